@@ -5,9 +5,9 @@
 
 use std::{error::Error, sync::Arc};
 
-use ratelab::{
+use ratelab::{ClockKind, GO_ON, Time, Topic};
+use ratelab_study::{
     experiment::{Config, Experiment},
-    runtime::{ClockKind, GO_ON, Time, Topic},
     system::{BuildError, Builder, System},
 };
 

@@ -5,7 +5,7 @@
 
 use std::error::Error;
 
-use ratelab::runtime::{
+use ratelab::{
     Clock, Depth, GO_ON, Graph, Hz, Inbox, Node, Publisher, Subscription, Tick, Time, Topic,
     VirtualClock,
 };

@@ -4,9 +4,9 @@
 use std::process::ExitCode;
 
 use ratelab::fields;
-use ratelab::runtime::{ClockExit, END, GO_ON, Time};
-use ratelab::system::{BuildError, Builder, System};
-use ratelab::system::{Picture, Shape, Signal, Style, Verdict, VerdictKind};
+use ratelab::{ClockExit, END, GO_ON, Time};
+use ratelab_study::system::{BuildError, Builder, System};
+use ratelab_study::system::{Picture, Shape, Signal, Style, Verdict, VerdictKind};
 
 /// Height and climb of a drone of one kilogram.
 #[derive(Clone, Copy)]

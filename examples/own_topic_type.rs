@@ -5,7 +5,7 @@
 
 use std::error::Error;
 
-use ratelab::runtime::{Clock, Depth, Fields, GO_ON, Graph, Hz, Inbox, Time, Topic, VirtualClock};
+use ratelab::{Clock, Depth, Fields, GO_ON, Graph, Hz, Inbox, Time, Topic, VirtualClock};
 
 /// The speed of the wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -14,6 +14,8 @@ fn main() {
     if let Ok(dir) = env::var("DEP_RATELAB_MUJOCO_RPATH") {
         if env::var_os(DIST).is_none() {
             println!("cargo::rustc-link-arg=-Wl,-rpath,{dir}");
+            // For crates of one's own, whose programs load it as well.
+            println!("cargo::metadata=rpath={dir}");
         }
         beside();
     }
@@ -40,10 +42,11 @@ fn beside() {
 
 /// The sources of the program. Watching these causes no extra builds, because a change of
 /// any of them rebuilds the program anyway.
-const SOURCES: [&str; 11] = [
+const SOURCES: [&str; 12] = [
     "Cargo.toml",
     "Cargo.lock",
-    "build.rs",
+    "crates/cart-pole",
+    "crates/study",
     "src",
     "exercises/Cargo.toml",
     "exercises/bands.toml",

@@ -10,7 +10,7 @@ keeps to the directions that were better, and tries again (Salimans et al.,
 *Evolution Strategies as a Scalable Alternative to Reinforcement Learning*,
 2017: mirrored samples, ranks for rewards, Adam).
 
-The plant is the one in src/cartpole/cartpole.xml, written down a second time as
+The plant is the one in crates/cart-pole/src/cartpole.xml, written down a second time as
 equations of motion, thousands of them side by side. Each episode holds every
 action for a number of 20 ms steps drawn from --holds: a policy that learns with
 1 to 9 has met control rates of 50 Hz down to 5.6 Hz.

@@ -1,22 +1,134 @@
-//! Robot software as a graph of nodes at fixed rates.
+//! The three primitives of robot software, and two clocks to run them.
 //!
-//! Start with [`runtime`]: the three primitives, Topic, Rate and Node, and the two clocks
-//! that run them. It is independent of any robot. A [`system`] is a graph as a value, of
-//! a robot or of anything else; an [`experiment`] is one run of it, configuration in and
-//! summary out, and a sweep is many of them. [`cartpole`] is the system of the course:
-//! its plant, its nodes, the [`policy`] that decides, and the [`stability`] that linear
-//! theory predicts. A [`graph_file`] is a system without a line of code.
+//! Real robot software is not one loop. It is a graph of concurrent nodes, each at its
+//! own fixed rate, that never call each other: a camera cannot stop producing frames
+//! because a later node is busy. Three ideas suffice for this structure, and all are
+//! independent of the robot.
 //!
-//! The library is independent of terminals and recordings: those belong to the `ratelab`
-//! command. It reads only one kind of file, the weights of a policy; [`mod@file`] reads
-//! files within bounds, also for the command.
+//! * A [`Topic`] is a named bus. Publishers put messages in, subscriptions read the
+//!   *latest* one out, neither knows the other. It is bounded and counts every message
+//!   that is lost unread: this count shows that one node falls behind another.
+//! * A [`Rate`] is a promise: tick *k* is due at `anchor + k / f`, exactly.
+//! * A [`Node`] is work tied to a rate, and a [`Graph`] is nodes wired to
+//!   topics.
+//!
+//! The same graph runs under either [`Clock`]:
+//!
+//! | | [`RealClock`] | [`VirtualClock`] |
+//! |---|---|---|
+//! | threads | one per node | one for all |
+//! | time | wall time | the schedule's own |
+//! | order of nodes due together | up to the operating system | by priority, always |
+//! | late ticks | measured; missed periods skipped and counted | only where configured |
+//! | duration of ticks | measured, or as configured | as configured |
+//! | the same run again | from its log, by [`Rerun`], to the bit | to the bit |
+//!
+//! [`Command`]s are the only input of a running graph. It has two outputs: an
+//! [`Observer`] reads counters without slowing the run; a [`Tap`] copies every message. A
+//! full tap loses messages and counts them under the real clock; under the virtual one
+//! the run waits, which costs no run time.
+//!
+//! # A graph in twenty lines
+//!
+//! ```
+//! use ratelab::{Clock, Depth, END, GO_ON, Graph, Hz, Inbox, Time, Topic, VirtualClock};
+//!
+//! let range = Topic::new("/range", Depth::ONE);
+//! let mut graph = Graph::new();
+//! graph.node("sonar", Hz::new(10.0)?, 0, |wiring| {
+//!     let range = wiring.publisher(&range);
+//!     move |now: Time| {
+//!         range.publish(2.0 - now.as_secs_f64(), now, None);
+//!         GO_ON
+//!     }
+//! })?;
+//! graph.node("brake", Hz::new(2.0)?, 1, |wiring| {
+//!     let mut range = wiring.subscription(&range);
+//!     move |now| match range.latest(now) {
+//!         Some(message) if message.data < 1.0 => END,
+//!         _ => GO_ON,
+//!     }
+//! })?;
+//!
+//! // The run has no commands, so its inbox stays empty.
+//! let end = Time::from_secs_f64(10.0)?;
+//! let exit = VirtualClock.run(&mut graph, &mut Inbox::default(), end)?;
+//! println!("{exit:?}"); // Ended { node: "brake", at: 1.5 s }
+//! assert_eq!(graph.observer().snapshot().topics[0].dropped(), 12);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
-pub mod cartpole;
-pub mod experiment;
-pub mod file;
-pub mod graph_file;
-pub mod runtime;
-pub mod system;
+mod chance;
+mod channel;
+pub mod clock;
+mod command;
+mod cost;
+mod depth;
+mod digest;
+mod draw;
+mod event;
+mod executor;
+mod fields;
+mod graph;
+mod head;
+mod inbox;
+mod knob;
+mod link;
+mod local_clock;
+mod message;
+mod millis;
+mod node;
+mod node_knobs;
+mod outbox;
+mod placement;
+mod push;
+mod rate;
+mod read_order;
+mod realtime;
+mod reexecution;
+mod release;
+mod rows;
+mod scheduling;
+mod seat;
+mod sync;
+mod tap;
+mod tap_handle;
+mod task;
+pub mod telemetry;
+mod time;
+mod timing;
+mod topic;
+mod transit;
+mod trigger;
 
-#[doc(no_inline)]
-pub use cartpole::{policy, stability};
+pub use chance::Chance;
+pub use clock::{Clock, ClockExit, RealClock, Rerun, VirtualClock};
+pub use command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand};
+pub use cost::Cost;
+pub use depth::{Depth, DepthError};
+pub use digest::Digest;
+pub use draw::{Draw, Recorded};
+pub use executor::{Callback, Executor};
+pub use fields::Fields;
+pub use graph::{Graph, GraphError, Wiring};
+pub use head::Head;
+pub use inbox::{Inbox, Interrupt};
+pub use knob::{Knob, KnobError, KnobKind, TimedKnob};
+pub use link::Link;
+pub use local_clock::ClockError;
+pub use message::{Message, Payload};
+pub use node::{END, Fault, GO_ON, Node, Panicked, Tick};
+pub use push::Push;
+pub use rate::{Rate, hyper_period};
+pub use read_order::ReadOrder;
+pub use reexecution::{
+    BusyNode, Doing, Knot, KnotOperation, Log, LogError, LogPosition, Shared, Turn, Watch,
+};
+pub use release::Release;
+pub use rows::{NamedTopic, RecordedTopic, RowInlet, RowReader, RowTap, RowWatcher, Rows};
+pub use tap::{Backpressure, Copies, Tap, TapMessage, TickRecord};
+pub use tap_handle::TapHandle;
+pub use telemetry::{Observer, Snapshot};
+pub use time::{Hz, HzError, Time, TimeError};
+pub use topic::{Publisher, Subscription, Topic};
+pub use trigger::Match;

@@ -6,15 +6,17 @@ use std::{sync::Arc, time::Duration};
 use nalgebra::{Matrix4, SMatrix, Vector4};
 use proptest::prelude::*;
 use rand_pcg::{Pcg64, rand_core::RngCore};
-use ratelab::{
-    cartpole::{CartPole, ControlStep, LinearPlant, STATE, generator},
-    experiment::{Config, Experiment},
+use ratelab::{Hz, Time};
+use ratelab_cart_pole::{
+    CartPole, ControlStep, LinearPlant, STATE, generator,
     policy::Scripted,
-    runtime::{Hz, Time},
     stability::{
         Cadence, Dynamics, Loop, Loss, Lost, Noise, Rates, TimedPush, Timing, Weights, WorldModel,
         age_limit, gains,
     },
+};
+use ratelab_study::{
+    experiment::{Config, Experiment},
     system::WorldKind,
 };
 

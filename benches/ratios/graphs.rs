@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::runtime::{
+use ratelab::{
     Clock, Depth, GO_ON, Graph, Hz, Inbox, Publisher, Subscription, Time, Topic, VirtualClock,
     Wiring,
 };
@@ -96,7 +96,7 @@ impl Ring {
 fn counter(
     mut input: Subscription<u64>,
     output: Publisher<u64>,
-) -> impl FnMut(Time) -> ratelab::runtime::Tick + Send {
+) -> impl FnMut(Time) -> ratelab::Tick + Send {
     move |now| {
         let number = input.latest(now).map_or(0, |message| message.data);
         output.publish(number + 1, now, None);

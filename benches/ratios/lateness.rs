@@ -7,7 +7,7 @@ use nix::{
     sys::{prctl, time::TimeSpec},
     time::{ClockId, ClockNanosleepFlags, clock_gettime, clock_nanosleep},
 };
-use ratelab::runtime::{Clock, GO_ON, Graph, Hz, Inbox, RealClock, Time};
+use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, RealClock, Time};
 
 use super::table::{Table, text};
 

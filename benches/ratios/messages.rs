@@ -6,10 +6,8 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-use ratelab::{
-    cartpole::Observation,
-    runtime::{Depth, Message, Publisher, Subscription, Time, Topic},
-};
+use ratelab::{Depth, Message, Publisher, Subscription, Time, Topic};
+use ratelab_cart_pole::Observation;
 
 use super::{
     paired::{Nanos, paired, time},

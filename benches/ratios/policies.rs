@@ -2,10 +2,10 @@
 
 use std::hint::black_box;
 
-use ratelab::{
-    cartpole::{CONTROL_HZ, Observation},
+use ratelab::Hz;
+use ratelab_cart_pole::{
+    CONTROL_HZ, Observation,
     policy::{Policy, PolicyContext, PolicySpec, Scripted},
-    runtime::Hz,
 };
 
 use super::{
@@ -35,7 +35,7 @@ pub fn measure(table: &mut Table) {
     let rows = [("lqr", lqr)]
         .into_iter()
         .chain(NETWORKS.map(|(what, file)| {
-            let path = format!("{}/{file}", env!("CARGO_MANIFEST_DIR"));
+            let path = format!("{}/../../{file}", env!("CARGO_MANIFEST_DIR"));
             (what, path.parse().expect("a policy"))
         }));
     for (what, spec) in rows {

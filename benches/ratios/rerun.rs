@@ -6,14 +6,12 @@ use std::{
 };
 
 use ratelab::{
-    cartpole::CartPole,
-    experiment::{Config, Experiment},
-    runtime::{
-        Clock, ClockKind, Depth, GO_ON, Graph, Hz, Inbox, Log, RealClock, Rerun, Time, Topic,
-        VirtualClock,
-        telemetry::{Event, Topology},
-    },
+    Clock, ClockKind, Depth, GO_ON, Graph, Hz, Inbox, Log, RealClock, Rerun, Time, Topic,
+    VirtualClock,
+    telemetry::{Event, Topology},
 };
+use ratelab_cart_pole::CartPole;
+use ratelab_study::experiment::{Config, Experiment};
 
 use super::{
     paired::{Nanos, paired, time},

@@ -13,13 +13,15 @@ use std::{
 };
 
 use mujoco_rs::prelude::{MjData, MjModel};
-use ratelab::{
-    cartpole::{ACTION, CartPole, ControlStep, OBS, Plant, STATE, SUBSTEPS},
+use ratelab_cart_pole::{
+    ACTION, CartPole, ControlStep, OBS, Plant, STATE, SUBSTEPS,
+    policy::{Policy, Scripted},
+};
+use ratelab_study::{
     experiment::{
         Config, Experiment, Summary,
         sweep::{Sweep, all_cores},
     },
-    policy::{Policy, Scripted},
     system::WorldKind,
 };
 
@@ -337,7 +339,7 @@ struct Floor {
 
 impl Floor {
     fn new(world: WorldKind) -> Self {
-        let model = include_str!("../../src/cartpole/cartpole.xml");
+        let model = include_str!("../../crates/cart-pole/src/cartpole.xml");
         let mut model = MjModel::from_xml_string(model).expect("model");
         let substeps = match world {
             WorldKind::Course => SUBSTEPS as usize,

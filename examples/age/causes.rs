@@ -2,8 +2,8 @@
 
 use std::{error::Error, sync::Arc};
 
-use ratelab::{
-    cartpole::CartPole,
+use ratelab_cart_pole::CartPole;
+use ratelab_study::{
     experiment::{
         Config,
         sweep::{Sweep, SweepAxis},

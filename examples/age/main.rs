@@ -5,8 +5,8 @@ mod causes;
 
 use std::{error::Error, ops::ControlFlow, sync::Arc, time::Instant};
 
-use ratelab::{
-    cartpole::CartPole,
+use ratelab_cart_pole::CartPole;
+use ratelab_study::{
     experiment::sweep::{ByAge, CellResult, all_cores},
     system::System,
 };

@@ -1,6 +1,6 @@
 //! Build it: Topic, Rate and Node from scratch.
 
-use ratelab::runtime::{Depth, Time, Topic};
+use ratelab::{Depth, Time, Topic};
 
 use crate::framework::{
     Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, Tolerance,

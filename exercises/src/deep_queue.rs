@@ -1,9 +1,7 @@
 //! The deep queue that kills: nothing is dropped, and everything grows old.
 
-use ratelab::{
-    experiment::{Config, sweep::CellResult},
-    runtime::Time,
-};
+use ratelab::Time;
+use ratelab_study::experiment::{Config, sweep::CellResult};
 
 use crate::framework::{
     Answer, Brief, Exercise, Failure, Findings, Group, Kind, Measurement, Range, Table, Tolerance,

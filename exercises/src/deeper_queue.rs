@@ -2,10 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use ratelab::{
-    cartpole::{BROKEN_HZ, CartPole, pole_angle},
-    experiment::sweep::{Cell, CellResult, Sweep, all_cores},
-};
+use ratelab_cart_pole::{BROKEN_HZ, CartPole, pole_angle};
+use ratelab_study::experiment::sweep::{Cell, CellResult, Sweep, all_cores};
 
 use crate::{
     cliff::SEEDS,

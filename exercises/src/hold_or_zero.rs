@@ -1,9 +1,9 @@
 //! Hold or zero: what an actuator does while nothing new arrives.
 
-use ratelab::{
-    cartpole::CONTROL_HZ,
+use ratelab::Hz;
+use ratelab_cart_pole::{
+    CONTROL_HZ,
     policy::Scripted,
-    runtime::Hz,
     stability::{Loop, Lost, StabilityError, Timing, WorldModel},
 };
 

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use ratelab::{
-    cartpole::CONTROL_HZ,
+use ratelab::Hz;
+use ratelab_cart_pole::{
+    CONTROL_HZ,
     policy::Scripted,
-    runtime::Hz,
     stability::{Loop, StabilityError, Timing, WorldModel},
 };
 

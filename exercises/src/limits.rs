@@ -1,11 +1,11 @@
 //! The limits of the theory: predicted growth, measured growth, and the consequence.
 
-use ratelab::{
-    cartpole::{CONTROL_HZ, CartPole},
-    experiment::Config,
-    runtime::{Hz, Time},
+use ratelab::{Hz, Time};
+use ratelab_cart_pole::{
+    CONTROL_HZ, CartPole,
     stability::{Rates, Stability, measured_growth},
 };
+use ratelab_study::experiment::Config;
 
 use crate::{
     cliff::SEEDS,

@@ -1,10 +1,8 @@
 //! The clock that ties: a wrong line, to be mended.
 
-use ratelab::{
-    cartpole::{CONTROL_HZ, CartPole},
-    experiment::Config,
-    runtime::Time,
-};
+use ratelab::Time;
+use ratelab_cart_pole::{CONTROL_HZ, CartPole};
+use ratelab_study::experiment::Config;
 
 use crate::{
     framework::{

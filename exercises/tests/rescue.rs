@@ -3,11 +3,9 @@
 use std::sync::Arc;
 
 use exercises::rescue::judge::{DANGER_DEG, HELD, RescueFailure, RescueSession, Rescued, judge};
-use ratelab::{
-    cartpole::{BROKEN_HZ, CONTROL_HZ, CartPole, ControlStep, STATE},
-    experiment::{Config, Experiment, Summary},
-    runtime::{Hz, Message, Time},
-};
+use ratelab::{Hz, Message, Time};
+use ratelab_cart_pole::{BROKEN_HZ, CONTROL_HZ, CartPole, ControlStep, STATE};
+use ratelab_study::experiment::{Config, Experiment, Summary};
 
 /// A session on the virtual clock, from the start of seed 0.
 struct PlayedRun {

@@ -1,9 +1,7 @@
 //! What a branch changed against the recorded run.
 
-use ratelab::{
-    runtime::Time,
-    system::{System, Verdict},
-};
+use ratelab::Time;
+use ratelab_study::system::{System, Verdict};
 
 use crate::recording::{Recording, schema::RunStatus};
 

@@ -5,11 +5,8 @@ use std::{
     thread::{self, JoinHandle},
 };
 
-use ratelab::{
-    experiment::Experiment,
-    runtime::{RowTap, Time},
-    system::Table,
-};
+use ratelab::{RowTap, Time};
+use ratelab_study::{experiment::Experiment, system::Table};
 
 use crate::{names::key, output::PatientFile};
 

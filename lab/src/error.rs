@@ -7,10 +7,10 @@ use std::{
 };
 
 use exercises::framework::{AnswersError, Failure};
-use ratelab::{
+use ratelab::{Fault, Time};
+use ratelab_cart_pole::stability::StabilityError;
+use ratelab_study::{
     experiment::{hunt::HuntError, sweep::SweepError},
-    runtime::{Fault, Time},
-    stability::StabilityError,
     system::BuildError,
 };
 use thiserror::Error;

@@ -2,7 +2,7 @@
 
 use std::{path::Path, slice, sync::Arc};
 
-use ratelab::{
+use ratelab_study::{
     file::{self, FileError},
     graph_file::{GraphFile, GraphFileError, MOST_BYTES},
 };

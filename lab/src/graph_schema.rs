@@ -1,8 +1,8 @@
 //! The JSON Schema of graph files, from their table of keys.
 
-use ratelab::{
-    graph_file::format::{FileSection, Form, Key, LONGEST_MS, SECTIONS, SHORTEST_MS},
-    runtime::{Depth, Hz, KnobKind},
+use ratelab::{Depth, Hz, KnobKind};
+use ratelab_study::graph_file::format::{
+    FileSection, Form, Key, LONGEST_MS, SECTIONS, SHORTEST_MS,
 };
 use serde_json::{Map, Value, json};
 

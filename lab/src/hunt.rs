@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use ratelab::{
+use ratelab::{Knob, Time, TimedKnob};
+use ratelab_study::{
     experiment::hunt::{Budget, Found, Proof},
-    runtime::{Knob, Time, TimedKnob},
     system::{KnobText, System},
 };
 use serde_json::{Value, json};

@@ -4,8 +4,8 @@
 //! ```no_run
 //! use std::process::ExitCode;
 //!
-//! use ratelab::runtime::{END, GO_ON};
-//! use ratelab::system::{BuildError, Builder, System};
+//! use ratelab::{END, GO_ON};
+//! use ratelab_study::system::{BuildError, Builder, System};
 //!
 //! /// Counts to a thousand.
 //! struct Counter;
@@ -75,7 +75,8 @@ mod xml;
 
 use std::{env, ffi::OsString, process::ExitCode, sync::Arc};
 
-use ratelab::{cartpole::CartPole, system::System};
+use ratelab_cart_pole::CartPole;
+use ratelab_study::system::System;
 
 use error::Error;
 use program::Program;

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use ratelab::{
+use ratelab::telemetry::Distribution;
+use ratelab_study::{
     experiment::{NodeSummary, Summary, TopicSummary},
-    runtime::telemetry::Distribution,
     system::{KnobText, System, WorldKind},
 };
 use serde_json::{Map, Value, json};

@@ -2,10 +2,8 @@
 
 use std::path::Path;
 
-use ratelab::{
-    runtime::KnobKind,
-    system::{Alias, Setup, System},
-};
+use ratelab::KnobKind;
+use ratelab_study::system::{Alias, Setup, System};
 use serde_json::{Value, json};
 
 /// A name for programs: `control_hz` of `control-hz`, `obs` of `/obs`.

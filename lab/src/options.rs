@@ -2,10 +2,10 @@
 
 use std::{fmt, path::Path};
 
-use ratelab::{
+use ratelab::{ClockKind, Knob, Speed, Time, TimedKnob, clock::RealtimePriority};
+use ratelab_study::{
     experiment::{Config, Experiment},
     file::{self, FileError},
-    runtime::{ClockKind, Knob, Speed, Time, TimedKnob, clock::RealtimePriority},
     system::{Setup, WorldKind},
 };
 

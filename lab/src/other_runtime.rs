@@ -2,7 +2,7 @@
 
 use std::{ops::ControlFlow, sync::Arc};
 
-use ratelab::system::System;
+use ratelab_study::system::System;
 
 use crate::{
     dashboard::{self, Options, Setup},

@@ -2,7 +2,7 @@
 
 use std::{env, path::Path, sync::Arc};
 
-use ratelab::system::{KnobText, System};
+use ratelab_study::system::{KnobText, System};
 
 use crate::recording::Recording;
 

@@ -3,11 +3,11 @@
 use std::time::Duration;
 
 use ratelab::{
+    ClockKind, Command, Hz, Knob, KnobKind,
+    telemetry::{Distribution, Event, EventKind},
+};
+use ratelab_study::{
     experiment::{MeanPushAge, NodeSummary, Summary, TopicSummary},
-    runtime::{
-        ClockKind, Command, Hz, Knob, KnobKind,
-        telemetry::{Distribution, Event, EventKind},
-    },
     system::{Alias, KnobText, System},
 };
 
@@ -354,7 +354,7 @@ pub fn size(bytes: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ratelab::runtime::Hz;
+    use ratelab::Hz;
 
     #[test]
     fn counts_of_an_altered_recording_are_printed_whatever_they_are() {

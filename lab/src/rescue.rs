@@ -3,11 +3,9 @@
 use std::{path::Path, time::Duration};
 
 use exercises::rescue::judge::{DANGER_DEG, HELD, RescueFailure, RescueSession, Rescued, judge};
-use ratelab::{
-    cartpole::{BROKEN_HZ, CartPole, ControlStep, POLICY, STATE, actuator_hz, verdict},
-    runtime::{Knob, Message, Rows, Time, TimedKnob, telemetry::Event},
-    system::Verdict,
-};
+use ratelab::{Knob, Message, Rows, Time, TimedKnob, telemetry::Event};
+use ratelab_cart_pole::{BROKEN_HZ, CartPole, ControlStep, POLICY, STATE, actuator_hz, verdict};
+use ratelab_study::system::Verdict;
 
 use crate::recording::{ReadError, Recording, schema::RunStatus};
 

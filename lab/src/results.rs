@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use ratelab::{
+use ratelab::{Knob, clock::RealtimePriority};
+use ratelab_study::{
     experiment::{Experiment, Summary},
-    runtime::{Knob, clock::RealtimePriority},
     system::System,
 };
 

@@ -8,7 +8,7 @@ use std::{
     thread,
 };
 
-use ratelab::runtime::Interrupt;
+use ratelab::Interrupt;
 use signal_hook::{
     consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ},
     flag,

@@ -2,9 +2,9 @@
 
 use std::{sync::Arc, time::Duration};
 
-use ratelab::{
+use ratelab::{Knob, KnobKind};
+use ratelab_study::{
     experiment::{Config, Experiment, NodeSummary, Summary},
-    runtime::{Knob, KnobKind},
     system::{System, WorldKind},
 };
 

@@ -1,6 +1,6 @@
 //! The version and origin of this program, for bug reports.
 
-use ratelab::{cartpole::mujoco_version, policy::RUNS_ONNX};
+use ratelab_cart_pole::{mujoco_version, policy::RUNS_ONNX};
 
 use crate::{program::Program, report::line};
 

@@ -8,7 +8,8 @@ use std::{
     process::{Command, Stdio},
 };
 
-use ratelab::{cartpole::BROKEN_HZ, runtime::KnobKind};
+use ratelab::KnobKind;
+use ratelab_cart_pole::BROKEN_HZ;
 use tempfile::TempDir;
 
 use support::{complaint, path, ratelab, text};

@@ -9,7 +9,7 @@ use std::{
 };
 
 use rand::{Rng, RngCore, seq::IndexedRandom};
-use ratelab::cartpole::generator;
+use ratelab_cart_pole::generator;
 
 /// Number of the first case; without [`SECONDS`] the only one.
 const SEED: &str = "RATELAB_FUZZ_SEED";

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use ratelab::{
-    cartpole::CartPole,
+use ratelab::Time;
+use ratelab_cart_pole::CartPole;
+use ratelab_study::{
     experiment::{Config, Experiment},
     graph_file::{GraphFile, GraphFileError},
-    runtime::Time,
     system::System,
 };
 

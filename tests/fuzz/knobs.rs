@@ -4,11 +4,9 @@
 use std::{fs, sync::Arc};
 
 use rand::Rng;
-use ratelab::{
-    cartpole::CartPole,
-    experiment::{Config, Experiment},
-    runtime::TimedKnob,
-};
+use ratelab::TimedKnob;
+use ratelab_cart_pole::CartPole;
+use ratelab_study::experiment::{Config, Experiment};
 use tempfile::tempdir;
 
 use crate::{

@@ -6,7 +6,7 @@ use rand::{
     Rng,
     seq::{IndexedMutRandom, IndexedRandom},
 };
-use ratelab::policy::read_weights;
+use ratelab_cart_pole::policy::read_weights;
 use serde_json::{Value, json};
 
 use crate::{

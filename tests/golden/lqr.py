@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 import scipy.linalg
 
-MODEL = Path(__file__).parents[2] / "src" / "cartpole" / "cartpole.xml"
+MODEL = Path(__file__).parents[2] / "crates" / "cart-pole" / "src" / "cartpole.xml"
 PHYSICS_STEPS = 2  # in a control step
 POSITION_M, ANGLE_RAD, ACTION = 2.4, 0.2095, 1.0  # Bryson's rule: the limits
 

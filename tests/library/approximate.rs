@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use ratelab::runtime::{
+use ratelab::{
     Callback, Clock, Depth, Executor, GO_ON, Graph, Hz, Inbox, Match, Time, Topic, VirtualClock,
 };
 

@@ -10,7 +10,7 @@ use crate::support::{
     TickLog, applied, at, hz, metronome, refused, run_timed, run_virtual, secs, set_depth, set_rate,
 };
 use crossbeam_channel::Sender;
-use ratelab::runtime::{
+use ratelab::{
     Clock, ClockExit, Command, Depth, END, GO_ON, Graph, Inbox, RealClock, Speed, Time, Topic,
     VirtualClock,
     telemetry::{Event, EventKind},
@@ -48,7 +48,7 @@ fn a_timed_rate_takes_effect_before_the_tick_that_is_due_then() {
 fn a_timed_depth_takes_effect_before_the_message_that_is_published_then() {
     let topic = Topic::new("/count", Depth::ONE);
     let mut graph = Graph::new();
-    let source = |wiring: &mut ratelab::runtime::Wiring<'_>| {
+    let source = |wiring: &mut ratelab::Wiring<'_>| {
         let count = wiring.publisher(&topic);
         move |now| {
             count.publish((), now, None);
@@ -247,7 +247,7 @@ fn a_paused_run_stands_still_until_it_is_resumed() {
     static TICKS: AtomicU64 = AtomicU64::new(0);
     let (commander, mut inbox) = Inbox::new(Vec::new());
     let mut graph = Graph::new();
-    let counter = |_: &mut ratelab::runtime::Wiring<'_>| {
+    let counter = |_: &mut ratelab::Wiring<'_>| {
         |_: Time| {
             TICKS.fetch_add(1, Ordering::Relaxed);
             GO_ON

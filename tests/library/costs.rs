@@ -4,12 +4,12 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{
-    cartpole::{ACTION, Action, CartPole, POLICY},
+    Clock, ClockKind, Command, Depth, GO_ON, Graph, Hz, Inbox, Knob, Message, RealClock, Time,
+    TimedCommand, Topic, VirtualClock,
+};
+use ratelab_cart_pole::{ACTION, Action, CartPole, POLICY};
+use ratelab_study::{
     experiment::{Config, Experiment, Summary},
-    runtime::{
-        Clock, ClockKind, Command, Depth, GO_ON, Graph, Hz, Inbox, Knob, Message, RealClock, Time,
-        TimedCommand, Topic, VirtualClock,
-    },
     system::WorldKind,
 };
 

@@ -1,5 +1,5 @@
 //! Dependencies in the manifests: every crate has its reason in `docs/dependencies.md`,
-//! the library needs no terminal, no command line and no recorder, and the network changes
+//! the crates below the command need no terminal and no recorder, and the network changes
 //! no crate that is built without it.
 
 use std::{collections::BTreeSet, env, fs, process::Command};
@@ -10,9 +10,19 @@ fn read(file: &str) -> String {
     fs::read_to_string(crate::clone::root().join(file)).expect(file)
 }
 
+/// The crates of this workspace that others depend on.
+const OURS: [&str; 7] = [
+    "exercises",
+    "mend-it",
+    "ratelab",
+    "ratelab-cart-pole",
+    "ratelab-study",
+    "ratelab-wire",
+    "xtask",
+];
+
 /// The external crates in the sections called `kinds` of a manifest, for all platforms.
 fn crates(manifest: &str, kinds: &[&str]) -> BTreeSet<String> {
-    const OURS: [&str; 5] = ["exercises", "mend-it", "ratelab", "ratelab-wire", "xtask"];
     let manifest: Table = read(manifest).parse().expect("TOML");
     let platforms = manifest.get("target").and_then(Value::as_table);
     let platforms = platforms.into_iter().flat_map(Table::values);
@@ -28,10 +38,12 @@ fn every_crate_that_a_manifest_names_has_its_reason_in_the_manual_and_no_other()
     let kinds = ["dependencies", "dev-dependencies", "build-dependencies"];
     let manifests = [
         "",
+        "crates/cart-pole/",
+        "crates/study/",
+        "crates/wire/",
         "exercises/",
         "lab/",
         "tests/",
-        "wire/",
         "xtask/",
         "xtask/dist/",
     ];
@@ -50,16 +62,33 @@ fn every_crate_that_a_manifest_names_has_its_reason_in_the_manual_and_no_other()
     );
 }
 
+/// The crates of this workspace that the one in `folder` stands on.
+fn ours(folder: &str) -> Vec<String> {
+    let manifest: Table = read(&format!("{folder}Cargo.toml")).parse().expect("TOML");
+    let section = manifest.get("dependencies").and_then(Value::as_table);
+    let names = section.into_iter().flat_map(Table::keys);
+    let ours = names.filter(|name| OURS.contains(&name.as_str()));
+    ours.cloned().collect()
+}
+
 #[test]
-fn the_library_depends_on_no_terminal_no_command_line_and_no_recorder() {
-    let crates = crates("Cargo.toml", &["dependencies"]);
-    assert!(crates.contains("mujoco-rs"), "nothing was read");
-    for foreign in ["ratatui", "crossterm", "clap", "rerun"] {
-        assert!(
-            !crates.contains(foreign),
-            "the library depends on {foreign}"
-        );
+fn the_core_stands_on_nothing_a_study_on_the_core_and_a_robot_on_both() {
+    assert_eq!(ours(""), [""; 0]);
+    assert_eq!(ours("crates/study/"), ["ratelab"]);
+    assert_eq!(ours("crates/cart-pole/"), ["ratelab", "ratelab-study"]);
+}
+
+#[test]
+fn neither_core_nor_study_nor_robot_depends_on_a_terminal_a_command_line_or_a_recorder() {
+    for folder in ["", "crates/study/", "crates/cart-pole/"] {
+        let crates = crates(&format!("{folder}Cargo.toml"), &["dependencies"]);
+        assert!(crates.contains("thiserror"), "nothing was read");
+        for foreign in ["ratatui", "crossterm", "clap", "rerun"] {
+            assert!(!crates.contains(foreign), "{folder} depends on {foreign}");
+        }
     }
+    let core = crates("Cargo.toml", &["dependencies"]);
+    assert!(!core.contains("mujoco-rs"), "the core knows a plant");
 }
 
 /// Each crate that cargo builds with these `options`, with its features, and each crate that

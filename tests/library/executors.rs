@@ -5,7 +5,7 @@ use std::{collections::HashMap, fmt::Write, time::Duration};
 
 use proptest::prelude::*;
 
-use ratelab::runtime::{
+use ratelab::{
     Callback, Clock, Depth, Executor, GO_ON, Graph, GraphError, Head, Hz, Inbox, Knob, Match,
     RealClock, TickRecord, Time, TimedCommand, Topic, VirtualClock,
     telemetry::{Lineage, Occupied},

@@ -3,13 +3,13 @@
 
 use std::time::Duration;
 
-use ratelab::{
-    cartpole::CartPole,
+use ratelab::Hz;
+use ratelab_cart_pole::{
+    CartPole,
     policy::Scripted,
-    runtime::Hz,
     stability::{Cadence, Expected, Loop, Loss, Lost, Timing, WorldModel, expected},
-    system::WorldKind,
 };
+use ratelab_study::system::WorldKind;
 
 fn of(setup: &str) -> Expected {
     let mut config = CartPole::config("").expect("knobs");

@@ -3,14 +3,11 @@
 
 use crate::support::{TickLog, secs, with_policy};
 use ratelab::{
-    cartpole::{Action, NotFinite, Observation, POLICY, Plant},
-    experiment::{Config, Experiment},
-    policy::Policy,
-    runtime::{
-        Clock, Fault, GO_ON, Graph, Inbox, Panicked, RealClock, Tick, Time, VirtualClock,
-        telemetry::{Event, EventKind},
-    },
+    Clock, Fault, GO_ON, Graph, Inbox, Panicked, RealClock, Tick, Time, VirtualClock,
+    telemetry::{Event, EventKind},
 };
+use ratelab_cart_pole::{Action, NotFinite, Observation, POLICY, Plant, policy::Policy};
+use ratelab_study::experiment::{Config, Experiment};
 
 /// The fault of a graph whose second node runs `work` from 0.02 s on.
 fn fault_of(clock: &mut dyn Clock, work: fn() -> Tick) -> (Fault, Vec<Event>) {

@@ -8,12 +8,9 @@
 use std::collections::HashMap;
 
 use crate::support::{config, knobs, run, run_bytes, step_bytes, traffic};
-use ratelab::{
-    cartpole::{OBS, Plant, verdict},
-    experiment::Config,
-    runtime::Time,
-    system::VerdictKind,
-};
+use ratelab::Time;
+use ratelab_cart_pole::{OBS, Plant, verdict};
+use ratelab_study::{experiment::Config, system::VerdictKind};
 
 const RUNS: &str = include_str!("../golden/runs.txt");
 

@@ -1,14 +1,11 @@
 //! The parts of the age of a chain in graphs with triggers and executors.
 
-use ratelab::{
-    experiment::{Config, Experiment},
-    runtime::{
-        Time,
-        telemetry::{AgeStage, Lineage},
-    },
-};
-
 use crate::graph_file::system;
+use ratelab::{
+    Time,
+    telemetry::{AgeStage, Lineage},
+};
+use ratelab_study::experiment::{Config, Experiment};
 
 /// More than any topic or node here publishes or ticks.
 const ROOM: usize = 20_000;

@@ -3,8 +3,8 @@
 
 use std::sync::Arc;
 
-use ratelab::{
-    cartpole::CartPole,
+use ratelab_cart_pole::CartPole;
+use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     graph_file::{GraphFile, GraphFileError, MOST_PARTS},
     system::System,

@@ -2,7 +2,7 @@
 //! or run in pieces, and continues where it was.
 
 use crate::support::{TickLog, applied, at, messages_of, metronome, refused, run_virtual, secs};
-use ratelab::runtime::{
+use ratelab::{
     ClockExit, ClockKind, Command, Depth, GO_ON, Graph, Inbox, RealClock, Time, Topic, clock,
 };
 

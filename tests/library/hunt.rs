@@ -8,12 +8,12 @@ use std::{
 };
 
 use crate::support::{cart_pole, config};
-use ratelab::{
+use ratelab::{Knob, Time, TimedKnob};
+use ratelab_study::{
     experiment::{
         Config, Experiment,
         hunt::{Budget, Found, Hunt, HuntError, Hunted, Proof, UNIT},
     },
-    runtime::{Knob, Time, TimedKnob},
     system::WorldKind,
 };
 

@@ -3,11 +3,9 @@
 
 use crate::support::{depth, hz, knobs, secs};
 use proptest::prelude::*;
-use ratelab::{
-    cartpole::CartPole,
-    runtime::{Knob, Time, TimedKnob},
-    system::{KnobText, KnobTextError},
-};
+use ratelab::{Knob, Time, TimedKnob};
+use ratelab_cart_pole::CartPole;
+use ratelab_study::system::{KnobText, KnobTextError};
 
 /// Knobs with the aliases of the cart-pole.
 const KNOBS: KnobText = CartPole::KNOBS;

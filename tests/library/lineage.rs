@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use crate::support::{depth, hz, secs};
 use proptest::prelude::*;
-use ratelab::runtime::{
+use ratelab::{
     ClockExit, Command, GO_ON, Graph, Head, Inbox, Node, Publisher, Subscription, Tap, TapMessage,
     Tick, Time, TimedCommand, Topic,
     clock::{Clock, VirtualClock},

@@ -9,10 +9,10 @@ use std::{
 
 use crate::support::{depth, hz, run_virtual, secs, specs::almost_link};
 use proptest::prelude::*;
-use ratelab::{
-    cartpole::{ACTION, ACTUATOR, CartPole, OBS, POLICY, SENSOR},
+use ratelab::{ClockKind, Command, END, GO_ON, Graph, Knob, Snapshot, Time, TimedCommand, Topic};
+use ratelab_cart_pole::{ACTION, ACTUATOR, CartPole, OBS, POLICY, SENSOR};
+use ratelab_study::{
     experiment::{Config, Experiment, Summary},
-    runtime::{ClockKind, Command, END, GO_ON, Graph, Knob, Snapshot, Time, TimedCommand, Topic},
     system::{BuildError, Builder, System, WorldKind},
 };
 

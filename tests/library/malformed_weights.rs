@@ -4,8 +4,8 @@
 use crate::checkpoint::{content, entries, fixture, zipped};
 use crate::clone::root;
 use crate::memory::{MOST_MEMORY, allocations, peak};
-use ratelab::{
-    cartpole::Observation,
+use ratelab_cart_pole::{
+    Observation,
     policy::{LARGEST_FILE, read_weights},
 };
 

@@ -6,13 +6,13 @@ use std::{fs, path::Path, path::PathBuf};
 use crate::clone::root;
 use crate::support::{cart_pole, config, hz, run};
 use rand_pcg::rand_core::RngCore;
-use ratelab::{
-    cartpole::{Observation, generator},
-    experiment::{
-        Config,
-        sweep::{Axis, Sweep, all_cores},
-    },
+use ratelab_cart_pole::{
+    Observation, generator,
     policy::{Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec},
+};
+use ratelab_study::experiment::{
+    Config,
+    sweep::{Axis, Sweep, all_cores},
 };
 use tempfile::TempDir;
 

@@ -4,10 +4,10 @@
 use std::sync::Arc;
 
 use crate::support::{config, experiment};
-use ratelab::{
-    cartpole::{CART_LIMIT_M, POLE_LIMIT_RAD, STATE, pole_angle},
+use ratelab::GO_ON;
+use ratelab_cart_pole::{CART_LIMIT_M, POLE_LIMIT_RAD, STATE, pole_angle};
+use ratelab_study::{
     experiment::{Config, Experiment},
-    runtime::GO_ON,
     system::{BuildError, Builder, System, WorldKind},
 };
 
@@ -57,7 +57,7 @@ fn it_grows_long_before_the_pole_falls() {
             ..config("")
         };
         config.setup.extend(
-            ratelab::cartpole::CartPole::KNOBS
+            ratelab_cart_pole::CartPole::KNOBS
                 .parse(&knob)
                 .expect("knob"),
         );

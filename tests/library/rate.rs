@@ -3,7 +3,7 @@
 
 use crate::support::{hz, secs};
 use proptest::prelude::*;
-use ratelab::runtime::{Hz, Rate, Speed, Time};
+use ratelab::{Hz, Rate, Speed, Time};
 
 /// Nanoseconds in a second times microhertz in a hertz.
 const NANOS_TIMES_MICRO: u128 = 1_000_000_000_000_000;
@@ -260,7 +260,7 @@ fn an_invalid_speed_is_refused_with_value_and_range() {
 fn nodes_that_are_due_together_are_due_together_again_after_a_hyper_period() {
     let seconds = |rates: &[f64]| {
         let rates = rates.iter().map(|&rate| hz(rate));
-        ratelab::runtime::hyper_period(rates).as_secs_f64()
+        ratelab::hyper_period(rates).as_secs_f64()
     };
     assert_eq!(seconds(&[50.0]), 0.02);
     assert_eq!(seconds(&[50.0, 50.0, 10.0]), 0.1);

@@ -14,13 +14,11 @@ use crate::support::{
 };
 use crossbeam_channel::Sender;
 use ratelab::{
-    cartpole::{POLICY, verdict},
-    experiment::{Config, Summary},
-    runtime::{
-        Clock, ClockExit, ClockKind, Command, Depth, END, GO_ON, Graph, Hz, Inbox, Observer, Rate,
-        RealClock, Time, Topic,
-    },
+    Clock, ClockExit, ClockKind, Command, Depth, END, GO_ON, Graph, Hz, Inbox, Observer, Rate,
+    RealClock, Time, Topic,
 };
+use ratelab_cart_pole::{POLICY, verdict};
+use ratelab_study::experiment::{Config, Summary};
 
 /// Runs the cart-pole under the real clock.
 fn run_experiment(config: Config) -> Summary {
@@ -325,7 +323,7 @@ fn a_pause_stops_the_schedule_of_a_node_that_is_busy() {
         })
         .expect("node");
     // The pause comes during the first tick, and nothing ends it.
-    let pause = ratelab::runtime::TimedCommand {
+    let pause = ratelab::TimedCommand {
         at: secs(0.05),
         command: Command::Pause,
     };

@@ -3,7 +3,7 @@
 
 use std::{ops::Range, time::Duration};
 
-use ratelab::runtime::{
+use ratelab::{
     Callback, Clock, ClockExit, ClockKind, Command, Executor, GO_ON, Graph, Inbox, Knob, Match,
     RealClock, Rerun, TickRecord, Time, TimedCommand, Topic, VirtualClock, telemetry::Observer,
 };
@@ -136,7 +136,7 @@ fn run(
             .run(&mut robot.graph, &mut inbox, secs(0.2))
             .expect("no fault");
     }
-    let messages = |tap: ratelab::runtime::Tap<ratelab::runtime::TapMessage<u64>>| {
+    let messages = |tap: ratelab::Tap<ratelab::TapMessage<u64>>| {
         let items = tap.items().try_iter();
         items
             .map(|item| (item.message.data, item.message.seq, item.at))

@@ -9,14 +9,12 @@ use crate::support::{
 };
 use crossbeam_channel::Sender;
 use proptest::prelude::*;
-use ratelab::{
-    cartpole::{
-        ACTION, ACTUATOR, Actuator, ActuatorInput, CONTROL_HZ, OBS, POLICY, Plant, PolicyNode,
-        SENSOR, STATE, Sensor, SharedPlant,
-    },
-    experiment::Config,
-    runtime::{Command, Depth, Graph, Speed, TimedCommand, Topic, telemetry::Event},
+use ratelab::{Command, Depth, Graph, Speed, TimedCommand, Topic, telemetry::Event};
+use ratelab_cart_pole::{
+    ACTION, ACTUATOR, Actuator, ActuatorInput, CONTROL_HZ, OBS, POLICY, Plant, PolicyNode, SENSOR,
+    STATE, Sensor, SharedPlant,
 };
+use ratelab_study::experiment::Config;
 
 /// Runs an experiment while `person` gives commands.
 fn run_live(config: &Config, person: impl FnOnce(Sender<Command>) + Send) -> RunBytes {

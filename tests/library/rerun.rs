@@ -16,12 +16,12 @@ use crate::load::Load;
 use crate::support::{self, cart_pole, config, secs};
 use crossbeam_channel::Sender;
 use ratelab::{
+    Clock, ClockKind, Command, GO_ON, Graph, Inbox, Log, Observer, RealClock, Rerun, RowTap, Rows,
+    Shared, Speed, Tap, TickRecord, Time, TimedCommand, Topic,
+    telemetry::{Distribution, Event, EventKind, Topology},
+};
+use ratelab_study::{
     experiment::{Config, Experiment, Summary},
-    runtime::{
-        Clock, ClockKind, Command, GO_ON, Graph, Inbox, Log, Observer, RealClock, Rerun, RowTap,
-        Rows, Shared, Speed, Tap, TickRecord, Time, TimedCommand, Topic,
-        telemetry::{Distribution, Event, EventKind, Topology},
-    },
     system::WorldKind,
 };
 

@@ -3,11 +3,9 @@
 
 use crate::support::{experiment, run_bytes};
 use proptest::prelude::*;
-use ratelab::{
-    cartpole::{ControlStep, STATE},
-    experiment::Config,
-    runtime::{Fields, Head, Rows, Time},
-};
+use ratelab::{Fields, Head, Rows, Time};
+use ratelab_cart_pole::{ControlStep, STATE};
+use ratelab_study::experiment::Config;
 
 /// Messages with stamps in order, including some of a wrong width.
 fn any_messages(width: usize) -> impl Strategy<Value = Vec<(u64, Vec<f64>)>> {

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use crate::support::specs::almost_knob;
 use proptest::prelude::*;
-use ratelab::{
-    cartpole::CartPole,
+use ratelab::{Knob, Time};
+use ratelab_cart_pole::CartPole;
+use ratelab_study::{
     experiment::{Config, Experiment},
-    runtime::{Knob, Time},
     system::WorldKind,
 };
 
@@ -64,7 +64,7 @@ proptest! {
             let knobs = knobs(&text)?.into_iter();
             match ms % 2 {
                 0 => config.setup.extend(knobs),
-                _ => config.knobs.extend(knobs.map(|knob| ratelab::runtime::TimedKnob { at, knob })),
+                _ => config.knobs.extend(knobs.map(|knob| ratelab::TimedKnob { at, knob })),
             }
         }
         match Experiment::new(Arc::new(CartPole::default()), &config) {

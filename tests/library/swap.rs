@@ -8,16 +8,13 @@ use crate::support::{
     run_bytes, run_timed, secs, send_to, with_policy,
 };
 use ratelab::{
-    cartpole::{CartPole, POLICY},
-    experiment::{
-        Config, Experiment,
-        sweep::{Sweep, SweepAxis},
-    },
-    policy::Scripted,
-    runtime::{
-        ClockKind, GO_ON, Graph, Inbox, Knob, Node, RealClock, Tick, Time, TimedCommand,
-        VirtualClock, clock, telemetry::Event,
-    },
+    ClockKind, GO_ON, Graph, Inbox, Knob, Node, RealClock, Tick, Time, TimedCommand, VirtualClock,
+    clock, telemetry::Event,
+};
+use ratelab_cart_pole::{CartPole, POLICY, policy::Scripted};
+use ratelab_study::experiment::{
+    Config, Experiment,
+    sweep::{Sweep, SweepAxis},
 };
 
 /// Keeps the last text, refuses "no" and panics at "boom".

@@ -5,8 +5,9 @@ use std::{collections::HashSet, num::NonZeroUsize, ops::ControlFlow, sync::LazyL
 
 use crate::support::{cart_pole, config, depth, knobs, secs};
 use proptest::prelude::*;
-use ratelab::{
-    cartpole::CartPole,
+use ratelab::{ClockKind, Depth, Hz, Interrupt, Time};
+use ratelab_cart_pole::CartPole;
+use ratelab_study::{
     experiment::{
         Config,
         sweep::{
@@ -14,7 +15,6 @@ use ratelab::{
             Swept, all_cores,
         },
     },
-    runtime::{ClockKind, Depth, Hz, Interrupt, Time},
     system::{Verdict, WorldKind},
 };
 

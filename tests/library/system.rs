@@ -6,13 +6,12 @@ use std::{num::NonZeroUsize, ops::ControlFlow, sync::Arc, thread};
 use crate::support::{depth, hz};
 use proptest::prelude::*;
 use ratelab::{
+    ClockExit, END, Fields, GO_ON, Knob, KnobKind, Node, Publisher, Rows, Subscription, Tick, Time,
+};
+use ratelab_study::{
     experiment::{
         Config, Experiment, Summary,
         sweep::{Axis, Sweep, SweepAxis, Swept},
-    },
-    runtime::{
-        ClockExit, END, Fields, GO_ON, Knob, KnobKind, Node, Publisher, Rows, Subscription, Tick,
-        Time,
     },
     system::{Alias, BuildError, Builder, Final, KnobText, Setup, System, Verdict, VerdictKind},
 };

@@ -9,7 +9,7 @@ use std::{
 
 use crate::support::{at, depth, hz, run_virtual, secs, set_depth};
 use proptest::prelude::*;
-use ratelab::runtime::{
+use ratelab::{
     Depth, GO_ON, Graph, TickRecord, Time, Topic,
     telemetry::{Distribution, Meter, ReplayCounters},
 };

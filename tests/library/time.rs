@@ -5,10 +5,10 @@
 use std::{collections::HashMap, sync::Arc};
 
 use crate::support::traffic;
-use ratelab::{
-    cartpole::{ACTION, Action, CartPole, ControlStep, OBS, Observation, STATE},
+use ratelab::{Message, Payload, Tap, TapMessage, Time, telemetry::PushAgeView};
+use ratelab_cart_pole::{ACTION, Action, CartPole, ControlStep, OBS, Observation, STATE};
+use ratelab_study::{
     experiment::{Config, Experiment, Summary},
-    runtime::{Message, Payload, Tap, TapMessage, Time, telemetry::PushAgeView},
     system::WorldKind,
 };
 
@@ -149,7 +149,7 @@ fn got(run: &Run) -> Vec<(&'static str, String)> {
         summary, push_age, ..
     } = run;
     let robot = ["sensor", "policy", "actuator"];
-    let of_nodes = |figure: fn(&ratelab::experiment::NodeSummary) -> u64| {
+    let of_nodes = |figure: fn(&ratelab_study::experiment::NodeSummary) -> u64| {
         let nodes = robot.map(|name| figure(summary.node(name).expect("a node")).to_string());
         nodes.join(",")
     };

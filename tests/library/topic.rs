@@ -1,13 +1,11 @@
-//! Latest wins, losses count: every row of the table of cases in `src/runtime/topic.rs`,
+//! Latest wins, losses count: every row of the table of cases in `src/topic.rs`,
 //! and random sequences of them compared with a simple model.
 
 use std::{collections::VecDeque, thread};
 
 use crate::support::{depth, hz, messages_of, run_virtual, secs};
 use proptest::prelude::*;
-use ratelab::runtime::{
-    Backpressure, Depth, END, GO_ON, Graph, Publisher, Subscription, Time, Topic,
-};
+use ratelab::{Backpressure, Depth, END, GO_ON, Graph, Publisher, Subscription, Time, Topic};
 
 /// A topic with its two ends; each message is its own number.
 struct Bench {

@@ -2,12 +2,13 @@
 //! the pole.
 
 use crate::support::{config, run, with_policy};
-use ratelab::{
-    cartpole::{Action, CART_LIMIT_M, Observation, POLE_LIMIT_RAD, pole_angle, verdict},
-    experiment::{Config, Experiment},
+use ratelab::Time;
+use ratelab_cart_pole::{
+    Action, CART_LIMIT_M, Observation, POLE_LIMIT_RAD, pole_angle,
     policy::{Policy, PolicyKind},
-    runtime::Time,
+    verdict,
 };
+use ratelab_study::experiment::{Config, Experiment};
 
 /// Balances the pole at an angle (rad) away from upright, which accelerates the cart.
 #[derive(Clone)]

@@ -3,10 +3,10 @@
 
 use std::sync::Arc;
 
-use ratelab::{
-    cartpole::CartPole,
+use ratelab::{ClockKind, END, GO_ON, Knob, Time};
+use ratelab_cart_pole::CartPole;
+use ratelab_study::{
     experiment::{Config, Experiment, Summary},
-    runtime::{ClockKind, END, GO_ON, Knob, Time},
     system::{BuildError, Builder, System, WORLD, World, WorldKind},
 };
 

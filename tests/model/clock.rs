@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use ratelab::runtime::{
+use ratelab::{
     Clock, ClockExit, ClockKind, Command, END, Fault, GO_ON, Graph, Inbox, Node, RealClock, Tick,
     Time, Topic, clock,
 };
@@ -110,7 +110,7 @@ impl Trio {
             assert_eq!(snapshot.topics[index].published, seqs.len() as u64);
         }
         let after = self.graph.observer().snapshot();
-        let ticks = |node: &ratelab::runtime::telemetry::NodeView| node.ticks;
+        let ticks = |node: &ratelab::telemetry::NodeView| node.ticks;
         assert!(
             after
                 .nodes

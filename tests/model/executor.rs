@@ -1,6 +1,6 @@
 //! An executor under the real clock: its threads take turns in any schedule, and lose nothing.
 
-use ratelab::runtime::{
+use ratelab::{
     Callback, Clock, ClockExit, ClockKind, Command, END, Executor, GO_ON, Graph, Inbox, Knob,
     Match, RealClock, Rerun, TickRecord, Time, Topic, clock,
 };

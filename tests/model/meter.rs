@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::runtime::telemetry::Meter;
+use ratelab::telemetry::Meter;
 use shuttle::thread;
 
 use crate::{MANY, explore};

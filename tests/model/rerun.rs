@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use ratelab::runtime::{
+use ratelab::{
     Clock, GO_ON, Graph, Inbox, Match, RealClock, Rerun, Shared, Time, TimedCommand, Topic,
 };
 use shuttle::{sync::Arc, thread};

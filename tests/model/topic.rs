@@ -1,6 +1,6 @@
 //! Topics: no message is torn, and every one is accounted for.
 
-use ratelab::runtime::{Subscription, Time, Topic};
+use ratelab::{Subscription, Time, Topic};
 use shuttle::thread;
 
 use crate::{MANY, explore, support::depth};

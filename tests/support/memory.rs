@@ -5,7 +5,7 @@ use std::{
     cell::Cell,
 };
 
-use ratelab::policy::LARGEST_FILE;
+use ratelab_cart_pole::policy::LARGEST_FILE;
 
 /// Limit of the memory for reading a file of weights, beside the file itself (bytes).
 pub const MOST_MEMORY: isize = (64 << 20) - LARGEST_FILE as isize;

@@ -7,17 +7,15 @@ pub mod specs;
 use std::sync::{Arc, Mutex};
 
 use ratelab::{
-    cartpole::{
-        ACTION, Action, CONTROL_HZ, CartPole, ControlStep, OBS, Observation, POLICY, STATE,
-    },
-    experiment::{Config, Experiment, Summary},
-    policy::{Policy, PolicyCache, PolicyContext, SwappablePolicy},
-    runtime::{
-        Clock, ClockExit, Command, Depth, GO_ON, Graph, Hz, Inbox, Knob, Message, Observer,
-        Payload, Tap, TapMessage, Tick, Time, TimedCommand, TimedKnob, VirtualClock,
-        telemetry::{Event, EventKind},
-    },
+    Clock, ClockExit, Command, Depth, GO_ON, Graph, Hz, Inbox, Knob, Message, Observer, Payload,
+    Tap, TapMessage, Tick, Time, TimedCommand, TimedKnob, VirtualClock,
+    telemetry::{Event, EventKind},
 };
+use ratelab_cart_pole::{
+    ACTION, Action, CONTROL_HZ, CartPole, ControlStep, OBS, Observation, POLICY, STATE,
+    policy::{Policy, PolicyCache, PolicyContext, SwappablePolicy},
+};
+use ratelab_study::experiment::{Config, Experiment, Summary};
 
 /// A valid rate.
 pub fn hz(hz: f64) -> Hz {

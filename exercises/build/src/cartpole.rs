@@ -2,11 +2,13 @@
 
 use std::{cell::RefCell, collections::BTreeMap, mem, sync::Arc};
 
-use ratelab::{
-    cartpole::{ACTION, Action, CartPole, ControlStep, OBS, Observation, Plant, PlantError, STATE},
-    experiment::Config,
+use ratelab::{ClockExit, Fields, Head, Push, Rows, TickRecord, Time};
+use ratelab_cart_pole::{
+    ACTION, Action, CartPole, ControlStep, OBS, Observation, Plant, PlantError, STATE,
     policy::{Policy, Scripted},
-    runtime::{ClockExit, Fields, Head, Push, Rows, TickRecord, Time},
+};
+use ratelab_study::{
+    experiment::Config,
     system::{KnobTextError, System},
 };
 

@@ -38,6 +38,6 @@ fn show(settings: &Settings) -> Result<ExitCode, Box<dyn Error>> {
         ticks: run.ticks,
         exit: run.exit,
     };
-    let system = ratelab::cartpole::CartPole::default();
+    let system = ratelab_cart_pole::CartPole::default();
     Ok(ratelab_lab::show_other_run(system, run))
 }

@@ -3,11 +3,9 @@
 use std::sync::Arc;
 
 use build_it::cartpole::{Run, Settings, run};
-use ratelab::{
-    cartpole::CartPole,
-    experiment::Experiment,
-    runtime::{ClockExit, Push, TickRecord, Time, telemetry::EventKind},
-};
+use ratelab::{ClockExit, Push, TickRecord, Time, telemetry::EventKind};
+use ratelab_cart_pole::CartPole;
+use ratelab_study::experiment::Experiment;
 
 /// More messages or ticks than a run of ten seconds has.
 const ALL: usize = 10_000;

@@ -1,9 +1,7 @@
 //! The graph with a fault, drawn from the learner's number.
 
-use ratelab::{
-    cartpole::{CartPole, POLICY, SENSOR},
-    experiment::Config,
-};
+use ratelab_cart_pole::{CartPole, POLICY, SENSOR};
+use ratelab_study::experiment::Config;
 
 use super::suspect::{SUSPECTS, Suspect};
 use crate::framework::{Chance, Failure, own_world};

@@ -3,10 +3,8 @@
 mod graph;
 mod suspect;
 
-use ratelab::{
-    experiment::{Config, Experiment, Summary},
-    runtime::{Snapshot, telemetry::TopicView},
-};
+use ratelab::{Snapshot, telemetry::TopicView};
+use ratelab_study::experiment::{Config, Experiment, Summary};
 
 use crate::framework::{
     Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, Tolerance,

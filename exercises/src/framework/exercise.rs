@@ -1,13 +1,12 @@
 //! An exercise: question, measurement, meaning.
 
-use ratelab::{
-    cartpole::PlantError,
+use ratelab::{Fault, Hz, HzError, TimeError};
+use ratelab_cart_pole::{PlantError, stability::StabilityError};
+use ratelab_study::{
     experiment::{
         Config,
         sweep::{AxisError, SweepError},
     },
-    runtime::{Fault, Hz, HzError, TimeError},
-    stability::StabilityError,
     system::{BuildError, KnobTextError},
 };
 use thiserror::Error;

@@ -5,7 +5,7 @@
 
 use std::hash::{BuildHasher, Hasher, RandomState};
 
-use ratelab::runtime::Digest;
+use ratelab::Digest;
 
 /// How a prediction came into its file.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use ratelab::{
-    cartpole::{CONTROL_HZ, CartPole, ControlStep, STATE},
+use ratelab::Message;
+use ratelab_cart_pole::{CONTROL_HZ, CartPole, ControlStep, STATE};
+use ratelab_study::{
     experiment::{Config, Experiment, Summary, sweep::SweepAxis},
-    runtime::Message,
     system::WorldKind,
 };
 

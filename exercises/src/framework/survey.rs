@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use ratelab::experiment::{
+use ratelab_study::experiment::{
     Config,
     sweep::{CellResult, Sweep, all_cores},
 };

@@ -9,8 +9,8 @@ use std::{
     thread,
 };
 
-use ratelab::{
-    cartpole::CartPole,
+use ratelab_cart_pole::CartPole;
+use ratelab_study::{
     experiment::{
         Config, Experiment,
         sweep::{ByAge, CellResult, all_cores},

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ratelab::experiment::sweep::ByAge;
+use ratelab_study::experiment::sweep::ByAge;
 
 use super::causes::Cause;
 use crate::framework::{

@@ -16,11 +16,9 @@
 
 use std::{fmt, time::Duration};
 
-use ratelab::{
-    cartpole::{BROKEN_HZ, ControlStep, POLICY},
-    runtime::{Hz, Knob, Message, Time, TimedKnob, telemetry::Event},
-    system::Verdict,
-};
+use ratelab::{Hz, Knob, Message, Time, TimedKnob, telemetry::Event};
+use ratelab_cart_pole::{BROKEN_HZ, ControlStep, POLICY};
+use ratelab_study::system::Verdict;
 
 /// The pole is in danger beyond this angle from upright (degrees). In 200 runs at 50 Hz
 /// it never reached 3°; beyond 12° it has fallen.

@@ -2,11 +2,9 @@
 
 pub mod judge;
 
-use ratelab::{
-    cartpole::{BROKEN_HZ, CONTROL_HZ, CartPole},
-    experiment::Config,
-    runtime::Hz,
-};
+use ratelab::Hz;
+use ratelab_cart_pole::{BROKEN_HZ, CONTROL_HZ, CartPole};
+use ratelab_study::experiment::Config;
 
 use crate::framework::{
     Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Recorded, Table,

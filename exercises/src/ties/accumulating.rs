@@ -1,7 +1,8 @@
 //! A schedule that adds up periods, in a common form: after its tick a node is due again
 //! one period later, with times as floating-point seconds.
 
-use ratelab::{cartpole::CONTROL_HZ, runtime::Time};
+use ratelab::Time;
+use ratelab_cart_pole::CONTROL_HZ;
 
 use super::nodes::Nodes;
 use crate::framework::Failure;

@@ -3,11 +3,9 @@
 mod accumulating;
 pub mod nodes;
 
-use ratelab::{
-    cartpole::{ACTION, CartPole, OBS},
-    experiment::{Config, Experiment},
-    runtime::{Hz, telemetry::Distribution},
-};
+use ratelab::{Hz, telemetry::Distribution};
+use ratelab_cart_pole::{ACTION, CartPole, OBS};
+use ratelab_study::experiment::{Config, Experiment};
 
 use crate::framework::{
     Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, Tolerance,

@@ -4,15 +4,12 @@
 //! somebody else's.
 
 use ratelab::{
-    cartpole::{
-        ACTION, Action, Actuator, ActuatorInput, ControlStep, OBS, Observation, Plant, PolicyNode,
-        STATE, Sensor, SharedPlant,
-    },
-    policy::Scripted,
-    runtime::{
-        Depth, Node, Time, Topic,
-        telemetry::{Distribution, Meter, PushAge},
-    },
+    Depth, Node, Time, Topic,
+    telemetry::{Distribution, Meter, PushAge},
+};
+use ratelab_cart_pole::{
+    ACTION, Action, Actuator, ActuatorInput, ControlStep, OBS, Observation, Plant, PolicyNode,
+    STATE, Sensor, SharedPlant, policy::Scripted,
 };
 
 use crate::framework::Failure;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use ratelab::runtime::Time;
+use ratelab::Time;
 
 use super::values::duration;
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use ratelab::runtime::{ClockKind, KnobKind, Speed, Time};
+use ratelab::{ClockKind, KnobKind, Speed, Time};
 
 use super::{
     heading,

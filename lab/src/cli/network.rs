@@ -3,7 +3,7 @@
 use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, Command};
-use ratelab::system::Setup;
+use ratelab_study::system::Setup;
 
 use super::{GraphArgs, ScreenArgs, heading, values};
 use crate::program::Program;

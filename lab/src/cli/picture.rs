@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use ratatui::layout::Size;
-use ratelab::runtime::Time;
+use ratelab::Time;
 
 use super::{GraphArgs, heading, values};
 use crate::dashboard::view::theme::Look;

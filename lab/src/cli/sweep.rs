@@ -3,10 +3,8 @@
 use std::{num::NonZeroUsize, path::PathBuf};
 
 use clap::{Args, ValueEnum};
-use ratelab::{
-    experiment::sweep::{Axis, SweepAxis},
-    runtime::Time,
-};
+use ratelab::Time;
+use ratelab_study::experiment::sweep::{Axis, SweepAxis};
 
 use super::{
     heading,

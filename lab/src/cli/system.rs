@@ -1,11 +1,8 @@
 //! The options of a system: its aliases for knobs.
 
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches, ValueHint};
-use ratelab::{
-    experiment::sweep::SweepAxis,
-    runtime::{Depth, Hz, Knob, KnobKind},
-    system::Alias,
-};
+use ratelab::{Depth, Hz, Knob, KnobKind};
+use ratelab_study::{experiment::sweep::SweepAxis, system::Alias};
 
 use super::heading;
 use crate::program::Program;

@@ -1,7 +1,7 @@
 //! The arguments for the world and for the timing of the target machine.
 
 use clap::{Args, ValueEnum};
-use ratelab::runtime::Knob;
+use ratelab::Knob;
 
 use super::{heading, values};
 

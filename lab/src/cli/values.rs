@@ -3,7 +3,7 @@
 use std::{ops::RangeInclusive, str::FromStr, time::Duration};
 
 use ratatui::layout::Size;
-use ratelab::runtime::{Knob, KnobKind, Speed, Time};
+use ratelab::{Knob, KnobKind, Speed, Time};
 
 /// Longest run accepted: a year.
 const LONGEST_S: f64 = 365.0 * 24.0 * 3600.0;

@@ -1,6 +1,7 @@
 //! `ratelab branch`: a recorded run, left at a moment with something changed.
 
-use ratelab::{runtime::Speed, system::BuildError};
+use ratelab::Speed;
+use ratelab_study::system::BuildError;
 
 use crate::{
     change::Change,

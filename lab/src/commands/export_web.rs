@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use ratatui::layout::Size;
-use ratelab::system::{Alias, System};
+use ratelab_study::system::{Alias, System};
 
 use crate::{
     cli::ExportWebArgs,

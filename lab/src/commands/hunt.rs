@@ -2,12 +2,10 @@
 
 use std::path::Path;
 
-use ratelab::{
-    experiment::{
-        Config, Experiment,
-        hunt::{Budget, Found, Hunt, Hunted},
-    },
-    runtime::{ClockKind, Speed, Time},
+use ratelab::{ClockKind, Speed, Time};
+use ratelab_study::experiment::{
+    Config, Experiment,
+    hunt::{Budget, Found, Hunt, Hunted},
 };
 use serde_json::json;
 

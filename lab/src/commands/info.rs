@@ -2,7 +2,7 @@
 
 use std::{path::Path, sync::Arc};
 
-use ratelab::runtime::{Rows, Time};
+use ratelab::{Rows, Time};
 
 use crate::{
     error::Error,

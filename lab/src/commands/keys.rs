@@ -1,6 +1,6 @@
 //! `ratelab keys`: the keys of the lab.
 
-use ratelab::experiment::Config;
+use ratelab_study::experiment::Config;
 
 use crate::{
     dashboard::keys::{self, LabAction},

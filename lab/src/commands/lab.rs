@@ -1,8 +1,8 @@
 //! `ratelab lab`: the dashboard over a running graph.
 
 #[cfg(feature = "network")]
-use ratelab::experiment::Config;
-use ratelab::experiment::Experiment;
+use ratelab_study::experiment::Config;
+use ratelab_study::experiment::Experiment;
 
 #[cfg(feature = "network")]
 use crate::report::ReportContext;

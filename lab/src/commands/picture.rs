@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ratelab::runtime::{ClockKind, Speed, Time};
+use ratelab::{ClockKind, Speed, Time};
 
 use crate::{
     cli::{ClockArg, PictureArgs},

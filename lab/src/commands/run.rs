@@ -1,9 +1,7 @@
 //! `ratelab run`: the graph without a dashboard.
 
-use ratelab::{
-    experiment::Experiment,
-    runtime::{ClockKind, Command, RealClock, Speed, Time},
-};
+use ratelab::{ClockKind, Command, RealClock, Speed, Time};
+use ratelab_study::experiment::Experiment;
 
 use crate::{
     cli::RunArgs,

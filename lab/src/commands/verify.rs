@@ -8,7 +8,7 @@ use std::{
     sync::{Arc, atomic::AtomicBool},
 };
 
-use ratelab::runtime::BusyNode;
+use ratelab::BusyNode;
 
 use crate::{
     cli::VerifyArgs,

@@ -3,7 +3,7 @@
 use std::{sync::Arc, thread, time::Duration};
 
 use crossbeam_channel::{Receiver, bounded};
-use ratelab::system::{AgeLimits, Setup, System};
+use ratelab_study::system::{AgeLimits, Setup, System};
 
 /// Maximum wait of a frame after the end of a run, when no later frame will come.
 const PATIENCE: Duration = Duration::from_millis(100);

@@ -2,10 +2,8 @@
 
 use std::sync::Arc;
 
-use ratelab::{
-    runtime::{Speed, Time},
-    system::KnobText,
-};
+use ratelab::{Speed, Time};
+use ratelab_study::system::KnobText;
 
 use super::session::{Prepared, Setup};
 use crate::{

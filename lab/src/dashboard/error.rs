@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use ratelab::{runtime::Fault, system::BuildError};
+use ratelab::Fault;
+use ratelab_study::system::BuildError;
 use thiserror::Error;
 
 /// Why the dashboard ends other than by a key.

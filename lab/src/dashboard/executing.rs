@@ -6,10 +6,8 @@ use std::{
     thread::{self, JoinHandle},
 };
 
-use ratelab::{
-    runtime::{Observer, Time},
-    system::System,
-};
+use ratelab::{Observer, Time};
+use ratelab_study::system::System;
 
 use crate::recording::{Executed, Execution, Recording, VerifyError};
 

@@ -10,7 +10,7 @@ use exercises::{
     framework::{Answers, Exercise, Failure, Findings, Prediction},
     parts, questions,
 };
-use ratelab::experiment::Config;
+use ratelab_study::experiment::Config;
 
 use super::view::TextPage;
 use crate::{

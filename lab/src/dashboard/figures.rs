@@ -6,12 +6,10 @@
 use std::time::{Duration, Instant};
 
 use ratelab::{
-    runtime::{
-        Observer, Snapshot,
-        telemetry::{Distribution, NodeView, TopicView},
-    },
-    system::System,
+    Observer, Snapshot,
+    telemetry::{Distribution, NodeView, TopicView},
 };
+use ratelab_study::system::System;
 
 use super::{
     frame::{LatencyData, Quantiles},

@@ -1,6 +1,6 @@
 //! Positions of messages in flight on a link.
 
-use ratelab::runtime::{Time, telemetry::Flight};
+use ratelab::{Time, telemetry::Flight};
 
 use super::frame::Dot;
 

@@ -6,12 +6,10 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{
-    runtime::{
-        Hz, Time,
-        telemetry::{AgeParts, AgeStage, Distribution, Status, Topology},
-    },
-    system::{AgeLimits, Signal},
+    Hz, Time,
+    telemetry::{AgeParts, AgeStage, Distribution, Status, Topology},
 };
+use ratelab_study::system::{AgeLimits, Signal};
 
 /// The content of the screen, without keys and layout.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,12 +1,10 @@
 //! The node and the topics whose knobs keys turn.
 
 use ratelab::{
-    runtime::{
-        KnobKind, Snapshot,
-        telemetry::{NodeView, TopicView},
-    },
-    system::System,
+    KnobKind, Snapshot,
+    telemetry::{NodeView, TopicView},
 };
+use ratelab_study::system::System;
 
 use super::presets::Direction;
 use crate::names::{first_alias, paced_node};

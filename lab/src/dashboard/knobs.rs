@@ -1,12 +1,10 @@
 //! The knobs of a session: as the graph has them, and as keys turned them since.
 
 use ratelab::{
-    runtime::{
-        Command, Knob,
-        telemetry::{Event, EventKind},
-    },
-    system::Setup,
+    Command, Knob,
+    telemetry::{Event, EventKind},
 };
+use ratelab_study::system::Setup;
 
 /// Knobs that were turned, before the run and during it.
 #[derive(Default)]

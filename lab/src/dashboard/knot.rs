@@ -1,6 +1,6 @@
 //! Ticks that overlap, as far as their operations are done.
 
-use ratelab::runtime::{Knot, Time, telemetry::Topology};
+use ratelab::{Knot, Time, telemetry::Topology};
 
 /// The thread that supervises the nodes.
 const SUPERVISOR: &str = "supervisor";
@@ -77,7 +77,7 @@ pub fn neighbour(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ratelab::runtime::KnotOperation;
+    use ratelab::KnotOperation;
 
     #[test]
     fn operations_follow_each_other_within_and_between_knots() {

@@ -1,8 +1,8 @@
 //! The chains behind the actions of a running run.
 
-use ratelab::{
+use ratelab::{Observer, RowTap, Rows, Tap, TickRecord, Time, telemetry::Lineage};
+use ratelab_study::{
     experiment::{Experiment, Taps},
-    runtime::{Observer, RowTap, Rows, Tap, TickRecord, Time, telemetry::Lineage},
     system::Setup,
 };
 

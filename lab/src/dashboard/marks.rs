@@ -1,9 +1,7 @@
 //! Marks of turned knobs in the chart of a signal.
 
-use ratelab::{
-    runtime::{Time, telemetry::Event},
-    system::System,
-};
+use ratelab::{Time, telemetry::Event};
+use ratelab_study::system::System;
 
 use super::settings::in_words;
 

@@ -62,7 +62,7 @@ use std::{
 
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use ratatui::{Terminal, backend::Backend};
-use ratelab::experiment::Config;
+use ratelab_study::experiment::Config;
 
 use app::App;
 pub use app::LabOutcome;

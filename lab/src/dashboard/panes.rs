@@ -2,7 +2,8 @@
 //! the timeline is visible, and which page lies over the panes.
 
 use crossterm::event::KeyEvent;
-use ratelab::{runtime::Time, system::System};
+use ratelab::Time;
+use ratelab_study::system::System;
 
 use super::{
     explain,

@@ -3,7 +3,8 @@
 use std::{sync::Arc, thread, time::Duration};
 
 use ratatui::{Terminal, backend::TestBackend, buffer::Buffer, layout::Size};
-use ratelab::{experiment::Config, runtime::Time, system::System};
+use ratelab::Time;
+use ratelab_study::{experiment::Config, system::System};
 
 use super::{
     app::App,

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use ratelab::runtime::{Knob, KnobKind};
+use ratelab::{Knob, KnobKind};
 
 /// Rates in Hz: dense where the pole falls.
 pub const RATES: [f64; 27] = [

@@ -1,10 +1,8 @@
 //! The line in which a knob is typed, with what was typed before.
 
 use crossterm::event::{KeyCode, KeyEvent};
-use ratelab::{
-    runtime::{KnobKind, Snapshot, Time},
-    system::{Alias, System},
-};
+use ratelab::{KnobKind, Snapshot, Time};
+use ratelab_study::system::{Alias, System};
 
 use super::view::Footer;
 use crate::names::first_alias;

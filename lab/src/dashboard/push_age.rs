@@ -6,10 +6,8 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use ratelab::{
-    runtime::{Snapshot, Time, telemetry::PushAgeView},
-    system::System,
-};
+use ratelab::{Snapshot, Time, telemetry::PushAgeView};
+use ratelab_study::system::System;
 
 /// Moments kept: an hour at 50 Hz.
 const KEPT: usize = 180_000;
@@ -149,7 +147,7 @@ fn by_states(system: &dyn System, graph: &Snapshot) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use ratelab::runtime::telemetry::PushAge;
+    use ratelab::telemetry::PushAge;
 
     use super::*;
 

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::runtime::{Time, telemetry::Lineage};
+use ratelab::{Time, telemetry::Lineage};
 
 /// The greatest reaction time of the pushes of node `acts` between two run times: from a
 /// sensing, for what changes right after it, to the first push derived from a later one.
@@ -47,8 +47,8 @@ fn pushes(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Vec<(Time, Ti
 mod tests {
     use std::sync::Arc;
 
-    use ratelab::{
-        cartpole::CartPole,
+    use ratelab_cart_pole::CartPole;
+    use ratelab_study::{
         experiment::{Config, Experiment},
         system::{System, WorldKind},
     };

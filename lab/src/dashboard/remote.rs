@@ -2,10 +2,8 @@
 //! without ending the run.
 
 use crossterm::event::KeyEvent;
-use ratelab::{
-    runtime::{Knob, KnobKind, Snapshot, telemetry::Event},
-    system::KnobText,
-};
+use ratelab::{Knob, KnobKind, Snapshot, telemetry::Event};
+use ratelab_study::system::KnobText;
 
 use super::{
     error::LabError,

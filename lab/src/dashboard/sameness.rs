@@ -2,7 +2,7 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use ratelab::runtime::{Rows, TickRecord};
+use ratelab::{Rows, TickRecord};
 
 /// Maximum number of digests per topic or node.
 const MOST: usize = 1 << 20;
@@ -77,7 +77,7 @@ fn add(digests: &mut Vec<u64>, item: impl Hash) {
 
 #[cfg(test)]
 mod tests {
-    use ratelab::runtime::{Head, Time};
+    use ratelab::{Head, Time};
 
     use super::*;
 

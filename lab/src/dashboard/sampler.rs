@@ -7,11 +7,11 @@ use std::{
 };
 
 use ratelab::{
+    ClockExit, Head, KnobKind, Observer, Rows, Snapshot, Time,
+    telemetry::{Event, Lineage, NodeView, TopicView},
+};
+use ratelab_study::{
     experiment::{Config, Summary},
-    runtime::{
-        ClockExit, Head, KnobKind, Observer, Rows, Snapshot, Time,
-        telemetry::{Event, Lineage, NodeView, TopicView},
-    },
     system::{Setup, Signal, System, Verdict, VerdictKind, verdict},
 };
 

@@ -8,11 +8,10 @@ use std::{
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::{
+    Clock, Command, Fault, Observer, RealClock, RowTap, clock::RealtimePriority, telemetry::Lineage,
+};
+use ratelab_study::{
     experiment::{Config, Experiment, Summary},
-    runtime::{
-        Clock, Command, Fault, Observer, RealClock, RowTap, clock::RealtimePriority,
-        telemetry::Lineage,
-    },
     system::System,
 };
 

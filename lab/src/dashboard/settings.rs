@@ -1,9 +1,7 @@
 //! Short texts of knobs for the screen.
 
-use ratelab::{
-    runtime::{Knob, Time, TimedKnob},
-    system::{Alias, KnobText, Setup, System},
-};
+use ratelab::{Knob, Time, TimedKnob};
+use ratelab_study::system::{Alias, KnobText, Setup, System};
 
 use crate::names::{short, short_value};
 

@@ -28,12 +28,9 @@ use std::{
 
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers};
 use ratatui::{Terminal, backend::TestBackend, buffer::Buffer, layout::Size};
-use ratelab::{
-    cartpole::CartPole,
-    experiment::Config,
-    runtime::{ClockKind, Speed, Time},
-    system::WorldKind,
-};
+use ratelab::{ClockKind, Speed, Time};
+use ratelab_cart_pole::CartPole;
+use ratelab_study::{experiment::Config, system::WorldKind};
 
 use super::{
     Model, Options,
@@ -262,7 +259,7 @@ fn the_prompt_lists_every_knob_in_the_default_terminal() {
     let mut app = fallen();
     press(&mut app, ":");
     let drawn = screen(&app, &PLAIN, 80, 24);
-    for kind in ratelab::runtime::KnobKind::ALL {
+    for kind in ratelab::KnobKind::ALL {
         let usage = kind.usage().split(' ');
         for word in usage {
             assert!(drawn.contains(word), "no {word:?} in\n{drawn}");
@@ -502,7 +499,7 @@ fn the_cliff_map_lies_over_the_panes_and_is_kept_until_its_conditions_change() {
 
 /// The rate of `node` that the next session begins with, if it is set.
 fn rate(app: &App, node: &str) -> Option<f64> {
-    app.wanted().setup.rate(node).map(ratelab::runtime::Hz::get)
+    app.wanted().setup.rate(node).map(ratelab::Hz::get)
 }
 
 /// All that a run over the real or the virtual clock shows until it is over, or for

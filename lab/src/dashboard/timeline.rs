@@ -2,7 +2,7 @@
 
 use std::{collections::HashSet, time::Duration};
 
-use ratelab::runtime::{
+use ratelab::{
     Time,
     telemetry::{Chain, Lineage, PushInForce, Sent, Worked},
 };

@@ -8,9 +8,9 @@ use std::{
     sync::Arc,
 };
 
-use ratelab::{
+use ratelab::{ClockKind, Command, Draw, Knob, KnobKind, Time, TimedKnob, telemetry::Event};
+use ratelab_study::{
     experiment::{Config, Experiment, Summary},
-    runtime::{ClockKind, Command, Draw, Knob, KnobKind, Time, TimedKnob, telemetry::Event},
     system::System,
 };
 

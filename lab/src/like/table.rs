@@ -1,6 +1,7 @@
 //! A comparison of the recorded run with its model.
 
-use ratelab::{experiment::Summary, runtime::telemetry::Distribution, system::System};
+use ratelab::telemetry::Distribution;
+use ratelab_study::{experiment::Summary, system::System};
 use serde_json::{Map, Value, json};
 
 use super::Like;

@@ -3,11 +3,11 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{
+    ClockExit, ClockKind, Command, Head, Observer, Rows, Snapshot, Speed, TickRecord, Time,
+    telemetry::{Event, EventKind, Lineage, ReplayCounters, Status, Topology},
+};
+use ratelab_study::{
     experiment::{Config, RunEnd, Summary},
-    runtime::{
-        ClockExit, ClockKind, Command, Head, Observer, Rows, Snapshot, Speed, TickRecord, Time,
-        telemetry::{Event, EventKind, Lineage, ReplayCounters, Status, Topology},
-    },
     system::{MeanCost, System, verdict},
 };
 use ratelab_wire::telemetry::Message;

@@ -7,10 +7,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-use ratelab::{
-    experiment::{Config, Experiment, Summary},
-    runtime::{ClockKind, RealClock, Speed, Time},
-};
+use ratelab::{ClockKind, RealClock, Speed, Time};
+use ratelab_study::experiment::{Config, Experiment, Summary};
 use ratelab_wire::{Bridge, End, Settings, USUAL, host};
 
 use super::{line, parts, stop::Stop, wire_error};

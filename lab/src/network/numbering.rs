@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use ratelab::runtime::Time;
+use ratelab::Time;
 
 /// The numbering of each of several series, with their times.
 #[derive(Default)]

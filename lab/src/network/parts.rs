@@ -1,6 +1,7 @@
 //! Which nodes of a graph make a process.
 
-use ratelab::{runtime::telemetry::Topology, system::System};
+use ratelab::telemetry::Topology;
+use ratelab_study::system::System;
 
 /// The nodes that `names` stand for: nodes, or groups of them.
 pub fn nodes(system: &dyn System, graph: &Topology, names: &[String]) -> Vec<String> {
@@ -43,10 +44,8 @@ fn in_graph(graph: &Topology, names: &[&str]) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ratelab::{
-        cartpole::CartPole,
-        experiment::{Config, Experiment},
-    };
+    use ratelab_cart_pole::CartPole;
+    use ratelab_study::experiment::{Config, Experiment};
     use std::sync::Arc;
 
     #[test]

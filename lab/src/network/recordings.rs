@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use ratelab::experiment::Summary;
+use ratelab_study::experiment::Summary;
 
 use crate::{
     error::Error,

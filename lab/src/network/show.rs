@@ -6,7 +6,7 @@ use std::{
     time::Duration,
 };
 
-use ratelab::experiment::{Config, Experiment, Summary};
+use ratelab_study::experiment::{Config, Experiment, Summary};
 use ratelab_wire::{End, Follower, Settings};
 
 use super::{recordings::Recordings, remote::RemoteRun, wire_error};

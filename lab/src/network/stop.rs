@@ -10,7 +10,7 @@ use std::{
 };
 
 use crossbeam_channel::Sender;
-use ratelab::runtime::Command;
+use ratelab::Command;
 
 use crate::signals;
 

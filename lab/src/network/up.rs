@@ -11,7 +11,8 @@ use std::{
 };
 
 use clap::{Arg, Args};
-use ratelab::{experiment::Experiment, runtime::Time};
+use ratelab::Time;
+use ratelab_study::experiment::Experiment;
 
 use super::{
     node, parts,

@@ -2,10 +2,8 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use ratelab::{
-    runtime::{ClockKind, Snapshot},
-    system::{Signal, System},
-};
+use ratelab::{ClockKind, Snapshot};
+use ratelab_study::system::{Signal, System};
 use rerun::{
     AsComponents, EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamResult,
     SerializedComponentBatch, StoreKind,

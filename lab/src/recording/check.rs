@@ -1,6 +1,6 @@
 //! Compares the claims of a file with its content, and finds the end of its intact part.
 
-use ratelab::runtime::{
+use ratelab::{
     ClockKind, Command, Hz, Knob, Rows, TickRecord, Time,
     telemetry::{Event, NodeTopology},
 };

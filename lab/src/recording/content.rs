@@ -1,9 +1,7 @@
 //! Converts the chunks of a file to messages, ticks and events.
 
-use ratelab::{
-    runtime::{Head, Rows, TickRecord, Time, telemetry::Event},
-    system::Setup,
-};
+use ratelab::{Head, Rows, TickRecord, Time, telemetry::Event};
+use ratelab_study::system::Setup;
 use rerun::log::Chunk;
 use serde_json::Value;
 

@@ -102,7 +102,9 @@ fn numbered(file: &Path, number: u32) -> PathBuf {
 mod tests {
     use std::fs::File;
 
-    use ratelab::{cartpole::CartPole, experiment::Config, runtime::telemetry::Topology};
+    use ratelab::telemetry::Topology;
+    use ratelab_cart_pole::CartPole;
+    use ratelab_study::experiment::Config;
 
     use super::*;
 

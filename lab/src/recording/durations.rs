@@ -2,7 +2,7 @@
 
 use std::{path::Path, time::Duration};
 
-use ratelab::runtime::{Draw, Knob, KnobKind, TickRecord};
+use ratelab::{Draw, Knob, KnobKind, TickRecord};
 
 use super::reader::Recording;
 

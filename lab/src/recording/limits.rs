@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use ratelab::runtime::{Time, telemetry::Topology};
+use ratelab::{Time, telemetry::Topology};
 
 use super::schema::{RecordingEnd, RunStatus};
 

@@ -2,7 +2,7 @@
 
 use std::iter::Peekable;
 
-use ratelab::runtime::{
+use ratelab::{
     Knob, TickRecord, Time, TimedKnob,
     telemetry::{Event, Lineage},
 };

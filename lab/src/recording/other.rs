@@ -1,6 +1,6 @@
 //! A system in a recording that is unknown to this program.
 
-use ratelab::system::{BuildError, Builder, System};
+use ratelab_study::system::{BuildError, Builder, System};
 
 /// A placeholder for a system of another program: all its views come from the recording.
 pub struct OtherSystem;

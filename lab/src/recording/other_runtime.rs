@@ -3,11 +3,11 @@
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc, time::Duration};
 
 use ratelab::{
+    ClockExit, ClockKind, Rows, TickRecord, Time,
+    telemetry::{Event, EventKind},
+};
+use ratelab_study::{
     experiment::{Config, Experiment, RunEnd},
-    runtime::{
-        ClockExit, ClockKind, Rows, TickRecord, Time,
-        telemetry::{Event, EventKind},
-    },
     system::{BuildError, System, verdict},
 };
 

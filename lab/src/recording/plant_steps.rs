@@ -2,7 +2,7 @@
 
 use std::time::SystemTime;
 
-use ratelab::runtime::{Head, Time};
+use ratelab::{Head, Time};
 
 use super::timeline::Stamps;
 

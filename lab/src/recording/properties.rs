@@ -3,9 +3,9 @@
 
 use std::sync::Arc;
 
-use ratelab::{
+use ratelab::TimedKnob;
+use ratelab_study::{
     experiment::Summary,
-    runtime::TimedKnob,
     system::{KnobText, System},
 };
 use rerun::{

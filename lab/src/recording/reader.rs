@@ -6,10 +6,10 @@ use std::{
     sync::Arc,
 };
 
-use ratelab::{
+use ratelab::{Fields, Message, Rows, TickRecord, Time, telemetry::Event};
+use ratelab_study::{
     file::{self, FileError},
     graph_file::GraphFile,
-    runtime::{Fields, Message, Rows, TickRecord, Time, telemetry::Event},
     system::System,
 };
 use thiserror::Error;

@@ -3,11 +3,11 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{
+    ClockExit, Observer, Push, Rows, Time,
+    telemetry::{EventKind, ReplayCounters, Status},
+};
+use ratelab_study::{
     experiment::{Config, RunEnd, Summary},
-    runtime::{
-        ClockExit, Observer, Push, Rows, Time,
-        telemetry::{EventKind, ReplayCounters, Status},
-    },
     system::{MeanCost, System, verdict},
 };
 

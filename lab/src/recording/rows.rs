@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::runtime::{Head, Push, TickRecord, Time};
+use ratelab::{Head, Push, TickRecord, Time};
 use rerun::{archetypes::Scalars, log::Chunk};
 use serde_json::Value;
 

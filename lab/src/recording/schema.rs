@@ -2,9 +2,9 @@
 
 use std::{collections::BTreeMap, fmt, time::Duration};
 
-use ratelab::{
+use ratelab::{ClockKind, Speed, Time, TimedKnob, telemetry::Topology};
+use ratelab_study::{
     experiment::{Config, RunEnd, Summary},
-    runtime::{ClockKind, Speed, Time, TimedKnob, telemetry::Topology},
     system::{Setup, System, Verdict, VerdictKind, WorldKind},
 };
 use rerun::{EntityPath, EntityPathPart};

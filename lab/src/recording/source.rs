@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use ratelab::{
+use ratelab::{Fault, Observer, RowTap, Snapshot, Tap, TickRecord, telemetry::TopicView};
+use ratelab_study::{
     experiment::{Experiment, Summary, Taps},
-    runtime::{Fault, Observer, RowTap, Snapshot, Tap, TickRecord, telemetry::TopicView},
     system::System,
 };
 

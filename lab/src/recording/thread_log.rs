@@ -4,7 +4,7 @@
 //! it: a row that was changed, lost or exchanged is found, even if it makes no difference
 //! to the run.
 
-use ratelab::runtime::{
+use ratelab::{
     Digest, Log, LogPosition, Observer, Time,
     telemetry::{Event, Topology},
 };

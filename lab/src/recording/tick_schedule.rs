@@ -3,12 +3,10 @@
 use std::collections::VecDeque;
 
 use ratelab::{
-    runtime::{
-        Command, Hz, Knob, KnobKind, Rate, Time,
-        telemetry::{Event, NodeTopology},
-    },
-    system::Setup,
+    Command, Hz, Knob, KnobKind, Rate, Time,
+    telemetry::{Event, NodeTopology},
 };
+use ratelab_study::system::Setup;
 
 use crate::timing::is_of_time;
 
@@ -115,12 +113,10 @@ fn is_fault(knob: &Knob) -> bool {
 #[cfg(test)]
 mod tests {
     use ratelab::{
-        runtime::{
-            Hz, Knob, Match, Time,
-            telemetry::{Event, EventKind, NodeTopology},
-        },
-        system::Setup,
+        Hz, Knob, Match, Time,
+        telemetry::{Event, EventKind, NodeTopology},
     };
+    use ratelab_study::system::Setup;
 
     use super::TickSchedule;
 

@@ -2,7 +2,7 @@
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use ratelab::runtime::Time;
+use ratelab::Time;
 use rerun::TimeColumn;
 
 /// Time since the run began.
@@ -73,7 +73,7 @@ fn signed(count: impl TryInto<i64>) -> i64 {
 mod tests {
     use std::time::{Duration, UNIX_EPOCH};
 
-    use ratelab::runtime::Time;
+    use ratelab::Time;
 
     use super::{CONTROL_STEP, RUN_TIME, Stamps, WALL_TIME};
 

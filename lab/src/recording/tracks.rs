@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use ratelab::runtime::{Head, RowTap, Rows, Tap, TickRecord, Time};
+use ratelab::{Head, RowTap, Rows, Tap, TickRecord, Time};
 use rerun::{EntityPath, RecordingStream, RecordingStreamResult, SeriesLines};
 
 use super::{

@@ -11,10 +11,8 @@ use std::{
     time::{Duration, Instant, SystemTime},
 };
 
-use ratelab::{
-    runtime::{ClockKind, Command, Observer, Rows, Time, telemetry::Event},
-    system::System,
-};
+use ratelab::{ClockKind, Command, Observer, Rows, Time, telemetry::Event};
+use ratelab_study::system::System;
 use rerun::{RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
 
 use super::{
@@ -495,7 +493,7 @@ fn moves_the_wall(event: &Event) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use ratelab::runtime::telemetry::EventKind;
+    use ratelab::telemetry::EventKind;
     use rerun::{
         RecordingStreamBuilder,
         log::{Chunk, LogMsg},

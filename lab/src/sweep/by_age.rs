@@ -1,6 +1,6 @@
 //! A sweep by mean push age, for any axes.
 
-use ratelab::experiment::sweep::{ByAge, Swept};
+use ratelab_study::experiment::sweep::{ByAge, Swept};
 use serde_json::{Value, json};
 
 use super::{summary::SweepSummary, survival_level::SurvivalLevel};

@@ -1,6 +1,6 @@
 //! The position of the cliff, as text.
 
-use ratelab::runtime::KnobKind;
+use ratelab::KnobKind;
 
 use super::summary::{RowSummary, SweepSummary};
 use crate::report::line;

@@ -1,8 +1,8 @@
 //! The knobs of a sweep as columns of a table.
 
-use ratelab::{
+use ratelab::{Knob, KnobKind};
+use ratelab_study::{
     experiment::sweep::{Cell, Sweep},
-    runtime::{Knob, KnobKind},
     system::Alias,
 };
 

@@ -5,7 +5,7 @@ use std::{
     io::{self, BufWriter, Write},
 };
 
-use ratelab::experiment::{
+use ratelab_study::experiment::{
     Experiment,
     sweep::{Sweep, Swept},
 };

@@ -1,6 +1,6 @@
 //! The results of a sweep, for programs.
 
-use ratelab::experiment::sweep::{Cell, CellResult, Sweep, Swept};
+use ratelab_study::experiment::sweep::{Cell, CellResult, Sweep, Swept};
 use serde_json::{Map, Value, json};
 
 use super::{

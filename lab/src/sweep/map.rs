@@ -3,7 +3,7 @@
 mod heat;
 mod list;
 
-use ratelab::experiment::sweep::Sweep;
+use ratelab_study::experiment::sweep::Sweep;
 
 use super::{
     by_age::AgeTable,

@@ -2,12 +2,10 @@
 
 use std::{collections::HashSet, sync::Arc};
 
-use ratelab::{
-    experiment::{
-        Config,
-        sweep::{Sweep, SweepAxis},
-    },
-    runtime::{Knob, KnobKind},
+use ratelab::{Knob, KnobKind};
+use ratelab_study::experiment::{
+    Config,
+    sweep::{Sweep, SweepAxis},
 };
 
 use crate::{

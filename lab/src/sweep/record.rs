@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use ratelab::runtime::KnobKind;
+use ratelab::KnobKind;
 use rerun::{
     RecordingStream, RecordingStreamBuilder, RecordingStreamResult, Scalars, TimeColumn,
     TimelineName,
@@ -242,12 +242,10 @@ mod tests {
 
     use std::sync::Arc;
 
-    use ratelab::{
-        cartpole::CartPole,
-        experiment::{
-            Config,
-            sweep::{Sweep, SweepAxis, all_cores},
-        },
+    use ratelab_cart_pole::CartPole;
+    use ratelab_study::experiment::{
+        Config,
+        sweep::{Sweep, SweepAxis, all_cores},
     };
     use rerun::{
         Scalars,

@@ -1,6 +1,6 @@
 //! The runs of a sweep, combined over the seeds.
 
-use ratelab::experiment::sweep::{Cell, CellResult, Sweep, Swept};
+use ratelab_study::experiment::sweep::{Cell, CellResult, Sweep, Swept};
 
 use super::{
     columns::{self, Column},

@@ -1,8 +1,8 @@
 //! Growth by linear theory for each pair of rates of the cart-pole.
 
-use ratelab::{
+use ratelab_cart_pole::stability::{Expected, NotExpected, StabilityError, expected};
+use ratelab_study::{
     experiment::Config,
-    stability::{Expected, NotExpected, StabilityError, expected},
     system::{Setup, WorldKind},
 };
 

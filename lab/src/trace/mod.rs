@@ -6,12 +6,10 @@ mod tracks;
 
 use prost::Message;
 use ratelab::{
-    runtime::{
-        Time,
-        telemetry::{Lineage, Sent, Worked},
-    },
-    system::System,
+    Time,
+    telemetry::{Lineage, Sent, Worked},
 };
+use ratelab_study::system::System;
 
 use crate::recording::{Recording, end_of};
 use perfetto::DebugAnnotation;

@@ -1,6 +1,6 @@
 //! Tracks with their events, in order of time.
 
-use ratelab::runtime::Time;
+use ratelab::Time;
 
 use super::perfetto::{
     CounterDescriptor, DebugAnnotation, EventType, Trace, TracePacket, TrackDescriptor, TrackEvent,

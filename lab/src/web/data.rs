@@ -3,12 +3,10 @@
 use std::sync::Arc;
 
 use ratelab::{
-    runtime::{
-        Command, Head, Knob, Rows, Time,
-        telemetry::{Event, PushAge},
-    },
-    system::{Picture, Shape, Style, System},
+    Command, Head, Knob, Rows, Time,
+    telemetry::{Event, PushAge},
 };
+use ratelab_study::system::{Picture, Shape, Style, System};
 use serde_json::{Value, json};
 
 use crate::{

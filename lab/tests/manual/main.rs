@@ -22,8 +22,9 @@ use page::ManualPage;
 use shell::Shell;
 
 /// Folders that may contain pages, beside the README.
-const ROOMS: [&str; 9] = [
+const ROOMS: [&str; 10] = [
     "benches",
+    "crates",
     "docs",
     "examples",
     "exercises",

@@ -124,7 +124,7 @@ impl Shell {
     fn stand_in_for_mujoco(&self) {
         let folder = self.clone().join("xtask/mujoco");
         fs::create_dir_all(&folder).expect("folder");
-        let version = ratelab::cartpole::mujoco_version();
+        let version = ratelab_cart_pole::mujoco_version();
         fs::write(folder.join(format!("libmujoco.so.{version}")), "").expect("library");
     }
 

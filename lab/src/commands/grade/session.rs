@@ -7,7 +7,7 @@ use std::{
     sync::atomic::{AtomicBool, Ordering},
 };
 
-use ratelab::runtime::{Time, TimedKnob, telemetry::Event};
+use ratelab::{Time, TimedKnob, telemetry::Event};
 
 use super::{file_name, flag::Flags};
 use crate::{

@@ -8,7 +8,7 @@ use std::{
     },
 };
 
-use ratelab::runtime::Time;
+use ratelab::Time;
 
 use crate::output::ProgressLine;
 

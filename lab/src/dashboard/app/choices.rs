@@ -2,9 +2,9 @@
 
 use std::{fs, path::Path};
 
-use ratelab::{
+use ratelab::{Knob, KnobKind};
+use ratelab_study::{
     experiment::Config,
-    runtime::{Knob, KnobKind},
     system::{Setup, System},
 };
 

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use ratelab::experiment::Config;
+use ratelab_study::experiment::Config;
 
 use super::App;
 use crate::dashboard::{LabError, cliff::CliffMap, keys::MapAction};

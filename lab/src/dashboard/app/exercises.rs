@@ -1,7 +1,8 @@
 //! The exercises over a running session.
 
 use crossterm::event::KeyEvent;
-use ratelab::{experiment::Config, runtime::Speed, system::Verdict};
+use ratelab::Speed;
+use ratelab_study::{experiment::Config, system::Verdict};
 
 use super::{App, LabError};
 use crate::{

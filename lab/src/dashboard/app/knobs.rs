@@ -1,11 +1,11 @@
 //! Knobs: by presets, by exact values, and by timed knobs.
 
 use ratelab::{
+    Command, Knob, KnobKind, Link,
+    telemetry::{Event, EventKind},
+};
+use ratelab_study::{
     experiment::{Config, Experiment},
-    runtime::{
-        Command, Knob, KnobKind, Link,
-        telemetry::{Event, EventKind},
-    },
     system::KnobText,
 };
 

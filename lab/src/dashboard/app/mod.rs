@@ -16,9 +16,9 @@ mod tour;
 use std::{path::PathBuf, sync::Arc, time::Duration};
 
 use crossterm::event::KeyEvent;
-use ratelab::{
+use ratelab::{Command, Knob, Snapshot, Time, telemetry::Event};
+use ratelab_study::{
     experiment::Config,
-    runtime::{Command, Knob, Snapshot, Time, telemetry::Event},
     system::{System, WorldKind},
 };
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ratelab::runtime::{Knob, telemetry::Event};
+use ratelab::{Knob, telemetry::Event};
 
 use super::App;
 use crate::{

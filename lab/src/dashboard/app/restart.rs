@@ -5,10 +5,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-use ratelab::{
-    experiment::Config,
-    runtime::{ClockKind, Command},
-};
+use ratelab::{ClockKind, Command};
+use ratelab_study::experiment::Config;
 
 use super::{App, LabError, choices::as_it_is_now, knobs::without_knobs};
 use crate::{

@@ -1,6 +1,6 @@
 //! The speed of run time, and the visible moment.
 
-use ratelab::runtime::{ClockKind, Command, Speed};
+use ratelab::{ClockKind, Command, Speed};
 
 use super::App;
 use crate::dashboard::{

@@ -1,9 +1,7 @@
 //! The words for each owner of an age, and for what its cure does.
 
-use ratelab::{
-    runtime::{Hz, Knob, KnobKind},
-    system::System,
-};
+use ratelab::{Hz, Knob, KnobKind};
+use ratelab_study::system::System;
 
 use super::{Explained, Facts, Owner, Tried, acting, ms, number};
 use std::time::Duration;

@@ -2,10 +2,8 @@
 
 use std::time::Duration;
 
-use ratelab::{
-    runtime::{Knob, Time, TimedKnob},
-    system::Setup,
-};
+use ratelab::{Knob, Time, TimedKnob};
+use ratelab_study::system::Setup;
 
 /// A tick that a knob makes long.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -10,10 +10,8 @@ mod trial;
 
 use std::time::Duration;
 
-use ratelab::{
-    runtime::{Knob, KnobKind, Snapshot, Time, telemetry::Lineage},
-    system::{Alias, Setup, System},
-};
+use ratelab::{Knob, KnobKind, Snapshot, Time, telemetry::Lineage};
+use ratelab_study::system::{Alias, Setup, System};
 
 use blame::Effect;
 pub use hang::Hang;

@@ -3,12 +3,10 @@
 use std::time::Duration;
 
 use ratelab::{
-    runtime::{
-        Knob, Snapshot, Time,
-        telemetry::{AgeStage, Lineage, Sent, Worked},
-    },
-    system::Setup,
+    Knob, Snapshot, Time,
+    telemetry::{AgeStage, Lineage, Sent, Worked},
 };
+use ratelab_study::system::Setup;
 
 use super::Hang;
 
@@ -277,6 +275,6 @@ impl Explained<'_> {
     }
 }
 
-fn name(node: &ratelab::runtime::telemetry::NodeView) -> &str {
+fn name(node: &ratelab::telemetry::NodeView) -> &str {
     &node.name
 }

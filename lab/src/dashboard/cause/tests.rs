@@ -2,10 +2,10 @@
 
 use std::{path::Path, sync::Arc};
 
-use ratelab::{
-    cartpole::CartPole,
+use ratelab::{Head, Knob, Snapshot, TickRecord, Time, TimedKnob};
+use ratelab_cart_pole::CartPole;
+use ratelab_study::{
     experiment::{Config, Experiment, Summary},
-    runtime::{Head, Knob, Snapshot, TickRecord, Time, TimedKnob},
     system::{AgeLimits, Setup, System, WorldKind},
 };
 

@@ -3,9 +3,9 @@
 use std::{sync::Arc, thread, time::Duration};
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, bounded};
-use ratelab::{
+use ratelab::{ClockKind, Knob, Speed, Time};
+use ratelab_study::{
     experiment::{Config, Experiment, Summary},
-    runtime::{ClockKind, Knob, Speed, Time},
     system::{Setup, System, WorldKind},
 };
 

@@ -3,10 +3,8 @@
 use std::{num::NonZeroUsize, ops::ControlFlow, thread};
 
 use crossbeam_channel::{Receiver, TryRecvError, unbounded};
-use ratelab::{
-    experiment::sweep::{Cell, CellResult, Sweep, SweepError},
-    runtime::{Interrupt, clock::lower_priority},
-};
+use ratelab::{Interrupt, clock::lower_priority};
+use ratelab_study::experiment::sweep::{Cell, CellResult, Sweep, SweepError};
 
 /// A run and its result.
 pub type Made = (Cell, CellResult);

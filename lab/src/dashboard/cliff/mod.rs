@@ -6,12 +6,12 @@ mod quantity;
 
 use std::sync::Arc;
 
-use ratelab::{
+use ratelab::{Knob, Snapshot};
+use ratelab_study::{
     experiment::{
         Config,
         sweep::{AxisError, Cell, CellResult, Sweep, SweepAxis, SweepError, SweepValue},
     },
-    runtime::{Knob, Snapshot},
     system::{Setup, System},
 };
 
@@ -345,13 +345,13 @@ pub mod sample {
 
     use std::sync::Arc;
 
-    use ratelab::{
-        cartpole::{
-            CartPole,
-            verdict::{BALANCED, POLE_FELL},
-        },
+    use ratelab::Time;
+    use ratelab_cart_pole::{
+        CartPole,
+        verdict::{BALANCED, POLE_FELL},
+    };
+    use ratelab_study::{
         experiment::{Config, Experiment, sweep::CellResult},
-        runtime::Time,
         system::{System, Verdict},
     };
 
@@ -412,7 +412,7 @@ pub mod sample {
 
 #[cfg(test)]
 mod tests {
-    use ratelab::cartpole::CartPole;
+    use ratelab_cart_pole::CartPole;
 
     use super::{sample::around, *};
 
@@ -512,7 +512,7 @@ mod tests {
             alone.setup.extend(knobs);
             assert_eq!(seed, 3);
             let system = std::sync::Arc::new(CartPole::default());
-            let alone = ratelab::experiment::Experiment::new(system, &alone).expect("a run");
+            let alone = ratelab_study::experiment::Experiment::new(system, &alone).expect("a run");
             let alone = CellResult::from(&alone.run().expect("no fault"));
             assert_eq!(map.outcome(column, row), Some(&alone));
         }

@@ -1,8 +1,8 @@
 //! The quantities of a cliff map.
 
-use ratelab::{
+use ratelab::{Hz, Knob, KnobKind, Snapshot};
+use ratelab_study::{
     experiment::sweep::{AxisError, SweepAxis},
-    runtime::{Hz, Knob, KnobKind, Snapshot},
     system::{KnobText, Setup, System},
 };
 

@@ -10,11 +10,11 @@ use std::{
 
 use crossterm::event::KeyEvent;
 use ratelab::{
+    Knot, Observer, Speed, Time,
+    telemetry::{Event, Lineage},
+};
+use ratelab_study::{
     experiment::{Config, Summary},
-    runtime::{
-        Knot, Observer, Speed, Time,
-        telemetry::{Event, Lineage},
-    },
     system::System,
 };
 

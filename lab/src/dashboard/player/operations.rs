@@ -1,6 +1,6 @@
 //! Ticks that overlap, operation by operation: the run itself, held between two of them.
 
-use ratelab::runtime::Time;
+use ratelab::Time;
 
 use super::Player;
 use crate::{

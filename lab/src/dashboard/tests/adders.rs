@@ -6,10 +6,8 @@ use std::{
     time::Duration,
 };
 
-use ratelab::{
-    runtime::{GO_ON, Shared},
-    system::{BuildError, Builder, System},
-};
+use ratelab::{GO_ON, Shared};
+use ratelab_study::system::{BuildError, Builder, System};
 
 /// How long a node is between its two operations, so that those of the other come between.
 const BETWEEN: Duration = Duration::from_micros(300);

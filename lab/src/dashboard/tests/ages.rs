@@ -1,11 +1,7 @@
 //! The age in the header and its parts, in graphs with triggers and executors.
 
-use ratelab::{
-    experiment::Config,
-    graph_file::GraphFile,
-    runtime::{Speed, Time},
-    system::System,
-};
+use ratelab::{Speed, Time};
+use ratelab_study::{experiment::Config, graph_file::GraphFile, system::System};
 
 use super::*;
 

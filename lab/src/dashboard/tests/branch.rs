@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use ratelab::runtime::ClockKind;
+use ratelab::ClockKind;
 
 use super::{super::player::Player, *};
 use crate::recording::{Destination, Recording};

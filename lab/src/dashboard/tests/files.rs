@@ -2,10 +2,8 @@
 
 use std::{fs, path::Path};
 
-use ratelab::{
-    experiment::Config,
-    runtime::{Command, Knob, Speed, Time},
-};
+use ratelab::{Command, Knob, Speed, Time};
+use ratelab_study::experiment::Config;
 
 use super::*;
 use crate::{dashboard::sampler::RunSource, recording::Destination};

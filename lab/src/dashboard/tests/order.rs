@@ -1,12 +1,10 @@
 //! Knobs that keys turn among those that were given their times up front.
 
 use ratelab::{
-    experiment::Config,
-    runtime::{
-        Command, Knob, Speed, Time,
-        telemetry::{Event, EventKind},
-    },
+    Command, Knob, Speed, Time,
+    telemetry::{Event, EventKind},
 };
+use ratelab_study::experiment::Config;
 
 use super::*;
 
@@ -87,7 +85,7 @@ fn in_every_order_what_is_wanted_ends_as_what_runs() {
         for event in order.iter().map(applied) {
             app.on_event(&event);
         }
-        let runs: ratelab::system::Setup = order.iter().cloned().collect();
+        let runs: ratelab_study::system::Setup = order.iter().cloned().collect();
         let wanted = app.wanted().setup;
         assert_eq!(wanted.iter().count(), runs.iter().count());
         for knob in runs.iter() {

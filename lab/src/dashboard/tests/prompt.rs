@@ -1,7 +1,7 @@
 //! Typing knobs: completion, history, and what is given back.
 
 use super::*;
-use ratelab::runtime::Knob;
+use ratelab::Knob;
 
 fn key(app: &mut App, code: KeyCode) {
     app.key(&KeyEvent::new(code, KeyModifiers::NONE))

@@ -4,11 +4,10 @@ use std::time::Duration;
 
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::{Terminal, backend::TestBackend};
-use ratelab::{
-    cartpole::{Action, CartPole, Observation},
+use ratelab::{ClockKind, Speed, Time};
+use ratelab_cart_pole::{Action, CartPole, Observation, policy::Policy};
+use ratelab_study::{
     experiment::{Config, Experiment, Summary},
-    policy::Policy,
-    runtime::{ClockKind, Speed, Time},
     system::Verdict,
 };
 

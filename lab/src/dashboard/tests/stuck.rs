@@ -1,12 +1,9 @@
 //! Leaving a run, and starting again, while a node is stuck in its tick.
 
 use crossbeam_channel::{Receiver, Sender, bounded};
-use ratelab::{
-    cartpole::{Action, CartPole, Observation},
-    experiment::Config,
-    policy::Policy,
-    runtime::{ClockKind, Time},
-};
+use ratelab::{ClockKind, Time};
+use ratelab_cart_pole::{Action, CartPole, Observation, policy::Policy};
+use ratelab_study::experiment::Config;
 
 use super::*;
 use crate::dashboard::sampler::RunSource;
@@ -125,7 +122,7 @@ fn run_time_stands_still_while_the_program_is_stopped() {
     for clock in [ClockKind::Virtual, ClockKind::Real] {
         let config = Config {
             clock,
-            speed: ratelab::runtime::Speed::REAL_TIME,
+            speed: ratelab::Speed::REAL_TIME,
             end: Time::MAX,
             ..Config::default()
         };

@@ -1,11 +1,9 @@
 //! Systems other than the cart-pole.
 
-use ratelab::{
-    runtime::{END, Fields, GO_ON, Time},
-    system::{
-        BuildError, Builder, Picture, Setup as RunSetup, Shape, Signal, Style, System, Verdict,
-        VerdictKind,
-    },
+use ratelab::{END, Fields, GO_ON, Time};
+use ratelab_study::system::{
+    BuildError, Builder, Picture, Setup as RunSetup, Shape, Signal, Style, System, Verdict,
+    VerdictKind,
 };
 
 use super::{adders::Adders, *};
@@ -91,7 +89,7 @@ impl System for Drone {
         Some("/flight")
     }
 
-    fn verdict(&self, _: &ratelab::runtime::ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
+    fn verdict(&self, _: &ratelab::ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
         let down = state.is_some_and(|state| state.first().is_some_and(|height| *height <= 0.0));
         Verdict::new(if down { &Self::CRASHED } else { &Self::FLEW }, at)
     }

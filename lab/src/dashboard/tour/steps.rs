@@ -1,7 +1,8 @@
 //! The steps of the tour, for the cart-pole of the course. None of them answers an
 //! exercise, and what they say of the run is read from the run.
 
-use ratelab::{experiment::Config, runtime::ClockKind};
+use ratelab::ClockKind;
+use ratelab_study::experiment::Config;
 
 use crate::dashboard::frame::{FrameData, Standing};
 

@@ -6,7 +6,7 @@ use ratatui::{
     style::Style,
     text::{Line, Span},
 };
-use ratelab::runtime::telemetry::{Event, EventKind};
+use ratelab::telemetry::{Event, EventKind};
 
 use super::{
     pane::{border, broken, clip, plain, put, row},
@@ -138,7 +138,7 @@ fn draw_event(event: &Event, theme: &Theme, row: Rect, buf: &mut Buffer) {
 #[cfg(test)]
 mod tests {
     use ratatui::buffer::Buffer;
-    use ratelab::runtime::{
+    use ratelab::{
         Command, Hz, Knob, Time,
         telemetry::{Event, EventKind},
     };

@@ -65,7 +65,7 @@ pub fn render(knot: &KnotView, theme: &Theme, focused: bool, area: Rect, buf: &m
 mod tests {
     use super::*;
     use crate::dashboard::view::pane::testing::{POOR, RICH, screen, text, torture};
-    use ratelab::runtime::Time;
+    use ratelab::Time;
 
     fn sample(lanes: &[&str]) -> KnotView {
         KnotView {

@@ -32,7 +32,8 @@ use ratatui::{
     widgets::{Clear, Paragraph, Widget, Wrap},
 };
 
-use ratelab::{runtime::telemetry::Event, system::System};
+use ratelab::telemetry::Event;
+use ratelab_study::system::System;
 
 #[cfg(test)]
 pub use self::page::aside;

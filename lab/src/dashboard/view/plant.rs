@@ -1,7 +1,7 @@
 //! The plant, drawn to scale.
 
 use ratatui::{buffer::Buffer, layout::Rect, style::Style as CellStyle, text::Span};
-use ratelab::system::{Picture, Shape, Style};
+use ratelab_study::system::{Picture, Shape, Style};
 
 use super::{
     canvas::{BrailleCanvas, Pen, Stroke, dashed},

@@ -2,11 +2,9 @@
 
 use std::time::Duration;
 
-use ratelab::{
-    cartpole::CartPole,
-    runtime::{ClockKind, Hz, Speed, Time, telemetry::Status},
-    system::{AgeLimits, Picture, System},
-};
+use ratelab::{ClockKind, Hz, Speed, Time, telemetry::Status};
+use ratelab_cart_pole::CartPole;
+use ratelab_study::system::{AgeLimits, Picture, System};
 
 use crate::dashboard::frame::{
     AgeData, FrameData, Ghost, Health, LatencyData, NodeData, Quantiles, SignalTrace, Standing,

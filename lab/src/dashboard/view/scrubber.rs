@@ -1,7 +1,7 @@
 //! The position in a recording.
 
 use ratatui::{buffer::Buffer, layout::Rect, style::Style};
-use ratelab::runtime::Time;
+use ratelab::Time;
 
 use super::{
     pane::{plain, put, row, width},

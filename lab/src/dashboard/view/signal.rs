@@ -3,10 +3,8 @@
 use std::time::Duration;
 
 use ratatui::{buffer::Buffer, layout::Rect, style::Style, text::Span};
-use ratelab::{
-    runtime::Time,
-    system::{AgeLimits, Signal},
-};
+use ratelab::Time;
+use ratelab_study::system::{AgeLimits, Signal};
 
 use super::{
     canvas::{BrailleCanvas, Pen, Stroke},
@@ -441,7 +439,7 @@ impl Chart<'_> {
 #[cfg(test)]
 mod tests {
     use ratatui::buffer::Buffer;
-    use ratelab::runtime::Time;
+    use ratelab::Time;
 
     use super::render;
     use crate::dashboard::{

@@ -1,7 +1,7 @@
 //! The lines at the top and at the bottom of the screen.
 
 use ratatui::{buffer::Buffer, layout::Rect, style::Style};
-use ratelab::runtime::{ClockKind, telemetry::Status};
+use ratelab::{ClockKind, telemetry::Status};
 
 use super::{
     pane::{self, plain, put, row},
@@ -159,7 +159,7 @@ pub fn render_footer(hints: &[(&str, &str)], theme: &Theme, area: Rect, buf: &mu
 #[cfg(test)]
 mod tests {
     use ratatui::{buffer::Buffer, layout::Rect};
-    use ratelab::runtime::ClockKind;
+    use ratelab::ClockKind;
 
     use super::{StatusExtra, render_footer, render_status};
     use crate::dashboard::view::{

@@ -6,7 +6,7 @@ use ratatui::{
     style::{Modifier, Style},
     text::Span,
 };
-use ratelab::runtime::Time;
+use ratelab::Time;
 
 use super::{
     pane::{self, border, broken, clip, plain, put, row, width},

@@ -15,11 +15,11 @@ use std::{
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use ratelab::{
+    ClockExit, TickRecord, Time,
+    telemetry::{Event, Topology},
+};
+use ratelab_study::{
     experiment::{Config, Experiment, Taps},
-    runtime::{
-        ClockExit, TickRecord, Time,
-        telemetry::{Event, Topology},
-    },
     system::System,
 };
 use ratelab_wire::{

@@ -5,7 +5,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use ratelab::runtime::{
+use ratelab::{
     Command,
     telemetry::{Event, EventKind},
 };
@@ -372,10 +372,8 @@ fn is_of_node(event: &Event, here: impl Fn(&str) -> bool) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ratelab::{
-        experiment::Config,
-        runtime::{GO_ON, Graph, Hz, Time, telemetry::Topology},
-    };
+    use ratelab::{GO_ON, Graph, Hz, Time, telemetry::Topology};
+    use ratelab_study::experiment::Config;
 
     /// A process with one node, whose run began at `zero` (ns) of its clock.
     fn info(incarnation: u64, node: &str, clock: u64, zero: Nanos) -> Info {

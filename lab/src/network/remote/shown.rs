@@ -2,9 +2,9 @@
 
 use std::{sync::Arc, thread, time::Duration};
 
-use ratelab::{
+use ratelab::{Knob, Observer, telemetry::Lineage};
+use ratelab_study::{
     experiment::{Config, Summary},
-    runtime::{Knob, Observer, telemetry::Lineage},
     system::System,
 };
 

@@ -1,6 +1,6 @@
 //! The event log.
 
-use ratelab::runtime::telemetry::{Event, EventKind};
+use ratelab::telemetry::{Event, EventKind};
 use rerun::{RecordingStream, RecordingStreamResult, TextLog, TextLogLevel};
 
 use crate::recording::{plant_steps::PlantSteps, schema::EVENTS, timeline::Stamps};

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::runtime::{Head, Time};
+use ratelab::{Head, Time};
 use rerun::{BarChart, RecordingStream, RecordingStreamResult, TensorData};
 
 use super::palette::BLUE;

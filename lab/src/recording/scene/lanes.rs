@@ -6,7 +6,7 @@
 
 use std::{collections::HashSet, time::Duration};
 
-use ratelab::runtime::{
+use ratelab::{
     Time,
     telemetry::{Lineage, Occupied, Worked},
 };
@@ -170,7 +170,7 @@ fn send(
 
 #[cfg(test)]
 mod tests {
-    use ratelab::runtime::TickRecord;
+    use ratelab::TickRecord;
 
     use super::*;
 

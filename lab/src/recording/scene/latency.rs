@@ -4,12 +4,10 @@
 use std::{collections::VecDeque, time::Duration};
 
 use ratelab::{
-    runtime::{
-        Command, Knob, Snapshot, Time,
-        telemetry::{Event, PushAge},
-    },
-    system::System,
+    Command, Knob, Snapshot, Time,
+    telemetry::{Event, PushAge},
 };
+use ratelab_study::system::System;
 use rerun::{RecordingStream, RecordingStreamResult};
 
 use super::{
@@ -146,7 +144,7 @@ impl Period {
 mod tests {
     use std::time::Duration;
 
-    use ratelab::runtime::{
+    use ratelab::{
         Hz, Knob, Time,
         telemetry::{Event, EventKind},
     };

@@ -1,6 +1,6 @@
 //! How late the ticks of each node began. Virtual time is never late.
 
-use ratelab::runtime::Snapshot;
+use ratelab::Snapshot;
 use rerun::{RecordingStream, RecordingStreamResult, SeriesPoints};
 
 use super::palette;

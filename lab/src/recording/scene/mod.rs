@@ -21,10 +21,8 @@ mod tests;
 
 use std::sync::Arc;
 
-use ratelab::{
-    runtime::{Rows, Snapshot, Time, telemetry::Event},
-    system::System,
-};
+use ratelab::{Rows, Snapshot, Time, telemetry::Event};
+use ratelab_study::system::System;
 use rerun::{RecordingStream, RecordingStreamResult};
 
 use self::{

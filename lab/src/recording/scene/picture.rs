@@ -2,10 +2,8 @@
 
 use std::{f64::consts::TAU, sync::Arc, time::Duration};
 
-use ratelab::{
-    runtime::{Rows, Time},
-    system::{Shape, Style, System},
-};
+use ratelab::{Rows, Time};
+use ratelab_study::system::{Shape, Style, System};
 use rerun::{
     AsComponents, Color, LineStrips2D, Points2D, Radius, RecordingStream, RecordingStreamResult,
 };

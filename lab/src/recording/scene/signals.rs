@@ -3,7 +3,8 @@
 
 use std::iter;
 
-use ratelab::{runtime::Rows, system::Signal};
+use ratelab::Rows;
+use ratelab_study::system::Signal;
 use rerun::{EntityPath, RecordingStream, RecordingStreamResult, SeriesLines};
 
 use super::{

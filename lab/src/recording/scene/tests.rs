@@ -2,10 +2,10 @@
 
 use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
-use ratelab::{
-    cartpole::{CartPole, POLICY, STATE},
+use ratelab::{ClockKind, Head, Rows, Snapshot, Time};
+use ratelab_cart_pole::{CartPole, POLICY, STATE};
+use ratelab_study::{
     experiment::{Config, Experiment, Summary},
-    runtime::{ClockKind, Head, Rows, Snapshot, Time},
     system::System,
 };
 use rerun::{

@@ -2,7 +2,7 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use ratelab::runtime::{Head, Time};
+use ratelab::{Head, Time};
 use rerun::{RecordingStream, RecordingStreamResult};
 
 use super::{
@@ -218,7 +218,7 @@ impl TopicTraffic {
 
 #[cfg(test)]
 mod tests {
-    use ratelab::runtime::{Head, Time};
+    use ratelab::{Head, Time};
 
     use super::{Traffic, WINDOW};
 

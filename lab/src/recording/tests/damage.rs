@@ -2,7 +2,8 @@
 
 use std::{fs, path::Path, thread, time::Duration};
 
-use ratelab::{experiment::Config, runtime::Time};
+use ratelab::Time;
+use ratelab_study::experiment::Config;
 use rerun::{
     external::re_log_encoding::{DecoderApp, Encoder, EncodingOptions},
     log::{Chunk, LogMsg},

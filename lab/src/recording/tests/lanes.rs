@@ -2,7 +2,8 @@
 
 use std::{fs, path::Path};
 
-use ratelab::{experiment::Config, runtime::Time};
+use ratelab::Time;
+use ratelab_study::experiment::Config;
 use rerun::StateChange;
 
 use super::{folder, record, with_knobs};

@@ -12,10 +12,9 @@ use std::{
     time::Instant,
 };
 
-use ratelab::{
+use ratelab::{ClockKind, Command, GO_ON, Shared, Speed, Time, fields};
+use ratelab_study::{
     experiment::{Config, Experiment},
-    fields,
-    runtime::{ClockKind, Command, GO_ON, Shared, Speed, Time},
     system::{BuildError, Builder, System},
 };
 

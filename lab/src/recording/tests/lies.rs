@@ -7,12 +7,10 @@ use std::{
 };
 
 use ratelab::{
-    cartpole::CartPole,
-    runtime::{
-        ClockKind, Command, Knob, Speed, Time,
-        telemetry::{Event, EventKind},
-    },
+    ClockKind, Command, Knob, Speed, Time,
+    telemetry::{Event, EventKind},
 };
+use ratelab_cart_pole::CartPole;
 use rerun::external::arrow::{
     array::{Array, AsArray, DurationNanosecondArray},
     datatypes::DurationNanosecondType,

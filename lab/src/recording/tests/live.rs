@@ -2,11 +2,10 @@
 
 use std::{fs, path::Path, sync::Arc, thread, time::Duration};
 
-use ratelab::{
-    cartpole::{Action, CartPole, Observation},
+use ratelab::{ClockKind, Command, Speed, Time, TimedCommand};
+use ratelab_cart_pole::{Action, CartPole, Observation, policy::Policy};
+use ratelab_study::{
     experiment::{Config, Experiment},
-    policy::Policy,
-    runtime::{ClockKind, Command, Speed, Time, TimedCommand},
     system::WorldKind,
 };
 

@@ -14,11 +14,10 @@ mod verified;
 
 use std::{ops::ControlFlow, path::Path, sync::Arc};
 
-use ratelab::{
-    cartpole::CartPole,
+use ratelab::{Fault, Hz, Snapshot, Speed, Time};
+use ratelab_cart_pole::{CartPole, policy::PolicyKind};
+use ratelab_study::{
     experiment::{Config, Experiment, Summary},
-    policy::PolicyKind,
-    runtime::{Fault, Hz, Snapshot, Speed, Time},
     system::System,
 };
 use tempfile::TempDir;

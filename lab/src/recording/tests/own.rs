@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use ratelab::{
+use ratelab::{ClockExit, END, Fields, GO_ON, KnobKind, Time, TimedKnob};
+use ratelab_study::{
     experiment::{Config, Experiment},
-    runtime::{ClockExit, END, Fields, GO_ON, KnobKind, Time, TimedKnob},
     system::{
         BuildError, Builder, Final, Picture, Shape, Signal, Style, System, Verdict, VerdictKind,
     },
@@ -203,10 +203,7 @@ fn a_run_of_any_system_is_read_as_it_was_and_comes_again() {
     assert_eq!(falls.len(), 101);
     assert!(falls[100].data.0[0] <= 0.0 && falls[99].data.0[0] > 0.0);
     assert!(recording.messages::<Blink>("/blink").len() > 3);
-    assert_eq!(
-        recording.rows("/internal").map(ratelab::runtime::Rows::len),
-        Some(0)
-    );
+    assert_eq!(recording.rows("/internal").map(ratelab::Rows::len), Some(0));
     let identical = verify_with(&recording, &ball()).expect("identical");
     assert_eq!(identical.topics, 2);
     let mut altered = recording.clone();
@@ -229,7 +226,7 @@ fn a_replay_of_any_system_ends_as_its_run_did() {
     let mut replay = Replay::new(Arc::new(recording(&folder)), &ball());
     replay.advance_to(Time::MAX);
     let replayed = replay.summary();
-    let end = |summary: &ratelab::experiment::Summary| {
+    let end = |summary: &ratelab_study::experiment::Summary| {
         let end = summary.end();
         (end.verdict, end.sim_time, end.state)
     };

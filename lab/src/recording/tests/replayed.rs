@@ -1,9 +1,9 @@
 //! A replay shows the figures of its run.
 
-use ratelab::{
-    cartpole::{CartPole, STATE},
+use ratelab::{ClockKind, Snapshot, Time, telemetry::Distribution};
+use ratelab_cart_pole::{CartPole, STATE};
+use ratelab_study::{
     experiment::{Config, Summary},
-    runtime::{ClockKind, Snapshot, Time, telemetry::Distribution},
     system::WorldKind,
 };
 
@@ -183,7 +183,7 @@ fn links_faults_and_clocks_that_go_back_are_replayed_and_verified() {
     let path = folder.path().join("links.rrd");
     let config = Config {
         end: Time::from_nanos(4_000_000_000),
-        world: ratelab::system::WorldKind::OWN,
+        world: ratelab_study::system::WorldKind::OWN,
         ..super::with_knobs("depth /obs 3, read /obs oldest", live)
     };
     let (outcome, _) = record(&config, &path);

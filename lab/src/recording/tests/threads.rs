@@ -2,12 +2,9 @@
 
 use std::{fs, path::Path, thread, time::Duration};
 
-use ratelab::{
-    cartpole::CartPole,
-    experiment::Config,
-    runtime::{ClockKind, Command, Log, Speed, Time},
-    system::WorldKind,
-};
+use ratelab::{ClockKind, Command, Log, Speed, Time};
+use ratelab_cart_pole::CartPole;
+use ratelab_study::{experiment::Config, system::WorldKind};
 
 use super::{
     Dice,

@@ -3,13 +3,11 @@
 use std::ops::ControlFlow;
 
 use ratelab::{
-    cartpole::CartPole,
-    experiment::{Config, Experiment},
-    runtime::{
-        Command, Head, Knob, Rows, Time, TimedCommand,
-        telemetry::{Event, EventKind},
-    },
+    Command, Head, Knob, Rows, Time, TimedCommand,
+    telemetry::{Event, EventKind},
 };
+use ratelab_cart_pole::CartPole;
+use ratelab_study::experiment::{Config, Experiment};
 
 use super::{
     Dice, cart_pole, cases, experiment, folder, read, record, record_run, recording, verify,

@@ -10,11 +10,11 @@ use std::{
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::{
+    BusyNode, Doing, Knob, Observer, Rerun, RowTap, Rows, Speed, Tap, TickRecord, Time, Watch,
+    telemetry::Event,
+};
+use ratelab_study::{
     experiment::{Config, Experiment, Taps},
-    runtime::{
-        BusyNode, Doing, Knob, Observer, Rerun, RowTap, Rows, Speed, Tap, TickRecord, Time, Watch,
-        telemetry::Event,
-    },
     system::{BuildError, System},
 };
 

@@ -4,11 +4,11 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{
+    Clock, ClockExit, ClockKind, Command, Fault, Graph, Inbox, Knob, RealClock, Rerun, Speed, Time,
+    TimedCommand, TimedKnob,
+};
+use ratelab_study::{
     experiment::{Config, Experiment, Summary},
-    runtime::{
-        Clock, ClockExit, ClockKind, Command, Fault, Graph, Inbox, Knob, RealClock, Rerun, Speed,
-        Time, TimedCommand, TimedKnob,
-    },
     system::System,
 };
 

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crossbeam_channel::Sender;
-use ratelab::runtime::{Command, Observer, Time};
+use ratelab::{Command, Observer, Time};
 
 use super::{
     Identical,

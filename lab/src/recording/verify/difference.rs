@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use ratelab::runtime::Time;
+use ratelab::Time;
 
 /// The first thing that is not the same.
 #[derive(Clone, Debug, PartialEq)]

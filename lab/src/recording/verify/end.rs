@@ -1,6 +1,6 @@
 //! How a run ended when it was recorded, held against how it ends now.
 
-use ratelab::runtime::{
+use ratelab::{
     Fault, Observer, Time,
     telemetry::{TopicView, Topology},
 };

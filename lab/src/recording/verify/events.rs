@@ -4,12 +4,10 @@
 use std::iter;
 
 use ratelab::{
-    runtime::{
-        ClockKind, Command, Knob, Rerun, Time, TimedCommand,
-        telemetry::{Event, EventKind},
-    },
-    system::{BuildError, System},
+    ClockKind, Command, Knob, Rerun, Time, TimedCommand,
+    telemetry::{Event, EventKind},
 };
+use ratelab_study::system::{BuildError, System};
 
 use super::difference::Difference;
 use crate::recording::{durations::with_durations, reader::Recording};

@@ -2,9 +2,9 @@
 
 use std::{sync::Arc, thread};
 
-use ratelab::{
+use ratelab::{Knot, Observer, RealClock, Rerun, Speed};
+use ratelab_study::{
     experiment::{Config, Experiment, Taps},
-    runtime::{Knot, Observer, RealClock, Rerun, Speed},
     system::System,
 };
 

@@ -2,10 +2,8 @@
 
 use std::{sync::Arc, thread};
 
-use ratelab::{
-    experiment::Experiment,
-    runtime::{Observer, Rerun, Watch},
-};
+use ratelab::{Observer, Rerun, Watch};
+use ratelab_study::experiment::Experiment;
 
 /// A run that is executed again up to an operation, and held there until this is dropped.
 pub struct Held {

@@ -14,10 +14,8 @@ mod topology;
 
 use std::{fmt, ops::ControlFlow, sync::Arc};
 
-use ratelab::{
-    runtime::{LogError, Time, telemetry::Topology},
-    system::{BuildError, System},
-};
+use ratelab::{LogError, Time, telemetry::Topology};
+use ratelab_study::system::{BuildError, System};
 use thiserror::Error;
 
 pub use self::again::VerifyStatus;

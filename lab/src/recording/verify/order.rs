@@ -1,9 +1,7 @@
 //! The order of the threads of a run that was under the real clock.
 
-use ratelab::{
-    runtime::{ClockKind, Command, Rerun, telemetry::Event},
-    system::{BuildError, System},
-};
+use ratelab::{ClockKind, Command, Rerun, telemetry::Event};
+use ratelab_study::system::{BuildError, System};
 
 use super::{VerifyError, events};
 use crate::recording::{reader::Recording, schema::RunStatus};

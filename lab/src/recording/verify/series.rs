@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::runtime::{Head, Push, Rows, TickRecord, Time};
+use ratelab::{Head, Push, Rows, TickRecord, Time};
 
 use super::difference::{Difference, SeriesItem};
 

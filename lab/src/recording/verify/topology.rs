@@ -1,6 +1,6 @@
 //! The graph that was recorded held against the one that its configuration makes.
 
-use ratelab::runtime::{
+use ratelab::{
     Time,
     telemetry::{NodeTopology, TopicTopology, Topology},
 };

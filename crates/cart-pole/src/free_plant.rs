@@ -1,0 +1,127 @@
+//! A cart-pole that moves by itself.
+
+use std::time::Duration;
+
+use ratelab::{END, GO_ON, Publisher, Tick, Time};
+use ratelab_study::system::{StepMs, World};
+
+use super::{
+    body::{Body, PlantError},
+    message::{Action, ControlStep, Observation},
+    pose::Pose,
+};
+
+/// A control step (ns): the interval at which the fall of the pole is checked.
+const CONTROL_STEP_NS: u64 = 20_000_000;
+
+/// A cart-pole that moves by itself in steps of physics. Its state at run time t is the
+/// state after all steps that have ended by t.
+///
+/// An action applied at t is the input of every step that begins at t or later, until the
+/// next action; a step in progress keeps its input.
+pub struct FreePlant {
+    body: Body,
+    step: Duration,
+    steps: u64,
+    /// Input of the next step.
+    input: Action,
+    /// Input of the steps after it, if an action arrived after the next step had begun.
+    later: Option<Action>,
+    /// Input of the last finished step.
+    taken: Action,
+    /// Run time of the sensing behind the action in force.
+    sensed: Option<Time>,
+}
+
+impl FreePlant {
+    /// Creates a plant at the start for `seed`.
+    ///
+    /// # Errors
+    /// [`PlantError`] if MuJoCo refuses the model or is out of memory.
+    pub fn new(step: StepMs, seed: u64) -> Result<Self, PlantError> {
+        Ok(Self {
+            body: Body::new(step, seed)?,
+            step: Duration::from_millis(step.get()),
+            steps: 0,
+            input: Action::ZERO,
+            later: None,
+            taken: Action::ZERO,
+            sensed: None,
+        })
+    }
+
+    /// The reading of a perfect sensor.
+    pub fn observe(&self) -> Observation {
+        self.body.observation()
+    }
+
+    /// Pose of cart and pole.
+    pub fn pose(&self) -> Pose {
+        self.body.pose()
+    }
+
+    /// Applies `action` at run time `now`, derived from a sensing at `sensed`.
+    pub fn push(&mut self, now: Time, action: Action, sensed: Option<Time>) {
+        self.sensed = sensed;
+        if self.begin_of(self.steps) >= now {
+            (self.input, self.later) = (action, None);
+        } else {
+            self.later = Some(action);
+        }
+    }
+
+    /// Start of step number `step`, counted from zero.
+    fn begin_of(&self, step: u64) -> Time {
+        Time::from_nanos(step.saturating_mul(self.step.as_nanos() as u64))
+    }
+
+    /// Result of the control step that ends at run time `now`.
+    pub fn control_step(&self, now: Time) -> ControlStep {
+        ControlStep {
+            step: now.as_nanos() / CONTROL_STEP_NS,
+            action: self.taken.clipped(),
+            latency: self.sensed.map(|sensed| now.since(sensed)),
+            observation: self.observe(),
+            qpos: self.body.qpos(),
+            qvel: self.body.qvel(),
+        }
+    }
+
+    /// Publishes the result of the control step that ends at `now`, if there is one, and
+    /// ends the run if the pole has fallen.
+    pub(super) fn judge(&self, now: Time, steps: &Publisher<ControlStep>) -> Tick {
+        let step = self.control_step(now);
+        if step.step > 0 {
+            steps.publish(step, now, self.sensed);
+        }
+        match self.pose().fall() {
+            Some(_) => END,
+            None => GO_ON,
+        }
+    }
+}
+
+impl World for FreePlant {
+    fn advance_to(&mut self, now: Time) {
+        let steps = now.as_nanos() / self.step.as_nanos() as u64;
+        if steps <= self.steps {
+            return;
+        }
+        if let Some(later) = self.later.take() {
+            self.integrate(1);
+            self.input = later;
+        }
+        self.integrate(steps - self.steps);
+        self.body.look();
+    }
+}
+
+impl FreePlant {
+    fn integrate(&mut self, steps: u64) {
+        if steps > 0 {
+            self.body.integrate(self.input, steps);
+            self.taken = self.input;
+            self.steps += steps;
+        }
+    }
+}

@@ -1,0 +1,243 @@
+//! Sense, think, act: the three nodes.
+
+use ratelab::{
+    END, GO_ON, Message, Node, Publisher, Subscription, Tick, Time, Topic, Wiring,
+    telemetry::{MeterRecorder, PushAge},
+};
+use ratelab_study::system::SharedWorld;
+use thiserror::Error;
+
+use super::{
+    free_plant::FreePlant,
+    message::{Action, ControlStep, Observation},
+    on_stale::OnStale,
+    plant::SharedPlant,
+    policy::Policy,
+};
+
+/// Name of the node that reads the plant.
+pub const SENSOR: &str = "sensor";
+
+/// Name of the node that decides.
+pub const POLICY: &str = "policy";
+
+/// Name of the node that moves the plant.
+pub const ACTUATOR: &str = "actuator";
+
+/// Name of the actuator's meter of the age of the sensing behind an action when the
+/// action is applied.
+pub const SENSE_TO_ACT: &str = "sense→act";
+
+/// Reads the plant and publishes the readings.
+pub struct Sensor<P = SharedPlant> {
+    /// The plant.
+    pub plant: P,
+    /// Publisher of `/obs`.
+    pub observations: Publisher<Observation>,
+}
+
+/// A plant that a sensor can read.
+pub trait Observed: Send {
+    /// The reading of a perfect sensor at run time `now`.
+    fn observe(&self, now: Time) -> Observation;
+}
+
+impl Observed for SharedPlant {
+    fn observe(&self, _: Time) -> Observation {
+        self.lock().observe()
+    }
+}
+
+impl Observed for SharedWorld<FreePlant> {
+    fn observe(&self, now: Time) -> Observation {
+        self.at(now).observe()
+    }
+}
+
+impl<P: Observed> Node for Sensor<P> {
+    fn tick(&mut self, now: Time) -> Tick {
+        let observation = self.plant.observe(now);
+        self.observations.publish(observation, now, None);
+        GO_ON
+    }
+}
+
+/// Runs a policy on the newest observation. Depends on two topics only and not on the
+/// plant, which makes the policy exchangeable.
+pub struct PolicyNode {
+    /// The policy.
+    pub policy: Box<dyn Policy>,
+    /// Subscription to `/obs`.
+    pub observations: Subscription<Observation>,
+    /// Publisher of `/action`.
+    pub actions: Publisher<Action>,
+}
+
+/// A policy returned NaN or an infinite action.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("the {policy} policy answered {action} to {observation:?}: an action must be finite")]
+pub struct NotFinite {
+    policy: String,
+    action: f32,
+    observation: Observation,
+}
+
+impl Node for PolicyNode {
+    fn tick(&mut self, now: Time) -> Tick {
+        let Some(sensed) = self.observations.latest(now) else {
+            return GO_ON; // No reading yet.
+        };
+        let action = self.policy.act(&sensed.data);
+        if !action.0.is_finite() {
+            return Err(Box::new(NotFinite {
+                policy: self.policy.name().to_owned(),
+                action: action.0,
+                observation: sensed.data,
+            }));
+        }
+        self.actions.publish(action, now, Some(sensed.sensed()));
+        GO_ON
+    }
+
+    /// Replaces the policy by the named one, if it supports that.
+    fn on_message(&mut self, text: &str) -> Result<String, String> {
+        self.policy.swap(text)
+    }
+
+    fn restart(&mut self) -> Result<(), String> {
+        self.policy.restart()
+    }
+}
+
+/// Applies the newest action and advances the plant by one control step. No other node
+/// advances it, so each tick is 20 ms of the plant's time.
+///
+/// Between actions the last one is held (zero-order hold); before the first there is no
+/// force.
+pub struct Actuator {
+    /// The plant.
+    pub plant: SharedPlant,
+    /// Input from `/action`.
+    pub input: ActuatorInput,
+    /// Publisher of the result of each step: `/state`.
+    pub steps: Publisher<ControlStep>,
+}
+
+/// The input of an actuator from `/action`, with its measurements.
+pub struct ActuatorInput {
+    /// Subscription to the actions.
+    pub actions: Subscription<Action>,
+    /// Age of the sensing behind each action when it is applied.
+    pub sense_to_act: MeterRecorder,
+    /// The same, as a function of time.
+    pub push_age: PushAge,
+    command: Option<Message<Action>>,
+    on_stale: OnStale,
+}
+
+impl ActuatorInput {
+    /// Creates an input that reads from `actions`.
+    pub fn new(
+        actions: Subscription<Action>,
+        sense_to_act: MeterRecorder,
+        push_age: PushAge,
+    ) -> Self {
+        Self {
+            actions,
+            sense_to_act,
+            push_age,
+            command: None,
+            on_stale: OnStale::Hold,
+        }
+    }
+
+    /// The same, with ends from the `wiring` of an actuator.
+    pub fn wired(wiring: &mut Wiring<'_>, actions: &Topic<Action>) -> Self {
+        let actions = wiring.subscription(actions);
+        Self::new(actions, wiring.meter(SENSE_TO_ACT), wiring.push_age())
+    }
+
+    /// Reads the newest action.
+    fn read(&mut self, now: Time) {
+        self.command = self.actions.latest(now);
+    }
+
+    /// The action to apply at `now`: the last one read, with no force if it is stale.
+    fn applied(&mut self, now: Time) -> Option<Message<Action>> {
+        let sensed = self.command.and_then(|command| command.origin);
+        if let Some(sensed) = sensed {
+            self.sense_to_act.record(now.since(sensed));
+            self.push_age.push(now, sensed);
+        }
+        let mut command = self.command?;
+        if sensed.is_some_and(|sensed| !self.on_stale.allows(now.since(sensed))) {
+            command.data = Action::ZERO;
+        }
+        Some(command)
+    }
+
+    /// Sets the handling of stale actions; returns the previous one.
+    fn set_on_stale(&mut self, text: &str) -> Result<String, String> {
+        let before = std::mem::replace(&mut self.on_stale, text.parse()?);
+        Ok(before.to_string())
+    }
+}
+
+impl Node for Actuator {
+    fn tick(&mut self, now: Time) -> Tick {
+        self.input.read(now);
+        GO_ON
+    }
+
+    fn apply(&mut self, now: Time) -> Tick {
+        let command = self.input.applied(now);
+        let action = command.map_or(Action::ZERO, |command| command.data);
+        let sensed = command.and_then(|command| command.origin);
+        let (fall, step) = {
+            let mut plant = self.plant.lock();
+            let fall = plant.step(action);
+            let step = ControlStep {
+                step: plant.steps(),
+                action: action.clipped(),
+                latency: sensed.map(|sensed| now.since(sensed)),
+                observation: plant.observe(),
+                qpos: plant.qpos(),
+                qvel: plant.qvel(),
+            };
+            (fall, step)
+        };
+        self.steps.publish(step, now, sensed);
+        if fall.is_some() { END } else { GO_ON }
+    }
+
+    fn on_message(&mut self, text: &str) -> Result<String, String> {
+        self.input.set_on_stale(text)
+    }
+}
+
+/// Applies the newest action to a plant that moves by itself.
+pub struct FreeActuator {
+    /// The plant.
+    pub plant: SharedWorld<FreePlant>,
+    /// Input from `/action`.
+    pub input: ActuatorInput,
+}
+
+impl Node for FreeActuator {
+    fn tick(&mut self, now: Time) -> Tick {
+        self.input.read(now);
+        GO_ON
+    }
+
+    fn apply(&mut self, now: Time) -> Tick {
+        if let Some(command) = self.input.applied(now) {
+            let mut plant = self.plant.at(now);
+            plant.push(now, command.data, command.origin);
+        }
+        GO_ON
+    }
+
+    fn on_message(&mut self, text: &str) -> Result<String, String> {
+        self.input.set_on_stale(text)
+    }
+}

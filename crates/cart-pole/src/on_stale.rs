@@ -1,0 +1,54 @@
+//! The actuator's handling of stale actions.
+
+use std::{fmt, str::FromStr, time::Duration};
+
+use ratelab::Draw;
+
+/// The actuator's handling of an action with old sensing. As text `hold`, or `zero:50`
+/// (ms).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OnStale {
+    /// Applies it again.
+    #[default]
+    Hold,
+    /// Applies no force beyond this age.
+    Zero(Duration),
+}
+
+impl OnStale {
+    /// Whether an action of this age is applied.
+    pub fn allows(self, age: Duration) -> bool {
+        match self {
+            Self::Hold => true,
+            Self::Zero(limit) => age <= limit,
+        }
+    }
+}
+
+impl fmt::Display for OnStale {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Hold => f.write_str("hold"),
+            Self::Zero(limit) => write!(f, "zero:{}", limit.as_nanos() as f64 / 1e6),
+        }
+    }
+}
+
+impl FromStr for OnStale {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text.trim() == "hold" {
+            return Ok(Self::Hold);
+        }
+        let limit = text.trim().strip_prefix("zero:");
+        let limit = limit.filter(|limit| *limit != "none").map(str::parse);
+        match limit {
+            Some(Ok(Draw::Constant(limit))) => Ok(Self::Zero(limit)),
+            _ => Err(format!(
+                "{text:?} is no setting for stale actions: expected hold or zero:MS, such as \
+                 zero:50"
+            )),
+        }
+    }
+}

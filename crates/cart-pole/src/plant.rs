@@ -1,0 +1,133 @@
+//! The physics: a cart on a rail, a pole hinged to it, one motor.
+
+use std::sync::Arc;
+
+use ratelab::{Hz, Shared, Turn};
+use ratelab_study::system::StepMs;
+
+use super::{
+    body::{Body, PlantError},
+    message::{Action, Observation},
+    pose::{Fall, Pose},
+};
+
+/// The course's step of physics.
+pub(super) const STEP: StepMs = StepMs::LONGEST;
+
+/// The same (s).
+const TIMESTEP_S: f64 = 0.01;
+
+/// Physics steps in one control step.
+pub const SUBSTEPS: u32 = 2;
+
+/// Control steps per second of plant time: one per [`SUBSTEPS`] time steps of
+/// 10 ms.
+pub const CONTROL_HZ: f64 = 1.0 / (TIMESTEP_S * SUBSTEPS as f64);
+
+/// The plant's own rate, which is fixed.
+pub fn actuator_hz() -> Hz {
+    // This constant is within the range of valid rates.
+    Hz::new(CONTROL_HZ).expect("50 Hz is a rate")
+}
+
+/// A cart-pole in MuJoCo.
+///
+/// ```
+/// use ratelab_cart_pole::{Action, CONTROL_HZ, Fall, Plant};
+///
+/// let mut plant = Plant::new(0)?;
+/// // Left alone, the pole falls within two seconds.
+/// while plant.fall().is_none() {
+///     plant.step(Action::ZERO);
+/// }
+/// assert_eq!(plant.fall(), Some(Fall::Pole));
+/// assert!((plant.steps() as f64) < 2.0 * CONTROL_HZ);
+/// # Ok::<(), ratelab_cart_pole::PlantError>(())
+/// ```
+pub struct Plant {
+    body: Body,
+    steps: u64,
+    fall: Option<Fall>,
+}
+
+impl Plant {
+    /// Creates a plant at the start for `seed`.
+    ///
+    /// # Errors
+    /// [`PlantError`] if MuJoCo refuses the model or is out of memory.
+    pub fn new(seed: u64) -> Result<Self, PlantError> {
+        Ok(Self {
+            body: Body::new(STEP, seed)?,
+            steps: 0,
+            fall: None,
+        })
+    }
+
+    /// Places cart and pole near rest: four offsets, uniform within ±0.05, drawn in the
+    /// order cart position, pole angle, cart velocity, pole velocity.
+    pub fn reset(&mut self, seed: u64) {
+        self.body.reset(seed);
+        (self.steps, self.fall) = (0, None);
+    }
+
+    /// The reading of a perfect sensor.
+    pub fn observe(&self) -> Observation {
+        self.body.observation()
+    }
+
+    /// Applies `action` for one control step. Returns the kind of fall if the run is lost
+    /// then.
+    pub fn step(&mut self, action: Action) -> Option<Fall> {
+        self.body.integrate(action, u64::from(SUBSTEPS));
+        self.body.look();
+        self.steps += 1;
+        self.fall = self.pose().fall();
+        self.fall
+    }
+
+    /// Pose of cart and pole.
+    pub fn pose(&self) -> Pose {
+        self.body.pose()
+    }
+
+    /// Cart position (m) and hinge angle (rad, not wrapped).
+    pub fn qpos(&self) -> [f64; 2] {
+        self.body.qpos()
+    }
+
+    /// Cart velocity (m/s) and hinge velocity (rad/s).
+    pub fn qvel(&self) -> [f64; 2] {
+        self.body.qvel()
+    }
+
+    /// Control steps since the start.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// The kind of fall, if the run is lost.
+    pub fn fall(&self) -> Option<Fall> {
+        self.fall
+    }
+}
+
+/// The version of MuJoCo in use, such as `3.17.0`.
+pub fn mujoco_version() -> &'static str {
+    mujoco_rs::mujoco_version()
+}
+
+/// The plant, shared by sensor and actuator.
+#[derive(Clone)]
+pub struct SharedPlant(Arc<Shared<Plant>>);
+
+impl SharedPlant {
+    /// Shares `plant`.
+    pub fn new(plant: Plant) -> Self {
+        Self(Arc::new(Shared::new("the plant", plant)))
+    }
+
+    /// Locks the plant until the guard is dropped.
+    pub fn lock(&self) -> Turn<'_, Plant> {
+        self.0.lock()
+    }
+}

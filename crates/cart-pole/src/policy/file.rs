@@ -1,0 +1,67 @@
+//! The file of a policy.
+
+use std::{fmt, path::Path};
+
+use ratelab_study::file;
+use serde::{Deserialize, Serialize};
+
+use super::{Digest, LARGEST_FILE, error::PolicyErrorKind};
+
+/// Separator between path and digest in a text, as in pinned container images.
+const PIN: &str = "@sha256:";
+
+/// A file by its path and, if it is pinned, by its content. As text `path/to/file.pt`, or
+/// pinned as `path/to/file.pt@sha256:…`.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct PolicyFile {
+    path: String,
+    sha256: Option<Digest>,
+}
+
+impl PolicyFile {
+    /// Parses a path with an optional digest.
+    pub(super) fn parse(text: &str) -> Self {
+        let pinned = text.rsplit_once(PIN);
+        let pinned = pinned.and_then(|(path, digest)| Some((path, digest.parse().ok()?)));
+        match pinned {
+            Some((path, sha256)) => Self::new(path, Some(sha256)),
+            None => Self::new(text, None),
+        }
+    }
+
+    pub(super) fn new(path: &str, sha256: Option<Digest>) -> Self {
+        let path = path.to_owned();
+        Self { path, sha256 }
+    }
+
+    /// Path of the file.
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+
+    /// Whether its content is fixed by a digest.
+    pub fn is_pinned(&self) -> bool {
+        self.sha256.is_some()
+    }
+
+    /// Reads its content.
+    pub(super) fn read(&self) -> Result<(Vec<u8>, Digest), PolicyErrorKind> {
+        let content = file::read(Path::new(&self.path), LARGEST_FILE)?;
+        let found = Digest::of(&content);
+        match self.sha256 {
+            Some(expected) if expected != found => {
+                Err(PolicyErrorKind::Changed { expected, found })
+            }
+            _ => Ok((content, found)),
+        }
+    }
+}
+
+impl fmt::Display for PolicyFile {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.sha256 {
+            Some(digest) => write!(f, "{}{PIN}{digest}", self.path),
+            None => f.write_str(&self.path),
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! The interface of a policy.
+
+use crate::{Action, Observation};
+
+/// Decides on an action for each observation.
+///
+/// ```
+/// use ratelab_cart_pole::Plant;
+/// use ratelab_cart_pole::policy::{Policy, Scripted};
+///
+/// let mut plant = Plant::new(0)?;
+/// for _ in 0..500 {
+///     // One loop, in lockstep, unlike a graph of nodes.
+///     plant.step(Scripted.act(&plant.observe()));
+/// }
+/// assert_eq!(plant.fall(), None);
+/// # Ok::<(), ratelab_cart_pole::PlantError>(())
+/// ```
+///
+/// [`CartPole::with_policy`](crate::CartPole::with_policy) runs your own policy
+/// in the policy node, with an example.
+pub trait Policy: Send {
+    /// Name of the policy.
+    fn name(&self) -> &str;
+
+    /// The action for `observation`. A NaN or infinite action ends the run with a fault.
+    fn act(&mut self, observation: &Observation) -> Action;
+
+    /// Replaces the policy by the one called `name`, between two decisions; returns the
+    /// previous name.
+    ///
+    /// # Errors
+    /// The reason: only a [`SwappablePolicy`](crate::policy::SwappablePolicy)
+    /// can be replaced.
+    fn swap(&mut self, name: &str) -> Result<String, String> {
+        let _ = name;
+        Err(format!("the {} policy cannot be swapped", self.name()))
+    }
+
+    /// Returns to the initial state.
+    ///
+    /// # Errors
+    /// The reason: the default refuses, because the initial state is unknown.
+    fn restart(&mut self) -> Result<(), String> {
+        Err(format!("the {} policy cannot restart", self.name()))
+    }
+}

@@ -1,0 +1,153 @@
+//! Linear feedback with optimal gains.
+
+use nalgebra::{Matrix4, RowVector1, RowVector4, Vector4};
+use ratelab::Hz;
+use thiserror::Error;
+
+use super::{Policy, feedback::feedback, riccati::solve_riccati};
+use crate::{
+    Action, CART_LIMIT_M, CONTROL_HZ, LinearPlant, Observation, POLE_LIMIT_RAD, PlantError,
+};
+
+/// The largest action, which costs as much as the largest deviations: the full force of
+/// the motor.
+const ACTION_LIMIT: f64 = 1.0;
+
+/// The linear-quadratic regulator: the linear feedback that minimises `Σ xᵀ·Q·x + u·R·u`
+/// over all future decisions.
+///
+/// Near upright the plant is `x' = A·x + B·u` from one decision to the next
+/// ([`LinearPlant`]). The plant moves in whole control steps of 20 ms. An action is held
+/// for the number of steps nearest to the control period, at least one; A and B cover
+/// that many steps. With `X` the solution of the discrete algebraic Riccati equation
+///
+/// ```text
+/// X = AᵀXA − AᵀXB (R + BᵀXB)⁻¹ BᵀXA + Q
+/// ```
+///
+/// the action is `u = −(R + BᵀXB)⁻¹ BᵀXA · x`.
+///
+/// Q and R follow Bryson's rule: one over the square of the largest acceptable value,
+/// which is the limit of a lost run (2.4 m, 0.2095 rad) and the motor's full force (1);
+/// velocities have no cost of their own.
+///
+/// A policy receives observations but no rates: the gains are computed for the initial
+/// control rate of its run, and stay the same when that rate changes.
+///
+/// Sources: Anderson and Moore, *Optimal Control: Linear Quadratic Methods*,
+/// chapter 2; Bryson and Ho, *Applied Optimal Control*, section 5.2.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lqr {
+    gains: [f64; 4],
+}
+
+/// An error while computing the regulator.
+#[derive(Clone, Debug, Error)]
+pub enum LqrError {
+    /// Linearising the plant failed.
+    #[error("the plant cannot be linearised: {0}")]
+    Plant(#[from] PlantError),
+    /// Solving the Riccati equation failed.
+    #[error(
+        "no solution of the Riccati equation was found for a policy at {0}: \
+         try a higher control rate"
+    )]
+    Riccati(Hz),
+}
+
+impl Lqr {
+    /// Computes the regulator for a policy that decides at `control_hz`.
+    ///
+    /// # Errors
+    /// [`LqrError`] if MuJoCo cannot linearise the plant, or if there is no solution: at
+    /// very low rates the deviation between two decisions grows beyond the range of
+    /// numbers.
+    pub fn at(control_hz: Hz) -> Result<Self, LqrError> {
+        let steps = (CONTROL_HZ / control_hz.get()).round().max(1.0);
+        let plant = LinearPlant::control_step()?.held_for(steps as u32);
+        let gains = gains(&plant).ok_or(LqrError::Riccati(control_hz))?;
+        Ok(Self { gains })
+    }
+
+    /// The gains in the order of the plant's state: cart position (1/m), pole angle
+    /// (1/rad), cart velocity (s/m), pole velocity (s/rad). The action is their sum of
+    /// products with the state, before clipping.
+    pub fn gains(&self) -> [f64; 4] {
+        self.gains
+    }
+}
+
+fn gains(plant: &LinearPlant) -> Option<[f64; 4]> {
+    let LinearPlant { a, b } = plant;
+    let most = Vector4::new(CART_LIMIT_M, POLE_LIMIT_RAD, f64::INFINITY, f64::INFINITY);
+    // The result of `powf` in the C library matches the compiler's constant folding; that
+    // of `powi` differs in the last bit, which would make a run differ between two
+    // builds.
+    let weight = |most: f64| most.powf(-2.0);
+    let q = Matrix4::from_diagonal(&most.map(weight));
+    let r = RowVector1::new(weight(ACTION_LIMIT));
+    let x = solve_riccati(a, b, &q, r[0])?;
+    let feedback: RowVector4<f64> =
+        -(r + b.transpose() * x * b).try_inverse()? * b.transpose() * x * a;
+    let finite = feedback.iter().all(|gain| gain.is_finite());
+    finite.then(|| feedback.into())
+}
+
+impl Policy for Lqr {
+    fn name(&self) -> &str {
+        "lqr"
+    }
+
+    fn act(&mut self, observation: &Observation) -> Action {
+        feedback(&self.gains, observation)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn golden() -> impl Iterator<Item = (f64, Vec<f64>)> {
+        let lines = include_str!("../../../../tests/golden/lqr.txt").lines();
+        lines.map(|line| {
+            let (steps, gains) = line.split_once(' ').expect("two fields");
+            let steps: f64 = steps["steps=".len()..].parse().expect("steps");
+            let gains = gains["gains=".len()..].split(',');
+            (
+                steps,
+                gains.map(|gain| gain.parse().expect("gain")).collect(),
+            )
+        })
+    }
+
+    #[test]
+    fn the_gains_match_another_solver_at_every_control_period() {
+        assert_eq!(golden().count(), 6);
+        for (steps, gains) in golden() {
+            let lqr = Lqr::at(Hz::new(CONTROL_HZ / steps).expect("rate")).expect("gains");
+            for (ours, theirs) in lqr.gains().iter().zip(gains) {
+                // SciPy's feedback is subtracted, this one is added.
+                let error = (ours + theirs).abs() / theirs.abs();
+                assert!(error < 1e-8, "{steps} steps: {ours}, expected {}", -theirs);
+            }
+        }
+    }
+
+    #[test]
+    fn a_policy_faster_than_the_plant_is_held_for_one_of_its_steps() {
+        let at = |hz: f64| Lqr::at(Hz::new(hz).expect("rate")).expect("gains");
+        assert_eq!(at(10_000.0), at(CONTROL_HZ));
+        assert_eq!(at(60.0), at(CONTROL_HZ));
+    }
+
+    #[test]
+    fn a_rate_without_a_solution_is_refused() {
+        for hz in [0.001, 0.01, 0.1, 0.5, 1.0, 2.0] {
+            let hz = Hz::new(hz).expect("rate");
+            match Lqr::at(hz) {
+                Ok(lqr) => assert!(lqr.gains().iter().all(|gain| gain.is_finite())),
+                Err(error) => assert!(error.to_string().contains(&hz.to_string()), "{error}"),
+            }
+        }
+    }
+}

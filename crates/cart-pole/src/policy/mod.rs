@@ -1,0 +1,40 @@
+//! Policies: from an observation to an action.
+//!
+//! A policy depends on messages only, so any of these can run in the same node. A
+//! [`PolicySpec`] names one: built in, or in a file.
+
+mod cache;
+mod constant;
+mod error;
+mod feedback;
+mod file;
+mod interface;
+mod kind;
+mod lqr;
+mod network;
+mod onnx;
+mod random;
+mod riccati;
+mod scripted;
+mod spec;
+mod swappable;
+
+pub use cache::PolicyCache;
+pub use constant::Zero;
+pub use error::{PolicyError, PolicyErrorKind};
+pub use file::PolicyFile;
+pub use interface::Policy;
+pub use kind::{PolicyKind, UnknownPolicy};
+pub use lqr::{Lqr, LqrError};
+pub use network::{LARGEST_WIDTH, Mlp, Network, WeightsError, read_weights};
+pub use onnx::{OnnxError, RUNS_ONNX};
+pub use random::Random;
+pub use scripted::Scripted;
+pub use spec::{LoadedPolicy, PolicyContext, PolicySpec};
+pub use swappable::SwappablePolicy;
+
+pub use ratelab::Digest;
+
+/// The largest file accepted as a policy (bytes): 16 MiB, many times the size of a
+/// network that can decide a thousand times a second.
+pub const LARGEST_FILE: u64 = 16 << 20;

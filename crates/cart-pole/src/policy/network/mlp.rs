@@ -1,0 +1,158 @@
+//! The network itself: two hidden layers of tanh, one action.
+
+use std::sync::Arc;
+
+use super::{WeightsError, tensor::Tensor};
+use crate::{Action, Observation, policy::Policy};
+
+/// Numbers in an observation.
+const INPUTS: usize = 5;
+
+/// Maximum number of units in a hidden layer.
+pub const LARGEST_WIDTH: usize = 1_024;
+
+/// The weights of an actor: observation → `width` tanh → `width` tanh → mean
+/// action, in single precision as PyTorch computes it.
+///
+/// Named as in the course's agent: `actor_mean.0`, `.2` and `.4`, each a `weight` of
+/// shape `[out, in]` and a `bias` of shape `[out]`. The width comes from the file, up to
+/// [`LARGEST_WIDTH`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mlp {
+    layers: [Layer; 3],
+}
+
+/// `y = W·x + b`.
+#[derive(Clone, Debug, PartialEq)]
+struct Layer {
+    /// W column by column: all outputs of one input are adjacent, which allows vectorised
+    /// addition.
+    columns: Vec<f32>,
+    bias: Vec<f32>,
+}
+
+impl Mlp {
+    /// Builds the actor from the tensors that `read` returns by name.
+    pub(super) fn from_tensors(
+        mut read: impl FnMut(&'static str) -> Result<Tensor, WeightsError>,
+    ) -> Result<Self, WeightsError> {
+        let first = read("actor_mean.0.weight")?;
+        let [width @ 1..=LARGEST_WIDTH, INPUTS] = first.shape[..] else {
+            return Err(WeightsError::Shape {
+                name: "actor_mean.0.weight",
+                expected: format!("[width, {INPUTS}] with a width of 1 to {LARGEST_WIDTH}"),
+                found: first.shape,
+            });
+        };
+        let mut numbers = |name, shape: &[usize]| checked(name, read(name)?, shape);
+        Ok(Self {
+            layers: [
+                Layer::new(
+                    &checked("actor_mean.0.weight", first, &[width, INPUTS])?,
+                    numbers("actor_mean.0.bias", &[width])?,
+                ),
+                Layer::new(
+                    &numbers("actor_mean.2.weight", &[width, width])?,
+                    numbers("actor_mean.2.bias", &[width])?,
+                ),
+                Layer::new(
+                    &numbers("actor_mean.4.weight", &[1, width])?,
+                    numbers("actor_mean.4.bias", &[1])?,
+                ),
+            ],
+        })
+    }
+
+    /// Units in each hidden layer.
+    pub fn width(&self) -> usize {
+        self.layers[0].bias.len()
+    }
+}
+
+/// The numbers of `tensor`, if it has this shape and all are finite.
+fn checked(name: &'static str, tensor: Tensor, shape: &[usize]) -> Result<Vec<f32>, WeightsError> {
+    if tensor.shape != shape {
+        return Err(WeightsError::Shape {
+            name,
+            expected: format!("{shape:?}"),
+            found: tensor.shape,
+        });
+    }
+    let mut values = tensor.values.iter().copied().enumerate();
+    match values.find(|(_, value)| !value.is_finite()) {
+        Some((index, value)) => Err(WeightsError::NotFinite { name, index, value }),
+        None => Ok(tensor.values),
+    }
+}
+
+impl Layer {
+    /// Creates a layer from weights in row order.
+    fn new(rows: &[f32], bias: Vec<f32>) -> Self {
+        let outputs = bias.len();
+        let inputs = rows.len() / outputs;
+        let weights = (0..inputs).flat_map(|input| {
+            let column = rows[input..].iter().step_by(inputs);
+            column.copied()
+        });
+        Self {
+            columns: weights.collect(),
+            bias,
+        }
+    }
+
+    /// Computes the layer's `outputs` for `inputs`; their length is that of the layer.
+    fn apply(&self, inputs: &[f32], outputs: &mut [f32]) {
+        outputs.copy_from_slice(&self.bias);
+        let columns = self.columns.chunks_exact(self.bias.len());
+        for (input, column) in inputs.iter().zip(columns) {
+            for (output, weight) in outputs.iter_mut().zip(column) {
+                *output += weight * input;
+            }
+        }
+    }
+}
+
+/// A policy that returns the network's mean action, as the course deploys its agent. A
+/// decision allocates no memory.
+pub struct Network {
+    name: String,
+    weights: Arc<Mlp>,
+    /// The last outputs of the two hidden layers.
+    hidden: [Vec<f32>; 2],
+}
+
+impl Network {
+    /// Creates a policy called `name` with these weights.
+    pub fn new(name: &str, weights: Arc<Mlp>) -> Self {
+        let layer = vec![0.0; weights.width()];
+        Self {
+            name: name.to_owned(),
+            weights,
+            hidden: [layer.clone(), layer],
+        }
+    }
+}
+
+impl Policy for Network {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn act(&mut self, observation: &Observation) -> Action {
+        let [first, second, last] = &self.weights.layers;
+        let [below, above] = &mut self.hidden;
+        first.apply(&observation.to_array(), below);
+        squash(below);
+        second.apply(below, above);
+        squash(above);
+        let mut action = [0.0];
+        last.apply(above, &mut action);
+        Action(action[0])
+    }
+}
+
+fn squash(layer: &mut [f32]) {
+    for unit in layer {
+        *unit = unit.tanh();
+    }
+}

@@ -1,0 +1,125 @@
+//! The ONNX Runtime, loaded when the first graph needs it.
+
+use std::{
+    env::{self, consts},
+    fmt,
+    sync::{Arc, Mutex, OnceLock, PoisonError},
+};
+
+use ort::{
+    environment::Environment,
+    logging::LogLevel,
+    session::Session,
+    value::{Outlet, TensorElementType, TensorRef, ValueType},
+};
+
+use super::OnnxError;
+use crate::{Action, Observation, policy::Policy};
+
+/// Environment variable with the path of the library, if it is outside of the system's
+/// search path.
+const LIBRARY: &str = "ORT_DYLIB_PATH";
+
+/// A graph that is ready to run; clones share it.
+#[derive(Clone)]
+pub(in crate::policy) struct Model(Arc<Mutex<Session>>);
+
+impl fmt::Debug for Model {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Model")
+    }
+}
+
+impl Model {
+    /// Loads the graph in `content`.
+    pub(in crate::policy) fn open(content: &[u8]) -> Result<Self, OnnxError> {
+        let session = session(environment()?, content);
+        let session = session.map_err(|why| OnnxError::Refused(one_line(&why)))?;
+        let (inputs, outputs) = (session.inputs(), session.outputs());
+        if !(takes(inputs, 5) && takes(outputs, 1)) {
+            let found = format!("{} to {}", types(inputs), types(outputs));
+            return Err(OnnxError::Signature(found));
+        }
+        Ok(Self(Arc::new(Mutex::new(session))))
+    }
+
+    /// Creates a policy called `name` that runs the graph.
+    pub(in crate::policy) fn policy(&self, name: &str) -> Box<dyn Policy> {
+        Box::new(Onnx {
+            name: name.to_owned(),
+            model: self.clone(),
+        })
+    }
+
+    fn answer(&self, seen: &[f32; 5]) -> ort::Result<f32> {
+        let mut session = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let input = TensorRef::from_array_view(([1_usize, 5], &seen[..]))?;
+        let outputs = session.run(ort::inputs![input])?;
+        outputs[0].try_extract_scalar()
+    }
+}
+
+/// Loads the runtime on first use.
+fn environment() -> Result<&'static Environment, OnnxError> {
+    static LOADED: OnceLock<Environment> = OnceLock::new();
+    if let Some(loaded) = LOADED.get() {
+        return Ok(loaded);
+    }
+    let usual = || format!("{}onnxruntime{}", consts::DLL_PREFIX, consts::DLL_SUFFIX).into();
+    let path = env::var_os(LIBRARY).filter(|path| !path.is_empty());
+    let loaded = ort::init_from(path.unwrap_or_else(usual));
+    let loaded = loaded.map_err(|why| OnnxError::NoRuntime(one_line(&why)))?;
+    let built = loaded.with_telemetry(false).build();
+    let built = built.map_err(|why| OnnxError::NoRuntime(one_line(&why)))?;
+    // By default it logs to the terminal, which belongs to the dashboard.
+    built.set_log_level(LogLevel::Fatal);
+    Ok(LOADED.get_or_init(|| built))
+}
+
+/// Uses one thread, so that sums are always added in the same order.
+fn session(environment: &Environment, content: &[u8]) -> ort::Result<Session> {
+    Session::builder(environment)?
+        .with_intra_threads(1)?
+        .commit_from_memory(content)
+}
+
+/// Whether there is exactly one matrix, with one row or a variable number, and `columns`
+/// columns.
+fn takes(outlets: &[Outlet], columns: i64) -> bool {
+    let [outlet] = outlets else { return false };
+    match outlet.dtype() {
+        ValueType::Tensor { ty, shape, .. } => {
+            *ty == TensorElementType::Float32
+                && matches!(shape[..], [1 | -1, last] if last == columns)
+        }
+        _ => false,
+    }
+}
+
+fn types(outlets: &[Outlet]) -> String {
+    let types: Vec<String> = outlets.iter().map(|o| o.dtype().to_string()).collect();
+    types.join(", ").escape_debug().to_string()
+}
+
+fn one_line(why: &dyn fmt::Display) -> String {
+    let words = why.to_string();
+    let words: Vec<&str> = words.split_whitespace().collect();
+    words.join(" ")
+}
+
+struct Onnx {
+    name: String,
+    model: Model,
+}
+
+impl Policy for Onnx {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Returns NaN if the runtime fails, which ends the run with a fault.
+    fn act(&mut self, observation: &Observation) -> Action {
+        let answer = self.model.answer(&observation.to_array());
+        Action(answer.unwrap_or(f32::NAN))
+    }
+}

@@ -1,0 +1,170 @@
+//! A policy by name: built in, or in a file.
+
+use std::{fmt, path::Path, str::FromStr, sync::Arc};
+
+use ratelab::Hz;
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Lqr, Policy, PolicyFile, PolicyKind, Random, Scripted, UnknownPolicy, Zero,
+    error::{PolicyError, PolicyErrorKind},
+    network::{Mlp, Network, read_weights},
+    onnx::{Model, is_onnx},
+};
+
+/// The choice of a policy. As text: the name of a built-in policy, or else the path of a
+/// file; a file with the name of a built-in is written as `./scripted`.
+///
+/// ```
+/// use ratelab_cart_pole::policy::{PolicyKind, PolicySpec};
+///
+/// assert_eq!("lqr".parse(), Ok(PolicySpec::BuiltIn(PolicyKind::Lqr)));
+/// let file: PolicySpec = "policies/swing.safetensors".parse()?;
+/// assert_eq!(file.name(), "swing.safetensors");
+/// # Ok::<(), ratelab_cart_pole::policy::UnknownPolicy>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum PolicySpec {
+    /// A policy without a file.
+    BuiltIn(PolicyKind),
+    /// The weights of a network.
+    File(PolicyFile),
+}
+
+impl PolicySpec {
+    /// A short name: that of the policy, or of the file without its folder.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::BuiltIn(kind) => kind.name(),
+            Self::File(file) => {
+                let name = Path::new(file.path()).file_name();
+                name.and_then(|name| name.to_str()).unwrap_or(file.path())
+            }
+        }
+    }
+
+    /// Whether it tries to keep the pole up; assumed for files.
+    pub fn balances(&self) -> bool {
+        match self {
+            Self::BuiltIn(kind) => kind.balances(),
+            Self::File(_) => true,
+        }
+    }
+
+    /// Loads the policy.
+    ///
+    /// # Errors
+    /// [`PolicyError`] with the file, the expected content and the actual content. There
+    /// is no fallback to another policy.
+    pub fn load(&self) -> Result<LoadedPolicy, PolicyError> {
+        match self {
+            Self::BuiltIn(kind) => Ok(LoadedPolicy {
+                spec: self.clone(),
+                content: Content::BuiltIn(*kind),
+            }),
+            Self::File(file) => load(file).map_err(|kind| PolicyError {
+                spec: file.path().to_owned(),
+                kind,
+            }),
+        }
+    }
+
+    /// Whether it always means the same policy: a file does if it has a digest of its
+    /// content.
+    pub fn is_pinned(&self) -> bool {
+        match self {
+            Self::BuiltIn(_) => true,
+            Self::File(file) => file.is_pinned(),
+        }
+    }
+}
+
+fn load(file: &PolicyFile) -> Result<LoadedPolicy, PolicyErrorKind> {
+    let (content, digest) = file.read()?;
+    let content = if is_onnx(&content) {
+        Content::Graph(Model::open(&content)?)
+    } else {
+        Content::Network(Arc::new(read_weights(&content)?))
+    };
+    let spec = PolicySpec::File(PolicyFile::new(file.path(), Some(digest)));
+    Ok(LoadedPolicy { spec, content })
+}
+
+impl From<PolicyKind> for PolicySpec {
+    fn from(kind: PolicyKind) -> Self {
+        Self::BuiltIn(kind)
+    }
+}
+
+impl fmt::Display for PolicySpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::BuiltIn(kind) => kind.fmt(f),
+            Self::File(file) => file.fmt(f),
+        }
+    }
+}
+
+impl FromStr for PolicySpec {
+    type Err = UnknownPolicy;
+
+    fn from_str(text: &str) -> Result<Self, UnknownPolicy> {
+        match text.parse() {
+            Ok(kind) => Ok(Self::BuiltIn(kind)),
+            Err(unknown) if text.trim().is_empty() => Err(unknown),
+            Err(_) => Ok(Self::File(PolicyFile::parse(text))),
+        }
+    }
+}
+
+/// The inputs of a policy besides its observations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PolicyContext {
+    /// The seed of the run.
+    pub seed: u64,
+    /// Control rate at the start of the run.
+    pub control_hz: Hz,
+}
+
+/// A policy with all its data in memory; clones share it.
+#[derive(Clone, Debug)]
+pub struct LoadedPolicy {
+    spec: PolicySpec,
+    content: Content,
+}
+
+#[derive(Clone, Debug)]
+enum Content {
+    BuiltIn(PolicyKind),
+    Network(Arc<Mlp>),
+    Graph(Model),
+}
+
+impl LoadedPolicy {
+    /// The choice of this policy; a file is pinned to the loaded content.
+    pub fn spec(&self) -> &PolicySpec {
+        &self.spec
+    }
+
+    /// Creates the policy in its initial state.
+    ///
+    /// # Errors
+    /// [`PolicyError`] if the regulator cannot be computed for the control rate.
+    pub fn policy(&self, context: PolicyContext) -> Result<Box<dyn Policy>, PolicyError> {
+        Ok(match &self.content {
+            Content::BuiltIn(PolicyKind::Scripted) => Box::new(Scripted),
+            Content::BuiltIn(PolicyKind::Zero) => Box::new(Zero),
+            Content::BuiltIn(PolicyKind::Random) => Box::new(Random::new(context.seed)),
+            Content::BuiltIn(PolicyKind::Lqr) => {
+                let lqr = Lqr::at(context.control_hz).map_err(|why| PolicyError {
+                    spec: self.spec.to_string(),
+                    kind: why.into(),
+                })?;
+                Box::new(lqr)
+            }
+            Content::Graph(model) => model.policy(self.spec.name()),
+            Content::Network(weights) => Box::new(Network::new(self.spec.name(), weights.clone())),
+        })
+    }
+}

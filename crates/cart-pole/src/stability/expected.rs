@@ -1,0 +1,228 @@
+//! The prediction of linear theory for a run, from its setup.
+
+use std::time::Duration;
+
+use ratelab::{Draw, Knob, Link, ReadOrder};
+use ratelab_study::system::{Setup, WorldKind};
+use thiserror::Error;
+
+use super::{
+    control_loop::Loop,
+    covariance::{Loss, Lost},
+    gains::{NoTheory, gains},
+    monodromy::StabilityError,
+    timing::{Cadence, Timing},
+    world::WorldModel,
+};
+use crate::{
+    ACTION, ACTUATOR, OBS, OnStale, POLICY, PlantError, SENSOR, actuator_hz,
+    policy::{PolicyKind, PolicySpec},
+};
+
+/// The prediction of theory for a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Expected {
+    /// The rate at which small deviations grow (1/s), negative if they shrink: exact, for
+    /// a run without randomness.
+    Growth(f64),
+    /// The rate at which their root mean square grows (1/s), with random loss of messages
+    /// of `/action`: exact.
+    MeanSquare(f64),
+    /// Whether deviations shrink for any pattern of random, bounded delays. If false,
+    /// they may still shrink.
+    Any(bool),
+}
+
+/// The reason why theory does not cover a run.
+#[derive(Clone, Debug, Error)]
+pub enum NotExpected {
+    /// The policy is no linear feedback.
+    #[error(transparent)]
+    Policy(#[from] NoTheory),
+    /// A knob beyond the theory.
+    #[error("{0} is no part of the theory")]
+    Knob(String),
+    /// A setup beyond the scope of the theory.
+    #[error(transparent)]
+    Stability(#[from] StabilityError),
+}
+
+impl From<PlantError> for NotExpected {
+    fn from(error: PlantError) -> Self {
+        Self::Stability(error.into())
+    }
+}
+
+/// The prediction of linear theory for a run of the cart-pole with `setup` in `world`.
+///
+/// # Errors
+/// [`NotExpected`] with the reason, if there is none.
+pub fn expected(setup: &Setup, world: WorldKind) -> Result<Expected, NotExpected> {
+    let mut read = Reading::new(world);
+    for knob in setup.iter() {
+        if read.take(knob).is_none() {
+            return Err(NotExpected::Knob(knob.to_string()));
+        }
+    }
+    read.expected()
+}
+
+/// The loop described by a setup.
+struct Reading {
+    policy: PolicySpec,
+    world: WorldModel,
+    timing: Timing,
+    /// Maximum additional time of readings, decisions and actions.
+    spread: [Duration; 3],
+    loss: f64,
+    stale: OnStale,
+}
+
+/// The minimum of a draw, and its range above that; `None` if it is unbounded.
+fn bounds(draw: &Draw) -> Option<(Duration, Duration)> {
+    match draw {
+        Draw::Constant(duration) => Some((*duration, Duration::ZERO)),
+        Draw::Uniform(from, to) => Some((*from, *to - *from)),
+        Draw::Lognormal { .. } | Draw::Recorded(_) => None,
+    }
+}
+
+impl Reading {
+    fn new(world: WorldKind) -> Self {
+        let usual = Cadence::new(actuator_hz());
+        Self {
+            policy: PolicySpec::BuiltIn(PolicyKind::Scripted),
+            world: match world {
+                WorldKind::Course => WorldModel::Course,
+                WorldKind::Own { step_ms } => WorldModel::Own(Duration::from_millis(step_ms.get())),
+            },
+            timing: Timing {
+                actuator: Some(usual),
+                ..Timing::direct(usual.hz)
+            },
+            spread: [Duration::ZERO; 3],
+            loss: 0.0,
+            stale: OnStale::Hold,
+        }
+    }
+
+    fn cadence(&mut self, node: &str) -> Option<&mut Cadence> {
+        match node {
+            SENSOR => Some(&mut self.timing.sensor),
+            POLICY => Some(&mut self.timing.policy),
+            ACTUATOR => self.timing.actuator.as_mut(),
+            _ => None,
+        }
+    }
+
+    /// Applies a knob to the loop; `None` if it is beyond the theory.
+    fn take(&mut self, knob: &Knob) -> Option<()> {
+        match knob {
+            Knob::Rate { node, hz } => self.cadence(node)?.hz = *hz,
+            Knob::Offset { node, offset } => self.cadence(node)?.offset = *offset,
+            Knob::Send { node, text } if node == POLICY => self.policy = text.parse().ok()?,
+            Knob::Send { node, text } if node == ACTUATOR => self.stale = text.parse().ok()?,
+            Knob::Takes { node, spec } if node == POLICY => {
+                (self.timing.policy_takes, self.spread[1]) = bounds(&spec.draw)?;
+            }
+            Knob::Takes { spec, .. } if !spec.draw.is_none() => return None,
+            Knob::Wakes { spec, .. } if !spec.is_none() => return None,
+            Knob::Link { topic, spec } => self.link(topic, spec)?,
+            Knob::Read { order, .. } if *order != ReadOrder::Newest => return None,
+            Knob::Send { .. } | Knob::Crash { .. } | Knob::Restart { .. } | Knob::Clock { .. } => {
+                return None;
+            }
+            // A single message or tick has no effect in the long run, and the newest
+            // message is read from a queue of any depth.
+            _ => {}
+        }
+        Some(())
+    }
+
+    fn link(&mut self, topic: &str, link: &Link) -> Option<()> {
+        let delay = bounds(link.delay())?;
+        let lossless = link.loss() == 0.0 && !link.has_bursts();
+        match topic {
+            ACTION if lossless || (!link.has_bursts() && !link.is_reliable()) => {
+                (self.timing.action_delay, self.spread[2]) = delay;
+                self.loss = link.loss();
+            }
+            OBS if lossless => (self.timing.obs_delay, self.spread[0]) = delay,
+            _ => return None,
+        }
+        Some(())
+    }
+
+    fn expected(&self) -> Result<Expected, NotExpected> {
+        let gains = gains(&self.policy, self.timing.policy.hz)?;
+        let control = Loop::cart_pole(gains, self.world, self.timing)?;
+        let changes = self.spread.iter().any(|spread| !spread.is_zero());
+        match (changes, self.lost()?) {
+            (false, None) => Ok(Expected::Growth(control.stability()?.growth())),
+            (false, Some(loss)) => {
+                let growth = control.mean_square_growth(loss)? / 2.0;
+                Ok(Expected::MeanSquare(growth))
+            }
+            (true, None) => {
+                let margin = control.jitter_margin()?;
+                let oldest = self.oldest();
+                Ok(Expected::Any(
+                    margin.is_some_and(|margin| oldest <= margin.oldest),
+                ))
+            }
+            (true, Some(_)) => Err(NotExpected::Knob("loss beside random delays".to_owned())),
+        }
+    }
+
+    /// The random loss, and the action after a loss.
+    fn lost(&self) -> Result<Option<Loss>, NotExpected> {
+        let lost = match self.stale {
+            OnStale::Hold => Lost::Hold,
+            OnStale::Zero(limit) if self.applies_once(limit) => Lost::Zero,
+            OnStale::Zero(_) => {
+                let knob = format!("send {ACTUATOR} {}", self.stale);
+                return Err(NotExpected::Knob(knob));
+            }
+        };
+        let probability = self.loss;
+        Ok((probability > 0.0).then_some(Loss { probability, lost }))
+    }
+
+    /// Whether each action is applied once, immediately or never, where actions older
+    /// than `limit` are not applied.
+    fn applies_once(&self, limit: Duration) -> bool {
+        let (timing, period) = (&self.timing, self.timing.policy.hz.period());
+        let slow = timing
+            .actuator
+            .is_some_and(|actuator| actuator.hz.period() >= period);
+        slow && limit < period && timing.constant().is_zero()
+    }
+
+    /// The maximum age of an action in force: its delays and waits until it is applied,
+    /// the time it is held, and one step of a world that is not continuous.
+    fn oldest(&self) -> Duration {
+        let timing = &self.timing;
+        let spread: Duration = self.spread.iter().sum();
+        let longest = timing.policy_takes + self.spread[1];
+        let period = timing.policy.hz.period();
+        let held = match longest <= period {
+            true => period,
+            false => longest + period, // Ticks due meanwhile are skipped.
+        };
+        let at_once =
+            timing.sensor == timing.policy && timing.obs_delay + self.spread[0] == Duration::ZERO;
+        let for_policy = if at_once {
+            Duration::ZERO
+        } else {
+            timing.sensor.hz.period()
+        };
+        let for_actuator = timing
+            .actuator
+            .map_or(Duration::ZERO, |actuator| actuator.hz.period());
+        let step = match self.world {
+            WorldModel::Own(step) => step,
+            WorldModel::Course | WorldModel::Continuous => Duration::ZERO, // A tick of the actuator.
+        };
+        timing.constant() + spread + for_policy + for_actuator + held + step
+    }
+}

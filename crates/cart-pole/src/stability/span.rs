@@ -1,0 +1,169 @@
+//! The motion of the plant over a stretch of time with a constant action.
+
+use std::time::Duration;
+
+use nalgebra::{Matrix4, Matrix5, Vector4, Vector5};
+
+use super::{
+    criterion::{Noise, Weights},
+    dynamics::Dynamics,
+};
+use crate::LinearPlant;
+
+/// Number of terms of the series, for a stretch so short that each term is less than a
+/// tenth of the previous one.
+const TERMS: i32 = 16;
+
+/// Largest product of the dynamics and a stretch for which the series is used.
+const SHORT: f64 = 0.1;
+
+/// A stretch of time for `z`: the plant's state `x` and the action in force `u`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Span {
+    /// `z` afterwards is `motion · z`; the action stays.
+    pub motion: Matrix5<f64>,
+    /// The covariance that disturbances add to `z`.
+    pub noise: Matrix5<f64>,
+    /// The cost of the stretch is `zᵀ · cost · z`, with the `z` at its beginning,
+    pub cost: Matrix5<f64>,
+    /// plus this, for the disturbances during it.
+    pub noise_cost: f64,
+}
+
+impl Span {
+    /// The motion alone of a stretch of `seconds` in continuous time.
+    pub fn motion(dynamics: &Dynamics, seconds: f64) -> Matrix5<f64> {
+        let f = extended(dynamics);
+        let doublings = doublings(&f, seconds);
+        let seconds = seconds / 2.0_f64.powi(doublings);
+        let mut power = Matrix5::identity();
+        let mut short = power;
+        for term in 1..TERMS {
+            power = f * power * (seconds / f64::from(term));
+            short += power;
+        }
+        (0..doublings).fold(short, |motion, _| motion * motion)
+    }
+
+    /// A stretch of length zero.
+    fn nothing() -> Self {
+        Self {
+            motion: Matrix5::identity(),
+            noise: Matrix5::zeros(),
+            cost: Matrix5::zeros(),
+            noise_cost: 0.0,
+        }
+    }
+
+    /// A stretch of `seconds` in continuous time.
+    ///
+    /// Motion, covariance and costs are integrals of exponentials: a power series for a
+    /// stretch that is short enough, then doubled. Source of the integrals: Van Loan,
+    /// *Computing integrals involving the matrix exponential*, IEEE Trans. Automatic
+    /// Control 23 (1978).
+    pub fn flow(dynamics: &Dynamics, seconds: f64, noise: &Noise, weights: &Weights) -> Self {
+        let f = extended(dynamics);
+        let doublings = doublings(&f, seconds);
+        let short = series(&f, seconds / 2.0_f64.powi(doublings), noise, weights);
+        (0..doublings).fold(short, |span, _| span.then(&span))
+    }
+
+    /// One physics step. Its cost is that of the state at its beginning.
+    pub fn step(dynamics: &Dynamics, step: Duration, noise: &Noise, weights: &Weights) -> Self {
+        let seconds = step.as_secs_f64();
+        let LinearPlant { a, b } = dynamics.step(step);
+        let mut span = Self::nothing();
+        span.motion.fixed_view_mut::<4, 4>(0, 0).copy_from(&a);
+        span.motion.fixed_view_mut::<4, 1>(0, 4).copy_from(&b);
+        let disturbed = b * b.transpose() * (noise.push / seconds);
+        span.noise
+            .fixed_view_mut::<4, 4>(0, 0)
+            .copy_from(&disturbed);
+        span.cost = quadratic(weights) * seconds;
+        span
+    }
+
+    /// This stretch followed by another.
+    fn then(&self, next: &Self) -> Self {
+        Self {
+            motion: next.motion * self.motion,
+            noise: next.motion * self.noise * next.motion.transpose() + next.noise,
+            cost: self.cost + self.motion.transpose() * next.cost * self.motion,
+            noise_cost: self.noise_cost + next.noise_cost + (next.cost * self.noise).trace(),
+        }
+    }
+
+    /// The effect of the state on the state.
+    pub fn a(&self) -> Matrix4<f64> {
+        self.motion.fixed_view::<4, 4>(0, 0).into()
+    }
+
+    /// The effect of the action on the state.
+    pub fn b(&self) -> Vector4<f64> {
+        self.motion.fixed_view::<4, 1>(0, 4).into()
+    }
+
+    /// The covariance that disturbances add to the state.
+    pub fn disturbance(&self) -> Matrix4<f64> {
+        self.noise.fixed_view::<4, 4>(0, 0).into()
+    }
+
+    /// This stretch, repeated `times` times.
+    pub fn times(&self, times: u64) -> Self {
+        let (mut all, mut power, mut left) = (Self::nothing(), *self, times);
+        while left > 0 {
+            if left % 2 == 1 {
+                all = all.then(&power);
+            }
+            power = power.then(&power);
+            left /= 2;
+        }
+        all
+    }
+}
+
+/// The number of halvings after which a stretch is short.
+fn doublings(f: &Matrix5<f64>, seconds: f64) -> i32 {
+    (f.norm() * seconds / SHORT).log2().ceil().max(0.0) as i32
+}
+
+/// The dynamics of `z`: the action is constant.
+fn extended(dynamics: &Dynamics) -> Matrix5<f64> {
+    let mut f = Matrix5::zeros();
+    f.fixed_view_mut::<4, 4>(0, 0).copy_from(&dynamics.f);
+    f.fixed_view_mut::<4, 1>(0, 4).copy_from(&dynamics.g);
+    f
+}
+
+/// The cost per second as a quadratic form of `z`.
+fn quadratic(weights: &Weights) -> Matrix5<f64> {
+    let [cart, angle, cart_velocity, pole_velocity] = weights.state;
+    Matrix5::from_diagonal(&Vector5::new(
+        cart,
+        angle,
+        cart_velocity,
+        pole_velocity,
+        weights.action,
+    ))
+}
+
+/// The integrals by their power series; `f · seconds` is small.
+fn series(f: &Matrix5<f64>, seconds: f64, noise: &Noise, weights: &Weights) -> Span {
+    let g = f.column(4);
+    let cost = quadratic(weights);
+    let mut span = Span::nothing();
+    let mut motion = Matrix5::identity();
+    let mut disturbed = g * g.transpose() * (noise.push * seconds);
+    let mut costs = cost * seconds;
+    for term in 1..TERMS {
+        motion = f * motion * (seconds / f64::from(term));
+        let next = seconds / f64::from(term + 1);
+        span.motion += motion;
+        span.noise += disturbed;
+        span.cost += costs;
+        span.noise_cost += (cost * disturbed).trace() * next;
+        disturbed = (f * disturbed + disturbed * f.transpose()) * next;
+        costs = (f.transpose() * costs + costs * f) * next;
+    }
+    span
+}

@@ -1,0 +1,519 @@
+//! The cart-pole as a system: sensor, policy and actuator around a plant.
+
+use std::path::PathBuf;
+
+use ratelab::{ClockExit, Fields, Hz, HzError, KnobKind, Node, Time, Topic, Wiring};
+use ratelab_study::{
+    experiment::Config,
+    system::{
+        AgeLimits, Alias, BuildError, Builder, Final, Group, Joints, KnobText, KnobTextError,
+        Picture, QuadraticCost, Setup, Signal, System, Table, Verdict, VerdictKind, WORLD,
+        WorldKind,
+    },
+};
+
+use super::{
+    ACTION, ACTUATOR, Action, Actuator, ActuatorInput, CONTROL_HZ, ControlStep, Fall, FreeActuator,
+    FreePlant, OBS, Observation, Observed, OnStale, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode,
+    Pose, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant,
+    falls::falls,
+    mujoco_version, picture,
+    policy::{Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy},
+    table,
+};
+use crate::stability::{Rates, Weights, age_limit};
+
+/// Name of the topic with the state of the plant after each control step.
+pub const STATE: &str = "/state";
+
+/// A control rate at which the scripted policy loses the pole for every seed (Hz).
+pub const BROKEN_HZ: f64 = 5.0;
+
+/// The verdicts of the cart-pole.
+pub mod verdict {
+    use ratelab_study::system::VerdictKind;
+
+    /// The pole was up for the whole run.
+    pub const BALANCED: VerdictKind = VerdictKind {
+        name: "balanced",
+        lost: false,
+        text: "BALANCED (pole up the whole run)",
+    };
+    /// The run ended before the first step of the plant.
+    pub const NEVER_MOVED: VerdictKind = VerdictKind {
+        name: "never_moved",
+        lost: true,
+        text: "UNDECIDED (the plant never moved)",
+    };
+    /// The pole was up when a command stopped the run.
+    pub const STOPPED: VerdictKind = VerdictKind {
+        name: "stopped",
+        lost: false,
+        text: "STOPPED at {at} (pole up so far)",
+    };
+    /// The pole tipped beyond its limit.
+    pub const POLE_FELL: VerdictKind = VerdictKind {
+        name: "pole_fell",
+        lost: true,
+        text: "FELL at {at} (pole beyond ±12°)",
+    };
+    /// The cart left the rail with the pole still up.
+    pub const CART_LEFT_RAIL: VerdictKind = VerdictKind {
+        name: "cart_left_rail",
+        lost: true,
+        text: "LEFT THE RAIL at {at} (cart beyond ±2.4 m, pole still up)",
+    };
+}
+
+/// Makes the policy of a run.
+type MakePolicy = dyn Fn(PolicyContext) -> Box<dyn Policy> + Send + Sync;
+
+/// The cart-pole. All its runs share the policies it has loaded.
+#[derive(Default)]
+pub struct CartPole {
+    policies: PolicyCache,
+    own: Option<Box<MakePolicy>>,
+}
+
+impl CartPole {
+    /// Parses and writes knobs with the cart-pole's aliases.
+    pub const KNOBS: KnobText = KnobText(&[
+        Alias {
+            name: "control-hz",
+            knobs: &[(KnobKind::Rate, POLICY)],
+            default: "50",
+            choices: &[],
+            help: "How often the policy decides",
+        },
+        Alias {
+            name: "sensor-hz",
+            knobs: &[(KnobKind::Rate, SENSOR)],
+            default: "50",
+            choices: &[],
+            help: "How often the sensor publishes",
+        },
+        Alias {
+            name: "queue-depth",
+            knobs: &[(KnobKind::Depth, OBS), (KnobKind::Depth, ACTION)],
+            default: "1",
+            choices: &[],
+            help: "How many messages /obs and /action keep",
+        },
+        Alias {
+            name: "policy",
+            knobs: &[(KnobKind::Send, POLICY)],
+            default: "scripted",
+            choices: &["scripted", "lqr", "zero", "random"],
+            help: "The policy: scripted, lqr, zero, random, or a file of weights (.pt, .safetensors, .onnx)",
+        },
+        Alias {
+            name: "think-ms",
+            knobs: &[(KnobKind::Takes, POLICY)],
+            default: "none",
+            choices: &[],
+            help: "The time that the policy takes to decide (ms): 30, 60..110, lognormal:30,90 or recorded:FILE",
+        },
+        Alias {
+            name: "on-stale",
+            knobs: &[(KnobKind::Send, ACTUATOR)],
+            default: "hold",
+            choices: &["hold", "zero:20", "zero:50", "zero:100"],
+            help: "What the actuator does with a stale action: hold it, or zero:MS, no push beyond that age",
+        },
+    ]);
+
+    /// Creates a cart-pole with the caller's own policy, built for every run.
+    ///
+    /// ```
+    /// use std::sync::Arc;
+    /// use ratelab_cart_pole::{Action, CartPole, Observation};
+    /// use ratelab_study::experiment::{Config, Experiment};
+    /// use ratelab_cart_pole::policy::Policy;
+    ///
+    /// /// Pushes with all it has to where the pole leans.
+    /// struct BangBang;
+    ///
+    /// impl Policy for BangBang {
+    ///     fn name(&self) -> &str {
+    ///         "bang-bang"
+    ///     }
+    ///
+    ///     fn act(&mut self, observation: &Observation) -> Action {
+    ///         Action(observation.sin_theta.signum())
+    ///     }
+    /// }
+    ///
+    /// let system = CartPole::with_policy(|_| Box::new(BangBang));
+    /// let summary = Experiment::new(Arc::new(system), &Config::default())?.run()?;
+    /// assert!(summary.verdict.is_lost());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn with_policy(
+        make: impl Fn(PolicyContext) -> Box<dyn Policy> + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            own: Some(Box::new(make)),
+            ..Self::default()
+        }
+    }
+
+    /// Ten seconds of virtual time with the knobs in `setup`, a comma-separated list such
+    /// as `control-hz 5, policy lqr`.
+    ///
+    /// # Errors
+    /// [`KnobTextError`] for an invalid knob.
+    pub fn config(setup: &str) -> Result<Config, KnobTextError> {
+        let mut config = Config::default();
+        for knob in setup.split(',').filter(|knob| !knob.trim().is_empty()) {
+            config.setup.extend(Self::KNOBS.parse(knob)?);
+        }
+        Ok(config)
+    }
+
+    /// The policy called `text`, or the caller's own.
+    fn policy(
+        &self,
+        text: Option<&str>,
+        context: PolicyContext,
+    ) -> Result<Box<dyn Policy>, BuildError> {
+        if let (None, Some(make)) = (text, &self.own) {
+            return Ok(make(context));
+        }
+        let name = text.unwrap_or(PolicyKind::Scripted.name());
+        let policy: PolicySpec = name.parse().map_err(setting_error)?;
+        let policy = SwappablePolicy::new(&policy, self.policies.clone(), context);
+        Ok(Box::new(policy.map_err(setting_error)?))
+    }
+}
+
+/// The inputs of a run's policies.
+fn context(seed: u64, setup: &Setup) -> Result<PolicyContext, HzError> {
+    let control_hz = setup.rate(POLICY).map_or_else(|| Hz::new(CONTROL_HZ), Ok)?;
+    Ok(PolicyContext { seed, control_hz })
+}
+
+fn other(error: impl std::error::Error + Send + Sync + 'static) -> BuildError {
+    BuildError::Other(Box::new(error))
+}
+
+/// The topics between the nodes.
+struct Topics {
+    observations: Topic<Observation>,
+    actions: Topic<Action>,
+    steps: Topic<ControlStep>,
+}
+
+impl Topics {
+    /// Adds sensor, policy and actuator around `plant`.
+    fn robot<A: Node + 'static>(
+        &self,
+        builder: &mut Builder<'_>,
+        plant: impl Observed + Clone + 'static,
+        policy: Box<dyn Policy>,
+        mut actuator: impl FnMut(&mut Wiring<'_>, ActuatorInput) -> A + Send + 'static,
+    ) -> Result<(), BuildError> {
+        let observations = self.observations.clone();
+        builder.node(SENSOR, CONTROL_HZ, 0, move |wiring| Sensor {
+            plant: plant.clone(),
+            observations: wiring.publisher(&observations),
+        })?;
+        let observations = builder.through(&self.observations, 0)?;
+        builder.single_node(POLICY, CONTROL_HZ, 1, |wiring| PolicyNode {
+            policy,
+            observations: wiring.subscription(&observations),
+            actions: wiring.publisher(&self.actions),
+        })?;
+        let actions = builder.through(&self.actions, 1)?;
+        builder.node(ACTUATOR, CONTROL_HZ, 2, move |wiring| {
+            let input = ActuatorInput::wired(wiring, &actions);
+            actuator(wiring, input)
+        })
+    }
+}
+
+fn setting_error(error: impl std::fmt::Display) -> BuildError {
+    BuildError::Setting(error.to_string())
+}
+
+impl System for CartPole {
+    fn name(&self) -> &'static str {
+        "cart-pole"
+    }
+
+    fn engine(&self) -> Option<String> {
+        Some(format!("MuJoCo {}", mujoco_version()))
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        let context = context(builder.seed(), builder.setup())?;
+        let policy = self.policy(builder.message(POLICY), context)?;
+        let topics = Topics {
+            observations: builder.topic(OBS),
+            actions: builder.topic(ACTION),
+            steps: builder.topic(STATE),
+        };
+        let steps = topics.steps.clone();
+        match builder.world() {
+            WorldKind::Course => {
+                let plant = SharedPlant::new(Plant::new(builder.seed()).map_err(other)?);
+                // Its rate was a knob once, and there are recordings of that.
+                let fixed: &'static [KnobKind] = if builder.was_turned(KnobKind::Rate, ACTUATOR) {
+                    &[KnobKind::Clock]
+                } else {
+                    &[KnobKind::Rate, KnobKind::Clock]
+                };
+                topics.robot(builder, plant.clone(), policy, move |wiring, input| {
+                    const REASON: &str = "each of its ticks is 20 ms of the plant's time: \
+                        choose another node, or the world \"own\"";
+                    wiring.fix(fixed, REASON);
+                    Actuator {
+                        plant: plant.clone(),
+                        input,
+                        steps: wiring.publisher(&steps),
+                    }
+                })
+            }
+            WorldKind::Own { step_ms } => {
+                let plant = FreePlant::new(step_ms, builder.seed()).map_err(other)?;
+                let plant = builder.own_world(plant, CONTROL_HZ, |wiring| {
+                    let steps = wiring.publisher(&steps);
+                    move |plant: &FreePlant, now| plant.judge(now, &steps)
+                })?;
+                topics.robot(builder, plant.clone(), policy, move |_, input| {
+                    FreeActuator {
+                        plant: plant.clone(),
+                        input,
+                    }
+                })
+            }
+        }
+    }
+
+    fn groups(&self) -> &'static [Group] {
+        &[Group {
+            name: "plant",
+            nodes: &[WORLD, SENSOR, ACTUATOR],
+        }]
+    }
+
+    fn joints(&self) -> &'static [Joints] {
+        &super::joints::JOINTS
+    }
+
+    /// No push from five control periods after the sensing behind the newest action.
+    fn watchdog(&self, setup: &Setup) -> Option<String> {
+        let hz = setup.rate(POLICY).map_or(CONTROL_HZ, Hz::get);
+        Some(format!("on-stale zero:{}", 5.0 * 1e3 / hz))
+    }
+
+    fn aliases(&self) -> &'static [Alias] {
+        Self::KNOBS.0
+    }
+
+    fn caption(&self, node: &str) -> Option<&'static str> {
+        match node {
+            SENSOR => Some("reads the plant"),
+            POLICY => Some("decides"),
+            ACTUATOR => Some("pushes"),
+            WORLD => Some("moves by itself"),
+            _ => None,
+        }
+    }
+
+    fn broken(&self) -> Option<&'static str> {
+        Some("control-hz 5")
+    }
+
+    /// Pins a policy's file to its current content.
+    fn resolve(&self, seed: u64, setup: &Setup, node: &str, text: &str) -> Result<String, String> {
+        if node == ACTUATOR {
+            return Ok(text.parse::<OnStale>()?.to_string());
+        }
+        if node != POLICY {
+            return Ok(text.to_owned());
+        }
+        let context = context(seed, setup).map_err(|error| error.to_string())?;
+        let policy: PolicySpec = text.parse().map_err(|error| format!("{error}"))?;
+        let pinned = self.policies.pin(&policy);
+        let pinned = pinned.map_err(|error| error.to_string())?;
+        let loaded = self.policies.fetch(&pinned);
+        // The node would refuse a policy that cannot be created.
+        let made = loaded.and_then(|loaded| loaded.policy(context));
+        made.map_err(|error| error.to_string())?;
+        Ok(pinned.to_string())
+    }
+
+    fn file(&self, node: &str, text: &str) -> Option<PathBuf> {
+        match text.parse().ok().filter(|_| node == POLICY)? {
+            PolicySpec::File(file) => Some(PathBuf::from(file.path())),
+            PolicySpec::BuiltIn(_) => None,
+        }
+    }
+
+    fn signals(&self) -> &'static [Signal] {
+        const LIMIT: f64 = POLE_LIMIT_RAD / std::f64::consts::PI * 180.0;
+        &[
+            Signal {
+                name: "pole angle",
+                unit: "°",
+                topic: STATE,
+                value: |row| pole_angle(row).to_degrees(),
+                limits: Some([-LIMIT, LIMIT]),
+                range: [-14.0, 14.0],
+            },
+            Signal {
+                name: "cart position",
+                unit: "m",
+                topic: STATE,
+                value: |row| row.get(3).copied().unwrap_or(f64::NAN),
+                limits: Some([-super::CART_LIMIT_M, super::CART_LIMIT_M]),
+                range: [-2.6, 2.6],
+            },
+            Signal {
+                name: "action",
+                unit: "share of 10 N",
+                topic: STATE,
+                value: |row| row.get(1).copied().unwrap_or(f64::NAN),
+                limits: None,
+                range: [-1.0, 1.0],
+            },
+        ]
+    }
+
+    fn latency(&self) -> Option<(&'static str, &'static str)> {
+        Some((ACTUATOR, SENSE_TO_ACT))
+    }
+
+    fn state(&self) -> Option<&'static str> {
+        Some(STATE)
+    }
+
+    fn table(&self) -> Option<Table> {
+        Some(table::TABLE)
+    }
+
+    fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
+        let fall = state.and_then(pose).and_then(|pose| pose.fall());
+        let kind = match (fall, exit) {
+            (Some(Fall::Pole), _) => &verdict::POLE_FELL,
+            (Some(Fall::Cart), _) => &verdict::CART_LEFT_RAIL,
+            (None, ClockExit::Completed) if state.is_none() => &verdict::NEVER_MOVED,
+            (None, ClockExit::Completed) => &verdict::BALANCED,
+            (None, _) => &verdict::STOPPED,
+        };
+        Verdict::new(kind, at)
+    }
+
+    fn lost_anyway(&self, setup: &Setup) -> Option<String> {
+        let policy: PolicySpec = setup.message(POLICY)?.parse().ok()?;
+        let name = policy.name();
+        (!policy.balances()).then(|| format!("the {name} policy balances at no rate"))
+    }
+
+    fn age_limits(&self, setup: &Setup) -> AgeLimits {
+        let named = setup.message(POLICY);
+        if named.is_none() && self.own.is_some() {
+            return AgeLimits::default();
+        }
+        let policy = named.unwrap_or(PolicyKind::Scripted.name()).parse();
+        let rate = |node| setup.rate(node).map_or_else(|| Hz::new(CONTROL_HZ), Ok);
+        let (Ok(policy), Ok(sensor), Ok(control)) = (policy, rate(SENSOR), rate(POLICY)) else {
+            return AgeLimits::default();
+        };
+        AgeLimits {
+            grows: age_limit(&policy, Rates { sensor, control }).ok(),
+            falls: falls(&policy, control),
+        }
+    }
+
+    fn quadratic_cost(&self) -> Option<QuadraticCost> {
+        Some(QuadraticCost {
+            sum: "(x/2.4 m)^2 + (angle/12 deg)^2 + u^2",
+            of_state: cost_of,
+        })
+    }
+
+    fn verdicts(&self) -> &'static [&'static VerdictKind] {
+        &[
+            &verdict::BALANCED,
+            &verdict::STOPPED,
+            &verdict::POLE_FELL,
+            &verdict::CART_LEFT_RAIL,
+            &verdict::NEVER_MOVED,
+        ]
+    }
+
+    fn picture(&self, state: &[f64]) -> Option<Picture> {
+        Some(picture::of(&ControlStep::from_row(state)?))
+    }
+
+    fn finals(&self, state: &[f64]) -> Vec<Final> {
+        let value = pole_angle(state);
+        vec![Final {
+            name: "final_pole_angle",
+            unit: "rad",
+            value,
+        }]
+    }
+}
+
+fn pose(state: &[f64]) -> Option<Pose> {
+    let step = ControlStep::from_row(state)?;
+    Some(Pose::of(step.qpos))
+}
+
+/// What a state costs, by the weights of `lqr`: 1 for a cart at the end of its rail,
+/// a pole at its limit, and a motor that has no more.
+fn cost_of(state: &[f64]) -> f64 {
+    let &[_, action, _, cart, hinge, ..] = state else {
+        return 0.0;
+    };
+    let (weights, pole) = (Weights::default(), Pose::of([cart, hinge]).pole_angle);
+    let [of_cart, of_pole, ..] = weights.state;
+    of_cart * cart * cart + of_pole * pole * pole + weights.action * action * action
+}
+
+/// The pole's angle from upright in a message on [`STATE`] (rad).
+pub fn pole_angle(state: &[f64]) -> f64 {
+    pose(state).map_or(0.0, |pose| pose.pole_angle)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn limits(setup: &str) -> AgeLimits {
+        let setup = CartPole::config(setup).expect("knobs").setup;
+        CartPole::default().age_limits(&setup)
+    }
+
+    #[test]
+    fn a_plant_that_never_moved_is_not_balanced() {
+        let config = CartPole::config("").expect("knobs");
+        let mut config = Config {
+            end: Time::from_nanos(1_000_000_000),
+            ..config
+        };
+        config.setup.set("crash actuator".parse().expect("a knob"));
+        let system = std::sync::Arc::new(CartPole::default());
+        let run = ratelab_study::experiment::Experiment::new(system, &config).expect("a graph");
+        let summary = run.run().expect("no fault");
+        assert_eq!((summary.steps, summary.last_step), (0, None));
+        assert_eq!(summary.verdict.name(), "never_moved");
+        assert!(summary.verdict.is_lost());
+    }
+
+    #[test]
+    fn age_limits_follow_the_policy_and_its_rates() {
+        let scripted = limits("");
+        assert!(scripted.falls.is_some());
+        let grows = scripted.grows.expect("a linear feedback").as_secs_f64();
+        assert!((0.055..0.065).contains(&grows), "{grows}");
+        let lqr = limits("policy lqr");
+        assert!(lqr.grows.is_some() && lqr.falls.is_some());
+        assert_eq!(limits("policy lqr, control-hz 20").falls, None);
+        for policy in ["zero", "random", "none.pt"] {
+            assert_eq!(limits(&format!("policy {policy}")), AgeLimits::default());
+        }
+    }
+}

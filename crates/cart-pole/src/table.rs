@@ -1,0 +1,31 @@
+//! The table of the course: a row for each control step.
+
+use ratelab::{Fields, Time};
+use ratelab_study::system::Table;
+
+use super::ControlStep;
+
+/// Observation and action are f32, written with as many digits as it takes to
+/// recover their bits.
+pub(super) const TABLE: Table = Table {
+    header: "step,time_s,cart_position_m,cart_velocity_m_s,cos_theta,sin_theta,\
+             pole_angular_velocity_rad_s,action,latency_s",
+    row,
+};
+
+fn row(at: Time, state: &[f64]) -> String {
+    let Some(step) = ControlStep::from_row(state) else {
+        return String::new();
+    };
+    let [x, v, cos, sin, omega] = step.observation.to_array();
+    let latency = step
+        .latency
+        .map(|latency| latency.as_secs_f64().to_string());
+    format!(
+        "{},{},{x},{v},{cos},{sin},{omega},{},{}",
+        step.step,
+        at.as_secs_f64(),
+        step.action.0,
+        latency.unwrap_or_default()
+    )
+}

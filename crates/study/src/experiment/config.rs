@@ -1,0 +1,85 @@
+//! The configuration of a run.
+
+use ratelab::{ClockKind, Knob, Speed, Time, TimedKnob};
+use serde::{Deserialize, Serialize};
+
+use crate::system::{BuildError, Setup, System, WorldKind};
+
+/// All inputs of a run of a system. Under the virtual clock the same configuration gives
+/// the same run, bit for bit.
+///
+/// ```
+/// use ratelab_study::{experiment::Config, system::KnobText};
+///
+/// let config = Config {
+///     knobs: KnobText::default().parse_list("5 rate camera 200")?,
+///     ..Config::default()
+/// };
+/// assert_eq!(config.end.as_secs_f64(), 10.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Config {
+    /// Seed of the initial state and of every random number.
+    pub seed: u64,
+    /// The clock at the start of the run.
+    pub clock: ClockKind,
+    /// Speed of virtual time.
+    pub speed: Speed,
+    /// Run time at the end; [`Time::MAX`] for an endless run.
+    pub end: Time,
+    /// Whether the plant waits for the robot.
+    #[serde(default, skip_serializing_if = "WorldKind::is_course")]
+    pub world: WorldKind,
+    /// Knobs set before the run begins.
+    pub setup: Setup,
+    /// Timed changes of knobs during the run.
+    pub knobs: Vec<TimedKnob>,
+}
+
+impl Config {
+    /// Returns the same run with the [settings](System::settings) of the system that it does
+    /// not replace, and with its messages in recordable form; see [`System::resolve`].
+    ///
+    /// # Errors
+    /// [`BuildError::Setting`] if the system refuses a message.
+    pub fn resolved(&self, system: &dyn System) -> Result<Self, BuildError> {
+        let mut resolved = self.clone();
+        let mut setup = system.settings();
+        setup.extend(self.setup.iter().cloned());
+        resolved.setup = setup.clone();
+        for knob in setup.iter() {
+            let knob = resolve(system, self.seed, &setup, knob.clone())?;
+            resolved.setup.set(knob);
+        }
+        for timed in &mut resolved.knobs {
+            timed.knob = resolve(system, self.seed, &setup, timed.knob.clone())?;
+        }
+        Ok(resolved)
+    }
+}
+
+fn resolve(system: &dyn System, seed: u64, setup: &Setup, knob: Knob) -> Result<Knob, BuildError> {
+    let Knob::Send { node, text } = knob else {
+        return Ok(knob);
+    };
+    let resolved = system.resolve(seed, setup, &node, &text);
+    let text = resolved.map_err(BuildError::Setting)?;
+    Ok(Knob::Send { node, text })
+}
+
+impl Default for Config {
+    /// Seed 0, ten seconds of virtual time without pacing, and the system's defaults for
+    /// the rest.
+    fn default() -> Self {
+        Self {
+            seed: 0,
+            clock: ClockKind::Virtual,
+            speed: Speed::Unlimited,
+            end: Time::from_nanos(10_000_000_000),
+            world: WorldKind::Course,
+            setup: Setup::default(),
+            knobs: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,274 @@
+//! A hunt for a short list of faults that loses a run: found first, then shrunk.
+//!
+//! ```
+//! use std::sync::Arc;
+//! use ratelab_study::experiment::{Config, hunt::{Budget, Hunt, Hunted}};
+//! use ratelab_study::graph_file::GraphFile;
+//!
+//! let robot = r#"
+//!     name = "robot"
+//!     node.camera = { rate = 10, publishes = ["/image"] }
+//!     node.control = { rate = 10, reads = ["/image"], publishes = ["/cmd"] }
+//!     chain.see = { path = ["camera", "/image", "control", "/cmd"], age_ms = 350 }
+//! "#;
+//! let hunt = Hunt::new(Arc::new(GraphFile::parse(robot)?.system(&[])?), Config::default());
+//! let budget = Budget { topic: "/image".to_owned(), lose: 8, ..Budget::default() };
+//! let Hunted::Lost(found) = hunt.run(&budget, &|| false)? else { panic!("it was held") };
+//! let faults: Vec<String> = found.knobs.iter().map(|timed| timed.knob.to_string()).collect();
+//! assert_eq!(faults, ["lose /image 1", "lose /image 2", "lose /image 3"]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! 1. *Windows*: adjacent faults of one kind, from each message or tick on. If the whole
+//!    budget is enough anywhere, bisection finds the smallest number that is. Of several
+//!    kinds the smallest list counts; if no kind is enough alone, all are tried at the
+//!    same moment.
+//! 2. *Random lists*, if no window is enough: [`RANDOM_LISTS`] of them, which the seed
+//!    of the run chooses.
+//! 3. *Larger windows*, of up to twice the budget, if those are not enough either: one that
+//!    shrinks to a list within the budget counts.
+//! 4. *Delta debugging* makes the list 1-minimal: without any one of its parts the run is
+//!    held. Zeller and Hildebrandt, *Simplifying and isolating failure-inducing input*,
+//!    IEEE Transactions on Software Engineering 28, 2002.
+//! 5. *Every smaller list* is run, if they are [`MOST_SMALLER`] at the most, in the order
+//!    of their size: if one of them is enough, it is the result, and all that are
+//!    smaller than it have been run.
+//!
+//! A delay and a hang are lists of parts of [`UNIT`] each. The result is a smallest list
+//! in the sense of 4 or 5; another one elsewhere in the run may be shorter.
+
+mod fault;
+mod shrink;
+mod trial;
+mod windows;
+
+use std::{num::NonZeroUsize, sync::Arc, time::Duration};
+
+use thiserror::Error;
+
+pub use shrink::MOST_SMALLER;
+pub use windows::RANDOM_LISTS;
+
+use super::{Config, Summary, sweep::all_cores};
+use crate::system::{BuildError, System, Verdict};
+use fault::{FaultPart, Targets};
+use ratelab::{ClockKind, Fault, Interrupt, Speed, Time, TimedKnob};
+use trial::{Halt, Trials};
+use windows::Windows;
+
+/// Length of the smallest part of a delay or a hang.
+pub const UNIT: Duration = Duration::from_millis(10);
+
+/// Maximum number of parts of a kind in a budget.
+pub const MOST_PARTS: usize = 1_000;
+
+/// A search for faults that lose a run.
+#[derive(Clone)]
+pub struct Hunt {
+    system: Arc<dyn System>,
+    base: Config,
+    /// Number of threads; it changes the duration of the hunt alone.
+    pub threads: NonZeroUsize,
+    /// Stops the hunt, within a run as well.
+    pub interrupt: Interrupt,
+}
+
+/// The upper limits of the faults.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Budget {
+    /// The topic with lost or late messages.
+    pub topic: String,
+    /// Maximum number of lost messages.
+    pub lose: usize,
+    /// Maximum extra delay, summed over all messages.
+    pub delay: Duration,
+    /// A node, and the longest duration of one of its ticks in place of the usual one.
+    pub hang: Option<(String, Duration)>,
+}
+
+/// The outcome of a hunt.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Hunted {
+    /// Faults within the budget that lose the run.
+    Lost(Found),
+    /// No list of faults lost the run.
+    Held {
+        /// Number of lists tried.
+        runs: usize,
+        /// Whether the hunt was stopped early.
+        stopped: bool,
+    },
+}
+
+/// Faults that lose a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// The faults, to be added to the configuration.
+    pub knobs: Vec<TimedKnob>,
+    /// The verdict on the run with these faults.
+    pub verdict: Verdict,
+    /// Evidence that the list is small.
+    pub proof: Proof,
+    /// Number of lists tried.
+    pub runs: usize,
+}
+
+/// Evidence about the smaller lists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Proof {
+    /// The run is held with every smaller list of the same parts; contains their number.
+    EverySmaller(usize),
+    /// The run is held if any one part is left out; contains the number of parts.
+    EachPart(usize),
+    /// None: the hunt was stopped.
+    Stopped,
+}
+
+/// The error of an impossible hunt.
+#[derive(Debug, Error)]
+pub enum HuntError {
+    /// An empty budget.
+    #[error("nothing may go wrong: allow messages to be lost or late, or a node to hang")]
+    NoBudget,
+    /// A budget with too many parts.
+    #[error("a budget has {MOST_PARTS} messages at most, or as many times 10 ms")]
+    TooMuch,
+    /// A run without a duration.
+    #[error("the runs of a hunt must end: give them a duration")]
+    Endless,
+    /// A target that is unknown, or has nothing to lose.
+    #[error("{name}: {why}; expected one of {known}")]
+    Target {
+        /// Its name.
+        name: String,
+        /// The reason.
+        why: &'static str,
+        /// The accepted names.
+        known: String,
+    },
+    /// The run is lost even without faults.
+    #[error("without any fault: {0}; hunt for what loses a run that goes well")]
+    LostAnyway(Verdict),
+    /// The graph could not be built.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// A node failed.
+    #[error(transparent)]
+    Fault(#[from] Fault),
+}
+
+impl Hunt {
+    /// Creates a hunt for faults that lose the run of `base`, on the virtual clock and
+    /// all cores.
+    pub fn new(system: Arc<dyn System>, base: Config) -> Self {
+        let base = Config {
+            clock: ClockKind::Virtual,
+            speed: Speed::Unlimited,
+            ..base
+        };
+        let threads = all_cores();
+        Self {
+            system,
+            base,
+            threads,
+            interrupt: Interrupt::default(),
+        }
+    }
+
+    /// The configuration with `faults`.
+    pub fn with(&self, faults: &[TimedKnob]) -> Config {
+        let mut config = self.base.clone();
+        config.knobs.extend(faults.iter().cloned());
+        config.knobs.sort_by_key(|timed| timed.at);
+        config
+    }
+
+    /// Hunts within `budget`, to the end or until `stop` returns `true` before a run or
+    /// [`interrupt`](Self::interrupt) is asked for, and then returns the best list so far. The outcome depends on the configuration and the budget
+    /// alone.
+    ///
+    /// # Errors
+    /// [`HuntError`] if the hunt is impossible, or a run failed.
+    pub fn run(
+        &self,
+        budget: &Budget,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Hunted, HuntError> {
+        let resolved = Self {
+            base: self.base.resolved(&*self.system)?,
+            ..self.clone()
+        };
+        if self.base.end == Time::MAX {
+            return Err(HuntError::Endless);
+        }
+        let targets = Targets::of(budget)?;
+        let mut trials = Trials::new(&resolved, &targets, stop);
+        let usual = trials.summary(&[])?;
+        if self.interrupt.is_asked() {
+            let (runs, stopped) = (0, true);
+            return Ok(Hunted::Held { runs, stopped });
+        }
+        if usual.verdict.is_lost() {
+            return Err(HuntError::LostAnyway(usual.verdict));
+        }
+        let windows = Windows::of(budget, &usual)?;
+        let mut best = None;
+        let proof = match resolved.search(&windows, &mut trials, &mut best) {
+            Ok(proof) => proof,
+            Err(Halt::Stopped) => Proof::Stopped,
+            Err(Halt::Failed(why)) => return Err(why),
+        };
+        let (stopped, runs) = (proof == Proof::Stopped, trials.runs());
+        let Some(best) = best else {
+            return Ok(Hunted::Held { runs, stopped });
+        };
+        Ok(Hunted::Lost(Found {
+            verdict: trials.verdict(&best)?,
+            knobs: targets.knobs(&best),
+            proof,
+            runs,
+        }))
+    }
+
+    /// Stores ever smaller lists that lose the run in `best`; returns the evidence about
+    /// the last one.
+    fn search(
+        &self,
+        windows: &Windows,
+        trials: &mut Trials<'_>,
+        best: &mut Option<Vec<FaultPart>>,
+    ) -> Result<Proof, Halt> {
+        windows.search(trials, best)?;
+        if best.is_none() {
+            let lists = windows.random(self.base.seed);
+            *best = trials.first_lost(&lists)?.map(|index| lists[index].clone());
+        }
+        if best.is_none() {
+            windows.search_beyond(trials, best)?;
+        }
+        match best {
+            Some(best) => shrink::shrink(best, |lists| trials.first_lost(lists)),
+            None => Ok(Proof::EachPart(0)),
+        }
+    }
+}
+
+/// Joins `names` with commas.
+fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
+    names.collect::<Vec<_>>().join(", ")
+}
+
+impl HuntError {
+    fn topic(name: &str, why: &'static str, usual: &Summary) -> Self {
+        let read = usual.topics.iter().filter(|topic| topic.read);
+        let known = listed(read.map(|topic| topic.name.as_str()));
+        let name = name.to_owned();
+        Self::Target { name, why, known }
+    }
+
+    fn node(name: &str, why: &'static str, usual: &Summary) -> Self {
+        let known = listed(usual.nodes.iter().map(|node| node.name.as_str()));
+        let name = name.to_owned();
+        Self::Target { name, why, known }
+    }
+}

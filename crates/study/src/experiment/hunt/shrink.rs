@@ -1,0 +1,124 @@
+//! Shrinks a list of faults until every part is necessary.
+
+use super::{Proof, fault::FaultPart};
+
+/// Maximum number of smaller lists that are all run.
+pub const MOST_SMALLER: usize = 4_096;
+
+/// Shrinks `list`, which loses the run. `first` returns the index of the first of several
+/// lists that does. Each step is stored in `list` before the next begins.
+pub(super) fn shrink<E>(
+    list: &mut Vec<FaultPart>,
+    mut first: impl FnMut(&[Vec<FaultPart>]) -> Result<Option<usize>, E>,
+) -> Result<Proof, E> {
+    delta_debug(list, &mut first)?;
+    let Some(smaller) = all_smaller(list) else {
+        return Ok(Proof::EachPart(list.len()));
+    };
+    // Ordered by size: all lists smaller than the first have been run.
+    if let Some(index) = first(&smaller)? {
+        list.clone_from(&smaller[index]);
+    }
+    Ok(Proof::EverySmaller(
+        all_smaller(list).map_or(0, |smaller| smaller.len()),
+    ))
+}
+
+/// Leaves out ever smaller pieces, until every single part is necessary.
+pub(super) fn delta_debug<E>(
+    list: &mut Vec<FaultPart>,
+    first: &mut impl FnMut(&[Vec<FaultPart>]) -> Result<Option<usize>, E>,
+) -> Result<(), E> {
+    let mut pieces = 2;
+    while list.len() > 1 {
+        let cuts: Vec<usize> = (0..=pieces).map(|cut| cut * list.len() / pieces).collect();
+        let alone = cuts.windows(2).map(|cut| list[cut[0]..cut[1]].to_vec());
+        let without = cuts
+            .windows(2)
+            .map(|cut| [&list[..cut[0]], &list[cut[1]..]].concat());
+        let lists: Vec<Vec<FaultPart>> = match pieces {
+            2 => alone.collect(), // Each is the complement of the other.
+            _ => alone.chain(without).collect(),
+        };
+        match first(&lists)? {
+            Some(index) => {
+                list.clone_from(&lists[index]);
+                pieces = if index < pieces { 2 } else { pieces - 1 };
+            }
+            None if pieces >= list.len() => return Ok(()),
+            None => pieces *= 2,
+        }
+        pieces = pieces.min(list.len()).max(2);
+    }
+    Ok(())
+}
+
+/// All sublists of `list` by size, without the empty one and `list` itself; `None` if
+/// there are too many.
+fn all_smaller(list: &[FaultPart]) -> Option<Vec<Vec<FaultPart>>> {
+    let mut sorted = list.to_vec();
+    sorted.sort_unstable();
+    let mut lists = vec![Vec::new()];
+    for same in sorted.chunk_by(|one, next| one == next) {
+        if lists.len() * (same.len() + 1) > MOST_SMALLER {
+            return None;
+        }
+        let longer = lists.iter().flat_map(|list| {
+            (0..=same.len()).map(move |count| [list.as_slice(), &same[..count]].concat())
+        });
+        lists = longer.collect();
+    }
+    lists.retain(|smaller: &Vec<FaultPart>| !smaller.is_empty() && smaller.len() < list.len());
+    lists.sort_by_key(Vec::len);
+    Some(lists)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::convert::Infallible;
+
+    use super::*;
+
+    /// Shrinks the loss of the first `count` messages, where `enough` decides which lists
+    /// of numbers lose the run.
+    fn shrunk(count: u64, enough: impl Fn(&[u64]) -> bool) -> (Vec<FaultPart>, Proof) {
+        let mut list: Vec<FaultPart> = (0..count).map(FaultPart::Lost).collect();
+        let proof = shrink(&mut list, |lists| {
+            let is_enough = |list: &Vec<FaultPart>| {
+                let numbers = list.iter().map(|part| match part {
+                    FaultPart::Lost(number) => *number,
+                    _ => unreachable!("only losses"),
+                });
+                enough(&numbers.collect::<Vec<_>>())
+            };
+            Ok::<_, Infallible>(lists.iter().position(is_enough))
+        });
+        (list, proof.unwrap_or(Proof::Stopped))
+    }
+
+    #[test]
+    fn what_is_left_is_what_it_takes() {
+        let (list, proof) = shrunk(100, |lost| [3, 40, 41].iter().all(|n| lost.contains(n)));
+        assert_eq!(list, [3, 40, 41].map(FaultPart::Lost));
+        assert_eq!(proof, Proof::EverySmaller(6));
+        let (list, proof) = shrunk(30, |lost| lost.len() >= 20);
+        assert_eq!((list.len(), proof), (20, Proof::EachPart(20)));
+    }
+
+    #[test]
+    fn a_smaller_list_is_found_where_more_would_not_be_enough() {
+        // Any two, except the last pair that shrinking one by one would reach.
+        let (list, proof) = shrunk(8, |lost| lost.len() >= 6 || lost == [3, 6]);
+        assert_eq!(list, [3, 6].map(FaultPart::Lost));
+        assert_eq!(proof, Proof::EverySmaller(2));
+    }
+
+    #[test]
+    fn parts_of_one_delay_count_once() {
+        let hang = FaultPart::Hang(ratelab::Time::ZERO);
+        let list = [hang, hang, hang, FaultPart::Late(1)];
+        let smaller = all_smaller(&list).expect("few");
+        assert_eq!(smaller.len(), 4 * 2 - 2);
+        assert!(smaller.is_sorted_by_key(Vec::len));
+    }
+}

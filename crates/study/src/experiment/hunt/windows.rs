@@ -1,0 +1,284 @@
+//! The search for faults: adjacent ones first, then random ones.
+
+use std::{ops::Range, time::Duration};
+
+use ratelab::{Chance, Time};
+
+use super::{
+    Budget, HuntError,
+    fault::{FaultPart, parts},
+    shrink,
+    trial::{Halt, Trials},
+};
+use crate::experiment::Summary;
+
+/// Number of random lists, tried if no window is enough.
+pub const RANDOM_LISTS: usize = 1_000;
+
+/// Maximum number of beginnings of windows, spread evenly over the run.
+const MOST_STARTS: u64 = 1_000;
+
+/// Ratio of the largest windows that are shrunk to the budget.
+const BEYOND: usize = 2;
+
+/// Ratio of the stretch for a random list to a window.
+const ROOM: usize = 4;
+
+/// The windows of a budget in a run.
+pub(super) struct Windows {
+    topic: String,
+    lose: usize,
+    late: usize,
+    hang: usize,
+    /// Number of messages of the topic.
+    messages: u64,
+    /// End of the run (run time).
+    end: Time,
+    /// Period of the node that may hang.
+    period: Duration,
+}
+
+/// Windows of one kind: lists by size and beginning.
+struct Kind<'w> {
+    /// The largest size.
+    most: usize,
+    /// Number of possible beginnings.
+    starts: u64,
+    /// Returns the list of a given size and beginning.
+    list: Box<dyn Fn(usize, u64) -> Vec<FaultPart> + 'w>,
+}
+
+impl Windows {
+    /// The windows of `budget` in the run without faults.
+    pub fn of(budget: &Budget, usual: &Summary) -> Result<Self, HuntError> {
+        let (lose, late) = (budget.lose, parts(budget.delay));
+        let topic = usual.topic(&budget.topic);
+        if lose + late > 0 && !topic.read {
+            return Err(HuntError::topic(
+                &budget.topic,
+                "no node reads such a topic",
+                usual,
+            ));
+        }
+        if lose + late > 0 && topic.published == 0 {
+            return Err(HuntError::topic(
+                &budget.topic,
+                "it carried no message",
+                usual,
+            ));
+        }
+        let (mut hang, mut period) = (0, Duration::ZERO);
+        if let Some((name, longest)) = &budget.hang {
+            let node = usual.node(name);
+            let node = node.ok_or_else(|| HuntError::node(name, "there is no such node", usual))?;
+            (hang, period) = (parts(*longest), node.hz.period());
+        }
+        Ok(Self {
+            topic: budget.topic.clone(),
+            lose,
+            late,
+            hang,
+            messages: topic.published,
+            end: usual.sim_time,
+            period,
+        })
+    }
+
+    /// Stores the smallest window that loses the run in `best`.
+    pub fn search(
+        &self,
+        trials: &mut Trials<'_>,
+        best: &mut Option<Vec<FaultPart>>,
+    ) -> Result<(), Halt> {
+        let kinds = self.kinds();
+        for kind in &kinds {
+            kind.search(0..kind.most, trials, best)?;
+        }
+        if best.is_none() && kinds.len() > 1 {
+            let together = self.together();
+            together.search(0..together.most, trials, best)?;
+        }
+        Ok(())
+    }
+
+    /// Stores the smallest list within the budget in `best` to which a larger window shrinks:
+    /// its faults are uneven, as those of no window are.
+    pub fn search_beyond(
+        &self,
+        trials: &mut Trials<'_>,
+        best: &mut Option<Vec<FaultPart>>,
+    ) -> Result<(), Halt> {
+        for kind in self.kinds() {
+            let mut window = None;
+            kind.search(kind.most..kind.most * BEYOND, trials, &mut window)?;
+            let Some(mut list) = window else {
+                continue;
+            };
+            shrink::delta_debug(&mut list, &mut |lists| trials.first_lost(lists))?;
+            if self.allow(&list) && is_smaller(&list, best.as_ref()) {
+                *best = Some(list);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether `list` is within the budget.
+    fn allow(&self, list: &[FaultPart]) -> bool {
+        let count = |kind: fn(&FaultPart) -> bool| list.iter().filter(|part| kind(part)).count();
+        count(|part| matches!(part, FaultPart::Lost(_))) <= self.lose
+            && count(|part| matches!(part, FaultPart::Late(_))) <= self.late
+            && count(|part| matches!(part, FaultPart::Hang(_))) <= self.hang
+    }
+
+    /// Losses; delays of 1, 2, 4, … messages by the same time; hangs.
+    fn kinds(&self) -> Vec<Kind<'_>> {
+        let mut kinds = vec![Kind {
+            most: self.lose,
+            starts: self.messages,
+            list: Box::new(|size, start| self.lost(size, start)),
+        }];
+        let widths = (0..).map(|power| 1 << power);
+        kinds.extend(
+            widths
+                .take_while(|width| *width <= self.late)
+                .map(|width| Kind {
+                    most: self.late / width,
+                    starts: self.messages,
+                    list: Box::new(move |size, start| self.late(size, width, start)),
+                }),
+        );
+        kinds.push(Kind {
+            most: self.hang,
+            starts: self.ticks(),
+            list: Box::new(|size, tick| vec![FaultPart::Hang(self.tick(tick)); size]),
+        });
+        kinds.retain(|kind| kind.most > 0 && kind.starts > 0);
+        kinds
+    }
+
+    /// The same share of each kind, at the same time.
+    fn together(&self) -> Kind<'_> {
+        let most = self.lose.max(self.late).max(self.hang);
+        let share = move |of: usize, size: usize| (of * size).div_ceil(most);
+        Kind {
+            most,
+            starts: self.messages.max(self.ticks()),
+            list: Box::new(move |size, start| {
+                let moment = start as f64 / self.messages.max(self.ticks()) as f64;
+                let at = |count: u64| (moment * count as f64) as u64;
+                let tick = self.tick(at(self.ticks()));
+                let lost = share(self.lose, size);
+                let mut list = self.lost(lost, at(self.messages));
+                list.extend(self.late(share(self.late, size), 1, at(self.messages) + lost as u64));
+                list.extend(vec![FaultPart::Hang(tick); share(self.hang, size)]);
+                list
+            }),
+        }
+    }
+
+    fn lost(&self, size: usize, start: u64) -> Vec<FaultPart> {
+        let last = self.messages.min(start + size as u64);
+        (start..last).map(FaultPart::Lost).collect()
+    }
+
+    fn late(&self, size: usize, width: usize, start: u64) -> Vec<FaultPart> {
+        let last = self.messages.min(start + width as u64);
+        let messages = start..last;
+        messages
+            .flat_map(|seq| vec![FaultPart::Late(seq); size])
+            .collect()
+    }
+
+    /// Number of due times of the node that may hang.
+    fn ticks(&self) -> u64 {
+        let ticks = self.end.as_nanos() as u128 / self.period.as_nanos().max(1);
+        if self.hang > 0 { ticks as u64 } else { 0 }
+    }
+
+    fn tick(&self, number: u64) -> Time {
+        Time::from_nanos(number * self.period.as_nanos() as u64)
+    }
+
+    /// Lists that use the whole budget, anywhere in a stretch longer than a window; the
+    /// random draws are those of `SEED hunt TOPIC N`.
+    pub fn random(&self, seed: u64) -> Vec<Vec<FaultPart>> {
+        let (what, name) = ("hunt", self.topic.as_str());
+        let chance = Chance { seed, what, name };
+        let mut number = 0_u64;
+        let mut below = |count: u64| {
+            number += 1;
+            (chance.uniform(number) * count as f64) as u64
+        };
+        let lists = (0..RANDOM_LISTS).map(|_| {
+            let start = below(self.messages.max(1));
+            let room = |of: usize| (of * ROOM) as u64;
+            let mut list: Vec<FaultPart> = Vec::new();
+            let end = self.messages.min(start + room(self.lose));
+            let mut messages: Vec<u64> = (start..end).collect();
+            for _ in 0..self.lose.min(messages.len()) {
+                let place = below(messages.len() as u64) as usize;
+                list.push(FaultPart::Lost(messages.swap_remove(place)));
+            }
+            let end = self.messages.min(start + room(self.late));
+            list.extend((0..self.late).map(|_| FaultPart::Late(start + below(end - start))));
+            if self.hang > 0 {
+                let at = self.tick(below(self.ticks()));
+                list.extend(vec![FaultPart::Hang(at); self.hang]);
+            }
+            list
+        });
+        lists.collect()
+    }
+}
+
+impl Kind<'_> {
+    /// Finds by bisection the smallest size that is enough anywhere, with its first
+    /// beginning, above the start of `sizes` and up to its end; stores the list in `best` if
+    /// it is smaller.
+    fn search(
+        &self,
+        sizes: Range<usize>,
+        trials: &mut Trials<'_>,
+        best: &mut Option<Vec<FaultPart>>,
+    ) -> Result<(), Halt> {
+        let mut try_size = |size: usize| {
+            let lists = self.lists(size);
+            let first = trials.first_lost(&lists)?;
+            Ok::<_, Halt>(first.map(|index| lists[index].clone()))
+        };
+        let (mut too_small, mut enough) = (sizes.start, sizes.end);
+        let Some(list) = try_size(enough)? else {
+            return Ok(());
+        };
+        let mut mine = list;
+        while enough - too_small > 1 {
+            if is_smaller(&mine, best.as_ref()) {
+                *best = Some(mine.clone());
+            }
+            let middle = usize::midpoint(too_small, enough);
+            match try_size(middle)? {
+                Some(list) => (mine, enough) = (list, middle),
+                None => too_small = middle,
+            }
+        }
+        if is_smaller(&mine, best.as_ref()) {
+            *best = Some(mine);
+        }
+        Ok(())
+    }
+
+    /// All lists of a size, by their beginnings.
+    fn lists(&self, size: usize) -> Vec<Vec<FaultPart>> {
+        let count = self.starts.min(MOST_STARTS);
+        let start =
+            |place: u64| (u128::from(place) * u128::from(self.starts) / u128::from(count)) as u64;
+        (0..count)
+            .map(|place| (self.list)(size, start(place)))
+            .collect()
+    }
+}
+
+/// Whether `list` is smaller than the best so far.
+fn is_smaller(list: &[FaultPart], best: Option<&Vec<FaultPart>>) -> bool {
+    best.is_none_or(|best| list.len() < best.len())
+}

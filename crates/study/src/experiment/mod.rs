@@ -1,0 +1,265 @@
+//! One run of a system as a value: configuration in, summary out. A [`sweep`] makes many
+//! runs.
+//!
+//! ```
+//! use std::sync::Arc;
+//! use ratelab_study::{experiment::{Config, Experiment}, graph_file::GraphFile};
+//!
+//! let robot = r#"
+//!     name = "robot"
+//!     node.camera = { rate = 30, publishes = ["/image"] }
+//!     node.control = { rate = 10, reads = ["/image"] }
+//! "#;
+//! let system = Arc::new(GraphFile::parse(robot)?.system(&[])?);
+//! let summary = Experiment::new(system, &Config::default())?.run()?;
+//! assert_eq!(summary.verdict.name(), "completed");
+//! assert_eq!(summary.topic("/image").published, 301);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod config;
+pub mod hunt;
+mod part;
+mod summary;
+pub mod sweep;
+mod taps;
+
+use std::{
+    sync::{Arc, Mutex, PoisonError},
+    time::Instant,
+};
+
+use crossbeam_channel::Sender;
+use ratelab::{
+    Clock, ClockExit, ClockKind, Command, Fault, Graph, Inbox, Interrupt, Knob, Observer,
+    RealClock, RecordedTopic, TimedCommand, TimedKnob, clock,
+};
+
+pub use config::Config;
+pub use summary::{MeanPushAge, NodeSummary, RunEnd, Summary, TopicSummary};
+pub use taps::Taps;
+
+use crate::system::{BuildError, Builder, Built, MeanCost, System, verdict};
+
+/// The graph of a system, ready to run once.
+pub struct Experiment {
+    system: Arc<dyn System>,
+    config: Config,
+    graph: Graph,
+    recorded: Vec<Arc<dyn RecordedTopic>>,
+    cost: Option<SharedCost>,
+    commands: Sender<Command>,
+    inbox: Inbox,
+}
+
+/// What the states of a run cost so far.
+type SharedCost = Arc<Mutex<MeanCost>>;
+
+/// Begins to measure what the states of `system` cost, if it judges them.
+fn watch_cost(system: &dyn System, recorded: &[Arc<dyn RecordedTopic>]) -> Option<SharedCost> {
+    let (cost, name) = system.quadratic_cost().zip(system.state())?;
+    let states = recorded.iter().find(|topic| topic.name() == name)?;
+    let mean = SharedCost::default();
+    let shared = mean.clone();
+    states.watch(Box::new(move |now, state| {
+        let mut mean = shared.lock().unwrap_or_else(PoisonError::into_inner);
+        mean.state(now, (cost.of_state)(state));
+    }));
+    Some(mean)
+}
+
+impl Experiment {
+    /// Builds the graph of `system` with the settings of `config`.
+    ///
+    /// # Errors
+    /// [`BuildError`] if the graph cannot be built or a setting is invalid.
+    pub fn new(system: Arc<dyn System>, config: &Config) -> Result<Self, BuildError> {
+        let config = config.resolved(&*system)?;
+        Self::of_resolved(system, config)
+    }
+
+    /// Builds the graph for running a recording again. The recorded run was turned by the
+    /// `taken` knobs: this graph takes them, even if a new run may not.
+    ///
+    /// # Errors
+    /// [`BuildError`] if the system cannot, or does not take a setting.
+    pub fn again(
+        system: Arc<dyn System>,
+        config: &Config,
+        taken: &[TimedKnob],
+    ) -> Result<Self, BuildError> {
+        let config = config.resolved(&*system)?;
+        Self::built(system, config, taken, None)
+    }
+
+    /// Builds the graph for a process that runs only the nodes named in `here`, on the
+    /// real clock: the others are in the graph, with their topics, and run elsewhere.
+    ///
+    /// # Errors
+    /// [`BuildError`] if the graph cannot be built, a setting is invalid, or nodes are
+    /// named that it lacks or that belong together.
+    pub fn part(
+        system: Arc<dyn System>,
+        config: &Config,
+        here: &[String],
+    ) -> Result<Self, BuildError> {
+        let config = Config {
+            clock: ClockKind::Real,
+            ..config.resolved(&*system)?
+        };
+        let part = Self::built(system, config, &[], Some(here))?;
+        let graph = part.graph.observer().topology();
+        let names: Vec<&str> = graph.nodes.iter().map(|node| &*node.name).collect();
+        let refused = part::check(part.system.groups(), &names, here);
+        refused.map_or(Ok(part), |why| Err(BuildError::Setting(why)))
+    }
+
+    /// Builds the graph for a configuration with resolved messages.
+    pub(crate) fn of_resolved(system: Arc<dyn System>, config: Config) -> Result<Self, BuildError> {
+        Self::built(system, config, &[], None)
+    }
+
+    fn built(
+        system: Arc<dyn System>,
+        config: Config,
+        taken: &[TimedKnob],
+        here: Option<&[String]>,
+    ) -> Result<Self, BuildError> {
+        let builder = Builder::new(config.seed, &config.setup, config.world);
+        let mut builder = builder.again(taken).part(here);
+        system.build(&mut builder)?;
+        let Built {
+            mut graph,
+            recorded,
+        } = builder.finish(&config.knobs)?;
+        if let Some(why) = graph.refusal_of(config.clock) {
+            return Err(BuildError::Setting(why));
+        }
+        graph.set_clock(config.clock);
+        graph.set_speed(config.speed);
+        let timed = config.knobs.iter().cloned().map(TimedCommand::from);
+        let (commands, inbox) = Inbox::new(timed.collect());
+        Ok(Self {
+            cost: watch_cost(&*system, &recorded),
+            system,
+            config,
+            graph,
+            recorded,
+            commands,
+            inbox,
+        })
+    }
+
+    /// Checks that the caller's real clock can run the graph, if the run begins under it.
+    ///
+    /// # Errors
+    /// [`BuildError`] if an executor needs more than the clock has.
+    pub fn check_clock(&mut self, real: &dyn Clock) -> Result<(), BuildError> {
+        self.graph.set_cores(real.cores());
+        let refusal = self.graph.refusal_of(self.config.clock);
+        refusal.map_or(Ok(()), |why| Err(BuildError::Setting(why)))
+    }
+
+    /// The inputs of the run, with messages in recordable form; see [`System::resolve`].
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// The system.
+    pub fn system(&self) -> &Arc<dyn System> {
+        &self.system
+    }
+
+    /// Checks that the graph has this knob, and that all its value needs is loaded.
+    ///
+    /// # Errors
+    /// The reason, with the available alternatives.
+    pub fn check(&self, knob: &Knob) -> Result<(), String> {
+        self.graph.check(knob)
+    }
+
+    /// Returns a sender of commands for the running graph.
+    pub fn commands(&self) -> Sender<Command> {
+        self.commands.clone()
+    }
+
+    /// Reads the graph while it runs.
+    pub fn observer(&self) -> Observer {
+        self.graph.observer()
+    }
+
+    /// Taps the graph, before and during its run.
+    pub fn taps(&self) -> Taps {
+        Taps {
+            tap_handle: self.graph.tap_handle(),
+            topics: self.recorded.clone(),
+        }
+    }
+
+    /// Adds timed `commands` to the knobs of the configuration.
+    pub fn schedule(&mut self, commands: Vec<TimedCommand>) {
+        self.inbox.schedule(commands);
+    }
+
+    /// Has `interrupt` stop the run as well, under the virtual clock without pacing.
+    pub fn stop_on(&mut self, interrupt: &Interrupt) {
+        self.inbox.stop_on(interrupt);
+    }
+
+    /// Runs until the end time, or until a node or a command ends the run. All taps end
+    /// with it.
+    ///
+    /// # Errors
+    /// [`Fault`] if a node failed.
+    pub fn run(self) -> Result<Summary, Fault> {
+        self.run_with(&mut RealClock::default())
+    }
+
+    /// Runs with the caller's real clock, such as one with real-time scheduling, whenever
+    /// the run is on the real clock; or with [`Rerun`](ratelab::Rerun), which
+    /// executes such a run again.
+    ///
+    /// # Errors
+    /// [`Fault`] if a node failed.
+    pub fn run_with(self, real: &mut dyn Clock) -> Result<Summary, Fault> {
+        let Self {
+            system,
+            config,
+            mut graph,
+            recorded,
+            cost,
+            commands,
+            mut inbox,
+        } = self;
+        // From here on only the caller's senders can end a pause.
+        drop(commands);
+        let observer = graph.observer();
+        let began = Instant::now();
+        let end = clock::run(&mut graph, &mut inbox, config.end, config.clock, real);
+        let wall_time = began.elapsed();
+        let [state, chains] = [system.state(), system.chains()].map(|name| {
+            let topic = recorded.iter().find(|topic| Some(topic.name()) == name);
+            RunEnd::numbers(topic.and_then(|topic| topic.newest()).as_ref())
+        });
+        // Taps end with the topics, which the nodes hold as well.
+        drop((graph, recorded));
+        let exit = end?;
+        let sim_time = match exit {
+            ClockExit::Ended { at, .. } => at,
+            _ => observer.now(),
+        };
+        let newest = [&state, &chains].map(|row| (!row.is_empty()).then_some(&row[..]));
+        let end = RunEnd {
+            verdict: verdict(&*system, &exit, sim_time, newest),
+            sim_time,
+            wall_time,
+            state,
+            chains,
+            cost: cost.and_then(|mean| {
+                let mean = mean.lock().unwrap_or_else(PoisonError::into_inner);
+                mean.until(sim_time)
+            }),
+        };
+        Ok(Summary::observed(&*system, &config, end, &observer))
+    }
+}

@@ -1,0 +1,238 @@
+//! The summary of a run.
+
+use std::time::Duration;
+
+use ratelab::{
+    Hz, Interrupt, Observer, Rows, Snapshot, Time, TimedKnob,
+    telemetry::{Distribution, Event, NodeView, TopicView},
+};
+
+use super::Config;
+use crate::system::{System, Verdict};
+
+/// The summary of a run.
+#[derive(Clone, Debug)]
+pub struct Summary {
+    /// Configuration of the run.
+    pub config: Config,
+    /// Verdict on the run.
+    pub verdict: Verdict,
+    /// Steps of the plant: messages on the system's topic of states.
+    pub steps: u64,
+    /// Run time of the last step; `None` without one.
+    pub last_step: Option<Time>,
+    /// The last state of the plant, as numbers; empty without states.
+    pub state: Vec<f64>,
+    /// The last data ages of its [chains](System::chains), as numbers; empty without chains.
+    pub chains: Vec<f64>,
+    /// The mean over run time of the system's
+    /// [quadratic cost](System::quadratic_cost); of a run that was lost, until then.
+    pub cost: Option<f64>,
+    /// Run time at the end.
+    pub sim_time: Time,
+    /// Wall time of the run.
+    pub wall_time: Duration,
+    /// The system's main latency.
+    pub latency: Distribution,
+    /// The topics, in the order of their first connection.
+    pub topics: Vec<TopicSummary>,
+    /// The nodes, in the order of addition.
+    pub nodes: Vec<NodeSummary>,
+    /// Commands and ends of the run.
+    pub events: Vec<Event>,
+}
+
+/// The end of a run, without the figures of its topics and nodes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunEnd {
+    /// Verdict on the run.
+    pub verdict: Verdict,
+    /// Run time at the end.
+    pub sim_time: Time,
+    /// Wall time of the run.
+    pub wall_time: Duration,
+    /// The last state of the plant, as numbers; empty without states.
+    pub state: Vec<f64>,
+    /// The last data ages of its [chains](System::chains), as numbers; empty without chains.
+    pub chains: Vec<f64>,
+    /// The mean of the system's quadratic cost.
+    pub cost: Option<f64>,
+}
+
+/// A topic's figures in a run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TopicSummary {
+    /// Its name.
+    pub name: String,
+    /// Messages published.
+    pub published: u64,
+    /// Messages lost unread.
+    pub dropped: u64,
+    /// Messages lost by its link.
+    pub lost: u64,
+    /// Messages that its link delivered after a newer one.
+    pub overtaken: u64,
+    /// Messages in flight at the end.
+    pub in_flight: u64,
+    /// Messages per second of run time.
+    pub per_second: f64,
+    /// Whether a node reads it.
+    pub read: bool,
+}
+
+/// A node's timing in a run.
+#[derive(Clone, Debug)]
+pub struct NodeSummary {
+    /// Its name.
+    pub name: String,
+    /// Its rate at the end.
+    pub hz: Hz,
+    /// Number of ticks.
+    pub ticks: u64,
+    /// Periods skipped because it was still busy.
+    pub overruns: u64,
+    /// Lateness of its ticks; empty under the virtual clock unless a lateness is set.
+    pub lateness: Distribution,
+    /// Duration of its ticks: in run time where a duration is set, otherwise in wall
+    /// time, and empty where the virtual clock ran without pacing.
+    pub tick_time: Distribution,
+    /// Response time: from the due time to the end of a tick.
+    pub response: Distribution,
+    /// The mean age of its pushes; `None` without a push.
+    pub push_age: Option<MeanPushAge>,
+}
+
+/// The mean age of the push in force, over time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeanPushAge {
+    /// From the first push to the end of the run (s).
+    pub run_s: f64,
+    /// In the last second of it (s).
+    pub late_s: f64,
+}
+
+impl Summary {
+    /// Whether `interrupt` stopped the run before it came to a result; its end was to be at
+    /// `end`.
+    pub(crate) fn is_cut_off(&self, interrupt: &Interrupt, end: Time) -> bool {
+        interrupt.is_asked() && self.sim_time < end && !self.verdict.is_lost()
+    }
+
+    /// The changes of knobs before and during the run: under the virtual clock the same
+    /// configuration with these gives the same run.
+    pub fn knobs(&self) -> Vec<TimedKnob> {
+        self.events.iter().filter_map(Event::knob).collect()
+    }
+
+    /// The end of the run.
+    pub fn end(&self) -> RunEnd {
+        RunEnd {
+            verdict: self.verdict,
+            sim_time: self.sim_time,
+            wall_time: self.wall_time,
+            state: self.state.clone(),
+            chains: self.chains.clone(),
+            cost: self.cost,
+        }
+    }
+
+    /// The mean age of the pushes of the run; `None` without a push.
+    pub fn push_age(&self) -> Option<MeanPushAge> {
+        self.nodes.iter().find_map(|node| node.push_age)
+    }
+
+    /// The node called `name`.
+    pub fn node(&self, name: &str) -> Option<&NodeSummary> {
+        self.nodes.iter().find(|node| node.name == name)
+    }
+
+    /// The topic called `name`; an empty one if there is none.
+    pub fn topic(&self, name: &str) -> TopicSummary {
+        let known = self.topics.iter().find(|topic| topic.name == name);
+        known.cloned().unwrap_or_else(|| TopicSummary {
+            name: name.to_owned(),
+            ..TopicSummary::default()
+        })
+    }
+
+    /// Builds the summary of a run of `system` from its `end` and the figures of
+    /// `observer`.
+    pub fn observed(
+        system: &dyn System,
+        config: &Config,
+        end: RunEnd,
+        observer: &Observer,
+    ) -> Self {
+        let snapshot = observer.snapshot_at_end(end.sim_time);
+        let steps = system.state().and_then(|state| snapshot.topic(state));
+        Self {
+            config: config.clone(),
+            verdict: end.verdict,
+            steps: steps.map_or(0, |topic| topic.published),
+            last_step: steps.and_then(|topic| topic.newest),
+            state: end.state,
+            chains: end.chains,
+            cost: end.cost,
+            sim_time: end.sim_time,
+            wall_time: end.wall_time,
+            latency: latency(system, &snapshot),
+            topics: snapshot
+                .topics
+                .iter()
+                .map(|topic| TopicSummary::of(topic, end.sim_time))
+                .collect(),
+            nodes: snapshot.nodes.iter().map(NodeSummary::of).collect(),
+            events: observer.events(0),
+        }
+    }
+}
+
+/// The main latency of `system`.
+fn latency(system: &dyn System, snapshot: &Snapshot) -> Distribution {
+    let meter = system.latency();
+    let distribution = meter.and_then(|(node, meter)| snapshot.meter(node, meter));
+    distribution.cloned().unwrap_or_else(Distribution::empty)
+}
+
+impl RunEnd {
+    /// The newest row.
+    pub(super) fn numbers(rows: Option<&Rows>) -> Vec<f64> {
+        let newest = rows.and_then(Rows::last);
+        newest.map_or_else(Vec::new, |(_, row)| row.to_vec())
+    }
+}
+
+impl TopicSummary {
+    fn of(topic: &TopicView, sim_time: Time) -> Self {
+        Self {
+            name: topic.name.to_string(),
+            published: topic.published,
+            dropped: topic.dropped(),
+            lost: topic.lost,
+            overtaken: topic.overtaken,
+            in_flight: topic.in_flight,
+            per_second: topic.average(sim_time),
+            read: !topic.subscriptions.is_empty(),
+        }
+    }
+}
+
+impl NodeSummary {
+    fn of(node: &NodeView) -> Self {
+        Self {
+            name: node.name.to_string(),
+            hz: node.hz,
+            ticks: node.ticks,
+            overruns: node.overruns,
+            lateness: node.lateness.clone(),
+            tick_time: node.tick_time.clone(),
+            response: node.response.clone(),
+            push_age: node.push_age.and_then(|age| {
+                Some(MeanPushAge {
+                    run_s: age.mean_s()?,
+                    late_s: age.late_s?,
+                })
+            }),
+        }
+    }
+}

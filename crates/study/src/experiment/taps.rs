@@ -1,0 +1,45 @@
+//! Taps on a running experiment.
+
+use std::{any::Any, sync::Arc};
+
+use ratelab::{Payload, RecordedTopic, RowTap, Tap, TapHandle, TapMessage, TickRecord, Topic};
+
+/// Taps the recorded topics and the nodes of an experiment, before and during its run,
+/// from any thread.
+///
+/// Taps on topics end when the run is over and the last of these handles is dropped. A
+/// thread that empties a tap must not use this handle meanwhile: a topic that waits for a
+/// full tap stays locked.
+#[derive(Clone)]
+pub struct Taps {
+    pub(super) tap_handle: TapHandle,
+    pub(super) topics: Vec<Arc<dyn RecordedTopic>>,
+}
+
+impl Taps {
+    /// The recorded topics, in the order of their creation.
+    pub fn topics(&self) -> &[Arc<dyn RecordedTopic>] {
+        &self.topics
+    }
+
+    /// Copies every message of the recorded topic called `name` from now on, as
+    /// rows, in a queue of `capacity`; `None` if there is no such topic.
+    pub fn rows(&self, name: &str, capacity: usize) -> Option<RowTap> {
+        let topic = self.topics.iter().find(|topic| topic.name() == name)?;
+        Some(topic.tap(&self.tap_handle, capacity))
+    }
+
+    /// The same as messages; `None` also for another payload type.
+    pub fn messages<T: Payload>(&self, name: &str, capacity: usize) -> Option<Tap<TapMessage<T>>> {
+        let topic = self.topics.iter().find(|topic| topic.name() == name)?;
+        let topic: &dyn Any = &**topic;
+        let topic = topic.downcast_ref::<Topic<T>>()?;
+        Some(self.tap_handle.topic(topic, capacity))
+    }
+
+    /// Copies every tick from now on, with one queue of `capacity` ticks per node, in the
+    /// order of addition.
+    pub fn ticks(&self, capacity: usize) -> Vec<Tap<TickRecord>> {
+        self.tap_handle.ticks(capacity)
+    }
+}

@@ -1,0 +1,265 @@
+//! The keys of a graph file, for its parser, its schema and its manual.
+
+use ratelab::KnobKind;
+
+/// A kind of section, such as `[node.NAME]`.
+#[derive(Clone, Copy, Debug)]
+pub struct FileSection {
+    /// Its first word; empty for the keys before all sections.
+    pub name: &'static str,
+    /// Whether each section has a name of its own.
+    pub named: bool,
+    /// Its keys.
+    pub keys: &'static [Key],
+    /// Those of them of which exactly one must be there, if any.
+    pub one_of: &'static [&'static str],
+    /// Description.
+    pub help: &'static str,
+}
+
+/// A key with its values.
+#[derive(Clone, Copy, Debug)]
+pub struct Key {
+    /// Name.
+    pub name: &'static str,
+    /// The form of its value.
+    pub form: Form,
+    /// Whether it must be there.
+    pub required: bool,
+    /// Description.
+    pub help: &'static str,
+}
+
+/// The form of a value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Form {
+    /// A name.
+    Name,
+    /// The value of a knob, as a number or as the text that `--knob` takes.
+    Knob(KnobKind),
+    /// A list of topics.
+    Topics,
+    /// A list of nodes.
+    Nodes,
+    /// How messages of several topics are combined.
+    Match,
+    /// A kind of executor.
+    Executor,
+    /// A whole number from zero on, up to this one.
+    Whole(u32),
+    /// A list of nodes and topics in turn.
+    Path,
+    /// A number above zero, up to this one.
+    Number(f64),
+    /// A number of milliseconds, from [`SHORTEST_MS`] to [`LONGEST_MS`].
+    Milliseconds,
+    /// A table from topics to topics.
+    Remap,
+}
+
+impl Form {
+    /// The expected values, for errors.
+    pub fn expected(self) -> String {
+        match self {
+            Self::Name => "a name in quotes".to_owned(),
+            Self::Knob(kind) => format!(
+                "a number or a text in quotes, as in the knob {}",
+                kind.usage()
+            ),
+            Self::Topics => r#"a list of topics, such as ["/image"]"#.to_owned(),
+            Self::Nodes => r#"a list of nodes, such as ["camera", "detector"]"#.to_owned(),
+            Self::Match => {
+                r#""each", "exact:10" with a number of stamps, or "approximate:10" of messages"#
+                    .to_owned()
+            }
+            Self::Executor => {
+                r#""single", "multi:2", "events", "fixed-priority:1", "edf:1" or "let""#.to_owned()
+            }
+            Self::Whole(most) => format!("a whole number from 0 to {most}"),
+            Self::Path => {
+                r#"a list of nodes and topics, such as ["camera", "/image", "detector"]"#.to_owned()
+            }
+            Self::Number(most) => format!("a number above 0, up to {most}"),
+            Self::Milliseconds => format!("milliseconds from {SHORTEST_MS} to {LONGEST_MS}"),
+            Self::Remap => r#"topics, such as { "/obs" = "/pose" }"#.to_owned(),
+        }
+    }
+}
+
+/// The shortest limit of an age (ms).
+pub const SHORTEST_MS: f64 = 1e-3;
+
+/// The longest limit of an age (ms).
+pub const LONGEST_MS: f64 = 1e9;
+
+const fn optional(name: &'static str, form: Form, help: &'static str) -> Key {
+    Key {
+        name,
+        form,
+        required: false,
+        help,
+    }
+}
+
+const fn required(name: &'static str, form: Form, help: &'static str) -> Key {
+    Key {
+        required: true,
+        ..optional(name, form, help)
+    }
+}
+
+/// The highest priority number.
+const MOST_PRIORITY: u32 = 1_000_000;
+
+/// All sections. The first holds the keys at the beginning of the file.
+pub const SECTIONS: [FileSection; 6] = [
+    FileSection {
+        name: "",
+        named: false,
+        keys: &[required("name", Form::Name, "Name of the graph")],
+        one_of: &[],
+        help: "The graph",
+    },
+    FileSection {
+        name: "node",
+        named: true,
+        keys: &[
+            optional("rate", Form::Knob(KnobKind::Rate), "Ticks per second (Hz)"),
+            optional(
+                "trigger",
+                Form::Topics,
+                "The topics whose messages make it tick; it reads them too",
+            ),
+            optional(
+                "match",
+                Form::Match,
+                "What a tick needs of several triggers: each (the newest of each), \
+                 exact:10 (equal times of sensing; 10 of them wait) or approximate:10 (the closest) [default: each]",
+            ),
+            optional(
+                "takes",
+                Form::Knob(KnobKind::Takes),
+                "Duration of a tick (ms): 30, 60..110, lognormal:30,90; \"busy 30\" keeps a core busy",
+            ),
+            optional(
+                "offset",
+                Form::Knob(KnobKind::Offset),
+                "Due time of the first tick (ms)",
+            ),
+            optional(
+                "wakes",
+                Form::Knob(KnobKind::Wakes),
+                "Lateness of its ticks in virtual time (ms), as of takes",
+            ),
+            optional(
+                "reads",
+                Form::Topics,
+                "Other topics that it reads at the beginning of a tick",
+            ),
+            optional(
+                "publishes",
+                Form::Topics,
+                "The topics that get a message at the end of a tick",
+            ),
+            optional(
+                "priority",
+                Form::Whole(MOST_PRIORITY),
+                "Its place among nodes that are due together and in a fixed-priority executor, \
+                 lowest first [default: its place in the file, from 0]",
+            ),
+            optional(
+                "group",
+                Form::Name,
+                "Its callback group in a single, multi or events executor: of its nodes one ticks \
+                 at a time; reentrant excludes none [default: a group of its own]",
+            ),
+            optional(
+                "deadline_ms",
+                Form::Milliseconds,
+                "Its deadline in an edf executor, from the time when it is due (ms) [default: \
+                 its period]",
+            ),
+        ],
+        one_of: &["rate", "trigger"],
+        help: "A node, which ticks at a rate or on messages",
+    },
+    FileSection {
+        name: "executor",
+        named: true,
+        keys: &[
+            required(
+                "kind",
+                Form::Executor,
+                "single, multi:THREADS, events, fixed-priority:CORES, edf:CORES or let",
+            ),
+            optional(
+                "nodes",
+                Form::Nodes,
+                "Its nodes, in the order in which they register [default: all nodes of the file \
+                 that are in no other executor]",
+            ),
+        ],
+        one_of: &[],
+        help: "An executor with threads of its own; other nodes have a thread each",
+    },
+    FileSection {
+        name: "topic",
+        named: true,
+        keys: &[
+            optional(
+                "depth",
+                Form::Knob(KnobKind::Depth),
+                "Number of messages that it keeps [default: 1]",
+            ),
+            optional(
+                "link",
+                Form::Knob(KnobKind::Link),
+                "Way of a message to its readers: delay:30, delay:5..40, loss:0.1, in-order, ...",
+            ),
+            optional(
+                "read",
+                Form::Knob(KnobKind::Read),
+                "The message that is read: newest or oldest [default: newest]",
+            ),
+        ],
+        one_of: &[],
+        help: "A topic with settings; others need no section",
+    },
+    FileSection {
+        name: "chain",
+        named: true,
+        keys: &[
+            required(
+                "path",
+                Form::Path,
+                "The way of the data: node, topic, node, topic and so on",
+            ),
+            optional(
+                "age_ms",
+                Form::Milliseconds,
+                "Limit of the age of the data at the end of the path (ms)",
+            ),
+            optional(
+                "share",
+                Form::Number(1.0),
+                "Share of the time for which the limit holds [default: 1]",
+            ),
+        ],
+        one_of: &[],
+        help: "A chain of nodes and topics, whose data age is measured",
+    },
+    FileSection {
+        name: "system",
+        named: false,
+        keys: &[
+            required("name", Form::Name, "Name of the system, such as cart-pole"),
+            optional(
+                "remap",
+                Form::Remap,
+                "Topics of the system, each with the topic that is read in its place",
+            ),
+        ],
+        one_of: &[],
+        help: "A system in the middle of the graph",
+    },
+];

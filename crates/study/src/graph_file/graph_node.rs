@@ -1,0 +1,139 @@
+//! A node of a graph file while it runs.
+
+use std::sync::Arc;
+
+use ratelab::{
+    GO_ON, Node, Publisher, RowReader, Shared, Tick, Time,
+    telemetry::{MeterRecorder, PushAge},
+};
+
+use super::chain::{ChainAges, Numbers};
+
+/// Where a node takes the beginning of a chain's data from.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Beginning {
+    /// Its own tick: it is the first of the chain.
+    Tick,
+    /// A number of the message that it read last on an input.
+    Number { input: usize, place: usize },
+    /// The time of the sensing behind that message, of a topic of a system.
+    Sensing { input: usize },
+    /// Nowhere: the chain comes to this topic by another node.
+    Elsewhere,
+}
+
+/// A node that reads, takes time and publishes.
+pub(super) struct GraphNode {
+    pub(super) inputs: Vec<Input>,
+    pub(super) outputs: Vec<Output>,
+    pub(super) ends: Option<ChainEnds>,
+}
+
+/// An input, with what was read last.
+pub(super) struct Input {
+    pub(super) reader: RowReader,
+    pub(super) row: Vec<f64>,
+    pub(super) sensed: Option<Time>,
+}
+
+impl Input {
+    pub(super) fn new(reader: RowReader) -> Self {
+        Self {
+            reader,
+            row: Vec::new(),
+            sensed: None,
+        }
+    }
+}
+
+/// An output, with the beginnings of the chains through its topic.
+pub(super) struct Output {
+    pub(super) publisher: Publisher<Numbers>,
+    pub(super) chains: Vec<Beginning>,
+}
+
+/// The chains that end at a node.
+pub(super) struct ChainEnds {
+    /// The number of each, the beginning of its data, and the meter of its age at each output.
+    pub(super) chains: Vec<(usize, Beginning, MeterRecorder)>,
+    pub(super) ages: Arc<Shared<ChainAges>>,
+    pub(super) publisher: Publisher<Numbers>,
+    /// The age of the first chain of the file over time, where no system has one.
+    pub(super) push_age: Option<PushAge>,
+    /// The beginnings of the data of the current tick.
+    pub(super) pending: Vec<(usize, Option<Time>)>,
+}
+
+impl GraphNode {
+    fn beginning(&self, of: Beginning, now: Time) -> Option<Time> {
+        match of {
+            Beginning::Tick => Some(now),
+            Beginning::Number { input, place } => {
+                let nanos = self.inputs.get(input)?.row.get(place)?;
+                (!nanos.is_nan()).then(|| Time::from_nanos(*nanos as u64))
+            }
+            Beginning::Sensing { input } => self.inputs.get(input)?.sensed,
+            Beginning::Elsewhere => None,
+        }
+    }
+
+    fn publish(&self, output: &Output, now: Time) {
+        let chains = output.chains.iter();
+        let begun: Vec<_> = chains.map(|chain| self.beginning(*chain, now)).collect();
+        // Without a chain, the first topic that it reads counts.
+        let first = self.inputs.iter().find_map(|input| input.sensed);
+        let origin = begun.iter().flatten().min().copied();
+        let origin = origin.or(first).unwrap_or(now);
+        let nanos = |at: Option<Time>| at.map_or(f64::NAN, |at| at.as_nanos() as f64);
+        let row = match begun.is_empty() {
+            true => vec![nanos(Some(origin))],
+            false => begun.into_iter().map(nanos).collect(),
+        };
+        output.publisher.publish(Numbers(row), now, Some(origin));
+    }
+}
+
+impl Node for GraphNode {
+    fn tick(&mut self, now: Time) -> Tick {
+        for input in &mut self.inputs {
+            if let Some(sensed) = (input.reader)(now, &mut input.row) {
+                input.sensed = Some(sensed);
+            }
+        }
+        let mut inputs = self.inputs.iter();
+        if self.inputs.is_empty() || inputs.any(|input| input.sensed.is_some()) {
+            let outputs = self.outputs.iter();
+            outputs.for_each(|output| self.publish(output, now));
+        }
+        let mut ends = self.ends.take();
+        if let Some(ends) = &mut ends {
+            let chains = ends.chains.iter();
+            let pending = chains.map(|(chain, of, _)| (*chain, self.beginning(*of, now)));
+            ends.pending = pending.collect();
+        }
+        self.ends = ends;
+        GO_ON
+    }
+
+    /// Measures the chains when the messages of the tick are published.
+    fn apply(&mut self, now: Time) -> Tick {
+        let Some(ends) = &mut self.ends else {
+            return GO_ON;
+        };
+        for ((_, _, meter), (_, begun)) in ends.chains.iter_mut().zip(&ends.pending) {
+            if let Some(begun) = begun {
+                meter.record(now.since(*begun));
+            }
+        }
+        let first = ends.pending.iter().find(|(chain, _)| *chain == 0);
+        let first = first.and_then(|(_, begun)| *begun);
+        if let (Some(age), Some(begun)) = (&ends.push_age, first) {
+            age.push(now, begun);
+        }
+        // The rows are in the order of their times, whichever node publishes them.
+        let mut ages = ends.ages.lock();
+        let row = ages.row(now, &ends.pending);
+        ends.publisher.publish(row, now, first);
+        GO_ON
+    }
+}

@@ -1,0 +1,165 @@
+//! Overloads that are known before a run: nodes, callback groups and executors that are asked
+//! for more than they can do.
+
+use std::collections::BTreeMap;
+
+use ratelab::{Executor, Knob, Release};
+
+use super::{ExecutorSpec, GraphSystem, NodeSpec};
+use crate::system::Setup;
+
+/// The share of the time above which a load is an overload; the rest is rounding.
+const FULL: f64 = 1.0 + 1e-9;
+
+/// The share of the ticks that outlast their period from which a load is an overload.
+const OFTEN: f64 = 0.1;
+
+/// Ticks per second and the time that one of them takes, of each node by its name.
+type Loads<'a> = BTreeMap<&'a str, Load>;
+
+/// The load of a node.
+#[derive(Clone, Copy, Debug, Default)]
+struct Load {
+    /// Ticks per second.
+    hz: f64,
+    /// The median of the time that a tick takes (s).
+    cost: f64,
+    /// The share of the ticks that take longer than the time between two.
+    late: f64,
+}
+
+impl Load {
+    /// The share of a core that it needs.
+    fn share(self) -> f64 {
+        self.hz * self.cost
+    }
+}
+
+impl GraphSystem {
+    /// The overloads of a run with `setup`.
+    pub(super) fn overloads(&self, setup: &Setup) -> Vec<String> {
+        let loads = self.loads(setup);
+        let alone = self.file.nodes.iter();
+        let alone = alone.filter(|node| self.has_core(&node.name));
+        let alone = alone.filter_map(|node| overload_of_node(node, loads[node.name.as_str()]));
+        let executors = self.file.executors.iter();
+        let executors = executors.filter_map(|executor| self.overload_of(executor, &loads));
+        alone.chain(executors).collect()
+    }
+
+    /// Whether a node has a core of its own.
+    fn has_core(&self, node: &str) -> bool {
+        let executor = self.file.executor_of(node);
+        executor.is_none_or(|executor| executor.kind == Executor::Let)
+    }
+
+    /// The loads of all nodes with `setup`. Messages are taken to arrive at the rates of the
+    /// nodes that publish them.
+    fn loads(&self, setup: &Setup) -> Loads<'_> {
+        let cost = |name: &str| {
+            setup.iter().find_map(|knob| match knob {
+                Knob::Takes { node, spec } if node == name => Some(&spec.draw),
+                _ => None,
+            })
+        };
+        let load = |name: &str, hz: f64| Load {
+            hz,
+            cost: cost(name).map_or(0.0, |draw| draw.median().as_secs_f64()),
+            late: cost(name).map_or(0.0, |draw| draw.share_above(FULL / hz)),
+        };
+        let mut loads = Loads::new();
+        for node in self.topology.iter().flat_map(|topology| &topology.nodes) {
+            let hz = setup.rate(&node.name).unwrap_or(node.hz);
+            loads.insert(&node.name, load(&node.name, hz.get()));
+        }
+        let order = self.file.trigger_order().unwrap_or_default();
+        for node in order.into_iter().map(|node| &self.file.nodes[node]) {
+            let hz = match node.release {
+                Release::Every(hz) => setup.rate(&node.name).unwrap_or(hz).get(),
+                Release::On(_) => {
+                    let topics = node.triggers.iter();
+                    let rates = topics.map(|topic| self.messages_per_second(&topic.text, &loads));
+                    rates.fold(f64::INFINITY, f64::min)
+                }
+            };
+            loads.insert(&node.name, load(&node.name, hz));
+        }
+        loads
+    }
+
+    fn messages_per_second(&self, topic: &str, loads: &Loads<'_>) -> f64 {
+        let own = self.file.nodes.iter();
+        let own = own.filter(|node| node.publishes(topic));
+        let own = own.map(|node| node.name.as_str());
+        let inner = self.topology.iter().flat_map(|topology| {
+            let topics = topology.topics.iter().filter(|known| known.name == topic);
+            let publishers = topics.flat_map(|topic| &topic.publishers);
+            publishers.map(|node| topology.nodes[*node].name.as_str())
+        });
+        let publishers = own.chain(inner);
+        let rates = publishers.filter_map(|name| Some(loads.get(name)?.hz));
+        rates.sum()
+    }
+
+    fn overload_of(&self, executor: &ExecutorSpec, loads: &Loads<'_>) -> Option<String> {
+        let (name, kind) = (&executor.name, executor.kind);
+        let threads = match kind {
+            Executor::Single | Executor::Events => 1,
+            Executor::Multi { threads } => threads,
+            Executor::FixedPriority { cores } | Executor::Edf { cores } => cores,
+            Executor::Let => return None,
+        };
+        let share = |node: &str| loads.get(node).map_or(0.0, |load| load.share());
+        let total: f64 = executor.nodes.iter().map(|node| share(&node.text)).sum();
+        if total > FULL * threads as f64 {
+            return Some(format!(
+                "executor {name} is asked for more than it can do: its nodes need {:.0} % of a \
+                 core, and {kind} has {} %, so they wait, skip periods or lose messages",
+                total * 1e2,
+                threads * 100
+            ));
+        }
+        let mut groups: BTreeMap<String, f64> = BTreeMap::new();
+        for node in &executor.nodes {
+            *groups.entry(self.group(&node.text)).or_default() += share(&node.text);
+        }
+        let (group, total) = groups.into_iter().find(|(_, total)| *total > FULL)?;
+        Some(format!(
+            "{group} of executor {name} is asked for more than it can do: it needs {:.0} % of a \
+             core and ticks on one at a time, so its ticks wait, skip periods or lose messages",
+            total * 1e2
+        ))
+    }
+
+    /// The callback group of a node, or else the node itself.
+    fn group(&self, node: &str) -> String {
+        let known = self.file.nodes.iter().find(|known| known.name == node);
+        let group = known.and_then(|known| known.callback.group_name());
+        group.map_or_else(|| node.to_owned(), |group| format!("group {group}"))
+    }
+}
+
+fn overload_of_node(node: &NodeSpec, load: Load) -> Option<String> {
+    let (name, ms, share) = (&node.name, load.cost * 1e3, load.share());
+    let then = match node.release {
+        Release::Every(_) => "it will skip periods",
+        Release::On(_) => "messages will wait and be dropped",
+    };
+    if share > FULL {
+        return Some(format!(
+            "{name} is asked for more than it can do: {ms} ms at {} Hz is {:.0} % of its time, so \
+             {then}",
+            load.hz,
+            share * 1e2
+        ));
+    }
+    let periodic = matches!(node.release, Release::Every(_));
+    (periodic && load.late >= OFTEN).then(|| {
+        format!(
+            "{name} is asked for more than it can do: {:.0} % of its ticks take longer than the \
+             period of {:.1} ms, so {then}",
+            load.late * 1e2,
+            1e3 / load.hz
+        )
+    })
+}

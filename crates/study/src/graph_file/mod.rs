@@ -1,0 +1,162 @@
+//! Graphs as text files (TOML): nodes, topics, and chains with limits of their data age, run
+//! without a line of code.
+//!
+//! ```text
+//! text ──► document ──► check ──► GraphFile ──► GraphSystem: a System
+//! ```
+//!
+//! ```
+//! use std::sync::Arc;
+//! use ratelab_study::{experiment::{Config, Experiment}, graph_file::GraphFile};
+//!
+//! let text = r#"
+//!     name = "robot"
+//!     [node.camera]
+//!     rate = 30
+//!     takes = 20
+//!     publishes = ["/image"]
+//!     [node.control]
+//!     rate = 10
+//!     reads = ["/image"]
+//!     publishes = ["/cmd"]
+//!     [chain.see-to-act]
+//!     path = ["camera", "/image", "control", "/cmd"]
+//!     age_ms = 100
+//! "#;
+//! let system = GraphFile::parse(text)?.system(&[])?;
+//! let summary = Experiment::new(Arc::new(system), &Config::default())?.run()?;
+//! assert_eq!(summary.verdict.name(), "missed_see_to_act");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A node ticks at a rate or on messages, on a thread of its own or on those of an executor.
+//! It reads its topics at the beginning of a tick and publishes a message on each of its
+//! topics at the end of it. A message carries, for every chain that goes through its topic,
+//! the run time at which the data began: the tick of the first node of the chain. A node
+//! copies it from the message that it read last on the topic before in the chain, so data
+//! ages are exact along the named path.
+
+mod chain;
+mod check;
+mod document;
+mod error;
+mod executors;
+pub mod format;
+mod graph_node;
+mod insertion;
+mod judged;
+mod leaked;
+mod load;
+mod system;
+mod triggers;
+
+use std::time::Duration;
+
+use ratelab::{Callback, Executor, Knob, Release};
+
+pub use error::GraphFileError;
+pub use system::GraphSystem;
+
+/// Name of the topic with the data ages of the chains.
+pub const CHAINS: &str = "/chains";
+
+/// The longest text (bytes).
+pub const MOST_BYTES: usize = 1 << 20;
+
+/// Maximum number of nodes, topics, ends of topics and chains together: a recording of the
+/// graph stays readable.
+pub const MOST_PARTS: usize = 200;
+
+/// Maximum number of chains.
+pub const MOST_CHAINS: usize = 16;
+
+/// A graph file: its content, checked.
+#[derive(Clone, Debug)]
+pub struct GraphFile {
+    text: String,
+    name: String,
+    nodes: Vec<NodeSpec>,
+    /// The settings of its nodes and topics.
+    settings: Vec<Knob>,
+    /// The topics with settings.
+    topics: Vec<document::Placed>,
+    chains: Vec<ChainSpec>,
+    executors: Vec<ExecutorSpec>,
+    inner: Option<InnerSpec>,
+}
+
+/// A node in a graph file.
+#[derive(Clone, Debug)]
+struct NodeSpec {
+    name: String,
+    at: usize,
+    release: Release,
+    /// Its place among nodes that are due together, if it is set.
+    priority: Option<u32>,
+    /// The topics that trigger it.
+    triggers: Vec<document::Placed>,
+    /// The other topics that it reads.
+    reads: Vec<document::Placed>,
+    publishes: Vec<document::Placed>,
+    /// The node as its executor knows it.
+    callback: Callback,
+}
+
+impl NodeSpec {
+    /// All topics that it reads, those first that trigger it.
+    fn inputs(&self) -> impl Iterator<Item = &document::Placed> {
+        self.triggers.iter().chain(&self.reads)
+    }
+}
+
+/// An executor in a graph file.
+#[derive(Clone, Debug)]
+struct ExecutorSpec {
+    name: String,
+    kind: Executor,
+    /// Its nodes, in the order of registration.
+    nodes: Vec<document::Placed>,
+}
+
+/// A chain in a graph file.
+#[derive(Clone, Debug)]
+struct ChainSpec {
+    name: String,
+    path: Vec<document::Placed>,
+    limit: Option<Limit>,
+}
+
+/// A limit of the data age of a chain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Limit {
+    age: Duration,
+    /// Share of the time for which it holds.
+    share: f64,
+}
+
+/// The system in the middle of a graph file.
+#[derive(Clone, Debug)]
+struct InnerSpec {
+    name: document::Placed,
+    /// Topics of the system, each with the topic that is read in its place.
+    remap: Vec<(document::Placed, document::Placed)>,
+}
+
+impl GraphFile {
+    /// Reads a graph from `text`.
+    ///
+    /// # Errors
+    /// [`GraphFileError`] with the place of the first error.
+    pub fn parse(text: &str) -> Result<Self, GraphFileError> {
+        if text.len() > MOST_BYTES {
+            let what = format!("{} bytes: expected up to {MOST_BYTES}", text.len());
+            return Err(GraphFileError::at(text, 0, what));
+        }
+        check::check(text, &document::read(text)?)
+    }
+
+    /// Name of the graph.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+}

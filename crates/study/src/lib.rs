@@ -1,0 +1,13 @@
+//! A graph as a value, and what can be learned by running it.
+//!
+//! A [`system`] builds its graph and describes how to show it: a robot, or anything else. An
+//! [`experiment`] is one run of it, configuration in and summary out; a sweep is many runs, and
+//! a hunt the search for one that fails. A [`graph_file`] is a system without a line of code.
+//!
+//! Stands on the core (`ratelab`), and knows no robot, terminal or recording. Begin with
+//! [`system::System`].
+
+pub mod experiment;
+pub mod file;
+pub mod graph_file;
+pub mod system;

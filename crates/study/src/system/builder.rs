@@ -1,0 +1,406 @@
+//! Builds the graph of a system.
+
+use std::sync::Arc;
+
+use ratelab::{
+    Callback, Depth, Executor, Fields, GO_ON, Graph, Hz, Knob, KnobKind, Match, NamedTopic, Node,
+    Payload, RecordedTopic, Release, Tick, Time, TimedKnob, Topic, Wiring, telemetry::Topology,
+};
+
+use super::{BuildError, Setup, SharedWorld, System, World, WorldKind};
+
+/// Name of the node of a plant that moves by itself.
+pub const WORLD: &str = "world";
+
+/// Collects the nodes and topics of a graph, with their settings.
+pub struct Builder<'a> {
+    seed: u64,
+    setup: &'a Setup,
+    world: WorldKind,
+    /// Whether the system has asked for the kind of world.
+    knows_worlds: bool,
+    /// Knobs that a recorded run was turned by, if it is run again.
+    taken: &'a [TimedKnob],
+    graph: Graph,
+    recorded: Vec<Arc<dyn RecordedTopic>>,
+    /// Nodes that were built with their configured message.
+    answered: Vec<String>,
+    /// Nodes to insert before the readers of topics.
+    relays: Vec<Relay>,
+    /// The topics that were offered for that.
+    offered: Vec<String>,
+    /// The nodes that run in this process; `None` for all.
+    here: Option<&'a [String]>,
+}
+
+/// A node between a topic and its reader, which forwards the newest message with the time
+/// of the sensing behind it.
+#[derive(Clone, Debug)]
+pub(crate) struct Relay {
+    /// Its name.
+    pub(crate) node: String,
+    /// When it ticks.
+    pub(crate) release: Release,
+    /// Name of the topic that it reads.
+    pub(crate) from: String,
+    /// Name of the topic that it publishes.
+    pub(crate) to: String,
+}
+
+/// A finished graph.
+pub(crate) struct Built {
+    pub(crate) graph: Graph,
+    /// The recorded topics, in the order of their creation.
+    pub(crate) recorded: Vec<Arc<dyn RecordedTopic>>,
+}
+
+/// The parts of a system that a graph around it can use.
+pub(crate) struct Surroundings {
+    /// Its graph.
+    pub(crate) topology: Topology,
+    /// Its recorded topics.
+    pub(crate) recorded: Vec<String>,
+    /// The topics before whose readers nodes can be inserted.
+    pub(crate) offered: Vec<String>,
+}
+
+impl Surroundings {
+    /// The parts of `system` with `setup`.
+    ///
+    /// # Errors
+    /// [`BuildError`] if its graph cannot be built.
+    pub(crate) fn of(system: &dyn System, setup: &Setup) -> Result<Self, BuildError> {
+        let mut builder = Builder::new(0, setup, WorldKind::Course);
+        system.build(&mut builder)?;
+        let recorded = builder.recorded.iter();
+        Ok(Self {
+            topology: builder.graph.observer().topology(),
+            recorded: recorded.map(|topic| topic.name().to_owned()).collect(),
+            offered: builder.offered,
+        })
+    }
+}
+
+impl<'a> Builder<'a> {
+    /// Creates an empty graph for a run with `seed`.
+    pub(crate) fn new(seed: u64, setup: &'a Setup, world: WorldKind) -> Self {
+        let mut graph = Graph::new();
+        graph.set_seed(seed);
+        Self {
+            seed,
+            setup,
+            world,
+            knows_worlds: false,
+            taken: &[],
+            graph,
+            recorded: Vec::new(),
+            answered: Vec::new(),
+            relays: Vec::new(),
+            offered: Vec::new(),
+            here: None,
+        }
+    }
+
+    /// Seed of the run, for all random numbers.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// The knobs set before the run begins.
+    pub fn setup(&self) -> &'a Setup {
+        self.setup
+    }
+
+    /// The kind of world. A system that never calls this supports the course's world
+    /// only.
+    pub fn world(&mut self) -> WorldKind {
+        self.knows_worlds = true;
+        self.world
+    }
+
+    /// The same for a run again of one that was turned by `taken` knobs.
+    pub(crate) fn again(self, taken: &'a [TimedKnob]) -> Self {
+        Self { taken, ..self }
+    }
+
+    /// The same with only the nodes named in `here`; the others run in other processes.
+    pub(crate) fn part(self, here: Option<&'a [String]>) -> Self {
+        Self { here, ..self }
+    }
+
+    fn is_here(&self, node: &str) -> bool {
+        let names = self.here.map(|names| names.iter().any(|name| name == node));
+        names.unwrap_or(true)
+    }
+
+    /// Whether this is a recorded run, executed again, that was turned by a knob of this
+    /// `kind` on `target`: recordings may hold knobs that new runs do not have.
+    pub fn was_turned(&self, kind: KnobKind, target: &str) -> bool {
+        let mut knobs = self.taken.iter().map(|timed| &timed.knob);
+        knobs.any(|knob| knob.kind() == kind && knob.target() == target)
+    }
+
+    /// Adds a plant that moves by itself, as a node called [`WORLD`]. At rate `hz`,
+    /// before all other nodes, it advances the plant to the current time and calls
+    /// `look`. Must be added before all other nodes.
+    ///
+    /// # Errors
+    /// [`BuildError`] for an invalid `hz` or a name that is taken.
+    pub fn own_world<W: World, F>(
+        &mut self,
+        world: W,
+        hz: f64,
+        look: impl FnOnce(&mut Wiring<'_>) -> F,
+    ) -> Result<SharedWorld<W>, BuildError>
+    where
+        F: FnMut(&W, Time) -> Tick + Send + 'static,
+    {
+        let (world, hz) = (SharedWorld::new(world), Hz::new(hz)?);
+        let shared = world.clone();
+        let build = |wiring: &mut Wiring<'_>| {
+            const TIMES: &[KnobKind] = &[
+                KnobKind::Rate,
+                KnobKind::Takes,
+                KnobKind::Offset,
+                KnobKind::Wakes,
+                KnobKind::Crash,
+                KnobKind::Restart,
+                KnobKind::Hang,
+                KnobKind::Clock,
+            ];
+            wiring.fix(
+                TIMES,
+                "the world moves by itself: choose a node of the robot",
+            );
+            let mut look = look(wiring);
+            move |now| look(&world.at(now), now)
+        };
+        match self.is_here(WORLD) {
+            true => self.graph.node(WORLD, hz, 0, build)?,
+            false => self.graph.remote_node(WORLD, hz, 0, build)?,
+        }
+        Ok(shared)
+    }
+
+    /// Creates a recorded topic, with a default depth of one.
+    pub fn topic<T: Fields + Payload>(&mut self, name: &str) -> Topic<T> {
+        let topic = self.internal_topic(name);
+        self.recorded.push(Arc::new(topic.clone()));
+        topic
+    }
+
+    /// The same for messages with as many numbers as there are `fields`.
+    pub(crate) fn named_topic<T: Fields + Payload>(
+        &mut self,
+        name: &str,
+        fields: &'static [&'static str],
+    ) -> Topic<T> {
+        let topic = self.internal_topic(name);
+        let named = NamedTopic {
+            topic: topic.clone(),
+            fields,
+        };
+        self.recorded.push(Arc::new(named));
+        topic
+    }
+
+    /// The recorded topic called `name`, if it was created before.
+    pub(crate) fn recorded(&self, name: &str) -> Option<Arc<dyn RecordedTopic>> {
+        let mut topics = self.recorded.iter();
+        topics.find(|topic| topic.name() == name).cloned()
+    }
+
+    /// Has `relays` inserted where the system offers it; see [`Builder::through`].
+    pub(crate) fn insert(&mut self, relays: Vec<Relay>) {
+        self.relays = relays;
+    }
+
+    /// The topic that a reader of `topic` is to read: the topic itself, or the last one behind
+    /// the nodes that are inserted there, such as a camera and a detector. `priority` is that
+    /// of the publisher of `topic`.
+    ///
+    /// # Errors
+    /// As of [`Builder::node`].
+    pub fn through<T: Fields + Payload>(
+        &mut self,
+        topic: &Topic<T>,
+        priority: u32,
+    ) -> Result<Topic<T>, BuildError> {
+        self.offered.push(topic.name().to_owned());
+        let mut last = topic.clone();
+        let relays = self.relays.clone().into_iter();
+        for relay in relays {
+            if relay.from != last.name() {
+                continue;
+            }
+            let (input, output) = (last, self.topic::<T>(&relay.to));
+            last = output.clone();
+            let triggered = matches!(relay.release, Release::On(_));
+            self.released_node(&relay.node, relay.release, priority, move |wiring| {
+                let mut input = match triggered {
+                    true => wiring.trigger(&input),
+                    false => wiring.subscription(&input),
+                };
+                let output = wiring.publisher(&output);
+                move |now| {
+                    if let Some(message) = input.latest(now) {
+                        let sensed = message.sensed();
+                        output.publish(message.data, now, Some(sensed));
+                    }
+                    GO_ON
+                }
+            })?;
+        }
+        Ok(last)
+    }
+
+    /// Creates a topic without a recording: its payload need not be
+    /// [`Fields`](ratelab::Fields).
+    pub fn internal_topic<T: Payload>(&mut self, name: &str) -> Topic<T> {
+        Topic::new(name, self.setup.depth(name).unwrap_or(Depth::ONE))
+    }
+
+    /// The initial rate of `node`: as set, or else `hz`.
+    ///
+    /// # Errors
+    /// [`BuildError`] for an invalid `hz`.
+    pub fn rate(&self, node: &str, hz: f64) -> Result<Hz, BuildError> {
+        match self.setup.rate(node) {
+            Some(set) => Ok(set),
+            None => Ok(Hz::new(hz)?),
+        }
+    }
+
+    /// The configured message for `node`, for systems that use it to build the node.
+    /// Other nodes receive theirs before the run begins.
+    pub fn message(&mut self, node: &str) -> Option<&'a str> {
+        let message = self.setup.message(node)?;
+        self.answered.push(node.to_owned());
+        Some(message)
+    }
+
+    /// Adds a node that ticks at `hz` unless set otherwise; see [`Graph::node`]. A
+    /// restart builds it once more, and sends it the message that is set for it.
+    ///
+    /// # Errors
+    /// [`BuildError`] for an invalid `hz`, or if the name of the node or of one of its
+    /// topics is taken.
+    pub fn node<N: Node + 'static>(
+        &mut self,
+        name: &str,
+        hz: f64,
+        priority: u32,
+        build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
+    ) -> Result<(), BuildError> {
+        let hz = self.rate(name, hz)?;
+        self.released_node(name, hz.into(), priority, build)
+    }
+
+    /// The same for a node that ticks on messages; see
+    /// [`Release::On`](ratelab::Release::On).
+    ///
+    /// # Errors
+    /// [`BuildError`] as of [`Builder::node`], and if nodes would trigger each other in a
+    /// circle.
+    pub fn triggered_node<N: Node + 'static>(
+        &mut self,
+        name: &str,
+        matching: Match,
+        priority: u32,
+        build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
+    ) -> Result<(), BuildError> {
+        self.released_node(name, matching.into(), priority, build)
+    }
+
+    /// The same for a node that ticks at a rate, unless set otherwise, or on messages.
+    pub(crate) fn released_node<N: Node + 'static>(
+        &mut self,
+        name: &str,
+        release: Release,
+        priority: u32,
+        build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
+    ) -> Result<(), BuildError> {
+        let release = match release {
+            Release::Every(hz) => self.setup.rate(name).unwrap_or(hz).into(),
+            Release::On(_) => release,
+        };
+        if !self.is_here(name) {
+            return Ok(self.graph.remote_node(name, release, priority, build)?);
+        }
+        let answered = self.answered.iter().any(|known| known == name);
+        let message = self.setup.message(name).filter(|_| !answered);
+        let graph = &mut self.graph;
+        Ok(graph.restartable_node(name, release, priority, build, message)?)
+    }
+
+    /// Has an executor run these nodes; see [`Graph::executor`].
+    ///
+    /// # Errors
+    /// [`BuildError`] if the executor cannot have one of them.
+    pub fn executor(
+        &mut self,
+        executor: Executor,
+        callbacks: impl IntoIterator<Item = Callback>,
+    ) -> Result<(), BuildError> {
+        Ok(self.graph.executor(executor, callbacks)?)
+    }
+
+    /// The same for a node that holds what there is only once. A restart is up to
+    /// [`Node::restart`].
+    ///
+    /// # Errors
+    /// As of [`Builder::node`].
+    pub fn single_node<N: Node + 'static>(
+        &mut self,
+        name: &str,
+        hz: f64,
+        priority: u32,
+        build: impl FnOnce(&mut Wiring<'_>) -> N,
+    ) -> Result<(), BuildError> {
+        let hz = self.rate(name, hz)?;
+        match self.is_here(name) {
+            true => Ok(self.graph.node(name, hz, priority, build)?),
+            false => Ok(self.graph.remote_node(name, hz, priority, build)?),
+        }
+    }
+
+    /// Sends the configured messages and returns the graph.
+    ///
+    /// # Errors
+    /// [`BuildError::Setting`] if a setting, or a later one in `timed`, has no
+    /// counterpart in the graph, or if a node refuses its message.
+    pub(crate) fn finish(mut self, timed: &[TimedKnob]) -> Result<Built, BuildError> {
+        if !self.knows_worlds && !self.world.is_course() {
+            let why = "this system has no world of its own: leave the setting out";
+            return Err(BuildError::Setting(why.to_owned()));
+        }
+        for timed in timed {
+            self.check(&timed.knob)?;
+        }
+        for knob in self.setup.iter() {
+            self.check(knob)?;
+            self.turn(knob)?;
+        }
+        Ok(Built {
+            graph: self.graph,
+            recorded: self.recorded,
+        })
+    }
+
+    fn check(&self, knob: &Knob) -> Result<(), BuildError> {
+        let known = self.graph.check(knob);
+        known.map_err(|why| BuildError::Setting(format!("{knob}: {why}")))
+    }
+
+    /// Sets a knob that was not used while building the graph.
+    fn turn(&mut self, knob: &Knob) -> Result<(), BuildError> {
+        let node = knob.target();
+        let answer = match knob.kind() {
+            KnobKind::Rate | KnobKind::Depth => return Ok(()),
+            KnobKind::Send if self.answered.iter().any(|known| known == node) => return Ok(()),
+            _ => self.graph.turn(knob),
+        };
+        answer.map_err(|why| BuildError::Setting(format!("{knob}: {why}")))?;
+        Ok(())
+    }
+}

@@ -1,0 +1,133 @@
+//! Whether the world waits for the robot.
+
+use std::sync::Arc;
+
+use ratelab::{Shared, Time, Turn};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// How time passes for a plant.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum WorldKind {
+    /// The plant moves when the actuator ticks: a late actuator costs no physics.
+    #[default]
+    Course,
+    /// The plant moves by itself, independently of the robot.
+    Own {
+        /// Time step.
+        step_ms: StepMs,
+    },
+}
+
+impl WorldKind {
+    /// Parses a kind of world: `course`, or `own` with a step (ms).
+    ///
+    /// # Errors
+    /// [`WorldError`] for an unknown world or an invalid step.
+    pub fn parse(name: &str, step_ms: Option<u64>) -> Result<Self, WorldError> {
+        match (name, step_ms) {
+            ("course", None) => Ok(Self::Course),
+            ("course", Some(_)) => Err(WorldError::Step),
+            ("own", None) => Ok(Self::OWN),
+            ("own", Some(step_ms)) => Ok(Self::Own {
+                step_ms: step_ms.try_into()?,
+            }),
+            _ => Err(WorldError::Name(name.to_owned())),
+        }
+    }
+
+    /// A plant that moves by itself in steps of one millisecond.
+    pub const OWN: Self = Self::Own { step_ms: StepMs(1) };
+
+    /// Name of the kind.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Course => "course",
+            Self::Own { .. } => "own",
+        }
+    }
+
+    /// Whether the plant waits for the actuator.
+    pub fn is_course(&self) -> bool {
+        *self == Self::Course
+    }
+}
+
+/// A step of physics that divides 20 ms (ms): 1, 2, 5 or 10.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "u64", into = "u64")]
+pub struct StepMs(u8);
+
+impl StepMs {
+    /// All valid steps.
+    pub const ALL: [Self; 4] = [Self(1), Self(2), Self(5), Self(10)];
+
+    /// The longest step: that of the course.
+    pub const LONGEST: Self = Self(10);
+
+    /// The number of milliseconds.
+    pub fn get(self) -> u64 {
+        u64::from(self.0)
+    }
+}
+
+impl TryFrom<u64> for StepMs {
+    type Error = WorldError;
+
+    fn try_from(ms: u64) -> Result<Self, WorldError> {
+        let mut all = Self::ALL.into_iter();
+        all.find(|step| step.get() == ms)
+            .ok_or(WorldError::StepMs(ms))
+    }
+}
+
+impl From<StepMs> for u64 {
+    fn from(step: StepMs) -> Self {
+        step.get()
+    }
+}
+
+/// An invalid world.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum WorldError {
+    /// An unknown name.
+    #[error("{0:?} is no world: expected course or own")]
+    Name(String),
+    /// An invalid step.
+    #[error("{0} ms is no step of physics: expected 1, 2, 5 or 10 ms")]
+    StepMs(u64),
+    /// A step with the course's world.
+    #[error("the course's world has its own step: leave it out, or ask for the world \"own\"")]
+    Step,
+}
+
+/// A plant that moves by itself, up to a given run time.
+pub trait World: Send + 'static {
+    /// Advances the plant to run time `now`. Does nothing for a time that has passed.
+    fn advance_to(&mut self, now: Time);
+}
+
+/// A world that nodes share. Every access first advances it to the current run time.
+#[derive(Debug)]
+pub struct SharedWorld<W>(Arc<Shared<W>>);
+
+impl<W: World> SharedWorld<W> {
+    /// Shares `world`.
+    pub fn new(world: W) -> Self {
+        Self(Arc::new(Shared::new("the world", world)))
+    }
+
+    /// Advances the world to run time `now` and locks it until the guard is dropped.
+    pub fn at(&self, now: Time) -> Turn<'_, W> {
+        let mut world = self.0.lock();
+        world.advance_to(now);
+        world
+    }
+}
+
+impl<W> Clone for SharedWorld<W> {
+    fn clone(&self) -> Self {
+        Self(self.0.clone())
+    }
+}

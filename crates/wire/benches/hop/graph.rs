@@ -1,0 +1,47 @@
+//! A graph of one topic, for hops: a node that publishes when it ticks.
+
+use ratelab::{GO_ON, Time, fields};
+use ratelab_study::system::{BuildError, Builder, System};
+use ratelab_wire::clock;
+
+pub const TOPIC: &str = "/hop";
+pub const SOURCE: &str = "source";
+pub const READER: &str = "reader";
+
+/// A message.
+#[derive(Clone, Copy)]
+pub struct Sent {
+    /// When it was sent (ns of the machine's clock): exact for the first hundred days.
+    at: f64,
+}
+
+fields!(Sent { at: "sent (ns)" });
+
+/// A message a tick at this rate (Hz), and a node that hardly reads it.
+pub struct Hop(pub u32);
+
+impl System for Hop {
+    fn name(&self) -> &'static str {
+        "hop"
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        let topic = builder.topic::<Sent>(TOPIC);
+        let published = topic.clone();
+        builder.node(SOURCE, f64::from(self.0), 0, move |wiring| {
+            let topic = wiring.publisher(&published);
+            move |now: Time| {
+                let at = clock::now() as f64;
+                topic.publish(Sent { at }, now, None);
+                GO_ON
+            }
+        })?;
+        builder.node(READER, 1.0, 1, move |wiring| {
+            let mut topic = wiring.subscription(&topic);
+            move |now| {
+                topic.latest(now);
+                GO_ON
+            }
+        })
+    }
+}

@@ -1,0 +1,333 @@
+//! Whether a process may join a run: each node runs once, and all processes are set up alike.
+//!
+//! The one that comes finds out before anybody knows of it, so it changes nothing.
+//!
+//! | what it finds | what follows |
+//! |---|---|
+//! | another process has one of its nodes | [`WireError::Taken`] |
+//! | the process that listens has another version, graph or setup | [`WireError::Setting`] |
+//! | a process that does not answer | none of these: it counts when it answers |
+//!
+//! A process that is there already when the one that listens is started again cannot leave: it
+//! is told apart by [`difference`], and the run does not begin with it.
+
+use std::{
+    collections::BTreeSet,
+    thread,
+    time::{Duration, Instant},
+};
+
+use ratelab::{Knob, telemetry::Topology};
+use ratelab_study::system::{Alias, Setup, WorldKind};
+
+use crate::{error::WireError, peers::Peers, telemetry::Info};
+
+/// Time after which a process that waits for the one that listens has it printed.
+const NOTICE: Duration = Duration::from_millis(1500);
+
+/// Longest wait for the answers of those that are present: some seconds, so that a process on a
+/// busy machine is not taken for one that is not there.
+const PATIENCE: Duration = Duration::from_secs(4);
+
+/// Time between two looks.
+const PAUSE: Duration = Duration::from_millis(10);
+
+/// The most differences in a text.
+const MOST: usize = 3;
+
+/// Waits for the process that listens, unless this is the one, and checks that `own` may join
+/// those that are present. Calls `waits` once if nobody listens yet. Returns those that did
+/// not answer.
+pub(crate) fn check(
+    own: &Info,
+    peers: &Peers,
+    aliases: &[Alias],
+    waits: &dyn Fn(),
+) -> Result<BTreeSet<u64>, WireError> {
+    let began = Instant::now();
+    let mut waited = false;
+    loop {
+        let (infos, mute) = answers(peers, began, &BTreeSet::new())?;
+        if let Some(other) = infos.iter().find(|other| has_same_nodes(own, other)) {
+            return Err(taken(own, other));
+        }
+        let hub = infos.iter().find(|info| info.is_hub);
+        if let Some(hub) = hub {
+            let why = difference(own, hub, aliases);
+            return why.map_or(Ok(mute), |why| Err(differs(hub, &why)));
+        }
+        if own.is_hub {
+            return Ok(mute);
+        }
+        if !waited && began.elapsed() > NOTICE {
+            waits();
+            waited = true;
+        }
+        thread::sleep(PAUSE);
+    }
+}
+
+/// Checks again, once the others know of `own`: of two that came at the same moment the one
+/// with the lower number stays. Waits for none that is `mute`: the others count on `own`.
+pub(crate) fn check_again(
+    own: &Info,
+    peers: &Peers,
+    mute: &BTreeSet<u64>,
+) -> Result<(), WireError> {
+    let (infos, _) = answers(peers, Instant::now(), mute)?;
+    let first = infos.iter().find(|other| {
+        has_same_nodes(own, other) && (other.zero.is_some() || other.incarnation < own.incarnation)
+    });
+    first.map_or(Ok(()), |other| Err(taken(own, other)))
+}
+
+/// What runs in those that are present, once all but the `mute` ones have answered, or shortly
+/// after `began`; and who has not answered by then.
+fn answers(
+    peers: &Peers,
+    began: Instant,
+    mute: &BTreeSet<u64>,
+) -> Result<(Vec<Info>, BTreeSet<u64>), WireError> {
+    let present = peers.present()?;
+    loop {
+        let infos = peers.infos();
+        let known: BTreeSet<u64> = infos.iter().map(|info| info.incarnation).collect();
+        let missing: BTreeSet<u64> = present.difference(&known).copied().collect();
+        if missing.is_subset(mute) || began.elapsed() > PATIENCE {
+            return Ok((infos, missing));
+        }
+        thread::sleep(PAUSE);
+    }
+}
+
+fn has_same_nodes(own: &Info, other: &Info) -> bool {
+    own.nodes.iter().any(|node| other.nodes.contains(node))
+}
+
+fn taken(own: &Info, other: &Info) -> WireError {
+    let both = own.nodes.iter().filter(|node| other.nodes.contains(node));
+    let both: Vec<&str> = both.map(String::as_str).collect();
+    let (pid, host) = (other.pid, &other.host);
+    let verb = if both.len() == 1 { "runs" } else { "run" };
+    WireError::Taken(format!(
+        "{} {verb} already, in process {pid} on {host}: end that one first",
+        both.join(" and ")
+    ))
+}
+
+fn differs(other: &Info, why: &str) -> WireError {
+    WireError::Setting(format!("{}: {why}", other.place()))
+}
+
+/// How the process `other` is set up differently from `own`, with what to try; `None` if it is
+/// not. What is not set has the default of its one of `aliases`.
+pub(crate) fn difference(own: &Info, other: &Info, aliases: &[Alias]) -> Option<String> {
+    let version = (own.ratelab != other.ratelab)
+        .then(|| format!("ratelab {} there, {} here", other.ratelab, own.ratelab));
+    let [there, here] = [other, own].map(|info| world(info.config.world));
+    let world = (there != here).then(|| format!("{there} there, {here} here"));
+    let knobs = knobs(own, other, aliases);
+    let mut all: Vec<String> = version.into_iter().chain(world).chain(knobs).collect();
+    if all.is_empty() && own.topology != other.topology {
+        all.push(of_graphs(&own.topology, &other.topology));
+    }
+    let more = all.len().saturating_sub(MOST);
+    all.truncate(MOST);
+    if more > 0 {
+        all.push(format!("{more} more"));
+    }
+    (!all.is_empty()).then(|| format!("{}: start both with the same options", all.join(", ")))
+}
+
+fn world(kind: WorldKind) -> String {
+    match kind {
+        WorldKind::Course => "the world of the course".to_owned(),
+        WorldKind::Own { step_ms } => {
+            format!("a world of its own with steps of {} ms", step_ms.get())
+        }
+    }
+}
+
+/// The knobs that are set to different values before the run.
+fn knobs(own: &Info, other: &Info, aliases: &[Alias]) -> Vec<String> {
+    let [here, there] = [own, other].map(|info| complete(&info.config.setup, aliases));
+    let only = |knob: &Knob, place: &str| format!("{knob:?} only {place}", knob = knob.to_string());
+    let of_here =
+        here.iter()
+            .filter_map(|knob| match there.iter().find(|known| known.is_of(knob)) {
+                Some(known) if is_same(known, knob) => None,
+                Some(known) => Some(format!(
+                    "{:?} there, {:?} here",
+                    known.to_string(),
+                    knob.to_string()
+                )),
+                None => Some(only(knob, "here")),
+            });
+    let of_there = there
+        .iter()
+        .filter(|knob| !here.iter().any(|known| known.is_of(knob)));
+    of_here
+        .chain(of_there.map(|knob| only(knob, "there")))
+        .collect()
+}
+
+/// The setup with the defaults of what it does not set.
+fn complete(setup: &Setup, aliases: &[Alias]) -> Setup {
+    let defaults = aliases
+        .iter()
+        .filter_map(|alias| alias.set(alias.default).ok());
+    let mut complete: Setup = defaults.flatten().collect();
+    complete.extend(setup.iter().cloned());
+    complete
+}
+
+/// Whether two knobs are the same. A file may have another path on another machine: its digest
+/// decides.
+fn is_same(one: &Knob, other: &Knob) -> bool {
+    let digest = |knob: &Knob| match knob {
+        Knob::Send { text, .. } => Some(text.rsplit_once("@sha256:")?.1.to_owned()),
+        _ => None,
+    };
+    one == other || digest(one).is_some_and(|digest_of| Some(digest_of) == digest(other))
+}
+
+/// The first difference of two graphs.
+fn of_graphs(here: &Topology, there: &Topology) -> String {
+    let nodes = here.nodes.iter().zip(&there.nodes);
+    let topics = here.topics.iter().zip(&there.topics);
+    let node = nodes
+        .filter(|(one, other)| one != other)
+        .map(|(one, other)| match one.name == other.name {
+            true if one.hz != other.hz => {
+                format!("{} at {} there, {} here", one.name, other.hz, one.hz)
+            }
+            true => format!("another node {}", one.name),
+            false => format!("a node {} there, {} here", other.name, one.name),
+        });
+    let topic = topics
+        .filter(|(one, other)| one != other)
+        .map(|(one, other)| match one.name == other.name {
+            true => format!("another topic {}", one.name),
+            false => format!("a topic {} there, {} here", other.name, one.name),
+        });
+    let count =
+        |graph: &Topology| format!("{} nodes, {} topics", graph.nodes.len(), graph.topics.len());
+    let sizes = || format!("{} there, {} here", count(there), count(here));
+    node.chain(topic).next().unwrap_or_else(sizes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::clock::ClockId;
+    use ratelab_cart_pole::CartPole;
+    use ratelab_study::{experiment::Experiment, system::System};
+    use std::sync::Arc;
+
+    /// What runs in a process with these settings.
+    fn info(setup: &str, change: impl FnOnce(&mut Info)) -> Info {
+        let (system, config) = (Arc::new(CartPole::default()), CartPole::config(setup));
+        let experiment = Experiment::new(system, &config.expect("a setup")).expect("cart-pole");
+        let mut info = Info {
+            ratelab: "1".to_owned(),
+            incarnation: 1,
+            host: "robot".to_owned(),
+            pid: 7,
+            session: String::new(),
+            is_hub: true,
+            nodes: vec!["policy".to_owned()],
+            clock: ClockId::here(),
+            zero: None,
+            config: experiment.config().clone(),
+            topology: experiment.observer().topology(),
+            events: Vec::new(),
+        };
+        change(&mut info);
+        info
+    }
+
+    /// The first knob is the one that a process has, the second that of the other.
+    #[test]
+    fn processes_with_other_knobs_are_told_which() {
+        let many = "control-hz 20, sensor-hz 20, queue-depth 3, think-ms 30";
+        for (own, other, expected) in [
+            ("", "", None),
+            ("", "policy scripted, control-hz 50", None),
+            (
+                "",
+                "control-hz 20",
+                Some("\"rate policy 20\" there, \"rate policy 50\" here"),
+            ),
+            (
+                "policy lqr",
+                "",
+                Some("\"send policy scripted\" there, \"send policy lqr\" here"),
+            ),
+            ("takes sensor 3", "", Some("\"takes sensor 3\" only here")),
+            (many, "", Some("2 more")),
+        ] {
+            let difference = of(&info(own, |_| ()), &info(other, |_| ()));
+            check(&format!("{own}, {other}"), difference, expected);
+        }
+    }
+
+    #[test]
+    fn processes_that_are_set_up_differently_are_told_how() {
+        let policy = |text: &'static str| {
+            move |info: &mut Info| {
+                let (node, text) = ("policy".to_owned(), text.to_owned());
+                info.config.setup.set(Knob::Send { node, text });
+            }
+        };
+        let own_world = WorldKind::parse("own", None).expect("a world");
+        let changed = |change: &dyn Fn(&mut Info)| info("", change);
+        let here = changed(&policy("a/p@sha256:12"));
+        for (other, expected) in [
+            (changed(&policy("b/p@sha256:12")), None),
+            (
+                changed(&policy("a/p@sha256:13")),
+                Some("\"send policy a/p@sha256:13\" there"),
+            ),
+        ] {
+            check("a file", of(&here, &other), expected);
+        }
+        let here = changed(&|_| ());
+        for (other, expected) in [
+            (changed(&|info| info.config.seed = 7), None),
+            (
+                changed(&|info| info.ratelab = "2".to_owned()),
+                Some("ratelab 2 there, 1 here"),
+            ),
+            (
+                changed(&|info| info.config.world = own_world),
+                Some("a world of its own with steps of 1 ms there"),
+            ),
+            (
+                changed(&|info| info.topology.nodes[1].name = "planner".to_owned()),
+                Some("a node planner there, policy here"),
+            ),
+            (
+                changed(&|info| drop(info.topology.topics.pop())),
+                Some("topics there"),
+            ),
+        ] {
+            check("another setting", of(&here, &other), expected);
+        }
+    }
+
+    fn of(own: &Info, other: &Info) -> Option<String> {
+        difference(own, other, CartPole::default().aliases())
+    }
+
+    fn check(case: &str, found: Option<String>, expected: Option<&str>) {
+        let Some(text) = expected else {
+            return assert_eq!(found, None, "{case}");
+        };
+        let found = found.unwrap_or_else(|| panic!("{case}: no difference"));
+        assert!(found.contains(text), "{case}: {found}");
+        assert!(
+            found.ends_with("start both with the same options"),
+            "{case}: {found}"
+        );
+    }
+}

@@ -1,0 +1,344 @@
+//! The connection: zenoh, with settings for control on a network that is not trusted.
+
+use std::{fs::File, path::PathBuf, time::Duration};
+
+use zenoh::{Config, Session, Wait, session::ZenohId};
+
+use crate::{connect::connect, error::WireError};
+
+/// Where the process that has the plant listens unless told otherwise: this machine only,
+/// on the port of zenoh's routers.
+pub const USUAL: &str = "tcp/127.0.0.1:7447";
+
+/// Longest message that is accepted (bytes): the rest of a longer one is not read.
+const MAX_MESSAGE: usize = 65_536;
+
+/// The end of the connection that a process has.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum End {
+    /// Listens on these addresses, and passes on what others send to each other.
+    Listen(Vec<String>),
+    /// Connects to the first of these addresses that answers, again and again.
+    Connect(Vec<String>),
+}
+
+/// The settings of a connection.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// The end of the connection.
+    pub end: End,
+    /// Whether it may listen on a network without credentials.
+    pub insecure: bool,
+    /// A zenoh configuration in JSON5, for credentials and access control.
+    pub file: Option<PathBuf>,
+    /// Longest wait for the other end; `None`: for as long as it takes.
+    pub wait: Option<Duration>,
+    /// Called with what the connection waits for, and why an attempt failed.
+    pub notice: fn(&str),
+}
+
+/// Settings that replace zenoh's own, unless a file has others.
+const SAFE: &[(&str, &str)] = &[
+    ("scouting/multicast/enabled", "false"),
+    ("scouting/delay", "0"),
+    ("transport/unicast/accept_timeout", "1000"),
+    ("transport/unicast/open_timeout", "2000"),
+    ("transport/unicast/max_sessions", "64"),
+    ("transport/link/tx/lease", "1000"),
+    ("transport/shared_memory/enabled", "false"),
+    ("queries_default_timeout", "1000"),
+    (
+        "connect/retry",
+        "{period_init_ms: 20, period_max_ms: 200, period_increase_factor: 2}",
+    ),
+];
+
+impl Settings {
+    /// The configuration for zenoh.
+    ///
+    /// # Errors
+    /// [`WireError::Setting`] for an unreadable file, an invalid address, or an address
+    /// open to the network without credentials.
+    pub fn config(&self) -> Result<Config, WireError> {
+        let mut config = match &self.file {
+            None => Config::default(),
+            Some(path) => Config::from_file(path).map_err(|why| {
+                let path = path.display();
+                let why = WireError::network("", &why).to_string();
+                // Zenoh points at the place below the line.
+                let why = why.split_whitespace().collect::<Vec<_>>().join(" ");
+                WireError::Setting(format!("--zenoh-config {path}{why}"))
+            })?,
+        };
+        let usual = Config::default();
+        let size = MAX_MESSAGE.to_string();
+        let safe = SAFE.iter().copied();
+        let safe = safe.chain([("transport/link/rx/max_message_size", &*size)]);
+        for (key, value) in safe {
+            let same = |(a, b): (String, String)| a == b;
+            let own = config.get_json(key).ok().zip(usual.get_json(key).ok());
+            if own.is_none_or(same) {
+                set(&mut config, key, value)?;
+            }
+        }
+        let (mode, listen, connect): (_, &[String], &[String]) = match &self.end {
+            End::Listen(addresses) => ("router", addresses, &[]),
+            End::Connect(addresses) => ("client", &[], addresses),
+        };
+        listen.iter().chain(connect).try_for_each(check_address)?;
+        set(&mut config, "mode", &format!("{mode:?}"))?;
+        set(&mut config, "listen/endpoints", &format!("{listen:?}"))?;
+        set(&mut config, "connect/endpoints", &format!("{connect:?}"))?;
+        // One attempt: the next ones are made here.
+        set(&mut config, "connect/timeout_ms", "0")?;
+        check_files(&config)?;
+        let users = config.get_json("transport/auth/usrpwd/dictionary_file");
+        let has_users = users.is_ok_and(|users| users != "null");
+        let certificates = config.get_json("transport/link/tls/enable_mtls");
+        let has_certificates = certificates.is_ok_and(|asked| asked == "true");
+        let is_known =
+            |address: &str| has_users || (has_certificates && address.starts_with("tls/"));
+        let mut listen = listen.iter();
+        let open = listen.find(|address| !is_loopback(address) && !is_known(address));
+        match open {
+            Some(address) if !self.insecure => Err(WireError::Setting(format!(
+                "--listen {address}: anybody who reaches this address could move the plant: \
+                 give users or certificates by --zenoh-config, or add --insecure on a network \
+                 of your own"
+            ))),
+            _ => Ok(config),
+        }
+    }
+
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// [`WireError::Setting`] as of [`open`](Self::open).
+    pub fn check(&self) -> Result<(), WireError> {
+        self.config().map(drop)
+    }
+
+    /// Opens the connection. Waits until an end that connects has found the other.
+    ///
+    /// # Errors
+    /// [`WireError`] for invalid settings, or an address in use.
+    pub fn open(&self) -> Result<Session, WireError> {
+        let config = self.config()?;
+        match &self.end {
+            End::Listen(addresses) => {
+                let what = format!("cannot listen on {}", addresses.join(", "));
+                let opened = zenoh::open(config).wait();
+                opened.map_err(|why| WireError::network(&what, &why))
+            }
+            End::Connect(addresses) => connect(&config, addresses, self.wait, self.notice),
+        }
+    }
+
+    /// The number of the process behind `session`: another one after each start.
+    ///
+    /// # Errors
+    /// [`WireError`] as of [`open`](Self::open).
+    pub(crate) fn number(&self, session: &Session) -> Result<u64, WireError> {
+        let chosen = self.config()?.get_json("id");
+        // The same one after each start, if a file has it.
+        let is_fixed = chosen.is_ok_and(|id| id != "null");
+        Ok(match is_fixed {
+            true => crate::random(),
+            false => number(session.zid()),
+        })
+    }
+}
+
+/// The number of a process by the identity of its session, as it is in tokens of ROS.
+pub(crate) fn number(session: ZenohId) -> u64 {
+    let [number @ .., _, _, _, _, _, _, _, _] = session.to_le_bytes();
+    u64::from_le_bytes(number)
+}
+
+/// The kinds of connections that this build knows.
+const PROTOCOLS: &[&str] = match cfg!(feature = "tls") {
+    true => &["tcp", "tls"],
+    false => &["tcp"],
+};
+
+/// Refuses an address that nobody can listen on or connect to.
+fn check_address(address: &String) -> Result<(), WireError> {
+    let (protocol, rest) = address.split_once('/').unwrap_or(("", address));
+    let host = rest.split(['?', '#']).next().unwrap_or_default();
+    let port = host.rsplit_once(':').map(|(_, port)| port.parse::<u16>());
+    if PROTOCOLS.contains(&protocol) && matches!(port, Some(Ok(_))) {
+        return Ok(());
+    }
+    Err(WireError::Setting(
+        match (protocol, cfg!(feature = "tls")) {
+            ("tls", false) => format!("{address}: this build has no TLS: see docs/network.md"),
+            _ => format!("{address} is no address: expected one such as {USUAL}"),
+        },
+    ))
+}
+
+/// Refuses files of certificates and keys that cannot be read.
+fn check_files(config: &Config) -> Result<(), WireError> {
+    for key in [
+        "root_ca_certificate",
+        "listen_private_key",
+        "listen_certificate",
+        "connect_private_key",
+        "connect_certificate",
+    ] {
+        let path = config.get_json(&format!("transport/link/tls/{key}")).ok();
+        let path: Option<String> = path.and_then(|path| serde_json::from_str(&path).ok()?);
+        if let Some(path) = path
+            && let Err(why) = File::open(&path)
+        {
+            return Err(WireError::Setting(format!("{key} {path:?}: {why}")));
+        }
+    }
+    Ok(())
+}
+
+fn set(config: &mut Config, key: &str, value: &str) -> Result<(), WireError> {
+    config.insert_json5(key, value).map_err(|why| {
+        let why = WireError::network("", &why);
+        WireError::Setting(format!("{value} is no setting of {key}{why}"))
+    })
+}
+
+/// Whether only this machine reaches an `address` such as `tcp/127.0.0.1:7447`.
+fn is_loopback(address: &str) -> bool {
+    let host = address.split_once('/').map_or(address, |(_, host)| host);
+    let host = host.split(['?', '#']).next().unwrap_or_default();
+    let host = host.rsplit_once(':').map_or(host, |(host, _)| host);
+    let ip = host.trim_start_matches('[').trim_end_matches(']').parse();
+    host == "localhost" || ip.is_ok_and(|ip: std::net::IpAddr| ip.is_loopback())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn listen(address: &str, insecure: bool) -> Settings {
+        Settings {
+            end: End::Listen(vec![address.to_owned()]),
+            insecure,
+            file: None,
+            wait: None,
+            notice: |_| (),
+        }
+    }
+
+    /// An empty file with an extension that zenoh knows.
+    fn json5_file() -> tempfile::NamedTempFile {
+        let file = tempfile::Builder::new().suffix(".json5").tempfile();
+        file.expect("a file")
+    }
+
+    #[test]
+    fn an_address_open_to_the_network_needs_credentials() {
+        for address in ["tcp/127.0.0.1:7447", "tcp/[::1]:0", "tcp/localhost:1"] {
+            assert!(listen(address, false).config().is_ok(), "{address}");
+        }
+        for address in [
+            "tcp/0.0.0.0:7447",
+            "tcp/[::]:0",
+            "tcp/10.0.0.1:7447",
+            "tcp/robot:7447",
+        ] {
+            let refused = listen(address, false).config().map(drop);
+            let refused = refused.expect_err(address).to_string();
+            assert!(refused.contains("--insecure"), "{refused}");
+            assert!(listen(address, true).config().is_ok(), "{address}");
+        }
+        let file = json5_file();
+        let users = r#"{ transport: { auth: { usrpwd: { user: "a", password: "b",
+            dictionary_file: "users" } } } }"#;
+        std::fs::write(file.path(), users).expect("written");
+        let with_users = Settings {
+            file: Some(file.path().to_owned()),
+            ..listen("tcp/0.0.0.0:7447", false)
+        };
+        assert!(with_users.config().is_ok());
+        let certificates = "{ transport: { link: { tls: { enable_mtls: true } } } }";
+        std::fs::write(file.path(), certificates).expect("written");
+        let with_certificates = |address| Settings {
+            file: Some(file.path().to_owned()),
+            ..listen(address, false)
+        };
+        assert!(with_certificates("tls/0.0.0.0:7447").config().is_ok());
+        assert!(with_certificates("tcp/0.0.0.0:7447").config().is_err());
+    }
+
+    #[test]
+    fn the_configurations_of_the_manual_are_valid_and_have_credentials() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/network");
+        // All but the certificates, which are made where they are used.
+        let is_valid = |settings: &Settings| match settings.check() {
+            Ok(()) => true,
+            Err(why) => why.to_string().contains(".pem\": No such file"),
+        };
+        let robot = Settings {
+            file: Some(PathBuf::from(format!("{folder}/robot.json5"))),
+            ..listen("tcp/0.0.0.0:7447", false)
+        };
+        assert!(robot.check().is_ok(), "{:?}", robot.check());
+        let by_tls = Settings {
+            file: Some(PathBuf::from(format!("{folder}/robot-tls.json5"))),
+            ..listen("tls/0.0.0.0:7447", false)
+        };
+        assert!(is_valid(&by_tls), "{:?}", by_tls.check());
+        for name in ["policy.json5", "dashboard.json5", "policy-tls.json5"] {
+            let other = Settings {
+                end: End::Connect(vec!["tcp/robot:7447".to_owned()]),
+                insecure: false,
+                file: Some(PathBuf::from(format!("{folder}/{name}"))),
+                wait: None,
+                notice: |_| (),
+            };
+            assert!(is_valid(&other), "{:?}", other.check());
+        }
+    }
+
+    #[test]
+    fn limits_are_ours_unless_a_file_has_others() {
+        const SIZE: &str = "transport/link/rx/max_message_size";
+        const LEASE: &str = "transport/link/tx/lease";
+        let read = |settings: &Settings, key| {
+            let config = settings.config().expect("settings");
+            config.get_json(key).expect("a key of zenoh")
+        };
+        let plain = listen(USUAL, false);
+        assert_eq!(read(&plain, SIZE), "65536");
+        assert_eq!(read(&plain, "scouting/multicast/enabled"), "false");
+        let file = json5_file();
+        let own = r#"{ mode: "peer", transport: { link: { tx: { lease: 700 } } } }"#;
+        std::fs::write(file.path(), own).expect("written");
+        let own = Settings {
+            file: Some(file.path().to_owned()),
+            ..plain
+        };
+        assert_eq!(read(&own, LEASE), "700");
+        assert_eq!(read(&own, SIZE), "65536");
+        // The file does not decide who listens.
+        assert_eq!(read(&own, "mode"), "\"router\"");
+    }
+
+    #[test]
+    fn rubbish_is_an_error_in_a_line() {
+        let file = json5_file();
+        std::fs::write(file.path(), "{ nonsense: 1").expect("written");
+        let bad = Settings {
+            file: Some(file.path().to_owned()),
+            ..listen(USUAL, false)
+        };
+        let bad = bad.config().map(drop).expect_err("rubbish").to_string();
+        assert!(
+            bad.starts_with("--zenoh-config ") && !bad.contains('\n'),
+            "{bad}"
+        );
+        let bad = listen("nonsense", true)
+            .config()
+            .map(drop)
+            .expect_err("rubbish");
+        assert!(bad.to_string().contains("nonsense"), "{bad}");
+    }
+}

@@ -1,0 +1,158 @@
+//! What happened in a process, for dashboards: ticks, messages, arrivals, events.
+
+use ratelab::{
+    Push, TickRecord, Time,
+    telemetry::{Event, Topology},
+};
+use ratelab_study::experiment::Config;
+use serde::{Deserialize, Serialize};
+
+use std::time::Duration;
+
+use crate::clock::{ClockId, Nanos};
+
+/// What runs in a process.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Info {
+    /// Version of ratelab.
+    pub ratelab: String,
+    /// Another one after each start.
+    pub incarnation: u64,
+    /// Name of the machine.
+    pub host: String,
+    /// Number of the process there.
+    pub pid: u32,
+    /// Identity of its session, as zenoh prints it.
+    #[serde(default)]
+    pub session: String,
+    /// Whether it listens: run time is its run time, and commands go to it.
+    pub is_hub: bool,
+    /// Names of the nodes that run there.
+    pub nodes: Vec<String>,
+    /// Its clock.
+    pub clock: ClockId,
+    /// Run time zero there, by its clock; `None` before the run.
+    pub zero: Option<Nanos>,
+    /// The configuration of the run.
+    pub config: Config,
+    /// The whole graph.
+    pub topology: Topology,
+    /// The events so far.
+    pub events: Vec<Event>,
+}
+
+impl Info {
+    /// Its nodes, and where they run.
+    pub fn place(&self) -> String {
+        let Self { pid, host, .. } = self;
+        format!("{} in process {pid} on {host}", self.nodes.join(" and "))
+    }
+}
+
+/// What happened since the last batch. Times are run times of the process.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Batch {
+    /// Number of the batch.
+    pub number: u64,
+    /// Run time.
+    pub now: Time,
+    /// Run time zero, by the clock of the process.
+    pub zero: Nanos,
+    /// Number of the first event here.
+    pub first_event: usize,
+    /// Events.
+    pub events: Vec<Event>,
+    /// Ticks by the index of their node.
+    pub ticks: Vec<(usize, Tick)>,
+    /// Messages that nodes of the process published.
+    pub sent: Vec<Message>,
+    /// Messages that arrived from other processes.
+    pub arrived: Vec<Arrival>,
+    /// Counters of topics, by their index.
+    pub topics: Vec<Counts>,
+}
+
+/// A tick.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct Tick {
+    number: u64,
+    at: Time,
+    ends: Option<Time>,
+    lateness: Option<Duration>,
+    took: Option<Duration>,
+    overruns: u64,
+    push: Option<(Time, Time)>,
+}
+
+impl From<&TickRecord> for Tick {
+    fn from(tick: &TickRecord) -> Self {
+        Self {
+            number: tick.number,
+            at: tick.at,
+            ends: tick.ends,
+            lateness: tick.lateness,
+            took: tick.took,
+            overruns: tick.overruns,
+            push: tick.push.map(|push| (push.at, push.sensed)),
+        }
+    }
+}
+
+impl Tick {
+    /// The tick with its times converted by `time`.
+    pub fn record(self, time: impl Fn(Time) -> Time) -> TickRecord {
+        TickRecord {
+            number: self.number,
+            at: time(self.at),
+            ends: self.ends.map(&time),
+            lateness: self.lateness,
+            took: self.took,
+            overruns: self.overruns,
+            push: self.push.map(|(at, sensed)| Push {
+                at: time(at),
+                sensed: time(sensed),
+            }),
+        }
+    }
+}
+
+/// A published message.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Message {
+    /// Index of its topic.
+    pub topic: usize,
+    /// Position in the topic's history.
+    pub seq: u64,
+    /// Run time of publication.
+    pub at: Time,
+    /// Run time of the sensing behind it.
+    pub origin: Option<Time>,
+    /// Its numbers; `None` for one that is not finite.
+    pub row: Vec<Option<f64>>,
+}
+
+/// A message that arrived from another process.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct Arrival {
+    /// Index of its topic.
+    pub topic: usize,
+    /// The process that sent it.
+    pub incarnation: u64,
+    /// Position in the topic's history at its sender.
+    pub seq: u64,
+    /// Run time of its arrival.
+    pub at: Time,
+}
+
+/// Counters of a topic in one process.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Counts {
+    /// Index of the topic.
+    pub topic: usize,
+    /// Messages lost unread there.
+    pub dropped: u64,
+    /// Messages lost on the way there.
+    pub lost: u64,
+    /// Messages refused there.
+    pub refused: u64,
+}

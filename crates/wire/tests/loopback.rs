@@ -1,0 +1,137 @@
+//! Two parts of a graph, connected over loopback.
+
+mod support;
+
+use std::{sync::Arc, thread};
+
+use ratelab::{GO_ON, RealClock, Snapshot, Time, fields};
+use ratelab_cart_pole::CartPole;
+use ratelab_study::{
+    experiment::{Experiment, Summary},
+    system::{BuildError, Builder, System},
+};
+use ratelab_wire::{Bridge, End};
+use support::{address, part, settings};
+
+/// The results of both parts of a run: that which listens, and the other.
+struct Both {
+    summaries: [Summary; 2],
+    snapshots: [Snapshot; 2],
+    lost: [u64; 2],
+    hostile: [u64; 2],
+    starts: [u64; 2],
+}
+
+/// Runs `system` in two parts.
+fn run(system: impl System + 'static, parts: [&[&str]; 2]) -> Both {
+    run_with(system, parts, None)
+}
+
+/// The same, both parts with ROS in a domain.
+fn run_with(system: impl System + 'static, parts: [&[&str]; 2], ros: Option<u32>) -> Both {
+    let (system, address) = (Arc::new(system), address());
+    let ends = [
+        End::Listen(vec![address.clone()]),
+        End::Connect(vec![address]),
+    ];
+    let connected = ends
+        .into_iter()
+        .zip(parts)
+        .map(|(end, nodes)| part(system.clone(), nodes, &settings(end, None), ros));
+    let connected: Vec<(Experiment, Bridge)> = connected.collect();
+    // Until each part knows the other, nothing could arrive.
+    while connected
+        .iter()
+        .any(|(_, bridge)| bridge.others().is_empty())
+    {
+        thread::yield_now();
+    }
+    let (parts, bridges): (Vec<_>, Vec<_>) = connected.into_iter().unzip();
+    let observers: Vec<_> = parts.iter().map(Experiment::observer).collect();
+    let summaries: Vec<Summary> = thread::scope(|scope| {
+        let runs = parts.into_iter().map(|part| {
+            scope.spawn(move || part.run_with(&mut RealClock::default()).expect("a run"))
+        });
+        let runs: Vec<_> = runs.collect();
+        runs.into_iter()
+            .map(|run| run.join().expect("a thread"))
+            .collect()
+    });
+    let of_both = |count: &dyn Fn(&Bridge) -> u64| [count(&bridges[0]), count(&bridges[1])];
+    Both {
+        lost: of_both(&|bridge| bridge.inlets().iter().map(|i| i.sender().lost).sum()),
+        starts: of_both(&|bridge| bridge.inlets().iter().map(|i| i.sender().starts).sum()),
+        hostile: of_both(&|bridge| bridge.inlets().iter().map(|i| i.refused.hostile()).sum()),
+        snapshots: [observers[0].snapshot(), observers[1].snapshot()],
+        summaries: summaries.try_into().unwrap_or_else(|_| panic!("two runs")),
+    }
+}
+
+#[test]
+fn a_policy_in_another_process_balances_and_nothing_is_lost() {
+    let both = run(CartPole::default(), [&["sensor", "actuator"], &["policy"]]);
+    let [plant, policy] = &both.summaries;
+    assert_eq!(plant.verdict.name(), "balanced");
+    assert_eq!((both.lost, both.hostile), ([0; 2], [0; 2]));
+    assert!(plant.topic("/action").published > 50);
+    assert!(policy.topic("/obs").published > 50);
+    // The age of the sensing goes around through both.
+    assert!(plant.latency.count() > 50, "{:?}", plant.latency);
+}
+
+#[test]
+fn two_parts_with_ros_refuse_nothing_of_each_other() {
+    let parts: [&[&str]; 2] = [&["sensor", "actuator"], &["policy"]];
+    let both = run_with(CartPole::default(), parts, Some(0));
+    assert_eq!(both.summaries[0].verdict.name(), "balanced");
+    assert_eq!((both.lost, both.hostile), ([0; 2], [0; 2]));
+    assert_eq!(both.starts, [1; 2]);
+}
+
+/// A number a thousand times a second, and a reader that takes five times as long.
+struct Flood;
+
+#[derive(Clone, Copy)]
+struct Number {
+    number: f64,
+}
+
+fields!(Number { number: "number" });
+
+impl System for Flood {
+    fn name(&self) -> &'static str {
+        "flood"
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        let numbers = builder.topic::<Number>("/numbers");
+        let published = numbers.clone();
+        builder.node("source", 1000.0, 0, move |wiring| {
+            let numbers = wiring.publisher(&published);
+            move |now: Time| {
+                let number = now.as_secs_f64();
+                numbers.publish(Number { number }, now, None);
+                GO_ON
+            }
+        })?;
+        builder.node("slow", 200.0, 1, move |wiring| {
+            let mut numbers = wiring.subscription(&numbers);
+            move |now| {
+                numbers.latest(now);
+                GO_ON
+            }
+        })
+    }
+}
+
+#[test]
+fn a_reader_that_is_too_slow_reads_fresh_messages_and_counts_the_others() {
+    let both = run(Flood, [&["source"], &["slow"]]);
+    let numbers = both.snapshots[1].topic("/numbers").expect("read there");
+    let (published, dropped) = (numbers.published, numbers.dropped());
+    assert!(dropped > published / 2, "{dropped} of {published}");
+    // In a queue it would be seconds. Two periods of the reader are 10 ms.
+    let p50 = numbers.subscriptions[0].ages.quantile(0.5);
+    let p50 = p50.expect("messages were read");
+    assert!(p50.as_millis() < 10, "{p50:?}");
+}

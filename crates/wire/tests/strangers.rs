@@ -1,0 +1,457 @@
+//! Strangers on the network: what they send is counted, and never obeyed.
+
+mod support;
+
+use std::{
+    fs,
+    io::Write,
+    net::TcpStream,
+    path::{Path, PathBuf},
+    sync::Arc,
+    thread,
+};
+
+use ratelab::Command;
+use ratelab_cart_pole::CartPole;
+use ratelab_study::experiment::Experiment;
+use ratelab_wire::{
+    Bridge, End, Order, Refusal, Settings,
+    clock::{self, ClockId},
+    key::{Keys, Of},
+    packet::{self, Head, Moment},
+};
+use support::{address, settings};
+use zenoh::{Session, Wait};
+
+const PLANT: [&str; 2] = ["sensor", "actuator"];
+const POLICY: [&str; 1] = ["policy"];
+
+/// A part of the cart-pole.
+fn part(nodes: &[&str], settings: &Settings) -> (Experiment, Bridge) {
+    part_with(nodes, settings, None)
+}
+
+/// The same, with ROS in a domain.
+fn part_with(nodes: &[&str], settings: &Settings, ros: Option<u32>) -> (Experiment, Bridge) {
+    support::part(cart_pole(), nodes, settings, ros)
+}
+
+fn cart_pole() -> Arc<CartPole> {
+    Arc::default()
+}
+
+/// Where the plant's process takes actions from.
+fn actions() -> String {
+    Keys::new("cart-pole").data("policy", "/action")
+}
+
+/// A connection of somebody who knows the address.
+fn stranger(address: &str) -> Session {
+    let end = End::Connect(vec![address.to_owned()]);
+    settings(end, None)
+        .open()
+        .expect("anybody may connect here")
+}
+
+/// Sends to `key` what no sender of ours does, again and again.
+fn flood(session: &Session, rounds: usize) {
+    let stamp = || Moment {
+        clock: ClockId::here(),
+        at: clock::now(),
+    };
+    let key = actions();
+    for seq in 0..rounds as u64 {
+        let head = Head {
+            incarnation: 666,
+            seq,
+            stamp: stamp(),
+            origin: None,
+        };
+        for bytes in [
+            vec![0xff; 64],
+            packet::encode(&head, &[10.0, 10.0]),
+            packet::encode(&head, &[f64::NAN]),
+            packet::encode(&head, &[10.0]),
+        ] {
+            let _ = session.put(&key, bytes).wait();
+        }
+    }
+}
+
+#[test]
+fn what_strangers_send_is_counted_and_the_run_goes_on() {
+    let address = address();
+    let (plant, there) = part(&PLANT, &settings(End::Listen(vec![address.clone()]), None));
+    let (policy, here) = part(
+        &POLICY,
+        &settings(End::Connect(vec![address.clone()]), None),
+    );
+    while there.others().is_empty() || here.others().is_empty() {
+        thread::yield_now();
+    }
+    let socket = address.trim_start_matches("tcp/").to_owned();
+    let summary = thread::scope(|scope| {
+        let policy = scope.spawn(|| policy.run().expect("a run"));
+        let plant = scope.spawn(|| plant.run().expect("a run"));
+        // The first sender has to be the policy.
+        while there.inlets()[0].sender().starts == 0 {
+            thread::yield_now();
+        }
+        flood(&stranger(&address), 100);
+        let large = stranger(&address);
+        let _ = large.put(actions(), vec![0; 100_000_000]).wait();
+        for _ in 0..2_000 {
+            let connected = TcpStream::connect(&socket);
+            let _ = connected.map(|mut open| open.write_all(&[0xaa; 64]));
+        }
+        let idle: Vec<_> = (0..150).map(|_| TcpStream::connect(&socket)).collect();
+        let summary = plant.join().expect("a thread");
+        drop((idle, policy.join().expect("a thread")));
+        summary
+    });
+    let inlet = &there.inlets()[0];
+    let refused = inlet.refused.read();
+    for (why, least) in [
+        (Refusal::Format, 100),
+        (Refusal::Length, 100),
+        (Refusal::NotFinite, 100),
+        (Refusal::Sender, 100),
+    ] {
+        let found = refused.iter().find(|(known, _)| *known == why);
+        let count = found.map_or(0, |(_, count)| *count);
+        assert!(count >= least, "{why}: {refused:?}");
+    }
+    let sender = inlet.sender();
+    assert_eq!((sender.lost, sender.starts), (0, 1), "{refused:?}");
+    assert!(summary.topic("/action").published > 50);
+}
+
+#[test]
+fn presences_that_nobody_answers_for_keep_no_process_out() {
+    let address = address();
+    let (plant, there) = part(&PLANT, &settings(End::Listen(vec![address.clone()]), None));
+    let (session, keys) = (stranger(&address), Keys::new("cart-pole"));
+    // Whoever asks them waits for as long as the questions are kept.
+    let (keep, _kept) = std::sync::mpsc::channel();
+    let claimed = (1..=200).map(|number| {
+        let keep = keep.clone();
+        let mute = session.declare_queryable(keys.of(number, Of::Info));
+        let mute = mute.callback(move |query| drop(keep.send(query)));
+        let token = session.liveliness().declare_token(keys.process(number));
+        (
+            mute.wait().expect("mute"),
+            token.wait().expect("a presence"),
+        )
+    });
+    let claimed: Vec<_> = claimed.collect();
+    // It is there for as long as the plant looks for it.
+    let settings = settings(End::Connect(vec![address]), None);
+    let (policy, here) = support::part_for(600.0, cart_pole(), &POLICY, &settings, None);
+    let stop = policy.commands();
+    let policy = thread::spawn(move || {
+        policy.run().expect("a run");
+        drop(here);
+    });
+    let others = loop {
+        let others = there.others();
+        if !others.is_empty() && there.have_begun(&others) {
+            break others;
+        }
+        thread::yield_now();
+    };
+    assert_eq!(others[0].nodes, POLICY);
+    let run = plant.run().expect("a run");
+    assert_eq!(run.verdict.name(), "balanced");
+    stop.send(Command::Stop).expect("it runs");
+    policy.join().expect("a run");
+    drop(claimed);
+}
+
+#[test]
+fn a_ros_node_begins_the_run_if_it_acts_and_not_if_it_looks_on() {
+    let address = address();
+    let listen = settings(End::Listen(vec![address.clone()]), None);
+    let (_plant, bridge) = part_with(&PLANT, &listen, Some(9));
+    let session = stranger(&address);
+    let [obs, action] = ["obs", "action"].map(|topic| {
+        let hash = "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e";
+        format!("{topic}/sensor_msgs::msg::dds_::JointState_/{hash}")
+    });
+    let looks_on = session
+        .declare_subscriber(format!("9/{obs}"))
+        .callback(|_| ());
+    let _looks_on = looks_on.wait().expect("a subscriber");
+    let all = session.declare_subscriber("9/**").callback(|_| ());
+    let _all = all.wait().expect("a subscriber");
+    let token = |zid: &str| {
+        let token = format!("@ros2_lv/9/{zid}/0/1/MP/%/%/policy/%{action}/::,1:,:,:,,");
+        session
+            .liveliness()
+            .declare_token(token)
+            .wait()
+            .expect("a token")
+    };
+    // Of a process of ratelab itself: its messages come without ROS.
+    let own = session
+        .info()
+        .routers_zid()
+        .wait()
+        .next()
+        .expect("the plant");
+    let of_ours = token(&own.to_string());
+    // Tokens and subscriptions come in order: after this answer they are there.
+    let known = session
+        .liveliness()
+        .get("@ros2_lv/9/**")
+        .wait()
+        .expect("asked");
+    while known.recv().is_ok() {}
+    assert!(!bridge.has_ros_nodes());
+    drop(of_ours);
+    let _acts = token("b0b");
+    while !bridge.has_ros_nodes() {
+        thread::yield_now();
+    }
+}
+
+/// A force of 1 N as ROS nodes send it: a joint state in CDR, after its representation.
+fn ros_action() -> Vec<u8> {
+    let words = |words: &[u32]| words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    // Stamp, frame, one name, no positions, no velocities, one effort.
+    let parts: [Vec<u8>; 4] = [
+        words(&[0x0100, 0, 0, 1, 0, 1, 5]),
+        b"cart\0\0\0\0".to_vec(),
+        words(&[0, 0, 1, 0]),
+        1.0f64.to_le_bytes().to_vec(),
+    ];
+    parts.concat()
+}
+
+#[test]
+fn who_claims_the_session_of_a_ros_node_does_not_silence_it() {
+    let address = address();
+    let listen = settings(End::Listen(vec![address.clone()]), None);
+    let (plant, there) = part_with(&PLANT, &listen, Some(4));
+    let [policy, stranger] = [(), ()].map(|()| stranger(&address));
+    let zid = policy.zid();
+    let keys = Keys::new("cart-pole");
+    let infos = policy.get(keys.of_all(Of::Info)).wait().expect("asked");
+    let info = infos.recv().expect("an answer").into_result();
+    let mut info: serde_json::Value =
+        serde_json::from_slice(&info.expect("of the plant").payload().to_bytes()).expect("JSON");
+    let number = u128::from_le_bytes(zid.to_le_bytes()) as u64;
+    for (name, value) in [
+        ("session", zid.to_string().into()),
+        ("incarnation", number.into()),
+        ("nodes", serde_json::json!([])),
+        ("is_hub", false.into()),
+    ] {
+        info[name] = value;
+    }
+    let key = keys.of(number, Of::Info);
+    let claims = stranger.declare_queryable(key.clone());
+    let claims = claims.callback(move |query| {
+        let _ = query.reply(key.clone(), info.to_string()).wait();
+    });
+    let _claims = claims.wait().expect("a queryable");
+    let token = stranger.liveliness().declare_token(keys.process(number));
+    let _token = token.wait().expect("a presence");
+    let key = "action/sensor_msgs::msg::dds_::JointState_/\
+               RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e";
+    let token = format!("@ros2_lv/4/{zid}/0/1/MP/%/%/policy/%{key}/::,1:,:,:,,");
+    let gid = xxhash_rust::xxh3::xxh3_128(token.as_bytes()).to_le_bytes();
+    let token = policy.liveliness().declare_token(token);
+    let _acts = token.wait().expect("a presence");
+    while there.others().is_empty() {
+        thread::yield_now();
+    }
+    let run = thread::spawn(move || plant.run().expect("a run"));
+    let sender = || there.inlets()[0].sender();
+    for number in 1i64.. {
+        let numbers = [number, 0].map(i64::to_le_bytes).concat();
+        let attachment = [numbers, vec![16], gid.to_vec()].concat();
+        let sent = policy.put(format!("4/{key}"), ros_action());
+        let _ = sent.attachment(attachment).wait();
+        if sender().starts > 0 || run.is_finished() {
+            break;
+        }
+    }
+    let refused = there.inlets()[0].refused.read();
+    assert_eq!(sender().starts, 1, "{refused:?}");
+    run.join().expect("a run");
+}
+
+#[test]
+fn a_run_that_was_stopped_names_who_stopped_it() {
+    for (name, named) in [("a dashboard", "a dashboard"), (" ", "nobody named")] {
+        let address = address();
+        let (plant, there) = part(&PLANT, &settings(End::Listen(vec![address.clone()]), None));
+        let observer = plant.observer();
+        let session = stranger(&address);
+        let run = thread::spawn(move || plant.run().expect("a run"));
+        while there.times().zero().is_none() {
+            thread::yield_now();
+        }
+        let order = Order {
+            by: 1,
+            name: name.to_owned(),
+            command: Command::Stop,
+        };
+        let order = serde_json::to_vec(&order).expect("JSON");
+        let all = Keys::new("cart-pole").of_all(Of::Command);
+        let asked = session.get(all).payload(order).wait().expect("asked");
+        drop(asked);
+        run.join().expect("a run");
+        let events: Vec<String> = observer.events(0).iter().map(ToString::to_string).collect();
+        let who = format!("sensor: the run is stopped by {named}");
+        assert!(
+            events.iter().any(|event| event.ends_with(&who)),
+            "{events:?}"
+        );
+    }
+}
+
+/// The configuration `name` of the manual, with these users.
+fn of_manual(folder: &Path, name: &str) -> PathBuf {
+    let manual = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/network");
+    let users = folder.join("users.txt");
+    fs::write(
+        &users,
+        "policy:change-me-too\ndashboard:change-me-as-well\n",
+    )
+    .expect("written");
+    let text = fs::read_to_string(manual.join(name)).expect("in the manual");
+    let text = text.replace("users.txt", &users.display().to_string());
+    let path = folder.join(name);
+    fs::write(&path, text).expect("written");
+    path
+}
+
+#[test]
+fn with_the_configurations_of_the_manual_each_side_does_what_it_may() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [robot, policy, dashboard] = ["robot.json5", "policy.json5", "dashboard.json5"]
+        .map(|name| of_manual(folder.path(), name));
+    let address = address();
+    let listen = End::Listen(vec![address.clone()]);
+    let connect = || End::Connect(vec![address.clone()]);
+    let (plant, there) = part(&PLANT, &settings(listen, Some(&robot)));
+    let (_policy, _here) = part(&POLICY, &settings(connect(), Some(&policy)));
+    while there.others().is_empty() {
+        thread::yield_now();
+    }
+    let mut connection = settings(connect(), None).config().expect("settings");
+    let once = connection.insert_json5("connect/timeout_ms", "300");
+    once.expect("a setting of zenoh");
+    let refused = zenoh::open(connection).wait();
+    assert!(refused.is_err(), "connected without a password");
+    let run = thread::spawn(|| plant.run().expect("a run"));
+    let inlet = there.inlets()[0].clone();
+    while there.times().zero().is_none() {
+        thread::yield_now();
+    }
+    let [watches, acts] =
+        [&dashboard, &policy].map(|file| settings(connect(), Some(file)).open().expect("a user"));
+    let known = || {
+        inlet
+            .refused
+            .read()
+            .iter()
+            .map(|(_, count)| count)
+            .sum::<u64>()
+    };
+    // In turn: what the dashboard sent before is refused at the border or counted by now.
+    for _ in 0..20 {
+        let _ = watches.put(actions(), vec![0xff; 64]).wait();
+    }
+    let _ = watches.close().wait();
+    let _ = acts.put(actions(), vec![0xff; 64]).wait();
+    while known() == 0 {
+        thread::yield_now();
+    }
+    run.join().expect("a run");
+    assert_eq!(inlet.refused.read(), [(Refusal::Format, 1)]);
+}
+
+/// Keys that somebody may try.
+const KEYS: [&str; 12] = [
+    "ratelab/1/cart-pole/data/policy/action",
+    "ratelab/1/cart-pole/data/sensor/obs",
+    "ratelab/1/cart-pole/data/actuator/state",
+    "ratelab/1/cart-pole/process/0123456789abcdef",
+    "ratelab/1/cart-pole/process/0123456789abcdef/clock",
+    "ratelab/1/cart-pole/process/0123456789abcdef/info",
+    "ratelab/1/cart-pole/process/0123456789abcdef/command",
+    "ratelab/1/cart-pole/process/0123456789abcdef/telemetry",
+    "ratelab/1/cart-pole/other",
+    "0/action/sensor_msgs::msg::dds_::JointState_/RIHS01_0",
+    "0/obs/sensor_msgs::msg::dds_::JointState_/RIHS01_0",
+    "anything",
+];
+
+#[test]
+fn the_access_file_of_the_manual_lets_through_what_each_role_needs_and_nothing_else() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [robot, policy, dashboard] = ["robot.json5", "policy.json5", "dashboard.json5"]
+        .map(|name| of_manual(folder.path(), name));
+    let address = address();
+    let listen = settings(End::Listen(vec![address.clone()]), Some(&robot));
+    let robot = listen.open().expect("a robot");
+    let (sender, arrived) = std::sync::mpsc::channel();
+    let put = sender.clone();
+    let all = robot.declare_subscriber("**").callback(move |sample| {
+        let _ = put.send(("put", sample.key_expr().to_string()));
+    });
+    let _all = all.wait().expect("a subscriber");
+    let answers = robot.declare_queryable("**").callback(move |query| {
+        let _ = sender.send(("query", query.key_expr().to_string()));
+        let _ = query.reply(query.key_expr().clone(), "here").wait();
+    });
+    let _answers = answers.wait().expect("a queryable");
+    let connect = End::Connect(vec![address]);
+    // The last one allowed is at the end: what was sent before it has come by then.
+    let [clock, info, command] = [4, 5, 6].map(|key| ("query", KEYS[key]));
+    for (role, allowed) in [
+        (
+            &policy,
+            &[("put", KEYS[0]), ("put", KEYS[7]), clock, info][..],
+        ),
+        (&dashboard, &[clock, info, command]),
+    ] {
+        let session = settings(connect.clone(), Some(role))
+            .open()
+            .expect("a user");
+        for key in KEYS {
+            let _ = session.put(key, "x").wait();
+            let _ = session.delete(key).wait();
+        }
+        let (&(_, last), before) = keys_asked(&KEYS, allowed);
+        for key in &before {
+            let replies = session
+                .get(*key)
+                .timeout(std::time::Duration::from_millis(50));
+            drop(replies.wait().expect("asked"));
+        }
+        let answered = session.get(last).wait().expect("asked").recv();
+        assert!(answered.is_ok(), "{role:?}");
+        let _ = session.close().wait();
+        let mut came: Vec<_> = arrived.try_iter().collect();
+        came.sort();
+        let mut expected: Vec<_> = allowed
+            .iter()
+            .map(|(how, key)| (*how, (*key).to_owned()))
+            .collect();
+        expected.sort();
+        assert_eq!(came, expected, "{role:?}");
+    }
+}
+
+/// The last query that is allowed, and all other keys.
+fn keys_asked<'a>(
+    keys: &[&'a str],
+    allowed: &'a [(&'static str, &'a str)],
+) -> (&'a (&'static str, &'a str), Vec<&'a str>) {
+    let last = allowed.last().expect("one");
+    let others = keys.iter().filter(|key| **key != last.1).copied();
+    (last, others.collect())
+}

@@ -1,0 +1,92 @@
+//! How a clock carries out commands.
+
+use super::ClockExit;
+use crate::{
+    command::{ClockKind, Command},
+    graph::{ControlPlane, Graph},
+    time::Time,
+};
+
+/// A command that was carried out or refused.
+pub(super) struct Obeyed {
+    /// Position of its event.
+    pub(super) event: usize,
+    /// Set if the clock must stop.
+    pub(super) exit: Option<ClockExit>,
+}
+
+/// Carries out a command that needs no node, as both clocks do.
+pub(super) fn obey(
+    control: &mut ControlPlane,
+    kind: ClockKind,
+    command: &Command,
+    at: Time,
+) -> Obeyed {
+    let was = match command {
+        Command::Set(knob) => match control.turn(knob, at) {
+            Ok(before) => Some(before),
+            Err(reason) => return refuse(control, command, at, &reason),
+        },
+        Command::Pause | Command::HandOver(_) if control.is_part() => {
+            let reason = "its nodes run in several processes, which share the wall's time";
+            return refuse(control, command, at, reason);
+        }
+        Command::Pause => {
+            control.update(|status| status.paused = true);
+            None
+        }
+        Command::Resume => {
+            control.update(|status| status.paused = false);
+            None
+        }
+        Command::Speed(_) | Command::Step if kind == ClockKind::Real => {
+            let reason =
+                "the real clock knows one speed, that of the wall; hand over to the virtual clock";
+            return refuse(control, command, at, reason);
+        }
+        Command::Speed(speed) => {
+            let before = control.status.speed;
+            control.update(|status| status.speed = *speed);
+            Some(before.to_string())
+        }
+        Command::HandOver(next) if *next == kind => {
+            return refuse(control, command, at, "it runs under that clock already");
+        }
+        Command::Step | Command::HandOver(_) | Command::Stop => None,
+    };
+    Obeyed {
+        event: control.log().applied(at, command, was),
+        exit: match command {
+            Command::Stop => Some(ClockExit::Stopped),
+            Command::HandOver(next) => Some(ClockExit::HandedOver(*next)),
+            _ => None,
+        },
+    }
+}
+
+pub(super) fn refuse(control: &ControlPlane, command: &Command, at: Time, reason: &str) -> Obeyed {
+    let event = control.log().refused(at, command, reason);
+    Obeyed { event, exit: None }
+}
+
+/// Carries out any command while no node is in a tick.
+pub(super) fn obey_at_rest(
+    graph: &mut Graph,
+    kind: ClockKind,
+    command: &Command,
+    at: Time,
+) -> Obeyed {
+    if let Some(node) = command.node() {
+        let answer = graph.obey(node, command, at);
+        let event = graph.control.log().answered(at, command, answer);
+        return Obeyed { event, exit: None };
+    }
+    let refusal = match command {
+        Command::HandOver(clock) => graph.refusal_of(*clock),
+        _ => None,
+    };
+    match refusal {
+        Some(reason) => refuse(&graph.control, command, at, &reason),
+        None => obey(&mut graph.control, kind, command, at),
+    }
+}

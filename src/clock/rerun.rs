@@ -1,0 +1,436 @@
+//! Executes a run of the real clock again.
+
+use std::collections::{BTreeSet, VecDeque};
+
+use super::{
+    Clock, ClockExit, note_end,
+    obey::{Obeyed, obey_at_rest},
+    players::{Events, Players},
+};
+use crate::{
+    command::{ClockKind, Command},
+    graph::Graph,
+    inbox::Inbox,
+    node::Fault,
+    reexecution::{
+        End, Entry, Hold, Knot, Log, LogError, Part, Section, Sections, Step, Stream, Stretch,
+        Watch, entries_of,
+    },
+    sync::Arc,
+    telemetry::{Event, EventKind, Topology},
+    time::Time,
+    trigger::{Arrival, Wake},
+};
+
+/// Executes a run again that was under [`RealClock`](super::RealClock), in the recorded
+/// order and with the recorded times: on the same build and kind of machine it is the same
+/// run, to the bit, as long as its nodes share nothing but topics and
+/// [`Shared`](crate::Shared) values.
+///
+/// Whole ticks run one after the other on the calling thread, as fast as they can. Ticks
+/// that overlapped, each waiting for the other, run on threads of their own.
+///
+/// ```
+/// use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, RealClock, Rerun, Time};
+///
+/// let graph = || {
+///     let mut graph = Graph::new();
+///     graph.node("a", Hz::new(500.0)?, 0, |_| |_| GO_ON)?;
+///     Ok::<_, Box<dyn std::error::Error>>(graph)
+/// };
+/// let (mut first, end) = (graph()?, Time::from_secs_f64(0.05)?);
+/// RealClock::default().run(&mut first, &mut Inbox::default(), end)?;
+/// let observer = first.observer();
+///
+/// let mut rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology())?;
+/// let mut again = graph()?;
+/// rerun.run(&mut again, &mut Inbox::default(), end)?;
+/// assert_eq!(rerun.difference(), None);
+/// let [one, other] = [observer, again.observer()].map(|observer| observer.snapshot());
+/// assert_eq!(one.nodes[0].ticks, other.nodes[0].ticks);
+/// assert_eq!(one.nodes[0].lateness.mean_s(), other.nodes[0].lateness.mean_s());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Rerun {
+    sections: VecDeque<Section>,
+    events: Vec<Event>,
+    /// Positions of the events that happened under the real clock.
+    known: BTreeSet<usize>,
+    /// Of these, commands that are refused again without a try.
+    refused: BTreeSet<usize>,
+    whole: bool,
+    /// The moment at which to leave the recorded run.
+    branch: Option<Branch>,
+    /// The number of knots up to the one to be held in, if there is one.
+    hold: Option<usize>,
+    watch: Arc<Watch>,
+}
+
+/// The end of what is executed again.
+#[derive(Debug)]
+struct Branch {
+    at: Time,
+    /// Commands to carry out then, before the graph is handed to the virtual clock; `None`
+    /// to stop.
+    then: Option<Vec<Command>>,
+    /// Whether the recorded run was left.
+    left: bool,
+}
+
+impl Branch {
+    fn new(at: Time, then: Option<Vec<Command>>) -> Self {
+        let left = false;
+        Self { at, then, left }
+    }
+}
+
+impl Rerun {
+    /// Prepares to execute the run with this `log` again, with its `events` and the
+    /// `topology` of its graph.
+    ///
+    /// # Errors
+    /// [`LogError`] if no run can have been like that, or if it cannot come back.
+    pub fn new(log: &Log, events: &[Event], topology: &Topology) -> Result<Self, LogError> {
+        Self::read(log, events, topology, true)
+    }
+
+    /// The same for a log that may be cut off at any place: the run is executed for as
+    /// long as the log goes, and stopped then.
+    ///
+    /// # Errors
+    /// As of [`Rerun::new`].
+    pub fn of_torn(log: &Log, events: &[Event], topology: &Topology) -> Result<Self, LogError> {
+        Self::read(log, events, topology, false)
+    }
+
+    fn read(
+        log: &Log,
+        events: &[Event],
+        topology: &Topology,
+        whole: bool,
+    ) -> Result<Self, LogError> {
+        let names: Vec<Arc<str>> = topology
+            .nodes
+            .iter()
+            .map(|node| (&*node.name).into())
+            .collect();
+        let sections = Sections::read(log, events, &names, whole)?;
+        let supervisor = std::iter::once(Arc::from("the supervisor"));
+        Ok(Self {
+            sections: sections.all.into(),
+            events: events.to_vec(),
+            known: sections.events,
+            refused: BTreeSet::new(),
+            whole,
+            branch: None,
+            hold: None,
+            watch: Arc::new(Watch::new(supervisor.chain(names))),
+        })
+    }
+
+    /// Whether the event at this position of the event log happened under the real clock:
+    /// the log of the threads has it. All others have to be given again.
+    pub fn knows(&self, event: usize) -> bool {
+        self.known.contains(&event)
+    }
+
+    /// The commands under the real clock that have yet to be carried out, to be loaded
+    /// with what they need.
+    pub fn commands_mut(&mut self) -> impl Iterator<Item = &mut Command> {
+        let known = &self.known;
+        let events = self.events.iter_mut().enumerate();
+        events
+            .filter(|(index, _)| known.contains(index))
+            .filter_map(|(_, event)| match &mut event.what {
+                EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => {
+                    Some(command)
+                }
+                _ => None,
+            })
+    }
+
+    /// Refuses those commands again, for the recorded reason, that were refused and that
+    /// `of` selects: a file that was missing may be there now.
+    pub fn expect_refusals(&mut self, of: impl Fn(&Command) -> bool) {
+        let events = self
+            .known
+            .iter()
+            .filter(|index| match &self.events[**index].what {
+                EventKind::Refused { command, .. } => of(command),
+                _ => false,
+            });
+        self.refused = events.copied().collect();
+    }
+
+    /// Gives every node a thread of its own, which pauses for a random time before each
+    /// operation: the result is the same.
+    pub fn perturb(&mut self) {
+        self.watch.set_perturbed();
+    }
+
+    /// Stops the run at the last rest at or before run time `at`, if it is under the real
+    /// clock then.
+    pub fn until(&mut self, at: Time) {
+        self.branch = Some(Branch::new(at, None));
+    }
+
+    /// Leaves the recorded run at the last rest at or before run time `at`: carries out
+    /// `commands` there, and goes on under the virtual clock.
+    pub fn branch(&mut self, at: Time, commands: Vec<Command>) {
+        self.branch = Some(Branch::new(at, Some(commands)));
+    }
+
+    /// Whether it has left the recorded run, to stop or to go on under the virtual clock.
+    pub fn has_left(&self) -> bool {
+        self.branch.as_ref().is_some_and(|branch| branch.left)
+    }
+
+    /// Executes the run up to knot number `knot` of [`knots`](Self::knots) and the first
+    /// `operations` of it, and holds it there until [`Watch::end`]; [`Watch::allow`] lets it
+    /// go on. Where a node is held with a lock of another operation within its own, the rest
+    /// of the knot goes on at once.
+    pub fn hold(&mut self, knot: usize, operations: usize) {
+        self.hold = Some(knot);
+        self.watch.allow(operations);
+    }
+
+    /// The ticks that overlap, in order.
+    pub fn knots(&self) -> Vec<Knot> {
+        self.stretches().flat_map(Stretch::knots).collect()
+    }
+
+    fn stretches(&self) -> impl Iterator<Item = &Stretch> {
+        self.sections.iter().filter_map(|section| match section {
+            Section::Stretch(stretch) => Some(stretch),
+            Section::Rest(_) | Section::Abandoned => None,
+        })
+    }
+
+    /// The run times at which the graph rests between two ticks under the real clock, in
+    /// order: where a run can be stopped, and left.
+    pub fn rests(&self) -> Vec<Time> {
+        let parts = self.stretches().flat_map(|stretch| stretch.plan.parts());
+        let mut now = Time::ZERO;
+        let rests = parts.map(|planned| {
+            now = now.max(planned.at);
+            now
+        });
+        let mut rests: Vec<Time> = std::iter::once(Time::ZERO).chain(rests).collect();
+        rests.dedup();
+        rests
+    }
+
+    /// The last of these at or before `at`; `None` if the run, which began under the clock
+    /// `first`, was under the virtual clock then.
+    pub fn rest_before(&self, at: Time, first: ClockKind) -> Option<Time> {
+        let (mut now, mut clock) = (Time::ZERO, first);
+        for section in &self.sections {
+            let stretch = match section {
+                Section::Stretch(stretch) => stretch,
+                Section::Rest(event) => {
+                    let event = self.events.get(*event);
+                    if let Some(Command::HandOver(next)) = event.and_then(Event::applied) {
+                        clock = *next;
+                    }
+                    continue;
+                }
+                Section::Abandoned => continue,
+            };
+            for planned in stretch.plan.parts() {
+                if planned.at > at {
+                    return (clock == ClockKind::Real).then_some(now);
+                }
+                now = now.max(planned.at);
+                clock = ClockKind::Real;
+            }
+            if stretch.end == Some(End::HandedOver) {
+                clock = ClockKind::Virtual;
+            }
+        }
+        (clock == ClockKind::Real).then_some(now)
+    }
+
+    /// The number of entries of all threads, and of those in knots.
+    pub fn entries(&self) -> (usize, usize) {
+        let (mut all, mut knotted) = (0, 0);
+        for planned in self.stretches().flat_map(|stretch| stretch.plan.parts()) {
+            let knot = match &planned.part {
+                Part::Entry(_) => 0,
+                Part::Knot(steps) => steps.iter().filter(|step| step.ends).count(),
+            };
+            all += knot.max(1);
+            knotted += knot;
+        }
+        (all, knotted)
+    }
+
+    /// Watches the run from another thread.
+    pub fn watch(&self) -> Arc<Watch> {
+        self.watch.clone()
+    }
+
+    /// What was different first, beside messages and events; `None` if nothing was.
+    pub fn difference(&self) -> Option<String> {
+        let more = self.whole && self.branch.is_none() && !self.sections.is_empty();
+        let more = more.then(|| "the recorded run went on under the real clock".to_owned());
+        self.watch.difference().or(more)
+    }
+}
+
+/// Nobody waits for messages: the log has the times at which nodes looked for them.
+struct Unheard;
+
+impl Wake for Unheard {
+    fn wake(&self, _: Arrival) {}
+}
+
+impl Clock for Rerun {
+    fn kind(&self) -> ClockKind {
+        ClockKind::Real
+    }
+
+    /// It needs none: the order is recorded.
+    fn cores(&self) -> Option<usize> {
+        Some(usize::MAX)
+    }
+
+    /// As recorded; the live commands in `inbox` are not read.
+    fn run(&mut self, graph: &mut Graph, _: &mut Inbox, _: Time) -> Result<ClockExit, Fault> {
+        graph.cores = self.cores();
+        graph.set_clock(ClockKind::Real);
+        // There is no wall to keep up with: taps lose nothing.
+        graph.control.backpressure.set(true);
+        let end = loop {
+            let end = match self.sections.pop_front() {
+                Some(Section::Stretch(stretch)) => self.stretch(graph, stretch),
+                Some(Section::Rest(event)) => Ok(self.rest(graph, event)),
+                Some(Section::Abandoned) => {
+                    supervisor(graph).note_alone(Entry::Abandoned);
+                    Ok(Some(ClockExit::Stopped))
+                }
+                None => Ok(Some(self.no_more())),
+            };
+            if let Some(end) = end.transpose() {
+                break end;
+            }
+        };
+        // Nobody is there to end a pause under the other clock.
+        graph.control.update(|status| status.paused = false);
+        note_end(graph, &end);
+        end
+    }
+}
+
+impl Rerun {
+    fn no_more(&self) -> ClockExit {
+        if self.whole {
+            let reason = "it is under the real clock, and the recorded run was not";
+            self.watch.differs(reason.to_owned());
+        }
+        ClockExit::Stopped
+    }
+
+    fn rest(&self, graph: &mut Graph, event: usize) -> Option<ClockExit> {
+        let now = graph.now();
+        let events = Events {
+            all: &self.events,
+            refused: &self.refused,
+        };
+        let (state, mut exit) = (graph.control.state.clone(), None);
+        let event = events.again(event as u64, now, &state, |command| {
+            let obeyed = at_rest(graph, command);
+            exit = obeyed.exit;
+            obeyed.event
+        })?;
+        supervisor(graph).note_alone(Entry::Rest { event });
+        exit
+    }
+
+    fn stretch(&mut self, graph: &mut Graph, stretch: Stretch) -> Result<Option<ClockExit>, Fault> {
+        if stretch.threads.len() != graph.seats.len() + 1 {
+            self.watch.differs("the graph has other nodes".to_owned());
+            return Ok(Some(ClockExit::Stopped));
+        }
+        let events = Events {
+            all: &self.events,
+            refused: &self.refused,
+        };
+        graph.stage.leave(Arc::new(Unheard));
+        let mut players = Players::new(&stretch.threads, events, &self.watch, graph);
+        if self.watch.is_perturbed() && self.branch.is_none() && stretch.end.is_some() {
+            let all = stretch.threads.iter().enumerate();
+            let all: Vec<_> = all
+                .map(|(thread, entries)| (thread, entries.len()))
+                .collect();
+            players.knot(graph, &all);
+        } else {
+            for planned in stretch.plan.parts() {
+                if self
+                    .branch
+                    .as_ref()
+                    .is_some_and(|branch| branch.at < planned.at)
+                {
+                    return Ok(Some(self.leave(graph)));
+                }
+                if self.watch.is_over() {
+                    break;
+                }
+                match &planned.part {
+                    Part::Entry(thread) => players.entry(graph, *thread),
+                    Part::Knot(steps) => {
+                        let here = self.hold == Some(0);
+                        self.hold = self.hold.and_then(|before| before.checked_sub(1));
+                        let hold = here.then(|| self.watch.hold());
+                        knot(&mut players, graph, steps, hold);
+                    }
+                }
+            }
+        }
+        players.end(graph, stretch.end)
+    }
+
+    /// Leaves the recorded run.
+    fn leave(&mut self, graph: &mut Graph) -> ClockExit {
+        let then = self.branch.as_mut().and_then(|branch| {
+            branch.left = true;
+            branch.then.take()
+        });
+        let Some(commands) = then else {
+            return ClockExit::Stopped;
+        };
+        let log = supervisor(graph);
+        log.note_alone(Entry::End(End::Left));
+        let on = Command::HandOver(ClockKind::Virtual);
+        for command in commands.iter().chain([&on]) {
+            let event = at_rest(graph, command).event as u64;
+            log.note_alone(Entry::Rest { event });
+        }
+        ClockExit::HandedOver(ClockKind::Virtual)
+    }
+}
+
+/// The log of the thread that supervises the nodes: what is executed again is logged as it
+/// was, so that a branch can be executed again, too.
+fn supervisor(graph: &Graph) -> Arc<Stream> {
+    graph.control.state.threads.stream(0)
+}
+
+/// Carries out a command between two ticks.
+fn at_rest(graph: &mut Graph, command: &Command) -> Obeyed {
+    let now = graph.now();
+    obey_at_rest(graph, ClockKind::Real, command, now)
+}
+
+/// Executes the knot of these `steps`, and waits for the end of its `hold` if it has one.
+fn knot(players: &mut Players<'_>, graph: &mut Graph, steps: &[Step], hold: Option<&Hold>) {
+    let counts = entries_of(steps);
+    if let Some(hold) = hold {
+        let takes = steps.iter().filter(|step| step.takes.is_some());
+        hold.begin(takes.map(|step| step.thread).collect(), counts.len());
+    }
+    players.knot(graph, &counts);
+    if let Some(hold) = hold {
+        hold.wait_for_end();
+    }
+}

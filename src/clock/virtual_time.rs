@@ -1,0 +1,447 @@
+//! Discrete-event time: one thread, bit-for-bit reproducible.
+
+use std::ops::ControlFlow;
+
+use super::{Clock, ClockExit, note_end, obey::obey_at_rest, pacer::Pacer};
+use crate::{
+    command::{ClockKind, Command},
+    graph::Graph,
+    inbox::{Inbox, Wait},
+    node::{Fault, GO_ON, Tick},
+    scheduling::{Assignment, Job, Moment},
+    seat::Timed,
+    sync::Instant,
+    time::Time,
+    timing::Running,
+};
+
+/// Runs all nodes on the calling thread, in the order of their due times.
+///
+/// Virtual time jumps from one instant to the next, at the set
+/// [`Speed`](crate::Speed), and stands still while the graph is paused. Speed
+/// and pauses leave the results unchanged: the same graph with the same commands at the
+/// same run times is the same run, bit for bit.
+///
+/// A command that changes the graph takes effect between two instants. When an instant is
+/// only partly done, the rest of it runs first. Single steps can leave a partly done
+/// instant; so can the real clock, whose late nodes all tick at the run time of the
+/// handover.
+///
+/// ```
+/// use ratelab::{Clock, ClockExit, GO_ON, Graph, Hz, Inbox, Time, VirtualClock};
+///
+/// let mut graph = Graph::new();
+/// graph.node("slow", Hz::new(10.0)?, 0, |_| |_| GO_ON)?;
+/// graph.node("fast", Hz::new(1_000.0)?, 1, |_| |_| GO_ON)?;
+/// // An hour of run time, in a moment, to its end: an instant is part of the run.
+/// let exit = VirtualClock.run(&mut graph, &mut Inbox::default(), Time::from_secs_f64(3600.0)?)?;
+/// assert_eq!(exit, ClockExit::Completed);
+/// let ticks = graph.observer().snapshot().nodes.iter().map(|node| node.ticks).collect::<Vec<_>>();
+/// assert_eq!(ticks, [36_001, 3_600_001]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default)]
+pub struct VirtualClock;
+
+impl Clock for VirtualClock {
+    fn kind(&self) -> ClockKind {
+        ClockKind::Virtual
+    }
+
+    fn run(
+        &mut self,
+        graph: &mut Graph,
+        inbox: &mut Inbox,
+        until: Time,
+    ) -> Result<ClockExit, Fault> {
+        graph.set_clock(ClockKind::Virtual);
+        let end = VirtualStretch::new(graph, inbox, until).run();
+        match end {
+            Ok(ClockExit::Completed) => count_missed(graph, until + Time::TICK),
+            Ok(ClockExit::Stopped) => count_missed(graph, graph.now()),
+            _ => {}
+        }
+        note_end(graph, &end);
+        end
+    }
+}
+
+/// Counts the ticks that were due before `end` while their nodes were busy.
+fn count_missed(graph: &mut Graph, end: Time) {
+    let tasks = &mut graph.stage.tasks;
+    tasks.iter_mut().for_each(|task| task.overrun_before(end));
+}
+
+/// One stretch of virtual time.
+struct VirtualStretch<'a> {
+    graph: &'a mut Graph,
+    inbox: &'a mut Inbox,
+    until: Time,
+    pacer: Pacer,
+    /// The instant of the last event, if there was one.
+    last_event: Option<Time>,
+    /// Requested single ticks that are still to run.
+    steps: u32,
+}
+
+/// What to do next.
+enum NextStep {
+    Obey(Command),
+    Proceed,
+    Stop,
+}
+
+impl<'a> VirtualStretch<'a> {
+    fn new(graph: &'a mut Graph, inbox: &'a mut Inbox, until: Time) -> Self {
+        let now = graph.now();
+        let mut tasks = graph.stage.tasks.iter();
+        let late = tasks.any(|task| task.due() < now && task.skips_ticks());
+        let tasks = graph.stage.tasks.iter();
+        let last_due = tasks.filter_map(|task| task.rate.last_due()).max();
+        // Late nodes tick now, so this instant is partly done.
+        let last_event = if late { Some(now) } else { last_due };
+        let control = &graph.control;
+        graph.stage.open(now, || control.arrivals_after(now));
+        Self {
+            pacer: Pacer::new(graph.control.status.speed, now),
+            last_event: last_event.map(|last| last.min(now)),
+            graph,
+            inbox,
+            until,
+            steps: 0,
+        }
+    }
+
+    fn run(mut self) -> Result<ClockExit, Fault> {
+        loop {
+            let exit = match self.take_turn() {
+                NextStep::Obey(command) => self.receive(command)?,
+                NextStep::Proceed => self.proceed()?,
+                NextStep::Stop => Some(ClockExit::Stopped),
+            };
+            if let Some(exit) = exit {
+                return Ok(exit);
+            }
+        }
+    }
+
+    /// Waits until the next event is due or a command arrives.
+    fn take_turn(&mut self) -> NextStep {
+        if self.is_over() {
+            return NextStep::Proceed;
+        }
+        let wait = if self.graph.control.status.paused {
+            if self.steps > 0 {
+                Wait::None
+            } else {
+                Wait::Forever
+            }
+        } else if self.mid_instant() {
+            return NextStep::Proceed;
+        } else {
+            let next = self.next_event();
+            self.pacer.wait_for(next).map_or(Wait::None, Wait::Until)
+        };
+        match self.inbox.receive(wait) {
+            Some(command) => NextStep::Obey(command),
+            // All senders are gone, so nothing can end the pause.
+            None if matches!(wait, Wait::Forever) => NextStep::Stop,
+            None => NextStep::Proceed,
+        }
+    }
+
+    /// Whether something is left of the instant of the last event.
+    fn mid_instant(&self) -> bool {
+        let next = self.graph.stage.next_at();
+        next <= self.until && self.last_event.is_some_and(|last| next <= last)
+    }
+
+    /// Whether the last instant has run. A command that arrives now would take effect
+    /// after the end, which a replay does not reach.
+    fn is_over(&self) -> bool {
+        self.last_event.is_some_and(|last| last >= self.until) && !self.mid_instant()
+    }
+
+    /// Time of the next event or timed command, or the end.
+    fn next_event(&self) -> Time {
+        let next = self.graph.stage.next_at();
+        next.min(self.inbox.next_timed(self.until)).min(self.until)
+    }
+
+    /// Carries out a live command.
+    fn receive(&mut self, command: Command) -> Result<Option<ClockExit>, Fault> {
+        if command.changes_graph() {
+            while self.mid_instant() {
+                if let Some(exit) = self.advance()? {
+                    return Ok(Some(exit));
+                }
+            }
+        }
+        let at = self.moment();
+        Ok(self.obey(&command, at))
+    }
+
+    /// The run time now: after all past events, before all later ones. Within an instant
+    /// it is that instant, because its other nodes tick at it too.
+    fn moment(&self) -> Time {
+        let now = self.graph.now();
+        if self.mid_instant() {
+            return now;
+        }
+        let done = self.last_event.map_or(Time::ZERO, |last| last + Time::TICK);
+        let now = now.max(done);
+        match self.pacer.now() {
+            Some(paced) if !self.graph.control.status.paused => {
+                paced.min(self.next_event()).max(now)
+            }
+            _ => now,
+        }
+    }
+
+    fn obey(&mut self, command: &Command, at: Time) -> Option<ClockExit> {
+        self.graph.control.set_now(at);
+        if *command == Command::Step {
+            self.graph.control.update(|status| status.paused = true);
+            self.steps += 1;
+        }
+        let exit = obey_at_rest(self.graph, ClockKind::Virtual, command, at).exit;
+        match command {
+            Command::Set(knob) => {
+                if let Some(crashed) = knob.crashes()
+                    && let Ok(node) = self.graph.control.node_index(knob.target())
+                {
+                    self.graph.stage.changed(node, crashed, at);
+                }
+            }
+            Command::Speed(_) | Command::Resume => {
+                self.pacer = Pacer::new(self.graph.control.status.speed, at);
+            }
+            _ => {}
+        }
+        exit
+    }
+
+    /// Processes the next event: a timed command, a tick, or the end.
+    fn proceed(&mut self) -> Result<Option<ClockExit>, Fault> {
+        let next = self.graph.stage.next_at();
+        if self.inbox.next_timed(self.until) <= next
+            && !self.mid_instant()
+            && let Some(timed) = self.inbox.take_timed(self.until)
+        {
+            let at = timed.at.max(self.graph.now());
+            return Ok(self.obey(&timed.command, at));
+        }
+        if next > self.until || next == Time::MAX {
+            self.graph.control.set_now(self.until);
+            return Ok(Some(ClockExit::Completed));
+        }
+        self.advance()
+    }
+
+    /// Moves on to the next instant with an event, unless something is left of this one, and
+    /// does its work: during a pause only the next tick.
+    fn advance(&mut self) -> Result<Option<ClockExit>, Fault> {
+        // A node that is late from the real clock must not turn time back.
+        let now = self.graph.stage.next_at().max(self.graph.now());
+        self.last_event = Some(now);
+        self.graph.control.set_now(now);
+        let moment = Moment {
+            now,
+            until: self.until,
+            over: false,
+        };
+        while let Some(work) = self.graph.stage.look(moment) {
+            let outcome = self.work(work, now);
+            self.graph.stage.collect();
+            match outcome {
+                Ok(ControlFlow::Continue(())) => {}
+                Ok(ControlFlow::Break(())) => {
+                    let node = self.graph.seats[work.node].entry.name.to_string();
+                    return Ok(Some(ClockExit::Ended { node, at: now }));
+                }
+                Err(cause) => return Err(self.graph.seats[work.node].fault(now, cause)),
+            }
+            if self.graph.control.status.paused {
+                break;
+            }
+        }
+        Ok(None)
+    }
+
+    /// Has a node do its work.
+    #[inline]
+    fn work(&mut self, Assignment { node, job, .. }: Assignment, now: Time) -> Tick {
+        let Graph { seats, stage, .. } = &mut *self.graph;
+        let seat = &mut seats[node];
+        match job {
+            Job::Look => GO_ON,
+            Job::Tick { lateness, cost } => {
+                self.steps = self.steps.saturating_sub(1);
+                let measured = self.pacer.is_paced().then(Instant::now);
+                let outcome = seat.tick(now);
+                let took = cost.or_else(|| measured.map(|began| began.elapsed()));
+                stage.ticked(node, now, now);
+                seat.note(Timed {
+                    began: now,
+                    lateness,
+                    took,
+                    acted: Some(now),
+                });
+                outcome
+            }
+            Job::Start { lateness, takes } => {
+                self.steps = self.steps.saturating_sub(1);
+                let flow = seat.start(now)?;
+                stage.started(node, Running::new(now, now + takes, lateness, flow), now);
+                GO_ON
+            }
+            Job::Finish => {
+                let applied = seat.finish(now);
+                match stage.finished(node, now, now) {
+                    Some(running) => seat.over(&running, now, applied),
+                    None => applied,
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Arc, Mutex};
+
+    use crossbeam_channel::Sender;
+
+    use super::*;
+    use crate::{
+        command::TimedCommand,
+        depth::Depth,
+        executor::{Callback, Executor},
+        knob::Knob,
+        node::GO_ON,
+        telemetry::Event,
+        time::Hz,
+        topic::Topic,
+        trigger::{Arrival, Match, Wake},
+    };
+
+    type Ticks = Vec<(&'static str, Time)>;
+
+    const UNTIL: Time = Time::from_nanos(500_000_000);
+
+    fn hz(hz: f64) -> Hz {
+        Hz::new(hz).expect("a rate")
+    }
+
+    /// The moment at which node `b` is slowed down.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    enum Given {
+        Never,
+        /// Before any late node has ticked.
+        First,
+        /// While the first of them ticks.
+        Amid,
+    }
+
+    /// A graph as the real clock may hand it over: run time is past the due times of `a`
+    /// and `b`, and at that of `c`.
+    fn late(given: Given, commander: Sender<Command>) -> (Graph, Arc<Mutex<Ticks>>) {
+        let slower = Command::Set(Knob::Rate {
+            node: "b".to_owned(),
+            hz: hz(7.0),
+        });
+        if given == Given::First {
+            commander.send(slower.clone()).expect("open");
+        }
+        let mut amid = (given == Given::Amid).then_some(slower);
+        let (mut graph, log) = (Graph::new(), Arc::<Mutex<Ticks>>::default());
+        for (name, rate) in [("a", 100.0), ("b", 50.0), ("c", 40.0)] {
+            let (log, commander, mut amid) = (log.clone(), commander.clone(), amid.take());
+            let node = move |now| {
+                log.lock().expect("log").push((name, now));
+                if let Some(slower) = amid.take() {
+                    commander.send(slower)?;
+                }
+                GO_ON
+            };
+            graph.node(name, hz(rate), 0, |_| node).expect("a node");
+        }
+        let tasks = &mut graph.stage.tasks;
+        tasks.iter_mut().for_each(|task| task.rate.advance());
+        graph.control.set_now(graph.stage.tasks[2].rate.due());
+        (graph, log)
+    }
+
+    fn run(given: Given, timed: Vec<TimedCommand>) -> (Ticks, Vec<Event>) {
+        let (commander, mut inbox) = Inbox::new(timed);
+        let (mut graph, log) = late(given, commander);
+        let exit = VirtualClock.run(&mut graph, &mut inbox, UNTIL);
+        assert_eq!(exit.expect("no fault"), ClockExit::Completed);
+        let ticks = log.lock().expect("log").clone();
+        (ticks, graph.observer().events(0))
+    }
+
+    #[test]
+    fn a_live_command_and_the_same_as_a_timed_one_follow_the_ticks_of_late_nodes() {
+        for given in [Given::First, Given::Amid] {
+            let (ticks, events) = run(given, Vec::new());
+            let now = Time::from_nanos(25_000_000);
+            assert_eq!(
+                ticks[..3],
+                ["a", "b", "c"].map(|node| (node, now)),
+                "{given:?}"
+            );
+            assert_eq!(events[0].at, now + Time::TICK, "{given:?}");
+            let timed = events.iter().filter_map(Event::replayable).collect();
+            assert_eq!(run(Given::Never, timed), (ticks, events), "{given:?}");
+        }
+    }
+
+    #[test]
+    fn after_the_end_only_those_tick_that_were_due_before() {
+        let (commander, mut inbox) = Inbox::new(Vec::new());
+        let (mut graph, log) = late(Given::Never, commander);
+        let until = Time::from_nanos(20_000_000);
+        let exit = VirtualClock.run(&mut graph, &mut inbox, until);
+        assert_eq!(exit.expect("no fault"), ClockExit::Completed);
+        let now = Time::from_nanos(25_000_000);
+        assert_eq!(*log.lock().expect("log"), [("a", now), ("b", now)]);
+    }
+
+    /// Hears of arrivals and does nothing, as threads that are stopped.
+    struct Stopped;
+
+    impl Wake for Stopped {
+        fn wake(&self, _: Arrival) {}
+    }
+
+    #[test]
+    fn messages_in_flight_at_a_hand_over_trigger_their_nodes() {
+        for executor in [None, Some(Executor::Single)] {
+            let (mut graph, far) = (Graph::new(), Topic::new("/far", Depth::ONE));
+            let log = Arc::<Mutex<Ticks>>::default();
+            let seen = log.clone();
+            graph
+                .node("reader", Match::Each, 0, |wiring| {
+                    let _ = wiring.trigger(&far);
+                    move |now| {
+                        seen.lock().expect("log").push(("reader", now));
+                        GO_ON
+                    }
+                })
+                .expect("a node");
+            if let Some(executor) = executor {
+                let reader = [Callback::of("reader")];
+                graph.executor(executor, reader).expect("a node");
+            }
+            far.set_link("delay:30".parse().expect("a link"), 0, Time::ZERO);
+            graph.stage.leave(Arc::new(Stopped));
+            far.publisher().publish(1, Time::ZERO, None);
+            VirtualClock
+                .run(&mut graph, &mut Inbox::default(), UNTIL)
+                .expect("no fault");
+            let arrives = Time::from_nanos(30_000_000);
+            assert_eq!(*log.lock().expect("log"), [("reader", arrives)]);
+        }
+    }
+}

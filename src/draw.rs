@@ -1,0 +1,257 @@
+//! Random durations, such as tick times.
+
+use std::{fmt, str::FromStr, sync::Arc, time::Duration};
+
+use serde::{Deserialize, Serialize};
+
+use super::{chance, digest::Digest, millis};
+
+/// The 99th percentile of the standard normal distribution.
+const NORMAL_P99: f64 = 2.326_347_874_040_840_8;
+
+/// Prefix of the name of a recording.
+const RECORDED: &str = "recorded:";
+
+/// Separator between the name of a recording and the digest of its table.
+const PIN: &str = "@sha256:";
+
+/// A distribution of durations. As text, in milliseconds: `30`; `60..110` uniform;
+/// `lognormal:30,90` by median and 99th percentile; `recorded:FILE`, one of the measured
+/// durations in a file; `none`.
+///
+/// ```
+/// use ratelab::Draw;
+///
+/// let draw: Draw = "60..110".parse()?;
+/// assert_eq!(draw.to_string(), "60..110");
+/// assert!("0".parse::<Draw>()?.is_none());
+/// # Ok::<(), String>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum Draw {
+    /// Always the same; zero for none.
+    Constant(Duration),
+    /// Uniform between the first and the second.
+    Uniform(Duration, Duration),
+    /// Log-normal: mostly short, occasionally much longer.
+    Lognormal {
+        /// Median.
+        median: Duration,
+        /// 99th percentile.
+        p99: Duration,
+    },
+    /// One of the durations in a recording.
+    Recorded(Recorded),
+}
+
+impl Draw {
+    /// Always zero.
+    pub const NONE: Self = Self::Constant(Duration::ZERO);
+
+    /// Whether it is always zero.
+    pub fn is_none(&self) -> bool {
+        *self == Self::NONE
+    }
+
+    /// The median.
+    pub fn median(&self) -> Duration {
+        self.at(0.5)
+    }
+
+    /// The quantile of `u` in 0..1.
+    pub(crate) fn at(&self, u: f64) -> Duration {
+        match self {
+            Self::Constant(duration) => *duration,
+            Self::Uniform(from, to) => {
+                let width = (*to - *from).as_nanos() as f64;
+                *from + Duration::from_nanos((u * width) as u64)
+            }
+            Self::Lognormal { median, p99 } if u > 0.0 => {
+                let (median, p99) = (median.as_nanos() as f64, p99.as_nanos() as f64);
+                let sigma = (p99 / median).ln() / NORMAL_P99;
+                let drawn = median * (sigma * chance::normal_quantile(u)).exp();
+                Duration::from_nanos(drawn.round() as u64)
+            }
+            Self::Lognormal { .. } => Duration::ZERO,
+            Self::Recorded(recorded) => recorded.at(u),
+        }
+    }
+
+    /// The share of the draws above `limit` (s), by bisection of the quantiles.
+    pub fn share_above(&self, limit: f64) -> f64 {
+        let (mut below, mut above) = (0.0, 1.0);
+        for _ in 0..40 {
+            let middle = f64::midpoint(below, above);
+            match self.at(middle).as_secs_f64() > limit {
+                true => above = middle,
+                false => below = middle,
+            }
+        }
+        1.0 - f64::midpoint(below, above)
+    }
+
+    /// The recording it needs, if that is not loaded yet.
+    pub fn missing(&self) -> Option<&Recorded> {
+        match self {
+            Self::Recorded(recorded) if recorded.table.is_none() => Some(recorded),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for Draw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ms = |duration: &Duration| millis::to_millis(*duration);
+        match self {
+            Self::Constant(Duration::ZERO) => f.write_str("none"),
+            Self::Constant(duration) => write!(f, "{}", ms(duration)),
+            Self::Uniform(from, to) => write!(f, "{}..{}", ms(from), ms(to)),
+            Self::Lognormal { median, p99 } => {
+                write!(f, "lognormal:{},{}", ms(median), ms(p99))
+            }
+            Self::Recorded(recorded) => recorded.fmt(f),
+        }
+    }
+}
+
+impl FromStr for Draw {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let text = text.trim();
+        if let Some(recording) = text.strip_prefix(RECORDED) {
+            return Ok(Self::Recorded(Recorded::parse(recording)?));
+        }
+        if let Some(figures) = text.strip_prefix("lognormal:") {
+            return lognormal(text, figures);
+        }
+        if let Some((from, to)) = text.split_once("..") {
+            let (from, to) = (millis::parse(from)?, millis::parse(to)?);
+            let known = (from <= to).then_some(Self::Uniform(from, to));
+            return known.ok_or_else(|| format!("{text:?} is not a range: expected A..B, A first"));
+        }
+        match text {
+            "none" => Ok(Self::NONE),
+            _ => millis::parse(text).map(Self::Constant).map_err(|_| {
+                format!(
+                    "{text:?} is no duration: expected milliseconds such as 30, 60..110, \
+                     lognormal:30,90, recorded:FILE or none"
+                )
+            }),
+        }
+    }
+}
+
+fn lognormal(text: &str, figures: &str) -> Result<Draw, String> {
+    let shape = || format!("{text:?} is no distribution: expected lognormal:MEDIAN,P99");
+    let (median, p99) = figures.split_once(',').ok_or_else(shape)?;
+    let (median, p99) = (millis::parse(median)?, millis::parse(p99)?);
+    if median.is_zero() || p99 < median {
+        return Err(format!("{}, above zero and in this order", shape()));
+    }
+    Ok(Draw::Lognormal { median, p99 })
+}
+
+impl TryFrom<String> for Draw {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl From<Draw> for String {
+    fn from(draw: Draw) -> Self {
+        draw.to_string()
+    }
+}
+
+/// Measured durations, named by their recording. The library reads no recordings: the
+/// program loads the durations and supplies them.
+#[derive(Clone, Debug)]
+pub struct Recorded {
+    file: String,
+    pin: Option<Digest>,
+    table: Option<Arc<[Duration]>>,
+}
+
+impl Recorded {
+    fn parse(text: &str) -> Result<Self, String> {
+        let (file, pin) = match text.rsplit_once(PIN) {
+            Some((file, digest)) => (file, Some(digest.parse()?)),
+            None => (text, None),
+        };
+        if file.is_empty() {
+            return Err(format!(
+                "{RECORDED} names no recording: expected {RECORDED}FILE"
+            ));
+        }
+        Ok(Self {
+            file: file.to_owned(),
+            pin,
+            table: None,
+        })
+    }
+
+    /// Path of the recording.
+    pub fn file(&self) -> &str {
+        &self.file
+    }
+
+    /// Returns the same draw with the durations of the recording, pinned to their digest.
+    ///
+    /// # Errors
+    /// If there are no durations, or they differ from the pinned ones.
+    pub fn with_durations(&self, mut durations: Vec<Duration>) -> Result<Self, String> {
+        let file = &self.file;
+        if durations.is_empty() {
+            return Err(format!(
+                "{file} has no such durations: record a run on the real clock"
+            ));
+        }
+        durations.sort_unstable();
+        let nanos = durations.iter().map(|d| d.as_nanos() as u64);
+        let content: Vec<u8> = nanos.flat_map(u64::to_le_bytes).collect();
+        let digest = Digest::of(&content);
+        match self.pin {
+            Some(expected) if expected != digest => Err(format!(
+                "{file} has other durations than it had: expected SHA-256 {expected}, found {digest}"
+            )),
+            _ => Ok(Self {
+                file: file.clone(),
+                pin: Some(digest),
+                table: Some(durations.into()),
+            }),
+        }
+    }
+
+    fn at(&self, u: f64) -> Duration {
+        let table = self.table.as_deref().unwrap_or_default();
+        let index = (u * table.len() as f64) as usize;
+        table.get(index).copied().unwrap_or_default()
+    }
+}
+
+impl From<Recorded> for Draw {
+    fn from(recorded: Recorded) -> Self {
+        Self::Recorded(recorded)
+    }
+}
+
+impl PartialEq for Recorded {
+    /// Compares the texts, which determine the durations.
+    fn eq(&self, other: &Self) -> bool {
+        (&self.file, self.pin) == (&other.file, other.pin)
+    }
+}
+
+impl fmt::Display for Recorded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{RECORDED}{}", self.file)?;
+        match self.pin {
+            Some(digest) => write!(f, "{PIN}{digest}"),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! Payloads as rows of numbers, for tables and records.
+
+/// A payload that can be written as numbers and read back bit for bit.
+///
+/// A log of a topic uses this to write any payload without knowing its type.
+pub trait Fields: Sized {
+    /// Names of the numbers, with units where they have one.
+    const FIELDS: &'static [&'static str];
+
+    /// Appends the numbers to `row`, in the order of [`Fields::FIELDS`].
+    fn append_to(&self, row: &mut Vec<f64>);
+
+    /// Builds the payload from these numbers; `None` if they form no valid payload.
+    fn from_row(row: &[f64]) -> Option<Self>;
+}
+
+/// Implements [`Fields`](crate::Fields) for a struct whose fields are all `f64`:
+/// with the name of each in tables, and its unit.
+///
+/// ```
+/// use ratelab::fields;
+/// use ratelab::Fields;
+///
+/// #[derive(Debug, PartialEq)]
+/// struct Wheels {
+///     left: f64,
+///     right: f64,
+/// }
+/// fields!(Wheels { left: "left (rad/s)", right: "right (rad/s)" });
+///
+/// assert_eq!(Wheels::FIELDS, ["left (rad/s)", "right (rad/s)"]);
+/// let wheels = Wheels::from_row(&[1.0, 2.0]);
+/// assert_eq!(wheels, Some(Wheels { left: 1.0, right: 2.0 }));
+/// ```
+#[macro_export]
+macro_rules! fields {
+    ($payload:ident { $($field:ident: $name:literal),+ $(,)? }) => {
+        impl $crate::Fields for $payload {
+            const FIELDS: &'static [&'static str] = &[$($name),+];
+
+            fn append_to(&self, row: &mut Vec<f64>) {
+                row.extend([$(self.$field),+]);
+            }
+
+            fn from_row(row: &[f64]) -> Option<Self> {
+                let &[$($field),+] = row else {
+                    return None;
+                };
+                Some(Self { $($field),+ })
+            }
+        }
+    };
+}

@@ -1,0 +1,531 @@
+//! The settings of a running graph, as values and as lines of text.
+
+use std::{fmt, str::FromStr, time::Duration};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::{
+    cost::Cost,
+    depth::{Depth, DepthError},
+    draw::Draw,
+    link::Link,
+    local_clock::ClockError,
+    millis,
+    read_order::ReadOrder,
+    time::{Hz, HzError, Time},
+};
+
+/// A setting of a node or topic of a graph. As text `rate NODE HZ`, `depth TOPIC N`,
+/// `send NODE TEXT` and so on; see [`KnobKind::usage`].
+///
+/// ```
+/// use ratelab::{Hz, Knob};
+///
+/// let knob: Knob = "rate planner 10".parse()?;
+/// assert_eq!(knob, Knob::Rate { node: "planner".to_owned(), hz: Hz::new(10.0)? });
+/// assert_eq!(knob.to_string(), "rate planner 10");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Knob {
+    /// Rate of a node.
+    #[serde(rename = "SetRate")]
+    Rate {
+        /// The node's name.
+        node: String,
+        /// Its rate.
+        hz: Hz,
+    },
+    /// Queue depth of a topic.
+    #[serde(rename = "SetDepth")]
+    Depth {
+        /// The topic's name.
+        topic: String,
+        /// Its depth.
+        depth: Depth,
+    },
+    /// A message to a node, which interprets it; see
+    /// [`Node::on_message`](super::Node::on_message).
+    #[serde(rename = "Tell")]
+    Send {
+        /// The node's name.
+        node: String,
+        /// The message.
+        #[serde(rename = "what")]
+        text: String,
+    },
+    /// The duration of a node's ticks: a tick that starts at `s` reads at `s`, and
+    /// publishes or applies its results at `s + cost`.
+    Takes {
+        /// The node's name.
+        node: String,
+        /// Their duration.
+        spec: Cost,
+    },
+    /// Offset of a node's due times from run time zero.
+    Offset {
+        /// The node's name.
+        node: String,
+        /// The offset.
+        #[serde(rename = "ms", with = "millis")]
+        offset: Duration,
+    },
+    /// Lateness of a node's ticks in virtual time.
+    Wakes {
+        /// The node's name.
+        node: String,
+        /// The lateness.
+        spec: Draw,
+    },
+    /// The link from the publishers of a topic to its readers.
+    Link {
+        /// The topic's name.
+        topic: String,
+        /// The link.
+        spec: Link,
+    },
+    /// The read order of a topic.
+    Read {
+        /// The topic's name.
+        topic: String,
+        /// The order.
+        order: ReadOrder,
+    },
+    /// Loss of one message of a topic.
+    Lose {
+        /// The topic's name.
+        topic: String,
+        /// The message's sequence number.
+        seq: u64,
+    },
+    /// Extra delay of one message of a topic.
+    Postpone {
+        /// The topic's name.
+        topic: String,
+        /// The message's sequence number.
+        seq: u64,
+        /// The delay.
+        #[serde(rename = "ms", with = "millis")]
+        delay: Duration,
+    },
+    /// A node stops ticking; messages it has not released are lost.
+    Crash {
+        /// The node's name.
+        node: String,
+    },
+    /// A node starts again from its initial state; see
+    /// [`Node::restart`](super::Node::restart).
+    Restart {
+        /// The node's name.
+        node: String,
+    },
+    /// Duration of a node's next tick, in place of the usual one.
+    Hang {
+        /// The node's name.
+        node: String,
+        /// The duration.
+        #[serde(rename = "ms", with = "millis")]
+        cost: Duration,
+    },
+    /// Error of a node's own clock from now on: due times and stamps follow this clock.
+    Clock {
+        /// The node's name.
+        node: String,
+        /// The error.
+        error: ClockError,
+    },
+}
+
+/// The kinds of knobs, for lists and completion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KnobKind {
+    /// [`Knob::Rate`].
+    Rate,
+    /// [`Knob::Depth`].
+    Depth,
+    /// [`Knob::Send`].
+    Send,
+    /// [`Knob::Takes`].
+    Takes,
+    /// [`Knob::Offset`].
+    Offset,
+    /// [`Knob::Wakes`].
+    Wakes,
+    /// [`Knob::Link`].
+    Link,
+    /// [`Knob::Read`].
+    Read,
+    /// [`Knob::Lose`].
+    Lose,
+    /// [`Knob::Postpone`].
+    Postpone,
+    /// [`Knob::Crash`].
+    Crash,
+    /// [`Knob::Restart`].
+    Restart,
+    /// [`Knob::Hang`].
+    Hang,
+    /// [`Knob::Clock`].
+    Clock,
+}
+
+impl KnobKind {
+    /// All kinds.
+    pub const ALL: [Self; 14] = [
+        Self::Rate,
+        Self::Depth,
+        Self::Send,
+        Self::Takes,
+        Self::Offset,
+        Self::Wakes,
+        Self::Link,
+        Self::Read,
+        Self::Lose,
+        Self::Postpone,
+        Self::Crash,
+        Self::Restart,
+        Self::Hang,
+        Self::Clock,
+    ];
+
+    /// The first word of the knob's text.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rate => "rate",
+            Self::Depth => "depth",
+            Self::Send => "send",
+            Self::Takes => "takes",
+            Self::Offset => "offset",
+            Self::Wakes => "wakes",
+            Self::Link => "link",
+            Self::Read => "read",
+            Self::Lose => "lose",
+            Self::Postpone => "postpone",
+            Self::Crash => "crash",
+            Self::Restart => "restart",
+            Self::Hang => "hang",
+            Self::Clock => "clock",
+        }
+    }
+
+    /// The syntax of the knob's text.
+    pub fn usage(self) -> &'static str {
+        match self {
+            Self::Rate => "rate NODE HZ",
+            Self::Depth => "depth TOPIC N",
+            Self::Send => "send NODE TEXT",
+            Self::Takes => "takes NODE SPEC",
+            Self::Offset => "offset NODE MS",
+            Self::Wakes => "wakes NODE SPEC",
+            Self::Link => "link TOPIC SPEC",
+            Self::Read => "read TOPIC newest|oldest",
+            Self::Lose => "lose TOPIC N",
+            Self::Postpone => "postpone TOPIC N MS",
+            Self::Crash => "crash NODE",
+            Self::Restart => "restart NODE",
+            Self::Hang => "hang NODE MS",
+            Self::Clock => "clock NODE OFFSET_MS DRIFT_PPM",
+        }
+    }
+
+    /// The placeholder for its value in usage texts.
+    pub fn value_name(self) -> &'static str {
+        match self {
+            Self::Rate => "HZ",
+            Self::Depth | Self::Lose => "N",
+            Self::Send => "TEXT",
+            Self::Takes | Self::Wakes | Self::Link => "SPEC",
+            Self::Offset | Self::Hang => "MS",
+            Self::Read => "newest|oldest",
+            Self::Postpone => "N MS",
+            Self::Crash | Self::Restart => "",
+            Self::Clock => "OFFSET_MS DRIFT_PPM",
+        }
+    }
+
+    /// Whether its value may contain spaces.
+    pub fn takes_words(self) -> bool {
+        matches!(
+            self,
+            Self::Send | Self::Takes | Self::Wakes | Self::Link | Self::Postpone | Self::Clock
+        )
+    }
+
+    /// Whether the knob belongs to a topic; otherwise it belongs to a node.
+    pub fn is_of_topic(self) -> bool {
+        matches!(
+            self,
+            Self::Depth | Self::Link | Self::Read | Self::Lose | Self::Postpone
+        )
+    }
+
+    /// Whether the knob is an event, without a value.
+    pub fn has_no_value(self) -> bool {
+        self.value_name().is_empty()
+    }
+
+    fn refused(self, target: &str, value: &str) -> KnobError {
+        KnobError::Shape {
+            text: format!("{} {target} {value}", self.name()),
+            expected: self.usage(),
+        }
+    }
+
+    /// Parses a knob for one message of `topic`: the sequence number, and the delay of a
+    /// postponed message.
+    fn set_message(self, topic: &str, value: &str) -> Result<Knob, KnobError> {
+        let refused = || self.refused(topic, value);
+        let whole = |text: &str| text.parse().map_err(|_| refused());
+        let topic = topic.to_owned();
+        if self == Self::Lose {
+            let seq = whole(value)?;
+            return Ok(Knob::Lose { topic, seq });
+        }
+        let (seq, delay) = first_word(value).ok_or_else(refused)?;
+        Ok(Knob::Postpone {
+            seq: whole(seq)?,
+            delay: millis::parse(delay).map_err(KnobError::Value)?,
+            topic,
+        })
+    }
+
+    /// Returns the knob of this kind for `target`, a node or a topic, set to `value`.
+    ///
+    /// # Errors
+    /// [`KnobError`] if the value is invalid for it.
+    pub fn set(self, target: &str, value: &str) -> Result<Knob, KnobError> {
+        if self.has_no_value() && !value.is_empty() {
+            return Err(self.refused(target, value));
+        }
+        let target = target.to_owned();
+        Ok(match self {
+            Self::Rate => Knob::Rate {
+                node: target,
+                hz: value.parse()?,
+            },
+            Self::Depth => Knob::Depth {
+                topic: target,
+                depth: value.parse()?,
+            },
+            Self::Send => Knob::Send {
+                node: target,
+                text: value.to_owned(),
+            },
+            Self::Takes => Knob::Takes {
+                node: target,
+                spec: value.parse().map_err(KnobError::Value)?,
+            },
+            Self::Offset => Knob::Offset {
+                node: target,
+                offset: millis::parse(value).map_err(KnobError::Value)?,
+            },
+            Self::Wakes => Knob::Wakes {
+                node: target,
+                spec: value.parse().map_err(KnobError::Value)?,
+            },
+            Self::Link => Knob::Link {
+                topic: target,
+                spec: value.parse().map_err(KnobError::Value)?,
+            },
+            Self::Read => Knob::Read {
+                topic: target,
+                order: value.parse().map_err(KnobError::Value)?,
+            },
+            Self::Lose | Self::Postpone => return self.set_message(&target, value),
+            Self::Crash => Knob::Crash { node: target },
+            Self::Restart => Knob::Restart { node: target },
+            Self::Hang => Knob::Hang {
+                node: target,
+                cost: millis::parse(value).map_err(KnobError::Value)?,
+            },
+            Self::Clock => Knob::Clock {
+                node: target,
+                error: value.parse().map_err(KnobError::Value)?,
+            },
+        })
+    }
+}
+
+impl Knob {
+    /// Whether it has a node crash, perhaps to begin again, or only changes its due times;
+    /// `None` for all other knobs.
+    pub(crate) fn crashes(&self) -> Option<bool> {
+        match self {
+            Self::Rate { .. } | Self::Offset { .. } | Self::Clock { .. } => Some(false),
+            Self::Crash { .. } | Self::Restart { .. } => Some(true),
+            _ => None,
+        }
+    }
+
+    /// Kind of the knob.
+    pub fn kind(&self) -> KnobKind {
+        match self {
+            Self::Rate { .. } => KnobKind::Rate,
+            Self::Depth { .. } => KnobKind::Depth,
+            Self::Send { .. } => KnobKind::Send,
+            Self::Takes { .. } => KnobKind::Takes,
+            Self::Offset { .. } => KnobKind::Offset,
+            Self::Wakes { .. } => KnobKind::Wakes,
+            Self::Link { .. } => KnobKind::Link,
+            Self::Read { .. } => KnobKind::Read,
+            Self::Lose { .. } => KnobKind::Lose,
+            Self::Postpone { .. } => KnobKind::Postpone,
+            Self::Crash { .. } => KnobKind::Crash,
+            Self::Restart { .. } => KnobKind::Restart,
+            Self::Hang { .. } => KnobKind::Hang,
+            Self::Clock { .. } => KnobKind::Clock,
+        }
+    }
+
+    /// Name of its node or topic.
+    pub fn target(&self) -> &str {
+        match self {
+            Self::Depth { topic, .. }
+            | Self::Link { topic, .. }
+            | Self::Read { topic, .. }
+            | Self::Lose { topic, .. }
+            | Self::Postpone { topic, .. } => topic,
+            Self::Rate { node, .. }
+            | Self::Send { node, .. }
+            | Self::Takes { node, .. }
+            | Self::Offset { node, .. }
+            | Self::Wakes { node, .. }
+            | Self::Crash { node }
+            | Self::Restart { node }
+            | Self::Hang { node, .. }
+            | Self::Clock { node, .. } => node,
+        }
+    }
+
+    /// The random duration it sets, if it sets one.
+    pub fn draw(&self) -> Option<&Draw> {
+        match self {
+            Self::Takes { spec, .. } => Some(&spec.draw),
+            Self::Wakes { spec, .. } => Some(spec),
+            _ => None,
+        }
+    }
+
+    /// The same, mutable, to load the durations of a recording into it.
+    pub fn draw_mut(&mut self) -> Option<&mut Draw> {
+        match self {
+            Self::Takes { spec, .. } => Some(&mut spec.draw),
+            Self::Wakes { spec, .. } => Some(spec),
+            _ => None,
+        }
+    }
+
+    /// Its value as text.
+    pub fn value(&self) -> String {
+        match self {
+            Self::Rate { hz, .. } => hz.get().to_string(),
+            Self::Depth { depth, .. } => depth.to_string(),
+            Self::Send { text, .. } => text.clone(),
+            Self::Takes { spec, .. } => spec.to_string(),
+            Self::Offset { offset, .. } => millis::to_millis(*offset).to_string(),
+            Self::Wakes { spec, .. } => spec.to_string(),
+            Self::Link { spec, .. } => spec.to_string(),
+            Self::Read { order, .. } => order.to_string(),
+            Self::Lose { seq, .. } => seq.to_string(),
+            Self::Postpone { seq, delay, .. } => format!("{seq} {}", millis::to_millis(*delay)),
+            Self::Crash { .. } | Self::Restart { .. } => String::new(),
+            Self::Hang { cost, .. } => millis::to_millis(*cost).to_string(),
+            Self::Clock { error, .. } => error.to_string(),
+        }
+    }
+
+    /// Whether `other` changes the same setting, to any value.
+    pub fn is_of(&self, other: &Self) -> bool {
+        let same = self.kind() == other.kind() && self.target() == other.target();
+        same && self.message() == other.message()
+    }
+
+    /// Sequence number of its message, for a knob of a single message.
+    fn message(&self) -> Option<u64> {
+        match self {
+            Self::Lose { seq, .. } | Self::Postpone { seq, .. } => Some(*seq),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for Knob {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kind = self.kind();
+        write!(f, "{} {}", kind.name(), self.target())?;
+        match kind.has_no_value() {
+            true => Ok(()),
+            false => write!(f, " {}", self.value()),
+        }
+    }
+}
+
+impl FromStr for Knob {
+    type Err = KnobError;
+
+    fn from_str(text: &str) -> Result<Self, KnobError> {
+        let (name, rest) = first_word(text).unwrap_or((text.trim(), ""));
+        let kind = KnobKind::ALL.into_iter().find(|kind| kind.name() == name);
+        let kind = kind.ok_or_else(|| KnobError::Name(name.to_owned()))?;
+        let alone = kind.has_no_value() && !rest.is_empty();
+        let words = first_word(rest).or(alone.then_some((rest, "")));
+        let (target, value) = words.ok_or_else(|| KnobError::Shape {
+            text: text.trim().to_owned(),
+            expected: kind.usage(),
+        })?;
+        if !kind.takes_words() && value.contains(char::is_whitespace) {
+            return Err(KnobError::Shape {
+                text: text.trim().to_owned(),
+                expected: kind.usage(),
+            });
+        }
+        kind.set(target, value)
+    }
+}
+
+/// The possible first words of a knob.
+fn names() -> String {
+    let [first @ .., last] = KnobKind::ALL.map(KnobKind::name);
+    format!("{} or {last}", first.join(", "))
+}
+
+/// The first word of `text` and the rest, if there is a rest.
+pub(crate) fn first_word(text: &str) -> Option<(&str, &str)> {
+    let (word, rest) = text.trim().split_once(char::is_whitespace)?;
+    Some((word, rest.trim_start()))
+}
+
+/// A change of a knob at a run time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TimedKnob {
+    /// Run time of the change, before any tick due then.
+    pub at: Time,
+    /// The new setting.
+    pub knob: Knob,
+}
+
+/// Text that is not a valid knob.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum KnobError {
+    /// Missing or superfluous words.
+    #[error("{text:?} is not a knob: expected {expected}")]
+    Shape {
+        /// The given text.
+        text: String,
+        /// The expected syntax.
+        expected: &'static str,
+    },
+    /// An unknown knob.
+    #[error("{0:?} is not a knob: expected {known}", known = names())]
+    Name(String),
+    /// An invalid rate.
+    #[error(transparent)]
+    Rate(#[from] HzError),
+    /// An invalid queue depth.
+    #[error(transparent)]
+    Depth(#[from] DepthError),
+    /// An invalid value, with the reason.
+    #[error("{0}")]
+    Value(String),
+}

@@ -1,0 +1,157 @@
+//! A node's own clock, with an error.
+
+use std::{fmt, str::FromStr};
+
+use serde::{Deserialize, Serialize};
+
+use super::time::Time;
+
+/// A drift of one, in units of 10⁻¹².
+const ONE: i128 = 1_000_000_000_000;
+
+/// The largest offset (ms): eleven and a half days.
+const LARGEST_MS: f64 = 1e9;
+
+/// The largest drift (ppm): half or one and a half times the speed.
+const LARGEST_PPM: f64 = 500_000.0;
+
+/// The error of a clock, as text `OFFSET_MS DRIFT_PPM`; kept exactly, to the nanosecond
+/// and to the millionth of a ppm.
+///
+/// ```
+/// use ratelab::ClockError;
+///
+/// let error: ClockError = "-2.5 40".parse()?;
+/// assert_eq!(error.to_string(), "-2.5 40");
+/// # Ok::<(), String>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct ClockError {
+    /// Lead of the clock (ns).
+    offset: i64,
+    /// Excess of its speed (10⁻¹²).
+    drift: i64,
+}
+
+impl fmt::Display for ClockError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (offset, drift) = (self.offset as f64 / 1e6, self.drift as f64 / 1e6);
+        write!(f, "{offset} {drift}")
+    }
+}
+
+impl FromStr for ClockError {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let mut words = text.split_whitespace();
+        let known = match (words.next(), words.next(), words.next()) {
+            (Some(offset), Some(drift), None) => {
+                millionths(offset, LARGEST_MS).zip(millionths(drift, LARGEST_PPM))
+            }
+            _ => None,
+        };
+        let (offset, drift) = known.ok_or_else(|| {
+            format!(
+                "{text:?} is no error of a clock: expected OFFSET_MS DRIFT_PPM, up to \
+                 {LARGEST_MS} ms and {LARGEST_PPM} ppm either way"
+            )
+        })?;
+        Ok(Self { offset, drift })
+    }
+}
+
+fn millionths(text: &str, largest: f64) -> Option<i64> {
+    let value: f64 = text.parse().ok()?;
+    let known = (-largest..=largest).contains(&value);
+    known.then(|| (value * 1e6).round() as i64)
+}
+
+impl TryFrom<String> for ClockError {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl From<ClockError> for String {
+    fn from(error: ClockError) -> Self {
+        error.to_string()
+    }
+}
+
+/// A clock with an error since a given run time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(crate) struct LocalClock {
+    since: Time,
+    pub(crate) error: ClockError,
+}
+
+impl LocalClock {
+    pub(crate) fn new(since: Time, error: ClockError) -> Self {
+        Self { since, error }
+    }
+
+    /// The clock's reading at run time `now`; zero for negative readings.
+    pub(crate) fn shows(self, now: Time) -> Time {
+        time(self.reading(now.as_nanos().into()))
+    }
+
+    /// The clock's reading at a run time (ns).
+    fn reading(self, now: i128) -> i128 {
+        let drift = i128::from(self.error.drift);
+        let passed = now - i128::from(self.since.as_nanos());
+        now + i128::from(self.error.offset) + (passed * drift).div_euclid(ONE)
+    }
+
+    /// The first run time since the error began at which the clock shows `shown` or more.
+    pub(crate) fn when(self, shown: Time) -> Time {
+        let since = i128::from(self.since.as_nanos());
+        let ahead = i128::from(shown.as_nanos()) - since - i128::from(self.error.offset);
+        let rate = ONE + i128::from(self.error.drift);
+        let passed = -(-ahead.max(0) * ONE).div_euclid(rate);
+        time(since + passed)
+    }
+
+    /// The earliest reading that is new at run time `now`: the one after the last reading
+    /// before `now`.
+    pub(crate) fn shows_first(self, now: Time) -> Time {
+        let nanos = now.as_nanos().into();
+        match now > self.since {
+            true => time(self.reading(nanos - 1) + 1),
+            false => time(self.reading(nanos)),
+        }
+    }
+}
+
+fn time(nanos: i128) -> Time {
+    Time::from_nanos(u64::try_from(nanos.max(0)).unwrap_or(u64::MAX))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_instant_is_due_at_the_first_nanosecond_that_shows_it() {
+        for error in [
+            "0 0",
+            "3 250000",
+            "-2 -400000",
+            "0.000001 0.5",
+            "-0.5 -33.3",
+        ] {
+            let error = error.parse().expect(error);
+            let clock = LocalClock::new(Time::from_nanos(7_000_000), error);
+            for shown in (10_000_000..10_000_050).map(Time::from_nanos) {
+                let when = clock.when(shown);
+                assert!(clock.shows(when) >= shown, "{error}: {shown:?}");
+                let before = Time::from_nanos(when.as_nanos() - 1);
+                assert!(clock.shows(before) < shown, "{error}: {shown:?}");
+                assert!(clock.shows_first(when) <= shown, "{error}: {shown:?}");
+            }
+        }
+    }
+}

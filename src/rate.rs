@@ -1,0 +1,229 @@
+//! A fixed rate: the due time of tick *k*.
+
+use std::time::Duration;
+
+use super::{
+    local_clock::LocalClock,
+    time::{Hz, Time},
+};
+
+/// The promise that a node ticks at a fixed rate: tick *k* is due at
+/// `anchor + k / f`, rounded down to a nanosecond.
+///
+/// The due time is computed by multiplication from an anchor, never by adding a period
+/// again and again, so it cannot drift, and two rates whose ticks coincide agree on the
+/// instant to the nanosecond:
+///
+/// ```
+/// use ratelab::{Hz, Rate, Time};
+///
+/// let mut fast = Rate::new(Hz::new(50.0)?, Time::ZERO);
+/// let mut slow = Rate::new(Hz::new(15.0)?, Time::ZERO);
+/// (0..10).for_each(|_| fast.advance());
+/// (0..3).for_each(|_| slow.advance());
+/// assert_eq!(fast.due(), slow.due()); // 0.2 s, exactly
+/// # Ok::<(), ratelab::HzError>(())
+/// ```
+///
+/// A rate can be changed while it runs. The new rate is anchored at the last due time,
+/// which avoids both bursts and gaps:
+///
+/// | the rate was | changed at | to | next due |
+/// |---|---|---|---|
+/// | never ticked, anchored at 0 | 0 s | any | 0 s |
+/// | 50 Hz, last due 1.00 s | 1.01 s | 10 Hz | 1.10 s |
+/// | 10 Hz, last due 1.00 s | 1.01 s | 50 Hz | 1.02 s |
+/// | 1 Hz, last due 1.00 s | 1.51 s | 50 Hz | 1.52 s, not 26 ticks at once |
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Rate {
+    hz: Hz,
+    period: Period,
+    anchor: Time,
+    /// Number of the next tick, counted from the anchor.
+    next: u64,
+    due: Time,
+    /// Due time of the next tick, as the clock shows it.
+    shown: Time,
+    last: Option<Time>,
+    /// Number of the first tick.
+    first: u64,
+    /// The clock of the anchor and the last due time, if it has an error.
+    clock: Option<LocalClock>,
+}
+
+impl Rate {
+    /// Creates a rate of `hz` whose first tick is due at `first`.
+    pub fn new(hz: Hz, first: Time) -> Self {
+        Self {
+            hz,
+            period: Period::of(hz),
+            anchor: first,
+            next: 0,
+            due: first,
+            shown: first,
+            last: None,
+            first: 0,
+            clock: None,
+        }
+    }
+
+    /// Has the first tick due one period later, as a timer of ROS.
+    pub(crate) fn skip_first(&mut self) {
+        self.first = 1;
+        self.schedule(self.next.max(self.first));
+    }
+
+    /// The rate in force.
+    pub fn hz(&self) -> Hz {
+        self.hz
+    }
+
+    /// When the next tick is due.
+    pub fn due(&self) -> Time {
+        self.due
+    }
+
+    /// Due time of the period before the next tick, kept or skipped; `None` before the
+    /// first.
+    pub fn last_due(&self) -> Option<Time> {
+        Some(self.when(self.last?))
+    }
+
+    /// Moves on to the next tick.
+    pub fn advance(&mut self) {
+        self.last = Some(self.shown);
+        self.schedule(self.next + 1);
+    }
+
+    /// Moves on to the first tick that is due at `now` or later and returns the number of
+    /// skipped ticks.
+    ///
+    /// This prevents a burst after an overrun: periods that passed while a node was busy
+    /// are skipped. A timer in ROS skips them too, except for one late call.
+    pub fn advance_past(&mut self, now: Time) -> u64 {
+        let follower = self.next + 1;
+        let next = self.first_at_or_after(now).max(follower);
+        self.last = Some(self.period.due(self.anchor, next - 1));
+        self.schedule(next);
+        next - follower
+    }
+
+    /// Changes the rate at `now`, anchored at the last due time.
+    pub fn set_hz(&mut self, hz: Hz, now: Time) {
+        self.set_hz_while_busy(hz, now, now);
+    }
+
+    /// The same for a node that is busy until `free`: its next tick is due then at the
+    /// earliest.
+    pub(crate) fn set_hz_while_busy(&mut self, hz: Hz, now: Time, free: Time) {
+        self.hz = hz;
+        self.period = Period::of(hz);
+        self.anchor = self.last.unwrap_or(self.anchor);
+        let earliest = u64::from(self.last.is_some()).max(self.first);
+        let next = self.first_at_or_after(now).max(earliest);
+        if let Some(before) = next.checked_sub(1) {
+            self.last = Some(self.period.due(self.anchor, before));
+        }
+        self.schedule(next.max(self.first_at_or_after(free)));
+    }
+
+    /// Restarts the sequence of due times at run time zero, shifted by `offset`. The next
+    /// tick is due at `free` at the earliest.
+    pub fn set_offset(&mut self, offset: Duration, free: Time) {
+        self.anchor = Time::ZERO + offset;
+        self.resume(free);
+    }
+
+    /// Follows another clock. The next tick is due at `free` at the earliest. Returns the
+    /// previous clock.
+    pub(crate) fn set_clock(&mut self, clock: LocalClock, free: Time) -> LocalClock {
+        let before = self.clock.replace(clock);
+        self.resume(free);
+        before.unwrap_or_default()
+    }
+
+    /// Moves forward or back to the first tick that is due at `free` or later.
+    pub(crate) fn resume(&mut self, free: Time) {
+        self.schedule(self.first_at_or_after(free));
+    }
+
+    /// The run time at which the clock shows `shown`.
+    fn when(&self, shown: Time) -> Time {
+        self.clock.map_or(shown, |clock| clock.when(shown))
+    }
+
+    fn first_at_or_after(&self, time: Time) -> u64 {
+        let time = self.clock.map_or(time, |clock| clock.shows_first(time));
+        let elapsed = time.since(self.anchor);
+        let elapsed = u64::try_from(elapsed.as_nanos()).unwrap_or(u64::MAX);
+        self.period.ticks_until(elapsed).max(self.first)
+    }
+
+    fn schedule(&mut self, tick: u64) {
+        self.next = tick;
+        self.shown = self.period.due(self.anchor, tick);
+        self.due = self.when(self.shown);
+    }
+}
+
+/// One period in nanoseconds as a reduced fraction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct Period {
+    numerator: u64,
+    denominator: u64,
+}
+
+impl Period {
+    /// Nanoseconds in a second times microhertz in a hertz.
+    const NANOS_TIMES_MICRO: u64 = 1_000_000_000_000_000;
+
+    fn of(hz: Hz) -> Self {
+        let divisor = greatest_common_divisor(Self::NANOS_TIMES_MICRO, hz.as_micro());
+        Self {
+            numerator: Self::NANOS_TIMES_MICRO / divisor,
+            denominator: hz.as_micro() / divisor,
+        }
+    }
+
+    fn due(self, anchor: Time, tick: u64) -> Time {
+        Time::from_nanos(anchor.as_nanos().saturating_add(self.offset(tick)))
+    }
+
+    /// `tick` periods in nanoseconds, rounded down.
+    fn offset(self, tick: u64) -> u64 {
+        match tick.checked_mul(self.numerator) {
+            // Most rates divide a second evenly; this avoids a division, which costs as
+            // much as the rest of the schedule.
+            Some(product) if self.denominator == 1 => product,
+            Some(product) => product / self.denominator,
+            None => {
+                let product = u128::from(tick) * u128::from(self.numerator);
+                u64::try_from(product / u128::from(self.denominator)).unwrap_or(u64::MAX)
+            }
+        }
+    }
+
+    /// The first tick whose offset is `elapsed` nanoseconds or more.
+    fn ticks_until(self, elapsed: u64) -> u64 {
+        let product = u128::from(elapsed) * u128::from(self.denominator);
+        u64::try_from(product.div_ceil(u128::from(self.numerator))).unwrap_or(u64::MAX)
+    }
+}
+
+/// The interval after which nodes with these rates, once due together, are due together
+/// again: the least common multiple of their periods, rounded down to a nanosecond. Zero
+/// for no rates.
+pub fn hyper_period(rates: impl IntoIterator<Item = Hz>) -> Duration {
+    let micro = rates.into_iter().map(Hz::as_micro);
+    let common = micro.fold(0, greatest_common_divisor);
+    let nanos = Period::NANOS_TIMES_MICRO.checked_div(common);
+    Duration::from_nanos(nanos.unwrap_or(0))
+}
+
+fn greatest_common_divisor(a: u64, b: u64) -> u64 {
+    if b == 0 {
+        a
+    } else {
+        greatest_common_divisor(b, a % b)
+    }
+}

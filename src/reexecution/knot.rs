@@ -1,0 +1,41 @@
+//! Ticks that overlap, operation by operation.
+
+use std::sync::Arc;
+
+use super::lock_name::LockName;
+use crate::time::Time;
+
+/// Ticks and commands that overlap, so that none of them can be executed whole before the
+/// others.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Knot {
+    /// Run time at which the first of them began.
+    pub from: Time,
+    /// Run time at which the last of them began.
+    pub to: Time,
+    /// Their operations in order.
+    pub operations: Vec<KnotOperation>,
+}
+
+/// An access to what nodes share, within a [`Knot`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct KnotOperation {
+    /// Index of the node in the graph; `None` for the thread that supervises them.
+    pub node: Option<usize>,
+    /// Run time at which its tick began.
+    pub at: Time,
+    /// Name of the topic, or of the [`Shared`](crate::Shared) value.
+    pub takes: Arc<str>,
+    /// Its turn there, counted from zero.
+    pub turn: u64,
+}
+
+/// A step of a thread within a knot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Step {
+    pub(crate) thread: usize,
+    /// The lock and its turn; `None` for an entry without any.
+    pub(crate) takes: Option<(LockName, u64)>,
+    /// Whether the entry ends with it.
+    pub(crate) ends: bool,
+}

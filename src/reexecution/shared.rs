@@ -1,0 +1,227 @@
+//! State that nodes share beside their topics: a lock that counts its turns.
+
+use std::{
+    fmt,
+    ops::{Deref, DerefMut},
+    time::Duration,
+};
+
+use super::{
+    lock_name::LockName,
+    turns::{self, Mode, Operation},
+    watch::Watch,
+};
+use crate::sync::{
+    Mutex, MutexGuard,
+    atomic::{AtomicU32, Ordering},
+    lock, thread,
+};
+
+/// Longest wait for a turn without a look at whether the run was given up.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// The number of a name that nobody has asked for yet.
+const UNKNOWN: u32 = u32::MAX;
+
+/// A value behind a lock that counts its turns, for state that several nodes share beside
+/// their topics: a plant, a map. Under the real clock the log of the run has the turns, so
+/// the run can be executed again; a plain mutex would be in another order then.
+///
+/// Its name must differ from those of all other shared values and topics of the graph.
+///
+/// ```
+/// use std::sync::Arc;
+/// use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, RealClock, Shared, Time};
+///
+/// let tank = Arc::new(Shared::new("tank", 10.0));
+/// let mut graph = Graph::new();
+/// for (name, flow) in [("inlet", 1.0), ("outlet", -0.5)] {
+///     let tank = tank.clone();
+///     graph.node(name, Hz::new(100.0)?, 0, |_| move |_| {
+///         *tank.lock() += flow;
+///         GO_ON
+///     })?;
+/// }
+/// RealClock::default().run(&mut graph, &mut Inbox::default(), Time::from_secs_f64(0.05)?)?;
+/// assert!(*tank.aside() > 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Shared<T> {
+    name: Box<str>,
+    /// [`LockName`] of the name, once it was needed.
+    number: AtomicU32,
+    state: Mutex<State<T>>,
+}
+
+struct State<T> {
+    /// Turns so far.
+    turn: u64,
+    /// Whether a thread that notes no turns was here since the last one that does.
+    outside: bool,
+    /// Threads that wait, each with its turn.
+    waiting: Vec<(u64, thread::Thread)>,
+    value: T,
+}
+
+impl<T> Shared<T> {
+    /// Puts `value` behind a lock called `name`.
+    pub fn new(name: impl Into<Box<str>>, value: T) -> Self {
+        Self {
+            name: name.into(),
+            number: AtomicU32::new(UNKNOWN),
+            state: Mutex::new(State {
+                turn: 0,
+                outside: false,
+                waiting: Vec::new(),
+                value,
+            }),
+        }
+    }
+
+    /// Name of the lock.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Locks the value for a node, until the guard is dropped. This takes a turn: a run
+    /// that is executed again has all turns in the same order.
+    #[inline]
+    pub fn lock(&self) -> Turn<'_, T> {
+        match turns::mode() {
+            Mode::Off => {
+                let mut turn = self.aside();
+                turn.state.outside = true;
+                turn
+            }
+            Mode::Noting => self.noted(),
+            Mode::Following => self.in_turn(),
+        }
+    }
+
+    /// Locks the value for those that only look on, such as observers and taps, at any
+    /// time and without a turn.
+    #[inline]
+    pub fn aside(&self) -> Turn<'_, T> {
+        Turn {
+            state: lock(&self.state),
+            hands_on: false,
+        }
+    }
+
+    #[inline]
+    fn noted(&self) -> Turn<'_, T> {
+        let lock_name = self.lock_name();
+        let mut turn = self.aside();
+        let state = &mut *turn.state;
+        turns::note(Operation {
+            lock: lock_name,
+            turn: state.turn,
+            outside: std::mem::take(&mut state.outside),
+        });
+        state.turn += 1;
+        turn
+    }
+
+    #[inline]
+    fn lock_name(&self) -> LockName {
+        match self.number.load(Ordering::Relaxed) {
+            UNKNOWN => self.look_name_up(),
+            number => LockName::from_number(number),
+        }
+    }
+
+    #[cold]
+    fn look_name_up(&self) -> LockName {
+        let name = LockName::of(&self.name);
+        self.number.store(name.number(), Ordering::Relaxed);
+        name
+    }
+
+    /// Locks the value as [`Self::aside`] does. Where another thread is held within this lock,
+    /// both go on at once.
+    fn past_held(&self, watch: &Watch) -> Turn<'_, T> {
+        if watch.hold().is_on() {
+            if let Ok(state) = self.state.try_lock() {
+                let hands_on = false;
+                return Turn { state, hands_on };
+            }
+            watch.hold().let_go();
+        }
+        self.aside()
+    }
+
+    /// Waits for the turn that this thread had in the recorded run.
+    #[cold]
+    fn in_turn(&self) -> Turn<'_, T> {
+        let Some((number, (watch, thread))) = turns::next(self.lock_name()).zip(turns::watch())
+        else {
+            return self.aside();
+        };
+        let mut turn = self.past_held(&watch);
+        while turn.state.turn != number && !watch.is_over() {
+            if turn.state.turn > number {
+                let name = self.name();
+                watch.differs(format!("turn {number} of {name} was taken by another"));
+                break;
+            }
+            turn.state.waiting.push((number, thread::current()));
+            drop(turn);
+            watch.waits(thread, true);
+            thread::park_timeout(LOOK);
+            watch.waits(thread, false);
+            turn = self.past_held(&watch);
+            turn.state.waiting.retain(|(waits, _)| *waits != number);
+        }
+        turn.state.turn = number + 1;
+        turn.hands_on = true;
+        turn
+    }
+}
+
+impl<T> fmt::Debug for Shared<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Shared({})", self.name)
+    }
+}
+
+/// A shared value, locked until this is dropped.
+pub struct Turn<'a, T> {
+    state: MutexGuard<'a, State<T>>,
+    /// Whether the thread of the next turn may wait for the end of this one.
+    hands_on: bool,
+}
+
+impl<T> Deref for Turn<'_, T> {
+    type Target = T;
+
+    #[inline]
+    fn deref(&self) -> &T {
+        &self.state.value
+    }
+}
+
+impl<T> DerefMut for Turn<'_, T> {
+    #[inline]
+    fn deref_mut(&mut self) -> &mut T {
+        &mut self.state.value
+    }
+}
+
+impl<T> Drop for Turn<'_, T> {
+    #[inline]
+    fn drop(&mut self) {
+        if self.hands_on {
+            let next = self.state.turn;
+            let mut waiting = self.state.waiting.iter();
+            if let Some((_, thread)) = waiting.find(|(turn, _)| *turn == next) {
+                thread.unpark();
+            }
+        }
+    }
+}
+
+impl<T: fmt::Debug> fmt::Debug for Turn<'_, T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(&**self, f)
+    }
+}

@@ -1,0 +1,68 @@
+//! When a node ticks.
+
+use super::{time::Hz, trigger::Match};
+
+/// When a node ticks: at a rate, or when messages arrive.
+///
+/// | | at a rate | on messages |
+/// |---|---|---|
+/// | a tick is due | at `offset + k / f` | when the message arrives that completes its inputs |
+/// | lateness | start − due | start − due: the wait behind earlier messages and for the executor |
+/// | response time | end − due | end − due |
+/// | still busy when due | an overrun: the tick is skipped | the message waits in the queue of its topic |
+/// | loss | counted as overruns of the node | a full queue drops its oldest: a drop of the topic |
+///
+/// ```
+/// use ratelab::{Clock, Depth, GO_ON, Graph, Hz, Inbox, Match, Time, Topic, VirtualClock};
+///
+/// let image = Topic::new("/image", Depth::ONE);
+/// let mut graph = Graph::new();
+/// graph.node("camera", Hz::new(30.0)?, 0, |wiring| {
+///     let image = wiring.publisher(&image);
+///     move |now| {
+///         image.publish((), now, None);
+///         GO_ON
+///     }
+/// })?;
+/// graph.node("detector", Match::Each, 1, |wiring| {
+///     let mut image = wiring.trigger(&image);
+///     move |now| {
+///         assert_eq!(image.latest(now).expect("the image that arrived").stamp, now);
+///         GO_ON
+///     }
+/// })?;
+/// let end = Time::from_secs_f64(1.0)?;
+/// VirtualClock.run(&mut graph, &mut Inbox::default(), end)?;
+/// assert_eq!(graph.observer().snapshot().nodes[1].ticks, 31);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Release {
+    /// At a rate.
+    Every(Hz),
+    /// When a message has arrived on each topic that
+    /// [triggers](super::Wiring::trigger) the node.
+    On(Match),
+}
+
+impl Release {
+    /// The rate; the lowest one for a node that has no use for it.
+    pub(crate) fn hz(self) -> Hz {
+        match self {
+            Self::Every(hz) => hz,
+            Self::On(_) => Hz::MIN,
+        }
+    }
+}
+
+impl From<Hz> for Release {
+    fn from(hz: Hz) -> Self {
+        Self::Every(hz)
+    }
+}
+
+impl From<Match> for Release {
+    fn from(matching: Match) -> Self {
+        Self::On(matching)
+    }
+}

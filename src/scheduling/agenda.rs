@@ -1,0 +1,214 @@
+//! The events to come, in order.
+
+use std::{cmp::Reverse, collections::BinaryHeap};
+
+use crate::time::Time;
+
+/// The order of events within one instant. Executors look for something to begin after all of
+/// them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Phase {
+    /// Ticks end, by priority.
+    End,
+    /// Messages arrive, in the order of publication.
+    Arrive,
+    /// Timers of executors are due, in the order of registration.
+    Release,
+    /// Ticks begin of nodes with a thread of their own, by priority.
+    Start,
+}
+
+impl Phase {
+    /// Place of the phase in the order of an item.
+    const SHIFT: u32 = 62;
+    /// Place of the priority there.
+    const PRIORITY: u32 = 30;
+}
+
+/// An event of a node. It may have become meaningless since: whoever meets it looks at the
+/// node.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AgendaItem {
+    pub(super) at: Time,
+    /// Phase, then priority and number, or the number of an arrival.
+    order: u64,
+    pub(super) node: u32,
+    /// Number of the topic that a message arrives on, among those that trigger the node.
+    pub(super) input: u32,
+}
+
+impl AgendaItem {
+    pub(super) fn phase(&self) -> Phase {
+        use Phase::{Arrive, End, Release, Start};
+        [End, Arrive, Release, Start][(self.order >> Phase::SHIFT) as usize]
+    }
+
+    fn place(&self) -> (Time, u64) {
+        (self.at, self.order)
+    }
+}
+
+/// A run time in the upper half of a number, the index of its bucket in the lower: compared at
+/// once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct InstantKey(u128);
+
+impl InstantKey {
+    fn new(at: Time, bucket: usize) -> Self {
+        Self(u128::from(at.as_nanos()) << 64 | bucket as u128)
+    }
+
+    fn at(self) -> Time {
+        Time::from_nanos((self.0 >> 64) as u64)
+    }
+
+    fn bucket(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// The events to come.
+///
+/// Most are due together with others, at a common rate: so they are kept by their instant, and
+/// put in order when that comes.
+#[derive(Debug, Default)]
+pub(super) struct Agenda {
+    /// The events of the last instant that came, in order, and those added for it since.
+    batch: Vec<AgendaItem>,
+    /// Number of those that are over.
+    done: usize,
+    /// That instant.
+    opened: Time,
+    /// The instants after that, each with the index of its bucket.
+    instants: BinaryHeap<Reverse<InstantKey>>,
+    /// Whether the first of these has come: another takes its place, which costs less than to
+    /// remove the one and to add the other.
+    is_first_over: bool,
+    buckets: Vec<Vec<AgendaItem>>,
+    /// The buckets without an instant.
+    free: Vec<usize>,
+    /// Some of the instants that events were added for lately.
+    recent: [(Time, usize); RECENT],
+    /// The next of these to be replaced.
+    oldest: usize,
+    /// Number of arrivals so far.
+    arrivals: u64,
+}
+
+/// Number of instants that are found without a search: an instant that is missed has two
+/// buckets.
+const RECENT: usize = 4;
+
+impl Agenda {
+    /// Adds an event of a node with this priority and number within the phase.
+    #[inline]
+    pub(super) fn add(&mut self, at: Time, phase: Phase, rank: (u32, usize), node: usize) {
+        let rank = u64::from(rank.0) << Phase::PRIORITY | rank.1 as u64;
+        self.insert(AgendaItem {
+            at,
+            order: (phase as u64) << Phase::SHIFT | rank,
+            node: node as u32,
+            input: 0,
+        });
+    }
+
+    /// Adds the arrival of a message.
+    pub(super) fn add_arrival(&mut self, at: Time, node: usize, input: usize) {
+        self.arrivals += 1;
+        self.insert(AgendaItem {
+            at,
+            order: (Phase::Arrive as u64) << Phase::SHIFT | self.arrivals,
+            node: node as u32,
+            input: input as u32,
+        });
+    }
+
+    #[inline]
+    fn insert(&mut self, item: AgendaItem) {
+        if item.at <= self.opened {
+            let to_come = &self.batch[self.done..];
+            let place = to_come.partition_point(|other| other.place() < item.place());
+            self.batch.insert(self.done + place, item);
+            return;
+        }
+        let recent = self.recent.iter().find(|(at, _)| *at == item.at);
+        let bucket = match recent {
+            Some((_, bucket)) => *bucket,
+            None => self.bucket(item.at),
+        };
+        self.buckets[bucket].push(item);
+    }
+
+    /// A new bucket for an instant.
+    fn bucket(&mut self, at: Time) -> usize {
+        let bucket = self.free.pop().unwrap_or_else(|| {
+            self.buckets.push(Vec::new());
+            self.buckets.len() - 1
+        });
+        let instant = Reverse(InstantKey::new(at, bucket));
+        if !std::mem::take(&mut self.is_first_over) {
+            self.instants.push(instant);
+        } else if let Some(mut first) = self.instants.peek_mut() {
+            *first = instant;
+        }
+        self.recent[self.oldest] = (at, bucket);
+        self.oldest = (self.oldest + 1) % RECENT;
+        bucket
+    }
+
+    /// Run time of the first event; [`Time::MAX`] without one.
+    #[inline]
+    pub(super) fn next_at(&self) -> Time {
+        match self.batch.get(self.done) {
+            Some(first) => first.at,
+            None => self.first().map_or(Time::MAX, InstantKey::at),
+        }
+    }
+
+    /// The first instant after the one that came.
+    #[inline]
+    fn first(&self) -> Option<InstantKey> {
+        let instants = self.instants.as_slice();
+        let first = match self.is_first_over {
+            // The next one is a child of the root.
+            true => instants.get(1).max(instants.get(2)),
+            false => instants.first(),
+        };
+        first.map(|first| first.0)
+    }
+
+    /// Removes the first event.
+    #[inline]
+    pub(super) fn pop(&mut self) -> Option<AgendaItem> {
+        if self.done == self.batch.len() {
+            self.open();
+        }
+        let first = *self.batch.get(self.done)?;
+        self.done += 1;
+        Some(first)
+    }
+
+    /// Puts the events of the next instant in order.
+    fn open(&mut self) {
+        self.batch.clear();
+        self.done = 0;
+        let Some(first) = self.first() else {
+            return;
+        };
+        self.opened = first.at();
+        while let Some(next) = self.first()
+            && next.at() == self.opened
+        {
+            if std::mem::replace(&mut self.is_first_over, true) {
+                self.instants.pop();
+            }
+            let bucket = next.bucket();
+            match self.batch.is_empty() {
+                true => std::mem::swap(&mut self.batch, &mut self.buckets[bucket]),
+                false => self.batch.append(&mut self.buckets[bucket]),
+            }
+            self.free.push(bucket);
+        }
+        self.batch.sort_unstable_by_key(AgendaItem::place);
+    }
+}

@@ -1,0 +1,235 @@
+//! The messages and ticks behind an action, and the parts of its age.
+//!
+//! A running graph stores none of this: it follows from the output of taps, or from a
+//! recording. A graph without taps pays nothing for it.
+
+mod meeting;
+mod occupancy;
+mod parts;
+mod push;
+mod reads;
+mod traffic;
+
+use std::collections::VecDeque;
+
+pub use meeting::Unmatched;
+pub use occupancy::Occupied;
+pub use parts::{AgePart, AgeParts, AgeStage};
+pub use push::{Chain, PushInForce};
+
+use self::meeting::Meeting;
+use super::Topology;
+use crate::{
+    depth::Depth, head::Head, knob::Knob, read_order::ReadOrder, tap::TickRecord, time::Time,
+};
+
+/// The messages and ticks of a run, with the reads of each tick.
+///
+/// Given all messages and ticks, in the order of each topic and node, it finds the chain
+/// behind every action. Reads are as exact as the timestamps: in virtual time to the
+/// nanosecond.
+#[derive(Clone, Debug)]
+pub struct Lineage {
+    topology: Topology,
+    topics: Vec<TopicRecord>,
+    nodes: Vec<NodeRecord>,
+    /// The topics on the way of the data to the node that acts, the sensor first; empty if the
+    /// times of the sensing tell it.
+    path: Vec<usize>,
+    /// Number of messages and ticks kept per topic and node.
+    kept: usize,
+}
+
+/// A topic and its messages.
+#[derive(Clone, Debug)]
+struct TopicRecord {
+    sent: VecDeque<Sent>,
+    /// Read order and queue depth, with the run time from which they are in force.
+    rules: Vec<(Time, ReadOrder, Depth)>,
+}
+
+/// A node and its ticks.
+#[derive(Clone, Debug, Default)]
+struct NodeRecord {
+    /// Indices of the topics that it reads.
+    inputs: Vec<usize>,
+    ticks: VecDeque<Worked>,
+    /// Number of these ticks with known reads.
+    settled: usize,
+    /// What it has taken, if several topics trigger it.
+    meeting: Option<Meeting>,
+}
+
+/// A published message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sent {
+    /// Position in the topic's history.
+    pub seq: u64,
+    /// Run time of publication.
+    pub released: Time,
+    /// Run time of delivery; `None` if it is lost.
+    pub arrives: Option<Time>,
+    /// Time of the sensing that it was derived from, by the clock of that stamp.
+    pub sensed: Time,
+    /// Whether it was derived from another message.
+    pub derived: bool,
+}
+
+/// A tick of a node.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Worked {
+    /// The tick.
+    pub tick: TickRecord,
+    /// The message read from each of the node's inputs: the topic, and the sequence
+    /// number.
+    pub reads: Vec<(usize, u64)>,
+}
+
+impl Worked {
+    /// Run time of its end, when it publishes and acts; [`Time::MAX`] if the run ended
+    /// before.
+    fn ends(&self) -> Time {
+        self.tick.ends.unwrap_or(Time::MAX)
+    }
+
+    /// Sequence number of the message that it read from the topic with this index.
+    fn read(&self, topic: usize) -> Option<u64> {
+        let mut reads = self.reads.iter();
+        reads
+            .find(|(known, _)| *known == topic)
+            .map(|(_, seq)| *seq)
+    }
+}
+
+impl Lineage {
+    /// Creates an empty lineage for a graph of this `topology`.
+    pub fn new(topology: Topology) -> Self {
+        let topics = topology.topics.iter().map(|topic| TopicRecord {
+            sent: VecDeque::new(),
+            rules: vec![(Time::ZERO, ReadOrder::Newest, topic.depth)],
+        });
+        let nodes = (0..topology.nodes.len()).map(|node| {
+            let topics = topology.topics.iter().enumerate();
+            let inputs = topics.filter(|(_, topic)| topic.readers.contains(&node));
+            NodeRecord {
+                inputs: inputs.map(|(index, _)| index).collect(),
+                ..NodeRecord::default()
+            }
+        });
+        Self {
+            topics: topics.collect(),
+            nodes: nodes.collect(),
+            topology,
+            path: Vec::new(),
+            kept: usize::MAX,
+        }
+    }
+
+    /// Returns the same lineage with this number of the newest messages and ticks kept
+    /// per topic and node.
+    #[must_use]
+    pub fn keeping(self, kept: usize) -> Self {
+        Self { kept, ..self }
+    }
+
+    /// Returns the same lineage with the names of the topics on the way of the data to the
+    /// node that acts, the sensor first. Where readings meet, it tells which of them counts.
+    #[must_use]
+    pub fn along(self, path: &[impl AsRef<str>]) -> Self {
+        let topics = &self.topology.topics;
+        let place = |name: &str| topics.iter().position(|topic| topic.name == name);
+        let path: Option<Vec<usize>> = path.iter().map(|name| place(name.as_ref())).collect();
+        Self {
+            path: path.unwrap_or_default(),
+            ..self
+        }
+    }
+
+    /// The graph.
+    pub fn topology(&self) -> &Topology {
+        &self.topology
+    }
+
+    /// Adds a message published to the topic with index `topic`.
+    pub fn message(&mut self, topic: usize, head: &Head) {
+        if let Some(topic) = self.topics.get_mut(topic) {
+            topic.sent.push_back(Sent {
+                seq: head.seq,
+                released: head.at,
+                arrives: head.arrives,
+                sensed: head.origin.unwrap_or(head.stamp),
+                derived: head.origin.is_some(),
+            });
+            if topic.sent.len() > self.kept {
+                topic.sent.pop_front();
+            }
+        }
+    }
+
+    /// Adds a tick of the node with index `node`.
+    pub fn tick(&mut self, node: usize, tick: TickRecord) {
+        if let Some(node) = self.nodes.get_mut(node) {
+            let reads = Vec::new();
+            node.ticks.push_back(Worked { tick, reads });
+            if node.ticks.len() > self.kept {
+                node.ticks.pop_front();
+                node.settled = node.settled.saturating_sub(1);
+            }
+        }
+    }
+
+    /// Adds a change of a knob at run time `at`.
+    pub fn knob(&mut self, at: Time, knob: &Knob) {
+        let names = self.topology.topics.iter();
+        let mut topics = names.zip(&mut self.topics);
+        let known = topics.find(|(topic, _)| topic.name == knob.target());
+        let Some((_, TopicRecord { rules, .. })) = known else {
+            return;
+        };
+        let Some(&(_, order, depth)) = rules.last() else {
+            return;
+        };
+        match knob {
+            Knob::Read { order, .. } => rules.push((at, *order, depth)),
+            Knob::Depth { depth, .. } => rules.push((at, order, *depth)),
+            _ => {}
+        }
+    }
+
+    /// Finds the reads of all ticks that have none yet. To be called after all messages
+    /// are added that these ticks could read.
+    pub fn settle(&mut self) {
+        for node in 0..self.nodes.len() {
+            for index in self.nodes[node].settled..self.nodes[node].ticks.len() {
+                let reads = self.reads_of(node, index);
+                self.nodes[node].ticks[index].reads = reads;
+            }
+            self.nodes[node].settled = self.nodes[node].ticks.len();
+        }
+    }
+
+    /// The ticks of the node with index `node`, oldest first.
+    pub fn ticks(&self, node: usize) -> impl DoubleEndedIterator<Item = &Worked> {
+        self.nodes[node].ticks.iter()
+    }
+
+    /// The ticks of a node that were running between two run times, and the one before
+    /// them, each with its index.
+    pub fn ticks_between(
+        &self,
+        node: usize,
+        from: Time,
+        to: Time,
+    ) -> impl Iterator<Item = (usize, &Worked)> {
+        let ticks = &self.nodes[node].ticks;
+        let first = ticks.partition_point(|worked| worked.ends() < from);
+        let last = ticks.partition_point(|worked| worked.tick.at <= to);
+        let first = first.saturating_sub(1).min(last);
+        (first..last).zip(ticks.range(first..last))
+    }
+
+    /// The messages of the topic with index `topic`, oldest first.
+    pub fn sent(&self, topic: usize) -> impl DoubleEndedIterator<Item = &Sent> {
+        self.topics[topic].sent.iter()
+    }
+}

@@ -1,0 +1,374 @@
+//! The parts of an age.
+
+use std::time::Duration;
+
+use super::{Lineage, Worked};
+use crate::{telemetry::Topology, time::Time};
+
+/// Maximum number of messages in a chain.
+pub(super) const MOST_HOPS: usize = 64;
+
+/// The time before the first known tick, in words.
+const BEFORE: &str = "before the first tick";
+
+/// A stage of an age. Nodes and topics are indices into the topology.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum AgeStage {
+    /// Before the first known tick: the error of a clock, or an unrecorded part of the chain.
+    Before,
+    /// From the arrival of a message to the next tick of the node that reads it.
+    Wait {
+        /// The topic.
+        topic: usize,
+        /// The reader.
+        node: usize,
+    },
+    /// From the arrival of a message to that of the message that completes its set.
+    Match {
+        /// The topic of the other message.
+        topic: usize,
+        /// The reader.
+        node: usize,
+    },
+    /// From the release of a tick to its start, while the executor was busy.
+    Executor {
+        /// The node.
+        node: usize,
+    },
+    /// Behind older messages, in a queue with read order oldest.
+    Queue {
+        /// The topic.
+        topic: usize,
+        /// The reader.
+        node: usize,
+    },
+    /// From the first read of a message to its latest one, without a newer message.
+    Reuse {
+        /// The topic.
+        topic: usize,
+        /// The reader.
+        node: usize,
+    },
+    /// In a tick with a duration.
+    Cost {
+        /// The node.
+        node: usize,
+    },
+    /// On the link of a topic.
+    Link {
+        /// The topic.
+        topic: usize,
+    },
+    /// In force, without a newer message.
+    Held {
+        /// The topic.
+        topic: usize,
+        /// The node that acts.
+        node: usize,
+    },
+    /// In force while a newer message waited for the node that acts.
+    Kept {
+        /// The topic.
+        topic: usize,
+        /// The node that acts.
+        node: usize,
+    },
+}
+
+/// A part of an age.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AgePart {
+    /// The stage.
+    pub stage: AgeStage,
+    /// The duration.
+    pub took: Duration,
+}
+
+/// An age as a list of parts, whose sum is exact to the nanosecond.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct AgeParts {
+    /// From the sensing to now, without parts of length zero.
+    pub parts: Vec<AgePart>,
+    /// Time before the first known tick (ns): the error of the clock that stamped the
+    /// sensing, or an unrecorded part of the chain.
+    pub before_ns: i64,
+}
+
+impl AgeParts {
+    /// The age (ns); negative after a clock error.
+    pub fn sum_ns(&self) -> i64 {
+        let parts = self.parts.iter().map(|part| nanos(part.took));
+        self.before_ns + parts.sum::<i64>()
+    }
+
+    /// Adds a part after the others.
+    pub(super) fn add(&mut self, stage: AgeStage, from: Time, to: Time) {
+        let took = to.since(from);
+        if !took.is_zero() {
+            self.parts.push(AgePart { stage, took });
+        }
+    }
+
+    /// The age in a sentence, such as `this push is 180 ms old: 20 waiting for the
+    /// policy + 31 thinking + 12 on /action + 117 held`. Whole milliseconds, which
+    /// sum to the age.
+    pub fn sentence(&self, topology: &Topology) -> String {
+        self.sentence_within(topology, usize::MAX)
+    }
+
+    /// The same in at most `room` characters, where possible: the smallest parts are
+    /// merged.
+    pub fn sentence_within(&self, topology: &Topology, room: usize) -> String {
+        let age = (self.sum_ns() as f64 / 1e6).round() as i64;
+        let (mut parts, mut elsewhere) = (self.in_words(topology), 0);
+        // Less than nothing is the error of a clock, or a tick that is not known (yet).
+        parts.retain(|(ms, _)| {
+            elsewhere += (*ms).min(0);
+            *ms > 0
+        });
+        loop {
+            let rest = (elsewhere != 0).then(|| (elsewhere, "elsewhere".to_owned()));
+            let mut sentence = format!("this push is {age} ms old");
+            for (number, (ms, words)) in parts.iter().chain(&rest).enumerate() {
+                let sign = if number == 0 { ": " } else { " + " };
+                sentence += &format!("{sign}{ms} {words}");
+            }
+            let smallest = (0..parts.len()).min_by_key(|index| parts[*index].0.abs());
+            let merges = elsewhere < 0 || sentence.chars().count() > room;
+            match smallest.filter(|_| merges && parts.len() > 1) {
+                Some(smallest) => elsewhere += parts.remove(smallest).0,
+                None => return sentence,
+            }
+        }
+    }
+
+    /// The parts of a millisecond or more, with their descriptions.
+    fn in_words(&self, topology: &Topology) -> Vec<(i64, String)> {
+        let mut words: Vec<(i64, String)> = Vec::new();
+        let costs = self.parts.iter();
+        let costs = costs.filter(|part| matches!(part.stage, AgeStage::Cost { .. }));
+        let alone = costs.count() == 1;
+        let before = Some((self.before_ns, BEFORE.to_owned()));
+        let parts = self.parts.iter().map(|part| {
+            let name = part.stage.words(topology, alone);
+            (nanos(part.took), name)
+        });
+        for (nanos, name) in before.into_iter().chain(parts) {
+            match words.last_mut().filter(|(_, last)| *last == name) {
+                Some((sum, _)) => *sum += nanos,
+                None => words.push((nanos, name)),
+            }
+        }
+        // Rounded as running sums: their sum is the rounded age.
+        let (mut sum, mut shown) = (0, 0);
+        for (nanos, _) in &mut words {
+            sum += *nanos;
+            let until = (sum as f64 / 1e6).round() as i64;
+            *nanos = until - shown;
+            shown = until;
+        }
+        words.retain(|(ms, _)| *ms != 0);
+        words
+    }
+}
+
+impl AgeStage {
+    /// Its description, to follow a number of milliseconds; `alone` if no other tick in
+    /// the chain has a duration.
+    fn words(self, topology: &Topology, alone: bool) -> String {
+        let node_name = |node: usize| &topology.nodes[node].name;
+        let topic_name = |topic: usize| &topology.topics[topic].name;
+        match self {
+            Self::Before => BEFORE.to_owned(),
+            Self::Wait { node, .. } => format!("waiting for the {}", node_name(node)),
+            Self::Match { topic, .. } => format!("waiting for {} to match", topic_name(topic)),
+            Self::Executor { node } => {
+                format!("waiting for the executor of the {}", node_name(node))
+            }
+            Self::Queue { topic, .. } => format!("in the queue of {}", topic_name(topic)),
+            Self::Reuse { topic, .. } => format!("until {} was read again", topic_name(topic)),
+            Self::Cost { node } if alone && thinks(topology, node) => "thinking".to_owned(),
+            Self::Cost { node } => format!("in the {}", node_name(node)),
+            Self::Link { topic } => format!("on {}", topic_name(topic)),
+            Self::Held { .. } | Self::Kept { .. } => "held".to_owned(),
+        }
+    }
+}
+
+/// Whether a node has both inputs and outputs.
+fn thinks(topology: &Topology, node: usize) -> bool {
+    let mut topics = topology.topics.iter();
+    let reads = topics.clone().any(|topic| topic.readers.contains(&node));
+    reads && topics.any(|topic| topic.publishers.contains(&node))
+}
+
+/// The duration in nanoseconds; longer than any run on overflow.
+fn nanos(duration: Duration) -> i64 {
+    i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
+}
+
+impl Lineage {
+    /// The parts of the age of message number `seq` of a topic at its delivery, from the
+    /// sensing on.
+    pub fn parts_at_arrival(&self, topic: usize, seq: u64) -> Option<AgeParts> {
+        self.chain(topic, seq, MOST_HOPS)
+    }
+
+    /// The same for a chain of at most `hops` messages.
+    fn chain(&self, topic: usize, seq: u64, hops: usize) -> Option<AgeParts> {
+        let sent = self.topics.get(topic)?.message(seq)?;
+        let (node, index) = self.made_by(topic, seq)?;
+        let began = self.nodes[node].ticks[index].tick.at;
+        let mut parts = match self.behind((topic, seq), node, index) {
+            Some((input, read)) => {
+                let mut parts = self.chain(input, read, hops.checked_sub(1)?)?;
+                self.add_reading(&mut parts, (input, read), node, index);
+                parts
+            }
+            _ => AgeParts {
+                parts: Vec::new(),
+                before_ns: match self.path.first() == Some(&topic) {
+                    true => 0, // Its data begin with the tick.
+                    false => signed(began) - signed(sent.sensed),
+                },
+            },
+        };
+        parts.add(AgeStage::Cost { node }, began, sent.released);
+        parts.add(AgeStage::Link { topic }, sent.released, sent.arrives?);
+        Some(parts)
+    }
+
+    /// The message that the data of another one, made by this tick, came with; `None` if they
+    /// begin with the tick.
+    pub(super) fn behind(
+        &self,
+        (topic, seq): (usize, u64),
+        node: usize,
+        index: usize,
+    ) -> Option<(usize, u64)> {
+        if let Some(place) = self.path.iter().position(|on_it| *on_it == topic) {
+            let before = *self.path.get(place.checked_sub(1)?)?;
+            let read = self.nodes[node].ticks[index].read(before)?;
+            return Some((before, read));
+        }
+        let sent = self.topics[topic].message(seq)?;
+        self.derived_from(node, index, sent.sensed)
+            .filter(|_| sent.derived)
+    }
+
+    /// The tick that made message number `seq` of a topic, as a node and the index of a
+    /// tick.
+    pub fn made_by(&self, topic: usize, seq: u64) -> Option<(usize, usize)> {
+        let sent = self.topics.get(topic)?.message(seq)?;
+        let publishers = self.topology.topics[topic].publishers.iter();
+        let ticks = publishers.filter_map(|&node| {
+            let ticks = &self.nodes[node].ticks;
+            let last = ticks.partition_point(|worked| worked.tick.at <= sent.released);
+            // A tick that begins at the end of another one has published nothing yet.
+            let recent = (last.saturating_sub(2)..last).rev();
+            let made = recent
+                .clone()
+                .filter(|index| ticks[*index].ends() == sent.released);
+            let knows = |index: &usize| {
+                !sent.derived || self.derived_from(node, *index, sent.sensed).is_some()
+            };
+            // A node that senses reads nothing: its tick began with the sensing.
+            let senses = |index: &usize| ticks[*index].tick.at == sent.sensed;
+            let known = made.clone().find(knows);
+            let made = known.or(made.clone().find(senses)).or(made.clone().next());
+            Some((node, made.or(last.checked_sub(1))?, made.is_some()))
+        });
+        let ticks: Vec<_> = ticks.collect();
+        let exact = ticks.iter().find(|(.., exact)| *exact);
+        let (node, index, _) = exact.or(ticks.first())?;
+        Some((*node, *index))
+    }
+
+    /// The message with the sensing `sensed` that a tick read.
+    pub fn derived_from(&self, node: usize, index: usize, sensed: Time) -> Option<(usize, u64)> {
+        let reads = self.nodes[node].ticks[index].reads.iter();
+        let known = reads.copied().find(|&(topic, seq)| {
+            let read = self.topics[topic].message(seq);
+            read.is_some_and(|read| read.sensed == sensed)
+        });
+        known.or_else(|| self.arrived_with(node, index, sensed))
+    }
+
+    /// The same under the real clock, where the time of a read is less exact than that of
+    /// its tick.
+    fn arrived_with(&self, node: usize, index: usize, sensed: Time) -> Option<(usize, u64)> {
+        let at = self.nodes[node].ticks[index].tick.at;
+        self.nodes[node].inputs.iter().find_map(|&topic| {
+            let recent = self.topics[topic].after(None, at).rev().take(16);
+            let mut known = recent.filter(|sent| sent.arrives.is_some_and(|by| by <= at));
+            let read = known.find(|sent| sent.sensed == sensed)?;
+            Some((topic, read.seq))
+        })
+    }
+
+    /// Adds the parts from the delivery of a message to the tick with this `index` of a
+    /// node that read it.
+    pub(super) fn add_reading(
+        &self,
+        parts: &mut AgeParts,
+        (topic, seq): (usize, u64),
+        node: usize,
+        index: usize,
+    ) {
+        let Some(sent) = self.topics[topic].message(seq) else {
+            return;
+        };
+        let (ticks, arrives) = (&self.nodes[node].ticks, sent.arrives.unwrap_or_default());
+        let at = |index: usize| ticks[index].tick.at;
+        let first_read = self.first_read((topic, seq), node, index);
+        if self.meets(node, topic) {
+            let begins = at(first_read).max(arrives);
+            let due = self.completed(node, first_read).clamp(arrives, begins);
+            if let Some(other) = self.waited_for(node, first_read, topic) {
+                parts.add(AgeStage::Match { topic: other, node }, arrives, due);
+            }
+            let waits = match self.topology.nodes[node].executor {
+                Some(_) => AgeStage::Executor { node },
+                None => AgeStage::Wait { topic, node },
+            };
+            parts.add(waits, due, begins);
+            parts.add(AgeStage::Reuse { topic, node }, at(first_read), at(index));
+            return;
+        }
+        let first = ticks.partition_point(|worked| worked.tick.at < arrives);
+        let could = (first..first_read).find(|&index| self.is_seen(topic, sent, node, at(index)));
+        let could = could.unwrap_or(first_read);
+        let released = self
+            .released(node, could)
+            .clamp(arrives, at(could).max(arrives));
+        parts.add(AgeStage::Wait { topic, node }, arrives, released);
+        parts.add(AgeStage::Executor { node }, released, at(could));
+        parts.add(AgeStage::Queue { topic, node }, at(could), at(first_read));
+        parts.add(AgeStage::Reuse { topic, node }, at(first_read), at(index));
+    }
+
+    /// The release of a tick: before its start where the node has an executor.
+    pub(super) fn released(&self, node: usize, index: usize) -> Time {
+        let tick = &self.nodes[node].ticks[index].tick;
+        let waits = self.topology.nodes[node].executor.is_some();
+        let late = tick.lateness.filter(|_| waits).unwrap_or_default();
+        Time::ZERO + tick.at.since(Time::ZERO + late)
+    }
+
+    /// The first tick of a node in the unbroken series of reads of this message that ends
+    /// with the tick `index`.
+    pub(super) fn first_read(
+        &self,
+        (topic, seq): (usize, u64),
+        node: usize,
+        index: usize,
+    ) -> usize {
+        let ticks = self.nodes[node].ticks.range(..index);
+        let again = |worked: &&Worked| worked.read(topic) == Some(seq);
+        index - ticks.rev().take_while(again).count()
+    }
+}
+
+pub(super) fn signed(time: Time) -> i64 {
+    i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
+}

@@ -1,0 +1,191 @@
+//! The action in force, and the parts of its age.
+
+use std::time::Duration;
+
+use super::{
+    Lineage, Worked,
+    parts::{AgeParts, AgeStage, MOST_HOPS, signed},
+};
+use crate::time::Time;
+
+/// An action in force for a stretch of run time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PushInForce {
+    /// The topic of the applied action.
+    pub topic: usize,
+    /// Sequence number of the message.
+    pub seq: u64,
+    /// The node that applies it.
+    pub node: usize,
+    /// Run time of its first application.
+    pub since: Time,
+    /// Run time of the delivery of a newer message.
+    pub outdated: Option<Time>,
+    /// The parts of its age at its first application.
+    parts: AgeParts,
+}
+
+impl PushInForce {
+    /// The parts of its age at run time `at`.
+    pub fn parts(&self, at: Time) -> AgeParts {
+        let (topic, node) = (self.topic, self.node);
+        let outdated = self
+            .outdated
+            .unwrap_or(at)
+            .clamp(self.since, at.max(self.since));
+        let mut parts = self.parts.clone();
+        parts.add(AgeStage::Held { topic, node }, self.since, outdated);
+        parts.add(AgeStage::Kept { topic, node }, outdated, at);
+        parts
+    }
+
+    /// Adds the integrals of its parts from `begin` to `end` (ns²) to `sums`.
+    fn integrate(&self, begin: Time, end: Time, sums: &mut Sums) {
+        let stretch = end.since(begin).as_nanos() as f64;
+        let before = self.parts.before_ns as f64;
+        sums.add(AgeStage::Before, before * stretch);
+        for part in &self.parts.parts {
+            sums.add(part.stage, part.took.as_nanos() as f64 * stretch);
+        }
+        let outdated = self.outdated.unwrap_or(Time::MAX).max(self.since);
+        let (early, late) = (end.min(outdated), begin.max(outdated));
+        let grown = |from: Time, to: Time, since: Time| {
+            let [from, to] = [from, to].map(|at| at.since(since).as_nanos() as f64);
+            (to * to - from * from).max(0.0) / 2.0
+        };
+        let (topic, node) = (self.topic, self.node);
+        let held = grown(begin, early.max(begin), self.since)
+            + outdated.since(self.since).as_nanos() as f64 * end.since(late).as_nanos() as f64;
+        sums.add(AgeStage::Held { topic, node }, held);
+        sums.add(
+            AgeStage::Kept { topic, node },
+            grown(late, end.max(late), outdated),
+        );
+    }
+}
+
+/// Sums per stage, in the order of the first occurrence of each stage.
+#[derive(Default)]
+struct Sums(Vec<(AgeStage, f64)>);
+
+impl Sums {
+    fn add(&mut self, stage: AgeStage, sum: f64) {
+        match self.0.iter_mut().find(|(known, _)| *known == stage) {
+            Some((_, known)) => *known += sum,
+            None => self.0.push((stage, sum)),
+        }
+    }
+}
+
+impl Lineage {
+    /// The push of the node with index `node` in force at run time `at`; `None` before
+    /// the first push, and where its chain is unknown.
+    pub fn push_at(&self, node: usize, at: Time) -> Option<PushInForce> {
+        let ticks = &self.nodes.get(node)?.ticks;
+        let last = ticks.partition_point(|worked| worked.ends() <= at);
+        self.push_of(node, last.checked_sub(1)?)
+    }
+
+    /// The push applied by the tick with this index, for the first time or again.
+    pub(super) fn push_of(&self, node: usize, index: usize) -> Option<PushInForce> {
+        let ticks = &self.nodes[node].ticks;
+        let (topic, seq) = self.applied_by(node, index)?;
+        let first = self.first_read((topic, seq), node, index);
+        let mut parts = self.parts_at_arrival(topic, seq)?;
+        self.add_reading(&mut parts, (topic, seq), node, first);
+        let Worked { tick, .. } = &ticks[first];
+        let since = tick.ends?;
+        parts.add(AgeStage::Cost { node }, tick.at, since);
+        if let Some(push) = ticks[index].tick.push {
+            // What is recorded of the chain may begin later.
+            parts.before_ns += signed(since) - signed(push.sensed) - parts.sum_ns();
+        }
+        let newer = self.topics[topic].after(Some(seq), Time::MAX).take(64);
+        Some(PushInForce {
+            topic,
+            seq,
+            node,
+            since,
+            outdated: newer.filter_map(|sent| sent.arrives).min(),
+            parts,
+        })
+    }
+
+    /// The message that a tick of an acting node applied.
+    pub(super) fn applied_by(&self, node: usize, index: usize) -> Option<(usize, u64)> {
+        let worked = &self.nodes[node].ticks[index];
+        let last = self.path.last();
+        let on_path = last.and_then(|topic| Some((*topic, worked.read(*topic)?)));
+        let sensed = worked.tick.push.map(|push| push.sensed);
+        let known = || self.derived_from(node, index, sensed?);
+        on_path.or_else(known).or(worked.reads.first().copied())
+    }
+
+    /// Run time of a node's first known push; zero if there is none.
+    pub fn first_push(&self, node: usize) -> Time {
+        let ticks = self.nodes[node].ticks.iter();
+        let mut pushes = ticks.filter(|worked| !worked.reads.is_empty());
+        pushes
+            .next()
+            .and_then(|worked| worked.tick.ends)
+            .unwrap_or_default()
+    }
+
+    /// The greatest push age of a node over run time `from` to `to`.
+    pub fn greatest_age(&self, node: usize, from: Time, to: Time) -> Duration {
+        let (mut greatest, mut end) = (0, to);
+        while end > from {
+            let before = Time::from_nanos(end.as_nanos() - 1);
+            let Some(push) = self.push_at(node, before) else {
+                break;
+            };
+            greatest = greatest.max(push.parts(end).sum_ns());
+            end = push.since;
+        }
+        Duration::from_nanos(greatest.unsigned_abs())
+    }
+
+    /// The mean of each part of the push age of a node over run time `from` to `to` (ns),
+    /// in the order from the sensing to now; empty without known pushes.
+    pub fn mean_parts(&self, node: usize, from: Time, to: Time) -> Vec<(AgeStage, f64)> {
+        let (mut sums, mut end) = (Sums::default(), to);
+        while end > from {
+            let before = Time::from_nanos(end.as_nanos() - 1);
+            let Some(push) = self.push_at(node, before) else {
+                break;
+            };
+            push.integrate(push.since.max(from), end, &mut sums);
+            end = push.since;
+        }
+        let time = to.since(end.max(from)).as_nanos() as f64;
+        let known = sums.0.into_iter().filter(|(_, sum)| *sum > 0.0);
+        known.map(|(stage, sum)| (stage, sum / time)).collect()
+    }
+}
+
+/// The ticks and messages behind a push.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Chain {
+    /// Nodes and indices of their ticks, the acting node first.
+    pub ticks: Vec<(usize, usize)>,
+    /// Topics and sequence numbers, the applied message first.
+    pub messages: Vec<(usize, u64)>,
+}
+
+impl Lineage {
+    /// The chain behind `push`, back to the sensing.
+    pub fn chain_of(&self, push: &PushInForce) -> Chain {
+        let mut chain = Chain::default();
+        let ticks = &self.nodes[push.node].ticks;
+        let acts = ticks.partition_point(|worked| worked.ends() < push.since);
+        chain.ticks.push((push.node, acts));
+        let mut next = Some((push.topic, push.seq));
+        while let Some((topic, seq)) = next.filter(|_| chain.messages.len() < MOST_HOPS) {
+            chain.messages.push((topic, seq));
+            let made = self.made_by(topic, seq);
+            chain.ticks.extend(made);
+            next = made.and_then(|(node, index)| self.behind((topic, seq), node, index));
+        }
+        chain
+    }
+}

@@ -1,0 +1,217 @@
+//! Exact time: integer nanoseconds since the start of a run, and validated rates.
+//!
+//! Two nodes that are due at the same instant must be due at the *same* instant.
+//! Floating-point seconds cannot guarantee that, so run time is an integer and a rate is
+//! an exact fraction.
+
+use std::{
+    fmt,
+    ops::{Add, Sub},
+    str::FromStr,
+    time::Duration,
+};
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// Nanoseconds in a second.
+const NANOS: u64 = 1_000_000_000;
+
+/// A moment of a run: nanoseconds since the run began.
+///
+/// ```
+/// use ratelab::Time;
+/// use std::time::Duration;
+///
+/// let t = Time::from_nanos(20_000_000);
+/// assert_eq!(t + Duration::from_millis(5) - t, Duration::from_millis(5));
+/// assert_eq!(t.to_string(), "0.020 s");
+/// ```
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
+pub struct Time(u64);
+
+impl Time {
+    /// The beginning of a run.
+    pub const ZERO: Self = Self(0);
+
+    /// Later than any run lasts (584 years): for a run without an end.
+    pub const MAX: Self = Self(u64::MAX);
+
+    /// The smallest step of run time: one nanosecond.
+    pub const TICK: Duration = Duration::from_nanos(1);
+
+    /// The moment `nanos` nanoseconds into the run.
+    pub const fn from_nanos(nanos: u64) -> Self {
+        Self(nanos)
+    }
+
+    /// Nanoseconds since the run began.
+    pub const fn as_nanos(self) -> u64 {
+        self.0
+    }
+
+    /// The moment `seconds` into the run, to the nearest nanosecond.
+    ///
+    /// # Errors
+    /// [`TimeError`] if `seconds` is negative, not a number, or beyond
+    /// [`Time::MAX`].
+    pub fn from_secs_f64(seconds: f64) -> Result<Self, TimeError> {
+        let duration = Duration::try_from_secs_f64(seconds).map_err(|_| TimeError(seconds))?;
+        let nanos = u64::try_from(duration.as_nanos()).map_err(|_| TimeError(seconds))?;
+        Ok(Self(nanos))
+    }
+
+    /// Seconds since the run began, as the nearest `f64`.
+    pub fn as_secs_f64(self) -> f64 {
+        self.0 as f64 / NANOS as f64
+    }
+
+    /// Time elapsed since `earlier`; zero if `earlier` is later.
+    ///
+    /// Under the real clock two threads may stamp and read in either order, so this never
+    /// fails.
+    pub const fn since(self, earlier: Self) -> Duration {
+        Duration::from_nanos(self.0.saturating_sub(earlier.0))
+    }
+}
+
+impl Add<Duration> for Time {
+    type Output = Self;
+
+    /// Saturates at [`Time::MAX`].
+    fn add(self, duration: Duration) -> Self {
+        let nanos = u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX);
+        Self(self.0.saturating_add(nanos))
+    }
+}
+
+impl Sub for Time {
+    type Output = Duration;
+
+    /// Saturates at zero, like [`Time::since`].
+    fn sub(self, earlier: Self) -> Duration {
+        self.since(earlier)
+    }
+}
+
+impl fmt::Display for Time {
+    /// Seconds to the millisecond.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.3} s", self.as_secs_f64())
+    }
+}
+
+/// A number of seconds that is not a valid run time.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[error("{0} is not a time: expected seconds, zero or more, up to 584 years")]
+pub struct TimeError(f64);
+
+/// A rate in ticks per second, kept exactly as whole microhertz.
+///
+/// Accepted are [`Hz::MIN`] to [`Hz::MAX`]; values are rounded to six decimals, so 33.3
+/// Hz means exactly 333 ticks in ten seconds.
+///
+/// ```
+/// use ratelab::Hz;
+///
+/// assert_eq!(Hz::new(33.3)?, "33.3".parse()?);
+/// assert_eq!(
+///     Hz::new(0.0).unwrap_err().to_string(),
+///     r#""0" is not a rate: expected 0.001 to 10000 ticks per second"#
+/// );
+/// # Ok::<(), ratelab::HzError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(try_from = "f64", into = "f64")]
+pub struct Hz {
+    micro: u64,
+}
+
+impl Hz {
+    /// The slowest rate: one tick in a thousand seconds.
+    pub const MIN: Self = Self { micro: 1_000 };
+
+    /// The fastest rate: 10 kHz, about the limit at which a general-purpose kernel wakes
+    /// a thread on time.
+    pub const MAX: Self = Self {
+        micro: 10_000_000_000,
+    };
+
+    /// Validates a rate in ticks per second.
+    ///
+    /// # Errors
+    /// [`HzError`] if `hz` is not a number or outside [`Hz::MIN`] to
+    /// [`Hz::MAX`].
+    pub fn new(hz: f64) -> Result<Self, HzError> {
+        let micro = (hz * 1e6).round();
+        // A NaN fails both comparisons and is refused.
+        if micro >= Self::MIN.micro as f64 && micro <= Self::MAX.micro as f64 {
+            Ok(Self {
+                micro: micro as u64,
+            })
+        } else {
+            Err(HzError(hz.to_string()))
+        }
+    }
+
+    /// Ticks per second.
+    pub fn get(self) -> f64 {
+        self.micro as f64 / 1e6
+    }
+
+    /// Whole microhertz.
+    pub const fn as_micro(self) -> u64 {
+        self.micro
+    }
+
+    /// Creates a rate from a value that came from [`Hz::as_micro`].
+    pub const fn from_micro(micro: u64) -> Self {
+        Self { micro }
+    }
+
+    /// One period, rounded down to a nanosecond. For display and reference lines only:
+    /// deadlines come from [`Rate`](super::Rate), which rounds once.
+    pub const fn period(self) -> Duration {
+        Duration::from_nanos(NANOS * 1_000_000 / self.micro)
+    }
+}
+
+impl TryFrom<f64> for Hz {
+    type Error = HzError;
+
+    fn try_from(hz: f64) -> Result<Self, HzError> {
+        Self::new(hz)
+    }
+}
+
+impl From<Hz> for f64 {
+    fn from(hz: Hz) -> Self {
+        hz.get()
+    }
+}
+
+impl fmt::Display for Hz {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} Hz", self.get())
+    }
+}
+
+impl FromStr for Hz {
+    type Err = HzError;
+
+    fn from_str(text: &str) -> Result<Self, HzError> {
+        let hz: f64 = text.trim().parse().map_err(|_| HzError(text.to_owned()))?;
+        Self::new(hz).map_err(|_| HzError(text.to_owned()))
+    }
+}
+
+/// An invalid rate, as it was given.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error(
+    "{0:?} is not a rate: expected {min} to {max} ticks per second",
+    min = Hz::MIN.get(),
+    max = Hz::MAX.get()
+)]
+pub struct HzError(String);

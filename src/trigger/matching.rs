@@ -1,0 +1,100 @@
+//! How messages of several topics are combined.
+
+use std::{fmt, str::FromStr, time::Duration};
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    depth::Depth,
+    millis::{self, to_millis},
+};
+
+/// How the messages of the topics that trigger a node become the inputs of its ticks. With
+/// one topic all are the same: every message is the input of a tick.
+///
+/// The last two follow `message_filters` 6.0.6 (`361e42c`), in which messages are compared
+/// by the stamp of their header. Here that is the run time of the sensing
+/// ([`Message::sensed`](crate::Message::sensed)), which robot software hands on
+/// in the header.
+///
+/// As text `each`, `exact:10`, `approximate:10`, or `approximate:10:2.5` with an interval in
+/// milliseconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum Match {
+    /// The newest from each: a tick as soon as all topics had one since the tick before.
+    #[default]
+    Each,
+    /// Messages with the same stamp (`exact_time.hpp`, `ExactTime`).
+    Exact {
+        /// Number of stamps that wait for the rest of their set.
+        queue: Depth,
+    },
+    /// Messages with the closest stamps, each in one set at most (`approximate_time.hpp`,
+    /// `ApproximateTime` with its default age penalty, 0.1).
+    Approximate {
+        /// Number of messages of a topic that wait for the rest of their set.
+        queue: Depth,
+        /// The longest interval between the stamps of a set; [`Duration::MAX`] for any.
+        interval: Duration,
+    },
+}
+
+/// The accepted texts.
+const EXPECTED: &str = "expected each, exact:QUEUE, approximate:QUEUE or approximate:QUEUE:MS";
+
+impl fmt::Display for Match {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Each => f.write_str("each"),
+            Self::Exact { queue } => write!(f, "exact:{queue}"),
+            Self::Approximate { queue, interval } => {
+                write!(f, "approximate:{queue}")?;
+                match *interval {
+                    Duration::MAX => Ok(()),
+                    interval => write!(f, ":{}", to_millis(interval)),
+                }
+            }
+        }
+    }
+}
+
+impl FromStr for Match {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let refusal = |why: String| format!("{text:?} is no way to match messages: {why}");
+        let queue = |text: &str| text.parse().map_err(|error| refusal(format!("{error}")));
+        let interval = |text: &str| millis::parse(text).map_err(refusal);
+        let parts: Vec<&str> = text.trim().split(':').collect();
+        match parts[..] {
+            ["each"] => Ok(Self::Each),
+            ["exact", rest] => Ok(Self::Exact {
+                queue: queue(rest)?,
+            }),
+            ["approximate", rest] => Ok(Self::Approximate {
+                queue: queue(rest)?,
+                interval: Duration::MAX,
+            }),
+            ["approximate", rest, ms] => Ok(Self::Approximate {
+                queue: queue(rest)?,
+                interval: interval(ms)?,
+            }),
+            _ => Err(refusal(EXPECTED.to_owned())),
+        }
+    }
+}
+
+impl TryFrom<String> for Match {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl From<Match> for String {
+    fn from(matching: Match) -> Self {
+        matching.to_string()
+    }
+}
