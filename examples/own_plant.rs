@@ -3,8 +3,7 @@
 
 use std::process::ExitCode;
 
-use ratelab::fields;
-use ratelab::{ClockExit, END, GO_ON, Time};
+use ratelab::{ClockExit, END, GO_ON, Time, fields};
 use ratelab_study::system::{BuildError, Builder, System};
 use ratelab_study::system::{Picture, Shape, Signal, Style, Verdict, VerdictKind};
 

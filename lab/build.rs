@@ -42,9 +42,10 @@ fn beside() {
 
 /// The sources of the program. Watching these causes no extra builds, because a change of
 /// any of them rebuilds the program anyway.
-const SOURCES: [&str; 12] = [
+const SOURCES: [&str; 13] = [
     "Cargo.toml",
     "Cargo.lock",
+    "crates/account",
     "crates/cart-pole",
     "crates/study",
     "src",

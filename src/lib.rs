@@ -131,4 +131,4 @@ pub use tap_handle::TapHandle;
 pub use telemetry::{Observer, Snapshot};
 pub use time::{Hz, HzError, Time, TimeError};
 pub use topic::{Publisher, Subscription, Topic};
-pub use trigger::Match;
+pub use trigger::{Choice, Match, Matcher, TakenMessage};

@@ -7,7 +7,6 @@
 
 mod counters;
 mod event_log;
-mod lineage;
 mod meter;
 mod observer;
 mod push_age;
@@ -18,9 +17,6 @@ mod window;
 
 pub use super::event::{Event, EventKind};
 pub use counters::Flight;
-pub use lineage::{
-    AgePart, AgeParts, AgeStage, Chain, Lineage, Occupied, PushInForce, Sent, Unmatched, Worked,
-};
 pub use meter::{Distribution, Meter, MeterRecorder};
 pub use observer::{MeterView, NodeView, Observer, Snapshot, Status, SubscriptionView, TopicView};
 pub use push_age::{PushAge, PushAgeView};

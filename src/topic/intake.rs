@@ -8,7 +8,7 @@ use crate::{
     sync::{Arc, atomic::Ordering},
     telemetry::ReadMark,
     time::Time,
-    trigger::{Arrival, Arrivals, Intake, Taken},
+    trigger::{Arrival, Arrivals, Intake, TakenMessage},
 };
 
 /// What a queue keeps for the nodes that its messages trigger.
@@ -159,13 +159,13 @@ impl<T: Payload> Intake for IntakeEnd<T> {
         here + transit.map_or(0, |transit| transit.arriving(now))
     }
 
-    fn take(&mut self, now: Time) -> Option<Taken> {
+    fn take(&mut self, now: Time) -> Option<TakenMessage> {
         let mut turn = self.bus.queue.lock();
         let queue = &mut *turn;
         queue.deliver(now, &self.bus.counters);
         let (index, arrived) = queue.unread(&self.mark)?;
         let message = queue.messages.get(index)?.clone();
-        let taken = Taken {
+        let taken = TakenMessage {
             seq: message.seq,
             sensed: message.sensed(),
             arrived,

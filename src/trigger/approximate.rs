@@ -2,7 +2,7 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use super::{Choice, Taken};
+use super::matcher::{Choice, TakenMessage};
 use crate::time::Time;
 
 /// Tenths of `1 + age_penalty`, whose default is 0.1: a later set must be closer together.
@@ -23,7 +23,7 @@ pub(crate) struct Approximate {
 /// The messages of a topic, oldest first.
 #[derive(Clone, Debug, Default)]
 struct HeldMessages {
-    messages: VecDeque<Taken>,
+    messages: VecDeque<TakenMessage>,
     /// Number of these that the search has passed.
     past: usize,
     /// Whether the queue was too short for one, so that the head may be a bad pivot.
@@ -34,7 +34,7 @@ struct HeldMessages {
 
 impl HeldMessages {
     /// The first message that the search has not passed.
-    fn head(&self) -> Option<Taken> {
+    fn head(&self) -> Option<TakenMessage> {
         self.messages.get(self.past).copied()
     }
 }
@@ -64,7 +64,7 @@ impl Approximate {
     }
 
     /// Adds a message; puts the sets that it completes into `sets`.
-    pub(super) fn add(&mut self, input: usize, taken: Taken, sets: &mut VecDeque<Choice>) {
+    pub(super) fn add(&mut self, input: usize, taken: TakenMessage, sets: &mut VecDeque<Choice>) {
         let topic = &mut self.topics[input];
         topic.messages.push_back(taken);
         topic.newest = taken.sensed;

@@ -1,6 +1,6 @@
 //! The newest message from each topic.
 
-use super::{Choice, Taken};
+use super::matcher::{Choice, TakenMessage};
 
 /// Holds the newest message of each topic until all have one, and begins anew then: the
 /// fusion node of the Autoware reference system (`fusion.hpp`, `de8f3bc`).
@@ -16,7 +16,7 @@ impl Each {
         }
     }
 
-    pub(super) fn add(&mut self, input: usize, taken: Taken) -> Option<Choice> {
+    pub(super) fn add(&mut self, input: usize, taken: TakenMessage) -> Option<Choice> {
         self.newest[input] = Some(taken.seq);
         let all: Option<Choice> = self.newest.iter().copied().collect();
         if all.is_some() {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Choice, Taken};
+use super::matcher::{Choice, TakenMessage};
 use crate::time::Time;
 
 /// Collects messages by their stamps (`exact_time.hpp:88-169`, message_filters `361e42c`).
@@ -24,13 +24,13 @@ impl Exact {
         }
     }
 
-    pub(super) fn add(&mut self, input: usize, taken: Taken) -> Option<Choice> {
+    pub(super) fn add(&mut self, input: usize, taken: TakenMessage) -> Option<Choice> {
         let empty = || vec![None; self.inputs];
         let set = self.sets.entry(taken.sensed).or_insert_with(empty);
         set[input] = Some(taken.seq);
         let all: Option<Choice> = set.iter().copied().collect();
         if all.is_some() {
-            // Sets with an older stamp stay incomplete.
+            // Matcher with an older stamp stay incomplete.
             self.sets.retain(|stamp, _| *stamp > taken.sensed);
         }
         while self.sets.len() > self.queue {

@@ -8,28 +8,16 @@ mod approximate;
 mod arrivals;
 mod each;
 mod exact;
+mod matcher;
 mod matching;
 
 pub(crate) use arrivals::{Arrival, Arrivals, Wake};
+pub use matcher::{Choice, Matcher, TakenMessage};
 pub use matching::Match;
 
 use std::collections::VecDeque;
 
-use self::{approximate::Approximate, each::Each, exact::Exact};
 use super::time::Time;
-
-/// A message taken from a queue.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Taken {
-    pub(crate) seq: u64,
-    /// Run time of the sensing behind it.
-    pub(crate) sensed: Time,
-    /// Run time of its delivery.
-    pub(crate) arrived: Time,
-}
-
-/// The sequence numbers of a set, one for each input.
-pub(crate) type Choice = Vec<u64>;
 
 /// A topic that triggers a node, regardless of its payload.
 pub(crate) trait Intake: Send {
@@ -40,7 +28,7 @@ pub(crate) trait Intake: Send {
     fn waiting(&self, now: Time) -> usize;
 
     /// Takes that message.
-    fn take(&mut self, now: Time) -> Option<Taken>;
+    fn take(&mut self, now: Time) -> Option<TakenMessage>;
 
     /// Lets the subscription read the message taken as number `seq`.
     fn choose(&mut self, seq: u64);
@@ -55,7 +43,7 @@ pub(crate) trait Intake: Send {
 /// The topics that trigger a node.
 pub(crate) struct Trigger {
     inputs: Vec<Box<dyn Intake>>,
-    sets: Sets,
+    sets: Matcher,
     /// The sets that a message completed beyond one, for ticks of their own.
     more: More,
     matching: Match,
@@ -63,14 +51,6 @@ pub(crate) struct Trigger {
     turn: usize,
     /// The only input of the next call, where an executor decides that.
     chosen: Option<usize>,
-}
-
-/// The messages that wait for the rest of their set.
-#[derive(Clone, Debug)]
-pub(crate) enum Sets {
-    Each(Each),
-    Exact(Exact),
-    Approximate(Approximate),
 }
 
 /// Sets of one message, for the ticks that follow.
@@ -82,47 +62,10 @@ struct More {
     arrived: Time,
 }
 
-impl Sets {
-    pub(crate) fn new(matching: Match, inputs: usize) -> Self {
-        match matching {
-            Match::Each => Self::Each(Each::new(inputs)),
-            Match::Exact { queue } => Self::Exact(Exact::new(inputs, queue.get())),
-            Match::Approximate { queue, interval } => {
-                Self::Approximate(Approximate::new(inputs, queue.get(), interval))
-            }
-        }
-    }
-
-    /// Adds a message; returns the set that it completes, and puts any others into `more`.
-    pub(crate) fn add(
-        &mut self,
-        input: usize,
-        taken: Taken,
-        more: &mut VecDeque<Choice>,
-    ) -> Option<Choice> {
-        match self {
-            Self::Each(each) => each.add(input, taken),
-            Self::Exact(exact) => exact.add(input, taken),
-            Self::Approximate(approximate) => {
-                approximate.add(input, taken, more);
-                more.pop_front()
-            }
-        }
-    }
-
-    fn needs_from(&self, input: usize) -> Option<u64> {
-        match self {
-            Self::Each(each) => each.needs_from(input),
-            Self::Exact(exact) => exact.needs_from(input),
-            Self::Approximate(approximate) => approximate.needs_from(input),
-        }
-    }
-}
-
 impl Trigger {
     pub(crate) fn new(matching: Match, inputs: Vec<Box<dyn Intake>>) -> Self {
         Self {
-            sets: Sets::new(matching, inputs.len()),
+            sets: Matcher::new(matching, inputs.len()),
             inputs,
             more: More::default(),
             matching,
@@ -138,7 +81,7 @@ impl Trigger {
 
     /// Forgets the messages taken so far.
     pub(crate) fn reset(&mut self) {
-        self.sets = Sets::new(self.matching, self.inputs.len());
+        self.sets = Matcher::new(self.matching, self.inputs.len());
         self.more = More::default();
         let inputs = self.inputs.iter_mut();
         inputs.for_each(|input| input.forget_before(None));

@@ -52,8 +52,9 @@ fn sources(folder: &str) -> Sources {
 }
 
 /// Every crate of the program, by the folder of its sources.
-const CRATES: [&str; 6] = [
+const CRATES: [&str; 7] = [
     "src",
+    "crates/account/src",
     "crates/study/src",
     "crates/cart-pole/src",
     "crates/wire/src",

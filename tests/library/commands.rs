@@ -6,14 +6,15 @@ use std::{
     thread,
 };
 
-use crate::support::{
-    TickLog, applied, at, hz, metronome, refused, run_timed, run_virtual, secs, set_depth, set_rate,
-};
 use crossbeam_channel::Sender;
 use ratelab::{
     Clock, ClockExit, Command, Depth, END, GO_ON, Graph, Inbox, RealClock, Speed, Time, Topic,
     VirtualClock,
     telemetry::{Event, EventKind},
+};
+
+use crate::support::{
+    TickLog, applied, at, hz, metronome, refused, run_timed, run_virtual, secs, set_depth, set_rate,
 };
 
 fn seconds(times: &[Time]) -> Vec<f64> {

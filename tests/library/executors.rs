@@ -8,8 +8,8 @@ use proptest::prelude::*;
 use ratelab::{
     Callback, Clock, Depth, Executor, GO_ON, Graph, GraphError, Head, Hz, Inbox, Knob, Match,
     RealClock, TickRecord, Time, TimedCommand, Topic, VirtualClock,
-    telemetry::{Lineage, Occupied},
 };
+use ratelab_account::{Lineage, Occupied};
 
 /// A graph whose nodes take time, in milliseconds.
 #[derive(Default)]

@@ -1,13 +1,14 @@
 //! A fault is an error: it ends the run and names the failed node, the run time and the
 //! cause.
 
-use crate::support::{TickLog, secs, with_policy};
 use ratelab::{
     Clock, Fault, GO_ON, Graph, Inbox, Panicked, RealClock, Tick, Time, VirtualClock,
     telemetry::{Event, EventKind},
 };
 use ratelab_cart_pole::{Action, NotFinite, Observation, POLICY, Plant, policy::Policy};
 use ratelab_study::experiment::{Config, Experiment};
+
+use crate::support::{TickLog, secs, with_policy};
 
 /// The fault of a graph whose second node runs `work` from 0.02 s on.
 fn fault_of(clock: &mut dyn Clock, work: fn() -> Tick) -> (Fault, Vec<Event>) {

@@ -7,10 +7,11 @@
 
 use std::collections::HashMap;
 
-use crate::support::{config, knobs, run, run_bytes, step_bytes, traffic};
 use ratelab::Time;
 use ratelab_cart_pole::{OBS, Plant, verdict};
 use ratelab_study::{experiment::Config, system::VerdictKind};
+
+use crate::support::{config, knobs, run, run_bytes, step_bytes, traffic};
 
 const RUNS: &str = include_str!("../golden/runs.txt");
 

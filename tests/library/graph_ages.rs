@@ -1,11 +1,10 @@
 //! The parts of the age of a chain in graphs with triggers and executors.
 
-use crate::graph_file::system;
-use ratelab::{
-    Time,
-    telemetry::{AgeStage, Lineage},
-};
+use ratelab::Time;
+use ratelab_account::{AgeStage, Lineage};
 use ratelab_study::experiment::{Config, Experiment};
+
+use crate::graph_file::system;
 
 /// More than any topic or node here publishes or ticks.
 const ROOM: usize = 20_000;

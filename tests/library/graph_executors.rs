@@ -1,9 +1,10 @@
 //! Graph files with triggers and executors: data ages along triggered nodes, known systems with
 //! the figures that their sources give, overloads, and errors with their places.
 
-use crate::graph_file::{chain_lines, run_with, system};
 use ratelab::Time;
 use ratelab_study::experiment::{Config, Summary};
+
+use crate::graph_file::{chain_lines, run_with, system};
 
 const SUBSCRIPTION: &str = include_str!("../../graphs/starving-subscription.toml");
 const TIMER: &str = include_str!("../../graphs/starving-timer.toml");

@@ -1,10 +1,11 @@
 //! A graph contains all state of its run, so it can be handed over from clock to clock,
 //! or run in pieces, and continues where it was.
 
-use crate::support::{TickLog, applied, at, messages_of, metronome, refused, run_virtual, secs};
 use ratelab::{
     ClockExit, ClockKind, Command, Depth, GO_ON, Graph, Inbox, RealClock, Time, Topic, clock,
 };
+
+use crate::support::{TickLog, applied, at, messages_of, metronome, refused, run_virtual, secs};
 
 #[test]
 fn a_graph_is_not_handed_to_the_clock_that_runs_it() {

@@ -7,7 +7,6 @@ use std::{
     time::Duration,
 };
 
-use crate::support::{cart_pole, config};
 use ratelab::{Knob, Time, TimedKnob};
 use ratelab_study::{
     experiment::{
@@ -16,6 +15,8 @@ use ratelab_study::{
     },
     system::WorldKind,
 };
+
+use crate::support::{cart_pole, config};
 
 fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)

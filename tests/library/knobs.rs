@@ -1,11 +1,12 @@
 //! Timed knobs as text: written knobs parse again, and invalid ones are refused with the
 //! line, the value and the expected form.
 
-use crate::support::{depth, hz, knobs, secs};
 use proptest::prelude::*;
 use ratelab::{Knob, Time, TimedKnob};
 use ratelab_cart_pole::CartPole;
 use ratelab_study::system::{KnobText, KnobTextError};
+
+use crate::support::{depth, hz, knobs, secs};
 
 /// Knobs with the aliases of the cart-pole.
 const KNOBS: KnobText = CartPole::KNOBS;

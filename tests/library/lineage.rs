@@ -2,14 +2,16 @@
 
 use std::sync::{Arc, Mutex};
 
-use crate::support::{depth, hz, secs};
 use proptest::prelude::*;
 use ratelab::{
     ClockExit, Command, GO_ON, Graph, Head, Inbox, Node, Publisher, Subscription, Tap, TapMessage,
     Tick, Time, TimedCommand, Topic,
     clock::{Clock, VirtualClock},
-    telemetry::{Lineage, PushAge},
+    telemetry::PushAge,
 };
+use ratelab_account::Lineage;
+
+use crate::support::{depth, hz, secs};
 
 /// The messages behind a message: topics and sequence numbers, from the sensing on.
 type Chain = Vec<(usize, u64)>;

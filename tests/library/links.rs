@@ -7,7 +7,6 @@ use std::{
     time::Duration,
 };
 
-use crate::support::{depth, hz, run_virtual, secs, specs::almost_link};
 use proptest::prelude::*;
 use ratelab::{ClockKind, Command, END, GO_ON, Graph, Knob, Snapshot, Time, TimedCommand, Topic};
 use ratelab_cart_pole::{ACTION, ACTUATOR, CartPole, OBS, POLICY, SENSOR};
@@ -15,6 +14,8 @@ use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::{BuildError, Builder, System, WorldKind},
 };
+
+use crate::support::{depth, hz, run_virtual, secs, specs::almost_link};
 
 fn knob(text: &str) -> Knob {
     text.parse().expect(text)

@@ -1,13 +1,14 @@
 //! Files of weights from any source: for any content, reading ends without a panic and
 //! takes little memory; a decision takes none.
 
-use crate::checkpoint::{content, entries, fixture, zipped};
-use crate::clone::root;
-use crate::memory::{MOST_MEMORY, allocations, peak};
 use ratelab_cart_pole::{
     Observation,
     policy::{LARGEST_FILE, read_weights},
 };
+
+use crate::checkpoint::{content, entries, fixture, zipped};
+use crate::clone::root;
+use crate::memory::{MOST_MEMORY, allocations, peak};
 
 #[test]
 fn deciding_allocates_nothing() {

@@ -3,8 +3,6 @@
 
 use std::{fs, path::Path, path::PathBuf};
 
-use crate::clone::root;
-use crate::support::{cart_pole, config, hz, run};
 use rand_pcg::rand_core::RngCore;
 use ratelab_cart_pole::{
     Observation, generator,
@@ -15,6 +13,9 @@ use ratelab_study::experiment::{
     sweep::{Axis, Sweep, all_cores},
 };
 use tempfile::TempDir;
+
+use crate::clone::root;
+use crate::support::{cart_pole, config, hz, run};
 
 /// Observations with known answers; see `tests/fixtures/policies/make.py`.
 const OBSERVATIONS: usize = 1_000;

@@ -3,13 +3,14 @@
 
 use std::sync::Arc;
 
-use crate::support::{config, experiment};
 use ratelab::GO_ON;
 use ratelab_cart_pole::{CART_LIMIT_M, POLE_LIMIT_RAD, STATE, pole_angle};
 use ratelab_study::{
     experiment::{Config, Experiment},
     system::{BuildError, Builder, System, WorldKind},
 };
+
+use crate::support::{config, experiment};
 
 /// The cost of a run by its rows: each counts until the next.
 fn by_rows(config: &Config) -> (f64, f64) {

@@ -1,9 +1,10 @@
 //! Exact time: the due time of tick k, the effect of a change of rate, and the valid
 //! rates and times.
 
-use crate::support::{hz, secs};
 use proptest::prelude::*;
 use ratelab::{Hz, Rate, Speed, Time};
+
+use crate::support::{hz, secs};
 
 /// Nanoseconds in a second times microhertz in a hertz.
 const NANOS_TIMES_MICRO: u128 = 1_000_000_000_000_000;

@@ -9,9 +9,6 @@ use std::{
     time::Duration,
 };
 
-use crate::support::{
-    TickLog, applied, at, config, hz, knobs, run_timed, secs, set_depth, set_rate, ticks,
-};
 use crossbeam_channel::Sender;
 use ratelab::{
     Clock, ClockExit, ClockKind, Command, Depth, END, GO_ON, Graph, Hz, Inbox, Observer, Rate,
@@ -19,6 +16,10 @@ use ratelab::{
 };
 use ratelab_cart_pole::{POLICY, verdict};
 use ratelab_study::experiment::{Config, Summary};
+
+use crate::support::{
+    TickLog, applied, at, config, hz, knobs, run_timed, secs, set_depth, set_rate, ticks,
+};
 
 /// Runs the cart-pole under the real clock.
 fn run_experiment(config: Config) -> Summary {

@@ -3,10 +3,6 @@
 
 use std::{thread, time::Duration};
 
-use crate::support::{
-    RunBytes, applied, collect, config, experiment, hz, knobs, message_bytes, messages_of, policy,
-    run_bytes, run_virtual, secs, send_to, set_depth, set_rate, ticks,
-};
 use crossbeam_channel::Sender;
 use proptest::prelude::*;
 use ratelab::{Command, Depth, Graph, Speed, TimedCommand, Topic, telemetry::Event};
@@ -15,6 +11,11 @@ use ratelab_cart_pole::{
     STATE, Sensor, SharedPlant,
 };
 use ratelab_study::experiment::Config;
+
+use crate::support::{
+    RunBytes, applied, collect, config, experiment, hz, knobs, message_bytes, messages_of, policy,
+    run_bytes, run_virtual, secs, send_to, set_depth, set_rate, ticks,
+};
 
 /// Runs an experiment while `person` gives commands.
 fn run_live(config: &Config, person: impl FnOnce(Sender<Command>) + Send) -> RunBytes {

@@ -12,8 +12,6 @@ use std::{
     time::Duration,
 };
 
-use crate::load::Load;
-use crate::support::{self, cart_pole, config, secs};
 use crossbeam_channel::Sender;
 use ratelab::{
     Clock, ClockKind, Command, GO_ON, Graph, Inbox, Log, Observer, RealClock, Rerun, RowTap, Rows,
@@ -24,6 +22,9 @@ use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::WorldKind,
 };
+
+use crate::load::Load;
+use crate::support::{self, cart_pole, config, secs};
 
 /// Random numbers (SplitMix64).
 struct Dice(u64);

@@ -1,11 +1,12 @@
 //! Messages as rows of numbers: every row has the width of its topic, and taking or
 //! cutting keeps messages whole.
 
-use crate::support::{experiment, run_bytes};
 use proptest::prelude::*;
 use ratelab::{Fields, Head, Rows, Time};
 use ratelab_cart_pole::{ControlStep, STATE};
 use ratelab_study::experiment::Config;
+
+use crate::support::{experiment, run_bytes};
 
 /// Messages with stamps in order, including some of a wrong width.
 fn any_messages(width: usize) -> impl Strategy<Value = Vec<(u64, Vec<f64>)>> {

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use crate::support::specs::almost_knob;
 use proptest::prelude::*;
 use ratelab::{Knob, Time};
 use ratelab_cart_pole::CartPole;
@@ -10,6 +9,8 @@ use ratelab_study::{
     experiment::{Config, Experiment},
     system::WorldKind,
 };
+
+use crate::support::specs::almost_knob;
 
 /// So many cases, or as many as `RATELAB_CASES` asks for.
 fn cases(usual: u32) -> ProptestConfig {

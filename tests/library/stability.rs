@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
-use crate::support::{hz, knobs, run_bytes, secs};
 use ratelab_cart_pole::stability::{LONGEST, Rates, Stability, StabilityError, measured_growth};
 use ratelab_study::experiment::Config;
+
+use crate::support::{hz, knobs, run_bytes, secs};
 
 fn rates(sensor: f64, control: f64) -> Rates {
     Rates {

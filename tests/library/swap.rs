@@ -3,10 +3,6 @@
 
 use std::{num::NonZeroUsize, ops::ControlFlow, thread, time::Duration};
 
-use crate::support::{
-    RunBytes, applied, at, cart_pole, collect, config, experiment, hz, knobs, refusal, refused,
-    run_bytes, run_timed, secs, send_to, with_policy,
-};
 use ratelab::{
     ClockKind, GO_ON, Graph, Inbox, Knob, Node, RealClock, Tick, Time, TimedCommand, VirtualClock,
     clock, telemetry::Event,
@@ -15,6 +11,11 @@ use ratelab_cart_pole::{CartPole, POLICY, policy::Scripted};
 use ratelab_study::experiment::{
     Config, Experiment,
     sweep::{Sweep, SweepAxis},
+};
+
+use crate::support::{
+    RunBytes, applied, at, cart_pole, collect, config, experiment, hz, knobs, refusal, refused,
+    run_bytes, run_timed, secs, send_to, with_policy,
 };
 
 /// Keeps the last text, refuses "no" and panics at "boom".

@@ -3,7 +3,6 @@
 
 use std::{collections::HashSet, num::NonZeroUsize, ops::ControlFlow, sync::LazyLock};
 
-use crate::support::{cart_pole, config, depth, knobs, secs};
 use proptest::prelude::*;
 use ratelab::{ClockKind, Depth, Hz, Interrupt, Time};
 use ratelab_cart_pole::CartPole;
@@ -17,6 +16,8 @@ use ratelab_study::{
     },
     system::{Verdict, WorldKind},
 };
+
+use crate::support::{cart_pole, config, depth, knobs, secs};
 
 /// 30 rates × 200 seeds, on all cores.
 static CLIFF: LazyLock<Swept> = LazyLock::new(|| run(&cliff(), all_cores()));

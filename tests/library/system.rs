@@ -3,7 +3,6 @@
 
 use std::{num::NonZeroUsize, ops::ControlFlow, sync::Arc, thread};
 
-use crate::support::{depth, hz};
 use proptest::prelude::*;
 use ratelab::{
     ClockExit, END, Fields, GO_ON, Knob, KnobKind, Node, Publisher, Rows, Subscription, Tick, Time,
@@ -15,6 +14,8 @@ use ratelab_study::{
     },
     system::{Alias, BuildError, Builder, Final, KnobText, Setup, System, Verdict, VerdictKind},
 };
+
+use crate::support::{depth, hz};
 
 /// An oven after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]

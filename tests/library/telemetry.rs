@@ -7,12 +7,13 @@ use std::{
     time::Duration,
 };
 
-use crate::support::{at, depth, hz, run_virtual, secs, set_depth};
 use proptest::prelude::*;
 use ratelab::{
     Depth, GO_ON, Graph, TickRecord, Time, Topic,
     telemetry::{Distribution, Meter, ReplayCounters},
 };
+
+use crate::support::{at, depth, hz, run_virtual, secs, set_depth};
 
 fn recorded(samples: &[u64]) -> Distribution {
     let (mut recorder, meter) = Meter::new();

@@ -4,13 +4,14 @@
 
 use std::{collections::HashMap, sync::Arc};
 
-use crate::support::traffic;
 use ratelab::{Message, Payload, Tap, TapMessage, Time, telemetry::PushAgeView};
 use ratelab_cart_pole::{ACTION, Action, CartPole, ControlStep, OBS, Observation, STATE};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::WorldKind,
 };
+
+use crate::support::traffic;
 
 const RUNS: &str = include_str!("../golden/honest.txt");
 

@@ -3,9 +3,10 @@
 
 use std::{collections::VecDeque, thread};
 
-use crate::support::{depth, hz, messages_of, run_virtual, secs};
 use proptest::prelude::*;
 use ratelab::{Backpressure, Depth, END, GO_ON, Graph, Publisher, Subscription, Time, Topic};
+
+use crate::support::{depth, hz, messages_of, run_virtual, secs};
 
 /// A topic with its two ends; each message is its own number.
 struct Bench {

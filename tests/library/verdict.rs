@@ -1,7 +1,6 @@
 //! The verdict names the kind of loss: a cart that leaves the rail differs from a fall of
 //! the pole.
 
-use crate::support::{config, run, with_policy};
 use ratelab::Time;
 use ratelab_cart_pole::{
     Action, CART_LIMIT_M, Observation, POLE_LIMIT_RAD, pole_angle,
@@ -9,6 +8,8 @@ use ratelab_cart_pole::{
     verdict,
 };
 use ratelab_study::experiment::{Config, Experiment};
+
+use crate::support::{config, run, with_policy};
 
 /// Balances the pole at an angle (rad) away from upright, which accelerates the cart.
 #[derive(Clone)]

@@ -3,15 +3,15 @@
 mod graph;
 mod suspect;
 
+use graph::FaultyGraph;
 use ratelab::{Snapshot, telemetry::TopicView};
 use ratelab_study::experiment::{Config, Experiment, Summary};
+use suspect::{NAMES, SUSPECTS};
 
 use crate::framework::{
     Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, Tolerance,
     cart_pole, mean_ms,
 };
-use graph::FaultyGraph;
-use suspect::{NAMES, SUSPECTS};
 
 /// See [the module](self).
 pub struct Fault;

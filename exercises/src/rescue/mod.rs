@@ -2,6 +2,7 @@
 
 pub mod judge;
 
+use judge::{RescueFailure, RescueSession, Rescued, judge};
 use ratelab::Hz;
 use ratelab_cart_pole::{BROKEN_HZ, CONTROL_HZ, CartPole};
 use ratelab_study::experiment::Config;
@@ -10,7 +11,6 @@ use crate::framework::{
     Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Recorded, Table,
     Tolerance, record,
 };
-use judge::{RescueFailure, RescueSession, Rescued, judge};
 
 /// Durations of the slow phase in the rehearsals (tenths of a second).
 const SLOW_PHASES: std::ops::RangeInclusive<u32> = 1..=10;

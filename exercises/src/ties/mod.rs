@@ -3,6 +3,8 @@
 mod accumulating;
 pub mod nodes;
 
+use accumulating::schedule;
+use nodes::ScheduledRun;
 use ratelab::{Hz, telemetry::Distribution};
 use ratelab_cart_pole::{ACTION, CartPole, OBS};
 use ratelab_study::experiment::{Config, Experiment};
@@ -11,8 +13,6 @@ use crate::framework::{
     Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, Tolerance,
     cart_pole, hz, mean_ms,
 };
-use accumulating::schedule;
-use nodes::ScheduledRun;
 
 /// Control rates, as published (Hz).
 const RATES: [f64; 6] = [50.0, 25.0, 20.0, 15.0, 10.0, 5.0];

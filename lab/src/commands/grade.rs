@@ -19,6 +19,12 @@ mod table;
 
 use std::{path::Path, sync::atomic::AtomicBool};
 
+use exercises::framework::Brief;
+use files::HandIn;
+use marks::{GradedPrediction, Measured};
+use roster::Roster;
+use session::GradedRun;
+
 use crate::{
     cli::GradeArgs,
     error::Error,
@@ -26,11 +32,6 @@ use crate::{
     program::Program,
     signals,
 };
-use exercises::framework::Brief;
-use files::HandIn;
-use marks::{GradedPrediction, Measured};
-use roster::Roster;
-use session::GradedRun;
 
 /// Grades every hand-in in a folder, and prints and writes the result. After Ctrl-C it
 /// prints the hand-ins that are graded, and writes nothing.

@@ -10,6 +10,8 @@ use std::{
 
 use ratelab::BusyNode;
 
+use progress::Progress;
+
 use crate::{
     cli::VerifyArgs,
     error::Error,
@@ -20,7 +22,6 @@ use crate::{
     recording::verify as run_again,
     signals,
 };
-use progress::Progress;
 
 /// Repeats and compares the runs of recordings; prints the result of each. Ctrl-C ends
 /// the program normally.

@@ -7,8 +7,9 @@ use std::{sync::Arc, time::Duration};
 
 use ratelab::{
     Hz, Time,
-    telemetry::{AgeParts, AgeStage, Distribution, Status, Topology},
+    telemetry::{Distribution, Status, Topology},
 };
+use ratelab_account::{AgeParts, AgeStage};
 use ratelab_study::system::{AgeLimits, Signal};
 
 /// The content of the screen, without keys and layout.
@@ -292,7 +293,7 @@ pub enum PartKind {
     /// Waiting to be read.
     Waited,
     /// In ticks with a duration.
-    Worked,
+    TracedTick,
     /// On links.
     Travelled,
     /// In force.
@@ -306,7 +307,7 @@ impl PartKind {
     pub const ALL: [Self; 5] = [
         Self::Elsewhere,
         Self::Waited,
-        Self::Worked,
+        Self::TracedTick,
         Self::Travelled,
         Self::Held,
     ];
@@ -320,7 +321,7 @@ impl PartKind {
             | AgeStage::Queue { .. }
             | AgeStage::Reuse { .. } => Self::Waited,
             AgeStage::Before => Self::Elsewhere,
-            AgeStage::Cost { .. } => Self::Worked,
+            AgeStage::Cost { .. } => Self::TracedTick,
             AgeStage::Link { .. } => Self::Travelled,
             AgeStage::Held { .. } | AgeStage::Kept { .. } => Self::Held,
         }
@@ -330,7 +331,7 @@ impl PartKind {
     pub fn word(self) -> &'static str {
         match self {
             Self::Waited => "waited",
-            Self::Worked => "worked",
+            Self::TracedTick => "worked",
             Self::Travelled => "on the way",
             Self::Held => "held",
             Self::Elsewhere => "elsewhere",

@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use ratelab::{Time, telemetry::Lineage};
+use ratelab::Time;
+use ratelab_account::Lineage;
 
 /// The greatest reaction time of the pushes of node `acts` between two run times: from a
 /// sensing, for what changes right after it, to the first push derived from a later one.

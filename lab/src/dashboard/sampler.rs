@@ -8,8 +8,9 @@ use std::{
 
 use ratelab::{
     ClockExit, Head, KnobKind, Observer, Rows, Snapshot, Time,
-    telemetry::{Event, Lineage, NodeView, TopicView},
+    telemetry::{Event, NodeView, TopicView},
 };
+use ratelab_account::Lineage;
 use ratelab_study::{
     experiment::{Config, Summary},
     system::{Setup, Signal, System, Verdict, VerdictKind, verdict},

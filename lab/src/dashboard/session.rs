@@ -7,9 +7,8 @@ use std::{
 };
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
-use ratelab::{
-    Clock, Command, Fault, Observer, RealClock, RowTap, clock::RealtimePriority, telemetry::Lineage,
-};
+use ratelab::{Clock, Command, Fault, Observer, RealClock, RowTap, clock::RealtimePriority};
+use ratelab_account::Lineage;
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::System,

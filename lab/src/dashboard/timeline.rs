@@ -2,10 +2,8 @@
 
 use std::{collections::HashSet, time::Duration};
 
-use ratelab::{
-    Time,
-    telemetry::{Chain, Lineage, PushInForce, Sent, Worked},
-};
+use ratelab::Time;
+use ratelab_account::{Chain, Lineage, PushInForce, Sent, TracedTick};
 
 use super::frame::PushSentence;
 
@@ -234,7 +232,7 @@ impl Window {
         let mut marks = Vec::new();
         let mut before: Option<u64> = None;
         for (index, worked) in lineage.ticks_between(node, self.from, self.to) {
-            let Worked { tick, .. } = worked;
+            let TracedTick { tick, .. } = worked;
             let ends = tick.ends.unwrap_or(self.to);
             let overruns = tick.overruns;
             let more = before

@@ -4,8 +4,9 @@ use std::{sync::Arc, time::Duration};
 
 use ratelab::{
     ClockExit, ClockKind, Command, Head, Observer, Rows, Snapshot, Speed, TickRecord, Time,
-    telemetry::{Event, EventKind, Lineage, ReplayCounters, Status, Topology},
+    telemetry::{Event, EventKind, ReplayCounters, Status, Topology},
 };
+use ratelab_account::Lineage;
 use ratelab_study::{
     experiment::{Config, RunEnd, Summary},
     system::{MeanCost, System, verdict},

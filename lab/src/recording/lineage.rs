@@ -2,10 +2,8 @@
 
 use std::iter::Peekable;
 
-use ratelab::{
-    Knob, TickRecord, Time, TimedKnob,
-    telemetry::{Event, Lineage},
-};
+use ratelab::{Knob, TickRecord, Time, TimedKnob, telemetry::Event};
+use ratelab_account::Lineage;
 
 use super::reader::Recording;
 

@@ -4,16 +4,14 @@
 mod perfetto;
 mod tracks;
 
+use perfetto::DebugAnnotation;
 use prost::Message;
-use ratelab::{
-    Time,
-    telemetry::{Lineage, Sent, Worked},
-};
+use ratelab::Time;
+use ratelab_account::{Lineage, Sent, TracedTick};
 use ratelab_study::system::System;
+use tracks::{Slice, Tracks};
 
 use crate::recording::{Recording, end_of};
-use perfetto::DebugAnnotation;
-use tracks::{Slice, Tracks};
 
 /// The bytes of a trace of `recording`, a run of `system`.
 pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
@@ -58,7 +56,7 @@ struct Waits(Vec<(String, Time, Time)>);
 
 impl Waits {
     /// Adds the waits of a tick: for a match, then for its executor or its thread.
-    fn of_tick(&mut self, lineage: &Lineage, (node, index, worked): (usize, usize, &Worked)) {
+    fn of_tick(&mut self, lineage: &Lineage, (node, index, worked): (usize, usize, &TracedTick)) {
         let (tick, topology) = (&worked.tick, lineage.topology());
         if let Some(wait) = lineage.waited_for_match(node, index) {
             let topic = &topology.topics[wait.topic].name;
@@ -97,7 +95,7 @@ fn tick(
     tracks: &mut Tracks,
     lane: u64,
     lineage: &Lineage,
-    (node, index, worked): (usize, usize, &Worked),
+    (node, index, worked): (usize, usize, &TracedTick),
 ) {
     let tick = &worked.tick;
     let name = |node: usize| &lineage.topology().nodes[node].name;
@@ -117,7 +115,7 @@ fn tick(
 }
 
 /// The messages first read in a tick, and those published by it.
-fn flows(lineage: &Lineage, node: usize, index: usize, worked: &Worked) -> Vec<u64> {
+fn flows(lineage: &Lineage, node: usize, index: usize, worked: &TracedTick) -> Vec<u64> {
     let before = index.checked_sub(1);
     let before = before.and_then(|before| lineage.ticks(node).nth(before));
     let news = worked

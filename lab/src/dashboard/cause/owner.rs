@@ -2,10 +2,8 @@
 
 use std::time::Duration;
 
-use ratelab::{
-    Knob, Snapshot, Time,
-    telemetry::{AgeStage, Lineage, Sent, Worked},
-};
+use ratelab::{Knob, Snapshot, Time};
+use ratelab_account::{AgeStage, Lineage, Sent, TracedTick};
 use ratelab_study::system::Setup;
 
 use super::Hang;
@@ -213,7 +211,7 @@ impl Explained<'_> {
     }
 
     /// The recent ticks of a node.
-    fn ticks(&self, node: usize) -> impl Iterator<Item = &Worked> {
+    fn ticks(&self, node: usize) -> impl Iterator<Item = &TracedTick> {
         let ticks = self.lineage.ticks(node).rev();
         ticks
             .skip_while(|worked| worked.tick.at > self.to)
@@ -224,7 +222,7 @@ impl Explained<'_> {
     /// the end of the previous one. Under the real clock a tick may act at its start and
     /// be busy for longer.
     pub fn busy(&self, node: usize) -> Duration {
-        let ends = |worked: &Worked| {
+        let ends = |worked: &TracedTick| {
             let tick = &worked.tick;
             let acted = tick.ends.unwrap_or(self.to);
             acted

@@ -15,9 +15,10 @@ use ratelab_study::{
     system::{Setup, System},
 };
 
-use super::{knob_focus::KnobFocus, presets::Direction, settings::listed};
 use fill::Fill;
 use quantity::Quantity;
+
+use super::{knob_focus::KnobFocus, presets::Direction, settings::listed};
 
 /// Number of seeds.
 const SEEDS: u64 = 100;

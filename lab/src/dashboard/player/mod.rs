@@ -9,14 +9,14 @@ use std::{
 };
 
 use crossterm::event::KeyEvent;
-use ratelab::{
-    Knot, Observer, Speed, Time,
-    telemetry::{Event, Lineage},
-};
+use ratelab::{Knot, Observer, Speed, Time, telemetry::Event};
+use ratelab_account::Lineage;
 use ratelab_study::{
     experiment::{Config, Summary},
     system::System,
 };
+
+use operations::HeldKnot;
 
 use super::{
     branch::{self, PreparedBranch},
@@ -35,7 +35,6 @@ use super::{
     view::{ScreenState, Scrubber, StatusExtra},
 };
 use crate::recording::{Executed, Recording, Replay};
-use operations::HeldKnot;
 
 /// The step of PgUp and PgDn.
 const SECOND: Duration = Duration::from_secs(1);

@@ -1,7 +1,8 @@
 //! Typing knobs: completion, history, and what is given back.
 
-use super::*;
 use ratelab::Knob;
+
+use super::*;
 
 fn key(app: &mut App, code: KeyCode) {
     app.key(&KeyEvent::new(code, KeyModifiers::NONE))

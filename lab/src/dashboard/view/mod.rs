@@ -31,7 +31,6 @@ use ratatui::{
     text::{Line, Span},
     widgets::{Clear, Paragraph, Widget, Wrap},
 };
-
 use ratelab::telemetry::Event;
 use ratelab_study::system::System;
 

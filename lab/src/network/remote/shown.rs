@@ -2,7 +2,8 @@
 
 use std::{sync::Arc, thread, time::Duration};
 
-use ratelab::{Knob, Observer, telemetry::Lineage};
+use ratelab::{Knob, Observer};
+use ratelab_account::Lineage;
 use ratelab_study::{
     experiment::{Config, Summary},
     system::System,

@@ -6,10 +6,8 @@
 
 use std::{collections::HashSet, time::Duration};
 
-use ratelab::{
-    Time,
-    telemetry::{Lineage, Occupied, Worked},
-};
+use ratelab::Time;
+use ratelab_account::{Lineage, Occupied, TracedTick};
 use rerun::{
     Color, EntityPath, RecordingStream, RecordingStreamResult, StateChange, StateConfiguration,
     TimeColumn,
@@ -85,12 +83,12 @@ pub fn add(rec: &RecordingStream, recording: &Recording) -> RecordingStreamResul
 /// The lane of a node from its ticks, each with the stretches for which it was set aside;
 /// `waits` is the state before a late one.
 fn ticks<'a>(
-    ticks: impl Iterator<Item = (&'a Worked, Vec<Occupied>)>,
+    ticks: impl Iterator<Item = (&'a TracedTick, Vec<Occupied>)>,
     waits: &'static str,
 ) -> Changes {
     let mut changes = Changes::new();
     let (mut idle_from, mut overruns) = (Time::ZERO, None);
-    for (Worked { tick, .. }, aside) in ticks {
+    for (TracedTick { tick, .. }, aside) in ticks {
         let late = tick.lateness.unwrap_or_default();
         if !late.is_zero() {
             let due = Time::ZERO + tick.at.since(Time::ZERO + late);
@@ -180,7 +178,7 @@ mod tests {
 
     /// A tick of the real clock: its start, lateness and duration (ms), and the overruns by
     /// then.
-    fn tick(number: u64, [at, late, took]: [u64; 3], overruns: u64) -> Worked {
+    fn tick(number: u64, [at, late, took]: [u64; 3], overruns: u64) -> TracedTick {
         let tick = TickRecord {
             number,
             at: ms(at),
@@ -190,14 +188,14 @@ mod tests {
             overruns,
             push: None,
         };
-        Worked {
+        TracedTick {
             tick,
             reads: Vec::new(),
         }
     }
 
     /// The lane of a node with a thread of its own.
-    fn on_thread(run: &[Worked]) -> Changes {
+    fn on_thread(run: &[TracedTick]) -> Changes {
         ticks(run.iter().map(|worked| (worked, Vec::new())), LATE)
     }
 

@@ -49,12 +49,13 @@ use thiserror::Error;
 pub use shrink::MOST_SMALLER;
 pub use windows::RANDOM_LISTS;
 
-use super::{Config, Summary, sweep::all_cores};
-use crate::system::{BuildError, System, Verdict};
 use fault::{FaultPart, Targets};
 use ratelab::{ClockKind, Fault, Interrupt, Speed, Time, TimedKnob};
 use trial::{Halt, Trials};
 use windows::Windows;
+
+use super::{Config, Summary, sweep::all_cores};
+use crate::system::{BuildError, System, Verdict};
 
 /// Length of the smallest part of a delay or a hang.
 pub const UNIT: Duration = Duration::from_millis(10);

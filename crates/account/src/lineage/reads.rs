@@ -1,7 +1,8 @@
 //! The reads of each tick, derived from the deliveries before it.
 
+use ratelab::{ReadOrder, Time};
+
 use super::{Lineage, Sent, TopicRecord};
-use crate::{read_order::ReadOrder, time::Time};
 
 impl TopicRecord {
     /// The message with this sequence number.

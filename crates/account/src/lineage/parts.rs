@@ -2,8 +2,9 @@
 
 use std::time::Duration;
 
-use super::{Lineage, Worked};
-use crate::{telemetry::Topology, time::Time};
+use ratelab::{Time, telemetry::Topology};
+
+use super::{Lineage, TracedTick};
 
 /// Maximum number of messages in a chain.
 pub(super) const MOST_HOPS: usize = 64;
@@ -364,7 +365,7 @@ impl Lineage {
         index: usize,
     ) -> usize {
         let ticks = self.nodes[node].ticks.range(..index);
-        let again = |worked: &&Worked| worked.read(topic) == Some(seq);
+        let again = |worked: &&TracedTick| worked.read(topic) == Some(seq);
         index - ticks.rev().take_while(again).count()
     }
 }

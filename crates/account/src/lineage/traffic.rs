@@ -2,8 +2,9 @@
 
 use std::collections::VecDeque;
 
+use ratelab::Time;
+
 use super::{Lineage, PushInForce};
-use crate::time::Time;
 
 impl Lineage {
     /// The messages published by the tick with this index of a node, as topics and

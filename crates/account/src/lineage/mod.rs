@@ -17,11 +17,9 @@ pub use occupancy::Occupied;
 pub use parts::{AgePart, AgeParts, AgeStage};
 pub use push::{Chain, PushInForce};
 
+use ratelab::{Depth, Head, Knob, ReadOrder, TickRecord, Time, telemetry::Topology};
+
 use self::meeting::Meeting;
-use super::Topology;
-use crate::{
-    depth::Depth, head::Head, knob::Knob, read_order::ReadOrder, tap::TickRecord, time::Time,
-};
 
 /// The messages and ticks of a run, with the reads of each tick.
 ///
@@ -53,7 +51,7 @@ struct TopicRecord {
 struct NodeRecord {
     /// Indices of the topics that it reads.
     inputs: Vec<usize>,
-    ticks: VecDeque<Worked>,
+    ticks: VecDeque<TracedTick>,
     /// Number of these ticks with known reads.
     settled: usize,
     /// What it has taken, if several topics trigger it.
@@ -77,7 +75,7 @@ pub struct Sent {
 
 /// A tick of a node.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Worked {
+pub struct TracedTick {
     /// The tick.
     pub tick: TickRecord,
     /// The message read from each of the node's inputs: the topic, and the sequence
@@ -85,7 +83,7 @@ pub struct Worked {
     pub reads: Vec<(usize, u64)>,
 }
 
-impl Worked {
+impl TracedTick {
     /// Run time of its end, when it publishes and acts; [`Time::MAX`] if the run ended
     /// before.
     fn ends(&self) -> Time {
@@ -170,7 +168,7 @@ impl Lineage {
     pub fn tick(&mut self, node: usize, tick: TickRecord) {
         if let Some(node) = self.nodes.get_mut(node) {
             let reads = Vec::new();
-            node.ticks.push_back(Worked { tick, reads });
+            node.ticks.push_back(TracedTick { tick, reads });
             if node.ticks.len() > self.kept {
                 node.ticks.pop_front();
                 node.settled = node.settled.saturating_sub(1);
@@ -209,7 +207,7 @@ impl Lineage {
     }
 
     /// The ticks of the node with index `node`, oldest first.
-    pub fn ticks(&self, node: usize) -> impl DoubleEndedIterator<Item = &Worked> {
+    pub fn ticks(&self, node: usize) -> impl DoubleEndedIterator<Item = &TracedTick> {
         self.nodes[node].ticks.iter()
     }
 
@@ -220,7 +218,7 @@ impl Lineage {
         node: usize,
         from: Time,
         to: Time,
-    ) -> impl Iterator<Item = (usize, &Worked)> {
+    ) -> impl Iterator<Item = (usize, &TracedTick)> {
         let ticks = &self.nodes[node].ticks;
         let first = ticks.partition_point(|worked| worked.ends() < from);
         let last = ticks.partition_point(|worked| worked.tick.at <= to);

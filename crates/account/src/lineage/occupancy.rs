@@ -2,8 +2,9 @@
 
 use std::time::Duration;
 
-use super::{Lineage, Worked};
-use crate::{executor::Executor, time::Time};
+use ratelab::{Executor, Time};
+
+use super::{Lineage, TracedTick};
 
 /// The end of a long wait that counts for its cause: waits of overloaded nodes grow with the run.
 const LOOKED_AT: Duration = Duration::from_millis(200);
@@ -81,7 +82,8 @@ impl Lineage {
             return Vec::new();
         };
         // What begins during a tick is more urgent, and ends before it goes on.
-        let inside = |worked: &&Worked| worked.tick.at > own.tick.at && worked.tick.at < own.ends();
+        let inside =
+            |worked: &&TracedTick| worked.tick.at > own.tick.at && worked.tick.at < own.ends();
         let others = self.companions(node).flat_map(|other| {
             let ticks = self.ticks_between(other, own.tick.at, own.ends());
             let ticks = ticks.map(|(_, worked)| worked).filter(inside);

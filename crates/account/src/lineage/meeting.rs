@@ -5,18 +5,15 @@
 
 use std::collections::VecDeque;
 
+use ratelab::{Choice, Executor, Matcher, TakenMessage, Time};
+
 use super::{Lineage, Sent};
-use crate::{
-    executor::Executor,
-    time::Time,
-    trigger::{Choice, Sets, Taken},
-};
 
 /// The messages that a node has taken so far.
 #[derive(Clone, Debug)]
 pub(super) struct Meeting {
-    sets: Sets,
-    /// Sets that a message completed beyond one, with the time of its delivery.
+    sets: Matcher,
+    /// Matcher that a message completed beyond one, with the time of its delivery.
     more: VecDeque<Choice>,
     completed: Time,
     /// The message taken last from each trigger.
@@ -74,7 +71,7 @@ impl Lineage {
         let node = &self.topology.nodes[node];
         let inputs = node.triggers.len();
         Meeting {
-            sets: Sets::new(node.matching, inputs),
+            sets: Matcher::new(node.matching, inputs),
             more: VecDeque::new(),
             completed: Time::ZERO,
             taken: vec![None; inputs],
@@ -157,7 +154,7 @@ impl Lineage {
             };
             empty = 0;
             meeting.taken[input] = Some(sent.seq);
-            let taken = Taken {
+            let taken = TakenMessage {
                 seq: sent.seq,
                 sensed: sent.sensed,
                 arrived: sent.arrives.unwrap_or(now),

@@ -2,11 +2,12 @@
 
 use std::time::Duration;
 
+use ratelab::Time;
+
 use super::{
-    Lineage, Worked,
+    Lineage, TracedTick,
     parts::{AgeParts, AgeStage, MOST_HOPS, signed},
 };
-use crate::time::Time;
 
 /// An action in force for a stretch of run time.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -93,7 +94,7 @@ impl Lineage {
         let first = self.first_read((topic, seq), node, index);
         let mut parts = self.parts_at_arrival(topic, seq)?;
         self.add_reading(&mut parts, (topic, seq), node, first);
-        let Worked { tick, .. } = &ticks[first];
+        let TracedTick { tick, .. } = &ticks[first];
         let since = tick.ends?;
         parts.add(AgeStage::Cost { node }, tick.at, since);
         if let Some(push) = ticks[index].tick.push {

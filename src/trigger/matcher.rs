@@ -1,0 +1,70 @@
+//! Which messages of several topics make a set.
+
+use std::collections::VecDeque;
+
+use super::{approximate::Approximate, each::Each, exact::Exact, matching::Match};
+use crate::time::Time;
+
+/// A message taken from a queue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TakenMessage {
+    /// Its sequence number.
+    pub seq: u64,
+    /// Run time of the sensing behind it.
+    pub sensed: Time,
+    /// Run time of its delivery.
+    pub arrived: Time,
+}
+
+/// The sequence numbers of a set, one for each input.
+pub type Choice = Vec<u64>;
+
+/// Finds the sets among messages that are taken one by one, by the rule of a [`Match`].
+#[derive(Clone, Debug)]
+pub struct Matcher(Rule);
+
+#[derive(Clone, Debug)]
+enum Rule {
+    Each(Each),
+    Exact(Exact),
+    Approximate(Approximate),
+}
+
+impl Matcher {
+    /// A matcher for messages of so many `inputs`, none of which has come.
+    pub fn new(matching: Match, inputs: usize) -> Self {
+        Self(match matching {
+            Match::Each => Rule::Each(Each::new(inputs)),
+            Match::Exact { queue } => Rule::Exact(Exact::new(inputs, queue.get())),
+            Match::Approximate { queue, interval } => {
+                Rule::Approximate(Approximate::new(inputs, queue.get(), interval))
+            }
+        })
+    }
+
+    /// Adds a message; returns the set that it completes, and puts any others into `more`.
+    pub fn add(
+        &mut self,
+        input: usize,
+        taken: TakenMessage,
+        more: &mut VecDeque<Choice>,
+    ) -> Option<Choice> {
+        match &mut self.0 {
+            Rule::Each(each) => each.add(input, taken),
+            Rule::Exact(exact) => exact.add(input, taken),
+            Rule::Approximate(approximate) => {
+                approximate.add(input, taken, more);
+                more.pop_front()
+            }
+        }
+    }
+
+    /// The first message of an input that may still be needed.
+    pub(super) fn needs_from(&self, input: usize) -> Option<u64> {
+        match &self.0 {
+            Rule::Each(each) => each.needs_from(input),
+            Rule::Exact(exact) => exact.needs_from(input),
+            Rule::Approximate(approximate) => approximate.needs_from(input),
+        }
+    }
+}
