@@ -4,8 +4,9 @@
 use std::process::ExitCode;
 
 use ratelab::{ClockExit, END, GO_ON, Time, fields};
-use ratelab_study::system::{BuildError, Builder, System};
-use ratelab_study::system::{Picture, Shape, Signal, Style, Verdict, VerdictKind};
+use ratelab_study::system::{
+    BuildError, Builder, Picture, Shape, Signal, Style, System, Verdict, VerdictKind,
+};
 
 /// Height and climb of a drone of one kilogram.
 #[derive(Clone, Copy)]

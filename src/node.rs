@@ -71,8 +71,7 @@ pub trait Node: Send {
     }
 
     /// Resets the node to its state when it was built, as a restart of a program does.
-    /// Called only for a node that a [`Builder`](ratelab_study::system::Builder) cannot build
-    /// once more.
+    /// Called only for a node that is no [restartable one](super::Graph::restartable_node).
     ///
     /// # Errors
     /// The reason if the node cannot restart. The default refuses, because the initial

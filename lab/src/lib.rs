@@ -65,9 +65,12 @@ mod rescue;
 mod results;
 mod screen;
 mod signals;
+mod stop_signal;
 mod sweep;
+mod theme;
 mod timing;
 mod trace;
+mod usage_error;
 mod version;
 mod web;
 mod wrap;
@@ -120,7 +123,7 @@ fn exit_after(outcome: Result<(), Error>) -> ExitCode {
     if let Err(error) = &outcome {
         output::error(error);
     }
-    let signal = signals::exit_code().map(ExitCode::from);
+    let signal = stop_signal::exit_code().map(ExitCode::from);
     signal.unwrap_or_else(|| outcome.map_or_else(|error| error.exit_code(), |()| ExitCode::SUCCESS))
 }
 
@@ -156,6 +159,6 @@ fn command(program: &Program, args: Vec<OsString>) -> Result<(), Error> {
         Ok(Command::Keys) => commands::print_keys(program),
         Ok(Command::Completions { shell }) => commands::completions(program, shell),
         Ok(Command::Man { folder }) => commands::man(program, folder.as_deref()),
-        Err(error) => cli::explain(&error),
+        Err(error) => usage_error::explain(&error),
     }
 }

@@ -2,12 +2,10 @@
 
 use crate::{
     cli::ScreenArgs,
-    dashboard::{
-        self, Options,
-        view::theme::{Look, Theme},
-    },
+    dashboard::{self, Options},
     error::Error,
     program,
+    theme::{Look, Theme},
 };
 
 /// Returns the error `why` if there is no terminal; `instead` is a command to try.

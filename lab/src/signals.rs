@@ -3,7 +3,7 @@
 use std::{
     sync::{
         Arc,
-        atomic::{AtomicBool, AtomicI32, Ordering},
+        atomic::{AtomicBool, Ordering},
     },
     thread,
 };
@@ -16,10 +16,10 @@ use signal_hook::{
     low_level,
 };
 
-use crate::output::{note, remove_unfinished};
-
-/// The last signal to stop the program; 0 before the first.
-static RECEIVED: AtomicI32 = AtomicI32::new(0);
+use crate::{
+    output::{note, remove_unfinished},
+    stop_signal,
+};
 
 /// From now on the first SIGINT, SIGTERM or SIGHUP calls `first`, which should end the
 /// program normally; the next one calls `last` and ends the program at once. A second
@@ -32,11 +32,11 @@ pub fn watch(first: impl FnOnce() + Send + 'static, last: impl FnOnce() + Send +
     thread::spawn(move || {
         let mut arriving = signals.forever();
         if let Some(signal) = arriving.next() {
-            RECEIVED.store(signal, Ordering::Relaxed);
+            stop_signal::received(signal);
             first();
         }
         if let Some(signal) = arriving.find(|signal| *signal != SIGHUP) {
-            RECEIVED.store(signal, Ordering::Relaxed);
+            stop_signal::received(signal);
             last();
             end_at_once();
         }
@@ -64,14 +64,7 @@ pub fn interrupt() -> Interrupt {
 pub fn end_at_once() -> ! {
     let _no_more = remove_unfinished();
     // Skips exit handlers, because other threads are still running.
-    low_level::exit(exit_code().unwrap_or(1).into())
-}
-
-/// 128 + n after signal n, as a shell reports it; `None` without a signal.
-pub fn exit_code() -> Option<u8> {
-    let signal = RECEIVED.load(Ordering::Relaxed);
-    let code = u8::try_from(128 + signal).ok();
-    code.filter(|_| signal != 0)
+    low_level::exit(stop_signal::exit_code().unwrap_or(1).into())
 }
 
 /// Turns the limit of file sizes (`ulimit -f`) into a write error, like a full disk, in

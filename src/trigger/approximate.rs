@@ -2,7 +2,7 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use super::matcher::{Choice, TakenMessage};
+use super::taken::{Choice, TakenMessage};
 use crate::time::Time;
 
 /// Tenths of `1 + age_penalty`, whose default is 0.1: a later set must be closer together.

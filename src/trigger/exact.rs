@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::matcher::{Choice, TakenMessage};
+use super::taken::{Choice, TakenMessage};
 use crate::time::Time;
 
 /// Collects messages by their stamps (`exact_time.hpp:88-169`, message_filters `361e42c`).

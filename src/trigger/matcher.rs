@@ -2,22 +2,13 @@
 
 use std::collections::VecDeque;
 
-use super::{approximate::Approximate, each::Each, exact::Exact, matching::Match};
-use crate::time::Time;
-
-/// A message taken from a queue.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TakenMessage {
-    /// Its sequence number.
-    pub seq: u64,
-    /// Run time of the sensing behind it.
-    pub sensed: Time,
-    /// Run time of its delivery.
-    pub arrived: Time,
-}
-
-/// The sequence numbers of a set, one for each input.
-pub type Choice = Vec<u64>;
+use super::{
+    approximate::Approximate,
+    each::Each,
+    exact::Exact,
+    matching::Match,
+    taken::{Choice, TakenMessage},
+};
 
 /// Finds the sets among messages that are taken one by one, by the rule of a [`Match`].
 #[derive(Clone, Debug)]

@@ -10,10 +10,12 @@ mod each;
 mod exact;
 mod matcher;
 mod matching;
+mod taken;
 
 pub(crate) use arrivals::{Arrival, Arrivals, Wake};
-pub use matcher::{Choice, Matcher, TakenMessage};
+pub use matcher::Matcher;
 pub use matching::Match;
+pub use taken::{Choice, TakenMessage};
 
 use std::collections::VecDeque;
 

@@ -132,7 +132,7 @@ fn no_source_files_import_each_other_in_a_circle() {
             to.retain(|to| !from.starts_with(to));
         }
         let count = imports.values().flatten().count();
-        assert!(count > 10, "only {count} imports were found in {folder}");
+        assert!(count > 2, "only {count} imports were found in {folder}");
         for circle in circles(&imports) {
             for from in &circle {
                 let to = imports[*from].iter().filter(|to| circle.contains(to));
@@ -144,10 +144,7 @@ fn no_source_files_import_each_other_in_a_circle() {
     assert!(found.is_empty(), "circles:\n{}", found.join("\n"));
 }
 
-/// Crates whose rooms, files and folders side by side, import each other in no circle.
-const HOUSES: [&str; 3] = ["src", "crates/study/src", "crates/cart-pole/src"];
-
-/// The room of `house` that a module is in.
+/// The room of `house`, a file or a folder at its top, that a module is in.
 fn room(house: &str, module: &Module) -> Option<Module> {
     let inside = module.first().is_some_and(|name| name == house);
     let room = module.get(..2).filter(|_| inside);
@@ -156,7 +153,7 @@ fn room(house: &str, module: &Module) -> Option<Module> {
 
 #[test]
 fn no_folders_of_a_crate_import_each_other_in_a_circle() {
-    for house in HOUSES {
+    for house in CRATES {
         let mut rooms = Imports::new();
         for (from, to) in &imports(&sources(house)) {
             let Some(from) = room(house, from) else {
@@ -169,7 +166,6 @@ fn no_folders_of_a_crate_import_each_other_in_a_circle() {
             }
             rooms.entry(from).or_default().extend(to);
         }
-        assert!(rooms.len() > 3, "only {} rooms in {house}", rooms.len());
         assert_eq!(circles(&rooms), [].into(), "{house}");
     }
 }

@@ -6,9 +6,11 @@ use ratelab_cart_pole::{
     policy::{LARGEST_FILE, read_weights},
 };
 
-use crate::checkpoint::{content, entries, fixture, zipped};
-use crate::clone::root;
-use crate::memory::{MOST_MEMORY, allocations, peak};
+use crate::{
+    checkpoint::{content, entries, fixture, zipped},
+    clone::root,
+    memory::{MOST_MEMORY, allocations, peak},
+};
 
 #[test]
 fn deciding_allocates_nothing() {

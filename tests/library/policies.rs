@@ -14,8 +14,10 @@ use ratelab_study::experiment::{
 };
 use tempfile::TempDir;
 
-use crate::clone::root;
-use crate::support::{cart_pole, config, hz, run};
+use crate::{
+    clone::root,
+    support::{cart_pole, config, hz, run},
+};
 
 /// Observations with known answers; see `tests/fixtures/policies/make.py`.
 const OBSERVATIONS: usize = 1_000;

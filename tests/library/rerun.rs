@@ -23,8 +23,10 @@ use ratelab_study::{
     system::WorldKind,
 };
 
-use crate::load::Load;
-use crate::support::{self, cart_pole, config, secs};
+use crate::{
+    load::Load,
+    support::{self, cart_pole, config, secs},
+};
 
 /// Random numbers (SplitMix64).
 struct Dice(u64);

@@ -3,7 +3,6 @@
 mod branch;
 mod examples;
 mod exercise;
-mod explain;
 mod export_web;
 mod grade;
 mod graph;
@@ -36,7 +35,6 @@ pub use self::{
     branch::BranchArgs,
     examples::EXAMPLES,
     exercise::{ExerciseArgs, Label, Wanted},
-    explain::explain,
     export_web::ExportWebArgs,
     grade::GradeArgs,
     graph::{ClockArg, GraphArgs},

@@ -7,7 +7,7 @@ use ratatui::layout::Size;
 use ratelab::Time;
 
 use super::{GraphArgs, heading, values};
-use crate::dashboard::view::theme::Look;
+use crate::theme::Look;
 
 /// What is drawn, and how.
 #[derive(Debug, Args)]

@@ -5,7 +5,7 @@ use std::{path::PathBuf, time::Duration};
 use clap::Args;
 
 use super::{GraphArgs, heading, values};
-use crate::{dashboard::view::theme::Look, recording::VIEWER};
+use crate::{recording::VIEWER, theme::Look};
 
 /// The arguments of a run. In the lab, files contain the last run.
 #[derive(Debug, Args)]

@@ -7,7 +7,7 @@ use ratelab_study::system::{Alias, System};
 
 use crate::{
     cli::ExportWebArgs,
-    dashboard::{picture, view::theme::Look},
+    dashboard::picture,
     error::Error,
     names,
     output::{Kind, print_line, refuse_same, write_whole},
@@ -15,6 +15,7 @@ use crate::{
     program::Program,
     recording::Recording,
     screen::theme,
+    theme::Look,
     web::{self, RunData},
 };
 

@@ -4,7 +4,7 @@
 
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
-use super::view::theme::Look;
+use crate::theme::Look;
 
 /// The query for the colour of the background (OSC 11).
 pub const QUERY: &str = "\x1b]11;?\x1b\\";

@@ -11,7 +11,6 @@ mod background;
 mod branch;
 mod cause;
 mod cliff;
-pub mod error;
 mod executing;
 mod exercise_panel;
 mod explain;
@@ -64,9 +63,10 @@ use crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use ratatui::{Terminal, backend::Backend};
 use ratelab_study::experiment::Config;
 
+pub use crate::error::LabError;
+use crate::theme::Theme;
 use app::App;
 pub use app::LabOutcome;
-pub use error::LabError;
 #[cfg(feature = "network")]
 pub use frame::Place;
 use jobs::Turn;
@@ -80,7 +80,6 @@ pub use session::Setup;
 pub use terminal::is_there as terminal_is_there;
 use terminal::{Input, Keyboard, Screen};
 pub use tour::Guide;
-use view::theme::Theme;
 
 use crate::{output, predictions::answers_file, recording::Recording, signals};
 

@@ -2,7 +2,8 @@
 
 use crossterm::event::KeyEvent;
 
-use super::{error::LabError, view::ScreenState};
+use super::view::ScreenState;
+use crate::error::LabError;
 
 /// The lab or a replay, as the loop of the dashboard drives it.
 pub trait Model {

@@ -8,14 +8,13 @@ use ratelab_study::{experiment::Config, system::System};
 
 use super::{
     app::App,
-    error::LabError,
     model::Model,
     player::Player,
     session::Setup,
     svg::{moving_svg, svg},
-    view::{self, theme::Theme},
+    view::{self},
 };
-use crate::recording::Recording;
+use crate::{error::LabError, recording::Recording, theme::Theme};
 
 /// Maximum wait for background computations.
 const PATIENCE: Duration = Duration::from_secs(10);

@@ -6,7 +6,6 @@ use ratelab::{Knob, KnobKind, Snapshot, telemetry::Event};
 use ratelab_study::system::KnobText;
 
 use super::{
-    error::LabError,
     frame::{FrameData, SignalTrace},
     keys::{REMOTE, RemoteAction},
     knob_focus::KnobFocus,
@@ -19,6 +18,7 @@ use super::{
     timeline::TimelineView,
     view::{Footer, ScreenState, StatusExtra},
 };
+use crate::error::LabError;
 
 /// A run of other processes.
 pub trait Remote: RunSource {

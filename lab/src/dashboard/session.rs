@@ -15,13 +15,13 @@ use ratelab_study::{
 };
 
 use super::{
-    error::LabError,
     lineage_taps::LineageTaps,
     sameness::RunDigest,
     sampler::{RunSource, WatchedRows, watched},
 };
 use crate::{
     csv,
+    error::LabError,
     output::Live,
     recording::{Branch, Destination, Recorder, Recording, Source, StopReason},
 };

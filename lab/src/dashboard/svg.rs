@@ -7,8 +7,10 @@ use ratatui::{
     style::{Color, Modifier},
 };
 
-use super::view::theme::{Look, rgb};
-use crate::xml::escaped;
+use crate::{
+    theme::{Look, rgb},
+    xml::escaped,
+};
 
 /// Size of a character cell in pixels.
 const CELL: (u16, u16) = (8, 17);

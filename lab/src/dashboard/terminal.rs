@@ -22,8 +22,8 @@ use ratatui::{Terminal, backend::CrosstermBackend};
 use super::{
     background::{QUERY, Reply, Sifted},
     jobs::{Jobs, Turn},
-    view::theme::Look,
 };
+use crate::theme::Look;
 
 /// Keys that may wait to be obeyed.
 const BACKLOG: usize = 1024;

@@ -40,12 +40,12 @@ use super::{
     run,
     session::Setup,
     terminal::Input,
-    view::{
-        self,
-        theme::{Look, Theme},
-    },
+    view::{self},
 };
-use crate::recording::Recording;
+use crate::{
+    recording::Recording,
+    theme::{Look, Theme},
+};
 
 const PLAIN: Theme = Theme {
     colour: true,

@@ -25,7 +25,7 @@ use crate::{
     output::print_line,
     program::Program,
     screen::screen,
-    signals,
+    signals, stop_signal,
 };
 
 /// The port of zenoh's routers, where others on this machine look.
@@ -155,7 +155,7 @@ impl ChildProcess {
             return Ok(());
         };
         let why = match status {
-            Ok(status) if status.success() || signals::exit_code().is_some() => return Ok(()),
+            Ok(status) if status.success() || stop_signal::exit_code().is_some() => return Ok(()),
             Ok(status) => status.to_string(),
             Err(why) => why.to_string(),
         };

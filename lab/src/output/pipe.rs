@@ -11,7 +11,7 @@ use std::{
 
 use rustix::{fs::OFlags, io::Errno};
 
-use crate::signals;
+use crate::stop_signal;
 
 /// Time between two attempts.
 const PAUSE: Duration = Duration::from_millis(10);
@@ -70,7 +70,7 @@ impl Write for PatientFile {
 /// Waits a moment, after `waited` so far; the error after a signal gives the reason.
 fn wait(why: &str, waited: Duration) -> io::Result<()> {
     let patient = waited < GRACE && !waited.is_zero();
-    if signals::exit_code().is_some() && !patient {
+    if stop_signal::exit_code().is_some() && !patient {
         return Err(io::Error::other(format!(
             "{why}, and a signal ended the wait"
         )));

@@ -4,7 +4,7 @@ use ratelab_study::experiment::sweep::{ByAge, Swept};
 use serde_json::{Value, json};
 
 use super::{summary::SweepSummary, survival_level::SurvivalLevel};
-use crate::{dashboard::view::theme::Theme, metrics::rounded, names::key, report::line};
+use crate::{metrics::rounded, names::key, report::line, theme::Theme};
 
 /// Bin widths to choose from (ms).
 const WIDTHS_MS: [f64; 6] = [5.0, 10.0, 20.0, 50.0, 100.0, 1_000.0];

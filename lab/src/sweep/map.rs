@@ -13,8 +13,8 @@ use super::{
     theory::{Edge, RowTheory},
 };
 use crate::{
-    dashboard::view::theme::Theme,
     report::{line, paragraph},
+    theme::Theme,
 };
 
 /// The style of a map.

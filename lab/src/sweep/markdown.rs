@@ -4,7 +4,7 @@ use super::{
     map,
     summary::{RowSummary, SweepSummary},
 };
-use crate::dashboard::view::theme::Theme;
+use crate::theme::Theme;
 
 /// The runs in a line, and a table: a row per value with its figures if one knob is swept,
 /// otherwise a row per combination of the slower knobs and a column per value of the

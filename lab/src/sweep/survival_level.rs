@@ -2,7 +2,7 @@
 
 use ratatui::style::Style;
 
-use crate::dashboard::view::theme::Theme;
+use crate::theme::Theme;
 
 /// Levels of the share of successful runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

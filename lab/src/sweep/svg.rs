@@ -9,7 +9,7 @@ use super::{
     summary::{RowSummary, SweepSummary},
 };
 use crate::{
-    dashboard::view::theme::{Look, Theme},
+    theme::{Look, Theme},
     xml::escaped,
 };
 

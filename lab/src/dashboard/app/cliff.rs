@@ -8,8 +8,10 @@ use std::{
 use ratelab_study::experiment::Config;
 
 use super::App;
-use crate::dashboard::{LabError, cliff::CliffMap, keys::MapAction};
-use crate::predictions::is_predicted;
+use crate::{
+    dashboard::{LabError, cliff::CliffMap, keys::MapAction},
+    predictions::is_predicted,
+};
 
 /// The place of a map that shows what an exercise asks for.
 const MASKED: &str = "the map answers exercise 1: e predicts it, m again shows the map anyway";

@@ -28,7 +28,6 @@ use restart::Next;
 use super::{
     branch::{LeftRun, PreparedBranch},
     cliff::{CliffMap, MapAxes},
-    error::LabError,
     exercise_panel::{self, ExercisePanel},
     focus::Pane,
     frame::{FrameData, SignalTrace},
@@ -48,6 +47,7 @@ use super::{
     view::{Footer, HelpPage, ScreenState, StatusExtra, TextPage},
 };
 use crate::{
+    error::LabError,
     recording::{Destination, RecordError, Recorded, Recorder},
     rescue::RescueTry,
     timing::own_world,

@@ -20,7 +20,6 @@ use operations::HeldKnot;
 
 use super::{
     branch::{self, PreparedBranch},
-    error::LabError,
     executing::Executing,
     frame::{FrameData, SignalTrace},
     keys::{REPLAY, ReplayAction, is_chord},
@@ -34,7 +33,10 @@ use super::{
     session::Setup,
     view::{ScreenState, Scrubber, StatusExtra},
 };
-use crate::recording::{Executed, Recording, Replay};
+use crate::{
+    error::LabError,
+    recording::{Executed, Recording, Replay},
+};
 
 /// The step of PgUp and PgDn.
 const SECOND: Duration = Duration::from_secs(1);

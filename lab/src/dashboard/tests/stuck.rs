@@ -6,8 +6,7 @@ use ratelab_cart_pole::{Action, CartPole, Observation, policy::Policy};
 use ratelab_study::experiment::Config;
 
 use super::*;
-use crate::dashboard::sampler::RunSource;
-use crate::recording::Recording;
+use crate::{dashboard::sampler::RunSource, recording::Recording};
 
 /// Decides nothing until the sender of `release` is gone.
 struct Stuck {

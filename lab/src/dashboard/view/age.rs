@@ -8,11 +8,11 @@ use ratatui::{
     style::{Modifier, Style},
 };
 
-use super::{
-    pane::{self, clip, put},
+use super::pane::{self, clip, put};
+use crate::{
+    dashboard::frame::{AgeData, PartKind, PushData, Strain},
     theme::Theme,
 };
-use crate::dashboard::frame::{AgeData, PartKind, PushData, Strain};
 
 /// Maximum and minimum width of the bar (columns).
 const BAR: (usize, usize) = (40, 8);
@@ -172,10 +172,12 @@ fn bar(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dashboard::frame::PushSentence;
-    use crate::dashboard::view::{
-        pane::testing::{POOR, RICH, screen, styled, text, torture},
-        sample,
+    use crate::dashboard::{
+        frame::PushSentence,
+        view::{
+            pane::testing::{POOR, RICH, screen, styled, text, torture},
+            sample,
+        },
     };
 
     fn line(age: &AgeData, width: u16, theme: &Theme) -> Buffer {

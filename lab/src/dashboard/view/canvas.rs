@@ -6,7 +6,7 @@
 
 use ratatui::{buffer::Buffer, layout::Rect, style::Style};
 
-use super::theme::Theme;
+use crate::theme::Theme;
 
 /// The first of the 256 Braille patterns; the others follow in an order in which dots add
 /// up by "or".

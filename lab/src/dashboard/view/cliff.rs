@@ -8,11 +8,8 @@ use ratatui::{
     widgets::{Clear, Widget},
 };
 
-use super::{
-    pane::{border, clamp, clip, put, row, width},
-    theme::Theme,
-};
-use crate::{dashboard::cliff::CliffMap, sweep::survival_level::SurvivalLevel};
+use super::pane::{border, clamp, clip, put, row, width};
+use crate::{dashboard::cliff::CliffMap, sweep::survival_level::SurvivalLevel, theme::Theme};
 
 /// Maximum number of visible rows of seeds.
 const MOST_SEEDS: usize = 24;
@@ -217,13 +214,13 @@ impl<'a> Grid<'a> {
 #[cfg(test)]
 mod tests {
     use super::render;
-    use crate::dashboard::{
-        cliff::sample::half_filled,
-        presets::Direction,
-        view::{
-            pane::testing::{POOR, RICH, screen, styled, text, torture},
-            theme::Theme,
+    use crate::{
+        dashboard::{
+            cliff::sample::half_filled,
+            presets::Direction,
+            view::pane::testing::{POOR, RICH, screen, styled, text, torture},
         },
+        theme::Theme,
     };
 
     fn drawn(width: u16, height: u16, theme: &Theme) -> ratatui::buffer::Buffer {

@@ -8,11 +8,11 @@ use ratatui::{
 };
 use ratelab::telemetry::{Event, EventKind};
 
-use super::{
-    pane::{border, broken, clip, plain, put, row},
+use super::pane::{border, broken, clip, plain, put, row};
+use crate::{
+    dashboard::frame::{Standing, VerdictData},
     theme::Theme,
 };
-use crate::dashboard::frame::{Standing, VerdictData};
 
 /// Title of the pane.
 const TITLE: &str = "5 events";
@@ -144,13 +144,15 @@ mod tests {
     };
 
     use super::render;
-    use crate::dashboard::{
-        frame::FrameData,
-        view::{
-            pane::testing::{POOR, RICH, screen, styled, text, torture},
-            sample,
-            theme::Theme,
+    use crate::{
+        dashboard::{
+            frame::FrameData,
+            view::{
+                pane::testing::{POOR, RICH, screen, styled, text, torture},
+                sample,
+            },
         },
+        theme::Theme,
     };
 
     const NOTICE: &str = "control rate is at its lowest, 1 Hz";

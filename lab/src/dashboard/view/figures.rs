@@ -8,9 +8,11 @@ use super::{
     histogram,
     pane::{self, border, plain, put, row, rows},
     table::{self, TableCell, TableColumn, TableRow},
+};
+use crate::{
+    dashboard::frame::{FrameData, LatencyData, NodeData, Quantiles, TopicData},
     theme::Theme,
 };
-use crate::dashboard::frame::{FrameData, LatencyData, NodeData, Quantiles, TopicData};
 
 /// Title of the pane.
 const TITLE: &str = "4 figures";
@@ -272,13 +274,15 @@ mod tests {
     use ratatui::buffer::Buffer;
 
     use super::{count, rate, render};
-    use crate::dashboard::{
-        frame::{FrameData, PushData, PushSentence},
-        view::{
-            pane::testing::{POOR, RICH, screen, styled, text, torture},
-            sample,
-            theme::Theme,
+    use crate::{
+        dashboard::{
+            frame::{FrameData, PushData, PushSentence},
+            view::{
+                pane::testing::{POOR, RICH, screen, styled, text, torture},
+                sample,
+            },
         },
+        theme::Theme,
     };
 
     fn pane(frame: &FrameData, width: u16, height: u16, theme: &Theme) -> Buffer {

@@ -8,10 +8,8 @@ use ratatui::{
     widgets::{Clear, Widget},
 };
 
-use super::{
-    pane::{border, centred, clip, plain, put, row, width},
-    theme::Theme,
-};
+use super::pane::{border, centred, clip, plain, put, row, width};
+use crate::theme::Theme;
 
 /// Blanks between a key and its action, and between two columns.
 pub(super) const KEY_GAP: usize = 2;
@@ -99,8 +97,8 @@ mod tests {
     use ratatui::{buffer::Buffer, style::Style};
 
     use super::{HelpPage, render};
-    use crate::dashboard::view::{
-        pane::{
+    use crate::{
+        dashboard::view::pane::{
             put, row,
             testing::{POOR, RICH, screen, text, torture},
         },

@@ -2,11 +2,8 @@
 
 use ratatui::{buffer::Buffer, layout::Rect, style::Style};
 
-use super::{
-    pane::{self, clamp, put, row, rows},
-    theme::Theme,
-};
-use crate::dashboard::frame::LatencyData;
+use super::pane::{self, clamp, put, row, rows};
+use crate::{dashboard::frame::LatencyData, theme::Theme};
 
 /// Bars of one cell, in eighths.
 const EIGHTHS: [&str; 9] = [" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"];
@@ -127,13 +124,15 @@ mod tests {
     use ratatui::buffer::Buffer;
 
     use super::render;
-    use crate::dashboard::{
-        frame::LatencyData,
-        view::{
-            pane::testing::{POOR, RICH, screen, styled, text, torture},
-            sample,
-            theme::Theme,
+    use crate::{
+        dashboard::{
+            frame::LatencyData,
+            view::{
+                pane::testing::{POOR, RICH, screen, styled, text, torture},
+                sample,
+            },
         },
+        theme::Theme,
     };
 
     fn bars(latency: &LatencyData, width: u16, height: u16, theme: &Theme) -> Buffer {

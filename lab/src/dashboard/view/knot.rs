@@ -7,11 +7,8 @@ use ratatui::{
     text::Span,
 };
 
-use super::{
-    pane::{border, clip, put, row},
-    theme::Theme,
-};
-use crate::dashboard::knot::KnotView;
+use super::pane::{border, clip, put, row};
+use crate::{dashboard::knot::KnotView, theme::Theme};
 
 /// The least width of a column; narrower ones are lines with the name of the node.
 const COLUMN: usize = 20;

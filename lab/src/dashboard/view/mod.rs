@@ -1,7 +1,5 @@
 //! The screen. One pane per file; each draws a frame, from any source.
 
-pub mod theme;
-
 mod age;
 mod canvas;
 mod cliff;
@@ -34,6 +32,7 @@ use ratatui::{
 use ratelab::telemetry::Event;
 use ratelab_study::system::System;
 
+use self::layout::ScreenLayout;
 #[cfg(test)]
 pub use self::page::aside;
 #[cfg(test)]
@@ -41,7 +40,6 @@ pub use self::pane::testing;
 pub use self::{
     glossary::GLOSSARY, help::HelpPage, page::TextPage, scrubber::Scrubber, status::StatusExtra,
 };
-use self::{layout::ScreenLayout, theme::Theme};
 use super::{
     cliff::CliffMap,
     focus::Pane,
@@ -50,6 +48,7 @@ use super::{
     knot::KnotView,
     timeline::Timeline,
 };
+use crate::theme::Theme;
 
 /// The content of the screen, of a run or of a recording.
 pub struct ScreenState<'a> {

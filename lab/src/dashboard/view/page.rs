@@ -8,10 +8,8 @@ use ratatui::{
     widgets::{Clear, Widget},
 };
 
-use super::{
-    pane::{border, broken, centred, clamp, clip, plain, put, row, tail},
-    theme::Theme,
-};
+use super::pane::{border, broken, centred, clamp, clip, plain, put, row, tail};
+use crate::theme::Theme;
 
 /// Maximum width of the text, and of the box around it.
 const WIDEST: usize = 80;

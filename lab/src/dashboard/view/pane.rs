@@ -10,8 +10,7 @@ use ratatui::{
     widgets::{Block, Widget},
 };
 
-use super::theme::Theme;
-use crate::wrap::options;
+use crate::{theme::Theme, wrap::options};
 
 /// Draws the box of a pane and returns the area inside. `right` is left out if it would
 /// touch the title.
@@ -176,7 +175,8 @@ pub mod testing {
 
     use ratatui::{buffer::Buffer, layout::Rect, style::Style};
 
-    use super::{super::theme::Look, Theme};
+    use super::Theme;
+    use crate::theme::Look;
 
     /// Colours and Unicode.
     pub const RICH: Theme = Theme {

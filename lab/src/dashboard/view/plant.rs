@@ -6,9 +6,11 @@ use ratelab_study::system::{Picture, Shape, Style};
 use super::{
     canvas::{BrailleCanvas, Pen, Stroke, dashed},
     pane::{self, border, clamp, put, row, rows},
+};
+use crate::{
+    dashboard::frame::{Standing, VerdictData},
     theme::Theme,
 };
-use crate::dashboard::frame::{Standing, VerdictData};
 
 /// Title of the pane.
 const TITLE: &str = "2 plant";
@@ -306,13 +308,15 @@ mod tests {
     use ratatui::{buffer::Buffer, style::Modifier};
 
     use super::render;
-    use crate::dashboard::{
-        frame::FrameData,
-        view::{
-            pane::testing::{POOR, RICH, screen, styled, text, torture},
-            sample,
-            theme::Theme,
+    use crate::{
+        dashboard::{
+            frame::FrameData,
+            view::{
+                pane::testing::{POOR, RICH, screen, styled, text, torture},
+                sample,
+            },
         },
+        theme::Theme,
     };
 
     fn pane(frame: &FrameData, width: u16, height: u16, theme: &Theme) -> Buffer {

@@ -3,10 +3,8 @@
 use ratatui::{buffer::Buffer, layout::Rect, style::Style};
 use ratelab::Time;
 
-use super::{
-    pane::{plain, put, row, width},
-    theme::Theme,
-};
+use super::pane::{plain, put, row, width};
+use crate::theme::Theme;
 
 /// A position in a recording.
 pub struct Scrubber {

@@ -9,9 +9,8 @@ use ratelab_study::system::{AgeLimits, Signal};
 use super::{
     canvas::{BrailleCanvas, Pen, Stroke},
     pane::{self, border, clamp, clip, put, row, rows, signed},
-    theme::Theme,
 };
-use crate::dashboard::frame::SignalTrace;
+use crate::{dashboard::frame::SignalTrace, theme::Theme};
 
 /// Length of the chart (s of run time).
 const WINDOW_S: f64 = 10.0;
@@ -442,13 +441,15 @@ mod tests {
     use ratelab::Time;
 
     use super::render;
-    use crate::dashboard::{
-        frame::SignalTrace,
-        view::{
-            pane::testing::{POOR, RICH, screen, styled, text, torture},
-            sample,
-            theme::Theme,
+    use crate::{
+        dashboard::{
+            frame::SignalTrace,
+            view::{
+                pane::testing::{POOR, RICH, screen, styled, text, torture},
+                sample,
+            },
         },
+        theme::Theme,
     };
 
     /// A pole that swings for twelve seconds and then tips over.

@@ -3,11 +3,8 @@
 use ratatui::{buffer::Buffer, layout::Rect, style::Style};
 use ratelab::{ClockKind, telemetry::Status};
 
-use super::{
-    pane::{self, plain, put, row},
-    theme::Theme,
-};
-use crate::dashboard::frame::FrameData;
+use super::pane::{self, plain, put, row};
+use crate::{dashboard::frame::FrameData, theme::Theme};
 
 /// Blanks between the parts of a line.
 const GAP: usize = 2;
@@ -162,9 +159,11 @@ mod tests {
     use ratelab::ClockKind;
 
     use super::{StatusExtra, render_footer, render_status};
-    use crate::dashboard::view::{
-        pane::testing::{POOR, RICH, screen, styled, text, torture},
-        sample,
+    use crate::{
+        dashboard::view::{
+            pane::testing::{POOR, RICH, screen, styled, text, torture},
+            sample,
+        },
         theme::Theme,
     };
 

@@ -2,10 +2,8 @@
 
 use ratatui::{buffer::Buffer, layout::Rect, style::Style};
 
-use super::{
-    pane::{self, clip, plain, put, row},
-    theme::Theme,
-};
+use super::pane::{self, clip, plain, put, row};
+use crate::theme::Theme;
 
 /// Blanks between columns.
 const GAP: usize = 2;

@@ -8,11 +8,11 @@ use ratatui::{
 };
 use ratelab::Time;
 
-use super::{
-    pane::{self, border, broken, clip, plain, put, row, width},
+use super::pane::{self, border, broken, clip, plain, put, row, width};
+use crate::{
+    dashboard::timeline::{Mark, MarkKind, Timeline},
     theme::Theme,
 };
-use crate::dashboard::timeline::{Mark, MarkKind, Timeline};
 
 /// The meaning of the glyphs in lanes.
 pub(super) const LEGEND: [(MarkKind, &str); 8] = [

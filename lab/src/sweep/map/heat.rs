@@ -2,11 +2,11 @@
 
 use super::{MapStyle, cell_mark, edge_mark, growth_text, level};
 use crate::{
-    dashboard::view::theme::Theme,
     sweep::{
         summary::{RowSummary, SweepSummary},
         survival_level::SurvivalLevel,
     },
+    theme::Theme,
 };
 
 /// Columns of a cell: a glyph and a digit.

@@ -2,11 +2,11 @@
 
 use super::{cost_text, decimals, edge_mark, figure, growth_text};
 use crate::{
-    dashboard::view::theme::Theme,
     sweep::{
         summary::{RowSummary, SweepSummary},
         survival_level::SurvivalLevel,
     },
+    theme::Theme,
 };
 
 /// Width of a bar (columns).

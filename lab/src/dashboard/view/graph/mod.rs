@@ -14,10 +14,13 @@ mod wires;
 use ratatui::{buffer::Buffer, layout::Rect, text::Span};
 
 use self::{label::Labels, place::GraphLayout, wires::Wires};
-use super::{pane, theme::Theme};
-use crate::dashboard::{
-    frame::{FrameData, TopicData},
-    knob_focus::KnobFocus,
+use super::pane;
+use crate::{
+    dashboard::{
+        frame::{FrameData, TopicData},
+        knob_focus::KnobFocus,
+    },
+    theme::Theme,
 };
 
 /// A graph to draw.

@@ -13,9 +13,12 @@ use super::{
     place::GraphLayout,
     text::{count, fitting},
 };
-use crate::dashboard::{
-    frame::{Health, NodeData},
-    view::{pane, theme::Theme},
+use crate::{
+    dashboard::{
+        frame::{Health, NodeData},
+        view::pane,
+    },
+    theme::Theme,
 };
 
 /// Minimum length of a row with a margin in a box.

@@ -4,14 +4,16 @@ use insta::assert_snapshot;
 use ratatui::buffer::Buffer;
 
 use super::render;
-use crate::dashboard::{
-    frame::{Dot, FrameData, Health},
-    knob_focus::KnobFocus,
-    view::{
-        pane::testing::{POOR, RICH, screen, styled, text, torture},
-        sample,
-        theme::Theme,
+use crate::{
+    dashboard::{
+        frame::{Dot, FrameData, Health},
+        knob_focus::KnobFocus,
+        view::{
+            pane::testing::{POOR, RICH, screen, styled, text, torture},
+            sample,
+        },
     },
+    theme::Theme,
 };
 
 fn buffer(frame: &FrameData, theme: &Theme, width: u16, height: u16) -> Buffer {

@@ -15,9 +15,12 @@ use super::{
     route::{Route, column_of},
     text,
 };
-use crate::dashboard::{
-    frame::{FrameData, TopicData},
-    view::{pane, theme::Theme},
+use crate::{
+    dashboard::{
+        frame::{FrameData, TopicData},
+        view::pane,
+    },
+    theme::Theme,
 };
 
 /// Distance between messages on a line (cells).

@@ -1,5 +1,7 @@
 //! Errors of the commands.
 
+mod lab;
+
 use std::{
     io::{self, ErrorKind},
     path::Path,
@@ -15,10 +17,9 @@ use ratelab_study::{
 };
 use thiserror::Error;
 
-use crate::{
-    dashboard::error::LabError,
-    recording::{ReadError, RecordError, Recording, VerifyError},
-};
+pub use lab::LabError;
+
+use crate::recording::{ReadError, RecordError, Recording, VerifyError};
 
 /// An error of a command.
 #[derive(Debug, Error)]
