@@ -98,11 +98,6 @@ impl Inbox {
         self.interrupt = Some(interrupt.clone());
     }
 
-    /// Whether the run is to stop at once.
-    fn is_interrupted(&self) -> bool {
-        self.interrupt.as_ref().is_some_and(Interrupt::is_asked)
-    }
-
     /// Time of the next timed command; [`Time::MAX`] if there is none before the end.
     pub(crate) fn next_timed(&self, end: Time) -> Time {
         let next = self.timed.front().map(|timed| timed.at);
@@ -117,6 +112,11 @@ impl Inbox {
 
 #[cfg(not(feature = "model"))]
 impl Inbox {
+    /// Whether the run is to stop at once.
+    fn is_interrupted(&self) -> bool {
+        self.interrupt.as_ref().is_some_and(Interrupt::is_asked)
+    }
+
     /// Waits for the next live command; `None` if the wait is over, or at once if all
     /// senders are gone and the wait would be forever.
     pub(crate) fn receive(&self, wait: Wait) -> Option<Command> {

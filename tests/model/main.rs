@@ -5,7 +5,7 @@
 //! checker's: every use of one is a point at which another thread may run. A thread that
 //! is never woken shows up as a deadlock, one that never ends as too many steps.
 
-#[path = "../support/mod.rs"]
+#[path = "../support/graphs.rs"]
 mod support;
 
 mod clock;

@@ -2,147 +2,19 @@
 //! messages.
 #![allow(dead_code)] // Each test uses its own part.
 
+mod graphs;
 pub mod specs;
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
-use ratelab::{
-    Clock, ClockExit, Command, Depth, GO_ON, Graph, Hz, Inbox, Knob, Message, Observer, Payload,
-    Tap, TapMessage, Tick, Time, TimedCommand, TimedKnob, VirtualClock,
-    telemetry::{Event, EventKind},
-};
+use ratelab::{Message, Payload, Tap, TapMessage, TimedKnob};
 use ratelab_cart_pole::{
     ACTION, Action, CONTROL_HZ, CartPole, ControlStep, OBS, Observation, POLICY, STATE,
     policy::{Policy, PolicyCache, PolicyContext, SwappablePolicy},
 };
 use ratelab_study::experiment::{Config, Experiment, Summary};
 
-/// A valid rate.
-pub fn hz(hz: f64) -> Hz {
-    Hz::new(hz).expect("a rate")
-}
-
-/// A valid depth.
-pub fn depth(messages: usize) -> Depth {
-    Depth::new(messages).expect("a depth")
-}
-
-/// The run time `seconds`.
-pub fn secs(seconds: f64) -> Time {
-    Time::from_secs_f64(seconds).expect("a time")
-}
-
-/// `command` at the run time `seconds`.
-pub fn at(seconds: f64, command: Command) -> TimedCommand {
-    let at = secs(seconds);
-    TimedCommand { at, command }
-}
-
-pub fn set_rate(node: &str, rate: f64) -> Command {
-    let (node, hz) = (node.to_owned(), hz(rate));
-    Command::Set(Knob::Rate { node, hz })
-}
-
-pub fn set_depth(topic: &str, messages: usize) -> Command {
-    let (topic, depth) = (topic.to_owned(), depth(messages));
-    Command::Set(Knob::Depth { topic, depth })
-}
-
-/// Sends `text` to `node`.
-pub fn send_to(node: &str, text: &str) -> Command {
-    let (node, text) = (node.to_owned(), text.to_owned());
-    Command::Set(Knob::Send { node, text })
-}
-
-/// Runs `graph` with these commands only.
-pub fn run_timed(
-    clock: &mut impl Clock,
-    graph: &mut Graph,
-    timed: Vec<TimedCommand>,
-    until: Time,
-) -> ClockExit {
-    let (_, mut inbox) = Inbox::new(timed);
-    clock.run(graph, &mut inbox, until).expect("no fault")
-}
-
-/// The same on the virtual clock.
-pub fn run_virtual(graph: &mut Graph, timed: Vec<TimedCommand>, until: Time) -> ClockExit {
-    run_timed(&mut VirtualClock, graph, timed, until)
-}
-
-/// The commands of a run that took effect, with their times.
-pub fn applied(events: &[Event]) -> Vec<(Time, Command)> {
-    let applied = events.iter();
-    let applied = applied.filter_map(|event| Some((event.at, event.applied()?.clone())));
-    applied.collect()
-}
-
-/// The refused commands of a run, with the reasons.
-pub fn refused(events: &[Event]) -> Vec<(Command, String)> {
-    let refused = events.iter().filter_map(|event| match &event.what {
-        EventKind::Refused { command, reason } => Some((command.clone(), reason.clone())),
-        _ => None,
-    });
-    refused.collect()
-}
-
-/// The ticks of all nodes so far.
-pub fn ticks(observer: &Observer) -> u64 {
-    observer
-        .snapshot()
-        .nodes
-        .iter()
-        .map(|node| node.ticks)
-        .sum()
-}
-
-/// The ticks of nodes, in their order.
-#[derive(Clone, Default)]
-pub struct TickLog(Arc<Mutex<Vec<(&'static str, Time)>>>);
-
-impl TickLog {
-    /// Adds a node that only records its ticks.
-    pub fn node(&self, graph: &mut Graph, name: &'static str, rate: f64, priority: u32) {
-        self.node_that(graph, name, rate, priority, |_| GO_ON);
-    }
-
-    /// Adds a node that records its ticks and then works.
-    pub fn node_that(
-        &self,
-        graph: &mut Graph,
-        name: &'static str,
-        rate: f64,
-        priority: u32,
-        mut work: impl FnMut(Time) -> Tick + Send + 'static,
-    ) {
-        let log = self.0.clone();
-        let node = move |now| {
-            log.lock().expect("log").push((name, now));
-            work(now)
-        };
-        let added = graph.node(name, hz(rate), priority, |_| node);
-        added.expect("a name of its own");
-    }
-
-    /// All ticks so far.
-    pub fn all(&self) -> Vec<(&'static str, Time)> {
-        self.0.lock().expect("log").clone()
-    }
-
-    /// The ticks of the node called `name`.
-    pub fn of(&self, name: &str) -> Vec<Time> {
-        let all = self.all();
-        let its = all.iter().filter(|(node, _)| *node == name);
-        its.map(|(_, at)| *at).collect()
-    }
-}
-
-/// One node at 10 Hz.
-pub fn metronome() -> (TickLog, Graph) {
-    let (log, mut graph) = (TickLog::default(), Graph::new());
-    log.node(&mut graph, "a", 10.0, 0);
-    (log, graph)
-}
+pub use graphs::*;
 
 /// The cart-pole.
 pub fn cart_pole() -> Arc<CartPole> {
