@@ -28,6 +28,10 @@
 //! full tap loses messages and counts them under the real clock; under the virtual one
 //! the run waits, which costs no run time.
 //!
+//! This crate knows no robot, terminal, file or network: those stand on it. To read it, begin
+//! with `topic.rs`, `rate.rs` and `node.rs`; `graph.rs` wires them, `scheduling/` decides what
+//! is next under either clock, and `clock/` has it done.
+//!
 //! # A graph in twenty lines
 //!
 //! ```
@@ -60,7 +64,7 @@
 
 mod chance;
 mod channel;
-pub mod clock;
+mod clock;
 mod command;
 mod cost;
 mod depth;
@@ -94,7 +98,7 @@ mod sync;
 mod tap;
 mod tap_handle;
 mod task;
-pub mod telemetry;
+mod telemetry;
 mod time;
 mod timing;
 mod topic;
@@ -102,12 +106,16 @@ mod transit;
 mod trigger;
 
 pub use chance::Chance;
-pub use clock::{Clock, ClockExit, RealClock, Rerun, VirtualClock};
+pub use clock::{
+    Clock, ClockExit, RealClock, RealtimeError, RealtimePriority, Rerun, VirtualClock,
+    lower_priority, run,
+};
 pub use command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand};
 pub use cost::Cost;
 pub use depth::{Depth, DepthError};
 pub use digest::Digest;
 pub use draw::{Draw, Recorded};
+pub use event::{Event, EventKind};
 pub use executor::{Callback, Executor};
 pub use fields::Fields;
 pub use graph::{Graph, GraphError, Wiring};
@@ -128,7 +136,11 @@ pub use release::Release;
 pub use rows::{NamedTopic, RecordedTopic, RowInlet, RowReader, RowTap, RowWatcher, Rows};
 pub use tap::{Backpressure, Copies, Tap, TapMessage, TickRecord};
 pub use tap_handle::TapHandle;
-pub use telemetry::{Observer, Snapshot};
+pub use telemetry::{
+    Distribution, Flight, Meter, MeterRecorder, MeterView, NodeTopology, NodeView, Observer,
+    PushAge, PushAgeView, ReplayCounters, Snapshot, Status, SubscriptionView, TopicTopology,
+    TopicView, Topology,
+};
 pub use time::{Hz, HzError, Time, TimeError};
 pub use topic::{Publisher, Subscription, Topic};
 pub use trigger::{Choice, Match, Matcher, TakenMessage};

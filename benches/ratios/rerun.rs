@@ -6,9 +6,8 @@ use std::{
 };
 
 use ratelab::{
-    Clock, ClockKind, Depth, GO_ON, Graph, Hz, Inbox, Log, RealClock, Rerun, Time, Topic,
-    VirtualClock,
-    telemetry::{Event, Topology},
+    Clock, ClockKind, Depth, Event, GO_ON, Graph, Hz, Inbox, Log, RealClock, Rerun, Time, Topic,
+    Topology, VirtualClock,
 };
 use ratelab_cart_pole::CartPole;
 use ratelab_study::experiment::{Config, Experiment};

@@ -18,7 +18,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Each exercise is a module of this crate; [`framework`] is their common part.
+//! Each exercise is a module of this crate; [`framework`] is their common part. They stand on the
+//! cart-pole, and print nothing: the command asks and prints. A new exercise is a module with a
+//! row in [`ALL`], and its figures in `bands.toml`.
 
 pub mod build;
 pub mod cliff;

@@ -32,6 +32,9 @@
 //!     ratelab_lab::main(Counter)
 //! }
 //! ```
+//!
+//! Inside, `commands/` has one file for each command, on options (`cli/`), `dashboard/`,
+//! `recording/` and `sweep/`; begin with `program.rs`.
 
 // Errors go through `output`, which makes them safe to print on a terminal.
 #![warn(clippy::print_stderr)]

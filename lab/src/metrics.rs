@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::telemetry::Distribution;
+use ratelab::Distribution;
 use ratelab_study::{
     experiment::{NodeSummary, Summary, TopicSummary},
     system::{KnobText, System, WorldKind},

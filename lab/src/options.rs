@@ -2,7 +2,7 @@
 
 use std::{fmt, path::Path};
 
-use ratelab::{ClockKind, Knob, Speed, Time, TimedKnob, clock::RealtimePriority};
+use ratelab::{ClockKind, Knob, RealtimePriority, Speed, Time, TimedKnob};
 use ratelab_study::{
     experiment::{Config, Experiment},
     file::{self, FileError},

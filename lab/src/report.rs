@@ -2,10 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{
-    ClockKind, Command, Hz, Knob, KnobKind,
-    telemetry::{Distribution, Event, EventKind},
-};
+use ratelab::{ClockKind, Command, Distribution, Event, EventKind, Hz, Knob, KnobKind};
 use ratelab_study::{
     experiment::{MeanPushAge, NodeSummary, Summary, TopicSummary},
     system::{Alias, KnobText, System},

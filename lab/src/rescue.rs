@@ -3,7 +3,7 @@
 use std::{path::Path, time::Duration};
 
 use exercises::rescue::judge::{DANGER_DEG, HELD, RescueFailure, RescueSession, Rescued, judge};
-use ratelab::{Knob, Message, Rows, Time, TimedKnob, telemetry::Event};
+use ratelab::{Event, Knob, Message, Rows, Time, TimedKnob};
 use ratelab_cart_pole::{BROKEN_HZ, CartPole, ControlStep, POLICY, STATE, actuator_hz, verdict};
 use ratelab_study::system::Verdict;
 

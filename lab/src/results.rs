@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use ratelab::{Knob, clock::RealtimePriority};
+use ratelab::{Knob, RealtimePriority};
 use ratelab_study::{
     experiment::{Experiment, Summary},
     system::System,

@@ -12,7 +12,7 @@ impl Graph {
     /// Has an executor run these nodes, which were added before, in the order of their
     /// registration. Each executor has threads of its own, under the real clock as well: there
     /// `fixed-priority` needs
-    /// [`RealtimePriority`](crate::clock::RealtimePriority) and cores to spare, and
+    /// [`RealtimePriority`](crate::RealtimePriority) and cores to spare, and
     /// `edf` is refused.
     ///
     /// ```

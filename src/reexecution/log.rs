@@ -6,7 +6,7 @@ use thiserror::Error;
 /// and in which turns it took what the nodes share.
 ///
 /// Together with the configuration and the events of the run it is enough to execute the
-/// run again; see [`Rerun`](crate::clock::Rerun).
+/// run again; see [`Rerun`](crate::Rerun).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Log {
     threads: Vec<Vec<u8>>,

@@ -15,7 +15,7 @@ mod replay_counters;
 mod topology;
 mod window;
 
-pub use super::event::{Event, EventKind};
+pub(crate) use super::event::{Event, EventKind};
 pub use counters::Flight;
 pub use meter::{Distribution, Meter, MeterRecorder};
 pub use observer::{MeterView, NodeView, Observer, Snapshot, Status, SubscriptionView, TopicView};

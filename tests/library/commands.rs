@@ -8,9 +8,8 @@ use std::{
 
 use crossbeam_channel::Sender;
 use ratelab::{
-    Clock, ClockExit, Command, Depth, END, GO_ON, Graph, Inbox, RealClock, Speed, Time, Topic,
-    VirtualClock,
-    telemetry::{Event, EventKind},
+    Clock, ClockExit, Command, Depth, END, Event, EventKind, GO_ON, Graph, Inbox, RealClock, Speed,
+    Time, Topic, VirtualClock,
 };
 
 use crate::support::{

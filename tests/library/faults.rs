@@ -2,8 +2,8 @@
 //! cause.
 
 use ratelab::{
-    Clock, Fault, GO_ON, Graph, Inbox, Panicked, RealClock, Tick, Time, VirtualClock,
-    telemetry::{Event, EventKind},
+    Clock, Event, EventKind, Fault, GO_ON, Graph, Inbox, Panicked, RealClock, Tick, Time,
+    VirtualClock,
 };
 use ratelab_cart_pole::{Action, NotFinite, Observation, POLICY, Plant, policy::Policy};
 use ratelab_study::experiment::{Config, Experiment};

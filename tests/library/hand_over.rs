@@ -2,7 +2,7 @@
 //! or run in pieces, and continues where it was.
 
 use ratelab::{
-    ClockExit, ClockKind, Command, Depth, GO_ON, Graph, Inbox, RealClock, Time, Topic, clock,
+    ClockExit, ClockKind, Command, Depth, GO_ON, Graph, Inbox, RealClock, Time, Topic, run,
 };
 
 use crate::support::{TickLog, applied, at, messages_of, metronome, refused, run_virtual, secs};
@@ -13,7 +13,7 @@ fn a_graph_is_not_handed_to_the_clock_that_runs_it() {
         let (_, mut graph) = metronome();
         let (_, mut inbox) = Inbox::new(vec![at(0.0, Command::HandOver(kind))]);
         let real = &mut RealClock::default();
-        let exit = clock::run(&mut graph, &mut inbox, secs(0.02), kind, real).expect("run");
+        let exit = run(&mut graph, &mut inbox, secs(0.02), kind, real).expect("run");
         assert_eq!(exit, ClockExit::Completed);
         assert_eq!(refused(&graph.observer().events(0)).len(), 1);
     }
@@ -38,7 +38,7 @@ fn a_graph_that_is_handed_over_and_back_continues_where_it_was() {
     ];
     let (_, mut inbox) = Inbox::new(timed);
     let real = &mut RealClock::default();
-    let exit = clock::run(&mut graph, &mut inbox, secs(2.0), ClockKind::Virtual, real);
+    let exit = run(&mut graph, &mut inbox, secs(2.0), ClockKind::Virtual, real);
     assert_eq!(exit.expect("run"), ClockExit::Completed);
 
     let hand_overs = applied(&graph.observer().events(0));

@@ -4,10 +4,8 @@ use std::sync::{Arc, Mutex};
 
 use proptest::prelude::*;
 use ratelab::{
-    ClockExit, Command, GO_ON, Graph, Head, Inbox, Node, Publisher, Subscription, Tap, TapMessage,
-    Tick, Time, TimedCommand, Topic,
-    clock::{Clock, VirtualClock},
-    telemetry::PushAge,
+    Clock, ClockExit, Command, GO_ON, Graph, Head, Inbox, Node, Publisher, PushAge, Subscription,
+    Tap, TapMessage, Tick, Time, TimedCommand, Topic, VirtualClock,
 };
 use ratelab_account::Lineage;
 

@@ -5,7 +5,7 @@ use std::{ops::Range, time::Duration};
 
 use ratelab::{
     Callback, Clock, ClockExit, ClockKind, Command, Executor, GO_ON, Graph, Inbox, Knob, Match,
-    RealClock, Rerun, TickRecord, Time, TimedCommand, Topic, VirtualClock, telemetry::Observer,
+    Observer, RealClock, Rerun, TickRecord, Time, TimedCommand, Topic, VirtualClock,
 };
 
 use crate::support::{self, depth, hz, secs};

@@ -5,7 +5,7 @@ use std::{thread, time::Duration};
 
 use crossbeam_channel::Sender;
 use proptest::prelude::*;
-use ratelab::{Command, Depth, Graph, Speed, TimedCommand, Topic, telemetry::Event};
+use ratelab::{Command, Depth, Event, Graph, Speed, TimedCommand, Topic};
 use ratelab_cart_pole::{
     ACTION, ACTUATOR, Actuator, ActuatorInput, CONTROL_HZ, OBS, POLICY, Plant, PolicyNode, SENSOR,
     STATE, Sensor, SharedPlant,

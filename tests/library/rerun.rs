@@ -14,9 +14,9 @@ use std::{
 
 use crossbeam_channel::Sender;
 use ratelab::{
-    Clock, ClockKind, Command, GO_ON, Graph, Inbox, Log, Observer, RealClock, Rerun, RowTap, Rows,
-    Shared, Speed, Tap, TickRecord, Time, TimedCommand, Topic,
-    telemetry::{Distribution, Event, EventKind, Topology},
+    Clock, ClockKind, Command, Distribution, Event, EventKind, GO_ON, Graph, Inbox, Log, Observer,
+    RealClock, Rerun, RowTap, Rows, Shared, Speed, Tap, TickRecord, Time, TimedCommand, Topic,
+    Topology,
 };
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},

@@ -4,8 +4,8 @@
 use std::{num::NonZeroUsize, ops::ControlFlow, thread, time::Duration};
 
 use ratelab::{
-    ClockKind, GO_ON, Graph, Inbox, Knob, Node, RealClock, Tick, Time, TimedCommand, VirtualClock,
-    clock, telemetry::Event,
+    ClockKind, Event, GO_ON, Graph, Inbox, Knob, Node, RealClock, Tick, Time, TimedCommand,
+    VirtualClock, run,
 };
 use ratelab_cart_pole::{CartPole, POLICY, policy::Scripted};
 use ratelab_study::experiment::{
@@ -91,7 +91,7 @@ fn a_node_that_panics_over_a_message_is_a_fault_with_its_name() {
         let mut graph = listener();
         let (_commands, mut inbox) = Inbox::new(vec![at(0.01, send_to("a", "boom"))]);
         let mut real = RealClock::default();
-        let end = clock::run(&mut graph, &mut inbox, secs(0.2), kind, &mut real);
+        let end = run(&mut graph, &mut inbox, secs(0.2), kind, &mut real);
         let fault = end.expect_err("a fault");
         assert_eq!(fault.node, "a");
         assert!(fault.cause.to_string().contains("boom it is"), "{fault}");

@@ -8,10 +8,7 @@ use std::{
 };
 
 use proptest::prelude::*;
-use ratelab::{
-    Depth, GO_ON, Graph, TickRecord, Time, Topic,
-    telemetry::{Distribution, Meter, ReplayCounters},
-};
+use ratelab::{Depth, Distribution, GO_ON, Graph, Meter, ReplayCounters, TickRecord, Time, Topic};
 
 use crate::support::{at, depth, hz, run_virtual, secs, set_depth};
 

@@ -4,7 +4,7 @@
 
 use std::{collections::HashMap, sync::Arc};
 
-use ratelab::{Message, Payload, Tap, TapMessage, Time, telemetry::PushAgeView};
+use ratelab::{Message, Payload, PushAgeView, Tap, TapMessage, Time};
 use ratelab_cart_pole::{ACTION, Action, CartPole, ControlStep, OBS, Observation, STATE};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},

@@ -4,7 +4,7 @@ use std::sync::Mutex;
 
 use ratelab::{
     Clock, ClockExit, ClockKind, Command, END, Fault, GO_ON, Graph, Inbox, Node, RealClock, Tick,
-    Time, Topic, clock,
+    Time, Topic, run,
 };
 use shuttle::{sync::Arc, thread};
 
@@ -92,7 +92,7 @@ impl Trio {
             }
         });
         let real = &mut RealClock::default();
-        let exit = clock::run(&mut self.graph, &mut inbox, until, first, real);
+        let exit = run(&mut self.graph, &mut inbox, until, first, real);
         let snapshot = self.graph.observer().snapshot();
         person.join().expect("person");
         for (index, tap) in taps.iter().enumerate() {
@@ -110,7 +110,7 @@ impl Trio {
             assert_eq!(snapshot.topics[index].published, seqs.len() as u64);
         }
         let after = self.graph.observer().snapshot();
-        let ticks = |node: &ratelab::telemetry::NodeView| node.ticks;
+        let ticks = |node: &ratelab::NodeView| node.ticks;
         assert!(
             after
                 .nodes

@@ -2,7 +2,7 @@
 
 use ratelab::{
     Callback, Clock, ClockExit, ClockKind, Command, END, Executor, GO_ON, Graph, Inbox, Knob,
-    Match, RealClock, Rerun, TickRecord, Time, Topic, clock,
+    Match, RealClock, Rerun, TickRecord, Time, Topic, run,
 };
 use shuttle::{
     sync::{
@@ -124,7 +124,7 @@ fn commands_and_the_other_clock_leave_no_thread_behind() {
             }
         });
         let real = &mut RealClock::default();
-        let exit = clock::run(&mut graph, &mut inbox, Time::MAX, ClockKind::Real, real);
+        let exit = run(&mut graph, &mut inbox, Time::MAX, ClockKind::Real, real);
         assert_eq!(exit.expect("run"), ClockExit::Stopped);
         person.join().expect("person");
     });

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::telemetry::Meter;
+use ratelab::Meter;
 use shuttle::thread;
 
 use crate::{MANY, explore};

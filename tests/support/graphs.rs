@@ -4,9 +4,8 @@
 use std::sync::{Arc, Mutex};
 
 use ratelab::{
-    Clock, ClockExit, Command, Depth, GO_ON, Graph, Hz, Inbox, Knob, Observer, Tick, Time,
-    TimedCommand, VirtualClock,
-    telemetry::{Event, EventKind},
+    Clock, ClockExit, Command, Depth, Event, EventKind, GO_ON, Graph, Hz, Inbox, Knob, Observer,
+    Tick, Time, TimedCommand, VirtualClock,
 };
 
 /// A valid rate.

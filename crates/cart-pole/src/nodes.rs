@@ -1,8 +1,8 @@
 //! Sense, think, act: the three nodes.
 
 use ratelab::{
-    END, GO_ON, Message, Node, Publisher, Subscription, Tick, Time, Topic, Wiring,
-    telemetry::{MeterRecorder, PushAge},
+    END, GO_ON, Message, MeterRecorder, Node, Publisher, PushAge, Subscription, Tick, Time, Topic,
+    Wiring,
 };
 use ratelab_study::system::SharedWorld;
 use thiserror::Error;

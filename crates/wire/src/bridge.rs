@@ -7,7 +7,7 @@ use std::{
 };
 
 use crossbeam_channel::{Receiver, bounded};
-use ratelab::{Observer, telemetry::Topology};
+use ratelab::{Observer, Topology};
 use ratelab_study::{
     experiment::{Config, Experiment, Taps},
     system::{Alias, Joints},

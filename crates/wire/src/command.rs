@@ -7,7 +7,7 @@ use std::{
 };
 
 use crossbeam_channel::Sender;
-use ratelab::{Command, Knob, Observer, telemetry::EventKind};
+use ratelab::{Command, EventKind, Knob, Observer};
 use ratelab_study::{
     experiment::{Config, Experiment},
     system::System,

@@ -17,7 +17,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use ratelab::{Knob, telemetry::Topology};
+use ratelab::{Knob, Topology};
 use ratelab_study::system::{Alias, Setup, WorldKind};
 
 use crate::{error::WireError, peers::Peers, telemetry::Info};

@@ -2,9 +2,11 @@
 //!
 //! A [`Bridge`] connects the part of a graph that runs in this process with the others. It
 //! copies the messages of a topic with a remote reader, and publishes those that arrive into
-//! the local topic, where the newest wins as ever. The runtime knows nothing of it. The
-//! transport is zenoh's; everything about times, losses and refusals is here, and most of it
-//! works without a network.
+//! the local topic, where the newest wins as ever. The core, on which this stands, knows nothing
+//! of it. The transport is zenoh's; everything about times, losses and refusals is here, and most
+//! of it works without a network.
+//!
+//! Begin with [`Bridge`]; an [`Inlet`] and the outlets beside it carry single topics.
 
 mod bridge;
 pub mod clock;

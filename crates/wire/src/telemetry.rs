@@ -1,9 +1,6 @@
 //! What happened in a process, for dashboards: ticks, messages, arrivals, events.
 
-use ratelab::{
-    Push, TickRecord, Time,
-    telemetry::{Event, Topology},
-};
+use ratelab::{Event, Push, TickRecord, Time, Topology};
 use ratelab_study::experiment::Config;
 use serde::{Deserialize, Serialize};
 

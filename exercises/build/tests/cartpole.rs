@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use build_it::cartpole::{Run, Settings, run};
-use ratelab::{ClockExit, Push, TickRecord, Time, telemetry::EventKind};
+use ratelab::{ClockExit, EventKind, Push, TickRecord, Time};
 use ratelab_cart_pole::CartPole;
 use ratelab_study::experiment::Experiment;
 

@@ -16,7 +16,7 @@
 
 use std::{fmt, time::Duration};
 
-use ratelab::{Hz, Knob, Message, Time, TimedKnob, telemetry::Event};
+use ratelab::{Event, Hz, Knob, Message, Time, TimedKnob};
 use ratelab_cart_pole::{BROKEN_HZ, ControlStep, POLICY};
 use ratelab_study::system::Verdict;
 

@@ -5,7 +5,7 @@ pub mod nodes;
 
 use accumulating::schedule;
 use nodes::ScheduledRun;
-use ratelab::{Hz, telemetry::Distribution};
+use ratelab::{Distribution, Hz};
 use ratelab_cart_pole::{ACTION, CartPole, OBS};
 use ratelab_study::experiment::{Config, Experiment};
 

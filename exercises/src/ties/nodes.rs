@@ -3,10 +3,7 @@
 //! The nodes, the topics and the plant are the library's own; only the schedule is
 //! somebody else's.
 
-use ratelab::{
-    Depth, Node, Time, Topic,
-    telemetry::{Distribution, Meter, PushAge},
-};
+use ratelab::{Depth, Distribution, Meter, Node, PushAge, Time, Topic};
 use ratelab_cart_pole::{
     ACTION, Action, Actuator, ActuatorInput, ControlStep, OBS, Observation, Plant, PolicyNode,
     STATE, Sensor, SharedPlant, policy::Scripted,

@@ -5,10 +5,7 @@
 
 use std::time::{Duration, Instant};
 
-use ratelab::{
-    Observer, Snapshot,
-    telemetry::{Distribution, NodeView, TopicView},
-};
+use ratelab::{Distribution, NodeView, Observer, Snapshot, TopicView};
 use ratelab_study::system::System;
 
 use super::{

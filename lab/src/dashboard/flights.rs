@@ -1,6 +1,6 @@
 //! Positions of messages in flight on a link.
 
-use ratelab::{Time, telemetry::Flight};
+use ratelab::{Flight, Time};
 
 use super::frame::Dot;
 

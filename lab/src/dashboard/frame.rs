@@ -5,10 +5,7 @@
 
 use std::{sync::Arc, time::Duration};
 
-use ratelab::{
-    Hz, Time,
-    telemetry::{Distribution, Status, Topology},
-};
+use ratelab::{Distribution, Hz, Status, Time, Topology};
 use ratelab_account::{AgeParts, AgeStage};
 use ratelab_study::system::{AgeLimits, Signal};
 

@@ -1,9 +1,6 @@
 //! The node and the topics whose knobs keys turn.
 
-use ratelab::{
-    KnobKind, Snapshot,
-    telemetry::{NodeView, TopicView},
-};
+use ratelab::{KnobKind, NodeView, Snapshot, TopicView};
 use ratelab_study::system::System;
 
 use super::presets::Direction;

@@ -1,9 +1,6 @@
 //! The knobs of a session: as the graph has them, and as keys turned them since.
 
-use ratelab::{
-    Command, Knob,
-    telemetry::{Event, EventKind},
-};
+use ratelab::{Command, Event, EventKind, Knob};
 use ratelab_study::system::Setup;
 
 /// Knobs that were turned, before the run and during it.

@@ -1,6 +1,6 @@
 //! Ticks that overlap, as far as their operations are done.
 
-use ratelab::{Knot, Time, telemetry::Topology};
+use ratelab::{Knot, Time, Topology};
 
 /// The thread that supervises the nodes.
 const SUPERVISOR: &str = "supervisor";

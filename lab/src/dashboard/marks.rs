@@ -1,6 +1,6 @@
 //! Marks of turned knobs in the chart of a signal.
 
-use ratelab::{Time, telemetry::Event};
+use ratelab::{Event, Time};
 use ratelab_study::system::System;
 
 use super::settings::in_words;

@@ -6,7 +6,7 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use ratelab::{Snapshot, Time, telemetry::PushAgeView};
+use ratelab::{PushAgeView, Snapshot, Time};
 use ratelab_study::system::System;
 
 /// Moments kept: an hour at 50 Hz.
@@ -147,7 +147,7 @@ fn by_states(system: &dyn System, graph: &Snapshot) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use ratelab::telemetry::PushAge;
+    use ratelab::PushAge;
 
     use super::*;
 

@@ -2,7 +2,7 @@
 //! without ending the run.
 
 use crossterm::event::KeyEvent;
-use ratelab::{Knob, KnobKind, Snapshot, telemetry::Event};
+use ratelab::{Event, Knob, KnobKind, Snapshot};
 use ratelab_study::system::KnobText;
 
 use super::{

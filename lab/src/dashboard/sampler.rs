@@ -7,8 +7,7 @@ use std::{
 };
 
 use ratelab::{
-    ClockExit, Head, KnobKind, Observer, Rows, Snapshot, Time,
-    telemetry::{Event, NodeView, TopicView},
+    ClockExit, Event, Head, KnobKind, NodeView, Observer, Rows, Snapshot, Time, TopicView,
 };
 use ratelab_account::Lineage;
 use ratelab_study::{

@@ -7,7 +7,7 @@ use std::{
 };
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
-use ratelab::{Clock, Command, Fault, Observer, RealClock, RowTap, clock::RealtimePriority};
+use ratelab::{Clock, Command, Fault, Observer, RealClock, RealtimePriority, RowTap};
 use ratelab_account::Lineage;
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},

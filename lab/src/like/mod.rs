@@ -8,7 +8,7 @@ use std::{
     sync::Arc,
 };
 
-use ratelab::{ClockKind, Command, Draw, Knob, KnobKind, Time, TimedKnob, telemetry::Event};
+use ratelab::{ClockKind, Command, Draw, Event, Knob, KnobKind, Time, TimedKnob};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::System,

@@ -1,6 +1,6 @@
 //! A comparison of the recorded run with its model.
 
-use ratelab::telemetry::Distribution;
+use ratelab::Distribution;
 use ratelab_study::{experiment::Summary, system::System};
 use serde_json::{Map, Value, json};
 

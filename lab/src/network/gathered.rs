@@ -3,8 +3,8 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{
-    ClockExit, ClockKind, Command, Head, Observer, Rows, Snapshot, Speed, TickRecord, Time,
-    telemetry::{Event, EventKind, ReplayCounters, Status, Topology},
+    ClockExit, ClockKind, Command, Event, EventKind, Head, Observer, ReplayCounters, Rows,
+    Snapshot, Speed, Status, TickRecord, Time, Topology,
 };
 use ratelab_account::Lineage;
 use ratelab_study::{

@@ -1,6 +1,6 @@
 //! Which nodes of a graph make a process.
 
-use ratelab::telemetry::Topology;
+use ratelab::Topology;
 use ratelab_study::system::System;
 
 /// The nodes that `names` stand for: nodes, or groups of them.

@@ -1,6 +1,6 @@
 //! A run of other processes for a recorder: its messages and ticks as they are put together.
 
-use ratelab::{Copies, Head, RowTap, Tap, TickRecord, telemetry::Topology};
+use ratelab::{Copies, Head, RowTap, Tap, TickRecord, Topology};
 
 use crate::recording::Tapped;
 

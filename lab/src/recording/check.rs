@@ -1,9 +1,6 @@
 //! Compares the claims of a file with its content, and finds the end of its intact part.
 
-use ratelab::{
-    ClockKind, Command, Hz, Knob, Rows, TickRecord, Time,
-    telemetry::{Event, NodeTopology},
-};
+use ratelab::{ClockKind, Command, Event, Hz, Knob, NodeTopology, Rows, TickRecord, Time};
 
 use super::{
     content::DAMAGED_ROW,

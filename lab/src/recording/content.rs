@@ -1,6 +1,6 @@
 //! Converts the chunks of a file to messages, ticks and events.
 
-use ratelab::{Head, Rows, TickRecord, Time, telemetry::Event};
+use ratelab::{Event, Head, Rows, TickRecord, Time};
 use ratelab_study::system::Setup;
 use rerun::log::Chunk;
 use serde_json::Value;

@@ -102,7 +102,7 @@ fn numbered(file: &Path, number: u32) -> PathBuf {
 mod tests {
     use std::fs::File;
 
-    use ratelab::telemetry::Topology;
+    use ratelab::Topology;
     use ratelab_cart_pole::CartPole;
     use ratelab_study::experiment::Config;
 

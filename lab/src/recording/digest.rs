@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use ratelab::{Head, Rows, TickRecord, Time, telemetry::Topology};
+use ratelab::{Head, Rows, TickRecord, Time, Topology};
 use xxhash_rust::xxh3::Xxh3;
 
 use super::schema::RecordingEnd;

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use ratelab::{Time, telemetry::Topology};
+use ratelab::{Time, Topology};
 
 use super::schema::{RecordingEnd, RunStatus};
 

@@ -2,7 +2,7 @@
 
 use std::iter::Peekable;
 
-use ratelab::{Knob, TickRecord, Time, TimedKnob, telemetry::Event};
+use ratelab::{Event, Knob, TickRecord, Time, TimedKnob};
 use ratelab_account::Lineage;
 
 use super::reader::Recording;

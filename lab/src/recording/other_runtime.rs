@@ -2,10 +2,7 @@
 
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc, time::Duration};
 
-use ratelab::{
-    ClockExit, ClockKind, Rows, TickRecord, Time,
-    telemetry::{Event, EventKind},
-};
+use ratelab::{ClockExit, ClockKind, Event, EventKind, Rows, TickRecord, Time};
 use ratelab_study::{
     experiment::{Config, Experiment, RunEnd},
     system::{BuildError, System, verdict},

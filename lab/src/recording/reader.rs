@@ -6,7 +6,7 @@ use std::{
     sync::Arc,
 };
 
-use ratelab::{Fields, Message, Rows, TickRecord, Time, telemetry::Event};
+use ratelab::{Event, Fields, Message, Rows, TickRecord, Time};
 use ratelab_study::{
     file::{self, FileError},
     graph_file::GraphFile,

@@ -2,10 +2,7 @@
 
 use std::{sync::Arc, time::Duration};
 
-use ratelab::{
-    ClockExit, Observer, Push, Rows, Time,
-    telemetry::{EventKind, ReplayCounters, Status},
-};
+use ratelab::{ClockExit, EventKind, Observer, Push, ReplayCounters, Rows, Status, Time};
 use ratelab_study::{
     experiment::{Config, RunEnd, Summary},
     system::{MeanCost, System, verdict},

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, fmt, time::Duration};
 
-use ratelab::{ClockKind, Speed, Time, TimedKnob, telemetry::Topology};
+use ratelab::{ClockKind, Speed, Time, TimedKnob, Topology};
 use ratelab_study::{
     experiment::{Config, RunEnd, Summary},
     system::{Setup, System, Verdict, VerdictKind, WorldKind},

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ratelab::{Fault, Observer, RowTap, Snapshot, Tap, TickRecord, telemetry::TopicView};
+use ratelab::{Fault, Observer, RowTap, Snapshot, Tap, TickRecord, TopicView};
 use ratelab_study::{
     experiment::{Experiment, Summary, Taps},
     system::System,

@@ -4,10 +4,7 @@
 //! it: a row that was changed, lost or exchanged is found, even if it makes no difference
 //! to the run.
 
-use ratelab::{
-    Digest, Log, LogPosition, Observer, Time,
-    telemetry::{Event, Topology},
-};
+use ratelab::{Digest, Event, Log, LogPosition, Observer, Time, Topology};
 use rerun::{RecordingStream, RecordingStreamResult, log::Chunk};
 
 use super::{

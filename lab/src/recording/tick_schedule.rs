@@ -2,10 +2,7 @@
 
 use std::collections::VecDeque;
 
-use ratelab::{
-    Command, Hz, Knob, KnobKind, Rate, Time,
-    telemetry::{Event, NodeTopology},
-};
+use ratelab::{Command, Event, Hz, Knob, KnobKind, NodeTopology, Rate, Time};
 use ratelab_study::system::Setup;
 
 use crate::timing::is_of_time;
@@ -112,10 +109,7 @@ fn is_fault(knob: &Knob) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use ratelab::{
-        Hz, Knob, Match, Time,
-        telemetry::{Event, EventKind, NodeTopology},
-    };
+    use ratelab::{Event, EventKind, Hz, Knob, Match, NodeTopology, Time};
     use ratelab_study::system::Setup;
 
     use super::TickSchedule;

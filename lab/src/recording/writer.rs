@@ -11,7 +11,7 @@ use std::{
     time::{Duration, Instant, SystemTime},
 };
 
-use ratelab::{ClockKind, Command, Observer, Rows, Time, telemetry::Event};
+use ratelab::{ClockKind, Command, Event, Observer, Rows, Time};
 use ratelab_study::system::System;
 use rerun::{RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
 
@@ -493,7 +493,7 @@ fn moves_the_wall(event: &Event) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use ratelab::telemetry::EventKind;
+    use ratelab::EventKind;
     use rerun::{
         RecordingStreamBuilder,
         log::{Chunk, LogMsg},

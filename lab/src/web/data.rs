@@ -2,10 +2,7 @@
 
 use std::sync::Arc;
 
-use ratelab::{
-    Command, Head, Knob, Rows, Time,
-    telemetry::{Event, PushAge},
-};
+use ratelab::{Command, Event, Head, Knob, PushAge, Rows, Time};
 use ratelab_study::system::{Picture, Shape, Style, System};
 use serde_json::{Value, json};
 

@@ -17,7 +17,7 @@ pub use occupancy::Occupied;
 pub use parts::{AgePart, AgeParts, AgeStage};
 pub use push::{Chain, PushInForce};
 
-use ratelab::{Depth, Head, Knob, ReadOrder, TickRecord, Time, telemetry::Topology};
+use ratelab::{Depth, Head, Knob, ReadOrder, TickRecord, Time, Topology};
 
 use self::meeting::Meeting;
 

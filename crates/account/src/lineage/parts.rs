@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{Time, telemetry::Topology};
+use ratelab::{Time, Topology};
 
 use super::{Lineage, TracedTick};
 

@@ -32,7 +32,7 @@ use std::{
 use crossbeam_channel::Sender;
 use ratelab::{
     Clock, ClockExit, ClockKind, Command, Fault, Graph, Inbox, Interrupt, Knob, Observer,
-    RealClock, RecordedTopic, TimedCommand, TimedKnob, clock,
+    RealClock, RecordedTopic, TimedCommand, TimedKnob, run,
 };
 
 pub use config::Config;
@@ -235,7 +235,7 @@ impl Experiment {
         drop(commands);
         let observer = graph.observer();
         let began = Instant::now();
-        let end = clock::run(&mut graph, &mut inbox, config.end, config.clock, real);
+        let end = run(&mut graph, &mut inbox, config.end, config.clock, real);
         let wall_time = began.elapsed();
         let [state, chains] = [system.state(), system.chains()].map(|name| {
             let topic = recorded.iter().find(|topic| Some(topic.name()) == name);

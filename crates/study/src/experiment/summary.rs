@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use ratelab::{
-    Hz, Interrupt, Observer, Rows, Snapshot, Time, TimedKnob,
-    telemetry::{Distribution, Event, NodeView, TopicView},
+    Distribution, Event, Hz, Interrupt, NodeView, Observer, Rows, Snapshot, Time, TimedKnob,
+    TopicView,
 };
 
 use super::Config;

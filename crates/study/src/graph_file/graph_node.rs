@@ -2,10 +2,7 @@
 
 use std::sync::Arc;
 
-use ratelab::{
-    GO_ON, Node, Publisher, RowReader, Shared, Tick, Time,
-    telemetry::{MeterRecorder, PushAge},
-};
+use ratelab::{GO_ON, MeterRecorder, Node, Publisher, PushAge, RowReader, Shared, Tick, Time};
 
 use super::chain::{ChainAges, Numbers};
 

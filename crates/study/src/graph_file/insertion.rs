@@ -1,6 +1,6 @@
 //! The nodes of a graph file between a topic of a system and its reader.
 
-use ratelab::telemetry::Topology;
+use ratelab::Topology;
 
 use super::{
     ChainSpec, GraphFile, InnerSpec, NodeSpec,

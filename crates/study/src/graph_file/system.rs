@@ -2,7 +2,7 @@
 
 use std::{path::PathBuf, sync::Arc};
 
-use ratelab::{ClockExit, RecordedTopic, Release, Shared, Time, Topic, telemetry::Topology};
+use ratelab::{ClockExit, RecordedTopic, Release, Shared, Time, Topic, Topology};
 
 use super::{
     CHAINS, ChainSpec, GraphFile, GraphFileError, NodeSpec,

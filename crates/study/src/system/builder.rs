@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ratelab::{
     Callback, Depth, Executor, Fields, GO_ON, Graph, Hz, Knob, KnobKind, Match, NamedTopic, Node,
-    Payload, RecordedTopic, Release, Tick, Time, TimedKnob, Topic, Wiring, telemetry::Topology,
+    Payload, RecordedTopic, Release, Tick, Time, TimedKnob, Topic, Topology, Wiring,
 };
 
 use super::{BuildError, Setup, SharedWorld, System, World, WorldKind};

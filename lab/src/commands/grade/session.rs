@@ -7,7 +7,7 @@ use std::{
     sync::atomic::{AtomicBool, Ordering},
 };
 
-use ratelab::{Time, TimedKnob, telemetry::Event};
+use ratelab::{Event, Time, TimedKnob};
 
 use super::{file_name, flag::Flags};
 use crate::{

@@ -1,9 +1,6 @@
 //! Knobs: by presets, by exact values, and by timed knobs.
 
-use ratelab::{
-    Command, Knob, KnobKind, Link,
-    telemetry::{Event, EventKind},
-};
+use ratelab::{Command, Event, EventKind, Knob, KnobKind, Link};
 use ratelab_study::{
     experiment::{Config, Experiment},
     system::KnobText,

@@ -16,7 +16,7 @@ mod tour;
 use std::{path::PathBuf, sync::Arc, time::Duration};
 
 use crossterm::event::KeyEvent;
-use ratelab::{Command, Knob, Snapshot, Time, telemetry::Event};
+use ratelab::{Command, Event, Knob, Snapshot, Time};
 use ratelab_study::{
     experiment::Config,
     system::{System, WorldKind},

@@ -1,7 +1,7 @@
 //! Looking back at a run of the real clock, tick by tick.
 
 use crossterm::event::KeyEvent;
-use ratelab::{ClockKind, Command, telemetry::Event};
+use ratelab::{ClockKind, Command, Event};
 
 use super::{App, LabError, restart::Next};
 use crate::dashboard::{

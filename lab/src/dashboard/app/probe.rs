@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ratelab::{Knob, telemetry::Event};
+use ratelab::{Event, Knob};
 
 use super::App;
 use crate::{

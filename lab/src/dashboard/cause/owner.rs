@@ -273,6 +273,6 @@ impl Explained<'_> {
     }
 }
 
-fn name(node: &ratelab::telemetry::NodeView) -> &str {
+fn name(node: &ratelab::NodeView) -> &str {
     &node.name
 }

@@ -3,7 +3,7 @@
 use std::{num::NonZeroUsize, ops::ControlFlow, thread};
 
 use crossbeam_channel::{Receiver, TryRecvError, unbounded};
-use ratelab::{Interrupt, clock::lower_priority};
+use ratelab::{Interrupt, lower_priority};
 use ratelab_study::experiment::sweep::{Cell, CellResult, Sweep, SweepError};
 
 /// A run and its result.

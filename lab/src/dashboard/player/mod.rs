@@ -9,7 +9,7 @@ use std::{
 };
 
 use crossterm::event::KeyEvent;
-use ratelab::{Knot, Observer, Speed, Time, telemetry::Event};
+use ratelab::{Event, Knot, Observer, Speed, Time};
 use ratelab_account::Lineage;
 use ratelab_study::{
     experiment::{Config, Summary},

@@ -1,9 +1,6 @@
 //! Knobs that keys turn among those that were given their times up front.
 
-use ratelab::{
-    Command, Knob, Speed, Time,
-    telemetry::{Event, EventKind},
-};
+use ratelab::{Command, Event, EventKind, Knob, Speed, Time};
 use ratelab_study::experiment::Config;
 
 use super::*;

@@ -6,7 +6,7 @@ use ratatui::{
     style::Style,
     text::{Line, Span},
 };
-use ratelab::telemetry::{Event, EventKind};
+use ratelab::{Event, EventKind};
 
 use super::pane::{border, broken, clip, plain, put, row};
 use crate::{
@@ -138,10 +138,7 @@ fn draw_event(event: &Event, theme: &Theme, row: Rect, buf: &mut Buffer) {
 #[cfg(test)]
 mod tests {
     use ratatui::buffer::Buffer;
-    use ratelab::{
-        Command, Hz, Knob, Time,
-        telemetry::{Event, EventKind},
-    };
+    use ratelab::{Command, Event, EventKind, Hz, Knob, Time};
 
     use super::render;
     use crate::{

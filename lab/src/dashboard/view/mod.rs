@@ -29,7 +29,7 @@ use ratatui::{
     text::{Line, Span},
     widgets::{Clear, Paragraph, Widget, Wrap},
 };
-use ratelab::telemetry::Event;
+use ratelab::Event;
 use ratelab_study::system::System;
 
 use self::layout::ScreenLayout;

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{ClockKind, Hz, Speed, Time, telemetry::Status};
+use ratelab::{ClockKind, Hz, Speed, Status, Time};
 use ratelab_cart_pole::CartPole;
 use ratelab_study::system::{AgeLimits, Picture, System};
 

@@ -1,7 +1,7 @@
 //! The lines at the top and at the bottom of the screen.
 
 use ratatui::{buffer::Buffer, layout::Rect, style::Style};
-use ratelab::{ClockKind, telemetry::Status};
+use ratelab::{ClockKind, Status};
 
 use super::pane::{self, plain, put, row};
 use crate::{dashboard::frame::FrameData, theme::Theme};

@@ -14,10 +14,7 @@ use std::{
 };
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
-use ratelab::{
-    ClockExit, TickRecord, Time,
-    telemetry::{Event, Topology},
-};
+use ratelab::{ClockExit, Event, TickRecord, Time, Topology};
 use ratelab_study::{
     experiment::{Config, Experiment, Taps},
     system::System,

@@ -5,10 +5,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use ratelab::{
-    Command,
-    telemetry::{Event, EventKind},
-};
+use ratelab::{Command, Event, EventKind};
 use ratelab_wire::{
     clock::{ClockId, Nanos},
     offset::Estimate,
@@ -372,7 +369,7 @@ fn is_of_node(event: &Event, here: impl Fn(&str) -> bool) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ratelab::{GO_ON, Graph, Hz, Time, telemetry::Topology};
+    use ratelab::{GO_ON, Graph, Hz, Time, Topology};
     use ratelab_study::experiment::Config;
 
     /// A process with one node, whose run began at `zero` (ns) of its clock.

@@ -1,6 +1,6 @@
 //! The event log.
 
-use ratelab::telemetry::{Event, EventKind};
+use ratelab::{Event, EventKind};
 use rerun::{RecordingStream, RecordingStreamResult, TextLog, TextLogLevel};
 
 use crate::recording::{plant_steps::PlantSteps, schema::EVENTS, timeline::Stamps};

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use ratelab::{Command, Knob, Snapshot, telemetry::Event};
+use ratelab::{Command, Event, Knob, Snapshot};
 use rerun::{AsComponents, Color, GraphEdges, GraphNodes, RecordingStream, RecordingStreamResult};
 
 use super::palette::{BLUE, ORANGE};

@@ -3,10 +3,7 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use ratelab::{
-    Command, Knob, Snapshot, Time,
-    telemetry::{Event, PushAge},
-};
+use ratelab::{Command, Event, Knob, PushAge, Snapshot, Time};
 use ratelab_study::system::System;
 use rerun::{RecordingStream, RecordingStreamResult};
 
@@ -144,10 +141,7 @@ impl Period {
 mod tests {
     use std::time::Duration;
 
-    use ratelab::{
-        Hz, Knob, Time,
-        telemetry::{Event, EventKind},
-    };
+    use ratelab::{Event, EventKind, Hz, Knob, Time};
 
     use super::Period;
 

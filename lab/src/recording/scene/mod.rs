@@ -21,7 +21,7 @@ mod tests;
 
 use std::sync::Arc;
 
-use ratelab::{Rows, Snapshot, Time, telemetry::Event};
+use ratelab::{Event, Rows, Snapshot, Time};
 use ratelab_study::system::System;
 use rerun::{RecordingStream, RecordingStreamResult};
 

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use ratelab::{ClockKind, Command, Knob, Snapshot, Time, telemetry::Event};
+use ratelab::{ClockKind, Command, Event, Knob, Snapshot, Time};
 use rerun::{EntityPath, RecordingStream, RecordingStreamResult, StateChange, StateConfiguration};
 
 use super::palette::{BLUE, GREY, ORANGE, series};

@@ -6,10 +6,7 @@ use std::{
     sync::Arc,
 };
 
-use ratelab::{
-    ClockKind, Command, Knob, Speed, Time,
-    telemetry::{Event, EventKind},
-};
+use ratelab::{ClockKind, Command, Event, EventKind, Knob, Speed, Time};
 use ratelab_cart_pole::CartPole;
 use rerun::external::arrow::{
     array::{Array, AsArray, DurationNanosecondArray},

@@ -1,6 +1,6 @@
 //! A replay shows the figures of its run.
 
-use ratelab::{ClockKind, Snapshot, Time, telemetry::Distribution};
+use ratelab::{ClockKind, Distribution, Snapshot, Time};
 use ratelab_cart_pole::{CartPole, STATE};
 use ratelab_study::{
     experiment::{Config, Summary},

@@ -2,10 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use ratelab::{
-    Command, Head, Knob, Rows, Time, TimedCommand,
-    telemetry::{Event, EventKind},
-};
+use ratelab::{Command, Event, EventKind, Head, Knob, Rows, Time, TimedCommand};
 use ratelab_cart_pole::CartPole;
 use ratelab_study::experiment::{Config, Experiment};
 

@@ -10,8 +10,8 @@ use std::{
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::{
-    BusyNode, Doing, Knob, Observer, Rerun, RowTap, Rows, Speed, Tap, TickRecord, Time, Watch,
-    telemetry::Event,
+    BusyNode, Doing, Event, Knob, Observer, Rerun, RowTap, Rows, Speed, Tap, TickRecord, Time,
+    Watch,
 };
 use ratelab_study::{
     experiment::{Config, Experiment, Taps},

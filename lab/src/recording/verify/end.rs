@@ -1,9 +1,6 @@
 //! How a run ended when it was recorded, held against how it ends now.
 
-use ratelab::{
-    Fault, Observer, Time,
-    telemetry::{TopicView, Topology},
-};
+use ratelab::{Fault, Observer, Time, TopicView, Topology};
 
 use super::{difference::Difference, series::nanos};
 use crate::recording::schema::{RecordingEnd, RunResult, RunStatus};

@@ -3,10 +3,7 @@
 
 use std::iter;
 
-use ratelab::{
-    ClockKind, Command, Knob, Rerun, Time, TimedCommand,
-    telemetry::{Event, EventKind},
-};
+use ratelab::{ClockKind, Command, Event, EventKind, Knob, Rerun, Time, TimedCommand};
 use ratelab_study::system::{BuildError, System};
 
 use super::difference::Difference;

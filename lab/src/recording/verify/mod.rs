@@ -14,7 +14,7 @@ mod topology;
 
 use std::{fmt, ops::ControlFlow, sync::Arc};
 
-use ratelab::{LogError, Time, telemetry::Topology};
+use ratelab::{LogError, Time, Topology};
 use ratelab_study::system::{BuildError, System};
 use thiserror::Error;
 

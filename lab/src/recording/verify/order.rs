@@ -1,6 +1,6 @@
 //! The order of the threads of a run that was under the real clock.
 
-use ratelab::{ClockKind, Command, Rerun, telemetry::Event};
+use ratelab::{ClockKind, Command, Event, Rerun};
 use ratelab_study::system::{BuildError, System};
 
 use super::{VerifyError, events};

@@ -1,9 +1,6 @@
 //! The graph that was recorded held against the one that its configuration makes.
 
-use ratelab::{
-    Time,
-    telemetry::{NodeTopology, TopicTopology, Topology},
-};
+use ratelab::{NodeTopology, Time, TopicTopology, Topology};
 
 use super::difference::Difference;
 
