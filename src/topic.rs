@@ -88,16 +88,16 @@ struct Queue<T> {
     triggers: Option<Box<Triggers<T>>>,
     marks: Vec<Arc<ReadMark>>,
     taps: Vec<TapSender<TapMessage<T>>>,
-    watcher: Option<Watcher<T>>,
+    watcher: Option<MessageWatcher<T>>,
 }
 
 /// A function of the run time and the payload of a message.
 type Watch<T> = dyn FnMut(Time, &T) + Send;
 
 /// Inspects each message when it is published.
-struct Watcher<T>(Box<Watch<T>>);
+struct MessageWatcher<T>(Box<Watch<T>>);
 
-impl<T> fmt::Debug for Watcher<T> {
+impl<T> fmt::Debug for MessageWatcher<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("Watcher")
     }
@@ -189,7 +189,7 @@ impl<T: Payload> Topic<T> {
 
     /// Calls `watcher` with every message from now on, when it is published.
     pub(crate) fn set_watcher(&self, watcher: impl FnMut(Time, &T) + Send + 'static) {
-        self.0.queue.aside().watcher = Some(Watcher(Box::new(watcher)));
+        self.0.queue.aside().watcher = Some(MessageWatcher(Box::new(watcher)));
     }
 
     /// Changes the queue depth at run time `now`. Messages that no longer fit are
@@ -479,7 +479,7 @@ impl<T: Payload> Bus<T> {
     fn publish(&self, data: T, now: Time, stamp: Time, origin: Option<Time>) {
         let mut turn = self.queue.lock();
         let queue = &mut *turn;
-        if let Some(Watcher(watch)) = &mut queue.watcher {
+        if let Some(MessageWatcher(watch)) = &mut queue.watcher {
             watch(now, &data);
         }
         let seq = queue.next_seq;

@@ -3,7 +3,7 @@
 use ratelab::{Depth, Time, Topic};
 
 use crate::framework::{
-    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, Tolerance,
+    Answer, Brief, Exercise, ExerciseKind, Failure, Findings, Measurement, Range, Table, Tolerance,
 };
 
 /// See [the module](self).
@@ -14,7 +14,7 @@ const BRIEF: Brief = Brief {
     part: "",
     name: "build",
     title: "Build it",
-    kind: Kind::Build,
+    kind: ExerciseKind::Build,
     objective: "Write the three primitives yourself. The crate exercises/build has three empty \
                 types, Topic, Rate and Node, and the tests that they must pass: cargo test -p \
                 build-it. When all are green the cart-pole of the lab runs on your own runtime, \
@@ -35,18 +35,22 @@ const BRIEF: Brief = Brief {
 };
 
 /// What happens to the topic: so many messages published, or one read.
-const EVENTS: [Event; 3] = [Event::Publish(5), Event::Read, Event::Publish(3)];
+const EVENTS: [TopicEvent; 3] = [
+    TopicEvent::Publish(5),
+    TopicEvent::Read,
+    TopicEvent::Publish(3),
+];
 
 /// Depth of the queue.
 const DEPTH: usize = 2;
 
-enum Event {
+enum TopicEvent {
     Publish(u32),
     Read,
 }
 
 /// The topic after an event.
-struct Row {
+struct TopicRow {
     event: String,
     published: u32,
     dropped: u64,
@@ -91,26 +95,26 @@ impl Exercise for Build {
 }
 
 /// The events, done with the topic of the library.
-fn rows() -> Result<Vec<Row>, Failure> {
+fn rows() -> Result<Vec<TopicRow>, Failure> {
     let depth = Depth::new(DEPTH).map_err(|error| Failure::Unmeasured(error.to_string()))?;
     let topic = Topic::new("/numbers", depth);
     let (publisher, mut subscription) = (topic.publisher(), topic.subscribe());
     let mut published = 0;
     let rows = EVENTS.iter().map(|event| {
         let event = match event {
-            Event::Publish(count) => {
+            TopicEvent::Publish(count) => {
                 for _ in 0..*count {
                     publisher.publish(published, Time::ZERO, None);
                     published += 1;
                 }
                 format!("{count} published")
             }
-            Event::Read => {
+            TopicEvent::Read => {
                 let newest = subscription.latest(Time::ZERO).map(|newest| newest.data);
                 format!("number {} read", newest.unwrap_or_default())
             }
         };
-        Row {
+        TopicRow {
             event,
             published,
             dropped: subscription.dropped(),

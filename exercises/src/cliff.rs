@@ -8,8 +8,8 @@ use ratelab_study::experiment::{
 };
 
 use crate::framework::{
-    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, Tolerance, axis,
-    cart_pole, mean_ms, push_age_ms,
+    Answer, Brief, Exercise, ExerciseKind, Failure, Findings, Measurement, Range, Table, Tolerance,
+    axis, cart_pole, mean_ms, push_age_ms,
 };
 
 /// The rates of the policy, downwards (Hz).
@@ -26,7 +26,7 @@ const BRIEF: Brief = Brief {
     part: "",
     name: "cliff",
     title: "The control-rate cliff",
-    kind: Kind::PredictThenRun,
+    kind: ExerciseKind::PredictThenRun,
     objective: "Sensor and plant keep their 50 Hz; only the policy is slowed, through 50, 25, 20, \
                 15, 10, 9, 8, 7, 6 and 5 Hz. Between its decisions the actuator holds the last \
                 one. Each rate runs for ten seconds from three starts, and for each you see \
@@ -58,7 +58,9 @@ impl Exercise for Cliff {
         let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()))?;
         let cells: Vec<(Cell, &CellResult)> = swept.finished().collect();
         let rates = RATES.iter().zip(cells.chunks(SEEDS.len()));
-        let rates: Vec<Rate> = rates.map(|(hz, cells)| Rate::of(*hz, cells)).collect();
+        let rates: Vec<RateResult> = rates
+            .map(|(hz, cells)| RateResult::of(*hz, cells))
+            .collect();
         let turn = turn(&rates)?;
         Ok(Findings {
             table: table(&rates),
@@ -74,7 +76,7 @@ impl Exercise for Cliff {
 }
 
 /// The results of one rate, over all starts.
-struct Rate {
+struct RateResult {
     hz: f64,
     balanced: usize,
     seeds: Vec<u64>,
@@ -84,7 +86,7 @@ struct Rate {
     push_age_ms: f64,
 }
 
-impl Rate {
+impl RateResult {
     fn of(hz: f64, cells: &[(Cell, &CellResult)]) -> Self {
         let outcomes = || cells.iter().map(|(_, outcome)| outcome);
         Self {
@@ -103,20 +105,20 @@ impl Rate {
 }
 
 /// The two rates between which the result changes.
-struct Turn<'a> {
-    held: &'a Rate,
-    fell: &'a Rate,
+struct CliffEdge<'a> {
+    held: &'a RateResult,
+    fell: &'a RateResult,
 }
 
-fn turn(rates: &[Rate]) -> Result<Turn<'_>, Failure> {
+fn turn(rates: &[RateResult]) -> Result<CliffEdge<'_>, Failure> {
     let fell = rates.iter().position(|rate| rate.balanced < SEEDS.len());
     let pair = fell.and_then(|fell| Some((rates.get(fell)?, rates.get(fell.checked_sub(1)?)?)));
-    pair.map(|(fell, held)| Turn { held, fell })
+    pair.map(|(fell, held)| CliffEdge { held, fell })
         .ok_or_else(|| Failure::Unmeasured("no rate held and then fell".to_owned()))
 }
 
-impl Turn<'_> {
-    fn meaning(&self, rates: &[Rate]) -> String {
+impl CliffEdge<'_> {
+    fn meaning(&self, rates: &[RateResult]) -> String {
         let first = rates.first().map_or(f64::NAN, |rate| rate.push_age_ms);
         format!(
             "At {} Hz every start stayed up, at {} Hz {} of {} did: it turns somewhere in \
@@ -134,7 +136,7 @@ impl Turn<'_> {
     }
 }
 
-fn table(rates: &[Rate]) -> Table {
+fn table(rates: &[RateResult]) -> Table {
     let mut table = Table::new(["control", "balanced", "steps", "push age"]);
     for rate in rates {
         let steps: Vec<String> = rate.steps.iter().map(u64::to_string).collect();
@@ -148,7 +150,7 @@ fn table(rates: &[Rate]) -> Table {
     table
 }
 
-fn measurements(rates: &[Rate]) -> Vec<Measurement> {
+fn measurements(rates: &[RateResult]) -> Vec<Measurement> {
     let mut measured = Vec::new();
     for rate in rates {
         let name = format!("{} Hz: starts balanced", rate.hz);

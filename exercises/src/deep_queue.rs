@@ -4,8 +4,8 @@ use ratelab::Time;
 use ratelab_study::experiment::{Config, sweep::CellResult};
 
 use crate::framework::{
-    Answer, Brief, Exercise, Failure, Findings, Group, Kind, Measurement, Range, Table, Tolerance,
-    own_world, survey,
+    Answer, Brief, Exercise, ExerciseKind, Failure, Findings, KnobRuns, Measurement, Range, Table,
+    Tolerance, own_world, survey,
 };
 
 /// Starts for each depth.
@@ -24,7 +24,7 @@ pub const TIME: DeepQueue = DeepQueue {
         part: "a",
         name: "deep-queue",
         title: "The deep queue that kills",
-        kind: Kind::PredictThenRun,
+        kind: ExerciseKind::PredictThenRun,
         objective: "The sensor publishes 50 readings a second; the policy takes 49. It is almost \
                     as fast, and a queue of ten messages catches what it leaves. But this queue \
                     is read like the callback queue of a ROS node, oldest first: each tick takes \
@@ -52,7 +52,7 @@ pub const DEPTH: DeepQueue = DeepQueue {
         part: "b",
         name: "deep-queue-depth",
         title: "The deep queue that kills: how deep",
-        kind: Kind::PredictThenRun,
+        kind: ExerciseKind::PredictThenRun,
         objective: "Somewhere between 1 and 10 messages the queue begins to kill. A full queue \
                     drops its oldest message, and then nothing in it grows older. Each depth from \
                     1 to 10 runs for half a minute from three starts.",
@@ -109,7 +109,7 @@ impl Exercise for DeepQueue {
 }
 
 /// Run times of the falls (s).
-fn falls(group: &Group) -> impl Iterator<Item = f64> {
+fn falls(group: &KnobRuns) -> impl Iterator<Item = f64> {
     let lost = group.runs.iter().filter(|run| run.verdict.is_lost());
     lost.map(|run| run.sim_time.as_secs_f64())
 }
@@ -120,7 +120,7 @@ fn dropped(run: &CellResult) -> u64 {
 }
 
 /// The first question: when the first and the last of the runs fell.
-fn time(groups: &[Group]) -> Result<(Answer, String), Failure> {
+fn time(groups: &[KnobRuns]) -> Result<(Answer, String), Failure> {
     let deep = groups.iter().find(|group| group.value == DEEP.to_string());
     let stood = || Failure::Unmeasured("the queue did no harm".to_owned());
     let deep = deep.filter(|group| group.up() == 0).ok_or_else(stood)?;
@@ -143,7 +143,7 @@ fn time(groups: &[Group]) -> Result<(Answer, String), Failure> {
 }
 
 /// The second question: the deepest queue before the first that kills.
-fn depth(depths: &[usize], groups: &[Group]) -> Result<(Answer, String), Failure> {
+fn depth(depths: &[usize], groups: &[KnobRuns]) -> Result<(Answer, String), Failure> {
     let kills = groups.iter().position(|group| !group.all_up());
     let kills = kills.and_then(|kills| Some((kills.checked_sub(1)?, kills)));
     let (stands, kills) =
@@ -163,7 +163,7 @@ fn depth(depths: &[usize], groups: &[Group]) -> Result<(Answer, String), Failure
 }
 
 /// A row for each depth, so that the head stays in sight.
-fn table(groups: &[Group]) -> Table {
+fn table(groups: &[KnobRuns]) -> Table {
     let mut table = Table::new(["depth", "stay up", "until", "dropped", "push age"]);
     for group in groups {
         let until = group.runs.iter().map(|run| run.sim_time.as_secs_f64());
@@ -190,7 +190,7 @@ fn span(values: impl Iterator<Item = f64> + Clone, decimals: usize) -> String {
     }
 }
 
-fn measurements(group: &Group) -> Vec<Measurement> {
+fn measurements(group: &KnobRuns) -> Vec<Measurement> {
     let mut measured = Vec::new();
     for (start, run) in group.runs.iter().enumerate() {
         let name = |what| format!("depth {}, seed {start}: {what}", group.value);

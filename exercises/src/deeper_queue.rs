@@ -8,8 +8,8 @@ use ratelab_study::experiment::sweep::{Cell, CellResult, Sweep, all_cores};
 use crate::{
     cliff::SEEDS,
     framework::{
-        Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, Tolerance,
-        axis, cart_pole, push_age_ms,
+        Answer, Brief, Exercise, ExerciseKind, Failure, Findings, Measurement, Range, Table,
+        Tolerance, axis, cart_pole, push_age_ms,
     },
 };
 
@@ -27,7 +27,7 @@ const BRIEF: Brief = Brief {
     part: "",
     name: "deeper-queue",
     title: "A deeper queue",
-    kind: Kind::Investigation,
+    kind: ExerciseKind::Investigation,
     objective: "At 5 Hz the policy reads one reading in ten; the others are pushed out of a queue \
                 of one message before anyone saw them, and counted as dropped. The obvious cure \
                 is a queue that keeps them all. Both queues, 1 and 100 messages, run from three \

@@ -8,8 +8,8 @@ use ratelab_cart_pole::{
 };
 
 use crate::framework::{
-    Answer, Brief, Exercise, Failure, Findings, Group, Kind, Measurement, Range, Table, Tolerance,
-    own_world, survey,
+    Answer, Brief, Exercise, ExerciseKind, Failure, Findings, KnobRuns, Measurement, Range, Table,
+    Tolerance, own_world, survey,
 };
 
 /// Starts for each loss.
@@ -28,13 +28,13 @@ const RANGE: Range = Range {
 };
 
 /// The first question: the last action is held.
-pub const HOLD: Bridge = Bridge {
+pub const HOLD: HoldOrZero = HoldOrZero {
     brief: &Brief {
         number: 9,
         part: "a",
         name: "hold",
         title: "Hold or zero: hold",
-        kind: Kind::PredictThenRun,
+        kind: ExerciseKind::PredictThenRun,
         objective: "Four of five actions are lost on the way, each on its own: 80 %. The policy \
                     decides 50 times a second, so ten still arrive in a second, as many as from a \
                     policy at 10 Hz. While nothing new arrives the actuator holds the last \
@@ -51,13 +51,13 @@ pub const HOLD: Bridge = Bridge {
 };
 
 /// The second question: no force once the action is old.
-pub const ZERO: Bridge = Bridge {
+pub const ZERO: HoldOrZero = HoldOrZero {
     brief: &Brief {
         number: 9,
         part: "b",
         name: "zero",
         title: "Hold or zero: zero",
-        kind: Kind::PredictThenRun,
+        kind: ExerciseKind::PredictThenRun,
         objective: "The same losses once more, draw for draw. Now the actuator lets go: where no \
                     action arrives in time for its tick it pushes no more, until one does. Four of \
                     five times there is then no force at all.",
@@ -72,12 +72,12 @@ pub const ZERO: Bridge = Bridge {
 };
 
 /// A question about a way to bridge losses.
-pub struct Bridge {
+pub struct HoldOrZero {
     brief: &'static Brief,
     zero: bool,
 }
 
-impl Exercise for Bridge {
+impl Exercise for HoldOrZero {
     fn brief(&self) -> &'static Brief {
         self.brief
     }
@@ -130,13 +130,13 @@ impl Exercise for Bridge {
 }
 
 /// All losses, with this handling of stale actions.
-fn losses(on_stale: &str) -> Result<Vec<Group>, Failure> {
+fn losses(on_stale: &str) -> Result<Vec<KnobRuns>, Failure> {
     let base = own_world(&format!("on-stale {on_stale}"))?;
     let links = LOSSES.map(|loss| format!("loss:{loss}"));
     survey(base, "link /action", &links, 0..STARTS)
 }
 
-fn asked(groups: &[Group]) -> Result<&Group, Failure> {
+fn asked(groups: &[KnobRuns]) -> Result<&KnobRuns, Failure> {
     let mut asked = groups.iter();
     let asked = asked.find(|group| group.value == format!("loss:{ASKED}"));
     asked.ok_or_else(|| Failure::Unmeasured("no such loss".to_owned()))
@@ -149,7 +149,7 @@ fn margin(lost: Lost) -> Result<f64, Failure> {
     Ok(control.map_err(StabilityError::from)?.loss_margin(lost)?)
 }
 
-fn table(ways: &[(&str, &Vec<Group>)]) -> Table {
+fn table(ways: &[(&str, &Vec<KnobRuns>)]) -> Table {
     let mut table = Table::new(["loss", "between two actions", "stay up", "push age"]);
     for (index, loss) in LOSSES.iter().enumerate() {
         for (way, groups) in ways {
@@ -165,7 +165,7 @@ fn table(ways: &[(&str, &Vec<Group>)]) -> Table {
     table
 }
 
-fn measurements(way: &str, groups: &[Group]) -> Vec<Measurement> {
+fn measurements(way: &str, groups: &[KnobRuns]) -> Vec<Measurement> {
     let measured = LOSSES.iter().zip(groups).map(|(loss, group)| {
         let name = format!("{way}, loss {loss}: starts balanced");
         Measurement::new(name, group.up() as f64)

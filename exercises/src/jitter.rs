@@ -10,8 +10,8 @@ use ratelab_cart_pole::{
 };
 
 use crate::framework::{
-    Answer, Brief, Exercise, Failure, Findings, Group, Kind, Measurement, Range, Table, Tolerance,
-    own_world, survey,
+    Answer, Brief, Exercise, ExerciseKind, Failure, Findings, KnobRuns, Measurement, Range, Table,
+    Tolerance, own_world, survey,
 };
 
 /// Starts for each link.
@@ -43,7 +43,7 @@ const JITTER: Brief = Brief {
     part: "a",
     name: "jitter",
     title: "Jitter: the same mean",
-    kind: Kind::PredictThenRun,
+    kind: ExerciseKind::PredictThenRun,
     objective: "Two networks hold each action back for 70 ms on average. The first always takes \
                 exactly 70 ms: all of 20 starts stay up for ten seconds. The second takes between \
                 40 and 100 ms, each time another, drawn at random, so that an action may overtake \
@@ -63,7 +63,7 @@ const MARGIN: Brief = Brief {
     part: "b",
     name: "jitter-margin",
     title: "Jitter: what the margin promises",
-    kind: Kind::PredictThenRun,
+    kind: ExerciseKind::PredictThenRun,
     objective: "Without a constant part of the delay, theory has a promise: as long as each \
                 action is late by no more than the jitter margin, 36.8 ms for this loop at 50 Hz, \
                 small deviations shrink whatever the pattern of the delays, even if an adversary \
@@ -77,11 +77,11 @@ const MARGIN: Brief = Brief {
     choices: &[],
 };
 
-fn delays(links: &[String]) -> Result<Vec<Group>, Failure> {
+fn delays(links: &[String]) -> Result<Vec<KnobRuns>, Failure> {
     survey(own_world("")?, "link /action", links, 0..STARTS)
 }
 
-fn table(first: &str, rows: impl Iterator<Item = (String, String)>, groups: &[Group]) -> Table {
+fn table(first: &str, rows: impl Iterator<Item = (String, String)>, groups: &[KnobRuns]) -> Table {
     let mut table = Table::new([first, "delay", "stay up", "push age"]);
     for ((label, delay), group) in rows.zip(groups) {
         table.row([

@@ -51,7 +51,7 @@ pub const ALL: [&dyn Exercise; 12] = [
     &deep_queue::TIME,
     &jitter::Jitter,
     &hold_or_zero::HOLD,
-    &fault::Fault,
+    &fault::FaultExercise,
     &build::Build,
     &mend::Mend,
 ];

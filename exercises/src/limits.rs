@@ -10,8 +10,8 @@ use ratelab_study::experiment::Config;
 use crate::{
     cliff::SEEDS,
     framework::{
-        Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Recorded, Table,
-        Tolerance, hz, record,
+        Answer, Brief, Exercise, ExerciseKind, Failure, Findings, Measurement, Range, RecordedRun,
+        Table, Tolerance, hz, record,
     },
 };
 
@@ -39,7 +39,7 @@ const BRIEF: Brief = Brief {
     part: "",
     name: "limits",
     title: "Where the theory stops",
-    kind: Kind::PredictThenRun,
+    kind: ExerciseKind::PredictThenRun,
     objective: "Near upright, plant and balancer are linear, and linear theory tells at which \
                 rate a tiny deviation grows or shrinks for any control rate (see the library's \
                 `stability` module). Each whole rate from 5 to 12 Hz is put to the test: half a \
@@ -66,9 +66,9 @@ impl Exercise for Limits {
 
     fn measure(&self, _seed: u64) -> Result<Findings, Failure> {
         let rates = hz(&RATES)?;
-        let trials: Vec<Trial> = rates
+        let trials: Vec<LimitTrial> = rates
             .into_iter()
-            .map(Trial::run)
+            .map(LimitTrial::run)
             .collect::<Result<_, _>>()?;
         let stable = trials.iter().find(|trial| trial.theory.is_stable());
         let stable = stable.ok_or_else(|| Failure::Unmeasured("no rate is stable".to_owned()))?;
@@ -77,13 +77,13 @@ impl Exercise for Limits {
             refuted: Vec::new(),
             answer: Answer::Exactly(stable.hz.get()),
             meaning: meaning(&trials),
-            measurements: trials.iter().flat_map(Trial::measurements).collect(),
+            measurements: trials.iter().flat_map(LimitTrial::measurements).collect(),
         })
     }
 }
 
 /// One rate, in theory and in two runs.
-struct Trial {
+struct LimitTrial {
     hz: Hz,
     theory: Stability,
     /// Growth of the settled deviation (1/s), at rates with predicted growth.
@@ -121,7 +121,7 @@ impl Minute {
     }
 }
 
-impl Trial {
+impl LimitTrial {
     fn run(hz: Hz) -> Result<Self, Failure> {
         let theory = Stability::of(Rates {
             sensor: Hz::new(CONTROL_HZ)?,
@@ -181,13 +181,13 @@ impl Trial {
 }
 
 /// The time from the slowing to the first clipped action (s).
-fn clipped_s(run: &Recorded, slowed: Time) -> Option<f64> {
+fn clipped_s(run: &RecordedRun, slowed: Time) -> Option<f64> {
     let mut steps = run.steps.iter().skip_while(|step| step.stamp < slowed);
     let clipped = steps.find(|step| step.data.action.0.abs() >= 1.0)?;
     Some(clipped.stamp.since(slowed).as_secs_f64())
 }
 
-fn table(trials: &[Trial]) -> Table {
+fn table(trials: &[LimitTrial]) -> Table {
     let mut table = Table::new([
         "control",
         "growth in theory",
@@ -212,7 +212,7 @@ fn table(trials: &[Trial]) -> Table {
     table
 }
 
-fn meaning(trials: &[Trial]) -> String {
+fn meaning(trials: &[LimitTrial]) -> String {
     let growing = trials
         .iter()
         .filter_map(|trial| trial.growth.map(|growth| (trial, growth)));

@@ -6,9 +6,10 @@ use ratelab_study::experiment::Config;
 
 use crate::{
     framework::{
-        Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, Tolerance,
+        Answer, Brief, Exercise, ExerciseKind, Failure, Findings, Measurement, Range, Table,
+        Tolerance,
     },
-    ties::{Timed, nodes},
+    ties::{TimedRun, nodes},
 };
 
 /// Rates of the policy (Hz).
@@ -25,7 +26,7 @@ const BRIEF: Brief = Brief {
     part: "",
     name: "mend",
     title: "The clock that ties",
-    kind: Kind::BugHunt,
+    kind: ExerciseKind::BugHunt,
     objective: "A colleague has written the virtual clock anew, in whole nanoseconds this time: \
                 thirty lines in exercises/mend/src/clock.rs. At 50, 25, 20 and 10 Hz it does what \
                 the lab's clock does, to the last bit. At 30 Hz it reports a mean latency of 27.9 \
@@ -67,8 +68,8 @@ impl Exercise for Mend {
 /// The same run on the clock of the exercise and on the lab's.
 struct ClockPair {
     hz: u64,
-    clock: Timed,
-    lab: Timed,
+    clock: TimedRun,
+    lab: TimedRun,
 }
 
 impl ClockPair {
@@ -77,12 +78,12 @@ impl ClockPair {
         Ok(Self {
             hz,
             clock: on_the_clock(&config, hz)?,
-            lab: Timed::exact(&config)?,
+            lab: TimedRun::exact(&config)?,
         })
     }
 
     fn differs(&self) -> bool {
-        let bits = |run: &Timed| (run.latency_ms.to_bits(), run.steps);
+        let bits = |run: &TimedRun| (run.latency_ms.to_bits(), run.steps);
         bits(&self.clock) != bits(&self.lab)
     }
 
@@ -96,7 +97,7 @@ impl ClockPair {
 }
 
 /// A run on the clock of the exercise.
-fn on_the_clock(config: &Config, control_hz: u64) -> Result<Timed, Failure> {
+fn on_the_clock(config: &Config, control_hz: u64) -> Result<TimedRun, Failure> {
     let plant_hz = CONTROL_HZ as u64;
     let run = nodes::run(config.seed, |nodes| {
         let mut failure = None;

@@ -3,8 +3,8 @@
 use exercises::{
     ALL,
     framework::{
-        Answer, Answers, Brief, Expectation, Expectations, ExpectationsError, Findings, Kind,
-        Measurement, Origin, Prediction, Range, Table, Tolerance,
+        Answer, Answers, Brief, ExerciseKind, Expectation, Expectations, ExpectationsError,
+        Findings, Measurement, Prediction, PredictionOrigin, Range, Table, Tolerance,
     },
     questions,
 };
@@ -14,7 +14,7 @@ const BRIEF: Brief = Brief {
     part: "",
     name: "nine",
     title: "Nine",
-    kind: Kind::Investigation,
+    kind: ExerciseKind::Investigation,
     objective: "Nothing.",
     question: "How many?",
     quantity: "rate",
@@ -493,7 +493,7 @@ fn what_was_changed_in_the_file_is_told_from_what_was_written() {
         answers.origin(&BRIEF).expect("an entry")
     };
     let mark = origin(&written);
-    assert!(matches!(mark, Origin::Written(_)), "{mark:?}");
+    assert!(matches!(mark, PredictionOrigin::Written(_)), "{mark:?}");
     for (from, to) in [
         ("number = 7", "number = 5"),
         ("number = 8", "number = 5"),
@@ -504,10 +504,10 @@ fn what_was_changed_in_the_file_is_told_from_what_was_written() {
     ] {
         assert!(written.contains(from), "{written}");
         let edited = written.replacen(from, to, 1);
-        assert_eq!(origin(&edited), Origin::Edited, "{from}");
+        assert_eq!(origin(&edited), PredictionOrigin::Edited, "{from}");
     }
     let by_hand = "[nine]\nnumber = 8.0\nreason = \"so\"";
-    assert_eq!(origin(by_hand), Origin::Unmarked);
+    assert_eq!(origin(by_hand), PredictionOrigin::Unmarked);
     // Two predictions with the same words have marks of their own.
     let mut others = Answers::default();
     others.set(&BRIEF, predict("8 because of it").about(3));

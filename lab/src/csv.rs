@@ -6,7 +6,7 @@ use std::{
 };
 
 use ratelab::{RowTap, Time};
-use ratelab_study::{experiment::Experiment, system::Table};
+use ratelab_study::{experiment::Experiment, system::StateTable};
 
 use crate::{names::key, output::PatientFile};
 
@@ -62,7 +62,7 @@ impl StepWriter {
 }
 
 /// Writes rows until the tap ends; returns the number of lost ones.
-fn write(out: &mut impl Write, tap: &RowTap, table: Option<Table>) -> io::Result<u64> {
+fn write(out: &mut impl Write, tap: &RowTap, table: Option<StateTable>) -> io::Result<u64> {
     let row = table.map_or(plain as fn(Time, &[f64]) -> String, |table| table.row);
     let mut rows = tap.rows();
     while tap.wait(&mut rows) {

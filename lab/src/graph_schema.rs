@@ -2,7 +2,7 @@
 
 use ratelab::{Depth, Hz, KnobKind};
 use ratelab_study::graph_file::format::{
-    FileSection, Form, Key, LONGEST_MS, SECTIONS, SHORTEST_MS,
+    FileSection, Form, FormatKey, LONGEST_MS, SECTIONS, SHORTEST_MS,
 };
 use serde_json::{Map, Value, json};
 
@@ -43,7 +43,7 @@ fn object(section: &FileSection) -> Value {
     object
 }
 
-fn property(key: &Key) -> Value {
+fn property(key: &FormatKey) -> Value {
     let mut property = values(key.form);
     property["description"] = json!(key.help);
     property

@@ -5,7 +5,7 @@ use std::{ops::ControlFlow, sync::Arc};
 use ratelab_study::system::System;
 
 use crate::{
-    dashboard::{self, Options, Setup},
+    dashboard::{self, Options, SessionSetup},
     error::Error,
     output::print_line,
     printable::shown,
@@ -26,7 +26,7 @@ pub fn show(system: &Arc<dyn System>, run: OtherRun) -> Result<(), Error> {
             theme: theme(false, None),
             ask_background: false,
         };
-        let setup = Setup::new(system.clone(), false);
+        let setup = SessionSetup::new(system.clone(), false);
         dashboard::play(recording.clone(), setup, &options)?;
     }
     let name = shown(&recording.path);

@@ -11,7 +11,7 @@ use ratelab_study::{
 use crate::{
     names::{self, label, node_label, rate_alias, short_value},
     printable::in_line,
-    recording::Recorded,
+    recording::FinishedRecording,
     timing::{self, was_late},
 };
 
@@ -325,7 +325,7 @@ fn us(distribution: &Distribution, quantile: f64) -> String {
 }
 
 /// The path of a recording.
-pub fn recorded(recorded: &Recorded) -> String {
+pub fn recorded(recorded: &FinishedRecording) -> String {
     let lost = match recorded.lost {
         0 => String::new(),
         lost => format!(", {lost} more came too fast to be recorded"),

@@ -10,7 +10,7 @@ use crate::{
     command::Command,
     graph::{ControlPlane, Graph},
     node::Fault,
-    reexecution::{End, Entry, Follower, Stream, Thread, Watch, expect, finish_entry},
+    reexecution::{End, Entry, Stream, Thread, TurnFollower, Watch, expect, finish_entry},
     seat::Seat,
     sync::{Arc, spawn_named, thread},
     task::Task,
@@ -60,13 +60,13 @@ pub(super) struct Players<'a> {
     events: Events<'a>,
     watch: &'a Arc<Watch>,
     state: Arc<RunState>,
-    threads: Vec<Player<'a>>,
+    threads: Vec<ThreadPlayer<'a>>,
     /// What the supervisor decided last.
     exit: Option<ClockExit>,
 }
 
 /// Does again what a thread did, and logs it as that did.
-struct Player<'a> {
+struct ThreadPlayer<'a> {
     thread: &'a Thread,
     log: Arc<Stream>,
     /// Number of entries done.
@@ -74,7 +74,7 @@ struct Player<'a> {
     outcome: Outcome,
 }
 
-impl<'a> Player<'a> {
+impl<'a> ThreadPlayer<'a> {
     fn new(thread: &'a Thread, log: Arc<Stream>) -> Self {
         Self {
             thread,
@@ -97,7 +97,7 @@ impl<'a> Players<'a> {
         state.threads.begin(graph.seats.len());
         let players = threads.iter().enumerate();
         let players =
-            players.map(|(index, thread)| Player::new(thread, state.threads.stream(index)));
+            players.map(|(index, thread)| ThreadPlayer::new(thread, state.threads.stream(index)));
         Self {
             events,
             watch,
@@ -109,7 +109,7 @@ impl<'a> Players<'a> {
 
     /// Runs the next entry of thread number `thread` on the calling thread.
     pub(super) fn entry(&mut self, graph: &mut Graph, thread: usize) {
-        let _follower = Follower::new(self.watch.clone());
+        let _follower = TurnFollower::new(self.watch.clone());
         let Some(index) = thread.checked_sub(1) else {
             self.supervise(&mut graph.control, 1);
             return;
@@ -150,7 +150,7 @@ impl<'a> Players<'a> {
                 }
                 let (name, state) = (seat.entry.name.clone(), &*state);
                 let run = move || {
-                    let _follower = Follower::new(watch.clone());
+                    let _follower = TurnFollower::new(watch.clone());
                     let again = NodeAgain {
                         events,
                         watch,
@@ -165,7 +165,7 @@ impl<'a> Players<'a> {
                 }
             }
             if own > 0 {
-                let _follower = Follower::new(watch.clone());
+                let _follower = TurnFollower::new(watch.clone());
                 supervise(&mut supervisor[0], control, events, watch, own, &mut exit);
                 watch.hold().leave();
             }
@@ -254,7 +254,7 @@ fn another(
 
 /// Has the supervisor do its next entries again.
 fn supervise(
-    player: &mut Player<'_>,
+    player: &mut ThreadPlayer<'_>,
     control: &mut ControlPlane,
     events: Events<'_>,
     watch: &Watch,
@@ -294,7 +294,13 @@ struct NodeAgain<'a> {
 
 impl NodeAgain<'_> {
     /// Runs the next `entries`.
-    fn play(&self, player: &mut Player<'_>, task: &mut Task, seat: &mut Seat, entries: usize) {
+    fn play(
+        &self,
+        player: &mut ThreadPlayer<'_>,
+        task: &mut Task,
+        seat: &mut Seat,
+        entries: usize,
+    ) {
         for _ in 0..entries {
             let Some((entry, operations)) = player.thread.entry(player.done) else {
                 return;

@@ -13,7 +13,7 @@ use crate::{
     inbox::Inbox,
     node::Fault,
     reexecution::{
-        End, Entry, Hold, Knot, Log, LogError, Part, Section, Sections, Step, Stream, Stretch,
+        End, Entry, Hold, Knot, KnotStep, Log, LogError, Part, Section, Sections, Stream, Stretch,
         Watch, entries_of,
     },
     sync::Arc,
@@ -61,7 +61,7 @@ pub struct Rerun {
     refused: BTreeSet<usize>,
     whole: bool,
     /// The moment at which to leave the recorded run.
-    branch: Option<Branch>,
+    branch: Option<BranchPoint>,
     /// The number of knots up to the one to be held in, if there is one.
     hold: Option<usize>,
     watch: Arc<Watch>,
@@ -69,7 +69,7 @@ pub struct Rerun {
 
 /// The end of what is executed again.
 #[derive(Debug)]
-struct Branch {
+struct BranchPoint {
     at: Time,
     /// Commands to carry out then, before the graph is handed to the virtual clock; `None`
     /// to stop.
@@ -78,7 +78,7 @@ struct Branch {
     left: bool,
 }
 
-impl Branch {
+impl BranchPoint {
     fn new(at: Time, then: Option<Vec<Command>>) -> Self {
         let left = false;
         Self { at, then, left }
@@ -172,13 +172,13 @@ impl Rerun {
     /// Stops the run at the last rest at or before run time `at`, if it is under the real
     /// clock then.
     pub fn until(&mut self, at: Time) {
-        self.branch = Some(Branch::new(at, None));
+        self.branch = Some(BranchPoint::new(at, None));
     }
 
     /// Leaves the recorded run at the last rest at or before run time `at`: carries out
     /// `commands` there, and goes on under the virtual clock.
     pub fn branch(&mut self, at: Time, commands: Vec<Command>) {
-        self.branch = Some(Branch::new(at, Some(commands)));
+        self.branch = Some(BranchPoint::new(at, Some(commands)));
     }
 
     /// Whether it has left the recorded run, to stop or to go on under the virtual clock.
@@ -423,7 +423,7 @@ fn at_rest(graph: &mut Graph, command: &Command) -> Obeyed {
 }
 
 /// Executes the knot of these `steps`, and waits for the end of its `hold` if it has one.
-fn knot(players: &mut Players<'_>, graph: &mut Graph, steps: &[Step], hold: Option<&Hold>) {
+fn knot(players: &mut Players<'_>, graph: &mut Graph, steps: &[KnotStep], hold: Option<&Hold>) {
     let counts = entries_of(steps);
     if let Some(hold) = hold {
         let takes = steps.iter().filter(|step| step.takes.is_some());

@@ -32,7 +32,7 @@ pub struct KnotOperation {
 
 /// A step of a thread within a knot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Step {
+pub(crate) struct KnotStep {
     pub(crate) thread: usize,
     /// The lock and its turn; `None` for an entry without any.
     pub(crate) takes: Option<(LockName, u64)>,

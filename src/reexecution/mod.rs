@@ -43,9 +43,9 @@ pub use watch::{BusyNode, Doing, Watch};
 
 pub(crate) use entry::{End, Entry};
 pub(crate) use hold::Hold;
-pub(crate) use knot::Step;
+pub(crate) use knot::KnotStep;
 pub(crate) use plan::{Part, entries_of};
 pub(crate) use run_log::{RunLog, Stream};
 pub(crate) use section::{Section, Sections, Stretch};
 pub(crate) use thread::Thread;
-pub(crate) use turns::{Follower, Noter, expect, finish_entry};
+pub(crate) use turns::{Noter, TurnFollower, expect, finish_entry};

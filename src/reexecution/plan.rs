@@ -11,7 +11,7 @@ use std::{
     collections::{BTreeMap, BinaryHeap},
 };
 
-use super::{knot::Step, lock_name::LockName, log::LogError, thread::Thread};
+use super::{knot::KnotStep, lock_name::LockName, log::LogError, thread::Thread};
 use crate::time::Time;
 
 /// The next turn of each lock.
@@ -38,11 +38,11 @@ pub(crate) enum Part {
     /// The next entry of this thread.
     Entry(usize),
     /// The next entries of several threads, which overlap, in steps.
-    Knot(Vec<Step>),
+    Knot(Vec<KnotStep>),
 }
 
 /// The threads of a knot, each with its number of entries.
-pub(crate) fn entries_of(knot: &[Step]) -> Vec<(usize, usize)> {
+pub(crate) fn entries_of(knot: &[KnotStep]) -> Vec<(usize, usize)> {
     let mut counts = BTreeMap::new();
     for step in knot {
         *counts.entry(step.thread).or_insert(0) += usize::from(step.ends);
@@ -328,7 +328,7 @@ impl<'a> Planner<'a> {
     }
 
     /// Takes one step of a thread.
-    fn step(&mut self, thread: usize) -> Step {
+    fn step(&mut self, thread: usize) -> KnotStep {
         let operation = self.operation(thread);
         let way = &mut self.ways[thread];
         if let Some((lock, _)) = operation {
@@ -337,7 +337,7 @@ impl<'a> Planner<'a> {
         }
         let ends = way.done == way.ends[way.entry];
         way.entry += usize::from(ends);
-        Step {
+        KnotStep {
             thread,
             takes: operation.map(|(lock, turn)| (self.locks[lock].name, turn)),
             ends,
@@ -358,7 +358,7 @@ impl<'a> Planner<'a> {
     }
 
     /// Takes back the last `steps`.
-    fn undo(&mut self, steps: Vec<Step>) {
+    fn undo(&mut self, steps: Vec<KnotStep>) {
         for step in steps.into_iter().rev() {
             let way = &mut self.ways[step.thread];
             way.entry -= usize::from(step.ends);

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::{
     bytes::Reader,
     entry::{Coder, End, Entry},
-    knot::{Knot, KnotOperation, Step},
+    knot::{Knot, KnotOperation, KnotStep},
     log::{Log, LogError},
     plan::{Part, Plan, Turns},
     thread::Thread,
@@ -272,7 +272,7 @@ impl Stretch {
     }
 
     /// The knot of these `steps`, after so many entries of each thread are `done`.
-    fn knot(&self, steps: &[Step], done: &mut [usize]) -> Knot {
+    fn knot(&self, steps: &[KnotStep], done: &mut [usize]) -> Knot {
         let mut knot = Knot {
             from: Time::MAX,
             to: Time::ZERO,

@@ -50,10 +50,10 @@ pub struct Shared<T> {
     name: Box<str>,
     /// [`LockName`] of the name, once it was needed.
     number: AtomicU32,
-    state: Mutex<State<T>>,
+    state: Mutex<SharedState<T>>,
 }
 
-struct State<T> {
+struct SharedState<T> {
     /// Turns so far.
     turn: u64,
     /// Whether a thread that notes no turns was here since the last one that does.
@@ -69,7 +69,7 @@ impl<T> Shared<T> {
         Self {
             name: name.into(),
             number: AtomicU32::new(UNKNOWN),
-            state: Mutex::new(State {
+            state: Mutex::new(SharedState {
                 turn: 0,
                 outside: false,
                 waiting: Vec::new(),
@@ -186,7 +186,7 @@ impl<T> fmt::Debug for Shared<T> {
 
 /// A shared value, locked until this is dropped.
 pub struct Turn<'a, T> {
-    state: MutexGuard<'a, State<T>>,
+    state: MutexGuard<'a, SharedState<T>>,
     /// Whether the thread of the next turn may wait for the end of this one.
     hands_on: bool,
 }

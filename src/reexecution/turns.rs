@@ -83,11 +83,11 @@ struct Script {
 
 /// While this lives, its thread keeps to the turns that it is given.
 #[derive(Debug)]
-pub(crate) struct Follower {
+pub(crate) struct TurnFollower {
     before: Mode,
 }
 
-impl Follower {
+impl TurnFollower {
     pub(crate) fn new(watch: Arc<Watch>) -> Self {
         let script = Script {
             watch,
@@ -102,7 +102,7 @@ impl Follower {
     }
 }
 
-impl Drop for Follower {
+impl Drop for TurnFollower {
     fn drop(&mut self) {
         MODE.with(|mode| mode.set(self.before));
         SCRIPT.with(|this| this.take());

@@ -28,12 +28,12 @@ pub struct Watch {
     hold: Hold,
     /// Entries that are finished.
     finished: AtomicU64,
-    threads: Vec<Seen>,
+    threads: Vec<SeenThread>,
 }
 
 /// A thread of the run.
 #[derive(Debug)]
-struct Seen {
+struct SeenThread {
     name: Arc<str>,
     /// Run time of the entry that it is in, plus one; zero between entries.
     in_entry: AtomicU64,
@@ -66,7 +66,7 @@ pub struct BusyNode {
 impl Watch {
     /// Watches the threads with these `names`.
     pub(crate) fn new(names: impl IntoIterator<Item = Arc<str>>) -> Self {
-        let threads = names.into_iter().map(|name| Seen {
+        let threads = names.into_iter().map(|name| SeenThread {
             name,
             in_entry: AtomicU64::new(0),
             took: AtomicU64::new(0),

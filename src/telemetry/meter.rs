@@ -83,12 +83,12 @@ impl Distribution {
 
 /// The reading side of a distribution: any number of clones, on any thread.
 #[derive(Clone, Debug)]
-pub struct Meter(Arc<Counts>);
+pub struct Meter(Arc<BucketCounts>);
 
 /// A histogram that one thread writes while others read, without a lock: a lock would
 /// cost more than the rest of recording a sample.
 #[derive(Debug)]
-struct Counts {
+struct BucketCounts {
     /// Allocated on first use: most meters see few octaves, and many see none.
     octaves: [OnceLock<Box<[Bucket]>>; OCTAVES],
     sum: AtomicU64,
@@ -107,7 +107,7 @@ struct Bucket {
 impl Meter {
     /// Creates an empty meter and its only recorder.
     pub fn new() -> (MeterRecorder, Self) {
-        let meter = Self(Arc::new(Counts {
+        let meter = Self(Arc::new(BucketCounts {
             octaves: [const { OnceLock::new() }; OCTAVES],
             sum: AtomicU64::new(0),
             max: AtomicU64::new(0),
@@ -134,7 +134,7 @@ impl Meter {
     }
 }
 
-impl Counts {
+impl BucketCounts {
     fn record(&self, nanos: u64) {
         let (octave, bucket) = place(nanos);
         let buckets = self.octaves[octave].get_or_init(|| {

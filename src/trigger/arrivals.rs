@@ -37,11 +37,11 @@ pub(crate) trait Wake: Send + Sync {
 pub(crate) struct Arrivals {
     /// Whether there are any, so that without them a look costs one load only.
     any: AtomicBool,
-    list: Mutex<List>,
+    list: Mutex<ArrivalList>,
 }
 
 #[derive(Default)]
-struct List {
+struct ArrivalList {
     arrivals: Vec<Arrival>,
     /// Has them at once, while it is there.
     wake: Option<Arc<dyn Wake>>,

@@ -7,7 +7,7 @@ use ratelab_study::{
     experiment::Config,
     system::{
         AgeLimits, Alias, BuildError, Builder, Final, Group, Joints, KnobText, KnobTextError,
-        Picture, QuadraticCost, Setup, Signal, System, Table, Verdict, VerdictKind, WORLD,
+        Picture, QuadraticCost, Setup, Signal, StateTable, System, Verdict, VerdictKind, WORLD,
         WorldKind,
     },
 };
@@ -388,7 +388,7 @@ impl System for CartPole {
         Some(STATE)
     }
 
-    fn table(&self) -> Option<Table> {
+    fn table(&self) -> Option<StateTable> {
         Some(table::TABLE)
     }
 

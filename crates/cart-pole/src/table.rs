@@ -1,13 +1,13 @@
 //! The table of the course: a row for each control step.
 
 use ratelab::{Fields, Time};
-use ratelab_study::system::Table;
+use ratelab_study::system::StateTable;
 
 use super::ControlStep;
 
 /// Observation and action are f32, written with as many digits as it takes to
 /// recover their bits.
-pub(super) const TABLE: Table = Table {
+pub(super) const TABLE: StateTable = StateTable {
     header: "step,time_s,cart_position_m,cart_velocity_m_s,cos_theta,sin_theta,\
              pole_angular_velocity_rad_s,action,latency_s",
     row,

@@ -30,9 +30,9 @@ use crate::{
     ros::Ros,
     sender::Sender,
     session::Settings,
-    telemetry::{Arrival, Info},
+    telemetry::{Info, ReceivedMessage},
     times::Times,
-    watch::Watch,
+    watch::PresenceWatch,
 };
 
 /// Periods of silence after which a node counts as silent.
@@ -54,7 +54,7 @@ pub struct Bridge {
     times: Arc<Times>,
     ros: Option<Ros>,
     _presence: LivelinessToken,
-    _watch: Watch,
+    _watch: PresenceWatch,
     reporter: Option<Reporter>,
 }
 
@@ -122,7 +122,7 @@ impl Bridge {
         let presence = presence.map_err(|why| WireError::network("cannot be present", &why))?;
         join::check_again(&own, &peers, &mute)?;
         Ok(Self {
-            _watch: Watch::begin(
+            _watch: PresenceWatch::begin(
                 inlets.clone(),
                 peers.clone(),
                 observer,
@@ -217,7 +217,7 @@ impl Border {
     fn inlets(
         &self,
         taps: &Taps,
-        arrivals: &crossbeam_channel::Sender<Arrival>,
+        arrivals: &crossbeam_channel::Sender<ReceivedMessage>,
     ) -> Result<Vec<Arc<Inlet>>, WireError> {
         let mut inlets = Vec::new();
         for (index, topic) in self.topology.topics.iter().enumerate() {
@@ -365,7 +365,7 @@ impl Border {
         session: &Session,
         observer: &Observer,
         taps: Taps,
-        arrived: Receiver<Arrival>,
+        arrived: Receiver<ReceivedMessage>,
         inlets: &Arc<Vec<Arc<Inlet>>>,
     ) -> Result<Reporter, WireError> {
         let topics = self.topology.topics.iter().enumerate();

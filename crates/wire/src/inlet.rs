@@ -14,8 +14,8 @@ use crate::{
     origins::Origins,
     packet,
     refusal::{Refusal, Refused},
-    sender::{Sender, Source},
-    telemetry::Arrival,
+    sender::{MessageSource, Sender},
+    telemetry::ReceivedMessage,
     times::Times,
 };
 
@@ -39,7 +39,7 @@ pub struct Inlet {
     pub(crate) times: Arc<Times>,
     pub(crate) origins: Arc<Origins>,
     /// For dashboards; what does not fit is left out.
-    pub(crate) arrivals: Channel<Arrival>,
+    pub(crate) arrivals: Channel<ReceivedMessage>,
 }
 
 impl Inlet {
@@ -69,7 +69,7 @@ impl Inlet {
         let stamp = self.times.time(head.stamp)?;
         let origin = head.origin.map(|origin| self.times.time(origin));
         let origin = origin.transpose()?;
-        let at = self.check_sender(Source::direct(head.incarnation), head.seq)?;
+        let at = self.check_sender(MessageSource::direct(head.incarnation), head.seq)?;
         let sensed = origin.unwrap_or(stamp);
         self.origins
             .remember(sensed, head.origin.unwrap_or(head.stamp));
@@ -79,7 +79,7 @@ impl Inlet {
     }
 
     /// Checks that message number `seq` is of the topic's sender; returns the run time.
-    pub(crate) fn check_sender(&self, from: Source, seq: u64) -> Result<Time, Refusal> {
+    pub(crate) fn check_sender(&self, from: MessageSource, seq: u64) -> Result<Time, Refusal> {
         let at = self.times.now().ok_or(Refusal::Early)?;
         let (mut sender, now) = (self.sender(), Instant::now());
         sender.accept(from, seq, now, self.patience)?;
@@ -89,7 +89,7 @@ impl Inlet {
     /// Notes for dashboards that message number `seq` arrived.
     pub(crate) fn note_arrival(&self, incarnation: u64, seq: u64, at: Time) {
         let topic = self.topic;
-        let _ = self.arrivals.try_send(Arrival {
+        let _ = self.arrivals.try_send(ReceivedMessage {
             topic,
             incarnation,
             seq,
@@ -118,7 +118,7 @@ mod tests {
     use crate::{
         clock::{self, ClockId},
         offset::Offsets,
-        packet::{Head, Moment, encode},
+        packet::{ClockMoment, PacketHead, encode},
     };
     use crossbeam_channel::{Receiver, bounded, unbounded};
     use ratelab::{Clock, END, Graph, Hz, Inbox, RealClock, Wiring};
@@ -157,8 +157,8 @@ mod tests {
         run.expect("no panic");
     }
 
-    fn head(seq: u64, stamp: Moment) -> Head {
-        Head {
+    fn head(seq: u64, stamp: ClockMoment) -> PacketHead {
+        PacketHead {
             incarnation: 1,
             seq,
             stamp,
@@ -166,8 +166,8 @@ mod tests {
         }
     }
 
-    fn now() -> Moment {
-        Moment {
+    fn now() -> ClockMoment {
+        ClockMoment {
             clock: ClockId::here(),
             at: clock::now(),
         }
@@ -199,22 +199,22 @@ mod tests {
                 &encode(&head(6, now()), &[f64::INFINITY]),
                 Refusal::NotFinite,
             );
-            let second = Head {
+            let second = PacketHead {
                 incarnation: 2,
                 ..head(0, now())
             };
             refuse(&encode(&second, &[1.0]), Refusal::Sender);
-            let later = Moment {
+            let later = ClockMoment {
                 at: now().at + 1_000_000_000,
                 ..now()
             };
             refuse(&encode(&head(6, later), &[1.0]), Refusal::Future);
-            let foreign = Moment {
+            let foreign = ClockMoment {
                 clock: ClockId(1),
                 ..now()
             };
             refuse(&encode(&head(6, foreign), &[1.0]), Refusal::Clock);
-            let before = Moment {
+            let before = ClockMoment {
                 at: i64::MIN + 1,
                 ..now()
             };

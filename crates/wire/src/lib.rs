@@ -40,7 +40,7 @@ pub use inlet::Inlet;
 pub use machine::host;
 pub use peers::Peers;
 pub use refusal::{Refusal, Refused};
-pub use session::{End, Settings, USUAL};
+pub use session::{SessionEnd, Settings, USUAL};
 pub use times::Times;
 
 /// A random number, for names that are used once.

@@ -12,18 +12,18 @@ use std::{
 
 use ratelab::Time;
 
-use crate::packet::Moment;
+use crate::packet::ClockMoment;
 
 /// Moments that are kept: seconds at usual rates.
 const KEPT: usize = 512;
 
 /// The original moments of the newest times from the wire.
 #[derive(Debug, Default)]
-pub struct Origins(Mutex<VecDeque<(Time, Moment)>>);
+pub struct Origins(Mutex<VecDeque<(Time, ClockMoment)>>);
 
 impl Origins {
     /// Remembers that run time `time` stands for `moment`.
-    pub fn remember(&self, time: Time, moment: Moment) {
+    pub fn remember(&self, time: Time, moment: ClockMoment) {
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         known.push_back((time, moment));
         if known.len() > KEPT {
@@ -32,7 +32,7 @@ impl Origins {
     }
 
     /// The original moment of run time `time`, if it came from the wire lately.
-    pub fn original(&self, time: Time) -> Option<Moment> {
+    pub fn original(&self, time: Time) -> Option<ClockMoment> {
         let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let found = known.iter().rev().find(|(at, _)| *at == time);
         found.map(|(_, moment)| *moment)

@@ -12,7 +12,7 @@ use zenoh::{
 use crate::{
     error::WireError,
     origins::Origins,
-    packet::{self, Head},
+    packet::{self, PacketHead},
     times::Times,
 };
 
@@ -63,7 +63,7 @@ impl Outlet {
                     let original = self.origins.original(sensed);
                     original.or_else(|| self.times.moment(sensed))
                 });
-                let head = Head {
+                let head = PacketHead {
                     incarnation: self.incarnation,
                     seq: head.seq,
                     stamp,

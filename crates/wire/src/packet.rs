@@ -31,7 +31,7 @@ const NONE: Nanos = Nanos::MIN;
 
 /// A moment of a known clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Moment {
+pub struct ClockMoment {
     /// The clock.
     pub clock: ClockId,
     /// Its reading (ns).
@@ -40,26 +40,26 @@ pub struct Moment {
 
 /// The head of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Head {
+pub struct PacketHead {
     /// Incarnation of the sender.
     pub incarnation: u64,
     /// Position in the topic's history at the sender.
     pub seq: u64,
     /// When it was published, by the sender's clock.
-    pub stamp: Moment,
+    pub stamp: ClockMoment,
     /// When the reading behind it was sensed, by the clock of the machine that sensed it:
     /// where that is the receiver's, the age is exact.
-    pub origin: Option<Moment>,
+    pub origin: Option<ClockMoment>,
 }
 
 /// The bytes of a message.
-pub fn encode(head: &Head, row: &[f64]) -> Vec<u8> {
+pub fn encode(head: &PacketHead, row: &[f64]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(HEAD + 8 * row.len());
     bytes.extend(MAGIC);
     bytes.extend((row.len() as u32).to_le_bytes());
     bytes.extend(head.incarnation.to_le_bytes());
     bytes.extend(head.seq.to_le_bytes());
-    let none = Moment {
+    let none = ClockMoment {
         clock: ClockId(0),
         at: NONE,
     };
@@ -76,7 +76,7 @@ pub fn encode(head: &Head, row: &[f64]) -> Vec<u8> {
 ///
 /// # Errors
 /// The reason to refuse it.
-pub fn decode(bytes: &[u8], width: usize) -> Result<(Head, Vec<f64>), Refusal> {
+pub fn decode(bytes: &[u8], width: usize) -> Result<(PacketHead, Vec<f64>), Refusal> {
     if bytes.get(..4) != Some(&MAGIC) {
         return Err(Refusal::Format);
     }
@@ -94,7 +94,7 @@ pub fn decode(bytes: &[u8], width: usize) -> Result<(Head, Vec<f64>), Refusal> {
     }
     let mut next = || words.next().unwrap_or_default();
     let (incarnation, seq) = (next(), next());
-    let [stamp, origin] = [(); 2].map(|()| Moment {
+    let [stamp, origin] = [(); 2].map(|()| ClockMoment {
         clock: ClockId(next()),
         at: next().cast_signed(),
     });
@@ -104,7 +104,7 @@ pub fn decode(bytes: &[u8], width: usize) -> Result<(Head, Vec<f64>), Refusal> {
         return Err(Refusal::NotFinite);
     }
     let origin = Some(origin).filter(|origin| origin.at != NONE);
-    let head = Head {
+    let head = PacketHead {
         incarnation,
         seq,
         stamp,
@@ -117,13 +117,13 @@ pub fn decode(bytes: &[u8], width: usize) -> Result<(Head, Vec<f64>), Refusal> {
 mod tests {
     use super::*;
 
-    fn head(origin: Option<Nanos>) -> Head {
+    fn head(origin: Option<Nanos>) -> PacketHead {
         let clock = ClockId(0x1122_3344_5566_7788);
-        Head {
+        PacketHead {
             incarnation: 9,
             seq: 3,
-            stamp: Moment { clock, at: -5 },
-            origin: origin.map(|at| Moment { clock, at }),
+            stamp: ClockMoment { clock, at: -5 },
+            origin: origin.map(|at| ClockMoment { clock, at }),
         }
     }
 

@@ -21,7 +21,7 @@ use zenoh::{
 use crate::{
     error::WireError,
     inlet::Inlet,
-    telemetry::{Arrival, Batch, Counts, Message},
+    telemetry::{Batch, PublishedMessage, ReceivedMessage, TopicCounts},
     times::Times,
 };
 
@@ -59,7 +59,7 @@ pub(crate) struct Sources {
     pub(crate) sent: Vec<(usize, String)>,
     /// The nodes here.
     pub(crate) nodes: Vec<usize>,
-    pub(crate) arrived: Receiver<Arrival>,
+    pub(crate) arrived: Receiver<ReceivedMessage>,
     pub(crate) inlets: Arc<Vec<Arc<Inlet>>>,
 }
 
@@ -161,17 +161,21 @@ impl Sources {
         }
         for (topic, tap, rows) in &mut open.topics {
             tap.take(rows);
-            let messages = rows.iter().rev().take(MOST).map(|(head, row)| Message {
-                topic: *topic,
-                seq: head.seq,
-                at: head.at,
-                origin: head.origin,
-                row: row
-                    .iter()
-                    .map(|n| Some(*n).filter(|n| n.is_finite()))
-                    .collect(),
-            });
-            let mut messages: Vec<Message> = messages.collect();
+            let messages = rows
+                .iter()
+                .rev()
+                .take(MOST)
+                .map(|(head, row)| PublishedMessage {
+                    topic: *topic,
+                    seq: head.seq,
+                    at: head.at,
+                    origin: head.origin,
+                    row: row
+                        .iter()
+                        .map(|n| Some(*n).filter(|n| n.is_finite()))
+                        .collect(),
+                });
+            let mut messages: Vec<PublishedMessage> = messages.collect();
             messages.reverse();
             batch.sent.extend(messages);
             rows.clear();
@@ -181,7 +185,7 @@ impl Sources {
         Some(batch)
     }
 
-    fn counts(&self) -> Vec<Counts> {
+    fn counts(&self) -> Vec<TopicCounts> {
         let topics = self.observer.read_counters().topics;
         let counts = topics.iter().enumerate().map(|(topic, view)| {
             let inlets = self.inlets.iter().filter(|inlet| inlet.topic == topic);
@@ -189,7 +193,7 @@ impl Sources {
                 let more: u64 = inlet.sender().lost;
                 (more.saturating_add(lost), refused + inlet.refused.hostile())
             });
-            Counts {
+            TopicCounts {
                 topic,
                 dropped: view.dropped(),
                 lost,

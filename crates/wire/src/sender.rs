@@ -39,14 +39,14 @@ pub struct Sender {
 
 /// Who sent a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Source {
+pub struct MessageSource {
     /// Number of the sender: of a process, or of a publisher of ROS.
     pub number: u64,
     /// Number of its process, where that is known.
     pub process: Option<u64>,
 }
 
-impl Source {
+impl MessageSource {
     /// The process with this number, by a message of our own format.
     pub fn direct(number: u64) -> Self {
         let process = Some(number);
@@ -61,7 +61,7 @@ impl Source {
 
 #[derive(Debug)]
 struct Current {
-    from: Source,
+    from: MessageSource,
     next_seq: u64,
     heard: Instant,
     gone: bool,
@@ -75,7 +75,7 @@ impl Sender {
     /// The reason to refuse it.
     pub fn accept(
         &mut self,
-        from: Source,
+        from: MessageSource,
         seq: u64,
         now: Instant,
         patience: Duration,
@@ -150,7 +150,12 @@ mod tests {
     fn gaps_are_lost_and_a_restart_is_none() {
         let (start, mut sender) = (Instant::now(), Sender::default());
         let mut accept = |incarnation, seq, ms| {
-            let accepted = sender.accept(Source::direct(incarnation), seq, at(start, ms), PATIENCE);
+            let accepted = sender.accept(
+                MessageSource::direct(incarnation),
+                seq,
+                at(start, ms),
+                PATIENCE,
+            );
             (accepted, sender.lost)
         };
         // The first may come late: what was before was for nobody.
@@ -165,8 +170,8 @@ mod tests {
 
     #[test]
     fn a_process_that_speaks_ros_as_well_is_one_sender() {
-        let by_ros = |number, process| Source { number, process };
-        let (policy, twin) = (Source::direct(1), by_ros(2, Some(1)));
+        let by_ros = |number, process| MessageSource { number, process };
+        let (policy, twin) = (MessageSource::direct(1), by_ros(2, Some(1)));
         let (other, unknown) = (by_ros(3, Some(4)), by_ros(5, None));
         for (first, second, accepted) in [
             (policy, twin, Err(Refusal::Twin)),
@@ -188,22 +193,25 @@ mod tests {
     #[test]
     fn a_second_sender_waits_until_the_first_is_silent_or_gone() {
         let (start, mut sender) = (Instant::now(), Sender::default());
-        assert_eq!(sender.accept(Source::direct(1), 0, start, PATIENCE), Ok(()));
-        let too_early = sender.accept(Source::direct(2), 0, at(start, 99), PATIENCE);
+        assert_eq!(
+            sender.accept(MessageSource::direct(1), 0, start, PATIENCE),
+            Ok(())
+        );
+        let too_early = sender.accept(MessageSource::direct(2), 0, at(start, 99), PATIENCE);
         assert_eq!(too_early, Err(Refusal::Sender));
         sender.gone(7);
-        let no_more = sender.accept(Source::direct(2), 0, at(start, 99), PATIENCE);
+        let no_more = sender.accept(MessageSource::direct(2), 0, at(start, 99), PATIENCE);
         assert_eq!(no_more, Err(Refusal::Sender));
         sender.gone(1);
         assert_eq!(
-            sender.accept(Source::direct(2), 0, at(start, 99), PATIENCE),
+            sender.accept(MessageSource::direct(2), 0, at(start, 99), PATIENCE),
             Ok(())
         );
         // Now the first is the second.
-        let back = sender.accept(Source::direct(1), 1, at(start, 120), PATIENCE);
+        let back = sender.accept(MessageSource::direct(1), 1, at(start, 120), PATIENCE);
         assert_eq!(back, Err(Refusal::Sender));
         assert_eq!(
-            sender.accept(Source::direct(1), 2, at(start, 199), PATIENCE),
+            sender.accept(MessageSource::direct(1), 2, at(start, 199), PATIENCE),
             Ok(())
         );
         assert_eq!((sender.lost, sender.starts), (0, 3));
@@ -292,10 +300,13 @@ mod tests {
     fn no_single_number_silences_the_sender_or_counts_as_a_loss() {
         for (case, messages, lost) in CASES {
             let (mut now, mut sender) = (Instant::now(), Sender::default());
-            assert_eq!(sender.accept(Source::direct(1), 0, now, PATIENCE), Ok(()));
+            assert_eq!(
+                sender.accept(MessageSource::direct(1), 0, now, PATIENCE),
+                Ok(())
+            );
             for (seq, after, expected) in *messages {
                 now += Duration::from_millis(*after);
-                let accepted = sender.accept(Source::direct(1), *seq, now, PATIENCE);
+                let accepted = sender.accept(MessageSource::direct(1), *seq, now, PATIENCE);
                 assert_eq!(accepted, *expected, "{case}: {seq}");
             }
             assert_eq!((sender.lost, sender.starts), (*lost, 1), "{case}");

@@ -15,7 +15,7 @@ const MAX_MESSAGE: usize = 65_536;
 
 /// The end of the connection that a process has.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum End {
+pub enum SessionEnd {
     /// Listens on these addresses, and passes on what others send to each other.
     Listen(Vec<String>),
     /// Connects to the first of these addresses that answers, again and again.
@@ -26,7 +26,7 @@ pub enum End {
 #[derive(Clone, Debug)]
 pub struct Settings {
     /// The end of the connection.
-    pub end: End,
+    pub end: SessionEnd,
     /// Whether it may listen on a network without credentials.
     pub insecure: bool,
     /// A zenoh configuration in JSON5, for credentials and access control.
@@ -82,8 +82,8 @@ impl Settings {
             }
         }
         let (mode, listen, connect): (_, &[String], &[String]) = match &self.end {
-            End::Listen(addresses) => ("router", addresses, &[]),
-            End::Connect(addresses) => ("client", &[], addresses),
+            SessionEnd::Listen(addresses) => ("router", addresses, &[]),
+            SessionEnd::Connect(addresses) => ("client", &[], addresses),
         };
         listen.iter().chain(connect).try_for_each(check_address)?;
         set(&mut config, "mode", &format!("{mode:?}"))?;
@@ -125,12 +125,12 @@ impl Settings {
     pub fn open(&self) -> Result<Session, WireError> {
         let config = self.config()?;
         match &self.end {
-            End::Listen(addresses) => {
+            SessionEnd::Listen(addresses) => {
                 let what = format!("cannot listen on {}", addresses.join(", "));
                 let opened = zenoh::open(config).wait();
                 opened.map_err(|why| WireError::network(&what, &why))
             }
-            End::Connect(addresses) => connect(&config, addresses, self.wait, self.notice),
+            SessionEnd::Connect(addresses) => connect(&config, addresses, self.wait, self.notice),
         }
     }
 
@@ -219,7 +219,7 @@ mod tests {
 
     fn listen(address: &str, insecure: bool) -> Settings {
         Settings {
-            end: End::Listen(vec![address.to_owned()]),
+            end: SessionEnd::Listen(vec![address.to_owned()]),
             insecure,
             file: None,
             wait: None,
@@ -288,7 +288,7 @@ mod tests {
         assert!(is_valid(&by_tls), "{:?}", by_tls.check());
         for name in ["policy.json5", "dashboard.json5", "policy-tls.json5"] {
             let other = Settings {
-                end: End::Connect(vec!["tcp/robot:7447".to_owned()]),
+                end: SessionEnd::Connect(vec!["tcp/robot:7447".to_owned()]),
                 insecure: false,
                 file: Some(PathBuf::from(format!("{folder}/{name}"))),
                 wait: None,

@@ -62,11 +62,11 @@ pub struct Batch {
     /// Ticks by the index of their node.
     pub ticks: Vec<(usize, Tick)>,
     /// Messages that nodes of the process published.
-    pub sent: Vec<Message>,
+    pub sent: Vec<PublishedMessage>,
     /// Messages that arrived from other processes.
-    pub arrived: Vec<Arrival>,
+    pub arrived: Vec<ReceivedMessage>,
     /// Counters of topics, by their index.
-    pub topics: Vec<Counts>,
+    pub topics: Vec<TopicCounts>,
 }
 
 /// A tick.
@@ -115,7 +115,7 @@ impl Tick {
 
 /// A published message.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Message {
+pub struct PublishedMessage {
     /// Index of its topic.
     pub topic: usize,
     /// Position in the topic's history.
@@ -130,7 +130,7 @@ pub struct Message {
 
 /// A message that arrived from another process.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub struct Arrival {
+pub struct ReceivedMessage {
     /// Index of its topic.
     pub topic: usize,
     /// The process that sent it.
@@ -143,7 +143,7 @@ pub struct Arrival {
 
 /// Counters of a topic in one process.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub struct Counts {
+pub struct TopicCounts {
     /// Index of the topic.
     pub topic: usize,
     /// Messages lost unread there.

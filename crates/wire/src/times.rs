@@ -7,7 +7,7 @@ use ratelab::{Observer, Time};
 use crate::{
     clock::{self, ClockId, Nanos},
     offset::Offsets,
-    packet::Moment,
+    packet::ClockMoment,
     refusal::Refusal,
 };
 
@@ -55,9 +55,9 @@ impl Times {
     }
 
     /// The moment of run time `time`; `None` before the run.
-    pub fn moment(&self, time: Time) -> Option<Moment> {
+    pub fn moment(&self, time: Time) -> Option<ClockMoment> {
         let passed = Nanos::try_from(time.as_nanos()).ok()?;
-        Some(Moment {
+        Some(ClockMoment {
             clock: ClockId::here(),
             at: self.zero()?.checked_add(passed)?,
         })
@@ -67,7 +67,7 @@ impl Times {
     ///
     /// # Errors
     /// [`Refusal`] if its clock is unknown, or it is before the run or in the future.
-    pub fn time(&self, moment: Moment) -> Result<Time, Refusal> {
+    pub fn time(&self, moment: ClockMoment) -> Result<Time, Refusal> {
         let zero = self.zero().ok_or(Refusal::Early)?;
         let estimate = self.offsets.estimate(moment.clock).ok_or(Refusal::Clock)?;
         let (ours, now) = (estimate.ours(moment.at), clock::now());

@@ -23,9 +23,9 @@ const PAUSE: Duration = Duration::from_millis(20);
 const STOOD: Duration = Duration::from_millis(500);
 
 /// Logs which nodes appear, fall silent, come back; until it is dropped.
-pub struct Watch(Arc<AtomicBool>);
+pub struct PresenceWatch(Arc<AtomicBool>);
 
-impl Drop for Watch {
+impl Drop for PresenceWatch {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Relaxed);
     }
@@ -41,7 +41,7 @@ struct Presence {
     silent_since: Option<Instant>,
 }
 
-impl Watch {
+impl PresenceWatch {
     pub(crate) fn begin(
         inlets: Arc<Vec<Arc<Inlet>>>,
         peers: Arc<Peers>,

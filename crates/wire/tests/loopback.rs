@@ -10,7 +10,7 @@ use ratelab_study::{
     experiment::{Experiment, Summary},
     system::{BuildError, Builder, System},
 };
-use ratelab_wire::{Bridge, End};
+use ratelab_wire::{Bridge, SessionEnd};
 use support::{address, part, settings};
 
 /// The results of both parts of a run: that which listens, and the other.
@@ -31,8 +31,8 @@ fn run(system: impl System + 'static, parts: [&[&str]; 2]) -> Both {
 fn run_with(system: impl System + 'static, parts: [&[&str]; 2], ros: Option<u32>) -> Both {
     let (system, address) = (Arc::new(system), address());
     let ends = [
-        End::Listen(vec![address.clone()]),
-        End::Connect(vec![address]),
+        SessionEnd::Listen(vec![address.clone()]),
+        SessionEnd::Connect(vec![address]),
     ];
     let connected = ends
         .into_iter()

@@ -15,10 +15,10 @@ use ratelab::Command;
 use ratelab_cart_pole::CartPole;
 use ratelab_study::experiment::Experiment;
 use ratelab_wire::{
-    Bridge, End, Order, Refusal, Settings,
+    Bridge, Order, Refusal, SessionEnd, Settings,
     clock::{self, ClockId},
     key::{Keys, Of},
-    packet::{self, Head, Moment},
+    packet::{self, ClockMoment, PacketHead},
 };
 use support::{address, settings};
 use zenoh::{Session, Wait};
@@ -47,7 +47,7 @@ fn actions() -> String {
 
 /// A connection of somebody who knows the address.
 fn stranger(address: &str) -> Session {
-    let end = End::Connect(vec![address.to_owned()]);
+    let end = SessionEnd::Connect(vec![address.to_owned()]);
     settings(end, None)
         .open()
         .expect("anybody may connect here")
@@ -55,13 +55,13 @@ fn stranger(address: &str) -> Session {
 
 /// Sends to `key` what no sender of ours does, again and again.
 fn flood(session: &Session, rounds: usize) {
-    let stamp = || Moment {
+    let stamp = || ClockMoment {
         clock: ClockId::here(),
         at: clock::now(),
     };
     let key = actions();
     for seq in 0..rounds as u64 {
-        let head = Head {
+        let head = PacketHead {
             incarnation: 666,
             seq,
             stamp: stamp(),
@@ -81,10 +81,13 @@ fn flood(session: &Session, rounds: usize) {
 #[test]
 fn what_strangers_send_is_counted_and_the_run_goes_on() {
     let address = address();
-    let (plant, there) = part(&PLANT, &settings(End::Listen(vec![address.clone()]), None));
+    let (plant, there) = part(
+        &PLANT,
+        &settings(SessionEnd::Listen(vec![address.clone()]), None),
+    );
     let (policy, here) = part(
         &POLICY,
-        &settings(End::Connect(vec![address.clone()]), None),
+        &settings(SessionEnd::Connect(vec![address.clone()]), None),
     );
     while there.others().is_empty() || here.others().is_empty() {
         thread::yield_now();
@@ -129,7 +132,10 @@ fn what_strangers_send_is_counted_and_the_run_goes_on() {
 #[test]
 fn presences_that_nobody_answers_for_keep_no_process_out() {
     let address = address();
-    let (plant, there) = part(&PLANT, &settings(End::Listen(vec![address.clone()]), None));
+    let (plant, there) = part(
+        &PLANT,
+        &settings(SessionEnd::Listen(vec![address.clone()]), None),
+    );
     let (session, keys) = (stranger(&address), Keys::new("cart-pole"));
     // Whoever asks them waits for as long as the questions are kept.
     let (keep, _kept) = std::sync::mpsc::channel();
@@ -145,7 +151,7 @@ fn presences_that_nobody_answers_for_keep_no_process_out() {
     });
     let claimed: Vec<_> = claimed.collect();
     // It is there for as long as the plant looks for it.
-    let settings = settings(End::Connect(vec![address]), None);
+    let settings = settings(SessionEnd::Connect(vec![address]), None);
     let (policy, here) = support::part_for(600.0, cart_pole(), &POLICY, &settings, None);
     let stop = policy.commands();
     let policy = thread::spawn(move || {
@@ -170,7 +176,7 @@ fn presences_that_nobody_answers_for_keep_no_process_out() {
 #[test]
 fn a_ros_node_begins_the_run_if_it_acts_and_not_if_it_looks_on() {
     let address = address();
-    let listen = settings(End::Listen(vec![address.clone()]), None);
+    let listen = settings(SessionEnd::Listen(vec![address.clone()]), None);
     let (_plant, bridge) = part_with(&PLANT, &listen, Some(9));
     let session = stranger(&address);
     let [obs, action] = ["obs", "action"].map(|topic| {
@@ -230,7 +236,7 @@ fn ros_action() -> Vec<u8> {
 #[test]
 fn who_claims_the_session_of_a_ros_node_does_not_silence_it() {
     let address = address();
-    let listen = settings(End::Listen(vec![address.clone()]), None);
+    let listen = settings(SessionEnd::Listen(vec![address.clone()]), None);
     let (plant, there) = part_with(&PLANT, &listen, Some(4));
     let [policy, stranger] = [(), ()].map(|()| stranger(&address));
     let zid = policy.zid();
@@ -285,7 +291,10 @@ fn who_claims_the_session_of_a_ros_node_does_not_silence_it() {
 fn a_run_that_was_stopped_names_who_stopped_it() {
     for (name, named) in [("a dashboard", "a dashboard"), (" ", "nobody named")] {
         let address = address();
-        let (plant, there) = part(&PLANT, &settings(End::Listen(vec![address.clone()]), None));
+        let (plant, there) = part(
+            &PLANT,
+            &settings(SessionEnd::Listen(vec![address.clone()]), None),
+        );
         let observer = plant.observer();
         let session = stranger(&address);
         let run = thread::spawn(move || plant.run().expect("a run"));
@@ -333,8 +342,8 @@ fn with_the_configurations_of_the_manual_each_side_does_what_it_may() {
     let [robot, policy, dashboard] = ["robot.json5", "policy.json5", "dashboard.json5"]
         .map(|name| of_manual(folder.path(), name));
     let address = address();
-    let listen = End::Listen(vec![address.clone()]);
-    let connect = || End::Connect(vec![address.clone()]);
+    let listen = SessionEnd::Listen(vec![address.clone()]);
+    let connect = || SessionEnd::Connect(vec![address.clone()]);
     let (plant, there) = part(&PLANT, &settings(listen, Some(&robot)));
     let (_policy, _here) = part(&POLICY, &settings(connect(), Some(&policy)));
     while there.others().is_empty() {
@@ -395,7 +404,7 @@ fn the_access_file_of_the_manual_lets_through_what_each_role_needs_and_nothing_e
     let [robot, policy, dashboard] = ["robot.json5", "policy.json5", "dashboard.json5"]
         .map(|name| of_manual(folder.path(), name));
     let address = address();
-    let listen = settings(End::Listen(vec![address.clone()]), Some(&robot));
+    let listen = settings(SessionEnd::Listen(vec![address.clone()]), Some(&robot));
     let robot = listen.open().expect("a robot");
     let (sender, arrived) = std::sync::mpsc::channel();
     let put = sender.clone();
@@ -408,7 +417,7 @@ fn the_access_file_of_the_manual_lets_through_what_each_role_needs_and_nothing_e
         let _ = query.reply(query.key_expr().clone(), "here").wait();
     });
     let _answers = answers.wait().expect("a queryable");
-    let connect = End::Connect(vec![address]);
+    let connect = SessionEnd::Connect(vec![address]);
     // The last one allowed is at the end: what was sent before it has come by then.
     let [clock, info, command] = [4, 5, 6].map(|key| ("query", KEYS[key]));
     for (role, allowed) in [

@@ -13,7 +13,7 @@ use std::{
 
 use ratelab_cart_pole::CartPole;
 use ratelab_study::experiment::Experiment;
-use ratelab_wire::{Bridge, End, Settings};
+use ratelab_wire::{Bridge, SessionEnd, Settings};
 use support::{address, settings};
 use zenoh::Wait;
 
@@ -57,7 +57,7 @@ fn of_manual(folder: &Path, name: &str, left_out: &[&str]) -> PathBuf {
 }
 
 /// A part of the cart-pole.
-fn part(nodes: &[&str], end: End, file: &Path) -> (Experiment, Bridge) {
+fn part(nodes: &[&str], end: SessionEnd, file: &Path) -> (Experiment, Bridge) {
     support::part(
         Arc::new(CartPole::default()),
         nodes,
@@ -82,9 +82,9 @@ fn only_who_has_a_certificate_takes_part() {
         return eprintln!("skipped: no openssl");
     }
     let address = address().replace("tcp/", "tls/");
-    let connect = || End::Connect(vec![address.clone()]);
+    let connect = || SessionEnd::Connect(vec![address.clone()]);
     let robot = of_manual(folder, "robot-tls.json5", &[]);
-    let listen = End::Listen(vec![address.clone()]);
+    let listen = SessionEnd::Listen(vec![address.clone()]);
     let (plant, there) = part(&["sensor", "actuator"], listen, &robot);
     let known = of_manual(folder, "policy-tls.json5", &[]);
     let unknown = of_manual(folder, "policy-tls.json5", &["connect_", "enable_mtls"]);
@@ -92,7 +92,7 @@ fn only_who_has_a_certificate_takes_part() {
         !connects(&settings(connect(), Some(&unknown))),
         "without a certificate"
     );
-    let in_the_clear = End::Connect(vec![address.replace("tls/", "tcp/")]);
+    let in_the_clear = SessionEnd::Connect(vec![address.replace("tls/", "tcp/")]);
     assert!(!connects(&settings(in_the_clear, None)), "in the clear");
     let (policy, here) = part(&["policy"], connect(), &known);
     while there.others().is_empty() || here.others().is_empty() {

@@ -1,11 +1,11 @@
 //! The answer to exercise 11, for teachers: work tied to a rate.
 
-use crate::Rate;
+use crate::RateResult;
 
 /// Work tied to a rate.
 pub struct Node<'w> {
     name: String,
-    rate: Rate,
+    rate: RateResult,
     priority: u32,
     work: Box<dyn FnMut(u64) -> bool + 'w>,
 }
@@ -15,7 +15,7 @@ impl<'w> Node<'w> {
     pub fn new(name: &str, hz: u64, priority: u32, work: impl FnMut(u64) -> bool + 'w) -> Self {
         Self {
             name: name.to_owned(),
-            rate: Rate::new(hz),
+            rate: RateResult::new(hz),
             priority,
             work: Box::new(work),
         }

@@ -4,7 +4,7 @@ use ratelab_cart_pole::{CartPole, POLICY, SENSOR};
 use ratelab_study::experiment::Config;
 
 use super::suspect::{SUSPECTS, Suspect};
-use crate::framework::{Chance, Failure, own_world};
+use crate::framework::{Failure, SplitMix, own_world};
 
 /// Delay (ms) and loss of a link.
 #[derive(Clone, Copy, Debug, Default)]
@@ -41,7 +41,7 @@ const DEPTH: u32 = 40;
 impl FaultyGraph {
     /// The graph of the learner's number `seed`.
     pub fn drawn(seed: u64) -> Self {
-        let chance = &mut Chance::new(seed, u64::from_le_bytes(*b"a fault "), 0);
+        let chance = &mut SplitMix::new(seed, u64::from_le_bytes(*b"a fault "), 0);
         let mut graph = Self {
             fault: SUSPECTS[chance.below(SUSPECTS.len())],
             seed,
@@ -72,7 +72,7 @@ impl FaultyGraph {
         }
     }
 
-    fn add_fault(&mut self, chance: &mut Chance) {
+    fn add_fault(&mut self, chance: &mut SplitMix) {
         let mut drawn = |from, to| (chance.within(from, to) * 100.0).round() / 100.0;
         match self.fault {
             Suspect::SensorSlow => self.sensor_hz = drawn(3.5, 4.5),

@@ -9,19 +9,19 @@ use ratelab_study::experiment::{Config, Experiment, Summary};
 use suspect::{NAMES, SUSPECTS};
 
 use crate::framework::{
-    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, Tolerance,
+    Answer, Brief, Exercise, ExerciseKind, Failure, Findings, Measurement, Range, Table, Tolerance,
     cart_pole, mean_ms,
 };
 
 /// See [the module](self).
-pub struct Fault;
+pub struct FaultExercise;
 
 const BRIEF: Brief = Brief {
     number: 10,
     part: "",
     name: "fault",
     title: "Whose fault is it?",
-    kind: Kind::BugHunt,
+    kind: ExerciseKind::BugHunt,
     objective: "A graph in the world that does not wait, with one fault: a node or a topic that \
                 makes the pushes too old. It is drawn from your number (--seed), and so are one or \
                 two harmless oddities beside it. Look at the figures of a run, or watch the graph \
@@ -36,7 +36,7 @@ const BRIEF: Brief = Brief {
     choices: &NAMES,
 };
 
-impl Exercise for Fault {
+impl Exercise for FaultExercise {
     fn brief(&self) -> &'static Brief {
         &BRIEF
     }

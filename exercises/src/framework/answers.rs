@@ -9,13 +9,13 @@ use std::{
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{Brief, Origin, Prediction, entry::Entry};
+use super::{Brief, Prediction, PredictionOrigin, entry::PredictionEntry};
 
 /// Predictions by exercise. In the file each is a table with the exercise's name, a
 /// `number` and a `reason`; where it was made again, the first one is a table in it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
-pub struct Answers(BTreeMap<String, Entry>);
+pub struct Answers(BTreeMap<String, PredictionEntry>);
 
 impl Answers {
     /// Loads the predictions in the file at `path`; none if there is no file.
@@ -72,7 +72,7 @@ impl Answers {
     /// The first prediction for this exercise: the only one that was made without the
     /// measurement.
     pub fn first(&self, exercise: &Brief) -> Option<&Prediction> {
-        self.0.get(exercise.name).map(Entry::first)
+        self.0.get(exercise.name).map(PredictionEntry::first)
     }
 
     /// The latest prediction for this exercise, where there was an earlier one.
@@ -83,7 +83,7 @@ impl Answers {
     }
 
     /// How the predictions for this exercise came into the file.
-    pub fn origin(&self, exercise: &Brief) -> Option<Origin> {
+    pub fn origin(&self, exercise: &Brief) -> Option<PredictionOrigin> {
         let entry = self.0.get(exercise.name)?;
         Some(entry.origin(exercise.name))
     }
@@ -91,7 +91,7 @@ impl Answers {
     /// Sets the prediction for this exercise, and keeps the first one.
     pub fn set(&mut self, exercise: &Brief, prediction: Prediction) {
         let name = exercise.name;
-        let entry = Entry::new(name, prediction, self.0.remove(name));
+        let entry = PredictionEntry::new(name, prediction, self.0.remove(name));
         self.0.insert(name.to_owned(), entry);
     }
 

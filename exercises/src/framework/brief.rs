@@ -6,7 +6,7 @@ use super::{tolerance::Tolerance, unit::in_unit};
 
 /// Kind of an exercise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum ExerciseKind {
     /// Predict the result, then run.
     PredictThenRun,
     /// Change one knob and investigate its effect.
@@ -19,7 +19,7 @@ pub enum Kind {
     Build,
 }
 
-impl fmt::Display for Kind {
+impl fmt::Display for ExerciseKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::PredictThenRun => "predict, then run",
@@ -43,7 +43,7 @@ pub struct Brief {
     /// Its title.
     pub title: &'static str,
     /// Kind of the exercise.
-    pub kind: Kind,
+    pub kind: ExerciseKind,
     /// The subject, and the planned runs.
     pub objective: &'static str,
     /// The question: one number to predict, or one of the choices.

@@ -2,9 +2,9 @@
 
 /// Draws that follow from a seed and a purpose alone (SplitMix64: Steele, Lea and Flood,
 /// *Fast splittable pseudorandom number generators*, OOPSLA 2014).
-pub(crate) struct Chance(u64);
+pub(crate) struct SplitMix(u64);
 
-impl Chance {
+impl SplitMix {
     const GAMMA: u64 = 0x9e37_79b9_7f4a_7c15;
 
     /// The draws of the learner's number `seed` for item `item` of a `purpose`.

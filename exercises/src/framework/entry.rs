@@ -3,22 +3,22 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    mark::{self, Origin},
+    mark::{self, PredictionOrigin},
     prediction::{Prediction, PredictionError},
 };
 
 /// A prediction, with the first one where it was made again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Written", into = "Written")]
-pub(super) struct Entry {
+pub(super) struct PredictionEntry {
     pub prediction: Prediction,
     mark: Option<String>,
     /// Whether the question is to be asked again.
     pub open: bool,
-    first: Option<Box<Entry>>,
+    first: Option<Box<PredictionEntry>>,
 }
 
-impl Entry {
+impl PredictionEntry {
     /// The prediction for the exercise `name`, after an `earlier` one if there is one.
     pub fn new(name: &str, prediction: Prediction, earlier: Option<Self>) -> Self {
         let first = earlier.map(|earlier| match earlier.first {
@@ -49,10 +49,10 @@ impl Entry {
     }
 
     /// How it, and the first one, came into the file.
-    pub fn origin(&self, name: &str) -> Origin {
+    pub fn origin(&self, name: &str) -> PredictionOrigin {
         let own = mark::origin(self.mark.as_deref(), &self.content(name));
         match self.first.as_deref().map(|first| first.origin(name)) {
-            Some(first) if own != Origin::Edited => first,
+            Some(first) if own != PredictionOrigin::Edited => first,
             _ => own,
         }
     }
@@ -83,10 +83,10 @@ struct Written {
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     open: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
-    first: Option<Box<Entry>>,
+    first: Option<Box<PredictionEntry>>,
 }
 
-impl TryFrom<Written> for Entry {
+impl TryFrom<Written> for PredictionEntry {
     type Error = PredictionError;
 
     fn try_from(read: Written) -> Result<Self, PredictionError> {
@@ -101,8 +101,8 @@ impl TryFrom<Written> for Entry {
     }
 }
 
-impl From<Entry> for Written {
-    fn from(entry: Entry) -> Self {
+impl From<PredictionEntry> for Written {
+    fn from(entry: PredictionEntry) -> Self {
         Self {
             number: entry.prediction.number(),
             reason: entry.prediction.reason().to_owned(),

@@ -9,7 +9,7 @@ use ratelab::Digest;
 
 /// How a prediction came into its file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Origin {
+pub enum PredictionOrigin {
     /// ratelab wrote it. No other prediction has the same mark, unless it is a copy.
     Written(String),
     /// It has no mark: an earlier version wrote it, or somebody else.
@@ -30,13 +30,15 @@ pub(super) fn new(content: &str) -> String {
 }
 
 /// How `content` with this `mark` came into its file.
-pub(super) fn origin(mark: Option<&str>, content: &str) -> Origin {
+pub(super) fn origin(mark: Option<&str>, content: &str) -> PredictionOrigin {
     let Some(mark) = mark else {
-        return Origin::Unmarked;
+        return PredictionOrigin::Unmarked;
     };
     match mark.split_once('-') {
-        Some((drawn, found)) if found == check(drawn, content) => Origin::Written(mark.to_owned()),
-        _ => Origin::Edited,
+        Some((drawn, found)) if found == check(drawn, content) => {
+            PredictionOrigin::Written(mark.to_owned())
+        }
+        _ => PredictionOrigin::Edited,
     }
 }
 

@@ -17,16 +17,16 @@ mod tolerance;
 mod unit;
 
 pub use answers::{Answers, AnswersError};
-pub use brief::{Brief, Kind, Range};
+pub use brief::{Brief, ExerciseKind, Range};
 pub use exercise::{Answer, Exercise, Failure, Findings};
 pub use expectations::{Check, Expectation, Expectations, ExpectationsError};
-pub use mark::Origin;
+pub use mark::PredictionOrigin;
 pub use measurement::Measurement;
 pub use prediction::{Prediction, PredictionError};
 pub use table::Table;
 pub use tolerance::Tolerance;
 
-pub(crate) use chance::Chance;
+pub(crate) use chance::SplitMix;
 pub(crate) use exercise::{hz, mean_ms};
-pub(crate) use recorded::{Recorded, axis, cart_pole, own_world, record};
-pub(crate) use survey::{Group, push_age_ms, survey};
+pub(crate) use recorded::{RecordedRun, axis, cart_pole, own_world, record};
+pub(crate) use survey::{KnobRuns, push_age_ms, survey};

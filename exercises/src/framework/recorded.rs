@@ -31,13 +31,13 @@ pub(crate) fn axis<T: ToString>(name: &str, values: &[T]) -> Result<SweepAxis, F
 }
 
 /// A run and its control steps.
-pub(crate) struct Recorded {
+pub(crate) struct RecordedRun {
     pub(crate) summary: Summary,
     pub(crate) steps: Vec<Message<ControlStep>>,
 }
 
 /// Runs `config`, which must have an end, and records every control step.
-pub(crate) fn record(config: &Config) -> Result<Recorded, Failure> {
+pub(crate) fn record(config: &Config) -> Result<RecordedRun, Failure> {
     let experiment = Experiment::new(cart_pole(), config)?;
     // Enough capacity for all steps, so that the run never waits.
     let room = (config.end.as_secs_f64() * CONTROL_HZ) as usize + 2;
@@ -45,5 +45,5 @@ pub(crate) fn record(config: &Config) -> Result<Recorded, Failure> {
     let tap = tap.ok_or_else(|| Failure::Unmeasured(format!("{STATE} is not recorded")))?;
     let summary = experiment.run()?;
     let steps = tap.items().iter().map(|step| step.message).collect();
-    Ok(Recorded { summary, steps })
+    Ok(RecordedRun { summary, steps })
 }

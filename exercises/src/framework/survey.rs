@@ -10,14 +10,14 @@ use ratelab_study::experiment::{
 use super::{Failure, axis, cart_pole};
 
 /// The runs with one value of the knob.
-pub(crate) struct Group {
+pub(crate) struct KnobRuns {
     /// The value.
     pub(crate) value: String,
     /// The results, by start.
     pub(crate) runs: Vec<CellResult>,
 }
 
-impl Group {
+impl KnobRuns {
     /// Number of runs with the pole up at the end.
     pub(crate) fn up(&self) -> usize {
         self.runs
@@ -56,7 +56,7 @@ pub(crate) fn survey<T: ToString>(
     knob: &str,
     values: &[T],
     seeds: std::ops::Range<u64>,
-) -> Result<Vec<Group>, Failure> {
+) -> Result<Vec<KnobRuns>, Failure> {
     let sweep = Sweep {
         axes: vec![axis(knob, values)?],
         seeds: seeds.collect(),
@@ -66,7 +66,7 @@ pub(crate) fn survey<T: ToString>(
     let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()))?;
     let results: Vec<CellResult> = swept.finished().map(|(_, run)| run.clone()).collect();
     let groups = values.iter().zip(results.chunks(starts));
-    let groups = groups.map(|(value, runs)| Group {
+    let groups = groups.map(|(value, runs)| KnobRuns {
         value: value.to_string(),
         runs: runs.to_vec(),
     });

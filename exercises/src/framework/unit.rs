@@ -3,13 +3,13 @@
 /// A unit: a multiple of the base unit of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Unit {
-    quantity: Quantity,
+    quantity: UnitQuantity,
     /// Its size as a fraction of whole numbers, so that 700 ms are exactly 0.7 s.
     size: (f64, f64),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Quantity {
+enum UnitQuantity {
     Count,
     Rate,
     Time,
@@ -18,39 +18,43 @@ enum Quantity {
 }
 
 /// The units and their names.
-const UNITS: [(&[&str], Quantity, (f64, f64)); 10] = [
+const UNITS: [(&[&str], UnitQuantity, (f64, f64)); 10] = [
     (
         &["", "run", "runs", "start", "starts", "message", "messages"],
-        Quantity::Count,
+        UnitQuantity::Count,
         (1.0, 1.0),
     ),
-    (&["hz", "hertz"], Quantity::Rate, (1.0, 1.0)),
-    (&["khz"], Quantity::Rate, (1_000.0, 1.0)),
+    (&["hz", "hertz"], UnitQuantity::Rate, (1.0, 1.0)),
+    (&["khz"], UnitQuantity::Rate, (1_000.0, 1.0)),
     (
         &["s", "sec", "secs", "second", "seconds"],
-        Quantity::Time,
+        UnitQuantity::Time,
         (1.0, 1.0),
     ),
     (
         &["ms", "msec", "millisecond", "milliseconds"],
-        Quantity::Time,
+        UnitQuantity::Time,
         (1.0, 1_000.0),
     ),
     (
         &["us", "µs", "microsecond", "microseconds"],
-        Quantity::Time,
+        UnitQuantity::Time,
         (1.0, 1_000_000.0),
     ),
-    (&["min", "minute", "minutes"], Quantity::Time, (60.0, 1.0)),
-    (&["h", "hour", "hours"], Quantity::Time, (3_600.0, 1.0)),
+    (
+        &["min", "minute", "minutes"],
+        UnitQuantity::Time,
+        (60.0, 1.0),
+    ),
+    (&["h", "hour", "hours"], UnitQuantity::Time, (3_600.0, 1.0)),
     (
         &["m", "cm", "mm", "km", "kg", "g", "deg", "degrees", "rad"],
-        Quantity::Other,
+        UnitQuantity::Other,
         (1.0, 1.0),
     ),
     (
         &["%", "percent", "°", "rpm", "fps", "steps"],
-        Quantity::Other,
+        UnitQuantity::Other,
         (1.0, 1.0),
     ),
 ];

@@ -18,7 +18,7 @@ use ratelab_study::{
     system::{StepMs, WorldKind},
 };
 
-use crate::framework::{Chance, Failure, cart_pole, own_world};
+use crate::framework::{Failure, SplitMix, cart_pole, own_world};
 
 /// Runs of each cause.
 pub const RUNS: u64 = 200;
@@ -31,7 +31,7 @@ const STEP: StepMs = StepMs::ALL[1];
 
 /// A cause of old pushes, with values on both sides of what the pole bears.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cause {
+pub enum AgeCause {
     /// A slow policy.
     Rate,
     /// A constant delay of `/action`.
@@ -46,7 +46,7 @@ pub enum Cause {
     Jitter,
 }
 
-impl Cause {
+impl AgeCause {
     /// The causes that follow the law.
     pub const LAWFUL: [Self; 5] = [
         Self::Rate,
@@ -69,7 +69,7 @@ impl Cause {
     }
 
     /// Knobs with a value that is drawn.
-    fn knobs(self, chance: &mut Chance) -> String {
+    fn knobs(self, chance: &mut SplitMix) -> String {
         let mut value = |from, to| format!("{:.2}", chance.within(from, to));
         match self {
             // A period of 25 to 200 ms.
@@ -87,7 +87,7 @@ impl Cause {
 
     /// Run number `run` drawn from the learner's number `seed`.
     fn config(self, seed: u64, run: u64) -> Result<Config, Failure> {
-        let chance = &mut Chance::new(seed, self as u64, run);
+        let chance = &mut SplitMix::new(seed, self as u64, run);
         let knobs = self.knobs(chance);
         Ok(Config {
             seed: chance.below(STARTS) as u64,

@@ -1,8 +1,8 @@
 //! Which delay fells the pole at a control rate.
 
 use crate::framework::{
-    Answer, Brief, Exercise, Failure, Findings, Group, Kind, Measurement, Range, Table, Tolerance,
-    own_world, survey,
+    Answer, Brief, Exercise, ExerciseKind, Failure, Findings, KnobRuns, Measurement, Range, Table,
+    Tolerance, own_world, survey,
 };
 
 /// Delays of `/action` (ms).
@@ -24,7 +24,7 @@ pub const AT_50_HZ: Delay = Delay {
         part: "a",
         name: "one-law-50",
         title: "One law: a delay at 50 Hz",
-        kind: Kind::PredictThenRun,
+        kind: ExerciseKind::PredictThenRun,
         objective: "From here on the world does not wait: the plant moves by itself, and the \
                     actuator applies an action within 2 ms of its delivery. All nodes keep their \
                     rates, the policy 50 Hz, but the network holds each action back for a constant \
@@ -51,7 +51,7 @@ pub const AT_25_HZ: Delay = Delay {
         part: "b",
         name: "one-law-25",
         title: "One law: a delay at 25 Hz",
-        kind: Kind::PredictThenRun,
+        kind: ExerciseKind::PredictThenRun,
         objective: "The same delays once more, and now the policy decides 25 times a second, so \
                     that each push is held for 40 ms and no longer for 20. Nothing else has \
                     changed. Look at the push ages of the first table before you predict.",
@@ -117,7 +117,7 @@ impl Exercise for Delay {
     }
 }
 
-fn table<'g>(rows: impl Iterator<Item = (&'g u32, &'g Group)>) -> Table {
+fn table<'g>(rows: impl Iterator<Item = (&'g u32, &'g KnobRuns)>) -> Table {
     let mut table = Table::new(["delay", "balanced", "push age"]);
     for (delay, group) in rows {
         table.row([
@@ -129,7 +129,7 @@ fn table<'g>(rows: impl Iterator<Item = (&'g u32, &'g Group)>) -> Table {
     table
 }
 
-fn measurements((delay, group): (&u32, &Group)) -> [Measurement; 2] {
+fn measurements((delay, group): (&u32, &KnobRuns)) -> [Measurement; 2] {
     [
         Measurement::new(format!("{delay} ms: starts balanced"), group.up() as f64),
         Measurement::new(format!("{delay} ms: push age (ms)"), group.push_age_ms()),

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use ratelab_study::experiment::sweep::ByAge;
 
-use super::causes::Cause;
+use super::causes::AgeCause;
 use crate::framework::{
-    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, Tolerance,
+    Answer, Brief, Exercise, ExerciseKind, Failure, Findings, Measurement, Range, Table, Tolerance,
 };
 
 /// Width of the rows of the table (ms).
@@ -24,7 +24,7 @@ pub const LAW: Law = Law(&Brief {
     part: "c",
     name: "one-law",
     title: "One law: one number",
-    kind: Kind::PredictThenRun,
+    kind: ExerciseKind::PredictThenRun,
     objective: "Now a thousand runs, 200 each of five causes: a slow policy, a constant delay, \
                 random losses, a slow policy that ticks long after the sensor (a phase), and a \
                 policy that thinks. How slow, how late, how much is lost, and the start, are \
@@ -45,7 +45,7 @@ pub const JITTER: JitterLaw = JitterLaw(&Brief {
     part: "d",
     name: "one-law-jitter",
     title: "One law: where it fails",
-    kind: Kind::PredictThenRun,
+    kind: ExerciseKind::PredictThenRun,
     objective: "A sixth cause: jitter. Each action is delayed by another time, at random between \
                 nothing and up to 600 ms, so that one overtakes the other; an action that comes \
                 after a newer one is never read. Again 200 runs are drawn, and of each the push \
@@ -67,12 +67,12 @@ pub struct JitterLaw(&'static Brief);
 
 /// The runs of a cause.
 struct OfCause {
-    cause: Cause,
+    cause: AgeCause,
     runs: Arc<ByAge>,
 }
 
 impl OfCause {
-    fn of(cause: Cause, seed: u64) -> Result<Self, Failure> {
+    fn of(cause: AgeCause, seed: u64) -> Result<Self, Failure> {
         let runs = cause.by_age(seed)?;
         Ok(Self { cause, runs })
     }
@@ -130,7 +130,7 @@ impl OfCause {
 }
 
 fn lawful(seed: u64) -> Result<Vec<OfCause>, Failure> {
-    let causes = Cause::LAWFUL.into_iter();
+    let causes = AgeCause::LAWFUL.into_iter();
     causes.map(|cause| OfCause::of(cause, seed)).collect()
 }
 
@@ -208,11 +208,11 @@ impl Exercise for JitterLaw {
     fn measure(&self, seed: u64) -> Result<Findings, Failure> {
         let causes = lawful(seed)?;
         let limit = limit_ms(&causes)?;
-        let jitter = OfCause::of(Cause::Jitter, seed)?;
+        let jitter = OfCause::of(AgeCause::Jitter, seed)?;
         let mut table = table();
         let rows = causes.iter().chain([&jitter]);
         rows.for_each(|of| of.row(&mut table, limit));
-        let delay = causes.iter().find(|of| of.cause == Cause::Delay);
+        let delay = causes.iter().find(|of| of.cause == AgeCause::Delay);
         let constant = delay.map_or(f64::NAN, OfCause::limit_ms);
         let (own, earlier) = (jitter.limit_ms(), constant - jitter.limit_ms());
         let mut measurements = jitter.measurements(limit).to_vec();

@@ -8,8 +8,8 @@ use ratelab_cart_pole::{BROKEN_HZ, CONTROL_HZ, CartPole};
 use ratelab_study::experiment::Config;
 
 use crate::framework::{
-    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Recorded, Table,
-    Tolerance, record,
+    Answer, Brief, Exercise, ExerciseKind, Failure, Findings, Measurement, Range, RecordedRun,
+    Table, Tolerance, record,
 };
 
 /// Durations of the slow phase in the rehearsals (tenths of a second).
@@ -23,7 +23,7 @@ const BRIEF: Brief = Brief {
     part: "",
     name: "rescue",
     title: "Rescue it",
-    kind: Kind::Live,
+    kind: ExerciseKind::Live,
     objective: "In the lab, slow the policy to 5 Hz or less while the graph runs, let the pole go \
                 beyond 4°, and bring it back before it falls: raise the rate again, and keep the \
                 pole within 4° for five seconds. Slow motion and single steps are allowed, and so \
@@ -73,7 +73,7 @@ impl Exercise for Rescue {
 /// A scripted rescue.
 struct Rehearsal {
     slow_s: f64,
-    run: Recorded,
+    run: RecordedRun,
     judged: Result<Rescued, RescueFailure>,
 }
 

@@ -10,7 +10,7 @@ use ratelab_cart_pole::{ACTION, CartPole, OBS};
 use ratelab_study::experiment::{Config, Experiment};
 
 use crate::framework::{
-    Answer, Brief, Exercise, Failure, Findings, Kind, Measurement, Range, Table, Tolerance,
+    Answer, Brief, Exercise, ExerciseKind, Failure, Findings, Measurement, Range, Table, Tolerance,
     cart_pole, hz, mean_ms,
 };
 
@@ -28,7 +28,7 @@ const BRIEF: Brief = Brief {
     part: "",
     name: "ties",
     title: "When two clocks tie",
-    kind: Kind::BugHunt,
+    kind: ExerciseKind::BugHunt,
     objective: "The same three nodes, seed 0, are run by two schedulers. One computes when tick k \
                 is due as k divided by the rate, in whole nanoseconds. The other adds a period in \
                 floating point after every tick. At 25 Hz against 50 Hz the policy ticks with \
@@ -70,7 +70,7 @@ impl Exercise for Ties {
 }
 
 /// The result of a run, under any scheduler.
-pub(crate) struct Timed {
+pub(crate) struct TimedRun {
     pub(crate) latency_ms: f64,
     /// Mean age of readings when the policy used them.
     pub(crate) reading_age_ms: f64,
@@ -80,7 +80,7 @@ pub(crate) struct Timed {
     pub(crate) steps: u64,
 }
 
-impl Timed {
+impl TimedRun {
     pub(crate) fn exact(config: &Config) -> Result<Self, Failure> {
         let experiment = Experiment::new(cart_pole(), config)?;
         let observer = experiment.observer();
@@ -100,7 +100,7 @@ impl Timed {
     }
 }
 
-impl From<ScheduledRun> for Timed {
+impl From<ScheduledRun> for TimedRun {
     fn from(run: ScheduledRun) -> Self {
         let mean = |distribution: &Distribution| mean_ms(distribution.mean_s());
         Self {
@@ -116,8 +116,8 @@ impl From<ScheduledRun> for Timed {
 /// The same run under both schedulers.
 struct Pair {
     hz: Hz,
-    added: Timed,
-    exact: Timed,
+    added: TimedRun,
+    exact: TimedRun,
 }
 
 impl Pair {
@@ -130,7 +130,7 @@ impl Pair {
         Ok(Self {
             hz: control_hz,
             added: added.into(),
-            exact: Timed::exact(&config)?,
+            exact: TimedRun::exact(&config)?,
         })
     }
 
@@ -157,7 +157,7 @@ impl Pair {
     }
 
     /// The two runs with the names of their schedules.
-    fn runs(&self) -> [(&'static str, &Timed); 2] {
+    fn runs(&self) -> [(&'static str, &TimedRun); 2] {
         [("periods added", &self.added), ("exact time", &self.exact)]
     }
 

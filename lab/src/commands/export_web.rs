@@ -10,7 +10,7 @@ use crate::{
     dashboard::picture,
     error::Error,
     names,
-    output::{Kind, print_line, refuse_same, write_whole},
+    output::{OutputKind, print_line, refuse_same, write_whole},
     printable::shown,
     program::Program,
     recording::Recording,
@@ -67,7 +67,13 @@ pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> 
     let runs: Vec<RunData> = runs.collect();
     let quantity = differs.map_or_else(String::new, |alias| names::label(alias.name));
     let page = web::page(system.name(), &quantity, &runs, &poster);
-    write_whole("--output", &args.output, Kind::Page, None, page.as_bytes())?;
+    write_whole(
+        "--output",
+        &args.output,
+        OutputKind::Page,
+        None,
+        page.as_bytes(),
+    )?;
     let file = shown(&args.output);
     print_line(&format!("{file}: open it in a browser"))?;
     recordings.iter().try_for_each(|one| Error::if_damaged(one))

@@ -28,7 +28,7 @@ use session::GradedRun;
 use crate::{
     cli::GradeArgs,
     error::Error,
-    output::{Kind, print_data, print_line, write_whole},
+    output::{OutputKind, print_data, print_line, write_whole},
     program::Program,
     signals,
 };
@@ -55,7 +55,7 @@ pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {
         write_whole(
             "--csv",
             file,
-            Kind::Rows(rows::HEADER),
+            OutputKind::Rows(rows::HEADER),
             None,
             rows.as_bytes(),
         )?;

@@ -8,7 +8,7 @@ use ratelab_study::experiment::Experiment;
 use crate::report::ReportContext;
 use crate::{
     cli::LabArgs,
-    dashboard::{self, Guide, LabError, Setup},
+    dashboard::{self, Guide, LabError, SessionSetup},
     error::Error,
     first_start,
     options::{self, LAB},
@@ -30,11 +30,11 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
     need_terminal("the lab needs a terminal to draw on", "run")?;
     let outputs = Outputs::beside_csv(&plan(&args.run, &experiment)?)?;
     let realtime = options::realtime(&args.run.graph);
-    let setup = Setup {
+    let setup = SessionSetup {
         realtime: realtime.clone().and_then(Result::ok),
         csv: args.run.csv.clone(),
         record: destination(&args.run),
-        ..Setup::new(program.system.clone(), program.course)
+        ..SessionSetup::new(program.system.clone(), program.course)
     };
     let guide = match program.course && first_start::is_first() {
         true => Guide::Offer,

@@ -6,10 +6,10 @@ use ratelab::{ClockKind, Speed, Time};
 
 use crate::{
     cli::{ClockArg, PictureArgs},
-    dashboard::{Setup, picture as pictures},
+    dashboard::{SessionSetup, picture as pictures},
     error::Error,
     options::{self, Defaults},
-    output::{Kind, write_whole},
+    output::{OutputKind, write_whole},
     program::Program,
     recording::Recording,
     screen::theme,
@@ -27,7 +27,7 @@ pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
     let theme = theme(args.ascii, Some(args.theme));
     let output = |picture: &str, read| {
         let bytes = picture.as_bytes();
-        write_whole("--output", &args.output, Kind::Drawing, read, bytes)
+        write_whole("--output", &args.output, OutputKind::Drawing, read, bytes)
     };
     if let Some(file) = &args.file {
         refuse_options(args)?;
@@ -51,7 +51,7 @@ pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
     let like = options::like(program, &args.graph)?;
     let defaults = Defaults { end, ..DEFAULTS };
     let config = options::graph(program, &args.graph, &defaults, like.as_ref())?;
-    let setup = Setup::new(program.system.clone(), program.course);
+    let setup = SessionSetup::new(program.system.clone(), program.course);
     let picture = pictures::of_run(&config, setup, args.size, &theme)?;
     output(&picture, None)
 }

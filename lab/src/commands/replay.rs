@@ -10,7 +10,7 @@ use std::{
 
 use crate::{
     cli::ReplayArgs,
-    dashboard::{self, LabOutcome, Setup},
+    dashboard::{self, LabOutcome, SessionSetup},
     error::Error,
     output::{note, note_defect, print_line, print_recorded},
     program::{self, Program},
@@ -53,7 +53,7 @@ pub fn replay(program: &Program, args: &ReplayArgs) -> Result<(), Error> {
 /// Plays a recording in the panes of the lab.
 fn play(program: &Program, args: &ReplayArgs, recording: &Arc<Recording>) -> Result<(), Error> {
     let program = program.of(recording);
-    let setup = Setup::new(program.system.clone(), program.course);
+    let setup = SessionSetup::new(program.system.clone(), program.course);
     let branch = dashboard::play(recording.clone(), setup, &screen(&args.screen))?;
     branch.map_or(Ok(()), print_branch)
 }

@@ -2,7 +2,7 @@
 
 use crate::{
     cli::ScreenArgs,
-    dashboard::{self, Guide, Setup},
+    dashboard::{self, Guide, SessionSetup},
     error::Error,
     options::LAB,
     output::{print_line, print_recorded},
@@ -13,7 +13,7 @@ use crate::{
 /// Opens the lab at the beginning of the tour.
 pub fn tour(program: &Program, args: &ScreenArgs) -> Result<(), Error> {
     need_terminal("the tour needs a terminal to draw on", "run")?;
-    let setup = Setup::new(program.system.clone(), program.course);
+    let setup = SessionSetup::new(program.system.clone(), program.course);
     let left = dashboard::show(&LAB.config(), setup, &screen(args), Guide::Tour)?;
     for recorded in &left.recorded {
         print_recorded(false, recorded)?;

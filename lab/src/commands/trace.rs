@@ -3,7 +3,7 @@
 use crate::{
     cli::TraceArgs,
     error::Error,
-    output::{Kind, print_line, write_whole},
+    output::{OutputKind, print_line, write_whole},
     printable::shown,
     program::{self, Program},
     recording::Recording,
@@ -19,7 +19,7 @@ pub fn trace(program: &Program, args: &TraceArgs) -> Result<(), Error> {
     write_whole(
         "--output",
         &path,
-        Kind::Trace,
+        OutputKind::Trace,
         Some(args.file.as_path()),
         &encoded(&recording, &*system),
     )?;

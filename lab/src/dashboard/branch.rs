@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ratelab::{Speed, Time};
 use ratelab_study::system::KnobText;
 
-use super::session::{Prepared, Setup};
+use super::session::{Prepared, SessionSetup};
 use crate::{
     change::Change,
     recording::{Departure, Recording, branch},
@@ -31,7 +31,7 @@ pub type PreparedBranch = (Prepared, LeftRun);
 /// Why this is impossible.
 pub fn prepare(
     recording: &Arc<Recording>,
-    setup: &Setup,
+    setup: &SessionSetup,
     (at, text): (Time, &str),
     (end, speed): (Time, Speed),
 ) -> Result<PreparedBranch, String> {

@@ -17,7 +17,7 @@ use signal_hook::{
 
 /// A request of the shell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Turn {
+pub enum ShellRequest {
     /// Nothing.
     Stay,
     /// To stop.
@@ -49,13 +49,13 @@ impl Jobs {
 
     /// The request since the last call. Without a shell that could continue the
     /// program, it does not stop.
-    pub fn turn(&self) -> Turn {
+    pub fn turn(&self) -> ShellRequest {
         if self.stop.swap(false, Ordering::Relaxed) && has_shell() {
-            Turn::Stop
+            ShellRequest::Stop
         } else if self.go_on.swap(false, Ordering::Relaxed) {
-            Turn::GoOn
+            ShellRequest::GoOn
         } else {
-            Turn::Stay
+            ShellRequest::Stay
         }
     }
 

@@ -69,14 +69,14 @@ use app::App;
 pub use app::LabOutcome;
 #[cfg(feature = "network")]
 pub use frame::Place;
-use jobs::Turn;
+use jobs::ShellRequest;
 use model::Model;
 use player::Player;
 #[cfg(feature = "network")]
 pub use remote::Remote;
 #[cfg(feature = "network")]
 pub use sampler::{RunSource, WatchedRows, watched};
-pub use session::Setup;
+pub use session::SessionSetup;
 pub use terminal::is_there as terminal_is_there;
 use terminal::{Input, Keyboard, Screen};
 pub use tour::Guide;
@@ -102,7 +102,7 @@ pub struct Options {
 /// [`LabError`] if the first session cannot be started.
 pub fn show(
     config: &Config,
-    setup: Setup,
+    setup: SessionSetup,
     options: &Options,
     guide: Guide,
 ) -> Result<LabOutcome, LabError> {
@@ -119,7 +119,7 @@ pub fn show(
 /// [`LabError`] if the terminal failed.
 pub fn play(
     recording: Arc<Recording>,
-    setup: Setup,
+    setup: SessionSetup,
     options: &Options,
 ) -> Result<Option<LabOutcome>, LabError> {
     let mut player = Player::new(recording, &setup.system);
@@ -222,12 +222,12 @@ where
     B: Backend<Error: std::error::Error + Send + Sync + 'static>,
 {
     match input.turn() {
-        Turn::Stay => return Ok(false),
-        Turn::Stop => {
+        ShellRequest::Stay => return Ok(false),
+        ShellRequest::Stop => {
             model.rest();
             input.stop()?;
         }
-        Turn::GoOn => input.retake()?,
+        ShellRequest::GoOn => input.retake()?,
     }
     model.go_on();
     let size = terminal.size().map_err(io::Error::other)?;

@@ -10,7 +10,7 @@ use super::{
     app::App,
     model::Model,
     player::Player,
-    session::Setup,
+    session::SessionSetup,
     svg::{moving_svg, svg},
     view::{self},
 };
@@ -28,7 +28,7 @@ const LOOK: Duration = Duration::from_millis(2);
 /// [`LabError`] if the run fails.
 pub fn of_run(
     config: &Config,
-    setup: Setup,
+    setup: SessionSetup,
     size: Size,
     theme: &Theme,
 ) -> Result<String, LabError> {

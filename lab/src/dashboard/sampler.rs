@@ -17,7 +17,7 @@ use ratelab_study::{
 
 use super::{
     age_limits::LimitsInForce,
-    cause::{Facts, Hang, Trial, Trials, acting, latest},
+    cause::{CureTrials, Facts, Hang, Trial, acting, latest},
     figures::{Figures, NodeFigures},
     flights::dots,
     frame::{
@@ -134,7 +134,7 @@ pub struct Sampler {
     /// The hangs turned since the start of the run.
     hangs: Vec<Hang>,
     /// The run again without what made its pushes old.
-    trials: Trials,
+    trials: CureTrials,
     figures: Figures,
     /// The newest state of the plant.
     state: Vec<f64>,

@@ -32,7 +32,7 @@ const BACKLOG: usize = 65_536;
 
 /// The settings of every session.
 #[derive(Clone)]
-pub struct Setup {
+pub struct SessionSetup {
     /// The system.
     pub system: Arc<dyn System>,
     /// Whether the exercises of the course apply to this system.
@@ -45,7 +45,7 @@ pub struct Setup {
     pub record: Option<Destination>,
 }
 
-impl Setup {
+impl SessionSetup {
     /// Sessions of `system` without priorities and files; `course` if the exercises apply
     /// to it.
     pub fn new(system: Arc<dyn System>, course: bool) -> Self {
@@ -82,7 +82,7 @@ impl Prepared {
     ///
     /// # Errors
     /// [`LabError`] if the setup fails, or the file of rows cannot be opened.
-    pub fn new(config: &Config, setup: &Setup) -> Result<Self, LabError> {
+    pub fn new(config: &Config, setup: &SessionSetup) -> Result<Self, LabError> {
         let mut experiment = Experiment::new(setup.system.clone(), config)?;
         let real = RealClock::new(setup.realtime.clone());
         experiment.check_clock(&real)?;
@@ -93,14 +93,14 @@ impl Prepared {
     ///
     /// # Errors
     /// [`LabError`] if the file of rows cannot be opened.
-    pub fn of_branch(branch: Branch, setup: &Setup) -> Result<Self, LabError> {
+    pub fn of_branch(branch: Branch, setup: &SessionSetup) -> Result<Self, LabError> {
         Self::of(branch.experiment, Box::new(branch.clock), setup)
     }
 
     fn of(
         experiment: Experiment,
         real: Box<dyn Clock + Send>,
-        setup: &Setup,
+        setup: &SessionSetup,
     ) -> Result<Self, LabError> {
         // The previous session may still be writing to it.
         let csv = setup.csv.as_deref().map(Live::open).transpose();
@@ -170,7 +170,7 @@ impl Session {
     /// [`LabError`] if the setup fails, or an output file cannot be opened.
     pub fn start(
         config: &Config,
-        setup: &Setup,
+        setup: &SessionSetup,
         record: Option<&mut Destination>,
     ) -> Result<Self, LabError> {
         let prepared = Prepared::new(config, setup)?;

@@ -21,7 +21,7 @@ use ratatui::{Terminal, backend::CrosstermBackend};
 
 use super::{
     background::{QUERY, Reply, Sifted},
-    jobs::{Jobs, Turn},
+    jobs::{Jobs, ShellRequest},
 };
 use crate::theme::Look;
 
@@ -105,8 +105,8 @@ pub trait Input {
     }
 
     /// The newest request of the shell.
-    fn turn(&mut self) -> Turn {
-        Turn::Stay
+    fn turn(&mut self) -> ShellRequest {
+        ShellRequest::Stay
     }
 
     /// Asks the shell to stop the program, as Ctrl-Z does.
@@ -214,7 +214,7 @@ impl Input for Keyboard {
         self.look.take()
     }
 
-    fn turn(&mut self) -> Turn {
+    fn turn(&mut self) -> ShellRequest {
         self.jobs.turn()
     }
 

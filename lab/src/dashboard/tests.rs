@@ -38,7 +38,7 @@ use super::{
     focus::Pane,
     frame::Standing,
     run,
-    session::Setup,
+    session::SessionSetup,
     terminal::Input,
     view::{self},
 };
@@ -54,8 +54,8 @@ const PLAIN: Theme = Theme {
 };
 
 /// The cart-pole, nothing recorded.
-fn setup() -> Setup {
-    Setup::new(Arc::new(CartPole::default()), true)
+fn setup() -> SessionSetup {
+    SessionSetup::new(Arc::new(CartPole::default()), true)
 }
 
 /// A session whose run has no end.

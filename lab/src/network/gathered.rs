@@ -11,7 +11,7 @@ use ratelab_study::{
     experiment::{Config, RunEnd, Summary},
     system::{MeanCost, System, verdict},
 };
-use ratelab_wire::telemetry::Message;
+use ratelab_wire::telemetry::PublishedMessage;
 
 use super::{
     numbering::{Numbering, Totals},
@@ -124,7 +124,13 @@ impl GatheredRun {
     }
 
     /// Adds a message of process `from`, which `arrives` at its reader unless it is lost.
-    pub fn message(&mut self, from: u64, message: Message, arrives: Option<Time>, dropped: u64) {
+    pub fn message(
+        &mut self,
+        from: u64,
+        message: PublishedMessage,
+        arrives: Option<Time>,
+        dropped: u64,
+    ) {
         let topic = message.topic;
         let Some(place) = self.messages.place(topic, from, message.seq, message.at) else {
             return;

@@ -9,7 +9,7 @@ use std::{
 
 use ratelab::{ClockKind, RealClock, Speed, Time};
 use ratelab_study::experiment::{Config, Experiment, Summary};
-use ratelab_wire::{Bridge, End, Settings, USUAL, host};
+use ratelab_wire::{Bridge, SessionEnd, Settings, USUAL, host};
 
 use super::{line, parts, stop::Stop, wire_error};
 use crate::{
@@ -85,10 +85,10 @@ pub fn config(program: &Program, args: &GraphArgs) -> Result<Config, Error> {
 fn settings(args: &NetworkArgs, is_first: bool) -> Settings {
     let usual = || vec![USUAL.to_owned()];
     let end = match (args.listen.as_slice(), args.connect.as_slice()) {
-        ([], []) if is_first => End::Listen(usual()),
-        ([], []) => End::Connect(usual()),
-        ([], connect) => End::Connect(connect.to_vec()),
-        (listen, _) => End::Listen(listen.to_vec()),
+        ([], []) if is_first => SessionEnd::Listen(usual()),
+        ([], []) => SessionEnd::Connect(usual()),
+        ([], connect) => SessionEnd::Connect(connect.to_vec()),
+        (listen, _) => SessionEnd::Listen(listen.to_vec()),
     };
     Settings {
         end,
@@ -128,7 +128,7 @@ impl<'a> ConnectedRun<'a> {
         let (here, settings) = (&part.here, &part.settings);
         let experiment = Experiment::part(program.system.clone(), config, here)?;
         settings.check().map_err(wire_error)?;
-        if let End::Connect(addresses) = &settings.end {
+        if let SessionEnd::Connect(addresses) = &settings.end {
             note(&format!("connecting to {}", addresses.join(", ")));
         }
         let bridge = Bridge::start(settings, &experiment, here, part.ros);
@@ -139,7 +139,7 @@ impl<'a> ConnectedRun<'a> {
             experiment,
             bridge,
         };
-        if let End::Listen(addresses) = &settings.end {
+        if let SessionEnd::Listen(addresses) = &settings.end {
             note(&format!("listening on {}", addresses.join(", ")));
         }
         if part.is_first {

@@ -8,7 +8,7 @@ use ratelab_study::experiment::Summary;
 use crate::{
     error::Error,
     output::record_error,
-    recording::{Destination, RecordError, Recorded, Recorder, Source, StopReason},
+    recording::{Destination, FinishedRecording, RecordError, Recorder, Source, StopReason},
 };
 
 /// The recordings so far.
@@ -91,7 +91,7 @@ impl Recordings {
     ///
     /// # Errors
     /// [`Error`] for a file that could not be made.
-    pub fn finish(&mut self) -> Result<Vec<Result<Recorded, RecordError>>, Error> {
+    pub fn finish(&mut self) -> Result<Vec<Result<FinishedRecording, RecordError>>, Error> {
         let done = std::mem::take(&mut self.done).into_iter();
         let done = done.map(Recorder::finish).collect();
         self.refused.take().map_or(Ok(done), Err)

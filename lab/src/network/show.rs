@@ -7,7 +7,7 @@ use std::{
 };
 
 use ratelab_study::experiment::{Config, Experiment, Summary};
-use ratelab_wire::{End, Follower, Settings};
+use ratelab_wire::{Follower, SessionEnd, Settings};
 
 use super::{recordings::Recordings, remote::RemoteRun, wire_error};
 use crate::{
@@ -15,13 +15,13 @@ use crate::{
     error::Error,
     output::note,
     program::Program,
-    recording::{Destination, RecordError, Recorded},
+    recording::{Destination, FinishedRecording, RecordError},
 };
 
 /// The connection of a dashboard to the process that listens at `address`.
 pub fn attached(address: &str, file: Option<PathBuf>, wait: Option<Duration>) -> Settings {
     Settings {
-        end: End::Connect(vec![address.to_owned()]),
+        end: SessionEnd::Connect(vec![address.to_owned()]),
         insecure: false,
         file,
         wait,
@@ -34,7 +34,7 @@ pub struct SeenRuns {
     /// The summary of the last run, and whether that run ended.
     pub last: Option<(Summary, bool)>,
     /// The recordings.
-    pub recorded: Vec<Result<Recorded, RecordError>>,
+    pub recorded: Vec<Result<FinishedRecording, RecordError>>,
 }
 
 /// Opens the dashboard until the person leaves; the run goes on. Records what it shows to
@@ -46,7 +46,7 @@ pub fn show(
     options: &Options,
 ) -> Result<SeenRuns, Error> {
     settings.check().map_err(wire_error)?;
-    if let End::Connect(addresses) = &settings.end {
+    if let SessionEnd::Connect(addresses) = &settings.end {
         note(&format!("connecting to {}", addresses.join(", ")));
     }
     let experiment = Experiment::new(Arc::clone(&program.system), &Config::default())?;

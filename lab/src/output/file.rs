@@ -7,7 +7,7 @@ use std::{
 };
 
 use super::{
-    kind::Kind,
+    kind::OutputKind,
     live::{Live, must_be_live},
     paths::{is_same, resolved},
     pipe::PatientFile,
@@ -109,7 +109,7 @@ impl Target {
 pub fn write_whole(
     option: &str,
     path: &Path,
-    kind: Kind,
+    kind: OutputKind,
     read: Option<&Path>,
     bytes: &[u8],
 ) -> Result<(), Error> {

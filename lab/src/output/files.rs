@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{OutputFile, kind::Kind, paths::is_same};
+use super::{OutputFile, kind::OutputKind, paths::is_same};
 use crate::error::Error;
 
 /// The files to write, and the files to read.
@@ -57,8 +57,8 @@ impl OutputPlan<'_> {
         }
         let rows = self
             .csv
-            .map(|path| ("--csv", path, Kind::Rows(&self.header)));
-        let drawing = self.svg.map(|path| ("--svg", path, Kind::Drawing));
+            .map(|path| ("--csv", path, OutputKind::Rows(&self.header)));
+        let drawing = self.svg.map(|path| ("--svg", path, OutputKind::Drawing));
         let mut replaced = rows.into_iter().chain(drawing);
         replaced.try_for_each(|(option, path, kind)| kind.check(option, path))
     }

@@ -11,7 +11,7 @@ use crate::error::Error;
 
 /// A kind of result. It replaces an earlier file of its kind, and nothing else.
 #[derive(Clone, Copy)]
-pub enum Kind<'a> {
+pub enum OutputKind<'a> {
     /// Rows below this header.
     Rows(&'a str),
     /// A drawing in SVG.
@@ -22,7 +22,7 @@ pub enum Kind<'a> {
     Trace,
 }
 
-impl Kind<'_> {
+impl OutputKind<'_> {
     /// Refuses an existing file at `path`, which `option` named, that is of another kind.
     /// One that was cut off, or is empty, is not.
     ///

@@ -16,7 +16,7 @@ mod unfinished;
 
 pub use file::{OutputFile, refuse_same, write_whole};
 pub use files::{OutputPlan, Outputs};
-pub use kind::Kind;
+pub use kind::OutputKind;
 pub use live::Live;
 pub use pipe::PatientFile;
 pub use print::{

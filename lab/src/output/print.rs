@@ -9,7 +9,7 @@ use std::{
 use crate::{
     error::Error,
     printable::{in_lines, one_line},
-    recording::Recorded,
+    recording::FinishedRecording,
     report,
     wrap::{fitted, room},
 };
@@ -50,7 +50,7 @@ pub fn note(text: &str) {
 
 /// Prints why `verify` will refuse a recording, if it will: a dashboard has shown it only
 /// for a moment.
-pub fn note_defect(recorded: &Recorded) {
+pub fn note_defect(recorded: &FinishedRecording) {
     if let Some(defect) = recorded.defect() {
         note(&defect);
     }
@@ -65,7 +65,7 @@ fn aside(text: &str) {
 
 /// Prints the path of a recording: to standard error with `--json`, where standard output
 /// contains metrics only.
-pub fn print_recorded(json: bool, recorded: &Recorded) -> Result<(), Error> {
+pub fn print_recorded(json: bool, recorded: &FinishedRecording) -> Result<(), Error> {
     let line = report::recorded(recorded);
     if json {
         aside(&line);

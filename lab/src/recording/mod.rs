@@ -77,4 +77,4 @@ pub use verify::{
     Branch, Departure, Executed, Execution, Held, VerifyError, VerifyStatus, branch, verify,
 };
 pub use viewer::{VIEWER, Viewer};
-pub use writer::{Recorded, outside};
+pub use writer::{FinishedRecording, outside};

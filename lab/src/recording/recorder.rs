@@ -21,7 +21,7 @@ use thiserror::Error;
 use super::{
     file::RecordingFile,
     source::{Source, StopReason},
-    writer::{AttachedTaps, Recorded, RecordingWriter},
+    writer::{AttachedTaps, FinishedRecording, RecordingWriter},
 };
 
 /// Interval between two checks of the taps (wall time).
@@ -44,7 +44,7 @@ pub struct Recorder {
     /// Whether it was asked to end.
     asked: Cell<bool>,
     lost: Arc<AtomicU64>,
-    thread: JoinHandle<io::Result<Recorded>>,
+    thread: JoinHandle<io::Result<FinishedRecording>>,
 }
 
 impl Recorder {
@@ -119,7 +119,7 @@ impl Recorder {
     ///
     /// # Errors
     /// [`RecordError`] if it could not be completed.
-    pub fn finish(self) -> Result<Recorded, RecordError> {
+    pub fn finish(self) -> Result<FinishedRecording, RecordError> {
         let Self {
             path,
             reason,
@@ -134,7 +134,10 @@ impl Recorder {
 }
 
 /// Writes until asked to end.
-fn record(mut writer: RecordingWriter, asked: &Receiver<StopReason>) -> io::Result<Recorded> {
+fn record(
+    mut writer: RecordingWriter,
+    asked: &Receiver<StopReason>,
+) -> io::Result<FinishedRecording> {
     let mut wait = LOOK;
     loop {
         match asked.recv_timeout(wait) {

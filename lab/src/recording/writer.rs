@@ -24,7 +24,7 @@ use super::{
     plant_steps::PlantSteps,
     properties,
     reader::Recording,
-    scene::{Batch, Scene, lanes},
+    scene::{Scene, SceneBatch, lanes},
     schema::{APPLICATION, CHECKPOINT, END, EVENTS, JSON, Origin, RecordingEnd, UNTIL},
     source::{Source, StopReason},
     thread_log::{self, ThreadTrack},
@@ -93,7 +93,7 @@ impl AttachedTaps {
 
 /// A complete recording.
 #[derive(Clone, Debug)]
-pub struct Recorded {
+pub struct FinishedRecording {
     /// The file.
     pub path: PathBuf,
     /// Its size in bytes.
@@ -106,7 +106,7 @@ pub struct Recorded {
     pub written_from_outside: Vec<Arc<str>>,
 }
 
-impl Recorded {
+impl FinishedRecording {
     /// The reason why `verify` will refuse the recording, if there is one.
     pub fn defect(&self) -> Option<String> {
         let names = &self.written_from_outside;
@@ -216,7 +216,7 @@ impl RecordingWriter {
     }
 
     /// Writes the remaining data, and the end.
-    pub fn complete(mut self, reason: &StopReason) -> io::Result<Recorded> {
+    pub fn complete(mut self, reason: &StopReason) -> io::Result<FinishedRecording> {
         self.drain();
         let goes_on = matches!(reason, StopReason::Off) && !self.observer.status().paused;
         let until = match goes_on {
@@ -249,7 +249,7 @@ impl RecordingWriter {
         // The run no longer waits for them.
         drop(self.taps);
         let bytes = self.file.complete()?;
-        Ok(Recorded {
+        Ok(FinishedRecording {
             path: self.file.path(),
             // A file that cannot be compacted is still complete.
             bytes: compact(&self.file).unwrap_or(bytes),
@@ -376,7 +376,7 @@ impl RecordingWriter {
             self.newest = ticks.last().map(|tick| tick.at).max(self.newest);
         }
         write_events(rec, events, &progress, &mut self.digest)?;
-        let batch = Batch {
+        let batch = SceneBatch {
             progress: &progress,
             topics: &topics,
             events,

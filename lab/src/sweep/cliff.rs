@@ -16,20 +16,20 @@ pub fn lines(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<String> {
     if !helps {
         rows.reverse();
     }
-    let cliff = Cliff { summary, helps };
+    let cliff = CliffWords { summary, helps };
     let mut lines = vec![line("cliff", &cliff.edges(&rows))];
     lines.extend(cliff.dip(&rows).map(|text| line("uneven", &text)));
     lines
 }
 
 /// The words for a quantity with an order.
-struct Cliff<'s> {
+struct CliffWords<'s> {
     summary: &'s SweepSummary,
     /// Whether more of it is better.
     helps: bool,
 }
 
-impl Cliff<'_> {
+impl CliffWords<'_> {
     /// What its values are called, and what is better.
     fn words(&self) -> (&'static str, &'static str) {
         match (self.summary.main.kind, self.helps) {

@@ -9,7 +9,7 @@ use super::{
     Lqr, Policy, PolicyFile, PolicyKind, Random, Scripted, UnknownPolicy, Zero,
     error::{PolicyError, PolicyErrorKind},
     network::{Mlp, Network, read_weights},
-    onnx::{Model, is_onnx},
+    onnx::{OnnxModel, is_onnx},
 };
 
 /// The choice of a policy. As text: the name of a built-in policy, or else the path of a
@@ -61,7 +61,7 @@ impl PolicySpec {
         match self {
             Self::BuiltIn(kind) => Ok(LoadedPolicy {
                 spec: self.clone(),
-                content: Content::BuiltIn(*kind),
+                content: SpecContent::BuiltIn(*kind),
             }),
             Self::File(file) => load(file).map_err(|kind| PolicyError {
                 spec: file.path().to_owned(),
@@ -83,9 +83,9 @@ impl PolicySpec {
 fn load(file: &PolicyFile) -> Result<LoadedPolicy, PolicyErrorKind> {
     let (content, digest) = file.read()?;
     let content = if is_onnx(&content) {
-        Content::Graph(Model::open(&content)?)
+        SpecContent::Graph(OnnxModel::open(&content)?)
     } else {
-        Content::Network(Arc::new(read_weights(&content)?))
+        SpecContent::Network(Arc::new(read_weights(&content)?))
     };
     let spec = PolicySpec::File(PolicyFile::new(file.path(), Some(digest)));
     Ok(LoadedPolicy { spec, content })
@@ -131,14 +131,14 @@ pub struct PolicyContext {
 #[derive(Clone, Debug)]
 pub struct LoadedPolicy {
     spec: PolicySpec,
-    content: Content,
+    content: SpecContent,
 }
 
 #[derive(Clone, Debug)]
-enum Content {
+enum SpecContent {
     BuiltIn(PolicyKind),
     Network(Arc<Mlp>),
-    Graph(Model),
+    Graph(OnnxModel),
 }
 
 impl LoadedPolicy {
@@ -153,18 +153,20 @@ impl LoadedPolicy {
     /// [`PolicyError`] if the regulator cannot be computed for the control rate.
     pub fn policy(&self, context: PolicyContext) -> Result<Box<dyn Policy>, PolicyError> {
         Ok(match &self.content {
-            Content::BuiltIn(PolicyKind::Scripted) => Box::new(Scripted),
-            Content::BuiltIn(PolicyKind::Zero) => Box::new(Zero),
-            Content::BuiltIn(PolicyKind::Random) => Box::new(Random::new(context.seed)),
-            Content::BuiltIn(PolicyKind::Lqr) => {
+            SpecContent::BuiltIn(PolicyKind::Scripted) => Box::new(Scripted),
+            SpecContent::BuiltIn(PolicyKind::Zero) => Box::new(Zero),
+            SpecContent::BuiltIn(PolicyKind::Random) => Box::new(Random::new(context.seed)),
+            SpecContent::BuiltIn(PolicyKind::Lqr) => {
                 let lqr = Lqr::at(context.control_hz).map_err(|why| PolicyError {
                     spec: self.spec.to_string(),
                     kind: why.into(),
                 })?;
                 Box::new(lqr)
             }
-            Content::Graph(model) => model.policy(self.spec.name()),
-            Content::Network(weights) => Box::new(Network::new(self.spec.name(), weights.clone())),
+            SpecContent::Graph(model) => model.policy(self.spec.name()),
+            SpecContent::Network(weights) => {
+                Box::new(Network::new(self.spec.name(), weights.clone()))
+            }
         })
     }
 }

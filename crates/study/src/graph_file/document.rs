@@ -7,7 +7,7 @@ use toml::{
 
 use super::{
     error::{GraphFileError, instead},
-    format::{FileSection, Form, Key, LONGEST_MS, SECTIONS, SHORTEST_MS},
+    format::{FileSection, Form, FormatKey, LONGEST_MS, SECTIONS, SHORTEST_MS},
 };
 
 /// A text with its place in the file.
@@ -23,7 +23,7 @@ pub(super) struct Block {
     pub(super) section: &'static FileSection,
     /// Its own name; that of the kind of section if it has none.
     pub(super) name: Placed,
-    entries: Vec<(&'static Key, usize, FileValue)>,
+    entries: Vec<(&'static FormatKey, usize, FileValue)>,
 }
 
 /// A value in the form of its key.
@@ -48,7 +48,7 @@ impl Block {
     }
 
     /// All texts and numbers for knobs, with their places.
-    pub(super) fn knobs(&self) -> impl Iterator<Item = (&'static Key, usize, String)> {
+    pub(super) fn knobs(&self) -> impl Iterator<Item = (&'static FormatKey, usize, String)> {
         let knobs = self.entries.iter();
         knobs.filter_map(|(key, at, value)| match (key.form, value) {
             (Form::Knob(_), FileValue::Text(text)) => Some((*key, *at, text.clone())),
@@ -212,7 +212,7 @@ impl DocumentReader<'_> {
             })?;
             known.push((found, value.span().start, self.value(found, value)?));
         }
-        let has = |key: &Key| known.iter().any(|(known, ..)| known.name == key.name);
+        let has = |key: &FormatKey| known.iter().any(|(known, ..)| known.name == key.name);
         if let Some(missing) = section.keys.iter().find(|key| key.required && !has(key)) {
             let (name_of_key, expected) = (missing.name, missing.form.expected());
             let what = match section.name {
@@ -249,7 +249,7 @@ impl DocumentReader<'_> {
         }
     }
 
-    fn value(&self, key: &Key, value: ValueOf<'_>) -> Result<FileValue, GraphFileError> {
+    fn value(&self, key: &FormatKey, value: ValueOf<'_>) -> Result<FileValue, GraphFileError> {
         let form = key.form;
         let found = match (form, value.get_ref()) {
             (Form::Name | Form::Knob(_) | Form::Match | Form::Executor, DeValue::String(text)) => {

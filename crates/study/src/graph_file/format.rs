@@ -10,7 +10,7 @@ pub struct FileSection {
     /// Whether each section has a name of its own.
     pub named: bool,
     /// Its keys.
-    pub keys: &'static [Key],
+    pub keys: &'static [FormatKey],
     /// Those of them of which exactly one must be there, if any.
     pub one_of: &'static [&'static str],
     /// Description.
@@ -19,7 +19,7 @@ pub struct FileSection {
 
 /// A key with its values.
 #[derive(Clone, Copy, Debug)]
-pub struct Key {
+pub struct FormatKey {
     /// Name.
     pub name: &'static str,
     /// The form of its value.
@@ -92,8 +92,8 @@ pub const SHORTEST_MS: f64 = 1e-3;
 /// The longest limit of an age (ms).
 pub const LONGEST_MS: f64 = 1e9;
 
-const fn optional(name: &'static str, form: Form, help: &'static str) -> Key {
-    Key {
+const fn optional(name: &'static str, form: Form, help: &'static str) -> FormatKey {
+    FormatKey {
         name,
         form,
         required: false,
@@ -101,8 +101,8 @@ const fn optional(name: &'static str, form: Form, help: &'static str) -> Key {
     }
 }
 
-const fn required(name: &'static str, form: Form, help: &'static str) -> Key {
-    Key {
+const fn required(name: &'static str, form: Form, help: &'static str) -> FormatKey {
+    FormatKey {
         required: true,
         ..optional(name, form, help)
     }

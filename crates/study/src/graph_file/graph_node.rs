@@ -21,19 +21,19 @@ pub(super) enum Beginning {
 
 /// A node that reads, takes time and publishes.
 pub(super) struct GraphNode {
-    pub(super) inputs: Vec<Input>,
+    pub(super) inputs: Vec<NodeInput>,
     pub(super) outputs: Vec<Output>,
     pub(super) ends: Option<ChainEnds>,
 }
 
 /// An input, with what was read last.
-pub(super) struct Input {
+pub(super) struct NodeInput {
     pub(super) reader: RowReader,
     pub(super) row: Vec<f64>,
     pub(super) sensed: Option<Time>,
 }
 
-impl Input {
+impl NodeInput {
     pub(super) fn new(reader: RowReader) -> Self {
         Self {
             reader,

@@ -7,7 +7,7 @@ use super::{
     document::Placed,
     error::{GraphFileError, instead},
 };
-use crate::system::{Relay, Setup, Surroundings, System};
+use crate::system::{ForwardingNode, Setup, Surroundings, System};
 
 /// Checks the graph of `file` around `system`; returns the nodes between a topic of the system
 /// and its reader, and the graph of the system.
@@ -15,7 +15,7 @@ pub(super) fn insert(
     file: &GraphFile,
     inner: &InnerSpec,
     system: &dyn System,
-) -> Result<(Vec<Relay>, Topology), GraphFileError> {
+) -> Result<(Vec<ForwardingNode>, Topology), GraphFileError> {
     let refuse = |at: &Placed, what: String| Err(GraphFileError::at(&file.text, at.at, what));
     let surroundings = match Surroundings::of(system, &Setup::default()) {
         Ok(surroundings) => surroundings,
@@ -117,7 +117,7 @@ fn check_chain(
     file: &GraphFile,
     chain: &ChainSpec,
     topology: &Topology,
-    relays: &[Relay],
+    relays: &[ForwardingNode],
 ) -> Result<(), GraphFileError> {
     let refuse = |at: &Placed, what: String| Err(GraphFileError::at(&file.text, at.at, what));
     let is_relay = |name: &str| relays.iter().any(|relay| relay.node == name);
@@ -168,8 +168,12 @@ fn check_chain(
 
 /// The nodes on the way from the topic `from` of a system to the topic `to`, in the order of
 /// the data.
-fn line(file: &GraphFile, from: &Placed, to: &Placed) -> Result<Vec<Relay>, GraphFileError> {
-    let mut relays: Vec<Relay> = Vec::new();
+fn line(
+    file: &GraphFile,
+    from: &Placed,
+    to: &Placed,
+) -> Result<Vec<ForwardingNode>, GraphFileError> {
+    let mut relays: Vec<ForwardingNode> = Vec::new();
     let mut topic = to.text.clone();
     while topic != from.text {
         let refuse = |what: String| Err(GraphFileError::at(&file.text, to.at, what));
@@ -201,7 +205,7 @@ fn line(file: &GraphFile, from: &Placed, to: &Placed) -> Result<Vec<Relay>, Grap
                 to.text, from.text
             ));
         }
-        relays.push(Relay {
+        relays.push(ForwardingNode {
             node: node.name.clone(),
             release: node.release,
             from: input.text.clone(),

@@ -9,14 +9,14 @@ use super::{
     chain::{self, ChainAges, Numbers, PEAKS},
     document::Placed,
     error::instead,
-    graph_node::{Beginning, ChainEnds, GraphNode, Input, Output},
+    graph_node::{Beginning, ChainEnds, GraphNode, NodeInput, Output},
     insertion::insert,
     judged::{FIGURES, Judged},
     leaked::{leaked, leaked_kind, leaked_list},
 };
 use crate::system::{
-    AgeLimits, Alias, BuildError, Builder, Final, Group, Joints, Picture, QuadraticCost, Relay,
-    Setup, Signal, System, Table, Verdict, VerdictKind,
+    AgeLimits, Alias, BuildError, Builder, Final, ForwardingNode, Group, Joints, Picture,
+    QuadraticCost, Setup, Signal, StateTable, System, Verdict, VerdictKind,
 };
 
 /// The system of a graph file, with another system in its middle if the file names one.
@@ -25,7 +25,7 @@ pub struct GraphSystem {
     inner: Option<Arc<dyn System>>,
     /// Its graph.
     pub(super) topology: Option<Topology>,
-    relays: Vec<Relay>,
+    relays: Vec<ForwardingNode>,
     name: &'static str,
     /// The topics of its own, in the order of the file.
     topics: Vec<OwnTopic>,
@@ -100,7 +100,7 @@ impl GraphSystem {
     fn new(
         file: &GraphFile,
         inner: Option<Arc<dyn System>>,
-        relays: Vec<Relay>,
+        relays: Vec<ForwardingNode>,
         topology: Option<Topology>,
     ) -> Self {
         let chains: Vec<Judged> = file.chains.iter().map(Judged::of).collect();
@@ -204,13 +204,17 @@ impl GraphSystem {
         let before = if self.inner.is_some() { 100 } else { 0 };
         let priority = before + node.priority.unwrap_or(index as u32);
         builder.released_node(&node.name, node.release, priority, move |wiring| {
-            let mut inputs: Vec<Input> = Vec::new();
+            let mut inputs: Vec<NodeInput> = Vec::new();
             inputs.extend(
                 triggers
                     .iter()
-                    .map(|topic| Input::new(topic.trigger(wiring))),
+                    .map(|topic| NodeInput::new(topic.trigger(wiring))),
             );
-            inputs.extend(reads.iter().map(|topic| Input::new(topic.reader(wiring))));
+            inputs.extend(
+                reads
+                    .iter()
+                    .map(|topic| NodeInput::new(topic.reader(wiring))),
+            );
             GraphNode {
                 inputs,
                 outputs: outputs
@@ -236,7 +240,7 @@ impl GraphSystem {
 }
 
 /// The topics that the nodes of `file` publish, but for those behind a topic of a system.
-fn own_topics(file: &GraphFile, relays: &[Relay]) -> Vec<OwnTopic> {
+fn own_topics(file: &GraphFile, relays: &[ForwardingNode]) -> Vec<OwnTopic> {
     let mut topics: Vec<OwnTopic> = Vec::new();
     for topic in file.nodes.iter().flat_map(|node| &node.publishes) {
         let known = topics.iter().any(|known| known.name == topic.text);
@@ -499,7 +503,7 @@ impl System for GraphSystem {
         self.inner.as_ref()?.file(node, text)
     }
 
-    fn table(&self) -> Option<Table> {
+    fn table(&self) -> Option<StateTable> {
         self.inner.as_ref()?.table()
     }
 

@@ -26,7 +26,7 @@ pub struct Builder<'a> {
     /// Nodes that were built with their configured message.
     answered: Vec<String>,
     /// Nodes to insert before the readers of topics.
-    relays: Vec<Relay>,
+    relays: Vec<ForwardingNode>,
     /// The topics that were offered for that.
     offered: Vec<String>,
     /// The nodes that run in this process; `None` for all.
@@ -36,7 +36,7 @@ pub struct Builder<'a> {
 /// A node between a topic and its reader, which forwards the newest message with the time
 /// of the sensing behind it.
 #[derive(Clone, Debug)]
-pub(crate) struct Relay {
+pub(crate) struct ForwardingNode {
     /// Its name.
     pub(crate) node: String,
     /// When it ticks.
@@ -211,7 +211,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Has `relays` inserted where the system offers it; see [`Builder::through`].
-    pub(crate) fn insert(&mut self, relays: Vec<Relay>) {
+    pub(crate) fn insert(&mut self, relays: Vec<ForwardingNode>) {
         self.relays = relays;
     }
 

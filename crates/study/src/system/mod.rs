@@ -66,14 +66,14 @@ use thiserror::Error;
 pub use age_limits::AgeLimits;
 pub use alias::Alias;
 pub use builder::{Builder, WORLD};
-pub(crate) use builder::{Built, Relay, Surroundings};
+pub(crate) use builder::{Built, ForwardingNode, Surroundings};
 pub use joints::{JointValues, Joints};
 pub use knob_text::{KnobText, KnobTextError};
 pub use picture::{Picture, Shape, Style};
 pub use quadratic_cost::{MeanCost, QuadraticCost};
 pub use setup::Setup;
 pub use signal::{Final, Signal};
-pub use table::Table;
+pub use table::StateTable;
 pub use verdict::{Verdict, VerdictKind};
 pub use world::{SharedWorld, StepMs, World, WorldError, WorldKind};
 
@@ -194,7 +194,7 @@ pub trait System: Send + Sync + 'static {
 
     /// The table format of the messages of [`state`](Self::state), if it differs from run
     /// time and numbers.
-    fn table(&self) -> Option<Table> {
+    fn table(&self) -> Option<StateTable> {
         None
     }
 

@@ -5,7 +5,7 @@ use ratelab::Time;
 /// The format of a system's states as comma-separated values, for systems with a format
 /// of their own.
 #[derive(Clone, Copy, Debug)]
-pub struct Table {
+pub struct StateTable {
     /// Comma-separated names of the columns.
     pub header: &'static str,
     /// Writes a row from run time and state.

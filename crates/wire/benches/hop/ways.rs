@@ -12,7 +12,7 @@ use std::{
 
 use ratelab::{Clock, ClockKind, GO_ON, Graph, Hz, Inbox, RealClock, Time, Wiring};
 use ratelab_study::experiment::{Config, Experiment};
-use ratelab_wire::{Bridge, End, Settings, clock};
+use ratelab_wire::{Bridge, SessionEnd, Settings, clock};
 use rustix::time::{ClockId, clock_gettime};
 
 use super::graph::{Hop, READER, SOURCE, TOPIC};
@@ -70,7 +70,7 @@ pub fn measure(way: Way, hz: u32, hops: &mut Hops) {
             let free = TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr());
             let address = format!("tcp/{}", free.expect("a free port"));
             let sender = start(way, &address, hz);
-            let (part, bridge) = part(hz, READER, End::Listen(vec![address]));
+            let (part, bridge) = part(hz, READER, SessionEnd::Listen(vec![address]));
             receive(part, Some(bridge), hops);
             hops.sender.push(cpu_of(sender));
         }
@@ -87,7 +87,7 @@ pub fn send(task: &str) {
     let cpu = match way == Way::Udp.name() {
         true => send_datagrams(address, hz),
         false => {
-            let (part, _bridge) = part(hz, SOURCE, End::Connect(vec![address.to_owned()]));
+            let (part, _bridge) = part(hz, SOURCE, SessionEnd::Connect(vec![address.to_owned()]));
             with_cpu(|| drop(part.run().expect("a run")))
         }
     };
@@ -152,7 +152,7 @@ fn receive(experiment: Experiment, bridge: Option<Bridge>, hops: &mut Hops) {
 }
 
 /// The part of the graph with one `node`, once the other is there.
-fn part(hz: u32, node: &str, end: End) -> (Experiment, Bridge) {
+fn part(hz: u32, node: &str, end: SessionEnd) -> (Experiment, Bridge) {
     let here = [node.to_owned()];
     let part = Experiment::part(Arc::new(Hop(hz)), &config(), &here).expect("a part");
     let settings = Settings {

@@ -59,7 +59,7 @@ impl JointState {
 
     /// Reads a message from `bytes` of anybody; `None` if they are none.
     pub fn decode(bytes: &[u8]) -> Option<Self> {
-        let mut reader = Reader::new(bytes)?;
+        let mut reader = CdrReader::new(bytes)?;
         let (stamp, frame_id) = (reader.stamp()?, reader.text()?);
         let count = reader.length(4)?;
         let name = (0..count).map(|_| reader.text()).collect::<Option<_>>()?;
@@ -120,13 +120,13 @@ impl Writer {
     }
 }
 
-struct Reader<'a> {
+struct CdrReader<'a> {
     /// The bytes after the header.
     bytes: &'a [u8],
     at: usize,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> CdrReader<'a> {
     fn new(bytes: &'a [u8]) -> Option<Self> {
         let known = bytes.len() <= MOST && bytes.get(..4)? == HEADER;
         known.then_some(Self {

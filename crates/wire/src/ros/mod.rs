@@ -30,10 +30,11 @@ use self::{
     cdr::{JointState, Stamp, encode_clock},
     name::{Attachment, CLOCK, EndKind, Entity, JOINT_STATE, Type, key},
     publishers::Publishers,
-    stamps::Stamps,
+    stamps::RosStamps,
 };
 use crate::{
-    error::WireError, inlet::Inlet, peers::Peers, refusal::Refusal, sender::Source, times::Times,
+    error::WireError, inlet::Inlet, peers::Peers, refusal::Refusal, sender::MessageSource,
+    times::Times,
 };
 
 /// The side of a process that ROS sees.
@@ -41,7 +42,7 @@ pub(crate) struct Ros {
     session: Session,
     domain: u32,
     times: Arc<Times>,
-    stamps: Arc<Stamps>,
+    stamps: Arc<RosStamps>,
     publishers: Arc<Publishers>,
     /// The keys of the topics that are read here.
     read: Vec<String>,
@@ -236,7 +237,7 @@ fn joint_state(
     head: &Head,
     row: &[f64],
     times: &Times,
-    stamps: &Stamps,
+    stamps: &RosStamps,
 ) -> Option<JointState> {
     let JointValues {
         position,
@@ -258,8 +259,8 @@ fn joint_state(
 fn take(
     joints: &Joints,
     inlet: &Inlet,
-    stamps: &Stamps,
-    (from, seq): (Source, i64),
+    stamps: &RosStamps,
+    (from, seq): (MessageSource, i64),
     sample: &Sample,
 ) -> Result<(), Refusal> {
     let payload = sample.payload().to_bytes();

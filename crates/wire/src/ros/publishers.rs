@@ -8,7 +8,7 @@ use std::{
 use zenoh::sample::SampleKind;
 
 use super::name::{Attachment, PublisherToken};
-use crate::{peers::Peers, sender::Source, session};
+use crate::{peers::Peers, sender::MessageSource, session};
 
 /// The most publishers that are known at a time.
 const MOST: usize = 4096;
@@ -42,12 +42,12 @@ impl Publishers {
     }
 
     /// The publisher with this identity, as the sender of a message.
-    pub(crate) fn source(&self, gid: [u8; 16]) -> Source {
+    pub(crate) fn source(&self, gid: [u8; 16]) -> MessageSource {
         let known = self.known();
         let session = known.get(&gid).map(|publisher| publisher.session.parse());
         let process = session.and_then(Result::ok).map(session::number);
         let number = number(gid);
-        Source { number, process }
+        MessageSource { number, process }
     }
 
     /// Whether a ROS node publishes to the topic with this `key`.

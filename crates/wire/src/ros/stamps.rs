@@ -12,18 +12,18 @@ use std::{
 use ratelab::Time;
 
 use super::cdr::Stamp;
-use crate::{clock, packet::Moment};
+use crate::{clock, packet::ClockMoment};
 
 /// Stamps that are kept: seconds at usual rates.
 const KEPT: usize = 1024;
 
 /// The newest stamps that were given out.
 #[derive(Debug, Default)]
-pub(super) struct Stamps(Mutex<VecDeque<(Stamp, Time)>>);
+pub(super) struct RosStamps(Mutex<VecDeque<(Stamp, Time)>>);
 
-impl Stamps {
+impl RosStamps {
     /// The stamp of run time `sensed`, which is `moment` of our clock.
-    pub(super) fn stamp(&self, sensed: Time, moment: Moment) -> Stamp {
+    pub(super) fn stamp(&self, sensed: Time, moment: ClockMoment) -> Stamp {
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((stamp, _)) = known.iter().rev().find(|(_, time)| *time == sensed) {
             return *stamp;

@@ -14,7 +14,7 @@ use ratelab_study::{
     experiment::{Config, Experiment},
     system::System,
 };
-use ratelab_wire::{Bridge, End, Settings};
+use ratelab_wire::{Bridge, SessionEnd, Settings};
 
 /// An address whose port is free: one below those of outgoing connections, which another test
 /// may take at any time.
@@ -35,7 +35,7 @@ const FIRST_PORT: u16 = 20_000;
 const PORTS: u16 = 12_000;
 
 /// The settings of an end, with the zenoh configuration `file`.
-pub fn settings(end: End, file: Option<&Path>) -> Settings {
+pub fn settings(end: SessionEnd, file: Option<&Path>) -> Settings {
     Settings {
         end,
         insecure: false,

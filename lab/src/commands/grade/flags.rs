@@ -1,6 +1,6 @@
 //! What a teacher had better look at, in a whole class.
 
-use exercises::framework::Origin;
+use exercises::framework::PredictionOrigin;
 
 use super::{
     Graded,
@@ -41,9 +41,11 @@ fn of_prediction(
     roster: Option<&Roster>,
 ) -> Flags {
     let edited = match mark.origin {
-        Origin::Written(_) => None,
-        Origin::Unmarked => Some("without a mark: by hand or by an earlier ratelab".to_owned()),
-        Origin::Edited => Some("changed after ratelab wrote it".to_owned()),
+        PredictionOrigin::Written(_) => None,
+        PredictionOrigin::Unmarked => {
+            Some("without a mark: by hand or by an earlier ratelab".to_owned())
+        }
+        PredictionOrigin::Edited => Some("changed after ratelab wrote it".to_owned()),
     };
     let redone = mark.redone.as_ref();
     let short = (!mark.reasoned).then(|| format!("{:?} is no reason", mark.reason));
@@ -67,7 +69,7 @@ fn copied(of: &Graded, mark: &GradedPrediction, class: &[Graded]) -> Option<Stri
     let others = others.filter_map(|other| Some((&*other.learner, other.mark(mark.brief)?)));
     let (mut files, mut words) = (Vec::new(), Vec::new());
     for (learner, theirs) in others {
-        if matches!(mark.origin, Origin::Written(_)) && mark.origin == theirs.origin {
+        if matches!(mark.origin, PredictionOrigin::Written(_)) && mark.origin == theirs.origin {
             files.push(learner);
         } else if is_worded_alike(&mark.reason, &theirs.reason) {
             words.push(learner);

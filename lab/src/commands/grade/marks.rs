@@ -11,7 +11,7 @@ use std::{
     time::Duration,
 };
 
-use exercises::framework::{Answers, Brief, Exercise, Failure, Findings, Origin};
+use exercises::framework::{Answers, Brief, Exercise, Failure, Findings, PredictionOrigin};
 
 use super::flag::Flags;
 use crate::error::Error;
@@ -35,7 +35,7 @@ pub struct GradedPrediction {
     /// Whether the reason is one.
     pub reasoned: bool,
     /// How it came into the file.
-    pub origin: Origin,
+    pub origin: PredictionOrigin,
     /// What to look at.
     pub flags: Flags,
 }

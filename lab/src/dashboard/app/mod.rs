@@ -42,13 +42,13 @@ use super::{
     presets::{Direction, at_end},
     prompt::{Prompt, TypesKnobs},
     sampler::{self, RunSource, Sampler},
-    session::{Session, SessionResult, Setup},
+    session::{Session, SessionResult, SessionSetup},
     tour::Tour,
     view::{Footer, HelpPage, ScreenState, StatusExtra, TextPage},
 };
 use crate::{
     error::LabError,
-    recording::{Destination, RecordError, Recorded, Recorder},
+    recording::{Destination, FinishedRecording, RecordError, Recorder},
     rescue::RescueTry,
     timing::own_world,
 };
@@ -70,7 +70,7 @@ pub struct App {
     pause: bool,
     /// The events of the session so far.
     events: Vec<Event>,
-    setup: Setup,
+    setup: SessionSetup,
     session: Session,
     /// The step after the end of the session, if it is ending.
     next: Option<Next>,
@@ -85,7 +85,7 @@ pub struct App {
     /// Recordings that are being completed.
     completing: Vec<Recorder>,
     /// Complete recordings.
-    recorded: Vec<Recorded>,
+    recorded: Vec<FinishedRecording>,
     /// The first recording that ended early.
     unrecorded: Option<RecordError>,
     frame: Option<Arc<FrameData>>,
@@ -132,7 +132,7 @@ impl App {
     ///
     /// # Errors
     /// [`LabError`] if it fails to start.
-    pub fn new(config: &Config, setup: Setup) -> Result<Self, LabError> {
+    pub fn new(config: &Config, setup: SessionSetup) -> Result<Self, LabError> {
         let mut destination = setup.record.clone().unwrap_or_default();
         let record = setup.record.as_ref().map(|_| &mut destination);
         let session = Session::start(config, &setup, record)?;
@@ -140,7 +140,11 @@ impl App {
     }
 
     /// Starts with a branch; `sampler` knows the run that it left.
-    pub fn of_branch((prepared, left): PreparedBranch, sampler: Sampler, setup: Setup) -> Self {
+    pub fn of_branch(
+        (prepared, left): PreparedBranch,
+        sampler: Sampler,
+        setup: SessionSetup,
+    ) -> Self {
         let session = prepared.begin(None);
         let seed = session.config().seed;
         let mut app = Self::of(session, setup, Destination::default(), seed);
@@ -149,7 +153,7 @@ impl App {
         app
     }
 
-    fn of(session: Session, setup: Setup, destination: Destination, learner: u64) -> Self {
+    fn of(session: Session, setup: SessionSetup, destination: Destination, learner: u64) -> Self {
         Self {
             choices: choices::available(session.system(), session.config()),
             own_world: own_world(&setup.system, session.config()),
@@ -241,7 +245,7 @@ pub struct LabOutcome {
     /// What the last session changed, if it was a branch.
     pub change: Option<String>,
     /// Complete recordings.
-    pub recorded: Vec<Recorded>,
+    pub recorded: Vec<FinishedRecording>,
     /// The first recording that ended early.
     pub unrecorded: Option<RecordError>,
 }

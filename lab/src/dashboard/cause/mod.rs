@@ -17,7 +17,7 @@ use ratelab_study::system::{Alias, Setup, System};
 use blame::Effect;
 pub use hang::Hang;
 pub use owner::{Explained, Owner};
-pub use trial::{Trial, Trials, Tried};
+pub use trial::{CureTrials, Trial, Tried};
 
 use super::{
     frame::{AgeData, Strain},

@@ -95,14 +95,14 @@ impl Trial {
 
 /// Trials in the background, one at a time.
 #[derive(Default)]
-pub struct Trials {
+pub struct CureTrials {
     /// The run and the cures that were tried last, or are being tried.
     asked: Option<(Setup, WorldKind, Vec<Knob>)>,
     tried: Option<Tried>,
     coming: Option<Receiver<Option<Tried>>>,
 }
 
-impl Trials {
+impl CureTrials {
     /// The outcome of `trial` with `cures`, as far as known; `over` if the run has ended.
     pub fn follow(&mut self, trial: Trial, cures: Vec<Knob>, over: bool) -> Option<&Tried> {
         if cures.is_empty() {

@@ -16,7 +16,7 @@ use ratelab_study::{
 };
 
 use fill::Fill;
-use quantity::Quantity;
+use quantity::KnobQuantity;
 
 use super::{knob_focus::KnobFocus, presets::Direction, settings::listed};
 
@@ -56,8 +56,8 @@ impl MapAxes {
 pub struct CliffMap {
     sweep: Sweep,
     axes: MapAxes,
-    x: Quantity,
-    y: Option<Quantity>,
+    x: KnobQuantity,
+    y: Option<KnobQuantity>,
     /// Values of the columns, in the order shown.
     columns: Vec<Arc<SweepValue>>,
     /// Values of the rows, if these are not seeds.
@@ -84,7 +84,8 @@ impl CliffMap {
         axes: MapAxes,
         config: &Config,
     ) -> Result<Self, AxisError> {
-        let quantity = |number| Quantity::number(&**system, graph, focus, &config.setup, number);
+        let quantity =
+            |number| KnobQuantity::number(&**system, graph, focus, &config.setup, number);
         let (x, y) = (quantity(axes.x), axes.y.map(quantity));
         let now = x.value(graph, &config.setup);
         let over_x = x.axis(&**system)?;
@@ -134,7 +135,7 @@ impl CliffMap {
     /// `focus`.
     pub fn is_of(&self, focus: &KnobFocus, axes: MapAxes, config: &Config) -> bool {
         let (mine, theirs) = (&self.sweep.base.setup, &config.setup);
-        let is_of = |quantity: &Quantity| quantity.is_of(&*self.sweep.system, focus);
+        let is_of = |quantity: &KnobQuantity| quantity.is_of(&*self.sweep.system, focus);
         self.axes == axes
             && is_of(&self.x)
             && self.y.as_ref().is_none_or(is_of)
@@ -233,7 +234,7 @@ impl CliffMap {
 
     /// A name of the quantity of the rows, with its unit; `None` for seeds.
     pub fn row_heading(&self) -> Option<String> {
-        self.y.as_ref().map(Quantity::heading)
+        self.y.as_ref().map(KnobQuantity::heading)
     }
 
     /// The common seed of all runs, if rows are a quantity.

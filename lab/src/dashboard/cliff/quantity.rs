@@ -23,7 +23,7 @@ const LONGEST: usize = 5;
 pub const COUNT: usize = 4;
 
 /// A knob with a number in it, and the range of that number.
-pub struct Quantity {
+pub struct KnobQuantity {
     number: usize,
     name: String,
     kind: KnobKind,
@@ -32,7 +32,7 @@ pub struct Quantity {
     texts: Vec<String>,
 }
 
-impl Quantity {
+impl KnobQuantity {
     /// Quantity `number` of the nodes and topics in `focus`: the first alias of a rate, or
     /// else the rate of the node; delay and loss of the first topic; the cost of the
     /// node.

@@ -30,7 +30,7 @@ use super::{
     presets::{self, Direction},
     prompt::{Prompt, TypesKnobs, Vocabulary},
     sampler::{self, RunSource, Sampler, WatchedRows, watched},
-    session::Setup,
+    session::SessionSetup,
     view::{ScreenState, Scrubber, StatusExtra},
 };
 use crate::{
@@ -49,7 +49,7 @@ const LOOK: Duration = Duration::from_millis(10);
 pub struct Player {
     playhead: Playhead,
     /// The settings of a branch, with its end and its speed.
-    setup: Setup,
+    setup: SessionSetup,
     pace: (Time, Speed),
     sampler: Sampler,
     frame: Option<FrameData>,
@@ -90,7 +90,7 @@ impl Player {
         let replay = Replay::new(recording, system);
         let begins = replay.begins();
         let mut player = Self {
-            setup: Setup::new(replay.system().clone(), false),
+            setup: SessionSetup::new(replay.system().clone(), false),
             pace: (Time::MAX, Speed::REAL_TIME),
             playhead: Playhead::new(replay, Some(Instant::now())),
             sampler: Sampler::default(),
@@ -128,7 +128,7 @@ impl Player {
     }
 
     /// The same within the lab: branches have its `setup` and `pace`, and the panes stay.
-    pub fn within(self, setup: Setup, pace: (Time, Speed), panes: Panes) -> Self {
+    pub fn within(self, setup: SessionSetup, pace: (Time, Speed), panes: Panes) -> Self {
         let panes = Panes {
             overlay: None,
             ..panes

@@ -16,8 +16,8 @@ fn config(knobs: &str, seconds: f64) -> Config {
 }
 
 /// The recording of a session of `config`, begun at run time `from` (s).
-fn recorded(setup: Setup, config: &Config, from: f64, folder: &Path) -> Recording {
-    let setup = Setup {
+fn recorded(setup: SessionSetup, config: &Config, from: f64, folder: &Path) -> Recording {
+    let setup = SessionSetup {
         record: Some(Destination::new(Some(folder.to_owned()))),
         ..setup
     };
@@ -45,7 +45,7 @@ fn now(app: &App) -> f64 {
 }
 
 /// Plays `recording`, and begins to execute its run again.
-fn played(setup: &Setup, recording: Recording) -> Player {
+fn played(setup: &SessionSetup, recording: Recording) -> Player {
     let mut player = Player::new(Arc::new(recording), &setup.system);
     player.execute_again();
     player
@@ -123,7 +123,7 @@ fn a_recording_that_this_program_runs_differently_is_shown_from_its_rows() {
 #[test]
 fn ticks_that_overlap_are_stepped_through_operation_by_operation() {
     let folder = tempfile::tempdir().expect("a folder");
-    let setup = Setup::new(Arc::new(Adders::default()), false);
+    let setup = SessionSetup::new(Arc::new(Adders::default()), false);
     let config = Config {
         clock: ClockKind::Real,
         end: Time::from_nanos(100_000_000),

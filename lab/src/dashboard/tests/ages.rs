@@ -16,7 +16,7 @@ fn session(text: &str, speed: Speed) -> App {
         setup: system.settings(),
         ..Config::default()
     };
-    App::new(&config, Setup::new(system, false)).expect("session")
+    App::new(&config, SessionSetup::new(system, false)).expect("session")
 }
 
 /// The age of the header (ms), and the sum of its parts as they are printed.

@@ -55,7 +55,7 @@ fn a_run_of_the_real_clock_is_left_where_one_looks_and_stays_up_without_the_dela
 }
 
 fn recorded(folder: &Path) -> Arc<Recording> {
-    let setup = Setup {
+    let setup = SessionSetup {
         record: Some(Destination::new(Some(folder.to_owned()))),
         ..setup()
     };

@@ -117,7 +117,7 @@ fn a_recording_that_cannot_begin_lets_the_run_go_on() {
     let folder = tempfile::tempdir().expect("folder");
     let place = folder.path().join("recordings");
     fs::create_dir(&place).expect("a folder");
-    let setup = Setup {
+    let setup = SessionSetup {
         record: Some(Destination::new(Some(place.clone()))),
         ..setup()
     };
@@ -156,7 +156,7 @@ fn rows_go_to_a_file_that_stays_until_the_next_run_begins() {
         folder.path().join("rows.csv"),
     );
     fs::write(&policy, weights("patient.safetensors")).expect("written");
-    let setup = Setup {
+    let setup = SessionSetup {
         csv: Some(rows.clone()),
         ..setup()
     };

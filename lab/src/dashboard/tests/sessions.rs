@@ -83,7 +83,7 @@ fn a_node_that_fails_or_panics_ends_the_dashboard_with_its_fault() {
             };
             let policy = policy.clone();
             let system = CartPole::with_policy(move |_| Box::new(policy.clone()));
-            let setup = Setup {
+            let setup = SessionSetup {
                 system: Arc::new(system),
                 ..setup()
             };

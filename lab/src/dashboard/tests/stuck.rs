@@ -41,7 +41,7 @@ fn stuck() -> (App, Sender<()>) {
             release: release.clone(),
         })
     });
-    let setup = Setup {
+    let setup = SessionSetup {
         system: Arc::new(system),
         ..setup()
     };

@@ -163,7 +163,7 @@ impl System for Counter {
 }
 
 fn lab(system: impl System, config: &Config) -> App {
-    let setup = Setup::new(Arc::new(system), false);
+    let setup = SessionSetup::new(Arc::new(system), false);
     App::new(config, setup).expect("session")
 }
 
@@ -308,7 +308,7 @@ fn a_system_without_a_world_of_its_own_stays_in_the_one_it_has() {
 #[test]
 fn a_write_from_outside_of_the_graph_is_noticed_while_the_run_goes_on_and_once() {
     let adders = Arc::new(Adders::default());
-    let setup = Setup::new(adders.clone(), false);
+    let setup = SessionSetup::new(adders.clone(), false);
     let config = Config {
         clock: ClockKind::Real,
         end: Time::MAX,

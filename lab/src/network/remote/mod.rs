@@ -22,7 +22,7 @@ use ratelab_study::{
 use ratelab_wire::{
     Answer, Follower,
     clock::{self, Nanos},
-    telemetry::{Batch, Info, Message},
+    telemetry::{Batch, Info, PublishedMessage},
 };
 
 use self::processes::Processes;
@@ -67,7 +67,7 @@ pub struct RemoteRun {
 enum Item {
     Event(Event),
     Tick(u64, usize, TickRecord),
-    Message(u64, Message),
+    Message(u64, PublishedMessage),
 }
 
 impl RemoteRun {
@@ -220,7 +220,7 @@ impl RemoteRun {
         }
         for message in batch.sent {
             let (at, origin) = (time(message.at), message.origin.map(time));
-            let message = Message {
+            let message = PublishedMessage {
                 at,
                 origin,
                 ..message
@@ -316,7 +316,7 @@ impl RemoteRun {
 
     /// When a message reached its reader; `None` if it did not. Within a process it is at
     /// once.
-    fn arrives(&mut self, from: u64, message: &Message) -> Option<Time> {
+    fn arrives(&mut self, from: u64, message: &PublishedMessage) -> Option<Time> {
         let topic = self.gathered.topology.topics.get(message.topic)?;
         let mut readers = topic.readers.iter();
         let near = |node: &usize| {

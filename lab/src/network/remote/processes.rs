@@ -9,7 +9,7 @@ use ratelab::{Command, Event, EventKind};
 use ratelab_wire::{
     clock::{ClockId, Nanos},
     offset::Estimate,
-    telemetry::{Batch, Counts, Info},
+    telemetry::{Batch, Info, TopicCounts},
 };
 
 use crate::{dashboard::Place, recording::ProcessRecord};
@@ -35,7 +35,7 @@ struct Process {
     /// Number of its last report.
     batch: u64,
     heard: Instant,
-    counts: Vec<Counts>,
+    counts: Vec<TopicCounts>,
     /// Messages lost unread before this run, by topic.
     dropped_before: HashMap<usize, u64>,
     /// Greatest error of its times in the run time of the one that listens; `None` while
@@ -333,7 +333,7 @@ impl Processes {
         Some(format!("ages ±{:.1} ms", worst as f64 / 1e6))
     }
 
-    fn counts(&self) -> impl Iterator<Item = &Counts> {
+    fn counts(&self) -> impl Iterator<Item = &TopicCounts> {
         self.all.values().flat_map(|process| &process.counts)
     }
 
@@ -430,10 +430,10 @@ mod tests {
         let mut processes = with_hub();
         let batch = |number, dropped| Batch {
             number,
-            topics: vec![Counts {
+            topics: vec![TopicCounts {
                 topic: 7,
                 dropped,
-                ..Counts::default()
+                ..TopicCounts::default()
             }],
             ..Batch::default()
         };
@@ -452,11 +452,11 @@ mod tests {
         let batch = Batch {
             number: u64::MAX,
             topics: vec![
-                Counts {
+                TopicCounts {
                     topic: 7,
                     dropped: u64::MAX,
                     refused: u64::MAX,
-                    ..Counts::default()
+                    ..TopicCounts::default()
                 };
                 2
             ],

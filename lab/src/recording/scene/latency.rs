@@ -20,7 +20,7 @@ pub const LATENCY: &str = "plot/latency";
 /// Draws latencies.
 pub struct LatencyScene {
     meter: &'static str,
-    period: Option<Period>,
+    period: Option<PeriodInForce>,
     age: PushAge,
     histogram: Histogram,
 }
@@ -31,7 +31,7 @@ impl LatencyScene {
         let (_, meter) = system.latency()?;
         Some(Self {
             meter,
-            period: paced_node(system).map(|node| Period::new(node, start.period(node))),
+            period: paced_node(system).map(|node| PeriodInForce::new(node, start.period(node))),
             age: PushAge::default(),
             histogram: Histogram::new(),
         })
@@ -96,14 +96,14 @@ fn ms(duration: Duration) -> f64 {
 }
 
 /// The period in force of a node, as events change it.
-struct Period {
+struct PeriodInForce {
     node: &'static str,
     now: Duration,
     /// Changes not reached yet, earliest first.
     ahead: VecDeque<(Time, Duration)>,
 }
 
-impl Period {
+impl PeriodInForce {
     /// Of `node`, which begins with the period `first`.
     fn new(node: &'static str, first: Duration) -> Self {
         Self {
@@ -143,7 +143,7 @@ mod tests {
 
     use ratelab::{Event, EventKind, Hz, Knob, Time};
 
-    use super::Period;
+    use super::PeriodInForce;
 
     fn ms(ms: u64) -> Time {
         Time::from_nanos(ms * 1_000_000)
@@ -163,7 +163,7 @@ mod tests {
 
     #[test]
     fn the_period_steps_with_the_first_tick_that_is_due_then() {
-        let mut period = Period::new("pilot", Duration::from_millis(20));
+        let mut period = PeriodInForce::new("pilot", Duration::from_millis(20));
         period.learn(&[
             turned(ms(20), "drone", 100.0),
             turned(ms(40), "pilot", 10.0),

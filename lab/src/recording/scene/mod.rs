@@ -32,7 +32,7 @@ use super::plant_steps::PlantSteps;
 
 /// The news since the last batch, each list in the order of arrival.
 #[derive(Clone, Copy)]
-pub struct Batch<'a> {
+pub struct SceneBatch<'a> {
     /// Steps of the plant, and where they place things on the timelines.
     pub progress: &'a PlantSteps<'a>,
     /// The messages of each recorded topic, by its name.
@@ -89,8 +89,12 @@ impl Scene {
     }
 
     /// Logs what came since the last batch.
-    pub fn add(&mut self, rec: &RecordingStream, batch: &Batch<'_>) -> RecordingStreamResult<()> {
-        let Batch {
+    pub fn add(
+        &mut self,
+        rec: &RecordingStream,
+        batch: &SceneBatch<'_>,
+    ) -> RecordingStreamResult<()> {
+        let SceneBatch {
             progress,
             topics,
             events,

@@ -13,7 +13,7 @@ use rerun::{
     log::{Chunk, LogMsg},
 };
 
-use super::{Batch, Scene, latency::LATENCY};
+use super::{Scene, SceneBatch, latency::LATENCY};
 use crate::recording::{
     blueprint::{self, Subject},
     plant_steps::PlantSteps,
@@ -89,7 +89,7 @@ fn draw(run: &Run, span: Duration) -> Vec<LogMsg> {
         let states = batch.iter().find(|(name, _)| name == STATE);
         let progress = progress(made, states.expect("states").1.heads());
         made = progress.step();
-        let batch = Batch {
+        let batch = SceneBatch {
             progress: &progress,
             topics: &batch,
             events: &events,

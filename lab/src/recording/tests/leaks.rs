@@ -19,7 +19,7 @@ use ratelab_study::{
 };
 
 use super::{folder, read, verify_with};
-use crate::recording::{Recorded, Recorder, Source, StopReason};
+use crate::recording::{FinishedRecording, Recorder, Source, StopReason};
 
 /// A number.
 #[derive(Clone, Copy)]
@@ -100,7 +100,11 @@ fn notices_of(name: &str) -> usize {
 }
 
 /// Records a run of `system`; `meanwhile` sees it tick.
-fn record(system: &Arc<dyn System>, path: &std::path::Path, meanwhile: impl FnOnce()) -> Recorded {
+fn record(
+    system: &Arc<dyn System>,
+    path: &std::path::Path,
+    meanwhile: impl FnOnce(),
+) -> FinishedRecording {
     let config = Config {
         clock: ClockKind::Real,
         speed: Speed::REAL_TIME,

@@ -5,9 +5,9 @@ use crate::policy::Policy;
 
 /// A type without values.
 #[derive(Clone, Debug)]
-pub(in crate::policy) enum Model {}
+pub(in crate::policy) enum OnnxModel {}
 
-impl Model {
+impl OnnxModel {
     pub(in crate::policy) fn open(_: &[u8]) -> Result<Self, OnnxError> {
         Err(OnnxError::NotBuilt)
     }

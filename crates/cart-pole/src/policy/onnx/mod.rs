@@ -15,9 +15,9 @@ use thiserror::Error;
 pub const RUNS_ONNX: bool = cfg!(feature = "onnx");
 
 #[cfg(not(feature = "onnx"))]
-pub(super) use absent::Model;
+pub(super) use absent::OnnxModel;
 #[cfg(feature = "onnx")]
-pub(super) use runtime::Model;
+pub(super) use runtime::OnnxModel;
 
 /// The first field of an ONNX file, the version of its format.
 const VERSION_FIELD: u8 = 0x08;

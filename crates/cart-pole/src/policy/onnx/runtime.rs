@@ -22,15 +22,15 @@ const LIBRARY: &str = "ORT_DYLIB_PATH";
 
 /// A graph that is ready to run; clones share it.
 #[derive(Clone)]
-pub(in crate::policy) struct Model(Arc<Mutex<Session>>);
+pub(in crate::policy) struct OnnxModel(Arc<Mutex<Session>>);
 
-impl fmt::Debug for Model {
+impl fmt::Debug for OnnxModel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("Model")
     }
 }
 
-impl Model {
+impl OnnxModel {
     /// Loads the graph in `content`.
     pub(in crate::policy) fn open(content: &[u8]) -> Result<Self, OnnxError> {
         let session = session(environment()?, content);
@@ -109,7 +109,7 @@ fn one_line(why: &dyn fmt::Display) -> String {
 
 struct Onnx {
     name: String,
-    model: Model,
+    model: OnnxModel,
 }
 
 impl Policy for Onnx {

@@ -39,7 +39,7 @@ pub(super) struct Windows {
 }
 
 /// Windows of one kind: lists by size and beginning.
-struct Kind<'w> {
+struct WindowKind<'w> {
     /// The largest size.
     most: usize,
     /// Number of possible beginnings.
@@ -131,8 +131,8 @@ impl Windows {
     }
 
     /// Losses; delays of 1, 2, 4, … messages by the same time; hangs.
-    fn kinds(&self) -> Vec<Kind<'_>> {
-        let mut kinds = vec![Kind {
+    fn kinds(&self) -> Vec<WindowKind<'_>> {
+        let mut kinds = vec![WindowKind {
             most: self.lose,
             starts: self.messages,
             list: Box::new(|size, start| self.lost(size, start)),
@@ -141,13 +141,13 @@ impl Windows {
         kinds.extend(
             widths
                 .take_while(|width| *width <= self.late)
-                .map(|width| Kind {
+                .map(|width| WindowKind {
                     most: self.late / width,
                     starts: self.messages,
                     list: Box::new(move |size, start| self.late(size, width, start)),
                 }),
         );
-        kinds.push(Kind {
+        kinds.push(WindowKind {
             most: self.hang,
             starts: self.ticks(),
             list: Box::new(|size, tick| vec![FaultPart::Hang(self.tick(tick)); size]),
@@ -157,10 +157,10 @@ impl Windows {
     }
 
     /// The same share of each kind, at the same time.
-    fn together(&self) -> Kind<'_> {
+    fn together(&self) -> WindowKind<'_> {
         let most = self.lose.max(self.late).max(self.hang);
         let share = move |of: usize, size: usize| (of * size).div_ceil(most);
-        Kind {
+        WindowKind {
             most,
             starts: self.messages.max(self.ticks()),
             list: Box::new(move |size, start| {
@@ -231,7 +231,7 @@ impl Windows {
     }
 }
 
-impl Kind<'_> {
+impl WindowKind<'_> {
     /// Finds by bisection the smallest size that is enough anywhere, with its first
     /// beginning, above the start of `sizes` and up to its end; stores the list in `best` if
     /// it is smaller.

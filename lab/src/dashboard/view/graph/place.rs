@@ -23,7 +23,7 @@ const MOST_SPACE: usize = 3;
 
 /// A box.
 #[derive(Debug)]
-pub(super) struct Placed {
+pub(super) struct PlacedBox {
     /// Index of the node.
     pub(super) node: usize,
     /// Number of its column.
@@ -36,7 +36,7 @@ pub(super) struct Placed {
 #[derive(Debug)]
 pub(super) struct GraphLayout {
     /// The visible nodes.
-    pub(super) boxes: Vec<Placed>,
+    pub(super) boxes: Vec<PlacedBox>,
     /// The routes of the visible topics.
     pub(super) routes: Routes,
     /// First column and end of each gap.
@@ -56,7 +56,7 @@ impl GraphLayout {
     pub(super) fn of(frame: &FrameData, size: Size) -> Self {
         let room = [size.width, size.height].map(usize::from);
         let layers = layers(frame);
-        match Plan::best(frame, &layers, room) {
+        match AreaPlan::best(frame, &layers, room) {
             Some(plan) => plan.lay_out(frame, room),
             None => Self::nothing(frame),
         }
@@ -75,7 +75,7 @@ impl GraphLayout {
     }
 
     /// The box of a visible node.
-    pub(super) fn placed(&self, node: usize) -> Option<&Placed> {
+    pub(super) fn placed(&self, node: usize) -> Option<&PlacedBox> {
         self.boxes.iter().find(|placed| placed.node == node)
     }
 
@@ -105,7 +105,7 @@ impl GraphLayout {
 
 /// A way to use the area.
 #[derive(Debug)]
-struct Plan {
+struct AreaPlan {
     columns: Vec<Vec<usize>>,
     routes: Routes,
     look: BoxLook,
@@ -164,7 +164,7 @@ impl BoxLook {
     }
 }
 
-impl Plan {
+impl AreaPlan {
     /// The most spacious plan that shows everything, or else the one that shows most.
     fn best(frame: &FrameData, layers: &[Vec<usize>], room: [usize; 2]) -> Option<Self> {
         if layers.is_empty() || room[0] < LEAST_BOX || room[1] == 0 {
@@ -275,7 +275,7 @@ impl Plan {
                 let y = first + row * (height + space);
                 let [x, y, w, h] = [gaps[column][1], y, width, height].map(pane::clamp);
                 let rect = Rect::new(x, y, w, h);
-                boxes.push(Placed {
+                boxes.push(PlacedBox {
                     node: *node,
                     column,
                     rect,

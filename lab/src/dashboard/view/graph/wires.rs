@@ -259,7 +259,7 @@ fn joint(to: u8, theme: &Theme) -> &'static str {
 }
 
 /// One topic in one gap: the rows at which it enters and leaves.
-struct Passage {
+struct WirePassage {
     route: usize,
     from: Vec<u16>,
     to: Vec<u16>,
@@ -316,15 +316,15 @@ impl<'a> Router<'a> {
     }
 
     /// The topics that go up or down in `gap`.
-    fn bends(&self, gap: usize) -> Vec<Passage> {
+    fn bends(&self, gap: usize) -> Vec<WirePassage> {
         let routes = self.layout.routes.all.iter().enumerate();
         let here = routes.filter(|(_, r)| r.gaps.contains(&gap) && !r.dangles());
-        let passages = here.map(|(number, route)| Passage {
+        let passages = here.map(|(number, route)| WirePassage {
             route: number,
             from: self.from(route, gap),
             to: self.to(route, gap),
         });
-        let bent = |passage: &Passage| {
+        let bent = |passage: &WirePassage| {
             let mut rows = passage.from.iter().chain(&passage.to);
             let first = rows.next();
             let lane = self.layout.routes.all[passage.route].lane;
@@ -436,7 +436,7 @@ impl<'a> Router<'a> {
 
 /// The routes of `passages` from left to right: a route that enters on a row has to turn
 /// before another one leaves on the same row.
-fn in_order(mut passages: Vec<Passage>) -> Vec<usize> {
+fn in_order(mut passages: Vec<WirePassage>) -> Vec<usize> {
     let mut order = Vec::new();
     while !passages.is_empty() {
         let first = (0..passages.len()).find(|n| {
