@@ -1,11 +1,11 @@
 //! The answer to exercise 11, for teachers: work tied to a rate.
 
-use crate::RateResult;
+use crate::Rate;
 
 /// Work tied to a rate.
 pub struct Node<'w> {
     name: String,
-    rate: RateResult,
+    rate: Rate,
     priority: u32,
     work: Box<dyn FnMut(u64) -> bool + 'w>,
 }
@@ -15,7 +15,7 @@ impl<'w> Node<'w> {
     pub fn new(name: &str, hz: u64, priority: u32, work: impl FnMut(u64) -> bool + 'w) -> Self {
         Self {
             name: name.to_owned(),
-            rate: RateResult::new(hz),
+            rate: Rate::new(hz),
             priority,
             work: Box::new(work),
         }
