@@ -10,8 +10,9 @@ fn main() {
     println!("cargo::rerun-if-env-changed={STATIC_LINK_DIR}");
 
     // Read at run time of the script: the clone may have moved since it was compiled.
-    let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
-    let ours = root.join("../../xtask/mujoco");
+    let package = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
+    let clone = package.ancestors().nth(2).unwrap_or(&package);
+    let ours = clone.join("xtask/mujoco");
     match Source::of_build(&ours) {
         Source::Fetched => match fetch(&ours) {
             Ok(()) => load_from(&ours),
