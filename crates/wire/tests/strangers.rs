@@ -295,8 +295,13 @@ fn who_claims_the_session_of_a_ros_node_does_not_silence_it() {
     let [policy, stranger] = [(), ()].map(|()| stranger(&address));
     let zid = policy.zid();
     let keys = Keys::new("cart-pole");
-    let infos = policy.get(keys.of_all(Of::Info)).wait().expect("asked");
-    let info = infos.recv().expect("an answer").into_result();
+    // A session learns only after a while who answers.
+    let info = loop {
+        let infos = policy.get(keys.of_all(Of::Info)).wait().expect("asked");
+        if let Ok(answer) = infos.recv() {
+            break answer.into_result();
+        }
+    };
     let mut info: serde_json::Value =
         serde_json::from_slice(&info.expect("of the plant").payload().to_bytes()).expect("JSON");
     let number = u128::from_le_bytes(zid.to_le_bytes()) as u64;
