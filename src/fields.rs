@@ -18,8 +18,7 @@ pub trait Fields: Sized {
 /// with the name of each in tables, and its unit.
 ///
 /// ```
-/// use ratelab::fields;
-/// use ratelab::Fields;
+/// use ratelab::{Fields, fields};
 ///
 /// #[derive(Debug, PartialEq)]
 /// struct Wheels {

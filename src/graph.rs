@@ -206,8 +206,8 @@ impl Graph {
         self.add(name, release, priority, build).map(drop)
     }
 
-    /// The same for a node that `build` can build once more, which is what a restart
-    /// does; then it is sent its `message`.
+    /// Adds a node as [`Graph::node`] does; a restart calls `build` once more, and sends the
+    /// new node its `message`.
     ///
     /// # Errors
     /// As of [`Graph::node`].

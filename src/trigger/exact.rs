@@ -30,7 +30,7 @@ impl Exact {
         set[input] = Some(taken.seq);
         let all: Option<Choice> = set.iter().copied().collect();
         if all.is_some() {
-            // Matcher with an older stamp stay incomplete.
+            // Sets with an older stamp stay incomplete.
             self.sets.retain(|stamp, _| *stamp > taken.sensed);
         }
         while self.sets.len() > self.queue {

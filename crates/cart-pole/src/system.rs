@@ -126,9 +126,8 @@ impl CartPole {
     ///
     /// ```
     /// use std::sync::Arc;
-    /// use ratelab_cart_pole::{Action, CartPole, Observation};
+    /// use ratelab_cart_pole::{Action, CartPole, Observation, policy::Policy};
     /// use ratelab_study::experiment::{Config, Experiment};
-    /// use ratelab_cart_pole::policy::Policy;
     ///
     /// /// Pushes with all it has to where the pole leans.
     /// struct BangBang;

@@ -8,8 +8,8 @@ use ratelab_study::experiment::Experiment;
 use crate::report::ReportContext;
 use crate::{
     cli::LabArgs,
-    dashboard::{self, Guide, LabError, SessionSetup},
-    error::Error,
+    dashboard::{self, Guide, SessionSetup},
+    error::{Error, LabError},
     first_start,
     options::{self, LAB},
     output::{Outputs, note_defect, print_line, print_recorded, record_error, write_error},

@@ -290,7 +290,7 @@ pub enum PartKind {
     /// Waiting to be read.
     Waited,
     /// In ticks with a duration.
-    TracedTick,
+    Worked,
     /// On links.
     Travelled,
     /// In force.
@@ -304,7 +304,7 @@ impl PartKind {
     pub const ALL: [Self; 5] = [
         Self::Elsewhere,
         Self::Waited,
-        Self::TracedTick,
+        Self::Worked,
         Self::Travelled,
         Self::Held,
     ];
@@ -318,7 +318,7 @@ impl PartKind {
             | AgeStage::Queue { .. }
             | AgeStage::Reuse { .. } => Self::Waited,
             AgeStage::Before => Self::Elsewhere,
-            AgeStage::Cost { .. } => Self::TracedTick,
+            AgeStage::Cost { .. } => Self::Worked,
             AgeStage::Link { .. } => Self::Travelled,
             AgeStage::Held { .. } | AgeStage::Kept { .. } => Self::Held,
         }
@@ -328,7 +328,7 @@ impl PartKind {
     pub fn word(self) -> &'static str {
         match self {
             Self::Waited => "waited",
-            Self::TracedTick => "worked",
+            Self::Worked => "worked",
             Self::Travelled => "on the way",
             Self::Held => "held",
             Self::Elsewhere => "elsewhere",

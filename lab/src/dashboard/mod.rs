@@ -63,8 +63,6 @@ use crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use ratatui::{Terminal, backend::Backend};
 use ratelab_study::experiment::Config;
 
-pub use crate::error::LabError;
-use crate::theme::Theme;
 use app::App;
 pub use app::LabOutcome;
 #[cfg(feature = "network")]
@@ -81,7 +79,9 @@ pub use terminal::is_there as terminal_is_there;
 use terminal::{Input, Keyboard, Screen};
 pub use tour::Guide;
 
-use crate::{output, predictions::answers_file, recording::Recording, signals};
+use crate::{
+    error::LabError, output, predictions::answers_file, recording::Recording, signals, theme::Theme,
+};
 
 /// How the dashboard is shown.
 #[derive(Clone, Debug)]

@@ -1,7 +1,7 @@
 //! The messages that met for each tick of a node with several triggers.
 //!
 //! A tick notes when its set was complete. The set itself follows from the rules of
-//! [`Match`](crate::Match) and the order in which the node took its messages.
+//! [`Match`](ratelab::Match) and the order in which the node took its messages.
 
 use std::collections::VecDeque;
 
@@ -13,7 +13,7 @@ use super::{Lineage, Sent};
 #[derive(Clone, Debug)]
 pub(super) struct Meeting {
     sets: Matcher,
-    /// Matcher that a message completed beyond one, with the time of its delivery.
+    /// Sets that a message completed beyond one, with the time of its delivery.
     more: VecDeque<Choice>,
     completed: Time,
     /// The message taken last from each trigger.

@@ -5,8 +5,7 @@ use crate::{Action, Observation};
 /// Decides on an action for each observation.
 ///
 /// ```
-/// use ratelab_cart_pole::Plant;
-/// use ratelab_cart_pole::policy::{Policy, Scripted};
+/// use ratelab_cart_pole::{Plant, policy::{Policy, Scripted}};
 ///
 /// let mut plant = Plant::new(0)?;
 /// for _ in 0..500 {

@@ -16,8 +16,20 @@ use super::{
 /// use ratelab_study::system::{Alias, KnobText};
 ///
 /// let text = KnobText(&[
-///     Alias { name: "control-hz", knobs: &[(Rate, "policy")], default: "50", choices: &[], help: "" },
-///     Alias { name: "queue-depth", knobs: &[(Depth, "/obs"), (Depth, "/action")], default: "1", choices: &[], help: "" },
+///     Alias {
+///         name: "control-hz",
+///         knobs: &[(Rate, "policy")],
+///         default: "50",
+///         choices: &[],
+///         help: "",
+///     },
+///     Alias {
+///         name: "queue-depth",
+///         knobs: &[(Depth, "/obs"), (Depth, "/action")],
+///         default: "1",
+///         choices: &[],
+///         help: "",
+///     },
 /// ]);
 /// let knobs = text.parse_list("1 queue-depth 8 # both topics\n2.5 rate policy 10")?;
 /// assert_eq!(knobs.len(), 3);

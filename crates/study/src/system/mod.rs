@@ -5,9 +5,11 @@
 //!
 //! ```
 //! use std::sync::Arc;
-//! use ratelab_study::experiment::{Config, Experiment};
 //! use ratelab::{END, GO_ON};
-//! use ratelab_study::system::{BuildError, Builder, System};
+//! use ratelab_study::{
+//!     experiment::{Config, Experiment},
+//!     system::{BuildError, Builder, System},
+//! };
 //!
 //! /// A counter with an occasional reader.
 //! struct Counter;

@@ -9,7 +9,8 @@ use ratelab_study::experiment::Config;
 
 use super::App;
 use crate::{
-    dashboard::{LabError, cliff::CliffMap, keys::MapAction},
+    dashboard::{cliff::CliffMap, keys::MapAction},
+    error::LabError,
     predictions::is_predicted,
 };
 

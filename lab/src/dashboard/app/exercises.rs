@@ -4,13 +4,14 @@ use crossterm::event::KeyEvent;
 use ratelab::Speed;
 use ratelab_study::{experiment::Config, system::Verdict};
 
-use super::{App, LabError};
+use super::App;
 use crate::{
     dashboard::{
         exercise_panel::{ExercisePanel, PanelAction},
         frame::{FrameData, Standing},
         sampler::{RunSource, WatchedRows},
     },
+    error::LabError,
     recording::StopReason,
     rescue::RescueStage,
 };

@@ -3,9 +3,12 @@
 use crossterm::event::KeyEvent;
 use ratelab::{ClockKind, Command, Event};
 
-use super::{App, LabError, restart::Next};
-use crate::dashboard::{
-    executing::Executing, model::Model, past::Past, player::Player, sampler::RunSource,
+use super::{App, restart::Next};
+use crate::{
+    dashboard::{
+        executing::Executing, model::Model, past::Past, player::Player, sampler::RunSource,
+    },
+    error::LabError,
 };
 
 impl App {

@@ -8,7 +8,7 @@ use std::{
 use ratelab::{ClockKind, Command};
 use ratelab_study::experiment::Config;
 
-use super::{App, LabError, choices::as_it_is_now, knobs::without_knobs};
+use super::{App, choices::as_it_is_now, knobs::without_knobs};
 use crate::{
     dashboard::{
         branch::LeftRun,
@@ -18,6 +18,7 @@ use crate::{
         session::{Prepared, list},
         timeline::TimelineView,
     },
+    error::LabError,
     recording::RecordError,
     rescue::RescueTry,
 };

@@ -140,7 +140,7 @@ fn spent(mean: &[(PartKind, Duration)], theme: &Theme) -> String {
 fn glyph(kind: PartKind, theme: &Theme) -> &'static str {
     match kind {
         PartKind::Waited => theme.glyph("▒", "w"),
-        PartKind::TracedTick => theme.glyph("█", "#"),
+        PartKind::Worked => theme.glyph("█", "#"),
         PartKind::Travelled => theme.glyph("▄", "-"),
         PartKind::Held => theme.glyph("▓", "="),
         PartKind::Elsewhere => theme.glyph("?", "?"),

@@ -14,8 +14,8 @@ use super::MAX_CELLS;
 /// `1..30:4` with 29. Without a step it goes up by one.
 ///
 /// ```
-/// use ratelab_study::experiment::sweep::Axis;
 /// use ratelab::Hz;
+/// use ratelab_study::experiment::sweep::Axis;
 ///
 /// let rates: Axis<Hz> = "1..2:0.25,50".parse()?;
 /// let rates: Vec<f64> = rates.values().iter().map(|hz| hz.get()).collect();
