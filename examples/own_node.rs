@@ -9,6 +9,7 @@ use ratelab::{
     Clock, Depth, GO_ON, Graph, Hz, Inbox, Node, Publisher, Subscription, Tick, Time, Topic,
     VirtualClock,
 };
+use ratelab_account::Observer;
 
 /// A low-pass filter: each tick moves a quarter of the way to the newest reading.
 struct Smooth {
@@ -46,10 +47,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         output: wiring.publisher(&smooth),
         value: 2.0,
     })?;
-    let end = Time::from_secs_f64(1.0)?;
+    let (observer, end) = (Observer::of(&graph), Time::from_secs_f64(1.0)?);
     VirtualClock.run(&mut graph, &mut Inbox::default(), end)?;
 
-    for topic in graph.observer().snapshot().topics {
+    for topic in observer.snapshot().topics {
         let (name, published) = (&topic.name, topic.published);
         println!("{name}: {published} messages, {} dropped", topic.dropped());
     }

@@ -3,7 +3,8 @@
 
 use std::process::ExitCode;
 
-use ratelab::{ClockExit, END, GO_ON, Time, fields};
+use ratelab::{ClockExit, END, GO_ON, Time};
+use ratelab_account::fields;
 use ratelab_study::system::{
     BuildError, Builder, Picture, Shape, Signal, Style, System, Verdict, VerdictKind,
 };

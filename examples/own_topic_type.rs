@@ -5,7 +5,8 @@
 
 use std::error::Error;
 
-use ratelab::{Clock, Depth, Fields, GO_ON, Graph, Hz, Inbox, Time, Topic, VirtualClock};
+use ratelab::{Clock, Depth, GO_ON, Graph, Hz, Inbox, Time, Topic, VirtualClock};
+use ratelab_account::{Fields, TapHandle};
 
 /// The speed of the wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     })?;
     // A tap copies every message, whether or not a node reads it.
-    let log = graph.tap(&wheels, 16);
+    let log = TapHandle::of(&graph).topic(&wheels, 16);
     let end = Time::from_secs_f64(1.0)?;
     VirtualClock.run(&mut graph, &mut Inbox::default(), end)?;
 

@@ -24,7 +24,7 @@ use super::{
 /// let (_live, mut inbox) = Inbox::new(vec![TimedCommand { at, command: slower }]);
 ///
 /// VirtualClock.run(&mut graph, &mut inbox, Time::from_secs_f64(2.0)?)?;
-/// let events = graph.observer().events(0);
+/// let events = graph.state().events(0);
 /// assert_eq!(events[0].to_string(), "1.000 s: policy at 5 Hz (was 50 Hz)");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -29,11 +29,6 @@ impl Depth {
         }
     }
 
-    /// Creates a depth from a value that came from [`Depth::get`].
-    pub(crate) const fn known(messages: usize) -> Self {
-        Self(messages)
-    }
-
     /// The number of messages.
     pub fn get(self) -> usize {
         self.0

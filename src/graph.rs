@@ -10,6 +10,7 @@ use thiserror::Error;
 
 use super::{
     command::{ClockKind, Command, Speed},
+    depth::Depth,
     executor::Executor,
     knob::{Knob, KnobKind},
     message::Payload,
@@ -17,25 +18,17 @@ use super::{
     node::{GO_ON, Node},
     node_knobs,
     outbox::Outbox,
-    reexecution::RunLog,
+    record::{MeterRecorder, PushRecorder, Records, Sink},
     release::Release,
     scheduling::Stage,
     seat::{Again, Fixed, Seat, Wired},
-    sync::{
-        Arc, Mutex,
-        atomic::{AtomicU64, Ordering},
-        lock,
-    },
-    tap::{Backpressure, Tap, TapMessage},
-    tap_handle::TapHandle,
+    state::{RunState, Status},
+    sync::Arc,
     task::Task,
-    telemetry::{
-        EventLog, Meter, MeterRecorder, NodeEntry, Observer, PushAge, RunState, Status,
-        SubscriptionEntry, TopicCounters, TopicEntry,
-    },
     time::Time,
-    topic::{Publisher, Subscription, Topic},
-    trigger::{Arrival, Arrivals},
+    topic::{Publisher, ReadMark, Subscription, Topic},
+    topology::{NodeTopology, TopicTopology, Topology},
+    trigger::{Arrival, Arrivals, Match},
 };
 
 /// An error while building a graph.
@@ -88,7 +81,7 @@ pub enum GraphError {
 ///         GO_ON
 ///     }
 /// })?;
-/// assert_eq!(graph.observer().snapshot().topics[0].publishers, [0]);
+/// assert_eq!(graph.topology().topics[0].publishers, [0]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Graph {
@@ -107,13 +100,26 @@ pub(crate) struct ControlPlane {
     pub(crate) status: Status,
     nodes: Vec<NodeEntry>,
     topics: Vec<WiredTopic>,
-    pub(crate) backpressure: Backpressure,
+    records: Records,
     /// The seed of every random draw.
     seed: u64,
 }
 
+/// A node as the graph knows it.
+struct NodeEntry {
+    topology: NodeTopology,
+    /// Whether it runs in another process.
+    remote: bool,
+}
+
 struct WiredTopic {
-    entry: TopicEntry,
+    name: Arc<str>,
+    /// Number of its bus, the same for each handle.
+    address: usize,
+    /// Indices of the nodes that publish to it.
+    publishers: Vec<usize>,
+    /// Indices of the nodes that read from it.
+    readers: Vec<usize>,
     topic: Box<dyn AnyTopic>,
 }
 
@@ -121,6 +127,11 @@ struct WiredTopic {
 trait AnyTopic: Send {
     /// Changes a knob of the topic; returns the value before.
     fn turn(&self, knob: &Knob, seed: u64, now: Time) -> Result<String, String>;
+
+    fn depth(&self) -> Depth;
+
+    /// Sends its records on this way.
+    fn set_records(&self, records: Records);
 
     /// Delivers the messages that arrive by `now`.
     fn deliver(&self, now: Time);
@@ -142,6 +153,14 @@ impl<T: Payload> AnyTopic for Topic<T> {
             }
             _ => Err(format!("{knob} is not for a topic")),
         }
+    }
+
+    fn depth(&self) -> Depth {
+        Topic::depth(self)
+    }
+
+    fn set_records(&self, records: Records) {
+        Topic::set_records(self, records);
     }
 
     fn deliver(&self, now: Time) {
@@ -171,17 +190,11 @@ impl Graph {
             seats: Vec::new(),
             stage: Stage::default(),
             control: ControlPlane {
-                state: Arc::new(RunState {
-                    now: AtomicU64::new(0),
-                    status: Mutex::new(status),
-                    log: EventLog::default(),
-                    threads: RunLog::default(),
-                    zero: Mutex::new(None),
-                }),
+                state: Arc::new(RunState::new(status)),
                 status,
                 nodes: Vec::new(),
                 topics: Vec::new(),
-                backpressure: Backpressure::default(),
+                records: Records::default(),
                 seed: 0,
             },
             cores: Some(usize::MAX),
@@ -250,7 +263,7 @@ impl Graph {
         let added = (self.control.nodes.last_mut(), self.seats.last_mut());
         if let (Some(entry), Some(seat)) = added {
             entry.remote = true;
-            seat.entry.remote = true;
+            seat.remote = true;
         }
         Ok(())
     }
@@ -263,12 +276,13 @@ impl Graph {
         priority: u32,
         build: impl FnOnce(&mut Wiring<'_>) -> N,
     ) -> Result<Ends, GraphError> {
-        if self.control.nodes.iter().any(|node| &*node.name == name) {
+        if self.control.nodes.iter().any(|node| node.name() == name) {
             return Err(GraphError::DuplicateNode(name.to_owned()));
         }
         let release = release.into();
         let (arrivals, index) = (self.stage.arrivals(), self.seats.len());
-        let mut wiring = Wiring::new(&self.control.topics, arrivals, index);
+        let records = self.control.records.of(index);
+        let mut wiring = Wiring::new(&self.control.topics, arrivals, records.clone());
         let node = Box::new(build(&mut wiring));
         let Wiring {
             endpoints,
@@ -278,56 +292,58 @@ impl Graph {
         } = wiring;
         let ends = Ends {
             subscriptions,
+            records: records.clone(),
             meters: wired.meters.clone(),
-            push_age: wired.push_age.clone(),
             outbox: wired.outbox.clone(),
         };
         let triggers = triggers::check(name, release, &endpoints, &self.control)?;
         self.control.connect(endpoints)?;
-        let Wired {
-            meters, push_age, ..
-        } = wired;
-        let (mut entry, meters) = NodeEntry::new(name, priority, release.hz(), meters, push_age);
-        let mut task = Task::new(&entry, release, self.now(), wired.intakes);
+        let entry = NodeEntry::new(name, priority, release, triggers, wired.meters);
+        self.control.nodes.push(entry);
+        let (now, name) = (self.now(), Arc::from(name));
+        let (of_task, of_seat) = (Arc::clone(&name), records.clone());
+        let mut task = Task::new(of_task, priority, records, release, now, wired.intakes);
         task.seed = self.control.seed;
-        entry.triggers = triggers.into();
-        if let Release::On(matching) = release {
-            entry.matching = matching;
-        }
-        self.control.nodes.push(entry.clone());
         self.stage.add(task);
-        let seat = Seat::new(entry, meters, node, wired.outbox, wired.fixed);
+        let seat = Seat::new(name, of_seat, node, wired.outbox, wired.fixed);
         self.seats.push(seat);
         Ok(ends)
     }
 
-    /// Copies every message of `topic` from now on; see [`TapHandle::topic`].
-    pub fn tap<T: Payload>(&self, topic: &Topic<T>, capacity: usize) -> Tap<TapMessage<T>> {
-        self.tap_handle().topic(topic, capacity)
+    /// The sink of the graph's records; if it has none, what `make` returns from now on. A graph
+    /// has one sink for all of its life.
+    pub fn sink_or(&self, make: impl FnOnce() -> Arc<dyn Sink>) -> Arc<dyn Sink> {
+        self.control.records.sink_or(make)
     }
 
-    /// Taps topics and nodes, even while the graph is running. Covers the nodes that the
-    /// graph has at this moment.
-    pub fn tap_handle(&self) -> TapHandle {
-        TapHandle {
-            backpressure: self.control.backpressure.clone(),
-            nodes: self.seats.iter().map(|seat| seat.taps.clone()).collect(),
-        }
+    /// The state of the run, for reading it from any thread.
+    pub fn state(&self) -> Arc<RunState> {
+        self.control.state.clone()
     }
 
-    /// Reads the graph from any thread while it runs. Covers the nodes and topics that
-    /// the graph has at this moment.
-    pub fn observer(&self) -> Observer {
-        Observer {
-            state: self.control.state.clone(),
-            nodes: self.control.nodes.clone(),
-            topics: self
-                .control
-                .topics
-                .iter()
-                .map(|t| t.entry.clone())
-                .collect(),
-        }
+    /// The nodes, topics and connections, with their rates and depths in force.
+    pub fn topology(&self) -> Topology {
+        let nodes = self.control.nodes.iter();
+        let topics = self.control.topics.iter();
+        let mut topology = Topology {
+            nodes: nodes.map(|node| node.topology.clone()).collect(),
+            topics: topics.map(WiredTopic::topology).collect(),
+        };
+        let rates = topology.rates(|node| self.stage.tasks[node].rate.hz());
+        let nodes = topology.nodes.iter_mut().zip(rates);
+        nodes.for_each(|(node, hz)| node.hz = hz);
+        topology
+    }
+
+    /// Whether this process runs the node with this index.
+    pub fn is_here(&self, node: usize) -> bool {
+        self.seats.get(node).is_some_and(|seat| !seat.remote)
+    }
+
+    /// Whether the node with this index crashed without a restart since.
+    pub fn is_crashed(&self, node: usize) -> bool {
+        let task = self.stage.tasks.get(node);
+        task.is_some_and(Task::is_crashed)
     }
 
     /// Current run time.
@@ -335,11 +351,11 @@ impl Graph {
         self.control.now()
     }
 
-    /// Sets the clock that runs the graph from now on. Observers show it, and full taps
-    /// block in virtual time only.
+    /// Sets the clock that runs the graph from now on. Virtual time waits for those
+    /// who look on.
     pub fn set_clock(&mut self, clock: ClockKind) {
         self.control.update(|status| status.clock = clock);
-        self.control.backpressure.set(clock == ClockKind::Virtual);
+        self.control.state.set_waits(clock == ClockKind::Virtual);
     }
 
     /// Sets the speed of the virtual clock.
@@ -364,7 +380,7 @@ impl Graph {
             knob => {
                 let index = self.control.node_index(knob.target())?;
                 match &self.seats[index] {
-                    seat if seat.entry.remote => Ok(()),
+                    seat if seat.remote => Ok(()),
                     seat => node_knobs::check(&self.stage.tasks[index], seat, knob),
                 }
             }
@@ -393,7 +409,7 @@ impl Graph {
         let index = self.control.node_index(node)?;
         match &mut self.seats[index] {
             // A setting for the process in which it runs.
-            seat if seat.entry.remote => Ok(String::new()),
+            seat if seat.remote => Ok(String::new()),
             seat => node_knobs::obey(&mut self.stage.tasks[index], seat, command, at),
         }
     }
@@ -401,25 +417,21 @@ impl Graph {
 
 impl ControlPlane {
     pub(crate) fn now(&self) -> Time {
-        Time::from_nanos(self.state.now.load(Ordering::Relaxed))
+        self.state.now()
     }
 
     pub(crate) fn set_now(&self, now: Time) {
-        self.state.now.store(now.as_nanos(), Ordering::Relaxed);
-    }
-
-    pub(crate) fn log(&self) -> &EventLog {
-        &self.state.log
+        self.state.set_now(now);
     }
 
     pub(crate) fn update(&mut self, change: impl FnOnce(&mut Status)) {
         change(&mut self.status);
-        *lock(&self.state.status) = self.status;
+        self.state.update(|status| *status = self.status);
     }
 
     pub(crate) fn node_index(&self, name: &str) -> Result<usize, String> {
-        let known = self.nodes.iter().position(|node| &*node.name == name);
-        let names = self.nodes.iter().map(|node| &*node.name);
+        let known = self.nodes.iter().position(|node| node.name() == name);
+        let names = self.nodes.iter().map(NodeEntry::name);
         known.ok_or_else(|| nothing_called("node", name, names))
     }
 
@@ -453,16 +465,13 @@ impl ControlPlane {
     /// Checks that the topic has this knob.
     fn check(&self, knob: &Knob) -> Result<(), String> {
         let topic = self.topic(knob.target())?;
-        let read = !topic.entry.subscriptions.is_empty();
+        let read = !topic.readers.is_empty();
         if read || knob.kind() == KnobKind::Depth {
             return Ok(());
         }
-        let names = self
-            .topics
-            .iter()
-            .filter(|t| !t.entry.subscriptions.is_empty());
-        let names: Vec<&str> = names.map(|t| &*t.entry.name).collect();
-        let name = &topic.entry.name;
+        let names = self.topics.iter().filter(|t| !t.readers.is_empty());
+        let names: Vec<&str> = names.map(|t| &*t.name).collect();
+        let name = &topic.name;
         Err(match &names[..] {
             [] => format!("{name} has no reader, and no topic has one: let a node read it first"),
             names => format!("{name} has no reader: expected one of {}", names.join(", ")),
@@ -488,8 +497,8 @@ impl ControlPlane {
     }
 
     fn topic(&self, name: &str) -> Result<&WiredTopic, String> {
-        let known = self.topics.iter().find(|t| &*t.entry.name == name);
-        let names = self.topics.iter().map(|t| &*t.entry.name);
+        let known = self.topics.iter().find(|t| &*t.name == name);
+        let names = self.topics.iter().map(|t| &*t.name);
         known.ok_or_else(|| nothing_called("topic", name, names))
     }
 
@@ -500,21 +509,67 @@ impl ControlPlane {
             .iter()
             .filter_map(|endpoint| endpoint.new_topic.as_ref())
         {
-            let taken = self.topics.iter().map(|t| &t.entry.name).chain(&names);
-            if taken.into_iter().any(|name| *name == topic.entry.name) {
-                return Err(GraphError::DuplicateTopic(topic.entry.name.to_string()));
+            let taken = self.topics.iter().map(|t| &t.name).chain(&names);
+            if taken.into_iter().any(|name| *name == topic.name) {
+                return Err(GraphError::DuplicateTopic(topic.name.to_string()));
             }
-            names.push(topic.entry.name.clone());
+            names.push(topic.name.clone());
         }
         for endpoint in endpoints {
-            self.topics.extend(endpoint.new_topic);
-            let entry = &mut self.topics[endpoint.topic].entry;
+            if let Some(new) = endpoint.new_topic {
+                new.topic.set_records(self.records.of(self.topics.len()));
+                self.topics.push(new);
+            }
+            let topic = &mut self.topics[endpoint.topic];
             match endpoint.kind {
-                EndpointKind::Publisher(node) => entry.publishers.push(node),
-                EndpointKind::Subscription(subscription) => entry.subscriptions.push(subscription),
+                EndpointKind::Publisher(node) => topic.publishers.push(node),
+                EndpointKind::Subscription(node) => topic.readers.push(node),
             }
         }
         Ok(())
+    }
+}
+
+impl NodeEntry {
+    fn new(
+        name: &str,
+        priority: u32,
+        release: Release,
+        triggers: Vec<usize>,
+        meters: Vec<String>,
+    ) -> Self {
+        Self {
+            topology: NodeTopology {
+                name: name.to_owned(),
+                priority,
+                hz: release.hz(),
+                triggers,
+                matching: match release {
+                    Release::Every(_) => Match::Each,
+                    Release::On(matching) => matching,
+                },
+                executor: None,
+                executor_index: None,
+                group: None,
+                meters,
+            },
+            remote: false,
+        }
+    }
+
+    fn name(&self) -> &str {
+        &self.topology.name
+    }
+}
+
+impl WiredTopic {
+    fn topology(&self) -> TopicTopology {
+        TopicTopology {
+            name: self.name.to_string(),
+            depth: self.topic.depth(),
+            publishers: self.publishers.clone(),
+            readers: self.readers.clone(),
+        }
     }
 }
 
@@ -546,17 +601,18 @@ fn nothing_called<'n>(kind: &str, name: &str, known: impl Iterator<Item = &'n st
 ///         GO_ON
 ///     }
 /// })?;
-/// let topics = graph.observer().topology().topics;
+/// let topics = graph.topology().topics;
 /// assert_eq!((topics[0].name.as_str(), &topics[0].readers[..]), ("/range", &[0][..]));
 /// assert_eq!((topics[1].name.as_str(), &topics[1].publishers[..]), ("/alarm", &[0][..]));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Wiring<'g> {
     known: &'g [WiredTopic],
-    node: usize,
+    /// The way of the node's records.
+    records: Records,
     endpoints: Vec<Endpoint>,
     wired: Wired,
-    subscriptions: Vec<(Arc<TopicCounters>, SubscriptionEntry)>,
+    subscriptions: Vec<ReadEnd>,
     /// What the node took that is built once more.
     former: Option<Ends>,
     arrivals: Option<&'g Arc<Arrivals>>,
@@ -565,11 +621,18 @@ pub struct Wiring<'g> {
 /// What a node took when it was built.
 #[derive(Clone)]
 struct Ends {
-    /// Each with the counters of its topic.
-    subscriptions: Vec<(Arc<TopicCounters>, SubscriptionEntry)>,
-    meters: Vec<(String, Meter)>,
-    push_age: Option<PushAge>,
+    subscriptions: Vec<ReadEnd>,
+    records: Records,
+    meters: Vec<String>,
     outbox: Arc<Outbox>,
+}
+
+/// The read position of a subscription.
+#[derive(Clone)]
+struct ReadEnd {
+    /// Number of the bus of its topic.
+    address: usize,
+    mark: Arc<ReadMark>,
 }
 
 /// An edge to be added: an end of the topic with index `topic`, together with the topic
@@ -582,23 +645,24 @@ struct Endpoint {
     triggers: bool,
 }
 
+/// The end of a topic that the node with this index has.
 enum EndpointKind {
     Publisher(usize),
-    Subscription(SubscriptionEntry),
+    Subscription(usize),
 }
 
 impl<'g> Wiring<'g> {
-    fn new(known: &'g [WiredTopic], arrivals: &'g Arc<Arrivals>, node: usize) -> Self {
+    fn new(known: &'g [WiredTopic], arrivals: &'g Arc<Arrivals>, records: Records) -> Self {
         Self {
             arrivals: Some(arrivals),
-            ..Self::empty(known, node)
+            ..Self::empty(known, records)
         }
     }
 
-    fn empty(known: &'g [WiredTopic], node: usize) -> Self {
+    fn empty(known: &'g [WiredTopic], records: Records) -> Self {
         Self {
             known,
-            node,
+            records,
             endpoints: Vec::new(),
             wired: Wired::default(),
             subscriptions: Vec::new(),
@@ -609,10 +673,10 @@ impl<'g> Wiring<'g> {
 
     /// Hands out the `former` ends of a node that is built once more.
     fn again(former: Ends) -> Self {
-        Self {
-            former: Some(former),
-            ..Self::empty(&[], 0)
-        }
+        let mut wiring = Self::empty(&[], former.records.clone());
+        wiring.wired.meters.clone_from(&former.meters);
+        wiring.former = Some(former);
+        wiring
     }
 
     /// Connects the node as a publisher of `topic`.
@@ -620,17 +684,17 @@ impl<'g> Wiring<'g> {
         if let Some(former) = &self.former {
             return topic.publisher_through(&former.outbox);
         }
-        let kind = EndpointKind::Publisher(self.node);
+        let kind = EndpointKind::Publisher(self.records.index());
         self.add_endpoint(topic, kind);
         topic.publisher_through(&self.wired.outbox)
     }
 
     /// Connects the node as a reader of `topic`.
     pub fn subscription<T: Payload>(&mut self, topic: &Topic<T>) -> Subscription<T> {
-        if let Some(SubscriptionEntry { mark, ages, .. }) = self.former_subscription(topic) {
-            return topic.subscribe_again(mark, ages);
+        if let Some(mark) = self.former_subscription(topic) {
+            return topic.subscribe_again(mark);
         }
-        let subscription = topic.subscribe();
+        let subscription = topic.subscribe_as(Some(self.next_reader(topic)));
         self.subscribe(topic, &subscription);
         subscription
     }
@@ -659,8 +723,9 @@ impl<'g> Wiring<'g> {
         let Some(arrivals) = self.arrivals else {
             return self.subscription(topic);
         };
-        let input = self.wired.intakes.len();
-        let (subscription, intake) = topic.trigger(self.node, input, arrivals);
+        let (node, input) = (self.records.index(), self.wired.intakes.len());
+        let reader = self.next_reader(topic);
+        let (subscription, intake) = topic.trigger(node, input, reader, arrivals);
         self.wired.intakes.push(intake);
         self.subscribe(topic, &subscription);
         if let Some(endpoint) = self.endpoints.last_mut() {
@@ -670,34 +735,30 @@ impl<'g> Wiring<'g> {
     }
 
     fn subscribe<T: Payload>(&mut self, topic: &Topic<T>, subscription: &Subscription<T>) {
-        let entry = SubscriptionEntry {
-            node: self.node,
+        self.subscriptions.push(ReadEnd {
+            address: topic.address(),
             mark: subscription.mark(),
-            ages: subscription.ages(),
-        };
-        let kept = (topic.counters(), entry.clone());
-        self.subscriptions.push(kept);
-        self.add_endpoint(topic, EndpointKind::Subscription(entry));
+        });
+        let kind = EndpointKind::Subscription(self.records.index());
+        self.add_endpoint(topic, kind);
     }
 
-    /// Adds a duration that the node measures, shown to observers under `name`.
+    /// Adds a duration that the node measures, shown under `name`.
     pub fn meter(&mut self, name: &str) -> MeterRecorder {
-        let mut former = self.former.iter().flat_map(|former| &former.meters);
-        if let Some((_, meter)) = former.find(|(known, _)| known == name) {
-            return meter.recorder();
-        }
-        let (recorder, meter) = Meter::new();
-        self.wired.meters.push((name.to_owned(), meter));
-        recorder
+        let meters = &mut self.wired.meters;
+        let former = self.former.as_ref();
+        let known = former.and_then(|_| meters.iter().position(|known| known == name));
+        let index = known.unwrap_or_else(|| {
+            meters.push(name.to_owned());
+            meters.len() - 1
+        });
+        MeterRecorder::new(self.records.clone(), index)
     }
 
     /// Declares that the node acts on the world outside of the graph; it records the age
     /// of the sensing behind each push.
-    pub fn push_age(&mut self) -> PushAge {
-        if let Some(age) = self.former.as_ref().and_then(|f| f.push_age.as_ref()) {
-            return age.clone();
-        }
-        self.wired.push_age.get_or_insert_default().clone()
+    pub fn push_age(&mut self) -> PushRecorder {
+        PushRecorder::new(self.records.clone())
     }
 
     /// Removes the knobs of these `kinds` from the node; the refusal shows the `reason`.
@@ -705,37 +766,41 @@ impl<'g> Wiring<'g> {
         self.wired.fixed = Fixed { kinds, reason };
     }
 
-    /// The next end by which the former node read from `topic`.
-    fn former_subscription<T: Payload>(&mut self, topic: &Topic<T>) -> Option<SubscriptionEntry> {
+    /// The next position from which the former node read `topic`.
+    fn former_subscription<T: Payload>(&mut self, topic: &Topic<T>) -> Option<Arc<ReadMark>> {
         let subscriptions = &mut self.former.as_mut()?.subscriptions;
-        let is_of = |(counters, _): &(Arc<TopicCounters>, SubscriptionEntry)| {
-            Arc::ptr_eq(counters, &topic.counters())
-        };
-        let place = subscriptions.iter().position(is_of)?;
-        Some(subscriptions.remove(place).1)
+        let address = topic.address();
+        let place = subscriptions
+            .iter()
+            .position(|end| end.address == address)?;
+        Some(subscriptions.remove(place).mark)
+    }
+
+    /// The place of the next reader among those of `topic`.
+    fn next_reader<T: Payload>(&self, topic: &Topic<T>) -> usize {
+        let address = topic.address();
+        let known = self.known.iter().find(|known| known.address == address);
+        let own = self.subscriptions.iter();
+        let own = own.filter(|end| end.address == address).count();
+        known.map_or(0, |known| known.readers.len()) + own
     }
 
     fn add_endpoint<T: Payload>(&mut self, topic: &Topic<T>, kind: EndpointKind) {
-        let counters = topic.counters();
-        let fresh = self
-            .endpoints
-            .iter()
-            .filter_map(|endpoint| endpoint.new_topic.as_ref());
-        let mut topics = self.known.iter().chain(fresh);
-        let position = topics.position(|t| Arc::ptr_eq(&t.entry.counters, &counters));
-        let count = self.known.len()
-            + self
-                .endpoints
-                .iter()
-                .filter(|e| e.new_topic.is_some())
-                .count();
+        let address = topic.address();
+        let fresh = || {
+            let endpoints = self.endpoints.iter();
+            endpoints.filter_map(|endpoint| endpoint.new_topic.as_ref())
+        };
+        let position = {
+            let mut topics = self.known.iter().chain(fresh());
+            topics.position(|known| known.address == address)
+        };
+        let count = self.known.len() + fresh().count();
         let new_topic = position.is_none().then(|| WiredTopic {
-            entry: TopicEntry {
-                name: topic.name().into(),
-                counters,
-                publishers: Vec::new(),
-                subscriptions: Vec::new(),
-            },
+            name: topic.name().into(),
+            address,
+            publishers: Vec::new(),
+            readers: Vec::new(),
             topic: Box::new(topic.clone()),
         });
         self.endpoints.push(Endpoint {

@@ -23,10 +23,8 @@
 //! | duration of ticks | measured, or as configured | as configured |
 //! | the same run again | from its log, by [`Rerun`], to the bit | to the bit |
 //!
-//! [`Command`]s are the only input of a running graph. It has two outputs: an
-//! [`Observer`] reads counters without slowing the run; a [`Tap`] copies every message. A
-//! full tap loses messages and counts them under the real clock; under the virtual one
-//! the run waits, which costs no run time.
+//! [`Command`]s are the only input of a running graph, records its only output: whatever is
+//! counted, measured or copied of a run, a [`Sink`] makes of them.
 //!
 //! This crate knows no robot, terminal, file or network: those stand on it. To read it, begin
 //! with `topic.rs`, `rate.rs` and `node.rs`; `graph.rs` wires them, `scheduling/` decides what
@@ -49,7 +47,10 @@
 //! graph.node("brake", Hz::new(2.0)?, 1, |wiring| {
 //!     let mut range = wiring.subscription(&range);
 //!     move |now| match range.latest(now) {
-//!         Some(message) if message.data < 1.0 => END,
+//!         Some(message) if message.data < 1.0 => {
+//!             println!("{} messages too many", range.dropped()); // 12
+//!             END
+//!         }
 //!         _ => GO_ON,
 //!     }
 //! })?;
@@ -58,7 +59,7 @@
 //! let end = Time::from_secs_f64(10.0)?;
 //! let exit = VirtualClock.run(&mut graph, &mut Inbox::default(), end)?;
 //! println!("{exit:?}"); // Ended { node: "brake", at: 1.5 s }
-//! assert_eq!(graph.observer().snapshot().topics[0].dropped(), 12);
+//! assert_eq!(range.published(), 16);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -72,9 +73,7 @@ mod digest;
 mod draw;
 mod event;
 mod executor;
-mod fields;
 mod graph;
-mod head;
 mod inbox;
 mod knob;
 mod link;
@@ -85,23 +84,21 @@ mod node;
 mod node_knobs;
 mod outbox;
 mod placement;
-mod push;
 mod rate;
 mod read_order;
 mod realtime;
+mod record;
 mod reexecution;
 mod release;
-mod rows;
 mod scheduling;
 mod seat;
-mod sync;
-mod tap;
-mod tap_handle;
+mod state;
+pub mod sync;
 mod task;
-mod telemetry;
 mod time;
 mod timing;
 mod topic;
+mod topology;
 mod transit;
 mod trigger;
 
@@ -117,30 +114,22 @@ pub use digest::Digest;
 pub use draw::{Draw, Recorded};
 pub use event::{Event, EventKind};
 pub use executor::{Callback, Executor};
-pub use fields::Fields;
 pub use graph::{Graph, GraphError, Wiring};
-pub use head::Head;
 pub use inbox::{Inbox, Interrupt};
 pub use knob::{Knob, KnobError, KnobKind, TimedKnob};
 pub use link::Link;
 pub use local_clock::ClockError;
-pub use message::{Message, Payload};
+pub use message::{Head, Message, Payload};
 pub use node::{END, Fault, GO_ON, Node, Panicked, Tick};
-pub use push::Push;
 pub use rate::{Rate, hyper_period};
 pub use read_order::ReadOrder;
+pub use record::{MeterRecorder, NodeRecord, Push, PushRecorder, Sink, TickTimes, TopicRecord};
 pub use reexecution::{
     BusyNode, Doing, Knot, KnotOperation, Log, LogError, LogPosition, Shared, Turn, Watch,
 };
 pub use release::Release;
-pub use rows::{NamedTopic, RecordedTopic, RowInlet, RowReader, RowTap, RowWatcher, Rows};
-pub use tap::{Backpressure, Copies, Tap, TapMessage, TickRecord};
-pub use tap_handle::TapHandle;
-pub use telemetry::{
-    Distribution, Flight, Meter, MeterRecorder, MeterView, NodeTopology, NodeView, Observer,
-    PushAge, PushAgeView, ReplayCounters, Snapshot, Status, SubscriptionView, TopicTopology,
-    TopicView, Topology,
-};
+pub use state::{RunState, Status};
 pub use time::{Hz, HzError, Time, TimeError};
 pub use topic::{Publisher, Subscription, Topic};
+pub use topology::{NodeTopology, TopicTopology, Topology};
 pub use trigger::{Choice, Match, Matcher, TakenMessage};

@@ -1,12 +1,8 @@
 //! The knobs of a node: of its schedule, and of the node itself.
 
 use super::{
-    command::Command,
-    knob::Knob,
-    local_clock::LocalClock,
-    seat::{Seat, Timed},
-    task::Task,
-    time::Time,
+    command::Command, knob::Knob, local_clock::LocalClock, record::TickTimes, seat::Seat,
+    task::Task, time::Time,
 };
 
 /// Checks that the node has this knob and that everything its value needs is loaded.
@@ -79,14 +75,14 @@ fn restart(task: &mut Task, seat: &mut Seat, at: Time) -> Result<String, String>
 }
 
 /// Records a tick that was unfinished at the end of the run, or when its node crashed.
-pub(crate) fn cut_off(task: &mut Task, seat: &mut Seat) {
-    if let Some((began, lateness)) = task.cut_off() {
-        let (took, acted) = (None, None);
-        seat.note(Timed {
-            began,
+pub(crate) fn cut_off(task: &mut Task, seat: &Seat) {
+    if let Some((at, lateness)) = task.cut_off() {
+        let (took, ends) = (None, None);
+        seat.record(TickTimes {
+            at,
             lateness,
             took,
-            acted,
+            ends,
         });
     }
 }

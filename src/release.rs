@@ -24,16 +24,18 @@ use super::{time::Hz, trigger::Match};
 ///         GO_ON
 ///     }
 /// })?;
+/// let detected = Topic::new("/detected", Depth::ONE);
 /// graph.node("detector", Match::Each, 1, |wiring| {
-///     let mut image = wiring.trigger(&image);
+///     let (mut image, detected) = (wiring.trigger(&image), wiring.publisher(&detected));
 ///     move |now| {
 ///         assert_eq!(image.latest(now).expect("the image that arrived").stamp, now);
+///         detected.publish((), now, None);
 ///         GO_ON
 ///     }
 /// })?;
 /// let end = Time::from_secs_f64(1.0)?;
 /// VirtualClock.run(&mut graph, &mut Inbox::default(), end)?;
-/// assert_eq!(graph.observer().snapshot().nodes[1].ticks, 31);
+/// assert_eq!(detected.published(), 31);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]

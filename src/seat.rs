@@ -1,10 +1,9 @@
-//! A node with its measurements: what does the work, on whatever thread.
+//! A node in a graph: what does the work, on whatever thread.
 
 use std::{
     any::Any,
     ops::ControlFlow,
     panic::{AssertUnwindSafe, catch_unwind},
-    time::Duration,
 };
 
 use super::{
@@ -12,24 +11,24 @@ use super::{
     local_clock::LocalClock,
     node::{Fault, GO_ON, Node, Panicked, Tick},
     outbox::Outbox,
-    sync::{Arc, atomic::Ordering, bump},
-    tap::{Copies, TickRecord},
-    telemetry::{Meter, NodeEntry, PushAge, TickMeters},
+    record::{NodeRecord, Records, TickTimes},
+    sync::Arc,
     time::Time,
     timing::Running,
     trigger::Intake,
 };
 
-/// A node with its outbox and its measurements.
+/// A node with its outbox and the way of its records.
 pub(crate) struct Seat {
-    pub(crate) entry: NodeEntry,
+    pub(crate) name: Arc<str>,
+    /// Whether the node runs in another process.
+    pub(crate) remote: bool,
     node: Box<dyn Node>,
     /// The function that builds it again, if there is one.
     pub(crate) again: Option<Again>,
     /// The panic while the node handled a text, if there was one.
     panicked: Option<Panicked>,
-    meters: TickMeters,
-    pub(crate) taps: Arc<Copies<TickRecord>>,
+    records: Records,
     outbox: Arc<Outbox>,
     fixed: Fixed,
 }
@@ -41,11 +40,11 @@ pub(crate) struct Fixed {
     pub(crate) reason: &'static str,
 }
 
-/// The connections and meters that a node declared while it was being built.
+/// What a node declared while it was being built.
 #[derive(Default)]
 pub(crate) struct Wired {
-    pub(crate) meters: Vec<(String, Meter)>,
-    pub(crate) push_age: Option<PushAge>,
+    /// Names of its measurements.
+    pub(crate) meters: Vec<String>,
     pub(crate) outbox: Arc<Outbox>,
     pub(crate) fixed: Fixed,
     /// The ends of the topics that trigger it.
@@ -58,34 +57,21 @@ pub(crate) struct Again {
     pub(crate) message: Option<String>,
 }
 
-/// How a tick was timed.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Timed {
-    /// When it began.
-    pub(crate) began: Time,
-    /// How late; `None` where that was not measured.
-    pub(crate) lateness: Option<Duration>,
-    /// How long it took; `None` where that was not measured.
-    pub(crate) took: Option<Duration>,
-    /// When it acted on the world; `None` if the run ended before.
-    pub(crate) acted: Option<Time>,
-}
-
 impl Seat {
     pub(crate) fn new(
-        entry: NodeEntry,
-        meters: TickMeters,
+        name: Arc<str>,
+        records: Records,
         node: Box<dyn Node>,
         outbox: Arc<Outbox>,
         fixed: Fixed,
     ) -> Self {
         Self {
-            entry,
+            name,
+            remote: false,
             node,
             again: None,
             panicked: None,
-            meters,
-            taps: Arc::default(),
+            records,
             outbox,
             fixed,
         }
@@ -99,29 +85,46 @@ impl Seat {
         }
     }
 
-    /// Runs a tick that takes no time.
-    pub(crate) fn tick(&mut self, now: Time) -> Tick {
+    /// Runs a whole tick; by the wall's clock it is `lasting`.
+    pub(crate) fn tick(&mut self, now: Time, lasting: bool) -> Tick {
+        self.record_begin(now, lasting);
         let outcome = self.begin(|node| {
             let flow = node.tick(now)?;
             Ok(end_of(flow, node.apply(now)?))
         });
-        bump(&self.entry.counters.ticks);
+        if lasting {
+            self.record_end();
+        }
         outcome
     }
 
     /// Begins a tick that takes time: its messages wait for the end.
     pub(crate) fn start(&mut self, now: Time) -> Tick {
+        self.record_begin(now, true);
         self.outbox.hold(true);
         let outcome = self.begin(|node| node.tick(now));
         self.outbox.hold(false);
-        bump(&self.entry.counters.ticks);
+        if outcome.is_err() {
+            self.record_end();
+        }
         outcome
     }
 
     /// Ends that tick.
     pub(crate) fn finish(&mut self, now: Time) -> Tick {
         self.outbox.release(now);
-        self.guarded(|node| node.apply(now))
+        let applied = self.guarded(|node| node.apply(now));
+        self.record_end();
+        applied
+    }
+
+    #[inline]
+    fn record_begin(&self, at: Time, lasting: bool) {
+        self.records.node(|| NodeRecord::Began { at, lasting });
+    }
+
+    fn record_end(&self) {
+        self.records.node(|| NodeRecord::Ended);
     }
 
     /// Begins a tick with `work`, or fails after a panic over a text.
@@ -187,38 +190,25 @@ impl Seat {
     /// Records the tick that is over at `now`, and says whether it ends the run.
     pub(crate) fn over(&mut self, running: &Running, now: Time, applied: Tick) -> Tick {
         if !running.noted {
-            self.note(Timed {
-                began: running.began,
+            self.record(TickTimes {
+                at: running.began,
                 lateness: running.lateness,
                 took: Some(now.since(running.began)),
-                acted: Some(now),
+                ends: Some(now),
             });
         }
         Ok(end_of(running.flow, applied?))
     }
 
     /// Records the measurements of a tick, after the node has moved on to the next one.
-    pub(crate) fn note(&mut self, tick: Timed) {
-        self.meters.record(tick.lateness, tick.took);
-        let (entry, counters) = (&self.entry, &self.entry.counters);
-        let push = || {
-            let newest = entry.push_age.as_ref()?.in_force();
-            newest.filter(|push| Some(push.at) == tick.acted)
-        };
-        self.taps.offer(|| TickRecord {
-            number: counters.ticks.load(Ordering::Relaxed).saturating_sub(1),
-            at: tick.began,
-            ends: tick.acted,
-            lateness: tick.lateness,
-            took: tick.took,
-            overruns: counters.overruns.load(Ordering::Relaxed),
-            push: push(),
-        });
+    #[inline]
+    pub(crate) fn record(&self, times: TickTimes) {
+        self.records.node(|| NodeRecord::Ticked(times));
     }
 
     /// The fault for a tick at `at` that returned an error.
     pub(crate) fn fault(&self, at: Time, cause: Box<dyn std::error::Error + Send + Sync>) -> Fault {
-        let node = self.entry.name.to_string();
+        let node = self.name.to_string();
         Fault { node, at, cause }
     }
 }

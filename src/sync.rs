@@ -1,8 +1,11 @@
-//! The concurrency primitives of this runtime, in one place.
+//! The concurrency primitives of this crate and those that stand on it, in one place.
 //!
 //! All data shared between threads goes through these names, so that the feature `model`
 //! can replace the operating system by the shuttle model checker, which tries
 //! interleavings that are rare on a real machine.
+
+/// Whether these are those of the model checker, for which every use costs time.
+pub const MODEL: bool = cfg!(feature = "model");
 
 #[cfg(not(feature = "model"))]
 pub use std::{
@@ -23,7 +26,7 @@ use self::atomic::{AtomicU64, Ordering};
 
 /// Locks a mutex, even after a panic elsewhere: no critical section of this crate leaves
 /// its data half-changed, and the panic itself is reported as a fault.
-pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex
         .lock()
         .unwrap_or_else(|poisoned| poisoned.into_inner())
@@ -32,7 +35,7 @@ pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 /// Adds one to a counter that has a single writer at a time; cheaper than an
 /// atomic read-modify-write.
 #[inline]
-pub(crate) fn bump(counter: &AtomicU64) {
+pub fn bump(counter: &AtomicU64) {
     counter.store(counter.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
 }
 

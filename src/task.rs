@@ -8,9 +8,9 @@ use super::{
     millis,
     placement::Placement,
     rate::Rate,
+    record::{NodeRecord, Records},
     release::Release,
-    sync::{Arc, atomic::Ordering},
-    telemetry::{NodeCounters, NodeEntry},
+    sync::Arc,
     time::{Hz, Time},
     timing::{Running, TickTiming, Waiting},
     trigger::{Intake, Trigger},
@@ -23,7 +23,9 @@ pub(crate) const MOST_WAITING: usize = 100_000;
 pub(crate) struct Task {
     pub(crate) name: Arc<str>,
     pub(crate) priority: u32,
-    counters: Arc<NodeCounters>,
+    records: Records,
+    /// Number of the next tick.
+    number: u64,
     pub(crate) rate: Rate,
     /// The topics that trigger it; it has no use for its rate then.
     trigger: Option<Box<Trigger>>,
@@ -41,7 +43,9 @@ pub(crate) struct Task {
 
 impl Task {
     pub(crate) fn new(
-        entry: &NodeEntry,
+        name: Arc<str>,
+        priority: u32,
+        records: Records,
         release: Release,
         now: Time,
         intakes: Vec<Box<dyn Intake>>,
@@ -51,9 +55,10 @@ impl Task {
             Release::On(matching) => Some(Box::new(Trigger::new(matching, intakes))),
         };
         Self {
-            name: entry.name.clone(),
-            priority: entry.priority,
-            counters: entry.counters.clone(),
+            name,
+            priority,
+            records,
+            number: 0,
             rate: Rate::new(release.hz(), now),
             trigger,
             placement: Placement::Thread,
@@ -204,10 +209,11 @@ impl Task {
         self.timing.get_or_insert_default()
     }
 
-    /// Duration of tick number `number`, which starts now, if one is set.
+    /// Duration of the next tick, which starts now, if one is set.
     pub(crate) fn cost(&mut self) -> Option<Duration> {
+        let number = self.number;
+        self.number += 1;
         let timing = self.timing.as_mut()?;
-        let number = self.counters.ticks.load(Ordering::Relaxed);
         timing.cost(self.seed, &self.name, number)
     }
 
@@ -242,8 +248,7 @@ impl Task {
     /// can start now.
     pub(crate) fn wait(&mut self, due: Time, now: Time) -> Option<Time> {
         let timing = self.timing.as_mut()?;
-        let number = self.counters.ticks.load(Ordering::Relaxed);
-        let starts = now + timing.lateness(self.seed, &self.name, number);
+        let starts = now + timing.lateness(self.seed, &self.name, self.number);
         timing.waiting = (starts > now).then_some(Waiting { due, starts });
         timing.waiting.map(|waiting| waiting.starts)
     }
@@ -276,7 +281,6 @@ impl Task {
 
     /// Begins a tick that takes run time.
     pub(crate) fn begin(&mut self, running: Running) {
-        self.counters.busy.store(true, Ordering::Relaxed);
         let timing = self.timing();
         let busy = timing.takes.busy;
         timing.running = Some(Running { busy, ..running });
@@ -284,9 +288,7 @@ impl Task {
 
     /// Ends that tick.
     pub(crate) fn end(&mut self) -> Option<Running> {
-        let running = self.timing.as_mut()?.running.take()?;
-        self.counters.busy.store(false, Ordering::Relaxed);
-        Some(running)
+        self.timing.as_mut()?.running.take()
     }
 
     /// Notes the tick that was unfinished at the end of the run, once.
@@ -339,10 +341,9 @@ impl Task {
         }
     }
 
-    fn count_overruns(&self, count: u64) {
-        if count > 0 {
-            let overruns = &self.counters.overruns;
-            overruns.fetch_add(count, Ordering::Relaxed);
+    fn count_overruns(&self, ticks: u64) {
+        if ticks > 0 {
+            self.records.node(|| NodeRecord::Skipped(ticks));
         }
     }
 }
@@ -389,8 +390,7 @@ impl Task {
         let before = self.rate.hz();
         let free = self.free_at(at);
         self.rate.set_hz_while_busy(hz, at, free);
-        let shown = &self.counters.micro_hz;
-        shown.store(hz.as_micro(), Ordering::Relaxed);
+        self.records.node(|| NodeRecord::Rate(hz));
         before
     }
 
@@ -422,8 +422,8 @@ impl Task {
         if let Some(timing) = &mut self.timing {
             (timing.waiting, timing.running, timing.hang) = (None, None, None);
         }
-        self.counters.busy.store(false, Ordering::Relaxed);
-        self.set_crashed(true)
+        self.records.node(|| NodeRecord::Crashed);
+        std::mem::replace(&mut self.crashed, true)
     }
 
     /// Has it tick again, from run time `at` on.
@@ -432,11 +432,7 @@ impl Task {
         if let Some(trigger) = &mut self.trigger {
             trigger.reset();
         }
-        self.set_crashed(false);
-    }
-
-    fn set_crashed(&mut self, crashed: bool) -> bool {
-        self.counters.crashed.store(crashed, Ordering::Relaxed);
-        std::mem::replace(&mut self.crashed, crashed)
+        self.crashed = false;
+        self.records.node(|| NodeRecord::Restarted);
     }
 }

@@ -21,14 +21,12 @@
 //! | read order oldest | the oldest unread message; the last one again if there is none |
 //! | the topic triggers the reader | the message that the tick is for, whatever the read order |
 //! | a link | messages enter the queue on delivery; drops and reads happen there |
-//! | a tap is full, real clock | the publisher goes on; the tap counts what it lost |
-//! | a tap is full, virtual clock | run time waits for the tap, nothing is lost |
 //!
 //! Each row is a test in `tests/library/topic.rs`.
 
 mod intake;
 
-use std::{collections::VecDeque, fmt, time::Duration};
+use std::{any::Any, collections::VecDeque, time::Duration};
 
 use self::intake::Triggers;
 
@@ -36,13 +34,16 @@ use super::{
     channel::Channel,
     depth::Depth,
     link::Link,
-    message::{Message, Payload},
+    message::{Head, Message, Payload},
     outbox::Outbox,
     read_order::ReadOrder,
+    record::{Records, TopicRecord},
     reexecution::Shared,
-    sync::{Arc, atomic::Ordering, bump},
-    tap::{Backpressure, Tap, TapMessage, TapSender, tap},
-    telemetry::{Flight, Meter, MeterRecorder, ReadMark, TopicCounters},
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+        bump,
+    },
     time::Time,
     transit::Transit,
 };
@@ -72,7 +73,6 @@ pub struct Topic<T>(Arc<Bus<T>>);
 
 #[derive(Debug)]
 struct Bus<T> {
-    counters: Arc<TopicCounters>,
     queue: Shared<Queue<T>>,
 }
 
@@ -81,26 +81,26 @@ struct Queue<T> {
     messages: VecDeque<Message<T>>,
     depth: Depth,
     next_seq: u64,
+    /// Run time of the newest publication.
+    newest_at: Time,
     order: ReadOrder,
     /// Messages in flight, once the topic has had a link.
     transit: Option<Box<Transit<T>>>,
     /// What the nodes need that its messages trigger, if there are any.
     triggers: Option<Box<Triggers<T>>>,
     marks: Vec<Arc<ReadMark>>,
-    taps: Vec<TapSender<TapMessage<T>>>,
-    watcher: Option<MessageWatcher<T>>,
+    /// Where its records go, once it is in a graph.
+    records: Option<Records>,
 }
 
-/// A function of the run time and the payload of a message.
-type Watch<T> = dyn FnMut(Time, &T) + Send;
-
-/// Inspects each message when it is published.
-struct MessageWatcher<T>(Box<Watch<T>>);
-
-impl<T> fmt::Debug for MessageWatcher<T> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Watcher")
-    }
+/// Read position and losses of one subscription, written under the lock of the queue only.
+#[derive(Debug, Default)]
+pub(crate) struct ReadMark {
+    /// Sequence number of the oldest unseen message.
+    next_unread: AtomicU64,
+    dropped: AtomicU64,
+    /// Its place among the readers of the topic in a graph; `None` outside.
+    reader: Option<usize>,
 }
 
 impl<T> Clone for Topic<T> {
@@ -116,15 +116,14 @@ impl<T: Payload> Topic<T> {
             messages: VecDeque::new(),
             depth,
             next_seq: 0,
+            newest_at: Time::ZERO,
             order: ReadOrder::Newest,
             transit: None,
             triggers: None,
             marks: Vec::new(),
-            taps: Vec::new(),
-            watcher: None,
+            records: None,
         };
         Self(Arc::new(Bus {
-            counters: Arc::new(TopicCounters::new(depth)),
             queue: Shared::new(name.into(), queue),
         }))
     }
@@ -154,19 +153,24 @@ impl<T: Payload> Topic<T> {
     /// Creates a reading end with its own read position and drop count. It can read the
     /// newest earlier message, but earlier messages never count as dropped.
     pub fn subscribe(&self) -> Subscription<T> {
-        let mark = Arc::new(ReadMark::default());
+        self.subscribe_as(None)
+    }
+
+    /// The same for a node, which is this one of the topic's readers.
+    pub(crate) fn subscribe_as(&self, reader: Option<usize>) -> Subscription<T> {
         let queue = self.0.queue.aside();
         let transit = queue.transit.as_ref();
         let next = transit.map_or(queue.next_seq, |transit| transit.next_delivered);
         drop(queue);
-        mark.next_unread.store(next, Ordering::Relaxed);
-        let (_, age_meter) = Meter::new();
-        self.subscribe_again(mark, age_meter)
+        self.subscribe_again(Arc::new(ReadMark {
+            next_unread: AtomicU64::new(next),
+            dropped: AtomicU64::new(0),
+            reader,
+        }))
     }
 
-    /// Creates a subscription with the read position `mark` and the meter `age_meter` of
-    /// a previous one.
-    pub(crate) fn subscribe_again(&self, mark: Arc<ReadMark>, age_meter: Meter) -> Subscription<T> {
+    /// Creates a subscription with the read position of a previous one.
+    pub(crate) fn subscribe_again(&self, mark: Arc<ReadMark>) -> Subscription<T> {
         let mut queue = self.0.queue.lock();
         queue.marks.push(mark.clone());
         let triggers = queue.triggers.as_ref();
@@ -174,22 +178,23 @@ impl<T: Payload> Topic<T> {
             bus: self.0.clone(),
             triggers: triggers.is_some_and(|triggers| triggers.knows(&mark)),
             mark,
-            ages: age_meter.recorder(),
-            age_meter,
         }
     }
 
-    /// Creates a queue of `capacity` messages that receives a copy of every message from
-    /// now on, for logs, recorders and tests.
-    pub fn tap(&self, capacity: usize, backpressure: Backpressure) -> Tap<TapMessage<T>> {
-        let (end, tap) = tap(capacity, backpressure);
-        self.0.queue.aside().taps.push(end);
-        tap
+    /// Sends the records of this topic on this way.
+    pub(crate) fn set_records(&self, records: Records) {
+        self.0.queue.aside().records = Some(records);
     }
 
-    /// Calls `watcher` with every message from now on, when it is published.
-    pub(crate) fn set_watcher(&self, watcher: impl FnMut(Time, &T) + Send + 'static) {
-        self.0.queue.aside().watcher = Some(MessageWatcher(Box::new(watcher)));
+    /// Its index in the graph; `None` outside of one.
+    pub fn index(&self) -> Option<usize> {
+        let queue = self.0.queue.aside();
+        queue.records.as_ref().map(Records::index)
+    }
+
+    /// Whether this is a handle to the same bus, by number.
+    pub(crate) fn address(&self) -> usize {
+        Arc::as_ptr(&self.0).addr()
     }
 
     /// Changes the queue depth at run time `now`. Messages that no longer fit are
@@ -198,20 +203,21 @@ impl<T: Payload> Topic<T> {
     pub fn set_depth(&self, depth: Depth, now: Time) -> Depth {
         let mut turn = self.0.queue.lock();
         let queue = &mut *turn;
-        queue.deliver_before(now, &self.0.counters);
+        queue.deliver_before(now);
         let before = std::mem::replace(&mut queue.depth, depth);
         while queue.messages.len() > queue.depth.get() {
             queue.evict_oldest(now);
         }
-        self.0.counters.depth.store(depth.get(), Ordering::Relaxed);
+        queue.send_record(|| TopicRecord::Depth(depth));
         before
     }
 
-    /// The newest message as a tap would see it, read without a subscription; `None`
-    /// before the first.
-    pub(crate) fn peek(&self) -> Option<TapMessage<T>> {
-        let at = self.0.counters.newest()?;
-        self.0.queue.aside().newest(at)
+    /// The newest message, read without a subscription, with what a record of it would hold;
+    /// `None` before the first.
+    pub fn peek(&self) -> Option<(T, Head)> {
+        let queue = self.0.queue.aside();
+        let (message, head) = queue.newest()?;
+        Some((message.data.clone(), head))
     }
 
     /// Changes the read order of subscriptions. Returns the previous order.
@@ -228,7 +234,7 @@ impl<T: Payload> Topic<T> {
         if perfect && queue.transit.is_none() {
             return link;
         }
-        queue.deliver_before(now, &self.0.counters);
+        queue.deliver_before(now);
         let before = queue.channel(self.name(), seed).set_link(link);
         // A topic without a link is as fast as one that never had a link.
         queue
@@ -267,40 +273,21 @@ impl<T: Payload> Topic<T> {
 
     /// Delivers the messages that arrive by `now`. Publishing and reading do the same.
     pub(crate) fn deliver(&self, now: Time) {
-        self.0.queue.aside().deliver(now, &self.0.counters);
+        self.0.queue.aside().deliver(now);
     }
 
     /// Queue depth.
     pub fn depth(&self) -> Depth {
-        Depth::known(self.0.counters.depth.load(Ordering::Relaxed))
+        self.0.queue.aside().depth
     }
 
     /// Number of messages published so far.
     pub fn published(&self) -> u64 {
-        self.0.counters.published.load(Ordering::Relaxed)
-    }
-
-    /// Messages per second over the second before `now`.
-    pub fn rate(&self, now: Time) -> f64 {
-        self.0.counters.window.per_second(now)
-    }
-
-    pub(crate) fn counters(&self) -> Arc<TopicCounters> {
-        self.0.counters.clone()
+        self.0.queue.aside().next_seq
     }
 }
 
 impl<T: Payload> Queue<T> {
-    /// Sends every tap a copy of the message published at run time `at`, and removes
-    /// closed taps.
-    fn offer_newest(&mut self, at: Time) {
-        if !self.taps.is_empty()
-            && let Some(newest) = self.newest(at)
-        {
-            self.taps.retain(|tap| tap.offer(newest.clone()));
-        }
-    }
-
     /// What decides when messages are delivered.
     fn channel(&mut self, topic: &str, seed: u64) -> &mut Channel {
         let (next, newest) = (self.next_seq, self.messages.back());
@@ -324,58 +311,69 @@ impl<T: Payload> Queue<T> {
     /// Sends `message`, released at run time `now`, through the link; returns when it
     /// arrives.
     #[cold]
-    fn send(&mut self, message: Message<T>, now: Time, counters: &TopicCounters) -> Option<Time> {
+    fn send(&mut self, message: Message<T>, now: Time) -> Option<Time> {
         let transit = self.transit.as_mut();
         let arrives = transit.and_then(|transit| transit.send(message, now));
-        counters.fly(Flight {
-            released: now,
-            arrives,
-        });
-        self.deliver(now, counters);
+        self.deliver(now);
         arrives
     }
 
     /// Delivers the messages that arrive before `now`.
-    fn deliver_before(&mut self, now: Time, counters: &TopicCounters) {
+    fn deliver_before(&mut self, now: Time) {
         if let Some(before) = now.as_nanos().checked_sub(1) {
-            self.deliver(Time::from_nanos(before), counters);
+            self.deliver(Time::from_nanos(before));
         }
     }
 
     /// Delivers the messages that arrive by `now`, in the order of arrival.
     #[cold]
-    fn deliver(&mut self, now: Time, counters: &TopicCounters) {
+    fn deliver(&mut self, now: Time) {
         let Some(mut transit) = self.transit.take() else {
             return;
         };
         while let Some((at, message)) = transit.arrived(now) {
-            bump(&counters.delivered);
-            if message.seq < transit.next_delivered {
-                bump(&counters.overtaken);
-                continue;
+            let overtaken = message.seq < transit.next_delivered;
+            if !overtaken {
+                transit.next_delivered = message.seq + 1;
+                self.push(message, at);
             }
-            transit.next_delivered = message.seq + 1;
-            self.push(message, at);
+            self.send_record(|| TopicRecord::Delivered { overtaken });
         }
-        let in_flight = transit.in_flight() as u64;
-        counters.in_flight.store(in_flight, Ordering::Relaxed);
         self.transit = Some(transit);
     }
 
-    /// The newest message, published at run time `at`, and the number of losses so far.
-    fn newest(&self, at: Time) -> Option<TapMessage<T>> {
+    /// The newest message, and what its record holds.
+    fn newest(&self) -> Option<(&Message<T>, Head)> {
         let (message, arrives) = match &self.transit {
-            Some(transit) => transit.newest.clone()?,
-            None => (self.messages.back()?.clone(), Some(at)),
+            Some(transit) => transit.newest.as_ref().map(|(m, at)| (m, *at))?,
+            None => (self.messages.back()?, Some(self.newest_at)),
         };
         let marks = self.marks.iter();
-        let dropped = marks.map(|mark| mark.dropped.load(Ordering::Relaxed)).sum();
-        Some(TapMessage {
-            message,
-            at,
+        let head = Head {
+            at: self.newest_at,
+            stamp: message.stamp,
+            seq: message.seq,
+            origin: message.origin,
             arrives,
-            dropped,
-        })
+            dropped: marks.map(|mark| mark.dropped.load(Ordering::Relaxed)).sum(),
+        };
+        Some((message, head))
+    }
+
+    /// Sends the record of the newest message.
+    #[inline]
+    fn record_newest(&self) {
+        let Some(records) = self.records.as_ref().filter(|records| records.are_heard()) else {
+            return;
+        };
+        if let Some((message, head)) = self.newest() {
+            let (link, payload) = (self.transit.is_some(), &message.data as &dyn Any);
+            records.topic(|| TopicRecord::Sent {
+                head,
+                link,
+                payload,
+            });
+        }
     }
 }
 
@@ -414,9 +412,17 @@ impl<T> Queue<T> {
             for mark in &self.marks {
                 if mark.next_unread.load(Ordering::Relaxed) <= evicted.seq {
                     bump(&mark.dropped);
-                    mark.drops.count(now);
+                    let (reader, at) = (mark.reader, now);
+                    self.send_record(|| TopicRecord::Dropped { reader, at });
                 }
             }
+        }
+    }
+
+    #[inline]
+    fn send_record<'a>(&self, record: impl FnOnce() -> TopicRecord<'a>) {
+        if let Some(records) = &self.records {
+            records.topic(record);
         }
     }
 }
@@ -445,9 +451,8 @@ impl<T: Payload> Publisher<T> {
     /// Publishes `data` at run time `stamp`. `origin` is the run time of the sensing that
     /// `data` was derived from, if any; see [`Message::sensed`].
     ///
-    /// Never waits for a subscription: a full buffer evicts its oldest message. A full
-    /// [`Tap`] blocks under the virtual clock only. In a tick that takes time the message
-    /// waits for the end of the tick, and is stamped then.
+    /// Never waits for a subscription: a full buffer evicts its oldest message. In a tick that
+    /// takes time the message waits for the end of the tick, and is stamped then.
     pub fn publish(&self, data: T, stamp: Time, origin: Option<Time>) {
         match &self.outbox {
             Some(outbox) if outbox.is_needed() => self.put(outbox, data, stamp, origin),
@@ -457,7 +462,7 @@ impl<T: Payload> Publisher<T> {
 
     /// Publishes a message that arrived at run time `now` from another process, where it
     /// was published at `stamp`.
-    pub(crate) fn forward(&self, data: T, now: Time, stamp: Time, origin: Option<Time>) {
+    pub fn forward(&self, data: T, now: Time, stamp: Time, origin: Option<Time>) {
         self.bus.publish(data, now, stamp, origin);
     }
 
@@ -479,11 +484,9 @@ impl<T: Payload> Bus<T> {
     fn publish(&self, data: T, now: Time, stamp: Time, origin: Option<Time>) {
         let mut turn = self.queue.lock();
         let queue = &mut *turn;
-        if let Some(MessageWatcher(watch)) = &mut queue.watcher {
-            watch(now, &data);
-        }
         let seq = queue.next_seq;
         queue.next_seq += 1;
+        queue.newest_at = now;
         let message = Message {
             data,
             stamp,
@@ -495,14 +498,12 @@ impl<T: Payload> Bus<T> {
                 queue.push(message, now);
                 Some(now)
             }
-            Some(_) => queue.send(message, now, &self.counters),
+            Some(_) => queue.send(message, now),
         };
         if let Some((triggers, arrives)) = queue.triggers.as_ref().zip(arrives) {
             triggers.announce(arrives);
         }
-        queue.offer_newest(now);
-        bump(&self.counters.published);
-        self.counters.note(now);
+        queue.record_newest();
     }
 }
 
@@ -528,8 +529,6 @@ pub struct Subscription<T> {
     mark: Arc<ReadMark>,
     /// Whether its messages trigger the node, which then reads those of its set.
     triggers: bool,
-    ages: MeterRecorder,
-    age_meter: Meter,
 }
 
 impl<T: Payload> Subscription<T> {
@@ -539,35 +538,29 @@ impl<T: Payload> Subscription<T> {
     /// With [`ReadOrder::Oldest`] it returns the oldest unread message instead. If its
     /// messages trigger the node, it returns the one that this tick is for.
     pub fn latest(&mut self, now: Time) -> Option<Message<T>> {
-        let message = {
-            let mut turn = self.bus.queue.lock();
-            let queue = &mut *turn;
-            if self.triggers {
-                let chosen = queue.triggers.as_ref()?.chosen(&self.mark)?.clone();
-                self.ages.record(now.since(chosen.stamp));
-                return Some(chosen);
-            }
+        let mut turn = self.bus.queue.lock();
+        let queue = &mut *turn;
+        let message = if self.triggers {
+            queue.triggers.as_ref()?.chosen(&self.mark)?.clone()
+        } else {
             if queue.transit.is_some() {
-                queue.deliver(now, &self.bus.counters);
+                queue.deliver(now);
             }
             let message = queue.to_read(&self.mark)?.clone();
-            self.mark
-                .next_unread
-                .store(message.seq + 1, Ordering::Relaxed);
+            let next = message.seq + 1;
+            self.mark.next_unread.store(next, Ordering::Relaxed);
             message
         };
-        self.ages.record(now.since(message.stamp));
+        if let Some(reader) = self.mark.reader {
+            let age = now.since(message.stamp);
+            queue.send_record(|| TopicRecord::Read { reader, age });
+        }
         Some(message)
     }
 
     /// Number of messages evicted before this subscription saw them.
     pub fn dropped(&self) -> u64 {
         self.mark.dropped.load(Ordering::Relaxed)
-    }
-
-    /// Ages of messages when this subscription read them.
-    pub fn ages(&self) -> Meter {
-        self.age_meter.clone()
     }
 
     pub(crate) fn mark(&self) -> Arc<ReadMark> {

@@ -65,9 +65,4 @@ impl<T: Clone> Transit<T> {
         let all = newest.is_none_or(|(message, _)| message.seq + 1 == self.next_delivered);
         all && self.messages.is_empty() && self.channel.has_no_faults()
     }
-
-    /// Number of messages in flight.
-    pub(crate) fn in_flight(&self) -> usize {
-        self.messages.len()
-    }
 }

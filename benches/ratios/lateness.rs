@@ -8,6 +8,7 @@ use nix::{
     time::{ClockId, ClockNanosleepFlags, clock_gettime, clock_nanosleep},
 };
 use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, RealClock, Time};
+use ratelab_account::Observer;
 
 use super::table::{Table, text};
 
@@ -49,10 +50,10 @@ fn node(hz: u32, stretch: Duration) -> Vec<u64> {
     graph
         .node("node", rate, 0, |_| |_| GO_ON)
         .expect("one node");
-    let inbox = &mut Inbox::default();
+    let (observer, inbox) = (Observer::of(&graph), &mut Inbox::default());
     let run = RealClock::default().run(&mut graph, inbox, Time::ZERO + stretch);
     run.expect("no node fails");
-    let snapshot = graph.observer().snapshot();
+    let snapshot = observer.snapshot();
     let lateness = snapshot.nodes[0].lateness.bars();
     lateness
         .flat_map(|(late, count)| std::iter::repeat_n(late.as_nanos() as u64, count as usize))

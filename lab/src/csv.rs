@@ -5,7 +5,8 @@ use std::{
     thread::{self, JoinHandle},
 };
 
-use ratelab::{RowTap, Time};
+use ratelab::Time;
+use ratelab_account::RowTap;
 use ratelab_study::{experiment::Experiment, system::StateTable};
 
 use crate::{names::key, output::PatientFile};

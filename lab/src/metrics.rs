@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::Distribution;
+use ratelab_account::Distribution;
 use ratelab_study::{
     experiment::{NodeSummary, Summary, TopicSummary},
     system::{KnobText, System, WorldKind},

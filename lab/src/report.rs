@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use ratelab::{ClockKind, Command, Distribution, Event, EventKind, Hz, Knob, KnobKind};
+use ratelab::{ClockKind, Command, Event, EventKind, Hz, Knob, KnobKind};
+use ratelab_account::Distribution;
 use ratelab_study::{
     experiment::{MeanPushAge, NodeSummary, Summary, TopicSummary},
     system::{Alias, KnobText, System},

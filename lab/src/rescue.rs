@@ -3,7 +3,8 @@
 use std::{path::Path, time::Duration};
 
 use exercises::rescue::judge::{DANGER_DEG, HELD, RescueFailure, RescueSession, Rescued, judge};
-use ratelab::{Event, Knob, Message, Rows, Time, TimedKnob};
+use ratelab::{Event, Knob, Message, Time, TimedKnob};
+use ratelab_account::Rows;
 use ratelab_cart_pole::{BROKEN_HZ, CartPole, ControlStep, POLICY, STATE, actuator_hz, verdict};
 use ratelab_study::system::Verdict;
 

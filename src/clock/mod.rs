@@ -25,7 +25,7 @@ pub use rerun::Rerun;
 pub use virtual_time::VirtualClock;
 
 use super::{
-    command::ClockKind, graph::Graph, inbox::Inbox, node::Fault, node_knobs, telemetry::EventKind,
+    command::ClockKind, event::EventKind, graph::Graph, inbox::Inbox, node::Fault, node_knobs,
     time::Time,
 };
 
@@ -113,7 +113,7 @@ fn note_end(graph: &mut Graph, end: &Result<ClockExit, Fault>) {
     };
     graph.control.deliver(graph.now());
     let nodes = graph.stage.tasks.iter_mut().zip(&mut graph.seats);
-    for (task, seat) in nodes.filter(|(_, seat)| !seat.entry.remote) {
+    for (task, seat) in nodes.filter(|(_, seat)| !seat.remote) {
         if let Some((at, _)) = ended {
             // Ticks due at the end are missed, even though no node ticks any more.
             task.overrun_before(at + Time::TICK);
@@ -121,6 +121,6 @@ fn note_end(graph: &mut Graph, end: &Result<ClockExit, Fault>) {
         node_knobs::cut_off(task, seat);
     }
     if let Some((at, what)) = ended {
-        graph.control.log().note(at, what);
+        graph.control.state.note(at, what);
     }
 }

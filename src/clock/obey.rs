@@ -55,7 +55,7 @@ pub(super) fn obey(
         Command::Step | Command::HandOver(_) | Command::Stop => None,
     };
     Obeyed {
-        event: control.log().applied(at, command, was),
+        event: control.state.applied(at, command, was),
         exit: match command {
             Command::Stop => Some(ClockExit::Stopped),
             Command::HandOver(next) => Some(ClockExit::HandedOver(*next)),
@@ -65,7 +65,7 @@ pub(super) fn obey(
 }
 
 pub(super) fn refuse(control: &ControlPlane, command: &Command, at: Time, reason: &str) -> Obeyed {
-    let event = control.log().refused(at, command, reason);
+    let event = control.state.refused(at, command, reason);
     Obeyed { event, exit: None }
 }
 
@@ -78,7 +78,7 @@ pub(super) fn obey_at_rest(
 ) -> Obeyed {
     if let Some(node) = command.node() {
         let answer = graph.obey(node, command, at);
-        let event = graph.control.log().answered(at, command, answer);
+        let event = graph.control.state.answered(at, command, answer);
         return Obeyed { event, exit: None };
     }
     let refusal = match command {

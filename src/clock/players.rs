@@ -8,13 +8,14 @@ use super::{
 };
 use crate::{
     command::Command,
+    event::{Event, EventKind},
     graph::{ControlPlane, Graph},
     node::Fault,
     reexecution::{End, Entry, Stream, Thread, TurnFollower, Watch, expect, finish_entry},
     seat::Seat,
+    state::RunState,
     sync::{Arc, spawn_named, thread},
     task::Task,
-    telemetry::{Event, EventKind, RunState},
     time::Time,
 };
 
@@ -47,7 +48,7 @@ impl Events<'_> {
         let position = match &event.what {
             EventKind::Refused { command, reason } if self.refused.contains(&index) => {
                 state.advance_to(at);
-                state.log.refused(at, command, reason.as_str())
+                state.refused(at, command, reason.as_str())
             }
             _ => obey(command(event)?),
         };
@@ -148,7 +149,7 @@ impl<'a> Players<'a> {
                 if entries == 0 {
                     continue;
                 }
-                let (name, state) = (seat.entry.name.clone(), &*state);
+                let (name, state) = (seat.name.clone(), &*state);
                 let run = move || {
                     let _follower = TurnFollower::new(watch.clone());
                     let again = NodeAgain {
@@ -207,7 +208,7 @@ impl<'a> Players<'a> {
             Some(End::Stopped | End::HandedOver) => self.exit.map(|exit| Ok(Some(exit))),
             Some(End::Ended { node, at }) => match of_node(node) {
                 Some(Ok(ended)) if ended == at => {
-                    let node = graph.seats[node].entry.name.to_string();
+                    let node = graph.seats[node].name.to_string();
                     Some(Ok(Some(ClockExit::Ended { node, at })))
                 }
                 _ => None,
@@ -217,7 +218,7 @@ impl<'a> Players<'a> {
                 _ => None,
             },
             Some(End::NoThread { node, at }) => {
-                let node = graph.seats[node].entry.name.to_string();
+                let node = graph.seats[node].name.to_string();
                 let cause = "the system gave it no thread in the recorded run".into();
                 Some(Err(Fault { node, at, cause }))
             }

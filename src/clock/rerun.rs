@@ -9,6 +9,7 @@ use super::{
 };
 use crate::{
     command::{ClockKind, Command},
+    event::{Event, EventKind},
     graph::Graph,
     inbox::Inbox,
     node::Fault,
@@ -17,8 +18,8 @@ use crate::{
         Watch, entries_of,
     },
     sync::Arc,
-    telemetry::{Event, EventKind, Topology},
     time::Time,
+    topology::Topology,
     trigger::{Arrival, Wake},
 };
 
@@ -40,15 +41,13 @@ use crate::{
 /// };
 /// let (mut first, end) = (graph()?, Time::from_secs_f64(0.05)?);
 /// RealClock::default().run(&mut first, &mut Inbox::default(), end)?;
-/// let observer = first.observer();
+/// let state = first.state();
 ///
-/// let mut rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology())?;
+/// let mut rerun = Rerun::new(&state.log(), &state.events(0), &first.topology())?;
 /// let mut again = graph()?;
 /// rerun.run(&mut again, &mut Inbox::default(), end)?;
 /// assert_eq!(rerun.difference(), None);
-/// let [one, other] = [observer, again.observer()].map(|observer| observer.snapshot());
-/// assert_eq!(one.nodes[0].ticks, other.nodes[0].ticks);
-/// assert_eq!(one.nodes[0].lateness.mean_s(), other.nodes[0].lateness.mean_s());
+/// assert_eq!(again.state().log(), state.log());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
@@ -299,8 +298,8 @@ impl Clock for Rerun {
     fn run(&mut self, graph: &mut Graph, _: &mut Inbox, _: Time) -> Result<ClockExit, Fault> {
         graph.cores = self.cores();
         graph.set_clock(ClockKind::Real);
-        // There is no wall to keep up with: taps lose nothing.
-        graph.control.backpressure.set(true);
+        // There is no wall to keep up with: those who look on lose nothing.
+        graph.control.state.set_waits(true);
         let end = loop {
             let end = match self.sections.pop_front() {
                 Some(Section::Stretch(stretch)) => self.stretch(graph, stretch),

@@ -8,10 +8,10 @@ use crate::{
     graph::ControlPlane,
     node::{Fault, Tick},
     node_knobs,
-    seat::{Seat, Timed},
-    sync::atomic::Ordering,
+    record::TickTimes,
+    seat::Seat,
+    state::RunState,
     task::Task,
-    telemetry::RunState,
     time::Time,
     timing::Running,
 };
@@ -61,29 +61,20 @@ pub(super) fn tick(
             Err(cause) => Some(Err(seat.fault(began, cause))),
         };
     }
-    let outcome = tick_at_once(seat, began);
+    let outcome = seat.tick(began, true);
     let TickEnd { took, passed } = end();
     task.overrun_until(passed);
     note_tick(seat, began, lateness, took);
     result(seat, began, outcome)
 }
 
-/// Runs a tick that takes no run time.
-pub(super) fn tick_at_once(seat: &mut Seat, began: Time) -> Tick {
-    let counters = seat.entry.counters.clone();
-    counters.busy.store(true, Ordering::Relaxed);
-    let outcome = seat.tick(began);
-    counters.busy.store(false, Ordering::Relaxed);
-    outcome
-}
-
-/// Records such a tick.
-pub(super) fn note_tick(seat: &mut Seat, began: Time, lateness: Option<Duration>, took: Duration) {
-    seat.note(Timed {
-        began,
+/// Records a tick that took no run time.
+pub(super) fn note_tick(seat: &Seat, began: Time, lateness: Option<Duration>, took: Duration) {
+    seat.record(TickTimes {
+        at: began,
         lateness,
         took: Some(took),
-        acted: Some(began),
+        ends: Some(began),
     });
 }
 
@@ -106,7 +97,7 @@ pub(super) fn obey_node(
 ) -> usize {
     state.advance_to(at);
     let answer = node_knobs::obey(task, seat, command, at);
-    state.log.answered(at, command, answer)
+    state.answered(at, command, answer)
 }
 
 /// Carries out a command that no node can.

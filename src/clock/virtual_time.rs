@@ -8,8 +8,8 @@ use crate::{
     graph::Graph,
     inbox::{Inbox, Wait},
     node::{Fault, GO_ON, Tick},
+    record::TickTimes,
     scheduling::{Assignment, Job, Moment},
-    seat::Timed,
     sync::Instant,
     time::Time,
     timing::Running,
@@ -34,10 +34,9 @@ use crate::{
 /// graph.node("slow", Hz::new(10.0)?, 0, |_| |_| GO_ON)?;
 /// graph.node("fast", Hz::new(1_000.0)?, 1, |_| |_| GO_ON)?;
 /// // An hour of run time, in a moment, to its end: an instant is part of the run.
-/// let exit = VirtualClock.run(&mut graph, &mut Inbox::default(), Time::from_secs_f64(3600.0)?)?;
-/// assert_eq!(exit, ClockExit::Completed);
-/// let ticks = graph.observer().snapshot().nodes.iter().map(|node| node.ticks).collect::<Vec<_>>();
-/// assert_eq!(ticks, [36_001, 3_600_001]);
+/// let hour = Time::from_secs_f64(3600.0)?;
+/// let exit = VirtualClock.run(&mut graph, &mut Inbox::default(), hour)?;
+/// assert_eq!((exit, graph.now()), (ClockExit::Completed, hour));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default)]
@@ -256,7 +255,7 @@ impl<'a> VirtualStretch<'a> {
             match outcome {
                 Ok(ControlFlow::Continue(())) => {}
                 Ok(ControlFlow::Break(())) => {
-                    let node = self.graph.seats[work.node].entry.name.to_string();
+                    let node = self.graph.seats[work.node].name.to_string();
                     return Ok(Some(ClockExit::Ended { node, at: now }));
                 }
                 Err(cause) => return Err(self.graph.seats[work.node].fault(now, cause)),
@@ -278,14 +277,14 @@ impl<'a> VirtualStretch<'a> {
             Job::Tick { lateness, cost } => {
                 self.steps = self.steps.saturating_sub(1);
                 let measured = self.pacer.is_paced().then(Instant::now);
-                let outcome = seat.tick(now);
+                let outcome = seat.tick(now, false);
                 let took = cost.or_else(|| measured.map(|began| began.elapsed()));
                 stage.ticked(node, now, now);
-                seat.note(Timed {
-                    began: now,
+                seat.record(TickTimes {
+                    at: now,
                     lateness,
                     took,
-                    acted: Some(now),
+                    ends: Some(now),
                 });
                 outcome
             }
@@ -316,10 +315,10 @@ mod tests {
     use crate::{
         command::TimedCommand,
         depth::Depth,
+        event::Event,
         executor::{Callback, Executor},
         knob::Knob,
         node::GO_ON,
-        telemetry::Event,
         time::Hz,
         topic::Topic,
         trigger::{Arrival, Match, Wake},
@@ -378,7 +377,7 @@ mod tests {
         let exit = VirtualClock.run(&mut graph, &mut inbox, UNTIL);
         assert_eq!(exit.expect("no fault"), ClockExit::Completed);
         let ticks = log.lock().expect("log").clone();
-        (ticks, graph.observer().events(0))
+        (ticks, graph.state().events(0))
     }
 
     #[test]

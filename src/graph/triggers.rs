@@ -43,10 +43,10 @@ impl ControlPlane {
                 return Some(self.way(name, from, &led));
             }
             for (node, entry) in self.nodes.iter().enumerate() {
-                if led[node].is_none() && entry.triggers.contains(&topic) {
+                if led[node].is_none() && entry.topology.triggers.contains(&topic) {
                     led[node] = Some((topic, from));
                     let topics = self.topics.iter().enumerate();
-                    let its = topics.filter(|(_, known)| known.entry.publishers.contains(&node));
+                    let its = topics.filter(|(_, known)| known.publishers.contains(&node));
                     ways.extend(its.map(|(topic, _)| (topic, Some(node))));
                 }
             }
@@ -63,7 +63,7 @@ impl ControlPlane {
     ) -> String {
         let (mut names, mut next) = (vec![name], last);
         while let Some(node) = next {
-            names.push(&self.nodes[node].name);
+            names.push(self.nodes[node].name());
             next = led[node].and_then(|(_, from)| from);
         }
         names.push(name);

@@ -2,11 +2,10 @@
 
 use std::collections::VecDeque;
 
-use super::{Bus, Queue, Subscription, Topic};
+use super::{Bus, Queue, ReadMark, Subscription, Topic};
 use crate::{
     message::{Message, Payload},
     sync::{Arc, atomic::Ordering},
-    telemetry::ReadMark,
     time::Time,
     trigger::{Arrival, Arrivals, Intake, TakenMessage},
 };
@@ -89,14 +88,15 @@ impl<T: Payload> Topic<T> {
     }
 
     /// Creates a subscription whose messages trigger the node with index `node`, as its
-    /// input number `input`.
+    /// input number `input` and the topic's reader number `reader`.
     pub(crate) fn trigger(
         &self,
         node: usize,
         input: usize,
+        reader: usize,
         arrivals: &Arc<Arrivals>,
     ) -> (Subscription<T>, Box<dyn Intake>) {
-        let mut subscription = self.subscribe();
+        let mut subscription = self.subscribe_as(Some(reader));
         subscription.triggers = true;
         let mark = subscription.mark();
         let mut turn = self.0.queue.aside();
@@ -147,7 +147,7 @@ impl<T: Payload> Intake for IntakeEnd<T> {
     fn oldest(&self, now: Time) -> Option<Time> {
         let mut turn = self.bus.queue.lock();
         let queue = &mut *turn;
-        queue.deliver(now, &self.bus.counters);
+        queue.deliver(now);
         queue.unread(&self.mark).map(|(_, at)| at)
     }
 
@@ -162,7 +162,7 @@ impl<T: Payload> Intake for IntakeEnd<T> {
     fn take(&mut self, now: Time) -> Option<TakenMessage> {
         let mut turn = self.bus.queue.lock();
         let queue = &mut *turn;
-        queue.deliver(now, &self.bus.counters);
+        queue.deliver(now);
         let (index, arrived) = queue.unread(&self.mark)?;
         let message = queue.messages.get(index)?.clone();
         let taken = TakenMessage {

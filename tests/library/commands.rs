@@ -11,6 +11,7 @@ use ratelab::{
     Clock, ClockExit, Command, Depth, END, Event, EventKind, GO_ON, Graph, Inbox, RealClock, Speed,
     Time, Topic, VirtualClock,
 };
+use ratelab_account::Observer;
 
 use crate::support::{
     TickLog, applied, at, hz, metronome, refused, run_timed, run_virtual, secs, set_depth, set_rate,
@@ -69,7 +70,7 @@ fn timed_commands_of_one_time_take_effect_in_the_order_given() {
     let timed = [2.0, 1.0, 5.0].map(|rate| at(0.0, set_rate("a", rate)));
     run_virtual(&mut graph, timed.to_vec(), secs(0.5));
     assert_eq!(seconds(&log.of("a")), [0.0, 0.2, 0.4]);
-    let rates = applied(&graph.observer().events(0));
+    let rates = applied(&graph.state().events(0));
     assert_eq!(rates, timed.map(|t| (t.at, t.command)).to_vec());
 }
 
@@ -81,7 +82,7 @@ fn a_timed_command_takes_effect_at_the_end_but_not_after_it() {
         run_virtual(&mut graph, timed.to_vec(), secs(0.5)),
         ClockExit::Completed
     );
-    let applied = applied(&graph.observer().events(0));
+    let applied = applied(&graph.state().events(0));
     assert_eq!(applied, [(secs(0.5), set_rate("a", 5.0))]);
 }
 
@@ -90,7 +91,7 @@ fn events_contain_the_replaced_value() {
     let (_, mut graph) = metronome();
     run_virtual(&mut graph, vec![at(0.1, set_rate("a", 2.5))], secs(0.2));
     let told: Vec<String> = graph
-        .observer()
+        .state()
         .events(0)
         .iter()
         .map(Event::to_string)
@@ -118,7 +119,7 @@ fn a_command_from_within_an_instant_takes_effect_after_the_whole_of_it() {
     assert_eq!(log.all(), ["a", "b", "c"].map(|node| (node, Time::ZERO)));
     let after = Time::ZERO + Time::TICK;
     let expected = [(after, set_rate("b", 5.0)), (after, Command::Stop)];
-    assert_eq!(applied(&graph.observer().events(0)), expected);
+    assert_eq!(applied(&graph.state().events(0)), expected);
 }
 
 #[test]
@@ -130,7 +131,7 @@ fn a_command_after_a_single_step_first_lets_the_rest_of_the_instant_run() {
         .run(&mut graph, &mut inbox, secs(1.0))
         .expect("run");
     assert_eq!(log.all(), ["a", "b", "c"].map(|node| (node, Time::ZERO)));
-    let events = applied(&graph.observer().events(0));
+    let events = applied(&graph.state().events(0));
     assert_eq!(events[1], (Time::ZERO + Time::TICK, set_rate("b", 5.0)));
 }
 
@@ -143,7 +144,7 @@ fn a_command_that_arrives_after_the_last_instant_comes_too_late() {
             .run(&mut graph, &mut inbox, Time::ZERO)
             .expect("run");
         assert_eq!((exit, graph.now()), (ClockExit::Completed, Time::ZERO));
-        assert_eq!(graph.observer().events(0), []);
+        assert_eq!(graph.state().events(0), []);
     }
 }
 
@@ -175,7 +176,7 @@ fn commands_for_unknown_nodes_and_topics_are_refused_by_name() {
         let (_, mut inbox) = Inbox::new(timed);
         let exit = clock.run(&mut graph, &mut inbox, secs(0.02)).expect("run");
         assert_eq!(exit, ClockExit::Completed);
-        let refused = refused(&graph.observer().events(0));
+        let refused = refused(&graph.state().events(0));
         let reasons: Vec<&str> = refused.iter().map(|(_, reason)| reason.as_str()).collect();
         assert_eq!(
             reasons,
@@ -196,7 +197,7 @@ fn the_real_clock_refuses_commands_for_virtual_time() {
         .map(|command| at(0.0, command))
         .to_vec();
     run_timed(&mut RealClock::default(), &mut graph, timed, secs(0.02));
-    let refused = refused(&graph.observer().events(0));
+    let refused = refused(&graph.state().events(0));
     let commands: Vec<Command> = refused.iter().map(|(command, _)| command.clone()).collect();
     assert_eq!(commands, only_virtual);
     assert!(
@@ -239,7 +240,7 @@ fn a_node_that_ends_the_run_is_named_with_the_time() {
         }
     );
     let what = EventKind::Ended { node };
-    assert_eq!(graph.observer().events(0), [Event { at, what }]);
+    assert_eq!(graph.state().events(0), [Event { at, what }]);
 }
 
 #[test]
@@ -255,7 +256,7 @@ fn a_paused_run_stands_still_until_it_is_resumed() {
     };
     graph.node("a", hz(10.0), 0, counter).expect("node");
     commander.send(Command::Pause).expect("open");
-    let observer = graph.observer();
+    let observer = Observer::of(&graph);
     thread::scope(|scope| {
         scope.spawn(move || {
             while !observer.snapshot().status.paused {

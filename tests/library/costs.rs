@@ -7,6 +7,7 @@ use ratelab::{
     Clock, ClockKind, Command, Depth, GO_ON, Graph, Hz, Inbox, Knob, Message, RealClock, Time,
     TimedCommand, Topic, VirtualClock,
 };
+use ratelab_account::{Observer, TapHandle};
 use ratelab_cart_pole::{ACTION, Action, CartPole, POLICY};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
@@ -209,7 +210,7 @@ fn messages(
     commands: &[(u64, Command)],
     until: Time,
 ) -> Vec<Message<Time>> {
-    let tap = graph.tap(topic, 1_000);
+    let tap = TapHandle::of(graph).topic(topic, 1_000);
     let timed = commands.iter().map(|(millis, command)| TimedCommand {
         at: at(*millis),
         command: command.clone(),
@@ -243,7 +244,7 @@ fn the_real_clock_spends_the_cost_and_publishes_at_its_end() {
                 "{spec}: {message:?}"
             );
         }
-        let beacon = &graph.observer().snapshot().nodes[0];
+        let beacon = &Observer::of(&graph).snapshot().nodes[0];
         assert_eq!(beacon.ticks + beacon.overruns, 6, "{spec}");
     }
 }
@@ -255,7 +256,7 @@ fn a_tick_continues_under_the_other_clock() {
     let commands = [(0, takes), (20, Command::HandOver(ClockKind::Real))];
     let first = messages(&mut VirtualClock, &mut graph, &topic, &commands, at(100));
     assert_eq!(first, []);
-    assert!(graph.observer().snapshot().nodes[0].busy);
+    assert!(Observer::of(&graph).snapshot().nodes[0].busy);
     let back = [(200, Command::HandOver(ClockKind::Virtual))];
     let rest = messages(
         &mut RealClock::default(),
@@ -277,7 +278,7 @@ fn nothing_is_released_after_the_end() {
         let (mut graph, topic) = beacon(1.0);
         let takes = [(0, knob("takes beacon 1000").into())];
         assert_eq!(messages(clock, &mut graph, &topic, &takes, at(30)).len(), 0);
-        assert_eq!(graph.observer().snapshot().nodes[0].ticks, 1);
+        assert_eq!(Observer::of(&graph).snapshot().nodes[0].ticks, 1);
     }
 }
 
@@ -298,10 +299,11 @@ fn a_single_step_is_a_tick_and_no_end_of_one() {
         live.send(command).expect("open");
     }
     drop(live);
+    let observer = Observer::of(&graph);
     VirtualClock
         .run(&mut graph, &mut inbox, at(1_000))
         .expect("no fault");
-    let nodes = graph.observer().snapshot().nodes;
+    let nodes = observer.snapshot().nodes;
     // The end of the first tick, at 5 ms, lies between the second step and the third.
     assert_eq!(
         nodes.iter().map(|node| node.ticks).collect::<Vec<_>>(),

@@ -6,10 +6,10 @@ use std::{collections::HashMap, fmt::Write, time::Duration};
 use proptest::prelude::*;
 
 use ratelab::{
-    Callback, Clock, Depth, Executor, GO_ON, Graph, GraphError, Head, Hz, Inbox, Knob, Match,
-    RealClock, TickRecord, Time, TimedCommand, Topic, VirtualClock,
+    Callback, Clock, Depth, Executor, GO_ON, Graph, GraphError, Hz, Inbox, Knob, Match, RealClock,
+    Time, TimedCommand, Topic, VirtualClock,
 };
-use ratelab_account::{Lineage, Occupied};
+use ratelab_account::{Lineage, Observer, Occupied, TapHandle, TickRecord};
 
 /// A graph whose nodes take time, in milliseconds.
 #[derive(Default)]
@@ -138,7 +138,7 @@ impl Bench {
 
     /// The ticks of each node that begin by run time `until` (ms).
     fn tick_records(mut self, until: f64) -> Vec<Vec<TickRecord>> {
-        let taps = self.graph.tap_handle().ticks(4096);
+        let taps = TapHandle::of(&self.graph).ticks(4096);
         let commands = self.knobs.iter().map(|knob| TimedCommand {
             at: Time::ZERO,
             command: knob.parse::<Knob>().expect(knob).into(),
@@ -293,7 +293,7 @@ fn a_second_subscription_of_a_group_starves_with_two_threads() {
     assert_eq!(starts(&ticks, "P")[..3], [1.0, 11.0, 21.0]);
     for executor in ["multi:2", "multi:3"] {
         let bench = graph(executor);
-        let observer = bench.graph.observer();
+        let observer = Observer::of(&bench.graph);
         let ticks = bench.ticks(999.5);
         let first = starts(&ticks, "S2");
         assert_eq!((first.len(), &first[..3]), (200, &[1.0, 6.0, 11.0][..]));
@@ -426,7 +426,7 @@ fn ticks_know_whom_they_waited_for_and_were_set_aside_for() {
     bench.knob("offset fast 3");
     bench.executor("fixed-priority:1", &["slow", "fast", "last"], &[]);
     bench.executor("single", &["apart"], &[]);
-    let mut lineage = Lineage::new(bench.graph.observer().topology());
+    let mut lineage = Lineage::new(bench.graph.topology());
     for (node, ticks) in bench.tick_records(20.0).into_iter().enumerate() {
         ticks.into_iter().for_each(|tick| lineage.tick(node, tick));
     }
@@ -798,14 +798,14 @@ fn the_age_of_an_action_has_a_part_for_the_wait_for_the_executor() {
     bench.on("policy", &["/obs"], 3.0, &["/action"]);
     bench.on("actuator", &["/action"], 0.0, &[]);
     bench.executor("single", &["load", "policy"], &[]);
-    let (topology, names) = (bench.graph.observer().topology(), bench.names.clone());
-    let taps = bench.graph.tap_handle();
+    let (topology, names) = (bench.graph.topology(), bench.names.clone());
+    let taps = TapHandle::of(&bench.graph);
     let heads = ["/obs", "/action"].map(|topic| taps.topic(&bench.topics[topic], 100));
     let ticks = bench.tick_records(55.0);
     let mut lineage = Lineage::new(topology);
     for (index, tap) in heads.iter().enumerate() {
         for tapped in tap.items().try_iter() {
-            lineage.message(index, &Head::of(&tapped));
+            lineage.message(index, &tapped.head());
         }
     }
     for (node, ticks) in ticks.into_iter().enumerate() {

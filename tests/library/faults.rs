@@ -21,7 +21,7 @@ fn fault_of(clock: &mut dyn Clock, work: fn() -> Tick) -> (Fault, Vec<Event>) {
         .run(&mut graph, &mut Inbox::default(), Time::MAX)
         .expect_err("a fault");
     assert_eq!(log.of("sick").last(), Some(&fault.at));
-    (fault, graph.observer().events(0))
+    (fault, graph.state().events(0))
 }
 
 fn check_fault(work: fn() -> Tick, cause: &str) -> Fault {

@@ -4,6 +4,7 @@
 use ratelab::{
     ClockExit, ClockKind, Command, Depth, GO_ON, Graph, Inbox, RealClock, Time, Topic, run,
 };
+use ratelab_account::{Observer, TapHandle};
 
 use crate::support::{TickLog, applied, at, messages_of, metronome, refused, run_virtual, secs};
 
@@ -15,7 +16,7 @@ fn a_graph_is_not_handed_to_the_clock_that_runs_it() {
         let real = &mut RealClock::default();
         let exit = run(&mut graph, &mut inbox, secs(0.02), kind, real).expect("run");
         assert_eq!(exit, ClockExit::Completed);
-        assert_eq!(refused(&graph.observer().events(0)).len(), 1);
+        assert_eq!(refused(&graph.state().events(0)).len(), 1);
     }
 }
 
@@ -31,7 +32,7 @@ fn a_graph_that_is_handed_over_and_back_continues_where_it_was() {
             GO_ON
         });
     }
-    let tap = graph.tap(&topic, 1_000);
+    let tap = TapHandle::of(&graph).topic(&topic, 1_000);
     let timed = vec![
         at(0.5, Command::HandOver(ClockKind::Real)),
         at(0.6, Command::HandOver(ClockKind::Virtual)),
@@ -41,11 +42,11 @@ fn a_graph_that_is_handed_over_and_back_continues_where_it_was() {
     let exit = run(&mut graph, &mut inbox, secs(2.0), ClockKind::Virtual, real);
     assert_eq!(exit.expect("run"), ClockExit::Completed);
 
-    let hand_overs = applied(&graph.observer().events(0));
+    let hand_overs = applied(&graph.state().events(0));
     let (to_real, to_virtual) = (hand_overs[0].0, hand_overs[1].0);
     assert_eq!(to_real, secs(0.5));
     assert!(to_virtual >= secs(0.6));
-    let snapshot = graph.observer().snapshot();
+    let snapshot = Observer::of(&graph).snapshot();
     for (name, rate) in rates {
         let node = snapshot.node(name).expect("node");
         let periods = (2.0 * rate + 1e-9).floor() as u64 + 1;

@@ -4,10 +4,10 @@ use std::sync::{Arc, Mutex};
 
 use proptest::prelude::*;
 use ratelab::{
-    Clock, ClockExit, Command, GO_ON, Graph, Head, Inbox, Node, Publisher, PushAge, Subscription,
-    Tap, TapMessage, Tick, Time, TimedCommand, Topic, VirtualClock,
+    Clock, ClockExit, Command, GO_ON, Graph, Inbox, Node, Publisher, PushRecorder, Subscription,
+    Tick, Time, TimedCommand, Topic, VirtualClock,
 };
-use ratelab_account::Lineage;
+use ratelab_account::{Lineage, Observer, PushAgeView, Tap, TapHandle, TapMessage};
 
 use crate::support::{depth, hz, secs};
 
@@ -45,7 +45,7 @@ type Applied = Arc<Mutex<Vec<(Time, Time, Chain)>>>;
 struct Actor {
     input: Subscription<Chain>,
     command: Option<(Time, Chain)>,
-    age: PushAge,
+    age: PushRecorder,
     applied: Applied,
 }
 
@@ -116,7 +116,6 @@ struct Built {
     graph: Graph,
     topics: Vec<Topic<Chain>>,
     applied: Applied,
-    age: PushAge,
 }
 
 /// The topics that node `number` of a plan reads: the first none, the last one.
@@ -139,7 +138,7 @@ fn built(plan: &Plan, seed: u64) -> Built {
     let topics: Vec<Topic<Chain>> = (0..last)
         .map(|topic| Topic::new(format!("/t{topic}"), depth(1)))
         .collect();
-    let (applied, mut age) = (Applied::default(), None);
+    let applied = Applied::default();
     for (number, (rate, priority, _)) in plan.nodes.iter().enumerate() {
         let inputs = inputs(plan, number);
         // Even and odd rates, so that instants are, too.
@@ -154,7 +153,6 @@ fn built(plan: &Plan, seed: u64) -> Built {
                     age: wiring.push_age(),
                     applied: applied.clone(),
                 };
-                age = Some(actor.age.clone());
                 Box::new(move |now, ends| {
                     if ends {
                         actor.apply(now)
@@ -175,17 +173,15 @@ fn built(plan: &Plan, seed: u64) -> Built {
         });
         added.expect("a node");
     }
-    let age = age.expect("an actor");
     Built {
         graph,
         topics,
         applied,
-        age,
     }
 }
 
 /// The lineage of a second of a plan, what was applied, and its age.
-fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, PushAge) {
+fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, Option<PushAgeView>) {
     const ROOM: usize = 4_096;
     let mut built = built(plan, seed);
     let graph = &mut built.graph;
@@ -193,14 +189,17 @@ fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, PushAge
         at: Time::from_nanos(ms * 1_000_000),
         command: Command::Set(knob.parse().expect(knob)),
     });
-    let taps = built.topics.iter().map(|topic| graph.tap(topic, ROOM));
+    let taps = built
+        .topics
+        .iter()
+        .map(|topic| TapHandle::of(graph).topic(topic, ROOM));
     let taps: Vec<Tap<TapMessage<Chain>>> = taps.collect();
-    let ticks = graph.tap_handle().ticks(ROOM);
-    let mut lineage = Lineage::new(graph.observer().topology());
+    let ticks = TapHandle::of(graph).ticks(ROOM);
+    let mut lineage = Lineage::new(graph.topology());
     let (_commander, mut inbox) = Inbox::new(commands.collect());
     let exit = VirtualClock.run(graph, &mut inbox, secs(1.0));
     assert_eq!(exit.expect("no fault"), ClockExit::Completed);
-    let observer = graph.observer();
+    let observer = Observer::of(graph);
     for timed in observer.events(0).iter().filter_map(|event| event.knob()) {
         lineage.knob(timed.at, &timed.knob);
     }
@@ -209,7 +208,7 @@ fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, PushAge
         let index = names.iter().position(|known| known.name == topic.name());
         let index = index.expect("a topic");
         for tapped in tap.items().try_iter() {
-            lineage.message(index, &Head::of(&tapped));
+            lineage.message(index, &tapped.head());
         }
     }
     for (node, ticks) in ticks.iter().enumerate() {
@@ -218,7 +217,9 @@ fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, PushAge
     }
     lineage.settle();
     let applied = std::mem::take(&mut *built.applied.lock().expect("log"));
-    (lineage, applied, built.age)
+    let mut nodes = observer.snapshot().nodes;
+    let age = nodes.pop().and_then(|actor| actor.push_age);
+    (lineage, applied, age)
 }
 
 struct AnyNode(Box<dyn FnMut(Time, bool) -> Tick + Send>);
@@ -281,7 +282,7 @@ fn sums_are_exact(plan: &Plan, seed: u64, chains: bool) -> Result<(), TestCaseEr
         }
     }
     if let Some((first, ..)) = applied.first() {
-        let mean = age.view(secs(1.0)).and_then(|view| view.mean_s());
+        let mean = age.and_then(|view| view.mean_s());
         let parts = lineage.mean_parts(actor, *first, secs(1.0));
         let sum: f64 = parts.iter().map(|(_, ns)| ns).sum();
         let mean = mean.unwrap_or_default() * 1e9;

@@ -8,7 +8,8 @@ use std::{
 };
 
 use proptest::prelude::*;
-use ratelab::{ClockKind, Command, END, GO_ON, Graph, Knob, Snapshot, Time, TimedCommand, Topic};
+use ratelab::{ClockKind, Command, END, GO_ON, Graph, Knob, Time, TimedCommand, Topic};
+use ratelab_account::{Observer, Snapshot, TapHandle};
 use ratelab_cart_pole::{ACTION, ACTUATOR, CartPole, OBS, POLICY, SENSOR};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
@@ -123,7 +124,7 @@ fn tapped_bench(
         }
     });
     reader.expect("a node");
-    let tap = graph.tap(&topic, 1_000);
+    let tap = TapHandle::of(&graph).topic(&topic, 1_000);
     let timed = knobs.iter().cloned().map(|knob| TimedCommand {
         at: Time::ZERO,
         command: Command::Set(knob),
@@ -131,7 +132,7 @@ fn tapped_bench(
     run_virtual(&mut graph, timed.collect(), secs(3.0));
     let read = read.lock().expect("log").clone();
     let arrivals = tap.items().try_iter().map(|tapped| tapped.arrives);
-    (read, graph.observer().snapshot(), arrivals.collect())
+    (read, Observer::of(&graph).snapshot(), arrivals.collect())
 }
 
 /// What becomes of messages, by the words of the contract alone.
@@ -558,7 +559,7 @@ fn a_tap_holds_every_message_with_its_arrival() {
         }
     });
     reader.expect("a node");
-    let tap = graph.tap(&topic, 10);
+    let tap = TapHandle::of(&graph).topic(&topic, 10);
     let timed = [
         (0.01, "link /test delay:30"),
         (0.01, "lose /test 2"),

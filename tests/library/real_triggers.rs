@@ -5,8 +5,9 @@ use std::{ops::Range, time::Duration};
 
 use ratelab::{
     Callback, Clock, ClockExit, ClockKind, Command, Executor, GO_ON, Graph, Inbox, Knob, Match,
-    Observer, RealClock, Rerun, TickRecord, Time, TimedCommand, Topic, VirtualClock,
+    RealClock, Rerun, Time, TimedCommand, Topic, VirtualClock,
 };
+use ratelab_account::{Observer, TapHandle, TickRecord};
 
 use crate::support::{self, depth, hz, secs};
 
@@ -122,9 +123,9 @@ fn run(
     timed: Vec<TimedCommand>,
 ) -> (Observer, Result) {
     let mut robot = robot(executor);
-    let taps = robot.graph.tap_handle().ticks(4096);
+    let taps = TapHandle::of(&robot.graph).ticks(4096);
     let [fused, commands] =
-        [&robot.fused, &robot.command].map(|topic| robot.graph.tap(topic, 4096));
+        [&robot.fused, &robot.command].map(|topic| TapHandle::of(&robot.graph).topic(topic, 4096));
     let (_commander, mut inbox) = Inbox::new(timed);
     let mut exit = ClockExit::HandedOver(ClockKind::Real);
     while let ClockExit::HandedOver(clock) = exit {
@@ -136,13 +137,13 @@ fn run(
             .run(&mut robot.graph, &mut inbox, secs(0.2))
             .expect("no fault");
     }
-    let messages = |tap: ratelab::Tap<ratelab::TapMessage<u64>>| {
+    let messages = |tap: ratelab_account::Tap<ratelab_account::TapMessage<u64>>| {
         let items = tap.items().try_iter();
         items
             .map(|item| (item.message.data, item.message.seq, item.at))
             .collect()
     };
-    let observer = robot.graph.observer();
+    let observer = Observer::of(&robot.graph);
     let topics = observer.snapshot().topics;
     let result = Result {
         ticks: taps
@@ -260,7 +261,7 @@ fn every_message_triggers_a_tick_or_is_dropped() {
     let mut robot = robot(None);
     let run = RealClock::default().run(&mut robot.graph, &mut Inbox::default(), secs(0.3));
     run.expect("no fault");
-    let snapshot = robot.graph.observer().snapshot();
+    let snapshot = Observer::of(&robot.graph).snapshot();
     let published = snapshot.topics[0].published;
     let (ticks, dropped) = (snapshot.nodes[2].ticks, snapshot.topics[0].dropped());
     // The last one may come after the end.
@@ -322,7 +323,7 @@ fn an_executor_goes_on_under_the_other_clock() {
 fn the_threads_of_an_executor_are_as_many_as_it_says() {
     for (executor, most) in [("single", 1), ("events", 1), ("multi:2", 2)] {
         let mut robot = robot(Some(executor.parse().expect("a text")));
-        let taps = robot.graph.tap_handle().ticks(4096);
+        let taps = TapHandle::of(&robot.graph).ticks(4096);
         let (_commander, mut inbox) = Inbox::new(
             [
                 "takes camera 3",

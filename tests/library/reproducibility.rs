@@ -6,6 +6,7 @@ use std::{thread, time::Duration};
 use crossbeam_channel::Sender;
 use proptest::prelude::*;
 use ratelab::{Command, Depth, Event, Graph, Speed, TimedCommand, Topic};
+use ratelab_account::TapHandle;
 use ratelab_cart_pole::{
     ACTION, ACTUATOR, Actuator, ActuatorInput, CONTROL_HZ, OBS, POLICY, Plant, PolicyNode, SENSOR,
     STATE, Sensor, SharedPlant,
@@ -54,9 +55,9 @@ fn replay(config: &Config, timed: Vec<TimedCommand>) -> Vec<u8> {
     sensor.and(policy).and(actuator).expect("graph");
     let room = 1_000_000;
     let taps = (
-        graph.tap(&observations, room),
-        graph.tap(&actions, room),
-        graph.tap(&steps, room),
+        TapHandle::of(&graph).topic(&observations, room),
+        TapHandle::of(&graph).topic(&actions, room),
+        TapHandle::of(&graph).topic(&steps, room),
     );
     run_virtual(&mut graph, timed, config.end);
     drop((graph, observations, actions, steps));

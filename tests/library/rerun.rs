@@ -14,10 +14,10 @@ use std::{
 
 use crossbeam_channel::Sender;
 use ratelab::{
-    Clock, ClockKind, Command, Distribution, Event, EventKind, GO_ON, Graph, Inbox, Log, Observer,
-    RealClock, Rerun, RowTap, Rows, Shared, Speed, Tap, TickRecord, Time, TimedCommand, Topic,
-    Topology,
+    Clock, ClockKind, Command, Event, EventKind, GO_ON, Graph, Inbox, Log, RealClock, Rerun,
+    Shared, Speed, Time, TimedCommand, Topic, Topology,
 };
+use ratelab_account::{Distribution, Observer, RowTap, Rows, Tap, TapHandle, TickRecord};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::WorldKind,
@@ -554,7 +554,7 @@ fn adders(total: &Arc<Shared<u64>>, topic: &Topic<u64>) -> Graph {
 }
 
 fn sums(graph: &mut Graph, clock: &mut dyn Clock, topic: &Topic<u64>) -> Vec<(u64, Time)> {
-    let tap = graph.tap(topic, BACKLOG);
+    let tap = TapHandle::of(graph).topic(topic, BACKLOG);
     let end = clock.run(graph, &mut Inbox::default(), secs(0.2));
     end.expect("no fault");
     let messages = tap.items().try_iter();
@@ -568,7 +568,7 @@ fn state_that_nodes_share_comes_back_in_the_same_order() {
     let (total, topic) = total_and_topic();
     let mut graph = adders(&total, &topic);
     let recorded = sums(&mut graph, &mut RealClock::default(), &topic);
-    let observer = graph.observer();
+    let observer = Observer::of(&graph);
     for perturbed in [false, true] {
         let mut rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
         let rerun = rerun.as_mut().expect("a log");
@@ -581,7 +581,7 @@ fn state_that_nodes_share_comes_back_in_the_same_order() {
         assert_eq!(rerun.difference(), None);
         assert_eq!(recorded, again);
         assert_eq!(
-            graph.observer().log(),
+            graph.state().log(),
             observer.log(),
             "its log is another one"
         );
@@ -594,7 +594,7 @@ fn with_a_knot(build: impl Fn() -> Graph) -> Observer {
         let mut graph = build();
         let run = RealClock::default().run(&mut graph, &mut Inbox::default(), secs(0.1));
         run.expect("no fault");
-        let observer = graph.observer();
+        let observer = Observer::of(&graph);
         if !rerun_of(&observer).knots().is_empty() {
             return observer;
         }
@@ -701,7 +701,7 @@ fn a_lock_within_another_one_does_not_hang_a_run_that_is_held() {
 fn a_run_that_another_thread_wrote_into_is_refused_by_name_and_notices_it_at_once() {
     let (total, topic) = total_and_topic();
     let mut graph = adders(&total, &topic);
-    let observer = graph.observer();
+    let observer = Observer::of(&graph);
     let noticed = AtomicBool::new(false);
     thread::scope(|scope| {
         let (observer, total, noticed) = (observer.clone(), total.clone(), &noticed);
@@ -737,7 +737,7 @@ fn a_node_that_does_something_else_is_named() {
     let (total, topic) = total_and_topic();
     let mut graph = adders(&total, &topic);
     sums(&mut graph, &mut RealClock::default(), &topic);
-    let observer = graph.observer();
+    let observer = Observer::of(&graph);
     let mut rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
     let rerun = rerun.as_mut().expect("a log");
     let (_, topic) = total_and_topic();
@@ -769,8 +769,8 @@ fn a_node_that_waits_in_vain_is_named_by_the_watch() {
     let mut first = graph(input);
     let run = RealClock::default().run(&mut first, &mut Inbox::default(), secs(0.05));
     run.expect("no fault");
-    let observer = first.observer();
-    let mut rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
+    let state = first.state();
+    let mut rerun = Rerun::new(&state.log(), &state.events(0), &first.topology());
     let rerun = rerun.as_mut().expect("a log");
     let (sender, input) = crossbeam_channel::unbounded();
     let (mut again, watch) = (graph(input), rerun.watch());

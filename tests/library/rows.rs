@@ -2,7 +2,8 @@
 //! cutting keeps messages whole.
 
 use proptest::prelude::*;
-use ratelab::{Fields, Head, Rows, Time};
+use ratelab::{Head, Time};
+use ratelab_account::{Fields, Rows};
 use ratelab_cart_pole::{ControlStep, STATE};
 use ratelab_study::experiment::Config;
 

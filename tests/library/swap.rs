@@ -55,7 +55,7 @@ fn a_node_handles_messages_under_either_clock_and_they_are_logged() {
         } else {
             run_timed(&mut VirtualClock, &mut graph, said(), secs(0.05));
         }
-        let events = graph.observer().events(0);
+        let events = graph.state().events(0);
         let lines: Vec<String> = events.iter().map(ToString::to_string).collect();
         assert_eq!(lines.len(), 2, "{lines:?}");
         assert!(lines[0].ends_with("a: one (was nothing)"), "{lines:?}");
@@ -75,7 +75,7 @@ fn a_refused_message_is_logged_with_the_reason() {
     ];
     let mut graph = listener();
     run_timed(&mut VirtualClock, &mut graph, said, secs(0.05));
-    let refused = refused(&graph.observer().events(0));
+    let refused = refused(&graph.state().events(0));
     let reasons: Vec<&str> = refused.iter().map(|(_, reason)| &**reason).collect();
     let expected = [
         "not that",

@@ -4,9 +4,8 @@
 use std::{num::NonZeroUsize, ops::ControlFlow, sync::Arc, thread};
 
 use proptest::prelude::*;
-use ratelab::{
-    ClockExit, END, Fields, GO_ON, Knob, KnobKind, Node, Publisher, Rows, Subscription, Tick, Time,
-};
+use ratelab::{ClockExit, END, GO_ON, Knob, KnobKind, Node, Publisher, Subscription, Tick, Time};
+use ratelab_account::{Fields, Rows};
 use ratelab_study::{
     experiment::{
         Config, Experiment, Summary,

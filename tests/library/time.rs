@@ -4,7 +4,8 @@
 
 use std::{collections::HashMap, sync::Arc};
 
-use ratelab::{Message, Payload, PushAgeView, Tap, TapMessage, Time};
+use ratelab::{Message, Payload, Time};
+use ratelab_account::{PushAgeView, Tap, TapMessage};
 use ratelab_cart_pole::{ACTION, Action, CartPole, ControlStep, OBS, Observation, STATE};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},

@@ -1,10 +1,11 @@
-//! Latest wins, losses count: every row of the table of cases in `src/topic.rs`,
+//! Latest wins, losses count, and taps copy: every row of the table of cases in `src/topic.rs`,
 //! and random sequences of them compared with a simple model.
 
 use std::{collections::VecDeque, thread};
 
 use proptest::prelude::*;
-use ratelab::{Backpressure, Depth, END, GO_ON, Graph, Publisher, Subscription, Time, Topic};
+use ratelab::{Depth, END, GO_ON, Graph, Publisher, Subscription, Time, Topic};
+use ratelab_account::{Observer, Tap, TapHandle, TapMessage};
 
 use crate::support::{depth, hz, messages_of, run_virtual, secs};
 
@@ -32,6 +33,21 @@ impl Bench {
                 .publish(number, Time::from_nanos(number), None);
         }
     }
+}
+
+/// A tap on `topic`, which is that of a node.
+fn tap(topic: &Topic<u64>, capacity: usize) -> Tap<TapMessage<u64>> {
+    let mut graph = Graph::new();
+    let node = graph.node("talker", hz(1.0), 0, |wiring| {
+        let publisher = wiring.publisher(topic);
+        move |_| {
+            let _ = &publisher;
+            GO_ON
+        }
+    });
+    node.expect("a node");
+    // As under the real clock: nobody waits for a tap.
+    TapHandle::of(&graph).topic(topic, capacity)
 }
 
 fn read(subscription: &mut Subscription<u64>) -> Option<u64> {
@@ -172,7 +188,7 @@ fn a_queue_made_deeper_loses_nothing_and_brings_nothing_back() {
 #[test]
 fn a_full_tap_loses_and_counts_while_the_publisher_goes_on() {
     let bench = bench(1);
-    let tap = bench.topic.tap(3, Backpressure::default());
+    let tap = tap(&bench.topic, 3);
     bench.publish(10);
     assert_eq!(bench.topic.published(), 10);
     assert_eq!(tap.lost(), 7);
@@ -198,7 +214,7 @@ fn a_full_tap_has_virtual_time_wait_and_loses_nothing() {
         }
     });
     node.expect("node");
-    let tap = graph.tap(&topic, 1);
+    let tap = TapHandle::of(&graph).topic(&topic, 1);
     let got = thread::scope(|scope| {
         let items = tap.items().iter().take(MESSAGES as usize);
         let reader = scope.spawn(|| items.map(|tapped| tapped.message).collect::<Vec<_>>());
@@ -214,7 +230,7 @@ fn a_full_tap_has_virtual_time_wait_and_loses_nothing() {
 #[test]
 fn a_tap_gets_every_message_and_ends_with_the_topic() {
     let bench = bench(1);
-    let tap = bench.topic.tap(100, Backpressure::default());
+    let tap = tap(&bench.topic, 100);
     bench.publish(10);
     drop(bench);
     let messages = messages_of(&tap);
@@ -226,7 +242,7 @@ fn a_tap_gets_every_message_and_ends_with_the_topic() {
 #[test]
 fn a_dropped_tap_does_not_affect_the_publisher() {
     let bench = bench(1);
-    drop(bench.topic.tap(1, Backpressure::default()));
+    drop(tap(&bench.topic, 1));
     bench.publish(10);
     assert_eq!(bench.topic.published(), 10);
 }
@@ -242,12 +258,21 @@ fn a_dropped_subscription_counts_no_more_drops() {
 
 #[test]
 fn the_age_of_a_message_is_measured_at_every_reading() {
-    let mut bench = bench(1);
+    let (bench, mut graph) = (bench(1), Graph::new());
+    let node = graph.node("reader", hz(1.0), 0, |wiring| {
+        let mut subscription = wiring.subscription(&bench.topic);
+        move |_| {
+            for nanos in [10, 20, 60] {
+                subscription.latest(Time::from_nanos(nanos));
+            }
+            GO_ON
+        }
+    });
+    node.expect("a node");
     bench.publish(1);
-    for nanos in [10, 20, 60] {
-        bench.subscription.latest(Time::from_nanos(nanos));
-    }
-    let ages = bench.subscription.ages().read();
+    let observer = Observer::of(&graph);
+    run_virtual(&mut graph, Vec::new(), Time::ZERO);
+    let ages = &observer.snapshot().topics[0].subscriptions[0].ages;
     assert_eq!((ages.count(), ages.sum().as_nanos()), (3, 90));
 }
 

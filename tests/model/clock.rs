@@ -6,6 +6,7 @@ use ratelab::{
     Clock, ClockExit, ClockKind, Command, END, Fault, GO_ON, Graph, Inbox, Node, RealClock, Tick,
     Time, Topic, run,
 };
+use ratelab_account::{Observer, TapHandle};
 use shuttle::{sync::Arc, thread};
 
 use crate::{
@@ -81,7 +82,7 @@ impl Trio {
         let taps: Vec<_> = self
             .topics
             .iter()
-            .map(|topic| self.graph.tap(topic, 1_000))
+            .map(|topic| TapHandle::of(&self.graph).topic(topic, 1_000))
             .collect();
         let (commander, mut inbox) = Inbox::new(Vec::new());
         let person = thread::spawn(move || {
@@ -93,7 +94,7 @@ impl Trio {
         });
         let real = &mut RealClock::default();
         let exit = run(&mut self.graph, &mut inbox, until, first, real);
-        let snapshot = self.graph.observer().snapshot();
+        let snapshot = Observer::of(&self.graph).snapshot();
         person.join().expect("person");
         for (index, tap) in taps.iter().enumerate() {
             let seqs: Vec<u64> = tap
@@ -109,8 +110,8 @@ impl Trio {
             );
             assert_eq!(snapshot.topics[index].published, seqs.len() as u64);
         }
-        let after = self.graph.observer().snapshot();
-        let ticks = |node: &ratelab::NodeView| node.ticks;
+        let after = Observer::of(&self.graph).snapshot();
+        let ticks = |node: &ratelab_account::NodeView| node.ticks;
         assert!(
             after
                 .nodes
@@ -124,7 +125,7 @@ impl Trio {
 
     /// Checks that run time continues after all earlier events.
     fn check_resumptions(&self) {
-        let events = applied(&self.graph.observer().events(0));
+        let events = applied(&self.graph.state().events(0));
         let mut latest = Time::ZERO;
         for (at, command) in events {
             assert!(command != Command::Resume || at >= latest, "back to {at:?}");
@@ -158,7 +159,7 @@ fn the_real_clock_reaches_its_end_with_every_period_accounted_for() {
         let (mut trio, until) = (trio(RATES, Time::MAX), milliseconds(60));
         let exit = trio.run(ClockKind::Real, Vec::new(), until).expect("run");
         assert_eq!(exit, ClockExit::Completed);
-        let nodes = trio.graph.observer().snapshot().nodes;
+        let nodes = Observer::of(&trio.graph).snapshot().nodes;
         for (index, node) in nodes.iter().enumerate() {
             let period = node.hz.period().as_nanos() as u64;
             let periods = until.as_nanos() / period + 1;
@@ -191,7 +192,7 @@ fn every_command_that_was_given_before_a_stop_takes_effect() {
             .run(ClockKind::Real, commands.clone(), Time::MAX)
             .expect("run");
         assert_eq!(exit, ClockExit::Stopped);
-        let applied = applied(&trio.graph.observer().events(0));
+        let applied = applied(&trio.graph.state().events(0));
         for command in &commands {
             let times = applied
                 .iter()
@@ -256,7 +257,7 @@ fn a_graph_that_is_handed_over_loses_and_doubles_no_tick() {
         assert_eq!(exit, ClockExit::Completed);
         let all_starts = trio.starts.lock().expect("starts");
         for index in [0, 2] {
-            let node = &trio.graph.observer().snapshot().nodes[index];
+            let node = &Observer::of(&trio.graph).snapshot().nodes[index];
             let period = node.hz.period().as_nanos() as u64;
             assert!(node.ticks + node.overruns > until.as_nanos() / period);
             // Virtual time stands still between a tick that is late from the real clock

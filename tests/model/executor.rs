@@ -2,8 +2,9 @@
 
 use ratelab::{
     Callback, Clock, ClockExit, ClockKind, Command, END, Executor, GO_ON, Graph, Inbox, Knob,
-    Match, RealClock, Rerun, TickRecord, Time, Topic, run,
+    Match, RealClock, Rerun, Time, Topic, run,
 };
+use ratelab_account::{Observer, TapHandle, TickRecord};
 use shuttle::{
     sync::{
         Arc,
@@ -89,9 +90,10 @@ fn executors(check: impl Fn(Executor) + Send + Sync + Clone + 'static) {
 fn every_message_is_taken_dropped_or_waits_and_no_due_time_is_called_twice() {
     executors(|executor| {
         let mut graph = graph(executor);
+        let observer = Observer::of(&graph);
         let exit = RealClock::default().run(&mut graph, &mut Inbox::default(), UNTIL);
         assert_eq!(exit.expect("run"), ClockExit::Completed);
-        let snapshot = graph.observer().snapshot();
+        let snapshot = observer.snapshot();
         let topic = &snapshot.topics[0];
         for (sink, subscription) in snapshot.nodes[1..3].iter().zip(&topic.subscriptions) {
             let left = topic.published - sink.ticks - subscription.dropped;
@@ -175,7 +177,7 @@ fn a_message_wakes_a_thread_that_waits_for_nothing_else() {
 
 /// Every tick of every node of a run.
 fn ticks(graph: &mut Graph, clock: &mut dyn Clock) -> Vec<Vec<TickRecord>> {
-    let taps = graph.tap_handle().ticks(1_000);
+    let taps = TapHandle::of(graph).ticks(1_000);
     let ended = clock.run(graph, &mut Inbox::default(), UNTIL);
     assert_eq!(ended.expect("no fault"), ClockExit::Completed);
     let ticks = taps.iter().map(|tap| tap.items().try_iter().collect());
@@ -189,8 +191,8 @@ fn the_ticks_of_its_threads_come_back_with_their_overruns_in_every_schedule() {
             let executor: Executor = executor.parse().expect("an executor");
             let mut first = graph(executor);
             let recorded = ticks(&mut first, &mut RealClock::default());
-            let observer = first.observer();
-            let rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
+            let state = first.state();
+            let rerun = Rerun::new(&state.log(), &state.events(0), &first.topology());
             let mut rerun = rerun.expect("a log");
             let again = ticks(&mut graph(executor), &mut rerun);
             assert_eq!(rerun.difference(), None);

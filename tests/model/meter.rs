@@ -2,20 +2,19 @@
 
 use std::time::Duration;
 
-use ratelab::Meter;
+use ratelab_account::Meter;
 use shuttle::thread;
 
 use crate::{MANY, explore};
 
 fn check_meter(samples: u64, reads: usize) {
-    let (mut recorder, meter) = Meter::new();
+    let meter = Meter::default();
     let reading = meter.clone();
     let reader = thread::spawn(move || {
         let counts: Vec<u64> = (0..reads).map(|_| reading.read().count()).collect();
         assert!(counts.is_sorted(), "{counts:?}");
     });
-    (0..samples).for_each(|sample| recorder.record(Duration::from_nanos(sample / 2)));
-    drop(recorder);
+    (0..samples).for_each(|sample| meter.record(Duration::from_nanos(sample / 2)));
     reader.join().expect("reader");
     let figures = meter.read();
     assert_eq!(figures.count(), samples);

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use ratelab::{
     Clock, GO_ON, Graph, Inbox, Match, RealClock, Rerun, Shared, Time, TimedCommand, Topic,
 };
+use ratelab_account::{Observer, TapHandle};
 use shuttle::{sync::Arc, thread};
 
 use crate::{
@@ -60,14 +61,14 @@ fn graph() -> (Graph, Topic<u64>) {
 /// Every message, and the losses of the reader.
 fn run(clock: &mut dyn Clock, timed: Vec<TimedCommand>) -> (Graph, Vec<(u64, u64, Time)>, u64) {
     let (mut graph, topic) = graph();
-    let tap = graph.tap(&topic, 1_000);
+    let tap = TapHandle::of(&graph).topic(&topic, 1_000);
     let (_, mut inbox) = Inbox::new(timed);
     let end = Time::from_nanos(60_000_000);
     clock.run(&mut graph, &mut inbox, end).expect("no fault");
     let messages = tap.items().try_iter();
     let messages = messages.map(|tapped| (tapped.message.data, tapped.message.seq, tapped.at));
     let messages = messages.collect();
-    let dropped = graph.observer().snapshot().topics[0].dropped();
+    let dropped = Observer::of(&graph).snapshot().topics[0].dropped();
     (graph, messages, dropped)
 }
 
@@ -77,8 +78,8 @@ fn comes_back(perturb: bool) {
         let commands = [set_rate("a", 80.0), set_depth("/sum", 1)];
         let timed = commands.map(|command| TimedCommand { at, command });
         let (first, messages, dropped) = run(&mut RealClock::default(), timed.to_vec());
-        let observer = first.observer();
-        let rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
+        let state = first.state();
+        let rerun = Rerun::new(&state.log(), &state.events(0), &first.topology());
         let mut rerun = rerun.expect("a log");
         if perturb {
             rerun.perturb();
@@ -86,7 +87,7 @@ fn comes_back(perturb: bool) {
         let again = run(&mut rerun, Vec::new());
         assert_eq!(rerun.difference(), None);
         assert_eq!((again.1, again.2), (messages, dropped));
-        assert_eq!(again.0.observer().events(0), observer.events(0));
+        assert_eq!(again.0.state().events(0), state.events(0));
     });
 }
 
@@ -105,8 +106,8 @@ fn a_knot_that_is_held_does_no_operation_before_it_is_allowed_in_every_schedule(
     static KNOTS: AtomicUsize = AtomicUsize::new(0);
     explore(SOME, || {
         let (first, messages, _) = run(&mut RealClock::default(), Vec::new());
-        let observer = first.observer();
-        let rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
+        let state = first.state();
+        let rerun = Rerun::new(&state.log(), &state.events(0), &first.topology());
         let mut rerun = rerun.expect("a log");
         let Some(last) = rerun.knots().len().checked_sub(1) else {
             return;

@@ -1,9 +1,13 @@
 //! Topics: no message is torn, and every one is accounted for.
 
-use ratelab::{Subscription, Time, Topic};
+use ratelab::{GO_ON, Graph, Subscription, Time, Topic};
+use ratelab_account::TapHandle;
 use shuttle::thread;
 
-use crate::{MANY, explore, support::depth};
+use crate::{
+    MANY, explore,
+    support::{depth, hz},
+};
 
 /// Reads `times` times; returns the sequence numbers, newest message last.
 fn read(subscription: &mut Subscription<u64>, times: usize) -> Vec<u64> {
@@ -68,9 +72,17 @@ fn every_message_is_seen_passed_over_or_counted_as_dropped() {
 #[test]
 fn two_publishers_share_one_history_without_gaps() {
     explore(MANY, || {
-        let topic = Topic::new("/test", depth(1));
+        let (topic, mut graph) = (Topic::new("/test", depth(1)), Graph::new());
         let idle = topic.subscribe();
-        let tap = topic.tap(100, Default::default());
+        let node = graph.node("talker", hz(1.0), 0, |wiring| {
+            let publisher = wiring.publisher(&topic);
+            move |_| {
+                let _ = &publisher;
+                GO_ON
+            }
+        });
+        node.expect("a node");
+        let tap = TapHandle::of(&graph).topic(&topic, 100);
         let publishers = [0, 1].map(|_| {
             let publisher = topic.publisher();
             thread::spawn(move || (0..3).for_each(|_| publisher.publish((), Time::ZERO, None)))

@@ -4,9 +4,10 @@
 use std::sync::{Arc, Mutex};
 
 use ratelab::{
-    Clock, ClockExit, Command, Depth, Event, EventKind, GO_ON, Graph, Hz, Inbox, Knob, Observer,
-    Tick, Time, TimedCommand, VirtualClock,
+    Clock, ClockExit, Command, Depth, Event, EventKind, GO_ON, Graph, Hz, Inbox, Knob, Tick, Time,
+    TimedCommand, VirtualClock,
 };
+use ratelab_account::Observer;
 
 /// A valid rate.
 pub fn hz(hz: f64) -> Hz {
@@ -45,7 +46,7 @@ pub fn send_to(node: &str, text: &str) -> Command {
     Command::Set(Knob::Send { node, text })
 }
 
-/// Runs `graph` with these commands only.
+/// Runs `graph` with these commands only, and observes it.
 pub fn run_timed(
     clock: &mut impl Clock,
     graph: &mut Graph,
@@ -53,6 +54,7 @@ pub fn run_timed(
     until: Time,
 ) -> ClockExit {
     let (_, mut inbox) = Inbox::new(timed);
+    Observer::of(graph);
     clock.run(graph, &mut inbox, until).expect("no fault")
 }
 

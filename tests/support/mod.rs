@@ -7,7 +7,8 @@ pub mod specs;
 
 use std::sync::Arc;
 
-use ratelab::{Message, Payload, Tap, TapMessage, TimedKnob};
+use ratelab::{Message, Payload, TimedKnob};
+use ratelab_account::{Tap, TapMessage};
 use ratelab_cart_pole::{
     ACTION, Action, CONTROL_HZ, CartPole, ControlStep, OBS, Observation, POLICY, STATE,
     policy::{Policy, PolicyCache, PolicyContext, SwappablePolicy},

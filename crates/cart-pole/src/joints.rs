@@ -1,6 +1,6 @@
 //! Readings and actions as joint states.
 
-use ratelab::Fields;
+use ratelab_account::Fields;
 use ratelab_study::system::{JointValues, Joints};
 
 use super::message::{ACTION, Action, OBS, Observation};

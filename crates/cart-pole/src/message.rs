@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::Fields;
+use ratelab_account::Fields;
 
 use super::pose::Pose;
 

@@ -1,8 +1,8 @@
 //! Sense, think, act: the three nodes.
 
 use ratelab::{
-    END, GO_ON, Message, MeterRecorder, Node, Publisher, PushAge, Subscription, Tick, Time, Topic,
-    Wiring,
+    END, GO_ON, Message, MeterRecorder, Node, Publisher, PushRecorder, Subscription, Tick, Time,
+    Topic, Wiring,
 };
 use ratelab_study::system::SharedWorld;
 use thiserror::Error;
@@ -130,31 +130,21 @@ pub struct ActuatorInput {
     /// Age of the sensing behind each action when it is applied.
     pub sense_to_act: MeterRecorder,
     /// The same, as a function of time.
-    pub push_age: PushAge,
+    pub push_age: PushRecorder,
     command: Option<Message<Action>>,
     on_stale: OnStale,
 }
 
 impl ActuatorInput {
-    /// Creates an input that reads from `actions`.
-    pub fn new(
-        actions: Subscription<Action>,
-        sense_to_act: MeterRecorder,
-        push_age: PushAge,
-    ) -> Self {
+    /// Creates an input that reads from `actions`, with ends from the `wiring` of an actuator.
+    pub fn wired(wiring: &mut Wiring<'_>, actions: &Topic<Action>) -> Self {
         Self {
-            actions,
-            sense_to_act,
-            push_age,
+            actions: wiring.subscription(actions),
+            sense_to_act: wiring.meter(SENSE_TO_ACT),
+            push_age: wiring.push_age(),
             command: None,
             on_stale: OnStale::Hold,
         }
-    }
-
-    /// The same, with ends from the `wiring` of an actuator.
-    pub fn wired(wiring: &mut Wiring<'_>, actions: &Topic<Action>) -> Self {
-        let actions = wiring.subscription(actions);
-        Self::new(actions, wiring.meter(SENSE_TO_ACT), wiring.push_age())
     }
 
     /// Reads the newest action.

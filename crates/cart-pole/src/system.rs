@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use ratelab::{ClockExit, Fields, Hz, HzError, KnobKind, Node, Time, Topic, Wiring};
+use ratelab::{ClockExit, Hz, HzError, KnobKind, Node, Time, Topic, Wiring};
+use ratelab_account::Fields;
 use ratelab_study::{
     experiment::Config,
     system::{

@@ -1,6 +1,7 @@
 //! The table of the course: a row for each control step.
 
-use ratelab::{Fields, Time};
+use ratelab::Time;
+use ratelab_account::Fields;
 use ratelab_study::system::StateTable;
 
 use super::ControlStep;

@@ -7,7 +7,8 @@ use std::{
 };
 
 use crossbeam_channel::{Receiver, bounded};
-use ratelab::{Observer, Topology};
+use ratelab::Topology;
+use ratelab_account::Observer;
 use ratelab_study::{
     experiment::{Config, Experiment, Taps},
     system::{Alias, Joints},

@@ -7,7 +7,8 @@ use std::{
 };
 
 use crossbeam_channel::Sender;
-use ratelab::{Command, EventKind, Knob, Observer};
+use ratelab::{Command, EventKind, Knob};
+use ratelab_account::Observer;
 use ratelab_study::{
     experiment::{Config, Experiment},
     system::System,

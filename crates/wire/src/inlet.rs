@@ -6,7 +6,8 @@ use std::{
 };
 
 use crossbeam_channel::Sender as Channel;
-use ratelab::{RowInlet, Time};
+use ratelab::Time;
+use ratelab_account::RowInlet;
 use zenoh::{Session, Wait, sample::Sample};
 
 use crate::{
@@ -122,6 +123,7 @@ mod tests {
     };
     use crossbeam_channel::{Receiver, bounded, unbounded};
     use ratelab::{Clock, END, Graph, Hz, Inbox, RealClock, Wiring};
+    use ratelab_account::Observer;
 
     /// What was published: rows with stamp and origin.
     type Published = Receiver<(Vec<f64>, Time, Option<Time>)>;
@@ -141,7 +143,7 @@ mod tests {
                 sent.send((row.to_vec(), stamp, origin)).is_ok() && row != [7.0]
             }),
             sender: Mutex::default(),
-            times: Arc::new(Times::new(graph.observer(), Arc::<Offsets>::default())),
+            times: Arc::new(Times::new(Observer::of(&graph), Arc::<Offsets>::default())),
             origins: Arc::default(),
             arrivals: bounded(1).0,
         };

@@ -2,7 +2,7 @@
 
 use std::{sync::Arc, thread};
 
-use ratelab::RowTap;
+use ratelab_account::RowTap;
 use zenoh::{
     Session, Wait,
     pubsub::Publisher,

@@ -10,7 +10,7 @@ use std::{
 };
 
 use crossbeam_channel::Receiver;
-use ratelab::{Observer, RowTap, Rows, Tap, TickRecord};
+use ratelab_account::{Observer, RowTap, Rows, Tap, TickRecord};
 use ratelab_study::experiment::Taps;
 use zenoh::{
     Session, Wait,

@@ -1,6 +1,7 @@
 //! What happened in a process, for dashboards: ticks, messages, arrivals, events.
 
-use ratelab::{Event, Push, TickRecord, Time, Topology};
+use ratelab::{Event, Push, Time, Topology};
+use ratelab_account::TickRecord;
 use ratelab_study::experiment::Config;
 use serde::{Deserialize, Serialize};
 

@@ -2,7 +2,8 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use ratelab::{Observer, Time};
+use ratelab::Time;
+use ratelab_account::Observer;
 
 use crate::{
     clock::{self, ClockId, Nanos},

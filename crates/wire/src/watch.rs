@@ -12,7 +12,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-use ratelab::{Observer, Time};
+use ratelab::Time;
+use ratelab_account::Observer;
 
 use crate::{error::WireError, inlet::Inlet, peers::Peers, times::Times};
 

@@ -4,7 +4,8 @@ mod support;
 
 use std::{sync::Arc, thread};
 
-use ratelab::{GO_ON, RealClock, Snapshot, Time, fields};
+use ratelab::{GO_ON, RealClock, Time};
+use ratelab_account::{Snapshot, fields};
 use ratelab_cart_pole::CartPole;
 use ratelab_study::{
     experiment::{Experiment, Summary},

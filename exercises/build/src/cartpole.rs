@@ -2,7 +2,8 @@
 
 use std::{cell::RefCell, collections::BTreeMap, mem, sync::Arc};
 
-use ratelab::{ClockExit, Fields, Head, Push, Rows, TickRecord, Time};
+use ratelab::{ClockExit, Head, Push, Time};
+use ratelab_account::{Fields, Rows, TickRecord};
 use ratelab_cart_pole::{
     ACTION, Action, CartPole, ControlStep, OBS, Observation, Plant, PlantError, STATE,
     policy::{Policy, Scripted},

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use build_it::cartpole::{Run, Settings, run};
-use ratelab::{ClockExit, EventKind, Push, TickRecord, Time};
+use ratelab::{ClockExit, EventKind, Push, Time};
+use ratelab_account::TickRecord;
 use ratelab_cart_pole::CartPole;
 use ratelab_study::experiment::Experiment;
 

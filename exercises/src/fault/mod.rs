@@ -4,7 +4,7 @@ mod graph;
 mod suspect;
 
 use graph::FaultyGraph;
-use ratelab::{Snapshot, TopicView};
+use ratelab_account::{Snapshot, TopicView};
 use ratelab_study::experiment::{Config, Experiment, Summary};
 use suspect::{NAMES, SUSPECTS};
 

@@ -5,7 +5,8 @@ pub mod nodes;
 
 use accumulating::schedule;
 use nodes::ScheduledRun;
-use ratelab::{Distribution, Hz};
+use ratelab::Hz;
+use ratelab_account::Distribution;
 use ratelab_cart_pole::{ACTION, CartPole, OBS};
 use ratelab_study::experiment::{Config, Experiment};
 

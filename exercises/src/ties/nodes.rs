@@ -3,11 +3,13 @@
 //! The nodes, the topics and the plant are the library's own; only the schedule is
 //! somebody else's.
 
-use ratelab::{Depth, Distribution, Meter, Node, PushAge, Time, Topic};
+use ratelab::{Depth, GO_ON, Graph, GraphError, Hz, Node, Time, Topic, Wiring};
+use ratelab_account::{Distribution, Observer};
 use ratelab_cart_pole::{
-    ACTION, Action, Actuator, ActuatorInput, ControlStep, OBS, Observation, Plant, PolicyNode,
-    STATE, Sensor, SharedPlant, policy::Scripted,
+    ACTION, ACTUATOR, Action, Actuator, ActuatorInput, ControlStep, OBS, Observation, POLICY,
+    Plant, PolicyNode, SENSE_TO_ACT, SENSOR, STATE, Sensor, SharedPlant, policy::Scripted,
 };
+use ratelab_study::system::BuildError;
 
 use crate::framework::Failure;
 
@@ -56,32 +58,60 @@ pub fn run(
     schedule: impl FnOnce(&mut Nodes) -> Result<(), Failure>,
 ) -> Result<ScheduledRun, Failure> {
     let plant = SharedPlant::new(Plant::new(seed)?);
+    let (graph, mut nodes) = wired(&plant)?;
+    let observer = Observer::of(&graph);
+    schedule(&mut nodes)?;
+    let run = observer.snapshot();
+    let readings = run.topic(OBS).map(|topic| &topic.subscriptions[0]);
+    let actions = run.topic(ACTION).map(|topic| &topic.subscriptions[0]);
+    let measured = |known: Option<&Distribution>| known.cloned().unwrap_or(Distribution::empty());
+    Ok(ScheduledRun {
+        latency: measured(run.meter(ACTUATOR, SENSE_TO_ACT)),
+        reading_age: measured(readings.map(|readings| &readings.ages)),
+        action_age: measured(actions.map(|actions| &actions.ages)),
+        dropped: readings.map_or(0, |readings| readings.dropped),
+        steps: plant.lock().steps(),
+    })
+}
+
+/// The nodes, with their ends of topics from a graph that only measures: it never runs.
+fn wired(plant: &SharedPlant) -> Result<(Graph, Nodes), BuildError> {
+    let mut graph = Graph::new();
     let observations = Topic::<Observation>::new(OBS, Depth::ONE);
     let actions = Topic::<Action>::new(ACTION, Depth::ONE);
     let steps = Topic::<ControlStep>::new(STATE, Depth::ONE);
-    let (sense_to_act, latency) = Meter::new();
-    let mut nodes = Nodes {
-        sensor: Sensor {
-            plant: plant.clone(),
-            observations: observations.publisher(),
-        },
-        policy: PolicyNode {
-            policy: Box::new(Scripted),
-            observations: observations.subscribe(),
-            actions: actions.publisher(),
-        },
-        actuator: Actuator {
-            plant: plant.clone(),
-            input: ActuatorInput::new(actions.subscribe(), sense_to_act, PushAge::default()),
-            steps: steps.publisher(),
-        },
+    let sensor = taken(&mut graph, SENSOR, |wiring| Sensor {
+        plant: plant.clone(),
+        observations: wiring.publisher(&observations),
+    })?;
+    let policy = taken(&mut graph, POLICY, |wiring| PolicyNode {
+        policy: Box::new(Scripted),
+        observations: wiring.subscription(&observations),
+        actions: wiring.publisher(&actions),
+    })?;
+    let actuator = taken(&mut graph, ACTUATOR, |wiring| Actuator {
+        plant: plant.clone(),
+        input: ActuatorInput::wired(wiring, &actions),
+        steps: wiring.publisher(&steps),
+    })?;
+    let nodes = Nodes {
+        sensor,
+        policy,
+        actuator,
     };
-    schedule(&mut nodes)?;
-    Ok(ScheduledRun {
-        latency: latency.read(),
-        reading_age: nodes.policy.observations.ages().read(),
-        action_age: nodes.actuator.input.actions.ages().read(),
-        dropped: nodes.policy.observations.dropped(),
-        steps: plant.lock().steps(),
-    })
+    Ok((graph, nodes))
+}
+
+/// Adds a node called `name` to the graph, and takes it out to be ticked from elsewhere.
+fn taken<N>(
+    graph: &mut Graph,
+    name: &str,
+    build: impl FnOnce(&mut Wiring<'_>) -> N,
+) -> Result<N, GraphError> {
+    let mut node = None;
+    graph.node(name, Hz::MIN, 0, |wiring| {
+        node = Some(build(wiring));
+        |_: Time| GO_ON
+    })?;
+    node.ok_or_else(|| GraphError::DuplicateNode(name.to_owned()))
 }

@@ -2,7 +2,8 @@
 
 use std::{path::Path, sync::Arc};
 
-use ratelab::{Rows, Time};
+use ratelab::Time;
+use ratelab_account::Rows;
 
 use crate::{
     error::Error,

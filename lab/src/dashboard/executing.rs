@@ -6,7 +6,8 @@ use std::{
     thread::{self, JoinHandle},
 };
 
-use ratelab::{Observer, Time};
+use ratelab::Time;
+use ratelab_account::Observer;
 use ratelab_study::system::System;
 
 use crate::recording::{Executed, Execution, Recording, VerifyError};

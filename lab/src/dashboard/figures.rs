@@ -5,7 +5,7 @@
 
 use std::time::{Duration, Instant};
 
-use ratelab::{Distribution, NodeView, Observer, Snapshot, TopicView};
+use ratelab_account::{Distribution, NodeView, Observer, Snapshot, TopicView};
 use ratelab_study::system::System;
 
 use super::{

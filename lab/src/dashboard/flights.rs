@@ -1,6 +1,7 @@
 //! Positions of messages in flight on a link.
 
-use ratelab::{Flight, Time};
+use ratelab::Time;
+use ratelab_account::Flight;
 
 use super::frame::Dot;
 

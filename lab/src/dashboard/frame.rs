@@ -5,8 +5,8 @@
 
 use std::{sync::Arc, time::Duration};
 
-use ratelab::{Distribution, Hz, Status, Time, Topology};
-use ratelab_account::{AgeParts, AgeStage};
+use ratelab::{Hz, Status, Time, Topology};
+use ratelab_account::{AgeParts, AgeStage, Distribution};
 use ratelab_study::system::{AgeLimits, Signal};
 
 /// The content of the screen, without keys and layout.

@@ -1,6 +1,7 @@
 //! The node and the topics whose knobs keys turn.
 
-use ratelab::{KnobKind, NodeView, Snapshot, TopicView};
+use ratelab::KnobKind;
+use ratelab_account::{NodeView, Snapshot, TopicView};
 use ratelab_study::system::System;
 
 use super::presets::Direction;

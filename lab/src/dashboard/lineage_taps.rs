@@ -1,7 +1,7 @@
 //! The chains behind the actions of a running run.
 
-use ratelab::{Observer, RowTap, Rows, Tap, TickRecord, Time};
-use ratelab_account::Lineage;
+use ratelab::Time;
+use ratelab_account::{Lineage, Observer, RowTap, Rows, Tap, TickRecord};
 use ratelab_study::{
     experiment::{Experiment, Taps},
     system::Setup,

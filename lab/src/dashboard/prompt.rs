@@ -1,7 +1,8 @@
 //! The line in which a knob is typed, with what was typed before.
 
 use crossterm::event::{KeyCode, KeyEvent};
-use ratelab::{KnobKind, Snapshot, Time};
+use ratelab::{KnobKind, Time};
+use ratelab_account::Snapshot;
 use ratelab_study::system::{Alias, System};
 
 use super::view::Footer;

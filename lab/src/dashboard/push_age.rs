@@ -6,7 +6,8 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use ratelab::{PushAgeView, Snapshot, Time};
+use ratelab::Time;
+use ratelab_account::{PushAgeView, Snapshot};
 use ratelab_study::system::System;
 
 /// Moments kept: an hour at 50 Hz.
@@ -147,7 +148,7 @@ fn by_states(system: &dyn System, graph: &Snapshot) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use ratelab::PushAge;
+    use ratelab_account::PushAge;
 
     use super::*;
 

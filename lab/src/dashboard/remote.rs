@@ -2,7 +2,8 @@
 //! without ending the run.
 
 use crossterm::event::KeyEvent;
-use ratelab::{Event, Knob, KnobKind, Snapshot};
+use ratelab::{Event, Knob, KnobKind};
+use ratelab_account::Snapshot;
 use ratelab_study::system::KnobText;
 
 use super::{

@@ -2,7 +2,7 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use ratelab::{Rows, TickRecord};
+use ratelab_account::{Rows, TickRecord};
 
 /// Maximum number of digests per topic or node.
 const MOST: usize = 1 << 20;

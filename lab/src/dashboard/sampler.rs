@@ -6,10 +6,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-use ratelab::{
-    ClockExit, Event, Head, KnobKind, NodeView, Observer, Rows, Snapshot, Time, TopicView,
-};
-use ratelab_account::Lineage;
+use ratelab::{ClockExit, Event, Head, KnobKind, Time};
+use ratelab_account::{Lineage, NodeView, Observer, Rows, Snapshot, TopicView};
 use ratelab_study::{
     experiment::{Config, Summary},
     system::{Setup, Signal, System, Verdict, VerdictKind, verdict},

@@ -7,8 +7,8 @@ use std::{
 };
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
-use ratelab::{Clock, Command, Fault, Observer, RealClock, RealtimePriority, RowTap};
-use ratelab_account::Lineage;
+use ratelab::{Clock, Command, Fault, RealClock, RealtimePriority};
+use ratelab_account::{Lineage, Observer, RowTap};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::System,

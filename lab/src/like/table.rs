@@ -1,6 +1,6 @@
 //! A comparison of the recorded run with its model.
 
-use ratelab::Distribution;
+use ratelab_account::Distribution;
 use ratelab_study::{experiment::Summary, system::System};
 use serde_json::{Map, Value, json};
 

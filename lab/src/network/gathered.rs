@@ -3,10 +3,9 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{
-    ClockExit, ClockKind, Command, Event, EventKind, Head, Observer, ReplayCounters, Rows,
-    Snapshot, Speed, Status, TickRecord, Time, Topology,
+    ClockExit, ClockKind, Command, Event, EventKind, Head, Speed, Status, Time, Topology,
 };
-use ratelab_account::Lineage;
+use ratelab_account::{Lineage, Observer, ReplayCounters, Rows, Snapshot, TickRecord};
 use ratelab_study::{
     experiment::{Config, RunEnd, Summary},
     system::{MeanCost, System, verdict},

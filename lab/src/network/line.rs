@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{Observer, TopicView};
+use ratelab_account::{Observer, TopicView};
 use ratelab_wire::{Bridge, Inlet};
 
 use crate::report::line;

@@ -1,6 +1,7 @@
 //! A run of other processes for a recorder: its messages and ticks as they are put together.
 
-use ratelab::{Copies, Head, RowTap, Tap, TickRecord, Topology};
+use ratelab::{Head, Topology};
+use ratelab_account::{Copies, RowTap, Tap, TickRecord};
 
 use crate::recording::Tapped;
 

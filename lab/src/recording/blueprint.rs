@@ -2,7 +2,8 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use ratelab::{ClockKind, Snapshot};
+use ratelab::ClockKind;
+use ratelab_account::Snapshot;
 use ratelab_study::system::{Signal, System};
 use rerun::{
     AsComponents, EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamResult,

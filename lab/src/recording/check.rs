@@ -1,6 +1,7 @@
 //! Compares the claims of a file with its content, and finds the end of its intact part.
 
-use ratelab::{ClockKind, Command, Event, Hz, Knob, NodeTopology, Rows, TickRecord, Time};
+use ratelab::{ClockKind, Command, Event, Hz, Knob, NodeTopology, Time};
+use ratelab_account::{Rows, TickRecord};
 
 use super::{
     content::DAMAGED_ROW,

@@ -1,6 +1,7 @@
 //! Converts the chunks of a file to messages, ticks and events.
 
-use ratelab::{Event, Head, Rows, TickRecord, Time};
+use ratelab::{Event, Head, Time};
+use ratelab_account::{Rows, TickRecord};
 use ratelab_study::system::Setup;
 use rerun::log::Chunk;
 use serde_json::Value;

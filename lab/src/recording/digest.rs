@@ -3,7 +3,8 @@
 
 use std::time::Duration;
 
-use ratelab::{Head, Rows, TickRecord, Time, Topology};
+use ratelab::{Head, Time, Topology};
+use ratelab_account::{Rows, TickRecord};
 use xxhash_rust::xxh3::Xxh3;
 
 use super::schema::RecordingEnd;

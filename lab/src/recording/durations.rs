@@ -2,7 +2,8 @@
 
 use std::{path::Path, time::Duration};
 
-use ratelab::{Draw, Knob, KnobKind, TickRecord};
+use ratelab::{Draw, Knob, KnobKind};
+use ratelab_account::TickRecord;
 
 use super::reader::Recording;
 

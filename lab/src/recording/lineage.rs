@@ -2,8 +2,8 @@
 
 use std::iter::Peekable;
 
-use ratelab::{Event, Knob, TickRecord, Time, TimedKnob};
-use ratelab_account::Lineage;
+use ratelab::{Event, Knob, Time, TimedKnob};
+use ratelab_account::{Lineage, TickRecord};
 
 use super::reader::Recording;
 

@@ -2,7 +2,8 @@
 
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc, time::Duration};
 
-use ratelab::{ClockExit, ClockKind, Event, EventKind, Rows, TickRecord, Time};
+use ratelab::{ClockExit, ClockKind, Event, EventKind, Time};
+use ratelab_account::{Rows, TickRecord};
 use ratelab_study::{
     experiment::{Config, Experiment, RunEnd},
     system::{BuildError, System, verdict},

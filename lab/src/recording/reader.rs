@@ -6,7 +6,8 @@ use std::{
     sync::Arc,
 };
 
-use ratelab::{Event, Fields, Message, Rows, TickRecord, Time};
+use ratelab::{Event, Message, Time};
+use ratelab_account::{Fields, Rows, TickRecord};
 use ratelab_study::{
     file::{self, FileError},
     graph_file::GraphFile,

@@ -2,7 +2,8 @@
 
 use std::{sync::Arc, time::Duration};
 
-use ratelab::{ClockExit, EventKind, Observer, Push, ReplayCounters, Rows, Status, Time};
+use ratelab::{ClockExit, EventKind, Push, Status, Time};
+use ratelab_account::{Observer, ReplayCounters, Rows};
 use ratelab_study::{
     experiment::{Config, RunEnd, Summary},
     system::{MeanCost, System, verdict},

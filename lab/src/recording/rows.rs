@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use ratelab::{Head, Push, TickRecord, Time};
+use ratelab::{Head, Push, Time};
+use ratelab_account::TickRecord;
 use rerun::{archetypes::Scalars, log::Chunk};
 use serde_json::Value;
 

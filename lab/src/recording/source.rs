@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use ratelab::{Fault, Observer, RowTap, Snapshot, Tap, TickRecord, TopicView};
+use ratelab::Fault;
+use ratelab_account::{Observer, RowTap, Snapshot, Tap, TickRecord, TopicView};
 use ratelab_study::{
     experiment::{Experiment, Summary, Taps},
     system::System,

@@ -4,7 +4,8 @@
 //! it: a row that was changed, lost or exchanged is found, even if it makes no difference
 //! to the run.
 
-use ratelab::{Digest, Event, Log, LogPosition, Observer, Time, Topology};
+use ratelab::{Digest, Event, Log, LogPosition, Time, Topology};
+use ratelab_account::Observer;
 use rerun::{RecordingStream, RecordingStreamResult, log::Chunk};
 
 use super::{

@@ -3,7 +3,8 @@
 
 use std::time::Duration;
 
-use ratelab::{Head, RowTap, Rows, Tap, TickRecord, Time};
+use ratelab::{Head, Time};
+use ratelab_account::{RowTap, Rows, Tap, TickRecord};
 use rerun::{EntityPath, RecordingStream, RecordingStreamResult, SeriesLines};
 
 use super::{

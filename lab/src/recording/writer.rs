@@ -11,7 +11,8 @@ use std::{
     time::{Duration, Instant, SystemTime},
 };
 
-use ratelab::{ClockKind, Command, Event, Observer, Rows, Time};
+use ratelab::{ClockKind, Command, Event, Time};
+use ratelab_account::{Observer, Rows};
 use ratelab_study::system::System;
 use rerun::{RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
 

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use ratelab::{Command, Event, Head, Knob, PushAge, Rows, Time};
+use ratelab::{Command, Event, Head, Knob, Time};
+use ratelab_account::{PushAge, Rows};
 use ratelab_study::system::{Picture, Shape, Style, System};
 use serde_json::{Value, json};
 

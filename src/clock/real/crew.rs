@@ -100,7 +100,7 @@ impl Crew {
     ) -> Self {
         let members = nodes.into_iter().map(|(index, seat, log)| CrewNode {
             index,
-            name: seat.entry.name.clone(),
+            name: seat.name.clone(),
             log,
             seat: Mutex::new(seat),
         });
@@ -347,7 +347,7 @@ impl Crew {
             // Noted when it was found.
             Job::Look => return None,
             Job::Tick { lateness, .. } => {
-                let outcome = steps::tick_at_once(seat, began);
+                let outcome = seat.tick(began, true);
                 let ended = wall.now();
                 let took = ended.since(began);
                 // Its next call counts overruns, too: both in turn.

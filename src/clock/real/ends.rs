@@ -58,7 +58,7 @@ impl StretchEnd {
             Self::Paused => Ok(None),
             Self::Exit(exit) => Ok(Some(exit)),
             Self::Ended(NodeEnd { node, at }) => Ok(Some(ClockExit::Ended {
-                node: graph.seats[node].entry.name.to_string(),
+                node: graph.seats[node].name.to_string(),
                 at,
             })),
             Self::Failed(_, fault) | Self::NoThread(_, fault) => Err(fault),

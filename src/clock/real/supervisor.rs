@@ -12,7 +12,7 @@ use crate::{
     graph::ControlPlane,
     inbox::{Inbox, Received},
     reexecution::{Entry, Stream},
-    sync::{Arc, lock},
+    sync::Arc,
     time::Time,
 };
 
@@ -32,7 +32,7 @@ impl Supervisor<'_> {
     /// Starts the nodes; returns when they are to stop.
     pub(super) fn supervise(&mut self) -> StretchEnd {
         let wall = Wall::starting_at(self.control.now());
-        *lock(&self.control.state.zero) = wall.zero();
+        self.control.state.set_zero(wall.zero());
         for mailbox in self.mailboxes {
             mailbox.post(Wakeup::Start(wall));
         }

@@ -61,7 +61,7 @@ impl Wake for Post {
 /// Has the nodes of this process get their messages through their mailboxes.
 fn begin_arrivals(graph: &mut Graph, mailboxes: &[Arc<Mailbox>]) {
     let nodes = graph.seats.iter().zip(mailboxes);
-    let here = nodes.map(|(seat, mailbox)| (!seat.entry.remote).then(|| mailbox.clone()));
+    let here = nodes.map(|(seat, mailbox)| (!seat.remote).then(|| mailbox.clone()));
     let post = Arc::new(Post(here.collect()));
     graph.stage.leave(post.clone());
     for arrival in graph.control.arrivals_after(graph.now()) {
@@ -78,9 +78,7 @@ fn shares(graph: &Graph) -> HashMap<usize, CoreShare> {
         };
         let cores = spare.split_off(spare.len().saturating_sub(cores));
         let here = members.iter().map(|(index, _)| *index);
-        let here: Vec<usize> = here
-            .filter(|index| !graph.seats[*index].entry.remote)
-            .collect();
+        let here: Vec<usize> = here.filter(|index| !graph.seats[*index].remote).collect();
         let priority = |index: usize| graph.stage.tasks[index].priority;
         let priorities: BTreeSet<u32> = here.iter().map(|index| priority(*index)).collect();
         shares.extend(here.into_iter().map(|index| {
@@ -106,7 +104,7 @@ impl Threads {
         let nodes = tasks.zip(take(&mut graph.seats)).enumerate();
         let (elsewhere, here): (Vec<Node>, Vec<Node>) = nodes
             .map(|(index, (task, seat))| (index, task, seat))
-            .partition(|(.., seat)| seat.entry.remote);
+            .partition(|(.., seat)| seat.remote);
         let mut here: HashMap<usize, Node> = here.into_iter().map(|node| (node.0, node)).collect();
         let mut crew = |members: Vec<(usize, Callback)>, executor: Option<Executor>| {
             let members = members.into_iter().filter_map(|(index, callback)| {

@@ -17,9 +17,10 @@ pub use occupancy::Occupied;
 pub use parts::{AgePart, AgeParts, AgeStage};
 pub use push::{Chain, PushInForce};
 
-use ratelab::{Depth, Head, Knob, ReadOrder, TickRecord, Time, Topology};
+use ratelab::{Depth, Head, Knob, ReadOrder, Time, Topology};
 
 use self::meeting::Meeting;
+use super::telemetry::TickRecord;
 
 /// The messages and ticks of a run, with the reads of each tick.
 ///
@@ -29,8 +30,8 @@ use self::meeting::Meeting;
 #[derive(Clone, Debug)]
 pub struct Lineage {
     topology: Topology,
-    topics: Vec<TopicRecord>,
-    nodes: Vec<NodeRecord>,
+    topics: Vec<TracedTopic>,
+    nodes: Vec<TracedNode>,
     /// The topics on the way of the data to the node that acts, the sensor first; empty if the
     /// times of the sensing tell it.
     path: Vec<usize>,
@@ -40,7 +41,7 @@ pub struct Lineage {
 
 /// A topic and its messages.
 #[derive(Clone, Debug)]
-struct TopicRecord {
+struct TracedTopic {
     sent: VecDeque<Sent>,
     /// Read order and queue depth, with the run time from which they are in force.
     rules: Vec<(Time, ReadOrder, Depth)>,
@@ -48,7 +49,7 @@ struct TopicRecord {
 
 /// A node and its ticks.
 #[derive(Clone, Debug, Default)]
-struct NodeRecord {
+struct TracedNode {
     /// Indices of the topics that it reads.
     inputs: Vec<usize>,
     ticks: VecDeque<TracedTick>,
@@ -102,16 +103,16 @@ impl TracedTick {
 impl Lineage {
     /// Creates an empty lineage for a graph of this `topology`.
     pub fn new(topology: Topology) -> Self {
-        let topics = topology.topics.iter().map(|topic| TopicRecord {
+        let topics = topology.topics.iter().map(|topic| TracedTopic {
             sent: VecDeque::new(),
             rules: vec![(Time::ZERO, ReadOrder::Newest, topic.depth)],
         });
         let nodes = (0..topology.nodes.len()).map(|node| {
             let topics = topology.topics.iter().enumerate();
             let inputs = topics.filter(|(_, topic)| topic.readers.contains(&node));
-            NodeRecord {
+            TracedNode {
                 inputs: inputs.map(|(index, _)| index).collect(),
-                ..NodeRecord::default()
+                ..TracedNode::default()
             }
         });
         Self {
@@ -181,7 +182,7 @@ impl Lineage {
         let names = self.topology.topics.iter();
         let mut topics = names.zip(&mut self.topics);
         let known = topics.find(|(topic, _)| topic.name == knob.target());
-        let Some((_, TopicRecord { rules, .. })) = known else {
+        let Some((_, TracedTopic { rules, .. })) = known else {
             return;
         };
         let Some(&(_, order, depth)) = rules.last() else {

@@ -2,9 +2,9 @@
 
 use ratelab::{ReadOrder, Time};
 
-use super::{Lineage, Sent, TopicRecord};
+use super::{Lineage, Sent, TracedTopic};
 
-impl TopicRecord {
+impl TracedTopic {
     /// The message with this sequence number.
     pub(super) fn message(&self, seq: u64) -> Option<&Sent> {
         let index = self.sent.partition_point(|sent| sent.seq < seq);

@@ -31,9 +31,10 @@ use std::{
 
 use crossbeam_channel::Sender;
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, Fault, Graph, Inbox, Interrupt, Knob, Observer,
-    RealClock, RecordedTopic, TimedCommand, TimedKnob, run,
+    Clock, ClockExit, ClockKind, Command, Fault, Graph, Inbox, Interrupt, Knob, RealClock,
+    TimedCommand, TimedKnob, run,
 };
+use ratelab_account::{Observer, RecordedTopic, TapHandle};
 
 pub use config::Config;
 pub use summary::{MeanPushAge, NodeSummary, RunEnd, Summary, TopicSummary};
@@ -56,15 +57,20 @@ pub struct Experiment {
 type SharedCost = Arc<Mutex<MeanCost>>;
 
 /// Begins to measure what the states of `system` cost, if it judges them.
-fn watch_cost(system: &dyn System, recorded: &[Arc<dyn RecordedTopic>]) -> Option<SharedCost> {
+fn watch_cost(
+    system: &dyn System,
+    taps: &TapHandle,
+    recorded: &[Arc<dyn RecordedTopic>],
+) -> Option<SharedCost> {
     let (cost, name) = system.quadratic_cost().zip(system.state())?;
     let states = recorded.iter().find(|topic| topic.name() == name)?;
     let mean = SharedCost::default();
     let shared = mean.clone();
-    states.watch(Box::new(move |now, state| {
+    let watcher = move |now, state: &[f64]| {
         let mut mean = shared.lock().unwrap_or_else(PoisonError::into_inner);
         mean.state(now, (cost.of_state)(state));
-    }));
+    };
+    states.watch(taps, Box::new(watcher));
     Some(mean)
 }
 
@@ -108,7 +114,7 @@ impl Experiment {
             ..config.resolved(&*system)?
         };
         let part = Self::built(system, config, &[], Some(here))?;
-        let graph = part.graph.observer().topology();
+        let graph = part.graph.topology();
         let names: Vec<&str> = graph.nodes.iter().map(|node| &*node.name).collect();
         let refused = part::check(part.system.groups(), &names, here);
         refused.map_or(Ok(part), |why| Err(BuildError::Setting(why)))
@@ -139,8 +145,10 @@ impl Experiment {
         graph.set_speed(config.speed);
         let timed = config.knobs.iter().cloned().map(TimedCommand::from);
         let (commands, inbox) = Inbox::new(timed.collect());
+        // From here on the graph is observed.
+        let taps = TapHandle::of(&graph);
         Ok(Self {
-            cost: watch_cost(&*system, &recorded),
+            cost: watch_cost(&*system, &taps, &recorded),
             system,
             config,
             graph,
@@ -185,13 +193,13 @@ impl Experiment {
 
     /// Reads the graph while it runs.
     pub fn observer(&self) -> Observer {
-        self.graph.observer()
+        Observer::of(&self.graph)
     }
 
     /// Taps the graph, before and during its run.
     pub fn taps(&self) -> Taps {
         Taps {
-            tap_handle: self.graph.tap_handle(),
+            tap_handle: TapHandle::of(&self.graph),
             topics: self.recorded.clone(),
         }
     }
@@ -233,7 +241,7 @@ impl Experiment {
         } = self;
         // From here on only the caller's senders can end a pause.
         drop(commands);
-        let observer = graph.observer();
+        let observer = Observer::of(&graph);
         let began = Instant::now();
         let end = run(&mut graph, &mut inbox, config.end, config.clock, real);
         let wall_time = began.elapsed();

@@ -2,10 +2,8 @@
 
 use std::time::Duration;
 
-use ratelab::{
-    Distribution, Event, Hz, Interrupt, NodeView, Observer, Rows, Snapshot, Time, TimedKnob,
-    TopicView,
-};
+use ratelab::{Event, Hz, Interrupt, Time, TimedKnob};
+use ratelab_account::{Distribution, NodeView, Observer, Rows, Snapshot, TopicView};
 
 use super::Config;
 use crate::system::{System, Verdict};

@@ -2,7 +2,8 @@
 
 use std::{any::Any, sync::Arc};
 
-use ratelab::{Payload, RecordedTopic, RowTap, Tap, TapHandle, TapMessage, TickRecord, Topic};
+use ratelab::{Payload, Topic};
+use ratelab_account::{RecordedTopic, RowTap, Tap, TapHandle, TapMessage, TickRecord};
 
 /// Taps the recorded topics and the nodes of an experiment, before and during its run,
 /// from any thread.

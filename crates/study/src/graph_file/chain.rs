@@ -6,7 +6,8 @@
 
 use std::time::Duration;
 
-use ratelab::{Fields, Time};
+use ratelab::Time;
+use ratelab_account::Fields;
 
 /// Names of the numbers of a chain in a message on [`CHAINS`](super::CHAINS).
 const OF_CHAIN: [&str; 6] = [

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use ratelab::{GO_ON, MeterRecorder, Node, Publisher, PushAge, RowReader, Shared, Tick, Time};
+use ratelab::{GO_ON, MeterRecorder, Node, Publisher, PushRecorder, Shared, Tick, Time};
+use ratelab_account::RowReader;
 
 use super::chain::{ChainAges, Numbers};
 
@@ -56,7 +57,7 @@ pub(super) struct ChainEnds {
     pub(super) ages: Arc<Shared<ChainAges>>,
     pub(super) publisher: Publisher<Numbers>,
     /// The age of the first chain of the file over time, where no system has one.
-    pub(super) push_age: Option<PushAge>,
+    pub(super) push_age: Option<PushRecorder>,
     /// The beginnings of the data of the current tick.
     pub(super) pending: Vec<(usize, Option<Time>)>,
 }

@@ -2,7 +2,8 @@
 
 use std::{path::PathBuf, sync::Arc};
 
-use ratelab::{ClockExit, RecordedTopic, Release, Shared, Time, Topic, Topology};
+use ratelab::{ClockExit, Release, Shared, Time, Topic, Topology};
+use ratelab_account::RecordedTopic;
 
 use super::{
     CHAINS, ChainSpec, GraphFile, GraphFileError, NodeSpec,

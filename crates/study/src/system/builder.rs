@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use ratelab::{
-    Callback, Depth, Executor, Fields, GO_ON, Graph, Hz, Knob, KnobKind, Match, NamedTopic, Node,
-    Payload, RecordedTopic, Release, Tick, Time, TimedKnob, Topic, Topology, Wiring,
+    Callback, Depth, Executor, GO_ON, Graph, Hz, Knob, KnobKind, Match, Node, Payload, Release,
+    Tick, Time, TimedKnob, Topic, Topology, Wiring,
 };
+use ratelab_account::{Fields, NamedTopic, RecordedTopic};
 
 use super::{BuildError, Setup, SharedWorld, System, World, WorldKind};
 
@@ -74,7 +75,7 @@ impl Surroundings {
         system.build(&mut builder)?;
         let recorded = builder.recorded.iter();
         Ok(Self {
-            topology: builder.graph.observer().topology(),
+            topology: builder.graph.topology(),
             recorded: recorded.map(|topic| topic.name().to_owned()).collect(),
             offered: builder.offered,
         })
@@ -255,7 +256,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Creates a topic without a recording: its payload need not be
-    /// [`Fields`](ratelab::Fields).
+    /// [`Fields`](ratelab_account::Fields).
     pub fn internal_topic<T: Payload>(&mut self, name: &str) -> Topic<T> {
         Topic::new(name, self.setup.depth(name).unwrap_or(Depth::ONE))
     }

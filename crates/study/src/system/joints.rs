@@ -28,7 +28,7 @@ pub struct Joints {
     /// Names of the joints.
     pub names: &'static [&'static str],
     /// The joint state of a message, given as the numbers of
-    /// [`Fields`](ratelab::Fields).
+    /// [`Fields`](ratelab_account::Fields).
     pub of_row: fn(&[f64]) -> Option<JointValues>,
     /// The numbers of the message with this joint state; `None` if values are missing or
     /// not finite.

@@ -9,7 +9,7 @@ pub struct QuadraticCost {
     /// ASCII.
     pub sum: &'static str,
     /// The sum at a message of the topic of states, given as its
-    /// [`Fields`](ratelab::Fields).
+    /// [`Fields`](ratelab_account::Fields).
     pub of_state: fn(&[f64]) -> f64,
 }
 

@@ -9,7 +9,7 @@ pub struct Signal {
     pub unit: &'static str,
     /// Name of the topic.
     pub topic: &'static str,
-    /// Computes the quantity from a message's [`Fields`](ratelab::Fields).
+    /// Computes the quantity from a message's [`Fields`](ratelab_account::Fields).
     pub value: fn(&[f64]) -> f64,
     /// The least and the greatest value before the run is lost, if there are limits.
     pub limits: Option<[f64; 2]>,

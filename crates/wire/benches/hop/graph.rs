@@ -1,6 +1,7 @@
 //! A graph of one topic, for hops: a node that publishes when it ticks.
 
-use ratelab::{GO_ON, Time, fields};
+use ratelab::{GO_ON, Time};
+use ratelab_account::fields;
 use ratelab_study::system::{BuildError, Builder, System};
 use ratelab_wire::clock;
 

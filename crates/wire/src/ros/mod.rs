@@ -16,7 +16,8 @@ use std::{
     thread,
 };
 
-use ratelab::{Head, RowTap, Time};
+use ratelab::{Head, Time};
+use ratelab_account::RowTap;
 use ratelab_study::system::{JointValues, Joints};
 use zenoh::{
     Session, Wait,

@@ -16,7 +16,8 @@ mod tour;
 use std::{path::PathBuf, sync::Arc, time::Duration};
 
 use crossterm::event::KeyEvent;
-use ratelab::{Command, Event, Knob, Snapshot, Time};
+use ratelab::{Command, Event, Knob, Time};
+use ratelab_account::Snapshot;
 use ratelab_study::{
     experiment::Config,
     system::{System, WorldKind},

@@ -10,8 +10,8 @@ mod trial;
 
 use std::time::Duration;
 
-use ratelab::{Knob, KnobKind, Snapshot, Time};
-use ratelab_account::Lineage;
+use ratelab::{Knob, KnobKind, Time};
+use ratelab_account::{Lineage, Snapshot};
 use ratelab_study::system::{Alias, Setup, System};
 
 use blame::Effect;

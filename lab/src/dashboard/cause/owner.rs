@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use ratelab::{Knob, Snapshot, Time};
-use ratelab_account::{AgeStage, Lineage, Sent, TracedTick};
+use ratelab::{Knob, Time};
+use ratelab_account::{AgeStage, Lineage, Sent, Snapshot, TracedTick};
 use ratelab_study::system::Setup;
 
 use super::Hang;
@@ -273,6 +273,6 @@ impl Explained<'_> {
     }
 }
 
-fn name(node: &ratelab::NodeView) -> &str {
+fn name(node: &ratelab_account::NodeView) -> &str {
     &node.name
 }

@@ -2,7 +2,8 @@
 
 use std::{path::Path, sync::Arc};
 
-use ratelab::{Head, Knob, Snapshot, TickRecord, Time, TimedKnob};
+use ratelab::{Head, Knob, Time, TimedKnob};
+use ratelab_account::{Snapshot, TickRecord};
 use ratelab_cart_pole::CartPole;
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},

@@ -6,7 +6,8 @@ mod quantity;
 
 use std::sync::Arc;
 
-use ratelab::{Knob, Snapshot};
+use ratelab::Knob;
+use ratelab_account::Snapshot;
 use ratelab_study::{
     experiment::{
         Config,

@@ -1,6 +1,7 @@
 //! The quantities of a cliff map.
 
-use ratelab::{Hz, Knob, KnobKind, Snapshot};
+use ratelab::{Hz, Knob, KnobKind};
+use ratelab_account::Snapshot;
 use ratelab_study::{
     experiment::sweep::{AxisError, SweepAxis},
     system::{KnobText, Setup, System},

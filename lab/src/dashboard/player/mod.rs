@@ -9,8 +9,8 @@ use std::{
 };
 
 use crossterm::event::KeyEvent;
-use ratelab::{Event, Knot, Observer, Speed, Time};
-use ratelab_account::Lineage;
+use ratelab::{Event, Knot, Speed, Time};
+use ratelab_account::{Lineage, Observer};
 use ratelab_study::{
     experiment::{Config, Summary},
     system::System,

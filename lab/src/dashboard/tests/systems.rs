@@ -1,6 +1,7 @@
 //! Systems other than the cart-pole.
 
-use ratelab::{END, Fields, GO_ON, Time};
+use ratelab::{END, GO_ON, Time};
+use ratelab_account::Fields;
 use ratelab_study::system::{
     BuildError, Builder, Picture, Setup as RunSetup, Shape, Signal, Style, System, Verdict,
     VerdictKind,

@@ -14,7 +14,8 @@ use std::{
 };
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
-use ratelab::{ClockExit, Event, TickRecord, Time, Topology};
+use ratelab::{ClockExit, Event, Time, Topology};
+use ratelab_account::TickRecord;
 use ratelab_study::{
     experiment::{Config, Experiment, Taps},
     system::System,

@@ -484,7 +484,7 @@ mod tests {
             added.expect("a node");
         }
         let mut hub = info(1, "plant", 1, 500);
-        hub.topology = graph.observer().topology();
+        hub.topology = graph.topology();
         let mut processes = Processes::default();
         processes.begin(&hub);
         processes.add(hub);

@@ -2,8 +2,8 @@
 
 use std::{sync::Arc, thread, time::Duration};
 
-use ratelab::{Knob, Observer};
-use ratelab_account::Lineage;
+use ratelab::Knob;
+use ratelab_account::{Lineage, Observer};
 use ratelab_study::{
     experiment::{Config, Summary},
     system::System,

@@ -2,7 +2,8 @@
 
 use std::collections::VecDeque;
 
-use ratelab::{Command, Event, Knob, Snapshot};
+use ratelab::{Command, Event, Knob};
+use ratelab_account::Snapshot;
 use rerun::{AsComponents, Color, GraphEdges, GraphNodes, RecordingStream, RecordingStreamResult};
 
 use super::palette::{BLUE, ORANGE};

@@ -168,7 +168,7 @@ fn send(
 
 #[cfg(test)]
 mod tests {
-    use ratelab::TickRecord;
+    use ratelab_account::TickRecord;
 
     use super::*;
 

@@ -3,7 +3,8 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use ratelab::{Command, Event, Knob, PushAge, Snapshot, Time};
+use ratelab::{Command, Event, Knob, Time};
+use ratelab_account::{PushAge, Snapshot};
 use ratelab_study::system::System;
 use rerun::{RecordingStream, RecordingStreamResult};
 

@@ -1,6 +1,6 @@
 //! How late the ticks of each node began. Virtual time is never late.
 
-use ratelab::Snapshot;
+use ratelab_account::Snapshot;
 use rerun::{RecordingStream, RecordingStreamResult, SeriesPoints};
 
 use super::palette;

@@ -21,7 +21,8 @@ mod tests;
 
 use std::sync::Arc;
 
-use ratelab::{Event, Rows, Snapshot, Time};
+use ratelab::{Event, Time};
+use ratelab_account::{Rows, Snapshot};
 use ratelab_study::system::System;
 use rerun::{RecordingStream, RecordingStreamResult};
 

@@ -2,7 +2,8 @@
 
 use std::collections::HashSet;
 
-use ratelab::{ClockKind, Command, Event, Knob, Snapshot, Time};
+use ratelab::{ClockKind, Command, Event, Knob, Time};
+use ratelab_account::Snapshot;
 use rerun::{EntityPath, RecordingStream, RecordingStreamResult, StateChange, StateConfiguration};
 
 use super::palette::{BLUE, GREY, ORANGE, series};

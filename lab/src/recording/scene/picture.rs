@@ -2,7 +2,8 @@
 
 use std::{f64::consts::TAU, sync::Arc, time::Duration};
 
-use ratelab::{Rows, Time};
+use ratelab::Time;
+use ratelab_account::Rows;
 use ratelab_study::system::{Shape, Style, System};
 use rerun::{
     AsComponents, Color, LineStrips2D, Points2D, Radius, RecordingStream, RecordingStreamResult,

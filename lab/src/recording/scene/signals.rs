@@ -3,7 +3,7 @@
 
 use std::iter;
 
-use ratelab::Rows;
+use ratelab_account::Rows;
 use ratelab_study::system::Signal;
 use rerun::{EntityPath, RecordingStream, RecordingStreamResult, SeriesLines};
 

@@ -2,7 +2,8 @@
 
 use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
-use ratelab::{ClockKind, Head, Rows, Snapshot, Time};
+use ratelab::{ClockKind, Head, Time};
+use ratelab_account::{Rows, Snapshot};
 use ratelab_cart_pole::{CartPole, POLICY, STATE};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},

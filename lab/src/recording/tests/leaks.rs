@@ -12,7 +12,8 @@ use std::{
     time::Instant,
 };
 
-use ratelab::{ClockKind, Command, GO_ON, Shared, Speed, Time, fields};
+use ratelab::{ClockKind, Command, GO_ON, Shared, Speed, Time};
+use ratelab_account::fields;
 use ratelab_study::{
     experiment::{Config, Experiment},
     system::{BuildError, Builder, System},

@@ -14,7 +14,8 @@ mod verified;
 
 use std::{ops::ControlFlow, path::Path, sync::Arc};
 
-use ratelab::{Fault, Hz, Snapshot, Speed, Time};
+use ratelab::{Fault, Hz, Speed, Time};
+use ratelab_account::Snapshot;
 use ratelab_cart_pole::{CartPole, policy::PolicyKind};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use ratelab::{ClockExit, END, Fields, GO_ON, KnobKind, Time, TimedKnob};
+use ratelab::{ClockExit, END, GO_ON, KnobKind, Time, TimedKnob};
+use ratelab_account::Fields;
 use ratelab_study::{
     experiment::{Config, Experiment},
     system::{
@@ -203,7 +204,10 @@ fn a_run_of_any_system_is_read_as_it_was_and_comes_again() {
     assert_eq!(falls.len(), 101);
     assert!(falls[100].data.0[0] <= 0.0 && falls[99].data.0[0] > 0.0);
     assert!(recording.messages::<Blink>("/blink").len() > 3);
-    assert_eq!(recording.rows("/internal").map(ratelab::Rows::len), Some(0));
+    assert_eq!(
+        recording.rows("/internal").map(ratelab_account::Rows::len),
+        Some(0)
+    );
     let identical = verify_with(&recording, &ball()).expect("identical");
     assert_eq!(identical.topics, 2);
     let mut altered = recording.clone();

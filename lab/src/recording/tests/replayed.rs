@@ -1,6 +1,7 @@
 //! A replay shows the figures of its run.
 
-use ratelab::{ClockKind, Distribution, Snapshot, Time};
+use ratelab::{ClockKind, Time};
+use ratelab_account::{Distribution, Snapshot};
 use ratelab_cart_pole::{CartPole, STATE};
 use ratelab_study::{
     experiment::{Config, Summary},

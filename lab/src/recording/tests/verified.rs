@@ -2,7 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use ratelab::{Command, Event, EventKind, Head, Knob, Rows, Time, TimedCommand};
+use ratelab::{Command, Event, EventKind, Head, Knob, Time, TimedCommand};
+use ratelab_account::Rows;
 use ratelab_cart_pole::CartPole;
 use ratelab_study::experiment::{Config, Experiment};
 

@@ -9,10 +9,8 @@ use std::{
 };
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
-use ratelab::{
-    BusyNode, Doing, Event, Knob, Observer, Rerun, RowTap, Rows, Speed, Tap, TickRecord, Time,
-    Watch,
-};
+use ratelab::{BusyNode, Doing, Event, Knob, Rerun, Speed, Time, Watch};
+use ratelab_account::{Observer, RowTap, Rows, Tap, TickRecord};
 use ratelab_study::{
     experiment::{Config, Experiment, Taps},
     system::{BuildError, System},

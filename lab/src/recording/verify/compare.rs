@@ -3,7 +3,8 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crossbeam_channel::Sender;
-use ratelab::{Command, Observer, Time};
+use ratelab::{Command, Time};
+use ratelab_account::Observer;
 
 use super::{
     Identical,

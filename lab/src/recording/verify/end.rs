@@ -1,6 +1,7 @@
 //! How a run ended when it was recorded, held against how it ends now.
 
-use ratelab::{Fault, Observer, Time, TopicView, Topology};
+use ratelab::{Fault, Time, Topology};
+use ratelab_account::{Observer, TopicView};
 
 use super::{difference::Difference, series::nanos};
 use crate::recording::schema::{RecordingEnd, RunResult, RunStatus};

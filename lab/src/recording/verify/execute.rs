@@ -2,7 +2,8 @@
 
 use std::{sync::Arc, thread};
 
-use ratelab::{Knot, Observer, RealClock, Rerun, Speed};
+use ratelab::{Knot, RealClock, Rerun, Speed};
+use ratelab_account::Observer;
 use ratelab_study::{
     experiment::{Config, Experiment, Taps},
     system::System,

@@ -2,7 +2,8 @@
 
 use std::{sync::Arc, thread};
 
-use ratelab::{Observer, Rerun, Watch};
+use ratelab::{Rerun, Watch};
+use ratelab_account::Observer;
 use ratelab_study::experiment::Experiment;
 
 /// A run that is executed again up to an operation, and held there until this is dropped.

@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use ratelab::{Head, Push, Rows, TickRecord, Time};
+use ratelab::{Head, Push, Time};
+use ratelab_account::{Rows, TickRecord};
 
 use super::difference::{Difference, SeriesItem};
 

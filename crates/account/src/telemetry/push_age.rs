@@ -2,10 +2,9 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use crate::{
-    push::Push,
+use ratelab::{
+    Push, Time,
     sync::{Arc, Mutex, lock},
-    time::Time,
 };
 
 /// The end of a run whose ages decide whether it is lost.

@@ -18,7 +18,7 @@ pub trait Fields: Sized {
 /// with the name of each in tables, and its unit.
 ///
 /// ```
-/// use ratelab::{Fields, fields};
+/// use ratelab_account::{Fields, fields};
 ///
 /// #[derive(Debug, PartialEq)]
 /// struct Wheels {

@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Observer;
-use crate::{depth::Depth, executor::Executor, sync::atomic::Ordering, time::Hz, trigger::Match};
+use super::{depth::Depth, executor::Executor, time::Hz, trigger::Match};
 
 /// Nodes, topics and connections: enough to draw a graph or to replay its run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -59,30 +58,49 @@ fn is_each(matching: &Match) -> bool {
     *matching == Match::Each
 }
 
-impl Observer {
-    /// The current topology of the graph.
-    pub fn topology(&self) -> Topology {
-        let nodes = self.nodes.iter().zip(self.rates());
-        let nodes = nodes.map(|(node, hz)| NodeTopology {
-            name: node.name.to_string(),
-            priority: node.priority,
-            hz,
-            triggers: node.triggers.to_vec(),
-            matching: node.matching,
-            executor: node.executor,
-            executor_index: node.executor_index,
-            group: node.group.as_deref().map(str::to_owned),
-            meters: node.meters.iter().map(|(name, _)| name.clone()).collect(),
-        });
-        let topics = self.topics.iter().map(|topic| TopicTopology {
-            name: topic.name.to_string(),
-            depth: Depth::known(topic.counters.depth.load(Ordering::Relaxed)),
-            publishers: topic.publishers.clone(),
-            readers: topic.subscriptions.iter().map(|s| s.node).collect(),
-        });
-        Topology {
-            nodes: nodes.collect(),
-            topics: topics.collect(),
+impl Topology {
+    /// The rate in force of each node, of which those with a timer have their `own`. For a node
+    /// that messages trigger it is that of the messages: of all publishers of a topic together,
+    /// and of several topics the slowest.
+    pub fn rates(&self, own: impl Fn(usize) -> Hz) -> Vec<Hz> {
+        let nodes = self.nodes.iter().enumerate();
+        let mut known: Vec<Option<u64>> = nodes
+            .map(|(index, node)| node.triggers.is_empty().then(|| own(index).as_micro()))
+            .collect();
+        for node in 0..self.nodes.len() {
+            self.find_rate(node, &mut known);
         }
+        let rates = known.into_iter().map(|rate| {
+            let micro = rate.unwrap_or_default();
+            Hz::from_micro(micro.clamp(Hz::MIN.as_micro(), Hz::MAX.as_micro()))
+        });
+        rates.collect()
+    }
+
+    /// Finds the rate of a node, after those of all nodes before it in chains of triggers.
+    fn find_rate(&self, node: usize, known: &mut [Option<u64>]) {
+        let mut path = vec![node];
+        while let Some(&node) = path.last() {
+            let triggers = self.nodes[node].triggers.iter();
+            let mut before = triggers.flat_map(|topic| &self.topics[*topic].publishers);
+            // There are no circles of triggers.
+            match before.find(|publisher| known[**publisher].is_none()) {
+                Some(unknown) if known[node].is_none() => path.push(*unknown),
+                _ => {
+                    let rate = self.rate_of_messages(node, known);
+                    known[node].get_or_insert(rate);
+                    path.pop();
+                }
+            }
+        }
+    }
+
+    fn rate_of_messages(&self, node: usize, known: &[Option<u64>]) -> u64 {
+        let topics = self.nodes[node].triggers.iter();
+        let rates = topics.map(|topic| {
+            let publishers = self.topics[*topic].publishers.iter();
+            publishers.filter_map(|publisher| known[*publisher]).sum()
+        });
+        rates.min().unwrap_or_default()
     }
 }

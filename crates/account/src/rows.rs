@@ -3,15 +3,11 @@
 
 use std::any::Any;
 
+use ratelab::{Head, Message, Payload, Subscription, Time, Topic, Wiring};
+
 use super::{
     fields::Fields,
-    graph::Wiring,
-    head::Head,
-    message::{Message, Payload},
-    tap::{Tap, TapMessage},
-    tap_handle::TapHandle,
-    time::Time,
-    topic::{Subscription, Topic},
+    telemetry::{Tap, TapHandle, TapMessage},
 };
 
 /// Messages of one topic, each a row with the same number of values.
@@ -46,9 +42,9 @@ impl Rows {
         fits
     }
 
-    fn push_message<T: Fields>(&mut self, tapped: &TapMessage<T>) {
-        self.heads.push(Head::of(tapped));
-        tapped.message.data.append_to(&mut self.values);
+    fn push_message<T: Fields>(&mut self, head: Head, data: &T) {
+        self.heads.push(head);
+        data.append_to(&mut self.values);
         self.values.resize(self.heads.len() * self.width, f64::NAN);
     }
 
@@ -149,7 +145,7 @@ pub trait RecordedTopic: Any + Send + Sync {
 
     /// Has `watcher` look at every message from now on, with the run time at which it
     /// is published. It is called by the publisher, so it has to be quick.
-    fn watch(&self, watcher: RowWatcher);
+    fn watch(&self, tap_handle: &TapHandle, watcher: RowWatcher);
 
     /// A reading end for the node of `wiring`.
     fn reader(&self, wiring: &mut Wiring<'_>) -> RowReader;
@@ -158,7 +154,7 @@ pub trait RecordedTopic: Any + Send + Sync {
     fn trigger(&self, wiring: &mut Wiring<'_>) -> RowReader;
 }
 
-/// Reads a message at a run time, as a [`Subscription`](super::Subscription) does: replaces
+/// Reads a message at a run time, as a [`Subscription`] does: replaces
 /// the row by its numbers and returns the run time of the sensing behind it, or `None` before
 /// the first.
 pub type RowReader = Box<dyn FnMut(Time, &mut Vec<f64>) -> Option<Time> + Send>;
@@ -200,9 +196,9 @@ impl<T: Fields + Payload> RecordedTopic for Topic<T> {
         })
     }
 
-    fn watch(&self, mut watcher: RowWatcher) {
+    fn watch(&self, tap_handle: &TapHandle, mut watcher: RowWatcher) {
         let mut row = Vec::with_capacity(T::FIELDS.len());
-        self.set_watcher(move |now, data| {
+        tap_handle.watch(self, move |now, data: &T| {
             row.clear();
             data.append_to(&mut row);
             watcher(now, &row);
@@ -257,8 +253,8 @@ impl<T: Fields + Payload> RecordedTopic for NamedTopic<T> {
         self.topic.inlet()
     }
 
-    fn watch(&self, watcher: RowWatcher) {
-        self.topic.watch(watcher);
+    fn watch(&self, tap_handle: &TapHandle, watcher: RowWatcher) {
+        self.topic.watch(tap_handle, watcher);
     }
 
     fn reader(&self, wiring: &mut Wiring<'_>) -> RowReader {
@@ -283,9 +279,9 @@ fn row_tap<T: Fields + Payload>(
 }
 
 fn newest_row<T: Fields + Payload>(topic: &Topic<T>, fields: &[&str]) -> Option<Rows> {
-    let newest = topic.peek()?;
+    let (newest, head) = topic.peek()?;
     let mut rows = Rows::new(fields.len());
-    rows.push_message(&newest);
+    rows.push_message(head, &newest);
     Some(rows)
 }
 
@@ -340,7 +336,7 @@ trait RowItem: Send {
 
 impl<T: Fields + Payload> RowItem for TapMessage<T> {
     fn push_to(&self, rows: &mut Rows) {
-        rows.push_message(self);
+        rows.push_message(self.head(), &self.message.data);
     }
 }
 

@@ -4,33 +4,14 @@ use std::time::Duration;
 
 use crossbeam_channel::{Receiver, Sender, TrySendError};
 
-use super::{
-    message::Message,
-    push::Push,
+use ratelab::{
+    Head, Message, Push, RunState, Time,
     sync::{
         Arc, Mutex,
         atomic::{AtomicBool, AtomicU64, Ordering},
         bump, lock,
     },
-    time::Time,
 };
-
-/// The behaviour of full taps: lose and count, or block.
-///
-/// Wall time must not wait for an observer, but virtual time may: the clock turns
-/// backpressure on and off for all its taps.
-#[derive(Clone, Debug, Default)]
-pub struct Backpressure(Arc<AtomicBool>);
-
-impl Backpressure {
-    pub(crate) fn set(&self, on: bool) {
-        self.0.store(on, Ordering::Relaxed);
-    }
-
-    fn get(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
-}
 
 /// A message as a tap sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +26,41 @@ pub struct TapMessage<T> {
     /// Messages of its topic lost unread so far, over all subscriptions, including any
     /// that this message evicted.
     pub dropped: u64,
+}
+
+impl<T> TapMessage<T> {
+    /// The message with this `head`.
+    pub(super) fn new(head: &Head, data: T) -> Self {
+        let Head {
+            stamp, seq, origin, ..
+        } = *head;
+        Self {
+            message: Message {
+                data,
+                stamp,
+                seq,
+                origin,
+            },
+            at: head.at,
+            arrives: head.arrives,
+            dropped: head.dropped,
+        }
+    }
+
+    /// The message without its payload.
+    pub fn head(&self) -> Head {
+        let Message {
+            stamp, seq, origin, ..
+        } = self.message;
+        Head {
+            at: self.at,
+            stamp,
+            seq,
+            origin,
+            arrives: self.arrives,
+            dropped: self.dropped,
+        }
+    }
 }
 
 /// A finished tick of a node as a tap sees it.
@@ -68,28 +84,29 @@ pub struct TickRecord {
 
 /// The sending end of a tap.
 #[derive(Debug)]
-pub(crate) struct TapSender<T> {
+pub(super) struct TapSender<T> {
     sender: Sender<T>,
     lost: Arc<AtomicU64>,
-    backpressure: Backpressure,
+    /// The run that may wait for a full tap, instead of losing items; `None` if none may.
+    run: Option<Arc<RunState>>,
 }
 
 /// Creates a tap for `capacity` items, with its sending end.
-pub(crate) fn tap<T>(capacity: usize, backpressure: Backpressure) -> (TapSender<T>, Tap<T>) {
+pub(super) fn tap<T>(capacity: usize, run: Option<Arc<RunState>>) -> (TapSender<T>, Tap<T>) {
     let (sender, items) = crossbeam_channel::bounded(capacity.max(1));
     let lost = Arc::new(AtomicU64::new(0));
     let end = TapSender {
         sender,
         lost: lost.clone(),
-        backpressure,
+        run,
     };
     (end, Tap { items, lost })
 }
 
 impl<T> TapSender<T> {
     /// Sends `item`; returns `false` once the receiver is gone.
-    pub(crate) fn offer(&self, item: T) -> bool {
-        if self.backpressure.get() {
+    pub(super) fn offer(&self, item: T) -> bool {
+        if self.run.as_ref().is_some_and(|run| run.waits()) {
             return self.sender.send(item).is_ok();
         }
         match self.sender.try_send(item) {
@@ -107,19 +124,26 @@ impl<T> TapSender<T> {
     }
 }
 
-/// Receives all items, in order; see [`Graph::tap`](super::Graph::tap) and
-/// [`TapHandle`](super::TapHandle). Ends when the tapped topic or node is gone.
+/// Receives all items, in order; see [`TapHandle`](super::TapHandle). Ends when the tapped topic
+/// or node is gone. A full tap loses items and counts them under the real clock; in virtual time
+/// the run waits for it, which costs no run time.
 ///
 /// ```
-/// use ratelab::{Backpressure, Depth, Time, Topic};
+/// use ratelab::{Depth, GO_ON, Graph, Hz, Time, Topic};
+/// use ratelab_account::TapHandle;
 ///
-/// let topic = Topic::new("/range", Depth::ONE);
-/// let tap = topic.tap(100, Backpressure::default());
+/// let (topic, mut graph) = (Topic::new("/range", Depth::ONE), Graph::new());
+/// graph.node("sonar", Hz::new(10.0)?, 0, |wiring| {
+///     let _range = wiring.publisher(&topic);
+///     |_| GO_ON
+/// })?;
+/// let tap = TapHandle::of(&graph).topic(&topic, 100);
 /// let publisher = topic.publisher();
 /// (1..=3).for_each(|n| publisher.publish(n, Time::from_nanos(n), None));
 /// let all = tap.items().try_iter().map(|tapped| tapped.message.data);
 /// assert_eq!(all.collect::<Vec<_>>(), [1, 2, 3]); // Not the latest only.
 /// assert_eq!(tap.lost(), 0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
 pub struct Tap<T> {
@@ -160,13 +184,13 @@ impl<T> Default for Copies<T> {
 impl<T: Clone> Copies<T> {
     /// A tap for all items from now on. A full one, of `capacity` items, loses and counts.
     pub fn tap(&self, capacity: usize) -> Tap<T> {
-        let (end, tap) = tap(capacity, Backpressure::default());
+        let (end, tap) = tap(capacity, None);
         self.add(end);
         tap
     }
 
     /// Adds a tap for all items from now on.
-    pub(crate) fn add(&self, end: TapSender<T>) {
+    pub(super) fn add(&self, end: TapSender<T>) {
         lock(&self.ends).push(end);
         self.tapped.store(true, Ordering::Release);
     }

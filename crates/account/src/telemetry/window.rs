@@ -1,8 +1,8 @@
 //! Messages per second over the last second.
 
-use crate::{
+use ratelab::{
+    Time,
     sync::atomic::{AtomicU64, Ordering},
-    time::Time,
 };
 
 /// Width of one slice of the window.

@@ -5,12 +5,18 @@ use std::{
     time::Duration,
 };
 
-use crate::sync::atomic::{AtomicU64, Ordering};
+use ratelab::sync::{
+    self,
+    atomic::{AtomicU64, Ordering},
+};
 
 /// Buckets per octave: the width of each is at most 1/1024 of its values.
 const BUCKETS: usize = 1 << BUCKET_BITS;
 // Every bucket is a point where the model checker may switch threads, so it uses few.
-const BUCKET_BITS: u32 = if cfg!(feature = "model") { 2 } else { 10 };
+const BUCKET_BITS: u32 = if sync::MODEL { 2 } else { 10 };
+
+/// Buckets in a block, which is a kilobyte.
+const BLOCK: usize = if BUCKETS < 64 { BUCKETS } else { 64 };
 
 /// Octaves in 64 bits: below [`BUCKETS`] there is one bucket per nanosecond.
 const OCTAVES: usize = (u64::BITS - BUCKET_BITS + 1) as usize;
@@ -81,43 +87,49 @@ impl Distribution {
     }
 }
 
-/// The reading side of a distribution: any number of clones, on any thread.
-#[derive(Clone, Debug)]
+/// A distribution that one thread at a time records, without blocking, and any number of others
+/// read.
+#[derive(Clone, Debug, Default)]
 pub struct Meter(Arc<BucketCounts>);
 
 /// A histogram that one thread writes while others read, without a lock: a lock would
 /// cost more than the rest of recording a sample.
 #[derive(Debug)]
 struct BucketCounts {
-    /// Allocated on first use: most meters see few octaves, and many see none.
-    octaves: [OnceLock<Box<[Bucket]>>; OCTAVES],
+    /// Allocated on first use, octaves and blocks of them: most meters see few, and many see
+    /// none.
+    octaves: [OnceLock<Box<[Block]>>; OCTAVES],
     sum: AtomicU64,
     max: AtomicU64,
 }
 
+/// Neighbouring buckets of an octave.
+type Block = OnceLock<Box<[Bucket]>>;
+
 /// Samples that are counted together, represented by their mean: for equal samples it is
 /// their exact value, unlike either end of the bucket.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Bucket {
     count: AtomicU64,
     /// The sum of their excess over the bucket's least value.
     excess: AtomicU64,
 }
 
-impl Meter {
-    /// Creates an empty meter and its only recorder.
-    pub fn new() -> (MeterRecorder, Self) {
-        let meter = Self(Arc::new(BucketCounts {
+impl Default for BucketCounts {
+    fn default() -> Self {
+        Self {
             octaves: [const { OnceLock::new() }; OCTAVES],
             sum: AtomicU64::new(0),
             max: AtomicU64::new(0),
-        }));
-        (MeterRecorder(meter.clone()), meter)
+        }
     }
+}
 
-    /// A recorder in the place of the first one, which is gone.
-    pub(crate) fn recorder(&self) -> MeterRecorder {
-        MeterRecorder(self.clone())
+impl Meter {
+    /// Adds a sample.
+    pub fn record(&self, sample: Duration) {
+        let nanos = u64::try_from(sample.as_nanos()).unwrap_or(u64::MAX);
+        self.0.record(nanos);
     }
 
     /// Reads the samples so far. A sample recorded concurrently may be in the count
@@ -137,15 +149,11 @@ impl Meter {
 impl BucketCounts {
     fn record(&self, nanos: u64) {
         let (octave, bucket) = place(nanos);
-        let buckets = self.octaves[octave].get_or_init(|| {
-            let empty = (0..BUCKETS).map(|_| Bucket {
-                count: AtomicU64::new(0),
-                excess: AtomicU64::new(0),
-            });
-            empty.collect()
-        });
-        add(&buckets[bucket].excess, nanos - least(octave, bucket));
-        add(&buckets[bucket].count, 1);
+        let blocks = self.octaves[octave].get_or_init(|| empty(BUCKETS / BLOCK));
+        let buckets = blocks[bucket / BLOCK].get_or_init(|| empty(BLOCK));
+        let samples = &buckets[bucket % BLOCK];
+        add(&samples.excess, nanos - least(octave, bucket));
+        add(&samples.count, 1);
         add(&self.sum, nanos);
         if nanos > self.max.load(Ordering::Relaxed) {
             self.max.store(nanos, Ordering::Relaxed);
@@ -155,10 +163,14 @@ impl BucketCounts {
     /// The non-empty buckets: mean and count of each.
     fn bars(&self) -> impl Iterator<Item = (u64, u64)> {
         let octaves = self.octaves.iter().enumerate();
-        let octaves = octaves.filter_map(|(octave, buckets)| Some((octave, buckets.get()?)));
-        let buckets = octaves.flat_map(|(octave, buckets)| {
-            let buckets = buckets.iter().enumerate();
-            buckets.map(move |(bucket, samples)| (octave, bucket, samples))
+        let octaves = octaves.filter_map(|(octave, blocks)| Some((octave, blocks.get()?)));
+        let blocks = octaves.flat_map(|(octave, blocks)| {
+            let blocks = blocks.iter().enumerate();
+            blocks.filter_map(move |(block, buckets)| Some((octave, block, buckets.get()?)))
+        });
+        let buckets = blocks.flat_map(|(octave, block, buckets)| {
+            let buckets = buckets.iter().zip(block * BLOCK..);
+            buckets.map(move |(samples, bucket)| (octave, bucket, samples))
         });
         buckets.filter_map(|(octave, bucket, samples)| {
             let count = samples.count.load(Ordering::Relaxed);
@@ -168,6 +180,10 @@ impl BucketCounts {
             Some((least(octave, bucket) + excess, count))
         })
     }
+}
+
+fn empty<T: Default>(length: usize) -> Box<[T]> {
+    (0..length).map(|_| T::default()).collect()
 }
 
 /// Adds to a number with a single writer.
@@ -194,17 +210,4 @@ fn least(octave: usize, bucket: usize) -> u64 {
 /// The width of the buckets of this octave.
 fn width(octave: usize) -> u64 {
     1 << octave.saturating_sub(1)
-}
-
-/// The writing side of a distribution, owned by the one thread that measures. Neither
-/// recording nor reading ever blocks.
-#[derive(Debug)]
-pub struct MeterRecorder(Meter);
-
-impl MeterRecorder {
-    /// Adds a sample.
-    pub fn record(&mut self, sample: Duration) {
-        let nanos = u64::try_from(sample.as_nanos()).unwrap_or(u64::MAX);
-        self.0.0.record(nanos);
-    }
 }

@@ -1,0 +1,207 @@
+//! What happens in a run, one record after the other, for those who look on.
+//!
+//! A graph counts, measures and copies nothing itself: it sends records to a [`Sink`], if it has
+//! one. Those of a topic come in the order of its operations, those of a node in the order of
+//! its ticks.
+
+use std::{
+    any::Any,
+    fmt,
+    sync::{Arc, OnceLock},
+    time::Duration,
+};
+
+use super::{
+    depth::Depth,
+    message::Head,
+    time::{Hz, Time},
+};
+
+/// Gets the records of a run, on the threads of its nodes: it must be quick, and must not
+/// publish, read or turn a knob. Nodes and topics are named by their indices in the
+/// [`Topology`](super::Topology).
+pub trait Sink: Any + Send + Sync {
+    /// Takes a record of a node.
+    fn node(&self, node: usize, record: &NodeRecord);
+
+    /// Takes a record of a topic.
+    fn topic(&self, topic: usize, record: &TopicRecord<'_>);
+}
+
+/// What a node did, or what happened to it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NodeRecord {
+    /// It begins a tick.
+    Began {
+        /// Run time.
+        at: Time,
+        /// Whether the tick lasts: it takes run time.
+        lasting: bool,
+    },
+    /// A tick that lasted is over.
+    Ended,
+    /// A tick with its measurements, once these are known.
+    Ticked(TickTimes),
+    /// So many ticks were due while it was busy, and were skipped.
+    Skipped(u64),
+    /// It has another rate.
+    Rate(Hz),
+    /// It crashed, and ticks no more.
+    Crashed,
+    /// It had crashed, and ticks again.
+    Restarted,
+    /// It has measured a duration.
+    Measured {
+        /// The measurement, by its place among those of the node.
+        meter: usize,
+        /// The duration.
+        sample: Duration,
+    },
+    /// It has acted on the world.
+    Pushed(Push),
+}
+
+/// What happened on a topic.
+#[derive(Clone, Copy, Debug)]
+pub enum TopicRecord<'a> {
+    /// A message was published, after what it brought about on the topic.
+    Sent {
+        /// The message without its payload.
+        head: Head,
+        /// Whether it goes through a link, and so is delivered later, or lost.
+        link: bool,
+        /// Its payload.
+        payload: &'a dyn Any,
+    },
+    /// A link has delivered a message.
+    Delivered {
+        /// Whether a newer one was there before, so that nobody reads this one.
+        overtaken: bool,
+    },
+    /// A message was evicted before a reader had seen it.
+    Dropped {
+        /// The reader, by its place among those of the topic; `None` for one outside of the
+        /// graph.
+        reader: Option<usize>,
+        /// Run time.
+        at: Time,
+    },
+    /// A node has read a message.
+    Read {
+        /// The reader, by its place among those of the topic.
+        reader: usize,
+        /// The age of the message.
+        age: Duration,
+    },
+    /// It has another queue depth.
+    Depth(Depth),
+}
+
+/// How a tick was timed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TickTimes {
+    /// Run time of its start.
+    pub at: Time,
+    /// Lateness of its start; `None` where that was not measured.
+    pub lateness: Option<Duration>,
+    /// Duration; `None` where it was not measured.
+    pub took: Option<Duration>,
+    /// Run time at which it published and acted; `None` if the run ended before.
+    pub ends: Option<Time>,
+}
+
+/// An action applied to the world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Push {
+    /// Run time of the application.
+    pub at: Time,
+    /// Run time of the sensing behind it.
+    pub sensed: Time,
+}
+
+/// The way of a node's or a topic's records to the sink of its graph.
+#[derive(Clone, Default)]
+pub(crate) struct Records {
+    sink: Arc<OnceLock<Arc<dyn Sink>>>,
+    /// Index of the node or topic.
+    of: usize,
+}
+
+impl Records {
+    /// The same way for node or topic number `of`.
+    pub(crate) fn of(&self, of: usize) -> Self {
+        let sink = self.sink.clone();
+        Self { sink, of }
+    }
+
+    /// Index of the node or topic.
+    pub(crate) fn index(&self) -> usize {
+        self.of
+    }
+
+    /// Whether anybody looks on.
+    pub(crate) fn are_heard(&self) -> bool {
+        self.sink.get().is_some()
+    }
+
+    /// Sends a record of this node, if anybody looks on.
+    #[inline]
+    pub(crate) fn node(&self, record: impl FnOnce() -> NodeRecord) {
+        if let Some(sink) = self.sink.get() {
+            sink.node(self.of, &record());
+        }
+    }
+
+    /// Sends a record of this topic, if anybody looks on.
+    #[inline]
+    pub(crate) fn topic<'a>(&self, record: impl FnOnce() -> TopicRecord<'a>) {
+        if let Some(sink) = self.sink.get() {
+            sink.topic(self.of, &record());
+        }
+    }
+
+    /// The sink, or else what `make` returns from now on.
+    pub(crate) fn sink_or(&self, make: impl FnOnce() -> Arc<dyn Sink>) -> Arc<dyn Sink> {
+        self.sink.get_or_init(make).clone()
+    }
+}
+
+impl fmt::Debug for Records {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Records({})", self.of)
+    }
+}
+
+/// Takes the durations that a node measures; see [`Wiring::meter`](super::Wiring::meter).
+#[derive(Debug)]
+pub struct MeterRecorder {
+    records: Records,
+    meter: usize,
+}
+
+impl MeterRecorder {
+    pub(crate) fn new(records: Records, meter: usize) -> Self {
+        Self { records, meter }
+    }
+
+    /// Adds a sample.
+    pub fn record(&mut self, sample: Duration) {
+        let meter = self.meter;
+        self.records.node(|| NodeRecord::Measured { meter, sample });
+    }
+}
+
+/// Takes what a node does to the world; see [`Wiring::push_age`](super::Wiring::push_age).
+#[derive(Debug)]
+pub struct PushRecorder(Records);
+
+impl PushRecorder {
+    pub(crate) fn new(records: Records) -> Self {
+        Self(records)
+    }
+
+    /// Records an action at run time `at` that was derived from a sensing at `sensed`.
+    pub fn push(&self, at: Time, sensed: Time) {
+        self.0.node(|| NodeRecord::Pushed(Push { at, sensed }));
+    }
+}
