@@ -71,7 +71,7 @@ impl Command {
     }
 
     /// The name of the node that must carry it out.
-    pub(crate) fn node(&self) -> Option<&str> {
+    pub fn node(&self) -> Option<&str> {
         match self {
             Self::Set(knob) if !knob.kind().is_of_topic() => Some(knob.target()),
             _ => None,

@@ -335,6 +335,11 @@ impl Graph {
         topology
     }
 
+    /// Number of its nodes.
+    pub fn node_count(&self) -> usize {
+        self.seats.len()
+    }
+
     /// Whether this process runs the node with this index.
     pub fn is_here(&self, node: usize) -> bool {
         self.seats.get(node).is_some_and(|seat| !seat.remote)
@@ -361,6 +366,11 @@ impl Graph {
     /// Sets the speed of the virtual clock.
     pub fn set_speed(&mut self, speed: Speed) {
         self.control.update(|status| status.speed = speed);
+    }
+
+    /// Stops run time, or lets it go on.
+    pub fn set_paused(&mut self, paused: bool) {
+        self.control.update(|status| status.paused = paused);
     }
 
     /// Sets the seed of all random durations.

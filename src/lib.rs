@@ -21,7 +21,7 @@
 //! | order of nodes due together | up to the operating system | by priority, always |
 //! | late ticks | measured; missed periods skipped and counted | only where configured |
 //! | duration of ticks | measured, or as configured | as configured |
-//! | the same run again | from its log, by [`Rerun`], to the bit | to the bit |
+//! | the same run again | from its [`Journal`], to the bit | to the bit |
 //!
 //! [`Command`]s are the only input of a running graph, records its only output: whatever is
 //! counted, measured or copied of a run, a [`Sink`] makes of them.
@@ -75,6 +75,7 @@ mod event;
 mod executor;
 mod graph;
 mod inbox;
+mod journal;
 mod knob;
 mod link;
 mod local_clock;
@@ -88,7 +89,6 @@ mod rate;
 mod read_order;
 mod realtime;
 mod record;
-mod reexecution;
 mod release;
 mod scheduling;
 mod seat;
@@ -101,11 +101,12 @@ mod topic;
 mod topology;
 mod transit;
 mod trigger;
+mod turns;
 
 pub use chance::Chance;
 pub use clock::{
-    Clock, ClockExit, RealClock, RealtimeError, RealtimePriority, Rerun, VirtualClock,
-    lower_priority, run,
+    Clock, ClockExit, NodeHand, Obeyed, Outcome, RealClock, RealtimeError, RealtimePriority,
+    SupervisorHand, TickEnd, VirtualClock, lower_priority, note_end, obey_at_rest, run,
 };
 pub use command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand};
 pub use cost::Cost;
@@ -116,6 +117,7 @@ pub use event::{Event, EventKind};
 pub use executor::{Callback, Executor};
 pub use graph::{Graph, GraphError, Wiring};
 pub use inbox::{Inbox, Interrupt};
+pub use journal::{End, Entries, Entry, Journal, ThreadJournal};
 pub use knob::{Knob, KnobError, KnobKind, TimedKnob};
 pub use link::Link;
 pub use local_clock::ClockError;
@@ -124,12 +126,10 @@ pub use node::{END, Fault, GO_ON, Node, Panicked, Tick};
 pub use rate::{Rate, hyper_period};
 pub use read_order::ReadOrder;
 pub use record::{MeterRecorder, NodeRecord, Push, PushRecorder, Sink, TickTimes, TopicRecord};
-pub use reexecution::{
-    BusyNode, Doing, Knot, KnotOperation, Log, LogError, LogPosition, Shared, Turn, Watch,
-};
 pub use release::Release;
 pub use state::{RunState, Status};
 pub use time::{Hz, HzError, Time, TimeError};
 pub use topic::{Publisher, Subscription, Topic};
 pub use topology::{NodeTopology, TopicTopology, Topology};
 pub use trigger::{Choice, Match, Matcher, TakenMessage};
+pub use turns::{Following, LockName, Operation, Shared, Turn, TurnFollower};

@@ -1,15 +1,18 @@
 //! The state of a run, read from any thread while it goes on.
 
+use std::{fmt, sync::OnceLock};
+
 use super::{
     command::{ClockKind, Command, Speed},
     event::{Event, EventKind},
-    reexecution::{Log, LogPosition, RunLog, Shared},
+    journal::{Entries, Journal},
     sync::{
-        Instant, Mutex,
+        Arc, Instant, Mutex,
         atomic::{AtomicBool, AtomicU64, Ordering},
         lock,
     },
     time::Time,
+    turns::Shared,
 };
 
 /// The state of a graph's clock.
@@ -43,14 +46,13 @@ pub struct Status {
 /// assert!(state.events(0).is_empty());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug)]
 pub struct RunState {
     now: AtomicU64,
     status: Mutex<Status>,
     /// Only rare events lock it, never a tick.
     events: Shared<Vec<Event>>,
-    /// What the threads of the real clock did.
-    pub(crate) threads: RunLog,
+    /// Keeps what the threads of the real clock do, if anybody wants that.
+    journal: OnceLock<Arc<dyn Journal>>,
     /// The moment of run time zero, while a real clock runs the graph.
     zero: Mutex<Option<Instant>>,
     /// Whether run time may wait for those who look on.
@@ -64,7 +66,7 @@ impl RunState {
             now: AtomicU64::new(0),
             status: Mutex::new(status),
             events: Shared::new("the event log", Vec::new()),
-            threads: RunLog::default(),
+            journal: OnceLock::new(),
             zero: Mutex::new(None),
             waits: AtomicBool::new(false),
         }
@@ -81,7 +83,7 @@ impl RunState {
     }
 
     /// Advances run time to at least `now`.
-    pub(crate) fn advance_to(&self, now: Time) {
+    pub fn advance_to(&self, now: Time) {
         self.now.fetch_max(now.as_nanos(), Ordering::Relaxed);
     }
 
@@ -111,7 +113,8 @@ impl RunState {
         self.waits.load(Ordering::Relaxed)
     }
 
-    pub(crate) fn set_waits(&self, waits: bool) {
+    /// Sets whether it may.
+    pub fn set_waits(&self, waits: bool) {
         self.waits.store(waits, Ordering::Relaxed);
     }
 }
@@ -146,7 +149,8 @@ impl RunState {
         self.note(at, EventKind::Applied { command, was })
     }
 
-    pub(crate) fn refused(&self, at: Time, command: &Command, reason: impl Into<String>) -> usize {
+    /// Logs that `command` was refused; returns the position of the event.
+    pub fn refused(&self, at: Time, command: &Command, reason: impl Into<String>) -> usize {
         let (command, reason) = (command.clone(), reason.into());
         self.note(at, EventKind::Refused { command, reason })
     }
@@ -166,25 +170,29 @@ impl RunState {
     }
 }
 
-/// Its log, for another execution.
+/// Its journal.
 impl RunState {
-    /// What the threads of the real clock did after `position`: bytes for a [`Log`], each piece
-    /// with its thread. Moves the position to the end. Events that these mention are in
-    /// [`events`](Self::events) afterwards.
-    pub fn log_since(&self, position: &mut LogPosition) -> Vec<(usize, Vec<u8>)> {
-        self.threads.since(position)
+    /// The journal of the run; if it has none, what `make` returns from now on.
+    pub fn journal_or(&self, make: impl FnOnce() -> Arc<dyn Journal>) -> Arc<dyn Journal> {
+        self.journal.get_or_init(make).clone()
     }
 
-    /// The log of the run so far, as far as it was under the real clock.
-    pub fn log(&self) -> Log {
-        let pieces = self.log_since(&mut LogPosition::default());
-        pieces.into_iter().collect()
+    /// Begins a stretch of `nodes` threads, and one for this process.
+    pub fn begin_threads(&self, nodes: usize) {
+        if let Some(journal) = self.journal.get() {
+            journal.begin(nodes);
+        }
     }
 
-    /// The names of the topics and [`Shared`] values that a thread outside of the graph wrote to
-    /// while the graph was under the real clock: such a run cannot come back. Each is known as
-    /// soon as a node has been there next.
-    pub fn written_from_outside(&self) -> Vec<std::sync::Arc<str>> {
-        self.threads.written_from_outside()
+    /// The entries of thread number `thread`: that which supervises, then the nodes.
+    pub fn entries_of(&self, thread: usize) -> Entries {
+        let journal = self.journal.get();
+        Entries::new(journal.map(|journal| journal.thread(thread)))
+    }
+}
+
+impl fmt::Debug for RunState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("RunState").finish_non_exhaustive()
     }
 }

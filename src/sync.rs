@@ -41,7 +41,7 @@ pub fn bump(counter: &AtomicU64) {
 
 /// Spawns a scoped thread that debuggers show under its node's name.
 #[cfg(not(feature = "model"))]
-pub(crate) fn spawn_named<'scope>(
+pub fn spawn_named<'scope>(
     scope: &'scope thread::Scope<'scope, '_>,
     name: &str,
     run: impl FnOnce() + Send + 'scope,
@@ -52,7 +52,7 @@ pub(crate) fn spawn_named<'scope>(
 
 /// The model's threads have no names and are unlimited.
 #[cfg(feature = "model")]
-pub(crate) fn spawn_named<'scope>(
+pub fn spawn_named<'scope>(
     scope: &'scope thread::Scope<'scope, '_>,
     _: &str,
     run: impl FnOnce() + Send + 'scope,

@@ -38,7 +38,6 @@ use super::{
     outbox::Outbox,
     read_order::ReadOrder,
     record::{Records, TopicRecord},
-    reexecution::Shared,
     sync::{
         Arc,
         atomic::{AtomicU64, Ordering},
@@ -46,6 +45,7 @@ use super::{
     },
     time::Time,
     transit::Transit,
+    turns::Shared,
 };
 
 /// A named, bounded, thread-safe, latest-wins bus.

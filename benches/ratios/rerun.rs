@@ -6,10 +6,11 @@ use std::{
 };
 
 use ratelab::{
-    Clock, ClockKind, Depth, Event, GO_ON, Graph, Hz, Inbox, Log, RealClock, Rerun, Time, Topic,
-    Topology, VirtualClock,
+    Clock, ClockKind, Depth, Event, GO_ON, Graph, Hz, Inbox, RealClock, Time, Topic, Topology,
+    VirtualClock,
 };
 use ratelab_cart_pole::CartPole;
+use ratelab_replay::{Log, Rerun, RunLog};
 use ratelab_study::experiment::{Config, Experiment};
 
 use super::{
@@ -100,7 +101,7 @@ impl Recorded {
         let topology = observer.topology();
         experiment.run().expect("run");
         Self {
-            log: observer.log(),
+            log: RunLog::of(&observer).log(),
             events: observer.events(0),
             topology,
         }

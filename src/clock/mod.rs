@@ -1,5 +1,4 @@
-//! Two clocks behind one interface, and a third that executes a run of the real one again.
-//! The first two ask the same schedule for work: one thread jumps from
+//! Two clocks behind one interface. Both ask the same schedule for work: one thread jumps from
 //! event to event, many wait for the wall.
 //!
 //! A clock runs a [`Graph`] until it ends, is stopped, reaches a given run time, or is
@@ -10,18 +9,19 @@
 //! instants: nodes that are due together see the same world, and the run time of a
 //! command is enough to repeat it.
 
+mod hands;
 mod obey;
 mod pacer;
-mod players;
 mod real;
-mod rerun;
 mod steps;
 mod virtual_time;
 mod wall;
 
 pub use super::realtime::{RealtimeError, RealtimePriority, lower_priority};
+pub use hands::{NodeHand, SupervisorHand, TickEnd};
+pub use obey::{Obeyed, obey_at_rest};
 pub use real::RealClock;
-pub use rerun::Rerun;
+pub use steps::Outcome;
 pub use virtual_time::VirtualClock;
 
 use super::{
@@ -72,7 +72,7 @@ pub enum ClockExit {
 }
 
 /// Runs a graph to its end, with handovers between the clocks. `real` runs it whenever it
-/// is under the real clock: [`RealClock`], or [`Rerun`] for a run that has been.
+/// is under the real clock: [`RealClock`], or one of another crate.
 ///
 /// # Errors
 /// [`Fault`] if a node failed.
@@ -97,8 +97,9 @@ pub fn run(
     }
 }
 
-/// Logs the end of the run for observers: the node that ended it, and unfinished ticks.
-fn note_end(graph: &mut Graph, end: &Result<ClockExit, Fault>) {
+/// Logs the `end` of a run: the node that ended it, and unfinished ticks. Every clock does this
+/// when it stops.
+pub fn note_end(graph: &mut Graph, end: &Result<ClockExit, Fault>) {
     let ended = match end {
         Ok(ClockExit::HandedOver(_)) => return,
         Ok(ClockExit::Ended { node, at }) => {

@@ -8,11 +8,11 @@ use crate::{
 };
 
 /// A command that was carried out or refused.
-pub(super) struct Obeyed {
+pub struct Obeyed {
     /// Position of its event.
-    pub(super) event: usize,
+    pub event: usize,
     /// Set if the clock must stop.
-    pub(super) exit: Option<ClockExit>,
+    pub exit: Option<ClockExit>,
 }
 
 /// Carries out a command that needs no node, as both clocks do.
@@ -69,13 +69,9 @@ pub(super) fn refuse(control: &ControlPlane, command: &Command, at: Time, reason
     Obeyed { event, exit: None }
 }
 
-/// Carries out any command while no node is in a tick.
-pub(super) fn obey_at_rest(
-    graph: &mut Graph,
-    kind: ClockKind,
-    command: &Command,
-    at: Time,
-) -> Obeyed {
+/// Carries out any command under a clock of this `kind`, at run time `at`, while no node is in a
+/// tick.
+pub fn obey_at_rest(graph: &mut Graph, kind: ClockKind, command: &Command, at: Time) -> Obeyed {
     if let Some(node) = command.node() {
         let answer = graph.obey(node, command, at);
         let event = graph.control.state.answered(at, command, answer);

@@ -21,9 +21,9 @@ use crate::{
     command::ClockKind,
     graph::Graph,
     inbox::{Inbox, Wait},
+    journal::Entry,
     node::Fault,
     realtime::{RealtimePriority, spare_cores},
-    reexecution::{Entry, Noter},
     state::RunState,
     sync::{Arc, spawn_named, thread},
     time::Time,
@@ -101,7 +101,7 @@ impl Clock for RealClock {
 
 /// Carries out commands during a pause. Timed commands wait until run time goes on.
 fn rest(graph: &mut Graph, inbox: &mut Inbox) -> Option<ClockExit> {
-    let log = graph.control.state.threads.stream(SUPERVISOR);
+    let log = graph.control.state.entries_of(SUPERVISOR);
     let Some(command) = inbox.receive(Wait::Forever) else {
         // All senders are gone, so nothing can end the pause.
         log.note_alone(Entry::Abandoned);
@@ -135,7 +135,8 @@ impl RealClock {
         let mailboxes = mailboxes(graph);
         let (reporter, reports) = crossbeam_channel::unbounded();
         let state = graph.control.state.clone();
-        let log = state.threads.begin(graph.seats.len());
+        state.begin_threads(graph.seats.len());
+        let log = state.entries_of(SUPERVISOR);
         let context = ThreadContext {
             until,
             state,
@@ -153,7 +154,7 @@ impl RealClock {
             working: threads.count(),
             log: log.clone(),
         };
-        let noter = Noter::new();
+        let noter = log.noter();
         let crews = &threads.crews;
         let end = thread::scope(|scope| {
             for (crew, node) in crews.iter().filter_map(|crew| Some((crew, crew.first()?))) {

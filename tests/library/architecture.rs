@@ -64,9 +64,10 @@ fn sources(folder: &str) -> Sources {
 }
 
 /// Every crate of the program, by the folder of its sources.
-const CRATES: [&str; 7] = [
+const CRATES: [&str; 8] = [
     "src",
     "crates/account/src",
+    "crates/replay/src",
     "crates/study/src",
     "crates/cart-pole/src",
     "crates/wire/src",

@@ -11,12 +11,13 @@ fn read(file: &str) -> String {
 }
 
 /// The crates of this workspace that others depend on.
-const OURS: [&str; 8] = [
+const OURS: [&str; 9] = [
     "exercises",
     "mend-it",
     "ratelab",
     "ratelab-account",
     "ratelab-cart-pole",
+    "ratelab-replay",
     "ratelab-study",
     "ratelab-wire",
     "xtask",
@@ -41,6 +42,7 @@ fn every_crate_that_a_manifest_names_has_its_reason_in_the_manual_and_no_other()
         "",
         "crates/account/",
         "crates/cart-pole/",
+        "crates/replay/",
         "crates/study/",
         "crates/wire/",
         "exercises/",
@@ -77,7 +79,11 @@ fn ours(folder: &str) -> Vec<String> {
 fn the_core_stands_on_nothing_and_every_other_crate_on_those_below() {
     assert_eq!(ours(""), [""; 0]);
     assert_eq!(ours("crates/account/"), ["ratelab"]);
-    assert_eq!(ours("crates/study/"), ["ratelab", "ratelab-account"]);
+    assert_eq!(ours("crates/replay/"), ["ratelab"]);
+    assert_eq!(
+        ours("crates/study/"),
+        ["ratelab", "ratelab-account", "ratelab-replay"]
+    );
     assert_eq!(
         ours("crates/cart-pole/"),
         ["ratelab", "ratelab-account", "ratelab-study"]
@@ -86,7 +92,9 @@ fn the_core_stands_on_nothing_and_every_other_crate_on_those_below() {
 
 #[test]
 fn neither_core_nor_study_nor_robot_depends_on_a_terminal_a_command_line_or_a_recorder() {
-    for folder in ["", "crates/account/", "crates/study/", "crates/cart-pole/"] {
+    let crates_below = ["account", "replay", "study", "cart-pole"];
+    let folders = crates_below.map(|name| format!("crates/{name}/"));
+    for folder in folders.into_iter().chain([String::new()]) {
         let crates = crates(&format!("{folder}Cargo.toml"), &["dependencies"]);
         assert!(!crates.is_empty(), "nothing was read");
         for foreign in ["ratatui", "crossterm", "clap", "rerun"] {

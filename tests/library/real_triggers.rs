@@ -5,9 +5,10 @@ use std::{ops::Range, time::Duration};
 
 use ratelab::{
     Callback, Clock, ClockExit, ClockKind, Command, Executor, GO_ON, Graph, Inbox, Knob, Match,
-    RealClock, Rerun, Time, TimedCommand, Topic, VirtualClock,
+    RealClock, Time, TimedCommand, Topic, VirtualClock,
 };
 use ratelab_account::{Observer, TapHandle, TickRecord};
+use ratelab_replay::{Rerun, RunLog};
 
 use crate::support::{self, depth, hz, secs};
 
@@ -123,6 +124,7 @@ fn run(
     timed: Vec<TimedCommand>,
 ) -> (Observer, Result) {
     let mut robot = robot(executor);
+    RunLog::of(&robot.graph.state());
     let taps = TapHandle::of(&robot.graph).ticks(4096);
     let [fused, commands] =
         [&robot.fused, &robot.command].map(|topic| TapHandle::of(&robot.graph).topic(topic, 4096));
@@ -185,7 +187,11 @@ fn comes_back(
     let (observer, recorded) = first;
     let recorded = without_took(recorded, virtual_time.clone());
     for perturbed in [false, true] {
-        let rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
+        let rerun = Rerun::new(
+            &RunLog::of(&observer).log(),
+            &observer.events(0),
+            &observer.topology(),
+        );
         let mut rerun = rerun.expect("a log");
         if perturbed {
             rerun.perturb();
@@ -194,7 +200,11 @@ fn comes_back(
         assert_eq!(rerun.difference(), None);
         assert_eq!(without_took(result, virtual_time.clone()), recorded);
         assert_eq!(again.events(0), observer.events(0));
-        assert_eq!(again.log(), observer.log(), "its log is another one");
+        assert_eq!(
+            RunLog::of(&again).log(),
+            RunLog::of(&observer).log(),
+            "its log is another one"
+        );
     }
 }
 

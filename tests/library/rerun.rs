@@ -14,10 +14,11 @@ use std::{
 
 use crossbeam_channel::Sender;
 use ratelab::{
-    Clock, ClockKind, Command, Event, EventKind, GO_ON, Graph, Inbox, Log, RealClock, Rerun,
-    Shared, Speed, Time, TimedCommand, Topic, Topology,
+    Clock, ClockKind, Command, Event, EventKind, GO_ON, Graph, Inbox, RealClock, Shared, Speed,
+    Time, TimedCommand, Topic, Topology,
 };
 use ratelab_account::{Distribution, Observer, RowTap, Rows, Tap, TapHandle, TickRecord};
+use ratelab_replay::{Log, Rerun, RunLog};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::WorldKind,
@@ -239,7 +240,7 @@ impl Run {
         });
         Self {
             config: config.clone(),
-            log: observer.log(),
+            log: RunLog::of(&observer).log(),
             events: observer.events(0),
             topology,
             transcript: taps.transcript(end.as_ref().map_err(Clone::clone)),
@@ -271,7 +272,7 @@ impl Run {
             .map_err(|fault| fault.to_string());
         Self {
             config,
-            log: observer.log(),
+            log: RunLog::of(&observer).log(),
             events: observer.events(0),
             topology: self.topology.clone(),
             transcript: taps.transcript(end.as_ref().map_err(Clone::clone)),
@@ -506,7 +507,7 @@ fn a_log_that_is_cut_off_is_executed_up_to_there() {
     let run = Run::record(&config, |_, observer, over| {
         while !over.load(Ordering::Relaxed) {
             // Events after the log: it mentions no later ones.
-            let log = observer.log();
+            let log = RunLog::of(observer).log();
             cuts.push((log, observer.events(0)));
             thread::sleep(Duration::from_millis(5));
         }
@@ -555,6 +556,7 @@ fn adders(total: &Arc<Shared<u64>>, topic: &Topic<u64>) -> Graph {
 
 fn sums(graph: &mut Graph, clock: &mut dyn Clock, topic: &Topic<u64>) -> Vec<(u64, Time)> {
     let tap = TapHandle::of(graph).topic(topic, BACKLOG);
+    RunLog::of(&graph.state());
     let end = clock.run(graph, &mut Inbox::default(), secs(0.2));
     end.expect("no fault");
     let messages = tap.items().try_iter();
@@ -570,7 +572,11 @@ fn state_that_nodes_share_comes_back_in_the_same_order() {
     let recorded = sums(&mut graph, &mut RealClock::default(), &topic);
     let observer = Observer::of(&graph);
     for perturbed in [false, true] {
-        let mut rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
+        let mut rerun = Rerun::new(
+            &RunLog::of(&observer).log(),
+            &observer.events(0),
+            &observer.topology(),
+        );
         let rerun = rerun.as_mut().expect("a log");
         if perturbed {
             rerun.perturb();
@@ -581,8 +587,8 @@ fn state_that_nodes_share_comes_back_in_the_same_order() {
         assert_eq!(rerun.difference(), None);
         assert_eq!(recorded, again);
         assert_eq!(
-            graph.state().log(),
-            observer.log(),
+            RunLog::of(&graph.state()).log(),
+            RunLog::of(&observer).log(),
             "its log is another one"
         );
     }
@@ -592,6 +598,7 @@ fn state_that_nodes_share_comes_back_in_the_same_order() {
 fn with_a_knot(build: impl Fn() -> Graph) -> Observer {
     loop {
         let mut graph = build();
+        RunLog::of(&graph.state());
         let run = RealClock::default().run(&mut graph, &mut Inbox::default(), secs(0.1));
         run.expect("no fault");
         let observer = Observer::of(&graph);
@@ -602,7 +609,11 @@ fn with_a_knot(build: impl Fn() -> Graph) -> Observer {
 }
 
 fn rerun_of(observer: &Observer) -> Rerun {
-    let rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
+    let rerun = Rerun::new(
+        &RunLog::of(observer).log(),
+        &observer.events(0),
+        &observer.topology(),
+    );
     rerun.expect("a log")
 }
 
@@ -717,14 +728,18 @@ fn a_run_that_another_thread_wrote_into_is_refused_by_name_and_notices_it_at_onc
                     thread::yield_now();
                 }
             }
-            let names = observer.written_from_outside();
+            let names = RunLog::of(&observer).written_from_outside();
             let once = names.iter().map(|name| &**name).eq(["total"]);
             noticed.store(once, Ordering::Relaxed);
         });
         sums(&mut graph, &mut RealClock::default(), &topic);
     });
     assert!(noticed.load(Ordering::Relaxed));
-    let rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
+    let rerun = Rerun::new(
+        &RunLog::of(&observer).log(),
+        &observer.events(0),
+        &observer.topology(),
+    );
     let error = rerun.expect_err("it cannot come back").to_string();
     assert!(
         error.contains("total was written to from outside of the graph"),
@@ -738,7 +753,11 @@ fn a_node_that_does_something_else_is_named() {
     let mut graph = adders(&total, &topic);
     sums(&mut graph, &mut RealClock::default(), &topic);
     let observer = Observer::of(&graph);
-    let mut rerun = Rerun::new(&observer.log(), &observer.events(0), &observer.topology());
+    let mut rerun = Rerun::new(
+        &RunLog::of(&observer).log(),
+        &observer.events(0),
+        &observer.topology(),
+    );
     let rerun = rerun.as_mut().expect("a log");
     let (_, topic) = total_and_topic();
     // Another name for what the nodes share is another lock.
@@ -767,10 +786,15 @@ fn a_node_that_waits_in_vain_is_named_by_the_watch() {
     let (sender, input) = crossbeam_channel::unbounded();
     (0..1_000).for_each(|_| sender.send(()).expect("open"));
     let mut first = graph(input);
+    RunLog::of(&first.state());
     let run = RealClock::default().run(&mut first, &mut Inbox::default(), secs(0.05));
     run.expect("no fault");
     let state = first.state();
-    let mut rerun = Rerun::new(&state.log(), &state.events(0), &first.topology());
+    let mut rerun = Rerun::new(
+        &RunLog::of(&state).log(),
+        &state.events(0),
+        &first.topology(),
+    );
     let rerun = rerun.as_mut().expect("a log");
     let (sender, input) = crossbeam_channel::unbounded();
     let (mut again, watch) = (graph(input), rerun.watch());

@@ -2,9 +2,10 @@
 
 use ratelab::{
     Callback, Clock, ClockExit, ClockKind, Command, END, Executor, GO_ON, Graph, Inbox, Knob,
-    Match, RealClock, Rerun, Time, Topic, run,
+    Match, RealClock, Time, Topic, run,
 };
 use ratelab_account::{Observer, TapHandle, TickRecord};
+use ratelab_replay::{Rerun, RunLog};
 use shuttle::{
     sync::{
         Arc,
@@ -178,6 +179,7 @@ fn a_message_wakes_a_thread_that_waits_for_nothing_else() {
 /// Every tick of every node of a run.
 fn ticks(graph: &mut Graph, clock: &mut dyn Clock) -> Vec<Vec<TickRecord>> {
     let taps = TapHandle::of(graph).ticks(1_000);
+    RunLog::of(&graph.state());
     let ended = clock.run(graph, &mut Inbox::default(), UNTIL);
     assert_eq!(ended.expect("no fault"), ClockExit::Completed);
     let ticks = taps.iter().map(|tap| tap.items().try_iter().collect());
@@ -192,7 +194,11 @@ fn the_ticks_of_its_threads_come_back_with_their_overruns_in_every_schedule() {
             let mut first = graph(executor);
             let recorded = ticks(&mut first, &mut RealClock::default());
             let state = first.state();
-            let rerun = Rerun::new(&state.log(), &state.events(0), &first.topology());
+            let rerun = Rerun::new(
+                &RunLog::of(&state).log(),
+                &state.events(0),
+                &first.topology(),
+            );
             let mut rerun = rerun.expect("a log");
             let again = ticks(&mut graph(executor), &mut rerun);
             assert_eq!(rerun.difference(), None);

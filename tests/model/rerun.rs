@@ -2,10 +2,9 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use ratelab::{
-    Clock, GO_ON, Graph, Inbox, Match, RealClock, Rerun, Shared, Time, TimedCommand, Topic,
-};
+use ratelab::{Clock, GO_ON, Graph, Inbox, Match, RealClock, Shared, Time, TimedCommand, Topic};
 use ratelab_account::{Observer, TapHandle};
+use ratelab_replay::{Rerun, RunLog};
 use shuttle::{sync::Arc, thread};
 
 use crate::{
@@ -62,6 +61,7 @@ fn graph() -> (Graph, Topic<u64>) {
 fn run(clock: &mut dyn Clock, timed: Vec<TimedCommand>) -> (Graph, Vec<(u64, u64, Time)>, u64) {
     let (mut graph, topic) = graph();
     let tap = TapHandle::of(&graph).topic(&topic, 1_000);
+    RunLog::of(&graph.state());
     let (_, mut inbox) = Inbox::new(timed);
     let end = Time::from_nanos(60_000_000);
     clock.run(&mut graph, &mut inbox, end).expect("no fault");
@@ -79,7 +79,11 @@ fn comes_back(perturb: bool) {
         let timed = commands.map(|command| TimedCommand { at, command });
         let (first, messages, dropped) = run(&mut RealClock::default(), timed.to_vec());
         let state = first.state();
-        let rerun = Rerun::new(&state.log(), &state.events(0), &first.topology());
+        let rerun = Rerun::new(
+            &RunLog::of(&state).log(),
+            &state.events(0),
+            &first.topology(),
+        );
         let mut rerun = rerun.expect("a log");
         if perturb {
             rerun.perturb();
@@ -107,7 +111,11 @@ fn a_knot_that_is_held_does_no_operation_before_it_is_allowed_in_every_schedule(
     explore(SOME, || {
         let (first, messages, _) = run(&mut RealClock::default(), Vec::new());
         let state = first.state();
-        let rerun = Rerun::new(&state.log(), &state.events(0), &first.topology());
+        let rerun = Rerun::new(
+            &RunLog::of(&state).log(),
+            &state.events(0),
+            &first.topology(),
+        );
         let mut rerun = rerun.expect("a log");
         let Some(last) = rerun.knots().len().checked_sub(1) else {
             return;

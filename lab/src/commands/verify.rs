@@ -8,7 +8,7 @@ use std::{
     sync::{Arc, atomic::AtomicBool},
 };
 
-use ratelab::BusyNode;
+use ratelab_replay::BusyNode;
 
 use progress::Progress;
 

@@ -1,6 +1,7 @@
 //! Ticks that overlap, as far as their operations are done.
 
-use ratelab::{Knot, Time, Topology};
+use ratelab::{Time, Topology};
+use ratelab_replay::Knot;
 
 /// The thread that supervises the nodes.
 const SUPERVISOR: &str = "supervisor";
@@ -77,7 +78,7 @@ pub fn neighbour(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ratelab::KnotOperation;
+    use ratelab_replay::KnotOperation;
 
     #[test]
     fn operations_follow_each_other_within_and_between_knots() {

@@ -9,6 +9,7 @@ use std::{
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::{Clock, Command, Fault, RealClock, RealtimePriority};
 use ratelab_account::{Lineage, Observer, RowTap};
+use ratelab_replay::RunLog;
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::System,
@@ -223,7 +224,7 @@ impl Session {
 
     /// What threads outside of the graph wrote to since the last call.
     pub fn written_from_outside(&mut self) -> Vec<Arc<str>> {
-        let mut names = self.observer.written_from_outside();
+        let mut names = RunLog::of(&self.observer).written_from_outside();
         let new = names.split_off(self.outside);
         self.outside += new.len();
         new

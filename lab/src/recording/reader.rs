@@ -8,6 +8,7 @@ use std::{
 
 use ratelab::{Event, Message, Time};
 use ratelab_account::{Fields, Rows, TickRecord};
+use ratelab_replay::RunLog;
 use ratelab_study::{
     file::{self, FileError},
     graph_file::GraphFile,
@@ -166,7 +167,7 @@ impl Recording {
         let (origin, observer) = (source.origin.clone(), &source.observer);
         let [topics, nodes] = [origin.topology.topics.len(), origin.topology.nodes.len()];
         // The events after the log, which mentions some.
-        let (log, until) = (observer.log(), observer.now());
+        let (log, until) = (RunLog::of(observer).log(), observer.now());
         let events = observer.events(0);
         let threads = (!log.is_empty()).then(|| ThreadLog {
             log,

@@ -4,8 +4,9 @@
 //! it: a row that was changed, lost or exchanged is found, even if it makes no difference
 //! to the run.
 
-use ratelab::{Digest, Event, Log, LogPosition, Time, Topology};
+use ratelab::{Digest, Event, Time, Topology};
 use ratelab_account::Observer;
+use ratelab_replay::{Log, LogPosition, RunLog};
 use rerun::{RecordingStream, RecordingStreamResult, log::Chunk};
 
 use super::{
@@ -29,7 +30,7 @@ pub struct ThreadTrack {
 impl ThreadTrack {
     /// What is new, each piece with its thread.
     pub fn take(&mut self, observer: &Observer) -> Vec<(usize, Vec<u8>)> {
-        observer.log_since(&mut self.position)
+        RunLog::of(observer).since(&mut self.position)
     }
 
     /// Writes `pieces`; `stamps` has the run time of each.

@@ -13,6 +13,7 @@ use std::{
 
 use ratelab::{ClockKind, Command, Event, Time};
 use ratelab_account::{Observer, Rows};
+use ratelab_replay::RunLog;
 use ratelab_study::system::System;
 use rerun::{RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
 
@@ -256,7 +257,7 @@ impl RecordingWriter {
             bytes: compact(&self.file).unwrap_or(bytes),
             messages: outcome.messages.iter().sum(),
             lost: outcome.lost,
-            written_from_outside: self.observer.written_from_outside(),
+            written_from_outside: RunLog::of(&self.observer).written_from_outside(),
         })
     }
 
@@ -279,7 +280,7 @@ impl RecordingWriter {
 
     /// Gives notice of what a thread outside of the graph wrote to, once for each.
     fn notice_outside(&mut self) {
-        let names = self.observer.written_from_outside();
+        let names = RunLog::of(&self.observer).written_from_outside();
         for name in names.iter().skip(self.noticed) {
             (self.notice)(&outside(name));
         }

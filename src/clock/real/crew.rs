@@ -17,8 +17,8 @@ use crate::{
         wall::Wall,
     },
     command::Command,
+    journal::{Entries, Entry},
     realtime::{self, CoreShare},
-    reexecution::{Entry, Noter, Stream},
     scheduling::{Assignment, Job, Moment, Stage},
     seat::Seat,
     sync::{Arc, Mutex, MutexGuard, lock},
@@ -44,7 +44,7 @@ pub(super) struct Crew {
 struct CrewNode {
     index: usize,
     name: Arc<str>,
-    log: Arc<Stream>,
+    log: Entries,
     seat: Mutex<Seat>,
 }
 
@@ -94,7 +94,7 @@ impl Crew {
     pub(super) fn new(
         stage: Stage,
         threads: usize,
-        nodes: Vec<(usize, Seat, Arc<Stream>)>,
+        nodes: Vec<(usize, Seat, Entries)>,
         mailbox: Arc<Mailbox>,
         share: Option<CoreShare>,
     ) -> Self {
@@ -142,7 +142,7 @@ impl Crew {
         if let Some(share) = &self.share {
             realtime::share_cores(share);
         }
-        let _noter = Noter::new();
+        let _noter = self.members.first().and_then(|member| member.log.noter());
         if let Some(wall) = self.start()
             && let Some(report) = self.work(context, &wall)
         {

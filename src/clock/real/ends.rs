@@ -1,6 +1,6 @@
 //! How a stretch comes to its end.
 
-use crate::{clock::ClockExit, graph::Graph, node::Fault, reexecution::End, time::Time};
+use crate::{clock::ClockExit, graph::Graph, journal::End, node::Fault, time::Time};
 
 /// The report of a node's thread when it ends.
 pub(super) enum Report {

@@ -11,7 +11,7 @@ use crate::{
     command::Command,
     graph::ControlPlane,
     inbox::{Inbox, Received},
-    reexecution::{Entry, Stream},
+    journal::{Entries, Entry},
     sync::Arc,
     time::Time,
 };
@@ -25,7 +25,7 @@ pub(super) struct Supervisor<'a> {
     pub(super) reports: Receiver<Report>,
     /// Number of threads with ticks left before the end.
     pub(super) working: usize,
-    pub(super) log: Arc<Stream>,
+    pub(super) log: Entries,
 }
 
 impl Supervisor<'_> {

@@ -117,7 +117,7 @@ impl Threads {
             let mut stage_tasks = Vec::new();
             let nodes = nodes.into_iter().map(|(index, task, seat)| {
                 stage_tasks.push(task);
-                let log = graph.control.state.threads.stream(SUPERVISOR + 1 + index);
+                let log = graph.control.state.entries_of(SUPERVISOR + 1 + index);
                 (index, seat, log)
             });
             let nodes: Vec<_> = nodes.collect();

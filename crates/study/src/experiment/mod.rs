@@ -35,6 +35,7 @@ use ratelab::{
     TimedCommand, TimedKnob, run,
 };
 use ratelab_account::{Observer, RecordedTopic, TapHandle};
+use ratelab_replay::RunLog;
 
 pub use config::Config;
 pub use summary::{MeanPushAge, NodeSummary, RunEnd, Summary, TopicSummary};
@@ -145,8 +146,9 @@ impl Experiment {
         graph.set_speed(config.speed);
         let timed = config.knobs.iter().cloned().map(TimedCommand::from);
         let (commands, inbox) = Inbox::new(timed.collect());
-        // From here on the graph is observed.
+        // From here on the graph is observed, and logged under the real clock.
         let taps = TapHandle::of(&graph);
+        RunLog::of(&graph.state());
         Ok(Self {
             cost: watch_cost(&*system, &taps, &recorded),
             system,
@@ -224,7 +226,7 @@ impl Experiment {
     }
 
     /// Runs with the caller's real clock, such as one with real-time scheduling, whenever
-    /// the run is on the real clock; or with [`Rerun`](ratelab::Rerun), which
+    /// the run is on the real clock; or with [`Rerun`](ratelab_replay::Rerun), which
     /// executes such a run again.
     ///
     /// # Errors

@@ -9,8 +9,9 @@ use std::{
 };
 
 use crossterm::event::KeyEvent;
-use ratelab::{Event, Knot, Speed, Time};
+use ratelab::{Event, Speed, Time};
 use ratelab_account::{Lineage, Observer};
+use ratelab_replay::Knot;
 use ratelab_study::{
     experiment::{Config, Summary},
     system::System,

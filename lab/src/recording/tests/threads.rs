@@ -2,8 +2,9 @@
 
 use std::{fs, path::Path, thread, time::Duration};
 
-use ratelab::{ClockKind, Command, Log, Speed, Time};
+use ratelab::{ClockKind, Command, Speed, Time};
 use ratelab_cart_pole::CartPole;
+use ratelab_replay::Log;
 use ratelab_study::{experiment::Config, system::WorldKind};
 
 use super::{

@@ -9,8 +9,9 @@ use std::{
 };
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
-use ratelab::{BusyNode, Doing, Event, Knob, Rerun, Speed, Time, Watch};
+use ratelab::{Event, Knob, Speed, Time};
 use ratelab_account::{Observer, RowTap, Rows, Tap, TickRecord};
+use ratelab_replay::{BusyNode, Doing, Rerun, Watch};
 use ratelab_study::{
     experiment::{Config, Experiment, Taps},
     system::{BuildError, System},

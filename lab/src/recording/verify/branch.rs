@@ -4,9 +4,10 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, Fault, Graph, Inbox, Knob, RealClock, Rerun, Speed, Time,
+    Clock, ClockExit, ClockKind, Command, Fault, Graph, Inbox, Knob, RealClock, Speed, Time,
     TimedCommand, TimedKnob,
 };
+use ratelab_replay::Rerun;
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::System,

@@ -3,7 +3,8 @@
 
 use std::iter;
 
-use ratelab::{ClockKind, Command, Event, EventKind, Knob, Rerun, Time, TimedCommand};
+use ratelab::{ClockKind, Command, Event, EventKind, Knob, Time, TimedCommand};
+use ratelab_replay::Rerun;
 use ratelab_study::system::{BuildError, System};
 
 use super::difference::Difference;

@@ -2,8 +2,9 @@
 
 use std::{sync::Arc, thread};
 
-use ratelab::{Knot, RealClock, Rerun, Speed};
+use ratelab::{RealClock, Speed};
 use ratelab_account::Observer;
+use ratelab_replay::{Knot, Rerun};
 use ratelab_study::{
     experiment::{Config, Experiment, Taps},
     system::System,

@@ -2,8 +2,8 @@
 
 use std::{sync::Arc, thread};
 
-use ratelab::{Rerun, Watch};
 use ratelab_account::Observer;
+use ratelab_replay::{Rerun, Watch};
 use ratelab_study::experiment::Experiment;
 
 /// A run that is executed again up to an operation, and held there until this is dropped.

@@ -14,7 +14,8 @@ mod topology;
 
 use std::{fmt, ops::ControlFlow, sync::Arc};
 
-use ratelab::{LogError, Time, Topology};
+use ratelab::{Time, Topology};
+use ratelab_replay::LogError;
 use ratelab_study::system::{BuildError, System};
 use thiserror::Error;
 

@@ -1,6 +1,7 @@
 //! The order of the threads of a run that was under the real clock.
 
-use ratelab::{ClockKind, Command, Event, Rerun};
+use ratelab::{ClockKind, Command, Event};
+use ratelab_replay::Rerun;
 use ratelab_study::system::{BuildError, System};
 
 use super::{VerifyError, events};

@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-use super::{entry::Entry, turns::Operation};
-use crate::time::Time;
+use ratelab::{Entry, Operation, Time};
 
 /// What a thread did in a stretch.
 #[derive(Debug, Default)]

@@ -4,14 +4,14 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
 /// The name of a lock: the same number for the same name, within this process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(crate) struct LockName(u32);
+pub struct LockName(u32);
 
 /// All names so far. No part of a model: a thread holds it for a look only.
 static NAMES: LazyLock<Mutex<Vec<Arc<str>>>> = LazyLock::new(Mutex::default);
 
 impl LockName {
     /// The number of `name`.
-    pub(crate) fn of(name: &str) -> Self {
+    pub fn of(name: &str) -> Self {
         let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
         let known = names.iter().position(|known| &**known == name);
         let index = known.unwrap_or_else(|| {
@@ -22,7 +22,7 @@ impl LockName {
     }
 
     /// The name.
-    pub(crate) fn text(self) -> Arc<str> {
+    pub fn text(self) -> Arc<str> {
         let names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
         names.get(self.0 as usize).cloned().unwrap_or_default()
     }

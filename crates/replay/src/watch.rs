@@ -5,15 +5,16 @@ use std::{
     time::Duration,
 };
 
-use super::hold::Hold;
-use crate::{
+use ratelab::{
+    Time,
     sync::{
         Arc, Mutex,
         atomic::{AtomicBool, AtomicU64, Ordering},
         lock, thread,
     },
-    time::Time,
 };
+
+use super::hold::Hold;
 
 /// Longest pause of a thread before an operation that is to be perturbed.
 const LONGEST_PAUSE_US: u64 = 100;

@@ -11,8 +11,9 @@ use std::{
     collections::{BTreeMap, BinaryHeap},
 };
 
-use super::{knot::KnotStep, lock_name::LockName, log::LogError, thread::Thread};
-use crate::time::Time;
+use ratelab::{LockName, Time};
+
+use super::{knot::KnotStep, log::LogError, thread::Thread};
 
 /// The next turn of each lock.
 pub(crate) type Turns = BTreeMap<LockName, u64>;

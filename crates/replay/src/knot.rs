@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use super::lock_name::LockName;
-use crate::time::Time;
+use ratelab::{LockName, Time};
 
 /// Ticks and commands that overlap, so that none of them can be executed whole before the
 /// others.
@@ -24,7 +23,7 @@ pub struct KnotOperation {
     pub node: Option<usize>,
     /// Run time at which its tick began.
     pub at: Time,
-    /// Name of the topic, or of the [`Shared`](crate::Shared) value.
+    /// Name of the topic, or of the [`Shared`](ratelab::Shared) value.
     pub takes: Arc<str>,
     /// Its turn there, counted from zero.
     pub turn: u64,

@@ -2,7 +2,7 @@
 
 use std::sync::PoisonError;
 
-use crate::sync::{Condvar, Mutex, MutexGuard, lock};
+use ratelab::sync::{Condvar, Mutex, MutexGuard, lock};
 
 /// The number of operations of a knot that is not held.
 const ALL: usize = usize::MAX;

@@ -2,22 +2,13 @@
 
 use std::{collections::BTreeSet, time::Duration};
 
-use super::{
-    ClockExit,
-    steps::{self, Outcome, TickEnd},
-};
-use crate::{
-    command::Command,
-    event::{Event, EventKind},
-    graph::{ControlPlane, Graph},
-    node::Fault,
-    reexecution::{End, Entry, Stream, Thread, TurnFollower, Watch, expect, finish_entry},
-    seat::Seat,
-    state::RunState,
+use ratelab::{
+    ClockExit, Command, End, Entries, Entry, Event, EventKind, Fault, Graph, NodeHand, Outcome,
+    RunState, SupervisorHand, TickEnd, Time,
     sync::{Arc, spawn_named, thread},
-    task::Task,
-    time::Time,
 };
+
+use super::{script::Script, thread::Thread, watch::Watch};
 
 fn command(event: &Event) -> Option<&Command> {
     match &event.what {
@@ -61,22 +52,30 @@ pub(super) struct Players<'a> {
     events: Events<'a>,
     watch: &'a Arc<Watch>,
     state: Arc<RunState>,
-    threads: Vec<ThreadPlayer<'a>>,
-    /// What the supervisor decided last.
+    supervisor: SupervisorAgain<'a>,
+    nodes: Vec<ThreadPlayer<'a>>,
+    /// The turns of what runs on the calling thread.
+    script: Script,
+}
+
+/// Has the supervisor do again what it did.
+struct SupervisorAgain<'a> {
+    player: ThreadPlayer<'a>,
+    /// What it decided last.
     exit: Option<ClockExit>,
 }
 
 /// Does again what a thread did, and logs it as that did.
 struct ThreadPlayer<'a> {
     thread: &'a Thread,
-    log: Arc<Stream>,
+    log: Entries,
     /// Number of entries done.
     done: usize,
     outcome: Outcome,
 }
 
 impl<'a> ThreadPlayer<'a> {
-    fn new(thread: &'a Thread, log: Arc<Stream>) -> Self {
+    fn new(thread: &'a Thread, log: Entries) -> Self {
         Self {
             thread,
             log,
@@ -87,43 +86,52 @@ impl<'a> ThreadPlayer<'a> {
 }
 
 impl<'a> Players<'a> {
-    /// The threads of a stretch of a run with these `events`, before their first entry.
+    /// The `supervisor` and the `nodes` of a stretch of a run with these `events`, before their
+    /// first entry.
     pub(super) fn new(
-        threads: &'a [Thread],
+        supervisor: &'a Thread,
+        nodes: &'a [Thread],
         events: Events<'a>,
         watch: &'a Arc<Watch>,
         graph: &Graph,
     ) -> Self {
-        let state = graph.control.state.clone();
-        state.threads.begin(graph.seats.len());
-        let players = threads.iter().enumerate();
-        let players =
-            players.map(|(index, thread)| ThreadPlayer::new(thread, state.threads.stream(index)));
+        let state = graph.state();
+        state.begin_threads(nodes.len());
+        let player = |thread, index| ThreadPlayer::new(thread, state.entries_of(index));
         Self {
             events,
             watch,
-            threads: players.collect(),
+            supervisor: SupervisorAgain {
+                player: player(supervisor, 0),
+                exit: None,
+            },
+            nodes: nodes
+                .iter()
+                .zip(1..)
+                .map(|(n, index)| player(n, index))
+                .collect(),
+            script: Script::new(watch.clone()),
             state,
-            exit: None,
         }
     }
 
     /// Runs the next entry of thread number `thread` on the calling thread.
     pub(super) fn entry(&mut self, graph: &mut Graph, thread: usize) {
-        let _follower = TurnFollower::new(self.watch.clone());
         let Some(index) = thread.checked_sub(1) else {
-            self.supervise(&mut graph.control, 1);
+            self.supervise(graph.supervisor_hand(), 1);
             return;
         };
-        let (events, watch, state) = (self.events, &**self.watch, &*self.state);
-        let node = NodeAgain {
-            events,
-            watch,
-            state,
-            thread,
-        };
-        let (task, seat) = (&mut graph.stage.tasks[index], &mut graph.seats[index]);
-        node.play(&mut self.threads[thread], task, seat, 1);
+        let _following = self.script.follow();
+        if let Some(node) = graph.node_hand(index) {
+            let mut node = NodeAgain {
+                node,
+                events: self.events,
+                watch: self.watch,
+                state: &self.state,
+                thread,
+            };
+            node.play(&mut self.nodes[index], &self.script, 1);
+        }
     }
 
     /// Runs the next entries of several threads at the same time.
@@ -133,32 +141,26 @@ impl<'a> Players<'a> {
             count.map_or(0, |(_, count)| *count)
         };
         let own = count(0);
-        let Graph {
-            stage,
-            seats,
-            control,
-            ..
-        } = graph;
-        let nodes = stage.tasks.iter_mut().zip(seats);
+        let (supervisor, nodes) = graph.hands();
         let (events, watch, state) = (self.events, self.watch, self.state.clone());
-        let (supervisor, players) = self.threads.split_at_mut(1);
-        let mut exit = self.exit.take();
         thread::scope(|scope| {
-            for (index, ((task, seat), player)) in nodes.zip(players).enumerate() {
+            for (index, (node, player)) in nodes.zip(&mut self.nodes).enumerate() {
                 let (thread, entries) = (index + 1, count(index + 1));
                 if entries == 0 {
                     continue;
                 }
-                let (name, state) = (seat.name.clone(), &*state);
+                let (name, state) = (node.name(), &*state);
                 let run = move || {
-                    let _follower = TurnFollower::new(watch.clone());
-                    let again = NodeAgain {
+                    let script = Script::new(watch.clone());
+                    let _following = script.follow();
+                    let mut again = NodeAgain {
+                        node,
                         events,
                         watch,
                         state,
                         thread,
                     };
-                    again.play(player, task, seat, entries);
+                    again.play(player, &script, entries);
                     watch.hold().leave();
                 };
                 if let Err(error) = spawn_named(scope, &name, run) {
@@ -166,18 +168,18 @@ impl<'a> Players<'a> {
                 }
             }
             if own > 0 {
-                let _follower = TurnFollower::new(watch.clone());
-                supervise(&mut supervisor[0], control, events, watch, own, &mut exit);
+                let _following = self.script.follow();
+                let known = (events, &**watch, &*self.state, &self.script);
+                self.supervisor.play(supervisor, known, own);
                 watch.hold().leave();
             }
         });
-        self.exit = exit;
     }
 
-    fn supervise(&mut self, control: &mut ControlPlane, entries: usize) {
-        let (events, watch) = (self.events, self.watch);
-        let supervisor = &mut self.threads[0];
-        supervise(supervisor, control, events, watch, entries, &mut self.exit);
+    fn supervise(&mut self, hand: SupervisorHand<'_>, entries: usize) {
+        let _following = self.script.follow();
+        let known = (self.events, &**self.watch, &*self.state, &self.script);
+        self.supervisor.play(hand, known, entries);
     }
 
     /// Comes to the recorded `end`.
@@ -188,27 +190,24 @@ impl<'a> Players<'a> {
     ) -> Result<Option<ClockExit>, Fault> {
         let watch = self.watch;
         if let Some(end) = end.filter(|_| !watch.is_over()) {
-            self.threads[0].log.note_alone(Entry::End(end));
+            self.supervisor.player.log.note_alone(Entry::End(end));
         }
-        let mut outcomes: Vec<Outcome> = self
-            .threads
-            .into_iter()
-            .map(|player| player.outcome)
-            .collect();
-        let mut of_node = |node: usize| outcomes.get_mut(node + 1).and_then(Option::take);
+        let outcomes = self.nodes.into_iter().map(|player| player.outcome);
+        let mut outcomes: Vec<Outcome> = outcomes.collect();
+        let mut of_node = |node: usize| outcomes.get_mut(node).and_then(Option::take);
         let recorded = match end {
             _ if watch.is_over() => return Ok(Some(ClockExit::Stopped)),
             None => return Ok(Some(ClockExit::Stopped)),
-            Some(End::Paused) => graph.control.status.paused.then_some(Ok(None)),
+            Some(End::Paused) => self.state.status().paused.then_some(Ok(None)),
             Some(End::Left) => Some(Ok(None)),
             Some(End::Completed { until }) => {
-                graph.control.set_now(until);
+                self.state.set_now(until);
                 Some(Ok(Some(ClockExit::Completed)))
             }
-            Some(End::Stopped | End::HandedOver) => self.exit.map(|exit| Ok(Some(exit))),
+            Some(End::Stopped | End::HandedOver) => self.supervisor.exit.map(|exit| Ok(Some(exit))),
             Some(End::Ended { node, at }) => match of_node(node) {
                 Some(Ok(ended)) if ended == at => {
-                    let node = graph.seats[node].name.to_string();
+                    let node = name(graph, node);
                     Some(Ok(Some(ClockExit::Ended { node, at })))
                 }
                 _ => None,
@@ -218,7 +217,7 @@ impl<'a> Players<'a> {
                 _ => None,
             },
             Some(End::NoThread { node, at }) => {
-                let node = graph.seats[node].name.to_string();
+                let node = name(graph, node);
                 let cause = "the system gave it no thread in the recorded run".into();
                 Some(Err(Fault { node, at, cause }))
             }
@@ -238,6 +237,11 @@ impl<'a> Players<'a> {
     }
 }
 
+fn name(graph: &mut Graph, node: usize) -> String {
+    let node = graph.node_hand(node);
+    node.map_or_else(String::new, |node| node.name().to_string())
+}
+
 /// The first of the `others` that the recorded `end` does not explain.
 fn another(
     end: Option<End>,
@@ -253,40 +257,40 @@ fn another(
     }
 }
 
-/// Has the supervisor do its next entries again.
-fn supervise(
-    player: &mut ThreadPlayer<'_>,
-    control: &mut ControlPlane,
-    events: Events<'_>,
-    watch: &Watch,
-    entries: usize,
-    exit: &mut Option<ClockExit>,
-) {
-    for _ in 0..entries {
-        let Some((entry, operations)) = player.thread.entry(player.done) else {
-            return;
-        };
-        expect(0, operations);
-        if let Entry::Obey { at, event } = *entry {
-            let state = control.state.clone();
-            let event = events.again(event, at, &state, |command| {
-                let obeyed = steps::supervise(control, command, at);
-                *exit = obeyed.exit;
-                obeyed.event
-            });
-            if let Some(event) = event {
-                player.log.add(&Entry::Obey { at, event }, operations);
+impl SupervisorAgain<'_> {
+    /// Runs the next `entries`.
+    fn play(
+        &mut self,
+        mut hand: SupervisorHand<'_>,
+        (events, watch, state, script): (Events<'_>, &Watch, &RunState, &Script),
+        entries: usize,
+    ) {
+        let player = &mut self.player;
+        for _ in 0..entries {
+            let Some((entry, operations)) = player.thread.entry(player.done) else {
+                return;
+            };
+            script.expect(0, operations);
+            if let Entry::Obey { at, event } = *entry {
+                let event = events.again(event, at, state, |command| {
+                    let obeyed = hand.obey(command, at);
+                    self.exit = obeyed.exit;
+                    obeyed.event
+                });
+                if let Some(event) = event {
+                    player.log.add(&Entry::Obey { at, event }, operations);
+                }
             }
+            script.finish_entry();
+            watch.finishes(0);
+            player.done += 1;
         }
-        finish_entry();
-        watch.finishes(0);
-        player.done += 1;
     }
 }
 
 /// Has a node do again what its thread did.
-#[derive(Clone, Copy)]
 struct NodeAgain<'a> {
+    node: NodeHand<'a>,
     events: Events<'a>,
     watch: &'a Watch,
     state: &'a RunState,
@@ -295,13 +299,7 @@ struct NodeAgain<'a> {
 
 impl NodeAgain<'_> {
     /// Runs the next `entries`.
-    fn play(
-        &self,
-        player: &mut ThreadPlayer<'_>,
-        task: &mut Task,
-        seat: &mut Seat,
-        entries: usize,
-    ) {
+    fn play(&mut self, player: &mut ThreadPlayer<'_>, script: &Script, entries: usize) {
         for _ in 0..entries {
             let Some((entry, operations)) = player.thread.entry(player.done) else {
                 return;
@@ -315,84 +313,87 @@ impl NodeAgain<'_> {
                 player.thread.took(player.done),
             );
             self.watch.begins(self.thread, at, took);
-            expect(self.thread, operations);
+            script.expect(self.thread, operations);
             let mut done = *entry;
-            player.outcome = self.step(task, seat, &mut done);
+            player.outcome = self.step(&mut done);
             player.log.add(&done, operations);
-            finish_entry();
+            script.finish_entry();
             self.watch.finishes(self.thread);
             player.done += 1;
         }
     }
 
     /// Does an entry; that of a command gets its position in the event log of this run.
-    fn step(&self, task: &mut Task, seat: &mut Seat, entry: &mut Entry) -> Outcome {
+    fn step(&mut self, entry: &mut Entry) -> Outcome {
         match *entry {
             Entry::Tick {
                 began,
                 took,
                 passed,
             } => {
-                let due = self.due(task, entry, began)?;
                 let mut at_once = false;
-                let outcome = steps::tick(task, seat, due, began, || {
+                let outcome = self.tick(entry, began, || {
                     at_once = true;
                     TickEnd { took, passed }
-                });
+                })?;
                 if !at_once && outcome.is_none() {
                     self.differs(entry, "its tick takes run time, and took none");
                 }
                 outcome
             }
             Entry::Look { at } => {
-                self.state.advance_to(at);
-                if steps::take_due(task, at).is_some() {
+                if !self.node.look(at) {
                     self.differs(entry, "it has all inputs of a tick, and lacked some");
                 }
                 None
             }
             Entry::Choose { input, .. } => {
-                task.choose_input(input);
+                self.node.choose(input);
                 None
             }
             Entry::Start { began } => {
-                let due = self.due(task, entry, began)?;
-                steps::tick(task, seat, due, began, || {
-                    self.differs(entry, "its tick takes no run time, and took some");
+                let mut at_once = false;
+                let outcome = self.tick(entry, began, || {
+                    at_once = true;
                     TickEnd {
                         took: Duration::ZERO,
                         passed: began,
                     }
-                })
+                })?;
+                if at_once {
+                    self.differs(entry, "its tick takes no run time, and took some");
+                }
+                outcome
             }
-            Entry::Finish { ended, passed } => {
-                self.state.advance_to(ended);
-                steps::finish(task, seat, ended, passed)
-            }
+            Entry::Finish { ended, passed } => self.node.finish(ended, passed),
             Entry::Obey { at, event } => {
-                let obey =
-                    |command: &Command| steps::obey_node(task, seat, self.state, command, at);
-                if let Some(event) = self.events.again(event, at, self.state, obey) {
+                let (events, state) = (self.events, self.state);
+                let obey = |command: &Command| self.node.obey(command, at);
+                if let Some(event) = events.again(event, at, state, obey) {
                     *entry = Entry::Obey { at, event };
                 }
                 None
             }
             Entry::Leave { before } => {
-                task.overrun_before(before);
+                self.node.leave(before);
                 None
             }
             Entry::Begin | Entry::End(_) | Entry::Rest { .. } | Entry::Abandoned => None,
         }
     }
 
-    /// When the tick was due that begins at `began`.
-    fn due(&self, task: &mut Task, entry: &Entry, began: Time) -> Option<Time> {
-        self.state.advance_to(began);
-        let due = steps::take_due(task, began);
-        if due.is_none() {
+    /// Does the tick that begins at `began`; `None` if it cannot.
+    fn tick(
+        &mut self,
+        entry: &Entry,
+        began: Time,
+        end: impl FnOnce() -> TickEnd,
+    ) -> Option<Outcome> {
+        let outcome = self.node.tick(began, end);
+        if outcome.is_none() {
             self.differs(entry, "it lacks inputs of its tick, and had all");
         }
-        due
+        outcome
     }
 
     fn differs(&self, entry: &Entry, why: &str) {

@@ -2,19 +2,15 @@
 
 use std::collections::BTreeSet;
 
+use ratelab::{End, Entry, Event, EventKind, Operation, Time, sync::Arc};
+
 use super::{
     bytes::Reader,
-    entry::{Coder, End, Entry},
+    coder::Coder,
     knot::{Knot, KnotOperation, KnotStep},
     log::{Log, LogError},
     plan::{Part, Plan, Turns},
     thread::Thread,
-    turns::Operation,
-};
-use crate::{
-    event::{Event, EventKind},
-    sync::Arc,
-    time::Time,
 };
 
 /// A part of a run under the real clock.

@@ -2,37 +2,32 @@
 
 use std::collections::{BTreeSet, VecDeque};
 
-use super::{
-    Clock, ClockExit, note_end,
-    obey::{Obeyed, obey_at_rest},
-    players::{Events, Players},
-};
-use crate::{
-    command::{ClockKind, Command},
-    event::{Event, EventKind},
-    graph::Graph,
-    inbox::Inbox,
-    node::Fault,
-    reexecution::{
-        End, Entry, Hold, Knot, KnotStep, Log, LogError, Part, Section, Sections, Stream, Stretch,
-        Watch, entries_of,
-    },
-    sync::Arc,
-    time::Time,
-    topology::Topology,
-    trigger::{Arrival, Wake},
+use ratelab::{
+    Clock, ClockExit, ClockKind, Command, End, Entries, Entry, Event, EventKind, Fault, Graph,
+    Inbox, Obeyed, Time, Topology, note_end, obey_at_rest, sync::Arc,
 };
 
-/// Executes a run again that was under [`RealClock`](super::RealClock), in the recorded
+use super::{
+    hold::Hold,
+    knot::{Knot, KnotStep},
+    log::{Log, LogError},
+    plan::{Part, entries_of},
+    players::{Events, Players},
+    section::{Section, Sections, Stretch},
+    watch::Watch,
+};
+
+/// Executes a run again that was under [`RealClock`](ratelab::RealClock), in the recorded
 /// order and with the recorded times: on the same build and kind of machine it is the same
 /// run, to the bit, as long as its nodes share nothing but topics and
-/// [`Shared`](crate::Shared) values.
+/// [`Shared`](ratelab::Shared) values.
 ///
 /// Whole ticks run one after the other on the calling thread, as fast as they can. Ticks
 /// that overlapped, each waiting for the other, run on threads of their own.
 ///
 /// ```
-/// use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, RealClock, Rerun, Time};
+/// use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, RealClock, Time};
+/// use ratelab_replay::{Rerun, RunLog};
 ///
 /// let graph = || {
 ///     let mut graph = Graph::new();
@@ -40,14 +35,16 @@ use crate::{
 ///     Ok::<_, Box<dyn std::error::Error>>(graph)
 /// };
 /// let (mut first, end) = (graph()?, Time::from_secs_f64(0.05)?);
+/// let log = RunLog::of(&first.state());
 /// RealClock::default().run(&mut first, &mut Inbox::default(), end)?;
-/// let state = first.state();
 ///
-/// let mut rerun = Rerun::new(&state.log(), &state.events(0), &first.topology())?;
+/// let events = first.state().events(0);
+/// let mut rerun = Rerun::new(&log.log(), &events, &first.topology())?;
 /// let mut again = graph()?;
+/// let log_again = RunLog::of(&again.state());
 /// rerun.run(&mut again, &mut Inbox::default(), end)?;
 /// assert_eq!(rerun.difference(), None);
-/// assert_eq!(again.state().log(), state.log());
+/// assert_eq!(log_again.log(), log.log());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
@@ -277,13 +274,6 @@ impl Rerun {
     }
 }
 
-/// Nobody waits for messages: the log has the times at which nodes looked for them.
-struct Unheard;
-
-impl Wake for Unheard {
-    fn wake(&self, _: Arrival) {}
-}
-
 impl Clock for Rerun {
     fn kind(&self) -> ClockKind {
         ClockKind::Real
@@ -296,10 +286,10 @@ impl Clock for Rerun {
 
     /// As recorded; the live commands in `inbox` are not read.
     fn run(&mut self, graph: &mut Graph, _: &mut Inbox, _: Time) -> Result<ClockExit, Fault> {
-        graph.cores = self.cores();
+        graph.set_cores(self.cores());
         graph.set_clock(ClockKind::Real);
         // There is no wall to keep up with: those who look on lose nothing.
-        graph.control.state.set_waits(true);
+        graph.state().set_waits(true);
         let end = loop {
             let end = match self.sections.pop_front() {
                 Some(Section::Stretch(stretch)) => self.stretch(graph, stretch),
@@ -315,7 +305,7 @@ impl Clock for Rerun {
             }
         };
         // Nobody is there to end a pause under the other clock.
-        graph.control.update(|status| status.paused = false);
+        graph.set_paused(false);
         note_end(graph, &end);
         end
     }
@@ -336,7 +326,7 @@ impl Rerun {
             all: &self.events,
             refused: &self.refused,
         };
-        let (state, mut exit) = (graph.control.state.clone(), None);
+        let (state, mut exit) = (graph.state(), None);
         let event = events.again(event as u64, now, &state, |command| {
             let obeyed = at_rest(graph, command);
             exit = obeyed.exit;
@@ -347,7 +337,7 @@ impl Rerun {
     }
 
     fn stretch(&mut self, graph: &mut Graph, stretch: Stretch) -> Result<Option<ClockExit>, Fault> {
-        if stretch.threads.len() != graph.seats.len() + 1 {
+        if stretch.threads.len() != graph.node_count() + 1 {
             self.watch.differs("the graph has other nodes".to_owned());
             return Ok(Some(ClockExit::Stopped));
         }
@@ -355,8 +345,11 @@ impl Rerun {
             all: &self.events,
             refused: &self.refused,
         };
-        graph.stage.leave(Arc::new(Unheard));
-        let mut players = Players::new(&stretch.threads, events, &self.watch, graph);
+        graph.take_in_hand();
+        let Some((supervisor, nodes)) = stretch.threads.split_first() else {
+            return Ok(Some(ClockExit::Stopped));
+        };
+        let mut players = Players::new(supervisor, nodes, events, &self.watch, graph);
         if self.watch.is_perturbed() && self.branch.is_none() && stretch.end.is_some() {
             let all = stretch.threads.iter().enumerate();
             let all: Vec<_> = all
@@ -411,8 +404,8 @@ impl Rerun {
 
 /// The log of the thread that supervises the nodes: what is executed again is logged as it
 /// was, so that a branch can be executed again, too.
-fn supervisor(graph: &Graph) -> Arc<Stream> {
-    graph.control.state.threads.stream(0)
+fn supervisor(graph: &Graph) -> Entries {
+    graph.state().entries_of(0)
 }
 
 /// Carries out a command between two ticks.

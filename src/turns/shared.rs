@@ -8,8 +8,7 @@ use std::{
 
 use super::{
     lock_name::LockName,
-    turns::{self, Mode, Operation},
-    watch::Watch,
+    modes::{self, Mode, Operation, TurnFollower},
 };
 use crate::sync::{
     Mutex, MutexGuard,
@@ -87,7 +86,7 @@ impl<T> Shared<T> {
     /// that is executed again has all turns in the same order.
     #[inline]
     pub fn lock(&self) -> Turn<'_, T> {
-        match turns::mode() {
+        match modes::mode() {
             Mode::Off => {
                 let mut turn = self.aside();
                 turn.state.outside = true;
@@ -113,7 +112,7 @@ impl<T> Shared<T> {
         let lock_name = self.lock_name();
         let mut turn = self.aside();
         let state = &mut *turn.state;
-        turns::note(Operation {
+        modes::note(Operation {
             lock: lock_name,
             turn: state.turn,
             outside: std::mem::take(&mut state.outside),
@@ -139,13 +138,13 @@ impl<T> Shared<T> {
 
     /// Locks the value as [`Self::aside`] does. Where another thread is held within this lock,
     /// both go on at once.
-    fn past_held(&self, watch: &Watch) -> Turn<'_, T> {
-        if watch.hold().is_on() {
+    fn past_held(&self, follower: &dyn TurnFollower) -> Turn<'_, T> {
+        if follower.holds() {
             if let Ok(state) = self.state.try_lock() {
                 let hands_on = false;
                 return Turn { state, hands_on };
             }
-            watch.hold().let_go();
+            follower.let_go();
         }
         self.aside()
     }
@@ -153,23 +152,23 @@ impl<T> Shared<T> {
     /// Waits for the turn that this thread had in the recorded run.
     #[cold]
     fn in_turn(&self) -> Turn<'_, T> {
-        let Some((number, (watch, thread))) = turns::next(self.lock_name()).zip(turns::watch())
-        else {
+        let follower = modes::follower();
+        let next = follower.as_ref().and_then(|f| f.next(self.lock_name()));
+        let Some((number, follower)) = next.zip(follower.as_deref()) else {
             return self.aside();
         };
-        let mut turn = self.past_held(&watch);
-        while turn.state.turn != number && !watch.is_over() {
+        let mut turn = self.past_held(follower);
+        while turn.state.turn != number && !follower.is_free() {
             if turn.state.turn > number {
-                let name = self.name();
-                watch.differs(format!("turn {number} of {name} was taken by another"));
+                follower.missed(self.lock_name(), number);
                 break;
             }
             turn.state.waiting.push((number, thread::current()));
             drop(turn);
-            watch.waits(thread, true);
+            follower.waits(true);
             thread::park_timeout(LOOK);
-            watch.waits(thread, false);
-            turn = self.past_held(&watch);
+            follower.waits(false);
+            turn = self.past_held(follower);
             turn.state.waiting.retain(|(waits, _)| *waits != number);
         }
         turn.state.turn = number + 1;

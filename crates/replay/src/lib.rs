@@ -1,0 +1,41 @@
+//! A run of the real clock, executed again to the bit.
+//!
+//! Nodes are functions of what they read. Two runs of the same graph on threads differ in
+//! only two things: *when* each tick began, and *in which order* the threads took what
+//! they share. Both fit into a few bytes a tick, and a run that keeps to them comes again
+//! to the bit.
+//!
+//! ```text
+//! Journal of a graph ──► RunLog ──► Log ──► Section ──► Plan ──► Rerun
+//! ```
+//!
+//! * [`RunLog`] is the journal of a graph: it keeps the entries of all threads while the run goes
+//!   on: ticks, commands, and the end of each stretch. [`Log`] is the same as bytes.
+//! * `Plan` puts whole ticks in a row, and into *knots* where ticks really overlap. A log
+//!   with a plan is an execution, so it cannot hang; between two parts of the plan the
+//!   graph is at rest.
+//! * [`Rerun`] is a clock that plays the plan. A [`Knot`] can be held between any two of its
+//!   operations.
+//!
+//! Stands on the core (`ratelab`) only, by its hooks for journals, turns and clocks. Begin with
+//! `run_log.rs` and `rerun.rs`.
+
+mod bytes;
+mod coder;
+mod hold;
+mod knot;
+mod log;
+mod plan;
+mod players;
+mod rerun;
+mod run_log;
+mod script;
+mod section;
+mod thread;
+mod watch;
+
+pub use knot::{Knot, KnotOperation};
+pub use log::{Log, LogError, LogPosition};
+pub use rerun::Rerun;
+pub use run_log::RunLog;
+pub use watch::{BusyNode, Doing, Watch};
