@@ -71,6 +71,8 @@ fn messages_in_a_tick(clock: &mut dyn Clock) -> Nanos {
         }
     });
     added.expect("a node");
+    // The real clock notes turns for a log.
+    RunLog::of(&graph.state());
     clock
         .run(&mut graph, &mut inbox, Time::ZERO)
         .expect("no fault");
