@@ -11,7 +11,6 @@ use thiserror::Error;
 use super::{
     command::{ClockKind, Command, Speed},
     depth::Depth,
-    executor::Executor,
     knob::{Knob, KnobKind},
     message::Payload,
     millis,
@@ -53,13 +52,13 @@ pub enum GraphError {
     TriggerCycle(String),
     /// An executor is to have a node that the graph lacks.
     #[error("there is no node {0:?} for the executor {1}: add the node first")]
-    UnknownCallback(String, Executor),
+    UnknownCallback(String, String),
     /// An executor is to have a node of another executor.
     #[error("{0:?} has an executor already: give each node one")]
     SecondExecutor(String),
     /// A node that messages trigger is to have a rule that needs a period.
     #[error("messages trigger {0:?}, so it has no period for {1}: {2}")]
-    NoPeriod(String, Executor, &'static str),
+    NoPeriod(String, String, &'static str),
 }
 
 /// Nodes, the topics between them, and the progress of their run.

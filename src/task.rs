@@ -20,7 +20,7 @@ use super::{
 pub(crate) const MOST_WAITING: usize = 100_000;
 
 /// The schedule of a node, and where it is in it.
-pub(crate) struct Task {
+pub struct Task {
     pub(crate) name: Arc<str>,
     pub(crate) priority: u32,
     records: Records,
@@ -70,6 +70,11 @@ impl Task {
         }
     }
 
+    /// Its priority: of nodes that are due together the one with the lowest number is first.
+    pub fn priority(&self) -> u32 {
+        self.priority
+    }
+
     /// Whether messages trigger it.
     pub(crate) fn is_triggered(&self) -> bool {
         self.trigger.is_some()
@@ -97,7 +102,7 @@ impl Task {
     }
 
     /// Due time of the next tick; [`Time::MAX`] after a crash, and if messages trigger it.
-    pub(crate) fn due(&self) -> Time {
+    pub fn due(&self) -> Time {
         match self.crashed || self.is_triggered() {
             true => Time::MAX,
             false => self.rate.due(),
@@ -118,7 +123,7 @@ impl Task {
 /// Messages that trigger it.
 impl Task {
     /// Number of the topics that trigger it.
-    pub(crate) fn inputs(&self) -> usize {
+    pub fn inputs(&self) -> usize {
         self.trigger.as_ref().map_or(0, |trigger| trigger.inputs())
     }
 
@@ -180,7 +185,7 @@ impl Task {
     }
 
     /// Adds the next due time to those in wait; `false` if they are too many: it is an overrun.
-    pub(crate) fn queue_timer(&mut self) -> bool {
+    pub fn queue_timer(&mut self) -> bool {
         let room = self.backlog.len() < MOST_WAITING;
         match room {
             true => self.backlog.push_back(self.rate.due()),
@@ -198,7 +203,7 @@ impl Task {
     }
 
     /// The due times in wait.
-    pub(crate) fn queued_timers(&self) -> impl ExactSizeIterator<Item = Time> {
+    pub fn queued_timers(&self) -> impl ExactSizeIterator<Item = Time> {
         self.backlog.iter().copied()
     }
 }
@@ -275,7 +280,7 @@ impl Task {
     }
 
     /// The tick that has started and is not yet over.
-    pub(crate) fn running(&self) -> Option<&Running> {
+    pub fn running(&self) -> Option<&Running> {
         self.timing.as_ref()?.running.as_ref()
     }
 
@@ -299,14 +304,14 @@ impl Task {
     }
 
     /// Takes the running tick off its core; it needs `remaining` more.
-    pub(crate) fn suspend(&mut self, remaining: Duration) {
+    pub fn suspend(&mut self, remaining: Duration) {
         if let Some(running) = self.timing().running.as_mut() {
             (running.ends, running.suspended) = (Time::MAX, Some(remaining));
         }
     }
 
     /// Puts the running tick on a core again, where it is over at `ends`.
-    pub(crate) fn resume(&mut self, ends: Time) {
+    pub fn resume(&mut self, ends: Time) {
         if let Some(running) = self.timing().running.as_mut() {
             (running.ends, running.suspended) = (ends, None);
         }

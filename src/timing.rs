@@ -28,9 +28,11 @@ pub(crate) struct Waiting {
 
 /// A tick that takes time.
 #[derive(Debug)]
-pub(crate) struct Running {
-    pub(crate) began: Time,
-    pub(crate) ends: Time,
+pub struct Running {
+    /// Run time of its start.
+    pub began: Time,
+    /// Run time of its end, while it has a core.
+    pub ends: Time,
     pub(crate) lateness: Option<Duration>,
     /// Whether it keeps a core busy under the real clock.
     pub(crate) busy: bool,
@@ -62,7 +64,7 @@ impl Running {
     }
 
     /// Time on a core that the tick needs from `now` on.
-    pub(crate) fn remaining(&self, now: Time) -> Duration {
+    pub fn remaining(&self, now: Time) -> Duration {
         self.suspended.unwrap_or_else(|| self.ends.since(now))
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{depth::Depth, executor::Executor, time::Hz, trigger::Match};
+use super::{depth::Depth, time::Hz, trigger::Match};
 
 /// Nodes, topics and connections: enough to draw a graph or to replay its run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -28,9 +28,9 @@ pub struct NodeTopology {
     /// What a tick needs of several triggers.
     #[serde(default, skip_serializing_if = "is_each")]
     pub matching: Match,
-    /// Its executor, if it has no thread of its own.
+    /// Name of its executor, if it has no thread of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub executor: Option<Executor>,
+    pub executor: Option<String>,
     /// Number of that executor in the graph, if its nodes share threads.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub executor_index: Option<usize>,

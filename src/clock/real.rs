@@ -14,7 +14,7 @@ use self::{
     ends::{NodeEnd, Report},
     mailbox::Wakeup,
     supervisor::Supervisor,
-    threads::{Threads, mailboxes},
+    threads::{NodeThreads, mailboxes},
 };
 use super::{Clock, ClockExit, note_end, obey::obey_at_rest};
 use crate::{
@@ -144,7 +144,7 @@ impl RealClock {
             reporter,
         };
         let now = graph.now();
-        let threads = Threads::new(graph, &mailboxes, now);
+        let threads = NodeThreads::new(graph, &mailboxes, now);
         let mut supervisor = Supervisor {
             control: &mut graph.control,
             inbox,

@@ -312,17 +312,7 @@ mod tests {
     use crossbeam_channel::Sender;
 
     use super::*;
-    use crate::{
-        command::TimedCommand,
-        depth::Depth,
-        event::Event,
-        executor::{Callback, Executor},
-        knob::Knob,
-        node::GO_ON,
-        time::Hz,
-        topic::Topic,
-        trigger::{Arrival, Match, Wake},
-    };
+    use crate::{command::TimedCommand, event::Event, knob::Knob, node::GO_ON, time::Hz};
 
     type Ticks = Vec<(&'static str, Time)>;
 
@@ -405,42 +395,5 @@ mod tests {
         assert_eq!(exit.expect("no fault"), ClockExit::Completed);
         let now = Time::from_nanos(25_000_000);
         assert_eq!(*log.lock().expect("log"), [("a", now), ("b", now)]);
-    }
-
-    /// Hears of arrivals and does nothing, as threads that are stopped.
-    struct Stopped;
-
-    impl Wake for Stopped {
-        fn wake(&self, _: Arrival) {}
-    }
-
-    #[test]
-    fn messages_in_flight_at_a_hand_over_trigger_their_nodes() {
-        for executor in [None, Some(Executor::Single)] {
-            let (mut graph, far) = (Graph::new(), Topic::new("/far", Depth::ONE));
-            let log = Arc::<Mutex<Ticks>>::default();
-            let seen = log.clone();
-            graph
-                .node("reader", Match::Each, 0, |wiring| {
-                    let _ = wiring.trigger(&far);
-                    move |now| {
-                        seen.lock().expect("log").push(("reader", now));
-                        GO_ON
-                    }
-                })
-                .expect("a node");
-            if let Some(executor) = executor {
-                let reader = [Callback::of("reader")];
-                graph.executor(executor, reader).expect("a node");
-            }
-            far.set_link("delay:30".parse().expect("a link"), 0, Time::ZERO);
-            graph.stage.leave(Arc::new(Stopped));
-            far.publisher().publish(1, Time::ZERO, None);
-            VirtualClock
-                .run(&mut graph, &mut Inbox::default(), UNTIL)
-                .expect("no fault");
-            let arrives = Time::from_nanos(30_000_000);
-            assert_eq!(*log.lock().expect("log"), [("reader", arrives)]);
-        }
     }
 }

@@ -3,97 +3,75 @@
 use super::{Graph, GraphError};
 use crate::{
     command::ClockKind,
-    executor::{Callback, Executor},
     placement::Placement,
+    scheduling::{Dispatch, Member, Threads},
     seat::Seat,
+    sync::Arc,
 };
 
 impl Graph {
-    /// Has an executor run these nodes, which were added before, in the order of their
-    /// registration. Each executor has threads of its own, under the real clock as well: there
-    /// `fixed-priority` needs
-    /// [`RealtimePriority`](crate::RealtimePriority) and cores to spare, and
-    /// `edf` is refused.
-    ///
-    /// ```
-    /// use std::sync::{Arc, atomic::{AtomicU32, Ordering::Relaxed}};
-    /// use ratelab::{Callback, Clock, GO_ON, Graph, Hz, Inbox, Time, VirtualClock};
-    ///
-    /// let (mut graph, ticks) = (Graph::new(), Arc::new(AtomicU32::new(0)));
-    /// for node in ["lidar", "planner"] {
-    ///     let ticks = ticks.clone();
-    ///     graph.node(node, Hz::new(10.0)?, 0, |_| move |_| {
-    ///         ticks.fetch_add(1, Relaxed);
-    ///         GO_ON
-    ///     })?;
-    /// }
-    /// graph.executor("single".parse()?, ["lidar", "planner"].map(Callback::of))?;
-    /// // No tick at 0: a timer of ROS is due one period later for the first time.
-    /// let end = Time::from_secs_f64(1.0)?;
-    /// VirtualClock.run(&mut graph, &mut Inbox::default(), end)?;
-    /// assert_eq!(ticks.load(Relaxed), 20);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
+    /// Has an executor run the nodes with these `names`, which were added before, in the order of
+    /// their registration. Each executor has threads of its own, under the real clock as well.
     ///
     /// # Errors
     /// [`GraphError`] for a node that is unknown, that has an executor already, or that
     /// lacks the period that the executor needs.
-    pub fn executor(
+    pub fn dispatch(
         &mut self,
-        executor: Executor,
-        callbacks: impl IntoIterator<Item = Callback>,
+        dispatch: Arc<dyn Dispatch>,
+        names: &[String],
     ) -> Result<(), GraphError> {
-        let mut members: Vec<(usize, Callback)> = Vec::new();
-        for callback in callbacks {
-            let node = self.index_for(executor, &callback)?;
-            if members.iter().any(|(known, _)| *known == node) {
-                return Err(GraphError::SecondExecutor(callback.node));
+        let mut members: Vec<Member> = Vec::new();
+        for (number, name) in names.iter().enumerate() {
+            let node = self.index_for(&*dispatch, number, name)?;
+            if members.iter().any(|known| known.node == node) {
+                return Err(GraphError::SecondExecutor(name.clone()));
             }
-            members.push((node, callback));
+            members.push(Member { node, number });
         }
-        let placement = match executor {
-            Executor::Let => Placement::Let,
-            _ => Placement::Executor {
-                index: self.stage.executors().count(),
-                queues: executor.queues_timers(),
-            },
+        let index = self.stage.executors().count();
+        let queues = dispatch.queues_timers();
+        let shared = self.stage.add_executor(dispatch.clone(), members.clone());
+        let placement = match shared {
+            true => Placement::Executor { index, queues },
+            false => Placement::Let,
         };
-        self.stage.add_executor(executor, members.clone());
-        let by_call = matches!(
-            executor,
-            Executor::Single | Executor::Multi { .. } | Executor::Events
-        );
-        for (index, callback) in members {
-            let task = &mut self.stage.tasks[index];
+        for Member { node, number } in members {
+            let task = &mut self.stage.tasks[node];
             task.placement = placement;
-            let node = &mut self.control.nodes[index].topology;
-            node.executor = Some(executor);
-            node.executor_index = placement.executor();
-            node.group = callback.group_name().map(Into::into);
-            if by_call {
+            if dispatch.skips_first() {
                 task.rate.skip_first();
             }
+            let node = &mut self.control.nodes[node].topology;
+            node.executor = Some(dispatch.name());
+            node.executor_index = placement.executor();
+            node.group = dispatch.group(number).map(Into::into);
         }
         Ok(())
     }
 
-    /// The index of the node of a callback, if the executor can have it.
-    fn index_for(&self, executor: Executor, callback: &Callback) -> Result<usize, GraphError> {
-        let name = || callback.node.clone();
+    /// The index of a member, if the executor can have it.
+    fn index_for(
+        &self,
+        dispatch: &dyn Dispatch,
+        number: usize,
+        name: &str,
+    ) -> Result<usize, GraphError> {
         let mut tasks = self.stage.tasks.iter();
-        let known = tasks.position(|task| *task.name == *callback.node);
-        let index = known.ok_or_else(|| GraphError::UnknownCallback(name(), executor))?;
+        let known = tasks.position(|task| *task.name == *name);
+        let unknown = || GraphError::UnknownCallback(name.to_owned(), dispatch.name());
+        let index = known.ok_or_else(unknown)?;
         let task = &self.stage.tasks[index];
         if task.placement != Placement::Thread {
-            return Err(GraphError::SecondExecutor(name()));
+            return Err(GraphError::SecondExecutor(name.to_owned()));
         }
-        let remedy = match executor {
-            Executor::Let => Some("give it a rate"),
-            Executor::Edf { .. } if callback.deadline.is_none() => Some("give it a deadline"),
-            _ => None,
-        };
+        let remedy = dispatch.period_remedy(number);
         match remedy.filter(|_| task.is_triggered()) {
-            Some(remedy) => Err(GraphError::NoPeriod(name(), executor, remedy)),
+            Some(remedy) => Err(GraphError::NoPeriod(
+                name.to_owned(),
+                dispatch.name(),
+                remedy,
+            )),
             None => Ok(index),
         }
     }
@@ -114,25 +92,26 @@ impl Graph {
     pub(crate) fn needs_virtual_time(&self) -> Option<(&Seat, String)> {
         let mut spare = self.cores.unwrap_or(0);
         let mut executors = self.stage.executors();
-        executors.find_map(|(executor, members)| {
-            let why = match executor {
-                Executor::Edf { .. } => format!("the real clock has no executor {executor}"),
-                Executor::FixedPriority { .. } if self.cores.is_none() => {
+        executors.find_map(|(dispatch, members)| {
+            let executor = dispatch.name();
+            let why = match dispatch.threads() {
+                Threads::Virtual => format!("the real clock has no executor {executor}"),
+                Threads::Cores(_) if self.cores.is_none() => {
                     format!("under the real clock {executor} needs real-time priority (--realtime)")
                 }
-                Executor::FixedPriority { cores } if cores > spare => format!(
+                Threads::Cores(cores) if cores > spare => format!(
                     "under the real clock {executor} needs {cores} cores beside the one for all \
                      other threads, and {spare} are left"
                 ),
-                Executor::FixedPriority { cores } => {
+                Threads::Cores(cores) => {
                     spare -= cores;
                     return None;
                 }
-                _ => return None,
+                Threads::Shared(_) => return None,
             };
-            let (node, _) = members.first()?;
+            let first = members.first()?;
             Some((
-                &self.seats[*node],
+                &self.seats[first.node],
                 format!("{why}: choose the virtual clock"),
             ))
         })

@@ -8,7 +8,7 @@ use crate::{command::ClockKind, task::Task, time::Time};
 /// Decides which released callback is called now. It owns no node and waits for nothing, so the
 /// same one serves both clocks. Its nodes are known by their number in the order of
 /// registration.
-pub(crate) trait Scheduler: Send {
+pub trait Scheduler: Send {
     /// The timer of a node is due.
     fn due(&mut self, member: usize, plan: &mut AtInstant<'_>);
 
@@ -37,13 +37,24 @@ pub(crate) trait Scheduler: Send {
 
 /// A callback to be called now, with the index of its node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Call {
+pub enum Call {
     /// The timer of a node.
-    Timer { node: usize },
+    Timer {
+        /// Index of the node.
+        node: usize,
+    },
     /// One of its subscriptions, for one message.
-    Message { node: usize, input: usize },
+    Message {
+        /// Index of the node.
+        node: usize,
+        /// Number of the topic among those that trigger it.
+        input: usize,
+    },
     /// Its subscriptions in turn, until a set of messages is complete.
-    Messages { node: usize },
+    Messages {
+        /// Index of the node.
+        node: usize,
+    },
 }
 
 impl Call {
@@ -56,7 +67,7 @@ impl Call {
 }
 
 /// The run at an instant, as a scheduler sees it.
-pub(crate) struct AtInstant<'a> {
+pub struct AtInstant<'a> {
     pub(super) now: Time,
     pub(super) clock: ClockKind,
     pub(super) tasks: &'a mut [Task],
@@ -67,23 +78,23 @@ pub(crate) struct AtInstant<'a> {
 
 impl AtInstant<'_> {
     /// Run time.
-    pub(crate) fn now(&self) -> Time {
+    pub fn now(&self) -> Time {
         self.now
     }
 
     /// The schedule of a node.
-    pub(crate) fn task(&mut self, node: usize) -> &mut Task {
+    pub fn task(&mut self, node: usize) -> &mut Task {
         &mut self.tasks[node]
     }
 
     /// The same, to look at.
-    pub(crate) fn task_of(&self, node: usize) -> &Task {
+    pub fn task_of(&self, node: usize) -> &Task {
         &self.tasks[node]
     }
 
     /// Whether a message of a topic that triggers a node waits for it. Under the real clock a
     /// look takes no turn: only what a node takes is in the log.
-    pub(crate) fn waits(&self, node: usize, input: usize) -> bool {
+    pub fn waits(&self, node: usize, input: usize) -> bool {
         let task = &self.tasks[node];
         match self.clock {
             ClockKind::Virtual => task.oldest_of(input, self.now).is_some(),
@@ -93,7 +104,7 @@ impl AtInstant<'_> {
 
     /// Run time of the delivery of the oldest message that waits for a node; under the real
     /// clock now, if there is one.
-    pub(crate) fn oldest(&self, node: usize) -> Option<Time> {
+    pub fn oldest(&self, node: usize) -> Option<Time> {
         let task = &self.tasks[node];
         match self.clock {
             ClockKind::Virtual => task.oldest(self.now),
@@ -106,7 +117,7 @@ impl AtInstant<'_> {
     }
 
     /// Plans the end of a node's tick.
-    pub(crate) fn end_at(&mut self, node: usize, at: Time) {
+    pub fn end_at(&mut self, node: usize, at: Time) {
         let rank = (self.tasks[node].priority, node);
         self.agenda.add(at, Phase::End, rank, node);
     }

@@ -4,14 +4,11 @@ use std::mem::take;
 
 use super::{
     agenda::{Agenda, AgendaItem, Phase},
-    events::EventOrder,
-    preemptive::{Preemptive, Urgency},
+    dispatch::{Dispatch, Member},
     scheduler::{Assignment, AtInstant, Call, Job, Scheduler},
-    windows::WindowOrder,
 };
 use crate::{
     command::ClockKind,
-    executor::{Callback, Executor},
     sync::Arc,
     task::Task,
     time::Time,
@@ -40,9 +37,8 @@ pub(crate) struct Stage {
 
 /// An executor with its nodes.
 struct ExecutorState {
-    kind: Executor,
-    /// Its nodes, by their indices, in the order of registration.
-    members: Vec<(usize, Callback)>,
+    dispatch: Arc<dyn Dispatch>,
+    members: Vec<Member>,
     scheduler: Box<dyn Scheduler>,
     /// Whether something has changed since its last look.
     attentive: bool,
@@ -88,27 +84,31 @@ impl Stage {
         self.releases.push(Time::MAX);
     }
 
-    /// Adds an executor with its nodes, given by their indices, in the order of
-    /// registration.
-    pub(crate) fn add_executor(&mut self, kind: Executor, members: Vec<(usize, Callback)>) {
-        let Some(scheduler) = scheduler(kind, &members) else {
-            return;
+    /// Adds an executor with its nodes; `false` if each of these has a core of its own.
+    pub(crate) fn add_executor(
+        &mut self,
+        dispatch: Arc<dyn Dispatch>,
+        members: Vec<Member>,
+    ) -> bool {
+        let Some(scheduler) = dispatch.scheduler(&members) else {
+            return false;
         };
-        for (member, (node, _)) in members.iter().enumerate() {
-            self.of[*node] = Some((self.crews.len(), member));
+        for (place, member) in members.iter().enumerate() {
+            self.of[member.node] = Some((self.crews.len(), place));
         }
         self.crews.push(ExecutorState {
-            kind,
+            dispatch,
             members,
             scheduler,
             attentive: false,
         });
+        true
     }
 
     /// The executors, each with its nodes by their indices.
-    pub(crate) fn executors(&self) -> impl Iterator<Item = (Executor, &[(usize, Callback)])> {
+    pub(crate) fn executors(&self) -> impl Iterator<Item = (&Arc<dyn Dispatch>, &[Member])> {
         let crews = self.crews.iter();
-        crews.map(|crew| (crew.kind, &crew.members[..]))
+        crews.map(|crew| (&crew.dispatch, &crew.members[..]))
     }
 
     /// The list of arrivals that nobody has looked at.
@@ -151,11 +151,11 @@ impl Stage {
     /// Builds the scheduler of a crew anew, from what waits or runs of its nodes.
     fn catch_up(&mut self, crew: usize, now: Time) {
         let known = &mut self.crews[crew];
-        if let Some(scheduler) = scheduler(known.kind, &known.members) {
+        if let Some(scheduler) = known.dispatch.scheduler(&known.members) {
             known.scheduler = scheduler;
         }
         for member in 0..known.members.len() {
-            let node = self.crews[crew].members[member].0;
+            let node = self.crews[crew].members[member].node;
             self.ask(node, now, |scheduler, member, plan| {
                 scheduler.take_over(member, plan);
                 plan.add_waiting(node);
@@ -410,21 +410,5 @@ impl Assignment {
     fn of(node: usize, job: Job) -> Self {
         let input = None;
         Self { node, input, job }
-    }
-}
-
-/// The scheduler of an executor; `None` if each of its nodes has a core of its own.
-fn scheduler(kind: Executor, members: &[(usize, Callback)]) -> Option<Box<dyn Scheduler>> {
-    let preemptive = |urgency, cores| {
-        let tasks = members.iter().map(|(node, c)| (*node, c.deadline));
-        Some(Box::new(Preemptive::new(urgency, cores, tasks)) as Box<dyn Scheduler>)
-    };
-    match kind {
-        Executor::Single => Some(Box::new(WindowOrder::new(members, 1))),
-        Executor::Multi { threads } => Some(Box::new(WindowOrder::new(members, threads))),
-        Executor::Events => Some(Box::new(EventOrder::new(members))),
-        Executor::FixedPriority { cores } => preemptive(Urgency::Priority, cores),
-        Executor::Edf { cores } => preemptive(Urgency::Deadline, cores),
-        Executor::Let => None,
     }
 }

@@ -2,9 +2,8 @@
 
 use std::sync::{Arc, Mutex};
 
-use ratelab::{
-    Callback, Clock, Depth, Executor, GO_ON, Graph, Hz, Inbox, Match, Time, Topic, VirtualClock,
-};
+use ratelab::{Clock, Depth, GO_ON, Graph, Hz, Inbox, Match, Time, Topic, VirtualClock};
+use ratelab_effects::{Callback, Executor, Executors};
 
 const GOLDEN: &str = include_str!("../golden/approximate.txt");
 

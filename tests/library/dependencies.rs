@@ -11,12 +11,13 @@ fn read(file: &str) -> String {
 }
 
 /// The crates of this workspace that others depend on.
-const OURS: [&str; 9] = [
+const OURS: [&str; 10] = [
     "exercises",
     "mend-it",
     "ratelab",
     "ratelab-account",
     "ratelab-cart-pole",
+    "ratelab-effects",
     "ratelab-replay",
     "ratelab-study",
     "ratelab-wire",
@@ -42,6 +43,7 @@ fn every_crate_that_a_manifest_names_has_its_reason_in_the_manual_and_no_other()
         "",
         "crates/account/",
         "crates/cart-pole/",
+        "crates/effects/",
         "crates/replay/",
         "crates/study/",
         "crates/wire/",
@@ -78,11 +80,17 @@ fn ours(folder: &str) -> Vec<String> {
 #[test]
 fn the_core_stands_on_nothing_and_every_other_crate_on_those_below() {
     assert_eq!(ours(""), [""; 0]);
-    assert_eq!(ours("crates/account/"), ["ratelab"]);
+    assert_eq!(ours("crates/effects/"), ["ratelab"]);
+    assert_eq!(ours("crates/account/"), ["ratelab", "ratelab-effects"]);
     assert_eq!(ours("crates/replay/"), ["ratelab"]);
     assert_eq!(
         ours("crates/study/"),
-        ["ratelab", "ratelab-account", "ratelab-replay"]
+        [
+            "ratelab",
+            "ratelab-account",
+            "ratelab-effects",
+            "ratelab-replay"
+        ]
     );
     assert_eq!(
         ours("crates/cart-pole/"),
@@ -92,7 +100,7 @@ fn the_core_stands_on_nothing_and_every_other_crate_on_those_below() {
 
 #[test]
 fn neither_core_nor_study_nor_robot_depends_on_a_terminal_a_command_line_or_a_recorder() {
-    let crates_below = ["account", "replay", "study", "cart-pole"];
+    let crates_below = ["account", "effects", "replay", "study", "cart-pole"];
     let folders = crates_below.map(|name| format!("crates/{name}/"));
     for folder in folders.into_iter().chain([String::new()]) {
         let crates = crates(&format!("{folder}Cargo.toml"), &["dependencies"]);

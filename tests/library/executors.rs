@@ -6,10 +6,11 @@ use std::{collections::HashMap, fmt::Write, time::Duration};
 use proptest::prelude::*;
 
 use ratelab::{
-    Callback, Clock, Depth, Executor, GO_ON, Graph, GraphError, Hz, Inbox, Knob, Match, RealClock,
-    Time, TimedCommand, Topic, VirtualClock,
+    Clock, Depth, GO_ON, Graph, GraphError, Hz, Inbox, Knob, Match, RealClock, Time, TimedCommand,
+    Topic, VirtualClock,
 };
 use ratelab_account::{Lineage, Observer, Occupied, TapHandle, TickRecord};
+use ratelab_effects::{Callback, Executor, Executors};
 
 /// A graph whose nodes take time, in milliseconds.
 #[derive(Default)]

@@ -2,9 +2,10 @@
 //! or run in pieces, and continues where it was.
 
 use ratelab::{
-    ClockExit, ClockKind, Command, Depth, GO_ON, Graph, Inbox, RealClock, Time, Topic, run,
+    ClockExit, ClockKind, Command, Depth, GO_ON, Graph, Inbox, Match, RealClock, Time, Topic, run,
 };
 use ratelab_account::{Observer, TapHandle};
+use ratelab_effects::{Callback, Executor, Executors};
 
 use crate::support::{TickLog, applied, at, messages_of, metronome, refused, run_virtual, secs};
 
@@ -82,4 +83,31 @@ fn a_graph_continues_after_an_end_as_if_there_was_none() {
     let (whole, mut graph) = metronome();
     run_virtual(&mut graph, Vec::new(), secs(1.0));
     assert_eq!(log.all(), whole.all());
+}
+
+#[test]
+fn messages_in_flight_at_a_hand_over_trigger_their_nodes() {
+    for executor in [None, Some(Executor::Single)] {
+        let (mut graph, far) = (Graph::new(), Topic::new("/far", Depth::ONE));
+        let (sender, ticks) = crossbeam_channel::unbounded();
+        let reader = graph.node("reader", Match::Each, 0, |wiring| {
+            let _ = wiring.trigger(&far);
+            move |now| {
+                sender.send(now)?;
+                GO_ON
+            }
+        });
+        reader.expect("a node");
+        if let Some(executor) = executor {
+            let reader = [Callback::of("reader")];
+            graph.executor(executor, reader).expect("a node");
+        }
+        let link = "link /far delay:30".parse().expect("a knob");
+        graph.turn(&link).expect("a topic");
+        // As threads that are stopped: nobody hears of the arrival.
+        graph.take_in_hand();
+        far.publisher().publish(1, Time::ZERO, None);
+        run_virtual(&mut graph, Vec::new(), secs(0.5));
+        assert!(ticks.try_iter().eq([secs(0.03)]));
+    }
 }

@@ -2,6 +2,7 @@
 
 use ratelab::{Event, Head, Time};
 use ratelab_account::{Rows, TickRecord};
+use ratelab_effects::Executor;
 use ratelab_study::system::Setup;
 use rerun::log::Chunk;
 use serde_json::Value;
@@ -132,7 +133,9 @@ impl Content {
             }
             _ => serde_json::from_value(json).ok(),
         };
-        let origin: Origin = origin.filter(sets_nothing_twice).ok_or_else(damaged)?;
+        let origin: Origin = origin
+            .filter(|origin| sets_nothing_twice(origin) && has_known_executors(origin))
+            .ok_or_else(damaged)?;
         check_graph(&origin.topology)?;
         self.digest = ContentDigest::new(&text, &origin.topology);
         self.topics = vec![Rows::default(); origin.topology.topics.len()];
@@ -176,6 +179,12 @@ impl Content {
 fn sets_nothing_twice(origin: &Origin) -> bool {
     let setup = &origin.config.setup;
     setup.iter().cloned().collect::<Setup>() == *setup
+}
+
+fn has_known_executors(origin: &Origin) -> bool {
+    let nodes = origin.topology.nodes.iter();
+    let mut executors = nodes.filter_map(|node| node.executor.as_ref());
+    executors.all(|name| name.parse::<Executor>().is_ok())
 }
 
 /// An impossible row, with the run time of the row before it.

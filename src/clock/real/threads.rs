@@ -12,10 +12,9 @@ use super::{
 };
 use crate::{
     command::ClockKind,
-    executor::{Callback, Executor},
     graph::Graph,
     realtime::{CoreShare, spare_cores},
-    scheduling::Stage,
+    scheduling::{Dispatch, Member, Stage, Threads},
     seat::Seat,
     sync::Arc,
     task::Task,
@@ -24,7 +23,7 @@ use crate::{
 };
 
 /// The nodes of a graph while they are on their threads.
-pub(super) struct Threads {
+pub(super) struct NodeThreads {
     pub(super) crews: Vec<Crew>,
     /// Those of other processes.
     elsewhere: Vec<Node>,
@@ -38,10 +37,11 @@ pub(super) fn mailboxes(graph: &Graph) -> Vec<Arc<Mailbox>> {
     let nodes = graph.seats.iter();
     let mut mailboxes: Vec<Arc<Mailbox>> = nodes.map(|_| Arc::default()).collect();
     let executors = graph.stage.executors();
-    for (_, members) in executors.filter(|(executor, _)| !executor.is_preemptive()) {
+    let shared = |threads| matches!(threads, Threads::Shared(_));
+    for (_, members) in executors.filter(|(dispatch, _)| shared(dispatch.threads())) {
         let common = Arc::<Mailbox>::default();
-        for (node, _) in members {
-            mailboxes[*node] = common.clone();
+        for member in members {
+            mailboxes[member.node] = common.clone();
         }
     }
     mailboxes
@@ -72,12 +72,12 @@ fn begin_arrivals(graph: &mut Graph, mailboxes: &[Arc<Mailbox>]) {
 /// The cores of each node whose executor takes it off them for others, by its index.
 fn shares(graph: &Graph) -> HashMap<usize, CoreShare> {
     let (mut spare, mut shares) = (spare_cores(), HashMap::new());
-    for (executor, members) in graph.stage.executors() {
-        let Executor::FixedPriority { cores } = executor else {
+    for (dispatch, members) in graph.stage.executors() {
+        let Threads::Cores(cores) = dispatch.threads() else {
             continue;
         };
         let cores = spare.split_off(spare.len().saturating_sub(cores));
-        let here = members.iter().map(|(index, _)| *index);
+        let here = members.iter().map(|member| member.node);
         let here: Vec<usize> = here.filter(|index| !graph.seats[*index].remote).collect();
         let priority = |index: usize| graph.stage.tasks[index].priority;
         let priorities: BTreeSet<u32> = here.iter().map(|index| priority(*index)).collect();
@@ -90,7 +90,7 @@ fn shares(graph: &Graph) -> HashMap<usize, CoreShare> {
     shares
 }
 
-impl Threads {
+impl NodeThreads {
     /// Takes the nodes of this process out of the graph and gives them threads, at run time
     /// `now`.
     pub(super) fn new(graph: &mut Graph, mailboxes: &[Arc<Mailbox>], now: Time) -> Self {
@@ -98,7 +98,7 @@ impl Threads {
         let mut shares = shares(graph);
         let executors = graph.stage.executors();
         let executors: Vec<_> = executors
-            .map(|(executor, members)| (executor, members.to_vec()))
+            .map(|(dispatch, members)| (dispatch.clone(), members.to_vec()))
             .collect();
         let tasks = take(&mut graph.stage.tasks).into_iter();
         let nodes = tasks.zip(take(&mut graph.seats)).enumerate();
@@ -106,14 +106,14 @@ impl Threads {
             .map(|(index, (task, seat))| (index, task, seat))
             .partition(|(.., seat)| seat.remote);
         let mut here: HashMap<usize, Node> = here.into_iter().map(|node| (node.0, node)).collect();
-        let mut crew = |members: Vec<(usize, Callback)>, executor: Option<Executor>| {
-            let members = members.into_iter().filter_map(|(index, callback)| {
-                let node = here.remove(&index)?;
-                Some((node, callback))
+        let mut crew = |members: Vec<Member>, dispatch: Option<Arc<dyn Dispatch>>| {
+            let members = members.into_iter().filter_map(|member| {
+                let node = here.remove(&member.node)?;
+                Some((node, member.number))
             });
-            let (nodes, callbacks): (Vec<Node>, Vec<Callback>) = members.unzip();
+            let (nodes, numbers): (Vec<Node>, Vec<usize>) = members.unzip();
             let first = nodes.first()?.0;
-            let share = shares.remove(&first).filter(|_| callbacks.len() == 1);
+            let share = shares.remove(&first).filter(|_| numbers.len() == 1);
             let mut stage_tasks = Vec::new();
             let nodes = nodes.into_iter().map(|(index, task, seat)| {
                 stage_tasks.push(task);
@@ -122,14 +122,16 @@ impl Threads {
             });
             let nodes: Vec<_> = nodes.collect();
             let mut stage = Stage::new(ClockKind::Real, stage_tasks);
-            if let Some(executor) = executor {
-                stage.add_executor(executor, callbacks.into_iter().enumerate().collect());
-            }
-            stage.open(now, Vec::new);
-            let threads = match executor {
-                Some(Executor::Multi { threads }) => threads,
+            let threads = match dispatch.as_ref().map(|dispatch| dispatch.threads()) {
+                Some(Threads::Shared(threads)) => threads,
                 _ => 1,
             };
+            if let Some(dispatch) = dispatch {
+                let members = numbers.into_iter().enumerate();
+                let members = members.map(|(node, number)| Member { node, number });
+                stage.add_executor(dispatch, members.collect());
+            }
+            stage.open(now, Vec::new);
             Some(Crew::new(
                 stage,
                 threads,
@@ -139,18 +141,17 @@ impl Threads {
             ))
         };
         let mut crews = Vec::new();
-        for (executor, members) in executors {
-            match executor {
+        for (dispatch, members) in executors {
+            match dispatch.threads() {
                 // The operating system has its nodes take turns.
-                Executor::FixedPriority { .. } => {
-                    let alone = Some(Executor::FixedPriority { cores: 1 });
-                    let members = members.into_iter();
-                    crews.extend(members.filter_map(|member| crew(vec![member], alone)));
+                Threads::Cores(_) => {
+                    let mut alone = |member| crew(vec![member], Some(dispatch.clone()));
+                    crews.extend(members.into_iter().filter_map(&mut alone));
                 }
-                _ => crews.extend(crew(members, Some(executor))),
+                _ => crews.extend(crew(members, Some(dispatch))),
             }
         }
-        let own = (0..mailboxes.len()).map(|index| vec![(index, Callback::of(""))]);
+        let own = (0..mailboxes.len()).map(|node| vec![Member { node, number: 0 }]);
         crews.extend(own.filter_map(|member| crew(member, None)));
         Self { crews, elsewhere }
     }

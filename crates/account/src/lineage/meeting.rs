@@ -5,7 +5,8 @@
 
 use std::collections::VecDeque;
 
-use ratelab::{Choice, Executor, Matcher, TakenMessage, Time};
+use ratelab::{Choice, Matcher, TakenMessage, Time};
+use ratelab_effects::Executor;
 
 use super::{Lineage, Sent};
 
@@ -114,7 +115,7 @@ impl Lineage {
 
     /// When the only thread of the node's executor is free, from `from` on.
     fn looks(&self, node: usize, from: Time, until: Time) -> Time {
-        let executor = self.topology.nodes[node].executor;
+        let executor = self.nodes[node].executor;
         if !matches!(executor, Some(Executor::Single | Executor::Events)) {
             return from;
         }

@@ -18,6 +18,7 @@ pub use parts::{AgePart, AgeParts, AgeStage};
 pub use push::{Chain, PushInForce};
 
 use ratelab::{Depth, Head, Knob, ReadOrder, Time, Topology};
+use ratelab_effects::Executor;
 
 use self::meeting::Meeting;
 use super::telemetry::TickRecord;
@@ -50,6 +51,8 @@ struct TracedTopic {
 /// A node and its ticks.
 #[derive(Clone, Debug, Default)]
 struct TracedNode {
+    /// Its executor, if it has no thread of its own.
+    executor: Option<Executor>,
     /// Indices of the topics that it reads.
     inputs: Vec<usize>,
     ticks: VecDeque<TracedTick>,
@@ -110,8 +113,10 @@ impl Lineage {
         let nodes = (0..topology.nodes.len()).map(|node| {
             let topics = topology.topics.iter().enumerate();
             let inputs = topics.filter(|(_, topic)| topic.readers.contains(&node));
+            let executor = topology.nodes[node].executor.as_ref();
             TracedNode {
                 inputs: inputs.map(|(index, _)| index).collect(),
+                executor: executor.and_then(|name| name.parse().ok()),
                 ..TracedNode::default()
             }
         });

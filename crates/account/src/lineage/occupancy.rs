@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use ratelab::{Executor, Time};
+use ratelab::Time;
+use ratelab_effects::Executor;
 
 use super::{Lineage, TracedTick};
 
@@ -52,7 +53,8 @@ impl Lineage {
     /// Whether two nodes are in one mutually exclusive group of an executor with several threads.
     fn excludes(&self, node: usize, other: usize) -> bool {
         let [one, other] = [node, other].map(|node| &self.topology.nodes[node]);
-        let several = matches!(one.executor, Some(Executor::Multi { threads: 2.. }));
+        let executor = self.nodes[node].executor;
+        let several = matches!(executor, Some(Executor::Multi { threads: 2.. }));
         several && one.group.is_some() && one.group == other.group
     }
 
@@ -73,7 +75,7 @@ impl Lineage {
     pub fn set_aside(&self, node: usize, index: usize) -> Vec<Occupied> {
         let one = Executor::FixedPriority { cores: 1 };
         let preemptive = [one, Executor::Edf { cores: 1 }];
-        let known = self.topology.nodes[node].executor;
+        let known = self.nodes[node].executor;
         let ticks = &self.nodes[node].ticks;
         let (true, Some(own)) = (
             known.is_some_and(|known| preemptive.contains(&known)),

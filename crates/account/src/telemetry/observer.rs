@@ -118,7 +118,7 @@ impl NodeCounters {
             priority: node.priority,
             hz,
             triggers: node.triggers.as_slice().into(),
-            executor: node.executor,
+            executor: node.executor.as_ref().and_then(|name| name.parse().ok()),
             ticks: self.ticks.load(Ordering::Relaxed),
             overruns: self.overruns.load(Ordering::Relaxed),
             busy: self.busy.load(Ordering::Relaxed),

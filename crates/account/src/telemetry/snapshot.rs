@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use ratelab::{Executor, Hz, Status, Time, sync::Arc};
+use ratelab::{Hz, Status, Time, sync::Arc};
+use ratelab_effects::Executor;
 
 use super::{counters::Flight, meter::Distribution, push_age::PushAgeView};
 

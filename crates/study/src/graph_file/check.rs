@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use ratelab::{Callback, Hz, Knob, KnobKind, Match, Release};
+use ratelab::{Hz, Knob, KnobKind, Match, Release};
+use ratelab_effects::Callback;
 
 use super::{
     CHAINS, ChainSpec, GraphFile, InnerSpec, Limit, MOST_CHAINS, MOST_PARTS, NodeSpec,

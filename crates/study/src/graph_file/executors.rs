@@ -1,6 +1,7 @@
 //! The executors of a graph file, and the nodes that they run.
 
-use ratelab::{Callback, Executor, Release};
+use ratelab::Release;
+use ratelab_effects::{Callback, Executor};
 
 use super::{
     ExecutorSpec, GraphFile, NodeSpec,

@@ -3,7 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use ratelab::{Executor, Knob, Release};
+use ratelab::{Knob, Release};
+use ratelab_effects::Executor;
 
 use super::{ExecutorSpec, GraphSystem, NodeSpec};
 use crate::system::Setup;

@@ -52,7 +52,8 @@ mod triggers;
 
 use std::time::Duration;
 
-use ratelab::{Callback, Executor, Knob, Release};
+use ratelab::{Knob, Release};
+use ratelab_effects::{Callback, Executor};
 
 pub use error::GraphFileError;
 pub use system::GraphSystem;

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use ratelab::{
-    Callback, Depth, Executor, GO_ON, Graph, Hz, Knob, KnobKind, Match, Node, Payload, Release,
-    Tick, Time, TimedKnob, Topic, Topology, Wiring,
+    Depth, GO_ON, Graph, Hz, Knob, KnobKind, Match, Node, Payload, Release, Tick, Time, TimedKnob,
+    Topic, Topology, Wiring,
 };
 use ratelab_account::{Fields, NamedTopic, RecordedTopic};
+use ratelab_effects::{Callback, Executor, Executors};
 
 use super::{BuildError, Setup, SharedWorld, System, World, WorldKind};
 

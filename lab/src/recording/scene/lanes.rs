@@ -52,7 +52,7 @@ pub fn add(rec: &RecordingStream, recording: &Recording) -> RecordingStreamResul
     let topology = lineage.topology();
     for (node, known) in topology.nodes.iter().enumerate() {
         let lane = path(&[TIMELINE, "node", &known.name]);
-        let late = known.executor.map_or(LATE, |_| WAITING);
+        let late = known.executor.as_ref().map_or(LATE, |_| WAITING);
         let mut states = vec![TICK, INSTANT, late, OVERRUN];
         let mut colours = vec![BLUE, BLUE, GREY, ORANGE];
         if known.executor.is_some() {

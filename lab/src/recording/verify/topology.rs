@@ -25,6 +25,7 @@ fn node(node: &NodeTopology) -> String {
         group: _,
         meters,
     } = node;
+    let executor = executor.as_ref();
     let executor = executor.map_or(String::new(), |executor| format!(", executor {executor}"));
     let release = match triggers.is_empty() {
         true => format!("at {hz}"),

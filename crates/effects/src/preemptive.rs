@@ -10,8 +10,7 @@ use std::{
     time::Duration,
 };
 
-use super::scheduler::{AtInstant, Call, Scheduler};
-use crate::time::Time;
+use ratelab::{AtInstant, Call, Scheduler, Time};
 
 /// What decides between jobs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,7 +95,7 @@ impl Preemptive {
             };
             let (released, deadline) = task.released.front().copied().or_else(arrived)?;
             let urgency = match self.urgency {
-                Urgency::Priority => plan.task_of(task.node).priority.into(),
+                Urgency::Priority => plan.task_of(task.node).priority().into(),
                 Urgency::Deadline => deadline.as_nanos(),
             };
             Some(JobKey {
@@ -151,10 +150,10 @@ impl Scheduler for Preemptive {
     fn due(&mut self, member: usize, plan: &mut AtInstant<'_>) {
         let task = &mut self.tasks[member];
         let node = plan.task(task.node);
-        let released = node.rate.due();
+        let released = node.due();
         if node.queue_timer() {
             let deadline = task.deadline.map(|deadline| released + deadline);
-            let deadline = deadline.unwrap_or_else(|| node.rate.due());
+            let deadline = deadline.unwrap_or_else(|| node.due());
             task.released.push_back((released, deadline));
         }
         self.refresh(member, plan);
@@ -210,7 +209,7 @@ impl Scheduler for Preemptive {
         task.released.extend(queued.map(|due| (due, Time::MAX)));
         task.job = node.running().map(|running| CoreJob {
             key: JobKey {
-                urgency: node.priority.into(),
+                urgency: node.priority().into(),
                 released: running.began,
                 member,
             },

@@ -45,7 +45,7 @@ const MOST_THREADS: usize = 1024;
 /// looks at it.
 ///
 /// ```
-/// use ratelab::Executor;
+/// use ratelab_effects::Executor;
 ///
 /// assert_eq!("multi:2".parse(), Ok(Executor::Multi { threads: 2 }));
 /// assert_eq!(
@@ -78,21 +78,6 @@ pub enum Executor {
     },
     /// Logical execution time.
     Let,
-}
-
-impl Executor {
-    /// Whether it takes nodes off their cores.
-    pub(crate) fn is_preemptive(self) -> bool {
-        matches!(self, Self::FixedPriority { .. } | Self::Edf { .. })
-    }
-
-    /// Whether its timers wait in line when they are due, instead of being called once, late.
-    pub(crate) fn queues_timers(self) -> bool {
-        match self {
-            Self::Events | Self::FixedPriority { .. } | Self::Edf { .. } => true,
-            Self::Single | Self::Multi { .. } | Self::Let => false,
-        }
-    }
 }
 
 impl fmt::Display for Executor {

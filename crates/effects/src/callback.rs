@@ -7,7 +7,7 @@ use std::time::Duration;
 ///
 /// ```
 /// use std::time::Duration;
-/// use ratelab::Callback;
+/// use ratelab_effects::Callback;
 ///
 /// let camera = Callback::of("camera").in_group("sensors");
 /// let control = Callback::of("control").with_deadline(Duration::from_millis(5));

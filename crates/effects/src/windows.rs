@@ -9,11 +9,9 @@
 
 use std::collections::BTreeSet;
 
-use super::{
-    groups::Groups,
-    scheduler::{AtInstant, Call, Scheduler},
-};
-use crate::{executor::Callback, time::Time};
+use ratelab::{AtInstant, Call, Scheduler, Time};
+
+use super::{callback::Callback, groups::Groups};
 
 /// A callback by its place in a window: timers before subscriptions, in the order of
 /// registration.
@@ -48,9 +46,9 @@ pub(crate) struct WindowOrder {
 }
 
 impl WindowOrder {
-    pub(crate) fn new(members: &[(usize, Callback)], threads: usize) -> Self {
+    pub(crate) fn new(members: &[(usize, &Callback)], threads: usize) -> Self {
         Self {
-            groups: Groups::new(members.iter().map(|(_, callback)| callback)),
+            groups: Groups::new(members.iter().map(|(_, callback)| *callback)),
             idle: threads,
             runs: vec![false; members.len()],
             nodes: members.iter().map(|(node, _)| *node).collect(),

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::executor::{Callback, CallbackGroup};
+use super::callback::{Callback, CallbackGroup};
 
 /// Which callbacks exclude each other, and which of them run.
 #[derive(Debug)]

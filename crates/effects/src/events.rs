@@ -7,8 +7,9 @@
 
 use std::collections::VecDeque;
 
-use super::scheduler::{AtInstant, Call, Scheduler};
-use crate::{executor::Callback, time::Time};
+use ratelab::{AtInstant, Call, Scheduler, Time};
+
+use super::callback::Callback;
 
 /// The most entries of the queue with messages in them.
 const MOST_ENTRIES: usize = 100_000;
@@ -39,7 +40,7 @@ pub(crate) struct EventOrder {
 }
 
 impl EventOrder {
-    pub(crate) fn new(members: &[(usize, Callback)]) -> Self {
+    pub(crate) fn new(members: &[(usize, &Callback)]) -> Self {
         Self {
             nodes: members.iter().map(|(node, _)| *node).collect(),
             queue: VecDeque::new(),

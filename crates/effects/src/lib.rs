@@ -1,0 +1,20 @@
+//! Executors: which nodes share threads, and by which rules.
+//!
+//! An [`Executor`] with its [`Callback`]s is a [`Dispatch`](ratelab::Dispatch) of the core, and
+//! makes a [`Scheduler`](ratelab::Scheduler): by windows, in the order of events, or preemptive.
+//! Each of these owns no node and waits for nothing, so the same one serves both clocks.
+//!
+//! Stands on the core (`ratelab`) only. Begin with `executor.rs`; `windows.rs` shows what a
+//! scheduler is. Another executor is another file like that.
+
+mod callback;
+mod dispatch;
+mod events;
+mod executor;
+mod groups;
+mod preemptive;
+mod windows;
+
+pub use callback::Callback;
+pub use dispatch::Executors;
+pub use executor::Executor;
