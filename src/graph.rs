@@ -26,8 +26,8 @@ use super::{
     task::Task,
     time::Time,
     topic::{Publisher, ReadMark, Subscription, Topic},
-    topology::{NodeTopology, TopicTopology, Topology},
-    trigger::{Arrival, Arrivals, Match},
+    topology::{NodeTopology, TopicTopology, Topology, each},
+    trigger::{Arrival, Arrivals},
 };
 
 /// An error while building a graph.
@@ -295,9 +295,9 @@ impl Graph {
             meters: wired.meters.clone(),
             outbox: wired.outbox.clone(),
         };
-        let triggers = triggers::check(name, release, &endpoints, &self.control)?;
+        let triggers = triggers::check(name, &release, &endpoints, &self.control)?;
         self.control.connect(endpoints)?;
-        let entry = NodeEntry::new(name, priority, release, triggers, wired.meters);
+        let entry = NodeEntry::new(name, priority, &release, triggers, wired.meters);
         self.control.nodes.push(entry);
         let (now, name) = (self.now(), Arc::from(name));
         let (of_task, of_seat) = (Arc::clone(&name), records.clone());
@@ -543,7 +543,7 @@ impl NodeEntry {
     fn new(
         name: &str,
         priority: u32,
-        release: Release,
+        release: &Release,
         triggers: Vec<usize>,
         meters: Vec<String>,
     ) -> Self {
@@ -554,8 +554,8 @@ impl NodeEntry {
                 hz: release.hz(),
                 triggers,
                 matching: match release {
-                    Release::Every(_) => Match::Each,
-                    Release::On(matching) => matching,
+                    Release::Every(_) => each(),
+                    Release::On(matching) => matching.to_string(),
                 },
                 executor: None,
                 executor_index: None,
@@ -713,7 +713,8 @@ impl<'g> Wiring<'g> {
     /// that the tick is for, whatever the read order of the topic.
     ///
     /// ```
-    /// use ratelab::{Depth, GO_ON, Graph, Match, Topic};
+    /// use ratelab::{Depth, GO_ON, Graph, Topic};
+    /// use ratelab_effects::Match;
     ///
     /// let (left, right) = (Topic::new("/left", Depth::ONE), Topic::new("/right", Depth::ONE));
     /// let mut graph = Graph::new();

@@ -11,7 +11,7 @@ const LONGEST_MS: f64 = 1e9;
 ///
 /// # Errors
 /// A message for an invalid text.
-pub(crate) fn parse(text: &str) -> Result<Duration, String> {
+pub fn parse(text: &str) -> Result<Duration, String> {
     let millis: Option<f64> = text.trim().parse().ok();
     millis.and_then(from_millis).ok_or_else(|| {
         format!("{text:?} is not a duration: expected milliseconds, 0 to {LONGEST_MS}")
@@ -19,28 +19,23 @@ pub(crate) fn parse(text: &str) -> Result<Duration, String> {
 }
 
 /// Returns `None` for a negative, too long or non-finite number.
-pub(crate) fn from_millis(millis: f64) -> Option<Duration> {
+pub fn from_millis(millis: f64) -> Option<Duration> {
     let known = (0.0..=LONGEST_MS).contains(&millis);
     known.then(|| Duration::from_nanos((millis * 1e6).round() as u64))
 }
 
 /// Milliseconds as a number that reads back to the same nanosecond.
-pub(crate) fn to_millis(duration: Duration) -> f64 {
+pub fn to_millis(duration: Duration) -> f64 {
     duration.as_nanos() as f64 / 1e6
 }
 
 /// For serde: as a number of milliseconds.
-pub(crate) fn serialize<S: Serializer>(
-    duration: &Duration,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
+pub fn serialize<S: Serializer>(duration: &Duration, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_f64(to_millis(*duration))
 }
 
 /// For serde.
-pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
-    deserializer: D,
-) -> Result<Duration, D::Error> {
+pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Duration, D::Error> {
     let millis = f64::deserialize(deserializer)?;
     from_millis(millis).ok_or_else(|| D::Error::custom("expected milliseconds, zero or more"))
 }

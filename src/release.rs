@@ -1,6 +1,6 @@
 //! When a node ticks.
 
-use super::{time::Hz, trigger::Match};
+use super::{sync::Arc, time::Hz, trigger::Matching};
 
 /// When a node ticks: at a rate, or when messages arrive.
 ///
@@ -13,7 +13,8 @@ use super::{time::Hz, trigger::Match};
 /// | loss | counted as overruns of the node | a full queue drops its oldest: a drop of the topic |
 ///
 /// ```
-/// use ratelab::{Clock, Depth, GO_ON, Graph, Hz, Inbox, Match, Time, Topic, VirtualClock};
+/// use ratelab::{Clock, Depth, GO_ON, Graph, Hz, Inbox, Time, Topic, VirtualClock};
+/// use ratelab_effects::Match;
 ///
 /// let image = Topic::new("/image", Depth::ONE);
 /// let mut graph = Graph::new();
@@ -38,20 +39,20 @@ use super::{time::Hz, trigger::Match};
 /// assert_eq!(detected.published(), 31);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub enum Release {
     /// At a rate.
     Every(Hz),
     /// When a message has arrived on each topic that
     /// [triggers](super::Wiring::trigger) the node.
-    On(Match),
+    On(Arc<dyn Matching>),
 }
 
 impl Release {
     /// The rate; the lowest one for a node that has no use for it.
-    pub(crate) fn hz(self) -> Hz {
+    pub(crate) fn hz(&self) -> Hz {
         match self {
-            Self::Every(hz) => hz,
+            Self::Every(hz) => *hz,
             Self::On(_) => Hz::MIN,
         }
     }
@@ -60,11 +61,5 @@ impl Release {
 impl From<Hz> for Release {
     fn from(hz: Hz) -> Self {
         Self::Every(hz)
-    }
-}
-
-impl From<Match> for Release {
-    fn from(matching: Match) -> Self {
-        Self::On(matching)
     }
 }

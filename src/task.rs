@@ -50,6 +50,7 @@ impl Task {
         now: Time,
         intakes: Vec<Box<dyn Intake>>,
     ) -> Self {
+        let hz = release.hz();
         let trigger = match release {
             Release::Every(_) => None,
             Release::On(matching) => Some(Box::new(Trigger::new(matching, intakes))),
@@ -59,7 +60,7 @@ impl Task {
             priority,
             records,
             number: 0,
-            rate: Rate::new(release.hz(), now),
+            rate: Rate::new(hz, now),
             trigger,
             placement: Placement::Thread,
             timing: None,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{depth::Depth, time::Hz, trigger::Match};
+use super::{depth::Depth, time::Hz};
 
 /// Nodes, topics and connections: enough to draw a graph or to replay its run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,9 +25,9 @@ pub struct NodeTopology {
     /// The topics that trigger it, as indices into [`Topology::topics`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub triggers: Vec<usize>,
-    /// What a tick needs of several triggers.
-    #[serde(default, skip_serializing_if = "is_each")]
-    pub matching: Match,
+    /// What a tick needs of several triggers, as text; `each` for the newest of each.
+    #[serde(default = "each", skip_serializing_if = "is_each")]
+    pub matching: String,
     /// Name of its executor, if it has no thread of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub executor: Option<String>,
@@ -54,8 +54,13 @@ pub struct TopicTopology {
     pub readers: Vec<usize>,
 }
 
-fn is_each(matching: &Match) -> bool {
-    *matching == Match::Each
+/// The matching of a node without several triggers.
+pub(crate) fn each() -> String {
+    "each".to_owned()
+}
+
+fn is_each(matching: &String) -> bool {
+    *matching == each()
 }
 
 impl Topology {

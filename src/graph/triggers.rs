@@ -7,7 +7,7 @@ use crate::release::Release;
 /// indices of the topics.
 pub(super) fn check(
     name: &str,
-    release: Release,
+    release: &Release,
     endpoints: &[Endpoint],
     graph: &ControlPlane,
 ) -> Result<Vec<usize>, GraphError> {

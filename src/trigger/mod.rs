@@ -2,24 +2,17 @@
 //!
 //! A message is taken when the executor calls the node, as a ROS subscription's callback
 //! takes it: one message for each call, the oldest that its queue keeps. Once the messages
-//! taken make a set ([`Match`]), the node ticks, and its subscriptions read that set.
+//! taken make a set ([`Matching`]), the node ticks, and its subscriptions read that set.
 
-mod approximate;
 mod arrivals;
-mod each;
-mod exact;
-mod matcher;
-mod matching;
-mod taken;
+mod sets;
 
 pub(crate) use arrivals::{Arrival, Arrivals, Wake};
-pub use matcher::Matcher;
-pub use matching::Match;
-pub use taken::{Choice, TakenMessage};
+pub use sets::{Choice, Matching, Sets, TakenMessage};
 
 use std::collections::VecDeque;
 
-use super::time::Time;
+use super::{sync::Arc, time::Time};
 
 /// A topic that triggers a node, regardless of its payload.
 pub(crate) trait Intake: Send {
@@ -45,10 +38,10 @@ pub(crate) trait Intake: Send {
 /// The topics that trigger a node.
 pub(crate) struct Trigger {
     inputs: Vec<Box<dyn Intake>>,
-    sets: Matcher,
+    sets: Box<dyn Sets>,
     /// The sets that a message completed beyond one, for ticks of their own.
     more: More,
-    matching: Match,
+    matching: Arc<dyn Matching>,
     /// The input whose turn it is.
     turn: usize,
     /// The only input of the next call, where an executor decides that.
@@ -65,9 +58,9 @@ struct More {
 }
 
 impl Trigger {
-    pub(crate) fn new(matching: Match, inputs: Vec<Box<dyn Intake>>) -> Self {
+    pub(crate) fn new(matching: Arc<dyn Matching>, inputs: Vec<Box<dyn Intake>>) -> Self {
         Self {
-            sets: Matcher::new(matching, inputs.len()),
+            sets: matching.sets(inputs.len()),
             inputs,
             more: More::default(),
             matching,
@@ -83,7 +76,7 @@ impl Trigger {
 
     /// Forgets the messages taken so far.
     pub(crate) fn reset(&mut self) {
-        self.sets = Matcher::new(self.matching, self.inputs.len());
+        self.sets = self.matching.sets(self.inputs.len());
         self.more = More::default();
         let inputs = self.inputs.iter_mut();
         inputs.for_each(|input| input.forget_before(None));

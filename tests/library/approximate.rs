@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, Mutex};
 
-use ratelab::{Clock, Depth, GO_ON, Graph, Hz, Inbox, Match, Time, Topic, VirtualClock};
-use ratelab_effects::{Callback, Executor, Executors};
+use ratelab::{Clock, Depth, GO_ON, Graph, Hz, Inbox, Time, Topic, VirtualClock};
+use ratelab_effects::{Callback, Executor, Executors, Match};
 
 const GOLDEN: &str = include_str!("../golden/approximate.txt");
 

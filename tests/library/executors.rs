@@ -6,11 +6,11 @@ use std::{collections::HashMap, fmt::Write, time::Duration};
 use proptest::prelude::*;
 
 use ratelab::{
-    Clock, Depth, GO_ON, Graph, GraphError, Hz, Inbox, Knob, Match, RealClock, Time, TimedCommand,
-    Topic, VirtualClock,
+    Clock, Depth, GO_ON, Graph, GraphError, Hz, Inbox, Knob, RealClock, Time, TimedCommand, Topic,
+    VirtualClock,
 };
 use ratelab_account::{Lineage, Observer, Occupied, TapHandle, TickRecord};
-use ratelab_effects::{Callback, Executor, Executors};
+use ratelab_effects::{Callback, Executor, Executors, Match};
 
 /// A graph whose nodes take time, in milliseconds.
 #[derive(Default)]

@@ -2,10 +2,10 @@
 //! or run in pieces, and continues where it was.
 
 use ratelab::{
-    ClockExit, ClockKind, Command, Depth, GO_ON, Graph, Inbox, Match, RealClock, Time, Topic, run,
+    ClockExit, ClockKind, Command, Depth, GO_ON, Graph, Inbox, RealClock, Time, Topic, run,
 };
 use ratelab_account::{Observer, TapHandle};
-use ratelab_effects::{Callback, Executor, Executors};
+use ratelab_effects::{Callback, Executor, Executors, Match};
 
 use crate::support::{TickLog, applied, at, messages_of, metronome, refused, run_virtual, secs};
 

@@ -4,11 +4,11 @@
 use std::{ops::Range, time::Duration};
 
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, GO_ON, Graph, Inbox, Knob, Match, RealClock, Time,
-    TimedCommand, Topic, VirtualClock,
+    Clock, ClockExit, ClockKind, Command, GO_ON, Graph, Inbox, Knob, RealClock, Time, TimedCommand,
+    Topic, VirtualClock,
 };
 use ratelab_account::{Observer, TapHandle, TickRecord};
-use ratelab_effects::{Callback, Executor, Executors};
+use ratelab_effects::{Callback, Executor, Executors, Match};
 use ratelab_replay::{Rerun, RunLog};
 
 use crate::support::{self, depth, hz, secs};

@@ -1,11 +1,11 @@
 //! An executor under the real clock: its threads take turns in any schedule, and lose nothing.
 
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, END, GO_ON, Graph, Inbox, Knob, Match, RealClock, Time,
-    Topic, run,
+    Clock, ClockExit, ClockKind, Command, END, GO_ON, Graph, Inbox, Knob, RealClock, Time, Topic,
+    run,
 };
 use ratelab_account::{Observer, TapHandle, TickRecord};
-use ratelab_effects::{Callback, Executor, Executors};
+use ratelab_effects::{Callback, Executor, Executors, Match};
 use ratelab_replay::{Rerun, RunLog};
 use shuttle::{
     sync::{

@@ -2,8 +2,9 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use ratelab::{Clock, GO_ON, Graph, Inbox, Match, RealClock, Shared, Time, TimedCommand, Topic};
+use ratelab::{Clock, GO_ON, Graph, Inbox, RealClock, Shared, Time, TimedCommand, Topic};
 use ratelab_account::{Observer, TapHandle};
+use ratelab_effects::Match;
 use ratelab_replay::{Rerun, RunLog};
 use shuttle::{sync::Arc, thread};
 

@@ -2,7 +2,7 @@
 
 use ratelab::{Event, Head, Time};
 use ratelab_account::{Rows, TickRecord};
-use ratelab_effects::Executor;
+use ratelab_effects::{Executor, Match};
 use ratelab_study::system::Setup;
 use rerun::log::Chunk;
 use serde_json::Value;
@@ -134,7 +134,7 @@ impl Content {
             _ => serde_json::from_value(json).ok(),
         };
         let origin: Origin = origin
-            .filter(|origin| sets_nothing_twice(origin) && has_known_executors(origin))
+            .filter(|origin| sets_nothing_twice(origin) && has_known_rules(origin))
             .ok_or_else(damaged)?;
         check_graph(&origin.topology)?;
         self.digest = ContentDigest::new(&text, &origin.topology);
@@ -181,10 +181,12 @@ fn sets_nothing_twice(origin: &Origin) -> bool {
     setup.iter().cloned().collect::<Setup>() == *setup
 }
 
-fn has_known_executors(origin: &Origin) -> bool {
-    let nodes = origin.topology.nodes.iter();
-    let mut executors = nodes.filter_map(|node| node.executor.as_ref());
-    executors.all(|name| name.parse::<Executor>().is_ok())
+fn has_known_rules(origin: &Origin) -> bool {
+    let executor = |name: &String| name.parse::<Executor>().is_ok();
+    let mut nodes = origin.topology.nodes.iter();
+    nodes.all(|node| {
+        node.executor.as_ref().is_none_or(executor) && node.matching.parse::<Match>().is_ok()
+    })
 }
 
 /// An impossible row, with the run time of the row before it.

@@ -109,7 +109,7 @@ fn is_fault(knob: &Knob) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use ratelab::{Event, EventKind, Hz, Knob, Match, NodeTopology, Time};
+    use ratelab::{Event, EventKind, Hz, Knob, NodeTopology, Time};
     use ratelab_study::system::Setup;
 
     use super::TickSchedule;
@@ -134,7 +134,7 @@ mod tests {
             hz: hz(50.0),
             meters: Vec::new(),
             triggers: Vec::new(),
-            matching: Match::Each,
+            matching: "each".to_owned(),
             executor: None,
             executor_index: None,
             group: None,

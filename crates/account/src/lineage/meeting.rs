@@ -1,12 +1,12 @@
 //! The messages that met for each tick of a node with several triggers.
 //!
 //! A tick notes when its set was complete. The set itself follows from the rules of
-//! [`Match`](ratelab::Match) and the order in which the node took its messages.
+//! [`Match`](ratelab_effects::Match) and the order in which the node took its messages.
 
 use std::collections::VecDeque;
 
-use ratelab::{Choice, Matcher, TakenMessage, Time};
-use ratelab_effects::Executor;
+use ratelab::{Choice, Sets, TakenMessage, Time};
+use ratelab_effects::{Executor, Matcher};
 
 use super::{Lineage, Sent};
 
@@ -72,7 +72,7 @@ impl Lineage {
         let node = &self.topology.nodes[node];
         let inputs = node.triggers.len();
         Meeting {
-            sets: Matcher::new(node.matching, inputs),
+            sets: Matcher::new(node.matching.parse().unwrap_or_default(), inputs),
             more: VecDeque::new(),
             completed: Time::ZERO,
             taken: vec![None; inputs],

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use ratelab::{Hz, Knob, KnobKind, Match, Release};
-use ratelab_effects::Callback;
+use ratelab::{Hz, Knob, KnobKind, Release};
+use ratelab_effects::{Callback, Match};
 
 use super::{
     CHAINS, ChainSpec, GraphFile, InnerSpec, Limit, MOST_CHAINS, MOST_PARTS, NodeSpec,
@@ -150,7 +150,7 @@ impl Checker<'_> {
         }
         let release = match rate {
             Some(hz) => Release::Every(self.without_trigger(block, hz)?),
-            None => Release::On(self.matching(block, &triggers)?),
+            None => self.matching(block, &triggers)?.into(),
         };
         Ok(NodeSpec {
             name: block.name.text.clone(),

@@ -207,7 +207,7 @@ fn line(
         }
         relays.push(ForwardingNode {
             node: node.name.clone(),
-            release: node.release,
+            release: node.release.clone(),
             from: input.text.clone(),
             to: topic,
         });

@@ -204,7 +204,8 @@ impl GraphSystem {
         // After the nodes of a system that are due at the same time.
         let before = if self.inner.is_some() { 100 } else { 0 };
         let priority = before + node.priority.unwrap_or(index as u32);
-        builder.released_node(&node.name, node.release, priority, move |wiring| {
+        let release = node.release.clone();
+        builder.released_node(&node.name, release, priority, move |wiring| {
             let mut inputs: Vec<NodeInput> = Vec::new();
             inputs.extend(
                 triggers

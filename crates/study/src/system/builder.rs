@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use ratelab::{
-    Depth, GO_ON, Graph, Hz, Knob, KnobKind, Match, Node, Payload, Release, Tick, Time, TimedKnob,
-    Topic, Topology, Wiring,
+    Depth, GO_ON, Graph, Hz, Knob, KnobKind, Node, Payload, Release, Tick, Time, TimedKnob, Topic,
+    Topology, Wiring,
 };
 use ratelab_account::{Fields, NamedTopic, RecordedTopic};
-use ratelab_effects::{Callback, Executor, Executors};
+use ratelab_effects::{Callback, Executor, Executors, Match};
 
 use super::{BuildError, Setup, SharedWorld, System, World, WorldKind};
 

@@ -1,6 +1,6 @@
 //! The newest message from each topic.
 
-use super::taken::{Choice, TakenMessage};
+use ratelab::{Choice, TakenMessage};
 
 /// Holds the newest message of each topic until all have one, and begins anew then: the
 /// fusion node of the Autoware reference system (`fusion.hpp`, `de8f3bc`).

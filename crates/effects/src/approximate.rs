@@ -2,8 +2,7 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use super::taken::{Choice, TakenMessage};
-use crate::time::Time;
+use ratelab::{Choice, TakenMessage, Time};
 
 /// Tenths of `1 + age_penalty`, whose default is 0.1: a later set must be closer together.
 const PENALTY_TENTHS: i128 = 11;

@@ -2,19 +2,15 @@
 
 use std::{fmt, str::FromStr, time::Duration};
 
+use ratelab::{Depth, millis};
 use serde::{Deserialize, Serialize};
-
-use crate::{
-    depth::Depth,
-    millis::{self, to_millis},
-};
 
 /// How the messages of the topics that trigger a node become the inputs of its ticks. With
 /// one topic all are the same: every message is the input of a tick.
 ///
 /// The last two follow `message_filters` 6.0.6 (`361e42c`), in which messages are compared
 /// by the stamp of their header. Here that is the run time of the sensing
-/// ([`Message::sensed`](crate::Message::sensed)), which robot software hands on
+/// ([`Message::sensed`](ratelab::Message::sensed)), which robot software hands on
 /// in the header.
 ///
 /// As text `each`, `exact:10`, `approximate:10`, or `approximate:10:2.5` with an interval in
@@ -52,7 +48,7 @@ impl fmt::Display for Match {
                 write!(f, "approximate:{queue}")?;
                 match *interval {
                     Duration::MAX => Ok(()),
-                    interval => write!(f, ":{}", to_millis(interval)),
+                    interval => write!(f, ":{}", millis::to_millis(interval)),
                 }
             }
         }

@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::taken::{Choice, TakenMessage};
-use crate::time::Time;
+use ratelab::{Choice, TakenMessage, Time};
 
 /// Collects messages by their stamps (`exact_time.hpp:88-169`, message_filters `361e42c`).
 #[derive(Clone, Debug)]
