@@ -30,6 +30,20 @@
 //! with `topic.rs`, `rate.rs` and `node.rs`; `graph.rs` wires them, `scheduling/` decides what
 //! is next under either clock, and `clock/` has it done.
 //!
+//! # Hooks
+//!
+//! What a graph can do beyond that is given to it through a trait, by a crate that stands on this
+//! one:
+//!
+//! | to have | implement | as in |
+//! |---|---|---|
+//! | figures, copies of messages, any other view of a run | [`Sink`] | `crates/account` |
+//! | another executor | [`Dispatch`] and [`Scheduler`] | `crates/effects` |
+//! | another rule for messages of several topics | [`Matching`] and [`Sets`] | `crates/effects` |
+//! | a log of what the threads of the real clock did | [`Journal`] | `crates/replay` |
+//! | another clock | [`Clock`]; [`NodeHand`] moves the nodes | `crates/replay` |
+//! | another order of the turns of [`Shared`] values | [`TurnFollower`] | `crates/replay` |
+//!
 //! # A graph in twenty lines
 //!
 //! ```
