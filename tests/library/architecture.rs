@@ -92,7 +92,10 @@ fn the_crates_below_all_others_keep_to_their_budgets() {
         let lines = sources.values().flat_map(|code| code.lines());
         let lines = lines.filter(|line| !line.trim().is_empty()).count();
         assert!(lines <= budget, "{folder}: {lines} lines, {budget} allowed");
-        assert!(lines + 100 > budget, "{folder}: {lines} lines: lower {budget}");
+        assert!(
+            lines + 100 > budget,
+            "{folder}: {lines} lines: lower {budget}"
+        );
     }
 }
 
