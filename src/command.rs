@@ -72,8 +72,13 @@ impl Command {
 
     /// The name of the node that must carry it out.
     pub fn node(&self) -> Option<&str> {
+        self.knob_of_node().map(Knob::target)
+    }
+
+    /// The knob of a node that it turns.
+    pub(crate) fn knob_of_node(&self) -> Option<&Knob> {
         match self {
-            Self::Set(knob) if !knob.kind().is_of_topic() => Some(knob.target()),
+            Self::Set(knob) if !knob.kind().is_of_topic() => Some(knob),
             _ => None,
         }
     }

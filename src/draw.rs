@@ -60,7 +60,7 @@ impl Draw {
     }
 
     /// The quantile of `u` in 0..1.
-    pub(crate) fn at(&self, u: f64) -> Duration {
+    pub fn at(&self, u: f64) -> Duration {
         match self {
             Self::Constant(duration) => *duration,
             Self::Uniform(from, to) => {

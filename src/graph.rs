@@ -9,21 +9,20 @@ mod triggers;
 use thiserror::Error;
 
 use super::{
-    command::{ClockKind, Command, Speed},
+    command::{ClockKind, Speed},
     depth::Depth,
     knob::{Knob, KnobKind},
     message::Payload,
     millis,
     node::{GO_ON, Node},
-    node_knobs,
     outbox::Outbox,
+    rate::Rate,
     record::{MeterRecorder, PushRecorder, Records, Sink},
     release::Release,
-    scheduling::Stage,
+    scheduling::{Crew, Kit, Member, Plain, Stage, TaskSpec},
     seat::{Again, Fixed, Seat, Wired},
     state::{RunState, Status},
     sync::Arc,
-    task::Task,
     time::Time,
     topic::{Publisher, ReadMark, Subscription, Topic},
     topology::{NodeTopology, TopicTopology, Topology, each},
@@ -88,6 +87,7 @@ pub struct Graph {
     pub(crate) seats: Vec<Seat>,
     pub(crate) stage: Stage,
     pub(crate) control: ControlPlane,
+    kit: Box<dyn Kit>,
     /// [`Clock::cores`](super::Clock::cores) of the real clock, once it is known.
     pub(crate) cores: Option<usize>,
 }
@@ -178,8 +178,13 @@ impl Default for Graph {
 }
 
 impl Graph {
-    /// An empty graph at run time zero.
+    /// An empty graph at run time zero, whose nodes tick at their rates.
     pub fn new() -> Self {
+        Self::with(Plain)
+    }
+
+    /// The same with what this `kit` gives its nodes.
+    pub fn with(kit: impl Kit + 'static) -> Self {
         let status = Status {
             clock: ClockKind::Virtual,
             paused: false,
@@ -196,6 +201,7 @@ impl Graph {
                 records: Records::default(),
                 seed: 0,
             },
+            kit: Box::new(kit),
             cores: Some(usize::MAX),
         }
     }
@@ -215,7 +221,7 @@ impl Graph {
         priority: u32,
         build: impl FnOnce(&mut Wiring<'_>) -> N,
     ) -> Result<(), GraphError> {
-        self.add(name, release, priority, build).map(drop)
+        self.add(name, release, priority, false, build).map(drop)
     }
 
     /// Adds a node as [`Graph::node`] does; a restart calls `build` once more, and sends the
@@ -231,7 +237,7 @@ impl Graph {
         mut build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
         message: Option<&str>,
     ) -> Result<(), GraphError> {
-        let ends = self.add(name, release, priority, &mut build)?;
+        let ends = self.add(name, release, priority, false, &mut build)?;
         if let Some(seat) = self.seats.last_mut() {
             seat.again = Some(Again {
                 build: Box::new(move || Box::new(build(&mut Wiring::again(ends.clone())))),
@@ -258,12 +264,7 @@ impl Graph {
             drop(build(wiring));
             |_: Time| GO_ON
         };
-        self.add(name, release, priority, wire)?;
-        let added = (self.control.nodes.last_mut(), self.seats.last_mut());
-        if let (Some(entry), Some(seat)) = added {
-            entry.remote = true;
-            seat.remote = true;
-        }
+        self.add(name, release, priority, true, wire)?;
         Ok(())
     }
 
@@ -273,6 +274,7 @@ impl Graph {
         name: &str,
         release: impl Into<Release>,
         priority: u32,
+        remote: bool,
         build: impl FnOnce(&mut Wiring<'_>) -> N,
     ) -> Result<Ends, GraphError> {
         if self.control.nodes.iter().any(|node| node.name() == name) {
@@ -297,14 +299,31 @@ impl Graph {
         };
         let triggers = triggers::check(name, &release, &endpoints, &self.control)?;
         self.control.connect(endpoints)?;
-        let entry = NodeEntry::new(name, priority, &release, triggers, wired.meters);
+        let mut entry = NodeEntry::new(name, priority, &release, triggers, wired.meters);
+        entry.remote = remote;
         self.control.nodes.push(entry);
-        let (now, name) = (self.now(), Arc::from(name));
-        let (of_task, of_seat) = (Arc::clone(&name), records.clone());
-        let mut task = Task::new(of_task, priority, records, release, now, wired.intakes);
-        task.seed = self.control.seed;
-        self.stage.add(task);
-        let seat = Seat::new(name, of_seat, node, wired.outbox, wired.fixed);
+        let (now, name) = (self.now(), Arc::<str>::from(name));
+        let spec = TaskSpec {
+            name: name.clone(),
+            seed: self.control.seed,
+            rate: Rate::new(release.hz(), now),
+            inputs: wired.intakes,
+        };
+        let scheduler = match &release {
+            Release::Every(_) => self.kit.scheduler(spec),
+            Release::On(matching) => matching.scheduler(spec),
+        };
+        let member = Member {
+            node: index,
+            place: index,
+            priority,
+            remote,
+            records: records.clone(),
+            outbox: wired.outbox.clone(),
+        };
+        self.stage.add(Crew::of(scheduler, member));
+        let mut seat = Seat::new(name, records, node, wired.outbox, wired.fixed);
+        seat.remote = remote;
         self.seats.push(seat);
         Ok(ends)
     }
@@ -328,7 +347,7 @@ impl Graph {
             nodes: nodes.map(|node| node.topology.clone()).collect(),
             topics: topics.map(WiredTopic::topology).collect(),
         };
-        let rates = topology.rates(|node| self.stage.tasks[node].rate.hz());
+        let rates = topology.rates(|node| self.stage.state(node, self.now()).hz);
         let nodes = topology.nodes.iter_mut().zip(rates);
         nodes.for_each(|(node, hz)| node.hz = hz);
         topology
@@ -346,8 +365,7 @@ impl Graph {
 
     /// Whether the node with this index crashed without a restart since.
     pub fn is_crashed(&self, node: usize) -> bool {
-        let task = self.stage.tasks.get(node);
-        task.is_some_and(Task::is_crashed)
+        node < self.seats.len() && self.stage.state(node, self.now()).crashed
     }
 
     /// Current run time.
@@ -372,11 +390,9 @@ impl Graph {
         self.control.update(|status| status.paused = paused);
     }
 
-    /// Sets the seed of all random durations.
+    /// Sets the seed of all random durations, before nodes are added.
     pub fn set_seed(&mut self, seed: u64) {
         self.control.seed = seed;
-        let tasks = &mut self.stage.tasks;
-        tasks.iter_mut().for_each(|task| task.seed = seed);
     }
 
     /// Checks that the knob exists and that everything its value needs is loaded.
@@ -390,7 +406,7 @@ impl Graph {
                 let index = self.control.node_index(knob.target())?;
                 match &self.seats[index] {
                     seat if seat.remote => Ok(()),
-                    seat => node_knobs::check(&self.stage.tasks[index], seat, knob),
+                    seat => self.stage.check(index, seat, knob),
                 }
             }
         }
@@ -404,22 +420,20 @@ impl Graph {
         let now = self.now();
         match knob.kind().is_of_topic() {
             true => self.control.turn(knob, now),
-            false => self.obey(knob.target(), &knob.clone().into(), now),
+            false => self.turn_node(knob, now),
         }
     }
 
-    /// Lets `node` carry out its command.
-    pub(crate) fn obey(
-        &mut self,
-        node: &str,
-        command: &Command,
-        at: Time,
-    ) -> Result<String, String> {
-        let index = self.control.node_index(node)?;
+    /// Turns a knob of a node at run time `at`; returns the value before.
+    ///
+    /// # Errors
+    /// The reason and a remedy.
+    pub(crate) fn turn_node(&mut self, knob: &Knob, at: Time) -> Result<String, String> {
+        let index = self.control.node_index(knob.target())?;
         match &mut self.seats[index] {
             // A setting for the process in which it runs.
             seat if seat.remote => Ok(String::new()),
-            seat => node_knobs::obey(&mut self.stage.tasks[index], seat, command, at),
+            seat => self.stage.turn(index, seat, knob, at),
         }
     }
 }

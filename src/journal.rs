@@ -2,11 +2,12 @@
 //!
 //! A graph keeps none of it: it hands each entry to its [`Journal`], if it has one.
 
-use std::{any::Any, time::Duration};
+use std::any::Any;
 
 use super::{
     sync::Arc,
     time::Time,
+    trigger::Arrival,
     turns::{Noter, Operation},
 };
 
@@ -26,42 +27,34 @@ pub trait ThreadJournal: Send + Sync {
     fn add(&self, entry: &Entry, turns: &[Operation]);
 }
 
-/// What a thread did between two waits, as far as it is not a result of what it read.
+/// What a thread of a crew did between two waits, as far as it does not follow from what it read:
+/// what its clock answered, and what reached it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Entry {
     /// Threads start. This is in the journal of every thread.
     Begin,
-    /// A node ticked.
-    Tick {
-        /// Start.
-        began: Time,
-        /// Duration.
-        took: Duration,
-        /// Ticks due before this are missed.
-        passed: Time,
-    },
-    /// A node took messages that are not yet the inputs of a tick.
+    /// It heard that a message arrives for a node.
+    Arrive(Arrival),
+    /// It looked for work, and did it.
     Look {
         /// Run time.
         at: Time,
+        /// The end of the run, where that had passed.
+        late: Option<LateLook>,
+        /// Index of the node that began a tick, or ended one.
+        node: Option<usize>,
     },
-    /// An executor called a node for a message of one of the topics that trigger it: what it
-    /// takes next is of that topic.
-    Choose {
+    /// It ended the tick of a node that has had its time on a core.
+    Finish {
         /// Run time.
         at: Time,
-        /// Number of the topic.
-        input: usize,
+        /// Index of the node.
+        node: usize,
     },
-    /// A node began a tick with a configured duration.
-    Start {
-        /// Start.
-        began: Time,
-    },
-    /// A node ended such a tick.
-    Finish {
-        /// End.
-        ended: Time,
+    /// The work of its last look was over.
+    Done {
+        /// Run time.
+        at: Time,
         /// Ticks due before this are missed.
         passed: Time,
     },
@@ -72,7 +65,7 @@ pub enum Entry {
         /// Position in the event log.
         event: u64,
     },
-    /// A node ended its thread: ticks due before this are missed.
+    /// The thread of a node ended: ticks due before this are missed.
     Leave {
         /// Run time.
         before: Time,
@@ -86,6 +79,15 @@ pub enum Entry {
     },
     /// Nobody was left to end a pause.
     Abandoned,
+}
+
+/// A look after the end of the run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LateLook {
+    /// The end of the run.
+    pub until: Time,
+    /// Whether only those nodes tick that were due before.
+    pub over: bool,
 }
 
 /// How the threads of a stretch came to their end.
@@ -131,14 +133,12 @@ impl Entry {
     /// Run time of the entry, of those that have one.
     pub fn at(&self) -> Option<Time> {
         match self {
-            Self::Tick { began: at, .. }
-            | Self::Look { at }
-            | Self::Choose { at, .. }
-            | Self::Start { began: at }
-            | Self::Finish { ended: at, .. }
+            Self::Look { at, .. }
+            | Self::Finish { at, .. }
+            | Self::Done { at, .. }
             | Self::Obey { at, .. } => Some(*at),
-            Self::Begin | Self::Leave { .. } | Self::End(_) | Self::Rest { .. } => None,
-            Self::Abandoned => None,
+            Self::Begin | Self::Arrive(_) | Self::Leave { .. } | Self::End(_) => None,
+            Self::Rest { .. } | Self::Abandoned => None,
         }
     }
 }

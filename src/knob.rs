@@ -348,16 +348,6 @@ impl KnobKind {
 }
 
 impl Knob {
-    /// Whether it has a node crash, perhaps to begin again, or only changes its due times;
-    /// `None` for all other knobs.
-    pub(crate) fn crashes(&self) -> Option<bool> {
-        match self {
-            Self::Rate { .. } | Self::Offset { .. } | Self::Clock { .. } => Some(false),
-            Self::Crash { .. } | Self::Restart { .. } => Some(true),
-            _ => None,
-        }
-    }
-
     /// Kind of the knob.
     pub fn kind(&self) -> KnobKind {
         match self {

@@ -95,9 +95,7 @@ mod local_clock;
 mod message;
 pub mod millis;
 mod node;
-mod node_knobs;
 mod outbox;
-mod placement;
 mod rate;
 mod read_order;
 mod realtime;
@@ -107,9 +105,7 @@ mod scheduling;
 mod seat;
 mod state;
 pub mod sync;
-mod task;
 mod time;
-mod timing;
 mod topic;
 mod topology;
 mod transit;
@@ -118,8 +114,8 @@ mod turns;
 
 pub use chance::Chance;
 pub use clock::{
-    Clock, ClockExit, NodeHand, Obeyed, Outcome, RealClock, RealtimeError, RealtimePriority,
-    SupervisorHand, TickEnd, VirtualClock, lower_priority, note_end, obey_at_rest, run,
+    Clock, ClockExit, CrewHands, Obeyed, Outcome, RealClock, RealtimeError, RealtimePriority,
+    SupervisorHand, ThreadHand, VirtualClock, lower_priority, note_end, obey_at_rest, run,
 };
 pub use command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand};
 pub use cost::Cost;
@@ -129,22 +125,24 @@ pub use draw::{Draw, Recorded};
 pub use event::{Event, EventKind};
 pub use graph::{Graph, GraphError, Wiring};
 pub use inbox::{Inbox, Interrupt};
-pub use journal::{End, Entries, Entry, Journal, ThreadJournal};
+pub use journal::{End, Entries, Entry, Journal, LateLook, ThreadJournal};
 pub use knob::{Knob, KnobError, KnobKind, TimedKnob};
 pub use link::Link;
-pub use local_clock::ClockError;
+pub use local_clock::{ClockError, LocalClock};
 pub use message::{Head, Message, Payload};
 pub use node::{END, Fault, GO_ON, Node, Panicked, Tick};
+pub use outbox::Stamps;
 pub use rate::{Rate, hyper_period};
 pub use read_order::ReadOrder;
 pub use record::{MeterRecorder, NodeRecord, Push, PushRecorder, Sink, TickTimes, TopicRecord};
-pub use release::Release;
-pub use scheduling::{AtInstant, Call, Dispatch, Member, Scheduler, Threads};
+pub use release::{Matching, Release};
+pub use scheduling::{
+    Dispatch, Job, JobKind, Joined, Kit, Periodic, Phase, Scheduler, SchedulerEvent, TaskSpec,
+    TaskState, Threads, Timetable,
+};
 pub use state::{RunState, Status};
-pub use task::Task;
 pub use time::{Hz, HzError, Time, TimeError};
-pub use timing::Running;
 pub use topic::{Publisher, Subscription, Topic};
 pub use topology::{NodeTopology, TopicTopology, Topology};
-pub use trigger::{Choice, Matching, Sets, TakenMessage};
+pub use trigger::{Arrival, Intake, TakenMessage};
 pub use turns::{Following, LockName, Operation, Shared, Turn, TurnFollower};

@@ -84,18 +84,20 @@ impl From<ClockError> for String {
 
 /// A clock with an error since a given run time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub(crate) struct LocalClock {
+pub struct LocalClock {
     since: Time,
-    pub(crate) error: ClockError,
+    /// Its error.
+    pub error: ClockError,
 }
 
 impl LocalClock {
-    pub(crate) fn new(since: Time, error: ClockError) -> Self {
+    /// A clock with this `error` since a run time.
+    pub fn new(since: Time, error: ClockError) -> Self {
         Self { since, error }
     }
 
     /// The clock's reading at run time `now`; zero for negative readings.
-    pub(crate) fn shows(self, now: Time) -> Time {
+    pub fn shows(self, now: Time) -> Time {
         time(self.reading(now.as_nanos().into()))
     }
 
@@ -107,7 +109,7 @@ impl LocalClock {
     }
 
     /// The first run time since the error began at which the clock shows `shown` or more.
-    pub(crate) fn when(self, shown: Time) -> Time {
+    pub fn when(self, shown: Time) -> Time {
         let since = i128::from(self.since.as_nanos());
         let ahead = i128::from(shown.as_nanos()) - since - i128::from(self.error.offset);
         let rate = ONE + i128::from(self.error.drift);
@@ -117,7 +119,7 @@ impl LocalClock {
 
     /// The earliest reading that is new at run time `now`: the one after the last reading
     /// before `now`.
-    pub(crate) fn shows_first(self, now: Time) -> Time {
+    pub fn shows_first(self, now: Time) -> Time {
         let nanos = now.as_nanos().into();
         match now > self.since {
             true => time(self.reading(nanos - 1) + 1),

@@ -3,14 +3,16 @@
 use std::fmt;
 
 use super::{
-    local_clock::LocalClock,
     sync::{
-        Mutex,
+        Arc, Mutex,
         atomic::{AtomicBool, Ordering},
         lock,
     },
     time::Time,
 };
+
+/// What a node's own clock shows at a run time.
+pub type Stamps = Arc<dyn Fn(Time) -> Time + Send + Sync>;
 
 /// Publishes one message; takes the run time and the stamp.
 type Held = Box<dyn FnOnce(Time, Time) + Send>;
@@ -29,12 +31,12 @@ struct OutboxState {
     /// Whether the node is in a tick with a duration.
     holds: bool,
     held: Vec<Held>,
-    clock: Option<LocalClock>,
+    stamps: Option<Stamps>,
 }
 
 impl OutboxState {
     fn shows(&self, now: Time) -> Time {
-        self.clock.map_or(now, |clock| clock.shows(now))
+        self.stamps.as_ref().map_or(now, |stamps| stamps(now))
     }
 }
 
@@ -49,15 +51,15 @@ impl Outbox {
         self.update(|state| state.holds = on);
     }
 
-    /// Stamps messages with `clock` from now on.
-    pub(crate) fn set_clock(&self, clock: LocalClock) {
-        self.update(|state| state.clock = Some(clock));
+    /// Stamps messages with what `stamps` returns from now on.
+    pub(crate) fn set_stamps(&self, stamps: Stamps) {
+        self.update(|state| state.stamps = Some(stamps));
     }
 
     fn update(&self, change: impl FnOnce(&mut OutboxState)) {
         let mut state = lock(&self.state);
         change(&mut state);
-        let needed = state.holds || state.clock.is_some();
+        let needed = state.holds || state.stamps.is_some();
         self.needed.store(needed, Ordering::Relaxed);
     }
 

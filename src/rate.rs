@@ -2,10 +2,7 @@
 
 use std::time::Duration;
 
-use super::{
-    local_clock::LocalClock,
-    time::{Hz, Time},
-};
+use super::time::{Hz, Time};
 
 /// The promise that a node ticks at a fixed rate: tick *k* is due at
 /// `anchor + k / f`, rounded down to a nanosecond.
@@ -42,13 +39,9 @@ pub struct Rate {
     /// Number of the next tick, counted from the anchor.
     next: u64,
     due: Time,
-    /// Due time of the next tick, as the clock shows it.
-    shown: Time,
     last: Option<Time>,
     /// Number of the first tick.
     first: u64,
-    /// The clock of the anchor and the last due time, if it has an error.
-    clock: Option<LocalClock>,
 }
 
 impl Rate {
@@ -60,15 +53,13 @@ impl Rate {
             anchor: first,
             next: 0,
             due: first,
-            shown: first,
             last: None,
             first: 0,
-            clock: None,
         }
     }
 
     /// Has the first tick due one period later, as a timer of ROS.
-    pub(crate) fn skip_first(&mut self) {
+    pub fn skip_first(&mut self) {
         self.first = 1;
         self.schedule(self.next.max(self.first));
     }
@@ -86,12 +77,12 @@ impl Rate {
     /// Due time of the period before the next tick, kept or skipped; `None` before the
     /// first.
     pub fn last_due(&self) -> Option<Time> {
-        Some(self.when(self.last?))
+        self.last
     }
 
     /// Moves on to the next tick.
     pub fn advance(&mut self) {
-        self.last = Some(self.shown);
+        self.last = Some(self.due);
         self.schedule(self.next + 1);
     }
 
@@ -115,7 +106,7 @@ impl Rate {
 
     /// The same for a node that is busy until `free`: its next tick is due then at the
     /// earliest.
-    pub(crate) fn set_hz_while_busy(&mut self, hz: Hz, now: Time, free: Time) {
+    pub fn set_hz_while_busy(&mut self, hz: Hz, now: Time, free: Time) {
         self.hz = hz;
         self.period = Period::of(hz);
         self.anchor = self.last.unwrap_or(self.anchor);
@@ -134,26 +125,12 @@ impl Rate {
         self.resume(free);
     }
 
-    /// Follows another clock. The next tick is due at `free` at the earliest. Returns the
-    /// previous clock.
-    pub(crate) fn set_clock(&mut self, clock: LocalClock, free: Time) -> LocalClock {
-        let before = self.clock.replace(clock);
-        self.resume(free);
-        before.unwrap_or_default()
-    }
-
     /// Moves forward or back to the first tick that is due at `free` or later.
-    pub(crate) fn resume(&mut self, free: Time) {
+    pub fn resume(&mut self, free: Time) {
         self.schedule(self.first_at_or_after(free));
     }
 
-    /// The run time at which the clock shows `shown`.
-    fn when(&self, shown: Time) -> Time {
-        self.clock.map_or(shown, |clock| clock.when(shown))
-    }
-
     fn first_at_or_after(&self, time: Time) -> u64 {
-        let time = self.clock.map_or(time, |clock| clock.shows_first(time));
         let elapsed = time.since(self.anchor);
         let elapsed = u64::try_from(elapsed.as_nanos()).unwrap_or(u64::MAX);
         self.period.ticks_until(elapsed).max(self.first)
@@ -161,8 +138,7 @@ impl Rate {
 
     fn schedule(&mut self, tick: u64) {
         self.next = tick;
-        self.shown = self.period.due(self.anchor, tick);
-        self.due = self.when(self.shown);
+        self.due = self.period.due(self.anchor, tick);
     }
 }
 

@@ -1,6 +1,12 @@
 //! When a node ticks.
 
-use super::{sync::Arc, time::Hz, trigger::Matching};
+use std::fmt;
+
+use super::{
+    scheduling::{Scheduler, TaskSpec},
+    sync::Arc,
+    time::Hz,
+};
 
 /// When a node ticks: at a rate, or when messages arrive.
 ///
@@ -46,6 +52,13 @@ pub enum Release {
     /// When a message has arrived on each topic that
     /// [triggers](super::Wiring::trigger) the node.
     On(Arc<dyn Matching>),
+}
+
+/// How the messages of the topics that trigger a node become the inputs of its ticks; as text its
+/// name in a [`NodeTopology`](crate::NodeTopology).
+pub trait Matching: fmt::Debug + fmt::Display + Send + Sync {
+    /// The scheduler of a node whose ticks have these inputs.
+    fn scheduler(&self, spec: TaskSpec) -> Box<dyn Scheduler>;
 }
 
 impl Release {

@@ -4,17 +4,16 @@ use std::{
     any::Any,
     ops::ControlFlow,
     panic::{AssertUnwindSafe, catch_unwind},
+    time::Duration,
 };
 
 use super::{
     knob::{Knob, KnobKind},
-    local_clock::LocalClock,
     node::{Fault, GO_ON, Node, Panicked, Tick},
     outbox::Outbox,
     record::{NodeRecord, Records, TickTimes},
     sync::Arc,
     time::Time,
-    timing::Running,
     trigger::Intake,
 };
 
@@ -31,6 +30,19 @@ pub(crate) struct Seat {
     records: Records,
     outbox: Arc<Outbox>,
     fixed: Fixed,
+    /// The tick that has begun and is not yet over.
+    running: Option<RunningTick>,
+}
+
+/// A tick that takes run time.
+#[derive(Clone, Copy)]
+struct RunningTick {
+    began: Time,
+    lateness: Option<Duration>,
+    /// Whether the run ends after it.
+    flow: ControlFlow<()>,
+    /// Whether it is already recorded, because the run ended before it was over.
+    noted: bool,
 }
 
 /// Kinds of knobs that a node lacks, and the reason.
@@ -74,6 +86,7 @@ impl Seat {
             records,
             outbox,
             fixed,
+            running: None,
         }
     }
 
@@ -99,15 +112,26 @@ impl Seat {
     }
 
     /// Begins a tick that takes time: its messages wait for the end.
-    pub(crate) fn start(&mut self, now: Time) -> Tick {
+    pub(crate) fn start(&mut self, now: Time, lateness: Option<Duration>) -> Tick {
         self.record_begin(now, true);
         self.outbox.hold(true);
         let outcome = self.begin(|node| node.tick(now));
         self.outbox.hold(false);
-        if outcome.is_err() {
-            self.record_end();
+        match outcome {
+            Ok(flow) => {
+                self.running = Some(RunningTick {
+                    began: now,
+                    lateness,
+                    flow,
+                    noted: false,
+                });
+                GO_ON
+            }
+            Err(_) => {
+                self.record_end();
+                outcome
+            }
         }
-        outcome
     }
 
     /// Ends that tick.
@@ -116,6 +140,46 @@ impl Seat {
         let applied = self.guarded(|node| node.apply(now));
         self.record_end();
         applied
+    }
+
+    /// Records that tick, which is over at `now`, and returns whether it ends the run.
+    pub(crate) fn over(&mut self, now: Time, applied: Tick) -> Tick {
+        let Some(running) = self.running.take() else {
+            return applied;
+        };
+        if !running.noted {
+            self.record(TickTimes {
+                at: running.began,
+                lateness: running.lateness,
+                took: Some(now.since(running.began)),
+                ends: Some(now),
+            });
+        }
+        Ok(end_of(running.flow, applied?))
+    }
+
+    /// Records that tick as unfinished, once.
+    pub(crate) fn cut_off(&mut self) {
+        let Some(running) = &mut self.running else {
+            return;
+        };
+        if !std::mem::replace(&mut running.noted, true) {
+            let (at, lateness) = (running.began, running.lateness);
+            let (took, ends) = (None, None);
+            self.record(TickTimes {
+                at,
+                lateness,
+                took,
+                ends,
+            });
+        }
+    }
+
+    /// Forgets that tick, with the messages that it has not released.
+    pub(crate) fn abort(&mut self) {
+        self.cut_off();
+        self.outbox.clear();
+        self.running = None;
     }
 
     #[inline]
@@ -153,16 +217,6 @@ impl Seat {
         })
     }
 
-    /// Loses the messages that it has not released.
-    pub(crate) fn clear(&mut self) {
-        self.outbox.clear();
-    }
-
-    /// Stamps its messages with `clock` from now on.
-    pub(crate) fn set_clock(&mut self, clock: LocalClock) {
-        self.outbox.set_clock(clock);
-    }
-
     /// Builds the node once more, or has it begin anew.
     ///
     /// # Errors
@@ -185,19 +239,6 @@ impl Seat {
             Some(text) => self.node.on_message(text).map(drop),
             None => Ok(()),
         }
-    }
-
-    /// Records the tick that is over at `now`, and says whether it ends the run.
-    pub(crate) fn over(&mut self, running: &Running, now: Time, applied: Tick) -> Tick {
-        if !running.noted {
-            self.record(TickTimes {
-                at: running.began,
-                lateness: running.lateness,
-                took: Some(now.since(running.began)),
-                ends: Some(now),
-            });
-        }
-        Ok(end_of(running.flow, applied?))
     }
 
     /// Records the measurements of a tick, after the node has moved on to the next one.

@@ -47,11 +47,6 @@ impl<T: Clone> Transit<T> {
         (at <= now).then(|| (at, next.remove()))
     }
 
-    /// Number of messages that the next delivery by `now` finds.
-    pub(crate) fn arriving(&self, now: Time) -> usize {
-        self.messages.range(..=(now, u64::MAX)).count()
-    }
-
     /// Run times of the deliveries after `now`.
     pub(crate) fn arrivals_after(&self, now: Time) -> impl Iterator<Item = Time> {
         let later = self.messages.keys().map(|(at, _)| *at);

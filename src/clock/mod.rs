@@ -9,23 +9,23 @@
 //! instants: nodes that are due together see the same world, and the run time of a
 //! command is enough to repeat it.
 
+mod crews;
 mod hands;
 mod obey;
 mod pacer;
 mod real;
-mod steps;
 mod virtual_time;
 mod wall;
 
 pub use super::realtime::{RealtimeError, RealtimePriority, lower_priority};
-pub use hands::{NodeHand, SupervisorHand, TickEnd};
+pub use crews::Outcome;
+pub use hands::{CrewHands, SupervisorHand, ThreadHand};
 pub use obey::{Obeyed, obey_at_rest};
 pub use real::RealClock;
-pub use steps::Outcome;
 pub use virtual_time::VirtualClock;
 
 use super::{
-    command::ClockKind, event::EventKind, graph::Graph, inbox::Inbox, node::Fault, node_knobs,
+    command::ClockKind, event::EventKind, graph::Graph, inbox::Inbox, node::Fault, seat::Seat,
     time::Time,
 };
 
@@ -113,14 +113,12 @@ pub fn note_end(graph: &mut Graph, end: &Result<ClockExit, Fault>) {
         Ok(ClockExit::Completed | ClockExit::Stopped) => None,
     };
     graph.control.deliver(graph.now());
-    let nodes = graph.stage.tasks.iter_mut().zip(&mut graph.seats);
-    for (task, seat) in nodes.filter(|(_, seat)| !seat.remote) {
-        if let Some((at, _)) = ended {
-            // Ticks due at the end are missed, even though no node ticks any more.
-            task.overrun_before(at + Time::TICK);
-        }
-        node_knobs::cut_off(task, seat);
+    if let Some((at, _)) = ended {
+        // Ticks due at the end are missed, even though no node ticks any more.
+        graph.stage.close(at + Time::TICK, at);
     }
+    let here = graph.seats.iter_mut().filter(|seat| !seat.remote);
+    here.for_each(Seat::cut_off);
     if let Some((at, what)) = ended {
         graph.control.state.note(at, what);
     }

@@ -72,8 +72,8 @@ pub(super) fn refuse(control: &ControlPlane, command: &Command, at: Time, reason
 /// Carries out any command under a clock of this `kind`, at run time `at`, while no node is in a
 /// tick.
 pub fn obey_at_rest(graph: &mut Graph, kind: ClockKind, command: &Command, at: Time) -> Obeyed {
-    if let Some(node) = command.node() {
-        let answer = graph.obey(node, command, at);
+    if let Some(knob) = command.knob_of_node() {
+        let answer = graph.turn_node(knob, at);
         let event = graph.control.state.answered(at, command, answer);
         return Obeyed { event, exit: None };
     }

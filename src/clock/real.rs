@@ -11,10 +11,11 @@ use std::io;
 use crossbeam_channel::Sender;
 
 use self::{
+    crew::CrewThreads,
     ends::{NodeEnd, Report},
     mailbox::Wakeup,
     supervisor::Supervisor,
-    threads::{NodeThreads, mailboxes},
+    threads::{mailboxes, shares, take_crews, threads},
 };
 use super::{Clock, ClockExit, note_end, obey::obey_at_rest};
 use crate::{
@@ -24,7 +25,6 @@ use crate::{
     journal::Entry,
     node::Fault,
     realtime::{RealtimePriority, spare_cores},
-    state::RunState,
     sync::{Arc, spawn_named, thread},
     time::Time,
 };
@@ -119,7 +119,6 @@ const SUPERVISOR: usize = 0;
 /// What all threads have in common until the next pause or end.
 struct ThreadContext {
     until: Time,
-    state: Arc<RunState>,
     realtime: Option<RealtimePriority>,
     reporter: Sender<Report>,
 }
@@ -139,28 +138,30 @@ impl RealClock {
         let log = state.entries_of(SUPERVISOR);
         let context = ThreadContext {
             until,
-            state,
             realtime: self.realtime.clone(),
             reporter,
         };
         let now = graph.now();
-        let threads = NodeThreads::new(graph, &mailboxes, now);
+        let shares = shares(graph);
+        let crews = take_crews(graph, &mailboxes);
+        let threads = threads(&crews, &mailboxes, shares);
         let mut supervisor = Supervisor {
             control: &mut graph.control,
             inbox,
             until,
             mailboxes: &mailboxes,
             reports,
-            working: threads.count(),
+            working: threads.iter().map(CrewThreads::count).sum(),
             log: log.clone(),
         };
         let noter = log.noter();
-        let crews = &threads.crews;
         let end = thread::scope(|scope| {
-            for (crew, node) in crews.iter().filter_map(|crew| Some((crew, crew.first()?))) {
-                for _ in 0..crew.threads {
-                    let spawned = spawn_named(scope, &node.1, || crew.run(&context));
-                    context.check(spawned, node.clone(), now);
+            for crew in &threads {
+                let first = crew.first();
+                for thread in 0..crew.count() {
+                    let context = &context;
+                    let run = move || crew.run(thread, context);
+                    context.check(spawn_named(scope, &first.1, run), first.clone(), now);
                 }
             }
             let end = supervisor.supervise();
@@ -173,7 +174,8 @@ impl RealClock {
         });
         let end = supervisor.settle(end);
         drop(noter);
-        threads.end(graph);
+        drop(threads);
+        crews.put_back(graph);
         log.note_alone(Entry::End(end.entry(until)));
         end.exit(graph)
     }

@@ -9,10 +9,9 @@ use crate::{
     inbox::{Inbox, Wait},
     node::{Fault, GO_ON, Tick},
     record::TickTimes,
-    scheduling::{Assignment, Job, Moment},
+    scheduling::{Assignment, JobKind, Moment},
     sync::Instant,
     time::Time,
-    timing::Running,
 };
 
 /// Runs all nodes on the calling thread, in the order of their due times.
@@ -56,19 +55,13 @@ impl Clock for VirtualClock {
         graph.set_clock(ClockKind::Virtual);
         let end = VirtualStretch::new(graph, inbox, until).run();
         match end {
-            Ok(ClockExit::Completed) => count_missed(graph, until + Time::TICK),
-            Ok(ClockExit::Stopped) => count_missed(graph, graph.now()),
+            Ok(ClockExit::Completed) => graph.stage.close(until + Time::TICK, until),
+            Ok(ClockExit::Stopped) => graph.stage.close(graph.now(), graph.now()),
             _ => {}
         }
         note_end(graph, &end);
         end
     }
-}
-
-/// Counts the ticks that were due before `end` while their nodes were busy.
-fn count_missed(graph: &mut Graph, end: Time) {
-    let tasks = &mut graph.stage.tasks;
-    tasks.iter_mut().for_each(|task| task.overrun_before(end));
 }
 
 /// One stretch of virtual time.
@@ -93,10 +86,15 @@ enum NextStep {
 impl<'a> VirtualStretch<'a> {
     fn new(graph: &'a mut Graph, inbox: &'a mut Inbox, until: Time) -> Self {
         let now = graph.now();
-        let mut tasks = graph.stage.tasks.iter();
-        let late = tasks.any(|task| task.due() < now && task.skips_ticks());
-        let tasks = graph.stage.tasks.iter();
-        let last_due = tasks.filter_map(|task| task.rate.last_due()).max();
+        let late = graph
+            .stage
+            .states(now)
+            .any(|task| task.due < now && task.skips);
+        let last_due = graph
+            .stage
+            .states(now)
+            .filter_map(|task| task.last_due)
+            .max();
         // Late nodes tick now, so this instant is partly done.
         let last_event = if late { Some(now) } else { last_due };
         let control = &graph.control;
@@ -204,18 +202,8 @@ impl<'a> VirtualStretch<'a> {
             self.steps += 1;
         }
         let exit = obey_at_rest(self.graph, ClockKind::Virtual, command, at).exit;
-        match command {
-            Command::Set(knob) => {
-                if let Some(crashed) = knob.crashes()
-                    && let Ok(node) = self.graph.control.node_index(knob.target())
-                {
-                    self.graph.stage.changed(node, crashed, at);
-                }
-            }
-            Command::Speed(_) | Command::Resume => {
-                self.pacer = Pacer::new(self.graph.control.status.speed, at);
-            }
-            _ => {}
+        if let Command::Speed(_) | Command::Resume = command {
+            self.pacer = Pacer::new(self.graph.control.status.speed, at);
         }
         exit
     }
@@ -255,10 +243,10 @@ impl<'a> VirtualStretch<'a> {
             match outcome {
                 Ok(ControlFlow::Continue(())) => {}
                 Ok(ControlFlow::Break(())) => {
-                    let node = self.graph.seats[work.node].name.to_string();
+                    let node = self.graph.seats[work.place].name.to_string();
                     return Ok(Some(ClockExit::Ended { node, at: now }));
                 }
-                Err(cause) => return Err(self.graph.seats[work.node].fault(now, cause)),
+                Err(cause) => return Err(self.graph.seats[work.place].fault(now, cause)),
             }
             if self.graph.control.status.paused {
                 break;
@@ -269,17 +257,17 @@ impl<'a> VirtualStretch<'a> {
 
     /// Has a node do its work.
     #[inline]
-    fn work(&mut self, Assignment { node, job, .. }: Assignment, now: Time) -> Tick {
+    fn work(&mut self, work: Assignment, now: Time) -> Tick {
         let Graph { seats, stage, .. } = &mut *self.graph;
-        let seat = &mut seats[node];
-        match job {
-            Job::Look => GO_ON,
-            Job::Tick { lateness, cost } => {
+        let seat = &mut seats[work.place];
+        match work.job.kind {
+            JobKind::Take => GO_ON,
+            JobKind::Tick { lateness, cost } => {
                 self.steps = self.steps.saturating_sub(1);
                 let measured = self.pacer.is_paced().then(Instant::now);
                 let outcome = seat.tick(now, false);
                 let took = cost.or_else(|| measured.map(|began| began.elapsed()));
-                stage.ticked(node, now, now);
+                stage.done(work, now, now);
                 seat.record(TickTimes {
                     at: now,
                     lateness,
@@ -288,18 +276,16 @@ impl<'a> VirtualStretch<'a> {
                 });
                 outcome
             }
-            Job::Start { lateness, takes } => {
+            JobKind::Begin { lateness, .. } => {
                 self.steps = self.steps.saturating_sub(1);
-                let flow = seat.start(now)?;
-                stage.started(node, Running::new(now, now + takes, lateness, flow), now);
-                GO_ON
+                let begun = seat.start(now, lateness)?;
+                stage.done(work, now, now);
+                Ok(begun)
             }
-            Job::Finish => {
+            JobKind::End => {
                 let applied = seat.finish(now);
-                match stage.finished(node, now, now) {
-                    Some(running) => seat.over(&running, now, applied),
-                    None => applied,
-                }
+                stage.done(work, now, now);
+                seat.over(now, applied)
             }
         }
     }
@@ -355,9 +341,18 @@ mod tests {
             };
             graph.node(name, hz(rate), 0, |_| node).expect("a node");
         }
-        let tasks = &mut graph.stage.tasks;
-        tasks.iter_mut().for_each(|task| task.rate.advance());
-        graph.control.set_now(graph.stage.tasks[2].rate.due());
+        // Each has ticked once.
+        let mut second = Moment {
+            now: Time::ZERO,
+            until: UNTIL,
+            over: false,
+        };
+        graph.stage.open(Time::ZERO, Vec::new);
+        while let Some(work) = graph.stage.look(second) {
+            graph.stage.done(work, Time::ZERO, Time::ZERO);
+        }
+        second.now = graph.stage.state(2, Time::ZERO).due;
+        graph.control.set_now(second.now);
         (graph, log)
     }
 

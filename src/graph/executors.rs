@@ -3,8 +3,7 @@
 use super::{Graph, GraphError};
 use crate::{
     command::ClockKind,
-    placement::Placement,
-    scheduling::{Dispatch, Member, Threads},
+    scheduling::{Crew, Dispatch, Threads},
     seat::Seat,
     sync::Arc,
 };
@@ -21,30 +20,30 @@ impl Graph {
         dispatch: Arc<dyn Dispatch>,
         names: &[String],
     ) -> Result<(), GraphError> {
-        let mut members: Vec<Member> = Vec::new();
+        let mut nodes: Vec<usize> = Vec::new();
         for (number, name) in names.iter().enumerate() {
             let node = self.index_for(&*dispatch, number, name)?;
-            if members.iter().any(|known| known.node == node) {
+            if nodes.contains(&node) {
                 return Err(GraphError::SecondExecutor(name.clone()));
             }
-            members.push(Member { node, number });
+            nodes.push(node);
         }
-        let index = self.stage.executors().count();
-        let queues = dispatch.queues_timers();
-        let shared = self.stage.add_executor(dispatch.clone(), members.clone());
-        let placement = match shared {
-            true => Placement::Executor { index, queues },
-            false => Placement::Let,
-        };
-        for Member { node, number } in members {
-            let task = &mut self.stage.tasks[node];
-            task.placement = placement;
-            if dispatch.skips_first() {
-                task.rate.skip_first();
-            }
+        let crews = self.stage.take_crews().into_iter();
+        let is_member = |crew: &Crew| nodes.iter().any(|node| crew.is_own(*node));
+        let (mut own, mut crews): (Vec<Crew>, Vec<Crew>) = crews.partition(is_member);
+        let index = crews.iter().filter(|crew| crew.is_executor()).count();
+        own.sort_by_key(|crew| nodes.iter().position(|node| crew.is_own(*node)));
+        let own = own.into_iter().map(|crew| (crew.scheduler, crew.members));
+        let (schedulers, members): (Vec<_>, Vec<_>) = own.unzip();
+        let members = members.into_iter().flatten().collect();
+        let joined = Crew::joined(dispatch.clone(), schedulers, members);
+        let together = joined.iter().any(Crew::is_executor);
+        crews.extend(joined);
+        self.stage.set_crews(crews);
+        for (number, node) in nodes.into_iter().enumerate() {
             let node = &mut self.control.nodes[node].topology;
             node.executor = Some(dispatch.name());
-            node.executor_index = placement.executor();
+            node.executor_index = together.then_some(index);
             node.group = dispatch.group(number).map(Into::into);
         }
         Ok(())
@@ -57,16 +56,16 @@ impl Graph {
         number: usize,
         name: &str,
     ) -> Result<usize, GraphError> {
-        let mut tasks = self.stage.tasks.iter();
-        let known = tasks.position(|task| *task.name == *name);
+        let mut nodes = self.control.nodes.iter();
+        let known = nodes.position(|node| node.name() == name);
         let unknown = || GraphError::UnknownCallback(name.to_owned(), dispatch.name());
         let index = known.ok_or_else(unknown)?;
-        let task = &self.stage.tasks[index];
-        if task.placement != Placement::Thread {
+        let node = &self.control.nodes[index].topology;
+        if node.executor.is_some() {
             return Err(GraphError::SecondExecutor(name.to_owned()));
         }
         let remedy = dispatch.period_remedy(number);
-        match remedy.filter(|_| task.is_triggered()) {
+        match remedy.filter(|_| !node.triggers.is_empty()) {
             Some(remedy) => Err(GraphError::NoPeriod(
                 name.to_owned(),
                 dispatch.name(),
@@ -91,8 +90,8 @@ impl Graph {
     /// The node that the real clock cannot run, with the reason and the remedy.
     pub(crate) fn needs_virtual_time(&self) -> Option<(&Seat, String)> {
         let mut spare = self.cores.unwrap_or(0);
-        let mut executors = self.stage.executors();
-        executors.find_map(|(dispatch, members)| {
+        self.stage.crews().iter().find_map(|crew| {
+            let dispatch = crew.dispatch.as_ref()?;
             let executor = dispatch.name();
             let why = match dispatch.threads() {
                 Threads::Virtual => format!("the real clock has no executor {executor}"),
@@ -109,7 +108,7 @@ impl Graph {
                 }
                 Threads::Shared(_) => return None,
             };
-            let first = members.first()?;
+            let first = crew.members.first()?;
             Some((
                 &self.seats[first.node],
                 format!("{why}: choose the virtual clock"),

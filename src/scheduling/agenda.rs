@@ -4,10 +4,9 @@ use std::{cmp::Reverse, collections::BinaryHeap};
 
 use crate::time::Time;
 
-/// The order of events within one instant. Executors look for something to begin after all of
-/// them.
+/// The order of alarms within one instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Phase {
+pub enum Phase {
     /// Ticks end, by priority.
     End,
     /// Messages arrive, in the order of publication.
@@ -32,7 +31,8 @@ pub(super) struct AgendaItem {
     pub(super) at: Time,
     /// Phase, then priority and number, or the number of an arrival.
     order: u64,
-    pub(super) node: u32,
+    /// Place of the node.
+    pub(super) place: u32,
     /// Number of the topic that a message arrives on, among those that trigger the node.
     pub(super) input: u32,
 }
@@ -43,7 +43,7 @@ impl AgendaItem {
         [End, Arrive, Release, Start][(self.order >> Phase::SHIFT) as usize]
     }
 
-    fn place(&self) -> (Time, u64) {
+    fn rank(&self) -> (Time, u64) {
         (self.at, self.order)
     }
 }
@@ -102,23 +102,23 @@ const RECENT: usize = 4;
 impl Agenda {
     /// Adds an event of a node with this priority and number within the phase.
     #[inline]
-    pub(super) fn add(&mut self, at: Time, phase: Phase, rank: (u32, usize), node: usize) {
+    pub(super) fn add(&mut self, at: Time, phase: Phase, rank: (u32, usize), place: usize) {
         let rank = u64::from(rank.0) << Phase::PRIORITY | rank.1 as u64;
         self.insert(AgendaItem {
             at,
             order: (phase as u64) << Phase::SHIFT | rank,
-            node: node as u32,
+            place: place as u32,
             input: 0,
         });
     }
 
     /// Adds the arrival of a message.
-    pub(super) fn add_arrival(&mut self, at: Time, node: usize, input: usize) {
+    pub(super) fn add_arrival(&mut self, at: Time, place: usize, input: usize) {
         self.arrivals += 1;
         self.insert(AgendaItem {
             at,
             order: (Phase::Arrive as u64) << Phase::SHIFT | self.arrivals,
-            node: node as u32,
+            place: place as u32,
             input: input as u32,
         });
     }
@@ -127,8 +127,8 @@ impl Agenda {
     fn insert(&mut self, item: AgendaItem) {
         if item.at <= self.opened {
             let to_come = &self.batch[self.done..];
-            let place = to_come.partition_point(|other| other.place() < item.place());
-            self.batch.insert(self.done + place, item);
+            let index = to_come.partition_point(|other| other.rank() < item.rank());
+            self.batch.insert(self.done + index, item);
             return;
         }
         let recent = self.recent.iter().find(|(at, _)| *at == item.at);
@@ -209,6 +209,6 @@ impl Agenda {
             }
             self.free.push(bucket);
         }
-        self.batch.sort_unstable_by_key(AgendaItem::place);
+        self.batch.sort_unstable_by_key(AgendaItem::rank);
     }
 }

@@ -2,39 +2,35 @@
 
 use super::scheduler::Scheduler;
 
-/// How the nodes of an executor get their turn: it makes their scheduler anew under each clock,
-/// and knows what that needs. Its members are known by their number in the order of registration.
+/// How the nodes of an executor get their turn. Its members are known by their number in the
+/// order of registration.
 pub trait Dispatch: Send + Sync {
     /// Its name, as in a [`NodeTopology`](crate::NodeTopology).
     fn name(&self) -> String;
 
     /// Name of the group that a member shares with others.
-    fn group(&self, number: usize) -> Option<&str>;
+    fn group(&self, member: usize) -> Option<&str>;
 
     /// What to do about a member without a period, if it needs one.
-    fn period_remedy(&self, number: usize) -> Option<&'static str>;
-
-    /// A scheduler for these members; `None` if each has a core of its own, with its outputs at
-    /// the end of its period.
-    fn scheduler(&self, members: &[Member]) -> Option<Box<dyn Scheduler>>;
+    fn period_remedy(&self, member: usize) -> Option<&'static str>;
 
     /// Its threads under the real clock.
     fn threads(&self) -> Threads;
 
-    /// Whether its timers wait in line when they are due, instead of being called once, late.
-    fn queues_timers(&self) -> bool;
+    /// The scheduler of all members in place of those that each had on its own, which keep
+    /// nothing; or one for each again, if the members stay apart.
+    fn join(&self, own: Vec<Box<dyn Scheduler>>) -> Joined;
 
-    /// Whether a timer is due one period after its start for the first time, as in ROS.
-    fn skips_first(&self) -> bool;
+    /// A scheduler for each member alone, for [`Threads::Cores`].
+    fn split(&self, all: Box<dyn Scheduler>) -> Vec<Box<dyn Scheduler>>;
 }
 
-/// A node of an executor.
-#[derive(Clone, Copy, Debug)]
-pub struct Member {
-    /// Index of the node among those of the scheduler.
-    pub node: usize,
-    /// Its number in the order of registration.
-    pub number: usize,
+/// Schedulers of the members of an executor.
+pub enum Joined {
+    /// One for all.
+    Together(Box<dyn Scheduler>),
+    /// One for each.
+    Apart(Vec<Box<dyn Scheduler>>),
 }
 
 /// The threads of an executor under the real clock.

@@ -1,16 +1,20 @@
-//! When nodes tick, and in which order: the same for both clocks.
-//!
-//! A [`Stage`] has the events to come of some nodes, and names the work that is next; whoever
-//! asks does the work, and reports back. A node with a thread of its own ticks as soon as it is
-//! due and free; those of an executor wait for its [`Scheduler`], which its [`Dispatch`] makes.
+//! What happens next: schedulers decide when nodes run, a stage keeps their alarms.
 
 mod agenda;
+mod crew;
 mod dispatch;
-mod own;
+mod kit;
+mod member;
+mod periodic;
 mod scheduler;
 mod stage;
 
-pub use dispatch::{Dispatch, Member, Threads};
-pub(crate) use scheduler::{Assignment, Job};
-pub use scheduler::{AtInstant, Call, Scheduler};
-pub(crate) use stage::{Moment, Stage};
+pub use agenda::Phase;
+pub(crate) use crew::Crew;
+pub use dispatch::{Dispatch, Joined, Threads};
+pub use kit::{Kit, TaskSpec};
+pub(crate) use member::Member;
+pub use periodic::Periodic;
+pub(crate) use periodic::Plain;
+pub use scheduler::{Job, JobKind, Scheduler, SchedulerEvent, TaskState, Timetable};
+pub(crate) use stage::{Assignment, Moment, Stage};

@@ -1,181 +1,231 @@
-//! What an executor is: it decides which of its nodes ticks next.
+//! When, and in which order, nodes run.
 
-use std::time::Duration;
+use std::{any::Any, time::Duration};
 
-use super::agenda::{Agenda, Phase};
-use crate::{command::ClockKind, task::Task, time::Time};
+use super::{
+    agenda::{Agenda, Phase},
+    member::Member,
+};
+use crate::{
+    command::ClockKind,
+    knob::Knob,
+    outbox::Stamps,
+    record::NodeRecord,
+    time::{Hz, Time},
+};
 
-/// Decides which released callback is called now. It owns no node and waits for nothing, so the
-/// same one serves both clocks. Its nodes are known by their number in the order of
-/// registration.
-pub trait Scheduler: Send {
-    /// The timer of a node is due.
-    fn due(&mut self, member: usize, plan: &mut AtInstant<'_>);
+/// Decides when the nodes of a crew run: a node with a thread of its own, or those of an executor.
+///
+/// It owns no node and waits for nothing. It hears of signals, asks for alarms, and names the
+/// next job: so the same one serves both clocks. Its nodes are its members, known by their
+/// number in the order of registration.
+pub trait Scheduler: Any + Send {
+    /// Something has happened at `plan.now()`; returns the job to be done now, if there is one.
+    /// An alarm is a look, not an order: one that is no longer of use does no harm.
+    fn on(&mut self, signal: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job>;
 
-    /// A message has arrived for a node.
-    fn arrived(&mut self, member: usize, input: usize, plan: &mut AtInstant<'_>);
+    /// Where a node is in its schedule at run time `now`.
+    fn state(&self, member: usize, now: Time) -> TaskState;
 
-    /// The callback to call now, if there are one and a thread for it.
-    fn next(&mut self, plan: &mut AtInstant<'_>) -> Option<Call>;
+    /// Checks that the schedule of a node has this knob, and that its value is complete.
+    ///
+    /// # Errors
+    /// The reason, with a remedy.
+    fn check(&self, member: usize, knob: &Knob) -> Result<(), String>;
 
-    /// A callback was called, and its node ticks until `ends`.
-    fn began(&mut self, member: usize, ends: Time, plan: &mut AtInstant<'_>);
-
-    /// A callback was called and is over.
-    fn ended(&mut self, member: usize, plan: &mut AtInstant<'_>);
-
-    /// Takes a node over as it is after a change of the clock, but for its messages.
-    fn take_over(&mut self, member: usize, plan: &mut AtInstant<'_>);
-
-    /// Forgets what is due or runs of a node that crashed.
-    fn forget(&mut self, member: usize);
-
-    /// Forgets that the timer of a node is due, if the call would have set its next due
-    /// time: that has changed.
-    fn reschedule(&mut self, member: usize);
+    /// Turns a knob of a node's schedule that was checked; returns the value before.
+    ///
+    /// # Errors
+    /// The reason, for a knob that it does not know.
+    fn turn(
+        &mut self,
+        member: usize,
+        knob: &Knob,
+        plan: &mut Timetable<'_>,
+    ) -> Result<String, String>;
 }
 
-/// A callback to be called now, with the index of its node.
+/// What a scheduler hears of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Call {
-    /// The timer of a node.
-    Timer {
-        /// Index of the node.
-        node: usize,
+pub enum SchedulerEvent {
+    /// A clock begins.
+    Opened {
+        /// Whether the nodes have run under another clock since, or not at all.
+        anew: bool,
     },
-    /// One of its subscriptions, for one message.
-    Message {
-        /// Index of the node.
-        node: usize,
+    /// An alarm rings.
+    Alarm {
+        /// The node.
+        member: usize,
+        /// The time that it was asked for.
+        at: Time,
+        /// Its phase.
+        phase: Phase,
+    },
+    /// A message has arrived on input number `input` of a node.
+    Arrived {
+        /// The node.
+        member: usize,
         /// Number of the topic among those that trigger it.
         input: usize,
     },
-    /// Its subscriptions in turn, until a set of messages is complete.
-    Messages {
-        /// Index of the node.
-        node: usize,
+    /// All else of this instant has happened; see [`Timetable::look`].
+    Look,
+    /// A job is done, without a fault.
+    Done {
+        /// The job.
+        job: Job,
+        /// Due times before this have passed.
+        passed: Time,
+    },
+    /// A node has crashed: what it was to do is void.
+    Crashed {
+        /// The node.
+        member: usize,
+    },
+    /// A node that had crashed begins again.
+    Restarted {
+        /// The node.
+        member: usize,
+    },
+    /// A clock ends.
+    Closed {
+        /// Due times before this have passed.
+        before: Time,
     },
 }
 
-impl Call {
-    /// Index of the node.
-    pub(super) fn node(self) -> usize {
-        match self {
-            Self::Timer { node } | Self::Message { node, .. } | Self::Messages { node } => node,
-        }
-    }
-}
-
-/// The run at an instant, as a scheduler sees it.
-pub struct AtInstant<'a> {
-    pub(super) now: Time,
-    pub(super) clock: ClockKind,
-    pub(super) tasks: &'a mut [Task],
-    pub(super) agenda: &'a mut Agenda,
-    /// The planned due time of each node's timer under an executor.
-    pub(super) releases: &'a mut [Time],
-}
-
-impl AtInstant<'_> {
-    /// Run time.
-    pub fn now(&self) -> Time {
-        self.now
-    }
-
-    /// The schedule of a node.
-    pub fn task(&mut self, node: usize) -> &mut Task {
-        &mut self.tasks[node]
-    }
-
-    /// The same, to look at.
-    pub fn task_of(&self, node: usize) -> &Task {
-        &self.tasks[node]
-    }
-
-    /// Whether a message of a topic that triggers a node waits for it. Under the real clock a
-    /// look takes no turn: only what a node takes is in the log.
-    pub fn waits(&self, node: usize, input: usize) -> bool {
-        let task = &self.tasks[node];
-        match self.clock {
-            ClockKind::Virtual => task.oldest_of(input, self.now).is_some(),
-            ClockKind::Real => task.waiting_in(input, self.now) > 0,
-        }
-    }
-
-    /// Run time of the delivery of the oldest message that waits for a node; under the real
-    /// clock now, if there is one.
-    pub fn oldest(&self, node: usize) -> Option<Time> {
-        let task = &self.tasks[node];
-        match self.clock {
-            ClockKind::Virtual => task.oldest(self.now),
-            ClockKind::Real => {
-                let mut inputs = 0..task.inputs();
-                let waits = inputs.any(|input| self.waits(node, input));
-                waits.then_some(self.now)
-            }
-        }
-    }
-
-    /// Plans the end of a node's tick.
-    pub fn end_at(&mut self, node: usize, at: Time) {
-        let rank = (self.tasks[node].priority, node);
-        self.agenda.add(at, Phase::End, rank, node);
-    }
-
-    /// Plans the start of a tick on the node's own thread.
-    pub(super) fn start_at(&mut self, node: usize, at: Time) {
-        let rank = (self.tasks[node].priority, node);
-        self.agenda.add(at, Phase::Start, rank, node);
-    }
-
-    /// Plans the due time of the timer of a node with this number in its executor.
-    pub(super) fn release(&mut self, node: usize, member: usize) {
-        let due = self.tasks[node].due();
-        self.releases[node] = due;
-        if due < Time::MAX {
-            self.agenda.add(due, Phase::Release, (0, member), node);
-        }
-    }
-
-    /// Has the messages arrive now that wait for a node.
-    pub(super) fn add_waiting(&mut self, node: usize) {
-        for input in 0..self.tasks[node].inputs() {
-            for _ in 0..self.tasks[node].waiting_in(input, self.now) {
-                self.agenda.add_arrival(self.now, node, input);
-            }
-        }
-    }
-}
-
-/// Assignment for a node.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Assignment {
-    /// Index of the node.
-    pub(crate) node: usize,
-    /// The topic whose message its executor called it for.
-    pub(crate) input: Option<usize>,
-    pub(crate) job: Job,
-}
-
 /// What a node is to do.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Job {
-    /// A tick that takes no run time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Job {
+    /// The node.
+    pub member: usize,
+    /// What it is to do.
+    pub kind: JobKind,
+}
+
+/// The kinds of work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JobKind {
+    /// A whole tick.
     Tick {
-        /// Lateness, if it is known.
+        /// Lateness of its start, if it is known.
         lateness: Option<Duration>,
         /// Duration, if it is set.
         cost: Option<Duration>,
     },
-    /// To begin a tick that takes run time.
-    Start {
-        /// Lateness, if it is known.
+    /// The begin of a tick that takes run time: its messages are held back.
+    Begin {
+        /// Lateness of its start, if it is known.
         lateness: Option<Duration>,
         /// Duration.
         takes: Duration,
+        /// Whether it keeps a core busy under the real clock.
+        busy: bool,
     },
-    /// To end it.
-    Finish,
-    /// Nothing: the messages taken are not yet the inputs of a tick.
-    Look,
+    /// The end of that tick: its messages are published.
+    End,
+    /// Nothing: messages were taken that are not yet the inputs of a tick.
+    Take,
+}
+
+/// Where a node is in its schedule.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TaskState {
+    /// Its rate; the lowest one for a node that messages trigger.
+    pub hz: Hz,
+    /// Due time of its next tick; [`Time::MAX`] if it has none.
+    pub due: Time,
+    /// Due time of the period before that.
+    pub last_due: Option<Time>,
+    /// Whether ticks are skipped that are due while it is busy.
+    pub skips: bool,
+    /// Whether it has crashed.
+    pub crashed: bool,
+    /// Time on a core that the running tick still needs.
+    pub remaining: Option<Duration>,
+    /// Whether that tick keeps a core busy under the real clock.
+    pub busy: bool,
+}
+
+/// What a scheduler can ask for, at an instant of the run.
+pub struct Timetable<'a> {
+    pub(super) now: Time,
+    pub(super) clock: ClockKind,
+    pub(super) over: bool,
+    pub(super) members: &'a [Member],
+    pub(super) agenda: &'a mut Agenda,
+    pub(super) looks: &'a mut bool,
+}
+
+impl Timetable<'_> {
+    /// Run time.
+    #[inline]
+    pub fn now(&self) -> Time {
+        self.now
+    }
+
+    /// The clock that runs the nodes.
+    #[inline]
+    pub fn clock(&self) -> ClockKind {
+        self.clock
+    }
+
+    /// Whether the end of the run has passed, so that only those tick that were due before.
+    pub fn is_over(&self) -> bool {
+        self.over
+    }
+
+    /// Asks for an alarm of a node; none at [`Time::MAX`], and none for a node of another
+    /// process.
+    #[inline]
+    pub fn alarm(&mut self, at: Time, phase: Phase, member: usize) {
+        let known = &self.members[member];
+        if at == Time::MAX || known.remote {
+            return;
+        }
+        let rank = match phase {
+            Phase::End | Phase::Start => (known.priority, known.node),
+            Phase::Arrive | Phase::Release => (0, member),
+        };
+        self.agenda.add(at, phase, rank, known.place);
+    }
+
+    /// Has a message arrive now, as if it had just been published.
+    pub fn arrive(&mut self, member: usize, input: usize) {
+        let place = self.members[member].place;
+        self.agenda.add_arrival(self.now, place, input);
+    }
+
+    /// Asks for [`SchedulerEvent::Look`], again and again until a job-less look does not ask for more.
+    pub fn look(&mut self) {
+        *self.looks = true;
+    }
+
+    /// Priority of a node: of nodes that are due together the one with the lowest number is
+    /// first.
+    pub fn priority(&self, member: usize) -> u32 {
+        self.members[member].priority
+    }
+
+    /// Counts due times of a node that passed while it was busy.
+    pub fn skipped(&self, member: usize, ticks: u64) {
+        if ticks > 0 {
+            self.record(member, NodeRecord::Skipped(ticks));
+        }
+    }
+
+    /// Records another rate of a node.
+    pub fn rated(&self, member: usize, hz: Hz) {
+        self.record(member, NodeRecord::Rate(hz));
+    }
+
+    /// Has the messages of a node stamped by a clock of its own from now on.
+    pub fn stamp_by(&self, member: usize, stamps: Stamps) {
+        self.members[member].outbox.set_stamps(stamps);
+    }
+
+    fn record(&self, member: usize, record: NodeRecord) {
+        self.members[member].records.node(|| record);
+    }
 }

@@ -1,47 +1,40 @@
 //! The one schedule: what happens to nodes next, whatever the clock.
 
-use std::mem::take;
+use std::{collections::BTreeSet, mem::take};
 
 use super::{
     agenda::{Agenda, AgendaItem, Phase},
-    dispatch::{Dispatch, Member},
-    scheduler::{Assignment, AtInstant, Call, Job, Scheduler},
+    crew::Crew,
+    scheduler::{Job, SchedulerEvent, TaskState, Timetable},
 };
 use crate::{
     command::ClockKind,
+    journal::LateLook,
+    knob::Knob,
+    record::NodeRecord,
+    seat::Seat,
     sync::Arc,
-    task::Task,
     time::Time,
-    timing::Running,
     trigger::{Arrival, Arrivals, Wake},
 };
 
-/// Nodes as schedulers see them, with the events to come: all nodes of a graph in virtual time,
-/// those of one thread or executor under the real clock. It decides what is to be done; whoever
-/// asks does it.
+/// Crews with their alarms: all of a graph in virtual time, one under the real clock. It decides
+/// what is to be done; whoever asks does it.
 pub(crate) struct Stage {
-    pub(crate) tasks: Vec<Task>,
-    crews: Vec<ExecutorState>,
-    /// The crew of each node that has one, and its number there, by index.
-    of: Vec<Option<(usize, usize)>>,
+    crews: Vec<Crew>,
+    /// The crew of each node, and its number there, by its place.
+    of: Vec<(usize, usize)>,
     agenda: Agenda,
-    /// The planned due time of each node's timer under an executor.
-    releases: Vec<Time>,
     arrivals: Arc<Arrivals>,
-    /// The run time since which crews have something to look at.
+    /// Crews that look for something to do when all else of the instant has happened.
+    looking: BTreeSet<usize>,
+    /// The run time of their last signal.
     noticed: Time,
     clock: ClockKind,
     /// Whether the nodes have run elsewhere since it was opened.
     behind: bool,
-}
-
-/// An executor with its nodes.
-struct ExecutorState {
-    dispatch: Arc<dyn Dispatch>,
-    members: Vec<Member>,
-    scheduler: Box<dyn Scheduler>,
-    /// Whether something has changed since its last look.
-    attentive: bool,
+    /// Whether something has happened since [`Stage::has_moved`].
+    moved: bool,
 }
 
 /// A moment of a run.
@@ -55,300 +48,246 @@ pub(crate) struct Moment {
     pub(crate) over: bool,
 }
 
-impl Default for Stage {
-    fn default() -> Self {
-        Self::new(ClockKind::Virtual, Vec::new())
+impl Moment {
+    /// Run time `now`, perhaps after the end of the run.
+    pub(crate) fn of(now: Time, late: Option<LateLook>) -> Self {
+        Self {
+            now,
+            until: late.map_or(Time::MAX, |late| late.until),
+            over: late.is_some_and(|late| late.over),
+        }
     }
 }
 
+/// A job for a node.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Assignment {
+    pub(crate) crew: usize,
+    /// Place of the node.
+    pub(crate) place: usize,
+    pub(crate) job: Job,
+}
+
+impl Default for Stage {
+    fn default() -> Self {
+        Self::new(ClockKind::Virtual)
+    }
+}
+
+/// Its crews.
 impl Stage {
-    /// A stage for nodes with threads of their own.
-    pub(crate) fn new(clock: ClockKind, tasks: Vec<Task>) -> Self {
+    /// A stage without crews.
+    pub(crate) fn new(clock: ClockKind) -> Self {
         Self {
-            of: vec![None; tasks.len()],
-            releases: vec![Time::MAX; tasks.len()],
-            tasks,
             crews: Vec::new(),
+            of: Vec::new(),
             agenda: Agenda::default(),
             arrivals: Arc::default(),
+            looking: BTreeSet::new(),
             noticed: Time::ZERO,
             clock,
             behind: true,
+            moved: false,
         }
     }
 
-    /// Adds a node with a thread of its own.
-    pub(crate) fn add(&mut self, task: Task) {
-        self.tasks.push(task);
-        self.of.push(None);
-        self.releases.push(Time::MAX);
+    /// A stage for one crew.
+    pub(crate) fn of_crew(clock: ClockKind, mut crew: Crew) -> Self {
+        let mut stage = Self::new(clock);
+        let members = crew.members.iter_mut().enumerate();
+        members.for_each(|(place, member)| member.place = place);
+        stage.of = (0..crew.members.len()).map(|member| (0, member)).collect();
+        stage.crews.push(crew);
+        stage
     }
 
-    /// Adds an executor with its nodes; `false` if each of these has a core of its own.
-    pub(crate) fn add_executor(
-        &mut self,
-        dispatch: Arc<dyn Dispatch>,
-        members: Vec<Member>,
-    ) -> bool {
-        let Some(scheduler) = dispatch.scheduler(&members) else {
-            return false;
-        };
-        for (place, member) in members.iter().enumerate() {
-            self.of[member.node] = Some((self.crews.len(), place));
+    pub(crate) fn crews(&self) -> &[Crew] {
+        &self.crews
+    }
+
+    /// Takes the crews away.
+    pub(crate) fn take_crews(&mut self) -> Vec<Crew> {
+        take(&mut self.crews)
+    }
+
+    /// Sets the crews, whose members have the places of their nodes in the graph.
+    pub(crate) fn set_crews(&mut self, crews: Vec<Crew>) {
+        let nodes = crews.iter().map(|crew| crew.members.len()).sum();
+        self.of = vec![(0, 0); nodes];
+        self.crews = crews;
+        for (number, crew) in self.crews.iter_mut().enumerate() {
+            for (member, known) in crew.members.iter_mut().enumerate() {
+                known.place = known.node;
+                self.of[known.node] = (number, member);
+            }
         }
-        self.crews.push(ExecutorState {
-            dispatch,
-            members,
-            scheduler,
-            attentive: false,
-        });
-        true
     }
 
-    /// The executors, each with its nodes by their indices.
-    pub(crate) fn executors(&self) -> impl Iterator<Item = (&Arc<dyn Dispatch>, &[Member])> {
-        let crews = self.crews.iter();
-        crews.map(|crew| (&crew.dispatch, &crew.members[..]))
+    /// Adds the crew of a node that is new in the graph.
+    pub(crate) fn add(&mut self, crew: Crew) {
+        self.of.push((self.crews.len(), 0));
+        self.crews.push(crew);
+    }
+
+    /// Where the node at this place is in its schedule at run time `now`.
+    pub(crate) fn state(&self, place: usize, now: Time) -> TaskState {
+        let (crew, member) = self.of[place];
+        self.crews[crew].scheduler.state(member, now)
+    }
+
+    /// The states of all nodes, by place.
+    pub(crate) fn states(&self, now: Time) -> impl Iterator<Item = TaskState> {
+        (0..self.of.len()).map(move |place| self.state(place, now))
     }
 
     /// The list of arrivals that nobody has looked at.
     pub(crate) fn arrivals(&self) -> &Arc<Arrivals> {
         &self.arrivals
     }
+}
 
+/// Its time.
+impl Stage {
     /// Forgets all that is planned: the nodes run elsewhere, and `wake` gets the arrivals from
     /// now on.
     pub(crate) fn leave(&mut self, wake: Arc<dyn Wake>) {
         self.behind = true;
         self.arrivals.forward_to(Some(wake));
         self.agenda = Agenda::default();
-        self.releases.fill(Time::MAX);
+        self.looking.clear();
     }
 
-    /// Plans what its nodes have begun or may begin, at run time `now`; those that have run
-    /// elsewhere with messages `in_flight`.
+    /// Has the crews begin at run time `now`; those that have run elsewhere with messages
+    /// `in_flight`.
     pub(crate) fn open(&mut self, now: Time, in_flight: impl FnOnce() -> Vec<Arrival>) {
-        if take(&mut self.behind) {
-            self.arrivals.forward_to(None);
-            self.plan_arrivals(in_flight());
-            (0..self.crews.len()).for_each(|crew| self.catch_up(crew, now));
-        } else {
-            let mut published = self.arrivals.take();
-            published.retain(|arrival| arrival.at >= now);
-            self.plan_arrivals(published);
-        }
-        for node in 0..self.tasks.len() {
-            match self.of[node] {
-                None => self.open_thread(node, now),
-                Some((crew, member)) => {
-                    self.crews[crew].scheduler.reschedule(member);
-                    self.plan(now).release(node, member);
-                }
+        let anew = take(&mut self.behind);
+        let arrivals = match anew {
+            true => {
+                self.arrivals.forward_to(None);
+                in_flight()
             }
-        }
+            false => {
+                let mut published = self.arrivals.take();
+                published.retain(|arrival| arrival.at >= now);
+                published
+            }
+        };
+        self.plan_arrivals(arrivals);
+        self.signal_all(SchedulerEvent::Opened { anew }, now);
     }
 
-    /// Builds the scheduler of a crew anew, from what waits or runs of its nodes.
-    fn catch_up(&mut self, crew: usize, now: Time) {
-        let known = &mut self.crews[crew];
-        if let Some(scheduler) = known.dispatch.scheduler(&known.members) {
-            known.scheduler = scheduler;
-        }
-        for member in 0..known.members.len() {
-            let node = self.crews[crew].members[member].node;
-            self.ask(node, now, |scheduler, member, plan| {
-                scheduler.take_over(member, plan);
-                plan.add_waiting(node);
-            });
+    /// Has the crews end, at run time `now`: ticks due before `before` are missed.
+    pub(crate) fn close(&mut self, before: Time, now: Time) {
+        self.signal_all(SchedulerEvent::Closed { before }, now);
+    }
+
+    fn signal_all(&mut self, signal: SchedulerEvent, now: Time) {
+        for crew in 0..self.crews.len() {
+            self.signal(crew, signal, now, false);
         }
     }
 
     /// Run time of the next event; [`Time::MAX`] without one.
     pub(crate) fn next_at(&self) -> Time {
         let next = self.agenda.next_at();
-        match self.crews.iter().any(|crew| crew.attentive) {
-            true => next.min(self.noticed),
-            false => next,
+        match self.looking.is_empty() {
+            true => next,
+            false => next.min(self.noticed),
         }
     }
 
-    /// The next work at a moment.
+    /// Whether something has happened since the last call.
+    pub(crate) fn has_moved(&mut self) -> bool {
+        take(&mut self.moved)
+    }
+
+    /// The next job at a moment.
     #[inline]
     pub(crate) fn look(&mut self, moment: Moment) -> Option<Assignment> {
+        let Moment { now, until, over } = moment;
         loop {
             let next = self.agenda.next_at();
-            let work = if next <= moment.now && next <= moment.until {
-                let entry = self.agenda.pop()?;
-                self.happen(entry, moment)
-            } else if moment.over || self.crews.is_empty() {
+            let job = if next <= now && next <= until {
+                let item = self.agenda.pop()?;
+                self.moved = true;
+                self.happen(item, moment)
+            } else if over {
                 return None;
             } else {
-                return self.pick(moment.now);
+                let crew = self.looking.pop_first()?;
+                self.moved = true;
+                self.signal(crew, SchedulerEvent::Look, now, false)
             };
-            if work.is_some() {
-                return work;
+            if job.is_some() {
+                return job;
             }
         }
     }
 
     /// Has an event happen.
     #[inline]
-    fn happen(&mut self, entry: AgendaItem, moment: Moment) -> Option<Assignment> {
-        let (node, now) = (entry.node as usize, moment.now);
-        match entry.phase() {
-            Phase::Start => return self.start(node, moment),
-            Phase::End => {
-                let running = self.tasks[node].running();
-                let over = running.is_some_and(|running| running.ends <= now);
-                return over.then(|| Assignment::of(node, Job::Finish));
-            }
-            Phase::Arrive if self.tasks[node].is_crashed() => {}
-            Phase::Arrive if self.of[node].is_none() => self.arm(node, now, true),
+    fn happen(&mut self, item: AgendaItem, moment: Moment) -> Option<Assignment> {
+        let (crew, member) = self.of[item.place as usize];
+        let signal = match item.phase() {
             Phase::Arrive => {
-                let input = entry.input as usize;
-                self.ask(node, now, |scheduler, member, plan| {
-                    scheduler.arrived(member, input, plan);
-                });
+                let input = item.input as usize;
+                SchedulerEvent::Arrived { member, input }
             }
-            Phase::Release => {
-                // It may have been planned anew since.
-                if self.releases[node] == entry.at {
-                    self.releases[node] = Time::MAX;
-                    self.ask(node, now, |scheduler, member, plan| {
-                        scheduler.due(member, plan);
-                        if plan.task(node).queues_timers() {
-                            plan.release(node, member);
-                        }
-                    });
-                }
+            phase => {
+                let at = item.at;
+                SchedulerEvent::Alarm { member, at, phase }
             }
-        }
-        None
+        };
+        self.signal(crew, signal, moment.now, moment.over)
     }
 
-    /// Has the first crew that has a callback to call do so.
-    fn pick(&mut self, now: Time) -> Option<Assignment> {
-        let call = (0..self.crews.len()).find_map(|index| {
-            let (crew, mut plan) = self.crew(index, now);
-            let call = crew.attentive.then(|| crew.scheduler.next(&mut plan));
-            crew.attentive = call.flatten().is_some();
-            call.flatten()
-        })?;
-        let node = call.node();
-        let task = &mut self.tasks[node];
-        let (due, input) = match call {
-            Call::Timer { .. } => (task.call_timer(now), None),
-            Call::Message { input, .. } => (task.take_from(input, now), Some(input)),
-            Call::Messages { .. } => (task.take(now), None),
-        };
-        if let (Call::Timer { .. }, false) = (call, self.tasks[node].queues_timers())
-            && let Some((_, member)) = self.of[node]
-        {
-            self.plan(now).release(node, member);
-        }
-        let work = self.begin(node, due, now);
-        Some(Assignment { input, ..work })
-    }
-
-    /// Begins the tick that was `due`; without one the node is free again.
-    pub(super) fn begin(&mut self, node: usize, due: Option<Time>, now: Time) -> Assignment {
-        let Some(due) = due else {
-            self.free(node, now);
-            return Assignment::of(node, Job::Look);
-        };
-        let task = &mut self.tasks[node];
-        let (lateness, cost, takes) = match self.clock {
-            ClockKind::Virtual => {
-                let (lateness, cost) = (task.lateness(due, now), task.cost());
-                (lateness, cost, task.duration(now, cost))
-            }
-            ClockKind::Real => (Some(now.since(due)), None, task.takes(now)),
-        };
-        let job = match takes {
-            Some(takes) => Job::Start { lateness, takes },
-            None => Job::Tick { lateness, cost },
-        };
-        Assignment::of(node, job)
-    }
-
-    /// A tick is over at `now` that took no run time. Those due before `passed` were missed.
+    /// A job is done at `now`; those due before `passed` were missed.
     #[inline]
-    pub(crate) fn ticked(&mut self, node: usize, passed: Time, now: Time) {
-        self.tasks[node].overrun_until(passed);
-        self.free(node, now);
+    pub(crate) fn done(&mut self, work: Assignment, passed: Time, now: Time) {
+        let job = work.job;
+        self.signal(work.crew, SchedulerEvent::Done { job, passed }, now, false);
     }
 
-    /// A tick has begun at `now` that takes run time.
-    pub(crate) fn started(&mut self, node: usize, running: Running, now: Time) {
-        let ends = running.ends;
-        self.tasks[node].begin(running);
-        let asked = self.ask(node, now, |scheduler, member, plan| {
-            scheduler.began(member, ends, plan);
-        });
-        if asked.is_none() {
-            self.plan(now).end_at(node, ends);
-        }
-    }
-
-    /// The time before which due ticks are missed, if the running one is over at `ended`: with
-    /// logical execution time the next tick begins where this one was to end.
-    pub(crate) fn missed_before(&self, node: usize, ended: Time) -> Time {
-        let task = &self.tasks[node];
-        match task.running() {
-            Some(running) if task.is_let() => running.ends.min(ended),
-            _ => ended,
-        }
-    }
-
-    /// Number of ticks that keep a core busy.
-    pub(crate) fn busy(&self) -> usize {
-        let running = self.tasks.iter().filter_map(Task::running);
-        running.filter(|running| running.busy).count()
-    }
-
-    /// The work that ends the tick of a node now.
-    pub(crate) fn finish(&self, node: usize) -> Option<Assignment> {
-        self.tasks[node]
-            .running()
-            .map(|_| Assignment::of(node, Job::Finish))
-    }
-
-    /// That tick is over at `now`. Those due before `passed` were missed.
-    pub(crate) fn finished(&mut self, node: usize, passed: Time, now: Time) -> Option<Running> {
-        let task = &mut self.tasks[node];
-        let running = task.end();
-        task.overrun_until(passed);
-        self.free(node, now);
-        running
-    }
-
-    /// A node is free for another tick.
     #[inline]
-    fn free(&mut self, node: usize, now: Time) {
-        if self.of[node].is_none() {
-            return self.arm(node, now, false);
-        }
-        self.ask(node, now, |scheduler, member, plan| {
-            scheduler.ended(member, plan);
-        });
+    fn signal(
+        &mut self,
+        number: usize,
+        signal: SchedulerEvent,
+        now: Time,
+        over: bool,
+    ) -> Option<Assignment> {
+        self.with(number, now, over, |crew, plan| {
+            let job = crew.on(signal, plan)?;
+            let place = plan.members[job.member].place;
+            let crew = number;
+            Some(Assignment { crew, place, job })
+        })
     }
 
-    /// The due times of a node have changed, or it has `crashed` and perhaps begun again.
-    pub(crate) fn changed(&mut self, node: usize, crashed: bool, now: Time) {
-        let asked = self.ask(node, now, |scheduler, member, plan| {
-            match crashed {
-                true => scheduler.forget(member),
-                false => scheduler.reschedule(member),
-            }
-            plan.release(node, member);
-        });
-        let task = &self.tasks[node];
-        if asked.is_none() && task.skips_ticks() && !task.is_occupied() {
-            self.arm(node, now, false);
+    #[inline]
+    fn with<R>(
+        &mut self,
+        number: usize,
+        now: Time,
+        over: bool,
+        ask: impl FnOnce(&mut dyn super::Scheduler, &mut Timetable<'_>) -> R,
+    ) -> R {
+        let crew = &mut self.crews[number];
+        let mut looks = false;
+        let mut plan = Timetable {
+            now,
+            clock: self.clock,
+            over,
+            members: &crew.members,
+            agenda: &mut self.agenda,
+            looks: &mut looks,
+        };
+        let answer = ask(&mut *crew.scheduler, &mut plan);
+        if looks {
+            self.noticed = now;
+            self.looking.insert(number);
         }
-        if crashed && !self.tasks[node].is_crashed() {
-            self.plan(now).add_waiting(node);
-        }
+        answer
     }
 
     /// Adds the arrival of a message.
@@ -365,50 +304,85 @@ impl Stage {
     }
 
     fn plan_arrivals(&mut self, arrivals: Vec<Arrival>) {
-        arrivals
-            .into_iter()
-            .for_each(|arrival| self.add_arrival(arrival));
-    }
-
-    pub(super) fn plan(&mut self, now: Time) -> AtInstant<'_> {
-        AtInstant {
-            now,
-            clock: self.clock,
-            tasks: &mut self.tasks,
-            agenda: &mut self.agenda,
-            releases: &mut self.releases,
-        }
-    }
-
-    fn crew(&mut self, index: usize, now: Time) -> (&mut ExecutorState, AtInstant<'_>) {
-        let plan = AtInstant {
-            now,
-            clock: self.clock,
-            tasks: &mut self.tasks,
-            agenda: &mut self.agenda,
-            releases: &mut self.releases,
-        };
-        (&mut self.crews[index], plan)
-    }
-
-    /// Calls a function of the node's scheduler; `None` for a node with a thread of its own.
-    fn ask<R>(
-        &mut self,
-        node: usize,
-        now: Time,
-        call: impl FnOnce(&mut dyn Scheduler, usize, &mut AtInstant<'_>) -> R,
-    ) -> Option<R> {
-        let (crew, member) = self.of[node]?;
-        self.noticed = now;
-        let (crew, mut plan) = self.crew(crew, now);
-        crew.attentive = true;
-        Some(call(&mut *crew.scheduler, member, &mut plan))
+        let arrivals = arrivals.into_iter();
+        arrivals.for_each(|arrival| self.add_arrival(arrival));
     }
 }
 
-impl Assignment {
-    fn of(node: usize, job: Job) -> Self {
-        let input = None;
-        Self { node, input, job }
+/// Knobs of its nodes.
+impl Stage {
+    /// Checks that a node has this knob.
+    ///
+    /// # Errors
+    /// The reason, with a remedy.
+    pub(crate) fn check(&self, place: usize, seat: &Seat, knob: &Knob) -> Result<(), String> {
+        seat.check(knob)?;
+        match knob {
+            Knob::Send { .. } | Knob::Crash { .. } | Knob::Restart { .. } => Ok(()),
+            knob => {
+                let (crew, member) = self.of[place];
+                self.crews[crew].scheduler.check(member, knob)
+            }
+        }
+    }
+
+    /// Turns a knob of a node at run time `now`; returns the value before.
+    ///
+    /// # Errors
+    /// The reason and a remedy.
+    pub(crate) fn turn(
+        &mut self,
+        place: usize,
+        seat: &mut Seat,
+        knob: &Knob,
+        now: Time,
+    ) -> Result<String, String> {
+        self.check(place, seat, knob)?;
+        let (crew, member) = self.of[place];
+        match knob {
+            Knob::Send { text, .. } => seat.send(text),
+            Knob::Crash { .. } => {
+                let was = self.crashed(place);
+                self.crash(place, seat, now);
+                Ok(was)
+            }
+            Knob::Restart { .. } => self.restart(place, seat, now),
+            knob => self.with(crew, now, false, |scheduler, plan| {
+                scheduler.turn(member, knob, plan)
+            }),
+        }
+    }
+
+    /// Stops the node's ticks. Messages it has not released are lost.
+    fn crash(&mut self, place: usize, seat: &mut Seat, now: Time) {
+        let (crew, member) = self.of[place];
+        self.signal(crew, SchedulerEvent::Crashed { member }, now, false);
+        seat.abort();
+        self.record(place, NodeRecord::Crashed);
+    }
+
+    fn restart(&mut self, place: usize, seat: &mut Seat, now: Time) -> Result<String, String> {
+        let (crew, member) = self.of[place];
+        let was = self.crashed(place);
+        if seat.again.is_some() {
+            self.crash(place, seat, now);
+        }
+        seat.begin_anew()?;
+        if !self.state(place, Time::ZERO).crashed {
+            self.crash(place, seat, now);
+        }
+        self.record(place, NodeRecord::Restarted);
+        self.signal(crew, SchedulerEvent::Restarted { member }, now, false);
+        Ok(was)
+    }
+
+    fn crashed(&self, place: usize) -> String {
+        let crashed = self.state(place, Time::ZERO).crashed;
+        if crashed { "crashed" } else { "running" }.to_owned()
+    }
+
+    fn record(&self, place: usize, record: NodeRecord) {
+        let (crew, member) = self.of[place];
+        self.crews[crew].members[member].records.node(|| record);
     }
 }

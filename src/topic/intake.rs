@@ -152,11 +152,11 @@ impl<T: Payload> Intake for IntakeEnd<T> {
     }
 
     fn waiting(&self, now: Time) -> usize {
-        let queue = self.bus.queue.aside();
+        let mut turn = self.bus.queue.lock();
+        let queue = &mut *turn;
+        queue.deliver(now);
         let first = queue.unread(&self.mark).map(|(index, _)| index);
-        let here = first.map_or(0, |first| queue.messages.len() - first);
-        let transit = queue.transit.as_ref();
-        here + transit.map_or(0, |transit| transit.arriving(now))
+        first.map_or(0, |first| queue.messages.len() - first)
     }
 
     fn take(&mut self, now: Time) -> Option<TakenMessage> {

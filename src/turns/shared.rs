@@ -77,6 +77,18 @@ impl<T> Shared<T> {
         }
     }
 
+    /// The same after so many `turns`.
+    pub(crate) fn after(turns: u64, name: impl Into<Box<str>>, value: T) -> Self {
+        let shared = Self::new(name, value);
+        lock(&shared.state).turn = turns;
+        shared
+    }
+
+    /// Number of turns so far.
+    pub(crate) fn turns(&self) -> u64 {
+        lock(&self.state).turn
+    }
+
     /// Name of the lock.
     pub fn name(&self) -> &str {
         &self.name

@@ -3,14 +3,14 @@
 use std::sync::{Arc, Mutex};
 
 use ratelab::{Clock, Depth, GO_ON, Graph, Hz, Inbox, Time, Topic, VirtualClock};
-use ratelab_effects::{Callback, Executor, Executors, Match};
+use ratelab_effects::{Callback, Effects, Executor, Executors, Match};
 
 const GOLDEN: &str = include_str!("../golden/approximate.txt");
 
 /// The sets of a sequence of messages, of which one is published each millisecond; `executor`
 /// calls the node, or a thread of its own.
 fn sets(matching: Match, inputs: usize, messages: &[(usize, u64)], executor: &str) -> String {
-    let mut graph = Graph::default();
+    let mut graph = Graph::with(Effects);
     let depth = Depth::new(1000).expect("a depth");
     let topics: Vec<_> = (0..inputs)
         .map(|input| Topic::new(format!("/t{input}"), depth))

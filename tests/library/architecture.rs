@@ -79,7 +79,7 @@ const CRATES: [&str; 9] = [
 /// The most lines of code of the crates below all others, without comments, blanks and tests.
 /// Whoever needs more takes something out first; what went out lowers the number.
 const BUDGETS: [(&str, usize); 4] = [
-    ("src", 7_490),
+    ("src", 7_030),
     ("crates/effects/src", 1_010),
     ("crates/replay/src", 2_110),
     ("crates/account/src", 2_640),

@@ -9,6 +9,7 @@ use ratelab::{
 };
 use ratelab_account::{Observer, TapHandle};
 use ratelab_cart_pole::{ACTION, Action, CartPole, POLICY};
+use ratelab_effects::Effects;
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::WorldKind,
@@ -191,7 +192,7 @@ fn a_live_cost_is_logged_with_its_old_value() {
 
 /// A node that publishes the start times of its ticks, with its topic.
 fn beacon(hz: f64) -> (Graph, Topic<Time>) {
-    let (mut graph, began) = (Graph::new(), Topic::new("/began", Depth::ONE));
+    let (mut graph, began) = (Graph::with(Effects), Topic::new("/began", Depth::ONE));
     let added = graph.node("beacon", Hz::new(hz).expect("a rate"), 0, |wiring| {
         let began = wiring.publisher(&began);
         move |now| {

@@ -10,15 +10,25 @@ use ratelab::{
     VirtualClock,
 };
 use ratelab_account::{Lineage, Observer, Occupied, TapHandle, TickRecord};
-use ratelab_effects::{Callback, Executor, Executors, Match};
+use ratelab_effects::{Callback, Effects, Executor, Executors, Match};
 
 /// A graph whose nodes take time, in milliseconds.
-#[derive(Default)]
 struct Bench {
     graph: Graph,
     names: Vec<String>,
     topics: HashMap<String, Topic<u64>>,
     knobs: Vec<String>,
+}
+
+impl Default for Bench {
+    fn default() -> Self {
+        Self {
+            graph: Graph::with(Effects),
+            names: Default::default(),
+            topics: Default::default(),
+            knobs: Default::default(),
+        }
+    }
 }
 
 impl Bench {

@@ -6,13 +6,14 @@ use ratelab::{
     VirtualClock,
 };
 use ratelab_cart_pole::{Action, NotFinite, Observation, POLICY, Plant, policy::Policy};
+use ratelab_effects::Effects;
 use ratelab_study::experiment::{Config, Experiment};
 
 use crate::support::{TickLog, secs, with_policy};
 
 /// The fault of a graph whose second node runs `work` from 0.02 s on.
 fn fault_of(clock: &mut dyn Clock, work: fn() -> Tick) -> (Fault, Vec<Event>) {
-    let (log, mut graph) = (TickLog::default(), Graph::new());
+    let (log, mut graph) = (TickLog::default(), Graph::with(Effects));
     log.node(&mut graph, "healthy", 100.0, 0);
     log.node_that(&mut graph, "sick", 100.0, 1, move |now| {
         if now < secs(0.02) { GO_ON } else { work() }

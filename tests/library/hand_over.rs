@@ -105,8 +105,9 @@ fn messages_in_flight_at_a_hand_over_trigger_their_nodes() {
         let link = "link /far delay:30".parse().expect("a knob");
         graph.turn(&link).expect("a topic");
         // As threads that are stopped: nobody hears of the arrival.
-        graph.take_in_hand();
+        let nodes = graph.take_in_hand();
         far.publisher().publish(1, Time::ZERO, None);
+        nodes.put_back(&mut graph);
         run_virtual(&mut graph, Vec::new(), secs(0.5));
         assert!(ticks.try_iter().eq([secs(0.03)]));
     }

@@ -2,7 +2,9 @@
 
 use std::{collections::VecDeque, time::Duration};
 
-use ratelab::{Choice, TakenMessage, Time};
+use ratelab::{TakenMessage, Time};
+
+use super::choice::Choice;
 
 /// Tenths of `1 + age_penalty`, whose default is 0.1: a later set must be closer together.
 const PENALTY_TENTHS: i128 = 11;

@@ -1,14 +1,17 @@
 //! Executors of a graph.
 
-use std::sync::Arc;
+use std::{any::Any, sync::Arc};
 
-use ratelab::{Dispatch, Graph, GraphError, Member, Scheduler, Threads};
+use ratelab::{Dispatch, Graph, GraphError, Joined, Periodic, Scheduler, Threads};
 
 use super::{
     callback::Callback,
+    crew::Ordered,
     events::EventOrder,
     executor::Executor,
+    own::Own,
     preemptive::{Preemptive, Urgency},
+    task::Task,
     windows::WindowOrder,
 };
 
@@ -88,24 +91,49 @@ impl Dispatch for Dispatcher {
         }
     }
 
-    fn scheduler(&self, members: &[Member]) -> Option<Box<dyn Scheduler>> {
-        let known = members.iter().filter_map(|member| {
-            let callback = self.callbacks.get(member.number)?;
-            Some((member.node, callback))
-        });
-        let members: Vec<(usize, &Callback)> = known.collect();
-        let preemptive = |urgency, cores| {
-            let tasks = members.iter().map(|(node, c)| (*node, c.deadline));
-            Some(Box::new(Preemptive::new(urgency, cores, tasks)) as Box<dyn Scheduler>)
-        };
-        match self.kind {
-            Executor::Single => Some(Box::new(WindowOrder::new(&members, 1))),
-            Executor::Multi { threads } => Some(Box::new(WindowOrder::new(&members, threads))),
-            Executor::Events => Some(Box::new(EventOrder::new(&members))),
-            Executor::FixedPriority { cores } => preemptive(Urgency::Priority, cores),
-            Executor::Edf { cores } => preemptive(Urgency::Deadline, cores),
-            Executor::Let => None,
+    fn join(&self, own: Vec<Box<dyn Scheduler>>) -> Joined {
+        let mut tasks: Vec<Task> = own.into_iter().filter_map(task_of).collect();
+        if self.skips_first() {
+            tasks.iter_mut().for_each(Task::skip_first);
         }
+        let callbacks = &self.callbacks;
+        Joined::Together(match self.kind {
+            Executor::Single => Box::new(Ordered::new(tasks, WindowOrder::new(callbacks, 1))),
+            Executor::Multi { threads } => {
+                Box::new(Ordered::new(tasks, WindowOrder::new(callbacks, threads)))
+            }
+            Executor::Events => Box::new(Ordered::new(tasks, EventOrder::default())),
+            Executor::FixedPriority { cores } => {
+                let order = Preemptive::new(Urgency::Priority, cores, callbacks);
+                Box::new(Ordered::new(tasks, order))
+            }
+            Executor::Edf { cores } => {
+                let order = Preemptive::new(Urgency::Deadline, cores, callbacks);
+                Box::new(Ordered::new(tasks, order))
+            }
+            Executor::Let => {
+                let apart = tasks.into_iter().map(|task| {
+                    let own: Box<dyn Scheduler> = Box::new(Own::logical(task));
+                    own
+                });
+                return Joined::Apart(apart.collect());
+            }
+        })
+    }
+
+    fn split(&self, all: Box<dyn Scheduler>) -> Vec<Box<dyn Scheduler>> {
+        let all: Box<dyn Any> = all;
+        let tasks = match all.downcast::<Ordered<Preemptive>>() {
+            Ok(all) => all.tasks,
+            Err(_) => Vec::new(),
+        };
+        let parts = tasks.into_iter().zip(&self.callbacks);
+        let parts = parts.map(|(task, callback)| {
+            let order = Preemptive::new(Urgency::Priority, 1, std::slice::from_ref(callback));
+            let part: Box<dyn Scheduler> = Box::new(Ordered::new(vec![task], order));
+            part
+        });
+        parts.collect()
     }
 
     fn threads(&self) -> Threads {
@@ -116,18 +144,27 @@ impl Dispatch for Dispatcher {
             Executor::Edf { .. } => Threads::Virtual,
         }
     }
+}
 
-    fn queues_timers(&self) -> bool {
-        match self.kind {
-            Executor::Events | Executor::FixedPriority { .. } | Executor::Edf { .. } => true,
-            Executor::Single | Executor::Multi { .. } | Executor::Let => false,
-        }
-    }
-
+impl Dispatcher {
+    /// Whether a timer is due one period after its start for the first time, as in ROS.
     fn skips_first(&self) -> bool {
         match self.kind {
             Executor::Single | Executor::Multi { .. } | Executor::Events => true,
             Executor::FixedPriority { .. } | Executor::Edf { .. } | Executor::Let => false,
         }
+    }
+}
+
+/// The task of a node that was on its own; `None` for a scheduler that this crate does not know.
+fn task_of(own: Box<dyn Scheduler>) -> Option<Task> {
+    let own: Box<dyn Any> = own;
+    let own = match own.downcast::<Own>() {
+        Ok(own) => return Some(own.task),
+        Err(other) => other,
+    };
+    match own.downcast::<Ordered<Preemptive>>() {
+        Ok(part) => part.tasks.into_iter().next(),
+        Err(own) => Some(Task::new(own.downcast::<Periodic>().ok()?.into_spec())),
     }
 }

@@ -1,6 +1,8 @@
 //! The newest message from each topic.
 
-use ratelab::{Choice, TakenMessage};
+use ratelab::TakenMessage;
+
+use super::choice::Choice;
 
 /// Holds the newest message of each topic until all have one, and begins anew then: the
 /// fusion node of the Autoware reference system (`fusion.hpp`, `de8f3bc`).

@@ -7,9 +7,9 @@
 
 use std::collections::VecDeque;
 
-use ratelab::{AtInstant, Call, Scheduler, Time};
+use ratelab::Time;
 
-use super::callback::Callback;
+use super::crew::{Call, CallbackOrder, CrewView};
 
 /// The most entries of the queue with messages in them.
 const MOST_ENTRIES: usize = 100_000;
@@ -30,67 +30,56 @@ impl Queued {
 }
 
 /// The callbacks of an executor that serves events in order.
-#[derive(Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct EventOrder {
-    /// Indices of the nodes, in the order of registration.
-    nodes: Vec<usize>,
     queue: VecDeque<Queued>,
     /// The node that is being executed.
     runs: Option<usize>,
 }
 
-impl EventOrder {
-    pub(crate) fn new(members: &[(usize, &Callback)]) -> Self {
-        Self {
-            nodes: members.iter().map(|(node, _)| *node).collect(),
-            queue: VecDeque::new(),
-            runs: None,
-        }
-    }
-}
+impl CallbackOrder for EventOrder {
+    const QUEUES_TIMERS: bool = true;
 
-impl Scheduler for EventOrder {
-    fn due(&mut self, member: usize, plan: &mut AtInstant<'_>) {
-        if plan.task(self.nodes[member]).queue_timer() {
+    fn due(&mut self, member: usize, crew: &mut CrewView<'_, '_>) {
+        if crew.queue_timer(member) {
             self.queue.push_back(Queued::Timer { member });
         }
     }
 
-    fn arrived(&mut self, member: usize, input: usize, _: &mut AtInstant<'_>) {
+    fn arrived(&mut self, member: usize, input: usize, _: &mut CrewView<'_, '_>) {
         if self.queue.len() < MOST_ENTRIES {
             self.queue.push_back(Queued::Message { member, input });
         }
     }
 
-    fn next(&mut self, _: &mut AtInstant<'_>) -> Option<Call> {
+    fn next(&mut self, _: &mut CrewView<'_, '_>) -> Option<Call> {
         if self.runs.is_some() {
             return None;
         }
         let next = self.queue.pop_front()?;
         let member = next.member();
-        let node = self.nodes[member];
         self.runs = Some(member);
         Some(match next {
-            Queued::Timer { .. } => Call::Timer { node },
-            Queued::Message { input, .. } => Call::Message { node, input },
+            Queued::Timer { .. } => Call::Timer { member },
+            Queued::Message { input, .. } => Call::Message { member, input },
         })
     }
 
-    fn began(&mut self, member: usize, ends: Time, plan: &mut AtInstant<'_>) {
-        plan.end_at(self.nodes[member], ends);
+    fn began(&mut self, member: usize, ends: Time, crew: &mut CrewView<'_, '_>) {
+        crew.end_at(member, ends);
     }
 
-    fn ended(&mut self, _: usize, _: &mut AtInstant<'_>) {
+    fn ended(&mut self, _: usize, _: &mut CrewView<'_, '_>) {
         self.runs = None;
     }
 
-    fn take_over(&mut self, member: usize, plan: &mut AtInstant<'_>) {
-        let node = self.nodes[member];
-        let timers = (0..plan.task(node).queued_timers().len()).map(|_| Queued::Timer { member });
+    fn take_over(&mut self, member: usize, crew: &mut CrewView<'_, '_>) {
+        let task = crew.task(member);
+        let timers = task.queued_timers().map(|_| Queued::Timer { member });
         self.queue.extend(timers);
-        if let Some(ends) = plan.task(node).running().map(|running| running.ends) {
+        if let Some(running) = task.running {
             self.runs = Some(member);
-            plan.end_at(node, ends);
+            crew.end_at(member, running.ends);
         }
     }
 

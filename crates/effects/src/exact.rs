@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use ratelab::{Choice, TakenMessage, Time};
+use ratelab::{TakenMessage, Time};
+
+use super::choice::Choice;
 
 /// Collects messages by their stamps (`exact_time.hpp:88-169`, message_filters `361e42c`).
 #[derive(Clone, Debug)]

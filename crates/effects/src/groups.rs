@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::callback::{Callback, CallbackGroup};
 
 /// Which callbacks exclude each other, and which of them run.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Groups {
     /// The mutually exclusive group of each callback.
     of: Vec<usize>,

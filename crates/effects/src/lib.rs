@@ -11,19 +11,27 @@
 
 mod approximate;
 mod callback;
+mod choice;
+mod crew;
 mod dispatch;
 mod each;
 mod events;
 mod exact;
 mod executor;
 mod groups;
+mod kit;
 mod matcher;
 mod matching;
+mod own;
 mod preemptive;
+mod task;
+mod trigger;
 mod windows;
 
 pub use callback::Callback;
+pub use choice::Choice;
 pub use dispatch::Executors;
 pub use executor::Executor;
+pub use kit::Effects;
 pub use matcher::Matcher;
 pub use matching::Match;

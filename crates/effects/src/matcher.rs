@@ -1,10 +1,10 @@
 //! Which messages of several topics make a set.
 
-use std::{collections::VecDeque, sync::Arc};
+use std::collections::VecDeque;
 
-use ratelab::{Choice, Matching, Release, Sets, TakenMessage};
+use ratelab::TakenMessage;
 
-use super::{approximate::Approximate, each::Each, exact::Exact, matching::Match};
+use super::{approximate::Approximate, choice::Choice, each::Each, exact::Exact, matching::Match};
 
 /// Finds the sets among messages that are taken one by one, by the rule of a [`Match`].
 #[derive(Clone, Debug)]
@@ -28,10 +28,9 @@ impl Matcher {
             }
         })
     }
-}
 
-impl Sets for Matcher {
-    fn add(
+    /// Adds a message; returns the set that it completes, and puts any others into `more`.
+    pub fn add(
         &mut self,
         input: usize,
         taken: TakenMessage,
@@ -47,23 +46,12 @@ impl Sets for Matcher {
         }
     }
 
-    fn needs_from(&self, input: usize) -> Option<u64> {
+    /// The first message of an input that may still be needed.
+    pub fn needs_from(&self, input: usize) -> Option<u64> {
         match &self.0 {
             Rule::Each(each) => each.needs_from(input),
             Rule::Exact(exact) => exact.needs_from(input),
             Rule::Approximate(approximate) => approximate.needs_from(input),
         }
-    }
-}
-
-impl Matching for Match {
-    fn sets(&self, inputs: usize) -> Box<dyn Sets> {
-        Box::new(Matcher::new(*self, inputs))
-    }
-}
-
-impl From<Match> for Release {
-    fn from(matching: Match) -> Self {
-        Self::On(Arc::new(matching))
     }
 }

@@ -10,7 +10,12 @@ use std::{
     time::Duration,
 };
 
-use ratelab::{AtInstant, Call, Scheduler, Time};
+use ratelab::Time;
+
+use super::{
+    callback::Callback,
+    crew::{Call, CallbackOrder, CrewView},
+};
 
 /// What decides between jobs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,10 +46,8 @@ struct CoreJob {
 }
 
 /// A node with its jobs.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct CoreTask {
-    /// Index of the node.
-    node: usize,
     /// Deadline relative to the release, if not that of its period.
     deadline: Option<Duration>,
     /// Releases of its timer that have not begun, each with the deadline.
@@ -55,7 +58,7 @@ struct CoreTask {
 }
 
 /// The nodes of a preemptive executor.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Preemptive {
     urgency: Urgency,
     cores: usize,
@@ -65,14 +68,9 @@ pub(super) struct Preemptive {
 }
 
 impl Preemptive {
-    pub(super) fn new(
-        urgency: Urgency,
-        cores: usize,
-        tasks: impl Iterator<Item = (usize, Option<Duration>)>,
-    ) -> Self {
-        let tasks = tasks.map(|(node, deadline)| CoreTask {
-            node,
-            deadline,
+    pub(super) fn new(urgency: Urgency, cores: usize, callbacks: &[Callback]) -> Self {
+        let tasks = callbacks.iter().map(|callback| CoreTask {
+            deadline: callback.deadline,
             released: VecDeque::new(),
             job: None,
             key: None,
@@ -86,16 +84,16 @@ impl Preemptive {
     }
 
     /// Finds the first job of a node again.
-    fn refresh(&mut self, member: usize, plan: &AtInstant<'_>) {
+    fn refresh(&mut self, member: usize, crew: &CrewView<'_, '_>) {
         let task = &self.tasks[member];
         let next = || {
             let arrived = || {
-                let released = plan.oldest(task.node)?;
+                let released = crew.oldest(member)?;
                 Some((released, released + task.deadline.unwrap_or(Duration::MAX)))
             };
             let (released, deadline) = task.released.front().copied().or_else(arrived)?;
             let urgency = match self.urgency {
-                Urgency::Priority => plan.task_of(task.node).priority().into(),
+                Urgency::Priority => crew.priority(member).into(),
                 Urgency::Deadline => deadline.as_nanos(),
             };
             Some(JobKey {
@@ -123,59 +121,59 @@ impl Preemptive {
     }
 
     /// Takes the jobs off their cores that are not among the most urgent.
-    fn preempt(&mut self, urgent: &[usize], plan: &mut AtInstant<'_>) {
+    fn preempt(&mut self, urgent: &[usize], crew: &mut CrewView<'_, '_>) {
         for (member, task) in self.tasks.iter_mut().enumerate() {
             let Some(job) = &mut task.job else { continue };
             if let Some(since) = job.on_core.filter(|_| !urgent.contains(&member)) {
-                job.remaining = job.remaining.saturating_sub(plan.now().since(since));
+                job.remaining = job.remaining.saturating_sub(crew.now().since(since));
                 job.on_core = None;
-                plan.task(task.node).suspend(job.remaining);
+                crew.task(member).suspend(job.remaining);
             }
         }
     }
 
     /// Puts a job on a core; it ends there unless it is preempted.
-    fn resume(&mut self, member: usize, plan: &mut AtInstant<'_>) {
+    fn resume(&mut self, member: usize, crew: &mut CrewView<'_, '_>) {
         let task = &mut self.tasks[member];
         if let Some(job) = &mut task.job {
-            let ends = plan.now() + job.remaining;
-            job.on_core = Some(plan.now());
-            plan.end_at(task.node, ends);
-            plan.task(task.node).resume(ends);
+            let ends = crew.now() + job.remaining;
+            job.on_core = Some(crew.now());
+            crew.end_at(member, ends);
+            crew.task(member).resume(ends);
         }
     }
 }
 
-impl Scheduler for Preemptive {
-    fn due(&mut self, member: usize, plan: &mut AtInstant<'_>) {
+impl CallbackOrder for Preemptive {
+    const QUEUES_TIMERS: bool = true;
+
+    fn due(&mut self, member: usize, crew: &mut CrewView<'_, '_>) {
         let task = &mut self.tasks[member];
-        let node = plan.task(task.node);
-        let released = node.due();
-        if node.queue_timer() {
+        let released = crew.task(member).due();
+        if crew.queue_timer(member) {
             let deadline = task.deadline.map(|deadline| released + deadline);
-            let deadline = deadline.unwrap_or_else(|| node.due());
+            let deadline = deadline.unwrap_or_else(|| crew.task(member).due());
             task.released.push_back((released, deadline));
         }
-        self.refresh(member, plan);
+        self.refresh(member, crew);
     }
 
-    fn arrived(&mut self, member: usize, _: usize, plan: &mut AtInstant<'_>) {
-        self.refresh(member, plan);
+    fn arrived(&mut self, member: usize, _: usize, crew: &mut CrewView<'_, '_>) {
+        self.refresh(member, crew);
     }
 
-    fn next(&mut self, plan: &mut AtInstant<'_>) -> Option<Call> {
+    fn next(&mut self, crew: &mut CrewView<'_, '_>) -> Option<Call> {
         let urgent = self.urgent();
-        self.preempt(&urgent, plan);
+        self.preempt(&urgent, crew);
         for member in urgent {
             match self.tasks[member].job {
                 Some(job) if job.on_core.is_some() => {}
-                Some(_) => self.resume(member, plan),
+                Some(_) => self.resume(member, crew),
                 None => {
-                    let task = &mut self.tasks[member];
-                    let node = task.node;
-                    return Some(match task.released.pop_front() {
-                        Some(_) => Call::Timer { node },
-                        None => Call::Messages { node },
+                    let released = &mut self.tasks[member].released;
+                    return Some(match released.pop_front() {
+                        Some(_) => Call::Timer { member },
+                        None => Call::Messages { member },
                     });
                 }
             }
@@ -183,40 +181,41 @@ impl Scheduler for Preemptive {
         None
     }
 
-    fn began(&mut self, member: usize, ends: Time, plan: &mut AtInstant<'_>) {
+    fn began(&mut self, member: usize, ends: Time, crew: &mut CrewView<'_, '_>) {
         let task = &mut self.tasks[member];
         if let Some(key) = task.key {
-            let remaining = ends.since(plan.now());
+            let remaining = ends.since(crew.now());
             task.job = Some(CoreJob {
                 key,
                 remaining,
                 on_core: None,
             });
-            self.resume(member, plan);
+            self.resume(member, crew);
         }
     }
 
-    fn ended(&mut self, member: usize, plan: &mut AtInstant<'_>) {
+    fn ended(&mut self, member: usize, crew: &mut CrewView<'_, '_>) {
         self.tasks[member].job = None;
-        self.refresh(member, plan);
+        self.refresh(member, crew);
     }
 
     /// Deadlines do not matter: under the real clock there is no `edf`.
-    fn take_over(&mut self, member: usize, plan: &mut AtInstant<'_>) {
+    fn take_over(&mut self, member: usize, crew: &mut CrewView<'_, '_>) {
         let task = &mut self.tasks[member];
-        let (now, node) = (plan.now(), plan.task(task.node));
-        let queued = node.queued_timers();
+        let (now, urgency) = (crew.now(), crew.priority(member).into());
+        let known = crew.task(member);
+        let queued = known.queued_timers();
         task.released.extend(queued.map(|due| (due, Time::MAX)));
-        task.job = node.running().map(|running| CoreJob {
+        task.job = known.running.map(|running| CoreJob {
             key: JobKey {
-                urgency: node.priority().into(),
+                urgency,
                 released: running.began,
                 member,
             },
             remaining: running.remaining(now),
             on_core: None,
         });
-        self.refresh(member, plan);
+        self.refresh(member, crew);
     }
 
     fn forget(&mut self, member: usize) {

@@ -9,9 +9,13 @@
 
 use std::collections::BTreeSet;
 
-use ratelab::{AtInstant, Call, Scheduler, Time};
+use ratelab::Time;
 
-use super::{callback::Callback, groups::Groups};
+use super::{
+    callback::Callback,
+    crew::{Call, CallbackOrder, CrewView},
+    groups::Groups,
+};
 
 /// A callback by its place in a window: timers before subscriptions, in the order of
 /// registration.
@@ -30,10 +34,8 @@ impl Ready {
 }
 
 /// The callbacks of an executor with one thread or several.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct WindowOrder {
-    /// Indices of the nodes, in the order of registration.
-    nodes: Vec<usize>,
     groups: Groups,
     /// Number of threads that execute nothing.
     idle: usize,
@@ -46,12 +48,11 @@ pub(crate) struct WindowOrder {
 }
 
 impl WindowOrder {
-    pub(crate) fn new(members: &[(usize, &Callback)], threads: usize) -> Self {
+    pub(crate) fn new(callbacks: &[Callback], threads: usize) -> Self {
         Self {
-            groups: Groups::new(members.iter().map(|(_, callback)| *callback)),
+            groups: Groups::new(callbacks.iter()),
             idle: threads,
-            runs: vec![false; members.len()],
-            nodes: members.iter().map(|(node, _)| *node).collect(),
+            runs: vec![false; callbacks.len()],
             ready: BTreeSet::new(),
             window: BTreeSet::new(),
         }
@@ -91,18 +92,20 @@ impl WindowOrder {
     }
 }
 
-impl Scheduler for WindowOrder {
-    fn due(&mut self, member: usize, _: &mut AtInstant<'_>) {
+impl CallbackOrder for WindowOrder {
+    const QUEUES_TIMERS: bool = false;
+
+    fn due(&mut self, member: usize, _: &mut CrewView<'_, '_>) {
         self.ready.insert(Ready::Timer { member });
     }
 
-    fn arrived(&mut self, member: usize, input: usize, plan: &mut AtInstant<'_>) {
-        if plan.waits(self.nodes[member], input) {
+    fn arrived(&mut self, member: usize, input: usize, crew: &mut CrewView<'_, '_>) {
+        if crew.oldest_of(member, input).is_some() {
             self.ready.insert(Ready::Subscription { member, input });
         }
     }
 
-    fn next(&mut self, _: &mut AtInstant<'_>) -> Option<Call> {
+    fn next(&mut self, _: &mut CrewView<'_, '_>) -> Option<Call> {
         if self.idle == 0 {
             return None;
         }
@@ -111,32 +114,30 @@ impl Scheduler for WindowOrder {
             self.take()
         })?;
         let member = ready.member();
-        let node = self.nodes[member];
         self.occupy(member);
         match ready {
             Ready::Timer { .. } => {
                 self.ready.remove(&ready);
-                Some(Call::Timer { node })
+                Some(Call::Timer { member })
             }
-            Ready::Subscription { input, .. } => Some(Call::Message { node, input }),
+            Ready::Subscription { input, .. } => Some(Call::Message { member, input }),
         }
     }
 
-    fn began(&mut self, member: usize, ends: Time, plan: &mut AtInstant<'_>) {
-        self.taken(member, plan);
-        plan.end_at(self.nodes[member], ends);
+    fn began(&mut self, member: usize, ends: Time, crew: &mut CrewView<'_, '_>) {
+        self.taken(member, crew);
+        crew.end_at(member, ends);
     }
 
-    fn ended(&mut self, member: usize, plan: &mut AtInstant<'_>) {
-        self.taken(member, plan);
+    fn ended(&mut self, member: usize, crew: &mut CrewView<'_, '_>) {
+        self.taken(member, crew);
         self.release(member);
     }
 
-    fn take_over(&mut self, member: usize, plan: &mut AtInstant<'_>) {
-        let node = self.nodes[member];
-        if let Some(ends) = plan.task(node).running().map(|running| running.ends) {
+    fn take_over(&mut self, member: usize, crew: &mut CrewView<'_, '_>) {
+        if let Some(running) = crew.task(member).running {
             self.occupy(member);
-            plan.end_at(node, ends);
+            crew.end_at(member, running.ends);
         }
     }
 
@@ -169,10 +170,9 @@ impl WindowOrder {
     }
 
     /// A subscription whose last message was taken is ready no more.
-    fn taken(&mut self, member: usize, plan: &mut AtInstant<'_>) {
-        let node = self.nodes[member];
-        for input in 0..plan.task(node).inputs() {
-            if !plan.waits(node, input) {
+    fn taken(&mut self, member: usize, crew: &mut CrewView<'_, '_>) {
+        for input in 0..crew.inputs(member) {
+            if crew.oldest_of(member, input).is_none() {
                 self.ready.remove(&Ready::Subscription { member, input });
             }
         }

@@ -1,8 +1,6 @@
 //! One entry of a thread's log as bytes.
 
-use std::time::Duration;
-
-use ratelab::{End, Entry, LockName, Operation, Time};
+use ratelab::{Arrival, End, Entry, LateLook, LockName, Operation, Time};
 
 use super::bytes::{Reader, put, put_signed, put_text};
 
@@ -11,19 +9,25 @@ use super::bytes::{Reader, put, put_signed, put_text};
 mod tag {
     pub const LOCK: u8 = 0;
     pub const BEGIN: u8 = 1;
-    pub const TICK: u8 = 2;
-    /// A tick whose missed periods do not follow from its end.
-    pub const LAST_TICK: u8 = 3;
-    pub const START: u8 = 4;
-    pub const FINISH: u8 = 5;
     pub const OBEY: u8 = 6;
     pub const LEAVE: u8 = 7;
     pub const REST: u8 = 8;
     pub const ABANDONED: u8 = 9;
     pub const END: u8 = 10;
-    pub const LOOK: u8 = 11;
-    pub const CHOOSE: u8 = 12;
+    pub const ARRIVE: u8 = 16;
+    /// A look without work, and one with some.
+    pub const LOOK: u8 = 17;
+    pub const WORK: u8 = 18;
+    pub const LATE_LOOK: u8 = 19;
+    pub const LATE_WORK: u8 = 20;
+    pub const FINISH: u8 = 21;
+    pub const DONE: u8 = 22;
+    /// Work whose missed periods do not follow from its end.
+    pub const LAST_DONE: u8 = 23;
     pub const SAME_LOCKS: u8 = 0x80;
+
+    /// Entries of earlier logs: the ticks of nodes.
+    pub const EARLIER: [u8; 6] = [2, 3, 4, 5, 11, 12];
 }
 
 /// Position between two entries of a thread, for numbers that count from the last one.
@@ -35,12 +39,19 @@ pub(super) struct Coder {
     turns: Vec<u64>,
     /// Indices of the locks of the last entry that had some.
     pattern: Vec<usize>,
+    /// Whether an entry was read that only earlier logs have.
+    is_earlier: bool,
 }
 
 impl Coder {
     /// The next turn of each known lock, if no other thread took one.
     pub(super) fn turns(&self) -> impl Iterator<Item = (LockName, u64)> {
         self.locks.iter().copied().zip(self.turns.iter().copied())
+    }
+
+    /// Whether an entry was read that only earlier logs have.
+    pub(super) fn is_earlier(&self) -> bool {
+        self.is_earlier
     }
 
     /// Adds an entry and its operations.
@@ -85,36 +96,40 @@ impl Coder {
     fn put_entry(&mut self, bytes: &mut Vec<u8>, entry: &Entry) {
         match *entry {
             Entry::Begin => bytes.push(tag::BEGIN),
-            Entry::Tick {
-                began,
-                took,
-                passed,
-            } => {
-                let usual = passed == began + took;
-                bytes.push(if usual { tag::TICK } else { tag::LAST_TICK });
-                self.put_time(bytes, began);
-                put(bytes, took.as_nanos() as u64);
+            Entry::Arrive(Arrival { at, node, input }) => {
+                bytes.push(tag::ARRIVE);
+                self.put_beside(bytes, at);
+                put(bytes, node as u64);
+                put(bytes, input as u64);
+            }
+            Entry::Look { at, late, node } => {
+                bytes.push(match (late, node) {
+                    (None, None) => tag::LOOK,
+                    (None, Some(_)) => tag::WORK,
+                    (Some(_), None) => tag::LATE_LOOK,
+                    (Some(_), Some(_)) => tag::LATE_WORK,
+                });
+                self.put_time(bytes, at);
+                if let Some(LateLook { until, over }) = late {
+                    self.put_beside(bytes, until);
+                    bytes.push(over.into());
+                }
+                if let Some(node) = node {
+                    put(bytes, node as u64);
+                }
+            }
+            Entry::Finish { at, node } => {
+                bytes.push(tag::FINISH);
+                self.put_time(bytes, at);
+                put(bytes, node as u64);
+            }
+            Entry::Done { at, passed } => {
+                let usual = passed == at;
+                bytes.push(if usual { tag::DONE } else { tag::LAST_DONE });
+                self.put_beside(bytes, at);
                 if !usual {
                     self.put_beside(bytes, passed);
                 }
-            }
-            Entry::Look { at } => {
-                bytes.push(tag::LOOK);
-                self.put_time(bytes, at);
-            }
-            Entry::Choose { at, input } => {
-                bytes.push(tag::CHOOSE);
-                self.put_time(bytes, at);
-                put(bytes, input as u64);
-            }
-            Entry::Start { began } => {
-                bytes.push(tag::START);
-                self.put_time(bytes, began);
-            }
-            Entry::Finish { ended, passed } => {
-                bytes.push(tag::FINISH);
-                self.put_time(bytes, ended);
-                self.put_beside(bytes, passed);
             }
             Entry::Obey { at, event } => {
                 bytes.push(tag::OBEY);
@@ -181,6 +196,7 @@ impl Coder {
             head = reader.byte()?;
         }
         let same = head & tag::SAME_LOCKS != 0;
+        self.is_earlier = tag::EARLIER.contains(&(head & !tag::SAME_LOCKS));
         let entry = self.get_entry(head & !tag::SAME_LOCKS, reader)?;
         let count = match same {
             true => self.pattern.len(),
@@ -220,33 +236,38 @@ impl Coder {
     fn get_entry(&mut self, head: u8, reader: &mut Reader<'_>) -> Option<Entry> {
         Some(match head {
             tag::BEGIN => Entry::Begin,
-            tag::TICK | tag::LAST_TICK => {
-                let began = self.get_time(reader)?;
-                let took = Duration::from_nanos(reader.number()?);
+            tag::ARRIVE => Entry::Arrive(Arrival {
+                at: self.get_beside(reader)?,
+                node: usize::try_from(reader.number()?).ok()?,
+                input: usize::try_from(reader.number()?).ok()?,
+            }),
+            tag::LOOK | tag::WORK | tag::LATE_LOOK | tag::LATE_WORK => {
+                let at = self.get_time(reader)?;
+                let late = match head {
+                    tag::LATE_LOOK | tag::LATE_WORK => Some(LateLook {
+                        until: self.get_beside(reader)?,
+                        over: reader.byte()? != 0,
+                    }),
+                    _ => None,
+                };
+                let node = match head {
+                    tag::WORK | tag::LATE_WORK => Some(usize::try_from(reader.number()?).ok()?),
+                    _ => None,
+                };
+                Entry::Look { at, late, node }
+            }
+            tag::FINISH => Entry::Finish {
+                at: self.get_time(reader)?,
+                node: usize::try_from(reader.number()?).ok()?,
+            },
+            tag::DONE | tag::LAST_DONE => {
+                let at = self.get_beside(reader)?;
                 let passed = match head {
-                    tag::TICK => began + took,
+                    tag::DONE => at,
                     _ => self.get_beside(reader)?,
                 };
-                Entry::Tick {
-                    began,
-                    took,
-                    passed,
-                }
+                Entry::Done { at, passed }
             }
-            tag::LOOK => Entry::Look {
-                at: self.get_time(reader)?,
-            },
-            tag::CHOOSE => Entry::Choose {
-                at: self.get_time(reader)?,
-                input: usize::try_from(reader.number()?).ok()?,
-            },
-            tag::START => Entry::Start {
-                began: self.get_time(reader)?,
-            },
-            tag::FINISH => Entry::Finish {
-                ended: self.get_time(reader)?,
-                passed: self.get_beside(reader)?,
-            },
             tag::OBEY => Entry::Obey {
                 at: self.get_time(reader)?,
                 event: reader.number()?,

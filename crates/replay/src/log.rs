@@ -22,6 +22,11 @@ pub enum LogError {
     /// The bytes are no log.
     #[error("the log of its threads is damaged: {0}")]
     Damaged(String),
+    /// The log is of an earlier release.
+    #[error(
+        "its threads were logged by an earlier ratelab: verify it with that one, or record it anew"
+    )]
+    Earlier,
     /// No run can have been like this.
     #[error("no run can have the order in the log of its threads: {0}")]
     Impossible(String),

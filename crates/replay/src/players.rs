@@ -1,10 +1,10 @@
 //! The threads of a stretch under the real clock, executed again.
 
-use std::{collections::BTreeSet, time::Duration};
+use std::collections::{BTreeMap, BTreeSet};
 
 use ratelab::{
-    ClockExit, Command, End, Entries, Entry, Event, EventKind, Fault, Graph, NodeHand, Outcome,
-    RunState, SupervisorHand, TickEnd, Time,
+    ClockExit, Command, CrewHands, End, Entries, Entry, Event, EventKind, Fault, Outcome, RunState,
+    SupervisorHand, ThreadHand, Time,
     sync::{Arc, spawn_named, thread},
 };
 
@@ -32,7 +32,7 @@ impl Events<'_> {
         index: u64,
         at: Time,
         state: &RunState,
-        obey: impl FnOnce(&Command) -> usize,
+        obey: impl FnOnce(&Command) -> Option<usize>,
     ) -> Option<u64> {
         let index = usize::try_from(index).ok()?;
         let event = self.all.get(index)?;
@@ -41,7 +41,7 @@ impl Events<'_> {
                 state.advance_to(at);
                 state.refused(at, command, reason.as_str())
             }
-            _ => obey(command(event)?),
+            _ => obey(command(event)?)?,
         };
         Some(position as u64)
     }
@@ -53,36 +53,36 @@ pub(super) struct Players<'a> {
     watch: &'a Arc<Watch>,
     state: Arc<RunState>,
     supervisor: SupervisorAgain<'a>,
-    nodes: Vec<ThreadPlayer<'a>>,
+    /// Those of the nodes, by their indices.
+    threads: Vec<ThreadPlayer<'a>>,
     /// The turns of what runs on the calling thread.
     script: Script,
 }
 
 /// Has the supervisor do again what it did.
 struct SupervisorAgain<'a> {
-    player: ThreadPlayer<'a>,
-    /// What it decided last.
-    exit: Option<ClockExit>,
-}
-
-/// Does again what a thread did, and logs it as that did.
-struct ThreadPlayer<'a> {
     thread: &'a Thread,
     log: Entries,
     /// Number of entries done.
     done: usize,
-    outcome: Outcome,
+    /// What it decided last.
+    exit: Option<ClockExit>,
 }
 
-impl<'a> ThreadPlayer<'a> {
-    fn new(thread: &'a Thread, log: Entries) -> Self {
-        Self {
-            thread,
-            log,
-            done: 0,
-            outcome: None,
-        }
-    }
+/// Does again what a thread of a crew did, and logs it as that did.
+struct ThreadPlayer<'a> {
+    /// Its number: those of crews begin with one.
+    number: usize,
+    thread: &'a Thread,
+    /// Its crew; `None` for a node without a thread.
+    hand: Option<ThreadHand<'a>>,
+    log: Entries,
+    /// Number of entries done.
+    done: usize,
+    outcome: Outcome,
+    events: Events<'a>,
+    watch: &'a Watch,
+    state: Arc<RunState>,
 }
 
 impl<'a> Players<'a> {
@@ -93,84 +93,75 @@ impl<'a> Players<'a> {
         nodes: &'a [Thread],
         events: Events<'a>,
         watch: &'a Arc<Watch>,
-        graph: &Graph,
+        (state, crews): (Arc<RunState>, &'a CrewHands),
     ) -> Self {
-        let state = graph.state();
         state.begin_threads(nodes.len());
-        let player = |thread, index| ThreadPlayer::new(thread, state.entries_of(index));
+        let mut hands: BTreeMap<usize, ThreadHand<'a>> = crews.threads().collect();
+        let threads = nodes.iter().enumerate();
+        let threads = threads.map(|(index, thread)| ThreadPlayer {
+            number: index + 1,
+            thread,
+            hand: hands.remove(&index),
+            log: state.entries_of(index + 1),
+            done: 0,
+            outcome: None,
+            events,
+            watch,
+            state: state.clone(),
+        });
         Self {
             events,
             watch,
             supervisor: SupervisorAgain {
-                player: player(supervisor, 0),
+                thread: supervisor,
+                log: state.entries_of(0),
+                done: 0,
                 exit: None,
             },
-            nodes: nodes
-                .iter()
-                .zip(1..)
-                .map(|(n, index)| player(n, index))
-                .collect(),
+            threads: threads.collect(),
             script: Script::new(watch.clone()),
             state,
         }
     }
 
     /// Runs the next entry of thread number `thread` on the calling thread.
-    pub(super) fn entry(&mut self, graph: &mut Graph, thread: usize) {
+    pub(super) fn entry(&mut self, hand: SupervisorHand<'_>, thread: usize) {
         let Some(index) = thread.checked_sub(1) else {
-            self.supervise(graph.supervisor_hand(), 1);
+            self.supervise(hand, 1);
             return;
         };
         let _following = self.script.follow();
-        if let Some(node) = graph.node_hand(index) {
-            let mut node = NodeAgain {
-                node,
-                events: self.events,
-                watch: self.watch,
-                state: &self.state,
-                thread,
-            };
-            node.play(&mut self.nodes[index], &self.script, 1);
-        }
+        self.threads[index].play(&self.script, 1);
     }
 
     /// Runs the next entries of several threads at the same time.
-    pub(super) fn knot(&mut self, graph: &mut Graph, counts: &[(usize, usize)]) {
+    pub(super) fn knot(&mut self, hand: SupervisorHand<'_>, counts: &[(usize, usize)]) {
         let count = |thread: usize| {
             let count = counts.iter().find(|(known, _)| *known == thread);
             count.map_or(0, |(_, count)| *count)
         };
         let own = count(0);
-        let (supervisor, nodes) = graph.hands();
-        let (events, watch, state) = (self.events, self.watch, self.state.clone());
+        let watch = self.watch;
         thread::scope(|scope| {
-            for (index, (node, player)) in nodes.zip(&mut self.nodes).enumerate() {
-                let (thread, entries) = (index + 1, count(index + 1));
+            for player in &mut self.threads {
+                let (entries, name) = (count(player.number), watch.name(player.number));
                 if entries == 0 {
                     continue;
                 }
-                let (name, state) = (node.name(), &*state);
                 let run = move || {
                     let script = Script::new(watch.clone());
                     let _following = script.follow();
-                    let mut again = NodeAgain {
-                        node,
-                        events,
-                        watch,
-                        state,
-                        thread,
-                    };
-                    again.play(player, &script, entries);
+                    player.play(&script, entries);
                     watch.hold().leave();
                 };
-                if let Err(error) = spawn_named(scope, &name, run) {
+                if let Err(error) = spawn_named(scope, name, run) {
                     watch.differs(format!("{name} has no thread: {error}"));
                 }
             }
             if own > 0 {
                 let _following = self.script.follow();
-                let known = (events, &**watch, &*self.state, &self.script);
-                self.supervisor.play(supervisor, known, own);
+                let known = (self.events, &**watch, &*self.state, &self.script);
+                self.supervisor.play(hand, known, own);
                 watch.hold().leave();
             }
         });
@@ -183,18 +174,19 @@ impl<'a> Players<'a> {
     }
 
     /// Comes to the recorded `end`.
-    pub(super) fn end(
-        self,
-        graph: &mut Graph,
-        end: Option<End>,
-    ) -> Result<Option<ClockExit>, Fault> {
+    pub(super) fn end(self, end: Option<End>) -> Result<Option<ClockExit>, Fault> {
         let watch = self.watch;
         if let Some(end) = end.filter(|_| !watch.is_over()) {
-            self.supervisor.player.log.note_alone(Entry::End(end));
+            self.supervisor.log.note_alone(Entry::End(end));
         }
-        let outcomes = self.nodes.into_iter().map(|player| player.outcome);
-        let mut outcomes: Vec<Outcome> = outcomes.collect();
-        let mut of_node = |node: usize| outcomes.get_mut(node).and_then(Option::take);
+        let name = |node: usize| watch.name(node + 1).to_owned();
+        let outcomes = self.threads.into_iter().filter_map(|player| {
+            let node = player
+                .thread
+                .node(player.done.checked_sub(1)?, player.number)?;
+            Some((node, player.outcome?))
+        });
+        let mut outcomes: BTreeMap<usize, Result<Time, Fault>> = outcomes.collect();
         let recorded = match end {
             _ if watch.is_over() => return Ok(Some(ClockExit::Stopped)),
             None => return Ok(Some(ClockExit::Stopped)),
@@ -205,24 +197,24 @@ impl<'a> Players<'a> {
                 Some(Ok(Some(ClockExit::Completed)))
             }
             Some(End::Stopped | End::HandedOver) => self.supervisor.exit.map(|exit| Ok(Some(exit))),
-            Some(End::Ended { node, at }) => match of_node(node) {
+            Some(End::Ended { node, at }) => match outcomes.remove(&node) {
                 Some(Ok(ended)) if ended == at => {
-                    let node = name(graph, node);
+                    let node = name(node);
                     Some(Ok(Some(ClockExit::Ended { node, at })))
                 }
                 _ => None,
             },
-            Some(End::Failed { node, at }) => match of_node(node) {
+            Some(End::Failed { node, at }) => match outcomes.remove(&node) {
                 Some(Err(fault)) if fault.at == at => Some(Err(fault)),
                 _ => None,
             },
             Some(End::NoThread { node, at }) => {
-                let node = name(graph, node);
+                let node = name(node);
                 let cause = "the system gave it no thread in the recorded run".into();
                 Some(Err(Fault { node, at, cause }))
             }
         };
-        let outweighs = another(end, outcomes.into_iter().flatten());
+        let outweighs = another(end, outcomes.into_values());
         match (recorded, outweighs) {
             (Some(end), None) => end,
             (_, Some(outcome)) => {
@@ -235,11 +227,6 @@ impl<'a> Players<'a> {
             }
         }
     }
-}
-
-fn name(graph: &mut Graph, node: usize) -> String {
-    let node = graph.node_hand(node);
-    node.map_or_else(String::new, |node| node.name().to_string())
 }
 
 /// The first of the `others` that the recorded `end` does not explain.
@@ -265,9 +252,8 @@ impl SupervisorAgain<'_> {
         (events, watch, state, script): (Events<'_>, &Watch, &RunState, &Script),
         entries: usize,
     ) {
-        let player = &mut self.player;
         for _ in 0..entries {
-            let Some((entry, operations)) = player.thread.entry(player.done) else {
+            let Some((entry, operations)) = self.thread.entry(self.done) else {
                 return;
             };
             script.expect(0, operations);
@@ -275,129 +261,92 @@ impl SupervisorAgain<'_> {
                 let event = events.again(event, at, state, |command| {
                     let obeyed = hand.obey(command, at);
                     self.exit = obeyed.exit;
-                    obeyed.event
+                    Some(obeyed.event)
                 });
                 if let Some(event) = event {
-                    player.log.add(&Entry::Obey { at, event }, operations);
+                    self.log.add(&Entry::Obey { at, event }, operations);
                 }
             }
             script.finish_entry();
             watch.finishes(0);
-            player.done += 1;
+            self.done += 1;
         }
     }
 }
 
-/// Has a node do again what its thread did.
-struct NodeAgain<'a> {
-    node: NodeHand<'a>,
-    events: Events<'a>,
-    watch: &'a Watch,
-    state: &'a RunState,
-    thread: usize,
-}
-
-impl NodeAgain<'_> {
+impl ThreadPlayer<'_> {
     /// Runs the next `entries`.
-    fn play(&mut self, player: &mut ThreadPlayer<'_>, script: &Script, entries: usize) {
+    fn play(&mut self, script: &Script, entries: usize) {
         for _ in 0..entries {
-            let Some((entry, operations)) = player.thread.entry(player.done) else {
+            let Some((entry, operations)) = self.thread.entry(self.done) else {
                 return;
             };
-            if player.outcome.is_some() || self.watch.is_over() {
+            if self.outcome.is_some() || self.watch.is_over() {
                 self.differs(entry, "it had ended before");
                 return;
             }
-            let (at, took) = (
-                entry.at().unwrap_or_default(),
-                player.thread.took(player.done),
-            );
-            self.watch.begins(self.thread, at, took);
-            script.expect(self.thread, operations);
+            let (at, took) = (entry.at().unwrap_or_default(), self.thread.took(self.done));
+            let node = self.thread.node(self.done, self.number);
+            let seen = node.map_or(self.number, |node| node + 1);
+            self.watch.begins(seen, at, took);
+            script.expect(self.number, operations);
             let mut done = *entry;
-            player.outcome = self.step(&mut done);
-            player.log.add(&done, operations);
+            self.outcome = self.step(&mut done);
+            self.log.add(&done, operations);
             script.finish_entry();
-            self.watch.finishes(self.thread);
-            player.done += 1;
+            self.watch.finishes(seen);
+            self.done += 1;
         }
     }
 
     /// Does an entry; that of a command gets its position in the event log of this run.
     fn step(&mut self, entry: &mut Entry) -> Outcome {
+        let Some(hand) = &mut self.hand else {
+            self.differs(entry, "it has no thread, and had one");
+            return None;
+        };
         match *entry {
-            Entry::Tick {
-                began,
-                took,
-                passed,
-            } => {
-                let mut at_once = false;
-                let outcome = self.tick(entry, began, || {
-                    at_once = true;
-                    TickEnd { took, passed }
-                })?;
-                if !at_once && outcome.is_none() {
-                    self.differs(entry, "its tick takes run time, and took none");
-                }
-                outcome
+            Entry::Arrive(arrival) => hand.arrive(arrival),
+            Entry::Look { at, late, node } => {
+                let worked = hand.look(at, late);
+                self.check(entry, node, worked);
             }
-            Entry::Look { at } => {
-                if !self.node.look(at) {
-                    self.differs(entry, "it has all inputs of a tick, and lacked some");
-                }
-                None
+            Entry::Finish { at, node } => {
+                let worked = hand.finish(at);
+                self.check(entry, Some(node), worked);
             }
-            Entry::Choose { input, .. } => {
-                self.node.choose(input);
-                None
-            }
-            Entry::Start { began } => {
-                let mut at_once = false;
-                let outcome = self.tick(entry, began, || {
-                    at_once = true;
-                    TickEnd {
-                        took: Duration::ZERO,
-                        passed: began,
-                    }
-                })?;
-                if at_once {
-                    self.differs(entry, "its tick takes no run time, and took some");
-                }
-                outcome
-            }
-            Entry::Finish { ended, passed } => self.node.finish(ended, passed),
+            Entry::Done { at, passed } => return hand.done(at, passed),
             Entry::Obey { at, event } => {
-                let (events, state) = (self.events, self.state);
-                let obey = |command: &Command| self.node.obey(command, at);
-                if let Some(event) = events.again(event, at, state, obey) {
-                    *entry = Entry::Obey { at, event };
+                let obey = |command: &Command| hand.obey(command, at);
+                let event = self.events.again(event, at, &self.state, obey);
+                match event {
+                    Some(event) => *entry = Entry::Obey { at, event },
+                    None => self.differs(entry, "it has no such node"),
                 }
-                None
             }
-            Entry::Leave { before } => {
-                self.node.leave(before);
-                None
-            }
-            Entry::Begin | Entry::End(_) | Entry::Rest { .. } | Entry::Abandoned => None,
+            Entry::Leave { before } => hand.leave(before),
+            Entry::Begin | Entry::End(_) | Entry::Rest { .. } | Entry::Abandoned => {}
         }
+        None
     }
 
-    /// Does the tick that begins at `began`; `None` if it cannot.
-    fn tick(
-        &mut self,
-        entry: &Entry,
-        began: Time,
-        end: impl FnOnce() -> TickEnd,
-    ) -> Option<Outcome> {
-        let outcome = self.node.tick(began, end);
-        if outcome.is_none() {
-            self.differs(entry, "it lacks inputs of its tick, and had all");
+    /// Checks that the node did some work that did so in the recorded run.
+    fn check(&self, entry: &Entry, recorded: Option<usize>, worked: Option<usize>) {
+        if worked != recorded {
+            let name = |node: Option<usize>| match node {
+                Some(node) => self.watch.name(node + 1),
+                None => "nobody",
+            };
+            let (now, before) = (name(worked), name(recorded));
+            self.differs(
+                entry,
+                &format!("{now} had something to do where {before} had in the recorded run"),
+            );
         }
-        outcome
     }
 
     fn differs(&self, entry: &Entry, why: &str) {
-        let (name, at) = (self.watch.name(self.thread), entry.at().unwrap_or_default());
+        let (name, at) = (self.watch.name(self.number), entry.at().unwrap_or_default());
         self.watch.differs(format!("{name} at {at}: {why}"));
     }
 }

@@ -3,8 +3,8 @@
 use std::collections::{BTreeSet, VecDeque};
 
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, End, Entries, Entry, Event, EventKind, Fault, Graph,
-    Inbox, Obeyed, Time, Topology, note_end, obey_at_rest, sync::Arc,
+    Clock, ClockExit, ClockKind, Command, CrewHands, End, Entries, Entry, Event, EventKind, Fault,
+    Graph, Inbox, Obeyed, SupervisorHand, Time, Topology, note_end, obey_at_rest, sync::Arc,
 };
 
 use super::{
@@ -330,7 +330,7 @@ impl Rerun {
         let event = events.again(event as u64, now, &state, |command| {
             let obeyed = at_rest(graph, command);
             exit = obeyed.exit;
-            obeyed.event
+            Some(obeyed.event)
         })?;
         supervisor(graph).note_alone(Entry::Rest { event });
         exit
@@ -341,45 +341,56 @@ impl Rerun {
             self.watch.differs("the graph has other nodes".to_owned());
             return Ok(Some(ClockExit::Stopped));
         }
+        let crews = graph.take_in_hand();
+        let played = self.play(graph, &crews, &stretch);
+        crews.put_back(graph);
+        played.unwrap_or_else(|| Ok(Some(self.leave(graph))))
+    }
+
+    /// Plays a stretch; `None` where the recorded run is to be left.
+    fn play(
+        &mut self,
+        graph: &mut Graph,
+        crews: &CrewHands,
+        stretch: &Stretch,
+    ) -> Option<Result<Option<ClockExit>, Fault>> {
         let events = Events {
             all: &self.events,
             refused: &self.refused,
         };
-        graph.take_in_hand();
         let Some((supervisor, nodes)) = stretch.threads.split_first() else {
-            return Ok(Some(ClockExit::Stopped));
+            return Some(Ok(Some(ClockExit::Stopped)));
         };
-        let mut players = Players::new(supervisor, nodes, events, &self.watch, graph);
+        let known = (graph.state(), crews);
+        let mut players = Players::new(supervisor, nodes, events, &self.watch, known);
         if self.watch.is_perturbed() && self.branch.is_none() && stretch.end.is_some() {
             let all = stretch.threads.iter().enumerate();
             let all: Vec<_> = all
                 .map(|(thread, entries)| (thread, entries.len()))
                 .collect();
-            players.knot(graph, &all);
-        } else {
-            for planned in stretch.plan.parts() {
-                if self
-                    .branch
-                    .as_ref()
-                    .is_some_and(|branch| branch.at < planned.at)
-                {
-                    return Ok(Some(self.leave(graph)));
-                }
-                if self.watch.is_over() {
-                    break;
-                }
-                match &planned.part {
-                    Part::Entry(thread) => players.entry(graph, *thread),
-                    Part::Knot(steps) => {
-                        let here = self.hold == Some(0);
-                        self.hold = self.hold.and_then(|before| before.checked_sub(1));
-                        let hold = here.then(|| self.watch.hold());
-                        knot(&mut players, graph, steps, hold);
-                    }
+            players.knot(graph.supervisor_hand(), &all);
+            return Some(players.end(stretch.end));
+        }
+        for planned in stretch.plan.parts() {
+            let branch = self.branch.as_ref();
+            if branch.is_some_and(|branch| branch.at < planned.at) {
+                return None;
+            }
+            if self.watch.is_over() {
+                break;
+            }
+            let hand = graph.supervisor_hand();
+            match &planned.part {
+                Part::Entry(thread) => players.entry(hand, *thread),
+                Part::Knot(steps) => {
+                    let here = self.hold == Some(0);
+                    self.hold = self.hold.and_then(|before| before.checked_sub(1));
+                    let hold = here.then(|| self.watch.hold());
+                    knot(&mut players, hand, steps, hold);
                 }
             }
         }
-        players.end(graph, stretch.end)
+        Some(players.end(stretch.end))
     }
 
     /// Leaves the recorded run.
@@ -415,13 +426,18 @@ fn at_rest(graph: &mut Graph, command: &Command) -> Obeyed {
 }
 
 /// Executes the knot of these `steps`, and waits for the end of its `hold` if it has one.
-fn knot(players: &mut Players<'_>, graph: &mut Graph, steps: &[KnotStep], hold: Option<&Hold>) {
+fn knot(
+    players: &mut Players<'_>,
+    hand: SupervisorHand<'_>,
+    steps: &[KnotStep],
+    hold: Option<&Hold>,
+) {
     let counts = entries_of(steps);
     if let Some(hold) = hold {
         let takes = steps.iter().filter(|step| step.takes.is_some());
         hold.begin(takes.map(|step| step.thread).collect(), counts.len());
     }
-    players.knot(graph, &counts);
+    players.knot(hand, &counts);
     if let Some(hold) = hold {
         hold.wait_for_end();
     }

@@ -93,7 +93,10 @@ fn entries(bytes: &[u8]) -> Result<Vec<Logged>, LogError> {
         let at = bytes.len() - reader.0.len();
         let mut operations = Vec::new();
         let entry = coder.get(&mut reader, &mut operations);
-        let entry = entry.ok_or_else(|| LogError::Damaged(format!("byte {at} of a thread")))?;
+        let entry = entry.ok_or_else(|| match coder.is_earlier() {
+            true => LogError::Earlier,
+            false => LogError::Damaged(format!("byte {at} of a thread")),
+        })?;
         entries.push((entry, operations));
     }
     Ok(entries)
@@ -207,9 +210,10 @@ impl SectionReader<'_> {
                     }
                     Some(event) => self.check_target(event, node)?,
                 },
-                Entry::Tick { .. } | Entry::Start { .. } if !supervises => {}
-                Entry::Look { .. } | Entry::Choose { .. } if !supervises => {}
-                Entry::Finish { .. } | Entry::Leave { .. } if !supervises => {}
+                Entry::Look { node, .. } if !supervises => self.check_node(node)?,
+                Entry::Finish { node, .. } if !supervises => self.check_node(Some(node))?,
+                Entry::Arrive(_) | Entry::Done { .. } if !supervises => {}
+                Entry::Leave { .. } if !supervises => {}
                 other => return Err(impossible(format!("{other:?} within a stretch"))),
             }
             thread.push(entry, &operations);
@@ -217,7 +221,15 @@ impl SectionReader<'_> {
         Ok(thread)
     }
 
-    /// Checks that a command which the thread of a `node` obeyed is for this node.
+    /// Checks that there is a node with this index.
+    fn check_node(&self, node: Option<usize>) -> Result<(), LogError> {
+        match node.filter(|node| *node >= self.names.len()) {
+            Some(node) => Err(impossible(format!("node {node} did some work"))),
+            None => Ok(()),
+        }
+    }
+
+    /// Checks that a command which the thread of a node obeyed is for a node.
     fn check_target(&self, event: usize, node: Option<usize>) -> Result<(), LogError> {
         let event = &self.events[event];
         let (EventKind::Applied { command, .. } | EventKind::Refused { command, .. }) = &event.what
@@ -225,7 +237,7 @@ impl SectionReader<'_> {
             return Ok(());
         };
         match node.map(|node| &*self.names[node]) {
-            Some(name) if command.node() != Some(name) => {
+            Some(name) if command.node().is_none() => {
                 Err(impossible(format!("{event}, obeyed by {name}")))
             }
             _ => Ok(()),
@@ -278,7 +290,7 @@ impl Stretch {
             let at = self.threads[step.thread].at(done[step.thread]);
             (knot.from, knot.to) = (knot.from.min(at), knot.to.max(at));
             let operation = step.takes.map(|(lock, turn)| KnotOperation {
-                node: step.thread.checked_sub(1),
+                node: self.threads[step.thread].node(done[step.thread], step.thread),
                 at,
                 takes: lock.text(),
                 turn,

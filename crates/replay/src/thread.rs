@@ -31,21 +31,26 @@ impl Thread {
         known.next().unwrap_or_default()
     }
 
-    /// Duration of the tick that entry number `index` begins; zero for any other entry.
+    /// The node that entry number `index` of thread number `thread` is about; `None` for the one
+    /// that supervises.
+    pub(crate) fn node(&self, index: usize, thread: usize) -> Option<usize> {
+        let entries = self.entries.get(..=index).unwrap_or_default();
+        let worked = entries.iter().rev().find_map(|(entry, _)| match entry {
+            Entry::Look { node, .. } => *node,
+            Entry::Finish { node, .. } => Some(*node),
+            _ => None,
+        });
+        worked.or(thread.checked_sub(1))
+    }
+
+    /// Duration of the work of entry number `index`; zero for an entry without any.
     pub(crate) fn took(&self, index: usize) -> Duration {
-        match self.entries.get(index) {
-            Some((Entry::Tick { took, .. }, _)) => *took,
-            Some((Entry::Start { began }, _)) => {
-                let ends = self.entries[index..]
-                    .iter()
-                    .filter_map(|(entry, _)| match entry {
-                        Entry::Finish { ended, .. } => Some(*ended),
-                        _ => None,
-                    });
-                ends.map(|ended| ended.since(*began))
-                    .next()
-                    .unwrap_or_default()
-            }
+        let began = match self.entries.get(index) {
+            Some((Entry::Look { at, .. } | Entry::Finish { at, .. }, _)) => *at,
+            _ => return Duration::ZERO,
+        };
+        match self.entries.get(index + 1) {
+            Some((Entry::Done { at, .. }, _)) => at.since(began),
             _ => Duration::ZERO,
         }
     }

@@ -1,71 +1,63 @@
-//! The threads of some nodes: those of an executor, or the one of a node.
+//! The threads of a crew: those of an executor, or the one of a node.
 //!
-//! Whichever thread is free takes in what arrived, and asks the stage for work by the rules of
-//! virtual time. The steps of a node are in its own log, whichever thread they are on: with the
-//! order of the locks that they share, this is all that a run needs to be executed again.
+//! Whichever thread is free takes in what arrived, and asks the schedule for work by the rules of
+//! virtual time. What its clock answered and what reached it is in its log: with the order of the
+//! locks that threads share, this is all that a run needs to be executed again.
 
-use std::{collections::VecDeque, time::Duration};
+use std::{collections::VecDeque, mem::take, time::Duration};
 
 use super::{
-    ThreadContext,
+    SUPERVISOR, ThreadContext,
     ends::Report,
     mailbox::{Mailbox, Wakeup},
 };
 use crate::{
     clock::{
-        steps::{self, Outcome},
+        crews::{CrewNodes, Outcome},
         wall::Wall,
     },
     command::Command,
-    journal::{Entries, Entry},
+    journal::{Entries, Entry, LateLook},
     realtime::{self, CoreShare},
-    scheduling::{Assignment, Job, Moment, Stage},
-    seat::Seat,
-    sync::{Arc, Mutex, MutexGuard, lock},
-    task::Task,
+    scheduling::{Assignment, Job, JobKind, Moment},
+    sync::{Arc, Mutex, lock},
     time::Time,
-    timing::Running,
     trigger::Arrival,
 };
 
-/// Nodes with their threads.
-pub(super) struct Crew {
-    pub(super) threads: usize,
+/// A crew with its mailbox.
+pub(super) struct CrewThreads<'g> {
+    nodes: &'g CrewNodes,
     mailbox: Arc<Mailbox>,
-    members: Vec<CrewNode>,
-    /// Whether it is a node with a thread of its own.
-    is_own: bool,
     /// The cores that its thread shares with those of other nodes.
     share: Option<CoreShare>,
+    /// The log of each thread.
+    logs: Vec<Entries>,
     board: Mutex<Board>,
 }
 
-/// A node of a crew. Its lock is free unless a thread has work for it.
-struct CrewNode {
-    index: usize,
-    name: Arc<str>,
-    log: Entries,
-    seat: Mutex<Seat>,
-}
-
-/// What the threads have in common.
+/// What its threads know of the world outside.
+#[derive(Default)]
 struct Board {
-    stage: Stage,
-    /// Whether a thread has work for each node.
-    taken: Vec<bool>,
-    /// Commands for nodes.
-    commands: VecDeque<(usize, Command)>,
-    /// Number of threads that keep a core busy for a tick.
-    spinning: usize,
     wall: Option<Wall>,
     /// The run time of a requested stop.
     stopped: Option<Time>,
+    /// Messages that no thread has taken in, by the places of their nodes.
+    arrivals: Vec<Arrival>,
+    /// Commands for nodes, by their places.
+    commands: VecDeque<(usize, Command)>,
+    /// Whether a thread has work for each node.
+    taken: Vec<bool>,
+    /// Number of threads that keep a core busy for a tick.
+    spinning: usize,
 }
 
 /// What a thread does next.
 enum CrewStep {
-    /// Assignment that begins at this run time.
-    Work(Assignment, Time),
+    /// A job that begins at this run time, found by a look that may have been late.
+    Work(Assignment, Time, Option<LateLook>),
+    /// Look again.
+    Again,
     /// Wait for more until this run time.
     Wait(Time),
     /// The same, with a core kept busy.
@@ -78,73 +70,47 @@ enum CrewStep {
     Stop,
 }
 
-impl CrewNode {
-    /// Notes the topic that its executor calls it for. What it takes of it belongs to the entry
-    /// that follows.
-    fn note_call(&self, work: Assignment, at: Time) {
-        if let Some(input) = work.input {
-            self.log.note_alone(Entry::Choose { at, input });
-        }
-    }
-}
-
-impl Crew {
-    /// The threads for the nodes of a `stage`, each given by its index in the graph, with its
-    /// log.
+impl<'g> CrewThreads<'g> {
+    /// The threads for these `nodes`.
     pub(super) fn new(
-        stage: Stage,
-        threads: usize,
-        nodes: Vec<(usize, Seat, Entries)>,
+        nodes: &'g CrewNodes,
         mailbox: Arc<Mailbox>,
         share: Option<CoreShare>,
     ) -> Self {
-        let members = nodes.into_iter().map(|(index, seat, log)| CrewNode {
-            index,
-            name: seat.name.clone(),
-            log,
-            seat: Mutex::new(seat),
-        });
-        let members: Vec<_> = members.collect();
+        let threads = nodes.nodes().iter().take(nodes.threads);
+        let logs = threads.map(|node| nodes.state.entries_of(SUPERVISOR + 1 + node));
         Self {
-            // A node ticks once at a time: more threads would have nothing to do.
-            threads: threads.min(members.len()),
             mailbox,
-            is_own: stage.tasks.iter().all(Task::has_thread) || share.is_some(),
             share,
+            logs: logs.collect(),
             board: Mutex::new(Board {
-                stage,
-                taken: vec![false; members.len()],
-                commands: VecDeque::new(),
-                spinning: 0,
-                wall: None,
-                stopped: None,
+                taken: vec![false; nodes.nodes().len()],
+                ..Board::default()
             }),
-            members,
+            nodes,
         }
     }
 
-    /// Index and name of its first node.
-    pub(super) fn first(&self) -> Option<(usize, Arc<str>)> {
-        let first = self.members.first()?;
-        Some((first.index, first.name.clone()))
+    /// Number of threads.
+    pub(super) fn count(&self) -> usize {
+        self.nodes.threads
     }
 
-    /// Its nodes, after all threads have ended.
-    pub(super) fn into_nodes(self) -> impl Iterator<Item = (usize, Task, Seat)> {
-        let tasks = into_inner(self.board).stage.tasks;
-        let members = self.members.into_iter().zip(tasks);
-        members.map(|(member, task)| (member.index, task, into_inner(member.seat)))
+    /// Index and name of the node after which a thread is named.
+    pub(super) fn first(&self) -> (usize, Arc<str>) {
+        (self.nodes.nodes()[0], lock(self.nodes.seat(0)).name.clone())
     }
 
-    /// One of its threads.
-    pub(super) fn run(&self, context: &ThreadContext) {
+    /// Thread number `thread`.
+    pub(super) fn run(&self, thread: usize, context: &ThreadContext) {
         realtime::prepare_thread(context.realtime.as_ref());
         if let Some(share) = &self.share {
             realtime::share_cores(share);
         }
-        let _noter = self.members.first().and_then(|member| member.log.noter());
+        let log = &self.logs[thread];
+        let _noter = log.noter();
         if let Some(wall) = self.start()
-            && let Some(report) = self.work(context, &wall)
+            && let Some(report) = self.work(context, &wall, log)
         {
             // The supervisor holds the receiver until all threads have ended.
             let _ = context.reporter.send(report);
@@ -168,15 +134,16 @@ impl Crew {
     }
 
     /// Ticks until there is something to report, or a stop is requested.
-    fn work(&self, context: &ThreadContext, wall: &Wall) -> Option<Report> {
+    fn work(&self, context: &ThreadContext, wall: &Wall, log: &Entries) -> Option<Report> {
         let (mut waited, mut goal) = (false, self.core_time(wall.now()));
         loop {
             let seen = self.mailbox.posts();
-            let step = self.next(context, wall, waited, goal);
+            let step = self.next(context, wall, log, waited, goal);
             waited = !matches!(step, CrewStep::Work(..));
             match step {
                 CrewStep::Stop => return None,
                 CrewStep::Finished => return Some(Report::Finished),
+                CrewStep::Again => {}
                 CrewStep::Wait(until) => self.mailbox.wait_past_until(seen, wall, until),
                 CrewStep::Spin(until) => {
                     self.mailbox.spin_past_until(seen, wall, until, || false);
@@ -187,10 +154,10 @@ impl Crew {
                     let until = context.until;
                     self.mailbox.spin_past_until(seen, wall, until, reached);
                 }
-                CrewStep::Work(work, began) => {
-                    let outcome = self.step(context, wall, work, began);
+                CrewStep::Work(work, began, late) => {
+                    let outcome = self.step(context, wall, log, (work, began, late));
                     if let Some(outcome) = outcome {
-                        return Some(Report::of(self.members[work.node].index, outcome));
+                        return Some(Report::of(self.nodes.nodes()[work.place], outcome));
                     }
                     goal = self.core_time(wall.now());
                 }
@@ -202,9 +169,8 @@ impl Crew {
     /// shares cores.
     fn core_time(&self, now: Time) -> Option<Duration> {
         self.share.as_ref()?;
-        let board = lock(&self.board);
-        let running = board.stage.tasks[0].running()?;
-        Some(realtime::core_time() + running.remaining(now))
+        let remaining = self.nodes.aside().state(0, now).remaining?;
+        Some(realtime::core_time() + remaining)
     }
 
     /// What to do next. After the end of the run, a thread that had `waited` for it looks once
@@ -213,192 +179,168 @@ impl Crew {
         &self,
         context: &ThreadContext,
         wall: &Wall,
+        log: &Entries,
         waited: bool,
         goal: Option<Duration>,
     ) -> CrewStep {
         let mut board = lock(&self.board);
         self.take_in(&mut board);
         let (now, until) = (wall.now(), context.until);
-        self.obey(context, &mut board, now);
+        self.obey(&mut board, log, now);
         if let Some(at) = board.stopped {
-            self.leave(&mut board, at.min(until) + Time::TICK);
+            self.leave(log, at.min(until) + Time::TICK, now);
             return CrewStep::Stop;
         }
-        let running = goal.and_then(|goal| Some((goal, board.stage.finish(0)?)));
-        let work = match running {
-            Some((goal, _)) if now < until && realtime::core_time() < goal => {
+        if let Some(goal) = goal {
+            if realtime::core_time() >= goal {
+                return finish(&mut board, now);
+            }
+            if now < until {
                 return CrewStep::Compute(goal);
             }
-            Some((goal, work)) => (realtime::core_time() >= goal).then_some(work),
-            None => {
-                let over = now > until && !waited;
-                self.look(context, &mut board.stage, Moment { now, until, over })
+        } else {
+            let late = (now > until).then_some(LateLook {
+                until,
+                over: !waited,
+            });
+            if let Some(step) = self.look(&mut board, log, now, late) {
+                return step;
             }
-        };
-        if let Some(work) = work {
-            board.taken[work.node] = true;
-            self.ring();
-            return CrewStep::Work(work, now);
         }
         if now >= until {
-            self.leave(&mut board, until + Time::TICK);
+            self.leave(log, until + Time::TICK, now);
             return CrewStep::Finished;
         }
-        let next = board.stage.next_at().min(until);
-        if board.stage.busy() > board.spinning {
+        self.wait(&mut board, now, until)
+    }
+
+    /// Looks for a job; `None` if there was nothing to be done.
+    fn look(
+        &self,
+        board: &mut Board,
+        log: &Entries,
+        now: Time,
+        late: Option<LateLook>,
+    ) -> Option<CrewStep> {
+        // A turn is in the log, so it is to be worth that.
+        let shared = self.nodes.is_shared();
+        if shared && board.arrivals.is_empty() && self.nodes.aside().next_at() > now {
+            return None;
+        }
+        let mut stage = self.nodes.stage();
+        for arrival in take(&mut board.arrivals) {
+            log.note_alone(Entry::Arrive(arrival));
+            stage.add_arrival(arrival);
+        }
+        let work = stage.look(Moment::of(now, late));
+        if !stage.has_moved() && !shared {
+            return None;
+        }
+        match work {
+            Some(work) if work.job.kind != JobKind::Take => {
+                board.taken[work.place] = true;
+                self.ring();
+                Some(CrewStep::Work(work, now, late))
+            }
+            other => {
+                let (at, node) = (now, None);
+                log.note(Entry::Look { at, late, node });
+                // Run time is there, even if no tick begins.
+                self.nodes.state.advance_to(now);
+                other.map(|_| CrewStep::Again)
+            }
+        }
+    }
+
+    /// How to wait for the next event.
+    fn wait(&self, board: &mut Board, now: Time, until: Time) -> CrewStep {
+        let stage = self.nodes.aside();
+        let next = stage.next_at().min(until);
+        let busy = stage.states(now).filter(|task| task.busy).count();
+        if busy > board.spinning {
             board.spinning += 1;
             return CrewStep::Spin(next);
         }
         CrewStep::Wait(next)
     }
 
-    /// The next work at a moment.
-    fn look(
-        &self,
-        context: &ThreadContext,
-        stage: &mut Stage,
-        moment: Moment,
-    ) -> Option<Assignment> {
-        loop {
-            match stage.look(moment)? {
-                work if matches!(work.job, Job::Look) => {
-                    // Run time is there, even if no tick begins.
-                    context.state.advance_to(moment.now);
-                    self.note_look(work, moment.now);
-                }
-                work => return Some(work),
-            }
-        }
-    }
-
     /// Has the other threads look for work.
     fn ring(&self) {
-        if self.threads > 1 {
+        if self.nodes.is_shared() {
             self.mailbox.ring();
         }
     }
 
     /// Reads the mailbox.
     fn take_in(&self, board: &mut Board) {
+        let place = |node: usize| self.nodes.nodes().iter().position(|known| *known == node);
         for wakeup in self.mailbox.take_all() {
             match wakeup {
                 Wakeup::Start(wall) => board.wall = Some(wall),
                 Wakeup::Stop(at) => board.stopped = Some(at),
                 Wakeup::Arrival(arrival) => {
-                    let mut members = self.members.iter();
-                    if let Some(node) = members.position(|known| known.index == arrival.node) {
-                        board.stage.add_arrival(Arrival { node, ..arrival });
-                    }
+                    let arrival = place(arrival.node).map(|node| Arrival { node, ..arrival });
+                    board.arrivals.extend(arrival);
                 }
-                Wakeup::Command(command) => {
-                    let is_of = |known: &CrewNode| command.node() == Some(&*known.name);
-                    if let Some(node) = self.members.iter().position(is_of) {
-                        board.commands.push_back((node, command));
-                    }
+                Wakeup::Command(node, command) => {
+                    let command = place(node).map(|node| (node, command));
+                    board.commands.extend(command);
                 }
             }
         }
     }
 
     /// Carries out the commands for nodes that no thread has work for.
-    fn obey(&self, context: &ThreadContext, board: &mut Board, at: Time) {
-        for (node, command) in std::mem::take(&mut board.commands) {
-            if board.taken[node] {
-                board.commands.push_back((node, command));
+    fn obey(&self, board: &mut Board, log: &Entries, at: Time) {
+        for (place, command) in take(&mut board.commands) {
+            if board.taken[place] {
+                board.commands.push_back((place, command));
                 continue;
             }
-            let (member, task) = (&self.members[node], &mut board.stage.tasks[node]);
-            let mut seat = lock(&member.seat);
-            let event = steps::obey_node(task, &mut seat, &context.state, &command, at) as u64;
-            member.log.note(Entry::Obey { at, event });
-            if let Command::Set(knob) = &command
-                && let Some(crashed) = knob.crashes()
-            {
-                board.stage.changed(node, crashed, at);
-            }
+            let event = self.nodes.obey(place, &command, at) as u64;
+            log.note(Entry::Obey { at, event });
         }
     }
 
     /// Ends a node's own thread. Ticks due before `before` are missed.
-    fn leave(&self, board: &mut Board, before: Time) {
-        if self.is_own {
-            board.stage.tasks[0].overrun_before(before);
-            self.members[0].log.note(Entry::Leave { before });
+    fn leave(&self, log: &Entries, before: Time, now: Time) {
+        if self.nodes.is_own {
+            self.nodes.stage().close(before, now);
+            log.note(Entry::Leave { before });
         }
     }
 
-    /// Notes that a node was called at run time `at` and took messages that are not yet the
-    /// inputs of a tick.
-    fn note_look(&self, work: Assignment, at: Time) {
-        let member = &self.members[work.node];
-        // Whoever had work for it before notes that first.
-        let _seat = lock(&member.seat);
-        member.note_call(work, at);
-        member.log.note(Entry::Look { at });
-    }
-
     /// Has a node do its work, which begins at run time `began`.
-    fn step(&self, context: &ThreadContext, wall: &Wall, work: Assignment, began: Time) -> Outcome {
-        let member = &self.members[work.node];
-        let seat = &mut *lock(&member.seat);
-        member.note_call(work, began);
-        context.state.advance_to(began);
-        let (entry, outcome) = match work.job {
-            // Noted when it was found.
-            Job::Look => return None,
-            Job::Tick { lateness, .. } => {
-                let outcome = seat.tick(began, true);
-                let ended = wall.now();
-                let took = ended.since(began);
-                // Its next call counts overruns, too: both in turn.
-                let mut board = self.board_after(work.node);
-                let passed = self.passed(&board, context, began, ended);
-                board.stage.ticked(work.node, passed, ended);
-                steps::note_tick(seat, began, lateness, took);
-                let entry = Entry::Tick {
-                    began,
-                    took,
-                    passed,
-                };
-                (entry, steps::result(seat, began, outcome))
-            }
-            Job::Start { lateness, takes } => {
-                let started = seat.start(began);
-                let mut board = self.board_after(work.node);
-                let outcome = match started {
-                    Ok(flow) => {
-                        let running = Running::new(began, began + takes, lateness, flow);
-                        board.stage.started(work.node, running, began);
-                        None
-                    }
-                    Err(cause) => Some(Err(seat.fault(began, cause))),
-                };
-                (Entry::Start { began }, outcome)
-            }
-            Job::Finish => {
-                let applied = seat.finish(began);
-                let mut board = self.board_after(work.node);
-                let over = board.stage.missed_before(work.node, began);
-                let passed = self.passed(&board, context, began, over);
-                let outcome = match board.stage.finished(work.node, passed, began) {
-                    Some(running) => seat.over(&running, began, applied),
-                    None => applied,
-                };
-                let ended = began;
-                let entry = Entry::Finish { ended, passed };
-                (entry, steps::result(seat, began, outcome))
-            }
+    fn step(
+        &self,
+        context: &ThreadContext,
+        wall: &Wall,
+        log: &Entries,
+        (work, at, late): (Assignment, Time, Option<LateLook>),
+    ) -> Outcome {
+        let done = self.nodes.work(work, at);
+        let node = self.nodes.nodes()[work.place];
+        log.note(
+            match self.share.is_some() && work.job.kind == JobKind::End {
+                true => Entry::Finish { at, node },
+                false => {
+                    let node = Some(node);
+                    Entry::Look { at, late, node }
+                }
+            },
+        );
+        let ended = match work.job.kind {
+            JobKind::Tick { .. } => wall.now(),
+            _ => at,
         };
-        member.log.note(entry);
+        let mut board = lock(&self.board);
+        let passed = self.passed(&board, context, at, ended);
+        let outcome = self.nodes.done(done, ended, passed);
+        log.note(Entry::Done { at: ended, passed });
+        board.taken[work.place] = false;
+        drop(board);
         self.ring();
         outcome
-    }
-
-    /// The board, after a thread has done its work for a node.
-    fn board_after(&self, node: usize) -> MutexGuard<'_, Board> {
-        let mut board = lock(&self.board);
-        board.taken[node] = false;
-        board
     }
 
     /// The limit before which due ticks count as missed, for work at `at` that ended at `ended`.
@@ -411,7 +353,10 @@ impl Crew {
     }
 }
 
-fn into_inner<T>(mutex: Mutex<T>) -> T {
-    let inner = mutex.into_inner();
-    inner.unwrap_or_else(|poisoned| poisoned.into_inner())
+/// Ends the tick that has had its time on a core.
+fn finish(board: &mut Board, now: Time) -> CrewStep {
+    board.taken[0] = true;
+    let (member, kind) = (0, JobKind::End);
+    let (crew, place, job) = (0, 0, Job { member, kind });
+    CrewStep::Work(Assignment { crew, place, job }, now, None)
 }

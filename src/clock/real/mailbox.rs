@@ -15,8 +15,8 @@ use crate::{
 pub(super) enum Wakeup {
     /// Start: the relation of run time to wall time.
     Start(Wall),
-    /// Carry out this command for the node, and log it.
-    Command(Command),
+    /// Carry out this command for the node with this index, and log it.
+    Command(usize, Command),
     /// A message arrives that triggers the node.
     Arrival(Arrival),
     /// Stop: run time has stopped here.

@@ -7,7 +7,7 @@ use super::{
     mailbox::{Mailbox, Wakeup},
 };
 use crate::{
-    clock::{ClockExit, steps, wall::Wall},
+    clock::{ClockExit, crews, wall::Wall},
     command::Command,
     graph::ControlPlane,
     inbox::{Inbox, Received},
@@ -79,10 +79,10 @@ impl Supervisor<'_> {
     fn obey(&mut self, command: Command, at: Time) -> Option<ClockExit> {
         let node = command.node().map(|node| self.control.local_index(node));
         if let Some(Ok(index)) = node {
-            self.mailboxes[index].post(Wakeup::Command(command));
+            self.mailboxes[index].post(Wakeup::Command(index, command));
             return None;
         }
-        let obeyed = steps::supervise(self.control, &command, at);
+        let obeyed = crews::supervise(self.control, &command, at);
         let event = obeyed.event as u64;
         self.log.note(Entry::Obey { at, event });
         obeyed.exit

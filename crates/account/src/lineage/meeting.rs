@@ -5,8 +5,8 @@
 
 use std::collections::VecDeque;
 
-use ratelab::{Choice, Sets, TakenMessage, Time};
-use ratelab_effects::{Executor, Matcher};
+use ratelab::{TakenMessage, Time};
+use ratelab_effects::{Choice, Executor, Matcher};
 
 use super::{Lineage, Sent};
 

@@ -7,7 +7,7 @@ use ratelab::{
     Topology, Wiring,
 };
 use ratelab_account::{Fields, NamedTopic, RecordedTopic};
-use ratelab_effects::{Callback, Executor, Executors, Match};
+use ratelab_effects::{Callback, Effects, Executor, Executors, Match};
 
 use super::{BuildError, Setup, SharedWorld, System, World, WorldKind};
 
@@ -86,7 +86,7 @@ impl Surroundings {
 impl<'a> Builder<'a> {
     /// Creates an empty graph for a run with `seed`.
     pub(crate) fn new(seed: u64, setup: &'a Setup, world: WorldKind) -> Self {
-        let mut graph = Graph::new();
+        let mut graph = Graph::with(Effects);
         graph.set_seed(seed);
         Self {
             seed,

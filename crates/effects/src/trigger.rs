@@ -1,51 +1,20 @@
 //! Ticks on messages: the topics that trigger a node, and the inputs of its next tick.
-//!
-//! A message is taken when the executor calls the node, as a ROS subscription's callback
-//! takes it: one message for each call, the oldest that its queue keeps. Once the messages
-//! taken make a set ([`Matching`]), the node ticks, and its subscriptions read that set.
-
-mod arrivals;
-mod sets;
-
-pub(crate) use arrivals::{Arrival, Arrivals, Wake};
-pub use sets::{Choice, Matching, Sets, TakenMessage};
 
 use std::collections::VecDeque;
 
-use super::{sync::Arc, time::Time};
+use ratelab::{Intake, Time};
 
-/// A topic that triggers a node, regardless of its payload.
-pub(crate) trait Intake: Send {
-    /// Run time of the delivery of the oldest message that was not yet taken.
-    fn oldest(&self, now: Time) -> Option<Time>;
-
-    /// Number of messages that are there at `now`, or nearly so: a look without a turn.
-    fn waiting(&self, now: Time) -> usize;
-
-    /// Takes that message.
-    fn take(&mut self, now: Time) -> Option<TakenMessage>;
-
-    /// Lets the subscription read the message taken as number `seq`.
-    fn choose(&mut self, seq: u64);
-
-    /// Forgets the messages taken before number `seq`; all of them without a `seq`.
-    fn forget_before(&mut self, seq: Option<u64>);
-
-    /// Has the node called once more at run time `now`, as if a message arrived.
-    fn call_again(&self, now: Time);
-}
+use super::{choice::Choice, matcher::Matcher, matching::Match};
 
 /// The topics that trigger a node.
 pub(crate) struct Trigger {
     inputs: Vec<Box<dyn Intake>>,
-    sets: Box<dyn Sets>,
+    sets: Matcher,
     /// The sets that a message completed beyond one, for ticks of their own.
     more: More,
-    matching: Arc<dyn Matching>,
+    matching: Match,
     /// The input whose turn it is.
     turn: usize,
-    /// The only input of the next call, where an executor decides that.
-    chosen: Option<usize>,
 }
 
 /// Sets of one message, for the ticks that follow.
@@ -58,14 +27,13 @@ struct More {
 }
 
 impl Trigger {
-    pub(crate) fn new(matching: Arc<dyn Matching>, inputs: Vec<Box<dyn Intake>>) -> Self {
+    pub(crate) fn new(matching: Match, inputs: Vec<Box<dyn Intake>>) -> Self {
         Self {
-            sets: matching.sets(inputs.len()),
+            sets: Matcher::new(matching, inputs.len()),
             inputs,
             more: More::default(),
             matching,
             turn: 0,
-            chosen: None,
         }
     }
 
@@ -76,12 +44,11 @@ impl Trigger {
 
     /// Forgets the messages taken so far.
     pub(crate) fn reset(&mut self) {
-        self.sets = self.matching.sets(self.inputs.len());
+        self.sets = Matcher::new(self.matching, self.inputs.len());
         self.more = More::default();
         let inputs = self.inputs.iter_mut();
         inputs.for_each(|input| input.forget_before(None));
         self.turn = 0;
-        self.chosen = None;
     }
 
     /// Run time of the delivery of the oldest message that an input has not yet taken.
@@ -90,13 +57,18 @@ impl Trigger {
         if more.input == input && !more.sets.is_empty() {
             return Some(more.arrived);
         }
-        self.inputs[input].oldest(now)
+        self.inputs.get(input)?.oldest(now)
     }
 
     /// The same for all inputs.
     pub(crate) fn oldest(&self, now: Time) -> Option<Time> {
         let inputs = 0..self.inputs.len();
         inputs.filter_map(|input| self.oldest_of(input, now)).min()
+    }
+
+    /// Whether a message waits.
+    pub(crate) fn waits(&self, now: Time) -> bool {
+        (0..self.inputs.len()).any(|input| self.oldest_of(input, now).is_some())
     }
 
     /// Number of messages that an input may take at `now`.
@@ -108,11 +80,6 @@ impl Trigger {
         more + self.inputs[input].waiting(now)
     }
 
-    /// Has the next [`take`](Self::take) be of this input only.
-    pub(crate) fn choose_input(&mut self, input: usize) {
-        self.chosen = Some(input).filter(|input| *input < self.inputs.len());
-    }
-
     /// Takes the oldest message of an input. Returns the run time of its delivery if it
     /// completes a set: the node is to tick.
     pub(crate) fn take_from(&mut self, input: usize, now: Time) -> Option<Time> {
@@ -120,7 +87,7 @@ impl Trigger {
             // Its own message waits for the next call.
             Some(choice) => (Some(choice), self.more.arrived),
             None => {
-                let taken = self.inputs[input].take(now)?;
+                let taken = self.inputs.get_mut(input)?.take(now)?;
                 let choice = self.sets.add(input, taken, &mut self.more.sets);
                 (self.more.input, self.more.arrived) = (input, taken.arrived);
                 (choice, taken.arrived)
@@ -140,11 +107,8 @@ impl Trigger {
     }
 
     /// Takes messages, one of each input in turn, until a set is complete; returns the run
-    /// time of the delivery of its last one. Takes one message if an input is chosen.
+    /// time of the delivery of its last one.
     pub(crate) fn take(&mut self, now: Time) -> Option<Time> {
-        if let Some(input) = self.chosen.take() {
-            return self.take_from(input, now);
-        }
         let mut empty = 0;
         while empty < self.inputs.len() {
             let input = self.turn;

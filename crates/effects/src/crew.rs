@@ -1,0 +1,318 @@
+//! Nodes that share the threads of an executor, in an order of its own.
+
+use ratelab::{
+    ClockKind, Job, JobKind, Knob, Phase, Scheduler, SchedulerEvent, TaskState, Time, Timetable,
+};
+
+use super::task::Task;
+
+/// Decides which released callback is called now. Its nodes are known by their number in the
+/// order of registration.
+pub(crate) trait CallbackOrder: Clone + Send + 'static {
+    /// Whether timers wait in line when they are due, instead of being called once, late.
+    const QUEUES_TIMERS: bool;
+
+    /// The timer of a node is due.
+    fn due(&mut self, member: usize, crew: &mut CrewView<'_, '_>);
+
+    /// A message has arrived for a node.
+    fn arrived(&mut self, member: usize, input: usize, crew: &mut CrewView<'_, '_>);
+
+    /// The callback to call now, if there are one and a thread for it.
+    fn next(&mut self, crew: &mut CrewView<'_, '_>) -> Option<Call>;
+
+    /// A callback was called, and its node ticks until `ends`.
+    fn began(&mut self, member: usize, ends: Time, crew: &mut CrewView<'_, '_>);
+
+    /// A callback was called and is over.
+    fn ended(&mut self, member: usize, crew: &mut CrewView<'_, '_>);
+
+    /// Takes a node over as it is after a change of the clock, but for its messages.
+    fn take_over(&mut self, member: usize, crew: &mut CrewView<'_, '_>);
+
+    /// Forgets what is due or runs of a node that crashed.
+    fn forget(&mut self, member: usize);
+
+    /// Forgets that the timer of a node is due, if the call would have set its next due
+    /// time: that has changed.
+    fn reschedule(&mut self, member: usize);
+}
+
+/// A callback to be called now.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Call {
+    /// The timer of a node.
+    Timer { member: usize },
+    /// One of its subscriptions, for one message.
+    Message { member: usize, input: usize },
+    /// Its subscriptions in turn, until a set of messages is complete.
+    Messages { member: usize },
+}
+
+/// The nodes at an instant, as an order sees them.
+pub(crate) struct CrewView<'a, 't> {
+    tasks: &'a mut [Task],
+    plan: &'a mut Timetable<'t>,
+}
+
+impl CrewView<'_, '_> {
+    /// Run time.
+    pub(crate) fn now(&self) -> Time {
+        self.plan.now()
+    }
+
+    /// The schedule of a node.
+    pub(crate) fn task(&mut self, member: usize) -> &mut Task {
+        &mut self.tasks[member]
+    }
+
+    /// Priority of a node.
+    pub(crate) fn priority(&self, member: usize) -> u32 {
+        self.plan.priority(member)
+    }
+
+    /// Number of the topics that trigger a node.
+    pub(crate) fn inputs(&self, member: usize) -> usize {
+        let trigger = self.tasks[member].trigger.as_ref();
+        trigger.map_or(0, |trigger| trigger.inputs())
+    }
+
+    /// Run time of the delivery of the oldest message of an input that waits for a node.
+    pub(crate) fn oldest_of(&self, member: usize, input: usize) -> Option<Time> {
+        let trigger = self.tasks[member].trigger.as_ref()?;
+        trigger.oldest_of(input, self.now())
+    }
+
+    /// The same for all its inputs.
+    pub(crate) fn oldest(&self, member: usize) -> Option<Time> {
+        self.tasks[member].trigger.as_ref()?.oldest(self.now())
+    }
+
+    /// Plans the end of a node's tick.
+    pub(crate) fn end_at(&mut self, member: usize, at: Time) {
+        self.plan.alarm(at, Phase::End, member);
+    }
+
+    /// Adds the next due time of a node to those in wait; `false` if they are too many: it is an
+    /// overrun.
+    pub(crate) fn queue_timer(&mut self, member: usize) -> bool {
+        let queued = self.tasks[member].queue_timer();
+        if !queued {
+            self.plan.skipped(member, 1);
+        }
+        queued
+    }
+}
+
+/// The scheduler of an executor.
+pub(crate) struct Ordered<O> {
+    pub(crate) tasks: Vec<Task>,
+    /// The planned due time of each node's timer.
+    releases: Vec<Time>,
+    order: O,
+    /// The order when nothing has happened yet.
+    fresh: O,
+}
+
+impl<O: CallbackOrder> Ordered<O> {
+    pub(crate) fn new(tasks: Vec<Task>, order: O) -> Self {
+        Self {
+            releases: vec![Time::MAX; tasks.len()],
+            tasks,
+            fresh: order.clone(),
+            order,
+        }
+    }
+
+    fn order<'a, 't>(&'a mut self, plan: &'a mut Timetable<'t>) -> (&'a mut O, CrewView<'a, 't>) {
+        let tasks = &mut self.tasks[..];
+        (&mut self.order, CrewView { tasks, plan })
+    }
+
+    /// Plans the due time of the timer of a node.
+    fn release(&mut self, member: usize, plan: &mut Timetable<'_>) {
+        let due = self.tasks[member].due();
+        self.releases[member] = due;
+        plan.alarm(due, Phase::Release, member);
+    }
+
+    /// Has the messages arrive now that wait for a node.
+    fn add_waiting(&mut self, member: usize, plan: &mut Timetable<'_>) {
+        let Some(trigger) = &self.tasks[member].trigger else {
+            return;
+        };
+        for input in 0..trigger.inputs() {
+            for _ in 0..trigger.waiting_in(input, plan.now()) {
+                plan.arrive(member, input);
+            }
+        }
+    }
+
+    fn open(&mut self, anew: bool, plan: &mut Timetable<'_>) {
+        if anew {
+            self.order = self.fresh.clone();
+            for member in 0..self.tasks.len() {
+                let (order, mut crew) = self.order(plan);
+                order.take_over(member, &mut crew);
+                self.add_waiting(member, plan);
+            }
+        }
+        for member in 0..self.tasks.len() {
+            self.order.reschedule(member);
+            self.release(member, plan);
+        }
+        plan.look();
+    }
+
+    /// The timer that was planned for a time is due.
+    fn due(&mut self, member: usize, at: Time, plan: &mut Timetable<'_>) {
+        // It may have been planned anew since.
+        if self.releases[member] != at {
+            return;
+        }
+        self.releases[member] = Time::MAX;
+        let (order, mut crew) = self.order(plan);
+        order.due(member, &mut crew);
+        if O::QUEUES_TIMERS {
+            self.release(member, plan);
+        }
+        plan.look();
+    }
+
+    /// Calls the next callback, if there are one and a thread for it.
+    fn call(&mut self, plan: &mut Timetable<'_>) -> Option<Job> {
+        let now = plan.now();
+        let (order, mut crew) = self.order(plan);
+        let call = order.next(&mut crew)?;
+        plan.look();
+        let (member, due) = match call {
+            Call::Timer { member } => (member, self.call_timer(member, plan)),
+            Call::Message { member, input } => {
+                let trigger = self.tasks[member].trigger.as_mut();
+                (member, trigger.and_then(|t| t.take_from(input, now)))
+            }
+            Call::Messages { member } => {
+                let trigger = self.tasks[member].trigger.as_mut();
+                (member, trigger.and_then(|trigger| trigger.take(now)))
+            }
+        };
+        let Some(due) = due else {
+            let (order, mut crew) = self.order(plan);
+            order.ended(member, &mut crew);
+            let kind = JobKind::Take;
+            return Some(Job { member, kind });
+        };
+        let task = &mut self.tasks[member];
+        let cost = task.cost();
+        let takes = match plan.clock() {
+            ClockKind::Virtual => cost.filter(|cost| !cost.is_zero()),
+            ClockKind::Real => cost,
+        };
+        let kind = task.work(Some(now.since(due)), takes, cost);
+        Some(Job { member, kind })
+    }
+
+    /// Due time of the timer that is called now. Where due times do not wait in line, those that
+    /// have passed, `now` included, are overruns (rcl `c19dab5`, `timer.c:298-319`).
+    fn call_timer(&mut self, member: usize, plan: &mut Timetable<'_>) -> Option<Time> {
+        let (now, task) = (plan.now(), &mut self.tasks[member]);
+        if O::QUEUES_TIMERS {
+            return task.queued_timer();
+        }
+        let due = task.due();
+        let called = (due <= now).then(|| {
+            plan.skipped(member, task.pass(now + Time::TICK));
+            due
+        });
+        self.release(member, plan);
+        called
+    }
+
+    fn done(&mut self, Job { member, kind }: Job, plan: &mut Timetable<'_>) {
+        match kind {
+            JobKind::Begin { takes, busy, .. } => {
+                let ends = self.tasks[member].begin(plan.now(), takes, busy);
+                let (order, mut crew) = self.order(plan);
+                order.began(member, ends, &mut crew);
+            }
+            JobKind::Tick { .. } | JobKind::End => {
+                self.tasks[member].running = None;
+                let (order, mut crew) = self.order(plan);
+                order.ended(member, &mut crew);
+            }
+            JobKind::Take => return,
+        }
+        plan.look();
+    }
+}
+
+impl<O: CallbackOrder> Scheduler for Ordered<O> {
+    fn on(&mut self, signal: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job> {
+        match signal {
+            SchedulerEvent::Opened { anew } => self.open(anew, plan),
+            SchedulerEvent::Alarm { member, at, phase } => match phase {
+                Phase::End if self.tasks[member].is_over(plan.now()) => {
+                    let kind = JobKind::End;
+                    return Some(Job { member, kind });
+                }
+                Phase::Release => self.due(member, at, plan),
+                _ => {}
+            },
+            SchedulerEvent::Arrived { member, .. } if self.tasks[member].crashed => {}
+            SchedulerEvent::Arrived { member, input } => {
+                let (order, mut crew) = self.order(plan);
+                order.arrived(member, input, &mut crew);
+                plan.look();
+            }
+            SchedulerEvent::Look => return self.call(plan),
+            SchedulerEvent::Done { job, .. } => self.done(job, plan),
+            SchedulerEvent::Crashed { member } => {
+                self.tasks[member].crash();
+                self.order.forget(member);
+                self.release(member, plan);
+                plan.look();
+            }
+            SchedulerEvent::Restarted { member } => {
+                self.tasks[member].restart(plan.now());
+                self.release(member, plan);
+                self.add_waiting(member, plan);
+                plan.look();
+            }
+            SchedulerEvent::Closed { .. } => {}
+        }
+        None
+    }
+
+    fn state(&self, member: usize, now: Time) -> TaskState {
+        self.tasks[member].state(false, now)
+    }
+
+    fn check(&self, member: usize, knob: &Knob) -> Result<(), String> {
+        self.tasks[member].check(knob, false)
+    }
+
+    fn turn(
+        &mut self,
+        member: usize,
+        knob: &Knob,
+        plan: &mut Timetable<'_>,
+    ) -> Result<String, String> {
+        let now = plan.now();
+        let times = matches!(
+            knob,
+            Knob::Rate { .. } | Knob::Offset { .. } | Knob::Clock { .. }
+        );
+        // Timers that were due before wait in line.
+        while times && O::QUEUES_TIMERS && self.tasks[member].due() < now {
+            let (order, mut crew) = self.order(plan);
+            order.due(member, &mut crew);
+        }
+        let before = self.tasks[member].turn(member, knob, now, plan)?;
+        if times {
+            self.order.reschedule(member);
+            self.release(member, plan);
+            plan.look();
+        }
+        Ok(before)
+    }
+}

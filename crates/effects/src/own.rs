@@ -1,0 +1,229 @@
+//! A node with a thread of its own: it ticks as soon as it is due and free.
+
+use ratelab::{
+    ClockKind, Job, JobKind, Knob, Phase, Scheduler, SchedulerEvent, TaskState, Time, Timetable,
+};
+
+use super::task::Task;
+
+/// Runs a node as soon as it is released and free. What is due at its rate meanwhile is skipped;
+/// messages wait.
+pub(crate) struct Own {
+    pub(crate) task: Task,
+    /// Whether a tick lasts to the end of its period: logical execution time.
+    is_let: bool,
+    /// A due tick that has not started yet.
+    waiting: Option<Waiting>,
+}
+
+/// A late tick.
+#[derive(Clone, Copy, Debug)]
+struct Waiting {
+    due: Time,
+    starts: Time,
+}
+
+impl Own {
+    pub(crate) fn new(task: Task) -> Self {
+        Self {
+            task,
+            is_let: false,
+            waiting: None,
+        }
+    }
+
+    /// The same with its outputs at the end of the period.
+    pub(crate) fn logical(task: Task) -> Self {
+        let is_let = true;
+        Self {
+            is_let,
+            ..Self::new(task)
+        }
+    }
+
+    /// Run time until which no other tick can start; `None` if it is free.
+    fn busy_until(&self) -> Option<Time> {
+        let waiting = self.waiting.map(|waiting| waiting.starts + Time::TICK);
+        waiting.or(self.task.running.map(|running| running.ends))
+    }
+
+    /// Counts the due times before `end` that pass during the current tick.
+    fn skip_while_busy(&mut self, end: Time, plan: &Timetable<'_>) {
+        if let Some(free) = self.busy_until() {
+            self.task.skip_before(free.min(end), plan);
+        }
+    }
+
+    /// Delays a tick that is due now by its lateness; `false` if it can start now.
+    fn is_delayed(&mut self, due: Time, now: Time) -> bool {
+        let starts = now + self.task.lateness();
+        self.waiting = (starts > now).then_some(Waiting { due, starts });
+        self.waiting.is_some()
+    }
+
+    /// Plans what it has begun or may begin next: when it is due, or now if a message waits; late
+    /// in virtual time if its thread was `asleep`.
+    #[inline]
+    fn arm(&mut self, asleep: bool, plan: &mut Timetable<'_>) {
+        let now = plan.now();
+        if self.task.crashed {
+            return;
+        }
+        if let Some(running) = self.task.running {
+            return plan.alarm(running.ends, Phase::End, 0);
+        }
+        if self.waiting.is_none() && self.task.trigger.as_ref().is_some_and(|t| t.waits(now)) {
+            let due = now;
+            if !asleep || plan.clock() == ClockKind::Real || !self.is_delayed(due, now) {
+                let starts = now;
+                self.waiting = Some(Waiting { due, starts });
+            }
+        }
+        let starts = self.waiting.map(|waiting| waiting.starts);
+        plan.alarm(starts.unwrap_or_else(|| self.task.due()), Phase::Start, 0);
+    }
+
+    /// Begins a tick, if it is due and free.
+    #[inline]
+    fn start(&mut self, plan: &mut Timetable<'_>) -> Option<Job> {
+        let now = plan.now();
+        if self.task.crashed || self.task.running.is_some() {
+            return None;
+        }
+        let is_virtual = plan.clock() == ClockKind::Virtual;
+        let due = match self.waiting {
+            Some(waiting) if waiting.starts > now => return None,
+            Some(_) if plan.is_over() && self.task.is_triggered() => return None,
+            Some(waiting) => {
+                if is_virtual {
+                    self.task.skip_before(now + Time::TICK, plan);
+                }
+                self.waiting = None;
+                match &mut self.task.trigger {
+                    Some(trigger) => trigger.take(now),
+                    None => Some(waiting.due),
+                }
+            }
+            None if self.task.due() > now => return None,
+            None => {
+                let due = self.task.take_due();
+                if is_virtual && self.is_delayed(due, now) {
+                    self.arm(false, plan);
+                    return None;
+                }
+                Some(due)
+            }
+        };
+        let kind = match due {
+            Some(due) => self.work(due, plan),
+            None => {
+                self.arm(false, plan);
+                JobKind::Take
+            }
+        };
+        Some(Job { member: 0, kind })
+    }
+
+    /// The work of the tick that was `due`.
+    fn work(&mut self, due: Time, plan: &Timetable<'_>) -> JobKind {
+        let now = plan.now();
+        let is_virtual = plan.clock() == ClockKind::Virtual;
+        let skips = !self.task.is_triggered();
+        let on_time = is_virtual && skips && now == due && self.task.wakes.is_none();
+        let lateness = (!on_time).then(|| now.since(due));
+        let cost = self.task.cost();
+        let takes = match (self.is_let, is_virtual) {
+            (true, _) => {
+                let ends = self.task.end_of_period(now + cost.unwrap_or_default());
+                Some(ends.since(now))
+            }
+            (false, true) => cost.filter(|cost| !cost.is_zero()),
+            (false, false) => cost,
+        };
+        self.task.work(lateness, takes, cost)
+    }
+
+    /// A job is done; ticks due before `passed` are missed.
+    #[inline]
+    fn done(&mut self, kind: JobKind, passed: Time, plan: &mut Timetable<'_>) {
+        match kind {
+            JobKind::Begin { takes, busy, .. } => {
+                self.task.begin(plan.now(), takes, busy);
+            }
+            JobKind::End => {
+                let running = self.task.running.take();
+                // The next tick begins where this one was to end.
+                let ends = running.filter(|_| self.is_let).map(|running| running.ends);
+                let passed = ends.map_or(passed, |ends| ends.min(passed));
+                self.task.skip_before(passed, plan);
+            }
+            JobKind::Tick { .. } => self.task.skip_before(passed, plan),
+            JobKind::Take => return,
+        }
+        self.arm(false, plan);
+    }
+}
+
+impl Scheduler for Own {
+    #[inline]
+    fn on(&mut self, signal: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job> {
+        let now = plan.now();
+        match signal {
+            SchedulerEvent::Alarm { phase, .. } => {
+                return match phase {
+                    Phase::End if self.task.is_over(now) => {
+                        let (member, kind) = (0, JobKind::End);
+                        Some(Job { member, kind })
+                    }
+                    Phase::Start => self.start(plan),
+                    _ => None,
+                };
+            }
+            SchedulerEvent::Done { job, passed } => self.done(job.kind, passed, plan),
+            SchedulerEvent::Arrived { .. } => {
+                if self.busy_until().is_none() {
+                    self.arm(true, plan);
+                }
+            }
+            SchedulerEvent::Opened { .. } => self.arm(true, plan),
+            SchedulerEvent::Crashed { .. } => {
+                self.skip_while_busy(now, plan);
+                self.task.crash();
+                self.waiting = None;
+            }
+            SchedulerEvent::Restarted { .. } => {
+                self.task.restart(now);
+                self.arm(true, plan);
+            }
+            SchedulerEvent::Closed { before } => self.skip_while_busy(before, plan),
+            SchedulerEvent::Look => {}
+        }
+        None
+    }
+
+    fn state(&self, _: usize, now: Time) -> TaskState {
+        self.task.state(!self.task.is_triggered(), now)
+    }
+
+    fn check(&self, _: usize, knob: &Knob) -> Result<(), String> {
+        self.task.check(knob, !self.is_let)
+    }
+
+    fn turn(&mut self, _: usize, knob: &Knob, plan: &mut Timetable<'_>) -> Result<String, String> {
+        let now = plan.now();
+        let times = matches!(
+            knob,
+            Knob::Rate { .. } | Knob::Offset { .. } | Knob::Clock { .. }
+        );
+        if times {
+            self.skip_while_busy(now, plan);
+        }
+        let free = self.busy_until().filter(|_| !self.task.is_triggered());
+        let free = free.map_or(now, |free| free.max(now));
+        let before = self.task.turn(0, knob, free, plan)?;
+        if times && self.busy_until().is_none() && !self.task.is_triggered() {
+            self.arm(false, plan);
+        }
+        Ok(before)
+    }
+}

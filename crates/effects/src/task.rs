@@ -1,0 +1,341 @@
+//! What every scheduler knows of a node: when its ticks are due, and what they take.
+
+use std::{collections::VecDeque, sync::Arc, time::Duration};
+
+use ratelab::{
+    Chance, Cost, Draw, Hz, JobKind, Knob, KnobKind, LocalClock, Rate, TaskSpec, TaskState, Time,
+    Timetable, millis,
+};
+
+use super::trigger::Trigger;
+
+/// The schedule of a node, and where it is in it.
+pub(crate) struct Task {
+    name: Arc<str>,
+    /// The seed of the run.
+    seed: u64,
+    /// Number of the next tick.
+    number: u64,
+    rate: Rate,
+    /// The clock that its rate follows, if that has an error.
+    clock: Option<LocalClock>,
+    offset: Duration,
+    /// The topics that trigger it; it has no use for its rate then.
+    pub(crate) trigger: Option<Trigger>,
+    /// Duration of a tick.
+    takes: Cost,
+    /// Lateness of a tick in virtual time.
+    pub(crate) wakes: Draw,
+    /// Duration of the next tick only, in place of the usual one.
+    hang: Option<Duration>,
+    /// Due times that wait in the line of its executor.
+    backlog: VecDeque<Time>,
+    pub(crate) running: Option<Running>,
+    pub(crate) crashed: bool,
+}
+
+/// The most due times in wait: those beyond them are overruns.
+const MOST_WAITING: usize = 100_000;
+
+/// A tick that has started and is not yet over.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Running {
+    /// Run time of its start.
+    pub(crate) began: Time,
+    /// Run time of its end, while it has a core.
+    pub(crate) ends: Time,
+    /// Whether it keeps a core busy under the real clock.
+    busy: bool,
+    /// Time on a core that it needs, while it has none.
+    suspended: Option<Duration>,
+}
+
+impl Running {
+    /// Time on a core that it needs from `now` on.
+    pub(crate) fn remaining(&self, now: Time) -> Duration {
+        self.suspended.unwrap_or_else(|| self.ends.since(now))
+    }
+}
+
+impl Task {
+    /// A node at a rate.
+    pub(crate) fn new(spec: TaskSpec) -> Self {
+        Self {
+            name: spec.name,
+            seed: spec.seed,
+            number: 0,
+            rate: spec.rate,
+            clock: None,
+            offset: Duration::ZERO,
+            trigger: None,
+            takes: Cost::NONE,
+            wakes: Draw::NONE,
+            hang: None,
+            backlog: VecDeque::new(),
+            running: None,
+            crashed: false,
+        }
+    }
+
+    /// Whether messages trigger it.
+    pub(crate) fn is_triggered(&self) -> bool {
+        self.trigger.is_some()
+    }
+
+    /// Where it is, at run time `now`.
+    pub(crate) fn state(&self, skips: bool, now: Time) -> TaskState {
+        let last = self.rate.last_due();
+        TaskState {
+            hz: self.rate.hz(),
+            due: self.due(),
+            last_due: last.map(|shown| self.when(shown)),
+            skips,
+            crashed: self.crashed,
+            remaining: self.running.map(|running| running.remaining(now)),
+            busy: self.running.is_some_and(|running| running.busy),
+        }
+    }
+}
+
+/// Its rate.
+impl Task {
+    /// Due time of the next tick; [`Time::MAX`] after a crash, and if messages trigger it.
+    pub(crate) fn due(&self) -> Time {
+        match self.crashed || self.is_triggered() {
+            true => Time::MAX,
+            false => self.when(self.rate.due()),
+        }
+    }
+
+    /// Moves on to the next tick; returns when this one was due.
+    pub(crate) fn take_due(&mut self) -> Time {
+        let due = self.when(self.rate.due());
+        self.rate.advance();
+        due
+    }
+
+    /// Moves on to the first tick that is due at `time` or later; returns the number of those
+    /// between this one and that.
+    pub(crate) fn pass(&mut self, time: Time) -> u64 {
+        let shown = self.shows(time);
+        self.rate.advance_past(shown)
+    }
+
+    /// Counts the ticks that were due before `time` as missed.
+    #[inline]
+    pub(crate) fn skip_before(&mut self, time: Time, plan: &Timetable<'_>) {
+        if !self.is_triggered() && self.when(self.rate.due()) < time {
+            let missed = self.pass(time) + 1;
+            plan.skipped(0, missed);
+        }
+    }
+
+    /// Adds the next due time to those in wait; `false` if they are too many.
+    pub(crate) fn queue_timer(&mut self) -> bool {
+        let room = self.backlog.len() < MOST_WAITING;
+        let due = self.take_due();
+        if room {
+            self.backlog.push_back(due);
+        }
+        room
+    }
+
+    /// The first due time in wait, which is called now.
+    pub(crate) fn queued_timer(&mut self) -> Option<Time> {
+        self.backlog.pop_front()
+    }
+
+    /// The due times in wait.
+    pub(crate) fn queued_timers(&self) -> impl ExactSizeIterator<Item = Time> {
+        self.backlog.iter().copied()
+    }
+
+    /// Has its first tick due one period later, as a timer of ROS.
+    pub(crate) fn skip_first(&mut self) {
+        self.rate.skip_first();
+    }
+
+    /// The first due time of its rate at `free` or later, after the next one.
+    pub(crate) fn end_of_period(&self, free: Time) -> Time {
+        let mut rate = self.rate.clone();
+        rate.resume(rate.due().max(self.shows(free)));
+        self.when(rate.due())
+    }
+
+    /// The run time at which its clock shows `shown`.
+    #[inline]
+    fn when(&self, shown: Time) -> Time {
+        self.clock.map_or(shown, |clock| clock.when(shown))
+    }
+
+    /// What its clock shows first at a run time.
+    fn shows(&self, time: Time) -> Time {
+        self.clock.map_or(time, |clock| clock.shows_first(time))
+    }
+}
+
+/// Ticks that take time.
+impl Task {
+    /// Duration of the next tick, which starts now, if one is set.
+    pub(crate) fn cost(&mut self) -> Option<Duration> {
+        let number = self.number;
+        self.number += 1;
+        let hang = self.hang.take();
+        let asked = !self.takes.draw.is_none();
+        hang.or_else(|| asked.then(|| self.draw(&self.takes.draw, "takes", number)))
+    }
+
+    /// Lateness of the next tick.
+    pub(crate) fn lateness(&self) -> Duration {
+        self.draw(&self.wakes, "wakes", self.number)
+    }
+
+    fn draw(&self, draw: &Draw, what: &str, number: u64) -> Duration {
+        let chance = || Chance {
+            seed: self.seed,
+            what,
+            name: &self.name,
+        };
+        match draw {
+            Draw::Constant(duration) => *duration,
+            draw => draw.at(chance().uniform(number)),
+        }
+    }
+
+    /// The work of a tick with this lateness: it takes run time, or only has a `cost`.
+    pub(crate) fn work(
+        &self,
+        lateness: Option<Duration>,
+        takes: Option<Duration>,
+        cost: Option<Duration>,
+    ) -> JobKind {
+        let busy = self.takes.busy;
+        match takes {
+            Some(takes) => JobKind::Begin {
+                lateness,
+                takes,
+                busy,
+            },
+            None => JobKind::Tick { lateness, cost },
+        }
+    }
+
+    /// It has begun a tick that takes so long.
+    pub(crate) fn begin(&mut self, began: Time, takes: Duration, busy: bool) -> Time {
+        let ends = began + takes;
+        let suspended = None;
+        self.running = Some(Running {
+            began,
+            ends,
+            busy,
+            suspended,
+        });
+        ends
+    }
+
+    /// Takes the running tick off its core; it needs `remaining` more.
+    pub(crate) fn suspend(&mut self, remaining: Duration) {
+        if let Some(running) = &mut self.running {
+            (running.ends, running.suspended) = (Time::MAX, Some(remaining));
+        }
+    }
+
+    /// Puts the running tick on a core again, where it is over at `ends`.
+    pub(crate) fn resume(&mut self, ends: Time) {
+        if let Some(running) = &mut self.running {
+            (running.ends, running.suspended) = (ends, None);
+        }
+    }
+
+    /// Whether its running tick is over at `now`.
+    pub(crate) fn is_over(&self, now: Time) -> bool {
+        self.running.is_some_and(|running| running.ends <= now)
+    }
+
+    /// Forgets what it was to do, and ticks no more.
+    pub(crate) fn crash(&mut self) {
+        (self.running, self.hang) = (None, None);
+        self.backlog.clear();
+        self.crashed = true;
+    }
+
+    /// Has it tick again, from run time `at` on.
+    pub(crate) fn restart(&mut self, at: Time) {
+        let shown = self.shows(at);
+        self.rate.resume(shown);
+        if let Some(trigger) = &mut self.trigger {
+            trigger.reset();
+        }
+        self.crashed = false;
+    }
+}
+
+/// Its knobs.
+impl Task {
+    /// Checks that it has this knob, and that the value is complete.
+    pub(crate) fn check(&self, knob: &Knob, own: bool) -> Result<(), String> {
+        let name = &self.name;
+        match knob.kind() {
+            KnobKind::Rate | KnobKind::Offset if self.is_triggered() => Err(format!(
+                "messages trigger {name}: choose a node that ticks at a rate"
+            )),
+            KnobKind::Wakes if !own => Err(format!(
+                "{name} has no thread of its own: its executor decides when it starts"
+            )),
+            _ => match knob.draw().and_then(|draw| draw.missing()) {
+                Some(recorded) => Err(format!(
+                    "the durations in {} were not loaded: name a recording that the command can \
+                     read",
+                    recorded.file()
+                )),
+                None => Ok(()),
+            },
+        }
+    }
+
+    /// Turns a knob of a node that is busy until `free`; returns the value before.
+    pub(crate) fn turn(
+        &mut self,
+        member: usize,
+        knob: &Knob,
+        free: Time,
+        plan: &Timetable<'_>,
+    ) -> Result<String, String> {
+        use std::mem::replace;
+        Ok(match knob {
+            Knob::Rate { hz, .. } => {
+                let before = self.set_hz(*hz, plan.now(), free);
+                plan.rated(member, *hz);
+                before.to_string()
+            }
+            Knob::Offset { offset, .. } => {
+                let shown = self.shows(free);
+                self.rate.set_offset(*offset, shown);
+                let before = replace(&mut self.offset, *offset);
+                format!("{} ms", millis::to_millis(before))
+            }
+            Knob::Takes { spec, .. } => replace(&mut self.takes, spec.clone()).to_string(),
+            Knob::Wakes { spec, .. } => replace(&mut self.wakes, spec.clone()).to_string(),
+            Knob::Hang { cost, .. } => {
+                self.hang = Some(*cost);
+                self.takes.to_string()
+            }
+            Knob::Clock { error, .. } => {
+                let clock = LocalClock::new(plan.now(), *error);
+                plan.stamp_by(member, Arc::new(move |now| clock.shows(now)));
+                let before = self.clock.replace(clock).unwrap_or_default();
+                let shown = self.shows(free);
+                self.rate.resume(shown);
+                before.error.to_string()
+            }
+            _ => return Err(format!("{knob} is not for a node")),
+        })
+    }
+
+    fn set_hz(&mut self, hz: Hz, now: Time, free: Time) -> Hz {
+        let before = self.rate.hz();
+        let (now, free) = (self.shows(now), self.shows(free));
+        self.rate.set_hz_while_busy(hz, now, free);
+        before
+    }
+}

@@ -1,0 +1,16 @@
+//! A node as its scheduler knows it.
+
+use crate::{outbox::Outbox, record::Records, sync::Arc};
+
+/// A node of a crew.
+pub(crate) struct Member {
+    /// Index in the graph.
+    pub(crate) node: usize,
+    /// Index in the stage: that in the graph, or that in the crew if it is alone there.
+    pub(crate) place: usize,
+    pub(crate) priority: u32,
+    /// Whether it runs in another process.
+    pub(crate) remote: bool,
+    pub(crate) records: Records,
+    pub(crate) outbox: Arc<Outbox>,
+}

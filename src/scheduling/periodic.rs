@@ -1,0 +1,140 @@
+//! A node on its own, at a rate.
+
+use super::{
+    agenda::Phase,
+    kit::{Kit, TaskSpec},
+    scheduler::{Job, JobKind, Scheduler, SchedulerEvent, TaskState, Timetable},
+};
+use crate::{
+    command::ClockKind,
+    knob::{Knob, KnobKind},
+    rate::Rate,
+    sync::Arc,
+    time::Time,
+};
+
+/// Runs a node at a rate as soon as it is due; what is due while it is busy is skipped.
+pub struct Periodic {
+    name: Arc<str>,
+    seed: u64,
+    rate: Rate,
+    crashed: bool,
+}
+
+impl Periodic {
+    /// The scheduler of a node.
+    pub fn new(spec: TaskSpec) -> Self {
+        let TaskSpec {
+            name, seed, rate, ..
+        } = spec;
+        Self {
+            name,
+            seed,
+            rate,
+            crashed: false,
+        }
+    }
+
+    /// The node, for another scheduler.
+    pub fn into_spec(self) -> TaskSpec {
+        TaskSpec {
+            name: self.name,
+            seed: self.seed,
+            rate: self.rate,
+            inputs: Vec::new(),
+        }
+    }
+
+    #[inline]
+    fn arm(&self, plan: &mut Timetable<'_>) {
+        if !self.crashed {
+            plan.alarm(self.rate.due(), Phase::Start, 0);
+        }
+    }
+
+    #[inline]
+    fn skip_before(&mut self, time: Time, plan: &Timetable<'_>) {
+        if self.rate.due() < time {
+            plan.skipped(0, self.rate.advance_past(time) + 1);
+        }
+    }
+}
+
+impl Scheduler for Periodic {
+    #[inline]
+    fn on(&mut self, signal: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job> {
+        let now = plan.now();
+        match signal {
+            SchedulerEvent::Alarm { .. } if !self.crashed && self.rate.due() <= now => {
+                let lateness = match plan.clock() {
+                    ClockKind::Virtual => None,
+                    ClockKind::Real => Some(now.since(self.rate.due())),
+                };
+                self.rate.advance();
+                let (member, cost) = (0, None);
+                let kind = JobKind::Tick { lateness, cost };
+                return Some(Job { member, kind });
+            }
+            SchedulerEvent::Done { passed, .. } => {
+                self.skip_before(passed, plan);
+                self.arm(plan);
+            }
+            SchedulerEvent::Opened { .. } => self.arm(plan),
+            SchedulerEvent::Crashed { .. } => self.crashed = true,
+            SchedulerEvent::Restarted { .. } => {
+                self.rate.resume(now);
+                self.crashed = false;
+                self.arm(plan);
+            }
+            SchedulerEvent::Alarm { .. } | SchedulerEvent::Arrived { .. } => {}
+            SchedulerEvent::Look | SchedulerEvent::Closed { .. } => {}
+        }
+        None
+    }
+
+    fn state(&self, _: usize, _: Time) -> TaskState {
+        TaskState {
+            hz: self.rate.hz(),
+            due: if self.crashed {
+                Time::MAX
+            } else {
+                self.rate.due()
+            },
+            last_due: self.rate.last_due(),
+            skips: true,
+            crashed: self.crashed,
+            remaining: None,
+            busy: false,
+        }
+    }
+
+    fn check(&self, _: usize, knob: &Knob) -> Result<(), String> {
+        match knob.kind() {
+            KnobKind::Rate => Ok(()),
+            kind => Err(format!(
+                "this graph has no {}: build it with the kit of crates/effects",
+                kind.name()
+            )),
+        }
+    }
+
+    fn turn(&mut self, _: usize, knob: &Knob, plan: &mut Timetable<'_>) -> Result<String, String> {
+        let Knob::Rate { hz, .. } = knob else {
+            return Err(format!("{knob} is not for a node at a rate"));
+        };
+        let before = self.rate.hz();
+        self.rate.set_hz(*hz, plan.now());
+        plan.rated(0, *hz);
+        self.arm(plan);
+        Ok(before.to_string())
+    }
+}
+
+/// Nodes tick at their rates.
+pub(crate) struct Plain;
+
+impl Kit for Plain {
+    fn scheduler(&self, spec: TaskSpec) -> Box<dyn Scheduler> {
+        Box::new(Periodic::new(spec))
+    }
+}
