@@ -13,7 +13,6 @@ use super::{
     depth::Depth,
     knob::{Knob, KnobKind},
     message::Payload,
-    millis,
     node::{GO_ON, Node},
     outbox::Outbox,
     rate::Rate,
@@ -87,7 +86,6 @@ pub struct Graph {
     pub(crate) seats: Vec<Seat>,
     pub(crate) stage: Stage,
     pub(crate) control: ControlPlane,
-    kit: Box<dyn Kit>,
     /// [`Clock::cores`](super::Clock::cores) of the real clock, once it is known.
     pub(crate) cores: Option<usize>,
 }
@@ -102,6 +100,7 @@ pub(crate) struct ControlPlane {
     records: Records,
     /// The seed of every random draw.
     seed: u64,
+    kit: Box<dyn Kit>,
 }
 
 /// A node as the graph knows it.
@@ -125,7 +124,7 @@ struct WiredTopic {
 /// A topic, regardless of its payload.
 trait AnyTopic: Send {
     /// Changes a knob of the topic; returns the value before.
-    fn turn(&self, knob: &Knob, seed: u64, now: Time) -> Result<String, String>;
+    fn turn(&self, knob: &Knob, kit: (&dyn Kit, u64), now: Time) -> Result<String, String>;
 
     fn depth(&self) -> Depth;
 
@@ -140,17 +139,11 @@ trait AnyTopic: Send {
 }
 
 impl<T: Payload> AnyTopic for Topic<T> {
-    fn turn(&self, knob: &Knob, seed: u64, now: Time) -> Result<String, String> {
+    fn turn(&self, knob: &Knob, kit: (&dyn Kit, u64), now: Time) -> Result<String, String> {
         match knob {
             Knob::Depth { depth, .. } => Ok(self.set_depth(*depth, now).to_string()),
-            Knob::Link { spec, .. } => Ok(self.set_link(spec.clone(), seed, now).to_string()),
             Knob::Read { order, .. } => Ok(self.set_order(*order).to_string()),
-            Knob::Lose { seq, .. } => self.lose(*seq, seed).map(|()| "not lost".to_owned()),
-            Knob::Postpone { seq, delay, .. } => {
-                let before = self.postpone(*seq, *delay, seed)?;
-                Ok(format!("{} ms", millis::to_millis(before)))
-            }
-            _ => Err(format!("{knob} is not for a topic")),
+            knob => self.turn_channel(knob, kit, now),
         }
     }
 
@@ -200,8 +193,8 @@ impl Graph {
                 topics: Vec::new(),
                 records: Records::default(),
                 seed: 0,
+                kit: Box::new(kit),
             },
-            kit: Box::new(kit),
             cores: Some(usize::MAX),
         }
     }
@@ -310,7 +303,7 @@ impl Graph {
             inputs: wired.intakes,
         };
         let scheduler = match &release {
-            Release::Every(_) => self.kit.scheduler(spec),
+            Release::Every(_) => self.control.kit.scheduler(spec),
             Release::On(matching) => matching.scheduler(spec),
         };
         let member = Member {
@@ -482,7 +475,7 @@ impl ControlPlane {
     pub(crate) fn turn(&self, knob: &Knob, now: Time) -> Result<String, String> {
         self.check(knob)?;
         let topic = &self.topic(knob.target())?.topic;
-        topic.turn(knob, self.seed, now)
+        topic.turn(knob, (&*self.kit, self.seed), now)
     }
 
     /// Checks that the topic has this knob.
@@ -490,7 +483,7 @@ impl ControlPlane {
         let topic = self.topic(knob.target())?;
         let read = !topic.readers.is_empty();
         if read || knob.kind() == KnobKind::Depth {
-            return Ok(());
+            return self.check_value(knob);
         }
         let names = self.topics.iter().filter(|t| !t.readers.is_empty());
         let names: Vec<&str> = names.map(|t| &*t.name).collect();
@@ -499,6 +492,16 @@ impl ControlPlane {
             [] => format!("{name} has no reader, and no topic has one: let a node read it first"),
             names => format!("{name} has no reader: expected one of {}", names.join(", ")),
         })
+    }
+
+    /// Checks the value of a knob of a topic.
+    fn check_value(&self, knob: &Knob) -> Result<(), String> {
+        if matches!(knob, Knob::Depth { .. } | Knob::Read { .. }) {
+            return Ok(());
+        }
+        let channel = self.kit.channel(knob.target(), self.seed);
+        let mut channel = channel.ok_or_else(|| knob.not_in_kit())?;
+        channel.turn(knob).map(drop)
     }
 
     /// Delivers the messages of all topics that arrive by `now`.

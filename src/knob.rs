@@ -6,18 +6,15 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{
-    cost::Cost,
     depth::{Depth, DepthError},
-    draw::Draw,
-    link::Link,
-    local_clock::ClockError,
     millis,
     read_order::ReadOrder,
     time::{Hz, HzError, Time},
 };
 
 /// A setting of a node or topic of a graph. As text `rate NODE HZ`, `depth TOPIC N`,
-/// `send NODE TEXT` and so on; see [`KnobKind::usage`].
+/// `send NODE TEXT` and so on; see [`KnobKind::usage`]. The value of an effect is text here: what
+/// it means is known to those who give the effect, such as `crates/effects`.
 ///
 /// ```
 /// use ratelab::{Hz, Knob};
@@ -60,8 +57,8 @@ pub enum Knob {
     Takes {
         /// The node's name.
         node: String,
-        /// Their duration.
-        spec: Cost,
+        /// Their duration, as text.
+        spec: String,
     },
     /// Offset of a node's due times from run time zero.
     Offset {
@@ -75,15 +72,15 @@ pub enum Knob {
     Wakes {
         /// The node's name.
         node: String,
-        /// The lateness.
-        spec: Draw,
+        /// The lateness, as text.
+        spec: String,
     },
     /// The link from the publishers of a topic to its readers.
     Link {
         /// The topic's name.
         topic: String,
-        /// The link.
-        spec: Link,
+        /// The link, as text.
+        spec: String,
     },
     /// The read order of a topic.
     Read {
@@ -132,8 +129,8 @@ pub enum Knob {
     Clock {
         /// The node's name.
         node: String,
-        /// The error.
-        error: ClockError,
+        /// The error, as text.
+        error: String,
     },
 }
 
@@ -314,7 +311,7 @@ impl KnobKind {
             },
             Self::Takes => Knob::Takes {
                 node: target,
-                spec: value.parse().map_err(KnobError::Value)?,
+                spec: value.to_owned(),
             },
             Self::Offset => Knob::Offset {
                 node: target,
@@ -322,11 +319,11 @@ impl KnobKind {
             },
             Self::Wakes => Knob::Wakes {
                 node: target,
-                spec: value.parse().map_err(KnobError::Value)?,
+                spec: value.to_owned(),
             },
             Self::Link => Knob::Link {
                 topic: target,
-                spec: value.parse().map_err(KnobError::Value)?,
+                spec: value.to_owned(),
             },
             Self::Read => Knob::Read {
                 topic: target,
@@ -341,13 +338,19 @@ impl KnobKind {
             },
             Self::Clock => Knob::Clock {
                 node: target,
-                error: value.parse().map_err(KnobError::Value)?,
+                error: value.to_owned(),
             },
         })
     }
 }
 
 impl Knob {
+    /// The reason for its refusal in a graph whose kit lacks it.
+    pub(crate) fn not_in_kit(&self) -> String {
+        let name = self.kind().name();
+        format!("this graph has no {name}: build it with the kit of crates/effects")
+    }
+
     /// Kind of the knob.
     pub fn kind(&self) -> KnobKind {
         match self {
@@ -388,40 +391,22 @@ impl Knob {
         }
     }
 
-    /// The random duration it sets, if it sets one.
-    pub fn draw(&self) -> Option<&Draw> {
-        match self {
-            Self::Takes { spec, .. } => Some(&spec.draw),
-            Self::Wakes { spec, .. } => Some(spec),
-            _ => None,
-        }
-    }
-
-    /// The same, mutable, to load the durations of a recording into it.
-    pub fn draw_mut(&mut self) -> Option<&mut Draw> {
-        match self {
-            Self::Takes { spec, .. } => Some(&mut spec.draw),
-            Self::Wakes { spec, .. } => Some(spec),
-            _ => None,
-        }
-    }
-
     /// Its value as text.
     pub fn value(&self) -> String {
         match self {
             Self::Rate { hz, .. } => hz.get().to_string(),
             Self::Depth { depth, .. } => depth.to_string(),
             Self::Send { text, .. } => text.clone(),
-            Self::Takes { spec, .. } => spec.to_string(),
+            Self::Takes { spec, .. } | Self::Wakes { spec, .. } | Self::Link { spec, .. } => {
+                spec.clone()
+            }
             Self::Offset { offset, .. } => millis::to_millis(*offset).to_string(),
-            Self::Wakes { spec, .. } => spec.to_string(),
-            Self::Link { spec, .. } => spec.to_string(),
             Self::Read { order, .. } => order.to_string(),
             Self::Lose { seq, .. } => seq.to_string(),
             Self::Postpone { seq, delay, .. } => format!("{seq} {}", millis::to_millis(*delay)),
             Self::Crash { .. } | Self::Restart { .. } => String::new(),
             Self::Hang { cost, .. } => millis::to_millis(*cost).to_string(),
-            Self::Clock { error, .. } => error.to_string(),
+            Self::Clock { error, .. } => error.clone(),
         }
     }
 
@@ -432,7 +417,7 @@ impl Knob {
     }
 
     /// Sequence number of its message, for a knob of a single message.
-    fn message(&self) -> Option<u64> {
+    pub(crate) fn message(&self) -> Option<u64> {
         match self {
             Self::Lose { seq, .. } | Self::Postpone { seq, .. } => Some(*seq),
             _ => None,

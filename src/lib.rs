@@ -38,6 +38,7 @@
 //! | to have | implement | as in |
 //! |---|---|---|
 //! | figures, copies of messages, any other view of a run | [`Sink`] | `crates/account` |
+//! | another link | [`Channel`] | `crates/effects` |
 //! | another executor | [`Dispatch`] and [`Scheduler`] | `crates/effects` |
 //! | another rule for messages of several topics | [`Matching`] and [`Sets`] | `crates/effects` |
 //! | a log of what the threads of the real clock did | [`Journal`] | `crates/replay` |
@@ -77,21 +78,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod chance;
 mod channel;
 mod clock;
 mod command;
-mod cost;
 mod depth;
-mod digest;
-mod draw;
 mod event;
 mod graph;
 mod inbox;
 mod journal;
 mod knob;
-mod link;
-mod local_clock;
 mod message;
 pub mod millis;
 mod node;
@@ -112,23 +107,18 @@ mod transit;
 mod trigger;
 mod turns;
 
-pub use chance::Chance;
+pub use channel::Channel;
 pub use clock::{
     Clock, ClockExit, CrewHands, Obeyed, Outcome, RealClock, RealtimeError, RealtimePriority,
     SupervisorHand, ThreadHand, VirtualClock, lower_priority, note_end, obey_at_rest, run,
 };
 pub use command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand};
-pub use cost::Cost;
 pub use depth::{Depth, DepthError};
-pub use digest::Digest;
-pub use draw::{Draw, Recorded};
 pub use event::{Event, EventKind};
 pub use graph::{Graph, GraphError, Wiring};
 pub use inbox::{Inbox, Interrupt};
 pub use journal::{End, Entries, Entry, Journal, LateLook, ThreadJournal};
 pub use knob::{Knob, KnobError, KnobKind, TimedKnob};
-pub use link::Link;
-pub use local_clock::{ClockError, LocalClock};
 pub use message::{Head, Message, Payload};
 pub use node::{END, Fault, GO_ON, Node, Panicked, Tick};
 pub use outbox::Stamps;

@@ -26,18 +26,18 @@
 
 mod intake;
 
-use std::{any::Any, collections::VecDeque, time::Duration};
+use std::{any::Any, collections::VecDeque};
 
 use self::intake::Triggers;
 
 use super::{
-    channel::Channel,
     depth::Depth,
-    link::Link,
+    knob::Knob,
     message::{Head, Message, Payload},
     outbox::Outbox,
     read_order::ReadOrder,
     record::{Records, TopicRecord},
+    scheduling::Kit,
     sync::{
         Arc,
         atomic::{AtomicU64, Ordering},
@@ -76,7 +76,6 @@ struct Bus<T> {
     queue: Shared<Queue<T>>,
 }
 
-#[derive(Debug)]
 struct Queue<T> {
     messages: VecDeque<Message<T>>,
     depth: Depth,
@@ -225,50 +224,35 @@ impl<T: Payload> Topic<T> {
         std::mem::replace(&mut self.0.queue.lock().order, order)
     }
 
-    /// Sets a link for messages released from run time `now` on; returns the previous
-    /// link.
-    pub(crate) fn set_link(&self, link: Link, seed: u64, now: Time) -> Link {
-        let mut turn = self.0.queue.lock();
-        let queue = &mut *turn;
-        let perfect = link == Link::NONE;
-        if perfect && queue.transit.is_none() {
-            return link;
-        }
-        queue.deliver_before(now);
-        let before = queue.channel(self.name(), seed).set_link(link);
-        // A topic without a link is as fast as one that never had a link.
-        queue
-            .transit
-            .take_if(|transit| perfect && transit.is_done());
-        before
-    }
-
-    /// Loses message number `seq` on the link.
+    /// Turns a knob of what lies between publishers and readers, for messages published from run
+    /// time `now` on; returns the value before.
     ///
     /// # Errors
-    /// If it is already published.
-    pub(crate) fn lose(&self, seq: u64, seed: u64) -> Result<(), String> {
-        let mut turn = self.0.queue.lock();
-        let queue = &mut *turn;
-        queue.is_still_to_come(seq)?;
-        queue.channel(self.name(), seed).lose(seq);
-        Ok(())
-    }
-
-    /// Sets an extra `delay` for message number `seq`; returns the previous one.
-    ///
-    /// # Errors
-    /// If it is already published.
-    pub(crate) fn postpone(
+    /// The reason, for a knob that the `kit` does not know, and for a message that is published
+    /// already.
+    pub(crate) fn turn_channel(
         &self,
-        seq: u64,
-        delay: Duration,
-        seed: u64,
-    ) -> Result<Duration, String> {
+        knob: &Knob,
+        (kit, seed): (&dyn Kit, u64),
+        now: Time,
+    ) -> Result<String, String> {
         let mut turn = self.0.queue.lock();
         let queue = &mut *turn;
-        queue.is_still_to_come(seq)?;
-        Ok(queue.channel(self.name(), seed).postpone(seq, delay))
+        match knob.message() {
+            Some(seq) => queue.is_still_to_come(seq)?,
+            None => queue.deliver_before(now),
+        }
+        if queue.transit.is_none() {
+            let channel = kit.channel(self.name(), seed);
+            let channel = channel.ok_or_else(|| knob.not_in_kit())?;
+            let newest = queue.messages.back().cloned();
+            queue.transit = Some(Box::new(Transit::new(channel, queue.next_seq, newest)));
+        }
+        let transit = queue.transit.as_mut();
+        let before = transit.map(|transit| transit.channel.turn(knob));
+        // A topic without a link is as fast as one that never had a link.
+        queue.transit.take_if(|transit| transit.is_done());
+        before.unwrap_or_else(|| Err(knob.not_in_kit()))
     }
 
     /// Delivers the messages that arrive by `now`. Publishing and reading do the same.
@@ -288,16 +272,6 @@ impl<T: Payload> Topic<T> {
 }
 
 impl<T: Payload> Queue<T> {
-    /// What decides when messages are delivered.
-    fn channel(&mut self, topic: &str, seed: u64) -> &mut Channel {
-        let (next, newest) = (self.next_seq, self.messages.back());
-        let transit = self.transit.get_or_insert_with(|| {
-            let channel = Channel::new(seed, topic);
-            Box::new(Transit::new(channel, next, newest.cloned()))
-        });
-        &mut transit.channel
-    }
-
     /// Refuses a message that is already published.
     fn is_still_to_come(&self, seq: u64) -> Result<(), String> {
         match self.next_seq {

@@ -6,9 +6,8 @@ use super::{channel::Channel, message::Message, time::Time};
 
 /// The messages of a topic that are released and not yet delivered, with what decides when they
 /// are.
-#[derive(Debug)]
 pub(crate) struct Transit<T> {
-    pub(crate) channel: Channel,
+    pub(crate) channel: Box<dyn Channel>,
     /// The messages by delivery time and sequence number.
     messages: BTreeMap<(Time, u64), Message<T>>,
     /// The newest released message, with its arrival time, or `None` if it is lost.
@@ -19,7 +18,7 @@ pub(crate) struct Transit<T> {
 
 impl<T: Clone> Transit<T> {
     /// All messages before `next` are delivered, and `newest` is the last of them.
-    pub(crate) fn new(channel: Channel, next: u64, newest: Option<Message<T>>) -> Self {
+    pub(crate) fn new(channel: Box<dyn Channel>, next: u64, newest: Option<Message<T>>) -> Self {
         Self {
             channel,
             messages: BTreeMap::new(),
@@ -53,11 +52,11 @@ impl<T: Clone> Transit<T> {
         later.skip_while(move |at| *at <= now)
     }
 
-    /// Whether nothing is in flight, the latest release is delivered, and no fault is
-    /// planned for later messages.
+    /// Whether nothing is in flight, the latest release is delivered, and later messages are
+    /// delivered at once.
     pub(crate) fn is_done(&self) -> bool {
         let newest = self.newest.as_ref();
         let all = newest.is_none_or(|(message, _)| message.seq + 1 == self.next_delivered);
-        all && self.messages.is_empty() && self.channel.has_no_faults()
+        all && self.messages.is_empty() && self.channel.is_perfect()
     }
 }

@@ -1,7 +1,7 @@
-//! What gives nodes their schedulers.
+//! What gives nodes their schedulers, and topics their channels.
 
 use super::scheduler::Scheduler;
-use crate::{rate::Rate, sync::Arc, trigger::Intake};
+use crate::{channel::Channel, rate::Rate, sync::Arc, trigger::Intake};
 
 /// A node to be scheduled.
 pub struct TaskSpec {
@@ -15,8 +15,12 @@ pub struct TaskSpec {
     pub inputs: Vec<Box<dyn Intake>>,
 }
 
-/// What the nodes of a graph can do beyond ticking at a rate.
+/// What the nodes and topics of a graph can do beyond ticking at a rate and delivering at once.
 pub trait Kit: Send + Sync {
     /// The scheduler of a node at a rate.
     fn scheduler(&self, spec: TaskSpec) -> Box<dyn Scheduler>;
+
+    /// What lies between the publishers and the readers of a topic whose knobs are turned; `None`
+    /// if nothing does.
+    fn channel(&self, topic: &str, seed: u64) -> Option<Box<dyn Channel>>;
 }

@@ -6,6 +6,7 @@ use super::{
     scheduler::{Job, JobKind, Scheduler, SchedulerEvent, TaskState, Timetable},
 };
 use crate::{
+    channel::Channel,
     command::ClockKind,
     knob::{Knob, KnobKind},
     rate::Rate,
@@ -111,10 +112,7 @@ impl Scheduler for Periodic {
     fn check(&self, _: usize, knob: &Knob) -> Result<(), String> {
         match knob.kind() {
             KnobKind::Rate => Ok(()),
-            kind => Err(format!(
-                "this graph has no {}: build it with the kit of crates/effects",
-                kind.name()
-            )),
+            _ => Err(knob.not_in_kit()),
         }
     }
 
@@ -136,5 +134,9 @@ pub(crate) struct Plain;
 impl Kit for Plain {
     fn scheduler(&self, spec: TaskSpec) -> Box<dyn Scheduler> {
         Box::new(Periodic::new(spec))
+    }
+
+    fn channel(&self, _: &str, _: u64) -> Option<Box<dyn Channel>> {
+        None
     }
 }

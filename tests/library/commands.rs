@@ -12,6 +12,7 @@ use ratelab::{
     Time, Topic, VirtualClock,
 };
 use ratelab_account::Observer;
+use ratelab_effects::Effects;
 
 use crate::support::{
     TickLog, applied, at, hz, metronome, refused, run_timed, run_virtual, secs, set_depth, set_rate,
@@ -24,7 +25,7 @@ fn seconds(times: &[Time]) -> Vec<f64> {
 /// Three nodes at 10 Hz in the order a, b, c, the first of which gives
 /// `commands` during its first tick.
 fn trio(commander: Sender<Command>, commands: Vec<Command>) -> (TickLog, Graph) {
-    let (log, mut graph) = (TickLog::default(), Graph::new());
+    let (log, mut graph) = (TickLog::default(), Graph::with(Effects));
     let mut commands = commands.into_iter();
     log.node_that(&mut graph, "a", 10.0, 0, move |_| {
         for command in commands.by_ref() {
@@ -48,7 +49,7 @@ fn a_timed_rate_takes_effect_before_the_tick_that_is_due_then() {
 #[test]
 fn a_timed_depth_takes_effect_before_the_message_that_is_published_then() {
     let topic = Topic::new("/count", Depth::ONE);
-    let mut graph = Graph::new();
+    let mut graph = Graph::with(Effects);
     let source = |wiring: &mut ratelab::Wiring<'_>| {
         let count = wiring.publisher(&topic);
         move |now| {
@@ -209,12 +210,12 @@ fn the_real_clock_refuses_commands_for_virtual_time() {
 
 #[test]
 fn an_empty_graph_completes() {
-    let mut graph = Graph::new();
+    let mut graph = Graph::with(Effects);
     assert_eq!(
         run_virtual(&mut graph, Vec::new(), Time::MAX),
         ClockExit::Completed
     );
-    let mut graph = Graph::new();
+    let mut graph = Graph::with(Effects);
     let exit = run_timed(
         &mut RealClock::default(),
         &mut graph,
@@ -247,7 +248,7 @@ fn a_node_that_ends_the_run_is_named_with_the_time() {
 fn a_paused_run_stands_still_until_it_is_resumed() {
     static TICKS: AtomicU64 = AtomicU64::new(0);
     let (commander, mut inbox) = Inbox::new(Vec::new());
-    let mut graph = Graph::new();
+    let mut graph = Graph::with(Effects);
     let counter = |_: &mut ratelab::Wiring<'_>| {
         |_: Time| {
             TICKS.fetch_add(1, Ordering::Relaxed);

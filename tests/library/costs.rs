@@ -9,7 +9,7 @@ use ratelab::{
 };
 use ratelab_account::{Observer, TapHandle};
 use ratelab_cart_pole::{ACTION, Action, CartPole, POLICY};
-use ratelab_effects::Effects;
+use ratelab_effects::{Draw, Effects, checked, draw, with_draw};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::WorldKind,
@@ -26,7 +26,7 @@ fn at(millis: u64) -> Time {
 }
 
 fn knob(text: &str) -> Knob {
-    text.parse().expect(text)
+    checked(text.parse().expect(text)).expect(text)
 }
 
 #[test]
@@ -68,9 +68,15 @@ fn invalid_durations_are_refused_with_the_expected_form() {
         ("offset policy -0.1", "0 to 1000000000"),
         ("wakes policy busy 3", "is no duration"),
     ] {
-        let error = text.parse::<Knob>().expect_err(text).to_string();
+        let error = refused(text);
         assert!(error.contains(part), "{text}: {error}");
     }
+}
+
+/// Why `text` is no knob.
+fn refused(text: &str) -> String {
+    let knob = text.parse::<Knob>().map_err(|error| error.to_string());
+    knob.and_then(checked).expect_err(text)
 }
 
 fn with(knobs: &[&str], config: Config) -> Config {
@@ -92,11 +98,12 @@ fn refusal(config: &Config) -> String {
 
 /// The knob `text`, with durations as if loaded from its recording.
 fn loaded(text: &str, durations: &[Duration]) -> Result<Knob, String> {
-    let mut knob = knob(text);
-    let draw = knob.draw_mut().expect("durations");
-    let recorded = draw.missing().expect("a recording").clone();
-    *draw = recorded.with_durations(durations.to_vec())?.into();
-    Ok(knob)
+    let knob = knob(text);
+    let Some(Draw::Recorded(recorded)) = draw(&knob)? else {
+        panic!("{text} names no recording");
+    };
+    let measured = recorded.with_durations(durations.to_vec())?;
+    Ok(with_draw(knob, measured.into()))
 }
 
 #[test]

@@ -94,7 +94,12 @@ fn the_core_stands_on_nothing_and_every_other_crate_on_those_below() {
     );
     assert_eq!(
         ours("crates/cart-pole/"),
-        ["ratelab", "ratelab-account", "ratelab-study"]
+        [
+            "ratelab",
+            "ratelab-account",
+            "ratelab-effects",
+            "ratelab-study"
+        ]
     );
 }
 

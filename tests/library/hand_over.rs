@@ -5,7 +5,7 @@ use ratelab::{
     ClockExit, ClockKind, Command, Depth, GO_ON, Graph, Inbox, RealClock, Time, Topic, run,
 };
 use ratelab_account::{Observer, TapHandle};
-use ratelab_effects::{Callback, Executor, Executors, Match};
+use ratelab_effects::{Callback, Effects, Executor, Executors, Match};
 
 use crate::support::{TickLog, applied, at, messages_of, metronome, refused, run_virtual, secs};
 
@@ -23,7 +23,7 @@ fn a_graph_is_not_handed_to_the_clock_that_runs_it() {
 
 #[test]
 fn a_graph_that_is_handed_over_and_back_continues_where_it_was() {
-    let (log, mut graph) = (TickLog::default(), Graph::new());
+    let (log, mut graph) = (TickLog::default(), Graph::with(Effects));
     let rates = [("fast", 200.0), ("medium", 50.0), ("odd", 33.3)];
     let topic = Topic::new("/numbers", Depth::ONE);
     for (name, rate) in rates {
@@ -88,7 +88,7 @@ fn a_graph_continues_after_an_end_as_if_there_was_none() {
 #[test]
 fn messages_in_flight_at_a_hand_over_trigger_their_nodes() {
     for executor in [None, Some(Executor::Single)] {
-        let (mut graph, far) = (Graph::new(), Topic::new("/far", Depth::ONE));
+        let (mut graph, far) = (Graph::with(Effects), Topic::new("/far", Depth::ONE));
         let (sender, ticks) = crossbeam_channel::unbounded();
         let reader = graph.node("reader", Match::Each, 0, |wiring| {
             let _ = wiring.trigger(&far);

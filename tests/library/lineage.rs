@@ -8,6 +8,7 @@ use ratelab::{
     Tick, Time, TimedCommand, Topic, VirtualClock,
 };
 use ratelab_account::{Lineage, Observer, PushAgeView, Tap, TapHandle, TapMessage};
+use ratelab_effects::Effects;
 
 use crate::support::{depth, hz, secs};
 
@@ -133,7 +134,7 @@ fn inputs(plan: &Plan, number: usize) -> Vec<usize> {
 
 fn built(plan: &Plan, seed: u64) -> Built {
     let last = plan.nodes.len() - 1;
-    let mut graph = Graph::new();
+    let mut graph = Graph::with(Effects);
     graph.set_seed(seed);
     let topics: Vec<Topic<Chain>> = (0..last)
         .map(|topic| Topic::new(format!("/t{topic}"), depth(1)))

@@ -11,6 +11,7 @@ use proptest::prelude::*;
 use ratelab::{ClockKind, Command, END, GO_ON, Graph, Knob, Time, TimedCommand, Topic};
 use ratelab_account::{Observer, Snapshot, TapHandle};
 use ratelab_cart_pole::{ACTION, ACTUATOR, CartPole, OBS, POLICY, SENSOR};
+use ratelab_effects::{Effects, checked};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::{BuildError, Builder, System, WorldKind},
@@ -19,7 +20,7 @@ use ratelab_study::{
 use crate::support::{depth, hz, run_virtual, secs, specs::almost_link};
 
 fn knob(text: &str) -> Knob {
-    text.parse().expect(text)
+    checked(text.parse().expect(text)).expect(text)
 }
 
 #[test]
@@ -81,7 +82,8 @@ fn invalid_links_and_faults_are_refused_with_the_accepted_values() {
         ("clock policy 5 1e9", "500000 ppm"),
         ("clock policy NaN 0", "is no error of a clock"),
     ] {
-        let error = text.parse::<Knob>().expect_err(text).to_string();
+        let knob = text.parse::<Knob>().map_err(|error| error.to_string());
+        let error = knob.and_then(checked).expect_err(text);
         assert!(error.contains(part), "{text}: {error}");
         assert_eq!(error.lines().count(), 1, "{error}");
     }
@@ -100,7 +102,7 @@ fn tapped_bench(
     read_hz: f64,
     knobs: &[Knob],
 ) -> (Vec<(Time, u64)>, Snapshot, Vec<Option<Time>>) {
-    let (mut graph, topic) = (Graph::new(), Topic::new("/test", depth(1)));
+    let (mut graph, topic) = (Graph::with(Effects), Topic::new("/test", depth(1)));
     graph.set_seed(7);
     let talker = graph.node("talker", hz(50.0), 0, |wiring| {
         let publisher = wiring.publisher(&topic);
@@ -542,7 +544,7 @@ fn a_delay_is_the_wall_s_under_the_real_clock() {
 
 #[test]
 fn a_tap_holds_every_message_with_its_arrival() {
-    let (mut graph, topic) = (Graph::new(), Topic::new("/test", depth(1)));
+    let (mut graph, topic) = (Graph::with(Effects), Topic::new("/test", depth(1)));
     let talker = graph.node("talker", hz(50.0), 0, |wiring| {
         let publisher = wiring.publisher(&topic);
         move |now| {

@@ -8,7 +8,7 @@ use ratelab::{
     Topic, VirtualClock,
 };
 use ratelab_account::{Observer, TapHandle, TickRecord};
-use ratelab_effects::{Callback, Executor, Executors, Match};
+use ratelab_effects::{Callback, Effects, Executor, Executors, Match};
 use ratelab_replay::{Rerun, RunLog};
 
 use crate::support::{self, depth, hz, secs};
@@ -49,7 +49,7 @@ fn callbacks() -> [Callback; 5] {
 
 /// Its nodes but for the controller are those of `executor`, if there is one.
 fn robot(executor: Option<Executor>) -> Robot {
-    let mut graph = Graph::new();
+    let mut graph = Graph::with(Effects);
     let [image, scan, objects, fused, command] =
         ["/image", "/scan", "/objects", "/fused", "/command"]
             .map(|name| Topic::new(name, depth(4)));

@@ -18,6 +18,7 @@ use ratelab::{
     Time, TimedCommand, Topic, Topology,
 };
 use ratelab_account::{Distribution, Observer, RowTap, Rows, Tap, TapHandle, TickRecord};
+use ratelab_effects::Effects;
 use ratelab_replay::{Log, Rerun, RunLog};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
@@ -534,7 +535,7 @@ fn total_and_topic() -> (Arc<Shared<u64>>, Topic<u64>) {
 
 /// Two nodes that add to one number and publish it.
 fn adders(total: &Arc<Shared<u64>>, topic: &Topic<u64>) -> Graph {
-    let mut graph = Graph::new();
+    let mut graph = Graph::with(Effects);
     for name in ["one", "other"] {
         let total = total.clone();
         let added = graph.node(name, support::hz(1_000.0), 0, |wiring| {
@@ -678,7 +679,7 @@ fn a_lock_within_another_one_does_not_hang_a_run_that_is_held() {
             Arc::new(Shared::new("one", 0)),
             Arc::new(Shared::new("other", 0)),
         );
-        let mut graph = Graph::new();
+        let mut graph = Graph::with(Effects);
         let (first, second) = (one.clone(), other.clone());
         let both = move |_: Time| {
             let mut first = first.lock();
@@ -773,7 +774,7 @@ fn a_node_that_does_something_else_is_named() {
 #[test]
 fn a_node_that_waits_in_vain_is_named_by_the_watch() {
     let graph = |input: crossbeam_channel::Receiver<()>| {
-        let mut graph = Graph::new();
+        let mut graph = Graph::with(Effects);
         let waits = move |_: Time| {
             let _ = input.recv();
             GO_ON

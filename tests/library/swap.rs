@@ -8,6 +8,7 @@ use ratelab::{
     VirtualClock, run,
 };
 use ratelab_cart_pole::{CartPole, POLICY, policy::Scripted};
+use ratelab_effects::Effects;
 use ratelab_study::experiment::{
     Config, Experiment,
     sweep::{Sweep, SweepAxis},
@@ -36,7 +37,7 @@ impl Node for Listener {
 }
 
 fn listener() -> Graph {
-    let mut graph = Graph::new();
+    let mut graph = Graph::with(Effects);
     let silent = Listener("nothing".to_owned());
     graph.node("a", hz(100.0), 0, |_| silent).expect("graph");
     graph

@@ -5,7 +5,7 @@ use ratelab::{
     run,
 };
 use ratelab_account::{Observer, TapHandle, TickRecord};
-use ratelab_effects::{Callback, Executor, Executors, Match};
+use ratelab_effects::{Callback, Effects, Executor, Executors, Match};
 use ratelab_replay::{Rerun, RunLog};
 use shuttle::{
     sync::{
@@ -27,7 +27,7 @@ const UNTIL: Time = Time::from_nanos(60_000_000);
 /// A source on a thread of its own; a sink of its messages, a second one that excludes the
 /// first, and a timer, on the threads of an executor.
 fn graph(executor: Executor) -> Graph {
-    let mut graph = Graph::new();
+    let mut graph = Graph::with(Effects);
     let topic = Topic::new("/messages", depth(2));
     let source = graph.node("source", hz(100.0), 0, |wiring| {
         let publisher = wiring.publisher(&topic);
@@ -140,7 +140,7 @@ fn a_message_wakes_a_thread_that_waits_for_nothing_else() {
         let executor: Executor = executor.parse().expect("a text");
         // Fair schedules: the source goes on until the sink has both.
         let check = move || {
-            let mut graph = Graph::new();
+            let mut graph = Graph::with(Effects);
             let topic = Topic::new("/messages", depth(1));
             let taken = Arc::new(AtomicUsize::new(0));
             let sink = taken.clone();

@@ -2,7 +2,7 @@
 
 use std::{fmt, str::FromStr, time::Duration};
 
-use ratelab::Draw;
+use ratelab_effects::Draw;
 
 /// The actuator's handling of an action with old sensing. As text `hold`, or `zero:50`
 /// (ms).

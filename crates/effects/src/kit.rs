@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use ratelab::{Kit, Matching, Release, Scheduler, TaskSpec};
+use ratelab::{Channel, Kit, Matching, Release, Scheduler, TaskSpec};
 
-use super::{matching::Match, own::Own, task::Task, trigger::Trigger};
+use super::{channel::LinkChannel, matching::Match, own::Own, task::Task, trigger::Trigger};
 
-/// Gives the nodes of a graph costs, lateness, offsets, faults and wrong clocks.
+/// Gives the nodes of a graph costs, lateness, offsets, faults and wrong clocks, and its topics
+/// links.
 ///
 /// ```
 /// use ratelab::{GO_ON, Graph, Hz};
@@ -23,6 +24,10 @@ pub struct Effects;
 impl Kit for Effects {
     fn scheduler(&self, spec: TaskSpec) -> Box<dyn Scheduler> {
         Box::new(Own::new(Task::new(spec)))
+    }
+
+    fn channel(&self, topic: &str, seed: u64) -> Option<Box<dyn Channel>> {
+        Some(Box::new(LinkChannel::new(seed, topic)))
     }
 }
 

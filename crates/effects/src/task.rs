@@ -2,12 +2,11 @@
 
 use std::{collections::VecDeque, sync::Arc, time::Duration};
 
-use ratelab::{
-    Chance, Cost, Draw, Hz, JobKind, Knob, KnobKind, LocalClock, Rate, TaskSpec, TaskState, Time,
-    Timetable, millis,
-};
+use ratelab::{Hz, JobKind, Knob, KnobKind, Rate, TaskSpec, TaskState, Time, Timetable, millis};
 
-use super::trigger::Trigger;
+use super::{
+    chance::Chance, cost::Cost, draw::Draw, local_clock::LocalClock, spec, trigger::Trigger,
+};
 
 /// The schedule of a node, and where it is in it.
 pub(crate) struct Task {
@@ -282,7 +281,7 @@ impl Task {
             KnobKind::Wakes if !own => Err(format!(
                 "{name} has no thread of its own: its executor decides when it starts"
             )),
-            _ => match knob.draw().and_then(|draw| draw.missing()) {
+            _ => match spec::draw(knob)?.as_ref().and_then(Draw::missing) {
                 Some(recorded) => Err(format!(
                     "the durations in {} were not loaded: name a recording that the command can \
                      read",
@@ -314,14 +313,14 @@ impl Task {
                 let before = replace(&mut self.offset, *offset);
                 format!("{} ms", millis::to_millis(before))
             }
-            Knob::Takes { spec, .. } => replace(&mut self.takes, spec.clone()).to_string(),
-            Knob::Wakes { spec, .. } => replace(&mut self.wakes, spec.clone()).to_string(),
+            Knob::Takes { spec, .. } => replace(&mut self.takes, spec.parse()?).to_string(),
+            Knob::Wakes { spec, .. } => replace(&mut self.wakes, spec.parse()?).to_string(),
             Knob::Hang { cost, .. } => {
                 self.hang = Some(*cost);
                 self.takes.to_string()
             }
             Knob::Clock { error, .. } => {
-                let clock = LocalClock::new(plan.now(), *error);
+                let clock = LocalClock::new(plan.now(), error.parse()?);
                 plan.stamp_by(member, Arc::new(move |now| clock.shows(now)));
                 let before = self.clock.replace(clock).unwrap_or_default();
                 let shown = self.shows(free);

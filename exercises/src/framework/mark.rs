@@ -5,7 +5,7 @@
 
 use std::hash::{BuildHasher, Hasher, RandomState};
 
-use ratelab::Digest;
+use ratelab_effects::Digest;
 
 /// How a prediction came into its file.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -4,6 +4,7 @@ use std::{ops::RangeInclusive, str::FromStr, time::Duration};
 
 use ratatui::layout::Size;
 use ratelab::{Knob, KnobKind, Speed, Time};
+use ratelab_effects::knob;
 
 /// Longest run accepted: a year.
 const LONGEST_S: f64 = 365.0 * 24.0 * 3600.0;
@@ -72,7 +73,7 @@ fn of_node(kind: KnobKind, text: &str) -> Result<Knob, String> {
         .split_once('=')
         .filter(|(node, _)| !node.trim().is_empty())
         .ok_or_else(|| format!("expected NODE={}", kind.value_name()))?;
-    let knob = kind.set(node.trim(), value);
+    let knob = knob(kind, node.trim(), value);
     knob.map_err(|error| error.to_string())
 }
 

@@ -3,6 +3,7 @@
 use std::fmt::Display;
 
 use ratelab::{Knob, KnobKind};
+use ratelab_effects::knob;
 
 /// Rates in Hz: dense where the pole falls.
 pub const RATES: [f64; 27] = [
@@ -64,7 +65,7 @@ pub fn next_knobs(
         return Err(at_end(&what, direction, format!("{current}{unit}")));
     };
     let value = value.to_string();
-    let knobs = targets.iter().map(|target| kind.set(target, &value));
+    let knobs = targets.iter().map(|target| knob(kind, target, &value));
     let knobs: Result<_, _> = knobs.collect();
     knobs.map_err(|error| error.to_string())
 }

@@ -8,7 +8,8 @@ use std::{
     sync::Arc,
 };
 
-use ratelab::{ClockKind, Command, Draw, Event, Knob, KnobKind, Time, TimedKnob};
+use ratelab::{ClockKind, Command, Event, Knob, KnobKind, Time, TimedKnob};
+use ratelab_effects::{Draw, draw, knob, with_draw};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::System,
@@ -139,13 +140,14 @@ fn measured(recording: &Recording, kind: KnobKind, node: &str) -> Result<Option<
         return Ok(None);
     }
     let spec = format!("recorded:{}", recording.path.display());
-    let mut knob = kind.set(node, &spec).map_err(|error| error.to_string())?;
-    if let Some(draw) = knob.draw_mut()
-        && let Some(recorded) = draw.missing()
-    {
-        *draw = Draw::from(recorded.with_durations(durations)?);
+    let knob = knob(kind, node, &spec).map_err(|error| error.to_string())?;
+    match draw(&knob)? {
+        Some(Draw::Recorded(recorded)) => {
+            let measured = recorded.with_durations(durations)?;
+            Ok(Some(with_draw(knob, measured.into())))
+        }
+        _ => Ok(Some(knob)),
     }
-    Ok(Some(knob))
 }
 
 /// Whether the graph accepts `knob`: a world that moves by itself refuses some.

@@ -2,8 +2,9 @@
 
 use std::{path::Path, time::Duration};
 
-use ratelab::{Draw, Knob, KnobKind};
+use ratelab::{Knob, KnobKind};
 use ratelab_account::TickRecord;
+use ratelab_effects::{Draw, draw, with_draw};
 
 use super::reader::Recording;
 
@@ -13,18 +14,16 @@ use super::reader::Recording;
 /// # Errors
 /// An error if the recording cannot be read, or has no such durations, or different ones
 /// than when they were first read.
-pub fn with_durations(mut knob: Knob) -> Result<Knob, String> {
-    let (kind, node) = (knob.kind(), knob.target().to_owned());
-    let Some(draw) = knob.draw_mut() else {
-        return Ok(knob);
-    };
-    let Some(recorded) = draw.missing() else {
+pub fn with_durations(knob: Knob) -> Result<Knob, String> {
+    let draw = draw(&knob)?;
+    let Some(recorded) = draw.as_ref().and_then(Draw::missing) else {
         return Ok(knob);
     };
     let recording = Recording::read(Path::new(recorded.file()));
     let recording = recording.map_err(|error| error.to_string())?;
-    *draw = Draw::from(recorded.with_durations(durations(&recording, kind, &node))?);
-    Ok(knob)
+    let measured = durations(&recording, knob.kind(), knob.target());
+    let measured = recorded.with_durations(measured)?;
+    Ok(with_draw(knob, measured.into()))
 }
 
 /// The measurements of `node` for a knob of this `kind`.

@@ -4,6 +4,7 @@ use std::iter::Peekable;
 
 use ratelab::{Event, Knob, Time, TimedKnob};
 use ratelab_account::{Lineage, TickRecord};
+use ratelab_effects::takes_time;
 
 use super::reader::Recording;
 
@@ -77,7 +78,7 @@ impl Costs {
     ) -> Option<Time> {
         while let Some(timed) = knobs.next_if(|timed| timed.at <= tick.at) {
             match &timed.knob {
-                Knob::Takes { spec, .. } => self.takes = !spec.draw.is_none(),
+                Knob::Takes { .. } => self.takes = takes_time(&timed.knob),
                 Knob::Hang { .. } => self.hangs = true,
                 Knob::Crash { .. } | Knob::Restart { .. } => self.hangs = false,
                 _ => {}

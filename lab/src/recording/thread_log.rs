@@ -4,8 +4,9 @@
 //! it: a row that was changed, lost or exchanged is found, even if it makes no difference
 //! to the run.
 
-use ratelab::{Digest, Event, Time, Topology};
+use ratelab::{Event, Time, Topology};
 use ratelab_account::Observer;
+use ratelab_effects::Digest;
 use ratelab_replay::{Log, LogPosition, RunLog};
 use rerun::{RecordingStream, RecordingStreamResult, log::Chunk};
 

@@ -33,7 +33,7 @@ pub use scripted::Scripted;
 pub use spec::{LoadedPolicy, PolicyContext, PolicySpec};
 pub use swappable::SwappablePolicy;
 
-pub use ratelab::Digest;
+pub use ratelab_effects::Digest;
 
 /// The largest file accepted as a policy (bytes): 16 MiB, many times the size of a
 /// network that can decide a thousand times a second.

@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use ratelab::{Draw, Knob, Link, ReadOrder};
+use ratelab::{Knob, ReadOrder};
+use ratelab_effects::{Draw, Link, draw};
 use ratelab_study::system::{Setup, WorldKind};
 use thiserror::Error;
 
@@ -122,12 +123,13 @@ impl Reading {
             Knob::Offset { node, offset } => self.cadence(node)?.offset = *offset,
             Knob::Send { node, text } if node == POLICY => self.policy = text.parse().ok()?,
             Knob::Send { node, text } if node == ACTUATOR => self.stale = text.parse().ok()?,
-            Knob::Takes { node, spec } if node == POLICY => {
-                (self.timing.policy_takes, self.spread[1]) = bounds(&spec.draw)?;
+            Knob::Takes { node, .. } if node == POLICY => {
+                (self.timing.policy_takes, self.spread[1]) = bounds(&draw(knob).ok()??)?;
             }
-            Knob::Takes { spec, .. } if !spec.draw.is_none() => return None,
-            Knob::Wakes { spec, .. } if !spec.is_none() => return None,
-            Knob::Link { topic, spec } => self.link(topic, spec)?,
+            Knob::Takes { .. } | Knob::Wakes { .. } => {
+                draw(knob).ok()?.filter(Draw::is_none)?;
+            }
+            Knob::Link { topic, spec } => self.link(topic, &spec.parse().ok()?)?,
             Knob::Read { order, .. } if *order != ReadOrder::Newest => return None,
             Knob::Send { .. } | Knob::Crash { .. } | Knob::Restart { .. } | Knob::Clock { .. } => {
                 return None;

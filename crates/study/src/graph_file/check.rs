@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ratelab::{Hz, Knob, KnobKind, Release};
-use ratelab_effects::{Callback, Match};
+use ratelab_effects::{Callback, Match, draw, knob};
 
 use super::{
     CHAINS, ChainSpec, GraphFile, InnerSpec, Limit, MOST_CHAINS, MOST_PARTS, NodeSpec,
@@ -119,9 +119,10 @@ impl Checker<'_> {
         let mut knobs = Vec::new();
         for (key, at, text) in block.knobs() {
             let Form::Knob(kind) = key.form else { continue };
-            let knob = kind.set(&block.name.text, text.trim());
+            let knob = knob(kind, &block.name.text, text.trim());
             let knob = knob.map_err(|error| self.refuse(at, format!("{}: {error}", key.name)))?;
-            if knob.draw().and_then(|draw| draw.missing()).is_some() {
+            let draw = draw(&knob).map_err(|why| self.refuse(at, why))?;
+            if draw.is_some_and(|draw| draw.missing().is_some()) {
                 let option = "measured durations are for the command line";
                 let what = format!("{}: {option}: --knob \"{knob}\"", key.name);
                 return Err(self.refuse(at, what));

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use ratelab::{Knob, Release};
-use ratelab_effects::Executor;
+use ratelab_effects::{Draw, Executor, draw};
 
 use super::{ExecutorSpec, GraphSystem, NodeSpec};
 use crate::system::Setup;
@@ -59,13 +59,13 @@ impl GraphSystem {
     fn loads(&self, setup: &Setup) -> Loads<'_> {
         let cost = |name: &str| {
             setup.iter().find_map(|knob| match knob {
-                Knob::Takes { node, spec } if node == name => Some(&spec.draw),
+                Knob::Takes { node, .. } if node == name => draw(knob).ok()?,
                 _ => None,
             })
         };
         let load = |name: &str, hz: f64| Load {
             hz,
-            cost: cost(name).map_or(0.0, |draw| draw.median().as_secs_f64()),
+            cost: cost(name).map_or(0.0, |draw: Draw| draw.median().as_secs_f64()),
             late: cost(name).map_or(0.0, |draw| draw.share_above(FULL / hz)),
         };
         let mut loads = Loads::new();

@@ -1,6 +1,7 @@
 //! Knobs: by presets, by exact values, and by timed knobs.
 
-use ratelab::{Command, Event, EventKind, Knob, KnobKind, Link};
+use ratelab::{Command, Event, EventKind, Knob, KnobKind};
+use ratelab_effects::Link;
 use ratelab_study::{
     experiment::{Config, Experiment},
     system::KnobText,
@@ -101,7 +102,7 @@ impl App {
             return self.notify(presets::at_end(&what, direction, value));
         };
         let knobs = topics.into_iter().zip(&links).map(|(topic, link)| {
-            let spec = link.with(&format!("{part}:{next}"))?;
+            let spec = link.with(&format!("{part}:{next}"))?.to_string();
             Ok(Knob::Link { topic, spec })
         });
         self.turn_or_notify(knobs.collect());
@@ -111,7 +112,7 @@ impl App {
     fn link(&self, name: &str) -> Link {
         let wanted = self.knobs.wanted();
         let link = wanted.iter().find_map(|knob| match knob {
-            Knob::Link { topic, spec } if topic == name => Some(spec.clone()),
+            Knob::Link { topic, spec } if topic == name => spec.parse().ok(),
             _ => None,
         });
         link.unwrap_or(Link::NONE)

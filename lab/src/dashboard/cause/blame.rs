@@ -1,6 +1,7 @@
 //! The words for each owner of an age, and for what its cure does.
 
 use ratelab::{Hz, Knob, KnobKind};
+use ratelab_effects::takes_time;
 use ratelab_study::system::System;
 
 use super::{Explained, Facts, Owner, Tried, acting, ms, number};
@@ -95,8 +96,7 @@ impl Facts<'_> {
     /// time that they need.
     fn is_set_to_take(&self, node: &str) -> bool {
         let mut knobs = self.setup.iter();
-        let sets = |knob: &Knob| matches!(knob, Knob::Takes { spec, .. } if !spec.draw.is_none());
-        knobs.any(|knob| knob.target() == node && sets(knob))
+        knobs.any(|knob| knob.target() == node && takes_time(knob))
     }
 
     /// Whether `knob` was turned since the start, and is in force.

@@ -2,6 +2,7 @@
 
 use ratelab::{Hz, Knob, KnobKind};
 use ratelab_account::Snapshot;
+use ratelab_effects::Link;
 use ratelab_study::{
     experiment::sweep::{AxisError, SweepAxis},
     system::{KnobText, Setup, System},
@@ -88,9 +89,14 @@ impl KnobQuantity {
             knob.kind() == self.kind && self.name.contains(&format!(" {}", knob.target()))
         };
         match setup.iter().find(axis_knob) {
-            Some(Knob::Link { spec, .. }) if self.number == 2 => spec.loss(),
-            Some(Knob::Link { spec, .. }) => spec.delay_ms().unwrap_or_default(),
-            Some(Knob::Takes { spec, .. }) => spec.to_string().parse().unwrap_or_default(),
+            Some(Knob::Link { spec, .. }) => {
+                let link: Link = spec.parse().unwrap_or(Link::NONE);
+                match self.number {
+                    2 => link.loss(),
+                    _ => link.delay_ms().unwrap_or_default(),
+                }
+            }
+            Some(Knob::Takes { spec, .. }) => spec.parse().unwrap_or_default(),
             _ if self.kind == KnobKind::Rate => rate_in_force(graph, setup, &self.node),
             _ => 0.0,
         }

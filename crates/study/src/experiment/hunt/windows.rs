@@ -2,7 +2,8 @@
 
 use std::{ops::Range, time::Duration};
 
-use ratelab::{Chance, Time};
+use ratelab::Time;
+use ratelab_effects::Chance;
 
 use super::{
     Budget, HuntError,

@@ -4,7 +4,7 @@ use std::{fmt, str::FromStr};
 
 use serde::{Deserialize, Serialize};
 
-use super::time::Time;
+use ratelab::Time;
 
 /// A drift of one, in units of 10⁻¹².
 const ONE: i128 = 1_000_000_000_000;
@@ -19,7 +19,7 @@ const LARGEST_PPM: f64 = 500_000.0;
 /// and to the millionth of a ppm.
 ///
 /// ```
-/// use ratelab::ClockError;
+/// use ratelab_effects::ClockError;
 ///
 /// let error: ClockError = "-2.5 40".parse()?;
 /// assert_eq!(error.to_string(), "-2.5 40");
@@ -84,7 +84,7 @@ impl From<ClockError> for String {
 
 /// A clock with an error since a given run time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct LocalClock {
+pub(crate) struct LocalClock {
     since: Time,
     /// Its error.
     pub error: ClockError,

@@ -1,10 +1,18 @@
 //! Random durations, such as tick times.
 
-use std::{fmt, str::FromStr, sync::Arc, time::Duration};
+use std::{
+    collections::BTreeMap,
+    fmt,
+    str::FromStr,
+    sync::{Arc, Mutex, PoisonError},
+    time::Duration,
+};
 
 use serde::{Deserialize, Serialize};
 
-use super::{chance, digest::Digest, millis};
+use ratelab::millis;
+
+use super::{chance, digest::Digest};
 
 /// The 99th percentile of the standard normal distribution.
 const NORMAL_P99: f64 = 2.326_347_874_040_840_8;
@@ -20,7 +28,7 @@ const PIN: &str = "@sha256:";
 /// durations in a file; `none`.
 ///
 /// ```
-/// use ratelab::Draw;
+/// use ratelab_effects::Draw;
 ///
 /// let draw: Draw = "60..110".parse()?;
 /// assert_eq!(draw.to_string(), "60..110");
@@ -167,8 +175,11 @@ impl From<Draw> for String {
     }
 }
 
+/// The tables of durations that were loaded, each by its digest.
+static TABLES: Mutex<BTreeMap<Digest, Arc<[Duration]>>> = Mutex::new(BTreeMap::new());
+
 /// Measured durations, named by their recording. The library reads no recordings: the
-/// program loads the durations and supplies them.
+/// program loads the durations and supplies them, once for all draws of the same digest.
 #[derive(Clone, Debug)]
 pub struct Recorded {
     file: String,
@@ -187,10 +198,11 @@ impl Recorded {
                 "{RECORDED} names no recording: expected {RECORDED}FILE"
             ));
         }
+        let tables = TABLES.lock().unwrap_or_else(PoisonError::into_inner);
         Ok(Self {
             file: file.to_owned(),
             pin,
-            table: None,
+            table: pin.and_then(|digest| tables.get(&digest).cloned()),
         })
     }
 
@@ -218,11 +230,16 @@ impl Recorded {
             Some(expected) if expected != digest => Err(format!(
                 "{file} has other durations than it had: expected SHA-256 {expected}, found {digest}"
             )),
-            _ => Ok(Self {
-                file: file.clone(),
-                pin: Some(digest),
-                table: Some(durations.into()),
-            }),
+            _ => {
+                let table: Arc<[Duration]> = durations.into();
+                let mut tables = TABLES.lock().unwrap_or_else(PoisonError::into_inner);
+                tables.insert(digest, table.clone());
+                Ok(Self {
+                    file: file.clone(),
+                    pin: Some(digest),
+                    table: Some(table),
+                })
+            }
         }
     }
 

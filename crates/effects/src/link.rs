@@ -4,7 +4,9 @@ use std::{fmt, str::FromStr, time::Duration};
 
 use serde::{Deserialize, Serialize};
 
-use super::{draw::Draw, millis};
+use ratelab::millis;
+
+use super::draw::Draw;
 
 /// The accepted texts.
 const EXPECTED: &str = "expected none, or parts with commas in between: delay:MS, delay:A..B, \
@@ -19,7 +21,7 @@ const LONGEST_BURST: f64 = 1e9;
 /// (ms).
 ///
 /// ```
-/// use ratelab::Link;
+/// use ratelab_effects::Link;
 ///
 /// let link: Link = "loss:0.2,delay:lognormal:10,50,in-order".parse()?;
 /// assert_eq!(link.to_string(), "delay:lognormal:10,50,in-order,loss:0.2");
