@@ -6,6 +6,8 @@
 mod executors;
 mod triggers;
 
+use std::convert::Infallible;
+
 use thiserror::Error;
 
 use super::{
@@ -22,7 +24,7 @@ use super::{
     seat::{Again, Fixed, Seat, Wired},
     state::{RunState, Status},
     sync::Arc,
-    time::Time,
+    time::{HzError, Time},
     topic::{Publisher, ReadMark, Subscription, Topic},
     topology::{NodeTopology, TopicTopology, Topology, each},
     trigger::{Arrival, Arrivals},
@@ -54,9 +56,18 @@ pub enum GraphError {
     /// An executor is to have a node of another executor.
     #[error("{0:?} has an executor already: give each node one")]
     SecondExecutor(String),
+    /// A number that is not a rate.
+    #[error(transparent)]
+    Rate(#[from] HzError),
     /// A node that messages trigger is to have a rule that needs a period.
     #[error("messages trigger {0:?}, so it has no period for {1}: {2}")]
     NoPeriod(String, String, &'static str),
+}
+
+impl From<Infallible> for GraphError {
+    fn from(never: Infallible) -> Self {
+        match never {}
+    }
 }
 
 /// Nodes, the topics between them, and the progress of their run.
@@ -199,22 +210,31 @@ impl Graph {
         }
     }
 
-    /// Adds a node that ticks at a rate, or on messages; see [`Release`]. Among nodes that
+    /// A topic for nodes of this graph, which keeps its newest message.
+    pub fn topic<T: Payload>(&self, name: &str) -> Topic<T> {
+        Topic::new(name, Depth::ONE)
+    }
+
+    /// Adds a node that ticks at a rate (Hz), or on messages; see [`Release`]. Among nodes that
     /// are due at the same instant of virtual time the one with the lowest `priority` runs
-    /// first, and of equals the one added first. `build` receives the [`Wiring`] from which the node takes its ends of
-    /// topics.
+    /// first, and of equals the one added first. `build` receives the [`Wiring`] from which the
+    /// node takes its ends of topics.
     ///
     /// # Errors
-    /// [`GraphError`] if the name is taken, if two different topics share a name, or if
-    /// nodes would trigger each other in a circle. The graph is then unchanged.
-    pub fn node<N: Node + 'static>(
+    /// [`GraphError`] if the name is taken, if two different topics share a name, if the release is
+    /// not valid, or if nodes would trigger each other in a circle. The graph is then unchanged.
+    pub fn node<N: Node + 'static, R: TryInto<Release>>(
         &mut self,
         name: &str,
-        release: impl Into<Release>,
+        release: R,
         priority: u32,
         build: impl FnOnce(&mut Wiring<'_>) -> N,
-    ) -> Result<(), GraphError> {
-        self.add(name, release, priority, false, build).map(drop)
+    ) -> Result<(), GraphError>
+    where
+        GraphError: From<R::Error>,
+    {
+        self.add(name, release.try_into()?, priority, false, build)
+            .map(drop)
     }
 
     /// Adds a node as [`Graph::node`] does; a restart calls `build` once more, and sends the
@@ -222,15 +242,18 @@ impl Graph {
     ///
     /// # Errors
     /// As of [`Graph::node`].
-    pub fn restartable_node<N: Node + 'static>(
+    pub fn restartable_node<N: Node + 'static, R: TryInto<Release>>(
         &mut self,
         name: &str,
-        release: impl Into<Release>,
+        release: R,
         priority: u32,
         mut build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
         message: Option<&str>,
-    ) -> Result<(), GraphError> {
-        let ends = self.add(name, release, priority, false, &mut build)?;
+    ) -> Result<(), GraphError>
+    where
+        GraphError: From<R::Error>,
+    {
+        let ends = self.add(name, release.try_into()?, priority, false, &mut build)?;
         if let Some(seat) = self.seats.last_mut() {
             seat.again = Some(Again {
                 build: Box::new(move || Box::new(build(&mut Wiring::again(ends.clone())))),
@@ -245,19 +268,22 @@ impl Graph {
     ///
     /// # Errors
     /// As of [`Graph::node`].
-    pub fn remote_node<N: Node + 'static>(
+    pub fn remote_node<N: Node + 'static, R: TryInto<Release>>(
         &mut self,
         name: &str,
-        release: impl Into<Release>,
+        release: R,
         priority: u32,
         build: impl FnOnce(&mut Wiring<'_>) -> N,
-    ) -> Result<(), GraphError> {
+    ) -> Result<(), GraphError>
+    where
+        GraphError: From<R::Error>,
+    {
         let wire = |wiring: &mut Wiring<'_>| {
             // Its ends of topics are of no use here, and go at once.
             drop(build(wiring));
             |_: Time| GO_ON
         };
-        self.add(name, release, priority, true, wire)?;
+        self.add(name, release.try_into()?, priority, true, wire)?;
         Ok(())
     }
 
@@ -265,7 +291,7 @@ impl Graph {
     fn add<N: Node + 'static>(
         &mut self,
         name: &str,
-        release: impl Into<Release>,
+        release: Release,
         priority: u32,
         remote: bool,
         build: impl FnOnce(&mut Wiring<'_>) -> N,
@@ -273,7 +299,6 @@ impl Graph {
         if self.control.nodes.iter().any(|node| node.name() == name) {
             return Err(GraphError::DuplicateNode(name.to_owned()));
         }
-        let release = release.into();
         let (arrivals, index) = (self.stage.arrivals(), self.seats.len());
         let records = self.control.records.of(index);
         let mut wiring = Wiring::new(&self.control.topics, arrivals, records.clone());

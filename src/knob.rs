@@ -186,27 +186,7 @@ impl KnobKind {
         Self::Clock,
     ];
 
-    /// The first word of the knob's text.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Rate => "rate",
-            Self::Depth => "depth",
-            Self::Send => "send",
-            Self::Takes => "takes",
-            Self::Offset => "offset",
-            Self::Wakes => "wakes",
-            Self::Link => "link",
-            Self::Read => "read",
-            Self::Lose => "lose",
-            Self::Postpone => "postpone",
-            Self::Crash => "crash",
-            Self::Restart => "restart",
-            Self::Hang => "hang",
-            Self::Clock => "clock",
-        }
-    }
-
-    /// The syntax of the knob's text.
+    /// The syntax of the knob's text: its name, whose it is, and its value.
     pub fn usage(self) -> &'static str {
         match self {
             Self::Rate => "rate NODE HZ",
@@ -226,19 +206,18 @@ impl KnobKind {
         }
     }
 
+    fn word(self, number: usize) -> &'static str {
+        self.usage().splitn(3, ' ').nth(number).unwrap_or_default()
+    }
+
+    /// The first word of the knob's text.
+    pub fn name(self) -> &'static str {
+        self.word(0)
+    }
+
     /// The placeholder for its value in usage texts.
     pub fn value_name(self) -> &'static str {
-        match self {
-            Self::Rate => "HZ",
-            Self::Depth | Self::Lose => "N",
-            Self::Send => "TEXT",
-            Self::Takes | Self::Wakes | Self::Link => "SPEC",
-            Self::Offset | Self::Hang => "MS",
-            Self::Read => "newest|oldest",
-            Self::Postpone => "N MS",
-            Self::Crash | Self::Restart => "",
-            Self::Clock => "OFFSET_MS DRIFT_PPM",
-        }
+        self.word(2)
     }
 
     /// Whether its value may contain spaces.
@@ -251,10 +230,7 @@ impl KnobKind {
 
     /// Whether the knob belongs to a topic; otherwise it belongs to a node.
     pub fn is_of_topic(self) -> bool {
-        matches!(
-            self,
-            Self::Depth | Self::Link | Self::Read | Self::Lose | Self::Postpone
-        )
+        self.word(1) == "TOPIC"
     }
 
     /// Whether the knob is an event, without a value.

@@ -38,28 +38,43 @@
 //! | to have | implement | as in |
 //! |---|---|---|
 //! | figures, copies of messages, any other view of a run | [`Sink`] | `crates/account` |
-//! | another link | [`Channel`] | `crates/effects` |
-//! | another executor | [`Dispatch`] and [`Scheduler`] | `crates/effects` |
-//! | another rule for messages of several topics | [`Matching`] and [`Sets`] | `crates/effects` |
-//! | a log of what the threads of the real clock did | [`Journal`] | `crates/replay` |
-//! | another clock | [`Clock`]; [`NodeHand`] moves the nodes | `crates/replay` |
+//! | another link | [`Channel`] | `crates/effects/src/channel.rs` |
+//! | another schedule of a node | [`Scheduler`] | `crates/effects/src/own.rs` |
+//! | another executor | [`Dispatch`], and a [`Scheduler`] for its nodes | `crates/effects/src/dispatch.rs` |
+//! | another rule for messages of several topics | [`Matching`] | `crates/effects/src/kit.rs` |
+//! | one of these for every node and topic of a graph | [`Kit`] | `crates/effects/src/kit.rs` |
+//! | a log of what the clocks of the threads answered | [`Journal`] | `crates/replay` |
+//! | another clock | [`Clock`]; [`CrewHands`] has the nodes meanwhile | `crates/replay` |
 //! | another order of the turns of [`Shared`] values | [`TurnFollower`] | `crates/replay` |
+//!
+//! # How a run goes
+//!
+//! Each node belongs to a *crew*: alone, or with the other nodes of its executor. The scheduler of
+//! a crew hears of events ([`SchedulerEvent`]), asks a [`Timetable`] for alarms, and names the next
+//! [`Job`] of a node. A *stage* keeps the alarms of its crews in order. In virtual time one stage
+//! has all crews, and time jumps from alarm to alarm; under the real clock each crew has a stage of
+//! its own, and its threads wait for the wall. Nodes work outside of the stage, and what they
+//! publish comes back to it as arrivals.
+//!
+//! A message: [`Publisher::publish`] puts it into the queue of its topic, or into the outbox of its
+//! node while a tick takes time; a channel decides when it is delivered; the queue evicts what is
+//! beyond its depth; [`Subscription::latest`] reads it. Each step is a record for the [`Sink`].
 //!
 //! # A graph in twenty lines
 //!
 //! ```
-//! use ratelab::{Clock, Depth, END, GO_ON, Graph, Hz, Inbox, Time, Topic, VirtualClock};
+//! use ratelab::{END, GO_ON, Graph, Time};
 //!
-//! let range = Topic::new("/range", Depth::ONE);
 //! let mut graph = Graph::new();
-//! graph.node("sonar", Hz::new(10.0)?, 0, |wiring| {
+//! let range = graph.topic("/range");
+//! graph.node("sonar", 10.0, 0, |wiring| {
 //!     let range = wiring.publisher(&range);
 //!     move |now: Time| {
 //!         range.publish(2.0 - now.as_secs_f64(), now, None);
 //!         GO_ON
 //!     }
 //! })?;
-//! graph.node("brake", Hz::new(2.0)?, 1, |wiring| {
+//! graph.node("brake", 2.0, 1, |wiring| {
 //!     let mut range = wiring.subscription(&range);
 //!     move |now| match range.latest(now) {
 //!         Some(message) if message.data < 1.0 => {
@@ -70,9 +85,7 @@
 //!     }
 //! })?;
 //!
-//! // The run has no commands, so its inbox stays empty.
-//! let end = Time::from_secs_f64(10.0)?;
-//! let exit = VirtualClock.run(&mut graph, &mut Inbox::default(), end)?;
+//! let exit = graph.run_virtual(10.0)?;
 //! println!("{exit:?}"); // Ended { node: "brake", at: 1.5 s }
 //! assert_eq!(range.published(), 16);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -110,7 +123,8 @@ mod turns;
 pub use channel::Channel;
 pub use clock::{
     Clock, ClockExit, CrewHands, Obeyed, Outcome, RealClock, RealtimeError, RealtimePriority,
-    SupervisorHand, ThreadHand, VirtualClock, lower_priority, note_end, obey_at_rest, run,
+    RunError, SupervisorHand, ThreadHand, VirtualClock, lower_priority, note_end, obey_at_rest,
+    run,
 };
 pub use command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand};
 pub use depth::{Depth, DepthError};

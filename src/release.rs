@@ -5,7 +5,7 @@ use std::fmt;
 use super::{
     scheduling::{Scheduler, TaskSpec},
     sync::Arc,
-    time::Hz,
+    time::{Hz, HzError},
 };
 
 /// When a node ticks: at a rate, or when messages arrive.
@@ -68,6 +68,14 @@ impl Release {
             Self::Every(hz) => *hz,
             Self::On(_) => Hz::MIN,
         }
+    }
+}
+
+impl TryFrom<f64> for Release {
+    type Error = HzError;
+
+    fn try_from(hz: f64) -> Result<Self, HzError> {
+        Hz::new(hz).map(Self::Every)
     }
 }
 

@@ -22,7 +22,7 @@ pub use crews::Outcome;
 pub use hands::{CrewHands, SupervisorHand, ThreadHand};
 pub use obey::{Obeyed, obey_at_rest};
 pub use real::RealClock;
-pub use virtual_time::VirtualClock;
+pub use virtual_time::{RunError, VirtualClock};
 
 use super::{
     command::ClockKind, event::EventKind, graph::Graph, inbox::Inbox, node::Fault, seat::Seat,

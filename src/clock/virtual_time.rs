@@ -2,6 +2,8 @@
 
 use std::ops::ControlFlow;
 
+use thiserror::Error;
+
 use super::{Clock, ClockExit, note_end, obey::obey_at_rest, pacer::Pacer};
 use crate::{
     command::{ClockKind, Command},
@@ -11,7 +13,7 @@ use crate::{
     record::TickTimes,
     scheduling::{Assignment, JobKind, Moment},
     sync::Instant,
-    time::Time,
+    time::{Time, TimeError},
 };
 
 /// Runs all nodes on the calling thread, in the order of their due times.
@@ -62,6 +64,28 @@ impl Clock for VirtualClock {
         note_end(graph, &end);
         end
     }
+}
+
+impl Graph {
+    /// Runs the graph in virtual time, as fast as it can, to `end` (s) of run time.
+    ///
+    /// # Errors
+    /// [`RunError`] for a time that is none, and if a node failed.
+    pub fn run_virtual(&mut self, end: f64) -> Result<ClockExit, RunError> {
+        let end = Time::from_secs_f64(end)?;
+        Ok(VirtualClock.run(self, &mut Inbox::default(), end)?)
+    }
+}
+
+/// Why a run did not come to its end.
+#[derive(Debug, Error)]
+pub enum RunError {
+    /// A number of seconds that is not a run time.
+    #[error(transparent)]
+    Time(#[from] TimeError),
+    /// A node failed.
+    #[error(transparent)]
+    Fault(#[from] Fault),
 }
 
 /// One stretch of virtual time.

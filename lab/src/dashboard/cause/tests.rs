@@ -5,6 +5,7 @@ use std::{path::Path, sync::Arc};
 use ratelab::{Head, Knob, Time, TimedKnob};
 use ratelab_account::{Snapshot, TickRecord};
 use ratelab_cart_pole::CartPole;
+use ratelab_effects::checked;
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::{AgeLimits, Setup, System, WorldKind},
@@ -112,7 +113,7 @@ const WAYS: [Way; 31] = [
 ];
 
 fn knob(text: &str) -> Knob {
-    text.parse().expect(text)
+    checked(text.parse().expect(text)).expect(text)
 }
 
 impl Way {
