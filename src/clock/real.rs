@@ -12,7 +12,7 @@ use crossbeam_channel::Sender;
 
 use self::{
     crew::CrewThreads,
-    ends::{NodeEnd, Report},
+    ends::{Report, StretchEnd},
     mailbox::Wakeup,
     supervisor::Supervisor,
     threads::{mailboxes, shares, take_crews, threads},
@@ -22,7 +22,7 @@ use crate::{
     command::ClockKind,
     graph::Graph,
     inbox::{Inbox, Wait},
-    journal::Entry,
+    journal::{End, Entry},
     node::Fault,
     realtime::{RealtimePriority, spare_cores},
     sync::{Arc, spawn_named, thread},
@@ -176,7 +176,7 @@ impl RealClock {
         drop(noter);
         drop(threads);
         crews.put_back(graph);
-        log.note_alone(Entry::End(end.entry(until)));
+        log.note_alone(Entry::End(end.end));
         end.exit(graph)
     }
 }
@@ -186,9 +186,11 @@ impl ThreadContext {
     fn check(&self, spawned: io::Result<()>, (index, name): (usize, Arc<str>), at: Time) {
         if let Err(error) = spawned {
             let (node, cause) = (name.to_string(), error.into());
-            let end = NodeEnd { node: index, at };
-            let refused = Report::NoThread(end, Fault { node, at, cause });
-            let _ = self.reporter.send(refused);
+            let refused = StretchEnd {
+                end: End::NoThread { node: index, at },
+                fault: Some(Fault { node, at, cause }),
+            };
+            let _ = self.reporter.send(Some(refused));
         }
     }
 }

@@ -8,7 +8,7 @@ use std::{collections::VecDeque, mem::take, time::Duration};
 
 use super::{
     SUPERVISOR, ThreadContext,
-    ends::Report,
+    ends::{Report, StretchEnd},
     mailbox::{Mailbox, Wakeup},
 };
 use crate::{
@@ -142,7 +142,7 @@ impl<'g> CrewThreads<'g> {
             waited = !matches!(step, CrewStep::Work(..));
             match step {
                 CrewStep::Stop => return None,
-                CrewStep::Finished => return Some(Report::Finished),
+                CrewStep::Finished => return Some(None),
                 CrewStep::Again => {}
                 CrewStep::Wait(until) => self.mailbox.wait_past_until(seen, wall, until),
                 CrewStep::Spin(until) => {
@@ -157,7 +157,8 @@ impl<'g> CrewThreads<'g> {
                 CrewStep::Work(work, began, late) => {
                     let outcome = self.step(context, wall, log, (work, began, late));
                     if let Some(outcome) = outcome {
-                        return Some(Report::of(self.nodes.nodes()[work.place], outcome));
+                        let node = self.nodes.nodes()[work.place];
+                        return Some(Some(StretchEnd::of(node, outcome)));
                     }
                     goal = self.core_time(wall.now());
                 }

@@ -1,87 +1,52 @@
 //! How a stretch comes to its end.
 
-use crate::{clock::ClockExit, graph::Graph, journal::End, node::Fault, time::Time};
+use crate::time::Time;
+use crate::{clock::ClockExit, command::ClockKind, graph::Graph, journal::End, node::Fault};
 
-/// The report of a node's thread when it ends.
-pub(super) enum Report {
-    /// The node's last tick before the end of the run is over.
-    Finished,
-    /// The node ended the run.
-    Ended(NodeEnd),
-    /// The node failed.
-    Failed(NodeEnd, Fault),
-    /// The node has no thread.
-    NoThread(NodeEnd, Fault),
-}
-
-/// The node that ended the run, and the run time.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) struct NodeEnd {
-    /// Its index.
-    pub(super) node: usize,
-    pub(super) at: Time,
-}
+/// The report of a thread that ends before it is told to: that its last tick before the end of the
+/// run is over, or why the stretch ends.
+pub(super) type Report = Option<StretchEnd>;
 
 /// The reason for the end of a stretch.
-pub(super) enum StretchEnd {
-    Paused,
-    Exit(ClockExit),
-    Ended(NodeEnd),
-    Failed(NodeEnd, Fault),
-    NoThread(NodeEnd, Fault),
+pub(super) struct StretchEnd {
+    pub(super) end: End,
+    /// The failure, if it was one.
+    pub(super) fault: Option<Fault>,
+}
+
+impl From<End> for StretchEnd {
+    fn from(end: End) -> Self {
+        let fault = None;
+        Self { end, fault }
+    }
 }
 
 impl StretchEnd {
-    pub(super) fn entry(&self, until: Time) -> End {
-        match self {
-            Self::Paused => End::Paused,
-            Self::Exit(ClockExit::Completed) => End::Completed { until },
-            Self::Exit(ClockExit::HandedOver(_)) => End::HandedOver,
-            Self::Exit(_) => End::Stopped,
-            Self::Ended(NodeEnd { node, at }) => End::Ended {
-                node: *node,
-                at: *at,
-            },
-            Self::Failed(NodeEnd { node, at }, _) => End::Failed {
-                node: *node,
-                at: *at,
-            },
-            Self::NoThread(NodeEnd { node, at }, _) => End::NoThread {
-                node: *node,
-                at: *at,
-            },
-        }
-    }
-
-    pub(super) fn exit(self, graph: &Graph) -> Result<Option<ClockExit>, Fault> {
-        match self {
-            Self::Paused => Ok(None),
-            Self::Exit(exit) => Ok(Some(exit)),
-            Self::Ended(NodeEnd { node, at }) => Ok(Some(ClockExit::Ended {
-                node: graph.seats[node].name.to_string(),
-                at,
-            })),
-            Self::Failed(_, fault) | Self::NoThread(_, fault) => Err(fault),
-        }
-    }
-}
-
-impl Report {
-    /// The report after a tick that was the last one of node number `node`.
+    /// The end after a tick that was the last one of node number `node`.
     pub(super) fn of(node: usize, outcome: Result<Time, Fault>) -> Self {
         match outcome {
-            Ok(at) => Self::Ended(NodeEnd { node, at }),
-            Err(fault) => Self::Failed(NodeEnd { node, at: fault.at }, fault),
+            Ok(at) => End::Ended { node, at }.into(),
+            Err(fault) => Self {
+                end: End::Failed { node, at: fault.at },
+                fault: Some(fault),
+            },
         }
     }
 
-    /// The end of the stretch, if this is one.
-    pub(super) fn end(self) -> Option<StretchEnd> {
-        match self {
-            Self::Finished => None,
-            Self::Ended(end) => Some(StretchEnd::Ended(end)),
-            Self::Failed(end, fault) => Some(StretchEnd::Failed(end, fault)),
-            Self::NoThread(end, fault) => Some(StretchEnd::NoThread(end, fault)),
+    /// What it is for the clock; `None` for a pause.
+    pub(super) fn exit(self, graph: &Graph) -> Result<Option<ClockExit>, Fault> {
+        if let Some(fault) = self.fault {
+            return Err(fault);
         }
+        Ok(match self.end {
+            End::Completed { .. } => Some(ClockExit::Completed),
+            End::Ended { node, at } => Some(ClockExit::Ended {
+                node: graph.seats[node].name.to_string(),
+                at,
+            }),
+            End::HandedOver => Some(ClockExit::HandedOver(ClockKind::Virtual)),
+            End::Paused => None,
+            _ => Some(ClockExit::Stopped),
+        })
     }
 }

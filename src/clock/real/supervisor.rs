@@ -11,7 +11,7 @@ use crate::{
     command::Command,
     graph::ControlPlane,
     inbox::{Inbox, Received},
-    journal::{Entries, Entry},
+    journal::{End, Entries, Entry},
     sync::Arc,
     time::Time,
 };
@@ -40,22 +40,21 @@ impl Supervisor<'_> {
             match self.next_received(&wall) {
                 Received::Command(command) => {
                     let exit = self.obey(command, wall.now());
-                    if let Some(exit) = exit {
-                        return StretchEnd::Exit(exit);
-                    }
-                    if self.control.status.paused {
-                        return StretchEnd::Paused;
+                    match exit {
+                        Some(ClockExit::HandedOver(_)) => return End::HandedOver.into(),
+                        Some(_) => return End::Stopped.into(),
+                        None if self.control.status.paused => return End::Paused.into(),
+                        None => {}
                     }
                 }
-                Received::Other(report) => match report.end() {
-                    None => self.working -= 1,
-                    Some(end) => return end,
-                },
+                Received::Other(None) => self.working -= 1,
+                Received::Other(Some(end)) => return end,
                 Received::Timeout => {}
             }
         }
         self.control.set_now(self.until);
-        StretchEnd::Exit(ClockExit::Completed)
+        let until = self.until;
+        End::Completed { until }.into()
     }
 
     /// A timed command that is due, or else whatever arrives before the next timed one.
@@ -90,19 +89,13 @@ impl Supervisor<'_> {
 
     /// Combines the reason for the stop with the nodes' reports: a failure has priority,
     /// then an end.
-    pub(super) fn settle(&self, end: StretchEnd) -> StretchEnd {
-        let mut end = end;
-        if matches!(end, StretchEnd::Failed(..) | StretchEnd::NoThread(..)) {
-            return end;
-        }
-        for report in self.reports.try_iter() {
-            match report {
-                Report::Ended(node) if !matches!(end, StretchEnd::Ended(_)) => {
-                    end = StretchEnd::Ended(node);
-                }
-                Report::Ended(_) | Report::Finished => {}
-                Report::Failed(node, fault) => return StretchEnd::Failed(node, fault),
-                Report::NoThread(node, fault) => return StretchEnd::NoThread(node, fault),
+    pub(super) fn settle(&self, mut end: StretchEnd) -> StretchEnd {
+        for report in self.reports.try_iter().flatten() {
+            if end.fault.is_some() {
+                break;
+            }
+            if report.fault.is_some() || !matches!(end.end, End::Ended { .. }) {
+                end = report;
             }
         }
         end
