@@ -340,8 +340,7 @@ impl Graph {
             outbox: wired.outbox.clone(),
         };
         self.stage.add(Crew::of(scheduler, member));
-        let mut seat = Seat::new(name, records, node, wired.outbox, wired.fixed);
-        seat.remote = remote;
+        let seat = Seat::new(name, records, node, wired.outbox, wired.fixed);
         self.seats.push(seat);
         Ok(ends)
     }
@@ -378,7 +377,10 @@ impl Graph {
 
     /// Whether this process runs the node with this index.
     pub fn is_here(&self, node: usize) -> bool {
-        self.seats.get(node).is_some_and(|seat| !seat.remote)
+        self.control
+            .nodes
+            .get(node)
+            .is_some_and(|node| !node.remote)
     }
 
     /// Whether the node with this index crashed without a restart since.
@@ -422,9 +424,9 @@ impl Graph {
             knob if knob.kind().is_of_topic() => self.control.check(knob),
             knob => {
                 let index = self.control.node_index(knob.target())?;
-                match &self.seats[index] {
-                    seat if seat.remote => Ok(()),
-                    seat => self.stage.check(index, seat, knob),
+                match self.is_here(index) {
+                    true => self.stage.check(index, &self.seats[index], knob),
+                    false => Ok(()),
                 }
             }
         }
@@ -448,10 +450,10 @@ impl Graph {
     /// The reason and a remedy.
     pub(crate) fn turn_node(&mut self, knob: &Knob, at: Time) -> Result<String, String> {
         let index = self.control.node_index(knob.target())?;
-        match &mut self.seats[index] {
+        match self.is_here(index) {
+            true => self.stage.turn(index, &mut self.seats[index], knob, at),
             // A setting for the process in which it runs.
-            seat if seat.remote => Ok(String::new()),
-            seat => self.stage.turn(index, seat, knob, at),
+            false => Ok(String::new()),
         }
     }
 }

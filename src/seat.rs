@@ -20,8 +20,6 @@ use super::{
 /// A node with its outbox and the way of its records.
 pub(crate) struct Seat {
     pub(crate) name: Arc<str>,
-    /// Whether the node runs in another process.
-    pub(crate) remote: bool,
     node: Box<dyn Node>,
     /// The function that builds it again, if there is one.
     pub(crate) again: Option<Again>,
@@ -79,7 +77,6 @@ impl Seat {
     ) -> Self {
         Self {
             name,
-            remote: false,
             node,
             again: None,
             panicked: None,

@@ -130,7 +130,7 @@ impl CrewNodes {
             Some(Threads::Shared(threads)) => threads,
             _ => 1,
         };
-        let here = seats.iter().filter(|seat| !seat.remote).count();
+        let here = crew.members.iter().filter(|member| !member.remote).count();
         let nodes: Vec<usize> = crew.members.iter().map(|member| member.node).collect();
         let first = seats.first().map_or("", |seat| &*seat.name);
         Self {

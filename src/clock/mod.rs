@@ -117,8 +117,7 @@ pub fn note_end(graph: &mut Graph, end: &Result<ClockExit, Fault>) {
         // Ticks due at the end are missed, even though no node ticks any more.
         graph.stage.close(at + Time::TICK, at);
     }
-    let here = graph.seats.iter_mut().filter(|seat| !seat.remote);
-    here.for_each(Seat::cut_off);
+    graph.seats.iter_mut().for_each(Seat::cut_off);
     if let Some((at, what)) = ended {
         graph.control.state.note(at, what);
     }

@@ -32,6 +32,7 @@ mod graph_ages;
 mod graph_executors;
 mod graph_file;
 mod hand_over;
+mod hooks;
 mod hunt;
 mod knobs;
 mod lineage;

@@ -19,7 +19,7 @@ use ratelab::{
 };
 use ratelab_account::{Distribution, Observer, RowTap, Rows, Tap, TapHandle, TickRecord};
 use ratelab_effects::Effects;
-use ratelab_replay::{Log, Rerun, RunLog};
+use ratelab_replay::{Log, LogError, Rerun, RunLog};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::WorldKind,
@@ -853,4 +853,16 @@ fn a_branch_leaves_the_run_at_the_last_rest_and_is_the_same_every_time() {
         one.topics[0].heads()[..before],
         run.transcript.topics[0].heads()[..before]
     );
+}
+
+#[test]
+fn a_log_of_an_earlier_release_is_named_as_such() {
+    let mut graph = Graph::new();
+    let added = graph.node("a", 50.0, 0, |_| |_: Time| GO_ON);
+    added.expect("a node");
+    // A tick as it was logged then, without operations.
+    let tick = [1, 0, 2, 0, 5, 0];
+    let log: Log = [(0, vec![1, 0]), (1, tick.to_vec())].into_iter().collect();
+    let error = Rerun::new(&log, &[], &graph.topology()).expect_err("an earlier log");
+    assert_eq!(error, LogError::Earlier);
 }

@@ -44,8 +44,8 @@ impl Wake for Post {
 
 /// Takes the crews out of a graph, whose nodes get their messages through their mailboxes.
 pub(super) fn take_crews(graph: &mut Graph, mailboxes: &[Arc<Mailbox>]) -> Crews {
-    let nodes = graph.seats.iter().zip(mailboxes);
-    let here = nodes.map(|(seat, mailbox)| (!seat.remote).then(|| mailbox.clone()));
+    let nodes = mailboxes.iter().enumerate();
+    let here = nodes.map(|(node, mailbox)| graph.is_here(node).then(|| mailbox.clone()));
     let post = Arc::new(Post(here.collect()));
     let crews = Crews::of(graph, post.clone());
     for arrival in graph.control.arrivals_after(graph.now()) {
