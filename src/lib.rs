@@ -98,6 +98,7 @@ mod depth;
 mod event;
 mod graph;
 mod inbox;
+mod job;
 mod journal;
 mod knob;
 mod message;
@@ -131,6 +132,7 @@ pub use depth::{Depth, DepthError};
 pub use event::{Event, EventKind};
 pub use graph::{Graph, GraphError, Wiring};
 pub use inbox::{Inbox, Interrupt};
+pub use job::{Job, JobKind};
 pub use journal::{End, Entries, Entry, Journal, LateLook, ThreadJournal};
 pub use knob::{Knob, KnobError, KnobKind, TimedKnob};
 pub use message::{Head, Message, Payload};
@@ -141,8 +143,8 @@ pub use read_order::ReadOrder;
 pub use record::{MeterRecorder, NodeRecord, Push, PushRecorder, Sink, TickTimes, TopicRecord};
 pub use release::{Matching, Release};
 pub use scheduling::{
-    Dispatch, Job, JobKind, Joined, Kit, Periodic, Phase, Scheduler, SchedulerEvent, TaskSpec,
-    TaskState, Threads, Timetable,
+    Dispatch, Joined, Kit, Periodic, Phase, Scheduler, SchedulerEvent, TaskSpec, TaskState,
+    Threads, Timetable,
 };
 pub use state::{RunState, Status};
 pub use time::{Hz, HzError, Time, TimeError};

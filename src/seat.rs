@@ -8,6 +8,7 @@ use std::{
 };
 
 use super::{
+    job::JobKind,
     knob::{Knob, KnobKind},
     node::{Fault, GO_ON, Node, Panicked, Tick},
     outbox::Outbox,
@@ -95,8 +96,44 @@ impl Seat {
         }
     }
 
+    /// Does a job at run time `now`; by the wall's clock a whole tick is `lasting`.
+    #[inline]
+    pub(crate) fn work(&mut self, kind: JobKind, now: Time, lasting: bool) -> Tick {
+        match kind {
+            JobKind::Tick { .. } => self.tick(now, lasting),
+            JobKind::Begin { lateness, .. } => self.start(now, lateness),
+            JobKind::End => self.finish(now),
+            JobKind::Take => GO_ON,
+        }
+    }
+
+    /// Records what that job has ended, and returns whether it ends the run. The job began at
+    /// `began`, and if that was measured, `took` so long.
+    #[inline]
+    pub(crate) fn done(
+        &mut self,
+        kind: JobKind,
+        began: Time,
+        took: Option<Duration>,
+        outcome: Tick,
+    ) -> Tick {
+        match kind {
+            JobKind::Tick { lateness, cost } => {
+                self.record(TickTimes {
+                    at: began,
+                    lateness,
+                    took: cost.or(took),
+                    ends: Some(began),
+                });
+                outcome
+            }
+            JobKind::End => self.over(began, outcome),
+            JobKind::Begin { .. } | JobKind::Take => outcome,
+        }
+    }
+
     /// Runs a whole tick; by the wall's clock it is `lasting`.
-    pub(crate) fn tick(&mut self, now: Time, lasting: bool) -> Tick {
+    fn tick(&mut self, now: Time, lasting: bool) -> Tick {
         self.record_begin(now, lasting);
         let outcome = self.begin(|node| {
             let flow = node.tick(now)?;
@@ -109,7 +146,7 @@ impl Seat {
     }
 
     /// Begins a tick that takes time: its messages wait for the end.
-    pub(crate) fn start(&mut self, now: Time, lateness: Option<Duration>) -> Tick {
+    fn start(&mut self, now: Time, lateness: Option<Duration>) -> Tick {
         self.record_begin(now, true);
         self.outbox.hold(true);
         let outcome = self.begin(|node| node.tick(now));
@@ -132,7 +169,7 @@ impl Seat {
     }
 
     /// Ends that tick.
-    pub(crate) fn finish(&mut self, now: Time) -> Tick {
+    fn finish(&mut self, now: Time) -> Tick {
         self.outbox.release(now);
         let applied = self.guarded(|node| node.apply(now));
         self.record_end();
@@ -140,7 +177,7 @@ impl Seat {
     }
 
     /// Records that tick, which is over at `now`, and returns whether it ends the run.
-    pub(crate) fn over(&mut self, now: Time, applied: Tick) -> Tick {
+    fn over(&mut self, now: Time, applied: Tick) -> Tick {
         let Some(running) = self.running.take() else {
             return applied;
         };
@@ -240,7 +277,7 @@ impl Seat {
 
     /// Records the measurements of a tick, after the node has moved on to the next one.
     #[inline]
-    pub(crate) fn record(&self, times: TickTimes) {
+    fn record(&self, times: TickTimes) {
         self.records.node(|| NodeRecord::Ticked(times));
     }
 

@@ -7,9 +7,9 @@ use super::obey::{self, Obeyed};
 use crate::{
     command::{ClockKind, Command},
     graph::{ControlPlane, Graph},
+    job::JobKind,
     node::{Fault, Tick},
-    record::TickTimes,
-    scheduling::{Assignment, Crew, Dispatch, JobKind, Stage, Threads},
+    scheduling::{Assignment, Crew, Dispatch, Stage, Threads},
     seat::Seat,
     state::RunState,
     sync::{Arc, Mutex, lock},
@@ -186,12 +186,7 @@ impl CrewNodes {
     pub(crate) fn work(&self, work: Assignment, began: Time) -> Done {
         let seat = &mut *lock(&self.seats[work.place]);
         self.state.advance_to(began);
-        let outcome = match work.job.kind {
-            JobKind::Tick { .. } => seat.tick(began, true),
-            JobKind::Begin { lateness, .. } => seat.start(began, lateness),
-            JobKind::End => seat.finish(began),
-            JobKind::Take => crate::GO_ON,
-        };
+        let outcome = seat.work(work.job.kind, began, true);
         Done {
             work,
             began,
@@ -210,19 +205,8 @@ impl CrewNodes {
             self.stage().done(work, passed, ended);
         }
         let seat = &mut *lock(&self.seats[work.place]);
-        let outcome = match work.job.kind {
-            JobKind::Tick { lateness, .. } => {
-                seat.record(TickTimes {
-                    at: began,
-                    lateness,
-                    took: Some(ended.since(began)),
-                    ends: Some(began),
-                });
-                outcome
-            }
-            JobKind::End => seat.over(began, outcome),
-            JobKind::Begin { .. } | JobKind::Take => outcome,
-        };
+        let took = Some(ended.since(began));
+        let outcome = seat.done(work.job.kind, began, took, outcome);
         match outcome {
             Ok(ControlFlow::Continue(())) => None,
             Ok(ControlFlow::Break(())) => Some(Ok(began)),

@@ -7,8 +7,9 @@ use super::{
 use crate::{
     command::Command,
     graph::{ControlPlane, Graph},
+    job::{Job, JobKind},
     journal::LateLook,
-    scheduling::{Assignment, Job, JobKind, Moment},
+    scheduling::{Assignment, Moment},
     sync::Arc,
     time::Time,
     trigger::{Arrival, Wake},

@@ -9,9 +9,9 @@ use crate::{
     command::{ClockKind, Command},
     graph::Graph,
     inbox::{Inbox, Wait},
+    job::JobKind,
     node::{Fault, GO_ON, Tick},
-    record::TickTimes,
-    scheduling::{Assignment, JobKind, Moment},
+    scheduling::{Assignment, Moment},
     sync::Instant,
     time::{Time, TimeError},
 };
@@ -283,35 +283,20 @@ impl<'a> VirtualStretch<'a> {
     #[inline]
     fn work(&mut self, work: Assignment, now: Time) -> Tick {
         let Graph { seats, stage, .. } = &mut *self.graph;
-        let seat = &mut seats[work.place];
-        match work.job.kind {
-            JobKind::Take => GO_ON,
-            JobKind::Tick { lateness, cost } => {
-                self.steps = self.steps.saturating_sub(1);
-                let measured = self.pacer.is_paced().then(Instant::now);
-                let outcome = seat.tick(now, false);
-                let took = cost.or_else(|| measured.map(|began| began.elapsed()));
-                stage.done(work, now, now);
-                seat.record(TickTimes {
-                    at: now,
-                    lateness,
-                    took,
-                    ends: Some(now),
-                });
-                outcome
-            }
-            JobKind::Begin { lateness, .. } => {
-                self.steps = self.steps.saturating_sub(1);
-                let begun = seat.start(now, lateness)?;
-                stage.done(work, now, now);
-                Ok(begun)
-            }
-            JobKind::End => {
-                let applied = seat.finish(now);
-                stage.done(work, now, now);
-                seat.over(now, applied)
-            }
+        let (seat, kind) = (&mut seats[work.place], work.job.kind);
+        if let JobKind::Take = kind {
+            return GO_ON;
         }
+        if kind != JobKind::End {
+            self.steps = self.steps.saturating_sub(1);
+        }
+        let measured = self.pacer.is_paced().then(Instant::now);
+        let outcome = seat.work(kind, now, false);
+        let took = measured.map(|began| began.elapsed());
+        if outcome.is_ok() || !matches!(kind, JobKind::Begin { .. }) {
+            stage.done(work, now, now);
+        }
+        seat.done(kind, now, took, outcome)
     }
 }
 

@@ -16,5 +16,5 @@ pub use kit::{Kit, TaskSpec};
 pub(crate) use member::Member;
 pub use periodic::Periodic;
 pub(crate) use periodic::Plain;
-pub use scheduler::{Job, JobKind, Scheduler, SchedulerEvent, TaskState, Timetable};
+pub use scheduler::{Scheduler, SchedulerEvent, TaskState, Timetable};
 pub(crate) use stage::{Assignment, Moment, Stage};

@@ -3,11 +3,12 @@
 use super::{
     agenda::Phase,
     kit::{Kit, TaskSpec},
-    scheduler::{Job, JobKind, Scheduler, SchedulerEvent, TaskState, Timetable},
+    scheduler::{Scheduler, SchedulerEvent, TaskState, Timetable},
 };
 use crate::{
     channel::Channel,
     command::ClockKind,
+    job::{Job, JobKind},
     knob::{Knob, KnobKind},
     rate::Rate,
     sync::Arc,

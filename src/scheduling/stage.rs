@@ -5,10 +5,11 @@ use std::{collections::BTreeSet, mem::take};
 use super::{
     agenda::{Agenda, AgendaItem, Phase},
     crew::Crew,
-    scheduler::{Job, SchedulerEvent, TaskState, Timetable},
+    scheduler::{SchedulerEvent, TaskState, Timetable},
 };
 use crate::{
     command::ClockKind,
+    job::Job,
     journal::LateLook,
     knob::Knob,
     record::NodeRecord,
