@@ -64,9 +64,9 @@ impl Periodic {
 
 impl Scheduler for Periodic {
     #[inline]
-    fn on(&mut self, signal: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job> {
+    fn on(&mut self, event: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job> {
         let now = plan.now();
-        match signal {
+        match event {
             SchedulerEvent::Alarm { .. } if !self.crashed && self.rate.due() <= now => {
                 let lateness = match plan.clock() {
                     ClockKind::Virtual => None,

@@ -17,13 +17,13 @@ use crate::{
 
 /// Decides when the nodes of a crew run: a node with a thread of its own, or those of an executor.
 ///
-/// It owns no node and waits for nothing. It hears of signals, asks for alarms, and names the
+/// It owns no node and waits for nothing. It hears of events, asks for alarms, and names the
 /// next job: so the same one serves both clocks. Its nodes are its members, known by their
 /// number in the order of registration.
 pub trait Scheduler: Any + Send {
     /// Something has happened at `plan.now()`; returns the job to be done now, if there is one.
     /// An alarm is a look, not an order: one that is no longer of use does no harm.
-    fn on(&mut self, signal: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job>;
+    fn on(&mut self, event: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job>;
 
     /// Where a node is in its schedule at run time `now`.
     fn state(&self, member: usize, now: Time) -> TaskState;

@@ -29,7 +29,7 @@ pub(crate) struct Stage {
     arrivals: Arc<Arrivals>,
     /// Crews that look for something to do when all else of the instant has happened.
     looking: BTreeSet<usize>,
-    /// The run time of their last signal.
+    /// The run time of their last event.
     noticed: Time,
     clock: ClockKind,
     /// Whether the nodes have run elsewhere since it was opened.
@@ -174,17 +174,17 @@ impl Stage {
             }
         };
         self.plan_arrivals(arrivals);
-        self.signal_all(SchedulerEvent::Opened { anew }, now);
+        self.send_all(SchedulerEvent::Opened { anew }, now);
     }
 
     /// Has the crews end, at run time `now`: ticks due before `before` are missed.
     pub(crate) fn close(&mut self, before: Time, now: Time) {
-        self.signal_all(SchedulerEvent::Closed { before }, now);
+        self.send_all(SchedulerEvent::Closed { before }, now);
     }
 
-    fn signal_all(&mut self, signal: SchedulerEvent, now: Time) {
+    fn send_all(&mut self, event: SchedulerEvent, now: Time) {
         for crew in 0..self.crews.len() {
-            self.signal(crew, signal, now, false);
+            self.send(crew, event, now, false);
         }
     }
 
@@ -217,7 +217,7 @@ impl Stage {
             } else {
                 let crew = self.looking.pop_first()?;
                 self.moved = true;
-                self.signal(crew, SchedulerEvent::Look, now, false)
+                self.send(crew, SchedulerEvent::Look, now, false)
             };
             if job.is_some() {
                 return job;
@@ -229,7 +229,7 @@ impl Stage {
     #[inline]
     fn happen(&mut self, item: AgendaItem, moment: Moment) -> Option<Assignment> {
         let (crew, member) = self.of[item.place as usize];
-        let signal = match item.phase() {
+        let event = match item.phase() {
             Phase::Arrive => {
                 let input = item.input as usize;
                 SchedulerEvent::Arrived { member, input }
@@ -239,26 +239,26 @@ impl Stage {
                 SchedulerEvent::Alarm { member, at, phase }
             }
         };
-        self.signal(crew, signal, moment.now, moment.over)
+        self.send(crew, event, moment.now, moment.over)
     }
 
     /// A job is done at `now`; those due before `passed` were missed.
     #[inline]
     pub(crate) fn done(&mut self, work: Assignment, passed: Time, now: Time) {
         let job = work.job;
-        self.signal(work.crew, SchedulerEvent::Done { job, passed }, now, false);
+        self.send(work.crew, SchedulerEvent::Done { job, passed }, now, false);
     }
 
     #[inline]
-    fn signal(
+    fn send(
         &mut self,
         number: usize,
-        signal: SchedulerEvent,
+        event: SchedulerEvent,
         now: Time,
         over: bool,
     ) -> Option<Assignment> {
         self.with(number, now, over, |crew, plan| {
-            let job = crew.on(signal, plan)?;
+            let job = crew.on(event, plan)?;
             let place = plan.members[job.member].place;
             let crew = number;
             Some(Assignment { crew, place, job })
@@ -357,7 +357,7 @@ impl Stage {
     /// Stops the node's ticks. Messages it has not released are lost.
     fn crash(&mut self, place: usize, seat: &mut Seat, now: Time) {
         let (crew, member) = self.of[place];
-        self.signal(crew, SchedulerEvent::Crashed { member }, now, false);
+        self.send(crew, SchedulerEvent::Crashed { member }, now, false);
         seat.abort();
         self.record(place, NodeRecord::Crashed);
     }
@@ -373,7 +373,7 @@ impl Stage {
             self.crash(place, seat, now);
         }
         self.record(place, NodeRecord::Restarted);
-        self.signal(crew, SchedulerEvent::Restarted { member }, now, false);
+        self.send(crew, SchedulerEvent::Restarted { member }, now, false);
         Ok(was)
     }
 

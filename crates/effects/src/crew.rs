@@ -247,8 +247,8 @@ impl<O: CallbackOrder> Ordered<O> {
 }
 
 impl<O: CallbackOrder> Scheduler for Ordered<O> {
-    fn on(&mut self, signal: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job> {
-        match signal {
+    fn on(&mut self, event: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job> {
+        match event {
             SchedulerEvent::Opened { anew } => self.open(anew, plan),
             SchedulerEvent::Alarm { member, at, phase } => match phase {
                 Phase::End if self.tasks[member].is_over(plan.now()) => {

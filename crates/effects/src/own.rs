@@ -166,9 +166,9 @@ impl Own {
 
 impl Scheduler for Own {
     #[inline]
-    fn on(&mut self, signal: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job> {
+    fn on(&mut self, event: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job> {
         let now = plan.now();
-        match signal {
+        match event {
             SchedulerEvent::Alarm { phase, .. } => {
                 return match phase {
                     Phase::End if self.task.is_over(now) => {
