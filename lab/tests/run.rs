@@ -5,7 +5,7 @@ mod support;
 use std::{fs, path::Path, process::Command};
 
 use serde_json::Value;
-use support::{Folder, Said, User, error_line};
+use support::{Folder, Said, User};
 
 /// The metrics of a run on the virtual clock.
 #[track_caller]
@@ -235,25 +235,6 @@ fn an_error_is_a_line_without_effect_on_the_terminal() {
     let said = folder.refuses("run --knobs knobs");
     assert!(said.len() < 2_000, "{} bytes", said.len());
     said.has("is not a timed knob: expected seconds");
-}
-
-#[test]
-fn help_that_cannot_be_printed_is_an_error_and_a_closed_pipe_is_none() {
-    if !Path::new("/dev/full").exists() {
-        return;
-    }
-    for option in ["--help", "--version"] {
-        let folder = Folder::new();
-        let full = fs::File::options().write(true).open("/dev/full");
-        let mut command = folder.command(option);
-        let output = command.stdout(full.expect("open")).output();
-        let said = error_line(option, &output.expect("ratelab starts"), 1);
-        said.has("cannot write to standard output");
-        let (reader, writer) = std::io::pipe().expect("a pipe");
-        drop(reader);
-        let closed = command.stdout(writer).output().expect("ratelab starts");
-        assert!(closed.status.success(), "{closed:?}");
-    }
 }
 
 #[test]
