@@ -139,11 +139,16 @@ impl Folder {
     /// With copies of these files of the clone.
     pub fn with(files: &[&str]) -> Self {
         let folder = Self::new();
+        folder.copy(files);
+        folder
+    }
+
+    /// Copies these files of the clone into it.
+    pub fn copy(&self, files: &[&str]) {
         for file in files {
             let name = Path::new(file).file_name().expect("a name");
-            fs::copy(Path::new(ROOT).join(file), folder.0.path().join(name)).expect("copied");
+            fs::copy(Path::new(ROOT).join(file), self.0.path().join(name)).expect("copied");
         }
-        folder
     }
 
     pub fn path(&self, name: &str) -> PathBuf {
