@@ -12,7 +12,10 @@ fn what_was_found_loses_the_run_again() {
     found
         .has("hunt      at most 8 messages of /action lost")
         .has("fault     0 lose /action 1")
-        .has("proven    losing messages 1 to 3 of /action is enough; with each of the 6 smaller lists");
+        .has(
+            "proven    losing messages 1 to 3 of /action is enough; \
+             with each of the 6 smaller lists",
+        );
     let verdict = found.lines().find(|line| line.starts_with("verdict"));
     folder
         .says("run --clock virtual --knobs found.knobs --control-hz 15 --duration-s 6")

@@ -18,7 +18,8 @@ use tempfile::TempDir;
 fn install_viewer(folder: &Folder, version: &str) {
     let given = folder.path("given").display().to_string();
     let script = format!(
-        "#!/bin/sh\nif [ \"$1\" = --version ]; then echo '{version}'; else echo \"$@\" > {given}; fi\n"
+        "#!/bin/sh\n\
+         if [ \"$1\" = --version ]; then echo '{version}'; else echo \"$@\" > {given}; fi\n"
     );
     folder.write("bin/rerun", script);
     let executable = fs::Permissions::from_mode(0o755);

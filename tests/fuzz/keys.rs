@@ -13,7 +13,7 @@ use vt100::MouseProtocolMode;
 use crate::{
     cases::{RandomSource, chance, pick, run},
     root,
-    terminal::{Lab, PATIENCE},
+    terminal::{Lab, PATIENCE, assert_given_back},
 };
 
 /// Keys with an effect, and text for the prompt.
@@ -143,16 +143,16 @@ fn piece(random: &mut RandomSource) -> Vec<u8> {
 }
 
 fn open(random: &mut RandomSource, folder: &Path) -> Lab {
-    let recording = root().join("recordings/rescued.rrd").display().to_string();
-    let mut args = match random.random_range(0..3) {
-        0 => vec!["replay", "--terminal", &recording],
-        1 => vec!["lab", "--clock", "virtual", "--speed", "100"],
-        _ => vec!["lab", "--clock", "virtual", "--duration-s", "3"],
+    let line = match random.random_range(0..3) {
+        0 => format!(
+            "replay --terminal '{}'",
+            root().join("recordings/rescued.rrd").display()
+        ),
+        1 => "lab --clock virtual --speed 100".to_owned(),
+        _ => "lab --clock virtual --duration-s 3".to_owned(),
     };
-    if chance(random, 20) {
-        args.push("--ascii");
-    }
-    Lab::open_in(folder, &args, 24, 80)
+    let ascii = if chance(random, 20) { " --ascii" } else { "" };
+    Lab::open_in(folder, &(line + ascii), 24, 80)
 }
 
 #[test]
@@ -181,9 +181,7 @@ fn keys() {
         // A Ctrl-C after the terminal is restored is a signal.
         let documented = [0, 130].contains(&status.exit_code());
         assert!(documented, "{status:?}\n{}", screen.contents());
-        assert!(!screen.alternate_screen(), "still on the other screen");
-        assert!(!screen.hide_cursor(), "the cursor is hidden");
-        assert!(!screen.bracketed_paste(), "pastes are still bracketed");
+        assert_given_back(&parser);
         assert!(
             !screen.application_cursor() && !screen.application_keypad(),
             "other keys"

@@ -2,6 +2,7 @@
 #![allow(dead_code)] // Each test uses its own part.
 
 pub mod outside;
+mod words;
 
 use std::{
     fs,
@@ -12,21 +13,13 @@ use std::{
 
 use serde_json::Value;
 use tempfile::TempDir;
+use words::words;
 
 /// The folder of the clone.
 pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 /// The program itself.
 pub const RATELAB: &str = env!("CARGO_BIN_EXE_ratelab");
-
-/// The words of a command line; `'` around a word keeps its blanks.
-pub fn words(line: &str) -> impl Iterator<Item = &str> {
-    let parts = line.split('\'').zip([false, true].into_iter().cycle());
-    parts.flat_map(|(part, quoted)| match quoted {
-        true => vec![part],
-        false => part.split_whitespace().collect(),
-    })
-}
 
 /// Text that was printed.
 #[derive(Debug, PartialEq, Eq)]
