@@ -11,8 +11,8 @@ use ratelab_study::{
     experiment::{Experiment, Summary},
     system::{BuildError, Builder, System},
 };
-use ratelab_wire::{Bridge, SessionEnd};
-use support::{address, part, settings};
+use ratelab_wire::Bridge;
+use support::{address, connect, listen, part, until_met};
 
 /// The results of both parts of a run: that which listens, and the other.
 struct Both {
@@ -31,23 +31,11 @@ fn run(system: impl System + 'static, parts: [&[&str]; 2]) -> Both {
 /// The same, both parts with ROS in a domain.
 fn run_with(system: impl System + 'static, parts: [&[&str]; 2], ros: Option<u32>) -> Both {
     let (system, address) = (Arc::new(system), address());
-    let ends = [
-        SessionEnd::Listen(vec![address.clone()]),
-        SessionEnd::Connect(vec![address]),
-    ];
-    let connected = ends
-        .into_iter()
-        .zip(parts)
-        .map(|(end, nodes)| part(system.clone(), nodes, &settings(end, None), ros));
-    let connected: Vec<(Experiment, Bridge)> = connected.collect();
-    // Until each part knows the other, nothing could arrive.
-    while connected
-        .iter()
-        .any(|(_, bridge)| bridge.others().is_empty())
-    {
-        thread::yield_now();
-    }
-    let (parts, bridges): (Vec<_>, Vec<_>) = connected.into_iter().unzip();
+    let ends = [listen(&address, None), connect(&address, None)];
+    let connected = ends.iter().zip(parts);
+    let connected = connected.map(|(end, nodes)| part(system.clone(), nodes, end, ros));
+    let (parts, bridges): (Vec<Experiment>, Vec<Bridge>) = connected.unzip();
+    until_met(&bridges[0], &bridges[1]);
     let observers: Vec<_> = parts.iter().map(Experiment::observer).collect();
     let summaries: Vec<Summary> = thread::scope(|scope| {
         let runs = parts.into_iter().map(|part| {
