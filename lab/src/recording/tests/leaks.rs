@@ -3,7 +3,7 @@
 
 use std::{
     fs,
-    path::PathBuf,
+    path::{Path, PathBuf},
     sync::{
         Arc, Mutex,
         atomic::{AtomicU64, Ordering},
@@ -19,8 +19,8 @@ use ratelab_study::{
     system::{BuildError, Builder, System},
 };
 
-use super::{folder, read, verify_with};
-use crate::recording::{FinishedRecording, Recorder, Source, StopReason};
+use super::{assert_has, finish, folder, read, verify_with};
+use crate::recording::{FinishedRecording, Recorder, Source};
 
 /// A number.
 #[derive(Clone, Copy)]
@@ -101,11 +101,7 @@ fn notices_of(name: &str) -> usize {
 }
 
 /// Records a run of `system`; `meanwhile` sees it tick.
-fn record(
-    system: &Arc<dyn System>,
-    path: &std::path::Path,
-    meanwhile: impl FnOnce(),
-) -> FinishedRecording {
+fn record(system: &Arc<dyn System>, path: &Path, meanwhile: impl FnOnce()) -> FinishedRecording {
     let config = Config {
         clock: ClockKind::Real,
         speed: Speed::REAL_TIME,
@@ -125,8 +121,7 @@ fn record(
     }
     meanwhile();
     commands.send(Command::Stop).expect("it goes on");
-    recorder.end(StopReason::of(&run.join().expect("no panic")));
-    recorder.finish().expect("recorded")
+    finish(recorder, &run.join().expect("no panic"))
 }
 
 #[test]
@@ -146,12 +141,9 @@ fn a_write_from_outside_of_the_graph_is_named_by_the_recording_and_by_verify() {
     });
     assert_eq!(notices_of("wrote to the number"), 1);
     let defect = recorded.defect().expect("it cannot come back");
-    assert!(defect.contains("wrote to the number"), "{defect}");
+    assert_has(&defect, "wrote to the number");
     let error = verify_with(&read(&path), &system).expect_err("not to be had");
-    assert!(
-        error.to_string().contains("the number was written to"),
-        "{error}"
-    );
+    assert_has(&error.to_string(), "the number was written to");
 }
 
 #[test]
@@ -188,10 +180,7 @@ fn what_a_node_takes_from_elsewhere_makes_a_difference_with_its_likely_reasons()
         fs::write(&file, "another").expect("written");
         let error = verify_with(&read(&path), &system).expect_err("another run");
         let text = error.to_string();
-        assert!(text.contains("/number message 0, "), "{text}");
-        assert!(
-            text.contains("no topic, read a clock, or a file was changed"),
-            "{text}"
-        );
+        assert_has(&text, "/number message 0, ");
+        assert_has(&text, "no topic, read a clock, or a file was changed");
     }
 }

@@ -23,7 +23,10 @@ use ratelab_study::{
 };
 use tempfile::TempDir;
 
-use super::{Recorder, Recording, Replay, Source, StopReason, VerifyError, verify::Identical};
+use super::{
+    FinishedRecording, Recorder, Recording, Replay, Source, StopReason, VerifyError,
+    verify::Identical,
+};
 
 /// How many cases a test over random ones tries: `usual`, or as many as
 /// `RATELAB_CASES` asks for.
@@ -119,9 +122,35 @@ fn record_run(experiment: Experiment, path: &Path) -> (Result<Summary, Fault>, S
     let observer = experiment.observer();
     let recorder = recorder(&experiment, path);
     let outcome = experiment.run();
-    recorder.end(StopReason::of(&outcome));
-    recorder.finish().expect("recorded");
+    finish(recorder, &outcome);
     (outcome, observer.snapshot())
+}
+
+/// Ends a recording with its run.
+fn finish(recorder: Recorder, outcome: &Result<Summary, Fault>) -> FinishedRecording {
+    recorder.end(StopReason::of(outcome));
+    recorder.finish().expect("recorded")
+}
+
+/// The recording of a run of `config`, and its summary.
+fn recorded(config: &Config) -> (Recording, Summary) {
+    let folder = folder();
+    let path = folder.path().join("run.rrd");
+    let summary = record(config, &path).0.expect("no fault");
+    (read(&path), summary)
+}
+
+/// What a verification finds in `original` after `lie`.
+fn found(original: &Recording, lie: impl FnOnce(&mut Recording)) -> String {
+    let mut altered = original.clone();
+    lie(&mut altered);
+    verify(&altered).expect_err("a lie").to_string()
+}
+
+/// Checks that `part` is in `text`.
+#[track_caller]
+fn assert_has(text: &str, part: &str) {
+    assert!(text.contains(part), "{part:?} is not in {text}");
 }
 
 /// Runs a recording of the cart-pole again, unwatched.
@@ -132,6 +161,13 @@ fn verify(recording: &Recording) -> Result<Identical, VerifyError> {
 /// Runs it again with `system`, unwatched.
 fn verify_with(recording: &Recording, system: &Arc<dyn System>) -> Result<Identical, VerifyError> {
     super::verify(recording, system, false, |_| ControlFlow::Continue(()))
+}
+
+/// A replay at the end of a recording of the cart-pole.
+fn replayed(recording: Recording) -> Replay {
+    let mut replay = replay(recording);
+    replay.advance_to(Time::MAX);
+    replay
 }
 
 /// A recording of the cart-pole, to be replayed.
@@ -146,14 +182,22 @@ fn read(path: &Path) -> Recording {
 /// A run with knobs turned, in a file in `folder`.
 fn recording(folder: &TempDir) -> Recording {
     let path = folder.path().join("run.rrd");
-    let knobs = "1.5 control-hz 10\n2.25 queue-depth 3\n3 sensor-hz 75";
-    let config = Config {
+    record(&turned(), &path).0.expect("no fault");
+    read(&path)
+}
+
+/// Four seconds with knobs turned.
+fn turned() -> Config {
+    Config {
         seed: 4,
         end: Time::from_nanos(4_000_000_000),
-        ..with_knobs("", knobs)
-    };
-    record(&config, &path).0.expect("no fault");
-    read(&path)
+        ..with_knobs("", "1.5 control-hz 10\n2.25 queue-depth 3\n3 sensor-hz 75")
+    }
+}
+
+/// A run with a fall, after 0.84 s.
+fn falling() -> Config {
+    with_knobs("control-hz 5", "")
 }
 
 /// Runs paced at `factor` times the wall's speed.
