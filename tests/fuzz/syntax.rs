@@ -8,24 +8,13 @@ use std::{
 use rand::{Rng, seq::IndexedRandom};
 
 use crate::{
-    cases::{RandomSource, chance, pick},
+    cases::{RandomSource, chance, pick_from},
     program::ratelab,
     values::value,
 };
 
-/// Invalid words.
-const RUBBISH: &[&str] = &[
-    "--",
-    "-",
-    "--x",
-    "-x",
-    "--=",
-    "--csv",
-    "\u{1b}[2J",
-    "--\u{1b}",
-    "run",
-    "",
-];
+/// Invalid words, separated by `|`.
+const RUBBISH: &str = "--|-|--x|-x|--=|--csv|\u{1b}[2J|--\u{1b}|run|";
 
 /// An option, with the name of its value, if it takes one.
 type Opt = (String, Option<String>);
@@ -107,7 +96,7 @@ impl Syntax {
         }
         if chance(random, 10) {
             let at = random.random_range(0..=words.len());
-            words.insert(at, pick(random, RUBBISH).into());
+            words.insert(at, pick_from(random, RUBBISH).into());
         }
         if !self.command.is_empty() {
             words.insert(0, OsString::from(&self.command));
