@@ -17,9 +17,8 @@ use crate::{
 };
 
 /// Keys with an effect, and text for the prompt, separated by `|`.
-const KEYS: &str =
-    "[|]|<|>|{|}|b|r|n|N|p|P|c|m|w|e|f|z|+|-|0|.|,| |?|\t|1|2|3|4|5|\r|\u{7f}|\u{1b}\u{1b}|:|\
-    :control-hz 7.5\r|:control-hz 0\r|:policy lqr\r|:policy none.pt\r|:rubbish\r|\
+const KEYS: &str = "[|]|<|>|{|}|b|r|n|N|p|P|c|m|w|e|f|z|+|-|0|.|,| |?|\t|1|2|3|4|5|\r|\u{7f}|\
+    \u{1b}\u{1b}|:|:control-hz 7.5\r|:control-hz 0\r|:policy lqr\r|:policy none.pt\r|:rubbish\r|\
     :queue-depth 9999999\r|8 because half\r|many\r|[[[[[[[[[[[[|]]]]]]]]]]]]";
 
 /// Sequences that terminals send for other keys, pastes, the mouse and on their own, and

@@ -15,17 +15,14 @@ use crate::{
 };
 
 /// Times, valid and invalid, separated by `|` like the words below.
-const TIMES: &str =
-    "0|2.5|0.000000001|1e-9|4503599.627370495|1e3|-0|-1|NaN|inf|1e300|18446744073.709551615|\
-    1e11|.5|+1|";
+const TIMES: &str = "0|2.5|0.000000001|1e-9|4503599.627370495|1e3|-0|-1|NaN|inf|1e300|\
+    18446744073.709551615|1e11|.5|+1|";
 
-const NAMES: &str =
-    "control-hz|sensor_hz|queue-depth|rate policy|depth /obs|queue_depth|policy|send policy|\
-    CONTROL-HZ|policy-hz|rate planner";
+const NAMES: &str = "control-hz|sensor_hz|queue-depth|rate policy|depth /obs|queue_depth|policy|\
+    send policy|CONTROL-HZ|policy-hz|rate planner";
 
-const VALUES: &str =
-    "10|7.5|33.333333|0.001|10000|1e3|0.0005|10000.5|0|-1|NaN|1|1000000|1000001|1.5|lqr|\
-    scripted|random|none.pt|my policy.pt|a#b.pt";
+const VALUES: &str = "10|7.5|33.333333|0.001|10000|1e3|0.0005|10000.5|0|-1|NaN|1|1000000|1000001|\
+    1.5|lqr|scripted|random|none.pt|my policy.pt|a#b.pt";
 
 /// Between words and around lines.
 const SPACES: &[&str] = &[" ", "  ", "\t", "\u{a0}", "", " # ", "\u{b}", "\u{3000}"];

@@ -118,9 +118,8 @@ fn change_number(number: &serde_json::Number, random: &mut RandomSource) -> Valu
 }
 
 /// Names to lie with, separated by `|`.
-const NAMES: &str =
-    "|x|policy|sensor|actuator|/obs|/action|/state|Virtual|Real|Lqr|Zero|FlatOut|Balanced|\
-    balanced|/etc/passwd|\u{1b}[31m|\u{202e}";
+const NAMES: &str = "|x|policy|sensor|actuator|/obs|/action|/state|Virtual|Real|Lqr|Zero|FlatOut|\
+    Balanced|balanced|/etc/passwd|\u{1b}[31m|\u{202e}";
 
 /// Another text: a known name, or an unknown one.
 fn change_text(text: &str, random: &mut RandomSource) -> String {

@@ -14,7 +14,8 @@ type Moment = (&'static str, &'static [&'static str], Option<&'static str>);
 #[rustfmt::skip]
 const MOMENTS: &[Moment] = &[
     // Step 1.
-    ("", &["BALANCED so far", "sensor", "/obs", "policy", "/action", "actuator", "● 50 Hz"], None),
+    ("", &["BALANCED so far", "sensor", "/obs", "policy", "/action"], None),
+    ("", &["actuator", "● 50 Hz"], None),
     ("", &["  0 dropped", "age  10 ms of 90"], None),
     // Step 2.
     ("[[[[", &["control-hz 20", "● 20 Hz", "✖", "50.0/s"], None),
