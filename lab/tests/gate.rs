@@ -1,8 +1,11 @@
 //! No page on the way to an exercise has its answer.
 
-use std::{fs, path::Path, process::Command};
+mod support;
+
+use std::{fs, path::Path};
 
 use exercises::framework::{Answer, Exercise};
+use support::{Folder, ROOT, User};
 
 /// The pages that a learner reads before an exercise. `docs/age.md` and `docs/theory.md`
 /// warn of their answers at the top; `docs/answers.md` is for teachers.
@@ -31,12 +34,8 @@ const WARNED: [(&str, &str); 5] = [
     ("docs/throughput.md", "For after the first two exercises"),
 ];
 
-fn root() -> &'static Path {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
-}
-
 fn page(name: &str) -> String {
-    fs::read_to_string(root().join(name)).expect(name)
+    fs::read_to_string(Path::new(ROOT).join(name)).expect(name)
 }
 
 /// The pages and the help texts, with their names.
@@ -45,12 +44,10 @@ fn texts() -> Vec<(String, String)> {
     let help = [
         "", "lab", "run", "sweep", "hunt", "exercise", "keys", "info",
     ];
-    let help = help.into_iter().map(|command| {
-        let mut ratelab = Command::new(env!("CARGO_BIN_EXE_ratelab"));
-        let args = (!command.is_empty()).then_some(command);
-        let output = ratelab.args(args).arg("--help").output().expect("help");
-        let text = String::from_utf8(output.stdout).expect("UTF-8");
-        (format!("ratelab {command} --help"), text)
+    let help = help.map(|command| {
+        let line = format!("{command} --help");
+        let text = Folder::new().says(&line).0;
+        (line, text)
     });
     pages.chain(help).collect()
 }

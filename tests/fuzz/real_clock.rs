@@ -7,7 +7,6 @@
 use std::{
     fs,
     panic::{AssertUnwindSafe, catch_unwind},
-    path::Path,
     sync::Arc,
 };
 
@@ -29,15 +28,14 @@ use crate::{
     cases::{RandomSource, run},
     cells::{change_cell, flip_bit},
     program::ratelab,
-    recordings::{decode, encode},
+    recordings::{encode, record},
 };
 
-/// The command lines of fresh recordings, with timed knobs in [`KNOBS`] and `~` for a blank
-/// within an argument.
+/// The command lines of fresh recordings, with timed knobs in [`KNOBS`].
 const RUNS: [&str; 2] = [
-    "run --duration-s 0.6 --control-hz 80 --knobs run.knobs --record",
+    "run --duration-s 0.6 --control-hz 80 --knobs run.knobs",
     "run --duration-s 0.6 --world own --takes policy=12..30 --queue-depth 3 \
-     --knob link~/obs~delay:4..9,loss:0.2 --knobs run.knobs --record",
+     --knob 'link /obs delay:4..9,loss:0.2' --knobs run.knobs",
 ];
 
 const KNOBS: &str = "0.15 control-hz 55\n0.3 queue-depth 2\n0.4 policy lqr\n";
@@ -177,21 +175,11 @@ fn altered(original: &[LogMsg], random: &mut RandomSource) -> (Vec<u8>, String) 
     }
 }
 
-fn record(folder: &Path, number: usize) -> Vec<LogMsg> {
-    fs::write(folder.join("run.knobs"), KNOBS).expect("written");
-    let file = format!("{number}.rrd");
-    let args = RUNS[number].split_ascii_whitespace();
-    let args: Vec<_> = args.map(|arg| arg.replace('~', " ")).collect();
-    let args = [args, vec![file.clone()]].concat();
-    let output = ratelab(&args, folder, folder);
-    assert!(output.status.success(), "{output:?}");
-    decode(&folder.join(file))
-}
-
 #[test]
 fn real_clock() {
     let folder = tempdir().expect("a folder");
-    let originals = [0, 1].map(|number| record(folder.path(), number));
+    fs::write(folder.path().join("run.knobs"), KNOBS).expect("written");
+    let originals = RUNS.map(|line| record(folder.path(), line));
     let file = folder.path().join("altered.rrd");
     let verify = || ratelab(&["verify", "altered.rrd"], folder.path(), folder.path());
     for original in &originals {

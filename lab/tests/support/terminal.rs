@@ -6,7 +6,7 @@
 mod outside;
 #[allow(clippy::duplicate_mod)]
 #[path = "words.rs"]
-mod words;
+pub mod words;
 
 use std::{
     fs,

@@ -10,7 +10,7 @@ use rerun::{
 };
 
 use super::{
-    Dice, assert_has, cases, experiment, finish, folder, paced, read, recorder, recording,
+    Dice, assert_has, cases, experiment, finish, folder, ms, paced, read, recorder, recording,
     replayed, verify,
 };
 use crate::recording::{ReadError, Recorder, Recording, Source};
@@ -54,7 +54,7 @@ fn a_torn_file_is_good_up_to_its_last_batch() {
         }
         verify(&torn).expect("the part is identical");
     }
-    assert!(longest > Time::from_nanos(8_000_000_000), "{longest}");
+    assert!(longest > ms(8000), "{longest}");
 }
 
 /// Reads `bytes` as a file, replays and verifies what can be read.

@@ -2,11 +2,10 @@
 
 use std::{fs, path::Path};
 
-use ratelab::Time;
 use ratelab_study::experiment::Config;
 use rerun::StateChange;
 
-use super::{folder, record, with_knobs};
+use super::{folder, ms, record, with_knobs};
 use crate::recording::{
     frames::Chunks, scene::lanes::TIMELINE, schema::path as entity, timeline::RUN_TIME,
 };
@@ -34,7 +33,7 @@ fn lane(path: &Path, kind: &str, name: &str) -> Vec<(i64, String)> {
 /// A recorded run of half a second, set up by `setup`.
 fn recorded(path: &Path, setup: &str) {
     let config = Config {
-        end: Time::from_nanos(500_000_000),
+        end: ms(500),
         ..with_knobs(setup, "")
     };
     record(&config, path).0.expect("no fault");

@@ -19,7 +19,7 @@ use ratelab_study::{
     system::{BuildError, Builder, System},
 };
 
-use super::{assert_has, finish, folder, read, verify_with};
+use super::{assert_has, finish, folder, ms, read, verify_with};
 use crate::recording::{FinishedRecording, Recorder, Source};
 
 /// A number.
@@ -116,7 +116,7 @@ fn record(system: &Arc<dyn System>, path: &Path, meanwhile: impl FnOnce()) -> Fi
     let recorder = Recorder::from_the_start(path, &source).expect("a recorder");
     let (observer, commands) = (experiment.observer(), experiment.commands());
     let run = thread::spawn(move || experiment.run());
-    while observer.now() < Time::from_nanos(50_000_000) {
+    while observer.now() < ms(50) {
         thread::yield_now();
     }
     meanwhile();

@@ -17,7 +17,7 @@ use tempfile::TempDir;
 
 use super::{
     altered::{alter, alter_json, empty_cell, set_number},
-    assert_has, falling, folder, found, hz, read, record, recorded, replayed, turned, verify,
+    assert_has, falling, folder, found, hz, ms, read, record, recorded, replayed, turned, verify,
 };
 use crate::recording::{
     ReadError, Recording,
@@ -280,7 +280,7 @@ fn events_that_did_not_happen_are_found() {
         reason: "no".to_owned(),
     };
     let event = |millis: u64, what| Event {
-        at: Time::from_nanos(millis * 1_000_000),
+        at: ms(millis),
         what,
     };
     let (node, cause) = ("sensor".to_owned(), "smoke".to_owned());

@@ -12,7 +12,7 @@ use ratelab_study::{
 use crossbeam_channel::Sender;
 
 use super::{
-    assert_has, experiment, finish, folder, found, paced, read, record, record_run, recorder,
+    assert_has, experiment, finish, folder, found, ms, paced, read, record, record_run, recorder,
     verify,
 };
 use crate::recording::{
@@ -207,7 +207,7 @@ fn a_run_that_saw_the_real_clock_for_a_while_comes_again() {
         (300, Command::Stop),
     ];
     let commands = commands.map(|(millis, command)| TimedCommand {
-        at: Time::from_nanos(millis * 1_000_000),
+        at: ms(millis),
         command,
     });
     experiment.schedule(commands.into());

@@ -21,6 +21,11 @@ use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::System,
 };
+use rerun::{
+    RecordingStream, RecordingStreamBuilder,
+    log::{Chunk, LogMsg},
+    sink::MemorySinkStorage,
+};
 use tempfile::TempDir;
 
 use super::{
@@ -98,7 +103,7 @@ fn with_knobs(setup: &str, knobs: &str) -> Config {
 }
 
 /// The cart-pole.
-fn cart_pole() -> Arc<dyn System> {
+pub(super) fn cart_pole() -> Arc<dyn System> {
     Arc::new(CartPole::default())
 }
 
@@ -190,7 +195,7 @@ fn recording(folder: &TempDir) -> Recording {
 fn turned() -> Config {
     Config {
         seed: 4,
-        end: Time::from_nanos(4_000_000_000),
+        end: ms(4_000),
         ..with_knobs("", "1.5 control-hz 10\n2.25 queue-depth 3\n3 sensor-hz 75")
     }
 }
@@ -215,6 +220,26 @@ fn recorder(experiment: &Experiment, path: &Path) -> Recorder {
 }
 
 /// A rate.
-fn hz(hz: f64) -> Hz {
+pub(super) fn hz(hz: f64) -> Hz {
     Hz::new(hz).expect("a rate")
+}
+
+/// A run time.
+pub(super) fn ms(ms: u64) -> Time {
+    Time::from_nanos(ms * 1_000_000)
+}
+
+/// A stream of the recorder into memory.
+pub(super) fn stream() -> (RecordingStream, MemorySinkStorage) {
+    let stream = RecordingStreamBuilder::new("ratelab").memory();
+    stream.expect("a stream")
+}
+
+/// The chunks among `messages`.
+pub(super) fn chunks(messages: &[LogMsg]) -> impl Iterator<Item = Chunk> {
+    let tables = messages.iter().filter_map(|message| match message {
+        LogMsg::ArrowMsg(_, data) => Some(data),
+        _ => None,
+    });
+    tables.map(|data| Chunk::from_arrow_msg(data).expect("a chunk"))
 }

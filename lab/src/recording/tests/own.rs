@@ -13,7 +13,7 @@ use ratelab_study::{
 
 use rerun::EntityPath;
 
-use super::{assert_has, cart_pole, folder, read, record_run, verify_with};
+use super::{assert_has, cart_pole, folder, ms, read, record_run, verify_with};
 use crate::recording::{Recording, Replay, frames::Chunks, scene::signals, schema::RunStatus};
 
 /// A ball that falls, and somebody who looks at it: names with spaces, a topic
@@ -165,7 +165,7 @@ fn config() -> Config {
     Config {
         setup: [depth].into_iter().collect(),
         knobs: vec![TimedKnob {
-            at: Time::from_nanos(500_000_000),
+            at: ms(500),
             knob: set(KnobKind::Rate, "eye", "7"),
         }],
         ..Config::default()

@@ -9,7 +9,7 @@ use ratelab_study::{
 };
 
 use super::{
-    Dice, assert_has, cases, folder, found, read, record, recorded, replay, replayed, turned,
+    Dice, assert_has, cases, folder, found, ms, read, record, recorded, replay, replayed, turned,
     verify, with_knobs,
 };
 
@@ -74,7 +74,7 @@ fn a_run_told_again_shows_the_figures_that_the_run_showed() {
 #[test]
 fn a_replay_from_the_beginning_is_the_same() {
     let mut replay = replay(recorded(&turned()).0);
-    let until = Time::from_nanos(2_500_000_000);
+    let until = ms(2500);
     replay.advance_to(until);
     let steps = replay.new_rows(STATE);
     assert_eq!((steps.len(), replay.new_rows(STATE).len()), (126, 0));
@@ -92,7 +92,7 @@ fn a_real_clock_run_is_replayed_and_comes_again() {
     let path = folder.path().join("real.rrd");
     let config = Config {
         clock: ClockKind::Real,
-        end: Time::from_nanos(1_200_000_000),
+        end: ms(1200),
         // Ticks too long for their rate: the policy overruns.
         ..CartPole::config("takes policy 50").expect("a setup")
     };
@@ -157,7 +157,7 @@ fn links_faults_and_clocks_that_go_back_are_replayed_and_verified() {
                 2 clock sensor -50 300\n2.5 link /action delay:30\n2.7 lose /action 140\n\
                 3 crash policy\n3.1 restart policy\n3.2 hang actuator 45";
     let (recording, summary) = recorded(&Config {
-        end: Time::from_nanos(4_000_000_000),
+        end: ms(4000),
         world: WorldKind::OWN,
         ..with_knobs("depth /obs 3, read /obs oldest", live)
     });

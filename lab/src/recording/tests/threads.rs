@@ -9,7 +9,7 @@ use ratelab_study::{experiment::Config, system::WorldKind};
 use super::{
     Dice,
     altered::{alter, exchange},
-    assert_has, cases, experiment, finish, folder, found, read, record, recorder, verify,
+    assert_has, cases, experiment, finish, folder, found, ms, read, record, recorder, verify,
 };
 use crate::recording::{Recorder, Recording, Source};
 
@@ -89,7 +89,7 @@ fn a_torn_file_comes_again_up_to_its_last_batch() {
     let recorder = recorder(&experiment, &path);
     let observer = experiment.observer();
     let run = thread::spawn(move || experiment.run());
-    while observer.now() < Time::from_nanos(1_300_000_000) {
+    while observer.now() < ms(1300) {
         thread::sleep(Duration::from_millis(1));
     }
     let bytes = fs::read(&path).expect("read");
@@ -100,7 +100,7 @@ fn a_torn_file_comes_again_up_to_its_last_batch() {
     let identical = verify(&torn).expect("identical");
     assert!(identical.messages > 0);
     let until = identical.until.expect("it is cut off");
-    assert!(until > Time::from_nanos(500_000_000), "{until}");
+    assert!(until > ms(500), "{until}");
 }
 
 #[test]

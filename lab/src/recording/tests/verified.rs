@@ -8,7 +8,7 @@ use ratelab_cart_pole::CartPole;
 use ratelab_study::experiment::{Config, Experiment};
 
 use super::{
-    Dice, assert_has, cart_pole, cases, experiment, falling, folder, found, read, record_run,
+    Dice, assert_has, cart_pole, cases, experiment, falling, folder, found, ms, read, record_run,
     recorded, turned, verify, with_knobs,
 };
 use crate::recording::{Recording, VerifyError, verify::VerifyStatus};
@@ -212,7 +212,7 @@ fn a_rate_that_was_refused_is_refused_again() {
     let mut experiment = experiment(&Config::default());
     let knob: Knob = "rate actuator 25".parse().expect("a knob");
     experiment.schedule(vec![TimedCommand {
-        at: Time::from_nanos(1_000_000_000),
+        at: ms(1000),
         command: knob.into(),
     }]);
     record_run(experiment, &path).0.expect("no fault");
