@@ -143,12 +143,6 @@ fn rows_come_before_the_summary_where_both_go_to_one_file() {
     assert_eq!(rows.count(), 9, "{said:?}");
 }
 
-/// Creates a pipe with a name.
-fn make_pipe(folder: &Folder, name: &str) {
-    let made = Command::new("mkfifo").arg(folder.path(name)).status();
-    assert!(made.expect("mkfifo").success());
-}
-
 #[test]
 fn results_go_into_a_pipe_with_a_name_and_leave_it_in_place() {
     let [run, sweep] = COMMANDS;
@@ -163,7 +157,7 @@ fn results_go_into_a_pipe_with_a_name_and_leave_it_in_place() {
     ] {
         let folder = Folder::with(&["recordings/fall-5hz.rrd"]);
         fs::create_dir_all(folder.path("hand-ins/nobody")).expect("made");
-        make_pipe(&folder, "pipe");
+        folder.make_pipe("pipe");
         let mut reader = Command::new("cat");
         let reader = reader.arg(folder.path("pipe")).stdout(Stdio::piped());
         let reader = reader.spawn().expect("cat");
@@ -178,7 +172,7 @@ fn results_go_into_a_pipe_with_a_name_and_leave_it_in_place() {
 
 /// A command that writes to the folder `out` and waits for the reader of its rows.
 fn waiting(folder: &Folder, command: &str) -> Child {
-    make_pipe(folder, "pipe");
+    folder.make_pipe("pipe");
     let mut command = folder.command(&format!("{command} --out out --csv pipe"));
     let child = command.stderr(Stdio::null()).spawn();
     // An unfinished file shows that the handler is installed.
@@ -193,7 +187,7 @@ fn one_signal_ends_the_wait_for_the_reader_of_a_pipe() {
     for command in COMMANDS {
         let folder = Folder::new();
         let mut child = waiting(&folder, command);
-        send("-TERM", &child);
+        send("-TERM", child.id());
         let code = child.wait().expect("ended").code();
         assert_eq!(code, Some(143), "{command}");
         assert_eq!(folder.names(""), ["pipe"]);
@@ -205,7 +199,7 @@ fn any_number_of_signals_leaves_no_unfinished_files() {
     let folder = Folder::new();
     let mut child = waiting(&folder, "run --smoke");
     while child.try_wait().expect("a child").is_none() {
-        send("-INT", &child);
+        send("-INT", child.id());
         thread::yield_now();
     }
     assert_eq!(child.wait().expect("ended").code(), Some(130));
@@ -224,7 +218,7 @@ fn long_run(folder: &Folder) -> (Child, ChildStderr) {
 
 /// Sends `signal` to a long run, which ends with its summary and this status.
 fn end((child, mut rows): (Child, ChildStderr), signal: &str, code: i32) {
-    send(signal, &child);
+    send(signal, child.id());
     io::copy(&mut rows, &mut io::sink()).expect("rows");
     let output = child.wait_with_output().expect("ended");
     assert_eq!(output.status.code(), Some(code), "{signal}");
@@ -260,9 +254,7 @@ fn leftovers_of_a_killed_run_are_removed_and_files_in_use_are_kept() {
 fn a_limit_on_the_size_of_files_is_an_error_like_a_full_disk() {
     let folder = Folder::new();
     let line = format!("ulimit -f 1; '{RATELAB}' run --clock virtual --csv rows.csv");
-    let mut shell = Command::new("sh");
-    let shell = shell.args(["-c", &line]).current_dir(folder.path(""));
-    let said = error_line(&line, &shell.output().expect("sh"), 1);
+    let said = error_line(&line, &folder.shell(&line), 1);
     said.has("cannot write").has("rows.csv");
     assert!(folder.names("").is_empty(), "nothing is half-written");
 }

@@ -4,7 +4,7 @@ mod support;
 
 use std::{
     fs,
-    process::{Command, Stdio},
+    process::Stdio,
     thread,
     time::{Duration, Instant},
 };
@@ -148,9 +148,7 @@ fn a_full_disk_ends_the_recording_and_not_the_run() {
         "trap '' XFSZ; ulimit -f 700; exec {RATELAB} run --clock virtual --speed 4 \
          --duration-s 16 --record full.rrd"
     );
-    let mut shell = Command::new("sh");
-    let shell = shell.args(["-c", &script]).current_dir(folder.path(""));
-    let output = shell.output().expect("sh starts");
+    let output = folder.shell(&script);
     let said = error_line("run", &output, 1);
     said.has("ended early").has("full.rrd");
     // The run ended with its verdict.

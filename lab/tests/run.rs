@@ -2,7 +2,7 @@
 
 mod support;
 
-use std::{fs, path::Path, process::Command};
+use std::{fs, path::Path};
 
 use serde_json::Value;
 use support::{Folder, Said, User};
@@ -180,8 +180,7 @@ fn rows_that_cannot_be_written_end_the_run_with_an_error() {
 #[test]
 fn knobs_are_read_from_ordinary_files_of_reasonable_size_only() {
     let folder = Folder::new();
-    let made = Command::new("mkfifo").arg(folder.path("pipe")).status();
-    assert!(made.expect("mkfifo").success());
+    folder.make_pipe("pipe");
     let file = fs::File::create(folder.path("large")).expect("made");
     file.set_len(1 << 32).expect("longer");
     folder.refuses_each(

@@ -8,13 +8,12 @@ mod terminal;
 use std::{
     fs,
     io::Read,
-    process::Command,
     thread,
     time::{Duration, Instant},
 };
 
 use portable_pty::{CommandBuilder, PtySize, native_pty_system};
-use support::{Folder, RATELAB, Said, User};
+use support::{Folder, RATELAB, Said, User, send};
 use terminal::{Lab, PATIENCE, assert_given_back};
 
 /// Ratelab on a large terminal, in a folder of its own.
@@ -256,14 +255,6 @@ fn a_cell_of_the_cliff_map_runs_live() {
 /// The process that runs in a terminal.
 fn pid(lab: &Lab) -> u32 {
     lab.child.process_id().expect("running")
-}
-
-/// Sends a signal to process `pid`.
-fn send(signal: &str, pid: u32) {
-    let kill = Command::new("kill")
-        .args([signal, &pid.to_string()])
-        .status();
-    assert!(kill.expect("kill").success());
 }
 
 /// A shell with job control, in a separate terminal.

@@ -8,7 +8,7 @@ use std::{
     fs,
     ops::Deref,
     path::{Path, PathBuf},
-    process::{Child, Command, Output, Stdio},
+    process::{Command, Output, Stdio},
 };
 
 use serde_json::Value;
@@ -163,6 +163,19 @@ impl Folder {
         fs::read(self.path(name)).expect("read")
     }
 
+    /// Makes a pipe with a name.
+    pub fn make_pipe(&self, name: &str) {
+        let made = Command::new("mkfifo").arg(self.path(name)).status();
+        assert!(made.expect("mkfifo").success());
+    }
+
+    /// Runs a line of the shell.
+    pub fn shell(&self, line: &str) -> Output {
+        let mut shell = Command::new("sh");
+        shell.args(["-c", line]).current_dir(self.0.path());
+        shell.output().expect("sh starts")
+    }
+
     /// Names in the folder `name`, sorted.
     pub fn names(&self, name: &str) -> Vec<String> {
         let entries = fs::read_dir(self.path(name)).expect("a folder");
@@ -181,9 +194,10 @@ impl User for Folder {
     }
 }
 
-/// Sends `signal` to a process.
-pub fn send(signal: &str, process: &Child) {
-    let pid = process.id().to_string();
-    let kill = Command::new("kill").args([signal, &pid]).status();
+/// Sends `signal` to process `pid`.
+pub fn send(signal: &str, pid: u32) {
+    let kill = Command::new("kill")
+        .args([signal, &pid.to_string()])
+        .status();
     assert!(kill.expect("kill").success());
 }

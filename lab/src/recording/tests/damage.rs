@@ -10,8 +10,8 @@ use rerun::{
 };
 
 use super::{
-    Dice, assert_has, cases, experiment, finish, folder, ms, paced, read, recorder, recording,
-    replayed, verify,
+    Dice, assert_has, cases, experiment, file, finish, folder, ms, paced, read, recorder,
+    recording, replayed, verify,
 };
 use crate::recording::{ReadError, Recorder, Recording, Source};
 
@@ -30,8 +30,7 @@ fn as_killed(path: &Path) -> (Vec<u8>, Recording) {
 
 #[test]
 fn a_torn_file_is_good_up_to_its_last_batch() {
-    let folder = folder();
-    let path = folder.path().join("torn.rrd");
+    let (_folder, path) = file("torn.rrd");
     let (whole, original) = as_killed(&path);
     let mut longest = Time::ZERO;
     for cut in (0..whole.len()).step_by(2_991).chain([whole.len()]) {
@@ -70,8 +69,7 @@ fn use_it(path: &Path, bytes: &[u8]) -> Result<(), ReadError> {
 /// Uses `whole` as `damage` leaves it; checks that some of this is refused, and not all: some
 /// damage is where nothing is read.
 fn use_damaged(whole: &[u8], cases: usize, mut damage: impl FnMut(&mut Vec<u8>)) {
-    let folder = folder();
-    let path = folder.path().join("damaged.rrd");
+    let (_folder, path) = file("damaged.rrd");
     let refused = (0..cases).filter(|_| {
         let mut bytes = whole.to_vec();
         damage(&mut bytes);
@@ -184,8 +182,7 @@ fn lengths_within_a_message_are_not_believed() {
 
 #[test]
 fn what_a_file_says_commands_no_terminal() {
-    let folder = folder();
-    let path = folder.path().join("run.rrd");
+    let (_folder, path) = file("run.rrd");
     let experiment = experiment(&Config::default());
     let mut source = Source::of(&experiment);
     source.origin.ratelab = "1\u{1b}[2J\nverdict".to_owned();

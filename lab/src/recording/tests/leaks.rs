@@ -19,7 +19,7 @@ use ratelab_study::{
     system::{BuildError, Builder, System},
 };
 
-use super::{assert_has, finish, folder, ms, read, verify_with};
+use super::{assert_has, file, finish, folder, ms, read, verify_with};
 use crate::recording::{FinishedRecording, Recorder, Source};
 
 /// A number.
@@ -126,8 +126,7 @@ fn record(system: &Arc<dyn System>, path: &Path, meanwhile: impl FnOnce()) -> Fi
 
 #[test]
 fn a_write_from_outside_of_the_graph_is_named_by_the_recording_and_by_verify() {
-    let folder = folder();
-    let path = folder.path().join("run.rrd");
+    let (_folder, path) = file("run.rrd");
     let shared = Arc::new(Shared::new("the number", 0));
     let system: Arc<dyn System> = Arc::new(Leaky(Leak::Shared(shared.clone())));
     let recorded = record(&system, &path, || {
@@ -148,8 +147,7 @@ fn a_write_from_outside_of_the_graph_is_named_by_the_recording_and_by_verify() {
 
 #[test]
 fn a_shared_value_that_only_nodes_write_to_is_no_defect() {
-    let folder = folder();
-    let path = folder.path().join("run.rrd");
+    let (_folder, path) = file("run.rrd");
     let shared = Arc::new(Shared::new("the number", 0));
     // Before the run anybody may write.
     *shared.lock() = 0;

@@ -12,8 +12,8 @@ use ratelab_study::{
 use crossbeam_channel::Sender;
 
 use super::{
-    assert_has, experiment, finish, folder, found, ms, paced, read, record, record_run, recorder,
-    verify,
+    assert_has, experiment, file, finish, folder, found, ms, paced, read, record, record_run,
+    recorder, verify,
 };
 use crate::recording::{
     Recorder, Source, StopReason,
@@ -48,8 +48,7 @@ fn endless(config: Config) -> Config {
 
 #[test]
 fn a_session_with_knobs_turned_live_comes_again() {
-    let folder = folder();
-    let path = folder.path().join("live.rrd");
+    let (_folder, path) = file("live.rrd");
     let experiment = experiment(&endless(paced(20.0)));
     let commands = experiment.commands();
     let recorder = recorder(&experiment, &path);
@@ -145,8 +144,7 @@ fn pauses_speeds_and_refusals_come_again_whenever_the_recording_begins() {
 
 #[test]
 fn a_file_that_exists_is_not_written_to() {
-    let folder = folder();
-    let path = folder.path().join("mine.rrd");
+    let (_folder, path) = file("mine.rrd");
     fs::write(&path, "mine").expect("written");
     let source = Source::of(&experiment(&Config::default()));
     assert!(Recorder::from_the_start(&path, &source).is_err());
@@ -155,8 +153,7 @@ fn a_file_that_exists_is_not_written_to() {
 
 #[test]
 fn a_file_that_vanishes_ends_its_recording_and_not_the_run() {
-    let folder = folder();
-    let path = folder.path().join("gone.rrd");
+    let (_folder, path) = file("gone.rrd");
     let experiment = experiment(&paced(4.0));
     let recorder = recorder(&experiment, &path);
     fs::remove_file(&path).expect("removed");
@@ -170,8 +167,7 @@ fn a_file_that_vanishes_ends_its_recording_and_not_the_run() {
 
 #[test]
 fn a_file_that_took_the_place_of_a_recording_is_left_alone() {
-    let folder = folder();
-    let path = folder.path().join("run.rrd");
+    let (folder, path) = file("run.rrd");
     let experiment = experiment(&paced(20.0));
     let recorder = recorder(&experiment, &path);
     fs::rename(&path, folder.path().join("moved.rrd")).expect("moved");
@@ -184,8 +180,7 @@ fn a_file_that_took_the_place_of_a_recording_is_left_alone() {
 
 #[test]
 fn ten_seconds_take_two_thirds_of_a_megabyte_and_their_batches_are_put_together() {
-    let folder = folder();
-    let path = folder.path().join("run.rrd");
+    let (_folder, path) = file("run.rrd");
     let config = Config {
         clock: ClockKind::Real,
         ..Config::default()
@@ -199,8 +194,7 @@ fn ten_seconds_take_two_thirds_of_a_megabyte_and_their_batches_are_put_together(
 
 #[test]
 fn a_run_that_saw_the_real_clock_for_a_while_comes_again() {
-    let folder = folder();
-    let path = folder.path().join("both.rrd");
+    let (_folder, path) = file("both.rrd");
     let mut experiment = experiment(&paced(1.0));
     let commands = [
         (100, Command::HandOver(ClockKind::Real)),
@@ -236,8 +230,7 @@ fn wall_times(path: &Path) -> Vec<(i64, i64)> {
 
 #[test]
 fn wall_time_goes_on_while_run_time_pauses() {
-    let folder = folder();
-    let path = folder.path().join("paused.rrd");
+    let (_folder, path) = file("paused.rrd");
     let experiment = experiment(&endless(Config {
         clock: ClockKind::Real,
         ..Config::default()
@@ -279,8 +272,7 @@ impl Policy for Breaks {
 
 #[test]
 fn the_recording_of_a_run_that_fails_is_complete() {
-    let folder = folder();
-    let path = folder.path().join("failed.rrd");
+    let (_folder, path) = file("failed.rrd");
     let system = CartPole::with_policy(|_| Box::new(Breaks(10)));
     let experiment = Experiment::new(Arc::new(system), &Config::default());
     let (outcome, _) = record_run(experiment.expect("experiment"), &path);

@@ -12,7 +12,11 @@ mod replayed;
 mod threads;
 mod verified;
 
-use std::{ops::ControlFlow, path::Path, sync::Arc};
+use std::{
+    ops::ControlFlow,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use ratelab::{Fault, Hz, Speed, Time};
 use ratelab_account::Snapshot;
@@ -116,6 +120,13 @@ fn folder() -> TempDir {
     tempfile::tempdir().expect("a folder")
 }
 
+/// The path of a file `name` in a folder of its own.
+fn file(name: &str) -> (TempDir, PathBuf) {
+    let folder = folder();
+    let path = folder.path().join(name);
+    (folder, path)
+}
+
 /// Runs `config` and records it to `path`; the summary, and what its observer
 /// reads at the end.
 fn record(config: &Config, path: &Path) -> (Result<Summary, Fault>, Snapshot) {
@@ -139,8 +150,7 @@ fn finish(recorder: Recorder, outcome: &Result<Summary, Fault>) -> FinishedRecor
 
 /// The recording of a run of `config`, and its summary.
 fn recorded(config: &Config) -> (Recording, Summary) {
-    let folder = folder();
-    let path = folder.path().join("run.rrd");
+    let (_folder, path) = file("run.rrd");
     let summary = record(config, &path).0.expect("no fault");
     (read(&path), summary)
 }

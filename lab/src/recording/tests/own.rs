@@ -13,7 +13,7 @@ use ratelab_study::{
 
 use rerun::EntityPath;
 
-use super::{assert_has, cart_pole, folder, ms, read, record_run, verify_with};
+use super::{assert_has, cart_pole, file, ms, read, record_run, verify_with};
 use crate::recording::{Recording, Replay, frames::Chunks, scene::signals, schema::RunStatus};
 
 /// A ball that falls, and somebody who looks at it: names with spaces, a topic
@@ -174,8 +174,7 @@ fn config() -> Config {
 
 /// The recording of that run, and its summary.
 fn recorded() -> (Recording, Summary) {
-    let folder = folder();
-    let path = folder.path().join("ball.rrd");
+    let (_folder, path) = file("ball.rrd");
     let experiment = Experiment::new(ball(), &config()).expect("a graph");
     let summary = record_run(experiment, &path).0.expect("no fault");
     (read(&path), summary)
@@ -245,8 +244,7 @@ fn another_system_is_refused_by_both_names_and_shown_without_its_picture() {
 
 #[test]
 fn signals_and_picture_are_drawn() {
-    let folder = folder();
-    let path = folder.path().join("ball.rrd");
+    let (_folder, path) = file("ball.rrd");
     let experiment = Experiment::new(ball(), &config()).expect("a graph");
     record_run(experiment, &path).0.expect("no fault");
     let bytes = std::fs::read(path).expect("read");

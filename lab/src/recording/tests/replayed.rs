@@ -9,8 +9,8 @@ use ratelab_study::{
 };
 
 use super::{
-    Dice, assert_has, cases, folder, found, ms, read, record, recorded, replay, replayed, turned,
-    verify, with_knobs,
+    Dice, assert_has, cases, file, folder, found, ms, read, record, recorded, replay, replayed,
+    turned, verify, with_knobs,
 };
 
 /// All figures in a snapshot, as text.
@@ -88,8 +88,7 @@ fn a_replay_from_the_beginning_is_the_same() {
 
 #[test]
 fn a_real_clock_run_is_replayed_and_comes_again() {
-    let folder = folder();
-    let path = folder.path().join("real.rrd");
+    let (_folder, path) = file("real.rrd");
     let config = Config {
         clock: ClockKind::Real,
         end: ms(1200),

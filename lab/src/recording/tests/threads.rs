@@ -9,7 +9,7 @@ use ratelab_study::{experiment::Config, system::WorldKind};
 use super::{
     Dice,
     altered::{alter, exchange},
-    assert_has, cases, experiment, finish, folder, found, ms, read, record, recorder, verify,
+    assert_has, cases, experiment, file, finish, found, ms, read, record, recorder, verify,
 };
 use crate::recording::{Recorder, Recording, Source};
 
@@ -56,8 +56,7 @@ fn any_run_of_the_real_clock_comes_again_to_the_bit() {
 
 #[test]
 fn a_session_between_the_clocks_that_was_recorded_midway_comes_again() {
-    let folder = folder();
-    let path = folder.path().join("mixed.rrd");
+    let (_folder, path) = file("mixed.rrd");
     let mut config = real("control-hz 25", 0.6);
     config.clock = ClockKind::Virtual;
     let experiment = experiment(&config);
@@ -83,8 +82,7 @@ fn a_session_between_the_clocks_that_was_recorded_midway_comes_again() {
 
 #[test]
 fn a_torn_file_comes_again_up_to_its_last_batch() {
-    let folder = folder();
-    let path = folder.path().join("torn.rrd");
+    let (_folder, path) = file("torn.rrd");
     let experiment = experiment(&real("sensor-hz 200, takes policy 15", 1.6));
     let recorder = recorder(&experiment, &path);
     let observer = experiment.observer();
@@ -130,8 +128,7 @@ fn a_log_with_another_bit_ends_in_an_error_or_in_the_same_run() {
 
 #[test]
 fn an_exchange_of_two_pieces_of_the_log_is_refused_although_it_commutes() {
-    let folder = folder();
-    let path = folder.path().join("real.rrd");
+    let (_folder, path) = file("real.rrd");
     record(&real("", 0.2), &path).0.expect("no fault");
     // The first pieces are of different threads: the log is the same.
     alter(&path, "/threads", "piece", |column| {

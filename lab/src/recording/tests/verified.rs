@@ -8,8 +8,8 @@ use ratelab_cart_pole::CartPole;
 use ratelab_study::experiment::{Config, Experiment};
 
 use super::{
-    Dice, assert_has, cart_pole, cases, experiment, falling, folder, found, ms, read, record_run,
-    recorded, turned, verify, with_knobs,
+    Dice, assert_has, cart_pole, cases, experiment, falling, file, folder, found, ms, read,
+    record_run, recorded, turned, verify, with_knobs,
 };
 use crate::recording::{Recording, VerifyError, verify::VerifyStatus};
 
@@ -207,8 +207,7 @@ fn a_rate_that_was_a_knob_once_is_turned_again_and_by_no_new_run() {
 
 #[test]
 fn a_rate_that_was_refused_is_refused_again() {
-    let folder = folder();
-    let path = folder.path().join("refused.rrd");
+    let (_folder, path) = file("refused.rrd");
     let mut experiment = experiment(&Config::default());
     let knob: Knob = "rate actuator 25".parse().expect("a knob");
     experiment.schedule(vec![TimedCommand {
