@@ -11,7 +11,7 @@ use tempfile::tempdir;
 
 use crate::{
     cases::{RandomSource, chance, mutate, pick, run},
-    program::{ratelab, stderr},
+    program::{does, stderr},
 };
 
 /// Times, valid and invalid, separated by `|` like the words below.
@@ -72,9 +72,8 @@ fn knobs() {
             let _ = check(&String::from_utf8_lossy(&file(random)));
         }
         fs::write(&path, &bytes).expect("written");
-        let args = "run --clock virtual --duration-s 0.001 --knobs turns.knobs";
-        let args: Vec<_> = args.split(' ').collect();
-        let output = ratelab(&args, folder.path(), folder.path());
+        let line = "run --clock virtual --duration-s 0.001 --knobs turns.knobs";
+        let output = does(line, folder.path());
         let text = String::from_utf8(bytes);
         let read = text.as_deref().map(check);
         let (accepted, said) = (output.status.success(), stderr(&output));

@@ -29,7 +29,7 @@ use crate::{
         json_in,
     },
     cases::{RandomSource, run},
-    program::ratelab,
+    program::does,
     recordings::{encode, record},
 };
 
@@ -163,7 +163,7 @@ fn real_clock() {
     fs::write(folder.path().join("run.knobs"), KNOBS).expect("written");
     let originals = RUNS.map(|line| record(folder.path(), line));
     let file = folder.path().join("altered.rrd");
-    let verify = || ratelab(&["verify", "altered.rrd"], folder.path(), folder.path());
+    let verify = || does("verify altered.rrd", folder.path());
     for original in &originals {
         fs::write(&file, encode(original)).expect("written");
         let output = verify();

@@ -12,10 +12,9 @@ use tempfile::tempdir;
 use crate::{
     alterations::alter,
     cases::{pick, run},
-    program::ratelab,
+    program::does,
     real_clock::compared,
     root,
-    terminal::words::words,
 };
 
 /// Recordings to alter.
@@ -49,9 +48,8 @@ pub fn record(folder: &Path, line: &str) -> Vec<LogMsg> {
     let file = folder.join("recorded.rrd");
     let graphs = format!("{}/graphs/", root().display());
     let line = line.replace("graphs/", &graphs) + " --record recorded.rrd";
-    let words: Vec<&str> = words(&line).collect();
     // Some graphs miss their goal.
-    let output = ratelab(&words, folder, folder);
+    let output = does(&line, folder);
     assert!(file.exists(), "{output:?}");
     let messages = decode(&file);
     fs::remove_file(file).expect("removed");
@@ -79,7 +77,7 @@ fn recordings() {
     let originals: Vec<_> = shipped.chain(fresh).collect();
     let originals: Vec<&Vec<LogMsg>> = originals.iter().collect();
     let file = folder.path().join(ALTERED);
-    let ask = |command| ratelab(&[command, ALTERED], folder.path(), folder.path());
+    let ask = |command: &str| does(&format!("{command} {ALTERED}"), folder.path());
     for original in &originals {
         fs::write(&file, encode(original)).expect("written");
         let output = ask("verify");

@@ -9,7 +9,7 @@ use rand::{Rng, seq::IndexedRandom};
 
 use crate::{
     cases::{RandomSource, chance, pick_from},
-    program::ratelab,
+    program::does,
     values::value,
 };
 
@@ -41,8 +41,7 @@ pub fn syntaxes(folder: &Path) -> Vec<Syntax> {
 }
 
 fn help(command: &str, folder: &Path) -> String {
-    let args: Vec<_> = command.split_whitespace().chain(["--help"]).collect();
-    let output = ratelab(&args, folder, folder);
+    let output = does(&format!("{command} --help"), folder);
     String::from_utf8(output.stdout).expect("UTF-8")
 }
 
