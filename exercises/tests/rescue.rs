@@ -14,12 +14,12 @@ struct PlayedRun {
 }
 
 /// Runs for `seconds`, with these changes of knobs.
-fn run(seconds: f64, knobs: &[&str]) -> PlayedRun {
+fn run(seconds: f64, knobs: &[impl AsRef<str>]) -> PlayedRun {
+    let knobs: Vec<&str> = knobs.iter().map(AsRef::as_ref).collect();
+    let knobs = CartPole::KNOBS.parse_list(&knobs.join("\n"));
     let config = Config {
         end: Time::from_secs_f64(seconds).expect("time"),
-        knobs: CartPole::KNOBS
-            .parse_list(&knobs.join("\n"))
-            .expect("knobs"),
+        knobs: knobs.expect("knobs"),
         ..Config::default()
     };
     let experiment = Experiment::new(Arc::new(CartPole::default()), &config).expect("experiment");
@@ -53,87 +53,62 @@ fn a_pole_that_was_lost_and_caught_is_rescued() {
     assert!(rescued.safe < Time::from_nanos(2_000_000_000));
 }
 
-#[test]
-fn a_rescue_may_go_down_and_up_in_steps() {
-    let knobs = [
-        "0 control-hz 10",
-        "0 control-hz 4",
-        "0.2 control-hz 9",
-        "0.3 control-hz 50",
-    ];
-    assert!(judged(10.0, &knobs).is_ok());
+/// Knobs at their times, each as `time control-hz`.
+fn changes(knobs: &str) -> Vec<String> {
+    let knobs = knobs.split(", ").filter(|knob| !knob.is_empty());
+    knobs
+        .map(|knob| knob.replace(' ', " control-hz "))
+        .collect()
 }
 
 #[test]
-fn later_in_a_run_it_is_a_rescue_too() {
-    assert!(judged(10.0, &["1 control-hz 5", "2.1 control-hz 50"]).is_ok());
-}
-
-#[test]
-fn without_a_slow_phase_there_is_no_rescue() {
-    assert_eq!(judged(10.0, &[]), Err(RescueFailure::Slowness));
-    assert_eq!(
-        judged(20.0, &["0 control-hz 5.1", "0.3 control-hz 50"]),
-        Err(RescueFailure::Slowness)
-    );
-    // The pole swings into danger and stays up, but the policy was never slowed to 5 Hz.
-    assert_eq!(
-        judged(20.0, &["0 control-hz 8"]),
-        Err(RescueFailure::Slowness)
-    );
-}
-
-#[test]
-fn a_pole_that_was_never_in_danger_was_not_rescued() {
-    let failure = judged(10.0, &["0 control-hz 5", "0.1 control-hz 50"]);
-    let Err(RescueFailure::Danger { worst_deg }) = failure else {
-        panic!("{failure:?}");
-    };
-    assert!(worst_deg < DANGER_DEG);
-}
-
-#[test]
-fn danger_long_after_a_slow_phase_is_not_its_effect() {
-    let knobs = [
-        "0 control-hz 5",
-        "0.1 control-hz 50",
-        "2 control-hz 8",
-        "9 control-hz 50",
-    ];
-    let run = run(20.0, &knobs);
-    let widest = run
-        .steps
-        .iter()
-        .map(|step| step.data.qpos[1].abs().to_degrees());
-    assert!(widest.fold(0.0, f64::max) > DANGER_DEG, "it was in danger");
-    assert!(matches!(
-        judge(&run.session()),
-        Err(RescueFailure::Danger { .. })
-    ));
-}
-
-#[test]
-fn a_pole_that_fell_was_not_rescued() {
-    for knobs in [
-        &["0 control-hz 5"][..],
-        &["0 control-hz 5", "0.8 control-hz 50"],
-        &["0 control-hz 5", "0.2 control-hz 50", "1 control-hz 5"],
+fn what_is_a_rescue_and_what_only_resembles_one() {
+    // The seconds of a run, its changes of the control rate, and the part that is missing.
+    for (what, seconds, knobs, missing) in [
+        ("in steps", 10.0, "0 10, 0 4, 0.2 9, 0.3 50", ""),
+        ("later in a run", 10.0, "1 5, 2.1 50", ""),
+        ("at a second try", 10.0, "0 5, 0.1 50, 1 5, 2.16 50", ""),
+        ("never slow", 10.0, "", "Slowness"),
+        ("not slow enough", 20.0, "0 5.1, 0.3 50", "Slowness"),
+        // The pole swings into danger and stays up.
+        ("in danger without it", 20.0, "0 8", "Slowness"),
+        ("never in danger", 10.0, "0 5, 0.1 50", "Danger"),
+        ("fell at once", 10.0, "0 5", "Survival"),
+        ("too late", 10.0, "0 5, 0.8 50", "Survival"),
+        ("before it was safe", 10.0, "0 5, 0.2 50, 1 5", "Survival"),
+        ("still slow", 0.5, "0 5", "Return"),
+        ("still swings", 12.0, "0 5, 0.3 8", "Calm"),
     ] {
-        let run = run(10.0, knobs);
-        let failure = judge(&run.session()).expect_err("it fell");
-        assert_eq!(
-            failure,
-            RescueFailure::Survival {
-                at: run.summary.sim_time
-            }
-        );
+        let run = run(seconds, &changes(knobs));
+        let found = judge(&run.session());
+        let failure = found
+            .err()
+            .map_or(String::new(), |failure| format!("{failure:?}"));
+        let kind = failure.split(' ').next();
+        assert_eq!(kind, Some(missing), "{what}: {failure}");
+        match found {
+            Err(RescueFailure::Survival { at }) => assert_eq!(at, run.summary.sim_time, "{what}"),
+            Err(RescueFailure::Danger { worst_deg }) => assert!(worst_deg < DANGER_DEG, "{what}"),
+            _ => {}
+        }
     }
 }
 
 #[test]
-fn a_pole_with_a_slow_policy_is_not_rescued_yet() {
-    let knobs = ["0 control-hz 5"];
-    assert_eq!(judged(0.5, &knobs), Err(RescueFailure::Return));
+fn danger_long_after_a_slow_phase_is_not_its_effect() {
+    let run = run(20.0, &changes("0 5, 0.1 50, 2 8, 9 50"));
+    let angles = run.steps.iter().map(|step| step.data.qpos[1].abs());
+    let widest = angles.fold(0.0, f64::max).to_degrees();
+    assert!(widest > DANGER_DEG, "it was in danger");
+    let failure = judge(&run.session());
+    assert!(matches!(failure, Err(RescueFailure::Danger { .. })));
+}
+
+#[test]
+fn a_rescue_stays_valid_after_later_events() {
+    let run = run(20.0, &changes("0 5, 0.3 50, 8 5"));
+    assert!(run.summary.verdict.is_lost());
+    assert!(judge(&run.session()).is_ok());
 }
 
 #[test]
@@ -141,39 +116,8 @@ fn five_seconds_out_of_danger_are_enough() {
     let knobs = ["0 control-hz 5", "0.3 control-hz 50"];
     let safe = judged(10.0, &knobs).expect("rescued").safe.as_secs_f64();
     assert!(judged(safe + 5.0, &knobs).is_ok());
-    let failure = judged(safe + 4.9, &knobs);
-    assert!(
-        matches!(failure, Err(RescueFailure::Calm { .. })),
-        "{failure:?}"
-    );
-}
-
-#[test]
-fn a_continuing_swing_is_no_rescue() {
-    let failure = judged(12.0, &["0 control-hz 5", "0.3 control-hz 8"]);
-    assert!(
-        matches!(failure, Err(RescueFailure::Calm { .. })),
-        "{failure:?}"
-    );
-}
-
-#[test]
-fn a_rescue_stays_valid_after_later_events() {
-    let knobs = ["0 control-hz 5", "0.3 control-hz 50", "8 control-hz 5"];
-    let run = run(20.0, &knobs);
-    assert!(run.summary.verdict.is_lost());
-    assert!(judge(&run.session()).is_ok());
-}
-
-#[test]
-fn a_second_try_counts_as_much_as_the_first() {
-    let knobs = [
-        "0 control-hz 5",
-        "0.1 control-hz 50",
-        "1 control-hz 5",
-        "2.16 control-hz 50",
-    ];
-    assert!(judged(10.0, &knobs).is_ok());
+    let failure = judged(safe + 4.9, &knobs).expect_err("too soon");
+    assert!(matches!(failure, RescueFailure::Calm { .. }), "{failure:?}");
 }
 
 #[test]

@@ -1,8 +1,11 @@
 //! No page on the way to an exercise has its answer.
 
-use std::{fs, path::Path, process::Command};
+mod support;
+
+use std::{fs, path::Path};
 
 use exercises::framework::{Answer, Exercise};
+use support::{Folder, ROOT, User};
 
 /// The pages that a learner reads before an exercise. `docs/age.md` and `docs/theory.md`
 /// warn of their answers at the top; `docs/answers.md` is for teachers.
@@ -31,12 +34,8 @@ const WARNED: [(&str, &str); 5] = [
     ("docs/throughput.md", "For after the first two exercises"),
 ];
 
-fn root() -> &'static Path {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
-}
-
 fn page(name: &str) -> String {
-    fs::read_to_string(root().join(name)).expect(name)
+    fs::read_to_string(Path::new(ROOT).join(name)).expect(name)
 }
 
 /// The pages and the help texts, with their names.
@@ -45,12 +44,10 @@ fn texts() -> Vec<(String, String)> {
     let help = [
         "", "lab", "run", "sweep", "hunt", "exercise", "keys", "info",
     ];
-    let help = help.into_iter().map(|command| {
-        let mut ratelab = Command::new(env!("CARGO_BIN_EXE_ratelab"));
-        let args = (!command.is_empty()).then_some(command);
-        let output = ratelab.args(args).arg("--help").output().expect("help");
-        let text = String::from_utf8(output.stdout).expect("UTF-8");
-        (format!("ratelab {command} --help"), text)
+    let help = help.map(|command| {
+        let line = format!("{command} --help");
+        let text = Folder::new().says(&line).0;
+        (line, text)
     });
     pages.chain(help).collect()
 }
@@ -75,59 +72,57 @@ fn between(name: &str) -> [f64; 2] {
     }
 }
 
-/// The words that give an answer away if they all stand in one line.
-fn answers() -> Vec<Vec<String>> {
-    let words = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect();
-    let mut told: Vec<Vec<String>> = vec![
+/// What gives an answer away: all the words between `…` in one line.
+fn answers() -> Vec<String> {
+    let mut told: Vec<String> = [
         // Solved transcripts.
-        words(&["You predicted"]),
-        words(&["Measured: "]),
+        "You predicted",
+        "Measured: ",
         // 2: what the queue does not do.
-        words(&["--break --queue-depth"]),
-        words(&["queue", "saves nothing"]),
-        words(&["queue", "changes nothing"]),
-        words(&["no depth", "helps"]),
+        "--break --queue-depth",
+        "queue…saves nothing",
+        "queue…changes nothing",
+        "no depth…helps",
         // 7 to 9: the runs that are asked about.
-        words(&["--queue-depth 10", "read /obs oldest"]),
-        words(&["delay:40..100"]),
-        words(&["/action loss", "0.8"]),
-        words(&["link /action loss:0.8"]),
+        "--queue-depth 10…read /obs oldest",
+        "delay:40..100",
+        "/action loss…0.8",
+        "link /action loss:0.8",
         // 12: the line.
-        words(&["NANOS / hz"]),
-    ];
+        "NANOS / hz",
+    ]
+    .map(str::to_owned)
+    .into();
     let [held, failed] = between("cliff");
-    told.push(vec![format!("balanced up to {failed} Hz")]);
-    told.push(vec![format!("all from {held} Hz")]);
-    for hz in ["6", "7", "8", "9"] {
-        told.push(words(&["ratelab", &format!("control-hz {hz} ")]));
-    }
-    for range in ["5..10", "4..12", "5..9", "5..12"] {
-        told.push(vec![format!("--control-hz {range}")]);
-    }
+    told.push(format!("balanced up to {failed} Hz"));
+    told.push(format!("all from {held} Hz"));
+    told.extend((6..=9).map(|hz| format!("ratelab…control-hz {hz} ")));
+    let ranges = ["5..10", "4..12", "5..9", "5..12"];
+    told.extend(ranges.map(|range| format!("--control-hz {range}")));
     for (name, hz) in [("ties", "25 Hz"), ("mend", "30 Hz")] {
-        let latency = format!("{:.1} ms", exactly(name));
-        told.push(words(&[hz, &latency]));
+        told.push(format!("{hz}…{:.1} ms", exactly(name)));
     }
-    told.push(words(&["stable", &format!(" {} Hz", exactly("limits"))]));
+    told.push(format!("stable… {} Hz", exactly("limits")));
     let [held, failed] = between("rescue");
-    told.push(words(&["too late", &format!("{failed} s")]));
-    told.push(words(&["slow", &format!("for {held} s")]));
+    told.push(format!("too late…{failed} s"));
+    told.push(format!("slow…for {held} s"));
     for (name, hz) in [("one-law-50", "50 Hz"), ("one-law-25", "25 Hz")] {
         for delay in between(name) {
-            told.push(words(&["delay", hz, &format!(" {delay} ms")]));
-            told.push(words(&["control-hz", &format!("delay:{delay}")]));
+            told.push(format!("delay…{hz}… {delay} ms"));
+            told.push(format!("control-hz…delay:{delay}"));
         }
     }
     let [_, failed] = between("deep-queue");
-    told.push(words(&["queue", "falls", &format!("{failed} s")]));
+    told.push(format!("queue…falls…{failed} s"));
     told
 }
 
 /// The lines of `text` with all `words`, upper or lower case.
-fn lines_with<'t>(text: &'t str, words: &[String]) -> Vec<&'t str> {
+fn lines_with<'t>(text: &'t str, words: &str) -> Vec<&'t str> {
+    let words = words.to_lowercase();
     let has = |line: &&str| {
         let line = line.to_lowercase();
-        words.iter().all(|word| line.contains(&word.to_lowercase()))
+        words.split('…').all(|word| line.contains(word))
     };
     text.lines().filter(has).collect()
 }
@@ -137,12 +132,8 @@ fn no_page_on_the_way_and_no_help_text_has_an_answer() {
     let (texts, mut found) = (texts(), Vec::new());
     for words in answers() {
         for (name, text) in &texts {
-            let lines = lines_with(text, &words);
-            found.extend(
-                lines
-                    .iter()
-                    .map(|line| format!("{name}: {words:?}: {line}")),
-            );
+            let lines = lines_with(text, &words).into_iter();
+            found.extend(lines.map(|line| format!("{name}: {words}: {line}")));
         }
     }
     assert!(found.is_empty(), "{}", found.join("\n"));
@@ -157,11 +148,9 @@ fn pages_with_answers_say_so_at_the_top() {
     }
     // The search finds the answers where they are.
     let key = page("docs/answers.md");
-    let found = answers();
-    let found = found
-        .iter()
-        .filter(|words| !lines_with(&key, words).is_empty());
-    assert!(found.count() >= 3);
+    let mut found = answers();
+    found.retain(|words| !lines_with(&key, words).is_empty());
+    assert!(found.len() >= 3, "{found:?}");
 }
 
 #[test]

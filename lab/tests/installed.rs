@@ -5,54 +5,37 @@ mod support;
 use std::{
     fs,
     path::{Path, PathBuf},
-    process::{Command, Output},
+    process::Command,
 };
 
-use tempfile::TempDir;
-
-use support::{outside::assert_outside, text};
+use support::{Folder, RATELAB, User, outside::assert_outside};
 
 /// A user with a home folder and a working folder that is no clone.
-struct User {
-    home: TempDir,
-    work: TempDir,
+struct Installed {
+    home: Folder,
+    work: Folder,
 }
 
-impl User {
+impl Installed {
     fn new() -> Self {
-        let folder = || TempDir::new().expect("a folder");
-        let (home, work) = (folder(), folder());
-        assert_outside(work.path());
-        Self { home, work }
+        let work = Folder::new();
+        assert_outside(&work.path(""));
+        Self {
+            home: Folder::new(),
+            work,
+        }
     }
+}
 
-    fn command(&self, args: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_ratelab"));
-        command.args(args).current_dir(self.work.path());
-        command.env("HOME", self.home.path());
-        command.env_remove("XDG_DATA_HOME");
+impl User for Installed {
+    fn program(&self) -> Command {
+        let mut program = Command::new(RATELAB);
+        program.current_dir(self.work.path(""));
+        program.env("HOME", self.home.path(""));
+        program.env_remove("XDG_DATA_HOME");
         // No viewer on the search path.
-        command.env("PATH", "");
-        command
-    }
-
-    fn does(&self, args: &[&str]) -> Output {
-        self.command(args).output().expect("ratelab starts")
-    }
-
-    fn succeeds(&self, args: &[&str]) -> String {
-        let output = self.does(args);
-        assert!(output.status.success(), "{args:?}: {output:?}");
-        text(&output.stdout)
-    }
-
-    /// The single error line of a refused command.
-    fn is_refused(&self, args: &[&str], code: i32) -> String {
-        let output = self.does(args);
-        let said = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(code), "{args:?}: {said}");
-        assert_eq!(said.lines().count(), 1, "{said}");
-        said
+        program.env("PATH", "");
+        program
     }
 }
 
@@ -68,77 +51,78 @@ fn files(folder: &Path) -> Vec<PathBuf> {
         .collect()
 }
 
+/// The only file in `folder` and below.
+fn only_file(folder: &Path) -> PathBuf {
+    let mut files = files(folder);
+    assert_eq!(files.len(), 1, "{files:?}");
+    files.remove(0)
+}
+
 #[test]
 fn it_needs_no_files_of_the_clone() {
-    let user = User::new();
-    assert!(user.succeeds(&["run", "--smoke"]).contains("BALANCED"));
-    let swept = user.succeeds(&["sweep", "--control-hz", "5,10", "--seeds", "0..1"]);
-    assert!(swept.contains("2 of 2"), "{swept}");
-    assert!(user.succeeds(&["keys"]).contains("show or hide this help"));
-    assert!(user.succeeds(&["exercise", "check", "2"]).contains("hold"));
-    assert!(files(user.work.path()).is_empty(), "nothing was asked for");
+    let user = Installed::new();
+    for (line, part) in [
+        ("run --smoke", "BALANCED"),
+        ("sweep --control-hz 5,10 --seeds 0..1", "2 of 2"),
+        ("keys", "show or hide this help"),
+        ("exercise check 2", "hold"),
+    ] {
+        user.says(line).has(part);
+    }
+    let left = files(&user.work.path(""));
+    assert!(left.is_empty(), "nothing was asked for: {left:?}");
 }
 
 #[test]
 fn recordings_go_to_the_current_folder() {
-    let user = User::new();
-    let said = user.succeeds(&["run", "--smoke", "--record"]);
-    let made = files(&user.work.path().join("recordings"));
-    let [file] = &made[..] else {
-        panic!("{made:?}");
-    };
+    let user = Installed::new();
+    let said = user.says("run --smoke --record");
+    let file = only_file(&user.work.path("recordings"));
     let name = file.file_name().and_then(|name| name.to_str());
-    assert!(said.contains(name.expect("a name")), "{said}");
-    let file = file.display().to_string();
-    assert!(user.succeeds(&["info", &file]).contains("BALANCED"));
-    assert!(user.succeeds(&["verify", &file]).contains("identical"));
-    let no_viewer = user.is_refused(&["replay", &file], 1);
-    assert!(no_viewer.contains("replay --terminal"), "{no_viewer}");
+    said.has(name.expect("a name"));
+    let file = file.display();
+    user.says(&format!("info {file}")).has("BALANCED");
+    user.says(&format!("verify {file}")).has("identical");
+    let (no_viewer, _) = user.fails(&format!("replay {file}"), 1);
+    no_viewer.has("replay --terminal");
 }
 
 #[test]
 fn unwritable_files_are_refused_before_the_run() {
-    let user = User::new();
-    fs::write(user.work.path().join("recordings"), "in the way").expect("written");
-    for (args, advice) in [
-        (&["run", "--record"][..], "choose another name"),
-        (&["run", "--csv", "new/rows.csv"], "make it first"),
-        (&["run", "--csv", "."], "name a file in it"),
-        (&["run", "--out", "recordings"], "choose another name"),
+    let user = Installed::new();
+    user.work.write("recordings", "in the way");
+    for (line, advice) in [
+        ("run --record", "choose another name"),
+        ("run --csv new/rows.csv", "make it first"),
+        ("run --csv .", "name a file in it"),
+        ("run --out recordings", "choose another name"),
     ] {
-        let said = user.is_refused(args, 2);
-        assert!(said.trim_end().ends_with(advice), "{said}");
+        let said = user.refuses(line);
+        assert!(said.trim_end().ends_with(advice), "{line}: {said:?}");
     }
 }
 
 #[test]
 fn predictions_are_kept_for_the_user() {
-    let user = User::new();
-    user.succeeds(&["exercise", "2", "--predict", "0 because it is"]);
-    assert!(files(user.work.path()).is_empty(), "they are not kept here");
-    let kept = files(user.home.path());
-    let [file] = &kept[..] else {
-        panic!("{kept:?}");
-    };
+    let mut user = Installed::new();
+    user.says("exercise 2 --predict '0 because it is'");
+    let left = files(&user.work.path(""));
+    assert!(left.is_empty(), "they are not kept here: {left:?}");
+    let file = only_file(&user.home.path(""));
     assert!(file.ends_with("ratelab/answers.toml"), "{file:?}");
-    let list = user.succeeds(&["exercise"]);
-    assert!(list.contains("you predicted 0"), "{list}");
-    assert!(list.contains(&file.display().to_string()), "{list}");
+    let list = user.says("exercise");
+    list.has("you predicted 0").has(&file.display().to_string());
     // The same user in another folder.
-    let elsewhere = TempDir::new().expect("a folder");
-    let mut list = user.command(&["exercise"]);
-    let list = list.current_dir(&elsewhere).output().expect("starts");
-    assert!(text(&list.stdout).contains("you predicted 0"), "{list:?}");
+    user.work = Folder::new();
+    user.says("exercise").has("you predicted 0");
 }
 
 #[test]
 fn an_unwritable_file_of_predictions_is_refused_before_the_question() {
-    let user = User::new();
-    let none = user.home.path().join("none");
-    fs::write(&none, "in the way").expect("written");
-    let mut exercise = user.command(&["exercise", "2", "--predict", "0 because it is"]);
-    let output = exercise.env("HOME", &none).output().expect("starts");
-    let said = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("--answers FILE"), "{said}");
+    let user = Installed::new();
+    user.home.write("none", "in the way");
+    let mut exercise = user.command("exercise 2 --predict '0 because it is'");
+    let home = user.home.path("none");
+    let output = exercise.env("HOME", home).output().expect("starts");
+    support::error_line("exercise 2", &output, 2).has("--answers FILE");
 }

@@ -2,52 +2,41 @@
 
 mod support;
 
-use std::{fs, net::TcpListener};
+use std::net::TcpListener;
 
-use support::{folder, path, ratelab, text};
+use support::{Folder, Said, User};
 
-/// An address at `port`.
-fn address(port: u16) -> String {
-    format!("rerun+http://127.0.0.1:{port}/proxy")
+/// Somebody who accepts connections and never answers, and their address.
+fn silent_viewer() -> (TcpListener, String) {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let port = listener.local_addr().expect("an address").port();
+    (listener, format!("rerun+http://127.0.0.1:{port}/proxy"))
 }
 
-const RUN: [&str; 5] = ["run", "--clock", "virtual", "--json", "--break"];
+const RUN: &str = "run --clock virtual --json --break";
 
 #[test]
 fn without_a_viewer_the_run_goes_on_with_one_line() {
-    let plain = ratelab(&RUN);
-    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
-    let port = listener.local_addr().expect("an address").port();
-    drop(listener);
+    let folder = Folder::new();
+    let plain = folder.says(RUN);
+    let (_, nobody) = silent_viewer();
     for (address, why) in [
-        (address(port), "no viewer listens at 127.0.0.1"),
-        ("nonsense".to_owned(), "is no address of a viewer"),
+        (&*nobody, "no viewer listens at 127.0.0.1"),
+        ("nonsense", "is no address of a viewer"),
     ] {
-        let output = ratelab(&[&RUN[..], &["--rerun", &address]].concat());
-        assert!(output.status.success(), "{output:?}");
-        assert_eq!(output.stdout, plain.stdout);
-        let said = text(&output.stderr);
-        assert!(
-            said.starts_with("note: --rerun: ") && said.contains(why),
-            "{said}"
-        );
-        assert_eq!(said.lines().count(), 1, "{said}");
+        let output = folder.does(&format!("{RUN} --rerun {address}"));
+        let note = support::error_line(address, &output, 0);
+        assert_eq!(Said::of(&output.stdout), plain);
+        assert!(note.starts_with("note: --rerun: "), "{note:?}");
+        note.has(why);
     }
 }
 
 #[test]
 fn a_viewer_that_takes_nothing_changes_neither_the_run_nor_the_recording() {
-    // It accepts connections and never answers.
-    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
-    let port = listener.local_addr().expect("an address").port();
-    let folder = folder();
-    let file = path(&folder, "run.rrd");
-    let plain = ratelab(&RUN);
-    let asked = ["--rerun", &address(port), "--record", &file];
-    let output = ratelab(&[&RUN[..], &asked].concat());
-    assert!(output.status.success(), "{output:?}");
-    assert_eq!(output.stdout, plain.stdout);
-    assert!(fs::metadata(&file).is_ok());
-    let verified = ratelab(&["verify", &file]);
-    assert!(verified.status.success(), "{verified:?}");
+    let folder = Folder::new();
+    let (_listener, address) = silent_viewer();
+    let run = format!("{RUN} --rerun {address} --record run.rrd");
+    assert_eq!(folder.says(&run), folder.says(RUN));
+    folder.says("verify run.rrd");
 }

@@ -10,6 +10,9 @@ use std::{
 
 use part::{Ended, Part, ROS_POLICY, python};
 
+/// Where the first machine listens.
+const ADDRESS: &str = "tcp/10.77.0.1:7447";
+
 /// Two machines on a cable, as network namespaces; removed when dropped.
 struct Cable([String; 2]);
 
@@ -20,23 +23,24 @@ impl Cable {
         let (id, number) = (std::process::id(), CABLES.fetch_add(1, Ordering::Relaxed));
         let cable = Self(["a", "b"].map(|side| format!("rl-{id}-{number}-{side}")));
         let [a, b] = &cable.0;
-        let made = ip(&format!("netns add {a}"))
-            && ip(&format!("netns add {b}"))
-            && ip(&format!(
-                "link add cable netns {a} type veth peer name cable netns {b}"
-            ))
-            && ip(&format!("-n {a} addr add 10.77.0.1/24 dev cable"))
-            && ip(&format!("-n {b} addr add 10.77.0.2/24 dev cable"))
-            && ip(&format!("-n {a} link set lo up"))
-            && ip(&format!("-n {a} link set cable up"))
-            && ip(&format!("-n {b} link set cable up"));
+        let made = [
+            format!("netns add {a}"),
+            format!("netns add {b}"),
+            format!("link add cable netns {a} type veth peer name cable netns {b}"),
+            format!("-n {a} addr add 10.77.0.1/24 dev cable"),
+            format!("-n {b} addr add 10.77.0.2/24 dev cable"),
+            format!("-n {a} link set lo up"),
+            format!("-n {a} link set cable up"),
+            format!("-n {b} link set cable up"),
+        ];
+        let made = made.iter().all(|args| ip(args));
         let why = "no network namespaces: they need ip, and the rights of root";
         made.then_some(cable).ok_or(why)
     }
 
     /// Starts a process on machine `side`.
-    fn start(&self, side: usize, args: &[&str]) -> Part {
-        Part::of(self.inside(side, env!("CARGO_BIN_EXE_ratelab")), args)
+    fn start(&self, side: usize, line: &str) -> Part {
+        Part::of(self.inside(side, env!("CARGO_BIN_EXE_ratelab")), line)
     }
 
     /// Starts `program` there.
@@ -72,11 +76,9 @@ fn two_machines_meet_again_after_their_cable_was_cut() {
         Ok(cable) => cable,
         Err(why) => return eprintln!("skipped: {why}"),
     };
-    let address = "tcp/10.77.0.1:7447";
-    let listen = ["plant", "--listen", address, "--insecure"];
-    let plant = [&listen[..], &["--duration-s", "2", "--again"]].concat();
+    let plant = format!("plant --listen {ADDRESS} --insecure --duration-s 2 --again");
     let mut plant = cable.start(0, &plant);
-    let _policy = cable.start(1, &["policy", "--connect", address]);
+    let _policy = cable.start(1, &format!("policy --connect {ADDRESS}"));
     plant.wait_for("the run begins");
     cable.set("down");
     plant.wait_for("waiting for policy");
@@ -93,28 +95,19 @@ fn clocks_that_differ_by_a_day_make_no_age_wrong() {
         Ok(cable) => cable,
         Err(why) => return eprintln!("skipped: {why}"),
     };
-    let mut shifted = cable.inside(1, "unshare");
-    shifted.args(["-T", "--monotonic", "86400", "--fork"]);
-    if !shifted
-        .arg("true")
-        .status()
-        .is_ok_and(|status| status.success())
-    {
+    let shifted = || {
+        let mut shifted = cable.inside(1, "unshare");
+        shifted.args(["-T", "--monotonic", "86400", "--fork", "--kill-child"]);
+        shifted
+    };
+    let there_are = shifted().arg("true").status();
+    if !there_are.is_ok_and(|status| status.success()) {
         return eprintln!("skipped: no time namespaces");
     }
-    let address = "tcp/10.77.0.1:7447";
-    let mut shifted = cable.inside(1, "unshare");
-    shifted.args(["-T", "--monotonic", "86400", "--fork", "--kill-child"]);
-    shifted.arg(env!("CARGO_BIN_EXE_ratelab"));
-    let _policy = Part::of(shifted, &["policy", "--connect", address]);
-    let plant = [
-        "plant",
-        "--listen",
-        address,
-        "--insecure",
-        "--duration-s",
-        "2",
-    ];
+    let mut ratelab = shifted();
+    ratelab.arg(env!("CARGO_BIN_EXE_ratelab"));
+    let _policy = Part::of(ratelab, &format!("policy --connect {ADDRESS}"));
+    let plant = format!("plant --listen {ADDRESS} --insecure --duration-s 2");
     cable.start(0, &plant).balanced();
 }
 
@@ -139,20 +132,10 @@ fn a_router_on_another_machine_passes_messages_to_a_process_that_connects() {
         (Ok(cable), Ok(python)) => (cable, python),
         (Err(why), _) | (_, Err(why)) => return eprintln!("skipped: {why}"),
     };
-    let address = "tcp/10.77.0.1:7447";
     let python = python.to_str().expect("UTF-8");
-    let start = |side, args: &[&str]| Ended::start(cable.inside(side, python).args(args));
-    let _router = start(0, &["-c", ROUTER, address]);
-    let _policy = start(0, &[ROS_POLICY, address, "7"]);
-    let plant = [
-        "plant",
-        "--connect",
-        address,
-        "--ros",
-        "--domain",
-        "7",
-        "--duration-s",
-        "3",
-    ];
+    let start = |args: &[&str]| Ended::start(cable.inside(0, python).args(args));
+    let _router = start(&["-c", ROUTER, ADDRESS]);
+    let _policy = start(&[ROS_POLICY, ADDRESS, "7"]);
+    let plant = format!("plant --connect {ADDRESS} --ros --domain 7 --duration-s 3");
     cable.start(1, &plant).balanced();
 }

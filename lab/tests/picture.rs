@@ -2,40 +2,31 @@
 
 mod support;
 
-use std::fs;
+use support::{Folder, Said, User};
 
-use support::{complaint, folder, path, ratelab, reference, text};
-
-fn picture(args: &[&str]) -> String {
-    let folder = folder();
-    let file = path(&folder, "lab.svg");
-    let output = ratelab(&[&["picture", "-o", &file], args].concat());
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    fs::read_to_string(file).expect("a picture")
+fn picture(options: &str) -> Said {
+    let folder = Folder::with(&["recordings/fall-5hz.rrd"]);
+    folder.says(&format!("picture -o lab.svg {options}"));
+    Said(folder.read("lab.svg"))
 }
 
 /// The characters of a picture, row by row.
-fn letters(svg: &str) -> String {
+fn letters(svg: &str) -> Said {
     let texts = svg.lines().filter_map(|line| line.strip_prefix("<text "));
     let letters = texts.filter_map(|text| text.split_once('>')?.1.strip_suffix("</text>"));
-    letters.collect()
+    Said(letters.collect())
 }
 
 #[test]
 fn a_picture_is_that_of_the_moment_and_the_same_every_time() {
-    let fall = reference("fall-5hz.rrd");
-    let at = |at: &str| letters(&picture(&[&fall, "--at", at, "--size", "80x24"]));
-    let (early, late) = (at("0.3"), at("0.84"));
-    assert!(
-        early.contains("0.30ssim") && late.contains("0.84ssim"),
-        "{early}\n{late}"
-    );
-    assert!(late.contains("FELL") && !early.contains("FELL"), "{late}");
-    let run = ["--control-hz", "8", "--at", "2"];
-    let (first, again) = (picture(&run), picture(&run));
+    let at = |at: &str| letters(&picture(&format!("fall-5hz.rrd --at {at} --size 80x24")));
+    at("0.3").has("0.30ssim").lacks("FELL");
+    at("0.84").has("0.84ssim").has("FELL");
+    let run = "--control-hz 8 --at 2";
+    let (first, again) = (picture(run), picture(run));
     // But for the wall time, in whole seconds.
     assert_eq!(first.lines().count(), again.lines().count());
-    assert!(letters(&first).contains("8Hz"), "{}", letters(&first));
+    letters(&first).has("8Hz");
 }
 
 #[test]
@@ -45,29 +36,21 @@ fn themes_have_papers_of_their_own() {
         ("light", "#ffffff"),
         ("high", "#000000"),
     ] {
-        let svg = picture(&["--at", "0.5", "--theme", theme]);
-        assert!(
-            svg.contains(&format!("rx=\"6\" fill=\"{paper}\"")),
-            "{theme}"
-        );
+        let svg = picture(&format!("--at 0.5 --theme {theme}"));
+        svg.has(&format!("rx=\"6\" fill=\"{paper}\""));
     }
 }
 
 #[test]
 fn what_cannot_be_drawn_is_refused_in_a_line() {
-    let fall = reference("fall-5hz.rrd");
-    for (args, part) in [
-        (&["--size", "10x10"][..], "40x12 to 400x200"),
-        (&["--size", "wide"], "such as 120x35"),
-        (&["--clock", "real"], "virtual clock"),
-        (
-            &[&fall, "--seed", "3"],
-            "leave the options of the graph out",
-        ),
-        (&[&fall, "--at", "9"], "choose an earlier moment"),
-        (&[&fall, "-o", &fall], "this is the file that is read"),
-    ] {
-        let said = complaint(&ratelab(&[&["picture"], args].concat()), 2);
-        assert!(said.contains(part), "{args:?}: {said}");
-    }
+    let folder = Folder::with(&["recordings/fall-5hz.rrd"]);
+    folder.refuses_each(
+        "picture",
+        "--size 10x10                 | 40x12 to 400x200
+         --size wide                  | such as 120x35
+         --clock real                 | virtual clock
+         fall-5hz.rrd --seed 3        | leave the options of the graph out
+         fall-5hz.rrd --at 9          | choose an earlier moment
+         fall-5hz.rrd -o fall-5hz.rrd | this is the file that is read",
+    );
 }

@@ -1,104 +1,86 @@
 //! `ratelab replay`, as used on the command line: in the rerun viewer, or in a terminal.
+#![cfg(unix)]
 
 mod support;
 
 use std::{
     fs,
-    path::{Path, PathBuf},
-    process::Command,
+    os::unix::fs::{PermissionsExt, symlink},
+    path::Path,
+    process::{Command, Output},
 };
 
+use support::{Folder, RATELAB, User, error_line};
 use tempfile::TempDir;
 
-use support::{command, complaint, folder, ratelab, reference};
-
-/// A folder `bin` with a command `rerun` that prints `version` on request, and otherwise
-/// writes its arguments to `given`.
-#[cfg(unix)]
-fn viewer(folder: &TempDir, version: &str) -> PathBuf {
-    use std::os::unix::fs::PermissionsExt;
-    let bin = folder.path().join("bin");
-    fs::create_dir_all(&bin).expect("a folder");
-    let given = folder.path().join("given");
+/// Puts a command `rerun` into `bin`, which prints `version` on request, and otherwise writes
+/// its arguments to `given`.
+fn install_viewer(folder: &Folder, version: &str) {
+    let given = folder.path("given").display().to_string();
     let script = format!(
-        "#!/bin/sh\nif [ \"$1\" = --version ]; then echo '{version}'; else echo \"$@\" > {}; fi\n",
-        given.display()
+        "#!/bin/sh\n\
+         if [ \"$1\" = --version ]; then echo '{version}'; else echo \"$@\" > {given}; fi\n"
     );
-    let command = bin.join("rerun");
-    fs::write(&command, script).expect("written");
-    fs::set_permissions(&command, fs::Permissions::from_mode(0o755)).expect("executable");
-    bin
+    folder.write("bin/rerun", script);
+    let executable = fs::Permissions::from_mode(0o755);
+    fs::set_permissions(folder.path("bin/rerun"), executable).expect("executable");
 }
 
-#[cfg(unix)]
+/// Replays a recording in `folder` by `program`, with `path` as its search path.
+fn replay(folder: &Folder, program: &Path, path: &str) -> Output {
+    let mut command = Command::new(program);
+    command.args(["replay", "fall-5hz.rrd"]).env("PATH", path);
+    let output = command.current_dir(folder.path("")).output();
+    output.expect("ratelab starts")
+}
+
+/// Checks that the viewer was opened with the recording, without a word.
+fn assert_opened(folder: &Folder, output: &Output) {
+    let silent = output.stdout.is_empty() && output.stderr.is_empty();
+    assert!(output.status.success() && silent, "{output:?}");
+    assert_eq!(folder.read("given").trim(), "fall-5hz.rrd");
+    fs::remove_file(folder.path("given")).expect("removed");
+}
+
 #[test]
 fn replay_opens_the_viewer_or_prints_how_to_install_it() {
-    let folder = folder();
-    let file = reference("fall-5hz.rrd");
-    let replay = |path: &Path| {
-        let path = std::env::join_paths([path, Path::new("/bin"), Path::new("/usr/bin")]);
-        let path = path.expect("a search path");
-        command()
-            .env("PATH", path)
-            .args(["replay", &file])
-            .output()
-            .expect("ratelab starts")
-    };
+    let folder = Folder::with(&["recordings/fall-5hz.rrd"]);
+    let path = format!("{}:/bin:/usr/bin", folder.path("bin").display());
+    let replay = || replay(&folder, Path::new(RATELAB), &path);
     let ours = rerun::build_info().version;
-    let bin = viewer(&folder, &format!("rerun-cli {ours} [rustc 1.92.0]"));
-    let output = replay(&bin);
-    assert!(
-        output.status.success() && output.stderr.is_empty(),
-        "{output:?}"
-    );
-    let given = fs::read_to_string(folder.path().join("given")).expect("opened");
-    assert_eq!(given.trim(), file);
+    install_viewer(&folder, &format!("rerun-cli {ours} [rustc 1.92.0]"));
+    assert_opened(&folder, &replay());
     // Another version is opened too, with a note.
-    let output = replay(&viewer(&folder, "rerun-cli 0.30.0"));
-    let said = complaint(&output, 0);
-    assert!(
-        said.contains("0.30.0") && said.contains(&format!("pip install rerun-sdk=={ours}")),
-        "{said}"
-    );
-    let said = complaint(&replay(&viewer(&folder, "usage: something else")), 1);
-    assert!(said.contains("not the rerun viewer"), "{said}");
-    fs::remove_dir_all(bin).expect("removed");
-    let said = complaint(&replay(folder.path()), 1);
-    assert!(
-        said.contains("was not found") && said.contains("pip install"),
-        "{said}"
-    );
+    install_viewer(&folder, "rerun-cli 0.30.0");
+    let note = error_line("another version", &replay(), 0);
+    note.has("0.30.0")
+        .has(&format!("pip install rerun-sdk=={ours}"));
+    install_viewer(&folder, "usage: something else");
+    error_line("something else", &replay(), 1).has("not the rerun viewer");
+    fs::remove_dir_all(folder.path("bin")).expect("removed");
+    let missing = error_line("none", &replay(), 1);
+    missing.has("was not found").has("pip install");
 }
 
 /// As installed by pip, in an environment that is not activated.
-#[cfg(unix)]
 #[test]
 fn replay_finds_the_viewer_beside_the_program_through_links_and_without_a_path() {
     // A link to the program, because a copy might still be open for writing.
-    let folder = TempDir::new_in(env!("CARGO_TARGET_TMPDIR")).expect("a folder");
+    let folder = Folder(TempDir::new_in(env!("CARGO_TARGET_TMPDIR")).expect("a folder"));
+    folder.copy(&["recordings/fall-5hz.rrd"]);
     let ours = rerun::build_info().version;
-    let bin = viewer(&folder, &format!("rerun-cli {ours} [rustc 1.92.0]"));
-    let program = bin.join("ratelab");
-    fs::hard_link(env!("CARGO_BIN_EXE_ratelab"), &program).expect("linked");
-    let link = folder.path().join("ratelab");
-    std::os::unix::fs::symlink(&program, &link).expect("linked");
-    let file = reference("fall-5hz.rrd");
+    install_viewer(&folder, &format!("rerun-cli {ours} [rustc 1.92.0]"));
+    let (program, link) = (folder.path("bin/ratelab"), folder.path("ratelab"));
+    fs::hard_link(RATELAB, &program).expect("linked");
+    symlink(&program, &link).expect("linked");
     for program in [&program, &link] {
-        let mut command = Command::new(program);
-        let command = command.env("PATH", "").args(["replay", &file]);
-        let output = command.output().expect("ratelab starts");
-        assert!(output.status.success(), "{output:?}");
-        let given = fs::read_to_string(folder.path().join("given")).expect("opened");
-        assert_eq!(given.trim(), file);
-        fs::remove_file(folder.path().join("given")).expect("removed");
+        assert_opened(&folder, &replay(&folder, program, ""));
     }
 }
 
 #[test]
 fn replay_in_a_terminal_needs_one() {
-    let output = ratelab(&["replay", "--terminal", &reference("fall-5hz.rrd")]);
-    assert!(
-        complaint(&output, 2).contains("try ratelab info"),
-        "{output:?}"
-    );
+    let folder = Folder::with(&["recordings/fall-5hz.rrd"]);
+    let said = folder.refuses("replay --terminal fall-5hz.rrd");
+    said.has("try ratelab info");
 }

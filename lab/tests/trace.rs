@@ -2,9 +2,9 @@
 
 mod support;
 
-use std::{collections::BTreeMap, fs};
+use std::collections::BTreeMap;
 
-use support::{complaint, folder, path, ratelab, text};
+use support::{Folder, Said, User};
 
 /// A field of a protocol buffer.
 #[derive(Clone, Debug)]
@@ -29,7 +29,7 @@ impl Field {
     }
 
     fn text(&self) -> String {
-        text(self.bytes())
+        Said::of(self.bytes()).0
     }
 }
 
@@ -108,26 +108,27 @@ struct Traced {
 impl Traced {
     /// A run with costs, a link and lateness.
     fn new() -> Self {
-        let knobs = ["takes policy 30", "link /action delay:12", "wakes sensor 2"];
-        let mut args = vec!["--world", "own"];
-        knobs.iter().for_each(|knob| args.extend(["--knob", knob]));
-        Self::of(&args)
+        let knobs = "--knob 'link /action delay:12' --knob 'wakes sensor 2'";
+        let options = format!("--world own --knob 'takes policy 30' {knobs}");
+        Self::of(&Folder::new(), &options)
     }
 
-    /// Two seconds of virtual time with these arguments.
-    fn of(args: &[&str]) -> Self {
-        let folder = folder();
-        let (file, trace) = (path(&folder, "run.rrd"), path(&folder, "run.pftrace"));
-        let (before, after) = (["run"], ["--clock", "virtual", "--duration-s", "2"]);
-        let record = ["--record", &file, "--json"];
-        let ran = ratelab(&[&before, args, &after, &record].concat());
-        let metrics: serde_json::Value = serde_json::from_slice(&ran.stdout).expect("metrics");
-        let said = text(&ratelab(&["trace", &file]).stdout);
-        assert!(
-            said.contains("run.pftrace") && said.contains("perfetto"),
-            "{said}"
-        );
-        let (tracks, events) = decoded(&fs::read(trace).expect("a trace"));
+    /// A run of the graph file `text`.
+    fn of_graph(text: &str) -> Self {
+        let folder = Folder::new();
+        folder.write("graph.toml", format!("name = \"graph\"\n{text}"));
+        Self::of(&folder, "graph.toml")
+    }
+
+    /// Two seconds of virtual time with these options.
+    fn of(folder: &Folder, options: &str) -> Self {
+        let record = "--clock virtual --duration-s 2 --record run.rrd --json";
+        // Some graphs miss their goal.
+        let ran = folder.does(&format!("run {options} {record}"));
+        let metrics = serde_json::from_slice(&ran.stdout).expect("metrics");
+        let said = folder.says("trace run.rrd");
+        said.has("run.pftrace").has("perfetto");
+        let (tracks, events) = decoded(&folder.bytes("run.pftrace"));
         Self {
             metrics,
             tracks,
@@ -141,42 +142,33 @@ impl Traced {
         let events = self.events.iter();
         events.filter(move |(_, known, on, _)| (*known, *on) == (kind, track))
     }
+
+    /// The names of those events.
+    fn names(&self, track: &str, kind: u64) -> Vec<String> {
+        let events = self.on(track, kind);
+        events.map(|(.., event)| event[&23][0].text()).collect()
+    }
 }
 
 #[test]
 fn a_trace_holds_what_the_recording_does() {
     let trace = Traced::new();
     assert!(trace.events.is_sorted_by_key(|(at, ..)| *at));
+    let count = |track, kind, name: &str| {
+        let names = trace.names(track, kind);
+        names.iter().filter(|known| *known == name).count()
+    };
     for node in ["sensor", "policy", "actuator"] {
-        let named = |name: &str| {
-            let slices = trace.on(node, 1);
-            slices
-                .filter(|(.., event)| event[&23][0].text() == name)
-                .count() as u64
-        };
-        assert_eq!(
-            Some(named("tick")),
-            trace.metrics["nodes"][node]["ticks"].as_u64(),
-            "{node}"
-        );
-        assert_eq!(
-            trace.on(node, 1).count(),
-            trace.on(node, 2).count(),
-            "{node}"
-        );
-        let waits = format!("{node} waits");
-        assert_eq!(
-            trace.tracks.contains_key(&waits),
-            node == "sensor",
-            "{node}"
-        );
+        let ticks = &trace.metrics["nodes"][node]["ticks"];
+        assert_eq!(*ticks, count(node, 1, "tick"), "{node}");
+        let [begun, ended] = [1, 2].map(|kind| trace.on(node, kind).count());
+        assert_eq!(begun, ended, "{node}");
+        let waits = trace.tracks.contains_key(&format!("{node} waits"));
+        assert_eq!(waits, node == "sensor", "{node}");
     }
     assert!(trace.on("sensor waits", 1).count() > 0);
-    let published = trace.metrics["topics"]["/action"]["published"].as_u64();
-    let sent = trace
-        .on("/action", 3)
-        .filter(|(.., event)| event[&23][0].text() == "sent");
-    assert_eq!(Some(sent.count() as u64), published);
+    let published = &trace.metrics["topics"]["/action"]["published"];
+    assert_eq!(*published, count("/action", 3, "sent"));
 }
 
 #[test]
@@ -206,31 +198,37 @@ fn messages_flow_from_tick_to_tick_and_the_age_is_that_of_the_run() {
     assert!(ages.iter().all(|age| *age >= 42.0), "{ages:?}");
 }
 
+/// A node of a graph file.
+fn node(name: &str, more: &str) -> String {
+    format!("[node.{name}]\n{more}\n")
+}
+
+/// The same, which works for `takes` ms and publishes what is called like it.
+fn working(name: &str, rate: u64, takes: u64, more: &str) -> String {
+    let times = format!("rate = {rate}\ntakes = {takes}");
+    node(name, &format!("{times}\npublishes = [\"/{name}\"]\n{more}"))
+}
+
 #[test]
 fn a_message_that_waits_for_a_match_is_a_slice_before_the_tick() {
-    let folder = folder();
-    let graph = path(&folder, "pair.toml");
-    let node = |name: &str, more: &str| format!("[node.{name}]\n{more}\n");
     let camera = |side: &str, ms: u64| {
         let more = format!("trigger = [\"/tick\"]\ntakes = {ms}\npublishes = [\"/{side}\"]");
         node(side, &more)
     };
-    let file = [
-        "name = \"pair\"\n".to_owned(),
+    let graph = [
         node("clock", "rate = 10\npublishes = [\"/tick\"]"),
         camera("left", 5),
         camera("right", 30),
         node("stereo", "trigger = [\"/left\", \"/right\"]\ntakes = 8"),
     ];
-    fs::write(&graph, file.concat()).expect("written");
-    let trace = Traced::of(&[&graph]);
-    let first = |track: &str| {
-        let (at, .., event) = trace.on(track, 1).next().expect("a slice");
-        (at / 1_000_000, event[&23][0].text())
-    };
-    let waits = "waiting for /right to match".to_owned();
-    assert_eq!(first("stereo waits"), (5, waits));
-    assert_eq!(first("stereo"), (30, "tick".to_owned()));
+    let trace = Traced::of_graph(&graph.concat());
+    for (track, at, name) in [
+        ("stereo waits", 5, "waiting for /right to match"),
+        ("stereo", 30, "tick"),
+    ] {
+        let first = trace.on(track, 1).next().expect("a slice").0;
+        assert_eq!((first / 1_000_000, &*trace.names(track, 1)[0]), (at, name));
+    }
 }
 
 /// The slices of each track that begin within another one and end after it.
@@ -254,27 +252,17 @@ fn overlaps(trace: &Traced) -> Vec<(String, u64)> {
 
 #[test]
 fn no_slices_of_a_track_overlap_but_those_within_a_tick_set_aside() {
-    let folder = folder();
-    let graph = path(&folder, "busy.toml");
-    let nodes = [("a", 50, 9), ("b", 40, 17), ("c", 10, 30)];
     for (executor, more) in [
         ("single", ""),
-        ("multi:2", "group = \"g\"\n"),
+        ("multi:2", "group = \"g\""),
         ("events", ""),
         ("fixed-priority:1", ""),
         ("edf:2", ""),
     ] {
-        let nodes = nodes.map(|(name, rate, takes)| {
-            format!(
-                "[node.{name}]\nrate = {rate}\ntakes = {takes}\npublishes = [\"/{name}\"]\n{more}"
-            )
-        });
-        let file = format!(
-            "name = \"busy\"\n[executor.e]\nkind = \"{executor}\"\n{}",
-            nodes.concat()
-        );
-        fs::write(&graph, file).expect("written");
-        let trace = Traced::of(&[&graph]);
+        let nodes = [("a", 50, 9), ("b", 40, 17), ("c", 10, 30)];
+        let nodes = nodes.map(|(name, rate, takes)| working(name, rate, takes, more));
+        let executed = format!("[executor.e]\nkind = \"{executor}\"\n");
+        let trace = Traced::of_graph(&(executed + &nodes.concat()));
         let within_ticks = executor == "fixed-priority:1";
         let overlaps = overlaps(&trace).into_iter();
         let overlaps = overlaps.filter(|(track, _)| !within_ticks || track.contains("waits"));
@@ -284,38 +272,27 @@ fn no_slices_of_a_track_overlap_but_those_within_a_tick_set_aside() {
 
 #[test]
 fn who_is_in_the_same_group_is_waited_for_while_a_thread_is_free() {
-    let folder = folder();
-    let graph = path(&folder, "group.toml");
-    let node = |name: &str, takes: u64, more: &str| {
-        format!("[node.{name}]\nrate = 10\ntakes = {takes}\npublishes = [\"/{name}\"]\n{more}")
-    };
-    let grouped = "group = \"g\"\n";
     let nodes = [
-        node("long", 40, ""),
-        node("x", 20, grouped),
-        node("y", 5, grouped),
+        "[executor.e]\nkind = \"multi:4\"\n".to_owned(),
+        working("long", 10, 40, ""),
+        working("x", 10, 20, "group = \"g\""),
+        working("y", 10, 5, "group = \"g\""),
     ];
-    let file = format!(
-        "name = \"group\"\n[executor.e]\nkind = \"multi:4\"\n{}",
-        nodes.concat()
+    let trace = Traced::of_graph(&nodes.concat());
+    let waits = trace.names("y waits", 1);
+    assert!(!waits.is_empty());
+    assert!(
+        waits.iter().all(|wait| wait == "waiting for x"),
+        "{waits:?}"
     );
-    fs::write(&graph, file).expect("written");
-    let trace = Traced::of(&[&graph]);
-    let mut waits = trace
-        .on("y waits", 1)
-        .map(|(.., event)| event[&23][0].text());
-    assert!(waits.all(|wait| wait == "waiting for x"));
 }
 
 #[test]
 fn what_cannot_be_traced_is_refused_in_a_line() {
-    let folder = folder();
-    let recording = support::reference("fall-5hz.rrd");
-    let said = complaint(&ratelab(&["trace", &recording, "-o", &recording]), 2);
-    assert!(said.contains("this is the file that is read"), "{said}");
-    let nowhere = path(&folder, "none/run.pftrace");
-    let said = complaint(&ratelab(&["trace", &recording, "-o", &nowhere]), 2);
-    assert!(said.contains("there is no such folder"), "{said}");
-    let said = complaint(&ratelab(&["trace", &path(&folder, "no.rrd")]), 2);
-    assert!(said.contains("no.rrd"), "{said}");
+    Folder::with(&["recordings/fall-5hz.rrd"]).refuses_each(
+        "trace",
+        "fall-5hz.rrd -o fall-5hz.rrd     | this is the file that is read
+         fall-5hz.rrd -o none/run.pftrace | there is no such folder
+         no.rrd                           | no.rrd",
+    );
 }

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::{
     cases::{RandomSource, chance},
-    cells::{change_cell, change_rows, set_number, set_text},
+    cells::{change_cell, change_rows, flip_bit, set_number, set_text},
     lies::change_json,
 };
 
@@ -70,42 +70,69 @@ pub fn alter(messages: &mut Vec<LogMsg>, random: &mut RandomSource) -> String {
         return begin_late(messages, random);
     }
     let json = chance(random, 45);
-    let wanted = if json { is_json } else { is_series };
-    let places: Vec<_> = (0..messages.len())
-        .filter(|at| wanted(&messages[*at]))
-        .collect();
-    let at = *places.choose(random).expect("a table");
-    let (name, table) = entity(&messages[at]).expect("a table");
-    let (name, mut table) = (name.to_owned(), table.clone());
-    let how = match random.random_range(0..100) {
+    let at = choose(messages, if json { is_json } else { is_series }, random);
+    let name = entity(&messages[at]).expect("a table").0.to_owned();
+    let kind = random.random_range(0..100);
+    match kind {
         0..4 => {
             drop(messages.remove(at));
             return format!("{name}: all of it removed");
         }
-        _ if json => change_texts(&name, &mut table, random),
-        4..7 => {
+        4..7 if !json => {
             messages.insert(at, messages[at].clone());
             return format!("{name}: all of it doubled");
         }
-        7..10 => remove_column(&mut table, random),
-        10..25 => change_rows(&mut table, random),
-        _ => {
-            let columns = COLUMNS
-                .iter()
-                .filter(|column| table.column_by_name(column).is_some());
-            let column = columns
-                .collect::<Vec<_>>()
-                .choose(random)
-                .copied()
-                .expect("a column");
-            let index = table.schema().index_of(column).expect("a column");
-            format!("{column}, {}", change_cell(&mut table, index, random))
-        }
-    };
-    if let LogMsg::ArrowMsg(_, message) = &mut messages[at] {
-        message.batch = table;
+        _ => {}
     }
-    format!("{name}: {how}")
+    change_table(&mut messages[at], |table| match kind {
+        _ if json => change_texts(&name, table, random),
+        ..10 => remove_column(table, random),
+        10..25 => change_rows(table, random),
+        _ => change_column(table, &COLUMNS, random),
+    })
+}
+
+/// The place of one of the messages that are `wanted`.
+pub fn choose(
+    messages: &[LogMsg],
+    wanted: fn(&LogMsg) -> bool,
+    random: &mut RandomSource,
+) -> usize {
+    let places = (0..messages.len()).filter(|at| wanted(&messages[*at]));
+    let places: Vec<_> = places.collect();
+    *places.choose(random).expect("a table")
+}
+
+/// Changes the table in `message`; describes the change.
+pub fn change_table(
+    message: &mut LogMsg,
+    change: impl FnOnce(&mut RecordBatch) -> String,
+) -> String {
+    let name = entity(message).expect("a table").0.to_owned();
+    let LogMsg::ArrowMsg(_, content) = message else {
+        panic!("{name} is no table");
+    };
+    format!("{name}: {}", change(&mut content.batch))
+}
+
+/// Changes a cell, or a bit of bytes, in one of `columns`; describes the change.
+pub fn change_column(
+    table: &mut RecordBatch,
+    columns: &[&str],
+    random: &mut RandomSource,
+) -> String {
+    let schema = table.schema();
+    let there = columns
+        .iter()
+        .filter(|column| schema.index_of(column).is_ok());
+    let there: Vec<_> = there.collect();
+    let column = *there.choose(random).expect("a column");
+    let index = schema.index_of(column).expect("a column");
+    let how = match *column {
+        "bytes" => flip_bit(table, index, random),
+        _ => change_cell(table, index, random),
+    };
+    format!("{column}, {how}")
 }
 
 /// Keeps one message of each topic and one tick of each node, with a run time and a

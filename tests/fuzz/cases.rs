@@ -79,6 +79,12 @@ pub fn pick<'a, T: ?Sized>(random: &mut RandomSource, values: &[&'a T]) -> &'a T
     values.choose(random).expect("a value")
 }
 
+/// One of the values in `list`, which `|` separates.
+pub fn pick_from<'a>(random: &mut RandomSource, list: &'a str) -> &'a str {
+    let values: Vec<_> = list.split('|').collect();
+    pick(random, &values)
+}
+
 /// Returns true in `percent` of all cases.
 pub fn chance(random: &mut RandomSource, percent: u32) -> bool {
     random.random_ratio(percent, 100)

@@ -11,66 +11,18 @@ use tempfile::tempdir;
 
 use crate::{
     cases::{RandomSource, chance, mutate, pick, run},
-    program::{ratelab, stderr},
+    program::{does, stderr},
 };
 
-/// Times, valid and invalid.
-const TIMES: &[&str] = &[
-    "0",
-    "2.5",
-    "0.000000001",
-    "1e-9",
-    "4503599.627370495",
-    "1e3",
-    "-0",
-    "-1",
-    "NaN",
-    "inf",
-    "1e300",
-    "18446744073.709551615",
-    "1e11",
-    ".5",
-    "+1",
-    "",
-];
+/// Times, valid and invalid, separated by `|` like the words below.
+const TIMES: &str = "0|2.5|0.000000001|1e-9|4503599.627370495|1e3|-0|-1|NaN|inf|1e300|\
+    18446744073.709551615|1e11|.5|+1|";
 
-const NAMES: &[&str] = &[
-    "control-hz",
-    "sensor_hz",
-    "queue-depth",
-    "rate policy",
-    "depth /obs",
-    "queue_depth",
-    "policy",
-    "send policy",
-    "CONTROL-HZ",
-    "policy-hz",
-    "rate planner",
-];
+const NAMES: &str = "control-hz|sensor_hz|queue-depth|rate policy|depth /obs|queue_depth|policy|\
+    send policy|CONTROL-HZ|policy-hz|rate planner";
 
-const VALUES: &[&str] = &[
-    "10",
-    "7.5",
-    "33.333333",
-    "0.001",
-    "10000",
-    "1e3",
-    "0.0005",
-    "10000.5",
-    "0",
-    "-1",
-    "NaN",
-    "1",
-    "1000000",
-    "1000001",
-    "1.5",
-    "lqr",
-    "scripted",
-    "random",
-    "none.pt",
-    "my policy.pt",
-    "a#b.pt",
-];
+const VALUES: &str = "10|7.5|33.333333|0.001|10000|1e3|0.0005|10000.5|0|-1|NaN|1|1000000|1000001|\
+    1.5|lqr|scripted|random|none.pt|my policy.pt|a#b.pt";
 
 /// Between words and around lines.
 const SPACES: &[&str] = &[" ", "  ", "\t", "\u{a0}", "", " # ", "\u{b}", "\u{3000}"];
@@ -85,11 +37,12 @@ fn file(random: &mut RandomSource) -> Vec<u8> {
     for _ in 0..random.random_range(0..6) {
         for words in [TIMES, NAMES, VALUES] {
             // The first half is valid: most lines should be.
+            let words: Vec<_> = words.split('|').collect();
             let good = words.len() / 2;
             let words = if chance(random, 85) {
                 &words[..good]
             } else {
-                words
+                &words[..]
             };
             text += pick(random, words);
             text += if chance(random, 80) {
@@ -119,9 +72,8 @@ fn knobs() {
             let _ = check(&String::from_utf8_lossy(&file(random)));
         }
         fs::write(&path, &bytes).expect("written");
-        let args = "run --clock virtual --duration-s 0.001 --knobs turns.knobs";
-        let args: Vec<_> = args.split(' ').collect();
-        let output = ratelab(&args, folder.path(), folder.path());
+        let line = "run --clock virtual --duration-s 0.001 --knobs turns.knobs";
+        let output = does(line, folder.path());
         let text = String::from_utf8(bytes);
         let read = text.as_deref().map(check);
         let (accepted, said) = (output.status.success(), stderr(&output));

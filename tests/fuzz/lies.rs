@@ -3,7 +3,7 @@
 use rand::{Rng, seq::IndexedRandom};
 use serde_json::{Value, json};
 
-use crate::cases::{RandomSource, chance};
+use crate::cases::{RandomSource, chance, pick_from};
 
 /// An additional knob for lists of knobs.
 const KNOB: &str = r#"{"at": 100000000, "knob": {"QueueDepth": 3}}"#;
@@ -117,31 +117,15 @@ fn change_number(number: &serde_json::Number, random: &mut RandomSource) -> Valu
     json!([0.0, 1.0, -number, number + 1.0, number * 1.5, 1e300].choose(random))
 }
 
+/// Names to lie with, separated by `|`.
+const NAMES: &str = "|x|policy|sensor|actuator|/obs|/action|/state|Virtual|Real|Lqr|Zero|FlatOut|\
+    Balanced|balanced|/etc/passwd|\u{1b}[31m|\u{202e}";
+
 /// Another text: a known name, or an unknown one.
 fn change_text(text: &str, random: &mut RandomSource) -> String {
-    let others = [
-        "",
-        "x",
-        "policy",
-        "sensor",
-        "actuator",
-        "/obs",
-        "/action",
-        "/state",
-        "Virtual",
-        "Real",
-        "Lqr",
-        "Zero",
-        "FlatOut",
-        "Balanced",
-        "balanced",
-        "/etc/passwd",
-        "\u{1b}[31m",
-        "\u{202e}",
-    ];
     match random.random_range(0..4) {
         0 => format!("{text} "),
         1 => text.repeat(1_000),
-        _ => (*others.choose(random).expect("one")).to_owned(),
+        _ => pick_from(random, NAMES).to_owned(),
     }
 }

@@ -11,6 +11,8 @@ use std::{
     time::Duration,
 };
 
+use crate::terminal::words::words;
+
 /// Limit of a command's processor time (s).
 const MOST_SECONDS: u64 = 20;
 
@@ -58,6 +60,12 @@ pub fn ratelab<S: AsRef<OsStr>>(args: &[S], folder: &Path, home: &Path) -> Outpu
         refusal(&output);
     }
     output
+}
+
+/// The output of `ratelab` with the words of `line`, in a folder that is the user's home, too.
+pub fn does(line: &str, folder: &Path) -> Output {
+    let words: Vec<&str> = words(line).collect();
+    ratelab(&words, folder, folder)
 }
 
 /// The standard error output, which must be text.

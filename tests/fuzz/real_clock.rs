@@ -7,7 +7,6 @@
 use std::{
     fs,
     panic::{AssertUnwindSafe, catch_unwind},
-    path::Path,
     sync::Arc,
 };
 
@@ -25,19 +24,20 @@ use rerun::{
 use tempfile::tempdir;
 
 use crate::{
-    alterations::{COLUMNS, change_texts, entity, is_json, is_series, json_in},
+    alterations::{
+        COLUMNS, change_column, change_table, change_texts, choose, entity, is_json, is_series,
+        json_in,
+    },
     cases::{RandomSource, run},
-    cells::{change_cell, flip_bit},
-    program::ratelab,
-    recordings::{decode, encode},
+    program::does,
+    recordings::{encode, record},
 };
 
-/// The command lines of fresh recordings, with timed knobs in [`KNOBS`] and `~` for a blank
-/// within an argument.
+/// The command lines of fresh recordings, with timed knobs in [`KNOBS`].
 const RUNS: [&str; 2] = [
-    "run --duration-s 0.6 --control-hz 80 --knobs run.knobs --record",
+    "run --duration-s 0.6 --control-hz 80 --knobs run.knobs",
     "run --duration-s 0.6 --world own --takes policy=12..30 --queue-depth 3 \
-     --knob link~/obs~delay:4..9,loss:0.2 --knobs run.knobs --record",
+     --knob 'link /obs delay:4..9,loss:0.2' --knobs run.knobs",
 ];
 
 const KNOBS: &str = "0.15 control-hz 55\n0.3 queue-depth 2\n0.4 policy lqr\n";
@@ -98,36 +98,16 @@ fn claims(table: &RecordBatch) -> ArrayRef {
 
 /// Changes one cell, one field or one bit of the log of the threads; describes the change.
 fn alter(messages: &mut [LogMsg], random: &mut RandomSource) -> String {
-    let wanted = *[is_series, is_series, is_threads, is_json]
-        .choose(random)
-        .expect("one");
-    let places = (0..messages.len()).filter(|at| wanted(&messages[*at]));
-    let at = *places.collect::<Vec<_>>().choose(random).expect("a table");
-    let (name, table) = entity(&messages[at]).expect("a table");
-    let (name, mut table) = (name.to_owned(), table.clone());
-    let how = if is_json(&messages[at]) {
-        change_texts(&name, &mut table, random)
-    } else {
-        let columns = [&COLUMNS[..], &OF_THREADS].concat();
-        let columns = columns.into_iter().filter(|column| {
-            let threads = OF_THREADS.contains(column);
-            threads == is_threads(&messages[at]) && table.column_by_name(column).is_some()
-        });
-        let column = *columns
-            .collect::<Vec<_>>()
-            .choose(random)
-            .expect("a column");
-        let index = table.schema().index_of(column).expect("a column");
-        let how = match column {
-            "bytes" => flip_bit(&mut table, index, random),
-            _ => change_cell(&mut table, index, random),
-        };
-        format!("{column}, {how}")
-    };
-    if let LogMsg::ArrowMsg(_, message) = &mut messages[at] {
-        message.batch = table;
-    }
-    format!("{name}: {how}")
+    let wanted: [fn(&LogMsg) -> bool; 4] = [is_series, is_series, is_threads, is_json];
+    let at = choose(messages, *wanted.choose(random).expect("one"), random);
+    let message = &mut messages[at];
+    let name = entity(message).expect("a table").0.to_owned();
+    let (json, threads) = (is_json(message), is_threads(message));
+    change_table(message, |table| match json {
+        true => change_texts(&name, table, random),
+        false if threads => change_column(table, &OF_THREADS, random),
+        false => change_column(table, &COLUMNS, random),
+    })
 }
 
 /// Changes one bit of a message with compared content in the file `bytes`.
@@ -177,23 +157,13 @@ fn altered(original: &[LogMsg], random: &mut RandomSource) -> (Vec<u8>, String) 
     }
 }
 
-fn record(folder: &Path, number: usize) -> Vec<LogMsg> {
-    fs::write(folder.join("run.knobs"), KNOBS).expect("written");
-    let file = format!("{number}.rrd");
-    let args = RUNS[number].split_ascii_whitespace();
-    let args: Vec<_> = args.map(|arg| arg.replace('~', " ")).collect();
-    let args = [args, vec![file.clone()]].concat();
-    let output = ratelab(&args, folder, folder);
-    assert!(output.status.success(), "{output:?}");
-    decode(&folder.join(file))
-}
-
 #[test]
 fn real_clock() {
     let folder = tempdir().expect("a folder");
-    let originals = [0, 1].map(|number| record(folder.path(), number));
+    fs::write(folder.path().join("run.knobs"), KNOBS).expect("written");
+    let originals = RUNS.map(|line| record(folder.path(), line));
     let file = folder.path().join("altered.rrd");
-    let verify = || ratelab(&["verify", "altered.rrd"], folder.path(), folder.path());
+    let verify = || does("verify altered.rrd", folder.path());
     for original in &originals {
         fs::write(&file, encode(original)).expect("written");
         let output = verify();

@@ -12,7 +12,7 @@ use tempfile::tempdir;
 use crate::{
     alterations::alter,
     cases::{pick, run},
-    program::ratelab,
+    program::does,
     real_clock::compared,
     root,
 };
@@ -34,12 +34,26 @@ const RUNS: [&str; 6] = [
 const ALTERED: &str = "altered.rrd";
 
 /// The messages of a recording.
-pub fn decode(file: &Path) -> Vec<LogMsg> {
+fn decode(file: &Path) -> Vec<LogMsg> {
     let bytes = fs::read(file).expect("a recording");
     let messages = DecoderApp::decode_eager(&*bytes).expect("a recording");
     messages
         .map(|message| message.expect("a message"))
         .collect()
+}
+
+/// Runs the command `line` in `folder`; the messages of its recording. A graph file in it is one
+/// of the clone.
+pub fn record(folder: &Path, line: &str) -> Vec<LogMsg> {
+    let file = folder.join("recorded.rrd");
+    let graphs = format!("{}/graphs/", root().display());
+    let line = line.replace("graphs/", &graphs) + " --record recorded.rrd";
+    // Some graphs miss their goal.
+    let output = does(&line, folder);
+    assert!(file.exists(), "{output:?}");
+    let messages = decode(&file);
+    fs::remove_file(file).expect("removed");
+    messages
 }
 
 /// Encodes `messages` as a file. Files that rerun itself would not index get no index.
@@ -58,26 +72,12 @@ pub fn encode(messages: &[LogMsg]) -> Vec<u8> {
 #[test]
 fn recordings() {
     let folder = tempdir().expect("a folder");
-    let fresh = RUNS.iter().enumerate().map(|(number, line)| {
-        let (file, graph) = (folder.path().join(format!("{number}.rrd")), root());
-        let words = line
-            .split_whitespace()
-            .map(|word| match word.strip_prefix("graphs/") {
-                Some(_) => graph.join(word).display().to_string(),
-                None => word.to_owned(),
-            });
-        let end = ["--record".to_owned(), file.display().to_string()];
-        let words: Vec<String> = words.chain(end).collect();
-        let words: Vec<&str> = words.iter().map(String::as_str).collect();
-        let output = ratelab(&words, folder.path(), folder.path());
-        assert!(file.exists(), "{output:?}");
-        decode(&file)
-    });
+    let fresh = RUNS.iter().map(|line| record(folder.path(), line));
     let shipped = SHIPPED.iter().map(|name| decode(&root().join(name)));
     let originals: Vec<_> = shipped.chain(fresh).collect();
     let originals: Vec<&Vec<LogMsg>> = originals.iter().collect();
     let file = folder.path().join(ALTERED);
-    let ask = |command| ratelab(&[command, ALTERED], folder.path(), folder.path());
+    let ask = |command: &str| does(&format!("{command} {ALTERED}"), folder.path());
     for original in &originals {
         fs::write(&file, encode(original)).expect("written");
         let output = ask("verify");

@@ -8,24 +8,13 @@ use std::{
 use rand::{Rng, seq::IndexedRandom};
 
 use crate::{
-    cases::{RandomSource, chance, pick},
-    program::ratelab,
+    cases::{RandomSource, chance, pick_from},
+    program::does,
     values::value,
 };
 
-/// Invalid words.
-const RUBBISH: &[&str] = &[
-    "--",
-    "-",
-    "--x",
-    "-x",
-    "--=",
-    "--csv",
-    "\u{1b}[2J",
-    "--\u{1b}",
-    "run",
-    "",
-];
+/// Invalid words, separated by `|`.
+const RUBBISH: &str = "--|-|--x|-x|--=|--csv|\u{1b}[2J|--\u{1b}|run|";
 
 /// An option, with the name of its value, if it takes one.
 type Opt = (String, Option<String>);
@@ -52,8 +41,7 @@ pub fn syntaxes(folder: &Path) -> Vec<Syntax> {
 }
 
 fn help(command: &str, folder: &Path) -> String {
-    let args: Vec<_> = command.split_whitespace().chain(["--help"]).collect();
-    let output = ratelab(&args, folder, folder);
+    let output = does(&format!("{command} --help"), folder);
     String::from_utf8(output.stdout).expect("UTF-8")
 }
 
@@ -107,7 +95,7 @@ impl Syntax {
         }
         if chance(random, 10) {
             let at = random.random_range(0..=words.len());
-            words.insert(at, pick(random, RUBBISH).into());
+            words.insert(at, pick_from(random, RUBBISH).into());
         }
         if !self.command.is_empty() {
             words.insert(0, OsString::from(&self.command));

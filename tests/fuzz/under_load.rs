@@ -9,26 +9,26 @@ use tempfile::tempdir;
 use crate::{
     cases::{RandomSource, chance, pick, run},
     load::Load,
-    program::ratelab,
+    program::does,
 };
 
 /// Rates of nodes (Hz).
 const RATES: [&str; 8] = ["5", "20", "33.3", "50", "50", "100", "333", "1000"];
 
 /// Options that a run may have.
-const OPTIONS: [&[&str]; 12] = [
-    &["--world", "own"],
-    &["--takes", "policy=3"],
-    &["--takes", "policy=30..60"],
-    &["--takes", "policy=busy 4", "--takes", "sensor=1"],
-    &["--think-ms", "120"],
-    &["--offset", "policy=7"],
-    &["--queue-depth", "10"],
-    &["--knob", "read /obs oldest"],
-    &["--knob", "link /obs delay:5..25,loss:0.1"],
-    &["--knob", "link /action delay:lognormal:4,9"],
-    &["--knob", "clock sensor 3 1000"],
-    &["--on-stale", "zero:60"],
+const OPTIONS: [&str; 12] = [
+    "--world own",
+    "--takes policy=3",
+    "--takes policy=30..60",
+    "--takes 'policy=busy 4' --takes sensor=1",
+    "--think-ms 120",
+    "--offset policy=7",
+    "--queue-depth 10",
+    "--knob 'read /obs oldest'",
+    "--knob 'link /obs delay:5..25,loss:0.1'",
+    "--knob 'link /action delay:lognormal:4,9'",
+    "--knob 'clock sensor 3 1000'",
+    "--on-stale zero:60",
 ];
 
 /// Knobs that may be turned while it runs.
@@ -45,23 +45,19 @@ const KNOBS: [&str; 10] = [
     "hang policy 45",
 ];
 
-/// The arguments of a run that is recorded to `run.rrd`.
-fn arguments(random: &mut RandomSource) -> Vec<String> {
-    let seconds = random.random_range(0.2..1.2_f64).to_string();
-    let seed = random.random_range(0..1_000).to_string();
-    let mut args = vec!["run", "--clock", "real", "--record", "run.rrd"];
-    args.extend(["--knobs", "run.knobs", "--duration-s", &seconds]);
-    args.extend(["--seed", &seed, "--policy"]);
-    args.push(pick(random, &["scripted", "lqr", "random", "zero"]));
-    for rate in ["--control-hz", "--sensor-hz"] {
-        args.extend([rate, pick(random, &RATES)]);
-    }
-    for option in OPTIONS {
-        if chance(random, 15) {
-            args.extend(option);
-        }
-    }
-    args.into_iter().map(str::to_owned).collect()
+/// A run that is recorded to `run.rrd`.
+fn line(random: &mut RandomSource) -> String {
+    let seconds = random.random_range(0.2..1.2_f64);
+    let seed = random.random_range(0..1_000);
+    let policy = pick(random, &["scripted", "lqr", "random", "zero"]);
+    let [control, sensor] = [(), ()].map(|()| pick(random, &RATES));
+    let options = OPTIONS.into_iter().filter(|_| chance(random, 15));
+    let options: Vec<_> = options.collect();
+    format!(
+        "run --clock real --record run.rrd --knobs run.knobs --duration-s {seconds} \
+         --seed {seed} --policy {policy} --control-hz {control} --sensor-hz {sensor} {}",
+        options.join(" ")
+    )
 }
 
 /// Lines of timed knobs.
@@ -80,17 +76,12 @@ fn under_load() {
     let _load = Load::new(2 * cores);
     run("under_load", 6, |random, note| {
         let folder = tempdir().expect("a folder");
-        let (args, knobs) = (arguments(random), knobs(random));
-        *note = format!("{} with {knobs:?}", args.join(" "));
+        let (line, knobs) = (line(random), knobs(random));
+        *note = format!("{line} with {knobs:?}");
         fs::write(folder.path().join("run.knobs"), knobs).expect("written");
-        let output = ratelab(&args, folder.path(), folder.path());
-        assert!(output.status.success(), "{output:?}");
-        for verify in [
-            &["verify", "run.rrd"][..],
-            &["verify", "--perturb", "run.rrd"],
-        ] {
-            let output = ratelab(verify, folder.path(), folder.path());
-            assert!(output.status.success(), "{verify:?}: {output:?}");
+        for line in [&*line, "verify run.rrd", "verify --perturb run.rrd"] {
+            let output = does(line, folder.path());
+            assert!(output.status.success(), "{line}: {output:?}");
         }
     });
 }

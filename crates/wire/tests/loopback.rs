@@ -11,8 +11,8 @@ use ratelab_study::{
     experiment::{Experiment, Summary},
     system::{BuildError, Builder, System},
 };
-use ratelab_wire::{Bridge, SessionEnd};
-use support::{address, part, settings};
+use ratelab_wire::Bridge;
+use support::{address, connect, listen, part, until_met};
 
 /// The results of both parts of a run: that which listens, and the other.
 struct Both {
@@ -23,31 +23,14 @@ struct Both {
     starts: [u64; 2],
 }
 
-/// Runs `system` in two parts.
-fn run(system: impl System + 'static, parts: [&[&str]; 2]) -> Both {
-    run_with(system, parts, None)
-}
-
-/// The same, both parts with ROS in a domain.
-fn run_with(system: impl System + 'static, parts: [&[&str]; 2], ros: Option<u32>) -> Both {
+/// Runs `system` in two parts, with `ros` also in that domain.
+fn run(system: impl System + 'static, parts: [&[&str]; 2], ros: Option<u32>) -> Both {
     let (system, address) = (Arc::new(system), address());
-    let ends = [
-        SessionEnd::Listen(vec![address.clone()]),
-        SessionEnd::Connect(vec![address]),
-    ];
-    let connected = ends
-        .into_iter()
-        .zip(parts)
-        .map(|(end, nodes)| part(system.clone(), nodes, &settings(end, None), ros));
-    let connected: Vec<(Experiment, Bridge)> = connected.collect();
-    // Until each part knows the other, nothing could arrive.
-    while connected
-        .iter()
-        .any(|(_, bridge)| bridge.others().is_empty())
-    {
-        thread::yield_now();
-    }
-    let (parts, bridges): (Vec<_>, Vec<_>) = connected.into_iter().unzip();
+    let ends = [listen(&address, None), connect(&address, None)];
+    let connected = ends.iter().zip(parts);
+    let connected = connected.map(|(end, nodes)| part(system.clone(), nodes, end, ros));
+    let (parts, bridges): (Vec<Experiment>, Vec<Bridge>) = connected.unzip();
+    until_met(&bridges[0], &bridges[1]);
     let observers: Vec<_> = parts.iter().map(Experiment::observer).collect();
     let summaries: Vec<Summary> = thread::scope(|scope| {
         let runs = parts.into_iter().map(|part| {
@@ -69,24 +52,19 @@ fn run_with(system: impl System + 'static, parts: [&[&str]; 2], ros: Option<u32>
 }
 
 #[test]
-fn a_policy_in_another_process_balances_and_nothing_is_lost() {
-    let both = run(CartPole::default(), [&["sensor", "actuator"], &["policy"]]);
-    let [plant, policy] = &both.summaries;
-    assert_eq!(plant.verdict.name(), "balanced");
-    assert_eq!((both.lost, both.hostile), ([0; 2], [0; 2]));
-    assert!(plant.topic("/action").published > 50);
-    assert!(policy.topic("/obs").published > 50);
-    // The age of the sensing goes around through both.
-    assert!(plant.latency.count() > 50, "{:?}", plant.latency);
-}
-
-#[test]
-fn two_parts_with_ros_refuse_nothing_of_each_other() {
-    let parts: [&[&str]; 2] = [&["sensor", "actuator"], &["policy"]];
-    let both = run_with(CartPole::default(), parts, Some(0));
-    assert_eq!(both.summaries[0].verdict.name(), "balanced");
-    assert_eq!((both.lost, both.hostile), ([0; 2], [0; 2]));
-    assert_eq!(both.starts, [1; 2]);
+fn a_policy_in_another_process_balances_and_nothing_is_lost_with_ros_and_without() {
+    for ros in [None, Some(0)] {
+        let parts: [&[&str]; 2] = [&["sensor", "actuator"], &["policy"]];
+        let both = run(CartPole::default(), parts, ros);
+        let [plant, policy] = &both.summaries;
+        assert_eq!(plant.verdict.name(), "balanced", "{ros:?}");
+        let counts = (both.lost, both.hostile, both.starts);
+        assert_eq!(counts, ([0; 2], [0; 2], [1; 2]), "{ros:?}");
+        assert!(plant.topic("/action").published > 50);
+        assert!(policy.topic("/obs").published > 50);
+        // The age of the sensing goes around through both.
+        assert!(plant.latency.count() > 50, "{:?}", plant.latency);
+    }
 }
 
 /// A number a thousand times a second, and a reader that takes five times as long.
@@ -127,7 +105,7 @@ impl System for Flood {
 
 #[test]
 fn a_reader_that_is_too_slow_reads_fresh_messages_and_counts_the_others() {
-    let both = run(Flood, [&["source"], &["slow"]]);
+    let both = run(Flood, [&["source"], &["slow"]], None);
     let numbers = both.snapshots[1].topic("/numbers").expect("read there");
     let (published, dropped) = (numbers.published, numbers.dropped());
     assert!(dropped > published / 2, "{dropped} of {published}");

@@ -9,6 +9,7 @@ use std::{
     path::{Path, PathBuf},
     sync::Arc,
     thread,
+    time::Duration,
 };
 
 use ratelab::{Command, GO_ON};
@@ -18,26 +19,16 @@ use ratelab_study::{
     system::{BuildError, Builder, System},
 };
 use ratelab_wire::{
-    Bridge, Order, Refusal, SessionEnd, Settings,
+    Bridge, Order, Refusal, Settings,
     clock::{self, ClockId},
     key::{Keys, Of},
     packet::{self, ClockMoment, PacketHead},
 };
-use support::{address, settings};
+use support::{address, connect, connects, listen, until, until_met};
 use zenoh::{Session, Wait};
 
 const PLANT: [&str; 2] = ["sensor", "actuator"];
 const POLICY: [&str; 1] = ["policy"];
-
-/// A part of the cart-pole.
-fn part(nodes: &[&str], settings: &Settings) -> (Experiment, Bridge) {
-    part_with(nodes, settings, None)
-}
-
-/// The same, with ROS in a domain.
-fn part_with(nodes: &[&str], settings: &Settings, ros: Option<u32>) -> (Experiment, Bridge) {
-    support::part(cart_pole(), nodes, settings, ros)
-}
 
 fn cart_pole() -> Arc<CartPole> {
     Arc::default()
@@ -87,11 +78,18 @@ fn actions() -> String {
 
 /// A connection of somebody who knows the address.
 fn stranger(address: &str) -> Session {
-    let end = SessionEnd::Connect(vec![address.to_owned()]);
-    settings(end, None)
-        .open()
-        .expect("anybody may connect here")
+    let session = connect(address, None).open();
+    session.expect("anybody may connect here")
 }
+
+/// The plant's part of the cart-pole, which listens; with `ros` also in that domain.
+fn plant(address: &str, ros: Option<u32>) -> (Experiment, Bridge) {
+    support::part(cart_pole(), &PLANT, &listen(address, None), ros)
+}
+
+/// The type of joint states, as ROS names it.
+const JOINT_STATES: &str = "sensor_msgs::msg::dds_::JointState_/\
+    RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e";
 
 /// Sends to `key` what no sender of ours does, again and again.
 fn flood(session: &Session, rounds: usize) {
@@ -121,16 +119,11 @@ fn flood(session: &Session, rounds: usize) {
 #[test]
 fn what_strangers_send_is_counted_and_the_run_goes_on() {
     let address = address();
-    let (listen, connect) = (
-        settings(SessionEnd::Listen(vec![address.clone()]), None),
-        settings(SessionEnd::Connect(vec![address.clone()]), None),
-    );
+    let [listen, connect] = [listen(&address, None), connect(&address, None)];
     let steady = Arc::new(Steady);
     let (plant, there) = support::part_for(60.0, steady.clone(), &PLANT, &listen, None);
     let (policy, here) = support::part_for(60.0, steady, &POLICY, &connect, None);
-    while there.others().is_empty() || here.others().is_empty() {
-        thread::yield_now();
-    }
+    until_met(&there, &here);
     let socket = address.trim_start_matches("tcp/").to_owned();
     let (observer, stops) = (plant.observer(), [plant.commands(), policy.commands()]);
     let arrived = || {
@@ -142,9 +135,7 @@ fn what_strangers_send_is_counted_and_the_run_goes_on() {
         let policy = scope.spawn(|| policy.run().expect("a run"));
         let plant = scope.spawn(|| plant.run().expect("a run"));
         // The first sender has to be the policy.
-        while there.inlets()[0].sender().starts == 0 {
-            thread::yield_now();
-        }
+        until(|| there.inlets()[0].sender().starts > 0);
         flood(&stranger(&address), 100);
         let large = stranger(&address);
         let _ = large.put(actions(), vec![0; 100_000_000]).wait();
@@ -154,9 +145,7 @@ fn what_strangers_send_is_counted_and_the_run_goes_on() {
         }
         let idle: Vec<_> = (0..150).map(|_| TcpStream::connect(&socket)).collect();
         let before = arrived();
-        while arrived() < before + 50 && !plant.is_finished() {
-            thread::yield_now();
-        }
+        until(|| arrived() >= before + 50 || plant.is_finished());
         let more = arrived() - before;
         for stop in stops {
             // It may have ended.
@@ -186,10 +175,7 @@ fn what_strangers_send_is_counted_and_the_run_goes_on() {
 #[test]
 fn presences_that_nobody_answers_for_keep_no_process_out() {
     let address = address();
-    let (plant, there) = part(
-        &PLANT,
-        &settings(SessionEnd::Listen(vec![address.clone()]), None),
-    );
+    let (plant, there) = plant(&address, None);
     let (session, keys) = (stranger(&address), Keys::new("cart-pole"));
     // Whoever asks them waits for as long as the questions are kept.
     let (keep, _kept) = std::sync::mpsc::channel();
@@ -205,21 +191,15 @@ fn presences_that_nobody_answers_for_keep_no_process_out() {
     });
     let claimed: Vec<_> = claimed.collect();
     // It is there for as long as the plant looks for it.
-    let settings = settings(SessionEnd::Connect(vec![address]), None);
-    let (policy, here) = support::part_for(600.0, cart_pole(), &POLICY, &settings, None);
+    let connect = connect(&address, None);
+    let (policy, here) = support::part_for(600.0, cart_pole(), &POLICY, &connect, None);
     let stop = policy.commands();
     let policy = thread::spawn(move || {
         policy.run().expect("a run");
         drop(here);
     });
-    let others = loop {
-        let others = there.others();
-        if !others.is_empty() && there.have_begun(&others) {
-            break others;
-        }
-        thread::yield_now();
-    };
-    assert_eq!(others[0].nodes, POLICY);
+    until(|| !there.others().is_empty() && there.have_begun(&there.others()));
+    assert_eq!(there.others()[0].nodes, POLICY);
     let run = plant.run().expect("a run");
     assert_eq!(run.verdict.name(), "balanced");
     stop.send(Command::Stop).expect("it runs");
@@ -230,48 +210,30 @@ fn presences_that_nobody_answers_for_keep_no_process_out() {
 #[test]
 fn a_ros_node_begins_the_run_if_it_acts_and_not_if_it_looks_on() {
     let address = address();
-    let listen = settings(SessionEnd::Listen(vec![address.clone()]), None);
-    let (_plant, bridge) = part_with(&PLANT, &listen, Some(9));
+    let (_plant, bridge) = plant(&address, Some(9));
     let session = stranger(&address);
-    let [obs, action] = ["obs", "action"].map(|topic| {
-        let hash = "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e";
-        format!("{topic}/sensor_msgs::msg::dds_::JointState_/{hash}")
+    let [obs, action] = ["obs", "action"].map(|topic| format!("{topic}/{JOINT_STATES}"));
+    let looks_on = [format!("9/{obs}"), "9/**".to_owned()].map(|key| {
+        let looks_on = session.declare_subscriber(key).callback(|_| ());
+        looks_on.wait().expect("a subscriber")
     });
-    let looks_on = session
-        .declare_subscriber(format!("9/{obs}"))
-        .callback(|_| ());
-    let _looks_on = looks_on.wait().expect("a subscriber");
-    let all = session.declare_subscriber("9/**").callback(|_| ());
-    let _all = all.wait().expect("a subscriber");
     let token = |zid: &str| {
         let token = format!("@ros2_lv/9/{zid}/0/1/MP/%/%/policy/%{action}/::,1:,:,:,,");
-        session
-            .liveliness()
-            .declare_token(token)
-            .wait()
-            .expect("a token")
+        let token = session.liveliness().declare_token(token);
+        token.wait().expect("a token")
     };
     // Of a process of ratelab itself: its messages come without ROS.
-    let own = session
-        .info()
-        .routers_zid()
-        .wait()
-        .next()
-        .expect("the plant");
-    let of_ours = token(&own.to_string());
+    let own = session.info().routers_zid().wait().next();
+    let of_ours = token(&own.expect("the plant").to_string());
     // Tokens and subscriptions come in order: after this answer they are there.
-    let known = session
-        .liveliness()
-        .get("@ros2_lv/9/**")
-        .wait()
-        .expect("asked");
+    let known = session.liveliness().get("@ros2_lv/9/**").wait();
+    let known = known.expect("asked");
     while known.recv().is_ok() {}
     assert!(!bridge.has_ros_nodes());
     drop(of_ours);
     let _acts = token("b0b");
-    while !bridge.has_ros_nodes() {
-        thread::yield_now();
-    }
+    until(|| bridge.has_ros_nodes());
+    drop(looks_on);
 }
 
 /// A force of 1 N as ROS nodes send it: a joint state in CDR, after its representation.
@@ -290,8 +252,7 @@ fn ros_action() -> Vec<u8> {
 #[test]
 fn who_claims_the_session_of_a_ros_node_does_not_silence_it() {
     let address = address();
-    let listen = settings(SessionEnd::Listen(vec![address.clone()]), None);
-    let (plant, there) = part_with(&PLANT, &listen, Some(4));
+    let (plant, there) = plant(&address, Some(4));
     let [policy, stranger] = [(), ()].map(|()| stranger(&address));
     let zid = policy.zid();
     let keys = Keys::new("cart-pole");
@@ -321,15 +282,12 @@ fn who_claims_the_session_of_a_ros_node_does_not_silence_it() {
     let _claims = claims.wait().expect("a queryable");
     let token = stranger.liveliness().declare_token(keys.process(number));
     let _token = token.wait().expect("a presence");
-    let key = "action/sensor_msgs::msg::dds_::JointState_/\
-               RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e";
+    let key = format!("action/{JOINT_STATES}");
     let token = format!("@ros2_lv/4/{zid}/0/1/MP/%/%/policy/%{key}/::,1:,:,:,,");
     let gid = xxhash_rust::xxh3::xxh3_128(token.as_bytes()).to_le_bytes();
     let token = policy.liveliness().declare_token(token);
     let _acts = token.wait().expect("a presence");
-    while there.others().is_empty() {
-        thread::yield_now();
-    }
+    until(|| !there.others().is_empty());
     let run = thread::spawn(move || plant.run().expect("a run"));
     let sender = || there.inlets()[0].sender();
     for number in 1i64.. {
@@ -350,16 +308,11 @@ fn who_claims_the_session_of_a_ros_node_does_not_silence_it() {
 fn a_run_that_was_stopped_names_who_stopped_it() {
     for (name, named) in [("a dashboard", "a dashboard"), (" ", "nobody named")] {
         let address = address();
-        let (plant, there) = part(
-            &PLANT,
-            &settings(SessionEnd::Listen(vec![address.clone()]), None),
-        );
+        let (plant, there) = plant(&address, None);
         let observer = plant.observer();
         let session = stranger(&address);
         let run = thread::spawn(move || plant.run().expect("a run"));
-        while there.times().zero().is_none() {
-            thread::yield_now();
-        }
+        until(|| there.times().zero().is_some());
         let order = Order {
             by: 1,
             name: name.to_owned(),
@@ -379,47 +332,28 @@ fn a_run_that_was_stopped_names_who_stopped_it() {
     }
 }
 
-/// The configuration `name` of the manual, with these users.
-fn of_manual(folder: &Path, name: &str) -> PathBuf {
-    let manual = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/network");
-    let users = folder.join("users.txt");
-    fs::write(
-        &users,
-        "policy:change-me-too\ndashboard:change-me-as-well\n",
-    )
-    .expect("written");
-    let text = fs::read_to_string(manual.join(name)).expect("in the manual");
-    let text = text.replace("users.txt", &users.display().to_string());
-    let path = folder.join(name);
-    fs::write(&path, text).expect("written");
-    path
+/// The configurations of the manual for robot, policy and dashboard, with their users.
+fn roles(folder: &Path) -> [PathBuf; 3] {
+    let users = "policy:change-me-too\ndashboard:change-me-as-well\n";
+    fs::write(folder.join("users.txt"), users).expect("written");
+    ["robot.json5", "policy.json5", "dashboard.json5"]
+        .map(|name| support::of_manual(folder, name, &["users.txt"], &[]))
 }
 
 #[test]
 fn with_the_configurations_of_the_manual_each_side_does_what_it_may() {
     let folder = tempfile::tempdir().expect("a folder");
-    let [robot, policy, dashboard] = ["robot.json5", "policy.json5", "dashboard.json5"]
-        .map(|name| of_manual(folder.path(), name));
+    let [robot, policy, dashboard] = roles(folder.path());
     let address = address();
-    let listen = SessionEnd::Listen(vec![address.clone()]);
-    let connect = || SessionEnd::Connect(vec![address.clone()]);
-    let (plant, there) = part(&PLANT, &settings(listen, Some(&robot)));
-    let (_policy, _here) = part(&POLICY, &settings(connect(), Some(&policy)));
-    while there.others().is_empty() {
-        thread::yield_now();
-    }
-    let mut connection = settings(connect(), None).config().expect("settings");
-    let once = connection.insert_json5("connect/timeout_ms", "300");
-    once.expect("a setting of zenoh");
-    let refused = zenoh::open(connection).wait();
-    assert!(refused.is_err(), "connected without a password");
+    let part = |nodes: &[&str], end: &Settings| support::part(cart_pole(), nodes, end, None);
+    let (plant, there) = part(&PLANT, &listen(&address, Some(&robot)));
+    let (_policy, _here) = part(&POLICY, &connect(&address, Some(&policy)));
+    until(|| !there.others().is_empty());
+    assert!(!connects(&connect(&address, None)), "without a password");
     let run = thread::spawn(|| plant.run().expect("a run"));
     let inlet = there.inlets()[0].clone();
-    while there.times().zero().is_none() {
-        thread::yield_now();
-    }
-    let [watches, acts] =
-        [&dashboard, &policy].map(|file| settings(connect(), Some(file)).open().expect("a user"));
+    until(|| there.times().zero().is_some());
+    let [watches, acts] = [&dashboard, &policy].map(|file| user(&address, file));
     let known = || {
         inlet
             .refused
@@ -434,11 +368,14 @@ fn with_the_configurations_of_the_manual_each_side_does_what_it_may() {
     }
     let _ = watches.close().wait();
     let _ = acts.put(actions(), vec![0xff; 64]).wait();
-    while known() == 0 {
-        thread::yield_now();
-    }
+    until(|| known() > 0);
     run.join().expect("a run");
     assert_eq!(inlet.refused.read(), [(Refusal::Format, 1)]);
+}
+
+/// The connection of a user with the configuration `file`.
+fn user(address: &str, file: &Path) -> Session {
+    connect(address, Some(file)).open().expect("a user")
 }
 
 /// Keys that somebody may try.
@@ -460,11 +397,9 @@ const KEYS: [&str; 12] = [
 #[test]
 fn the_access_file_of_the_manual_lets_through_what_each_role_needs_and_nothing_else() {
     let folder = tempfile::tempdir().expect("a folder");
-    let [robot, policy, dashboard] = ["robot.json5", "policy.json5", "dashboard.json5"]
-        .map(|name| of_manual(folder.path(), name));
+    let [robot, policy, dashboard] = roles(folder.path());
     let address = address();
-    let listen = settings(SessionEnd::Listen(vec![address.clone()]), Some(&robot));
-    let robot = listen.open().expect("a robot");
+    let robot = listen(&address, Some(&robot)).open().expect("a robot");
     let (sender, arrived) = std::sync::mpsc::channel();
     let put = sender.clone();
     let all = robot.declare_subscriber("**").callback(move |sample| {
@@ -476,7 +411,6 @@ fn the_access_file_of_the_manual_lets_through_what_each_role_needs_and_nothing_e
         let _ = query.reply(query.key_expr().clone(), "here").wait();
     });
     let _answers = answers.wait().expect("a queryable");
-    let connect = SessionEnd::Connect(vec![address]);
     // The last one allowed is at the end: what was sent before it has come by then.
     let [clock, info, command] = [4, 5, 6].map(|key| ("query", KEYS[key]));
     for (role, allowed) in [
@@ -486,18 +420,14 @@ fn the_access_file_of_the_manual_lets_through_what_each_role_needs_and_nothing_e
         ),
         (&dashboard, &[clock, info, command]),
     ] {
-        let session = settings(connect.clone(), Some(role))
-            .open()
-            .expect("a user");
+        let session = user(&address, role);
         for key in KEYS {
             let _ = session.put(key, "x").wait();
             let _ = session.delete(key).wait();
         }
-        let (&(_, last), before) = keys_asked(&KEYS, allowed);
-        for key in &before {
-            let replies = session
-                .get(*key)
-                .timeout(std::time::Duration::from_millis(50));
+        let (_, last) = *allowed.last().expect("one");
+        for key in KEYS.iter().filter(|key| **key != last) {
+            let replies = session.get(*key).timeout(Duration::from_millis(50));
             drop(replies.wait().expect("asked"));
         }
         let answered = session.get(last).wait().expect("asked").recv();
@@ -505,21 +435,9 @@ fn the_access_file_of_the_manual_lets_through_what_each_role_needs_and_nothing_e
         let _ = session.close().wait();
         let mut came: Vec<_> = arrived.try_iter().collect();
         came.sort();
-        let mut expected: Vec<_> = allowed
-            .iter()
-            .map(|(how, key)| (*how, (*key).to_owned()))
-            .collect();
+        let expected = allowed.iter().map(|(how, key)| (*how, (*key).to_owned()));
+        let mut expected: Vec<_> = expected.collect();
         expected.sort();
         assert_eq!(came, expected, "{role:?}");
     }
-}
-
-/// The last query that is allowed, and all other keys.
-fn keys_asked<'a>(
-    keys: &[&'a str],
-    allowed: &'a [(&'static str, &'a str)],
-) -> (&'a (&'static str, &'a str), Vec<&'a str>) {
-    let last = allowed.last().expect("one");
-    let others = keys.iter().filter(|key| **key != last.1).copied();
-    (last, others.collect())
 }

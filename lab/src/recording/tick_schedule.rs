@@ -109,18 +109,11 @@ fn is_fault(knob: &Knob) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use ratelab::{Event, EventKind, Hz, Knob, NodeTopology, Time};
+    use ratelab::{Event, EventKind, Knob, NodeTopology, Time};
     use ratelab_study::system::Setup;
 
     use super::TickSchedule;
-
-    fn hz(hz: f64) -> Hz {
-        Hz::new(hz).expect("a rate")
-    }
-
-    fn ms(ms: u64) -> Time {
-        Time::from_nanos(ms * 1_000_000)
-    }
+    use crate::recording::tests::{hz, ms};
 
     /// 50 Hz, then 10 Hz from 0.5 s on.
     fn schedule() -> TickSchedule {

@@ -496,19 +496,16 @@ fn moves_the_wall(event: &Event) -> bool {
 #[cfg(test)]
 mod tests {
     use ratelab::EventKind;
-    use rerun::{
-        RecordingStreamBuilder,
-        log::{Chunk, LogMsg},
-    };
 
     use super::*;
-    use crate::recording::rows;
+    use crate::recording::{
+        rows,
+        tests::{chunks, stream},
+    };
 
     #[test]
     fn events_of_different_threads_keep_their_order() {
-        let (rec, storage) = RecordingStreamBuilder::new("events")
-            .memory()
-            .expect("memory");
+        let (rec, storage) = stream();
         let event = |at| Event {
             at: Time::from_nanos(at),
             what: EventKind::Ended {
@@ -523,16 +520,11 @@ mod tests {
         };
         let mut digest = ContentDigest::default();
         write_events(&rec, &events, &progress, &mut digest).expect("written");
-        let mut read: Vec<Event> = Vec::new();
-        for message in storage.take() {
-            if let LogMsg::ArrowMsg(_, data) = message {
-                let chunk = Chunk::from_arrow_msg(&data).expect("a chunk");
-                let texts = rows::texts(&chunk)
-                    .into_iter()
-                    .map(|text| text.expect("JSON"));
-                read.extend(texts.map(|text| serde_json::from_str(&text).expect("an event")));
-            }
-        }
+        let messages = storage.take();
+        let texts = chunks(&messages).flat_map(|chunk| rows::texts(&chunk));
+        let texts = texts.map(|text| text.expect("JSON"));
+        let read = texts.map(|text| serde_json::from_str::<Event>(&text).expect("an event"));
+        let read: Vec<Event> = read.collect();
         assert_eq!(read, events);
     }
 }

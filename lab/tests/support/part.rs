@@ -1,31 +1,19 @@
 //! A process of a run in several.
 #![allow(dead_code)] // Each test uses its own part.
 
+#[path = "../../../crates/wire/tests/support/address.rs"]
+pub mod address;
+#[allow(clippy::duplicate_mod)] // Some programs have the other helpers, too.
+#[path = "words.rs"]
+mod words;
+
 use std::{
     io::{BufRead, BufReader, Read},
-    net::TcpListener,
     path::PathBuf,
     process::{Child, ChildStderr, Command, Stdio},
-    sync::atomic::{AtomicU16, Ordering},
 };
 
-/// An address whose port is free: one below those of outgoing connections, which another test
-/// may take at any time.
-pub fn address() -> String {
-    static NEXT: AtomicU16 = AtomicU16::new(0);
-    let process = (std::process::id() % u32::from(PORTS)) as u16;
-    loop {
-        let number = NEXT.fetch_add(1, Ordering::Relaxed) % PORTS;
-        let port = FIRST_PORT + (process + number) % PORTS;
-        if TcpListener::bind(("127.0.0.1", port)).is_ok() {
-            return format!("tcp/127.0.0.1:{port}");
-        }
-    }
-}
-
-/// The ports to look at.
-const FIRST_PORT: u16 = 20_000;
-const PORTS: u16 = 12_000;
+use words::words;
 
 /// A process of a run; ended when it is dropped.
 pub struct Part {
@@ -34,13 +22,14 @@ pub struct Part {
 }
 
 impl Part {
-    pub fn start(args: &[&str]) -> Self {
-        Self::of(Command::new(env!("CARGO_BIN_EXE_ratelab")), args)
+    /// Starts `ratelab node` with the options in `line`.
+    pub fn start(line: &str) -> Self {
+        Self::of(Command::new(env!("CARGO_BIN_EXE_ratelab")), line)
     }
 
     /// The same by `command`, which starts ratelab.
-    pub fn of(mut command: Command, args: &[&str]) -> Self {
-        command.arg("node").args(args);
+    pub fn of(mut command: Command, line: &str) -> Self {
+        command.arg("node").args(words(line));
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn().expect("ratelab starts");
         let notes = BufReader::new(child.stderr.take().expect("piped"));

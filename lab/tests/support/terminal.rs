@@ -4,6 +4,9 @@
 #[allow(clippy::duplicate_mod)] // Some programs have the other helpers, too.
 #[path = "outside.rs"]
 mod outside;
+#[allow(clippy::duplicate_mod)]
+#[path = "words.rs"]
+pub mod words;
 
 use std::{
     fs,
@@ -16,6 +19,7 @@ use std::{
 
 use outside::assert_outside;
 use portable_pty::{Child, CommandBuilder, ExitStatus, MasterPty, PtySize, native_pty_system};
+use words::words;
 
 /// Time limit for output that usually takes a fraction of a second.
 pub const PATIENCE: Duration = Duration::from_secs(60);
@@ -32,15 +36,16 @@ pub struct Lab {
 }
 
 impl Lab {
-    pub fn open(args: &[&str], rows: u16, cols: u16) -> Self {
+    /// Opens ratelab with the options in `line`.
+    pub fn open(line: &str, rows: u16, cols: u16) -> Self {
         let folder = std::env::temp_dir();
         assert_outside(&folder);
-        Self::open_in(&folder, args, rows, cols)
+        Self::open_in(&folder, line, rows, cols)
     }
 
-    pub fn open_in(folder: &Path, args: &[&str], rows: u16, cols: u16) -> Self {
+    pub fn open_in(folder: &Path, line: &str, rows: u16, cols: u16) -> Self {
         let mut command = CommandBuilder::new(env!("CARGO_BIN_EXE_ratelab"));
-        command.args(args);
+        command.args(words(line));
         command.cwd(folder);
         // Protects the predictions of the user who runs the test.
         command.env("HOME", folder);
@@ -52,11 +57,7 @@ impl Lab {
 
     /// Starts a program that draws on a terminal.
     pub fn start(mut command: CommandBuilder, rows: u16, cols: u16) -> Self {
-        let size = PtySize {
-            rows,
-            cols,
-            ..PtySize::default()
-        };
+        let size = size(rows, cols);
         let pair = native_pty_system().openpty(size).expect("a pty");
         let first_modes = modes(&*pair.master);
         command.env("TERM", "xterm-256color");
@@ -105,12 +106,7 @@ impl Lab {
 
     /// Resizes the terminal, but not the test's copy of the screen.
     pub fn tell_size(&self, rows: u16, cols: u16) {
-        let size = PtySize {
-            rows,
-            cols,
-            ..PtySize::default()
-        };
-        self.master.resize(size).expect("resized");
+        self.master.resize(size(rows, cols)).expect("resized");
     }
 
     pub fn screen(&self) -> String {
@@ -125,6 +121,14 @@ impl Lab {
             "{text:?} never came; the screen shows\n{}",
             self.screen()
         );
+    }
+
+    /// For each of `moments`, presses its keys and waits for its text.
+    pub fn play(&mut self, moments: &[(&str, &str)]) {
+        for (keys, text) in moments {
+            self.type_keys(keys);
+            self.wait_for(text);
+        }
     }
 
     /// Reads the screen until `text` is gone.
@@ -156,6 +160,16 @@ impl Lab {
         true
     }
 
+    /// Presses `keys`, with which it ends successfully and gives the terminal back; returns what
+    /// is on the screen then.
+    pub fn quit(mut self, keys: &str) -> String {
+        self.type_keys(keys);
+        let (status, parser) = self.close();
+        assert!(status.success(), "{status:?} after {keys:?}");
+        assert_given_back(&parser);
+        parser.screen().contents()
+    }
+
     /// Reads the remaining output and waits for the end.
     pub fn close(mut self) -> (ExitStatus, vt100::Parser) {
         let deadline = Instant::now() + PATIENCE;
@@ -178,6 +192,22 @@ impl Lab {
             Err(RecvTimeoutError::Disconnected) => None,
             _ => panic!("it does not end; the screen shows\n{}", self.screen()),
         }
+    }
+}
+
+/// Checks that a program left the terminal as a shell needs it.
+pub fn assert_given_back(parser: &vt100::Parser) {
+    let screen = parser.screen();
+    assert!(!screen.alternate_screen(), "still on the other screen");
+    assert!(!screen.hide_cursor(), "the cursor is hidden");
+    assert!(!screen.bracketed_paste(), "pastes are still bracketed");
+}
+
+fn size(rows: u16, cols: u16) -> PtySize {
+    PtySize {
+        rows,
+        cols,
+        ..PtySize::default()
     }
 }
 

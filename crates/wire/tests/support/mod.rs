@@ -1,41 +1,39 @@
 //! Shared helpers for tests of runs in several processes.
 
+#![allow(dead_code)] // Each test uses its own part.
+
+mod address;
+
 use std::{
-    net::TcpListener,
-    path::Path,
-    sync::{
-        Arc,
-        atomic::{AtomicU16, Ordering},
-    },
+    fs,
+    path::{Path, PathBuf},
+    sync::Arc,
+    thread,
 };
 
+pub use address::address;
 use ratelab::Time;
 use ratelab_study::{
     experiment::{Config, Experiment},
     system::System,
 };
 use ratelab_wire::{Bridge, SessionEnd, Settings};
+use zenoh::Wait;
 
-/// An address whose port is free: one below those of outgoing connections, which another test
-/// may take at any time.
-pub fn address() -> String {
-    static NEXT: AtomicU16 = AtomicU16::new(0);
-    let process = (std::process::id() % u32::from(PORTS)) as u16;
-    loop {
-        let number = NEXT.fetch_add(1, Ordering::Relaxed) % PORTS;
-        let port = FIRST_PORT + (process + number) % PORTS;
-        if TcpListener::bind(("127.0.0.1", port)).is_ok() {
-            return format!("tcp/127.0.0.1:{port}");
-        }
-    }
+/// The configurations of the manual.
+pub const MANUAL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/network");
+
+/// The settings of the end that listens, with the zenoh configuration `file`.
+pub fn listen(address: &str, file: Option<&Path>) -> Settings {
+    settings(SessionEnd::Listen(vec![address.to_owned()]), file)
 }
 
-/// The ports to look at.
-const FIRST_PORT: u16 = 20_000;
-const PORTS: u16 = 12_000;
+/// The settings of an end that connects.
+pub fn connect(address: &str, file: Option<&Path>) -> Settings {
+    settings(SessionEnd::Connect(vec![address.to_owned()]), file)
+}
 
-/// The settings of an end, with the zenoh configuration `file`.
-pub fn settings(end: SessionEnd, file: Option<&Path>) -> Settings {
+fn settings(end: SessionEnd, file: Option<&Path>) -> Settings {
     Settings {
         end,
         insecure: false,
@@ -43,6 +41,41 @@ pub fn settings(end: SessionEnd, file: Option<&Path>) -> Settings {
         wait: None,
         notice: |_| (),
     }
+}
+
+/// The configuration `name` of the manual with `names` replaced by paths in `folder`, without the
+/// lines that begin with one of `left_out`.
+pub fn of_manual(folder: &Path, name: &str, names: &[&str], left_out: &[&str]) -> PathBuf {
+    let text = fs::read_to_string(Path::new(MANUAL).join(name)).expect("in the manual");
+    let is_left_out = |line: &&str| left_out.iter().any(|begin| line.trim().starts_with(begin));
+    let lines = text.lines().filter(|line| !is_left_out(line));
+    let text = lines.collect::<Vec<_>>().join("\n");
+    let text = names.iter().fold(text, |text, file| {
+        text.replace(file, &folder.join(file).display().to_string())
+    });
+    let path = folder.join(format!("{}-{name}", left_out.len()));
+    fs::write(&path, text).expect("written");
+    path
+}
+
+/// Whether an end with these settings connects within a moment.
+pub fn connects(settings: &Settings) -> bool {
+    let mut connection = settings.config().expect("settings");
+    let once = connection.insert_json5("connect/timeout_ms", "500");
+    once.expect("a setting of zenoh");
+    zenoh::open(connection).wait().is_ok()
+}
+
+/// Waits until `reached`; the run of a test ends if it never is.
+pub fn until(mut reached: impl FnMut() -> bool) {
+    while !reached() {
+        thread::yield_now();
+    }
+}
+
+/// Waits until both know each other: before, nothing could arrive.
+pub fn until_met(one: &Bridge, other: &Bridge) {
+    until(|| !one.others().is_empty() && !other.others().is_empty());
 }
 
 /// The part of a run of two seconds that has these `nodes`; with `ros` also in that domain.

@@ -171,10 +171,7 @@ mod tests {
     use ratelab_account::TickRecord;
 
     use super::*;
-
-    fn ms(ms: u64) -> Time {
-        Time::from_nanos(ms * 1_000_000)
-    }
+    use crate::recording::tests::ms;
 
     /// A tick of the real clock: its start, lateness and duration (ms), and the overruns by
     /// then.

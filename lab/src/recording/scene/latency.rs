@@ -142,18 +142,15 @@ impl PeriodInForce {
 mod tests {
     use std::time::Duration;
 
-    use ratelab::{Event, EventKind, Hz, Knob, Time};
+    use ratelab::{Event, EventKind, Knob, Time};
 
     use super::PeriodInForce;
+    use crate::recording::tests::{hz, ms};
 
-    fn ms(ms: u64) -> Time {
-        Time::from_nanos(ms * 1_000_000)
-    }
-
-    fn turned(at: Time, node: &str, hz: f64) -> Event {
+    fn turned(at: Time, node: &str, rate: f64) -> Event {
         let knob = Knob::Rate {
             node: node.to_owned(),
-            hz: Hz::new(hz).expect("a rate"),
+            hz: hz(rate),
         };
         let what = EventKind::Applied {
             command: knob.into(),

@@ -1,16 +1,13 @@
 //! What is drawn does not depend on how it came in.
 
-use std::{collections::BTreeMap, sync::Arc, time::Duration};
+use std::{collections::BTreeMap, time::Duration};
 
 use ratelab::{ClockKind, Head, Time};
 use ratelab_account::{Rows, Snapshot};
 use ratelab_cart_pole::{CartPole, POLICY, STATE};
-use ratelab_study::{
-    experiment::{Config, Experiment, Summary},
-    system::System,
-};
+use ratelab_study::experiment::{Config, Experiment, Summary};
 use rerun::{
-    RecordingStreamBuilder, Scalars,
+    Scalars,
     log::{Chunk, LogMsg},
 };
 
@@ -18,6 +15,7 @@ use super::{Scene, SceneBatch, latency::LATENCY};
 use crate::recording::{
     blueprint::{self, Subject},
     plant_steps::PlantSteps,
+    tests::{cart_pole, chunks, stream},
     timeline::RUN_TIME,
 };
 
@@ -29,10 +27,6 @@ struct Run {
     start: Snapshot,
     topics: Vec<(String, Rows)>,
     summary: Summary,
-}
-
-fn cart_pole() -> Arc<dyn System> {
-    Arc::new(CartPole::default())
 }
 
 /// Ten seconds, in which the control rate is turned down and up again.
@@ -68,9 +62,7 @@ fn run_with(knobs: &str) -> Run {
 
 /// Draws `run` in batches of `span`.
 fn draw(run: &Run, span: Duration) -> Vec<LogMsg> {
-    let (rec, storage) = RecordingStreamBuilder::new("ratelab")
-        .memory()
-        .expect("a stream");
+    let (rec, storage) = stream();
     let mut scene = Scene::new(&cart_pole(), &run.start);
     let beginning = scene.begin(&rec, &run.start, &progress(0, &[]));
     beginning.expect("the beginning");
@@ -108,11 +100,7 @@ fn draw(run: &Run, span: Duration) -> Vec<LogMsg> {
 fn lines(messages: &[LogMsg]) -> BTreeMap<(String, i64), Vec<u64>> {
     let scalars = Scalars::descriptor_scalars().component;
     let mut lines = BTreeMap::new();
-    for message in messages {
-        let LogMsg::ArrowMsg(_, data) = message else {
-            continue;
-        };
-        let chunk = Chunk::from_arrow_msg(data).expect("a chunk");
+    for chunk in chunks(messages) {
         let Some(times) = chunk.timelines().get(&RUN_TIME.into()) else {
             continue;
         };
@@ -169,9 +157,7 @@ fn the_age_that_is_drawn_is_the_one_of_the_summary() {
 #[test]
 fn the_layout_comes_with_its_activation() {
     let start = run().start;
-    let (rec, storage) = RecordingStreamBuilder::new("ratelab")
-        .memory()
-        .expect("a stream");
+    let (rec, storage) = stream();
     let subject = Subject {
         system: &CartPole::default(),
         picture: true,
@@ -210,10 +196,6 @@ fn knobs_of_a_batch_take_no_chunks_of_their_own() {
 fn every_rate_has_a_row_and_a_colour() {
     let run = run_with("1 control-hz 40\n2 control-hz 30\n3 control-hz 40\n4 sensor-hz 40");
     let messages = draw(&run, Duration::from_secs(1000));
-    let chunks = messages.iter().filter_map(|message| match message {
-        LogMsg::ArrowMsg(_, data) => Chunk::from_arrow_msg(data).ok(),
-        _ => None,
-    });
     let texts = |chunk: &Chunk, name: &str| {
         let component = chunk
             .components_identifiers()
@@ -226,6 +208,7 @@ fn every_rate_has_a_row_and_a_colour() {
             .collect::<Vec<_>>()
     };
     let (mut rows, mut coloured) = (Vec::new(), Vec::new());
+    let chunks = chunks(&messages);
     for chunk in chunks.filter(|c| c.entity_path().to_string() == "/mode/rate/policy") {
         rows.extend(texts(&chunk, "state"));
         coloured.extend(texts(&chunk, "values"));

@@ -218,13 +218,10 @@ impl TopicTraffic {
 
 #[cfg(test)]
 mod tests {
-    use ratelab::{Head, Time};
+    use ratelab::Head;
 
     use super::{Traffic, WINDOW};
-
-    fn ms(ms: u64) -> Time {
-        Time::from_nanos(ms * 1_000_000)
-    }
+    use crate::recording::tests::ms;
 
     #[test]
     fn the_second_before_is_counted() {

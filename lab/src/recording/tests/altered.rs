@@ -5,9 +5,10 @@ use std::{fs, path::Path, sync::Arc};
 use rerun::{
     external::{
         arrow::{
-            array::{Array, ArrayRef, AsArray, ListArray, RecordBatch, StringArray},
+            array::{Array, ArrayRef, AsArray, ListArray, RecordBatch, StringArray, UInt64Array},
             buffer::OffsetBuffer,
-            datatypes::UInt64Type,
+            compute::concat,
+            datatypes::DataType,
         },
         re_log_encoding::{DecoderApp, Encoder},
     },
@@ -36,6 +37,7 @@ pub fn alter(path: &Path, entity: &str, column: &str, how: impl Fn(&ArrayRef) ->
     fs::write(path, Encoder::encode(messages).expect("encoded")).expect("written");
 }
 
+/// Whether it has such a column, which is altered then.
 fn alter_batch(
     batch: &mut RecordBatch,
     entity: &str,
@@ -43,15 +45,9 @@ fn alter_batch(
     how: impl Fn(&ArrayRef) -> ArrayRef,
 ) -> bool {
     let schema = batch.schema();
-    let is_it = schema
-        .metadata()
-        .values()
-        .any(|value| value.starts_with('/') && value.ends_with(entity));
-    let Some(index) = schema
-        .fields()
-        .iter()
-        .position(|f| f.name() == column && is_it)
-    else {
+    let mut names = schema.metadata().values();
+    let is_it = names.any(|name| name.starts_with('/') && name.ends_with(entity));
+    let Some(index) = schema.index_of(column).ok().filter(|_| is_it) else {
         return false;
     };
     let mut columns = batch.columns().to_vec();
@@ -76,38 +72,41 @@ pub fn alter_json(path: &Path, entity: &str, how: impl Fn(&mut Value)) {
 
 /// Sets the number in row `row` of a column of numbers to `number`.
 pub fn set_number(column: &ArrayRef, row: usize, number: u64) -> ArrayRef {
-    let list = column.as_list::<i32>();
-    let mut numbers = list.values().as_primitive::<UInt64Type>().values().to_vec();
-    numbers[row] = number;
-    let numbers = Arc::new(rerun::external::arrow::array::UInt64Array::from(numbers));
-    relist(list, list.offsets().clone(), numbers)
+    let numbers = Arc::new(UInt64Array::from(vec![number]));
+    let cell = relist(column.as_list(), OffsetBuffer::from_lengths([1]), numbers);
+    with_cell(column, row, &cell)
 }
 
-/// Exchanges the numbers in two rows of a column, if it has so many.
+/// Exchanges the cells in two rows of a column, if it has so many.
 pub fn exchange(column: &ArrayRef, [one, other]: [usize; 2]) -> ArrayRef {
     if column.len() <= one.max(other) {
         return column.clone();
     }
-    let numbers = column.as_list::<i32>().values();
-    let numbers = numbers.as_primitive::<UInt64Type>().values();
-    let (first, second) = (numbers[one], numbers[other]);
-    set_number(&set_number(column, one, second), other, first)
+    let changed = with_cell(column, one, &column.slice(other, 1));
+    with_cell(&changed, other, &column.slice(one, 1))
 }
 
 /// Leaves row `row` of a column without a value.
 pub fn empty_cell(column: &ArrayRef, row: usize) -> ArrayRef {
     let list = column.as_list::<i32>();
-    let lengths = (0..list.len()).map(|index| usize::from(index != row));
-    let (before, after) = (
-        list.values().slice(0, row),
-        list.values().slice(row + 1, list.len() - row - 1),
-    );
-    let values = rerun::external::arrow::compute::concat(&[&before, &after]).expect("of one type");
-    relist(list, OffsetBuffer::from_lengths(lengths), values)
+    let none = list.values().slice(0, 0);
+    let cell = relist(list, OffsetBuffer::from_lengths([0]), none);
+    with_cell(column, row, &cell)
+}
+
+/// `column` with another cell in row `row`.
+fn with_cell(column: &ArrayRef, row: usize, cell: &ArrayRef) -> ArrayRef {
+    let (before, after) = (row, column.len() - row - 1);
+    let parts = [
+        &column.slice(0, before),
+        cell,
+        &column.slice(row + 1, after),
+    ];
+    concat(&parts.map(AsRef::as_ref)).expect("cells of one type")
 }
 
 fn relist(list: &ListArray, offsets: OffsetBuffer<i32>, values: ArrayRef) -> ArrayRef {
-    let rerun::external::arrow::datatypes::DataType::List(field) = list.data_type() else {
+    let DataType::List(field) = list.data_type() else {
         panic!("{:?}", list.data_type());
     };
     Arc::new(ListArray::new(field.clone(), offsets, values, None))

@@ -9,8 +9,11 @@ use rerun::{
     log::{Chunk, LogMsg},
 };
 
-use super::{Dice, cases, experiment, folder, paced, read, recorder, recording, replay, verify};
-use crate::recording::{ReadError, Recorder, Recording, Source, StopReason};
+use super::{
+    Dice, assert_has, cases, experiment, file, finish, folder, ms, paced, read, recorder,
+    recording, replayed, verify,
+};
+use crate::recording::{ReadError, Recorder, Recording, Source};
 
 /// A file as it is while it is recorded, before its batches are put together,
 /// and the recording that comes of it. Batches are made by wall time: this takes
@@ -21,15 +24,13 @@ fn as_killed(path: &Path) -> (Vec<u8>, Recording) {
     let outcome = experiment.run();
     thread::sleep(Duration::from_millis(1_100));
     let bytes = fs::read(path).expect("read");
-    recorder.end(StopReason::of(&outcome));
-    recorder.finish().expect("recorded");
+    finish(recorder, &outcome);
     (bytes, read(path))
 }
 
 #[test]
 fn a_torn_file_is_good_up_to_its_last_batch() {
-    let folder = folder();
-    let path = folder.path().join("torn.rrd");
+    let (_folder, path) = file("torn.rrd");
     let (whole, original) = as_killed(&path);
     let mut longest = Time::ZERO;
     for cut in (0..whole.len()).step_by(2_991).chain([whole.len()]) {
@@ -44,10 +45,7 @@ fn a_torn_file_is_good_up_to_its_last_batch() {
             continue; // Only what the viewer needs for speed is missing.
         }
         let defect = torn.defect().expect("it is torn");
-        assert!(
-            defect.contains(&format!("good up to {}", torn.until)),
-            "{defect}"
-        );
+        assert_has(&defect, &format!("good up to {}", torn.until));
         for (torn_rows, rows) in torn.topics.iter().zip(&original.topics) {
             let heads = rows.heads();
             let good = heads.partition_point(|head| head.stamp <= torn.until);
@@ -55,73 +53,78 @@ fn a_torn_file_is_good_up_to_its_last_batch() {
         }
         verify(&torn).expect("the part is identical");
     }
-    assert!(longest > Time::from_nanos(8_000_000_000), "{longest}");
+    assert!(longest > ms(8000), "{longest}");
 }
 
 /// Reads `bytes` as a file, replays and verifies what can be read.
 fn use_it(path: &Path, bytes: &[u8]) -> Result<(), ReadError> {
     fs::write(path, bytes).expect("written");
-    let mut replay = replay(Recording::read(path)?);
-    replay.advance_to(Time::MAX);
+    let replay = replayed(Recording::read(path)?);
     let _ = replay.summary();
     // Whatever it says: it is an answer.
     let _ = verify(replay.recording());
     Ok(())
 }
 
+/// Uses `whole` as `damage` leaves it; checks that some of this is refused, and not all: some
+/// damage is where nothing is read.
+fn use_damaged(whole: &[u8], cases: usize, mut damage: impl FnMut(&mut Vec<u8>)) {
+    let (_folder, path) = file("damaged.rrd");
+    let refused = (0..cases).filter(|_| {
+        let mut bytes = whole.to_vec();
+        damage(&mut bytes);
+        use_it(&path, &bytes).is_err()
+    });
+    let refused = refused.count();
+    let expected = cases / 10..cases;
+    assert!(expected.contains(&refused), "{refused} were refused");
+}
+
+/// Writes a number that may be far too large at byte `at`.
+fn overwrite(bytes: &mut [u8], at: usize, dice: &mut Dice) {
+    let large = u64::MAX >> dice.below(64);
+    bytes[at..at + 8].copy_from_slice(&large.to_le_bytes());
+}
+
 #[test]
 fn damaged_files_come_to_nothing_worse_than_a_message() {
     let (folder, mut dice) = (folder(), Dice(5));
     let whole = fs::read(recording(&folder).path).expect("read");
-    let path = folder.path().join("damaged.rrd");
-    let mut refused = 0;
-    for _ in 0..cases(150) {
-        let mut bytes = whole.clone();
-        match dice.below(5) {
-            0 => bytes.truncate(dice.below(whole.len())),
-            1 => {
+    use_damaged(&whole, cases(150), |bytes| match dice.below(5) {
+        0 => bytes.truncate(dice.below(whole.len())),
+        1 => {
+            let at = dice.below(bytes.len());
+            bytes[at] ^= 1 << dice.below(8);
+        }
+        2 => {
+            for _ in 0..1 + dice.below(100) {
                 let at = dice.below(bytes.len());
-                bytes[at] ^= 1 << dice.below(8);
-            }
-            2 => {
-                for _ in 0..1 + dice.below(100) {
-                    let at = dice.below(bytes.len());
-                    bytes[at] = dice.roll() as u8;
-                }
-            }
-            3 => {
-                let (from, to) = (dice.below(bytes.len()), dice.below(bytes.len()));
-                bytes.drain(from.min(to)..from.max(to));
-            }
-            _ => {
-                // A number that is far too large, of the kind that lengths are.
-                let at = dice.below(bytes.len() - 8);
-                bytes[at..at + 8].copy_from_slice(&(u64::MAX >> dice.below(64)).to_le_bytes());
+                bytes[at] = dice.roll() as u8;
             }
         }
-        refused += usize::from(use_it(&path, &bytes).is_err());
-    }
-    // Most are refused, and some damage is where nothing is read.
-    let least = cases(150) / 10;
-    assert!(
-        (least..cases(150)).contains(&refused),
-        "{refused} were refused"
-    );
+        3 => {
+            let (from, to) = (dice.below(bytes.len()), dice.below(bytes.len()));
+            bytes.drain(from.min(to)..from.max(to));
+        }
+        _ => {
+            let at = dice.below(bytes.len() - 8);
+            overwrite(bytes, at, &mut dice);
+        }
+    });
 }
 
 #[test]
 fn what_is_no_recording_is_said_to_be_none() {
     let folder = folder();
     let path = folder.path().join("file");
-    let foreign = [
+    for (bytes, what) in [
         (&b""[..], "not a rerun recording"),
         (b"step,time_s\n1,0.0\n", "not a rerun recording"),
         (b"RRF2", "not a rerun recording"),
         (b"RRF2\0\x24\x03\0\x02\x02\0\0", "damaged at its beginning"),
-    ];
-    for (bytes, what) in foreign {
+    ] {
         let error = use_it(&path, bytes).expect_err("refused").to_string();
-        assert!(error.contains(what), "{error}");
+        assert_has(&error, what);
         assert_eq!(error.lines().count(), 1, "{error}");
     }
     let error = Recording::read(&folder.path().join("none")).expect_err("refused");
@@ -150,7 +153,7 @@ fn messages_that_are_missing_are_noticed() {
     let bytes = Encoder::encode(kept.map(|(_, message)| Ok(message))).expect("encoded");
     fs::write(&original.path, bytes).expect("written");
     let defect = read(&original.path).defect().expect("a defect");
-    assert!(defect.contains("messages are missing"), "{defect}");
+    assert_has(&defect, "messages are missing");
 }
 
 #[test]
@@ -168,30 +171,24 @@ fn lengths_within_a_message_are_not_believed() {
     }
     encoder.finish().expect("finished");
     drop(encoder);
-    let path = folder.path().join("damaged.rrd");
-    for _ in 0..300 {
-        let mut bytes = unpacked.clone();
+    use_damaged(&unpacked, 300, |bytes| {
         for _ in 0..1 + dice.below(200) {
             // Where lengths are: on whole words.
             let at = dice.below(bytes.len() / 8 - 1) * 8;
-            let large = u64::MAX >> dice.below(64);
-            bytes[at..at + 8].copy_from_slice(&large.to_le_bytes());
+            overwrite(bytes, at, &mut dice);
         }
-        let _ = use_it(&path, &bytes);
-    }
+    });
 }
 
 #[test]
 fn what_a_file_says_commands_no_terminal() {
-    let folder = folder();
-    let path = folder.path().join("run.rrd");
+    let (_folder, path) = file("run.rrd");
     let experiment = experiment(&Config::default());
     let mut source = Source::of(&experiment);
     source.origin.ratelab = "1\u{1b}[2J\nverdict".to_owned();
     let recorder = Recorder::from_the_start(&path, &source).expect("recorder");
     drop(source);
     let outcome = experiment.run();
-    recorder.end(StopReason::of(&outcome));
-    recorder.finish().expect("recorded");
+    finish(recorder, &outcome);
     assert_eq!(read(&path).origin.ratelab, "1?[2J?verdict");
 }

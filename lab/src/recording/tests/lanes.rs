@@ -2,11 +2,10 @@
 
 use std::{fs, path::Path};
 
-use ratelab::Time;
 use ratelab_study::experiment::Config;
 use rerun::StateChange;
 
-use super::{folder, record, with_knobs};
+use super::{file, ms, record, with_knobs};
 use crate::recording::{
     frames::Chunks, scene::lanes::TIMELINE, schema::path as entity, timeline::RUN_TIME,
 };
@@ -34,7 +33,7 @@ fn lane(path: &Path, kind: &str, name: &str) -> Vec<(i64, String)> {
 /// A recorded run of half a second, set up by `setup`.
 fn recorded(path: &Path, setup: &str) {
     let config = Config {
-        end: Time::from_nanos(500_000_000),
+        end: ms(500),
         ..with_knobs(setup, "")
     };
     record(&config, path).0.expect("no fault");
@@ -49,8 +48,7 @@ fn states(changes: &[(i64, &str)]) -> Vec<(i64, String)> {
 
 #[test]
 fn the_lane_of_a_topic_has_what_became_of_each_message() {
-    let folder = folder();
-    let path = folder.path().join("run.rrd");
+    let (_folder, path) = file("run.rrd");
     recorded(&path, "control-hz 5, link /action loss:1");
     let read = [
         (0, "read"),
@@ -68,8 +66,7 @@ fn the_lane_of_a_topic_has_what_became_of_each_message() {
 
 #[test]
 fn the_lane_of_a_node_has_its_ticks() {
-    let folder = folder();
-    let path = folder.path().join("run.rrd");
+    let (_folder, path) = file("run.rrd");
     recorded(&path, "takes policy 45, sensor-hz 4");
     let policy = lane(&path, "node", "policy");
     let ticks = [(0, "overrun"), (45, ""), (60, "overrun"), (105, "")];

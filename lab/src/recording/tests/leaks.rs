@@ -3,7 +3,7 @@
 
 use std::{
     fs,
-    path::PathBuf,
+    path::{Path, PathBuf},
     sync::{
         Arc, Mutex,
         atomic::{AtomicU64, Ordering},
@@ -19,8 +19,8 @@ use ratelab_study::{
     system::{BuildError, Builder, System},
 };
 
-use super::{folder, read, verify_with};
-use crate::recording::{FinishedRecording, Recorder, Source, StopReason};
+use super::{assert_has, file, finish, folder, ms, read, verify_with};
+use crate::recording::{FinishedRecording, Recorder, Source};
 
 /// A number.
 #[derive(Clone, Copy)]
@@ -101,11 +101,7 @@ fn notices_of(name: &str) -> usize {
 }
 
 /// Records a run of `system`; `meanwhile` sees it tick.
-fn record(
-    system: &Arc<dyn System>,
-    path: &std::path::Path,
-    meanwhile: impl FnOnce(),
-) -> FinishedRecording {
+fn record(system: &Arc<dyn System>, path: &Path, meanwhile: impl FnOnce()) -> FinishedRecording {
     let config = Config {
         clock: ClockKind::Real,
         speed: Speed::REAL_TIME,
@@ -120,19 +116,17 @@ fn record(
     let recorder = Recorder::from_the_start(path, &source).expect("a recorder");
     let (observer, commands) = (experiment.observer(), experiment.commands());
     let run = thread::spawn(move || experiment.run());
-    while observer.now() < Time::from_nanos(50_000_000) {
+    while observer.now() < ms(50) {
         thread::yield_now();
     }
     meanwhile();
     commands.send(Command::Stop).expect("it goes on");
-    recorder.end(StopReason::of(&run.join().expect("no panic")));
-    recorder.finish().expect("recorded")
+    finish(recorder, &run.join().expect("no panic"))
 }
 
 #[test]
 fn a_write_from_outside_of_the_graph_is_named_by_the_recording_and_by_verify() {
-    let folder = folder();
-    let path = folder.path().join("run.rrd");
+    let (_folder, path) = file("run.rrd");
     let shared = Arc::new(Shared::new("the number", 0));
     let system: Arc<dyn System> = Arc::new(Leaky(Leak::Shared(shared.clone())));
     let recorded = record(&system, &path, || {
@@ -146,18 +140,14 @@ fn a_write_from_outside_of_the_graph_is_named_by_the_recording_and_by_verify() {
     });
     assert_eq!(notices_of("wrote to the number"), 1);
     let defect = recorded.defect().expect("it cannot come back");
-    assert!(defect.contains("wrote to the number"), "{defect}");
+    assert_has(&defect, "wrote to the number");
     let error = verify_with(&read(&path), &system).expect_err("not to be had");
-    assert!(
-        error.to_string().contains("the number was written to"),
-        "{error}"
-    );
+    assert_has(&error.to_string(), "the number was written to");
 }
 
 #[test]
 fn a_shared_value_that_only_nodes_write_to_is_no_defect() {
-    let folder = folder();
-    let path = folder.path().join("run.rrd");
+    let (_folder, path) = file("run.rrd");
     let shared = Arc::new(Shared::new("the number", 0));
     // Before the run anybody may write.
     *shared.lock() = 0;
@@ -188,10 +178,7 @@ fn what_a_node_takes_from_elsewhere_makes_a_difference_with_its_likely_reasons()
         fs::write(&file, "another").expect("written");
         let error = verify_with(&read(&path), &system).expect_err("another run");
         let text = error.to_string();
-        assert!(text.contains("/number message 0, "), "{text}");
-        assert!(
-            text.contains("no topic, read a clock, or a file was changed"),
-            "{text}"
-        );
+        assert_has(&text, "/number message 0, ");
+        assert_has(&text, "no topic, read a clock, or a file was changed");
     }
 }

@@ -9,7 +9,12 @@ use ratelab_study::{
     system::WorldKind,
 };
 
-use super::{experiment, folder, paced, read, record, record_run, recorder, verify};
+use crossbeam_channel::Sender;
+
+use super::{
+    assert_has, experiment, file, finish, folder, found, ms, paced, read, record, record_run,
+    recorder, verify,
+};
 use crate::recording::{
     Recorder, Source, StopReason,
     frames::Chunks,
@@ -23,20 +28,32 @@ fn knobs(text: &str) -> Vec<Command> {
     knobs.into_iter().map(Command::from).collect()
 }
 
+/// Sends commands in groups, with a while of wall time before each.
+fn send(commands: &Sender<Command>, groups: Vec<Vec<Command>>) {
+    for group in groups {
+        thread::sleep(Duration::from_millis(40));
+        for command in group {
+            commands.send(command).expect("alive");
+        }
+    }
+}
+
+/// `config`, without an end.
+fn endless(config: Config) -> Config {
+    Config {
+        end: Time::MAX,
+        ..config
+    }
+}
+
 #[test]
 fn a_session_with_knobs_turned_live_comes_again() {
-    let folder = folder();
-    let path = folder.path().join("live.rrd");
-    let config = Config {
-        end: Time::MAX,
-        ..paced(20.0)
-    };
-    let experiment = experiment(&config);
+    let (_folder, path) = file("live.rrd");
+    let experiment = experiment(&endless(paced(20.0)));
     let commands = experiment.commands();
     let recorder = recorder(&experiment, &path);
     let run = thread::spawn(move || experiment.run());
-    let pause = Duration::from_millis(40);
-    for command in [
+    let groups = vec![
         knobs("control-hz 12"),
         vec![Command::Pause, Command::Step, Command::Step],
         knobs("rate sensor 40"),
@@ -46,104 +63,78 @@ fn a_session_with_knobs_turned_live_comes_again() {
         vec![Command::Resume],
         knobs("control-hz 50"),
         vec![Command::Stop],
-    ] {
-        thread::sleep(pause);
-        command
-            .into_iter()
-            .for_each(|c| commands.send(c).expect("alive"));
-    }
-    let outcome = run.join().expect("no panic");
-    recorder.end(StopReason::of(&outcome));
-    recorder.finish().expect("recorded");
+    ];
+    send(&commands, groups);
+    finish(recorder, &run.join().expect("no panic"));
     let recording = read(&path);
     assert!(recording.events.len() >= 8, "{:?}", recording.events);
     verify(&recording).expect("identical");
 }
 
 #[test]
-fn a_recording_made_midway_comes_again() {
-    midway(paced(10.0));
-}
-
-#[test]
-fn a_recording_made_midway_comes_again_where_ticks_take_time() {
-    midway(Config {
-        world: WorldKind::OWN,
-        setup: CartPole::config("takes policy 30..50")
-            .expect("a knob")
-            .setup,
-        ..paced(10.0)
-    });
-}
-
-fn midway(config: Config) {
-    let folder = folder();
-    let path = folder.path().join("midway.rrd");
-    let config = Config {
-        end: Time::MAX,
-        ..config
-    };
-    let experiment = experiment(&config);
-    let (source, commands) = (Source::of(&experiment), experiment.commands());
-    let run = thread::spawn(move || experiment.run());
-    thread::sleep(Duration::from_millis(200));
-    let recorder = Recorder::midway(&path, &source).expect("recorder");
-    thread::sleep(Duration::from_millis(300));
-    recorder.end(StopReason::Off);
-    let recorded = recorder.finish().expect("recorded");
-    commands.send(Command::Stop).expect("alive");
-    run.join().expect("no panic").expect("no fault");
-    let recording = read(&path);
-    assert!(recording.is_whole(), "{:?}", recording.defect());
-    assert!(
-        recording.topics[0].heads()[0].seq > 0,
-        "it began at the start"
-    );
-    let identical = verify(&recording).expect("identical");
-    assert_eq!(identical.messages as u64, recorded.messages);
-    assert!(identical.messages >= 100, "{identical}");
+fn a_recording_made_midway_comes_again_with_ticks_that_take_time_and_without() {
+    let costs = CartPole::config("takes policy 30..50").expect("a knob");
+    for (world, setup) in [
+        (Config::default().world, Config::default().setup),
+        (WorldKind::OWN, costs.setup),
+    ] {
+        let folder = folder();
+        let path = folder.path().join("midway.rrd");
+        let config = endless(paced(10.0));
+        let experiment = experiment(&Config {
+            world,
+            setup,
+            ..config
+        });
+        let (source, commands) = (Source::of(&experiment), experiment.commands());
+        let run = thread::spawn(move || experiment.run());
+        thread::sleep(Duration::from_millis(200));
+        let recorder = Recorder::midway(&path, &source).expect("recorder");
+        thread::sleep(Duration::from_millis(300));
+        recorder.end(StopReason::Off);
+        let recorded = recorder.finish().expect("recorded");
+        commands.send(Command::Stop).expect("alive");
+        run.join().expect("no panic").expect("no fault");
+        let recording = read(&path);
+        assert!(recording.is_whole(), "{:?}", recording.defect());
+        let first = recording.topics[0].heads()[0].seq;
+        assert!(first > 0, "it began at the start");
+        let identical = verify(&recording).expect("identical");
+        assert_eq!(identical.messages as u64, recorded.messages);
+        assert!(identical.messages >= 100, "{identical}");
+    }
 }
 
 #[test]
 fn pauses_speeds_and_refusals_come_again_whenever_the_recording_begins() {
-    let folder = folder();
     let config = Config {
-        end: Time::MAX,
         setup: CartPole::config("queue-depth 7").expect("a knob").setup,
-        ..paced(20.0)
+        ..endless(paced(20.0))
     };
-    let files = ["send policy lqr", "send policy missing.pt", "rate nobody 3"];
     for late in [false, true] {
-        let path = folder.path().join(format!("{late}.rrd"));
+        let folder = folder();
+        let path = folder.path().join("run.rrd");
         let experiment = experiment(&config);
         let (source, commands) = (Source::of(&experiment), experiment.commands());
         let start = || Recorder::midway(&path, &source).expect("recorder");
-        let mut recorder = (!late).then(start);
+        let early = (!late).then(start);
         let run = thread::spawn(move || experiment.run());
-        for command in [
-            vec![Command::Speed(Speed::times(50.0).expect("a speed"))],
+        let faster = Command::Speed(Speed::times(50.0).expect("a speed"));
+        send(&commands, vec![vec![faster]]);
+        let recorder = early.unwrap_or_else(start);
+        let on_to_virtual = Command::HandOver(ClockKind::Virtual);
+        let files = ["send policy lqr", "send policy missing.pt", "rate nobody 3"];
+        let groups = vec![
             files.into_iter().flat_map(knobs).collect(),
-            [
-                knobs("rate policy 8"),
-                vec![Command::HandOver(ClockKind::Virtual)],
-            ]
-            .concat(),
+            [knobs("rate policy 8"), vec![on_to_virtual]].concat(),
             vec![Command::Pause, Command::Step],
             [knobs("rate sensor 90"), vec![Command::Step]].concat(),
             knobs("queue-depth 1"),
             vec![Command::Resume, Command::Speed(Speed::REAL_TIME)],
             vec![Command::Stop],
-        ] {
-            thread::sleep(Duration::from_millis(40));
-            for command in command {
-                commands.send(command).expect("alive");
-            }
-            recorder = recorder.or_else(|| Some(start()));
-        }
-        let outcome = run.join().expect("no panic");
-        let recorder = recorder.expect("one was started");
-        recorder.end(StopReason::of(&outcome));
-        recorder.finish().expect("recorded");
+        ];
+        send(&commands, groups);
+        finish(recorder, &run.join().expect("no panic"));
         let recording = read(&path);
         assert_eq!(recording.defect(), None);
         assert_eq!(recording.events.len(), 15, "{:?}", recording.events);
@@ -153,40 +144,31 @@ fn pauses_speeds_and_refusals_come_again_whenever_the_recording_begins() {
 
 #[test]
 fn a_file_that_exists_is_not_written_to() {
-    let folder = folder();
-    let path = folder.path().join("mine.rrd");
+    let (_folder, path) = file("mine.rrd");
     fs::write(&path, "mine").expect("written");
-    let config = Config::default();
-    let experiment = experiment(&config);
-    let source = Source::of(&experiment);
+    let source = Source::of(&experiment(&Config::default()));
     assert!(Recorder::from_the_start(&path, &source).is_err());
     assert_eq!(fs::read_to_string(&path).expect("read"), "mine");
 }
 
 #[test]
 fn a_file_that_vanishes_ends_its_recording_and_not_the_run() {
-    let folder = folder();
-    let path = folder.path().join("gone.rrd");
-    let config = paced(4.0);
-    let experiment = experiment(&config);
+    let (_folder, path) = file("gone.rrd");
+    let experiment = experiment(&paced(4.0));
     let recorder = recorder(&experiment, &path);
     fs::remove_file(&path).expect("removed");
     let outcome = experiment.run();
     assert_eq!(outcome.as_ref().expect("no fault").steps, 501);
     recorder.end(StopReason::of(&outcome));
     let error = recorder.finish().expect_err("it is gone").to_string();
-    assert!(
-        error.contains("gone.rrd") && error.contains("gone from"),
-        "{error}"
-    );
+    assert_has(&error, "gone.rrd");
+    assert_has(&error, "gone from");
 }
 
 #[test]
 fn a_file_that_took_the_place_of_a_recording_is_left_alone() {
-    let folder = folder();
-    let path = folder.path().join("run.rrd");
-    let config = paced(20.0);
-    let experiment = experiment(&config);
+    let (folder, path) = file("run.rrd");
+    let experiment = experiment(&paced(20.0));
     let recorder = recorder(&experiment, &path);
     fs::rename(&path, folder.path().join("moved.rrd")).expect("moved");
     fs::write(&path, "mine").expect("written");
@@ -198,8 +180,7 @@ fn a_file_that_took_the_place_of_a_recording_is_left_alone() {
 
 #[test]
 fn ten_seconds_take_two_thirds_of_a_megabyte_and_their_batches_are_put_together() {
-    let folder = folder();
-    let path = folder.path().join("run.rrd");
+    let (_folder, path) = file("run.rrd");
     let config = Config {
         clock: ClockKind::Real,
         ..Config::default()
@@ -213,27 +194,22 @@ fn ten_seconds_take_two_thirds_of_a_megabyte_and_their_batches_are_put_together(
 
 #[test]
 fn a_run_that_saw_the_real_clock_for_a_while_comes_again() {
-    let folder = folder();
-    let path = folder.path().join("both.rrd");
-    let config = paced(1.0);
-    let mut experiment = experiment(&config);
-    let at = |millis: u64, command| TimedCommand {
-        at: Time::from_nanos(millis * 1_000_000),
+    let (_folder, path) = file("both.rrd");
+    let mut experiment = experiment(&paced(1.0));
+    let commands = [
+        (100, Command::HandOver(ClockKind::Real)),
+        (300, Command::Stop),
+    ];
+    let commands = commands.map(|(millis, command)| TimedCommand {
+        at: ms(millis),
         command,
-    };
-    experiment.schedule(vec![
-        at(100, Command::HandOver(ClockKind::Real)),
-        at(300, Command::Stop),
-    ]);
-    let recorder = recorder(&experiment, &path);
-    let outcome = experiment.run();
-    recorder.end(StopReason::of(&outcome));
-    recorder.finish().expect("recorded");
-    let mut recording = read(&path);
+    });
+    experiment.schedule(commands.into());
+    record_run(experiment, &path).0.expect("no fault");
+    let recording = read(&path);
     verify(&recording).expect("identical");
-    recording.threads = None;
-    let error = verify(&recording).expect_err("no order").to_string();
-    assert!(error.contains("for a while"), "{error}");
+    let error = found(&recording, |recording| recording.threads = None);
+    assert_has(&error, "for a while");
 }
 
 /// Wall times (ns) and run times of the ticks of the first node in a file.
@@ -254,14 +230,11 @@ fn wall_times(path: &Path) -> Vec<(i64, i64)> {
 
 #[test]
 fn wall_time_goes_on_while_run_time_pauses() {
-    let folder = folder();
-    let path = folder.path().join("paused.rrd");
-    let config = Config {
+    let (_folder, path) = file("paused.rrd");
+    let experiment = experiment(&endless(Config {
         clock: ClockKind::Real,
-        end: Time::MAX,
         ..Config::default()
-    };
-    let experiment = experiment(&config);
+    }));
     let commands = experiment.commands();
     let recorder = recorder(&experiment, &path);
     let run = thread::spawn(move || experiment.run());
@@ -269,15 +242,11 @@ fn wall_time_goes_on_while_run_time_pauses() {
         thread::sleep(Duration::from_millis(500));
         commands.send(command).expect("alive");
     }
-    let outcome = run.join().expect("no panic");
-    recorder.end(StopReason::of(&outcome));
-    recorder.finish().expect("recorded");
-    let resumed = read(&path)
-        .events
-        .iter()
-        .find(|event| event.applied() == Some(&Command::Resume))
-        .map(|event| event.at);
-    let resumed = resumed.expect("resumed").as_nanos() as i64;
+    finish(recorder, &run.join().expect("no panic"));
+    let recording = read(&path);
+    let mut events = recording.events.iter();
+    let resumed = events.find(|event| event.applied() == Some(&Command::Resume));
+    let resumed = resumed.expect("resumed").at.as_nanos() as i64;
     let times = wall_times(&path);
     let offset = |(wall, run): &(i64, i64)| wall - run;
     let (before, after): (Vec<_>, Vec<_>) = times.iter().partition(|(_, run)| *run <= resumed);
@@ -303,15 +272,13 @@ impl Policy for Breaks {
 
 #[test]
 fn the_recording_of_a_run_that_fails_is_complete() {
-    let folder = folder();
-    let path = folder.path().join("failed.rrd");
+    let (_folder, path) = file("failed.rrd");
     let system = CartPole::with_policy(|_| Box::new(Breaks(10)));
     let experiment = Experiment::new(Arc::new(system), &Config::default());
     let (outcome, _) = record_run(experiment.expect("experiment"), &path);
     assert!(outcome.is_err(), "it did not fail");
     let recording = read(&path);
     assert!(recording.is_whole());
-    let said = format!("{:?}", recording.outcome);
-    assert!(said.contains("must be finite"), "{said}");
+    assert_has(&format!("{:?}", recording.outcome), "must be finite");
     assert_eq!(recording.messages::<Action>("/action").len(), 9);
 }

@@ -12,7 +12,11 @@ mod replayed;
 mod threads;
 mod verified;
 
-use std::{ops::ControlFlow, path::Path, sync::Arc};
+use std::{
+    ops::ControlFlow,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use ratelab::{Fault, Hz, Speed, Time};
 use ratelab_account::Snapshot;
@@ -21,9 +25,17 @@ use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::System,
 };
+use rerun::{
+    RecordingStream, RecordingStreamBuilder,
+    log::{Chunk, LogMsg},
+    sink::MemorySinkStorage,
+};
 use tempfile::TempDir;
 
-use super::{Recorder, Recording, Replay, Source, StopReason, VerifyError, verify::Identical};
+use super::{
+    FinishedRecording, Recorder, Recording, Replay, Source, StopReason, VerifyError,
+    verify::Identical,
+};
 
 /// How many cases a test over random ones tries: `usual`, or as many as
 /// `RATELAB_CASES` asks for.
@@ -95,7 +107,7 @@ fn with_knobs(setup: &str, knobs: &str) -> Config {
 }
 
 /// The cart-pole.
-fn cart_pole() -> Arc<dyn System> {
+pub(super) fn cart_pole() -> Arc<dyn System> {
     Arc::new(CartPole::default())
 }
 
@@ -106,6 +118,13 @@ fn experiment(config: &Config) -> Experiment {
 
 fn folder() -> TempDir {
     tempfile::tempdir().expect("a folder")
+}
+
+/// The path of a file `name` in a folder of its own.
+fn file(name: &str) -> (TempDir, PathBuf) {
+    let folder = folder();
+    let path = folder.path().join(name);
+    (folder, path)
 }
 
 /// Runs `config` and records it to `path`; the summary, and what its observer
@@ -119,9 +138,34 @@ fn record_run(experiment: Experiment, path: &Path) -> (Result<Summary, Fault>, S
     let observer = experiment.observer();
     let recorder = recorder(&experiment, path);
     let outcome = experiment.run();
-    recorder.end(StopReason::of(&outcome));
-    recorder.finish().expect("recorded");
+    finish(recorder, &outcome);
     (outcome, observer.snapshot())
+}
+
+/// Ends a recording with its run.
+fn finish(recorder: Recorder, outcome: &Result<Summary, Fault>) -> FinishedRecording {
+    recorder.end(StopReason::of(outcome));
+    recorder.finish().expect("recorded")
+}
+
+/// The recording of a run of `config`, and its summary.
+fn recorded(config: &Config) -> (Recording, Summary) {
+    let (_folder, path) = file("run.rrd");
+    let summary = record(config, &path).0.expect("no fault");
+    (read(&path), summary)
+}
+
+/// What a verification finds in `original` after `lie`.
+fn found(original: &Recording, lie: impl FnOnce(&mut Recording)) -> String {
+    let mut altered = original.clone();
+    lie(&mut altered);
+    verify(&altered).expect_err("a lie").to_string()
+}
+
+/// Checks that `part` is in `text`.
+#[track_caller]
+fn assert_has(text: &str, part: &str) {
+    assert!(text.contains(part), "{part:?} is not in {text}");
 }
 
 /// Runs a recording of the cart-pole again, unwatched.
@@ -132,6 +176,13 @@ fn verify(recording: &Recording) -> Result<Identical, VerifyError> {
 /// Runs it again with `system`, unwatched.
 fn verify_with(recording: &Recording, system: &Arc<dyn System>) -> Result<Identical, VerifyError> {
     super::verify(recording, system, false, |_| ControlFlow::Continue(()))
+}
+
+/// A replay at the end of a recording of the cart-pole.
+fn replayed(recording: Recording) -> Replay {
+    let mut replay = replay(recording);
+    replay.advance_to(Time::MAX);
+    replay
 }
 
 /// A recording of the cart-pole, to be replayed.
@@ -146,14 +197,22 @@ fn read(path: &Path) -> Recording {
 /// A run with knobs turned, in a file in `folder`.
 fn recording(folder: &TempDir) -> Recording {
     let path = folder.path().join("run.rrd");
-    let knobs = "1.5 control-hz 10\n2.25 queue-depth 3\n3 sensor-hz 75";
-    let config = Config {
-        seed: 4,
-        end: Time::from_nanos(4_000_000_000),
-        ..with_knobs("", knobs)
-    };
-    record(&config, &path).0.expect("no fault");
+    record(&turned(), &path).0.expect("no fault");
     read(&path)
+}
+
+/// Four seconds with knobs turned.
+fn turned() -> Config {
+    Config {
+        seed: 4,
+        end: ms(4_000),
+        ..with_knobs("", "1.5 control-hz 10\n2.25 queue-depth 3\n3 sensor-hz 75")
+    }
+}
+
+/// A run with a fall, after 0.84 s.
+fn falling() -> Config {
+    with_knobs("control-hz 5", "")
 }
 
 /// Runs paced at `factor` times the wall's speed.
@@ -171,6 +230,26 @@ fn recorder(experiment: &Experiment, path: &Path) -> Recorder {
 }
 
 /// A rate.
-fn hz(hz: f64) -> Hz {
+pub(super) fn hz(hz: f64) -> Hz {
     Hz::new(hz).expect("a rate")
+}
+
+/// A run time.
+pub(super) fn ms(ms: u64) -> Time {
+    Time::from_nanos(ms * 1_000_000)
+}
+
+/// A stream of the recorder into memory.
+pub(super) fn stream() -> (RecordingStream, MemorySinkStorage) {
+    let stream = RecordingStreamBuilder::new("ratelab").memory();
+    stream.expect("a stream")
+}
+
+/// The chunks among `messages`.
+pub(super) fn chunks(messages: &[LogMsg]) -> impl Iterator<Item = Chunk> {
+    let tables = messages.iter().filter_map(|message| match message {
+        LogMsg::ArrowMsg(_, data) => Some(data),
+        _ => None,
+    });
+    tables.map(|data| Chunk::from_arrow_msg(data).expect("a chunk"))
 }

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use ratelab::{ClockExit, END, GO_ON, KnobKind, Time, TimedKnob};
-use ratelab_account::Fields;
+use ratelab_account::{Fields, Rows};
 use ratelab_study::{
-    experiment::{Config, Experiment},
+    experiment::{Config, Experiment, Summary},
     system::{
         BuildError, Builder, Final, Picture, Shape, Signal, Style, System, Verdict, VerdictKind,
     },
@@ -13,7 +13,7 @@ use ratelab_study::{
 
 use rerun::EntityPath;
 
-use super::{cart_pole, folder, read, record_run, verify_with};
+use super::{assert_has, cart_pole, file, ms, read, record_run, verify_with};
 use crate::recording::{Recording, Replay, frames::Chunks, scene::signals, schema::RunStatus};
 
 /// A ball that falls, and somebody who looks at it: names with spaces, a topic
@@ -115,16 +115,13 @@ impl System for Ball {
     }
 
     fn finals(&self, state: &[f64]) -> Vec<Final> {
-        let (name, unit) = ("final_speed", "m/s");
-        let value = state[1];
-        vec![
-            Final { name, unit, value },
-            Final {
-                name: "infinite",
-                unit,
-                value: f64::INFINITY,
-            },
-        ]
+        [("final_speed", state[1]), ("infinite", f64::INFINITY)]
+            .map(|(name, value)| Final {
+                name,
+                unit: "m/s",
+                value,
+            })
+            .into()
     }
 
     fn picture(&self, state: &[f64]) -> Option<Picture> {
@@ -133,31 +130,25 @@ impl System for Ball {
             from: [-1.0, 0.0],
             to: [1.0, 0.0],
         };
-        let half = [0.1, 0.2];
-        let label = Shape::Label {
-            at: centre,
-            text: "ball".to_owned(),
+        let circle = Shape::Circle {
+            centre,
+            radius: 0.1,
         };
+        let (half, angle) = ([0.1, 0.2], 0.5);
+        let body = Shape::Box {
+            centre,
+            half,
+            angle,
+        };
+        let (at, text) = (centre, "ball".to_owned());
+        let shapes = vec![
+            (Style::Scenery, floor),
+            (Style::Subject, circle),
+            (Style::Body, body),
+            (Style::Action, Shape::Label { at, text }),
+        ];
         Some(Picture {
-            shapes: vec![
-                (Style::Scenery, floor),
-                (
-                    Style::Subject,
-                    Shape::Circle {
-                        centre,
-                        radius: 0.1,
-                    },
-                ),
-                (
-                    Style::Body,
-                    Shape::Box {
-                        centre,
-                        half,
-                        angle: 0.5,
-                    },
-                ),
-                (Style::Action, label),
-            ],
+            shapes,
             ..Picture::default()
         })
     }
@@ -169,45 +160,46 @@ fn ball() -> Arc<dyn System> {
 
 /// A run of the ball, the eye of which is slowed after half a second.
 fn config() -> Config {
-    let knob = KnobKind::Rate.set("eye", "7").expect("a knob");
+    let set = |kind: KnobKind, what, value| kind.set(what, value).expect("a knob");
+    let depth = set(KnobKind::Depth, "/the ball/fall", "3");
     Config {
-        setup: [KnobKind::Depth.set("/the ball/fall", "3").expect("a knob")]
-            .into_iter()
-            .collect(),
+        setup: [depth].into_iter().collect(),
         knobs: vec![TimedKnob {
-            at: Time::from_nanos(500_000_000),
-            knob,
+            at: ms(500),
+            knob: set(KnobKind::Rate, "eye", "7"),
         }],
         ..Config::default()
     }
 }
 
-fn recording(folder: &tempfile::TempDir) -> Recording {
-    let path = folder.path().join("ball.rrd");
+/// The recording of that run, and its summary.
+fn recorded() -> (Recording, Summary) {
+    let (_folder, path) = file("ball.rrd");
     let experiment = Experiment::new(ball(), &config()).expect("a graph");
-    record_run(experiment, &path).0.expect("no fault");
-    read(&path)
+    let summary = record_run(experiment, &path).0.expect("no fault");
+    (read(&path), summary)
+}
+
+/// A replay at its end, by `system`.
+fn replayed(recording: Recording, system: &Arc<dyn System>) -> Replay {
+    let mut replay = Replay::new(Arc::new(recording), system);
+    replay.advance_to(Time::MAX);
+    replay
 }
 
 #[test]
 fn a_run_of_any_system_is_read_as_it_was_and_comes_again() {
-    let folder = folder();
-    let recording = recording(&folder);
+    let (recording, _) = recorded();
     assert_eq!(recording.defect(), None);
     assert_eq!(recording.origin.config, config());
-    assert_eq!(
-        (recording.origin.format, &*recording.origin.system),
-        (2, "ball")
-    );
+    assert_eq!(recording.origin.format, 2);
+    assert_eq!(recording.origin.system, "ball");
     assert_eq!(recording.origin.engine, None, "no MuJoCo in it");
     let falls = recording.messages::<Fall>("/the ball/fall");
     assert_eq!(falls.len(), 101);
     assert!(falls[100].data.0[0] <= 0.0 && falls[99].data.0[0] > 0.0);
     assert!(recording.messages::<Blink>("/blink").len() > 3);
-    assert_eq!(
-        recording.rows("/internal").map(ratelab_account::Rows::len),
-        Some(0)
-    );
+    assert_eq!(recording.rows("/internal").map(Rows::len), Some(0));
     let identical = verify_with(&recording, &ball()).expect("identical");
     assert_eq!(identical.topics, 2);
     let mut altered = recording.clone();
@@ -216,21 +208,14 @@ fn a_run_of_any_system_is_read_as_it_was_and_comes_again() {
         end.finals.remove("infinite");
     }
     let error = verify_with(&altered, &ball()).expect_err("a figure is missing");
-    assert!(
-        error.to_string().contains("figures of the last state"),
-        "{error}"
-    );
+    assert_has(&error.to_string(), "figures of the last state");
 }
 
 #[test]
 fn a_replay_of_any_system_ends_as_its_run_did() {
-    let folder = folder();
-    let experiment = Experiment::new(ball(), &config()).expect("a graph");
-    let summary = experiment.run().expect("no fault");
-    let mut replay = Replay::new(Arc::new(recording(&folder)), &ball());
-    replay.advance_to(Time::MAX);
-    let replayed = replay.summary();
-    let end = |summary: &ratelab_study::experiment::Summary| {
+    let (recording, summary) = recorded();
+    let replayed = replayed(recording, &ball()).summary();
+    let end = |summary: &Summary| {
         let end = summary.end();
         (end.verdict, end.sim_time, end.state)
     };
@@ -244,17 +229,13 @@ fn a_replay_of_any_system_ends_as_its_run_did() {
 
 #[test]
 fn another_system_is_refused_by_both_names_and_shown_without_its_picture() {
-    let folder = folder();
-    let recording = recording(&folder);
+    let (recording, _) = recorded();
     let error = verify_with(&recording, &cart_pole()).expect_err("another system");
     let error = error.to_string();
-    assert!(
-        error.contains("\"ball\"") && error.contains("\"cart-pole\""),
-        "{error}"
-    );
+    assert_has(&error, "\"ball\"");
+    assert_has(&error, "\"cart-pole\"");
     assert_eq!(error.lines().count(), 1, "{error}");
-    let mut replay = Replay::new(Arc::new(recording), &cart_pole());
-    replay.advance_to(Time::MAX);
+    let replay = replayed(recording, &cart_pole());
     assert!(replay.system().signals().is_empty());
     let summary = replay.summary();
     assert_eq!(summary.topic("/the ball/fall").published, 101);
@@ -263,10 +244,12 @@ fn another_system_is_refused_by_both_names_and_shown_without_its_picture() {
 
 #[test]
 fn signals_and_picture_are_drawn() {
-    let folder = folder();
-    let bytes = std::fs::read(recording(&folder).path).expect("read");
-    let rows = |entity: EntityPath, component: &str| -> usize {
-        let chunks = Chunks::new(&bytes).filter(|chunk| *chunk.entity_path() == entity);
+    let (_folder, path) = file("ball.rrd");
+    let experiment = Experiment::new(ball(), &config()).expect("a graph");
+    record_run(experiment, &path).0.expect("no fault");
+    let bytes = std::fs::read(path).expect("read");
+    let rows = |entity: &EntityPath, component: &str| -> usize {
+        let chunks = Chunks::new(&bytes).filter(|chunk| chunk.entity_path() == entity);
         let columns = chunks.map(|chunk| {
             let mut components = chunk.components_identifiers();
             let there = components.any(|name| name.as_str().contains(component));
@@ -274,14 +257,15 @@ fn signals_and_picture_are_drawn() {
         });
         columns.sum()
     };
-    assert_eq!(rows(signals::entity("/the ball/fall"), "scalars"), 101);
-    // Every fourth state: 25 in a second look smooth.
-    assert_eq!(rows("/picture".into(), "strips"), 26);
-    assert_eq!(rows("/picture".into(), "labels"), 26);
-    assert_eq!(rows("/picture/scenery".into(), "strips"), 1);
-    assert_eq!(
-        rows("/plot/latency".into(), "scalars"),
-        0,
-        "it measures none"
-    );
+    for (entity, component, count) in [
+        (signals::entity("/the ball/fall"), "scalars", 101),
+        // Every fourth state: 25 in a second look smooth.
+        ("/picture".into(), "strips", 26),
+        ("/picture".into(), "labels", 26),
+        ("/picture/scenery".into(), "strips", 1),
+        // It measures none.
+        ("/plot/latency".into(), "scalars", 0),
+    ] {
+        assert_eq!(rows(&entity, component), count, "{component} of {entity}");
+    }
 }

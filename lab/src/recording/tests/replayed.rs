@@ -8,7 +8,10 @@ use ratelab_study::{
     system::WorldKind,
 };
 
-use super::{Dice, cases, folder, read, record, recording, replay, verify};
+use super::{
+    Dice, assert_has, cases, file, folder, found, ms, read, record, recorded, replay, replayed,
+    turned, verify, with_knobs,
+};
 
 /// All figures in a snapshot, as text.
 fn figures(snapshot: &Snapshot) -> String {
@@ -51,36 +54,27 @@ fn a_run_told_again_shows_the_figures_that_the_run_showed() {
             knobs: CartPole::KNOBS.parse_list(&dice.knobs(3)).expect("knobs"),
             ..dice.config()
         };
-        let whole = folder.path().join(format!("{number}.rrd"));
-        record(&config, &whole).0.expect("no fault");
-        let mut replay = replay(read(&whole));
+        let mut replay = replay(recorded(&config).0);
         // As far as the run came, and at two moments on the way.
         let last = replay.recording().until.as_nanos();
         for until in [last / 3, last / 2, last].map(Time::from_nanos) {
-            let end = until.min(config.end);
-            let part = folder.path().join(format!("{number}-{until}.rrd"));
-            let (_, snapshot) = record(
-                &Config {
-                    end,
-                    ..config.clone()
-                },
-                &part,
-            );
+            let part = Config {
+                end: until.min(config.end),
+                ..config.clone()
+            };
+            let path = folder.path().join(format!("{number}-{until}.rrd"));
+            let shown = figures(&record(&part, &path).1);
             replay.advance_to(until);
-            assert_eq!(
-                figures(&replay.observer().snapshot()),
-                figures(&snapshot),
-                "{config:?} at {until}"
-            );
+            let told = figures(&replay.observer().snapshot());
+            assert_eq!(told, shown, "{config:?} at {until}");
         }
     }
 }
 
 #[test]
 fn a_replay_from_the_beginning_is_the_same() {
-    let folder = folder();
-    let mut replay = replay(recording(&folder));
-    let until = Time::from_nanos(2_500_000_000);
+    let mut replay = replay(recorded(&turned()).0);
+    let until = ms(2500);
     replay.advance_to(until);
     let steps = replay.new_rows(STATE);
     assert_eq!((steps.len(), replay.new_rows(STATE).len()), (126, 0));
@@ -94,21 +88,17 @@ fn a_replay_from_the_beginning_is_the_same() {
 
 #[test]
 fn a_real_clock_run_is_replayed_and_comes_again() {
-    let folder = folder();
-    let path = folder.path().join("real.rrd");
+    let (_folder, path) = file("real.rrd");
     let config = Config {
         clock: ClockKind::Real,
-        end: Time::from_nanos(1_200_000_000),
+        end: ms(1200),
         // Ticks too long for their rate: the policy overruns.
         ..CartPole::config("takes policy 50").expect("a setup")
     };
     let (outcome, snapshot) = record(&config, &path);
     let recording = read(&path);
     verify(&recording).expect("identical");
-    let mut replay = replay(recording);
-    replay.advance_to(Time::MAX);
-    let replayed = replay.summary();
-    let summary = outcome.expect("no fault");
+    let (replayed, summary) = (replayed(recording).summary(), outcome.expect("no fault"));
     assert_eq!(replayed.end(), summary.end());
     assert_eq!(replayed.topics, summary.topics);
     assert!(snapshot.nodes[1].overruns > 5, "no overruns to tell of");
@@ -124,77 +114,55 @@ fn a_real_clock_run_is_replayed_and_comes_again() {
 
 #[test]
 fn a_replay_in_the_own_world_measures_what_the_run_measured() {
-    let folder = folder();
-    for (place, setup) in [
+    for setup in [
         "",
         "takes policy 15..55, takes actuator 3, link /action loss:0.2",
         "control-hz 7, clock sensor 5 40",
         "takes actuator 4..30, takes policy 9",
-    ]
-    .iter()
-    .enumerate()
-    {
-        let config = Config {
+    ] {
+        let (recording, summary) = recorded(&Config {
             world: WorldKind::OWN,
             seed: 3,
             ..CartPole::config(setup).expect("a setup")
-        };
-        let path = folder.path().join(format!("{place}.rrd"));
-        let summary = record(&config, &path).0.expect("no fault");
-        let recording = read(&path);
+        });
         verify(&recording).expect("identical");
-        let mut replay = replay(recording);
-        replay.advance_to(Time::MAX);
-        let replayed = replay.summary();
+        let replayed = replayed(recording).summary();
         assert!(summary.latency.count() > 10, "{setup}");
-        assert_eq!(replayed.latency.count(), summary.latency.count(), "{setup}");
-        assert_eq!(replayed.latency.sum(), summary.latency.sum(), "{setup}");
-        let age = |summary: &Summary| summary.nodes[3].push_age.expect("pushes");
-        assert_eq!(age(&replayed), age(&summary), "{setup}");
+        let measured = |summary: &Summary| {
+            let latency = &summary.latency;
+            let age = summary.nodes[3].push_age.expect("pushes");
+            (latency.count(), latency.sum(), age)
+        };
+        assert_eq!(measured(&replayed), measured(&summary), "{setup}");
     }
 }
 
 #[test]
 fn a_tick_that_pushed_otherwise_is_found() {
-    let folder = folder();
-    let path = folder.path().join("own.rrd");
-    let config = Config {
+    let (recording, _) = recorded(&Config {
         world: WorldKind::OWN,
         ..Config::default()
-    };
-    record(&config, &path).0.expect("no fault");
-    let mut altered = read(&path);
-    let push = altered.ticks[3][40].push.as_mut().expect("a push");
-    push.sensed = push.sensed + Time::TICK;
-    let error = verify(&altered).expect_err("a difference").to_string();
-    assert!(
-        error.contains("actuator tick 40, what it applied"),
-        "{error}"
-    );
+    });
+    let error = found(&recording, |altered| {
+        let push = altered.ticks[3][40].push.as_mut().expect("a push");
+        push.sensed = push.sensed + Time::TICK;
+    });
+    assert_has(&error, "actuator tick 40, what it applied");
 }
 
 #[test]
 fn links_faults_and_clocks_that_go_back_are_replayed_and_verified() {
-    let (folder, live) = (
-        folder(),
-        "0.5 link /obs delay:5..60,loss:0.3\n1 clock sensor 100 0\n2 clock sensor -50 300\n\
-         2.5 link /action delay:30\n2.7 lose /action 140\n3 crash policy\n3.1 restart policy\n\
-         3.2 hang actuator 45",
-    );
-    let path = folder.path().join("links.rrd");
-    let config = Config {
-        end: Time::from_nanos(4_000_000_000),
-        world: ratelab_study::system::WorldKind::OWN,
-        ..super::with_knobs("depth /obs 3, read /obs oldest", live)
-    };
-    let (outcome, _) = record(&config, &path);
-    let (recording, summary) = (read(&path), outcome.expect("no fault"));
+    let live = "0.5 link /obs delay:5..60,loss:0.3\n1 clock sensor 100 0\n\
+                2 clock sensor -50 300\n2.5 link /action delay:30\n2.7 lose /action 140\n\
+                3 crash policy\n3.1 restart policy\n3.2 hang actuator 45";
+    let (recording, summary) = recorded(&Config {
+        end: ms(4000),
+        world: WorldKind::OWN,
+        ..with_knobs("depth /obs 3, read /obs oldest", live)
+    });
     assert!(recording.is_whole(), "{:?}", recording.defect());
     verify(&recording).expect("the same run");
-    let mut replay = replay(recording);
-    replay.advance_to(Time::MAX);
-    let replayed = replay.summary();
-    assert_eq!(replayed.topics, summary.topics);
+    assert_eq!(replayed(recording).summary().topics, summary.topics);
     let obs = summary.topic("/obs");
     assert!(obs.lost > 30 && obs.overtaken > 10, "{obs:?}");
     assert!(summary.topic("/action").in_flight > 0);

@@ -3,15 +3,15 @@
 use std::ops::ControlFlow;
 
 use ratelab::{Command, Event, EventKind, Head, Knob, Time, TimedCommand};
-use ratelab_account::Rows;
+use ratelab_account::{Rows, TickRecord};
 use ratelab_cart_pole::CartPole;
 use ratelab_study::experiment::{Config, Experiment};
 
 use super::{
-    Dice, cart_pole, cases, experiment, folder, read, record, record_run, recording, verify,
-    with_knobs,
+    Dice, assert_has, cart_pole, cases, experiment, falling, file, folder, found, ms, read,
+    record_run, recorded, turned, verify, with_knobs,
 };
-use crate::recording::{Recording, VerifyError, schema::RunStatus, verify::VerifyStatus};
+use crate::recording::{Recording, VerifyError, verify::VerifyStatus};
 
 /// `rows` with message `index` as `change` makes it.
 fn changed(rows: &Rows, index: usize, change: impl FnOnce(&mut Head, &mut [f64])) -> Rows {
@@ -37,34 +37,29 @@ fn kept(rows: &Rows, keep: impl Fn(&Head) -> bool) -> Rows {
 
 #[test]
 fn any_virtual_run_comes_again_to_the_bit() {
-    let (folder, mut dice) = (folder(), Dice(1));
-    for number in 0..cases(10) {
-        let path = folder.path().join(format!("{number}.rrd"));
+    let mut dice = Dice(1);
+    for _ in 0..cases(10) {
         let config = dice.config();
-        let (outcome, _) = record(&config, &path);
-        let recording = read(&path);
+        let (recording, summary) = recorded(&config);
         assert!(recording.is_whole());
         let identical = verify(&recording).unwrap_or_else(|error| panic!("{config:?}: {error}"));
-        let summary = outcome.expect("no fault");
         let published: u64 = summary.topics.iter().map(|topic| topic.published).sum();
-        assert_eq!(identical.messages as u64, published);
         let ticks: u64 = summary.nodes.iter().map(|node| node.ticks).sum();
-        assert_eq!(identical.ticks as u64, ticks);
+        let found = [identical.messages, identical.ticks].map(|count| count as u64);
+        assert_eq!(found, [published, ticks]);
     }
 }
 
 #[test]
 fn a_single_bit_that_differs_is_found_and_named() {
-    let (folder, mut dice) = (folder(), Dice(2));
-    let original = recording(&folder);
+    let (mut dice, (original, _)) = (Dice(2), recorded(&turned()));
     for _ in 0..60 {
-        let mut altered = original.clone();
-        let topic = dice.below(altered.topics.len());
-        let name = original.origin.topology.topics[topic].name.clone();
-        let rows = &mut altered.topics[topic];
+        let topic = dice.below(original.topics.len());
+        let name = &original.origin.topology.topics[topic].name;
+        let rows = &original.topics[topic];
         let (index, field) = (dice.below(rows.len()), dice.below(rows.width()));
         let (part, bit) = (dice.below(7), 1 << dice.below(64));
-        *rows = changed(rows, index, |head, row| match part {
+        let changed = changed(rows, index, |head, row| match part {
             0 => head.seq ^= bit,
             1 => head.dropped ^= bit,
             2 => head.stamp = Time::from_nanos(head.stamp.as_nanos() ^ bit),
@@ -74,47 +69,33 @@ fn a_single_bit_that_differs_is_found_and_named() {
             }
             _ => row[field] = f64::from_bits(row[field].to_bits() ^ bit),
         });
-        let error = verify(&altered).expect_err("a difference").to_string();
-        assert!(error.contains(&format!("{name} message")), "{error}");
+        let error = found(&original, |altered| altered.topics[topic] = changed);
+        assert_has(&error, &format!("{name} message"));
     }
 }
 
 #[test]
 fn a_tick_that_differs_is_found_and_named() {
-    let (folder, mut dice) = (folder(), Dice(3));
-    let original = recording(&folder);
+    type Lie = fn(&mut TickRecord);
+    let lies: [(&str, Lie); 3] = [
+        ("run time", |tick| tick.at = tick.at + Time::TICK),
+        ("lateness", |tick| tick.lateness = Some(Time::TICK)),
+        ("overruns", |tick| tick.overruns += 1),
+    ];
+    let (mut dice, (original, _)) = (Dice(3), recorded(&turned()));
     for _ in 0..20 {
-        let mut altered = original.clone();
-        let node = dice.below(altered.ticks.len());
-        let name = original.origin.topology.nodes[node].name.clone();
-        let index = dice.below(altered.ticks[node].len());
-        let tick = &mut altered.ticks[node][index];
-        let part = match dice.below(3) {
-            0 => {
-                tick.at = tick.at + Time::TICK;
-                "run time"
-            }
-            1 => {
-                tick.lateness = Some(Time::TICK);
-                "lateness"
-            }
-            _ => {
-                tick.overruns += 1;
-                "overruns"
-            }
-        };
-        let error = verify(&altered).expect_err("a difference").to_string();
-        assert!(
-            error.contains(&format!("{name} tick {index}, {part}")),
-            "{error}"
-        );
+        let node = dice.below(original.ticks.len());
+        let name = &original.origin.topology.nodes[node].name;
+        let index = dice.below(original.ticks[node].len());
+        let (part, lie) = dice.pick(&lies);
+        let error = found(&original, |altered| lie(&mut altered.ticks[node][index]));
+        assert_has(&error, &format!("{name} tick {index}, {part}"));
     }
 }
 
 #[test]
 fn how_long_ticks_took_is_not_compared() {
-    let folder = folder();
-    let mut altered = recording(&folder);
+    let (mut altered, _) = recorded(&turned());
     for tick in altered.ticks.iter_mut().flatten() {
         tick.took = Some(Time::TICK);
     }
@@ -122,45 +103,27 @@ fn how_long_ticks_took_is_not_compared() {
 }
 
 #[test]
-fn a_tick_more_or_less_is_found() {
-    let folder = folder();
-    let original = recording(&folder);
+fn a_tick_or_a_message_more_or_less_is_found() {
+    let (original, _) = recorded(&turned());
     for node in 0..original.ticks.len() {
-        let mut short = original.clone();
-        short.ticks[node].pop();
-        let error = verify(&short).expect_err("one is missing").to_string();
-        assert!(error.contains("recorded none, computed a tick"), "{error}");
-        let mut long = original.clone();
-        let last = long.ticks[node].last().copied();
-        long.ticks[node].extend(last);
-        let error = verify(&long).expect_err("one is too many").to_string();
-        assert!(error.contains("recorded a tick, computed none"), "{error}");
+        let last = original.ticks[node].last().copied();
+        let short = found(&original, |short| {
+            short.ticks[node].pop();
+        });
+        assert_has(&short, "recorded none, computed a tick");
+        let long = found(&original, |long| long.ticks[node].extend(last));
+        assert_has(&long, "recorded a tick, computed none");
     }
-}
-
-#[test]
-fn a_message_more_or_less_is_found() {
-    let folder = folder();
-    let original = recording(&folder);
-    for topic in 0..original.topics.len() {
-        let mut short = original.clone();
-        let rows = &mut short.topics[topic];
+    for (topic, rows) in original.topics.iter().enumerate() {
         let last = *rows.heads().last().expect("a message");
-        *rows = kept(rows, |head| *head != last);
-        let error = verify(&short).expect_err("one is missing").to_string();
-        assert!(
-            error.contains("recorded none, computed a message"),
-            "{error}"
-        );
-        let mut long = original.clone();
-        let rows = &mut long.topics[topic];
+        let fewer = kept(rows, |head| *head != last);
+        let short = found(&original, |short| short.topics[topic] = fewer);
+        assert_has(&short, "recorded none, computed a message");
         let row = rows.row(rows.len() - 1).to_vec();
-        assert!(rows.push(last, row));
-        let error = verify(&long).expect_err("one is too many").to_string();
-        assert!(
-            error.contains("recorded a message, computed none"),
-            "{error}"
-        );
+        let long = found(&original, |long| {
+            assert!(long.topics[topic].push(last, row))
+        });
+        assert_has(&long, "recorded a message, computed none");
     }
 }
 
@@ -179,29 +142,17 @@ fn begun_at_the_end(recording: &Recording) -> Recording {
 
 #[test]
 fn what_a_recording_begun_later_did_not_see_is_not_missing_in_it() {
-    let folder = folder();
-    let path = folder.path().join("fall.rrd");
-    let config = CartPole::config("control-hz 5").expect("a knob");
-    record(&config, &path).0.expect("no fault");
+    let (fall, _) = recorded(&falling());
     // It falls between two decisions, so there is nothing of the policy in it.
-    let late = begun_at_the_end(&read(&path));
-    let identical = verify(&late).expect("identical");
+    let identical = verify(&begun_at_the_end(&fall)).expect("identical");
     assert_eq!((identical.messages, identical.ticks), (2, 2));
-    let mut silent = read(&path);
-    silent.topics[1] = Rows::default();
-    let error = verify(&silent)
-        .expect_err("answers are missing")
-        .to_string();
-    assert!(
-        error.contains("/action message 0: recorded none"),
-        "{error}"
-    );
+    let error = found(&fall, |silent| silent.topics[1] = Rows::default());
+    assert_has(&error, "/action message 0: recorded none");
 }
 
 #[test]
 fn whoever_watches_a_verification_can_end_it() {
-    let folder = folder();
-    let mut years = recording(&folder);
+    let (mut years, _) = recorded(&turned());
     // It goes on for thirty of them.
     let at = Time::from_nanos(1_000_000_000_000_000_000);
     (years.outcome, years.until) = (None, at);
@@ -221,41 +172,21 @@ fn whoever_watches_a_verification_can_end_it() {
 }
 
 #[test]
-fn another_end_is_found() {
-    let folder = folder();
-    let mut altered = recording(&folder);
-    let outcome = altered.outcome.as_mut().expect("an end");
-    let RunStatus::Ended(end) = &mut outcome.end else {
-        panic!("it ended otherwise: {outcome:?}");
-    };
-    end.steps += 1;
-    let error = verify(&altered).expect_err("another end").to_string();
-    assert!(error.contains("the end of the run"), "{error}");
-}
-
-#[test]
 fn nothing_is_not_identical_with_nothing() {
-    let folder = folder();
-    let original = recording(&folder);
-    let mut empty = original.clone();
-    empty.topics[2] = Rows::default();
-    let error = verify(&empty).expect_err("a topic is missing").to_string();
-    assert!(error.contains("/state message 0: recorded none"), "{error}");
-    let mut torn = original.clone();
-    (torn.outcome, torn.until) = (None, Time::ZERO);
-    torn.ticks.iter_mut().for_each(Vec::clear);
-    let error = verify(&torn).expect_err("nothing to compare").to_string();
-    assert!(
-        error.contains("nothing in it to verify: this file is good up to"),
-        "{error}"
-    );
-    let mut half = original.clone();
-    half.topics[0] = Rows::default();
-    let error = verify(&half).expect_err("a topic is missing").to_string();
-    assert!(error.contains("/obs message 0: recorded none"), "{error}");
-    let mut renamed = original;
-    renamed.origin.topology.topics[1].name = "/other".to_owned();
-    assert!(verify(&renamed).is_err());
+    let (original, _) = recorded(&turned());
+    for (topic, name) in ["/obs", "/action", "/state"].into_iter().enumerate() {
+        let error = found(&original, |half| half.topics[topic] = Rows::default());
+        assert_has(&error, &format!("{name} message 0: recorded none"));
+    }
+    let error = found(&original, |torn| {
+        (torn.outcome, torn.until) = (None, Time::ZERO);
+        torn.ticks.iter_mut().for_each(Vec::clear);
+    });
+    assert_has(&error, "nothing in it to verify: this file is good up to");
+    let error = found(&original, |renamed| {
+        renamed.origin.topology.topics[1].name = "/other".to_owned();
+    });
+    assert_has(&error, "/other");
 }
 
 #[test]
@@ -276,13 +207,11 @@ fn a_rate_that_was_a_knob_once_is_turned_again_and_by_no_new_run() {
 
 #[test]
 fn a_rate_that_was_refused_is_refused_again() {
-    let folder = folder();
-    let path = folder.path().join("refused.rrd");
+    let (_folder, path) = file("refused.rrd");
     let mut experiment = experiment(&Config::default());
     let knob: Knob = "rate actuator 25".parse().expect("a knob");
-    let at = Time::from_nanos(1_000_000_000);
     experiment.schedule(vec![TimedCommand {
-        at,
+        at: ms(1000),
         command: knob.into(),
     }]);
     record_run(experiment, &path).0.expect("no fault");
