@@ -12,22 +12,22 @@ use exercises::{
 };
 use ratelab_study::experiment::Config;
 
-use super::view::TextPage;
+use super::{
+    overlay::{JUMP, scrolled},
+    view::Page,
+};
 use crate::{
     predictions::{answers_file, predicted},
     rescue::{RESCUE, judge_file},
 };
 
 /// The keys of the panel, for the bottom line.
-pub const HINTS: &[(&str, &str)] = &[
+const HINTS: &[(&str, &str)] = &[
     ("Enter", "go on"),
     ("↑ ↓ PgUp PgDn", "move"),
     ("Esc", "back"),
     ("Ctrl-C", "quit"),
 ];
-
-/// Lines per PgUp and PgDn.
-const JUMP: usize = 10;
 
 /// The panel of the exercises.
 pub struct ExercisePanel {
@@ -149,46 +149,35 @@ impl ExercisePanel {
     /// Handles a key.
     pub fn key(&mut self, key: &KeyEvent) -> PanelAction {
         match key.code {
-            KeyCode::PageDown => self.move_down(JUMP),
-            KeyCode::PageUp => self.move_up(JUMP),
-            KeyCode::Down => self.move_down(1),
-            KeyCode::Up => self.move_up(1),
             KeyCode::Esc => return self.back(),
             KeyCode::Enter => return self.enter(),
-            code => self.edit(code),
+            code => self.go(code),
         }
         PanelAction::Stay
     }
 
     fn back(&mut self) -> PanelAction {
         self.scroll = 0;
-        match std::mem::replace(&mut self.page, PanelPage::List(0)) {
-            PanelPage::List(_) => PanelAction::Leave,
+        let marked = match &self.page {
+            PanelPage::List(_) => return PanelAction::Leave,
             PanelPage::Question { exercise, .. } | PanelPage::Measuring { exercise, .. } => {
-                self.page = PanelPage::List(index(exercise));
-                PanelAction::Stay
+                index(*exercise)
             }
-            PanelPage::Text { next, .. } => {
-                self.page = PanelPage::List(next);
-                PanelAction::Stay
-            }
-        }
+            PanelPage::Text { next, .. } => *next,
+        };
+        self.page = PanelPage::List(marked);
+        PanelAction::Stay
     }
 
-    /// Moves the mark of the list, or the text.
-    fn move_down(&mut self, rows: usize) {
-        match &mut self.page {
-            PanelPage::List(marked) => {
-                *marked = (*marked + rows).min(questions().count() - 1);
-            }
-            _ => self.scroll = self.scroll.saturating_add(rows),
-        }
-    }
-
-    fn move_up(&mut self, rows: usize) {
-        match &mut self.page {
-            PanelPage::List(marked) => *marked = marked.saturating_sub(rows),
-            _ => self.scroll = self.scroll.saturating_sub(rows),
+    /// Moves the mark of the list, or the text, or edits what is typed.
+    fn go(&mut self, key: KeyCode) {
+        let (row, last) = match &mut self.page {
+            PanelPage::List(marked) => (marked, questions().count() - 1),
+            _ => (&mut self.scroll, usize::MAX),
+        };
+        match scrolled(*row, key) {
+            Some(to) => *row = to.min(last),
+            None => self.edit(key),
         }
     }
 
@@ -301,7 +290,7 @@ impl ExercisePanel {
     }
 
     /// The page on the screen.
-    pub fn page(&self) -> TextPage {
+    pub fn page(&self) -> Page {
         let (title, text, hint) = match &self.page {
             PanelPage::List(marked) => (
                 "exercises".to_owned(),
@@ -341,19 +330,18 @@ impl ExercisePanel {
                 "↑ ↓ read on  Enter go on  Esc back",
             ),
         };
-        TextPage {
-            title,
-            text,
+        Page {
             typed: match &self.page {
                 PanelPage::Question { typed, .. } => Some(typed.clone()),
                 _ => None,
             },
-            hint,
+            keys: HINTS,
             scroll: match self.page {
                 // The marked line stays in view.
                 PanelPage::List(marked) => marked.saturating_sub(JUMP),
                 _ => self.scroll,
             },
+            ..Page::text(title, text, hint)
         }
     }
 

@@ -5,7 +5,7 @@ use ratelab::{KnobKind, Time};
 use ratelab_account::Snapshot;
 use ratelab_study::system::{Alias, System};
 
-use super::view::Footer;
+use super::view::PromptLine;
 use crate::names::first_alias;
 
 /// Beginnings of links.
@@ -72,13 +72,13 @@ impl Prompt {
     }
 
     /// The line, with a hint from `vocabulary`; for the knob of a branch with its moment.
-    pub fn line(&self, vocabulary: &Vocabulary<'_>, branch: Option<Time>) -> Footer<'_> {
+    pub fn line(&self, vocabulary: &Vocabulary<'_>, branch: Option<Time>) -> PromptLine<'_> {
         let hint = vocabulary.hint();
         let hint = match branch {
             Some(at) => format!("the knob to turn at {at}: {hint}"),
             None => hint,
         };
-        Footer::Prompt {
+        PromptLine {
             typed: &self.typed,
             refusal: self.refusal.as_deref(),
             hint,

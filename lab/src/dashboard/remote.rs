@@ -17,7 +17,7 @@ use super::{
     prompt::{Prompt, TypesKnobs, Vocabulary},
     sampler::{self, RunSource, Sampler},
     timeline::TimelineView,
-    view::{Footer, ScreenState, StatusExtra},
+    view::{Bottom, ScreenState, StatusExtra},
 };
 use crate::error::LabError;
 
@@ -158,13 +158,6 @@ impl<R: Remote> Watcher<R> {
             ..trace
         })
     }
-
-    fn footer(&self) -> Footer<'_> {
-        match self.prompt.is_open() {
-            true => self.prompt.line(&self.vocabulary(), None),
-            false => self.panes.footer(|| REMOTE.hints(|_| true)),
-        }
-    }
 }
 
 impl<R: Remote> TypesKnobs for Watcher<R> {
@@ -226,11 +219,13 @@ impl<R: Remote> Model for Watcher<R> {
             zoomed: self.panes.zoomed,
             scrubber: None,
             map: None,
-            footer: self.footer(),
-            help: self.panes.help(|| REMOTE.rows(|_| true)),
-            page: self.panes.explanation(system, frame),
+            page: self.panes.page(|| REMOTE.rows(|_| true), system, frame),
             aside: None,
-            notice: self.notice.as_deref(),
+            bottom: Bottom {
+                hints: REMOTE.hints(|_| true),
+                prompt: (self.prompt.is_open()).then(|| self.prompt.line(&self.vocabulary(), None)),
+                notice: self.notice.as_deref(),
+            },
         })
     }
 

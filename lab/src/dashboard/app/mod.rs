@@ -29,7 +29,7 @@ use restart::Next;
 use super::{
     branch::{LeftRun, PreparedBranch},
     cliff::{CliffMap, MapAxes},
-    exercise_panel::{self, ExercisePanel},
+    exercise_panel::ExercisePanel,
     focus::Pane,
     frame::{FrameData, SignalTrace},
     history::FrameHistory,
@@ -45,7 +45,7 @@ use super::{
     sampler::{self, RunSource, Sampler},
     session::{Session, SessionResult, SessionSetup},
     tour::Tour,
-    view::{Footer, HelpPage, ScreenState, StatusExtra, TextPage},
+    view::{Bottom, Page, ScreenState, StatusExtra},
 };
 use crate::{
     error::LabError,
@@ -295,11 +295,9 @@ impl Model for App {
             zoomed: self.panes.zoomed,
             scrubber: None,
             map: self.open(),
-            footer: self.footer(),
-            help: self.help(),
             page: self.page(frame),
             aside: self.tour_page(frame),
-            notice: self.notice.as_deref(),
+            bottom: self.bottom(),
         })
     }
 
@@ -422,31 +420,26 @@ impl App {
         Ok(())
     }
 
-    /// The help page for the current mode, if it is open.
-    fn help(&self) -> Option<HelpPage> {
-        self.panes.help(|| match self.mapping {
+    /// The open page: over the panes, or of the exercises.
+    fn page(&self, frame: &FrameData) -> Option<Page> {
+        let rows = || match self.mapping {
             true => MAP.rows(|_| true),
             false => LAB.rows(|action| self.knows(*action)),
-        })
+        };
+        let over = self.panes.page(rows, self.system(), frame);
+        over.or_else(|| self.panel.as_ref().map(ExercisePanel::page))
     }
 
-    /// The open page of text: of the exercises, or about a pane.
-    fn page(&self, frame: &FrameData) -> Option<TextPage> {
-        let explanation = self.panes.explanation(self.system(), frame);
-        explanation.or_else(|| self.panel.as_ref().map(ExercisePanel::page))
-    }
-
-    fn footer(&self) -> Footer<'_> {
-        if self.prompt.is_open() {
-            return self.prompt.line(&self.vocabulary(), self.leave_at);
+    fn bottom(&self) -> Bottom<'_> {
+        let prompt = || self.prompt.line(&self.vocabulary(), self.leave_at);
+        Bottom {
+            hints: match self.mapping {
+                true => MAP.hints(|_| true),
+                false => LAB.hints(|action| self.knows(*action)),
+            },
+            prompt: self.prompt.is_open().then(prompt),
+            notice: self.notice.as_deref(),
         }
-        if self.panel.is_some() && self.panes.overlay.is_none() {
-            return Footer::listed(exercise_panel::HINTS);
-        }
-        self.panes.footer(|| match self.mapping {
-            true => MAP.hints(|_| true),
-            false => LAB.hints(|action| self.knows(*action)),
-        })
     }
 
     /// Whether `action` has any use in this session.

@@ -32,7 +32,7 @@ use super::{
     prompt::{Prompt, TypesKnobs, Vocabulary},
     sampler::{self, RunSource, Sampler, WatchedRows, watched},
     session::SessionSetup,
-    view::{ScreenState, Scrubber, StatusExtra},
+    view::{Bottom, ScreenState, Scrubber, StatusExtra},
 };
 use crate::{
     error::LabError,
@@ -374,14 +374,14 @@ impl Model for Player {
             zoomed: self.panes.zoomed,
             scrubber: Some(self.scrubber()),
             map: None,
-            footer: match self.prompt.is_open() {
-                true => self.prompt.line(&self.vocabulary(), Some(self.playhead.at)),
-                false => self.panes.footer(|| REPLAY.hints(|_| true)),
-            },
-            help: self.panes.help(|| REPLAY.rows(|_| true)),
-            page: self.panes.explanation(system, frame),
+            page: self.panes.page(|| REPLAY.rows(|_| true), system, frame),
             aside: None,
-            notice: self.notice.as_deref(),
+            bottom: Bottom {
+                hints: REPLAY.hints(|_| true),
+                prompt: (self.prompt.is_open())
+                    .then(|| self.prompt.line(&self.vocabulary(), Some(self.playhead.at))),
+                notice: self.notice.as_deref(),
+            },
         })
     }
 

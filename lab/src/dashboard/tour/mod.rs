@@ -5,7 +5,7 @@ mod steps;
 
 use crossterm::event::{KeyCode, KeyEvent};
 
-use super::view::TextPage;
+use super::view::Page;
 pub use steps::Seen;
 use steps::{STEPS, Step};
 
@@ -54,19 +54,14 @@ impl Tour {
     }
 
     /// The step on the screen, about the `run` as it is.
-    pub fn page(self, run: &Seen) -> TextPage {
+    pub fn page(self, run: &Seen) -> Page {
         let step = self.shown();
         let (text, hint) = match (step.reached)(run) {
             true => ((step.look)(run), "Enter goes on  Esc leaves"),
             false => ((step.ask)(run), "Enter skips this  Esc leaves"),
         };
-        TextPage {
-            title: format!("tour {} of {}: {}", self.0 + 1, STEPS.len(), step.title),
-            text,
-            typed: None,
-            hint,
-            scroll: 0,
-        }
+        let title = format!("tour {} of {}: {}", self.0 + 1, STEPS.len(), step.title);
+        Page::text(title, text, hint)
     }
 }
 

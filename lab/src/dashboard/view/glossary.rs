@@ -118,7 +118,7 @@ mod tests {
     use super::{
         super::{
             figures::{NODE_COLUMNS, TOPIC_COLUMNS},
-            help::{EDGES, KEY_GAP},
+            page::{EDGES, KEY_GAP},
             pane::{plain, testing::POOR, width},
             timeline::LEGEND,
         },
