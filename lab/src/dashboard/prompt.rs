@@ -15,6 +15,8 @@ const LINKS: [&str; 6] = ["delay:", "loss:", "burst:", "in-order", "reliable:", 
 #[derive(Default)]
 pub struct Prompt {
     open: bool,
+    /// The moment of the branch whose knob is typed, if it is one.
+    branch: Option<Time>,
     typed: String,
     /// Why the last entry was refused.
     refusal: Option<String>,
@@ -24,33 +26,6 @@ pub struct Prompt {
     recalled: Option<(usize, String)>,
     /// Completions to go through, and which of them is shown.
     completions: Option<(Vec<String>, usize)>,
-}
-
-/// A screen with a prompt for knobs.
-pub trait TypesKnobs {
-    /// Its prompt.
-    fn prompt(&mut self) -> &mut Prompt;
-
-    /// The words of its knobs.
-    fn vocabulary(&self) -> Vocabulary<'_>;
-
-    /// Turns the knobs in `text`.
-    ///
-    /// # Errors
-    /// Why they are refused.
-    fn enter(&mut self, text: &str) -> Result<(), String>;
-
-    /// Adds a key to the prompt; Enter turns the typed knobs.
-    fn type_key(&mut self, key: &KeyEvent) {
-        let mut prompt = std::mem::take(self.prompt());
-        let entered = prompt.key(key, &self.vocabulary());
-        *self.prompt() = prompt;
-        if let Some(text) = entered
-            && let Err(reason) = self.enter(&text)
-        {
-            self.prompt().refuse(reason);
-        }
-    }
 }
 
 impl Prompt {
@@ -71,24 +46,28 @@ impl Prompt {
         self.refusal.as_deref()
     }
 
-    /// The line, with a hint from `vocabulary`; for the knob of a branch with its moment.
-    pub fn line(&self, vocabulary: &Vocabulary<'_>, branch: Option<Time>) -> PromptLine<'_> {
-        let hint = vocabulary.hint();
-        let hint = match branch {
-            Some(at) => format!("the knob to turn at {at}: {hint}"),
-            None => hint,
-        };
-        PromptLine {
-            typed: &self.typed,
-            refusal: self.refusal.as_deref(),
-            hint,
-        }
+    /// The moment of the branch whose knob is typed, if it is one.
+    pub fn branch(&self) -> Option<Time> {
+        self.branch
     }
 
-    /// Begins an empty line.
-    pub fn open(&mut self) {
+    /// The line, if it is open, with the first words for knobs of `system`.
+    pub fn line(&self, system: &dyn System) -> Option<PromptLine<'_>> {
+        self.open.then(|| PromptLine {
+            typed: &self.typed,
+            refusal: self.refusal.as_deref(),
+            hint: match self.branch {
+                Some(at) => format!("the knob to turn at {at}: {}", hint(system)),
+                None => hint(system),
+            },
+        })
+    }
+
+    /// Begins an empty line, for a knob of a `branch` with its moment.
+    pub fn open(&mut self, branch: Option<Time>) {
         *self = Self {
             open: true,
+            branch,
             history: std::mem::take(&mut self.history),
             ..Self::default()
         };
@@ -101,14 +80,17 @@ impl Prompt {
         self.refusal = Some(reason);
     }
 
-    /// Adds pasted text. A pasted line break does not count as Enter.
+    /// Adds pasted text, if it is open. A pasted line break does not count as Enter.
     pub fn paste(&mut self, text: &str) {
+        if !self.open {
+            return;
+        }
         let text = text.replace(char::is_control, " ");
         self.edit(|typed| typed.push_str(&text));
     }
 
     /// Handles a key; Tab completes with `vocabulary`. Returns a complete entry.
-    fn key(&mut self, key: &KeyEvent, vocabulary: &Vocabulary<'_>) -> Option<String> {
+    pub fn key(&mut self, key: &KeyEvent, vocabulary: &Vocabulary<'_>) -> Option<String> {
         match key.code {
             KeyCode::Esc => self.open = false,
             KeyCode::Enter => return self.enter(),
@@ -172,6 +154,13 @@ impl Prompt {
     }
 }
 
+/// The words that can come first, in a line.
+fn hint(system: &dyn System) -> String {
+    let aliases = system.aliases().iter().map(|alias| alias.name);
+    let names: Vec<&str> = aliases.chain(KnobKind::ALL.map(KnobKind::usage)).collect();
+    format!("{}; Tab completes", names.join(", "))
+}
+
 /// The words that knobs of a running system consist of.
 pub struct Vocabulary<'a> {
     /// Whose they are.
@@ -183,13 +172,6 @@ pub struct Vocabulary<'a> {
 }
 
 impl Vocabulary<'_> {
-    /// The words that can come first, in a line.
-    pub fn hint(&self) -> String {
-        let aliases = self.aliases().map(|alias| alias.name);
-        let names: Vec<&str> = aliases.chain(KnobKind::ALL.map(KnobKind::usage)).collect();
-        format!("{}; Tab completes", names.join(", "))
-    }
-
     /// The texts that `typed` may be the beginning of, each as far as its next
     /// word goes.
     fn completions(&self, typed: &str) -> Vec<String> {

@@ -20,13 +20,13 @@ use super::{
     flights::dots,
     frame::{
         AgeData, FrameData, Ghost, Health, LatencyData, NodeData, PartKind, Place, PushData,
-        PushSentence, Quantiles, SignalTrace, Standing, Strain, TopicData, VerdictData,
+        PushSentence, Quantiles, SignalTrace, Standing, Strain, TRACE_S, TopicData, VerdictData,
     },
     knob_focus::first_node,
     push_age::PushAges,
     reaction,
     sameness::RunDigest,
-    settings::setting,
+    settings::{in_words, setting},
     timeline::{Timeline, TimelineView},
 };
 use crate::{
@@ -254,18 +254,20 @@ impl Sampler {
         Some(session.digest()?.is_same(last.digest.as_ref()?, whole))
     }
 
-    /// The signal over the `span` seconds before `now`; `None` without a signal.
-    pub fn trace(&self, system: &dyn System, now: Time, span: f64) -> Option<SignalTrace> {
+    /// The signal before `now`, with a mark for each knob in `events`; `None` without a
+    /// signal.
+    pub fn trace(&self, system: &dyn System, now: Time, events: &[Event]) -> Option<SignalTrace> {
         let end = now.as_secs_f64();
-        let first = self.points.partition_point(|(at, _)| *at < end - span);
+        let begin = end - TRACE_S;
+        let first = self.points.partition_point(|(at, _)| *at < begin);
         let last = self.points.partition_point(|(at, _)| *at <= end);
         Some(SignalTrace {
             signal: signal(system)?,
             points: self.points.range(first..last).copied().collect(),
-            ages: self.push_ages.saw(end - span, end),
+            ages: self.push_ages.saw(begin, end),
             limits: self.limits.known(),
             safe: None,
-            marks: Vec::new(),
+            marks: marks(system, events, begin),
             ghost: self
                 .last
                 .as_ref()
@@ -626,6 +628,16 @@ pub fn select(session: &impl RunSource, view: &mut TimelineView, now: Time, late
     if let Some(acts) = acting_name(session.system(), lineage) {
         view.select(lineage, acts, now, later);
     }
+}
+
+/// The marks of the knobs in `events` from run time `begin` (s) on.
+fn marks(system: &dyn System, events: &[Event], begin: f64) -> Vec<(f64, String)> {
+    let recent = events
+        .iter()
+        .filter(|event| event.at.as_secs_f64() >= begin);
+    let knobs: Vec<_> = recent.filter_map(Event::knob).collect();
+    let marks = in_words(system, &knobs).into_iter();
+    marks.map(|(at, text)| (at.as_secs_f64(), text)).collect()
 }
 
 fn acting_name(system: &dyn System, lineage: &Lineage) -> Option<usize> {

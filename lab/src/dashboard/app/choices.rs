@@ -95,7 +95,9 @@ impl App {
         let system = &*self.setup.system;
         let alias = first_alias(system, KnobKind::Send);
         let Some((alias, (node, _))) = alias.zip(sent(system)) else {
-            return self.notify("this system has no messages to choose from");
+            return self
+                .desk
+                .notify("this system has no messages to choose from");
         };
         let current = unpinned(system, node, &alias.value(&self.knobs.wanted()));
         let count = self.choices.len();
@@ -106,11 +108,13 @@ impl App {
         };
         let next = (index.unwrap_or(0) + step).checked_rem(count);
         let Some(text) = next.and_then(|next| self.choices.get(next)) else {
-            return self.notify("this system has no messages to choose from");
+            return self
+                .desk
+                .notify("this system has no messages to choose from");
         };
         match alias.set(text) {
             Ok(knobs) => self.turn(knobs),
-            Err(error) => self.notify(error.to_string()),
+            Err(error) => self.desk.notify(error.to_string()),
         }
     }
 }

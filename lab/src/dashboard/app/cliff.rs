@@ -28,7 +28,7 @@ impl App {
     pub(super) fn ask_for_map(&mut self) {
         let open = |answers: &Path| !is_predicted(answers, &exercises::cliff::Cliff);
         match self.asks_first.take().is_some_and(|answers| open(&answers)) {
-            true => self.notify(MASKED),
+            true => self.desk.notify(MASKED),
             false => self.open_map(),
         }
     }
@@ -44,7 +44,7 @@ impl App {
 
     /// Starts a new map if the conditions have changed.
     fn follow_conditions(&mut self) {
-        let (config, focus, axes) = (self.wanted(), &self.knob_focus, self.map_axes);
+        let (config, focus, axes) = (self.wanted(), &self.desk.knob_focus, self.map_axes);
         if self
             .map
             .as_ref()
@@ -74,7 +74,7 @@ impl App {
 
     fn no_map(&mut self, why: impl Display) {
         (self.map, self.mapping) = (None, false);
-        self.notify(format!("no map: {why}"));
+        self.desk.notify(format!("no map: {why}"));
     }
 
     /// The map, if it is open.

@@ -14,7 +14,7 @@ impl App {
     pub fn guide(&mut self, guide: Guide) {
         match guide {
             Guide::Nobody => {}
-            Guide::Offer => self.notify(OFFER),
+            Guide::Offer => self.desk.notify(OFFER),
             Guide::Tour => self.tour = Some(Tour::default()),
         }
     }

@@ -145,7 +145,7 @@ fn a_run_of_the_real_clock_that_is_over_is_stepped_through_tick_by_tick_and_left
     app.sample().expect("no fault");
     assert_eq!(shown(&app), (then, fewer));
     press(&mut app, "q");
-    assert_eq!((shown(&app), app.quit), ((end, all), false));
+    assert_eq!((shown(&app), app.desk().quit), ((end, all), false));
     back(&mut app);
     app.key(&KeyEvent::new(KeyCode::Home, KeyModifiers::NONE))
         .expect("obeyed");

@@ -74,7 +74,7 @@ fn a_policy_that_is_gone_leaves_the_run_as_it_is() {
         app.sample().expect("no fault");
         fs::remove_file(&file).expect("removed");
         press(&mut app, keys);
-        let notice = app.notice.clone().unwrap_or_default();
+        let notice = app.desk().notice.clone().unwrap_or_default();
         assert!(notice.contains("x.safetensors"), "{keys:?}: {notice:?}");
         assert!(!app.ended(), "{keys:?} ended the run");
         // The next restart is not of what was refused.
@@ -103,7 +103,7 @@ fn a_refused_policy_is_not_what_the_next_key_goes_on_from() {
         text: refused,
     });
     until(&mut app, |app| app.events(Time::MAX).next().is_some());
-    let notice = app.notice.clone().unwrap_or_default();
+    let notice = app.desk().notice.clone().unwrap_or_default();
     assert!(notice.contains("SHA-256"), "{notice:?}");
     press(&mut app, "p");
     until(&mut app, |app| app.events(Time::MAX).nth(1).is_some());
@@ -129,7 +129,8 @@ fn a_recording_that_cannot_begin_lets_the_run_go_on() {
     let mut app = App::new(&config, setup).expect("session");
     press(&mut app, "w");
     until(&mut app, |app| {
-        app.notice
+        app.desk()
+            .notice
             .as_deref()
             .is_some_and(|n| n.contains("recorded"))
     });
@@ -138,7 +139,7 @@ fn a_recording_that_cannot_begin_lets_the_run_go_on() {
     fs::remove_dir_all(&place).expect("removed");
     fs::write(&place, "").expect("a file");
     press(&mut app, "r");
-    let notice = app.notice.clone().unwrap_or_default();
+    let notice = app.desk().notice.clone().unwrap_or_default();
     // The recorder that runs may notice first that its file is gone.
     let noticed = ["cannot record", "the file is gone from its folder"];
     assert!(noticed.iter().any(|why| notice.contains(why)), "{notice:?}");

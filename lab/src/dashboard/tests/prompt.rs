@@ -106,7 +106,7 @@ fn a_knob_that_no_graph_would_take_is_refused_after_the_run_too() {
         .expect("obeyed");
     press(&mut app, "r");
     app.sample().expect("no fault");
-    assert_eq!(app.notice, None);
+    assert_eq!(app.desk().notice, None);
 }
 
 #[test]
@@ -114,7 +114,8 @@ fn a_knob_of_any_node_counts_for_the_next_run() {
     let mut app = ended(Config::default());
     press(&mut app, ":offset actuator 5\n");
     assert!(
-        app.notice
+        app.desk()
+            .notice
             .as_deref()
             .is_some_and(|n| n.contains("offset actuator 5"))
     );

@@ -88,7 +88,7 @@ fn a_restart_comes_when_the_node_is_done() {
     let told = "waiting for policy, still in a tick: q or Ctrl-C ends without it";
     assert!(drawn.contains(told), "{drawn}");
     drop(held);
-    while app.session().summary().is_some() || app.notice.is_some() {
+    while app.session().summary().is_some() || app.desk().notice.is_some() {
         app.sample().expect("no fault");
     }
     assert!(!app.wants_quit() && !app.ended());

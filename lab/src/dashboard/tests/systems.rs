@@ -204,13 +204,13 @@ fn a_system_without_a_plant_has_no_pane_of_it_and_the_others_take_its_room() {
 fn a_pane_that_is_not_there_is_never_in_focus() {
     let mut app = run_of(Counter);
     press(&mut app, "2");
-    assert_eq!(app.panes.focus, Pane::Graph);
-    assert!(app.notice.is_some());
+    assert_eq!(app.desk().panes.focus, Pane::Graph);
+    assert!(app.desk().notice.is_some());
     let mut seen = Vec::new();
     for _ in 0..3 {
         app.key(&KeyEvent::new(KeyCode::Tab, KeyModifiers::NONE))
             .expect("obeyed");
-        seen.push(app.panes.focus);
+        seen.push(app.desk().panes.focus);
     }
     assert_eq!(seen, [Pane::Figures, Pane::Events, Pane::Graph]);
 }
@@ -287,7 +287,7 @@ fn keys_without_a_meaning_here_say_so_and_are_in_no_help() {
     for keys in ["e", "b", "p", "{"] {
         let mut app = live(Counter);
         press(&mut app, keys);
-        let notice = app.notice.clone().unwrap_or_default();
+        let notice = app.desk().notice.clone().unwrap_or_default();
         assert!(notice.contains("this system"), "{keys}: {notice}");
         press(&mut app, "?");
         let help = screen(&app, &PLAIN, 160, 50);
@@ -299,7 +299,7 @@ fn keys_without_a_meaning_here_say_so_and_are_in_no_help() {
 fn a_system_without_a_world_of_its_own_stays_in_the_one_it_has() {
     let mut app = run_of(Counter);
     press(&mut app, "o");
-    let notice = app.notice.clone().unwrap_or_default();
+    let notice = app.desk().notice.clone().unwrap_or_default();
     assert!(notice.contains("no world of its own"), "{notice}");
     assert!(app.ended(), "it began again");
     press(&mut app, "?");
@@ -332,15 +332,15 @@ fn a_write_from_outside_of_the_graph_is_noticed_while_the_run_goes_on_and_once()
         }
     };
     until(&|app| ticks(app) > 4, &mut app);
-    assert_eq!(app.notice, None);
+    assert_eq!(app.desk().notice, None);
     adders.add(100.0);
-    until(&|app| app.notice.is_some(), &mut app);
-    let notice = app.notice.take().expect("a notice");
+    until(&|app| app.desk().notice.is_some(), &mut app);
+    let notice = app.desk_mut().notice.take().expect("a notice");
     assert!(notice.contains("wrote to the number"), "{notice}");
     adders.add(100.0);
     let now = ticks(&app);
     until(&|app| ticks(app) > now + 8, &mut app);
-    assert_eq!(app.notice, None, "it was noticed before");
+    assert_eq!(app.desk().notice, None, "it was noticed before");
     app.finish().ended.expect("no fault");
 }
 

@@ -1,0 +1,95 @@
+//! A run and the person before it: the same for a live run, a recording and a run of other
+//! processes.
+
+use std::sync::Arc;
+
+use ratelab::{Event, Time};
+
+use super::{
+    frame::FrameData,
+    knob_focus::KnobFocus,
+    panes::Panes,
+    prompt::{Prompt, Vocabulary},
+    sampler::{self, RunSource, Sampler},
+    view::{Bottom, ScreenState, StatusExtra},
+};
+
+/// A run, and how it is looked at.
+pub struct Desk<R> {
+    /// The run.
+    pub run: R,
+    /// What is kept of it between frames.
+    pub sampler: Sampler,
+    /// The visible frame.
+    pub frame: Option<Arc<FrameData>>,
+    /// The node and the topics of the knob keys.
+    pub knob_focus: KnobFocus,
+    /// The controls of the panes.
+    pub panes: Panes,
+    /// The input line for a knob.
+    pub prompt: Prompt,
+    /// The latest notice of the dashboard.
+    pub notice: Option<String>,
+    /// Whether to quit.
+    pub quit: bool,
+}
+
+impl<R: RunSource> Desk<R> {
+    /// Looks at `run` from now on.
+    pub fn new(run: R) -> Self {
+        Self {
+            run,
+            sampler: Sampler::default(),
+            frame: None,
+            knob_focus: KnobFocus::default(),
+            panes: Panes::default(),
+            prompt: Prompt::default(),
+            notice: None,
+            quit: false,
+        }
+    }
+
+    /// Gives notice.
+    pub fn notify(&mut self, notice: impl Into<String>) {
+        self.notice = Some(notice.into());
+    }
+
+    /// The words of the run's knobs, with the values for messages of the first alias.
+    pub fn vocabulary<'a>(&'a self, choices: &'a [String]) -> Vocabulary<'a> {
+        Vocabulary {
+            system: self.run.system(),
+            graph: self.run.observer().read_counters(),
+            choices,
+        }
+    }
+
+    /// The screen at run time `now`, with the `events` up to then; `None` before the first
+    /// frame.
+    pub fn screen(&self, now: Time, events: Vec<Event>) -> Option<ScreenState<'_>> {
+        let system = self.run.system();
+        Some(ScreenState {
+            system,
+            frame: self.frame.as_deref()?,
+            trace: self.sampler.trace(system, now, &events),
+            timeline: sampler::timeline(&self.run, self.panes.timeline, now),
+            knot: None,
+            knob_focus: self.knob_focus.clone(),
+            events,
+            extra: StatusExtra {
+                ended: self.run.summary().is_some(),
+                ..StatusExtra::default()
+            },
+            focus: self.panes.focus,
+            zoomed: self.panes.zoomed,
+            scrubber: None,
+            map: None,
+            page: None,
+            aside: None,
+            bottom: Bottom {
+                hints: Vec::new(),
+                prompt: self.prompt.line(system),
+                notice: self.notice.as_deref(),
+            },
+        })
+    }
+}
