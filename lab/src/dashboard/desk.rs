@@ -3,16 +3,21 @@
 
 use std::sync::Arc;
 
-use ratelab::{Event, Time};
+use ratelab::{Event, Knob, KnobKind, Time};
+use ratelab_study::system::Setup;
 
 use super::{
     frame::FrameData,
     knob_focus::KnobFocus,
     panes::Panes,
+    presets::{DEPTHS, Direction, next_knobs},
     prompt::{Prompt, Vocabulary},
     sampler::{self, RunSource, Sampler},
     view::{Bottom, ScreenState, StatusExtra},
 };
+
+/// The notice that no topic can be marked.
+pub const NO_TOPIC: &str = "this system has no topic that is read";
 
 /// A run, and how it is looked at.
 pub struct Desk<R> {
@@ -61,6 +66,44 @@ impl<R: RunSource> Desk<R> {
             graph: self.run.observer().read_counters(),
             choices,
         }
+    }
+
+    /// The knobs that turn the rate of `node` to the next of `presets`, from what is `wanted`
+    /// or else in force.
+    ///
+    /// # Errors
+    /// A notice, if there are none.
+    pub fn next_rate(
+        &self,
+        node: &str,
+        wanted: &Setup,
+        presets: &[f64],
+        direction: Direction,
+    ) -> Result<Vec<Knob>, String> {
+        let graph = self.run.observer().read_counters();
+        let runs = || graph.node(node).map(|node| node.hz);
+        let Some(hz) = wanted.rate(node).or_else(runs) else {
+            return Ok(Vec::new());
+        };
+        let nodes = [node.to_owned()];
+        next_knobs(KnobKind::Rate, &nodes, (presets, hz.get()), direction)
+    }
+
+    /// The knobs that turn the depths of the marked topics, all to the same value.
+    ///
+    /// # Errors
+    /// A notice, if there are none.
+    pub fn next_depth(&self, wanted: &Setup, direction: Direction) -> Result<Vec<Knob>, String> {
+        let topics = &self.knob_focus.topics;
+        let first = topics.first().ok_or(NO_TOPIC)?;
+        let graph = self.run.observer().read_counters();
+        let runs = || graph.topic(first).map(|topic| topic.depth);
+        let wanted = wanted.depth(first).map(|depth| depth.get());
+        let Some(depth) = wanted.or_else(runs) else {
+            return Ok(Vec::new());
+        };
+        let current = (&DEPTHS[..], depth as f64);
+        next_knobs(KnobKind::Depth, topics, current, direction)
     }
 
     /// The screen at run time `now`, with the `events` up to then; `None` before the first

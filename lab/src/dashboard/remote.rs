@@ -2,16 +2,16 @@
 //! without ending the run.
 
 use crossterm::event::KeyEvent;
-use ratelab::{Event, Knob, KnobKind};
+use ratelab::{Event, Knob};
 use ratelab_account::Snapshot;
-use ratelab_study::system::KnobText;
+use ratelab_study::system::{KnobText, Setup};
 
 use super::{
     desk::Desk,
-    keys::{REMOTE, RemoteAction},
+    keys::{LabAction, REMOTE},
     knob_focus::KnobFocus,
     model::Model,
-    presets::{self, Direction},
+    presets::RATES,
     sampler::{RunSource, Sampler},
     timeline::TimelineView,
     view::{Bottom, ScreenState, StatusExtra},
@@ -74,46 +74,26 @@ impl<R: Remote> Watcher<R> {
         self.desk.run.observer().read_counters()
     }
 
-    fn act(&mut self, action: RemoteAction) {
+    fn act(&mut self, action: LabAction) {
         match action {
-            RemoteAction::Rate(direction) => self.turn_rate(direction),
-            RemoteAction::Depth(direction) => self.turn_depth(direction),
-            RemoteAction::Type => self.desk.prompt.open(None),
-            RemoteAction::Record => {
+            LabAction::Rate(direction) => {
+                let (node, none) = (&self.desk.knob_focus.node, Setup::default());
+                self.turn(self.desk.next_rate(node, &none, &RATES, direction));
+            }
+            LabAction::Depth(direction) => {
+                self.turn(self.desk.next_depth(&Setup::default(), direction));
+            }
+            LabAction::Type => self.desk.prompt.open(None),
+            LabAction::Record => {
                 let notice = self.desk.run.record();
                 self.desk.notify(notice);
             }
-            RemoteAction::Panes(action) => {
+            LabAction::Panes(action) => {
                 self.act_on_panes(action, self.desk.run.observer().now());
             }
-            RemoteAction::Quit => self.desk.quit = true,
-        }
-    }
-
-    fn turn_rate(&mut self, direction: Direction) {
-        let (graph, nodes) = (self.graph(), [self.desk.knob_focus.node.clone()]);
-        if let Some(hz) = graph.node(&nodes[0]).map(|node| node.hz.get()) {
-            let current = (&presets::RATES[..], hz);
-            self.turn(presets::next_knobs(
-                KnobKind::Rate,
-                &nodes,
-                current,
-                direction,
-            ));
-        }
-    }
-
-    fn turn_depth(&mut self, direction: Direction) {
-        let (graph, topics) = (self.graph(), &self.desk.knob_focus.topics);
-        let first = topics.first().and_then(|name| graph.topic(name));
-        if let Some(depth) = first.map(|topic| topic.depth as f64) {
-            let current = (&presets::DEPTHS[..], depth);
-            self.turn(presets::next_knobs(
-                KnobKind::Depth,
-                topics,
-                current,
-                direction,
-            ));
+            LabAction::Quit => self.desk.quit = true,
+            // No key of this screen.
+            _ => {}
         }
     }
 
@@ -185,7 +165,7 @@ impl<R: Remote> Model for Watcher<R> {
     fn key(&mut self, key: &KeyEvent) -> Result<(), LabError> {
         self.desk.notice = None;
         let action = REMOTE.action(key);
-        if !self.is_typed(key, action == Some(RemoteAction::Quit))
+        if !self.is_typed(key, action == Some(LabAction::Quit))
             && let Some(action) = action
         {
             self.act(action);

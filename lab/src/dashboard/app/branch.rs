@@ -5,7 +5,11 @@ use std::sync::Arc;
 use ratelab::Time;
 
 use super::{App, restart::Next};
-use crate::dashboard::{branch, frame::FrameData, sampler::RunSource};
+use crate::dashboard::{
+    branch::{self, PreparedBranch},
+    frame::FrameData,
+    sampler::RunSource,
+};
 
 impl App {
     /// Opens the prompt for the knob of a branch at the visible moment; in a branch, for
@@ -28,14 +32,19 @@ impl App {
         };
         let recording = recording.ok_or("this run is gone: r starts again")?;
         let pace = (self.config.end, self.config.speed);
-        let (prepared, left) = branch::prepare(&recording, &self.setup, (at, text), pace)?;
+        let branch = branch::prepare(&recording, &self.setup, (at, text), pace)?;
+        self.go_to(branch);
+        Ok(())
+    }
+
+    /// Ends this session and starts a branch.
+    pub(super) fn go_to(&mut self, (prepared, left): PreparedBranch) {
         self.desk.run.stop();
         self.next = Some(Next::Session {
             prepared: Box::new(prepared),
             by_hand: false,
             left: Some(left),
         });
-        Ok(())
     }
 
     /// Adds what the branch changed to `frame`, if the session is one.

@@ -9,7 +9,8 @@ use ratelab_study::{
 use super::App;
 use crate::{
     dashboard::{
-        presets::{self, Direction, next_knobs},
+        desk::NO_TOPIC,
+        presets::{self, Direction},
         sampler::RunSource,
         settings::listed,
     },
@@ -26,9 +27,9 @@ impl App {
     pub(super) fn turn_second_rate(&mut self, direction: Direction) {
         match self.second_node() {
             Some(node) => self.turn_rate_of(node, direction),
-            None => self
-                .desk
-                .notify("this system has no second rate: ↑ ↓ choose another node"),
+            None => {
+                (self.desk).notify("this system has no second rate: ↑ ↓ choose another node");
+            }
         }
     }
 
@@ -40,32 +41,17 @@ impl App {
     }
 
     fn turn_rate_of(&mut self, node: &str, direction: Direction) {
-        let runs = self.graph().node(node).map(|node| node.hz);
-        let Some(hz) = self.knobs.wanted().rate(node).or(runs) else {
-            return;
-        };
         let presets = match self.by_hand {
             Some(_) => &presets::COARSE_RATES[..],
             None => &presets::RATES,
         };
-        let nodes = [node.to_owned()];
-        let current = (presets, hz.get());
-        self.turn_or_notify(next_knobs(KnobKind::Rate, &nodes, current, direction));
+        let wanted = self.knobs.wanted();
+        self.turn_or_notify(self.desk.next_rate(node, &wanted, presets, direction));
     }
 
-    /// Turns the depths of the focused topics, all to the same value.
+    /// Turns the depths of the focused topics.
     pub(super) fn turn_depth(&mut self, direction: Direction) {
-        let topics = self.desk.knob_focus.topics.clone();
-        let Some(first) = topics.first() else {
-            return self.desk.notify("this system has no topic that is read");
-        };
-        let wanted = self.knobs.wanted().depth(first).map(|depth| depth.get());
-        let runs = || self.graph().topic(first).map(|topic| topic.depth);
-        let Some(depth) = wanted.or_else(runs) else {
-            return;
-        };
-        let current = (&presets::DEPTHS[..], depth as f64);
-        self.turn_or_notify(next_knobs(KnobKind::Depth, &topics, current, direction));
+        self.turn_or_notify(self.desk.next_depth(&self.knobs.wanted(), direction));
     }
 
     /// Turns the delays of the focused topics.
@@ -92,7 +78,7 @@ impl App {
         let topics = self.desk.knob_focus.topics.clone();
         let links: Vec<Link> = topics.iter().map(|topic| self.link(topic)).collect();
         let Some(first) = links.first() else {
-            return self.desk.notify("this system has no topic that is read");
+            return self.desk.notify(NO_TOPIC);
         };
         let Some(value) = current(first) else {
             return self

@@ -3,7 +3,7 @@
 use crossterm::event::KeyEvent;
 use ratelab::{ClockKind, Command, Event};
 
-use super::{App, restart::Next};
+use super::App;
 use crate::{
     dashboard::{
         executing::Executing, model::Model, past::Past, player::Player, sampler::RunSource,
@@ -79,13 +79,8 @@ impl App {
         if player.wants_quit() {
             let branch = player.take_branch();
             self.past = None;
-            if let Some((prepared, left)) = branch {
-                self.desk.run.stop();
-                self.next = Some(Next::Session {
-                    prepared: Box::new(prepared),
-                    by_hand: false,
-                    left: Some(left),
-                });
+            if let Some(branch) = branch {
+                self.go_to(branch);
             }
         }
         Ok(true)

@@ -16,7 +16,7 @@ pub use lab::{LAB, LabAction};
 pub use map::{MAP, MapAction};
 pub use panes::PaneAction;
 #[cfg(feature = "network")]
-pub use remote::{REMOTE, RemoteAction};
+pub use remote::REMOTE;
 pub use replay::{REPLAY, ReplayAction};
 
 /// Keys and what they mean.
