@@ -7,6 +7,7 @@
 
 mod age_limits;
 mod app;
+mod asked;
 mod background;
 mod branch;
 mod cause;
@@ -29,7 +30,6 @@ mod lineage_taps;
 mod model;
 mod overlay;
 mod panes;
-mod past;
 pub mod picture;
 mod player;
 mod presets;

@@ -13,7 +13,7 @@ use super::{
     overlay::{self, Overlay, OverlayContent},
     sampler::{self, RunSource},
     timeline::TimelineView,
-    view::{GLOSSARY, Page, ScreenState},
+    view::{Page, ScreenState, glossary},
 };
 
 /// The state of the panes' controls.
@@ -82,10 +82,10 @@ impl Panes {
         frame: &FrameData,
     ) -> Option<Page> {
         let Overlay { content, scroll } = self.overlay?;
-        let owned = |(word, meaning): &(&str, &str)| ((*word).to_owned(), (*meaning).to_owned());
+        let owned = |(word, meaning): (&str, &str)| (word.to_owned(), meaning.to_owned());
         let page = match content {
             OverlayContent::Keys => Page::rows("keys", rows()),
-            OverlayContent::Glossary => Page::rows("words", GLOSSARY.iter().map(owned).collect()),
+            OverlayContent::Glossary => Page::rows("words", glossary().map(owned).collect()),
             OverlayContent::Explained => {
                 let signal = sampler::signal(system).map(|signal| signal.name);
                 let (title, text) = explain::explained(self.focus, signal, frame);

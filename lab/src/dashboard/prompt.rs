@@ -34,10 +34,10 @@ impl Prompt {
         self.open
     }
 
-    /// The text so far.
+    /// The text so far, if it is open.
     #[cfg(test)]
-    pub fn typed(&self) -> &str {
-        &self.typed
+    pub fn typed(&self) -> Option<&str> {
+        self.open.then_some(&*self.typed)
     }
 
     /// Why the last entry was refused.

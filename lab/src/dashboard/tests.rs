@@ -10,6 +10,7 @@ mod order;
 mod panel;
 mod prompt;
 mod rescue;
+pub mod sample;
 mod sessions;
 mod stuck;
 mod systems;

@@ -24,6 +24,7 @@ use ratelab_study::{
 };
 
 use knobs::without_knobs;
+use past::Past;
 use restart::Next;
 
 use super::{
@@ -38,7 +39,6 @@ use super::{
     knob_focus::KnobFocus,
     knobs::Knobs,
     model::Model,
-    past::Past,
     presets::{Direction, at_end},
     prompt::Vocabulary,
     sampler::{RunSource, Sampler},

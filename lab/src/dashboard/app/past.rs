@@ -5,11 +5,17 @@ use ratelab::{ClockKind, Command, Event};
 
 use super::App;
 use crate::{
-    dashboard::{
-        executing::Executing, model::Model, past::Past, player::Player, sampler::RunSource,
-    },
+    dashboard::{executing::Executing, model::Model, player::Player, sampler::RunSource},
     error::LabError,
 };
+
+/// A run that is looked at again.
+pub(super) enum Past {
+    /// It is executed again.
+    Executing(Executing),
+    /// It is played.
+    Playing(Box<Player>),
+}
 
 impl App {
     /// Whether the run is at rest and was under the real clock, so that it can be executed

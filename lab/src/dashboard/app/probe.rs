@@ -6,17 +6,12 @@ use ratelab::{Event, Knob};
 
 use super::App;
 use crate::{
-    dashboard::{frame::FrameData, knob_focus::KnobFocus, sampler::RunSource, session::Session},
+    dashboard::{frame::FrameData, sampler::RunSource},
     recording::Destination,
     rescue::RescueTry,
 };
 
 impl App {
-    /// The current session.
-    pub fn session(&self) -> &Session {
-        &self.desk.run
-    }
-
     /// Turns knobs, like a key.
     pub fn turn_to(&mut self, knobs: Vec<Knob>) {
         self.turn(knobs);
@@ -26,21 +21,6 @@ impl App {
     pub fn press_unchecked(&mut self, knob: Knob) {
         self.desk.run.send(knob.clone().into());
         self.knobs.press(knob);
-    }
-
-    /// The typed text, if the prompt is open.
-    pub fn typed(&self) -> Option<&str> {
-        self.desk.prompt.is_open().then(|| self.desk.prompt.typed())
-    }
-
-    /// The prompt's reply to its last entry.
-    pub fn refusal(&self) -> Option<&str> {
-        self.desk.prompt.refusal()
-    }
-
-    /// The node and the topics of the knob keys.
-    pub fn knob_focus(&self) -> &KnobFocus {
-        &self.desk.knob_focus
     }
 
     /// Processes an event of the graph.

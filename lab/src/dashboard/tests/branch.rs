@@ -34,7 +34,10 @@ fn a_run_of_the_real_clock_is_left_where_one_looks_and_stays_up_without_the_dela
     press(&mut app, "B");
     assert!(screen(&app, &PLAIN, 160, 50).contains("the knob to turn at"));
     press(&mut app, "takes nobody 0\n");
-    assert!(app.refusal().is_some(), "it begins all the same");
+    assert!(
+        app.desk().prompt.refusal().is_some(),
+        "it begins all the same"
+    );
     for _ in 0.."takes nobody 0".len() {
         app.key(&KeyEvent::new(KeyCode::Backspace, KeyModifiers::NONE))
             .expect("obeyed");

@@ -32,7 +32,7 @@ fn policy(config: &Config) -> Option<String> {
 
 /// The policy that the session was started with.
 fn started(app: &App) -> Option<String> {
-    policy(app.session().config())
+    policy(app.desk().run.config())
 }
 
 /// Does all that is to be done before `what` is so.
@@ -80,7 +80,7 @@ fn a_policy_that_is_gone_leaves_the_run_as_it_is() {
         // The next restart is not of what was refused.
         fs::write(&file, weights("patient.safetensors")).expect("written");
         press(&mut app, "r");
-        assert_eq!(app.session().config().seed, 7, "{keys:?}");
+        assert_eq!(app.desk().run.config().seed, 7, "{keys:?}");
         app.finish().ended.expect("no fault");
     }
 }
@@ -168,7 +168,7 @@ fn rows_go_to_a_file_that_stays_until_the_next_run_begins() {
     fs::remove_file(&policy).expect("removed");
     press(&mut app, "r");
     assert!(fs::read_to_string(&rows).expect("rows").lines().count() > 3);
-    app.session().send(Command::Stop);
+    app.desk().run.send(Command::Stop);
     until(&mut app, App::ended);
     let steps = app.finish().ended.expect("no fault").summary.steps;
     let written = fs::read_to_string(&rows).expect("rows");

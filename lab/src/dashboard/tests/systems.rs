@@ -234,8 +234,8 @@ fn every_size_shows_every_system() {
 fn rate_and_depth_keys_turn_what_is_marked() {
     let mut app = live(Drone);
     // The node in the middle of most, and all topics that are read.
-    assert_eq!(app.knob_focus().node, "pilot");
-    assert_eq!(app.knob_focus().topics, ["/thrust", "/flight"]);
+    assert_eq!(app.desk().knob_focus.node, "pilot");
+    assert_eq!(app.desk().knob_focus.topics, ["/thrust", "/flight"]);
     press(&mut app, "[>");
     let setup = app.wanted().setup;
     assert_eq!(rate(&app, "pilot"), Some(15.0));
@@ -248,7 +248,7 @@ fn rate_and_depth_keys_turn_what_is_marked() {
     let depth = |topic| setup.depth(topic).map(|depth| depth.get());
     assert_eq!(rate(&app, "rotors"), Some(60.0));
     assert_eq!(rate(&app, "pilot"), Some(15.0));
-    let marked = app.knob_focus().topics.clone();
+    let marked = app.desk().knob_focus.topics.clone();
     assert_eq!(marked.len(), 1);
     assert_eq!(depth(&marked[0]), Some(5));
     let drawn = screen(&app, &PLAIN, 160, 50);
@@ -259,7 +259,7 @@ fn rate_and_depth_keys_turn_what_is_marked() {
     assert!(drawn.contains(&format!("▸{}", marked[0])), "{drawn}");
     // Once round all topics, those of the beginning are marked.
     press(&mut app, "T");
-    assert_eq!(app.knob_focus().topics.len(), 2);
+    assert_eq!(app.desk().knob_focus.topics.len(), 2);
 }
 
 #[test]

@@ -14,8 +14,6 @@ mod layout;
 mod page;
 mod pane;
 mod plant;
-#[cfg(test)]
-pub mod sample;
 mod scrubber;
 mod signal;
 mod status;
@@ -39,11 +37,13 @@ pub use self::page::aside;
 pub use self::pane::testing;
 pub use self::{
     bottom::{Bottom, PromptLine},
-    glossary::GLOSSARY,
+    glossary::glossary,
     page::Page,
     scrubber::Scrubber,
     status::StatusExtra,
 };
+#[cfg(test)]
+pub use super::tests::sample;
 use super::{
     cliff::CliffMap,
     focus::Pane,
