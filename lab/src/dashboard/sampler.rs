@@ -307,10 +307,8 @@ impl Sampler {
         let (system, setup) = (session.shared_system(), self.setup(session));
         let over = session.summary().is_some();
         Some(AgeData {
-            mean: recent.mean,
-            greatest: recent.greatest,
-            stretch: recent.stretch,
             limits: self.limits.follow(system, setup, over),
+            ..recent
         })
     }
 

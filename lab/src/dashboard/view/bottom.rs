@@ -86,17 +86,12 @@ fn notice_fits(shown: &ScreenState<'_>, layout: &ScreenLayout) -> bool {
 /// Draws as many hints, each a key with its action, as there is room for.
 fn keys(hints: &[(&str, &str)], theme: &Theme, area: Rect, buf: &mut Buffer) {
     let line = row(area.intersection(buf.area), 0);
-    let mut x = 0;
-    for (key, what) in hints {
-        let (key, what) = (plain(key, theme), plain(what, theme));
-        let wide = pane::width(&key) + 1 + pane::width(&what);
-        if x + wide > usize::from(line.width) {
-            break;
-        }
-        put(&key, theme.strong(), x, line, buf);
-        put(&what, theme.faint(), x + pane::width(&key) + 1, line, buf);
-        x += wide + GAP;
-    }
+    let hints = hints.iter().map(|(key, what)| {
+        let key = Span::styled(plain(key, theme), theme.strong());
+        let what = Span::styled(plain(what, theme), theme.faint());
+        Line::from_iter([key, Span::raw(" "), what])
+    });
+    pane::in_a_row(hints, GAP, (0, usize::from(line.width)), line, buf);
 }
 
 impl PromptLine<'_> {

@@ -2,7 +2,7 @@
 
 use ratatui::{
     buffer::Buffer,
-    layout::Rect,
+    layout::{Margin, Rect},
     style::Style,
     text::{Line, Span},
 };
@@ -35,12 +35,7 @@ pub fn render(
     buf: &mut Buffer,
 ) {
     let inner = border(TITLE, Span::default(), theme, focused, area, buf);
-    let inset = inset(inner.width);
-    let inner = Rect {
-        x: inner.x + inset,
-        width: inner.width - 2 * inset,
-        ..inner
-    };
+    let inner = inner.inner(Margin::new(inset(inner.width), 0));
     let height = usize::from(inner.height);
     for part in headline(verdict, theme).spans {
         let text = clip(&part.content, usize::from(inner.width), theme);

@@ -217,10 +217,7 @@ fn render_age(shown: &ScreenState<'_>, theme: &Theme, area: Rect, buf: &mut Buff
         age::push_line(push, theme, pane::row(area, above + lines.len()), buf);
     }
     for (number, line) in lines.into_iter().enumerate() {
-        let mut place = pane::row(area, above + number);
-        place.x += 1;
-        place.width = place.width.saturating_sub(1);
-        line.render(place, buf);
+        line.render(pane::from(pane::row(area, above + number), 1), buf);
     }
 }
 

@@ -8,7 +8,7 @@ use ratatui::{
     widgets::{Clear, Widget},
 };
 
-use super::pane::{border, broken, centred, clamp, clip, plain, put, row, tail, width};
+use super::pane::{border, broken, centred, clamp, clip, from, plain, put, row, tail, width};
 use crate::theme::Theme;
 
 /// Maximum width of a text, and of the box around it.
@@ -122,10 +122,7 @@ impl Page {
         // Scrolling ends at the last lines.
         let first = self.scroll.min(lines.len().saturating_sub(shown));
         for (at, line) in lines.iter().skip(first).take(shown).enumerate() {
-            let mut place = row(inner, at);
-            place.x += 1;
-            place.width = place.width.saturating_sub(1);
-            line.render(place, buf);
+            line.render(from(row(inner, at), 1), buf);
         }
         if below == 0 {
             return;

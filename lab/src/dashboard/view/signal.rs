@@ -231,6 +231,12 @@ fn reach(signal: &Signal, [least, greatest]: [f64; 2]) -> [f64; 2] {
     [middle - half * times, middle + half * times]
 }
 
+/// The line between two neighbouring points.
+fn stroke(pair: &[(f64, f64)]) -> Stroke {
+    let [(x1, y1), (x2, y2)] = [pair[0], pair[1]];
+    [x1, y1, x2, y2]
+}
+
 /// The columns of all charts: labels of values, then the visible run times.
 struct Columns<'t> {
     /// Columns for the labels.
@@ -408,10 +414,7 @@ impl Chart<'_> {
         let dash = TRACE_S / dots.max(1.0) * GHOST_DASH;
         let drawn = |pair: &&[(f64, f64)]| (pair[0].0 / dash).floor() % 2.0 == 0.0;
         let pairs = points[first..last].windows(2).filter(drawn);
-        let lines = pairs.map(|pair| {
-            let [(x1, y1), (x2, y2)] = [pair[0], pair[1]];
-            [x1, y1, x2, y2]
-        });
+        let lines = pairs.map(stroke);
         let pen = Pen {
             style: self.columns.theme.faint(),
             ascii: ':',
@@ -422,10 +425,7 @@ impl Chart<'_> {
     /// The line through `past`, as an alarm at each value that is `lost`.
     fn curve(&self, past: &[(f64, f64)], lost: impl Fn(f64) -> bool, buf: &mut Buffer) {
         let theme = self.columns.theme;
-        let lines = past.windows(2).map(|pair| {
-            let [(x1, y1), (x2, y2)] = [pair[0], pair[1]];
-            [x1, y1, x2, y2]
-        });
+        let lines = past.windows(2).map(stroke);
         let seen = lines.filter(|line| line[2] >= self.columns.times[0]);
         let beyond = |line: &Stroke| lost(line[1]) || lost(line[3]);
         let (bad, good): (Vec<Stroke>, Vec<Stroke>) = seen.partition(beyond);

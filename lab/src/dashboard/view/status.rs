@@ -1,9 +1,14 @@
 //! The line at the top of the screen.
 
-use ratatui::{buffer::Buffer, layout::Rect, style::Style};
+use ratatui::{
+    buffer::Buffer,
+    layout::Rect,
+    style::Style,
+    text::{Line, Span},
+};
 use ratelab::{ClockKind, Status};
 
-use super::pane::{self, plain, put, row};
+use super::pane::{self, in_a_row, plain, row};
 use crate::{dashboard::frame::FrameData, theme::Theme};
 
 /// Blanks between its parts.
@@ -61,38 +66,13 @@ pub fn render(
         (text, theme.alarm())
     });
     let kept = lost.as_ref().map_or(0, |(text, _)| pane::width(text) + GAP);
-    let room = usize::from(line.width).saturating_sub(kept);
-    let end = in_a_row(&parts, 0, room, theme, line, buf);
-    in_a_row(
-        lost.as_slice(),
-        end,
-        usize::from(line.width),
-        theme,
-        line,
-        buf,
-    );
-}
-
-/// Draws the first `parts` that fit between columns `x` and `end`; returns the first
-/// column after them.
-fn in_a_row(
-    parts: &[(String, Style)],
-    mut x: usize,
-    end: usize,
-    theme: &Theme,
-    line: Rect,
-    buf: &mut Buffer,
-) -> usize {
-    for (text, style) in parts {
-        let text = plain(text, theme);
-        let wide = pane::width(&text);
-        if x + wide > end {
-            break;
-        }
-        put(&text, *style, x, line, buf);
-        x += wide + GAP;
-    }
-    x
+    let room = usize::from(line.width);
+    let part = |(text, style): &(String, Style)| {
+        Line::from(Span::styled(plain(text, theme).into_owned(), *style))
+    };
+    let place = (0, room.saturating_sub(kept));
+    let end = in_a_row(parts.iter().map(part), GAP, place, line, buf);
+    in_a_row(lost.iter().map(part), GAP, (end, room), line, buf);
 }
 
 /// The clock, with its speed if it has one; of the same width for all numeric speeds.
