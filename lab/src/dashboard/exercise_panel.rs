@@ -291,57 +291,52 @@ impl ExercisePanel {
 
     /// The page on the screen.
     pub fn page(&self) -> Page {
-        let (title, text, hint) = match &self.page {
-            PanelPage::List(marked) => (
-                "exercises".to_owned(),
-                self.list(*marked),
-                "↑ ↓ choose  Enter open  Esc back to the graph",
-            ),
-            PanelPage::Question {
-                exercise, refused, ..
-            } => {
-                let brief = exercise.brief();
-                let (asked, objective) = (brief.asked(), brief.objective);
-                // After an answer that is none, the error and the question come first, so
-                // that a small screen shows them.
-                let text = match refused {
-                    Some(why) => format!("{why}\n\n{asked}\n\n{objective}"),
-                    None => format!("{objective}\n\n{asked}"),
-                };
-                let scene = exercise.scene(self.seed).is_ok_and(|scene| scene.is_some());
-                (
-                    format!("{} {}", brief.label(), brief.title),
-                    text,
-                    match (scene, brief.choices) {
-                        (true, _) => "Enter shows the graph; an answer and why, Enter  Esc back",
-                        (false, []) => "a number and why, then Enter  Esc back",
-                        (false, _) => "an answer and why, then Enter  Esc back",
-                    },
-                )
+        let page = match &self.page {
+            PanelPage::List(marked) => {
+                let keys = "↑ ↓ choose  Enter open  Esc back to the graph";
+                let list = Page::text("exercises", self.list(*marked), keys);
+                // The marked line stays in view.
+                let scroll = marked.saturating_sub(JUMP);
+                Page { scroll, ..list }
             }
-            PanelPage::Measuring { exercise, .. } => (
-                exercise.brief().title.to_owned(),
-                "measuring …".to_owned(),
-                "Esc back",
-            ),
-            PanelPage::Text { title, text, .. } => (
-                title.clone(),
-                text.clone(),
-                "↑ ↓ read on  Enter go on  Esc back",
-            ),
+            PanelPage::Question {
+                exercise,
+                typed,
+                refused,
+            } => self.question(*exercise, typed, refused.as_deref()),
+            PanelPage::Measuring { exercise, .. } => {
+                let title = exercise.brief().title;
+                Page::text(title, "measuring …".to_owned(), "Esc back")
+            }
+            PanelPage::Text { title, text, .. } => {
+                Page::text(&**title, text.clone(), "↑ ↓ read on  Enter go on  Esc back")
+            }
         };
         Page {
-            typed: match &self.page {
-                PanelPage::Question { typed, .. } => Some(typed.clone()),
-                _ => None,
-            },
             keys: HINTS,
-            scroll: match self.page {
-                // The marked line stays in view.
-                PanelPage::List(marked) => marked.saturating_sub(JUMP),
-                _ => self.scroll,
-            },
-            ..Page::text(title, text, hint)
+            scroll: page.scroll + self.scroll,
+            ..page
+        }
+    }
+
+    fn question(&self, exercise: &dyn Exercise, typed: &str, refused: Option<&str>) -> Page {
+        let brief = exercise.brief();
+        let (asked, objective) = (brief.asked(), brief.objective);
+        // After an answer that is none, the error and the question come first, so that a
+        // small screen shows them.
+        let text = match refused {
+            Some(why) => format!("{why}\n\n{asked}\n\n{objective}"),
+            None => format!("{objective}\n\n{asked}"),
+        };
+        let scene = exercise.scene(self.seed).is_ok_and(|scene| scene.is_some());
+        let hint = match (scene, brief.choices) {
+            (true, _) => "Enter shows the graph; an answer and why, Enter  Esc back",
+            (false, []) => "a number and why, then Enter  Esc back",
+            (false, _) => "an answer and why, then Enter  Esc back",
+        };
+        Page {
+            typed: Some(typed.to_owned()),
+            ..Page::text(format!("{} {}", brief.label(), brief.title), text, hint)
         }
     }
 

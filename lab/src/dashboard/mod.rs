@@ -48,6 +48,7 @@ mod terminal;
 mod tests;
 mod timeline;
 mod tour;
+mod upstream;
 pub mod view;
 
 use std::{

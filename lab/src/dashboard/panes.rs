@@ -59,9 +59,7 @@ impl Panes {
             PaneAction::Push(later) => sampler::select(run, &mut self.timeline, now, later),
             PaneAction::Span(closer) => self.timeline.zoom(closer),
             PaneAction::Zoom => self.zoomed = !self.zoomed,
-            PaneAction::Help => self.overlay = Some(Overlay::of(OverlayContent::Keys)),
-            PaneAction::Glossary => self.overlay = Some(Overlay::of(OverlayContent::Glossary)),
-            PaneAction::Explain => self.overlay = Some(Overlay::of(OverlayContent::Explained)),
+            PaneAction::Open(content) => self.overlay = Some(Overlay::of(content)),
         }
         Ok(self)
     }

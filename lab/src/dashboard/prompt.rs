@@ -181,42 +181,37 @@ impl Vocabulary<'_> {
         });
         let (before, word) = typed.split_at(begins);
         let earlier: Vec<&str> = before.split_whitespace().collect();
-        let words = self.next_words(&earlier).into_iter();
-        let fitting = words.filter(|(known, _)| known.starts_with(word));
+        let (words, more) = self.next_words(&earlier);
+        let blank = if more { " " } else { "" };
+        let fitting = words.iter().filter(|known| known.starts_with(word));
         fitting
-            .map(|(known, more)| format!("{before}{known}{}", if more { " " } else { "" }))
+            .map(|known| format!("{before}{known}{blank}"))
             .collect()
     }
 
     /// The words that can come after `earlier`, and whether more must follow.
-    fn next_words(&self, earlier: &[&str]) -> Vec<(String, bool)> {
+    fn next_words(&self, earlier: &[&str]) -> (Vec<&str>, bool) {
         let kind = |name: &str| KnobKind::ALL.into_iter().find(|kind| kind.name() == name);
         match earlier {
             [] => {
                 let aliases = self.aliases().map(|alias| alias.name);
                 let names = aliases.chain(KnobKind::ALL.map(KnobKind::name));
-                names.map(|name| (name.to_owned(), true)).collect()
+                (names.collect(), true)
             }
             [name] => match (kind(name), self.aliases().find(|alias| alias.name == *name)) {
-                (Some(kind), _) => self.targets(kind),
-                (None, Some(alias)) => self.values(alias),
-                (None, None) => Vec::new(),
+                (Some(kind), _) => (self.targets(kind), true),
+                (None, alias) => (self.values(alias), false),
             },
             [name, node] if kind(name) == Some(KnobKind::Send) => {
                 let of_node = |alias: &&Alias| alias.knobs == [(KnobKind::Send, *node)];
-                let alias = self.aliases().find(of_node);
-                alias.map_or_else(Vec::new, |alias| self.values(alias))
+                (self.values(self.aliases().find(of_node)), false)
             }
-            [name, _] => {
-                let listed: &[&str] = match kind(name) {
-                    Some(KnobKind::Link) => &LINKS,
-                    Some(KnobKind::Read) => &["newest", "oldest"],
-                    _ => &[],
-                };
-                let words = listed.iter();
-                words.map(|word| ((*word).to_owned(), false)).collect()
-            }
-            _ => Vec::new(),
+            [name, _] => match kind(name) {
+                Some(KnobKind::Link) => (LINKS.to_vec(), false),
+                Some(KnobKind::Read) => (vec!["newest", "oldest"], false),
+                _ => (Vec::new(), false),
+            },
+            _ => (Vec::new(), false),
         }
     }
 
@@ -224,30 +219,20 @@ impl Vocabulary<'_> {
         self.system.aliases().iter()
     }
 
-    fn targets(&self, kind: KnobKind) -> Vec<(String, bool)> {
-        let names: Vec<&str> = match kind {
-            kind if kind.is_of_topic() => {
-                self.graph.topics.iter().map(|topic| &*topic.name).collect()
-            }
-            _ => self.graph.nodes.iter().map(|node| &*node.name).collect(),
-        };
-        names
-            .into_iter()
-            .map(|name| (name.to_owned(), true))
-            .collect()
+    fn targets(&self, kind: KnobKind) -> Vec<&str> {
+        match kind.is_of_topic() {
+            true => self.graph.topics.iter().map(|topic| &*topic.name).collect(),
+            false => self.graph.nodes.iter().map(|node| &*node.name).collect(),
+        }
     }
 
-    fn values(&self, alias: &Alias) -> Vec<(String, bool)> {
-        let first = first_alias(self.system, KnobKind::Send);
-        let listed: Vec<String> = if first == Some(alias) {
-            self.choices.to_vec()
-        } else {
-            alias
-                .choices
-                .iter()
-                .map(|choice| (*choice).to_owned())
-                .collect()
-        };
-        listed.into_iter().map(|value| (value, false)).collect()
+    fn values(&self, alias: Option<&'static Alias>) -> Vec<&str> {
+        match alias {
+            Some(alias) if first_alias(self.system, KnobKind::Send) == Some(alias) => {
+                self.choices.iter().map(String::as_str).collect()
+            }
+            Some(alias) => alias.choices.to_vec(),
+            None => Vec::new(),
+        }
     }
 }

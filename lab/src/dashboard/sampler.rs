@@ -83,11 +83,11 @@ pub trait RunSource {
     /// Wall time since the beginning, or of the whole run.
     fn wall_time(&self) -> Duration;
 
-    /// The chains behind its actions, as far as known.
-    fn lineage(&mut self) -> &Lineage;
+    /// The chains behind its actions, as of the last update.
+    fn lineage(&self) -> &Lineage;
 
-    /// The same as of the last frame.
-    fn known_lineage(&self) -> &Lineage;
+    /// Brings these chains up to now.
+    fn update_lineage(&mut self) {}
 
     /// The digest of the run so far, if it is to be compared with another run.
     fn digest(&self) -> Option<&RunDigest> {
@@ -198,18 +198,9 @@ impl Sampler {
                 ..latency.clone()
             }),
             nodes: nodes
-                .map(|((node, figures), lit)| {
-                    let place = session.place(&node.name);
-                    let gone = place.as_ref().is_some_and(|place| place.absent.is_some());
-                    NodeData {
-                        caption: session.system().caption(&node.name),
-                        health: match gone {
-                            true => Health::Gone,
-                            false => health(node, &hangs, counters.now),
-                        },
-                        place: place.map(|place| place.text),
-                        ..node_data(node, *figures, lit)
-                    }
+                .map(|((node, figures), lit)| NodeData {
+                    lit,
+                    ..node_data(session, node, *figures, (&hangs, counters.now))
                 })
                 .collect(),
             topics: topics
@@ -519,6 +510,7 @@ impl Sampler {
         let (system, live) = (session.shared_system().clone(), session.live());
         let trial = Trial::new(system.clone(), session.config(), setup.clone(), graph.now);
         let over = session.summary().is_some();
+        session.update_lineage();
         let lineage = session.lineage();
         let late = match (age, acting(&*system, graph)) {
             (Some(age), _) => age.stretch,
@@ -615,14 +607,14 @@ fn unheard(session: &impl RunSource, graph: &Snapshot) -> Option<VerdictData> {
 
 /// The timeline of `session` at run time `now`, as `view` shows it.
 pub fn timeline(session: &impl RunSource, view: TimelineView, now: Time) -> Option<Timeline> {
-    let lineage = session.known_lineage();
+    let lineage = session.lineage();
     let acts = acting_name(session.system(), lineage)?;
     Timeline::of(lineage, acts, view, now)
 }
 
 /// Selects another push in the timeline of `session`; see [`TimelineView::select`].
 pub fn select(session: &impl RunSource, view: &mut TimelineView, now: Time, later: bool) {
-    let lineage = session.known_lineage();
+    let lineage = session.lineage();
     if let Some(acts) = acting_name(session.system(), lineage) {
         view.select(lineage, acts, now, later);
     }
@@ -658,6 +650,7 @@ fn living(system: &dyn System, graph: &Snapshot, age: Option<AgeData>) -> Vec<St
 /// The parts of the age of the push in force.
 fn push(session: &mut impl RunSource, graph: &Snapshot, age: Option<AgeData>) -> Option<PushData> {
     let acts = acting(session.system(), graph)?;
+    session.update_lineage();
     let lineage = session.lineage();
     let (from, to) = match age {
         Some(age) => age.stretch,
@@ -710,17 +703,27 @@ fn age(head: &Head) -> Option<f64> {
     Some(head.at.as_secs_f64() - sensed)
 }
 
-fn node_data(node: &NodeView, figures: NodeFigures, lit: bool) -> NodeData {
+fn node_data(
+    session: &impl RunSource,
+    node: &NodeView,
+    figures: NodeFigures,
+    (hangs, now): (&[Hang], Time),
+) -> NodeData {
+    let place = session.place(&node.name);
+    let gone = place.as_ref().is_some_and(|place| place.absent.is_some());
     NodeData {
         name: node.name.clone(),
-        caption: None,
+        caption: session.system().caption(&node.name),
         hz: node.hz,
         triggered: !node.triggers.is_empty(),
         ticks: node.ticks,
         overruns: node.overruns,
-        lit,
-        health: Health::Works,
-        place: None,
+        lit: false,
+        health: match gone {
+            true => Health::Gone,
+            false => health(node, hangs, now),
+        },
+        place: place.map(|place| place.text),
         lateness: figures.lateness,
         tick_time: figures.tick_time,
     }

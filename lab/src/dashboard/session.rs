@@ -382,16 +382,16 @@ impl RunSource for Session {
         taken.collect()
     }
 
-    fn known_lineage(&self) -> &Lineage {
+    fn lineage(&self) -> &Lineage {
         self.lineage.known()
+    }
+
+    fn update_lineage(&mut self) {
+        self.lineage.update();
     }
 
     fn digest(&self) -> Option<&RunDigest> {
         Some(self.lineage.digest())
-    }
-
-    fn lineage(&mut self) -> &Lineage {
-        self.lineage.update()
     }
 
     fn lost(&self) -> u64 {

@@ -5,7 +5,7 @@ use std::{collections::HashSet, time::Duration};
 use ratelab::Time;
 use ratelab_account::{Chain, Lineage, PushInForce, Sent, TracedTick};
 
-use super::frame::PushSentence;
+use super::{frame::PushSentence, upstream::upstream};
 
 /// Visible stretches of run time (ms).
 const SPANS_MS: [u64; 8] = [20, 50, 100, 200, 500, 1_000, 2_000, 5_000];
@@ -192,20 +192,7 @@ fn sentence(
 /// of their executors.
 fn order(lineage: &Lineage, acts: usize) -> Vec<usize> {
     let topology = lineage.topology();
-    let topics = &topology.topics;
-    let mut order = vec![acts];
-    let mut next = 0;
-    while let Some(&reader) = order.get(next) {
-        let inputs = topics
-            .iter()
-            .filter(|topic| topic.readers.contains(&reader));
-        for node in inputs.flat_map(|topic| topic.publishers.iter().copied()) {
-            if !order.contains(&node) {
-                order.push(node);
-            }
-        }
-        next += 1;
-    }
+    let mut order = upstream(topology, acts);
     order.reverse();
     let executors: HashSet<usize> = order
         .iter()

@@ -127,11 +127,11 @@ impl App {
 
     /// Starts the usual session in slow motion, with a recording.
     pub(super) fn try_by_hand(&mut self) -> Result<(), LabError> {
-        let by_hand = Config {
+        let config = Config {
             speed: Speed::times(BY_HAND).unwrap_or(Speed::REAL_TIME),
             end: self.config.end,
             ..Config::default()
         };
-        self.restart_by_hand(by_hand)
+        self.start(config, true)
     }
 }

@@ -53,12 +53,8 @@ impl App {
         self.start(config, false)
     }
 
-    /// The same for a rescue by hand, recorded and judged.
-    pub(super) fn restart_by_hand(&mut self, config: Config) -> Result<(), LabError> {
-        self.start(config, true)
-    }
-
-    fn start(&mut self, config: Config, by_hand: bool) -> Result<(), LabError> {
+    /// The same; a session `by_hand` is a rescue, recorded and judged.
+    pub(super) fn start(&mut self, config: Config, by_hand: bool) -> Result<(), LabError> {
         match self.prepared(config).map(Box::new) {
             Ok(prepared) => self.end_with(Next::Session {
                 prepared,

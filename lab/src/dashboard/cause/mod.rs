@@ -22,6 +22,7 @@ pub use trial::{CureTrials, Trial, Tried};
 use super::{
     frame::{AgeData, Strain},
     settings::setting,
+    upstream::upstream,
 };
 use crate::names;
 
@@ -130,7 +131,7 @@ impl Facts<'_> {
     fn main_owners(&self, acts: usize) -> Vec<Owner> {
         let owners = self.owners(acts);
         let Some(&(first, _)) = owners.first() else {
-            let mut path = upstream(self.graph, acts);
+            let mut path = before(self.lineage, acts);
             path.push(acts);
             return self.unreached(&path);
         };
@@ -139,7 +140,7 @@ impl Facts<'_> {
         };
         let slow = self.pace(slowest).mul_f64(AS_SLOW);
         let as_slow = |node: &usize| self.pace(*node) >= slow;
-        let path = upstream(self.graph, acts).into_iter();
+        let path = before(self.lineage, acts).into_iter();
         let mut slow: Vec<Owner> = path.filter(as_slow).map(Owner::Rate).collect();
         if !slow.contains(&first) {
             slow.insert(0, first);
@@ -256,29 +257,16 @@ pub fn acting(system: &dyn System, graph: &Snapshot) -> Option<usize> {
 /// The last second of a run, or the last two periods of the slowest node on the path to
 /// `acts` if those are longer; never before the first push.
 pub fn latest(graph: &Snapshot, lineage: &Lineage, acts: usize) -> (Time, Time) {
-    let path = upstream(graph, acts).into_iter();
+    let path = before(lineage, acts).into_iter();
     let periods = path.map(|node| graph.nodes[node].hz.period());
     let window = LATELY.max(periods.max().unwrap_or_default() * 2);
     let from = Time::ZERO + graph.now.since(Time::ZERO + window);
     (from.max(lineage.first_push(acts)), graph.now)
 }
 
-/// The nodes whose messages reach `last`, in the order in which they were added.
-fn upstream(graph: &Snapshot, last: usize) -> Vec<usize> {
-    let mut path = vec![last];
-    let mut next = 0;
-    while let Some(&reader) = path.get(next) {
-        let read = |node: usize| {
-            let topics = graph.topics.iter();
-            topics.filter(move |topic| topic.subscriptions.iter().any(|r| r.node == node))
-        };
-        for topic in read(reader) {
-            let new = topic.publishers.iter().filter(|node| !path.contains(node));
-            let new: Vec<usize> = new.copied().collect();
-            path.extend(new);
-        }
-        next += 1;
-    }
+/// The nodes whose messages reach the one that acts, in the order in which they were added.
+fn before(lineage: &Lineage, acts: usize) -> Vec<usize> {
+    let mut path = upstream(lineage.topology(), acts);
     path.remove(0);
     path.sort_unstable();
     path

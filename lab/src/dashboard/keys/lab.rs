@@ -5,7 +5,7 @@ use LabAction::*;
 use super::{
     Binding, DOWN, END, HOME,
     Key::{Char, Ctrl},
-    KeyTable, LEFT, PaneAction, RIGHT, TAB, UP, row, screen_with_panes,
+    KeyTable, LEFT, OverlayContent, PaneAction, RIGHT, TAB, UP, row, screen_with_panes,
 };
 use crate::dashboard::{
     focus::Pane,

@@ -4,7 +4,7 @@ use super::{
     Key::{Char, Ctrl},
     KeyTable, LabAction,
     LabAction::{Panes, Quit},
-    PaneAction, TAB,
+    OverlayContent, PaneAction, TAB,
     lab::{DEPTH, RATE, RECORD, TYPE},
     row, screen_with_panes,
 };

@@ -413,11 +413,7 @@ impl RunSource for Playhead {
             .collect()
     }
 
-    fn lineage(&mut self) -> &Lineage {
-        &self.lineage
-    }
-
-    fn known_lineage(&self) -> &Lineage {
+    fn lineage(&self) -> &Lineage {
         &self.lineage
     }
 
