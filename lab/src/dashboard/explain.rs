@@ -1,8 +1,7 @@
 //! The meaning of a pane, in three sentences with current figures.
 
-use std::time::Duration;
-
 use super::{
+    cause::ms,
     focus::Pane,
     frame::{FrameData, NodeData, Strain, TopicData},
 };
@@ -166,10 +165,6 @@ fn timeline(frame: &FrameData) -> [String; 3] {
 
 fn list(parts: impl Iterator<Item = String>) -> String {
     parts.collect::<Vec<_>>().join(", ")
-}
-
-fn ms(duration: Duration) -> String {
-    format!("{:.0} ms", duration.as_secs_f64() * 1e3)
 }
 
 #[cfg(test)]

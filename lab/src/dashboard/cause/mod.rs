@@ -272,11 +272,12 @@ fn before(lineage: &Lineage, acts: usize) -> Vec<usize> {
     path
 }
 
-fn ms(duration: Duration) -> String {
+/// Rounds to whole milliseconds, with the unit.
+pub fn ms(duration: Duration) -> String {
     format!("{} ms", number(duration))
 }
 
-/// Rounds to whole milliseconds.
+/// The same without the unit.
 fn number(duration: Duration) -> String {
     format!("{:.0}", duration.as_secs_f64() * 1e3)
 }

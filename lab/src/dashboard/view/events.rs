@@ -85,26 +85,21 @@ pub fn headline(verdict: &VerdictData, theme: &Theme) -> Line<'static> {
     Line::from(Span::styled(text, style))
 }
 
-/// At most `most` lines of explanation; a cut one ends with a sign.
+/// At most `most` lines of explanation, wrapped to the width below the headline; a cut one
+/// ends with a sign.
 fn explanation(why: &[String], width: u16, most: usize, theme: &Theme) -> Vec<String> {
-    let mut lines = wrapped(why, width, theme);
+    let room = usize::from(width).saturating_sub(2).max(1);
+    let lines = why
+        .iter()
+        .flat_map(|text| broken(&plain(text, theme), room));
+    let mut lines: Vec<String> = lines.collect();
     if lines.len() > most {
         lines.truncate(most);
         if let Some(last) = lines.last_mut() {
-            let room = usize::from(width).saturating_sub(2);
             *last = clip(&format!("{last} …"), room, theme);
         }
     }
     lines
-}
-
-/// `texts` wrapped between words, to the width below the headline.
-fn wrapped(texts: &[String], width: u16, theme: &Theme) -> Vec<String> {
-    let room = usize::from(width).saturating_sub(2).max(1);
-    texts
-        .iter()
-        .flat_map(|text| broken(&plain(text, theme), room))
-        .collect()
 }
 
 /// An event with its time in a column of its own.
