@@ -1,9 +1,6 @@
 //! The exercises over the dashboard: choose one, predict, measure.
 
-use std::{
-    path::{Path, PathBuf},
-    thread::JoinHandle,
-};
+use std::path::{Path, PathBuf};
 
 use crossterm::event::{KeyCode, KeyEvent};
 use exercises::{
@@ -13,6 +10,7 @@ use exercises::{
 use ratelab_study::experiment::Config;
 
 use super::{
+    asked::Asked,
     overlay::{JUMP, scrolled},
     view::Page,
 };
@@ -53,7 +51,7 @@ enum PanelPage {
     Measuring {
         exercise: &'static dyn Exercise,
         prediction: Prediction,
-        thread: JoinHandle<Result<Findings, Failure>>,
+        findings: Asked<(), Result<Findings, Failure>>,
     },
     /// The result.
     Text {
@@ -127,22 +125,21 @@ impl ExercisePanel {
 
     /// Shows a measurement that is complete; returns whether there was one.
     pub fn poll(&mut self) -> bool {
-        let done =
-            matches!(&self.page, PanelPage::Measuring { thread, .. } if thread.is_finished());
-        if !done {
-            return false;
-        }
-        let page = std::mem::replace(&mut self.page, PanelPage::List(0));
-        if let PanelPage::Measuring {
+        let PanelPage::Measuring {
             exercise,
             prediction,
-            thread,
-        } = page
-        {
-            self.scroll = 0;
-            let next = first_open(&self.answers, index(exercise));
-            self.page = reveal(exercise, &prediction, thread, next);
+            findings,
+        } = &mut self.page
+        else {
+            return false;
+        };
+        let found = findings.answer(false);
+        if findings.is_coming() {
+            return false;
         }
+        let next = first_open(&self.answers, index(*exercise));
+        self.page = reveal(*exercise, prediction, found, next);
+        self.scroll = 0;
         true
     }
 
@@ -377,26 +374,27 @@ fn text_page(title: &str, text: String, next: usize) -> PanelPage {
 
 /// Measures on a thread of its own: the dashboard goes on.
 fn measure(exercise: &'static dyn Exercise, prediction: Prediction) -> PanelPage {
-    let seed = prediction.seed();
+    let (seed, mut findings) = (prediction.seed(), Asked::default());
+    findings.ask((), move || exercise.measure(seed));
     PanelPage::Measuring {
         exercise,
         prediction,
-        thread: std::thread::spawn(move || exercise.measure(seed)),
+        findings,
     }
 }
 
 fn reveal(
     exercise: &'static dyn Exercise,
     prediction: &Prediction,
-    thread: JoinHandle<Result<Findings, Failure>>,
+    found: Option<Result<Findings, Failure>>,
     next: usize,
 ) -> PanelPage {
     let brief = exercise.brief();
     let by_hand = brief.number == RESCUE;
     let hand = "\n\nEnter begins a recorded run at a fifth of the wall's speed: slow the policy \
                 with b, bring it back with ], then press e.";
-    let text = match thread.join() {
-        Ok(Ok(findings)) => {
+    let text = match found {
+        Some(Ok(findings)) => {
             let hand = if by_hand { hand } else { "" };
             // First, so that a small screen shows it.
             let outcome = findings.outcome(brief, prediction);
@@ -405,8 +403,8 @@ fn reveal(
                 findings.table, findings.meaning
             )
         }
-        Ok(Err(failure)) => failure.to_string(),
-        Err(_) => "the measurement panicked, which is a defect: please report it".to_owned(),
+        Some(Err(failure)) => failure.to_string(),
+        None => "the measurement panicked, which is a defect: please report it".to_owned(),
     };
     PanelPage::Text {
         title: format!("{} {}", brief.label(), brief.title),

@@ -61,7 +61,10 @@ impl Tour {
             false => ((step.ask)(run), "Enter skips this  Esc leaves"),
         };
         let title = format!("tour {} of {}: {}", self.0 + 1, STEPS.len(), step.title);
-        Page::text(title, text, hint)
+        Page {
+            aside: true,
+            ..Page::text(title, text, hint)
+        }
     }
 }
 
@@ -116,7 +119,7 @@ mod tests {
         for (number, run) in (0..STEPS.len()).flat_map(|n| runs().map(move |run| (n, run))) {
             let page = Tour(number).page(&run);
             let drawn = screen(PLACE.0, PLACE.1, |area, buf| {
-                crate::dashboard::view::aside(&page, &RICH, area, buf);
+                crate::dashboard::view::render_page(&page, &RICH, area, buf);
             });
             let last = page.text.split_whitespace().next_back().expect("a word");
             let drawn = text(&drawn);

@@ -32,7 +32,7 @@ use ratelab_study::system::System;
 
 use self::layout::ScreenLayout;
 #[cfg(test)]
-pub use self::page::aside;
+pub use self::page::render as render_page;
 #[cfg(test)]
 pub use self::pane::testing;
 pub use self::{
@@ -192,7 +192,7 @@ fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, b
         let place = signal
             .filter(|_| several)
             .map_or(layout.body, |(_, area)| *area);
-        page::aside(page, theme, place, buf);
+        page::render(page, theme, place, buf);
     }
     if let Some(map) = shown.map {
         cliff::render(map, theme, layout.body, buf);

@@ -8,7 +8,7 @@ use ratatui::{
     widgets::{Clear, Widget},
 };
 
-use super::pane::{border, broken, centred, clamp, clip, from, plain, put, row, tail, width};
+use super::pane::{border, broken, centred, clip, from, plain, put, row, tail, width};
 use crate::theme::Theme;
 
 /// Maximum width of a text, and of the box around it.
@@ -41,27 +41,19 @@ pub struct Page {
     pub keys: &'static [(&'static str, &'static str)],
     /// Number of lines scrolled past.
     pub scroll: usize,
+    /// Whether it is at the bottom, so that something of the area stays in sight, and not
+    /// in the middle.
+    pub aside: bool,
 }
 
-/// Draws `page` in the middle of `area`, with the height of its content.
+/// Draws `page` in `area`, with the height of its content.
 pub fn render(page: &Page, theme: &Theme, area: Rect, buf: &mut Buffer) {
     let area = area.intersection(buf.area);
     let (lines, wide) = page.lines(theme, area);
-    let place = centred(wide + EDGES, page.height(&lines), area);
-    page.draw(&lines, theme, place, buf);
-}
-
-/// Draws `page` at the bottom of `area`, so that something of the area stays in sight.
-pub fn aside(page: &Page, theme: &Theme, area: Rect, buf: &mut Buffer) {
-    let area = area.intersection(buf.area);
-    let (lines, wide) = page.lines(theme, area);
-    let height = clamp(page.height(&lines)).min(area.height);
-    let place = Rect {
-        y: area.bottom() - height,
-        height,
-        width: clamp(wide + EDGES).min(area.width),
-        ..area
-    };
+    let mut place = centred(wide + EDGES, page.height(&lines), area);
+    if page.aside {
+        (place.x, place.y) = (area.x, area.bottom() - place.height);
+    }
     page.draw(&lines, theme, place, buf);
 }
 
@@ -76,6 +68,7 @@ impl Page {
             hint,
             keys: &[],
             scroll: 0,
+            aside: false,
         }
     }
 
@@ -194,7 +187,7 @@ fn in_columns(rows: &[(String, String)], theme: &Theme, area: Rect) -> (Vec<Line
 mod tests {
     use ratatui::{buffer::Buffer, style::Style};
 
-    use super::{Page, aside, render};
+    use super::{Page, render};
     use crate::{
         dashboard::view::pane::{
             put, row,
@@ -318,11 +311,11 @@ mod tests {
             for scroll in [0, 2, usize::MAX] {
                 let page = Page {
                     scroll,
+                    aside: scroll == 2,
                     typed: page.typed.clone().filter(|_| scroll == 0),
                     ..page.clone()
                 };
                 torture(|theme, area, buf| render(&page, theme, area, buf));
-                torture(|theme, area, buf| aside(&page, theme, area, buf));
             }
         }
     }
