@@ -11,6 +11,7 @@ use ratelab_account::{PushAgeView, Snapshot};
 use ratelab_study::system::{AgeLimits, System};
 
 use super::frame::AgeData;
+use crate::timing::earlier;
 
 /// Moments kept: an hour at 50 Hz.
 const KEPT: usize = 180_000;
@@ -77,11 +78,7 @@ impl PushAges {
             self.late = view.late_s.map(|mean| AgeData {
                 mean: Duration::from_secs_f64(mean),
                 greatest: view.late_greatest,
-                stretch: (
-                    view.first
-                        .max(Time::ZERO + view.at.since(Time::ZERO + LATELY)),
-                    view.at,
-                ),
+                stretch: (view.first.max(earlier(view.at, LATELY)), view.at),
                 limits: AgeLimits::default(),
             });
         }

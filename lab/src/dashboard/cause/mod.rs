@@ -24,7 +24,7 @@ use super::{
     settings::setting,
     upstream::upstream,
 };
-use crate::names;
+use crate::{names, timing::earlier};
 
 /// A lost run.
 pub struct Facts<'a> {
@@ -260,7 +260,7 @@ pub fn latest(graph: &Snapshot, lineage: &Lineage, acts: usize) -> (Time, Time) 
     let path = before(lineage, acts).into_iter();
     let periods = path.map(|node| graph.nodes[node].hz.period());
     let window = LATELY.max(periods.max().unwrap_or_default() * 2);
-    let from = Time::ZERO + graph.now.since(Time::ZERO + window);
+    let from = earlier(graph.now, window);
     (from.max(lineage.first_push(acts)), graph.now)
 }
 

@@ -35,6 +35,7 @@ use super::{
 use crate::{
     error::LabError,
     recording::{Executed, Recording, Replay},
+    timing::earlier,
 };
 
 /// The step of PgUp and PgDn.
@@ -142,8 +143,7 @@ impl Player {
             self.rewind();
         }
         // What is sampled is there for the whole chart, from wherever one comes.
-        let chart = Duration::from_secs_f64(TRACE_S);
-        let first = Time::ZERO + at.since(Time::ZERO + chart);
+        let first = earlier(at, Duration::from_secs_f64(TRACE_S));
         let mut now = self.desk.run.at.max(first);
         while now < at {
             self.desk.run.advance_to(now);
@@ -185,10 +185,7 @@ impl Player {
                 self.desk.prompt.open(Some(self.desk.run.at));
             }
             ReplayAction::Second(Direction::Up) => self.jump(self.desk.run.at + SECOND),
-            ReplayAction::Second(Direction::Down) => {
-                let back = self.desk.run.at.since(Time::ZERO + SECOND);
-                self.jump(Time::ZERO + back);
-            }
+            ReplayAction::Second(Direction::Down) => self.jump(earlier(self.desk.run.at, SECOND)),
             ReplayAction::Event(direction) => self.event(direction),
             ReplayAction::Start => self.jump(self.begins),
             ReplayAction::End => self.jump(Time::MAX),
