@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use ratelab::{Event, Knob, KnobKind, Time};
+use ratelab_account::Snapshot;
 use ratelab_study::system::Setup;
 
 use super::{
@@ -59,11 +60,25 @@ impl<R: RunSource> Desk<R> {
         self.notice = Some(notice.into());
     }
 
+    /// The graph and its counters.
+    pub fn graph(&self) -> Snapshot {
+        self.run.observer().read_counters()
+    }
+
+    /// Takes a frame of the run; returns whether it is a new one.
+    pub fn take_frame(&mut self) -> bool {
+        let rows = self.run.new_rows();
+        let frame = self.sampler.frame_data(&mut self.run, &rows);
+        let new = self.frame.as_deref() != Some(&frame);
+        self.frame = Some(frame.into());
+        new
+    }
+
     /// The words of the run's knobs, with the values for messages of the first alias.
     pub fn vocabulary<'a>(&'a self, choices: &'a [String]) -> Vocabulary<'a> {
         Vocabulary {
             system: self.run.system(),
-            graph: self.run.observer().read_counters(),
+            graph: self.graph(),
             choices,
         }
     }
@@ -80,7 +95,7 @@ impl<R: RunSource> Desk<R> {
         presets: &[f64],
         direction: Direction,
     ) -> Result<Vec<Knob>, String> {
-        let graph = self.run.observer().read_counters();
+        let graph = self.graph();
         let runs = || graph.node(node).map(|node| node.hz);
         let Some(hz) = wanted.rate(node).or_else(runs) else {
             return Ok(Vec::new());
@@ -96,7 +111,7 @@ impl<R: RunSource> Desk<R> {
     pub fn next_depth(&self, wanted: &Setup, direction: Direction) -> Result<Vec<Knob>, String> {
         let topics = &self.knob_focus.topics;
         let first = topics.first().ok_or(NO_TOPIC)?;
-        let graph = self.run.observer().read_counters();
+        let graph = self.graph();
         let runs = || graph.topic(first).map(|topic| topic.depth);
         let wanted = wanted.depth(first).map(|depth| depth.get());
         let Some(depth) = wanted.or_else(runs) else {

@@ -3,7 +3,6 @@
 
 use crossterm::event::KeyEvent;
 use ratelab::{Event, Knob};
-use ratelab_account::Snapshot;
 use ratelab_study::system::{KnobText, Setup};
 
 use super::{
@@ -67,11 +66,7 @@ impl<R: Remote> Watcher<R> {
         self.desk.sampler = Sampler::default();
         self.events.clear();
         self.desk.panes.timeline = TimelineView::default();
-        self.desk.knob_focus = KnobFocus::new(self.desk.run.system(), &self.graph());
-    }
-
-    fn graph(&self) -> Snapshot {
-        self.desk.run.observer().read_counters()
+        self.desk.knob_focus = KnobFocus::new(self.desk.run.system(), &self.desk.graph());
     }
 
     fn act(&mut self, action: LabAction) {
@@ -132,9 +127,7 @@ impl<R: Remote> Model for Watcher<R> {
         self.desk.notice = refusal.or(self.desk.notice.take());
         let events = self.desk.run.observer().events(self.events.len());
         self.events.extend(events);
-        let rows = self.desk.run.new_rows();
-        let frame = self.desk.sampler.frame_data(&mut self.desk.run, &rows);
-        self.desk.frame = Some(frame.into());
+        self.desk.take_frame();
         // The time that somebody is gone for goes on, too.
         Ok(true)
     }

@@ -37,7 +37,7 @@ impl App {
     /// it has that run.
     fn open_map(&mut self) {
         self.mapping = true;
-        let (config, graph) = (self.wanted(), self.graph());
+        let (config, graph) = (self.wanted(), self.desk.graph());
         self.map.take_if(|map| !map.go_to(&graph, &config));
         self.follow_conditions();
     }
@@ -52,7 +52,7 @@ impl App {
         {
             return;
         }
-        match CliffMap::around(&self.setup.system, &self.graph(), focus, axes, &config) {
+        match CliffMap::around(&self.setup.system, &self.desk.graph(), focus, axes, &config) {
             Ok(map) => self.map = Some(map),
             Err(error) => self.no_map(error),
         }

@@ -135,7 +135,7 @@ impl App {
 
     /// The current setting of the rate or depth that `knob` changes.
     fn as_it_is(&self, knob: &Knob) -> Option<Knob> {
-        let graph = self.graph();
+        let graph = self.desk.graph();
         let value = match knob.kind() {
             KnobKind::Rate => graph.node(knob.target())?.hz.get().to_string(),
             KnobKind::Depth => graph.topic(knob.target())?.depth.to_string(),
@@ -200,7 +200,7 @@ impl App {
 
     /// `knob` in a form the graph accepts.
     fn checked(&self, knob: Knob) -> Result<Knob, String> {
-        let graph = self.graph();
+        let graph = self.desk.graph();
         let (what, known): (_, Vec<&str>) = match knob.kind() {
             kind if kind.is_of_topic() => (
                 "topic",

@@ -17,7 +17,6 @@ use std::{path::PathBuf, time::Duration};
 
 use crossterm::event::KeyEvent;
 use ratelab::{Command, Event, Knob, Time};
-use ratelab_account::Snapshot;
 use ratelab_study::{
     experiment::Config,
     system::{System, WorldKind},
@@ -371,11 +370,11 @@ impl App {
             LabAction::Delay(direction) => self.turn_delay(direction),
             LabAction::Loss(direction) => self.turn_loss(direction),
             LabAction::Node(direction) => {
-                let graph = self.graph();
+                let graph = self.desk.graph();
                 self.desk.knob_focus.move_node(&graph, direction);
             }
             LabAction::Topic(direction) => {
-                let graph = self.graph();
+                let graph = self.desk.graph();
                 let system = self.desk.run.system();
                 self.desk.knob_focus.move_topic(system, &graph, direction);
             }
@@ -429,11 +428,6 @@ impl App {
 
     fn system(&self) -> &dyn System {
         self.desk.run.system()
-    }
-
-    /// The current graph and its counters.
-    fn graph(&self) -> Snapshot {
-        self.desk.run.observer().read_counters()
     }
 
     /// Selecting another push in the timeline focuses the timeline.

@@ -302,10 +302,7 @@ impl Model for Player {
     fn sample(&mut self) -> Result<bool, LabError> {
         self.play();
         let moved = self.follow_execution() | self.follow_held();
-        let rows = self.desk.run.new_rows();
-        let frame = self.desk.sampler.frame_data(&mut self.desk.run, &rows);
-        let new = self.desk.frame.as_deref() != Some(&frame);
-        self.desk.frame = Some(frame.into());
+        let new = self.desk.take_frame();
         Ok(new || moved || self.desk.run.playing.is_some())
     }
 
