@@ -137,13 +137,8 @@ const CART_POLE: &str = "ratelab_cart_pole";
 /// Folders of the command that are independent of the robot.
 const GENERIC: [&str; 3] = ["recording", "dashboard", "sweep"];
 
-/// Files in them for the cart-pole.
-const ABOUT_THE_CART_POLE: [&str; 2] = [
-    // The frames for tests of the screen.
-    "dashboard/view/sample",
-    // Linear theory, for the table of a sweep.
-    "sweep/theory",
-];
+/// Files in them for the cart-pole: linear theory, for the table of a sweep.
+const ABOUT_THE_CART_POLE: [&str; 1] = ["sweep/theory"];
 
 #[test]
 fn recordings_dashboard_and_sweeps_import_the_cart_pole_in_the_named_files_only() {

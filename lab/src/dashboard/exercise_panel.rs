@@ -1,9 +1,6 @@
 //! The exercises over the dashboard: choose one, predict, measure.
 
-use std::{
-    path::{Path, PathBuf},
-    thread::JoinHandle,
-};
+use std::path::{Path, PathBuf};
 
 use crossterm::event::{KeyCode, KeyEvent};
 use exercises::{
@@ -12,22 +9,23 @@ use exercises::{
 };
 use ratelab_study::experiment::Config;
 
-use super::view::TextPage;
+use super::{
+    asked::Asked,
+    overlay::{JUMP, scrolled},
+    view::Page,
+};
 use crate::{
     predictions::{answers_file, predicted},
     rescue::{RESCUE, judge_file},
 };
 
 /// The keys of the panel, for the bottom line.
-pub const HINTS: &[(&str, &str)] = &[
+const HINTS: &[(&str, &str)] = &[
     ("Enter", "go on"),
     ("↑ ↓ PgUp PgDn", "move"),
     ("Esc", "back"),
     ("Ctrl-C", "quit"),
 ];
-
-/// Lines per PgUp and PgDn.
-const JUMP: usize = 10;
 
 /// The panel of the exercises.
 pub struct ExercisePanel {
@@ -53,7 +51,7 @@ enum PanelPage {
     Measuring {
         exercise: &'static dyn Exercise,
         prediction: Prediction,
-        thread: JoinHandle<Result<Findings, Failure>>,
+        findings: Asked<(), Result<Findings, Failure>>,
     },
     /// The result.
     Text {
@@ -127,68 +125,56 @@ impl ExercisePanel {
 
     /// Shows a measurement that is complete; returns whether there was one.
     pub fn poll(&mut self) -> bool {
-        let done =
-            matches!(&self.page, PanelPage::Measuring { thread, .. } if thread.is_finished());
-        if !done {
-            return false;
-        }
-        let page = std::mem::replace(&mut self.page, PanelPage::List(0));
-        if let PanelPage::Measuring {
+        let PanelPage::Measuring {
             exercise,
             prediction,
-            thread,
-        } = page
-        {
-            self.scroll = 0;
-            let next = first_open(&self.answers, index(exercise));
-            self.page = reveal(exercise, &prediction, thread, next);
+            findings,
+        } = &mut self.page
+        else {
+            return false;
+        };
+        let found = findings.answer(false);
+        if findings.is_coming() {
+            return false;
         }
+        let next = first_open(&self.answers, index(*exercise));
+        self.page = reveal(*exercise, prediction, found, next);
+        self.scroll = 0;
         true
     }
 
     /// Handles a key.
     pub fn key(&mut self, key: &KeyEvent) -> PanelAction {
         match key.code {
-            KeyCode::PageDown => self.move_down(JUMP),
-            KeyCode::PageUp => self.move_up(JUMP),
-            KeyCode::Down => self.move_down(1),
-            KeyCode::Up => self.move_up(1),
             KeyCode::Esc => return self.back(),
             KeyCode::Enter => return self.enter(),
-            code => self.edit(code),
+            code => self.go(code),
         }
         PanelAction::Stay
     }
 
     fn back(&mut self) -> PanelAction {
         self.scroll = 0;
-        match std::mem::replace(&mut self.page, PanelPage::List(0)) {
-            PanelPage::List(_) => PanelAction::Leave,
+        let marked = match &self.page {
+            PanelPage::List(_) => return PanelAction::Leave,
             PanelPage::Question { exercise, .. } | PanelPage::Measuring { exercise, .. } => {
-                self.page = PanelPage::List(index(exercise));
-                PanelAction::Stay
+                index(*exercise)
             }
-            PanelPage::Text { next, .. } => {
-                self.page = PanelPage::List(next);
-                PanelAction::Stay
-            }
-        }
+            PanelPage::Text { next, .. } => *next,
+        };
+        self.page = PanelPage::List(marked);
+        PanelAction::Stay
     }
 
-    /// Moves the mark of the list, or the text.
-    fn move_down(&mut self, rows: usize) {
-        match &mut self.page {
-            PanelPage::List(marked) => {
-                *marked = (*marked + rows).min(questions().count() - 1);
-            }
-            _ => self.scroll = self.scroll.saturating_add(rows),
-        }
-    }
-
-    fn move_up(&mut self, rows: usize) {
-        match &mut self.page {
-            PanelPage::List(marked) => *marked = marked.saturating_sub(rows),
-            _ => self.scroll = self.scroll.saturating_sub(rows),
+    /// Moves the mark of the list, or the text, or edits what is typed.
+    fn go(&mut self, key: KeyCode) {
+        let (row, last) = match &mut self.page {
+            PanelPage::List(marked) => (marked, questions().count() - 1),
+            _ => (&mut self.scroll, usize::MAX),
+        };
+        match scrolled(*row, key) {
+            Some(to) => *row = to.min(last),
+            None => self.edit(key),
         }
     }
 
@@ -301,59 +287,53 @@ impl ExercisePanel {
     }
 
     /// The page on the screen.
-    pub fn page(&self) -> TextPage {
-        let (title, text, hint) = match &self.page {
-            PanelPage::List(marked) => (
-                "exercises".to_owned(),
-                self.list(*marked),
-                "↑ ↓ choose  Enter open  Esc back to the graph",
-            ),
-            PanelPage::Question {
-                exercise, refused, ..
-            } => {
-                let brief = exercise.brief();
-                let (asked, objective) = (brief.asked(), brief.objective);
-                // After an answer that is none, the error and the question come first, so
-                // that a small screen shows them.
-                let text = match refused {
-                    Some(why) => format!("{why}\n\n{asked}\n\n{objective}"),
-                    None => format!("{objective}\n\n{asked}"),
-                };
-                let scene = exercise.scene(self.seed).is_ok_and(|scene| scene.is_some());
-                (
-                    format!("{} {}", brief.label(), brief.title),
-                    text,
-                    match (scene, brief.choices) {
-                        (true, _) => "Enter shows the graph; an answer and why, Enter  Esc back",
-                        (false, []) => "a number and why, then Enter  Esc back",
-                        (false, _) => "an answer and why, then Enter  Esc back",
-                    },
-                )
-            }
-            PanelPage::Measuring { exercise, .. } => (
-                exercise.brief().title.to_owned(),
-                "measuring …".to_owned(),
-                "Esc back",
-            ),
-            PanelPage::Text { title, text, .. } => (
-                title.clone(),
-                text.clone(),
-                "↑ ↓ read on  Enter go on  Esc back",
-            ),
-        };
-        TextPage {
-            title,
-            text,
-            typed: match &self.page {
-                PanelPage::Question { typed, .. } => Some(typed.clone()),
-                _ => None,
-            },
-            hint,
-            scroll: match self.page {
+    pub fn page(&self) -> Page {
+        let page = match &self.page {
+            PanelPage::List(marked) => {
+                let keys = "↑ ↓ choose  Enter open  Esc back to the graph";
+                let list = Page::text("exercises", self.list(*marked), keys);
                 // The marked line stays in view.
-                PanelPage::List(marked) => marked.saturating_sub(JUMP),
-                _ => self.scroll,
-            },
+                let scroll = marked.saturating_sub(JUMP);
+                Page { scroll, ..list }
+            }
+            PanelPage::Question {
+                exercise,
+                typed,
+                refused,
+            } => self.question(*exercise, typed, refused.as_deref()),
+            PanelPage::Measuring { exercise, .. } => {
+                let title = exercise.brief().title;
+                Page::text(title, "measuring …".to_owned(), "Esc back")
+            }
+            PanelPage::Text { title, text, .. } => {
+                Page::text(&**title, text.clone(), "↑ ↓ read on  Enter go on  Esc back")
+            }
+        };
+        Page {
+            keys: HINTS,
+            scroll: page.scroll + self.scroll,
+            ..page
+        }
+    }
+
+    fn question(&self, exercise: &dyn Exercise, typed: &str, refused: Option<&str>) -> Page {
+        let brief = exercise.brief();
+        let (asked, objective) = (brief.asked(), brief.objective);
+        // After an answer that is none, the error and the question come first, so that a
+        // small screen shows them.
+        let text = match refused {
+            Some(why) => format!("{why}\n\n{asked}\n\n{objective}"),
+            None => format!("{objective}\n\n{asked}"),
+        };
+        let scene = exercise.scene(self.seed).is_ok_and(|scene| scene.is_some());
+        let hint = match (scene, brief.choices) {
+            (true, _) => "Enter shows the graph; an answer and why, Enter  Esc back",
+            (false, []) => "a number and why, then Enter  Esc back",
+            (false, _) => "an answer and why, then Enter  Esc back",
+        };
+        Page {
+            typed: Some(typed.to_owned()),
+            ..Page::text(format!("{} {}", brief.label(), brief.title), text, hint)
         }
     }
 
@@ -394,26 +374,27 @@ fn text_page(title: &str, text: String, next: usize) -> PanelPage {
 
 /// Measures on a thread of its own: the dashboard goes on.
 fn measure(exercise: &'static dyn Exercise, prediction: Prediction) -> PanelPage {
-    let seed = prediction.seed();
+    let (seed, mut findings) = (prediction.seed(), Asked::default());
+    findings.ask((), move || exercise.measure(seed));
     PanelPage::Measuring {
         exercise,
         prediction,
-        thread: std::thread::spawn(move || exercise.measure(seed)),
+        findings,
     }
 }
 
 fn reveal(
     exercise: &'static dyn Exercise,
     prediction: &Prediction,
-    thread: JoinHandle<Result<Findings, Failure>>,
+    found: Option<Result<Findings, Failure>>,
     next: usize,
 ) -> PanelPage {
     let brief = exercise.brief();
     let by_hand = brief.number == RESCUE;
     let hand = "\n\nEnter begins a recorded run at a fifth of the wall's speed: slow the policy \
                 with b, bring it back with ], then press e.";
-    let text = match thread.join() {
-        Ok(Ok(findings)) => {
+    let text = match found {
+        Some(Ok(findings)) => {
             let hand = if by_hand { hand } else { "" };
             // First, so that a small screen shows it.
             let outcome = findings.outcome(brief, prediction);
@@ -422,8 +403,8 @@ fn reveal(
                 findings.table, findings.meaning
             )
         }
-        Ok(Err(failure)) => failure.to_string(),
-        Err(_) => "the measurement panicked, which is a defect: please report it".to_owned(),
+        Some(Err(failure)) => failure.to_string(),
+        None => "the measurement panicked, which is a defect: please report it".to_owned(),
     };
     PanelPage::Text {
         title: format!("{} {}", brief.label(), brief.title),

@@ -1,15 +1,13 @@
 //! The meaning of a pane, in three sentences with current figures.
 
-use std::time::Duration;
-
 use super::{
+    cause::ms,
     focus::Pane,
     frame::{FrameData, NodeData, Strain, TopicData},
-    view::TextPage,
 };
 
-/// A page about `pane`, with the figures of `frame`.
-pub fn page(pane: Pane, signal: Option<&str>, frame: &FrameData, scroll: usize) -> TextPage {
+/// A title and a text about `pane`, with the figures of `frame`.
+pub fn explained(pane: Pane, signal: Option<&str>, frame: &FrameData) -> (&'static str, String) {
     let (title, sentences) = match pane {
         Pane::Graph => ("the graph", graph(frame)),
         Pane::Plant => ("the plant", plant(frame)),
@@ -18,13 +16,7 @@ pub fn page(pane: Pane, signal: Option<&str>, frame: &FrameData, scroll: usize) 
         Pane::Events => ("events", events(frame)),
         Pane::Timeline => ("the timeline", timeline(frame)),
     };
-    TextPage {
-        title: title.to_owned(),
-        text: sentences.join("\n\n"),
-        typed: None,
-        hint: "any other key closes",
-        scroll,
-    }
+    (title, sentences.join("\n\n"))
 }
 
 fn graph(frame: &FrameData) -> [String; 3] {
@@ -175,10 +167,6 @@ fn list(parts: impl Iterator<Item = String>) -> String {
     parts.collect::<Vec<_>>().join(", ")
 }
 
-fn ms(duration: Duration) -> String {
-    format!("{:.0} ms", duration.as_secs_f64() * 1e3)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -188,10 +176,10 @@ mod tests {
     fn every_pane_is_explained_in_three_paragraphs_with_figures() {
         let frame = sample::broken();
         for pane in Pane::ALL {
-            let page = page(pane, Some("pole angle"), &frame, 0);
-            assert_eq!(page.text.split("\n\n").count(), 3, "{}", page.text);
-            let figures = page.text.chars().any(|letter| letter.is_ascii_digit());
-            assert!(figures, "{}", page.text);
+            let (_, text) = explained(pane, Some("pole angle"), &frame);
+            assert_eq!(text.split("\n\n").count(), 3, "{text}");
+            let figures = text.chars().any(|letter| letter.is_ascii_digit());
+            assert!(figures, "{text}");
         }
     }
 
@@ -199,7 +187,7 @@ mod tests {
     fn nodes_are_explained_by_their_captions() {
         let mut frame = sample::balanced();
         frame.nodes[0].caption = Some("reads the plant");
-        let text = page(Pane::Graph, None, &frame, 0).text;
+        let (_, text) = explained(Pane::Graph, None, &frame);
         for part in ["sensor reads the plant 50 times", "policy ticks 50 times"] {
             assert!(text.contains(part), "{text}");
         }

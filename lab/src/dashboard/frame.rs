@@ -398,6 +398,9 @@ pub enum Standing {
     Lost,
 }
 
+/// Length of the chart of a signal (s of run time).
+pub const TRACE_S: f64 = 10.0;
+
 /// A signal over time, for the chart.
 #[derive(Clone, Debug)]
 pub struct SignalTrace {

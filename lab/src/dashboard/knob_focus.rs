@@ -4,7 +4,7 @@ use ratelab::KnobKind;
 use ratelab_account::{NodeView, Snapshot, TopicView};
 use ratelab_study::system::System;
 
-use super::presets::Direction;
+use super::presets::{Direction, neighbour};
 use crate::names::{first_alias, paced_node};
 
 /// The node whose rate keys turn, and the topics whose depths they turn.
@@ -91,27 +91,4 @@ fn read(graph: &Snapshot) -> impl Iterator<Item = &TopicView> {
         .topics
         .iter()
         .filter(|topic| !topic.subscriptions.is_empty())
-}
-
-/// The number next to `at` in a circle of `count`.
-fn neighbour(at: Option<usize>, count: usize, direction: Direction) -> Option<usize> {
-    let step = if direction == Direction::Up {
-        1
-    } else {
-        count.checked_sub(1)?
-    };
-    (at.unwrap_or(0) + step).checked_rem(count)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_circle_is_gone_round_either_way() {
-        assert_eq!(neighbour(Some(2), 3, Direction::Up), Some(0));
-        assert_eq!(neighbour(Some(0), 3, Direction::Down), Some(2));
-        assert_eq!(neighbour(None, 0, Direction::Up), None);
-        assert_eq!(neighbour(None, 0, Direction::Down), None);
-    }
 }

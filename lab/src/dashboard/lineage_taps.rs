@@ -2,10 +2,7 @@
 
 use ratelab::Time;
 use ratelab_account::{Lineage, Observer, RowTap, Rows, Tap, TickRecord};
-use ratelab_study::{
-    experiment::{Experiment, Taps},
-    system::Setup,
-};
+use ratelab_study::experiment::{Experiment, Taps};
 
 use super::sameness::RunDigest;
 
@@ -36,7 +33,8 @@ impl LineageTaps {
         let path = experiment.system().latency_path();
         let lineage = Lineage::new(observer.topology()).keeping(KEPT);
         let mut lineage = lineage.along(path);
-        begin(&mut lineage, setup);
+        let knobs = setup.iter();
+        knobs.for_each(|knob| lineage.knob(Time::ZERO, knob));
         Self {
             topics: topics(&taps, &lineage),
             ticks: taps.ticks(BACKLOG),
@@ -90,12 +88,6 @@ impl LineageTaps {
         self.topics.clear();
         self.ticks.clear();
     }
-}
-
-/// Applies the knobs set before the run.
-fn begin(lineage: &mut Lineage, setup: &Setup) {
-    let knobs = setup.iter();
-    knobs.for_each(|knob| lineage.knob(Time::ZERO, knob));
 }
 
 /// Taps on the numeric topics of a graph.

@@ -7,10 +7,12 @@
 
 mod age_limits;
 mod app;
+mod asked;
 mod background;
 mod branch;
 mod cause;
 mod cliff;
+mod desk;
 mod executing;
 mod exercise_panel;
 mod explain;
@@ -25,11 +27,9 @@ mod knob_focus;
 mod knobs;
 mod knot;
 mod lineage_taps;
-mod marks;
 mod model;
 mod overlay;
 mod panes;
-mod past;
 pub mod picture;
 mod player;
 mod presets;
@@ -48,6 +48,7 @@ mod terminal;
 mod tests;
 mod timeline;
 mod tour;
+mod upstream;
 pub mod view;
 
 use std::{

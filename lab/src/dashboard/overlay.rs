@@ -4,7 +4,7 @@
 use crossterm::event::{KeyCode, KeyEvent};
 
 /// Rows that PgUp and PgDn move by.
-const JUMP: usize = 8;
+pub const JUMP: usize = 10;
 
 /// The keys of an overlay, for the bottom line.
 pub const HINTS: &[(&str, &str)] = &[
@@ -41,14 +41,24 @@ impl Overlay {
 
     /// The same after `key`; `None` if that closes it.
     pub fn after(self, key: &KeyEvent) -> Option<Self> {
-        let scroll = match key.code {
-            KeyCode::Down | KeyCode::Char('j') => self.scroll.saturating_add(1),
-            KeyCode::Up | KeyCode::Char('k') => self.scroll.saturating_sub(1),
-            KeyCode::PageDown => self.scroll.saturating_add(JUMP),
-            KeyCode::PageUp => self.scroll.saturating_sub(JUMP),
-            KeyCode::Home => 0,
-            _ => return None,
+        let code = match key.code {
+            KeyCode::Char('j') => KeyCode::Down,
+            KeyCode::Char('k') => KeyCode::Up,
+            code => code,
         };
+        let scroll = scrolled(self.scroll, code)?;
         Some(Self { scroll, ..self })
     }
+}
+
+/// The row after `row` for a key that moves; `None` for all others.
+pub fn scrolled(row: usize, key: KeyCode) -> Option<usize> {
+    Some(match key {
+        KeyCode::Down => row.saturating_add(1),
+        KeyCode::Up => row.saturating_sub(1),
+        KeyCode::PageDown => row.saturating_add(JUMP),
+        KeyCode::PageUp => row.saturating_sub(JUMP),
+        KeyCode::Home => 0,
+        _ => return None,
+    })
 }

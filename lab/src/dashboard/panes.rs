@@ -13,7 +13,7 @@ use super::{
     overlay::{self, Overlay, OverlayContent},
     sampler::{self, RunSource},
     timeline::TimelineView,
-    view::{Footer, GLOSSARY, HelpPage, ScreenState, TextPage},
+    view::{Page, ScreenState, glossary},
 };
 
 /// The state of the panes' controls.
@@ -59,9 +59,7 @@ impl Panes {
             PaneAction::Push(later) => sampler::select(run, &mut self.timeline, now, later),
             PaneAction::Span(closer) => self.timeline.zoom(closer),
             PaneAction::Zoom => self.zoomed = !self.zoomed,
-            PaneAction::Help => self.overlay = Some(Overlay::of(OverlayContent::Keys)),
-            PaneAction::Glossary => self.overlay = Some(Overlay::of(OverlayContent::Glossary)),
-            PaneAction::Explain => self.overlay = Some(Overlay::of(OverlayContent::Explained)),
+            PaneAction::Open(content) => self.overlay = Some(Overlay::of(content)),
         }
         Ok(self)
     }
@@ -73,35 +71,29 @@ impl Panes {
         open.is_some()
     }
 
-    /// The bottom line: the keys of the page over the panes, or else these `hints`.
-    pub fn footer(&self, hints: impl FnOnce() -> Vec<(String, &'static str)>) -> Footer<'static> {
-        match self.overlay {
-            Some(_) => Footer::listed(overlay::HINTS),
-            None => Footer::Hints(hints()),
-        }
-    }
-
-    /// The page of the keys in `rows`, or of the glossary, if one is open.
-    pub fn help(&self, rows: impl FnOnce() -> Vec<(String, String)>) -> Option<HelpPage> {
+    /// The page over the panes, if one is open: of the keys in `rows`, of words, or about the
+    /// focused pane of `system`.
+    pub fn page(
+        &self,
+        rows: impl FnOnce() -> Vec<(String, String)>,
+        system: &dyn System,
+        frame: &FrameData,
+    ) -> Option<Page> {
         let Overlay { content, scroll } = self.overlay?;
-        let owned = |(word, meaning): &(&str, &str)| ((*word).to_owned(), (*meaning).to_owned());
-        let (title, rows) = match content {
-            OverlayContent::Keys => ("keys", rows()),
-            OverlayContent::Glossary => ("words", GLOSSARY.iter().map(owned).collect()),
-            OverlayContent::Explained => return None,
+        let owned = |(word, meaning): (&str, &str)| (word.to_owned(), meaning.to_owned());
+        let page = match content {
+            OverlayContent::Keys => Page::rows("keys", rows()),
+            OverlayContent::Glossary => Page::rows("words", glossary().map(owned).collect()),
+            OverlayContent::Explained => {
+                let signal = sampler::signal(system).map(|signal| signal.name);
+                let (title, text) = explain::explained(self.focus, signal, frame);
+                Page::text(title, text, "any other key closes")
+            }
         };
-        Some(HelpPage {
-            title,
-            rows,
+        Some(Page {
+            keys: overlay::HINTS,
             scroll,
+            ..page
         })
-    }
-
-    /// The page about the focused pane of `system`, if it is open.
-    pub fn explanation(&self, system: &dyn System, frame: &FrameData) -> Option<TextPage> {
-        let explained = |open: &Overlay| open.content == OverlayContent::Explained;
-        let scroll = self.overlay.filter(explained)?.scroll;
-        let signal = sampler::signal(system).map(|signal| signal.name);
-        Some(explain::page(self.focus, signal, frame, scroll))
     }
 }

@@ -70,6 +70,16 @@ pub fn next_knobs(
     knobs.map_err(|error| error.to_string())
 }
 
+/// The number next to `at` in a circle of `count`.
+pub fn neighbour(at: Option<usize>, count: usize, direction: Direction) -> Option<usize> {
+    let step = if direction == Direction::Up {
+        1
+    } else {
+        count.checked_sub(1)?
+    };
+    (at.unwrap_or(0) + step).checked_rem(count)
+}
+
 /// The notice that `what` has no preset beyond its `value`.
 pub fn at_end(what: &str, direction: Direction, value: impl Display) -> String {
     let end = match direction {
@@ -121,5 +131,13 @@ mod tests {
         ] {
             assert!(presets.is_sorted_by(|a, b| a < b));
         }
+    }
+
+    #[test]
+    fn a_circle_is_gone_round_either_way() {
+        assert_eq!(neighbour(Some(2), 3, Direction::Up), Some(0));
+        assert_eq!(neighbour(Some(0), 3, Direction::Down), Some(2));
+        assert_eq!(neighbour(None, 0, Direction::Up), None);
+        assert_eq!(neighbour(None, 0, Direction::Down), None);
     }
 }

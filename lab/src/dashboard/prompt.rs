@@ -5,7 +5,7 @@ use ratelab::{KnobKind, Time};
 use ratelab_account::Snapshot;
 use ratelab_study::system::{Alias, System};
 
-use super::view::Footer;
+use super::view::PromptLine;
 use crate::names::first_alias;
 
 /// Beginnings of links.
@@ -15,6 +15,8 @@ const LINKS: [&str; 6] = ["delay:", "loss:", "burst:", "in-order", "reliable:", 
 #[derive(Default)]
 pub struct Prompt {
     open: bool,
+    /// The moment of the branch whose knob is typed, if it is one.
+    branch: Option<Time>,
     typed: String,
     /// Why the last entry was refused.
     refusal: Option<String>,
@@ -26,43 +28,16 @@ pub struct Prompt {
     completions: Option<(Vec<String>, usize)>,
 }
 
-/// A screen with a prompt for knobs.
-pub trait TypesKnobs {
-    /// Its prompt.
-    fn prompt(&mut self) -> &mut Prompt;
-
-    /// The words of its knobs.
-    fn vocabulary(&self) -> Vocabulary<'_>;
-
-    /// Turns the knobs in `text`.
-    ///
-    /// # Errors
-    /// Why they are refused.
-    fn enter(&mut self, text: &str) -> Result<(), String>;
-
-    /// Adds a key to the prompt; Enter turns the typed knobs.
-    fn type_key(&mut self, key: &KeyEvent) {
-        let mut prompt = std::mem::take(self.prompt());
-        let entered = prompt.key(key, &self.vocabulary());
-        *self.prompt() = prompt;
-        if let Some(text) = entered
-            && let Err(reason) = self.enter(&text)
-        {
-            self.prompt().refuse(reason);
-        }
-    }
-}
-
 impl Prompt {
     /// Whether it is open.
     pub fn is_open(&self) -> bool {
         self.open
     }
 
-    /// The text so far.
+    /// The text so far, if it is open.
     #[cfg(test)]
-    pub fn typed(&self) -> &str {
-        &self.typed
+    pub fn typed(&self) -> Option<&str> {
+        self.open.then_some(&*self.typed)
     }
 
     /// Why the last entry was refused.
@@ -71,24 +46,28 @@ impl Prompt {
         self.refusal.as_deref()
     }
 
-    /// The line, with a hint from `vocabulary`; for the knob of a branch with its moment.
-    pub fn line(&self, vocabulary: &Vocabulary<'_>, branch: Option<Time>) -> Footer<'_> {
-        let hint = vocabulary.hint();
-        let hint = match branch {
-            Some(at) => format!("the knob to turn at {at}: {hint}"),
-            None => hint,
-        };
-        Footer::Prompt {
-            typed: &self.typed,
-            refusal: self.refusal.as_deref(),
-            hint,
-        }
+    /// The moment of the branch whose knob is typed, if it is one.
+    pub fn branch(&self) -> Option<Time> {
+        self.branch
     }
 
-    /// Begins an empty line.
-    pub fn open(&mut self) {
+    /// The line, if it is open, with the first words for knobs of `system`.
+    pub fn line(&self, system: &dyn System) -> Option<PromptLine<'_>> {
+        self.open.then(|| PromptLine {
+            typed: &self.typed,
+            refusal: self.refusal.as_deref(),
+            hint: match self.branch {
+                Some(at) => format!("the knob to turn at {at}: {}", hint(system)),
+                None => hint(system),
+            },
+        })
+    }
+
+    /// Begins an empty line, for a knob of a `branch` with its moment.
+    pub fn open(&mut self, branch: Option<Time>) {
         *self = Self {
             open: true,
+            branch,
             history: std::mem::take(&mut self.history),
             ..Self::default()
         };
@@ -101,14 +80,17 @@ impl Prompt {
         self.refusal = Some(reason);
     }
 
-    /// Adds pasted text. A pasted line break does not count as Enter.
+    /// Adds pasted text, if it is open. A pasted line break does not count as Enter.
     pub fn paste(&mut self, text: &str) {
+        if !self.open {
+            return;
+        }
         let text = text.replace(char::is_control, " ");
         self.edit(|typed| typed.push_str(&text));
     }
 
     /// Handles a key; Tab completes with `vocabulary`. Returns a complete entry.
-    fn key(&mut self, key: &KeyEvent, vocabulary: &Vocabulary<'_>) -> Option<String> {
+    pub fn key(&mut self, key: &KeyEvent, vocabulary: &Vocabulary<'_>) -> Option<String> {
         match key.code {
             KeyCode::Esc => self.open = false,
             KeyCode::Enter => return self.enter(),
@@ -172,6 +154,13 @@ impl Prompt {
     }
 }
 
+/// The words that can come first, in a line.
+fn hint(system: &dyn System) -> String {
+    let aliases = system.aliases().iter().map(|alias| alias.name);
+    let names: Vec<&str> = aliases.chain(KnobKind::ALL.map(KnobKind::usage)).collect();
+    format!("{}; Tab completes", names.join(", "))
+}
+
 /// The words that knobs of a running system consist of.
 pub struct Vocabulary<'a> {
     /// Whose they are.
@@ -183,13 +172,6 @@ pub struct Vocabulary<'a> {
 }
 
 impl Vocabulary<'_> {
-    /// The words that can come first, in a line.
-    pub fn hint(&self) -> String {
-        let aliases = self.aliases().map(|alias| alias.name);
-        let names: Vec<&str> = aliases.chain(KnobKind::ALL.map(KnobKind::usage)).collect();
-        format!("{}; Tab completes", names.join(", "))
-    }
-
     /// The texts that `typed` may be the beginning of, each as far as its next
     /// word goes.
     fn completions(&self, typed: &str) -> Vec<String> {
@@ -199,42 +181,37 @@ impl Vocabulary<'_> {
         });
         let (before, word) = typed.split_at(begins);
         let earlier: Vec<&str> = before.split_whitespace().collect();
-        let words = self.next_words(&earlier).into_iter();
-        let fitting = words.filter(|(known, _)| known.starts_with(word));
+        let (words, more) = self.next_words(&earlier);
+        let blank = if more { " " } else { "" };
+        let fitting = words.iter().filter(|known| known.starts_with(word));
         fitting
-            .map(|(known, more)| format!("{before}{known}{}", if more { " " } else { "" }))
+            .map(|known| format!("{before}{known}{blank}"))
             .collect()
     }
 
     /// The words that can come after `earlier`, and whether more must follow.
-    fn next_words(&self, earlier: &[&str]) -> Vec<(String, bool)> {
+    fn next_words(&self, earlier: &[&str]) -> (Vec<&str>, bool) {
         let kind = |name: &str| KnobKind::ALL.into_iter().find(|kind| kind.name() == name);
         match earlier {
             [] => {
                 let aliases = self.aliases().map(|alias| alias.name);
                 let names = aliases.chain(KnobKind::ALL.map(KnobKind::name));
-                names.map(|name| (name.to_owned(), true)).collect()
+                (names.collect(), true)
             }
             [name] => match (kind(name), self.aliases().find(|alias| alias.name == *name)) {
-                (Some(kind), _) => self.targets(kind),
-                (None, Some(alias)) => self.values(alias),
-                (None, None) => Vec::new(),
+                (Some(kind), _) => (self.targets(kind), true),
+                (None, alias) => (self.values(alias), false),
             },
             [name, node] if kind(name) == Some(KnobKind::Send) => {
                 let of_node = |alias: &&Alias| alias.knobs == [(KnobKind::Send, *node)];
-                let alias = self.aliases().find(of_node);
-                alias.map_or_else(Vec::new, |alias| self.values(alias))
+                (self.values(self.aliases().find(of_node)), false)
             }
-            [name, _] => {
-                let listed: &[&str] = match kind(name) {
-                    Some(KnobKind::Link) => &LINKS,
-                    Some(KnobKind::Read) => &["newest", "oldest"],
-                    _ => &[],
-                };
-                let words = listed.iter();
-                words.map(|word| ((*word).to_owned(), false)).collect()
-            }
-            _ => Vec::new(),
+            [name, _] => match kind(name) {
+                Some(KnobKind::Link) => (LINKS.to_vec(), false),
+                Some(KnobKind::Read) => (vec!["newest", "oldest"], false),
+                _ => (Vec::new(), false),
+            },
+            _ => (Vec::new(), false),
         }
     }
 
@@ -242,30 +219,20 @@ impl Vocabulary<'_> {
         self.system.aliases().iter()
     }
 
-    fn targets(&self, kind: KnobKind) -> Vec<(String, bool)> {
-        let names: Vec<&str> = match kind {
-            kind if kind.is_of_topic() => {
-                self.graph.topics.iter().map(|topic| &*topic.name).collect()
-            }
-            _ => self.graph.nodes.iter().map(|node| &*node.name).collect(),
-        };
-        names
-            .into_iter()
-            .map(|name| (name.to_owned(), true))
-            .collect()
+    fn targets(&self, kind: KnobKind) -> Vec<&str> {
+        match kind.is_of_topic() {
+            true => self.graph.topics.iter().map(|topic| &*topic.name).collect(),
+            false => self.graph.nodes.iter().map(|node| &*node.name).collect(),
+        }
     }
 
-    fn values(&self, alias: &Alias) -> Vec<(String, bool)> {
-        let first = first_alias(self.system, KnobKind::Send);
-        let listed: Vec<String> = if first == Some(alias) {
-            self.choices.to_vec()
-        } else {
-            alias
-                .choices
-                .iter()
-                .map(|choice| (*choice).to_owned())
-                .collect()
-        };
-        listed.into_iter().map(|value| (value, false)).collect()
+    fn values(&self, alias: Option<&'static Alias>) -> Vec<&str> {
+        match alias {
+            Some(alias) if first_alias(self.system, KnobKind::Send) == Some(alias) => {
+                self.choices.iter().map(String::as_str).collect()
+            }
+            Some(alias) => alias.choices.to_vec(),
+            None => Vec::new(),
+        }
     }
 }

@@ -8,7 +8,10 @@ use std::{collections::VecDeque, time::Duration};
 
 use ratelab::Time;
 use ratelab_account::{PushAgeView, Snapshot};
-use ratelab_study::system::System;
+use ratelab_study::system::{AgeLimits, System};
+
+use super::frame::AgeData;
+use crate::timing::earlier;
 
 /// Moments kept: an hour at 50 Hz.
 const KEPT: usize = 180_000;
@@ -26,20 +29,9 @@ pub struct PushAges {
     /// Run times and the integral of the age until then (s²).
     areas: VecDeque<(Time, f64)>,
     /// The last second, as the newest sample has it: exact however rarely one samples.
-    late: Option<RecentAge>,
+    late: Option<AgeData>,
     /// Run time (s) and age (ms) at the ends of each tooth.
     saw: VecDeque<(f64, f64)>,
-}
-
-/// The recent age.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RecentAge {
-    /// Its mean over time.
-    pub mean: Duration,
-    /// The greatest.
-    pub greatest: Duration,
-    /// Its stretch of run time.
-    pub stretch: (Time, Time),
 }
 
 impl PushAges {
@@ -83,14 +75,11 @@ impl PushAges {
     fn seen(&mut self, view: PushAgeView) {
         if self.areas.back().is_none_or(|(at, _)| *at < view.at) {
             self.add(view.at, view.age, view.area_s2);
-            self.late = view.late_s.map(|mean| RecentAge {
+            self.late = view.late_s.map(|mean| AgeData {
                 mean: Duration::from_secs_f64(mean),
                 greatest: view.late_greatest,
-                stretch: (
-                    view.first
-                        .max(Time::ZERO + view.at.since(Time::ZERO + LATELY)),
-                    view.at,
-                ),
+                stretch: (view.first.max(earlier(view.at, LATELY)), view.at),
+                limits: AgeLimits::default(),
             });
         }
     }
@@ -104,9 +93,10 @@ impl PushAges {
         self.saw.drain(..old(self.saw.len()));
     }
 
-    /// The age over the last second, or the last two `period`s if that is longer.
+    /// The age over the last second, or the last two `period`s if that is longer, without
+    /// its limits.
     /// `None` before the first push, and where it was not looked at that often.
-    pub fn recent(&self, period: Duration) -> Option<RecentAge> {
+    pub fn recent(&self, period: Duration) -> Option<AgeData> {
         let window = LATELY.max(period * 2);
         if window == LATELY && self.late.is_some() {
             return self.late;
@@ -123,10 +113,11 @@ impl PushAges {
         let begin = begin.as_secs_f64();
         let recent = self.saw.iter().rev().take_while(|(at, _)| *at > begin);
         let greatest = recent.map(|(_, ms)| *ms).fold(0.0, f64::max);
-        Some(RecentAge {
+        Some(AgeData {
             mean: Duration::from_secs_f64(((area - before) / time.as_secs_f64()).max(0.0)),
             greatest: Duration::from_secs_f64(greatest / 1e3),
             stretch,
+            limits: AgeLimits::default(),
         })
     }
 

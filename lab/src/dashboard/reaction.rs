@@ -5,6 +5,8 @@ use std::time::Duration;
 use ratelab::Time;
 use ratelab_account::Lineage;
 
+use crate::timing::earlier;
+
 /// The greatest reaction time of the pushes of node `acts` between two run times: from a
 /// sensing, for what changes right after it, to the first push derived from a later one.
 /// `None` without such a sensing.
@@ -27,12 +29,11 @@ pub fn greatest(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Option<
 fn pushes(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Vec<(Time, Time, usize)> {
     let (mut pushes, mut end) = (Vec::new(), to + Time::TICK);
     while end > from {
-        let before = Time::ZERO + end.since(Time::ZERO + Time::TICK);
-        let Some(push) = lineage.push_at(acts, before) else {
+        let Some(push) = lineage.push_at(acts, earlier(end, Time::TICK)) else {
             break;
         };
         let age = push.parts(push.since).sum_ns().unsigned_abs();
-        let sensed = Time::ZERO + push.since.since(Time::from_nanos(age));
+        let sensed = earlier(push.since, Duration::from_nanos(age));
         let chain = lineage.chain_of(&push);
         let Some((source, _)) = chain.messages.last() else {
             break;

@@ -2,22 +2,18 @@
 //! without ending the run.
 
 use crossterm::event::KeyEvent;
-use ratelab::{Event, Knob, KnobKind};
-use ratelab_account::Snapshot;
-use ratelab_study::system::KnobText;
+use ratelab::{Event, Knob};
+use ratelab_study::system::{KnobText, Setup};
 
 use super::{
-    frame::{FrameData, SignalTrace},
-    keys::{REMOTE, RemoteAction},
+    desk::Desk,
+    keys::{LabAction, REMOTE},
     knob_focus::KnobFocus,
-    marks::{TRACE_S, marks},
     model::Model,
-    panes::Panes,
-    presets::{self, Direction},
-    prompt::{Prompt, TypesKnobs, Vocabulary},
-    sampler::{self, RunSource, Sampler},
+    presets::RATES,
+    sampler::{RunSource, Sampler},
     timeline::TimelineView,
-    view::{Footer, ScreenState, StatusExtra},
+    view::{Bottom, ScreenState, StatusExtra},
 };
 use crate::error::LabError;
 
@@ -50,30 +46,16 @@ pub trait Remote: RunSource {
 
 /// The dashboard's model.
 pub struct Watcher<R> {
-    run: R,
-    sampler: Sampler,
-    frame: Option<FrameData>,
+    desk: Desk<R>,
     events: Vec<Event>,
-    knob_focus: KnobFocus,
-    prompt: Prompt,
-    panes: Panes,
-    notice: Option<String>,
-    quit: bool,
 }
 
 impl<R: Remote> Watcher<R> {
     /// Shows `run` from now on.
     pub fn new(run: R) -> Self {
         let mut watcher = Self {
-            run,
-            sampler: Sampler::default(),
-            frame: None,
+            desk: Desk::new(run),
             events: Vec::new(),
-            knob_focus: KnobFocus::default(),
-            prompt: Prompt::default(),
-            panes: Panes::default(),
-            notice: None,
-            quit: false,
         };
         watcher.begin();
         watcher
@@ -81,188 +63,106 @@ impl<R: Remote> Watcher<R> {
 
     /// Forgets the run before.
     fn begin(&mut self) {
-        self.sampler = Sampler::default();
+        self.desk.sampler = Sampler::default();
         self.events.clear();
-        self.panes.timeline = TimelineView::default();
-        self.knob_focus = KnobFocus::new(self.run.system(), &self.graph());
+        self.desk.panes.timeline = TimelineView::default();
+        self.desk.knob_focus = KnobFocus::new(self.desk.run.system(), &self.desk.graph());
     }
 
-    fn graph(&self) -> Snapshot {
-        self.run.observer().read_counters()
-    }
-
-    fn act(&mut self, action: RemoteAction) {
+    fn act(&mut self, action: LabAction) {
         match action {
-            RemoteAction::Rate(direction) => self.turn_rate(direction),
-            RemoteAction::Depth(direction) => self.turn_depth(direction),
-            RemoteAction::Type => self.prompt.open(),
-            RemoteAction::Record => {
-                let notice = self.run.record();
-                self.notify(notice);
+            LabAction::Rate(direction) => {
+                let (node, none) = (&self.desk.knob_focus.node, Setup::default());
+                self.turn(self.desk.next_rate(node, &none, &RATES, direction));
             }
-            RemoteAction::Panes(action) => {
-                let run = (&self.run, self.run.observer().now());
-                match self.panes.after(action, self.screen().as_ref(), run) {
-                    Ok(panes) => self.panes = panes,
-                    Err(notice) => self.notify(notice),
-                }
+            LabAction::Depth(direction) => {
+                self.turn(self.desk.next_depth(&Setup::default(), direction));
             }
-            RemoteAction::Quit => self.quit = true,
-        }
-    }
-
-    fn turn_rate(&mut self, direction: Direction) {
-        let (graph, nodes) = (self.graph(), [self.knob_focus.node.clone()]);
-        if let Some(hz) = graph.node(&nodes[0]).map(|node| node.hz.get()) {
-            let current = (&presets::RATES[..], hz);
-            self.turn(presets::next_knobs(
-                KnobKind::Rate,
-                &nodes,
-                current,
-                direction,
-            ));
-        }
-    }
-
-    fn turn_depth(&mut self, direction: Direction) {
-        let (graph, topics) = (self.graph(), &self.knob_focus.topics);
-        let first = topics.first().and_then(|name| graph.topic(name));
-        if let Some(depth) = first.map(|topic| topic.depth as f64) {
-            let current = (&presets::DEPTHS[..], depth);
-            self.turn(presets::next_knobs(
-                KnobKind::Depth,
-                topics,
-                current,
-                direction,
-            ));
+            LabAction::Type => self.desk.prompt.open(None),
+            LabAction::Record => {
+                let notice = self.desk.run.record();
+                self.desk.notify(notice);
+            }
+            LabAction::Panes(action) => {
+                self.act_on_panes(action, self.desk.run.observer().now());
+            }
+            LabAction::Quit => self.desk.quit = true,
+            // No key of this screen.
+            _ => {}
         }
     }
 
     /// Turns knobs, or prints the reason why this is impossible.
     fn turn(&mut self, knobs: Result<Vec<Knob>, String>) {
         match knobs {
-            Ok(knobs) => knobs.into_iter().for_each(|knob| self.run.turn(knob)),
-            Err(reason) => self.notify(reason),
+            Ok(knobs) => knobs.into_iter().for_each(|knob| self.desk.run.turn(knob)),
+            Err(reason) => self.desk.notify(reason),
         }
-    }
-
-    fn notify(&mut self, notice: impl Into<String>) {
-        self.notice = Some(notice.into());
-    }
-
-    fn trace(&self) -> Option<SignalTrace> {
-        let (system, now) = (self.run.system(), self.run.observer().now());
-        let trace = self.sampler.trace(system, now, TRACE_S)?;
-        Some(SignalTrace {
-            marks: marks(system, self.events.iter(), now),
-            ..trace
-        })
-    }
-
-    fn footer(&self) -> Footer<'_> {
-        match self.prompt.is_open() {
-            true => self.prompt.line(&self.vocabulary(), None),
-            false => self.panes.footer(|| REMOTE.hints(|_| true)),
-        }
-    }
-}
-
-impl<R: Remote> TypesKnobs for Watcher<R> {
-    fn prompt(&mut self) -> &mut Prompt {
-        &mut self.prompt
-    }
-
-    fn vocabulary(&self) -> Vocabulary<'_> {
-        Vocabulary {
-            system: self.run.system(),
-            graph: self.graph(),
-            choices: &[],
-        }
-    }
-
-    fn enter(&mut self, text: &str) -> Result<(), String> {
-        let knobs = KnobText(self.run.system().aliases()).parse(text);
-        let knobs = knobs.map_err(|why| why.to_string())?;
-        knobs.into_iter().for_each(|knob| self.run.turn(knob));
-        Ok(())
     }
 }
 
 impl<R: Remote> Model for Watcher<R> {
+    type Run = R;
+
+    fn desk(&self) -> &Desk<R> {
+        &self.desk
+    }
+
+    fn desk_mut(&mut self) -> &mut Desk<R> {
+        &mut self.desk
+    }
+
+    fn enter(&mut self, text: &str) -> Result<(), String> {
+        let knobs = KnobText(self.desk.run.system().aliases()).parse(text);
+        let knobs = knobs.map_err(|why| why.to_string())?;
+        knobs.into_iter().for_each(|knob| self.desk.run.turn(knob));
+        Ok(())
+    }
+
     fn sample(&mut self) -> Result<bool, LabError> {
-        if self.run.update() {
+        if self.desk.run.update() {
             self.begin();
         }
-        let refusal = self.run.refusal();
-        self.notice = refusal.or(self.notice.take());
-        let events = self.run.observer().events(self.events.len());
+        let refusal = self.desk.run.refusal();
+        self.desk.notice = refusal.or(self.desk.notice.take());
+        let events = self.desk.run.observer().events(self.events.len());
         self.events.extend(events);
-        let rows = self.run.new_rows();
-        let frame = Some(self.sampler.frame_data(&mut self.run, &rows));
-        self.frame = frame;
+        self.desk.take_frame();
         // The time that somebody is gone for goes on, too.
         Ok(true)
     }
 
     fn screen(&self) -> Option<ScreenState<'_>> {
-        let now = self.run.observer().now();
-        let (system, frame) = (self.run.system(), self.frame.as_ref()?);
+        let run = &self.desk.run;
+        let screen = self
+            .desk
+            .screen(run.observer().now(), self.events.clone())?;
+        let rows = || REMOTE.rows(|_| true);
         Some(ScreenState {
-            system,
-            frame,
-            trace: self.trace(),
-            timeline: sampler::timeline(&self.run, self.panes.timeline, now),
-            knot: None,
-            knob_focus: self.knob_focus.clone(),
-            events: self.events.clone(),
             extra: StatusExtra {
-                recording: self.run.recording(),
-                clocks: self.run.clocks(),
-                trouble: self.run.trouble(),
-                ended: self.run.is_over(),
-                ..StatusExtra::default()
+                recording: run.recording(),
+                clocks: run.clocks(),
+                trouble: run.trouble(),
+                ended: run.is_over(),
+                ..screen.extra
             },
-            focus: self.panes.focus,
-            zoomed: self.panes.zoomed,
-            scrubber: None,
-            map: None,
-            footer: self.footer(),
-            help: self.panes.help(|| REMOTE.rows(|_| true)),
-            page: self.panes.explanation(system, frame),
-            aside: None,
-            notice: self.notice.as_deref(),
+            page: self.desk.panes.page(rows, screen.system, screen.frame),
+            bottom: Bottom {
+                hints: REMOTE.hints(|_| true),
+                ..screen.bottom
+            },
+            ..screen
         })
     }
 
     fn key(&mut self, key: &KeyEvent) -> Result<(), LabError> {
-        self.notice = None;
+        self.desk.notice = None;
         let action = REMOTE.action(key);
-        let chord = action == Some(RemoteAction::Quit)
-            && key.modifiers != crossterm::event::KeyModifiers::NONE;
-        if self.prompt.is_open() && !chord {
-            self.type_key(key);
-            return Ok(());
-        }
-        match action {
-            Some(RemoteAction::Quit) => self.quit = true,
-            _ if self.panes.scroll(key) => {}
-            Some(action) => self.act(action),
-            None => {}
+        if !self.is_typed(key, action == Some(LabAction::Quit))
+            && let Some(action) = action
+        {
+            self.act(action);
         }
         Ok(())
-    }
-
-    fn paste(&mut self, text: &str) {
-        if self.prompt.is_open() {
-            self.prompt.paste(text);
-        }
-    }
-
-    fn rest(&mut self) {}
-
-    fn go_on(&mut self) {}
-
-    fn wants_quit(&self) -> bool {
-        self.quit
     }
 }

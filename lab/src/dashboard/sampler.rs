@@ -20,13 +20,13 @@ use super::{
     flights::dots,
     frame::{
         AgeData, FrameData, Ghost, Health, LatencyData, NodeData, PartKind, Place, PushData,
-        PushSentence, Quantiles, SignalTrace, Standing, Strain, TopicData, VerdictData,
+        PushSentence, Quantiles, SignalTrace, Standing, Strain, TRACE_S, TopicData, VerdictData,
     },
     knob_focus::first_node,
     push_age::PushAges,
     reaction,
     sameness::RunDigest,
-    settings::setting,
+    settings::{in_words, setting},
     timeline::{Timeline, TimelineView},
 };
 use crate::{
@@ -83,11 +83,11 @@ pub trait RunSource {
     /// Wall time since the beginning, or of the whole run.
     fn wall_time(&self) -> Duration;
 
-    /// The chains behind its actions, as far as known.
-    fn lineage(&mut self) -> &Lineage;
+    /// The chains behind its actions, as of the last update.
+    fn lineage(&self) -> &Lineage;
 
-    /// The same as of the last frame.
-    fn known_lineage(&self) -> &Lineage;
+    /// Brings these chains up to now.
+    fn update_lineage(&mut self) {}
 
     /// The digest of the run so far, if it is to be compared with another run.
     fn digest(&self) -> Option<&RunDigest> {
@@ -198,18 +198,9 @@ impl Sampler {
                 ..latency.clone()
             }),
             nodes: nodes
-                .map(|((node, figures), lit)| {
-                    let place = session.place(&node.name);
-                    let gone = place.as_ref().is_some_and(|place| place.absent.is_some());
-                    NodeData {
-                        caption: session.system().caption(&node.name),
-                        health: match gone {
-                            true => Health::Gone,
-                            false => health(node, &hangs, counters.now),
-                        },
-                        place: place.map(|place| place.text),
-                        ..node_data(node, *figures, lit)
-                    }
+                .map(|((node, figures), lit)| NodeData {
+                    lit,
+                    ..node_data(session, node, *figures, (&hangs, counters.now))
                 })
                 .collect(),
             topics: topics
@@ -254,18 +245,20 @@ impl Sampler {
         Some(session.digest()?.is_same(last.digest.as_ref()?, whole))
     }
 
-    /// The signal over the `span` seconds before `now`; `None` without a signal.
-    pub fn trace(&self, system: &dyn System, now: Time, span: f64) -> Option<SignalTrace> {
+    /// The signal before `now`, with a mark for each knob in `events`; `None` without a
+    /// signal.
+    pub fn trace(&self, system: &dyn System, now: Time, events: &[Event]) -> Option<SignalTrace> {
         let end = now.as_secs_f64();
-        let first = self.points.partition_point(|(at, _)| *at < end - span);
+        let begin = end - TRACE_S;
+        let first = self.points.partition_point(|(at, _)| *at < begin);
         let last = self.points.partition_point(|(at, _)| *at <= end);
         Some(SignalTrace {
             signal: signal(system)?,
             points: self.points.range(first..last).copied().collect(),
-            ages: self.push_ages.saw(end - span, end),
+            ages: self.push_ages.saw(begin, end),
             limits: self.limits.known(),
             safe: None,
-            marks: Vec::new(),
+            marks: marks(system, events, begin),
             ghost: self
                 .last
                 .as_ref()
@@ -305,10 +298,8 @@ impl Sampler {
         let (system, setup) = (session.shared_system(), self.setup(session));
         let over = session.summary().is_some();
         Some(AgeData {
-            mean: recent.mean,
-            greatest: recent.greatest,
-            stretch: recent.stretch,
             limits: self.limits.follow(system, setup, over),
+            ..recent
         })
     }
 
@@ -519,6 +510,7 @@ impl Sampler {
         let (system, live) = (session.shared_system().clone(), session.live());
         let trial = Trial::new(system.clone(), session.config(), setup.clone(), graph.now);
         let over = session.summary().is_some();
+        session.update_lineage();
         let lineage = session.lineage();
         let late = match (age, acting(&*system, graph)) {
             (Some(age), _) => age.stretch,
@@ -615,17 +607,27 @@ fn unheard(session: &impl RunSource, graph: &Snapshot) -> Option<VerdictData> {
 
 /// The timeline of `session` at run time `now`, as `view` shows it.
 pub fn timeline(session: &impl RunSource, view: TimelineView, now: Time) -> Option<Timeline> {
-    let lineage = session.known_lineage();
+    let lineage = session.lineage();
     let acts = acting_name(session.system(), lineage)?;
     Timeline::of(lineage, acts, view, now)
 }
 
 /// Selects another push in the timeline of `session`; see [`TimelineView::select`].
 pub fn select(session: &impl RunSource, view: &mut TimelineView, now: Time, later: bool) {
-    let lineage = session.known_lineage();
+    let lineage = session.lineage();
     if let Some(acts) = acting_name(session.system(), lineage) {
         view.select(lineage, acts, now, later);
     }
+}
+
+/// The marks of the knobs in `events` from run time `begin` (s) on.
+fn marks(system: &dyn System, events: &[Event], begin: f64) -> Vec<(f64, String)> {
+    let recent = events
+        .iter()
+        .filter(|event| event.at.as_secs_f64() >= begin);
+    let knobs: Vec<_> = recent.filter_map(Event::knob).collect();
+    let marks = in_words(system, &knobs).into_iter();
+    marks.map(|(at, text)| (at.as_secs_f64(), text)).collect()
 }
 
 fn acting_name(system: &dyn System, lineage: &Lineage) -> Option<usize> {
@@ -648,6 +650,7 @@ fn living(system: &dyn System, graph: &Snapshot, age: Option<AgeData>) -> Vec<St
 /// The parts of the age of the push in force.
 fn push(session: &mut impl RunSource, graph: &Snapshot, age: Option<AgeData>) -> Option<PushData> {
     let acts = acting(session.system(), graph)?;
+    session.update_lineage();
     let lineage = session.lineage();
     let (from, to) = match age {
         Some(age) => age.stretch,
@@ -700,17 +703,27 @@ fn age(head: &Head) -> Option<f64> {
     Some(head.at.as_secs_f64() - sensed)
 }
 
-fn node_data(node: &NodeView, figures: NodeFigures, lit: bool) -> NodeData {
+fn node_data(
+    session: &impl RunSource,
+    node: &NodeView,
+    figures: NodeFigures,
+    (hangs, now): (&[Hang], Time),
+) -> NodeData {
+    let place = session.place(&node.name);
+    let gone = place.as_ref().is_some_and(|place| place.absent.is_some());
     NodeData {
         name: node.name.clone(),
-        caption: None,
+        caption: session.system().caption(&node.name),
         hz: node.hz,
         triggered: !node.triggers.is_empty(),
         ticks: node.ticks,
         overruns: node.overruns,
-        lit,
-        health: Health::Works,
-        place: None,
+        lit: false,
+        health: match gone {
+            true => Health::Gone,
+            false => health(node, hangs, now),
+        },
+        place: place.map(|place| place.text),
         lateness: figures.lateness,
         tick_time: figures.tick_time,
     }

@@ -1,7 +1,8 @@
 //! One experiment on a thread of its own, with its handles for the dashboard.
 
 use std::{
-    path::PathBuf,
+    io,
+    path::{Path, PathBuf},
     sync::Arc,
     time::{Duration, Instant},
 };
@@ -118,14 +119,7 @@ impl Prepared {
     /// # Errors
     /// [`LabError::Record`] with the system's error for the file.
     pub fn record(&self, destination: &mut Destination) -> Result<Recorder, LabError> {
-        let source = Source {
-            viewer: destination.viewer.clone(),
-            ..self.source.clone()
-        };
-        let begun = destination.claim(&source.origin, |path| {
-            Recorder::from_the_start(path, &source)
-        });
-        let begun = begun.map_err(|(path, why)| LabError::Record { path, why });
+        let begun = begun(&self.source, destination, Recorder::from_the_start);
         begun.map(|(_, recorder)| recorder)
     }
 
@@ -316,12 +310,8 @@ impl Session {
     /// # Errors
     /// The system's error for the file.
     pub fn record(&mut self, destination: &mut Destination) -> Result<PathBuf, LabError> {
-        let source = Source {
-            viewer: destination.viewer.clone(),
-            ..self.source.clone().ok_or(LabError::Panicked)?
-        };
-        let begun = destination.claim(&source.origin, |path| Recorder::midway(path, &source));
-        let (path, recorder) = begun.map_err(|(path, why)| LabError::Record { path, why })?;
+        let source = self.source.as_ref().ok_or(LabError::Panicked)?;
+        let (path, recorder) = begun(source, destination, Recorder::midway)?;
         self.recorder = Some(recorder);
         Ok(path)
     }
@@ -345,6 +335,20 @@ impl Session {
     pub fn take_recorder(&mut self) -> Option<Recorder> {
         self.recorder.take_if(|recorder| recorder.is_ending())
     }
+}
+
+/// A recorder of `source` on a new file at `destination`, and the path of the file.
+fn begun(
+    source: &Source,
+    destination: &mut Destination,
+    begin: impl Fn(&Path, &Source) -> io::Result<Recorder>,
+) -> Result<(PathBuf, Recorder), LabError> {
+    let source = Source {
+        viewer: destination.viewer.clone(),
+        ..source.clone()
+    };
+    let claimed = destination.claim(&source.origin, |path| begin(path, &source));
+    claimed.map_err(|(path, why)| LabError::Record { path, why })
 }
 
 /// Names as a list in a sentence; "a node" for none.
@@ -382,16 +386,16 @@ impl RunSource for Session {
         taken.collect()
     }
 
-    fn known_lineage(&self) -> &Lineage {
+    fn lineage(&self) -> &Lineage {
         self.lineage.known()
+    }
+
+    fn update_lineage(&mut self) {
+        self.lineage.update();
     }
 
     fn digest(&self) -> Option<&RunDigest> {
         Some(self.lineage.digest())
-    }
-
-    fn lineage(&mut self) -> &Lineage {
-        self.lineage.update()
     }
 
     fn lost(&self) -> u64 {

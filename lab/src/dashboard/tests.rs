@@ -10,6 +10,7 @@ mod order;
 mod panel;
 mod prompt;
 mod rescue;
+pub mod sample;
 mod sessions;
 mod stuck;
 mod systems;
@@ -306,7 +307,7 @@ fn nothing_is_cut_at_the_usual_sizes() {
                 ..Config::default()
             });
             for pane in Pane::ALL {
-                app.panes.focus = pane;
+                app.desk_mut().panes.focus = pane;
                 for overlay in ["", "i", "?", "G"] {
                     press(&mut app, overlay);
                     for (width, height) in [(160, 50), (120, 35), (100, 30), (80, 24)] {
@@ -371,7 +372,7 @@ fn the_events_blame_the_slow_node_and_its_setting() {
 fn every_pane_alone_fits_the_smallest_screen() {
     let mut app = fallen();
     for pane in Pane::ALL {
-        app.panes.focus = pane;
+        app.desk_mut().panes.focus = pane;
         let name = format!("{pane:?}_40x12").to_lowercase();
         insta::assert_snapshot!(name, screen(&app, &PLAIN, 40, 12));
     }
@@ -381,7 +382,7 @@ fn every_pane_alone_fits_the_smallest_screen() {
 fn no_size_and_no_theme_panics() {
     let mut app = fallen();
     press(&mut app, "m");
-    app.panes.overlay = Some(super::overlay::Overlay::of(
+    app.desk_mut().panes.overlay = Some(super::overlay::Overlay::of(
         super::overlay::OverlayContent::Keys,
     ));
     let sizes = (0..=60).chain([79, 80, 119, 120, 160, 250]);
@@ -410,7 +411,7 @@ fn ascii_is_ascii_and_no_colour_sets_none() {
         look: Look::Dark,
     };
     for pane in Pane::ALL {
-        app.panes.focus = pane;
+        app.desk_mut().panes.focus = pane;
         for (width, height) in [(160, 50), (80, 24), (40, 12)] {
             let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("terminal");
             terminal

@@ -5,7 +5,8 @@ use std::{collections::HashSet, time::Duration};
 use ratelab::Time;
 use ratelab_account::{Chain, Lineage, PushInForce, Sent, TracedTick};
 
-use super::frame::PushSentence;
+use super::{frame::PushSentence, upstream::upstream};
+use crate::timing::earlier;
 
 /// Visible stretches of run time (ms).
 const SPANS_MS: [u64; 8] = [20, 50, 100, 200, 500, 1_000, 2_000, 5_000];
@@ -59,8 +60,7 @@ impl TimelineView {
                     .map(|newer| newer.since)
             }
             (false, _) => {
-                let before = Time::ZERO + push.since.since(Time::ZERO + Time::TICK);
-                let older = lineage.push_at(node, before);
+                let older = lineage.push_at(node, earlier(push.since, Time::TICK));
                 older.map(|older| older.since).or(self.selected)
             }
         };
@@ -145,7 +145,7 @@ impl Timeline {
             None => now,
             Some(since) => (since + view.span() / 3).min(now.max(since)),
         };
-        let from = Time::ZERO + to.since(Time::ZERO + view.span());
+        let from = earlier(to, view.span());
         let window = Window { from, to };
         let order = order(lineage, acts);
         let lanes = order.into_iter().flat_map(|node| {
@@ -192,20 +192,7 @@ fn sentence(
 /// of their executors.
 fn order(lineage: &Lineage, acts: usize) -> Vec<usize> {
     let topology = lineage.topology();
-    let topics = &topology.topics;
-    let mut order = vec![acts];
-    let mut next = 0;
-    while let Some(&reader) = order.get(next) {
-        let inputs = topics
-            .iter()
-            .filter(|topic| topic.readers.contains(&reader));
-        for node in inputs.flat_map(|topic| topic.publishers.iter().copied()) {
-            if !order.contains(&node) {
-                order.push(node);
-            }
-        }
-        next += 1;
-    }
+    let mut order = upstream(topology, acts);
     order.reverse();
     let executors: HashSet<usize> = order
         .iter()
@@ -261,7 +248,7 @@ impl Window {
             if let Some(waited) = lineage.waited(node, index) {
                 add(waited.from, waited.to, MarkKind::Waiting, name(waited.by));
             } else if !late.is_zero() {
-                let due = Time::ZERO + tick.at.since(Time::ZERO + late);
+                let due = earlier(tick.at, late);
                 add(due, tick.at, MarkKind::Late, None);
             }
             add(tick.at, ends, MarkKind::Tick, None);

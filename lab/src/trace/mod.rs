@@ -11,7 +11,10 @@ use ratelab_account::{Lineage, Sent, TracedTick};
 use ratelab_study::system::System;
 use tracks::{Slice, Tracks};
 
-use crate::recording::{Recording, end_of};
+use crate::{
+    recording::{Recording, end_of},
+    timing::earlier,
+};
 
 /// The bytes of a trace of `recording`, a run of `system`.
 pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
@@ -66,7 +69,7 @@ impl Waits {
             let by = &topology.nodes[waited.by].name;
             self.add(format!("waiting for {by}"), waited.from, waited.to);
         } else if let Some(late) = tick.lateness.filter(|late| !late.is_zero()) {
-            let due = Time::ZERO + tick.at.since(Time::ZERO + late);
+            let due = earlier(tick.at, late);
             self.add("late".to_owned(), due, tick.at);
         }
     }

@@ -9,7 +9,10 @@ use ratelab_study::{
 };
 
 use super::App;
-use crate::{dashboard::presets::Direction, names::first_alias};
+use crate::{
+    dashboard::presets::{Direction, neighbour},
+    names::first_alias,
+};
 
 /// The folder for files of policies.
 const FOLDER: &str = "policies";
@@ -95,22 +98,21 @@ impl App {
         let system = &*self.setup.system;
         let alias = first_alias(system, KnobKind::Send);
         let Some((alias, (node, _))) = alias.zip(sent(system)) else {
-            return self.notify("this system has no messages to choose from");
+            return self
+                .desk
+                .notify("this system has no messages to choose from");
         };
         let current = unpinned(system, node, &alias.value(&self.knobs.wanted()));
-        let count = self.choices.len();
-        let index = self.choices.iter().position(|known| *known == current);
-        let step = match direction {
-            Direction::Up => 1,
-            Direction::Down => count.saturating_sub(1),
-        };
-        let next = (index.unwrap_or(0) + step).checked_rem(count);
+        let at = self.choices.iter().position(|known| *known == current);
+        let next = neighbour(at, self.choices.len(), direction);
         let Some(text) = next.and_then(|next| self.choices.get(next)) else {
-            return self.notify("this system has no messages to choose from");
+            return self
+                .desk
+                .notify("this system has no messages to choose from");
         };
         match alias.set(text) {
             Ok(knobs) => self.turn(knobs),
-            Err(error) => self.notify(error.to_string()),
+            Err(error) => self.desk.notify(error.to_string()),
         }
     }
 }

@@ -28,7 +28,7 @@ impl App {
     pub(super) fn ask_for_map(&mut self) {
         let open = |answers: &Path| !is_predicted(answers, &exercises::cliff::Cliff);
         match self.asks_first.take().is_some_and(|answers| open(&answers)) {
-            true => self.notify(MASKED),
+            true => self.desk.notify(MASKED),
             false => self.open_map(),
         }
     }
@@ -37,14 +37,14 @@ impl App {
     /// it has that run.
     fn open_map(&mut self) {
         self.mapping = true;
-        let (config, graph) = (self.wanted(), self.graph());
+        let (config, graph) = (self.wanted(), self.desk.graph());
         self.map.take_if(|map| !map.go_to(&graph, &config));
         self.follow_conditions();
     }
 
     /// Starts a new map if the conditions have changed.
     fn follow_conditions(&mut self) {
-        let (config, focus, axes) = (self.wanted(), &self.knob_focus, self.map_axes);
+        let (config, focus, axes) = (self.wanted(), &self.desk.knob_focus, self.map_axes);
         if self
             .map
             .as_ref()
@@ -52,7 +52,7 @@ impl App {
         {
             return;
         }
-        match CliffMap::around(&self.setup.system, &self.graph(), focus, axes, &config) {
+        match CliffMap::around(&self.setup.system, &self.desk.graph(), focus, axes, &config) {
             Ok(map) => self.map = Some(map),
             Err(error) => self.no_map(error),
         }
@@ -74,7 +74,7 @@ impl App {
 
     fn no_map(&mut self, why: impl Display) {
         (self.map, self.mapping) = (None, false);
-        self.notify(format!("no map: {why}"));
+        self.desk.notify(format!("no map: {why}"));
     }
 
     /// The map, if it is open.

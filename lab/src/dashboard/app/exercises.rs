@@ -27,12 +27,14 @@ impl App {
     /// on, unless this is asked for at once again: then `insist` is true.
     pub(super) fn open_exercises(&mut self, insist: bool) {
         if !self.setup.course {
-            return self.notify("there are no exercises for this system");
+            return self.desk.notify("there are no exercises for this system");
         }
         let over = self.ended() || self.stage().is_none_or(RescueStage::is_over);
         if !over && !insist {
             self.early = true;
-            return self.notify("not yet, the try goes on: e again gives it up");
+            return self
+                .desk
+                .notify("not yet, the try goes on: e again gives it up");
         }
         self.panel = Some(match self.judged() {
             Some(panel) => panel,
@@ -43,7 +45,7 @@ impl App {
     /// How far the rescue by hand has come.
     fn stage(&self) -> Option<RescueStage> {
         let rescue = self.by_hand.as_ref()?;
-        let summary = self.session.summary();
+        let summary = self.desk.run.summary();
         let lost = summary.map(|summary| summary.verdict);
         Some(rescue.stage(&self.events, lost.filter(Verdict::is_lost)))
     }
@@ -54,7 +56,7 @@ impl App {
         let Some(rescue) = &mut self.by_hand else {
             return;
         };
-        let states = self.session.system().state();
+        let states = self.desk.run.system().state();
         let steps = rows.iter().filter(|(topic, _)| Some(*topic) == states);
         steps.for_each(|(_, rows)| rescue.add(rows));
         let advice = self.stage().map(RescueStage::advice);
@@ -72,12 +74,12 @@ impl App {
     /// The verdict on the recorded rescue; `None` if there is none.
     fn judged(&mut self) -> Option<ExercisePanel> {
         self.by_hand.take()?;
-        if let Some(recorder) = self.session.recorder() {
+        if let Some(recorder) = self.desk.run.recorder() {
             recorder.end(StopReason::Off);
             self.record = false;
         }
         self.finish_recordings();
-        self.notice = None;
+        self.desk.notice = None;
         let recorded = self.recorded.last()?;
         Some(ExercisePanel::judging(&recorded.path, self.learner))
     }
@@ -116,7 +118,8 @@ impl App {
                     end: self.config.end,
                     ..*scene
                 })?;
-                self.notify("whose fault is it? i explains the pane in focus; e, then your answer");
+                self.desk
+                    .notify("whose fault is it? i explains the pane in focus; e, then your answer");
                 Ok(())
             }
         }
@@ -124,11 +127,11 @@ impl App {
 
     /// Starts the usual session in slow motion, with a recording.
     pub(super) fn try_by_hand(&mut self) -> Result<(), LabError> {
-        let by_hand = Config {
+        let config = Config {
             speed: Speed::times(BY_HAND).unwrap_or(Speed::REAL_TIME),
             end: self.config.end,
             ..Config::default()
         };
-        self.restart_by_hand(by_hand)
+        self.start(config, true)
     }
 }

@@ -10,8 +10,8 @@ use ratelab_study::{
 use super::App;
 use crate::{
     dashboard::{
-        presets::{self, Direction, next_knobs},
-        prompt::{Prompt, TypesKnobs, Vocabulary},
+        desk::NO_TOPIC,
+        presets::{self, Direction},
         sampler::RunSource,
         settings::listed,
     },
@@ -21,14 +21,16 @@ use crate::{
 impl App {
     /// Turns the rate of the node in focus.
     pub(super) fn turn_rate(&mut self, direction: Direction) {
-        self.turn_rate_of(&self.knob_focus.node.clone(), direction);
+        self.turn_rate_of(&self.desk.knob_focus.node.clone(), direction);
     }
 
     /// Turns the rate of the second alias of a rate.
     pub(super) fn turn_second_rate(&mut self, direction: Direction) {
         match self.second_node() {
             Some(node) => self.turn_rate_of(node, direction),
-            None => self.notify("this system has no second rate: ↑ ↓ choose another node"),
+            None => {
+                (self.desk).notify("this system has no second rate: ↑ ↓ choose another node");
+            }
         }
     }
 
@@ -40,32 +42,17 @@ impl App {
     }
 
     fn turn_rate_of(&mut self, node: &str, direction: Direction) {
-        let runs = self.graph().node(node).map(|node| node.hz);
-        let Some(hz) = self.knobs.wanted().rate(node).or(runs) else {
-            return;
-        };
         let presets = match self.by_hand {
             Some(_) => &presets::COARSE_RATES[..],
             None => &presets::RATES,
         };
-        let nodes = [node.to_owned()];
-        let current = (presets, hz.get());
-        self.turn_or_notify(next_knobs(KnobKind::Rate, &nodes, current, direction));
+        let wanted = self.knobs.wanted();
+        self.turn_or_notify(self.desk.next_rate(node, &wanted, presets, direction));
     }
 
-    /// Turns the depths of the focused topics, all to the same value.
+    /// Turns the depths of the focused topics.
     pub(super) fn turn_depth(&mut self, direction: Direction) {
-        let topics = self.knob_focus.topics.clone();
-        let Some(first) = topics.first() else {
-            return self.notify("this system has no topic that is read");
-        };
-        let wanted = self.knobs.wanted().depth(first).map(|depth| depth.get());
-        let runs = || self.graph().topic(first).map(|topic| topic.depth);
-        let Some(depth) = wanted.or_else(runs) else {
-            return;
-        };
-        let current = (&presets::DEPTHS[..], depth as f64);
-        self.turn_or_notify(next_knobs(KnobKind::Depth, &topics, current, direction));
+        self.turn_or_notify(self.desk.next_depth(&self.knobs.wanted(), direction));
     }
 
     /// Turns the delays of the focused topics.
@@ -89,17 +76,19 @@ impl App {
         direction: Direction,
         current: impl Fn(&Link) -> Option<f64>,
     ) {
-        let topics = self.knob_focus.topics.clone();
+        let topics = self.desk.knob_focus.topics.clone();
         let links: Vec<Link> = topics.iter().map(|topic| self.link(topic)).collect();
         let Some(first) = links.first() else {
-            return self.notify("this system has no topic that is read");
+            return self.desk.notify(NO_TOPIC);
         };
         let Some(value) = current(first) else {
-            return self.notify(format!("the {part} is drawn: : types another one"));
+            return self
+                .desk
+                .notify(format!("the {part} is drawn: : types another one"));
         };
         let Some(next) = presets::next(presets, value, direction) else {
             let what = format!("the {part} of {}", topics.join(" and "));
-            return self.notify(presets::at_end(&what, direction, value));
+            return self.desk.notify(presets::at_end(&what, direction, value));
         };
         let knobs = topics.into_iter().zip(&links).map(|(topic, link)| {
             let spec = link.with(&format!("{part}:{next}"))?.to_string();
@@ -120,13 +109,16 @@ impl App {
 
     pub(super) fn break_it(&mut self) {
         let Some(broken) = self.system().broken() else {
-            return self.notify("this system has no knob that is known to break it");
+            return self
+                .desk
+                .notify("this system has no knob that is known to break it");
         };
         match KnobText(self.system().aliases()).parse(broken) {
             Ok(knobs) if knobs.iter().all(|knob| self.is_at(knob)) => {
                 match std::mem::take(&mut self.unbroken) {
                     before if before.is_empty() => {
-                        self.notify(format!("it was broken from the start: {broken}"));
+                        self.desk
+                            .notify(format!("it was broken from the start: {broken}"));
                     }
                     before => self.turn(before),
                 }
@@ -138,13 +130,13 @@ impl App {
                     .collect();
                 self.turn(knobs);
             }
-            Err(error) => self.notify(error.to_string()),
+            Err(error) => self.desk.notify(error.to_string()),
         }
     }
 
     /// The current setting of the rate or depth that `knob` changes.
     fn as_it_is(&self, knob: &Knob) -> Option<Knob> {
-        let graph = self.graph();
+        let graph = self.desk.graph();
         let value = match knob.kind() {
             KnobKind::Rate => graph.node(knob.target())?.hz.get().to_string(),
             KnobKind::Depth => graph.topic(knob.target())?.depth.to_string(),
@@ -166,7 +158,7 @@ impl App {
     /// The same for knobs that may be missing for a reason.
     fn turn_or_notify(&mut self, knobs: Result<Vec<Knob>, String>) {
         if let Err(reason) = knobs.and_then(|knobs| self.try_to_turn(knobs)) {
-            self.notify(reason);
+            self.desk.notify(reason);
         }
     }
 
@@ -181,10 +173,16 @@ impl App {
             return self.turn_for_the_next(knobs);
         }
         for knob in knobs {
-            self.session.send(knob.clone().into());
+            self.desk.run.send(knob.clone().into());
             self.knobs.press(knob);
         }
         Ok(())
+    }
+
+    /// Turns the knobs in `text`.
+    pub(super) fn turn_typed(&mut self, text: &str) -> Result<(), String> {
+        let knobs = KnobText(self.system().aliases()).parse(text);
+        self.try_to_turn(knobs.map_err(|error| error.to_string())?)
     }
 
     fn turn_for_the_next(&mut self, knobs: Vec<Knob>) -> Result<(), String> {
@@ -195,7 +193,7 @@ impl App {
         built.map_err(|error| error.to_string())?;
         let turned = listed(self.system(), &knobs);
         knobs.into_iter().for_each(|knob| self.knobs.set(knob));
-        self.notify(format!(
+        self.desk.notify(format!(
             "the run is over: {turned} counts from the next one, r starts it"
         ));
         Ok(())
@@ -203,7 +201,7 @@ impl App {
 
     /// `knob` in a form the graph accepts.
     fn checked(&self, knob: Knob) -> Result<Knob, String> {
-        let graph = self.graph();
+        let graph = self.desk.graph();
         let (what, known): (_, Vec<&str>) = match knob.kind() {
             kind if kind.is_of_topic() => (
                 "topic",
@@ -227,7 +225,7 @@ impl App {
 
     /// Processes new events.
     pub(super) fn follow_events(&mut self) {
-        for event in self.session.observer().events(self.events.len()) {
+        for event in self.desk.run.observer().events(self.events.len()) {
             self.follow(&event);
             self.events.push(event);
         }
@@ -236,7 +234,7 @@ impl App {
     /// Updates the state after the graph has turned a knob.
     pub(super) fn follow(&mut self, event: &Event) {
         if let Some(refusal) = self.knobs.follow(event) {
-            self.notify(refusal);
+            self.desk.notify(refusal);
         }
         if let EventKind::Refused {
             command: Command::HandOver(_),
@@ -245,28 +243,6 @@ impl App {
         {
             self.stays_on_clock(reason.clone());
         }
-    }
-}
-
-impl TypesKnobs for App {
-    fn prompt(&mut self) -> &mut Prompt {
-        &mut self.prompt
-    }
-
-    fn vocabulary(&self) -> Vocabulary<'_> {
-        Vocabulary {
-            system: self.system(),
-            graph: self.graph(),
-            choices: &self.choices,
-        }
-    }
-
-    fn enter(&mut self, text: &str) -> Result<(), String> {
-        if self.leave_at.is_some() {
-            return self.branch(text);
-        }
-        let knobs = KnobText(self.system().aliases()).parse(text);
-        self.try_to_turn(knobs.map_err(|error| error.to_string())?)
     }
 }
 

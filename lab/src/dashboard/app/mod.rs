@@ -13,39 +13,37 @@ mod restart;
 mod time;
 mod tour;
 
-use std::{path::PathBuf, sync::Arc, time::Duration};
+use std::{path::PathBuf, time::Duration};
 
 use crossterm::event::KeyEvent;
 use ratelab::{Command, Event, Knob, Time};
-use ratelab_account::Snapshot;
 use ratelab_study::{
     experiment::Config,
     system::{System, WorldKind},
 };
 
 use knobs::without_knobs;
+use past::Past;
 use restart::Next;
 
 use super::{
     branch::{LeftRun, PreparedBranch},
     cliff::{CliffMap, MapAxes},
-    exercise_panel::{self, ExercisePanel},
+    desk::Desk,
+    exercise_panel::ExercisePanel,
     focus::Pane,
     frame::{FrameData, SignalTrace},
     history::FrameHistory,
     keys::{LAB, LabAction, MAP, PaneAction, is_chord},
     knob_focus::KnobFocus,
     knobs::Knobs,
-    marks::{TRACE_S, marks},
     model::Model,
-    panes::Panes,
-    past::Past,
     presets::{Direction, at_end},
-    prompt::{Prompt, TypesKnobs},
-    sampler::{self, RunSource, Sampler},
+    prompt::Vocabulary,
+    sampler::{RunSource, Sampler},
     session::{Session, SessionResult, SessionSetup},
     tour::Tour,
-    view::{Footer, HelpPage, ScreenState, StatusExtra, TextPage},
+    view::{Bottom, Page, ScreenState, StatusExtra},
 };
 use crate::{
     error::LabError,
@@ -61,8 +59,6 @@ pub struct App {
     config: Config,
     /// The knobs turned so far, for the next session too.
     knobs: Knobs,
-    /// The node and the topics of the knob keys.
-    knob_focus: KnobFocus,
     /// The system's own world, if it has one.
     own_world: Option<WorldKind>,
     /// The choices of the keys p and P.
@@ -72,12 +68,12 @@ pub struct App {
     /// The events of the session so far.
     events: Vec<Event>,
     setup: SessionSetup,
-    session: Session,
+    /// The current session.
+    desk: Desk<Session>,
     /// The step after the end of the session, if it is ending.
     next: Option<Next>,
     /// Whether run time is paused because the program is being suspended.
     resting: bool,
-    sampler: Sampler,
     history: FrameHistory,
     /// The destination of the next recording.
     destination: Destination,
@@ -89,7 +85,6 @@ pub struct App {
     recorded: Vec<FinishedRecording>,
     /// The first recording that ended early.
     unrecorded: Option<RecordError>,
-    frame: Option<Arc<FrameData>>,
     /// The learner's number: the seed of the first session.
     learner: u64,
     /// The exercises, while they are open.
@@ -112,20 +107,10 @@ pub struct App {
     mapping: bool,
     /// The learner's predictions, if the map is to ask for that of what it shows.
     asks_first: Option<PathBuf>,
-    /// The controls of the panes.
-    pub panes: Panes,
-    /// The input line for a knob.
-    prompt: Prompt,
-    /// The moment of the branch whose knob is being typed.
-    leave_at: Option<Time>,
     /// The run that the session left, if it is a branch.
     left: Option<LeftRun>,
     /// The run while it is looked at again, tick by tick.
     past: Option<Past>,
-    /// The latest notice of the dashboard.
-    pub notice: Option<String>,
-    /// Whether to quit.
-    pub quit: bool,
 }
 
 impl App {
@@ -149,7 +134,7 @@ impl App {
         let session = prepared.begin(None);
         let seed = session.config().seed;
         let mut app = Self::of(session, setup, Destination::default(), seed);
-        app.sampler = sampler;
+        app.desk.sampler = sampler;
         app.begin_branch(Some(left));
         app
     }
@@ -160,13 +145,14 @@ impl App {
             own_world: own_world(&setup.system, session.config()),
             config: without_knobs(session.config().clone()),
             knobs: Knobs::new(session.config().setup.clone()),
-            knob_focus: KnobFocus::new(session.system(), &session.observer().read_counters()),
             pause: false,
             events: Vec::new(),
-            session,
+            desk: Desk {
+                knob_focus: KnobFocus::new(session.system(), &session.observer().read_counters()),
+                ..Desk::new(session)
+            },
             next: None,
             resting: false,
-            sampler: Sampler::default(),
             history: FrameHistory::default(),
             destination,
             record: setup.record.is_some(),
@@ -174,7 +160,6 @@ impl App {
             completing: Vec::new(),
             recorded: Vec::new(),
             unrecorded: None,
-            frame: None,
             learner,
             panel: None,
             covered: false,
@@ -186,13 +171,8 @@ impl App {
             map_axes: MapAxes::default(),
             mapping: false,
             asks_first: None,
-            panes: Panes::default(),
-            prompt: Prompt::default(),
-            leave_at: None,
             left: None,
             past: None,
-            notice: None,
-            quit: false,
         }
     }
 
@@ -203,7 +183,7 @@ impl App {
 
     /// Whether the run is over.
     pub fn ended(&self) -> bool {
-        self.session.summary().is_some()
+        self.desk.run.summary().is_some()
     }
 
     /// Events up to `now`.
@@ -223,8 +203,8 @@ impl App {
     /// end before is abandoned.
     pub fn finish(mut self) -> LabOutcome {
         let ended = match self.next {
-            None => self.session.finish(),
-            Some(_) => Err(self.session.abandon()),
+            None => self.desk.run.finish(),
+            Some(_) => Err(self.desk.run.abandon()),
         };
         self.finish_recordings();
         let verdict = ended.as_ref().ok().map(|ended| ended.summary.verdict);
@@ -252,15 +232,36 @@ pub struct LabOutcome {
 }
 
 impl Model for App {
+    type Run = Session;
+
+    fn desk(&self) -> &Desk<Session> {
+        &self.desk
+    }
+
+    fn desk_mut(&mut self) -> &mut Desk<Session> {
+        &mut self.desk
+    }
+
+    fn vocabulary(&self) -> Vocabulary<'_> {
+        self.desk.vocabulary(&self.choices)
+    }
+
+    fn enter(&mut self, text: &str) -> Result<(), String> {
+        match self.desk.prompt.branch() {
+            Some(at) => self.branch(at, text),
+            None => self.turn_typed(text),
+        }
+    }
+
     fn sample(&mut self) -> Result<bool, LabError> {
-        self.session.poll()?;
+        self.desk.run.poll()?;
         self.follow_end(Duration::ZERO)?;
         self.follow_events();
         self.follow_recordings();
         self.notice_outside();
         let measured = self.panel.as_mut().is_some_and(ExercisePanel::poll);
         let new = measured | self.add_frame();
-        self.frame = self.history.shown();
+        self.desk.frame = self.history.shown();
         let mapped = self.follow_map();
         let played = self.follow_past()?;
         Ok(new || mapped || played)
@@ -270,36 +271,28 @@ impl Model for App {
         if let Some(player) = self.player() {
             return player.screen();
         }
-        let frame = self.frame.as_deref()?;
-        let system = self.system();
-        let trace = self.sampler.trace(system, frame.now, TRACE_S);
+        let frame = self.desk.frame.as_deref()?;
+        let events = self.events(frame.now).cloned().collect();
+        let screen = self.desk.screen(frame.now, events)?;
+        let safe = self.by_hand.as_ref().map(|_| RescueTry::SAFE_DEG);
         Some(ScreenState {
-            system,
-            frame,
-            trace: trace.map(|trace| SignalTrace {
-                marks: marks(system, self.events(frame.now), frame.now),
-                safe: self.by_hand.as_ref().map(|_| RescueTry::SAFE_DEG),
-                ..trace
-            }),
-            timeline: sampler::timeline(&self.session, self.panes.timeline, frame.now),
-            knot: None,
-            knob_focus: self.knob_focus.clone(),
-            events: self.events(frame.now).cloned().collect(),
+            trace: screen.trace.map(|trace| SignalTrace { safe, ..trace }),
             extra: StatusExtra {
                 back: self.looking_back(),
-                ended: self.ended(),
                 recording: self.recording(),
-                ..StatusExtra::default()
+                ..screen.extra
             },
-            focus: self.panes.focus,
-            zoomed: self.panes.zoomed,
-            scrubber: None,
             map: self.open(),
-            footer: self.footer(),
-            help: self.help(),
             page: self.page(frame),
             aside: self.tour_page(frame),
-            notice: self.notice.as_deref(),
+            bottom: Bottom {
+                hints: match self.mapping {
+                    true => MAP.hints(|_| true),
+                    false => LAB.hints(|action| self.knows(*action)),
+                },
+                ..screen.bottom
+            },
+            ..screen
         })
     }
 
@@ -307,18 +300,14 @@ impl Model for App {
         let action = LAB.action(key);
         if self.next.is_some() {
             // A session that is ending ignores other keys.
-            self.quit |= action == Some(LabAction::Quit);
+            self.desk.quit |= action == Some(LabAction::Quit);
             return Ok(());
         }
-        self.notice = None;
+        self.desk.notice = None;
         if !(action == Some(LabAction::Quit) && is_chord(key)) && self.is_for_the_past(key)? {
             return Ok(());
         }
-        if self.prompt.is_open() && !is_chord(key) {
-            self.type_key(key);
-            return Ok(());
-        }
-        if action != Some(LabAction::Quit) && self.panes.scroll(key) {
+        if self.is_typed(key, action == Some(LabAction::Quit)) {
             return Ok(());
         }
         if self.panel.is_some() && !is_chord(key) {
@@ -333,15 +322,15 @@ impl Model for App {
             (None, Some(action)) => self.act(action),
             (None, None) => Ok(()),
         };
-        self.frame = self.history.shown();
+        self.desk.frame = self.history.shown();
         done
     }
 
     fn paste(&mut self, text: &str) {
         if let Some(Past::Playing(player)) = &mut self.past {
             player.paste(text);
-        } else if self.prompt.is_open() {
-            self.prompt.paste(text);
+        } else if self.desk.prompt.is_open() {
+            self.desk.prompt.paste(text);
         } else if let Some(panel) = &mut self.panel {
             panel.paste(&text.replace(char::is_control, " "));
         }
@@ -356,20 +345,16 @@ impl Model for App {
             player.go_on();
         }
         if std::mem::take(&mut self.resting) {
-            self.session.send(Command::Resume);
+            self.desk.run.send(Command::Resume);
         }
-    }
-
-    fn wants_quit(&self) -> bool {
-        self.quit
     }
 }
 
 impl App {
     /// Adds a frame of the session; returns whether it is a new one.
     fn add_frame(&mut self) -> bool {
-        let rows = self.session.new_rows();
-        let mut frame = self.sampler.frame_data(&mut self.session, &rows);
+        let rows = self.desk.run.new_rows();
+        let mut frame = self.desk.sampler.frame_data(&mut self.desk.run, &rows);
         self.follow_rescue(&rows, &mut frame);
         self.follow_branch(&mut frame);
         self.cover_cause(&mut frame);
@@ -385,19 +370,16 @@ impl App {
             LabAction::Delay(direction) => self.turn_delay(direction),
             LabAction::Loss(direction) => self.turn_loss(direction),
             LabAction::Node(direction) => {
-                let graph = self.graph();
-                self.knob_focus.move_node(&graph, direction);
+                let graph = self.desk.graph();
+                self.desk.knob_focus.move_node(&graph, direction);
             }
             LabAction::Topic(direction) => {
-                let graph = self.graph();
-                let system = self.session.system();
-                self.knob_focus.move_topic(system, &graph, direction);
+                let graph = self.desk.graph();
+                let system = self.desk.run.system();
+                self.desk.knob_focus.move_topic(system, &graph, direction);
             }
             LabAction::Break => self.break_it(),
-            LabAction::Type => {
-                self.leave_at = None;
-                self.prompt.open();
-            }
+            LabAction::Type => self.desk.prompt.open(None),
             LabAction::Branch => self.ask_for_branch(),
             LabAction::Pause => self.pause(),
             LabAction::StepForward => self.step(),
@@ -416,37 +398,20 @@ impl App {
             LabAction::OtherWorld => return self.other_world(),
             LabAction::Seed(direction) => return self.change_seed(direction),
             LabAction::Choice(direction) => self.choose(direction),
-            LabAction::Panes(action) => self.act_on_panes(action),
+            LabAction::Panes(action) => self.focus_and_act(action),
             LabAction::Quit => return self.leave(),
         }
         Ok(())
     }
 
-    /// The help page for the current mode, if it is open.
-    fn help(&self) -> Option<HelpPage> {
-        self.panes.help(|| match self.mapping {
+    /// The open page: over the panes, or of the exercises.
+    fn page(&self, frame: &FrameData) -> Option<Page> {
+        let rows = || match self.mapping {
             true => MAP.rows(|_| true),
             false => LAB.rows(|action| self.knows(*action)),
-        })
-    }
-
-    /// The open page of text: of the exercises, or about a pane.
-    fn page(&self, frame: &FrameData) -> Option<TextPage> {
-        let explanation = self.panes.explanation(self.system(), frame);
-        explanation.or_else(|| self.panel.as_ref().map(ExercisePanel::page))
-    }
-
-    fn footer(&self) -> Footer<'_> {
-        if self.prompt.is_open() {
-            return self.prompt.line(&self.vocabulary(), self.leave_at);
-        }
-        if self.panel.is_some() && self.panes.overlay.is_none() {
-            return Footer::listed(exercise_panel::HINTS);
-        }
-        self.panes.footer(|| match self.mapping {
-            true => MAP.hints(|_| true),
-            false => LAB.hints(|action| self.knows(*action)),
-        })
+        };
+        let over = self.desk.panes.page(rows, self.system(), frame);
+        over.or_else(|| self.panel.as_ref().map(ExercisePanel::page))
     }
 
     /// Whether `action` has any use in this session.
@@ -462,44 +427,31 @@ impl App {
     }
 
     fn system(&self) -> &dyn System {
-        self.session.system()
-    }
-
-    /// The current graph and its counters.
-    fn graph(&self) -> Snapshot {
-        self.session.observer().read_counters()
-    }
-
-    fn notify(&mut self, notice: impl Into<String>) {
-        self.notice = Some(notice.into());
+        self.desk.run.system()
     }
 
     /// Selecting another push in the timeline focuses the timeline.
-    fn act_on_panes(&mut self, action: PaneAction) {
-        let Some(now) = self.frame.as_ref().map(|frame| frame.now) else {
+    fn focus_and_act(&mut self, action: PaneAction) {
+        let Some(now) = self.desk.frame.as_ref().map(|frame| frame.now) else {
             return;
         };
         if matches!(action, PaneAction::Push(_)) {
-            self.panes.focus = Pane::Timeline;
+            self.desk.panes.focus = Pane::Timeline;
         }
-        let run = (&self.session, now);
-        match self.panes.after(action, self.screen().as_ref(), run) {
-            Ok(panes) => self.panes = panes,
-            Err(notice) => self.notify(notice),
-        }
+        self.act_on_panes(action, now);
     }
 
     /// Whether the graph can still be changed; prints a notice if not.
     fn alive(&mut self) -> bool {
         if self.ended() {
-            self.notify("the run is over: r starts again");
+            self.desk.notify("the run is over: r starts again");
         }
         !self.ended()
     }
 
     fn other_world(&mut self) -> Result<(), LabError> {
         let Some(own) = self.own_world else {
-            self.notify("this system has no world of its own");
+            self.desk.notify("this system has no world of its own");
             return Ok(());
         };
         let world = match self.config.world {
@@ -525,7 +477,7 @@ impl App {
                 ..self.wanted()
             }),
             None => {
-                self.notify(at_end("seed", direction, seed));
+                self.desk.notify(at_end("seed", direction, seed));
                 Ok(())
             }
         }

@@ -3,13 +3,19 @@
 use crossterm::event::KeyEvent;
 use ratelab::{ClockKind, Command, Event};
 
-use super::{App, restart::Next};
+use super::App;
 use crate::{
-    dashboard::{
-        executing::Executing, model::Model, past::Past, player::Player, sampler::RunSource,
-    },
+    dashboard::{executing::Executing, model::Model, player::Player, sampler::RunSource},
     error::LabError,
 };
+
+/// A run that is looked at again.
+pub(super) enum Past {
+    /// It is executed again.
+    Executing(Executing),
+    /// It is played.
+    Playing(Box<Player>),
+}
 
 impl App {
     /// Whether the run is at rest and was under the real clock, so that it can be executed
@@ -19,24 +25,24 @@ impl App {
             let command = event.applied();
             matches!(command, Some(Command::HandOver(ClockKind::Real)))
         };
-        let real = self.session.config().clock == ClockKind::Real;
+        let real = self.desk.run.config().clock == ClockKind::Real;
         let real = real || self.events.iter().any(handed_over);
-        real && self.session.at_rest()
+        real && self.desk.run.at_rest()
     }
 
     /// Looks back: at the run itself if it can be executed again, or else at the picture
     /// before.
     pub(super) fn look_back(&mut self) {
         if self.looking_back().is_none() && self.has_past() {
-            let Some(recording) = self.session.so_far() else {
-                return self.notify("this run is gone: r starts again");
+            let Some(recording) = self.desk.run.so_far() else {
+                return self.desk.notify("this run is gone: r starts again");
             };
             match Executing::of(recording.into(), &self.setup.system) {
                 Ok(executing) => self.past = Some(Past::Executing(executing)),
-                Err(error) => self.notify(error.to_string()),
+                Err(error) => self.desk.notify(error.to_string()),
             }
         } else if !self.history.back() {
-            self.notify("this is the oldest picture kept");
+            self.desk.notify("this is the oldest picture kept");
         }
     }
 
@@ -45,7 +51,7 @@ impl App {
         match self.past.take() {
             None => Ok(false),
             Some(Past::Executing(executing)) if !executing.is_over() => {
-                self.notify(executing.progress());
+                self.desk.notify(executing.progress());
                 self.past = Some(Past::Executing(executing));
                 Ok(true)
             }
@@ -54,11 +60,11 @@ impl App {
                     Ok(executed) => {
                         let pace = (self.config.end, self.config.speed);
                         let player = Player::at_the_end(executed, &self.setup.system);
-                        let mut player = player.within(self.setup.clone(), pace, self.panes);
+                        let mut player = player.within(self.setup.clone(), pace, self.desk.panes);
                         player.sample()?;
                         self.past = Some(Past::Playing(Box::new(player)));
                     }
-                    Err(error) => self.notify(error.to_string()),
+                    Err(error) => self.desk.notify(error.to_string()),
                 }
                 Ok(true)
             }
@@ -79,13 +85,8 @@ impl App {
         if player.wants_quit() {
             let branch = player.take_branch();
             self.past = None;
-            if let Some((prepared, left)) = branch {
-                self.session.stop();
-                self.next = Some(Next::Session {
-                    prepared: Box::new(prepared),
-                    by_hand: false,
-                    left: Some(left),
-                });
+            if let Some(branch) = branch {
+                self.go_to(branch);
             }
         }
         Ok(true)

@@ -6,17 +6,12 @@ use ratelab::{Event, Knob};
 
 use super::App;
 use crate::{
-    dashboard::{frame::FrameData, knob_focus::KnobFocus, sampler::RunSource, session::Session},
+    dashboard::{frame::FrameData, sampler::RunSource},
     recording::Destination,
     rescue::RescueTry,
 };
 
 impl App {
-    /// The current session.
-    pub fn session(&self) -> &Session {
-        &self.session
-    }
-
     /// Turns knobs, like a key.
     pub fn turn_to(&mut self, knobs: Vec<Knob>) {
         self.turn(knobs);
@@ -24,23 +19,8 @@ impl App {
 
     /// Turns a knob of the graph, unchecked.
     pub fn press_unchecked(&mut self, knob: Knob) {
-        self.session.send(knob.clone().into());
+        self.desk.run.send(knob.clone().into());
         self.knobs.press(knob);
-    }
-
-    /// The typed text, if the prompt is open.
-    pub fn typed(&self) -> Option<&str> {
-        self.prompt.is_open().then(|| self.prompt.typed())
-    }
-
-    /// The prompt's reply to its last entry.
-    pub fn refusal(&self) -> Option<&str> {
-        self.prompt.refusal()
-    }
-
-    /// The node and the topics of the knob keys.
-    pub fn knob_focus(&self) -> &KnobFocus {
-        &self.knob_focus
     }
 
     /// Processes an event of the graph.
@@ -50,8 +30,8 @@ impl App {
 
     /// A frame of the session.
     pub fn picture_now(&mut self) -> FrameData {
-        let rows = self.session.new_rows();
-        self.sampler.frame_data(&mut self.session, &rows)
+        let rows = self.desk.run.new_rows();
+        self.desk.sampler.frame_data(&mut self.desk.run, &rows)
     }
 
     /// Begins a rescue by hand.

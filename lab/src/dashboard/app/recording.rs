@@ -8,29 +8,29 @@ impl App {
     pub(super) fn toggle_recording(&mut self) {
         if self.ended() {
             self.record = !self.record;
-            self.notify(if self.record {
+            self.desk.notify(if self.record {
                 "the run is over: r starts one that is recorded"
             } else {
                 "the run is over, and the next is not recorded"
             });
-        } else if let Some(recorder) = self.session.recorder() {
+        } else if let Some(recorder) = self.desk.run.recorder() {
             recorder.end(StopReason::Off);
             self.record = false;
             self.follow_recordings();
         } else {
-            match self.session.record(&mut self.destination) {
+            match self.desk.run.record(&mut self.destination) {
                 Ok(path) => {
                     self.record = true;
-                    self.notify(format!("recording to {}", path.display()));
+                    self.desk.notify(format!("recording to {}", path.display()));
                 }
-                Err(error) => self.notify(error.to_string()),
+                Err(error) => self.desk.notify(error.to_string()),
             }
         }
     }
 
     /// Checks for ended recordings; the end takes a moment.
     pub(super) fn follow_recordings(&mut self) {
-        self.completing.extend(self.session.take_recorder());
+        self.completing.extend(self.desk.run.take_recorder());
         let done = self
             .completing
             .extract_if(.., |recorder| recorder.has_ended());
@@ -41,7 +41,7 @@ impl App {
 
     /// Waits for all recordings of past sessions.
     pub(super) fn finish_recordings(&mut self) {
-        self.completing.extend(self.session.take_recorder());
+        self.completing.extend(self.desk.run.take_recorder());
         for recorder in std::mem::take(&mut self.completing) {
             self.note_recorded(recorder);
         }
@@ -53,11 +53,12 @@ impl App {
             Ok(recorded) => {
                 let defect = recorded.defect().map(|defect| format!(": {defect}"));
                 let path = recorded.path.display();
-                self.notify(format!("recorded {path}{}", defect.unwrap_or_default()));
+                self.desk
+                    .notify(format!("recorded {path}{}", defect.unwrap_or_default()));
                 self.recorded.push(recorded);
             }
             Err(error) => {
-                self.notify(error.to_string());
+                self.desk.notify(error.to_string());
                 self.record = false;
                 self.unrecorded.get_or_insert(error);
             }
@@ -66,14 +67,14 @@ impl App {
 
     /// Gives notice of what a thread outside of the graph wrote to, once for each.
     pub(super) fn notice_outside(&mut self) {
-        let names = self.session.written_from_outside();
+        let names = self.desk.run.written_from_outside();
         if !names.is_empty() {
-            self.notify(outside(&names.join(" and ")));
+            self.desk.notify(outside(&names.join(" and ")));
         }
     }
 
     /// Number of items lost by the current recording; `None` without one.
     pub(super) fn recording(&self) -> Option<u64> {
-        self.session.recorder().map(Recorder::lost)
+        self.desk.run.recorder().map(Recorder::lost)
     }
 }

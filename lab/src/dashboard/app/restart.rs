@@ -53,12 +53,8 @@ impl App {
         self.start(config, false)
     }
 
-    /// The same for a rescue by hand, recorded and judged.
-    pub(super) fn restart_by_hand(&mut self, config: Config) -> Result<(), LabError> {
-        self.start(config, true)
-    }
-
-    fn start(&mut self, config: Config, by_hand: bool) -> Result<(), LabError> {
+    /// The same; a session `by_hand` is a rescue, recorded and judged.
+    pub(super) fn start(&mut self, config: Config, by_hand: bool) -> Result<(), LabError> {
         match self.prepared(config).map(Box::new) {
             Ok(prepared) => self.end_with(Next::Session {
                 prepared,
@@ -66,7 +62,7 @@ impl App {
                 left: None,
             }),
             Err(reason) => {
-                self.notify(reason);
+                self.desk.notify(reason);
                 Ok(())
             }
         }
@@ -81,7 +77,7 @@ impl App {
     }
 
     fn end_with(&mut self, next: Next) -> Result<(), LabError> {
-        self.session.stop();
+        self.desk.run.stop();
         self.next = Some(next);
         self.follow_end(PATIENCE)
     }
@@ -92,9 +88,9 @@ impl App {
         let Some(next) = self.next.take() else {
             return Ok(());
         };
-        if self.session.wait(patience)? {
+        if self.desk.run.wait(patience)? {
             match next {
-                Next::Leave => self.quit = true,
+                Next::Leave => self.desk.quit = true,
                 Next::Session {
                     prepared,
                     by_hand,
@@ -109,9 +105,9 @@ impl App {
                 Next::Leave => "q again",
                 Next::Session { .. } => "q",
             };
-            self.notify(format!(
+            self.desk.notify(format!(
                 "waiting for {}, still in a tick: {quit} or Ctrl-C ends without it",
-                list(&self.session.busy())
+                list(&self.desk.run.busy())
             ));
             self.next = Some(next);
         }
@@ -120,13 +116,13 @@ impl App {
 
     /// Starts the prepared session, after the end of the previous one.
     fn begin(&mut self, prepared: Prepared, by_hand: bool) -> Result<(), LabError> {
-        let sampler = self.sampler.next(&self.session);
-        match self.session.finish() {
+        let sampler = self.desk.sampler.next(&self.desk.run);
+        match self.desk.run.finish() {
             // The rows of a session with a successor are discarded.
             Ok(_) | Err(LabError::Csv(_)) => {}
             Err(error) => return Err(error),
         }
-        (self.notice, self.past) = (None, None);
+        (self.desk.notice, self.past) = (None, None);
         self.follow_recordings();
         self.record |= by_hand;
         let record = self.record.then(|| prepared.record(&mut self.destination));
@@ -134,12 +130,12 @@ impl App {
             self.unrecordable(error);
             None
         });
-        self.session = prepared.begin(recorder);
-        self.config = without_knobs(self.session.config().clone());
+        self.desk.run = prepared.begin(recorder);
+        self.config = without_knobs(self.desk.run.config().clone());
         self.knobs = Knobs::new(self.config.setup.clone());
-        self.sampler = sampler;
+        self.desk.sampler = sampler;
         self.history = FrameHistory::default();
-        self.panes.timeline = TimelineView::default();
+        self.desk.panes.timeline = TimelineView::default();
         self.events.clear();
         self.pause = false;
         // A rescue is judged by its recording.
@@ -151,14 +147,15 @@ impl App {
     pub(super) fn begin_branch(&mut self, left: Option<LeftRun>) {
         if let Some(left) = &left {
             self.config.clock = ClockKind::Virtual;
-            self.notify(format!("left at {}", left.change.left(left.asked)));
+            self.desk
+                .notify(format!("left at {}", left.change.left(left.asked)));
         }
         self.left = left;
     }
 
     /// Continues the session without a recording; the exit code reports it as well.
     fn unrecordable(&mut self, error: LabError) {
-        self.notify(error.to_string());
+        self.desk.notify(error.to_string());
         self.record = false;
         if let LabError::Record { path, why } = error {
             self.unrecorded.get_or_insert(RecordError { path, why });
@@ -173,10 +170,10 @@ impl App {
             return;
         }
         self.resting = true;
-        self.session.send(Command::Pause);
+        self.desk.run.send(Command::Pause);
         let asked = Instant::now();
         // The program is suspended even with a busy graph.
-        while !self.session.observer().status().paused && asked.elapsed() < PATIENCE {
+        while !self.desk.run.observer().status().paused && asked.elapsed() < PATIENCE {
             thread::sleep(Duration::from_millis(1));
         }
     }

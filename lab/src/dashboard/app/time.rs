@@ -17,7 +17,7 @@ impl App {
             } else {
                 Command::Resume
             };
-            self.session.send(command);
+            self.desk.run.send(command);
         }
     }
 
@@ -28,11 +28,11 @@ impl App {
             match self.clock() {
                 ClockKind::Virtual => {
                     self.pause = true;
-                    self.session.send(Command::Step);
+                    self.desk.run.send(Command::Step);
                 }
-                ClockKind::Real => {
-                    self.notify("the real clock cannot step on: , goes back, c changes it")
-                }
+                ClockKind::Real => self
+                    .desk
+                    .notify("the real clock cannot step on: , goes back, c changes it"),
             }
         }
     }
@@ -45,15 +45,15 @@ impl App {
     pub(super) fn other_clock(&mut self) {
         if self.alive() {
             let other = self.clock().other();
-            self.session.send(Command::HandOver(other));
+            self.desk.run.send(Command::HandOver(other));
             self.config.clock = other;
         }
     }
 
     /// The graph stays under its clock, whatever was wanted.
     pub(super) fn stays_on_clock(&mut self, reason: String) {
-        self.config.clock = self.session.observer().status().clock;
-        self.notify(reason);
+        self.config.clock = self.desk.run.observer().status().clock;
+        self.desk.notify(reason);
     }
 
     pub(super) fn change_speed(&mut self, direction: Direction) {
@@ -64,7 +64,8 @@ impl App {
         match presets::next(&presets::SPEEDS, current, direction) {
             Some(factor) => self.set_speed(factor),
             None if self.has_speed() => {
-                self.notify(presets::at_end("speed", direction, self.config.speed))
+                self.desk
+                    .notify(presets::at_end("speed", direction, self.config.speed))
             }
             None => {}
         }
@@ -76,9 +77,10 @@ impl App {
         {
             self.config.speed = speed;
             if self.ended() {
-                self.notify(format!("the run is over; r starts one at {speed}"));
+                self.desk
+                    .notify(format!("the run is over; r starts one at {speed}"));
             } else {
-                self.session.send(Command::Speed(speed));
+                self.desk.run.send(Command::Speed(speed));
             }
         }
     }
@@ -87,7 +89,8 @@ impl App {
     fn has_speed(&mut self) -> bool {
         let real = self.clock() == ClockKind::Real;
         if real {
-            self.notify("the real clock has no speed to set; c changes it");
+            self.desk
+                .notify("the real clock has no speed to set; c changes it");
         }
         !real
     }

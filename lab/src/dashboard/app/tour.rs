@@ -6,7 +6,7 @@ use super::App;
 use crate::dashboard::{
     frame::FrameData,
     tour::{Guide, OFFER, Seen, Tour, Walk},
-    view::TextPage,
+    view::Page,
 };
 
 impl App {
@@ -14,7 +14,7 @@ impl App {
     pub fn guide(&mut self, guide: Guide) {
         match guide {
             Guide::Nobody => {}
-            Guide::Offer => self.notify(OFFER),
+            Guide::Offer => self.desk.notify(OFFER),
             Guide::Tour => self.tour = Some(Tour::default()),
         }
     }
@@ -42,7 +42,7 @@ impl App {
     }
 
     /// The step of the tour, about the run in `frame`.
-    pub(super) fn tour_page(&self, frame: &FrameData) -> Option<TextPage> {
+    pub(super) fn tour_page(&self, frame: &FrameData) -> Option<Page> {
         let run = || Seen::of(frame, &self.wanted(), self.ended());
         self.tour.map(|tour| tour.page(&run()))
     }

@@ -4,7 +4,7 @@ use ratelab::{Hz, Knob, KnobKind};
 use ratelab_effects::takes_time;
 use ratelab_study::system::System;
 
-use super::{Explained, Facts, Owner, Tried, acting, ms, number};
+use super::{Facts, Owner, Tried, acting, ms, number};
 use std::time::Duration;
 
 /// The keys that raise the rates of the first aliases.
@@ -105,13 +105,13 @@ impl Facts<'_> {
     }
 
     /// The stage in which the age arose, and its cure with its `effect`.
-    pub(super) fn blame(&self, owner: Owner, effect: Effect, explained: &Explained<'_>) -> String {
+    pub(super) fn blame(&self, owner: Owner, effect: Effect) -> String {
         let arose = match owner {
-            Owner::Rate(node) => return self.blame_rate(node, explained),
-            Owner::Cost(node) => return self.blame_cost(node, effect, explained),
+            Owner::Rate(node) => return self.blame_rate(node),
+            Owner::Cost(node) => return self.blame_cost(node, effect),
             Owner::Match(topic, node) => {
                 let (name, other) = (self.node(node), self.topic(topic));
-                let share = self.share(owner, explained);
+                let share = self.share(owner);
                 return format!(
                     "the age arose as the {name} waits for {other}, to match{share}: what makes \
                      {other} come sooner helps"
@@ -120,7 +120,7 @@ impl Facts<'_> {
             Owner::Late(node) => {
                 let name = self.node(node);
                 if let Some(executor) = self.graph.nodes[node].executor {
-                    let share = self.share(owner, explained);
+                    let share = self.share(owner);
                     return format!(
                         "the age arose as the {name} waits for its executor {executor}{share}: \
                          quicker nodes in it help, or another executor"
@@ -129,7 +129,7 @@ impl Facts<'_> {
                 format!("the age arose in the {name}: it wakes late")
             }
             Owner::Hang(node) => {
-                let (name, cost) = (self.node(node), explained.hang(node).unwrap_or_default());
+                let (name, cost) = (self.node(node), self.hang(node).unwrap_or_default());
                 format!(
                     "the age arose in the {name}: it hung, one tick took {}",
                     ms(cost)
@@ -137,14 +137,14 @@ impl Facts<'_> {
             }
             Owner::Crash(node) => self.blame_crash(node),
             Owner::Clock(node) => {
-                let (name, every) = (self.node(node), ms(explained.interval(node)));
+                let (name, every) = (self.node(node), ms(self.interval(node)));
                 format!("the age arose in the {name}: by its wrong clock it ticks every {every}")
             }
             Owner::Phase(_) => "the age arose as messages wait for ticks".to_owned(),
             Owner::Link(topic) => {
                 let name = self.topic(topic);
-                let delay = explained.delay(topic);
-                let what = match (losses(explained.lost(topic)), delay.is_zero()) {
+                let delay = self.delay(topic);
+                let what = match (losses(self.lost(topic)), delay.is_zero()) {
                     (Some(loses), true) => loses,
                     (Some(loses), false) => format!("takes {} and {loses}", ms(delay)),
                     (None, _) => format!("takes {}", ms(delay)),
@@ -176,10 +176,10 @@ impl Facts<'_> {
         }
     }
 
-    fn blame_cost(&self, node: usize, effect: Effect, explained: &Explained<'_>) -> String {
-        let (name, every) = (self.node(node), ms(explained.interval(node)));
-        let time = explained.time().as_secs_f64();
-        let busy = (explained.busy(node).as_secs_f64() / time * 100.0).min(100.0);
+    fn blame_cost(&self, node: usize, effect: Effect) -> String {
+        let (name, every) = (self.node(node), ms(self.interval(node)));
+        let time = self.time().as_secs_f64();
+        let busy = (self.busy(node).as_secs_f64() / time * 100.0).min(100.0);
         let advice = match self.cure(Owner::Cost(node)) {
             Some(cure) => self.advice(&cure, effect),
             None => "try a faster one".to_owned(),
@@ -200,8 +200,8 @@ impl Facts<'_> {
     }
 
     /// The share of an owner in the age, in parentheses.
-    fn share(&self, owner: Owner, explained: &Explained<'_>) -> String {
-        let owners = acting(self.system, self.graph).map(|acts| explained.owners(acts));
+    fn share(&self, owner: Owner) -> String {
+        let owners = acting(self.system, self.graph).map(|acts| self.owners(acts));
         let owners = owners.unwrap_or_default();
         let all: Duration = owners.iter().map(|(_, took)| *took).sum();
         let own = owners.iter().find(|(known, _)| *known == owner);
@@ -226,16 +226,16 @@ impl Facts<'_> {
         self.system.warnings(&setup) == now
     }
 
-    fn blame_rate(&self, node: usize, explained: &Explained<'_>) -> String {
+    fn blame_rate(&self, node: usize) -> String {
         let name = self.node(node);
         let every = match self.graph.nodes[node].overruns {
-            0 => explained.pace(node),
-            _ => explained.interval(node),
+            0 => self.pace(node),
+            _ => self.interval(node),
         };
         let (setting, key) = rate_setting(self.system, name);
         let mut turned = self.turned.iter();
         let raised = turned.any(|knob| knob.kind() == KnobKind::Rate && knob.target() == name)
-            && explained.pace(node) > self.graph.nodes[node].hz.period();
+            && self.pace(node) > self.graph.nodes[node].hz.period();
         let cure = match key.filter(|_| self.live) {
             _ if !self.has_time(node) => {
                 "There is no time for a higher rate: lower the load first".to_owned()

@@ -16,14 +16,15 @@ use ratelab_study::system::{Alias, Setup, System};
 
 use blame::Effect;
 pub use hang::Hang;
-pub use owner::{Explained, Owner};
+pub use owner::Owner;
 pub use trial::{CureTrials, Trial, Tried};
 
 use super::{
     frame::{AgeData, Strain},
     settings::setting,
+    upstream::upstream,
 };
-use crate::names;
+use crate::{names, timing::earlier};
 
 /// A lost run.
 pub struct Facts<'a> {
@@ -71,8 +72,7 @@ impl Facts<'_> {
         let Some(acts) = acting(self.system, self.graph).filter(|_| self.is_old()) else {
             return Vec::new();
         };
-        let explained = self.explained();
-        let cures = self.causes(&explained, acts).into_iter();
+        let cures = self.causes(acts).into_iter();
         cures.map(|(_, cure)| cure).collect()
     }
 
@@ -93,10 +93,9 @@ impl Facts<'_> {
                 ..Cause::default()
             };
         }
-        let explained = self.explained();
-        let owners = main_owners(&explained, acts);
-        let causes = self.causes(&explained, acts);
-        let mut lines = self.lines(&owners, &causes, tried, &explained);
+        let owners = self.main_owners(acts);
+        let causes = self.causes(acts);
+        let mut lines = self.lines(&owners, &causes, tried);
         if lines.is_empty() {
             lines.push("no action was applied in the last second".to_owned());
         }
@@ -110,23 +109,11 @@ impl Facts<'_> {
         self.system.lost_anyway(self.setup).is_none() && self.fresh().is_none()
     }
 
-    fn explained(&self) -> Explained<'_> {
-        let (from, to) = self.late;
-        Explained {
-            lineage: self.lineage,
-            graph: self.graph,
-            setup: self.setup,
-            hangs: self.hangs,
-            from,
-            to,
-        }
-    }
-
     /// The owners of the age with a knob that takes their part away, the most important
     /// first.
-    fn causes(&self, explained: &Explained<'_>, acts: usize) -> Vec<(Owner, Knob)> {
-        let mut owners = main_owners(explained, acts);
-        let others = explained.owners(acts).into_iter().map(|(owner, _)| owner);
+    fn causes(&self, acts: usize) -> Vec<(Owner, Knob)> {
+        let mut owners = self.main_owners(acts);
+        let others = self.owners(acts).into_iter().map(|(owner, _)| owner);
         owners.extend(others);
         let mut causes: Vec<(Owner, Knob)> = Vec::new();
         for owner in owners {
@@ -139,13 +126,34 @@ impl Facts<'_> {
         causes
     }
 
+    /// The owner of the largest part of an age; for a slow node, also the nodes that are
+    /// equally slow.
+    fn main_owners(&self, acts: usize) -> Vec<Owner> {
+        let owners = self.owners(acts);
+        let Some(&(first, _)) = owners.first() else {
+            let mut path = before(self.lineage, acts);
+            path.push(acts);
+            return self.unreached(&path);
+        };
+        let Owner::Rate(slowest) = first else {
+            return vec![first];
+        };
+        let slow = self.pace(slowest).mul_f64(AS_SLOW);
+        let as_slow = |node: &usize| self.pace(*node) >= slow;
+        let path = before(self.lineage, acts).into_iter();
+        let mut slow: Vec<Owner> = path.filter(as_slow).map(Owner::Rate).collect();
+        if !slow.contains(&first) {
+            slow.insert(0, first);
+        }
+        slow
+    }
+
     /// A line for each main owner, and for each other cause without which it is not mended.
     fn lines(
         &self,
         owners: &[Owner],
         causes: &[(Owner, Knob)],
         tried: Option<&Tried>,
-        explained: &Explained<'_>,
     ) -> Vec<String> {
         let of_these = |tried: &&Tried| tried.cures.iter().eq(causes.iter().map(|(_, cure)| cure));
         let tried = tried.filter(of_these);
@@ -158,7 +166,7 @@ impl Facts<'_> {
         let line = |(number, owner): (usize, &Owner)| {
             let place = causes.iter().position(|(known, _)| known == owner);
             let effect = Effect::of(tried, place);
-            let line = self.blame(*owner, effect, explained);
+            let line = self.blame(*owner, effect);
             match line.strip_prefix("the age arose") {
                 Some(rest) if number > 0 && !owners.contains(owner) => format!("and{rest}"),
                 _ => line,
@@ -240,28 +248,6 @@ impl Facts<'_> {
     }
 }
 
-/// The owner of the largest part of an age; for a slow node, also the nodes that are
-/// equally slow.
-fn main_owners(explained: &Explained<'_>, acts: usize) -> Vec<Owner> {
-    let owners = explained.owners(acts);
-    let Some(&(first, _)) = owners.first() else {
-        let mut path = upstream(explained.graph, acts);
-        path.push(acts);
-        return explained.unreached(&path);
-    };
-    let Owner::Rate(slowest) = first else {
-        return vec![first];
-    };
-    let slow = explained.pace(slowest).mul_f64(AS_SLOW);
-    let as_slow = |node: &usize| explained.pace(*node) >= slow;
-    let path = upstream(explained.graph, acts).into_iter();
-    let mut slow: Vec<Owner> = path.filter(as_slow).map(Owner::Rate).collect();
-    if !slow.contains(&first) {
-        slow.insert(0, first);
-    }
-    slow
-}
-
 /// The node of `graph` with a push age.
 pub fn acting(system: &dyn System, graph: &Snapshot) -> Option<usize> {
     let (acts, _) = system.latency()?;
@@ -271,39 +257,27 @@ pub fn acting(system: &dyn System, graph: &Snapshot) -> Option<usize> {
 /// The last second of a run, or the last two periods of the slowest node on the path to
 /// `acts` if those are longer; never before the first push.
 pub fn latest(graph: &Snapshot, lineage: &Lineage, acts: usize) -> (Time, Time) {
-    let path = upstream(graph, acts).into_iter();
+    let path = before(lineage, acts).into_iter();
     let periods = path.map(|node| graph.nodes[node].hz.period());
     let window = LATELY.max(periods.max().unwrap_or_default() * 2);
-    let from = Time::ZERO + graph.now.since(Time::ZERO + window);
+    let from = earlier(graph.now, window);
     (from.max(lineage.first_push(acts)), graph.now)
 }
 
-/// The nodes whose messages reach `last`, in the order in which they were added.
-fn upstream(graph: &Snapshot, last: usize) -> Vec<usize> {
-    let mut path = vec![last];
-    let mut next = 0;
-    while let Some(&reader) = path.get(next) {
-        let read = |node: usize| {
-            let topics = graph.topics.iter();
-            topics.filter(move |topic| topic.subscriptions.iter().any(|r| r.node == node))
-        };
-        for topic in read(reader) {
-            let new = topic.publishers.iter().filter(|node| !path.contains(node));
-            let new: Vec<usize> = new.copied().collect();
-            path.extend(new);
-        }
-        next += 1;
-    }
+/// The nodes whose messages reach the one that acts, in the order in which they were added.
+fn before(lineage: &Lineage, acts: usize) -> Vec<usize> {
+    let mut path = upstream(lineage.topology(), acts);
     path.remove(0);
     path.sort_unstable();
     path
 }
 
-fn ms(duration: Duration) -> String {
+/// Rounds to whole milliseconds, with the unit.
+pub fn ms(duration: Duration) -> String {
     format!("{} ms", number(duration))
 }
 
-/// Rounds to whole milliseconds.
+/// The same without the unit.
 fn number(duration: Duration) -> String {
     format!("{:.0}", duration.as_secs_f64() * 1e3)
 }

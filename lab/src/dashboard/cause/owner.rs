@@ -3,10 +3,9 @@
 use std::time::Duration;
 
 use ratelab::{Knob, Time};
-use ratelab_account::{AgeStage, Lineage, Sent, Snapshot, TracedTick};
-use ratelab_study::system::Setup;
+use ratelab_account::{AgeStage, NodeView, Sent, TracedTick};
 
-use super::Hang;
+use super::{Facts, Hang};
 
 /// The owner of an age, as an index of a node or a topic of the graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,27 +32,11 @@ pub enum Owner {
     Match(usize, usize),
 }
 
-/// A run with an age to explain.
-pub struct Explained<'a> {
-    /// The chains behind its actions.
-    pub lineage: &'a Lineage,
-    /// Its graph and counters.
-    pub graph: &'a Snapshot,
-    /// Its knobs in force.
-    pub setup: &'a Setup,
-    /// Its hangs.
-    pub hangs: &'a [Hang],
-    /// Begin (run time).
-    pub from: Time,
-    /// End (run time).
-    pub to: Time,
-}
-
-impl Explained<'_> {
+impl Facts<'_> {
     /// The owners of the push age of `node`, each with its mean part, the largest first.
     pub fn owners(&self, node: usize) -> Vec<(Owner, Duration)> {
         let mut owners: Vec<(Owner, f64)> = Vec::new();
-        for (stage, ns) in self.lineage.mean_parts(node, self.from, self.to) {
+        for (stage, ns) in self.lineage.mean_parts(node, self.late.0, self.late.1) {
             let Some(owner) = self.owner(stage, ns) else {
                 continue;
             };
@@ -116,7 +99,7 @@ impl Explained<'_> {
         } else if self.setup.iter().any(|knob| wrong(&knob)) {
             Owner::Clock(node)
         } else if let Some(knob) = self.setup.iter().find(shifted).filter(|_| waiting) {
-            let named = |view: &_| *knob.target() == *name(view);
+            let named = |view: &NodeView| *knob.target() == *view.name;
             Owner::Phase(self.graph.nodes.iter().position(named).unwrap_or(node))
         } else {
             Owner::Rate(node)
@@ -136,7 +119,7 @@ impl Explained<'_> {
         let view = &self.graph.nodes[node];
         let recent = |hang: &&Hang| {
             let (begins, ends) = (hang.at, hang.at + view.hz.period() + hang.cost);
-            *hang.node == *view.name && begins < self.to && self.from < ends
+            *hang.node == *view.name && begins < self.late.1 && self.late.0 < ends
         };
         let recent = self.hangs.iter().filter(recent);
         recent.map(|hang| hang.cost).max()
@@ -184,9 +167,9 @@ impl Explained<'_> {
 
     /// The recently published messages of a topic.
     fn recent(&self, topic: usize) -> impl Iterator<Item = &Sent> {
-        let recent = |sent: &&Sent| sent.released > self.from;
+        let recent = |sent: &&Sent| sent.released > self.late.0;
         let sent = self.lineage.sent(topic).rev();
-        sent.skip_while(|sent| sent.released > self.to)
+        sent.skip_while(|sent| sent.released > self.late.1)
             .take_while(recent)
     }
 
@@ -214,8 +197,8 @@ impl Explained<'_> {
     fn ticks(&self, node: usize) -> impl Iterator<Item = &TracedTick> {
         let ticks = self.lineage.ticks(node).rev();
         ticks
-            .skip_while(|worked| worked.tick.at > self.to)
-            .take_while(|worked| worked.tick.at > self.from)
+            .skip_while(|worked| worked.tick.at > self.late.1)
+            .take_while(|worked| worked.tick.at > self.late.0)
     }
 
     /// Recent time in ticks of a node. A tick in progress counts from one period after
@@ -224,18 +207,18 @@ impl Explained<'_> {
     pub fn busy(&self, node: usize) -> Duration {
         let ends = |worked: &TracedTick| {
             let tick = &worked.tick;
-            let acted = tick.ends.unwrap_or(self.to);
+            let acted = tick.ends.unwrap_or(self.late.1);
             acted
                 .max(tick.at + tick.took.unwrap_or_default())
-                .min(self.to)
+                .min(self.late.1)
         };
         let ticks = self.ticks(node);
         let busy: Duration = ticks.map(|w| ends(w).since(w.tick.at)).sum();
         let last = self.ticks(node).next().map(ends);
         let now = self.graph.nodes[node].busy;
-        let since = self.begun(node, last.unwrap_or(self.from));
+        let since = self.begun(node, last.unwrap_or(self.late.0));
         match now {
-            true => busy + self.to.since(since),
+            true => busy + self.late.1.since(since),
             false => busy,
         }
     }
@@ -254,7 +237,7 @@ impl Explained<'_> {
             let news = self.recent(*topic).filter(|sent| Some(sent.seq) > read);
             news.filter_map(|sent| sent.arrives).min()
         });
-        waiting.max().unwrap_or(self.to).max(last)
+        waiting.max().unwrap_or(self.late.1).max(last)
     }
 
     /// Recent mean lateness of a node's ticks.
@@ -269,10 +252,6 @@ impl Explained<'_> {
 
     /// Length of the stretch.
     pub fn time(&self) -> Duration {
-        self.to.since(self.from)
+        self.late.1.since(self.late.0)
     }
-}
-
-fn name(node: &ratelab_account::NodeView) -> &str {
-    &node.name
 }

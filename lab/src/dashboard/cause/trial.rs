@@ -1,19 +1,17 @@
 //! The run again without its causes: only what was tried is said to mend it.
 
-use std::{sync::Arc, thread, time::Duration};
+use std::{sync::Arc, time::Duration};
 
-use crossbeam_channel::{Receiver, RecvTimeoutError, bounded};
 use ratelab::{ClockKind, Knob, Speed, Time};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::{Setup, System, WorldKind},
 };
 
+use crate::dashboard::asked::Asked;
+
 /// Run time of a trial, at least and at most; in between, twice that of the run.
 const LENGTH: [Duration; 2] = [Duration::from_secs(10), Duration::from_secs(30)];
-
-/// Maximum wait of a frame after the end of a run, when no later frame will come.
-const PATIENCE: Duration = Duration::from_millis(100);
 
 /// The outcome of trials with cures.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,9 +95,8 @@ impl Trial {
 #[derive(Default)]
 pub struct CureTrials {
     /// The run and the cures that were tried last, or are being tried.
-    asked: Option<(Setup, WorldKind, Vec<Knob>)>,
+    asked: Asked<(Setup, WorldKind, Vec<Knob>), Option<Tried>>,
     tried: Option<Tried>,
-    coming: Option<Receiver<Option<Tried>>>,
 }
 
 impl CureTrials {
@@ -108,34 +105,25 @@ impl CureTrials {
         if cures.is_empty() {
             return None;
         }
-        self.receive(Duration::ZERO);
+        self.receive(false);
         let key = (trial.config.setup.clone(), trial.config.world, cures);
-        if self.asked.as_ref() != Some(&key) && self.coming.is_none() {
-            let (sender, coming) = bounded(1);
+        if !self.asked.is(&key) && !self.asked.is_coming() {
             let cures = key.2.clone();
-            thread::spawn(move || {
-                // The receiver may be gone.
-                let _ = sender.send(trial.run(&cures));
-            });
-            (self.asked, self.coming, self.tried) = (Some(key.clone()), Some(coming), None);
+            self.tried = None;
+            self.asked.ask(key.clone(), move || trial.run(&cures));
         }
-        self.receive(if over { PATIENCE } else { Duration::ZERO });
-        let asked = self.asked.as_ref();
-        self.tried.as_ref().filter(|_| asked == Some(&key))
+        self.receive(over);
+        self.tried.as_ref().filter(|_| self.asked.is(&key))
     }
 
-    fn receive(&mut self, patience: Duration) {
-        let Some(coming) = &self.coming else {
-            return;
-        };
-        match coming.recv_timeout(patience) {
-            Err(RecvTimeoutError::Timeout) => {}
-            come => (self.tried, self.coming) = (come.ok().flatten(), None),
+    fn receive(&mut self, over: bool) {
+        if let Some(tried) = self.asked.answer(over) {
+            self.tried = tried;
         }
     }
 
     /// Whether a run is being tried.
     pub fn are_coming(&self) -> bool {
-        self.coming.is_some()
+        self.asked.is_coming()
     }
 }

@@ -61,8 +61,7 @@ pub struct CliffMap {
     y: Option<KnobQuantity>,
     /// Values of the columns, in the order shown.
     columns: Vec<Arc<SweepValue>>,
-    /// Values of the rows, if these are not seeds.
-    rows: Vec<Arc<SweepValue>>,
+    rows: Vec<MapRow>,
     /// Column by column, and row by row within a column.
     outcomes: Vec<Option<CellResult>>,
     /// Number of finished runs.
@@ -70,6 +69,12 @@ pub struct CliffMap {
     /// The cursor: number of the column and number of the row.
     at: (usize, usize),
     fill: Fill,
+}
+
+/// A row of the map: a seed, and a value if the rows are a quantity.
+struct MapRow {
+    value: Option<Arc<SweepValue>>,
+    seed: u64,
 }
 
 impl CliffMap {
@@ -92,13 +97,17 @@ impl CliffMap {
         let over_x = x.axis(&**system)?;
         let columns = over_x.values.clone();
         let over_y = y.as_ref().map(|y| y.axis(&**system)).transpose()?;
-        let rows = over_y
-            .as_ref()
-            .map_or(Vec::new(), |axis| axis.values.clone());
-        let seeds = match over_y {
-            Some(_) => vec![config.seed],
-            None => seeds(config.seed),
+        let (seeds, values) = match &over_y {
+            Some(axis) => (vec![config.seed], axis.values.iter().map(Some).collect()),
+            None => (seeds(config.seed), vec![None]),
         };
+        let row = |value: Option<&Arc<SweepValue>>, seed| MapRow {
+            value: value.cloned(),
+            seed,
+        };
+        let rows = values.iter();
+        let rows = rows.flat_map(|value| seeds.iter().map(|seed| row(*value, *seed)));
+        let rows: Vec<MapRow> = rows.collect();
         let sweep = Sweep {
             axes: [Some(nearest(over_x, now)), over_y]
                 .into_iter()
@@ -114,9 +123,8 @@ impl CliffMap {
                 },
             )
         };
-        let count = rows.len().max(sweep.seeds.len());
         let mut map = Self {
-            outcomes: vec![None; columns.len() * count],
+            outcomes: vec![None; columns.len() * rows.len()],
             axes,
             x,
             y,
@@ -149,14 +157,14 @@ impl CliffMap {
     pub fn go_to(&mut self, graph: &Snapshot, config: &Config) -> bool {
         let now = self.x.value(graph, &config.setup);
         let row = match &self.y {
-            None => self
-                .sweep
-                .seeds
-                .iter()
-                .position(|seed| *seed == config.seed),
-            Some(y) => index_of(&self.rows, y.value(graph, &config.setup)),
+            None => self.rows.iter().position(|row| row.seed == config.seed),
+            Some(y) => {
+                let values = self.rows.iter().filter_map(|row| row.value.as_ref());
+                index_of(values, y.value(graph, &config.setup))
+            }
         };
-        self.at = (index_of(&self.columns, now).unwrap_or(0), row.unwrap_or(0));
+        let column = index_of(&self.columns, now);
+        self.at = (column.unwrap_or(0), row.unwrap_or(0));
         self.x.covers(now)
     }
 
@@ -168,8 +176,7 @@ impl CliffMap {
 
     /// Whether `knob` is the quantity of the columns or the rows.
     fn turns(&self, knob: &Knob) -> bool {
-        let first = [self.columns.first(), self.rows.first()];
-        let mut knobs = first.into_iter().flatten().flat_map(|value| &value.knobs);
+        let mut knobs = self.knobs((0, 0));
         knobs.any(|own| own.is_of(knob))
     }
 
@@ -193,39 +200,30 @@ impl CliffMap {
     }
 
     fn note(&mut self, cell: &Cell, outcome: CellResult) {
-        let place = |values: &[Arc<SweepValue>], of: Option<&Arc<SweepValue>>| {
-            values.iter().position(|value| Some(value) == of)
-        };
-        let column = place(&self.columns, cell.values.first());
-        let row = match &self.y {
-            Some(_) => place(&self.rows, cell.values.get(1)),
-            None => self.sweep.seeds.iter().position(|seed| *seed == cell.seed),
-        };
-        let index = column.zip(row).map(|(column, row)| self.index(column, row));
+        let (x, y) = (cell.values.first(), cell.values.get(1));
+        let column = self.columns.iter().position(|value| Some(value) == x);
+        let is_it = |row: &MapRow| row.value.as_ref() == y && row.seed == cell.seed;
+        let place = column.zip(self.rows.iter().position(is_it));
+        let index = place.map(|(column, row)| self.index(column, row));
         if let Some(known) = index.and_then(|index| self.outcomes.get_mut(index)) {
             self.done += usize::from(known.replace(outcome).is_none());
         }
     }
 
     fn index(&self, column: usize, row: usize) -> usize {
-        column * self.row_count() + row
+        column * self.rows.len() + row
     }
 
     /// Number of rows.
     pub fn row_count(&self) -> usize {
-        self.rows.len().max(self.sweep.seeds.len())
+        self.rows.len()
     }
 
     /// The label of a row: a seed, or a value.
     pub fn row_label(&self, row: usize) -> String {
-        match self.rows.get(row) {
-            Some(value) => value.text.clone(),
-            None => self
-                .sweep
-                .seeds
-                .get(row)
-                .map_or(String::new(), u64::to_string),
-        }
+        let row = &self.rows[row];
+        let value = row.value.as_ref().map(|value| value.text.clone());
+        value.unwrap_or_else(|| row.seed.to_string())
     }
 
     /// A short name of the quantity of the columns, with its unit.
@@ -240,7 +238,7 @@ impl CliffMap {
 
     /// The common seed of all runs, if rows are a quantity.
     pub fn only_seed(&self) -> Option<u64> {
-        self.y.as_ref().and(self.sweep.seeds.first().copied())
+        self.y.as_ref().map(|_| self.rows[0].seed)
     }
 
     /// Descriptions of the column and the row at the cursor.
@@ -270,12 +268,17 @@ impl CliffMap {
 
     /// The knobs and the seed at the cursor.
     pub fn chosen(&self) -> (Vec<Knob>, u64) {
-        let (column, row) = self.at;
-        let values = [self.columns.get(column), self.rows.get(row)];
-        let knobs = values.into_iter().flatten().flat_map(|value| &value.knobs);
-        let seeds = &self.sweep.seeds;
-        let seed = seeds.get(row).or(seeds.first()).copied();
-        (knobs.cloned().collect(), seed.unwrap_or_default())
+        (
+            self.knobs(self.at).cloned().collect(),
+            self.rows[self.at.1].seed,
+        )
+    }
+
+    /// The knobs of a column and a row.
+    fn knobs(&self, (column, row): (usize, usize)) -> impl Iterator<Item = &Knob> {
+        let x = self.columns.get(column);
+        let y = self.rows.get(row).and_then(|row| row.value.as_ref());
+        x.into_iter().chain(y).flat_map(|value| &value.knobs)
     }
 
     /// The values of the columns, ascending.
@@ -317,8 +320,8 @@ fn nearest(mut axis: SweepAxis, now: f64) -> SweepAxis {
 }
 
 /// Index of the value nearest to `now`.
-fn index_of(values: &[Arc<SweepValue>], now: f64) -> Option<usize> {
-    let distances = values.iter().map(|value| (number(value) - now).abs());
+fn index_of<'a>(values: impl IntoIterator<Item = &'a Arc<SweepValue>>, now: f64) -> Option<usize> {
+    let distances = values.into_iter().map(|value| (number(value) - now).abs());
     let nearest = distances
         .enumerate()
         .min_by(|(_, a), (_, b)| a.total_cmp(b));

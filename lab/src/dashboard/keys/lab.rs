@@ -3,9 +3,9 @@
 use LabAction::*;
 
 use super::{
-    DOWN, END, HOME,
+    Binding, DOWN, END, HOME,
     Key::{Char, Ctrl},
-    KeyTable, LEFT, PaneAction, RIGHT, TAB, UP, row, screen_with_panes,
+    KeyTable, LEFT, OverlayContent, PaneAction, RIGHT, TAB, UP, row, screen_with_panes,
 };
 use crate::dashboard::{
     focus::Pane,
@@ -75,12 +75,34 @@ pub enum LabAction {
     Quit,
 }
 
+pub(super) const RATE: Binding<LabAction> = row(
+    &[(Char('['), Rate(Down)), (Char(']'), Rate(Up))],
+    "rate of the marked node down, up",
+    Some("rate"),
+);
+
+pub(super) const DEPTH: Binding<LabAction> = row(
+    &[(Char('<'), Depth(Down)), (Char('>'), Depth(Up))],
+    "depth of the marked topics down, up",
+    Some("depth"),
+);
+
+pub(super) const RECORD: Binding<LabAction> = row(
+    &[(Char('w'), Record)],
+    "record to a file in the folder recordings, or stop recording",
+    Some("record"),
+);
+
+pub(super) const TYPE: Binding<LabAction> = row(
+    &[(Char(':'), Type)],
+    "type a knob and its exact value, such as rate NODE 7.5",
+    Some("type a value"),
+);
+
 /// All keys of the lab, help and quit first.
 pub const LAB: KeyTable<LabAction> = screen_with_panes![
-    row(&[(Char('['), Rate(Down)), (Char(']'), Rate(Up))],
-        "rate of the marked node down, up", Some("rate")),
-    row(&[(Char('<'), Depth(Down)), (Char('>'), Depth(Up))],
-        "depth of the marked topics down, up", Some("depth")),
+    RATE,
+    DEPTH,
     row(&[(Char('d'), Delay(Up)), (Char('D'), Delay(Down))],
         "delay of the marked topics up, down", Some("delay")),
     row(&[(Char('l'), Loss(Up)), (Char('L'), Loss(Down))],
@@ -99,8 +121,7 @@ pub const LAB: KeyTable<LabAction> = screen_with_panes![
         "look at the oldest picture kept, the newest, what is live", None),
     row(&[(Char('m'), Map)],
         "the cliff map: which rates and seeds go well", Some("map")),
-    row(&[(Char('w'), Record)],
-        "record to a file in the folder recordings, or stop recording", Some("record")),
+    RECORD,
     row(&[(Char('e'), Exercises)],
         "open the exercises: predict, then see", Some("exercises")),
     row(&[(Char('g'), Tour)],
@@ -118,8 +139,7 @@ pub const LAB: KeyTable<LabAction> = screen_with_panes![
         Some("world")),
     row(&[(Char('{'), SecondRate(Down)), (Char('}'), SecondRate(Up))],
         "rate of the second alias, such as sensor-hz, down, up", Some("second rate")),
-    row(&[(Char(':'), Type)],
-        "type a knob and its exact value, such as rate NODE 7.5", Some("type a value")),
+    TYPE,
     row(&[(Char('n'), Seed(Up)), (Char('N'), Seed(Down))],
         "start again with the next seed, the previous one", Some("seed")),
     row(&[(Char('p'), Choice(Up)), (Char('P'), Choice(Down))],

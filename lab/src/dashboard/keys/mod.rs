@@ -12,11 +12,12 @@ use std::fmt::Write;
 
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
+use super::overlay::OverlayContent;
 pub use lab::{LAB, LabAction};
 pub use map::{MAP, MapAction};
 pub use panes::PaneAction;
 #[cfg(feature = "network")]
-pub use remote::{REMOTE, RemoteAction};
+pub use remote::REMOTE;
 pub use replay::{REPLAY, ReplayAction};
 
 /// Keys and what they mean.
@@ -65,14 +66,14 @@ const fn row<A>(
 macro_rules! screen_with_panes {
     ($($first:expr),+; $($row:expr),+ $(,)?) => {
         $crate::dashboard::keys::KeyTable(&[
-            row(&[(Char('?'), Panes(PaneAction::Help))], "show or hide this help", Some("keys")),
+            row(&[(Char('?'), Panes(PaneAction::Open(OverlayContent::Keys)))], "show or hide this help", Some("keys")),
             row(
-                &[(Char('i'), Panes(PaneAction::Explain))],
+                &[(Char('i'), Panes(PaneAction::Open(OverlayContent::Explained)))],
                 "explain the pane in focus, with its figures",
                 Some("explain"),
             ),
             row(
-                &[(Char('G'), Panes(PaneAction::Glossary))],
+                &[(Char('G'), Panes(PaneAction::Open(OverlayContent::Glossary)))],
                 "the words on the screen, in one line each",
                 None,
             ),

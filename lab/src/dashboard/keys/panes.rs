@@ -1,6 +1,6 @@
 //! The keys of the panes, the same on every screen.
 
-use crate::dashboard::focus::Pane;
+use crate::dashboard::{focus::Pane, overlay::OverlayContent};
 
 /// Actions on the panes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,10 +15,6 @@ pub enum PaneAction {
     Push(bool),
     /// Show a shorter stretch of the timeline, or a longer one.
     Span(bool),
-    /// Explain the pane in focus.
-    Explain,
-    /// Show the glossary.
-    Glossary,
-    /// Show the keys.
-    Help,
+    /// Open a page over the panes.
+    Open(OverlayContent),
 }

@@ -6,7 +6,7 @@ use crossterm::event::KeyCode;
 use super::{
     END, HOME,
     Key::{self, Char, Ctrl},
-    KeyTable, LEFT, PaneAction, RIGHT, TAB, row, screen_with_panes,
+    KeyTable, LEFT, OverlayContent, PaneAction, RIGHT, TAB, row, screen_with_panes,
 };
 use crate::dashboard::{
     focus::Pane,

@@ -9,13 +9,13 @@ use crate::{
 impl Player {
     /// Begins to execute the run again, if that is possible: its rows are shown until then.
     pub fn execute_again(&mut self) {
-        let replay = &self.playhead.replay;
+        let replay = &self.desk.run.replay;
         if !replay.recording().is_whole() {
             return;
         }
         match Executing::of(replay.shared_recording(), &self.setup.system) {
             Ok(executing) => self.executing = Some(executing),
-            Err(error) => self.notify(from_rows(&error)),
+            Err(error) => self.desk.notify(from_rows(&error)),
         }
     }
 
@@ -27,22 +27,23 @@ impl Player {
         };
         match executing.finish() {
             Ok(executed) => self.play_executed(executed),
-            Err(error) => self.notify(from_rows(&error)),
+            Err(error) => self.desk.notify(from_rows(&error)),
         }
         true
     }
 
     fn play_executed(&mut self, Executed { recording, knots }: Executed) {
-        let Playhead { at, playing, .. } = self.playhead;
-        let more = ticks(&recording) > ticks(self.playhead.replay.recording());
+        let Playhead { at, playing, .. } = self.desk.run;
+        let more = ticks(&recording) > ticks(self.desk.run.replay.recording());
         let replay = Replay::new(recording, &self.setup.system);
         self.begins = replay.begins();
-        self.playhead = Playhead::new(replay, playing);
-        self.sampler = Sampler::default();
+        self.desk.run = Playhead::new(replay, playing);
+        self.desk.sampler = Sampler::default();
         self.knots = knots;
         self.go(at);
         if more {
-            self.notify("executed again: this is the whole run, from its start");
+            self.desk
+                .notify("executed again: this is the whole run, from its start");
         }
     }
 }

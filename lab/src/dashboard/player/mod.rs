@@ -21,22 +21,21 @@ use operations::HeldKnot;
 
 use super::{
     branch::{self, PreparedBranch},
+    desk::Desk,
     executing::Executing,
-    frame::{FrameData, SignalTrace},
-    keys::{REPLAY, ReplayAction, is_chord},
-    knob_focus::KnobFocus,
-    marks::{TRACE_S, marks},
+    frame::TRACE_S,
+    keys::{REPLAY, ReplayAction},
     model::Model,
     panes::Panes,
     presets::{self, Direction},
-    prompt::{Prompt, TypesKnobs, Vocabulary},
-    sampler::{self, RunSource, Sampler, WatchedRows, watched},
+    sampler::{RunSource, Sampler, WatchedRows, watched},
     session::SessionSetup,
-    view::{ScreenState, Scrubber, StatusExtra},
+    view::{Bottom, ScreenState, Scrubber, StatusExtra},
 };
 use crate::{
     error::LabError,
     recording::{Executed, Recording, Replay},
+    timing::earlier,
 };
 
 /// The step of PgUp and PgDn.
@@ -48,29 +47,22 @@ const LOOK: Duration = Duration::from_millis(10);
 /// Plays a recording: replays it into counters up to a moment, and shows them like those
 /// of a run.
 pub struct Player {
-    playhead: Playhead,
+    desk: Desk<Playhead>,
     /// The settings of a branch, with its end and its speed.
     setup: SessionSetup,
     pace: (Time, Speed),
-    sampler: Sampler,
-    frame: Option<FrameData>,
     /// The run while it is executed again.
     executing: Option<Executing>,
     /// The ticks that overlap, once it was executed again.
     knots: Vec<Knot>,
     begins: Time,
     speed: f64,
-    panes: Panes,
-    /// The input line for the knob of a branch.
-    prompt: Prompt,
     /// The branch to go on with.
     branch: Option<PreparedBranch>,
-    notice: Option<String>,
-    quit: bool,
 }
 
 /// A position in a recording.
-struct Playhead {
+pub struct Playhead {
     replay: Replay,
     /// The run itself, held within ticks that overlap.
     held: Option<HeldKnot>,
@@ -93,18 +85,15 @@ impl Player {
         let mut player = Self {
             setup: SessionSetup::new(replay.system().clone(), false),
             pace: (Time::MAX, Speed::REAL_TIME),
-            playhead: Playhead::new(replay, Some(Instant::now())),
-            sampler: Sampler::default(),
-            frame: None,
+            desk: Desk {
+                notice,
+                ..Desk::new(Playhead::new(replay, Some(Instant::now())))
+            },
             executing: None,
             knots: Vec::new(),
             begins,
             speed: 1.0,
-            panes: Panes::default(),
-            prompt: Prompt::default(),
             branch: None,
-            notice,
-            quit: false,
         };
         player.go(begins);
         player
@@ -113,7 +102,7 @@ impl Player {
     /// Creates a player paused at run time `at`.
     pub fn still(recording: Arc<Recording>, system: &Arc<dyn System>, at: Time) -> Self {
         let mut player = Self::new(recording, system);
-        player.playhead.playing = None;
+        player.desk.run.playing = None;
         player.go(at);
         player
     }
@@ -129,57 +118,54 @@ impl Player {
     }
 
     /// The same within the lab: branches have its `setup` and `pace`, and the panes stay.
-    pub fn within(self, setup: SessionSetup, pace: (Time, Speed), panes: Panes) -> Self {
-        let panes = Panes {
+    pub fn within(mut self, setup: SessionSetup, pace: (Time, Speed), panes: Panes) -> Self {
+        self.desk.panes = Panes {
             overlay: None,
             ..panes
         };
-        let notice =
-            Some("the run itself: , and . step, B branches, q returns to the lab".to_owned());
+        self.desk
+            .notify("the run itself: , and . step, B branches, q returns to the lab");
         Self {
             setup,
             pace,
-            panes,
-            notice,
             ..self
         }
     }
 
     fn ends(&self) -> Time {
-        self.playhead.replay.recording().until.max(self.begins)
+        self.desk.run.replay.recording().until.max(self.begins)
     }
 
     /// Shows the moment `at`, limited to the range of the recording.
     pub fn go(&mut self, at: Time) {
         let at = at.clamp(self.begins, self.ends());
-        if at < self.playhead.at {
+        if at < self.desk.run.at {
             self.rewind();
         }
         // What is sampled is there for the whole chart, from wherever one comes.
-        let chart = Duration::from_secs_f64(TRACE_S);
-        let first = Time::ZERO + at.since(Time::ZERO + chart);
-        let mut now = self.playhead.at.max(first);
+        let first = earlier(at, Duration::from_secs_f64(TRACE_S));
+        let mut now = self.desk.run.at.max(first);
         while now < at {
-            self.playhead.advance_to(now);
-            self.sampler.look(&self.playhead);
+            self.desk.run.advance_to(now);
+            self.desk.sampler.look(&self.desk.run);
             now = now + LOOK;
         }
-        self.playhead.advance_to(at);
+        self.desk.run.advance_to(at);
     }
 
     fn rewind(&mut self) {
-        self.playhead.rewind();
-        self.sampler = Sampler::default();
+        self.desk.run.rewind();
+        self.desk.sampler = Sampler::default();
     }
 
     /// Advances by the wall time since the last call.
     fn play(&mut self) {
-        let Some(since) = self.playhead.playing else {
+        let Some(since) = self.desk.run.playing else {
             return;
         };
         let now = Instant::now();
-        self.go(self.playhead.at + (now - since).mul_f64(self.speed));
-        self.playhead.playing = Some(now).filter(|_| self.playhead.at < self.ends());
+        self.go(self.desk.run.at + (now - since).mul_f64(self.speed));
+        self.desk.run.playing = Some(now).filter(|_| self.desk.run.at < self.ends());
     }
 
     fn act(&mut self, action: ReplayAction) {
@@ -190,46 +176,39 @@ impl Player {
             _ => self.leave_knot(),
         }
         match action {
-            ReplayAction::Play if self.playhead.playing.is_some() => self.playhead.playing = None,
+            ReplayAction::Play if self.desk.run.playing.is_some() => self.desk.run.playing = None,
             ReplayAction::Play => self.start(),
             ReplayAction::Step(direction) => self.step(direction),
             ReplayAction::Operation(_) => {}
             ReplayAction::Branch => {
-                self.playhead.playing = None;
-                self.prompt.open();
+                self.desk.run.playing = None;
+                self.desk.prompt.open(Some(self.desk.run.at));
             }
-            ReplayAction::Second(Direction::Up) => self.jump(self.playhead.at + SECOND),
-            ReplayAction::Second(Direction::Down) => {
-                let back = self.playhead.at.since(Time::ZERO + SECOND);
-                self.jump(Time::ZERO + back);
-            }
+            ReplayAction::Second(Direction::Up) => self.jump(self.desk.run.at + SECOND),
+            ReplayAction::Second(Direction::Down) => self.jump(earlier(self.desk.run.at, SECOND)),
             ReplayAction::Event(direction) => self.event(direction),
             ReplayAction::Start => self.jump(self.begins),
             ReplayAction::End => self.jump(Time::MAX),
             ReplayAction::Speed(direction) => {
                 match presets::next(&presets::SPEEDS, self.speed, direction) {
                     Some(speed) => self.speed = speed,
-                    None => self.notify(format!("{}× is the end of the speeds", self.speed)),
+                    None => self
+                        .desk
+                        .notify(format!("{}× is the end of the speeds", self.speed)),
                 }
             }
             ReplayAction::SpeedOne => self.speed = 1.0,
-            ReplayAction::Panes(action) => {
-                let run = (&self.playhead, self.playhead.at);
-                match self.panes.after(action, self.screen().as_ref(), run) {
-                    Ok(panes) => self.panes = panes,
-                    Err(notice) => self.notify(notice),
-                }
-            }
-            ReplayAction::Quit => self.quit = true,
+            ReplayAction::Panes(action) => self.act_on_panes(action, self.desk.run.at),
+            ReplayAction::Quit => self.desk.quit = true,
         }
     }
 
     /// Starts playback, from the beginning if it is at the end.
     fn start(&mut self) {
-        if self.playhead.at == self.ends() {
+        if self.desk.run.at == self.ends() {
             self.go(self.begins);
         }
-        self.playhead.playing = Some(Instant::now());
+        self.desk.run.playing = Some(Instant::now());
     }
 
     /// Jumps to `at`; playback goes on from there.
@@ -240,57 +219,40 @@ impl Player {
 
     /// Steps to the moment of the neighbouring messages.
     fn step(&mut self, direction: Direction) {
-        self.playhead.playing = None;
-        let replay = &self.playhead.replay;
+        self.desk.run.playing = None;
+        let replay = &self.desk.run.replay;
         let (to, end) = match direction {
             Direction::Up => (replay.next(), Time::MAX),
             Direction::Down => (replay.previous(), self.begins),
         };
         self.go(to.unwrap_or(end));
-        self.notice = self.playhead.replay.happened();
+        self.desk.notice = self.desk.run.replay.happened();
     }
 
     fn event(&mut self, direction: Direction) {
         let mut events = self.events().iter().map(|event| event.at);
         let to = match direction {
-            Direction::Up => events.find(|at| *at > self.playhead.at),
-            Direction::Down => events.rfind(|at| *at < self.playhead.at),
+            Direction::Up => events.find(|at| *at > self.desk.run.at),
+            Direction::Down => events.rfind(|at| *at < self.desk.run.at),
         };
         match (to, direction) {
             (Some(at), _) => self.jump(at),
-            (None, Direction::Up) => self.notify("no event comes after this"),
-            (None, Direction::Down) => self.notify("no event came before this"),
+            (None, Direction::Up) => self.desk.notify("no event comes after this"),
+            (None, Direction::Down) => self.desk.notify("no event came before this"),
         }
     }
 
-    fn notify(&mut self, notice: impl Into<String>) {
-        self.notice = Some(notice.into());
-    }
-
     fn events(&self) -> &[Event] {
-        &self.playhead.replay.recording().events
-    }
-
-    fn trace(&self) -> Option<SignalTrace> {
-        let system = self.playhead.system();
-        let trace = self.sampler.trace(system, self.playhead.at, TRACE_S)?;
-        let events = self
-            .events()
-            .iter()
-            .filter(|event| event.at <= self.playhead.at);
-        Some(SignalTrace {
-            marks: marks(system, events, self.playhead.at),
-            ..trace
-        })
+        &self.desk.run.replay.recording().events
     }
 
     fn scrubber(&self) -> Scrubber {
         Scrubber {
             begins: self.begins,
-            at: self.playhead.at,
+            at: self.desk.run.at,
             ends: self.ends(),
             events: self.events().iter().map(|event| event.at).collect(),
-            playing: self.playhead.playing.is_some(),
+            playing: self.desk.run.playing.is_some(),
             speed: self.speed,
         }
     }
@@ -312,109 +274,73 @@ impl Player {
         };
         self.go(Time::MAX);
         self.sample()?;
-        let sampler = self.sampler.next(&self.playhead);
+        let sampler = self.desk.sampler.next(&self.desk.run);
         Ok(Some((branch, sampler)))
     }
 }
 
-impl TypesKnobs for Player {
-    fn prompt(&mut self) -> &mut Prompt {
-        &mut self.prompt
+impl Model for Player {
+    type Run = Playhead;
+
+    fn desk(&self) -> &Desk<Playhead> {
+        &self.desk
     }
 
-    fn vocabulary(&self) -> Vocabulary<'_> {
-        Vocabulary {
-            system: self.playhead.system(),
-            graph: self.playhead.observer.read_counters(),
-            choices: &[],
-        }
+    fn desk_mut(&mut self) -> &mut Desk<Playhead> {
+        &mut self.desk
     }
 
     fn enter(&mut self, text: &str) -> Result<(), String> {
-        let recording = self.playhead.replay.shared_recording();
-        let place = (self.playhead.at, text);
+        let recording = self.desk.run.replay.shared_recording();
+        let place = (self.desk.run.at, text);
         let branch = branch::prepare(&recording, &self.setup, place, self.pace)?;
         self.branch = Some(branch);
-        self.quit = true;
+        self.desk.quit = true;
         Ok(())
     }
-}
 
-impl Model for Player {
     fn sample(&mut self) -> Result<bool, LabError> {
         self.play();
         let moved = self.follow_execution() | self.follow_held();
-        let rows = self.playhead.new_rows();
-        let frame = Some(self.sampler.frame_data(&mut self.playhead, &rows));
-        let new = frame != self.frame;
-        self.frame = frame;
-        Ok(new || moved || self.playhead.playing.is_some())
+        let new = self.desk.take_frame();
+        Ok(new || moved || self.desk.run.playing.is_some())
     }
 
     fn screen(&self) -> Option<ScreenState<'_>> {
-        let events = self
-            .events()
-            .iter()
-            .filter(|event| event.at <= self.playhead.at);
-        let (system, frame) = (self.playhead.system(), self.frame.as_ref()?);
+        let now = self.desk.run.at;
+        let events = self.events().iter().filter(|event| event.at <= now);
+        let screen = self.desk.screen(now, events.cloned().collect())?;
+        let rows = || REPLAY.rows(|_| true);
         Some(ScreenState {
-            system,
-            frame,
-            trace: self.trace(),
-            timeline: sampler::timeline(&self.playhead, self.panes.timeline, self.playhead.at),
             knot: self.knot(),
-            knob_focus: KnobFocus::default(),
-            events: events.cloned().collect(),
             extra: StatusExtra {
-                ended: self.playhead.summary.is_some(),
                 replay: true,
-                ..StatusExtra::default()
+                ..screen.extra
             },
-            focus: self.panes.focus,
-            zoomed: self.panes.zoomed,
             scrubber: Some(self.scrubber()),
-            map: None,
-            footer: match self.prompt.is_open() {
-                true => self.prompt.line(&self.vocabulary(), Some(self.playhead.at)),
-                false => self.panes.footer(|| REPLAY.hints(|_| true)),
+            page: self.desk.panes.page(rows, screen.system, screen.frame),
+            bottom: Bottom {
+                hints: REPLAY.hints(|_| true),
+                ..screen.bottom
             },
-            help: self.panes.help(|| REPLAY.rows(|_| true)),
-            page: self.panes.explanation(system, frame),
-            aside: None,
-            notice: self.notice.as_deref(),
+            ..screen
         })
     }
 
     fn key(&mut self, key: &KeyEvent) -> Result<(), LabError> {
-        self.notice = None;
-        if self.prompt.is_open() && !is_chord(key) {
-            self.type_key(key);
-            return Ok(());
-        }
-        match REPLAY.action(key) {
-            Some(ReplayAction::Quit) => self.quit = true,
-            _ if self.panes.scroll(key) => {}
-            Some(action) => self.act(action),
-            None => {}
+        self.desk.notice = None;
+        let action = REPLAY.action(key);
+        if !self.is_typed(key, action == Some(ReplayAction::Quit))
+            && let Some(action) = action
+        {
+            self.act(action);
         }
         Ok(())
     }
 
-    fn paste(&mut self, text: &str) {
-        if self.prompt.is_open() {
-            self.prompt.paste(text);
-        }
-    }
-
-    fn rest(&mut self) {}
-
     /// Continues from the same moment after the program was suspended.
     fn go_on(&mut self) {
-        self.playhead.playing = self.playhead.playing.map(|_| Instant::now());
-    }
-
-    fn wants_quit(&self) -> bool {
-        self.quit
+        self.desk.run.playing = self.desk.run.playing.map(|_| Instant::now());
     }
 }
 
@@ -481,11 +407,7 @@ impl RunSource for Playhead {
             .collect()
     }
 
-    fn lineage(&mut self) -> &Lineage {
-        &self.lineage
-    }
-
-    fn known_lineage(&self) -> &Lineage {
+    fn lineage(&self) -> &Lineage {
         &self.lineage
     }
 

@@ -55,7 +55,7 @@ fn played(setup: &SessionSetup, recording: Recording) -> Player {
 fn settled(player: &mut Player) -> String {
     loop {
         player.sample().expect("readable");
-        let notice = player.screen().and_then(|screen| screen.notice);
+        let notice = player.screen().and_then(|screen| screen.bottom.notice);
         if let Some(notice) = notice.filter(|notice| !notice.contains("executing")) {
             return notice.to_owned();
         }

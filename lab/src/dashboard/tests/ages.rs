@@ -96,13 +96,13 @@ fn a_refused_clock_is_not_the_one_shown_and_the_reason_is() {
     );
     // The second time as the first: it asks for the other clock again.
     for _ in 0..2 {
-        app.notice = None;
+        app.desk_mut().notice = None;
         press(&mut app, "c");
-        while app.notice.is_none() {
+        while app.desk().notice.is_none() {
             app.sample().expect("no fault");
             std::thread::yield_now();
         }
-        let notice = app.notice.clone().unwrap_or_default();
+        let notice = app.desk().notice.clone().unwrap_or_default();
         assert!(notice.contains("no executor edf:1"), "{notice}");
         assert!(screen(&app, &PLAIN, 80, 24).contains("no executor edf:1"));
     }

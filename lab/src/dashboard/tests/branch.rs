@@ -34,7 +34,10 @@ fn a_run_of_the_real_clock_is_left_where_one_looks_and_stays_up_without_the_dela
     press(&mut app, "B");
     assert!(screen(&app, &PLAIN, 160, 50).contains("the knob to turn at"));
     press(&mut app, "takes nobody 0\n");
-    assert!(app.refusal().is_some(), "it begins all the same");
+    assert!(
+        app.desk().prompt.refusal().is_some(),
+        "it begins all the same"
+    );
     for _ in 0.."takes nobody 0".len() {
         app.key(&KeyEvent::new(KeyCode::Backspace, KeyModifiers::NONE))
             .expect("obeyed");
@@ -145,7 +148,7 @@ fn a_run_of_the_real_clock_that_is_over_is_stepped_through_tick_by_tick_and_left
     app.sample().expect("no fault");
     assert_eq!(shown(&app), (then, fewer));
     press(&mut app, "q");
-    assert_eq!((shown(&app), app.quit), ((end, all), false));
+    assert_eq!((shown(&app), app.desk().quit), ((end, all), false));
     back(&mut app);
     app.key(&KeyEvent::new(KeyCode::Home, KeyModifiers::NONE))
         .expect("obeyed");

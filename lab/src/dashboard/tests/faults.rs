@@ -143,7 +143,7 @@ fn what_the_screen_advises_mends_the_next_run() {
         while !app.ended() {
             app.sample().expect("no fault");
         }
-        let verdict = app.session().summary().expect("ended").verdict;
+        let verdict = app.desk().run.summary().expect("ended").verdict;
         assert_eq!(verdict.name(), "balanced", "{setup:?}: {advice}");
     }
 }
@@ -153,7 +153,7 @@ fn a_plant_that_stands_still_is_said_to_and_goes_on_as_advised() {
     let mut app = running();
     // A crash before the first step would be another case: the plant never moved.
     let has_moved = |app: &App| {
-        let graph = app.session().observer().read_counters();
+        let graph = app.desk().run.observer().read_counters();
         graph
             .topic("/state")
             .is_some_and(|steps| steps.published > 0)

@@ -32,7 +32,7 @@ fn policy(config: &Config) -> Option<String> {
 
 /// The policy that the session was started with.
 fn started(app: &App) -> Option<String> {
-    policy(app.session().config())
+    policy(app.desk().run.config())
 }
 
 /// Does all that is to be done before `what` is so.
@@ -74,13 +74,13 @@ fn a_policy_that_is_gone_leaves_the_run_as_it_is() {
         app.sample().expect("no fault");
         fs::remove_file(&file).expect("removed");
         press(&mut app, keys);
-        let notice = app.notice.clone().unwrap_or_default();
+        let notice = app.desk().notice.clone().unwrap_or_default();
         assert!(notice.contains("x.safetensors"), "{keys:?}: {notice:?}");
         assert!(!app.ended(), "{keys:?} ended the run");
         // The next restart is not of what was refused.
         fs::write(&file, weights("patient.safetensors")).expect("written");
         press(&mut app, "r");
-        assert_eq!(app.session().config().seed, 7, "{keys:?}");
+        assert_eq!(app.desk().run.config().seed, 7, "{keys:?}");
         app.finish().ended.expect("no fault");
     }
 }
@@ -103,7 +103,7 @@ fn a_refused_policy_is_not_what_the_next_key_goes_on_from() {
         text: refused,
     });
     until(&mut app, |app| app.events(Time::MAX).next().is_some());
-    let notice = app.notice.clone().unwrap_or_default();
+    let notice = app.desk().notice.clone().unwrap_or_default();
     assert!(notice.contains("SHA-256"), "{notice:?}");
     press(&mut app, "p");
     until(&mut app, |app| app.events(Time::MAX).nth(1).is_some());
@@ -129,7 +129,8 @@ fn a_recording_that_cannot_begin_lets_the_run_go_on() {
     let mut app = App::new(&config, setup).expect("session");
     press(&mut app, "w");
     until(&mut app, |app| {
-        app.notice
+        app.desk()
+            .notice
             .as_deref()
             .is_some_and(|n| n.contains("recorded"))
     });
@@ -138,7 +139,7 @@ fn a_recording_that_cannot_begin_lets_the_run_go_on() {
     fs::remove_dir_all(&place).expect("removed");
     fs::write(&place, "").expect("a file");
     press(&mut app, "r");
-    let notice = app.notice.clone().unwrap_or_default();
+    let notice = app.desk().notice.clone().unwrap_or_default();
     // The recorder that runs may notice first that its file is gone.
     let noticed = ["cannot record", "the file is gone from its folder"];
     assert!(noticed.iter().any(|why| notice.contains(why)), "{notice:?}");
@@ -167,7 +168,7 @@ fn rows_go_to_a_file_that_stays_until_the_next_run_begins() {
     fs::remove_file(&policy).expect("removed");
     press(&mut app, "r");
     assert!(fs::read_to_string(&rows).expect("rows").lines().count() > 3);
-    app.session().send(Command::Stop);
+    app.desk().run.send(Command::Stop);
     until(&mut app, App::ended);
     let steps = app.finish().ended.expect("no fault").summary.steps;
     let written = fs::read_to_string(&rows).expect("rows");

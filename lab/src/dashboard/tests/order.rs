@@ -110,7 +110,7 @@ fn a_picture_costs_the_same_however_much_has_happened() {
     app.picture_now();
     let few = frames(&mut app);
     for _ in 0..200_000 {
-        app.session().send(Command::Speed(Speed::REAL_TIME));
+        app.desk().run.send(Command::Speed(Speed::REAL_TIME));
     }
     while app.events(Time::MAX).count() < 200_000 {
         app.sample().expect("no fault");

@@ -14,7 +14,7 @@ fn completed(typed: &str, tabs: usize) -> Option<String> {
     let mut app = running();
     press(&mut app, &format!(":{typed}"));
     (0..tabs).for_each(|_| key(&mut app, KeyCode::Tab));
-    app.typed().map(str::to_owned)
+    app.desk().prompt.typed().map(str::to_owned)
 }
 
 #[test]
@@ -50,7 +50,7 @@ fn up_and_down_go_through_what_was_entered() {
         KeyCode::Down,
     ] {
         key(&mut app, code);
-        seen.push(app.typed().unwrap_or_default().to_owned());
+        seen.push(app.desk().prompt.typed().unwrap_or_default().to_owned());
     }
     let (first, last) = ("rate policy 20", "rate sensor 30");
     assert_eq!(seen, [last, first, first, last, "dep"]);
@@ -72,8 +72,12 @@ fn what_is_refused_is_given_back_and_what_is_allowed_is_printed_in_full() {
     ] {
         let mut app = running();
         press(&mut app, &format!(":{typed}\n"));
-        assert_eq!(app.typed(), Some(typed), "it is not given back");
-        let refusal = app.refusal().expect("a refusal").to_owned();
+        assert_eq!(
+            app.desk().prompt.typed(),
+            Some(typed),
+            "it is not given back"
+        );
+        let refusal = app.desk().prompt.refusal().expect("a refusal").to_owned();
         if typed != allowed {
             assert!(refusal.contains(allowed), "{refusal}");
         }
@@ -91,7 +95,10 @@ fn what_is_refused_is_given_back_and_what_is_allowed_is_printed_in_full() {
         // Edited, it is accepted.
         (0..typed.len()).for_each(|_| key(&mut app, KeyCode::Backspace));
         press(&mut app, "control-hz 7.5\n");
-        assert_eq!((app.typed(), rate(&app, "policy")), (None, Some(7.5)));
+        assert_eq!(
+            (app.desk().prompt.typed(), rate(&app, "policy")),
+            (None, Some(7.5))
+        );
     }
 }
 
@@ -99,14 +106,19 @@ fn what_is_refused_is_given_back_and_what_is_allowed_is_printed_in_full() {
 fn a_knob_that_no_graph_would_take_is_refused_after_the_run_too() {
     let mut app = ended(Config::default());
     press(&mut app, ":send sensor hello\n");
-    assert!(app.refusal().is_some_and(|why| why.contains("sensor")));
+    assert!(
+        app.desk()
+            .prompt
+            .refusal()
+            .is_some_and(|why| why.contains("sensor"))
+    );
     assert_eq!(app.wanted().setup.iter().count(), 0);
     press(&mut app, "r");
     app.key(&KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE))
         .expect("obeyed");
     press(&mut app, "r");
     app.sample().expect("no fault");
-    assert_eq!(app.notice, None);
+    assert_eq!(app.desk().notice, None);
 }
 
 #[test]
@@ -114,7 +126,8 @@ fn a_knob_of_any_node_counts_for_the_next_run() {
     let mut app = ended(Config::default());
     press(&mut app, ":offset actuator 5\n");
     assert!(
-        app.notice
+        app.desk()
+            .notice
             .as_deref()
             .is_some_and(|n| n.contains("offset actuator 5"))
     );
@@ -129,7 +142,7 @@ fn knobs_of_time_are_completed_and_turned() {
     let mut app = running();
     press(&mut app, ":takes pol");
     key(&mut app, KeyCode::Tab);
-    assert_eq!(app.typed(), Some("takes policy "));
+    assert_eq!(app.desk().prompt.typed(), Some("takes policy "));
     press(&mut app, "30..60\n:offset sensor 5\n:wakes actuator 1\n");
     let knobs = app.wanted().setup;
     let knobs: Vec<String> = knobs.iter().map(ToString::to_string).collect();

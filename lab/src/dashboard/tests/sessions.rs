@@ -164,7 +164,7 @@ fn control_c_leaves_while_a_value_is_being_typed() {
     press(&mut app, ":con");
     let key = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
     app.key(&key).expect("obeyed");
-    assert!(app.quit);
+    assert!(app.desk().quit);
 }
 
 #[test]
@@ -193,7 +193,8 @@ fn the_end_of_the_presets_is_printed() {
     app.key(&KeyEvent::new(KeyCode::Char('<'), KeyModifiers::NONE))
         .expect("obeyed");
     assert!(
-        app.notice
+        app.desk()
+            .notice
             .as_deref()
             .is_some_and(|notice| notice.contains("lowest, 1"))
     );
@@ -211,7 +212,8 @@ fn the_real_clock_says_that_it_has_no_speed_and_cannot_step() {
         app.key(&KeyEvent::new(KeyCode::Char(key), KeyModifiers::NONE))
             .expect("obeyed");
         assert!(
-            app.notice
+            app.desk()
+                .notice
                 .as_deref()
                 .is_some_and(|notice| notice.contains(said)),
             "{key}"

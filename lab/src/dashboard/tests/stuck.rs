@@ -88,7 +88,7 @@ fn a_restart_comes_when_the_node_is_done() {
     let told = "waiting for policy, still in a tick: q or Ctrl-C ends without it";
     assert!(drawn.contains(told), "{drawn}");
     drop(held);
-    while app.session().summary().is_some() || app.notice.is_some() {
+    while app.desk().run.summary().is_some() || app.desk().notice.is_some() {
         app.sample().expect("no fault");
     }
     assert!(!app.wants_quit() && !app.ended());
@@ -128,16 +128,16 @@ fn run_time_stands_still_while_the_program_is_stopped() {
         let mut app = App::new(&config, setup()).expect("session");
         app.sample().expect("no fault");
         app.rest();
-        assert!(app.session().observer().status().paused);
+        assert!(app.desk().run.observer().status().paused);
         app.go_on();
-        while app.session().observer().status().paused {
+        while app.desk().run.observer().status().paused {
             std::thread::yield_now();
         }
         // A pause that the person wanted stays.
         press(&mut app, " ");
         app.rest();
         app.go_on();
-        while !app.session().observer().status().paused {
+        while !app.desk().run.observer().status().paused {
             std::thread::yield_now();
         }
         app.finish().ended.expect("no fault");
@@ -148,10 +148,10 @@ fn run_time_stands_still_while_the_program_is_stopped() {
 fn a_paste_is_text_where_text_is_typed_and_nothing_elsewhere() {
     let mut app = ended(Config::default());
     app.paste("qwe\r");
-    assert!(!app.wants_quit() && app.typed().is_none());
+    assert!(!app.wants_quit() && app.desk().prompt.typed().is_none());
     press(&mut app, ":");
     app.paste("control-hz\r\n7.5\n");
-    assert_eq!(app.typed(), Some("control-hz  7.5 "));
+    assert_eq!(app.desk().prompt.typed(), Some("control-hz  7.5 "));
     let enter = KeyEvent::new(KeyCode::Enter, KeyModifiers::NONE);
     app.key(&enter).expect("obeyed");
     assert_eq!(rate(&app, "policy"), Some(7.5));

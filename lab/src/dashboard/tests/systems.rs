@@ -204,13 +204,13 @@ fn a_system_without_a_plant_has_no_pane_of_it_and_the_others_take_its_room() {
 fn a_pane_that_is_not_there_is_never_in_focus() {
     let mut app = run_of(Counter);
     press(&mut app, "2");
-    assert_eq!(app.panes.focus, Pane::Graph);
-    assert!(app.notice.is_some());
+    assert_eq!(app.desk().panes.focus, Pane::Graph);
+    assert!(app.desk().notice.is_some());
     let mut seen = Vec::new();
     for _ in 0..3 {
         app.key(&KeyEvent::new(KeyCode::Tab, KeyModifiers::NONE))
             .expect("obeyed");
-        seen.push(app.panes.focus);
+        seen.push(app.desk().panes.focus);
     }
     assert_eq!(seen, [Pane::Figures, Pane::Events, Pane::Graph]);
 }
@@ -234,8 +234,8 @@ fn every_size_shows_every_system() {
 fn rate_and_depth_keys_turn_what_is_marked() {
     let mut app = live(Drone);
     // The node in the middle of most, and all topics that are read.
-    assert_eq!(app.knob_focus().node, "pilot");
-    assert_eq!(app.knob_focus().topics, ["/thrust", "/flight"]);
+    assert_eq!(app.desk().knob_focus.node, "pilot");
+    assert_eq!(app.desk().knob_focus.topics, ["/thrust", "/flight"]);
     press(&mut app, "[>");
     let setup = app.wanted().setup;
     assert_eq!(rate(&app, "pilot"), Some(15.0));
@@ -248,7 +248,7 @@ fn rate_and_depth_keys_turn_what_is_marked() {
     let depth = |topic| setup.depth(topic).map(|depth| depth.get());
     assert_eq!(rate(&app, "rotors"), Some(60.0));
     assert_eq!(rate(&app, "pilot"), Some(15.0));
-    let marked = app.knob_focus().topics.clone();
+    let marked = app.desk().knob_focus.topics.clone();
     assert_eq!(marked.len(), 1);
     assert_eq!(depth(&marked[0]), Some(5));
     let drawn = screen(&app, &PLAIN, 160, 50);
@@ -259,7 +259,7 @@ fn rate_and_depth_keys_turn_what_is_marked() {
     assert!(drawn.contains(&format!("▸{}", marked[0])), "{drawn}");
     // Once round all topics, those of the beginning are marked.
     press(&mut app, "T");
-    assert_eq!(app.knob_focus().topics.len(), 2);
+    assert_eq!(app.desk().knob_focus.topics.len(), 2);
 }
 
 #[test]
@@ -287,7 +287,7 @@ fn keys_without_a_meaning_here_say_so_and_are_in_no_help() {
     for keys in ["e", "b", "p", "{"] {
         let mut app = live(Counter);
         press(&mut app, keys);
-        let notice = app.notice.clone().unwrap_or_default();
+        let notice = app.desk().notice.clone().unwrap_or_default();
         assert!(notice.contains("this system"), "{keys}: {notice}");
         press(&mut app, "?");
         let help = screen(&app, &PLAIN, 160, 50);
@@ -299,7 +299,7 @@ fn keys_without_a_meaning_here_say_so_and_are_in_no_help() {
 fn a_system_without_a_world_of_its_own_stays_in_the_one_it_has() {
     let mut app = run_of(Counter);
     press(&mut app, "o");
-    let notice = app.notice.clone().unwrap_or_default();
+    let notice = app.desk().notice.clone().unwrap_or_default();
     assert!(notice.contains("no world of its own"), "{notice}");
     assert!(app.ended(), "it began again");
     press(&mut app, "?");
@@ -332,15 +332,15 @@ fn a_write_from_outside_of_the_graph_is_noticed_while_the_run_goes_on_and_once()
         }
     };
     until(&|app| ticks(app) > 4, &mut app);
-    assert_eq!(app.notice, None);
+    assert_eq!(app.desk().notice, None);
     adders.add(100.0);
-    until(&|app| app.notice.is_some(), &mut app);
-    let notice = app.notice.take().expect("a notice");
+    until(&|app| app.desk().notice.is_some(), &mut app);
+    let notice = app.desk_mut().notice.take().expect("a notice");
     assert!(notice.contains("wrote to the number"), "{notice}");
     adders.add(100.0);
     let now = ticks(&app);
     until(&|app| ticks(app) > now + 8, &mut app);
-    assert_eq!(app.notice, None, "it was noticed before");
+    assert_eq!(app.desk().notice, None, "it was noticed before");
     app.finish().ended.expect("no fault");
 }
 

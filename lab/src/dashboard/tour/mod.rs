@@ -5,7 +5,7 @@ mod steps;
 
 use crossterm::event::{KeyCode, KeyEvent};
 
-use super::view::TextPage;
+use super::view::Page;
 pub use steps::Seen;
 use steps::{STEPS, Step};
 
@@ -54,18 +54,16 @@ impl Tour {
     }
 
     /// The step on the screen, about the `run` as it is.
-    pub fn page(self, run: &Seen) -> TextPage {
+    pub fn page(self, run: &Seen) -> Page {
         let step = self.shown();
         let (text, hint) = match (step.reached)(run) {
             true => ((step.look)(run), "Enter goes on  Esc leaves"),
             false => ((step.ask)(run), "Enter skips this  Esc leaves"),
         };
-        TextPage {
-            title: format!("tour {} of {}: {}", self.0 + 1, STEPS.len(), step.title),
-            text,
-            typed: None,
-            hint,
-            scroll: 0,
+        let title = format!("tour {} of {}: {}", self.0 + 1, STEPS.len(), step.title);
+        Page {
+            aside: true,
+            ..Page::text(title, text, hint)
         }
     }
 }
@@ -121,7 +119,7 @@ mod tests {
         for (number, run) in (0..STEPS.len()).flat_map(|n| runs().map(move |run| (n, run))) {
             let page = Tour(number).page(&run);
             let drawn = screen(PLACE.0, PLACE.1, |area, buf| {
-                crate::dashboard::view::aside(&page, &RICH, area, buf);
+                crate::dashboard::view::render_page(&page, &RICH, area, buf);
             });
             let last = page.text.split_whitespace().next_back().expect("a word");
             let drawn = text(&drawn);

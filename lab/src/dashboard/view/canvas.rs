@@ -50,30 +50,35 @@ impl BrailleCanvas {
 
     /// Number of dots across and down `area`.
     pub fn dots(area: Rect, theme: &Theme) -> (f64, f64) {
-        let (across, down) = if theme.ascii { (1, 1) } else { (2, 4) };
-        let dots = |cells: u16, each: u32| f64::from(u32::from(cells) * each);
+        let (across, down) = dots_each(theme.ascii);
+        let dots = |cells: u16, each: u16| f64::from(cells) * f64::from(each);
         (dots(area.width, across), dots(area.height, down))
     }
 
     /// The column of the screen at `x`, if it is visible.
     pub fn column(&self, x: f64) -> Option<u16> {
-        let place = (x - self.x[0]) / (self.x[1] - self.x[0]);
-        Self::cell(place, self.area.width, if self.ascii { 1 } else { 2 }).map(|c| self.area.x + c)
+        let each = dots_each(self.ascii).0;
+        let dot = visible(self.right(x), self.area.width, each)?;
+        Some(self.area.x + dot / each)
     }
 
     /// The row of the screen at `y`, if it is visible.
     pub fn row(&self, y: f64) -> Option<u16> {
-        let place = (self.y[1] - y) / (self.y[1] - self.y[0]);
-        Self::cell(place, self.area.height, if self.ascii { 1 } else { 4 }).map(|c| self.area.y + c)
+        let each = dots_each(self.ascii).1;
+        let dot = visible(self.below(y), self.area.height, each)?;
+        Some(self.area.y + dot / each)
     }
 
-    fn cell(place: f64, cells: u16, dots_each: u16) -> Option<u16> {
-        let last = f64::from(cells) * f64::from(dots_each) - 1.0;
-        let dot = (place * last).round();
-        // Also false for NaN.
-        (0.0..=last)
-            .contains(&dot)
-            .then(|| (dot / f64::from(dots_each)) as u16)
+    /// The dot at `x`, counted from the left.
+    fn right(&self, x: f64) -> f64 {
+        let share = (x - self.x[0]) / (self.x[1] - self.x[0]);
+        dot(share, self.area.width, dots_each(self.ascii).0)
+    }
+
+    /// The dot at `y`, counted from the top.
+    fn below(&self, y: f64) -> f64 {
+        let share = (self.y[1] - y) / (self.y[1] - self.y[0]);
+        dot(share, self.area.height, dots_each(self.ascii).1)
     }
 
     /// A dashed horizontal line at `y`, with `on` of every `of` Braille dots set, or half
@@ -116,8 +121,8 @@ impl BrailleCanvas {
 
     /// Draws a line dot by dot, one for each step in its longer direction.
     fn stroke(&self, pen: Pen, [x1, y1, x2, y2]: Stroke, buf: &mut Buffer) {
-        let (from, to) = (self.dot(x1, y1), self.dot(x2, y2));
-        let (across, down) = (to.0 - from.0, to.1 - from.1);
+        let from = (self.right(x1), self.below(y1));
+        let (across, down) = (self.right(x2) - from.0, self.below(y2) - from.1);
         let length = across.abs().max(down.abs()).ceil().max(1.0);
         for step in 0..=length as u32 {
             let share = f64::from(step) / length;
@@ -125,38 +130,11 @@ impl BrailleCanvas {
         }
     }
 
-    /// The dot at `x`, `y`, counted from the upper left. Distant points are moved closer,
-    /// which limits the time to draw a line.
-    fn dot(&self, x: f64, y: f64) -> (f64, f64) {
-        let (across, down) = self.dots_each();
-        let place = |share: f64, cells: u16, each: u16| {
-            share.clamp(-FAR, FAR) * (f64::from(cells) * f64::from(each) - 1.0).max(0.0)
-        };
-        let right = (x - self.x[0]) / (self.x[1] - self.x[0]);
-        let below = (self.y[1] - y) / (self.y[1] - self.y[0]);
-        (
-            place(right, self.area.width, across).round(),
-            place(below, self.area.height, down).round(),
-        )
-    }
-
-    /// Dots per cell, across and down.
-    fn dots_each(&self) -> (u16, u16) {
-        if self.ascii { (1, 1) } else { (2, 4) }
-    }
-
     /// Sets one dot, if it is visible.
     fn put(&self, pen: Pen, right: f64, below: f64, buf: &mut Buffer) {
-        let (across, down) = self.dots_each();
-        let seen = |dot: f64, cells: u16, each: u16| {
-            let dots = f64::from(cells) * f64::from(each);
-            (0.0..dots)
-                .contains(&dot.round())
-                .then_some(dot.round() as u16)
-        };
-        let Some((x, y)) =
-            seen(right, self.area.width, across).zip(seen(below, self.area.height, down))
-        else {
+        let (across, down) = dots_each(self.ascii);
+        let x = visible(right, self.area.width, across);
+        let Some((x, y)) = x.zip(visible(below, self.area.height, down)) else {
             return;
         };
         let place = (self.area.x + x / across, self.area.y + y / down);
@@ -172,6 +150,25 @@ impl BrailleCanvas {
             cell.set_char(sum.unwrap_or(pen.ascii)).set_style(pen.style);
         }
     }
+}
+
+/// Dots per cell, across and down.
+fn dots_each(ascii: bool) -> (u16, u16) {
+    if ascii { (1, 1) } else { (2, 4) }
+}
+
+/// The dot at `share` of a number of cells. Distant ones are moved closer, which limits the
+/// time to draw a line.
+fn dot(share: f64, cells: u16, each: u16) -> f64 {
+    let last = (f64::from(cells) * f64::from(each) - 1.0).max(0.0);
+    (share.clamp(-FAR, FAR) * last).round()
+}
+
+/// The number of a dot, if it is in one of the cells.
+fn visible(dot: f64, cells: u16, each: u16) -> Option<u16> {
+    let (dot, dots) = (dot.round(), f64::from(cells) * f64::from(each));
+    // Also false for NaN.
+    (0.0..dots).contains(&dot).then_some(dot as u16)
 }
 
 /// The pattern of a cell, or the empty pattern.

@@ -2,7 +2,7 @@
 
 use ratatui::{
     buffer::Buffer,
-    layout::Rect,
+    layout::{Margin, Rect},
     style::Style,
     text::{Line, Span},
 };
@@ -35,12 +35,7 @@ pub fn render(
     buf: &mut Buffer,
 ) {
     let inner = border(TITLE, Span::default(), theme, focused, area, buf);
-    let inset = inset(inner.width);
-    let inner = Rect {
-        x: inner.x + inset,
-        width: inner.width - 2 * inset,
-        ..inner
-    };
+    let inner = inner.inner(Margin::new(inset(inner.width), 0));
     let height = usize::from(inner.height);
     for part in headline(verdict, theme).spans {
         let text = clip(&part.content, usize::from(inner.width), theme);
@@ -90,26 +85,21 @@ pub fn headline(verdict: &VerdictData, theme: &Theme) -> Line<'static> {
     Line::from(Span::styled(text, style))
 }
 
-/// At most `most` lines of explanation; a cut one ends with a sign.
+/// At most `most` lines of explanation, wrapped to the width below the headline; a cut one
+/// ends with a sign.
 fn explanation(why: &[String], width: u16, most: usize, theme: &Theme) -> Vec<String> {
-    let mut lines = wrapped(why, width, theme);
+    let room = usize::from(width).saturating_sub(2).max(1);
+    let lines = why
+        .iter()
+        .flat_map(|text| broken(&plain(text, theme), room));
+    let mut lines: Vec<String> = lines.collect();
     if lines.len() > most {
         lines.truncate(most);
         if let Some(last) = lines.last_mut() {
-            let room = usize::from(width).saturating_sub(2);
             *last = clip(&format!("{last} …"), room, theme);
         }
     }
     lines
-}
-
-/// `texts` wrapped between words, to the width below the headline.
-fn wrapped(texts: &[String], width: u16, theme: &Theme) -> Vec<String> {
-    let room = usize::from(width).saturating_sub(2).max(1);
-    texts
-        .iter()
-        .flat_map(|text| broken(&plain(text, theme), room))
-        .collect()
 }
 
 /// An event with its time in a column of its own.

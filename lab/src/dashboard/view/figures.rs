@@ -2,7 +2,12 @@
 
 use std::time::Duration;
 
-use ratatui::{buffer::Buffer, layout::Rect, style::Style, text::Span};
+use ratatui::{
+    buffer::Buffer,
+    layout::{Margin, Rect},
+    style::Style,
+    text::Span,
+};
 
 use super::{
     histogram,
@@ -58,12 +63,7 @@ const fn column(head: &'static str, width: usize, rank: u8) -> TableColumn {
 pub fn render(frame: &FrameData, theme: &Theme, focused: bool, area: Rect, buf: &mut Buffer) {
     let inner = border(TITLE, Span::default(), theme, focused, area, buf);
     // A blank column on each side, if there is room.
-    let inset = u16::from(inner.width > 40);
-    let inner = Rect {
-        x: inner.x + inset,
-        width: inner.width - 2 * inset,
-        ..inner
-    };
+    let inner = inner.inner(Margin::new(u16::from(inner.width > 40), 0));
     match &frame.latency {
         Some(latency) if inner.width >= WIDE => side_by_side(frame, latency, theme, inner, buf),
         Some(latency) => stacked(frame, latency, theme, inner, buf),
@@ -188,8 +188,7 @@ fn count(count: u64) -> String {
 
 /// A rate as set, to three decimals.
 fn rate(hz: f64) -> String {
-    let text = format!("{hz:.3}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    pane::short(hz, 3)
 }
 
 /// `duration` in a unit of which a second has `scale`, or a dash without samples.
@@ -224,9 +223,8 @@ fn reaction(frame: &FrameData, theme: &Theme, area: Rect, buf: &mut Buffer) -> u
         format!("lately     push age up to {age:.1} ms, reaction time up to {reaction:.1} ms"),
         format!("lately  age {age:.1} ms, reaction {reaction:.1} ms"),
     ];
-    let fits = |text: &&String| pane::width(text) <= usize::from(area.width);
-    let text = texts.iter().find(fits).map_or("", String::as_str);
-    put(text, theme.faint(), 0, row(area, 0), buf);
+    let text = pane::fitting(texts, usize::from(area.width));
+    put(&text, theme.faint(), 0, row(area, 0), buf);
     usize::from(!text.is_empty() && area.height > 0)
 }
 

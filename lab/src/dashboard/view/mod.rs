@@ -1,21 +1,19 @@
 //! The screen. One pane per file; each draws a frame, from any source.
 
 mod age;
+mod bottom;
 mod canvas;
 mod cliff;
 mod events;
 mod figures;
 mod glossary;
 mod graph;
-mod help;
 mod histogram;
 mod knot;
 mod layout;
 mod page;
 mod pane;
 mod plant;
-#[cfg(test)]
-pub mod sample;
 mod scrubber;
 mod signal;
 mod status;
@@ -26,20 +24,26 @@ use ratatui::{
     Frame,
     buffer::Buffer,
     layout::Rect,
-    text::{Line, Span},
-    widgets::{Clear, Paragraph, Widget, Wrap},
+    text::Line,
+    widgets::{Paragraph, Widget, Wrap},
 };
 use ratelab::Event;
 use ratelab_study::system::System;
 
 use self::layout::ScreenLayout;
 #[cfg(test)]
-pub use self::page::aside;
+pub use self::page::render as render_page;
 #[cfg(test)]
 pub use self::pane::testing;
 pub use self::{
-    glossary::GLOSSARY, help::HelpPage, page::TextPage, scrubber::Scrubber, status::StatusExtra,
+    bottom::{Bottom, PromptLine},
+    glossary::glossary,
+    page::Page,
+    scrubber::Scrubber,
+    status::StatusExtra,
 };
+#[cfg(test)]
+pub use super::tests::sample;
 use super::{
     cliff::CliffMap,
     focus::Pane,
@@ -76,16 +80,12 @@ pub struct ScreenState<'a> {
     pub scrubber: Option<Scrubber>,
     /// The cliff map, over the panes.
     pub map: Option<&'a CliffMap>,
+    /// A page over everything else.
+    pub page: Option<Page>,
+    /// A page beside the panes to look at: a step of the tour.
+    pub aside: Option<Page>,
     /// The last line.
-    pub footer: Footer<'a>,
-    /// The keys or the glossary, over everything else.
-    pub help: Option<HelpPage>,
-    /// A page of text over everything but these.
-    pub page: Option<TextPage>,
-    /// A page of text beside the panes to look at: a step of the tour.
-    pub aside: Option<TextPage>,
-    /// The latest notice of the dashboard.
-    pub notice: Option<&'a str>,
+    pub bottom: Bottom<'a>,
 }
 
 impl ScreenState<'_> {
@@ -154,29 +154,6 @@ const LEAST_FOR_PARTS: u16 = 20;
 /// Lines of a verdict and its cause on a small screen.
 const VERDICT_LINES: usize = 3;
 
-/// The last line.
-pub enum Footer<'a> {
-    /// Keys and their actions.
-    Hints(Vec<(String, &'static str)>),
-    /// An input line.
-    Prompt {
-        /// The text so far.
-        typed: &'a str,
-        /// The reason why the last entry was refused, above the line.
-        refusal: Option<&'a str>,
-        /// The accepted words.
-        hint: String,
-    },
-}
-
-impl Footer<'_> {
-    /// Keys that are in no table, and their actions.
-    pub fn listed(hints: &[(&str, &'static str)]) -> Self {
-        let hints = hints.iter().map(|(key, what)| ((*key).to_owned(), *what));
-        Self::Hints(hints.collect())
-    }
-}
-
 /// Draws everything, or only the size of a screen that is too small.
 pub fn render(shown: Option<&ScreenState<'_>>, theme: &Theme, frame: &mut Frame<'_>) {
     let area = frame.area();
@@ -198,7 +175,7 @@ pub fn render(shown: Option<&ScreenState<'_>>, theme: &Theme, frame: &mut Frame<
 
 fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, buf: &mut Buffer) {
     let name = shown.system.name();
-    status::render_status(name, shown.frame, &shown.extra, theme, layout.status, buf);
+    status::render(name, shown.frame, &shown.extra, theme, layout.status, buf);
     render_age(shown, theme, layout.age, buf);
     if let Some(area) = layout.verdict {
         verdict_line(shown, theme, area, buf);
@@ -209,29 +186,13 @@ fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, b
     if let (Some(scrubber), Some(area)) = (&shown.scrubber, layout.scrubber) {
         scrubber::render(scrubber, theme, area, buf);
     }
-    match &shown.footer {
-        Footer::Prompt { typed, .. } => prompt_line(typed, theme, layout.footer, buf),
-        Footer::Hints(hints) => match shown.notice.filter(|_| !notice_fits(shown, layout)) {
-            Some(notice) => {
-                let area = layout.body.union(layout.footer);
-                at_the_bottom(&pane::plain(notice, theme), theme, area, buf);
-            }
-            None => {
-                let mut hints: Vec<_> = hints.iter().map(|(k, t)| (k.as_str(), *t)).collect();
-                if layout.verdict.is_some() && hints.len() > 2 {
-                    hints.insert(2, ("Tab 1-6", "other panes"));
-                }
-                status::render_footer(&hints, theme, layout.footer, buf);
-            }
-        },
-    }
     if let Some(page) = &shown.aside {
         let signal = layout.panes.iter().find(|(pane, _)| *pane == Pane::Signal);
         let several = layout.panes.len() > 1;
         let place = signal
             .filter(|_| several)
             .map_or(layout.body, |(_, area)| *area);
-        page::aside(page, theme, place, buf);
+        page::render(page, theme, place, buf);
     }
     if let Some(map) = shown.map {
         cliff::render(map, theme, layout.body, buf);
@@ -239,12 +200,7 @@ fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, b
     if let Some(page) = &shown.page {
         page::render(page, theme, layout.body, buf);
     }
-    if let Footer::Prompt { refusal, hint, .. } = &shown.footer {
-        over_the_prompt(*refusal, hint, theme, layout.body, buf);
-    }
-    if let Some(help) = &shown.help {
-        help::render(help, theme, layout.body, buf);
-    }
+    bottom::render(shown, layout, theme, buf);
 }
 
 /// The push age with its parts, and the cause of a loss.
@@ -261,10 +217,7 @@ fn render_age(shown: &ScreenState<'_>, theme: &Theme, area: Rect, buf: &mut Buff
         age::push_line(push, theme, pane::row(area, above + lines.len()), buf);
     }
     for (number, line) in lines.into_iter().enumerate() {
-        let mut place = pane::row(area, above + number);
-        place.x += 1;
-        place.width = place.width.saturating_sub(1);
-        line.render(place, buf);
+        line.render(pane::from(pane::row(area, above + number), 1), buf);
     }
 }
 
@@ -289,64 +242,19 @@ fn render_pane(shown: &ScreenState<'_>, pane: Pane, theme: &Theme, area: Rect, b
             None => timeline::render(shown.timeline.as_ref(), theme, focused, area, buf),
         },
         Pane::Events => {
-            let (events, notice) = (&shown.events, shown.notice);
+            let (events, notice) = (&shown.events, shown.bottom.notice);
             events::render(verdict, events, notice, theme, focused, area, buf);
         }
     }
 }
 
-/// Whether the notice fits into its usual place: the pane of events, or the line of the
-/// verdict.
-fn notice_fits(shown: &ScreenState<'_>, layout: &ScreenLayout) -> bool {
-    let covered = shown.map.is_some() || shown.page.is_some() || shown.help.is_some();
-    let mut panes = layout.panes.iter();
-    let events = panes.find(|(pane, _)| *pane == Pane::Events);
-    let line = layout.verdict.map_or(0, |area| area.width);
-    let room = events.map_or(line, |(_, area)| events::room(*area));
-    !covered
-        && shown
-            .notice
-            .is_none_or(|notice| pane::width(notice) <= usize::from(room))
-}
-
 /// The verdict, or the notice, if no pane shows it.
 fn verdict_line(shown: &ScreenState<'_>, theme: &Theme, area: Rect, buf: &mut Buffer) {
-    let line = match shown.notice {
+    let line = match shown.bottom.notice {
         Some(notice) => Line::from(pane::clip(notice, usize::from(area.width), theme)),
         None => events::headline(&shown.frame.verdict, theme),
     };
     line.render(area, buf);
-}
-
-/// The input line, with its end visible.
-fn prompt_line(typed: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
-    let room = usize::from(area.width).saturating_sub(3);
-    let tail = pane::tail(typed, room);
-    let spans = [
-        Span::styled(": ", theme.strong()),
-        Span::raw(pane::plain(&tail, theme)),
-        Span::raw(theme.glyph("▏", "_")),
-    ];
-    Line::from_iter(spans).render(area, buf);
-}
-
-/// The reason for a refused entry, or else what can be typed, wrapped, at the bottom of
-/// `area`.
-fn over_the_prompt(refusal: Option<&str>, hint: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
-    let sign = theme.glyph("✖", "!");
-    let text = refusal.map_or_else(|| hint.to_owned(), |refusal| format!("{sign} {refusal}"));
-    at_the_bottom(&pane::plain(&text, theme), theme, area, buf);
-}
-
-/// A wrapped text at the bottom of `area`.
-fn at_the_bottom(text: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
-    let lines = pane::broken(text, usize::from(area.width));
-    let first = usize::from(area.height).saturating_sub(lines.len());
-    for (number, line) in lines.iter().enumerate() {
-        let place = pane::row(area, first + number);
-        Clear.render(place, buf);
-        pane::put(line, theme.strong(), 0, place, buf);
-    }
 }
 
 fn too_small(area: Rect, buf: &mut Buffer) {

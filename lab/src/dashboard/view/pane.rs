@@ -58,16 +58,40 @@ pub fn rows(area: Rect, first: usize, count: usize) -> Rect {
     }
 }
 
-/// Draws `text` at column `x` of `row`, cut at the end of the row.
-pub fn put(text: &str, style: Style, x: usize, row: Rect, buf: &mut Buffer) {
+/// `row` from column `x` on.
+pub fn from(row: Rect, x: usize) -> Rect {
     let skip = clamp(x).min(row.width);
-    let room = Rect {
+    Rect {
         x: row.x + skip,
         width: row.width - skip,
         ..row
-    };
+    }
+}
+
+/// Draws `text` at column `x` of `row`, cut at the end of the row.
+pub fn put(text: &str, style: Style, x: usize, row: Rect, buf: &mut Buffer) {
     // A span, as the style of a line would reach to the end of the row.
-    Span::styled(text, style).render(room, buf);
+    Span::styled(text, style).render(from(row, x), buf);
+}
+
+/// Draws the first of `parts` that fit between columns `x` and `end` of `row`, with `gap`
+/// blanks in between; returns the first column after them.
+pub fn in_a_row<'a>(
+    parts: impl IntoIterator<Item = Line<'a>>,
+    gap: usize,
+    (mut x, end): (usize, usize),
+    row: Rect,
+    buf: &mut Buffer,
+) -> usize {
+    for part in parts {
+        let wide = part.width();
+        if x + wide > end {
+            break;
+        }
+        part.render(from(row, x), buf);
+        x += wide + gap;
+    }
+    x
 }
 
 /// A length on the screen, which cannot exceed `u16`.
@@ -121,6 +145,18 @@ pub fn clip(text: &str, room: usize, theme: &Theme) -> String {
         }
     }
     cut + sign
+}
+
+/// The first of `texts` that fits into `room`; empty if none fits.
+pub fn fitting(texts: impl IntoIterator<Item = String>, room: usize) -> String {
+    let mut fitting = texts.into_iter().filter(|text| width(text) <= room);
+    fitting.next().unwrap_or_default()
+}
+
+/// `value` with at most some `decimals`, one or more, and as many as needed.
+pub fn short(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// `text` in ASCII if the theme asks for that: the program's own symbols by their usual

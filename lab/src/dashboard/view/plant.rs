@@ -1,11 +1,16 @@
 //! The plant, drawn to scale.
 
-use ratatui::{buffer::Buffer, layout::Rect, style::Style as CellStyle, text::Span};
+use ratatui::{
+    buffer::Buffer,
+    layout::Rect,
+    style::Style as CellStyle,
+    text::{Line, Span},
+};
 use ratelab_study::system::{Picture, Shape, Style};
 
 use super::{
     canvas::{BrailleCanvas, Pen, Stroke, dashed},
-    pane::{self, border, clamp, put, row, rows},
+    pane::{self, border, clamp, in_a_row, put, row, rows},
 };
 use crate::{
     dashboard::frame::{Standing, VerdictData},
@@ -21,6 +26,9 @@ const SHORTEST_SIDE: f64 = 20.0;
 
 /// Number of rows above which one is for labels below the view.
 const WITH_LABELS: u16 = 7;
+
+/// Blanks between captions.
+const CAPTION_GAP: usize = 3;
 
 /// Maximum number of strokes of a shape.
 const MOST_STROKES: f64 = 400.0;
@@ -46,22 +54,12 @@ pub fn render(
     let Some(picture) = picture else {
         return put("no state yet", theme.faint(), 1, row(inner, last), buf);
     };
-    captions(&picture.captions, theme, row(inner, last), buf);
+    let captions = picture.captions.iter();
+    let captions = captions.map(|caption| Line::raw(with_signs(caption, theme)));
+    let place = (1, usize::from(inner.width));
+    in_a_row(captions, CAPTION_GAP, place, row(inner, last), buf);
     if let Some(drawing) = Drawing::new(picture, lost, theme, rows(inner, 0, last)) {
         drawing.draw(picture, buf);
-    }
-}
-
-/// As many captions as there is room for.
-fn captions(captions: &[String], theme: &Theme, row: Rect, buf: &mut Buffer) {
-    let mut x = 1;
-    for caption in captions {
-        let caption = with_signs(caption, theme);
-        let wide = pane::width(&caption);
-        if x + wide <= usize::from(row.width) {
-            put(&caption, CellStyle::new(), x, row, buf);
-        }
-        x += wide + 3;
     }
 }
 

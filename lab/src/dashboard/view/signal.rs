@@ -10,10 +10,10 @@ use super::{
     canvas::{BrailleCanvas, Pen, Stroke},
     pane::{self, border, clamp, clip, put, row, rows, signed},
 };
-use crate::{dashboard::frame::SignalTrace, theme::Theme};
-
-/// Length of the chart (s of run time).
-const WINDOW_S: f64 = 10.0;
+use crate::{
+    dashboard::frame::{SignalTrace, TRACE_S},
+    theme::Theme,
+};
 
 /// Factor by which the axis grows, once or repeatedly, when the signal leaves its range.
 /// Within the range the scale is fixed.
@@ -231,6 +231,12 @@ fn reach(signal: &Signal, [least, greatest]: [f64; 2]) -> [f64; 2] {
     [middle - half * times, middle + half * times]
 }
 
+/// The line between two neighbouring points.
+fn stroke(pair: &[(f64, f64)]) -> Stroke {
+    let [(x1, y1), (x2, y2)] = [pair[0], pair[1]];
+    [x1, y1, x2, y2]
+}
+
 /// The columns of all charts: labels of values, then the visible run times.
 struct Columns<'t> {
     /// Columns for the labels.
@@ -246,11 +252,11 @@ impl<'t> Columns<'t> {
         let width = inner.width - margin;
         let dots = BrailleCanvas::dots(Rect { width, ..inner }, theme).0;
         // A start on a whole dot keeps the shape of the moving curve.
-        let dot = WINDOW_S / (dots - 1.0).max(1.0);
-        let begin = ((now - WINDOW_S).max(0.0) / dot).ceil() * dot;
+        let dot = TRACE_S / (dots - 1.0).max(1.0);
+        let begin = ((now - TRACE_S).max(0.0) / dot).ceil() * dot;
         Self {
             margin,
-            times: [begin, begin + WINDOW_S],
+            times: [begin, begin + TRACE_S],
             theme,
         }
     }
@@ -329,11 +335,11 @@ impl Chart<'_> {
 
     fn time_axis(&self, buf: &mut Buffer) {
         let style = self.columns.theme.faint();
-        let columns = f64::from(self.plot.width) / WINDOW_S;
+        let columns = f64::from(self.plot.width) / TRACE_S;
         let fits = |step: &f64| step * columns >= TIME_COLUMNS;
-        let step = STEPS_S.into_iter().find(fits).unwrap_or(WINDOW_S);
+        let step = STEPS_S.into_iter().find(fits).unwrap_or(TRACE_S);
         let first = (self.columns.times[0] / step).ceil();
-        for number in 0..=(WINDOW_S / step) as u32 {
+        for number in 0..=(TRACE_S / step) as u32 {
             let time = (first + f64::from(number)) * step;
             let Some(column) = self.canvas.column(time) else {
                 continue;
@@ -405,13 +411,10 @@ impl Chart<'_> {
         let last = points.partition_point(|point| point.0 <= self.columns.times[1]);
         // Dashes: a difference visible without colours.
         let dots = BrailleCanvas::dots(self.plot, self.columns.theme).0;
-        let dash = WINDOW_S / dots.max(1.0) * GHOST_DASH;
+        let dash = TRACE_S / dots.max(1.0) * GHOST_DASH;
         let drawn = |pair: &&[(f64, f64)]| (pair[0].0 / dash).floor() % 2.0 == 0.0;
         let pairs = points[first..last].windows(2).filter(drawn);
-        let lines = pairs.map(|pair| {
-            let [(x1, y1), (x2, y2)] = [pair[0], pair[1]];
-            [x1, y1, x2, y2]
-        });
+        let lines = pairs.map(stroke);
         let pen = Pen {
             style: self.columns.theme.faint(),
             ascii: ':',
@@ -422,10 +425,7 @@ impl Chart<'_> {
     /// The line through `past`, as an alarm at each value that is `lost`.
     fn curve(&self, past: &[(f64, f64)], lost: impl Fn(f64) -> bool, buf: &mut Buffer) {
         let theme = self.columns.theme;
-        let lines = past.windows(2).map(|pair| {
-            let [(x1, y1), (x2, y2)] = [pair[0], pair[1]];
-            [x1, y1, x2, y2]
-        });
+        let lines = past.windows(2).map(stroke);
         let seen = lines.filter(|line| line[2] >= self.columns.times[0]);
         let beyond = |line: &Stroke| lost(line[1]) || lost(line[3]);
         let (bad, good): (Vec<Stroke>, Vec<Stroke>) = seen.partition(beyond);

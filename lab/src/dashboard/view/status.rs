@@ -1,12 +1,17 @@
-//! The lines at the top and at the bottom of the screen.
+//! The line at the top of the screen.
 
-use ratatui::{buffer::Buffer, layout::Rect, style::Style};
+use ratatui::{
+    buffer::Buffer,
+    layout::Rect,
+    style::Style,
+    text::{Line, Span},
+};
 use ratelab::{ClockKind, Status};
 
-use super::pane::{self, plain, put, row};
+use super::pane::{self, in_a_row, plain, row};
 use crate::{dashboard::frame::FrameData, theme::Theme};
 
-/// Blanks between the parts of a line.
+/// Blanks between its parts.
 const GAP: usize = 2;
 
 /// Additional parts of the top line.
@@ -29,7 +34,7 @@ pub struct StatusExtra {
 
 /// Draws the top line, the name of the system first. If it is too narrow, parts are left
 /// out from the right; a loss of measurements has priority.
-pub fn render_status(
+pub fn render(
     name: &str,
     frame: &FrameData,
     extra: &StatusExtra,
@@ -61,38 +66,13 @@ pub fn render_status(
         (text, theme.alarm())
     });
     let kept = lost.as_ref().map_or(0, |(text, _)| pane::width(text) + GAP);
-    let room = usize::from(line.width).saturating_sub(kept);
-    let end = in_a_row(&parts, 0, room, theme, line, buf);
-    in_a_row(
-        lost.as_slice(),
-        end,
-        usize::from(line.width),
-        theme,
-        line,
-        buf,
-    );
-}
-
-/// Draws the first `parts` that fit between columns `x` and `end`; returns the first
-/// column after them.
-fn in_a_row(
-    parts: &[(String, Style)],
-    mut x: usize,
-    end: usize,
-    theme: &Theme,
-    line: Rect,
-    buf: &mut Buffer,
-) -> usize {
-    for (text, style) in parts {
-        let text = plain(text, theme);
-        let wide = pane::width(&text);
-        if x + wide > end {
-            break;
-        }
-        put(&text, *style, x, line, buf);
-        x += wide + GAP;
-    }
-    x
+    let room = usize::from(line.width);
+    let part = |(text, style): &(String, Style)| {
+        Line::from(Span::styled(plain(text, theme).into_owned(), *style))
+    };
+    let place = (0, room.saturating_sub(kept));
+    let end = in_a_row(parts.iter().map(part), GAP, place, line, buf);
+    in_a_row(lost.iter().map(part), GAP, (end, room), line, buf);
 }
 
 /// The clock, with its speed if it has one; of the same width for all numeric speeds.
@@ -137,28 +117,12 @@ fn state(frame: &FrameData, extra: &StatusExtra, theme: &Theme) -> (String, Styl
     (format!("{sign} {word:<7}"), style)
 }
 
-/// Draws as many key hints, each a key with its action, as there is room for.
-pub fn render_footer(hints: &[(&str, &str)], theme: &Theme, area: Rect, buf: &mut Buffer) {
-    let line = row(area.intersection(buf.area), 0);
-    let mut x = 0;
-    for (key, what) in hints {
-        let (key, what) = (plain(key, theme), plain(what, theme));
-        let wide = pane::width(&key) + 1 + pane::width(&what);
-        if x + wide > usize::from(line.width) {
-            break;
-        }
-        put(&key, theme.strong(), x, line, buf);
-        put(&what, theme.faint(), x + pane::width(&key) + 1, line, buf);
-        x += wide + GAP;
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use ratatui::{buffer::Buffer, layout::Rect};
+    use ratatui::buffer::Buffer;
     use ratelab::ClockKind;
 
-    use super::{StatusExtra, render_footer, render_status};
+    use super::{StatusExtra, render};
     use crate::{
         dashboard::view::{
             pane::testing::{POOR, RICH, screen, styled, text, torture},
@@ -167,13 +131,11 @@ mod tests {
         theme::Theme,
     };
 
-    const HINTS: [(&str, &str); 3] = [("[ ]", "control rate"), ("> <", "depth"), ("q", "quit")];
-
     fn line(width: u16, extra: &StatusExtra, theme: &Theme) -> Buffer {
         let mut frame = sample::broken();
         frame.status.clock = ClockKind::Virtual;
         screen(width, 1, |area, buf| {
-            render_status("cart-pole", &frame, extra, theme, area, buf)
+            render("cart-pole", &frame, extra, theme, area, buf)
         })
     }
 
@@ -206,22 +168,10 @@ mod tests {
         frame.telemetry_lost = 3;
         let extra = StatusExtra::default();
         let buf = screen(60, 1, |area, buf| {
-            render_status("cart-pole", &frame, &extra, &RICH, area, buf)
+            render("cart-pole", &frame, &extra, &RICH, area, buf)
         });
         insta::assert_snapshot!(text(&buf), @"cart-pole  real          ▶ running   ✖ telemetry lost 3");
         assert_eq!(styled(&buf, RICH.alarm()), " ✖ telemetry lost 3 ");
-    }
-
-    #[test]
-    fn hints_are_whole() {
-        let footer = |width| {
-            screen(width, 1, |area, buf| {
-                render_footer(&HINTS, &RICH, area, buf)
-            })
-        };
-        insta::assert_snapshot!(text(&footer(40)), @"[ ] control rate  > < depth  q quit");
-        insta::assert_snapshot!(text(&footer(30)), @"[ ] control rate  > < depth");
-        assert_eq!(styled(&footer(40), RICH.strong()), "[ ]> <q");
     }
 
     #[test]
@@ -229,12 +179,7 @@ mod tests {
         let frame = sample::broken();
         let extra = StatusExtra::default();
         torture(|theme, area, buf| {
-            render_status("cart-pole", &frame, &extra, theme, area, buf);
-            let last = Rect {
-                y: area.bottom().saturating_sub(1),
-                ..area
-            };
-            render_footer(&HINTS, theme, last, buf);
+            render("cart-pole", &frame, &extra, theme, area, buf);
         });
     }
 }

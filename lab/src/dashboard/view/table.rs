@@ -1,8 +1,14 @@
 //! Tables with fixed columns for changing figures.
 
-use ratatui::{buffer::Buffer, layout::Rect, style::Style};
+use ratatui::{
+    buffer::Buffer,
+    layout::{Constraint, Rect},
+    style::Style,
+    text::{Line, Span},
+    widgets::{Row, Table, Widget},
+};
 
-use super::pane::{self, clip, plain, put, row};
+use super::pane::{self, clamp, clip, plain, put, row};
 use crate::theme::Theme;
 
 /// Blanks between columns.
@@ -47,32 +53,31 @@ pub fn render(
         .min(16)
         .min(room);
     let shown = shown(columns, room - first);
-    let mut line = |at: usize, name: &str, style: Style, figures: &[TableCell]| {
-        let place = row(area, at);
-        put(&clip(name, first, theme), style, 0, place, buf);
-        let mut x = first;
-        for &column in &shown {
+    let line = |name: &str, style: Style, figures: &[TableCell]| {
+        let name = Line::from(Span::styled(clip(name, first, theme), style));
+        let figures = shown.iter().map(|&column| {
             let (text, style) = &figures[column];
-            let text = plain(text, theme);
-            let start = x + GAP + columns[column].width.saturating_sub(pane::width(&text));
-            put(&text, *style, start, place, buf);
-            x += GAP + columns[column].width;
-        }
+            let text = plain(text, theme).into_owned();
+            Line::from(Span::styled(text, *style)).right_aligned()
+        });
+        Row::new(std::iter::once(name).chain(figures))
     };
-    let heads: Vec<TableCell> = columns
-        .iter()
-        .map(|column| (column.head.to_owned(), theme.faint()))
+    let heads = columns.iter();
+    let heads: Vec<TableCell> = heads
+        .map(|of| (of.head.to_owned(), theme.faint()))
         .collect();
-    line(0, name, theme.faint(), &heads);
     let fit = usize::from(area.height).saturating_sub(1);
-    let whole = if rows.len() > fit {
-        fit.saturating_sub(1)
-    } else {
-        rows.len()
+    let whole = match rows.len() > fit {
+        true => fit.saturating_sub(1),
+        false => rows.len(),
     };
-    for (at, (name, figures)) in rows[..whole].iter().enumerate() {
-        line(1 + at, name, Style::new(), figures);
-    }
+    let lines = rows[..whole].iter();
+    let lines = lines.map(|(name, figures)| line(name, Style::new(), figures));
+    let widths = shown.iter().map(|&column| columns[column].width);
+    let widths = std::iter::once(first).chain(widths).map(clamp);
+    let table = Table::new(lines, widths.map(Constraint::Length));
+    let table = table.header(line(name, theme.faint(), &heads));
+    table.column_spacing(clamp(GAP)).render(area, buf);
     if whole < rows.len() && fit > 0 {
         let more = clip(&format!("… {} more", rows.len() - whole), room, theme);
         put(&more, theme.faint(), 0, row(area, fit), buf);

@@ -29,11 +29,7 @@ impl RunSource for RemoteRun {
         self.began.elapsed()
     }
 
-    fn lineage(&mut self) -> &Lineage {
-        self.gathered.lineage()
-    }
-
-    fn known_lineage(&self) -> &Lineage {
+    fn lineage(&self) -> &Lineage {
         self.gathered.lineage()
     }
 

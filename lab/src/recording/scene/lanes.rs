@@ -14,7 +14,10 @@ use rerun::{
 };
 
 use super::palette::{BLUE, GREY, ORANGE};
-use crate::recording::{lineage::end_of, reader::Recording, schema::path, timeline::RUN_TIME};
+use crate::{
+    recording::{lineage::end_of, reader::Recording, schema::path, timeline::RUN_TIME},
+    timing::earlier,
+};
 
 /// The lanes.
 pub const TIMELINE: &str = "timeline";
@@ -91,7 +94,7 @@ fn ticks<'a>(
     for (TracedTick { tick, .. }, aside) in ticks {
         let late = tick.lateness.unwrap_or_default();
         if !late.is_zero() {
-            let due = Time::ZERO + tick.at.since(Time::ZERO + late);
+            let due = earlier(tick.at, late);
             change(&mut changes, due.max(idle_from), waits);
         }
         let first = (tick.number == 0).then_some(0);

@@ -93,6 +93,15 @@ impl Labels<'_> {
         Some((start, row, room))
     }
 
+    /// The place of `width` columns in a row, behind the beginning of a line.
+    fn place(&self, start: u16, row: u16, width: usize) -> Rect {
+        Rect {
+            x: self.area.x + start + 1,
+            width: pane::clamp(width),
+            ..pane::row(self.area, usize::from(row))
+        }
+    }
+
     /// Writes the name on a dangling edge.
     fn name(&self, route: &Route, buf: &mut Buffer) -> bool {
         let Some((start, row, _)) = self.trunk(route) else {
@@ -101,11 +110,7 @@ impl Labels<'_> {
         let name = pane::plain(&self.view.topic(route.topic).name, self.view.theme);
         let texts = [format!(" {name} "), name.into_owned()];
         texts.iter().any(|text| {
-            let place = Rect {
-                x: self.area.x + start + 1,
-                width: pane::clamp(pane::width(text)),
-                ..pane::row(self.area, usize::from(row))
-            };
+            let place = self.place(start, row, pane::width(text));
             let line = filled(place, level(self.view.theme), buf);
             if line {
                 pane::put(text, self.view.theme.strong(), 0, place, buf);
@@ -120,16 +125,12 @@ impl Labels<'_> {
             return;
         };
         let name = pane::plain(&self.view.topic(route.topic).name, self.view.theme);
-        let width = pane::clamp(pane::width(&name));
+        let width = pane::width(&name);
         let rows = [row.checked_sub(1), Some(row + 1)].into_iter().flatten();
-        let mut places = rows
-            .filter(|row| *row < self.layout.bottom)
-            .map(|row| Rect {
-                x: self.area.x + start + 1,
-                width,
-                ..pane::row(self.area, usize::from(row))
-            });
-        let place = places.find(|place| width + 2 <= room && blank(*place, buf));
+        let rows = rows.filter(|row| *row < self.layout.bottom);
+        let mut places = rows.map(|row| self.place(start, row, width));
+        let fits = width + 2 <= usize::from(room);
+        let place = places.find(|place| fits && blank(*place, buf));
         if let Some(place) = place {
             pane::put(&name, self.view.theme.strong(), 0, place, buf);
         }
@@ -142,26 +143,22 @@ impl Labels<'_> {
             return false;
         };
         // One blank column at either end.
-        let room = room.saturating_sub(2);
-        let at = |row: usize| Rect {
-            x: self.area.x + start + 1,
-            width: room,
-            ..pane::row(self.area, row)
-        };
+        let room = usize::from(room.saturating_sub(2));
+        let at = |row: usize| self.place(start, pane::clamp(row), room);
         let row = usize::from(row);
         let free = |row: usize| row < usize::from(self.area.height) && blank(at(row), buf);
         let above = (0..row).rev().take_while(|row| free(*row)).count();
         let below = (row + 1..).take_while(|row| free(*row)).count();
         let fitting = WRITINGS.iter().find(|(up, down, least)| {
             let needed = down.len().min(1);
-            up.len() <= above && needed <= below && *least <= usize::from(room)
+            up.len() <= above && needed <= below && *least <= room
         });
         let Some((up, down, _)) = fitting else {
             return false;
         };
         let rows = (row - up.len()..row).zip(*up);
         let rows = rows.chain((row + 1..=row + below).zip(*down));
-        let (view, room) = (self.view, usize::from(room));
+        let view = self.view;
         let writer = LabelWriter { view, topic, room };
         for (row, what) in rows {
             writer.line(*what).render(at(row), buf);

@@ -4,11 +4,11 @@ use std::time::Duration;
 
 use ratatui::text::{Line, Span};
 
-use super::{
-    GraphView,
-    text::{count, fitting},
+use super::{GraphView, text::count};
+use crate::dashboard::{
+    frame::TopicData,
+    view::pane::{self, fitting},
 };
-use crate::dashboard::{frame::TopicData, view::pane};
 
 /// Periods after which the next message is overdue.
 const OVERDUE: f64 = 1.5;

@@ -7,15 +7,10 @@ use ratatui::{
     widgets::Widget,
 };
 
-use super::{
-    GraphView,
-    label_writer::LabelWriter,
-    route::Routes,
-    text::{count, fitting},
-};
+use super::{GraphView, label_writer::LabelWriter, route::Routes, text::count};
 use crate::dashboard::{
     frame::{FrameData, TopicData},
-    view::pane,
+    view::pane::{self, fitting},
 };
 
 /// Maximum width of a name in the list.

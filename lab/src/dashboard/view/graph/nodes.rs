@@ -8,15 +8,11 @@ use ratatui::{
     widgets::{Block, Widget},
 };
 
-use super::{
-    GraphView,
-    place::GraphLayout,
-    text::{count, fitting},
-};
+use super::{GraphView, place::GraphLayout, text::count};
 use crate::{
     dashboard::{
         frame::{Health, NodeData},
-        view::pane,
+        view::pane::{self, fitting},
     },
     theme::Theme,
 };
@@ -190,7 +186,5 @@ fn hz(node: &NodeData) -> String {
     } else {
         3
     };
-    let text = format!("{hz:.decimals$}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    format!("{text} Hz")
+    format!("{} Hz", pane::short(hz, decimals))
 }

@@ -22,12 +22,6 @@ pub(super) fn dangling(name: &str, room: usize) -> Option<usize> {
     }
 }
 
-/// The first of `texts` that fits into `room`; empty if none fits.
-pub(super) fn fitting(texts: impl IntoIterator<Item = String>, room: usize) -> String {
-    let mut fitting = texts.into_iter().filter(|text| pane::width(text) <= room);
-    fitting.next().unwrap_or_default()
-}
-
 /// A count in at most five columns.
 pub(super) fn count(count: u64) -> String {
     match count {

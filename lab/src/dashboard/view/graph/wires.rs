@@ -299,20 +299,22 @@ impl<'a> Router<'a> {
 
     /// Rows at which `route` enters `gap`.
     fn from(&self, route: &Route, gap: usize) -> Vec<u16> {
-        let there = route
-            .publishers
-            .iter()
-            .filter(|n| self.column[**n] == gap.checked_sub(1));
+        let before = |node: &&usize| self.column[**node] == gap.checked_sub(1);
+        let there = route.publishers.iter().filter(before);
         there.filter_map(|n| self.layout.exit(route, *n)).collect()
     }
 
     /// Rows at which `route` leaves `gap` for its readers.
     fn to(&self, route: &Route, gap: usize) -> Vec<u16> {
-        let there = route
-            .readers
-            .iter()
-            .filter(|n| self.column[**n] == Some(gap));
+        let behind = |node: &&usize| self.column[**node] == Some(gap);
+        let there = route.readers.iter().filter(behind);
         there.filter_map(|n| self.layout.entry(route, *n)).collect()
+    }
+
+    /// The row of the lane of `route`, if it has one.
+    fn lane(&self, route: &Route) -> Option<u16> {
+        let lane = route.lane?;
+        Some(self.layout.lanes + pane::clamp(lane))
     }
 
     /// The topics that go up or down in `gap`.
@@ -357,7 +359,7 @@ impl<'a> Router<'a> {
             starts: Vec::new(),
             heads: Vec::new(),
         };
-        let lane = route.lane.map(|lane| self.layout.lanes + pane::clamp(lane));
+        let lane = self.lane(route);
         let mut turns = Vec::new();
         for gap in &route.gaps {
             if route.dangles() {
@@ -394,12 +396,8 @@ impl<'a> Router<'a> {
 
     /// Whether a line out of the frame would overlap another one.
     fn taken(&self, route: &Route, gap: usize, row: u16) -> bool {
-        let others = self
-            .layout
-            .routes
-            .all
-            .iter()
-            .filter(|r| r.topic != route.topic);
+        let others = self.layout.routes.all.iter();
+        let others = others.filter(|r| r.topic != route.topic);
         let mut before = others.filter(|r| !r.dangles() || r.topic < route.topic);
         before.any(|other| self.from(other, gap).contains(&row))
     }
@@ -407,8 +405,7 @@ impl<'a> Router<'a> {
     /// Whether a vertical line in `gap` meets `row`.
     fn is_crossed(&self, gap: usize, row: u16) -> bool {
         self.bends(gap).iter().any(|passage| {
-            let lane = self.layout.routes.all[passage.route].lane;
-            let lane = lane.map(|lane| self.layout.lanes + pane::clamp(lane));
+            let lane = self.lane(&self.layout.routes.all[passage.route]);
             let rows = passage.from.iter().chain(&passage.to).chain(&lane);
             rows.clone().min() <= Some(&row) && rows.max() >= Some(&row)
         })
