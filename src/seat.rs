@@ -8,7 +8,7 @@ use std::{
 };
 
 use super::{
-    job::JobKind,
+    job::{Job, JobKind},
     knob::{Knob, KnobKind},
     node::{Fault, GO_ON, Node, Panicked, Tick},
     outbox::Outbox,
@@ -98,10 +98,10 @@ impl Seat {
 
     /// Does a job at run time `now`; by the wall's clock a whole tick is `lasting`.
     #[inline]
-    pub(crate) fn work(&mut self, kind: JobKind, now: Time, lasting: bool) -> Tick {
-        match kind {
+    pub(crate) fn work(&mut self, job: Job, now: Time, lasting: bool) -> Tick {
+        match job.kind {
             JobKind::Tick { .. } => self.tick(now, lasting),
-            JobKind::Begin { lateness, .. } => self.start(now, lateness),
+            JobKind::Begin => self.start(now, job.lateness()),
             JobKind::End => self.finish(now),
             JobKind::Take => GO_ON,
         }
@@ -112,23 +112,27 @@ impl Seat {
     #[inline]
     pub(crate) fn done(
         &mut self,
-        kind: JobKind,
+        job: Job,
         began: Time,
         took: Option<Duration>,
         outcome: Tick,
     ) -> Tick {
-        match kind {
-            JobKind::Tick { lateness, cost } => {
-                self.record(TickTimes {
+        match job.kind {
+            JobKind::Tick { is_instant } => {
+                self.record(|| TickTimes {
                     at: began,
-                    lateness,
-                    took: cost.or(took),
+                    lateness: job.lateness(),
+                    took: if is_instant {
+                        Some(Duration::ZERO)
+                    } else {
+                        took
+                    },
                     ends: Some(began),
                 });
                 outcome
             }
             JobKind::End => self.over(began, outcome),
-            JobKind::Begin { .. } | JobKind::Take => outcome,
+            JobKind::Begin | JobKind::Take => outcome,
         }
     }
 
@@ -182,7 +186,7 @@ impl Seat {
             return applied;
         };
         if !running.noted {
-            self.record(TickTimes {
+            self.record(|| TickTimes {
                 at: running.began,
                 lateness: running.lateness,
                 took: Some(now.since(running.began)),
@@ -200,7 +204,7 @@ impl Seat {
         if !std::mem::replace(&mut running.noted, true) {
             let (at, lateness) = (running.began, running.lateness);
             let (took, ends) = (None, None);
-            self.record(TickTimes {
+            self.record(|| TickTimes {
                 at,
                 lateness,
                 took,
@@ -277,8 +281,8 @@ impl Seat {
 
     /// Records the measurements of a tick, after the node has moved on to the next one.
     #[inline]
-    fn record(&self, times: TickTimes) {
-        self.records.node(|| NodeRecord::Ticked(times));
+    fn record(&self, times: impl FnOnce() -> TickTimes) {
+        self.records.node(|| NodeRecord::Ticked(times()));
     }
 
     /// The fault for a tick at `at` that returned an error.

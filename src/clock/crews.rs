@@ -186,7 +186,7 @@ impl CrewNodes {
     pub(crate) fn work(&self, work: Assignment, began: Time) -> Done {
         let seat = &mut *lock(&self.seats[work.place]);
         self.state.advance_to(began);
-        let outcome = seat.work(work.job.kind, began, true);
+        let outcome = seat.work(work.job, began, true);
         Done {
             work,
             began,
@@ -201,12 +201,12 @@ impl CrewNodes {
             began,
             outcome,
         } = done;
-        if !(matches!(work.job.kind, JobKind::Begin { .. }) && outcome.is_err()) {
+        if outcome.is_ok() || work.job.kind != JobKind::Begin {
             self.stage().done(work, passed, ended);
         }
         let seat = &mut *lock(&self.seats[work.place]);
         let took = Some(ended.since(began));
-        let outcome = seat.done(work.job.kind, began, took, outcome);
+        let outcome = seat.done(work.job, began, took, outcome);
         match outcome {
             Ok(ControlFlow::Continue(())) => None,
             Ok(ControlFlow::Break(())) => Some(Ok(began)),

@@ -103,8 +103,7 @@ impl ThreadHand<'_> {
 
     /// Ends the running tick at run time `at`: it has had its time on a core.
     pub fn finish(&mut self, at: Time) -> Option<usize> {
-        let (member, kind) = (0, JobKind::End);
-        let (crew, place, job) = (0, 0, Job { member, kind });
+        let (crew, place, job) = (0, 0, Job::new(0, JobKind::End));
         self.work(Assignment { crew, place, job }, at)
     }
 

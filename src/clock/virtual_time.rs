@@ -283,20 +283,20 @@ impl<'a> VirtualStretch<'a> {
     #[inline]
     fn work(&mut self, work: Assignment, now: Time) -> Tick {
         let Graph { seats, stage, .. } = &mut *self.graph;
-        let (seat, kind) = (&mut seats[work.place], work.job.kind);
-        if let JobKind::Take = kind {
+        let (seat, job) = (&mut seats[work.place], work.job);
+        if let JobKind::Take = job.kind {
             return GO_ON;
         }
-        if kind != JobKind::End {
+        if job.kind != JobKind::End {
             self.steps = self.steps.saturating_sub(1);
         }
         let measured = self.pacer.is_paced().then(Instant::now);
-        let outcome = seat.work(kind, now, false);
+        let outcome = seat.work(job, now, false);
         let took = measured.map(|began| began.elapsed());
-        if outcome.is_ok() || !matches!(kind, JobKind::Begin { .. }) {
+        if outcome.is_ok() || job.kind != JobKind::Begin {
             stage.done(work, now, now);
         }
-        seat.done(kind, now, took, outcome)
+        seat.done(job, now, took, outcome)
     }
 }
 

@@ -73,9 +73,8 @@ impl Scheduler for Periodic {
                     ClockKind::Real => Some(now.since(self.rate.due())),
                 };
                 self.rate.advance();
-                let (member, cost) = (0, None);
-                let kind = JobKind::Tick { lateness, cost };
-                return Some(Job { member, kind });
+                let kind = JobKind::Tick { is_instant: false };
+                return Some(Job::new(0, kind).late(lateness));
             }
             SchedulerEvent::Done { passed, .. } => {
                 self.skip_before(passed, plan);

@@ -47,9 +47,8 @@ impl Scheduler for Doubling {
             SchedulerEvent::Alarm { .. } => {
                 let after = self.due.as_nanos() * 2 + 1_000_000;
                 self.due = Time::from_nanos(after);
-                let (lateness, cost) = (None, None);
-                let kind = JobKind::Tick { lateness, cost };
-                return Some(Job { member: 0, kind });
+                let kind = JobKind::Tick { is_instant: false };
+                return Some(Job::new(0, kind));
             }
             SchedulerEvent::Opened { .. } | SchedulerEvent::Done { .. } => {
                 plan.alarm(self.due, Phase::Start, 0);

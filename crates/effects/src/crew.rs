@@ -199,8 +199,7 @@ impl<O: CallbackOrder> Ordered<O> {
         let Some(due) = due else {
             let (order, mut crew) = self.order(plan);
             order.ended(member, &mut crew);
-            let kind = JobKind::Take;
-            return Some(Job { member, kind });
+            return Some(Job::new(member, JobKind::Take));
         };
         let task = &mut self.tasks[member];
         let cost = task.cost();
@@ -208,8 +207,8 @@ impl<O: CallbackOrder> Ordered<O> {
             ClockKind::Virtual => cost.filter(|cost| !cost.is_zero()),
             ClockKind::Real => cost,
         };
-        let kind = task.work(Some(now.since(due)), takes, cost);
-        Some(Job { member, kind })
+        let kind = task.starts(takes, cost.is_some());
+        Some(Job::new(member, kind).late(Some(now.since(due))))
     }
 
     /// Due time of the timer that is called now. Where due times do not wait in line, those that
@@ -228,10 +227,11 @@ impl<O: CallbackOrder> Ordered<O> {
         called
     }
 
-    fn done(&mut self, Job { member, kind }: Job, plan: &mut Timetable<'_>) {
-        match kind {
-            JobKind::Begin { takes, busy, .. } => {
-                let ends = self.tasks[member].begin(plan.now(), takes, busy);
+    fn done(&mut self, job: Job, plan: &mut Timetable<'_>) {
+        let member = job.member();
+        match job.kind {
+            JobKind::Begin => {
+                let ends = self.tasks[member].begin(plan.now());
                 let (order, mut crew) = self.order(plan);
                 order.began(member, ends, &mut crew);
             }
@@ -252,8 +252,7 @@ impl<O: CallbackOrder> Scheduler for Ordered<O> {
             SchedulerEvent::Opened { anew } => self.open(anew, plan),
             SchedulerEvent::Alarm { member, at, phase } => match phase {
                 Phase::End if self.tasks[member].is_over(plan.now()) => {
-                    let kind = JobKind::End;
-                    return Some(Job { member, kind });
+                    return Some(Job::new(member, JobKind::End));
                 }
                 Phase::Release => self.due(member, at, plan),
                 _ => {}

@@ -114,18 +114,18 @@ impl Own {
                 Some(due)
             }
         };
-        let kind = match due {
-            Some(due) => self.work(due, plan),
+        Some(match due {
+            Some(due) => self.job(due, plan),
             None => {
                 self.arm(false, plan);
-                JobKind::Take
+                Job::new(0, JobKind::Take)
             }
-        };
-        Some(Job { member: 0, kind })
+        })
     }
 
-    /// The work of the tick that was `due`.
-    fn work(&mut self, due: Time, plan: &Timetable<'_>) -> JobKind {
+    /// The begin of the tick that was `due`.
+    #[inline]
+    fn job(&mut self, due: Time, plan: &Timetable<'_>) -> Job {
         let now = plan.now();
         let is_virtual = plan.clock() == ClockKind::Virtual;
         let skips = !self.task.is_triggered();
@@ -140,15 +140,15 @@ impl Own {
             (false, true) => cost.filter(|cost| !cost.is_zero()),
             (false, false) => cost,
         };
-        self.task.work(lateness, takes, cost)
+        Job::new(0, self.task.starts(takes, cost.is_some())).late(lateness)
     }
 
     /// A job is done; ticks due before `passed` are missed.
     #[inline]
     fn done(&mut self, kind: JobKind, passed: Time, plan: &mut Timetable<'_>) {
         match kind {
-            JobKind::Begin { takes, busy, .. } => {
-                self.task.begin(plan.now(), takes, busy);
+            JobKind::Begin => {
+                self.task.begin(plan.now());
             }
             JobKind::End => {
                 let running = self.task.running.take();
@@ -171,10 +171,7 @@ impl Scheduler for Own {
         match event {
             SchedulerEvent::Alarm { phase, .. } => {
                 return match phase {
-                    Phase::End if self.task.is_over(now) => {
-                        let (member, kind) = (0, JobKind::End);
-                        Some(Job { member, kind })
-                    }
+                    Phase::End if self.task.is_over(now) => Some(Job::new(0, JobKind::End)),
                     Phase::Start => self.start(plan),
                     _ => None,
                 };

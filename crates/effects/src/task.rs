@@ -27,6 +27,8 @@ pub(crate) struct Task {
     pub(crate) wakes: Draw,
     /// Duration of the next tick only, in place of the usual one.
     hang: Option<Duration>,
+    /// Duration of the tick that is about to begin.
+    next_takes: Duration,
     /// Due times that wait in the line of its executor.
     backlog: VecDeque<Time>,
     pub(crate) running: Option<Running>,
@@ -70,6 +72,7 @@ impl Task {
             takes: Cost::NONE,
             wakes: Draw::NONE,
             hang: None,
+            next_takes: Duration::ZERO,
             backlog: VecDeque::new(),
             running: None,
             crashed: false,
@@ -201,28 +204,21 @@ impl Task {
         }
     }
 
-    /// The work of a tick with this lateness: it takes run time, or only has a `cost`.
-    pub(crate) fn work(
-        &self,
-        lateness: Option<Duration>,
-        takes: Option<Duration>,
-        cost: Option<Duration>,
-    ) -> JobKind {
-        let busy = self.takes.busy;
+    /// What a tick begins with that `takes` run time; without, it may be set to take none.
+    pub(crate) fn starts(&mut self, takes: Option<Duration>, is_set: bool) -> JobKind {
         match takes {
-            Some(takes) => JobKind::Begin {
-                lateness,
-                takes,
-                busy,
-            },
-            None => JobKind::Tick { lateness, cost },
+            Some(takes) => {
+                self.next_takes = takes;
+                JobKind::Begin
+            }
+            None => JobKind::Tick { is_instant: is_set },
         }
     }
 
-    /// It has begun a tick that takes so long.
-    pub(crate) fn begin(&mut self, began: Time, takes: Duration, busy: bool) -> Time {
-        let ends = began + takes;
-        let suspended = None;
+    /// It has begun a tick that takes run time; returns when it is over.
+    pub(crate) fn begin(&mut self, began: Time) -> Time {
+        let ends = began + self.next_takes;
+        let (busy, suspended) = (self.takes.busy, None);
         self.running = Some(Running {
             began,
             ends,

@@ -358,7 +358,6 @@ impl<'g> CrewThreads<'g> {
 /// Ends the tick that has had its time on a core.
 fn finish(board: &mut Board, now: Time) -> CrewStep {
     board.taken[0] = true;
-    let (member, kind) = (0, JobKind::End);
-    let (crew, place, job) = (0, 0, Job { member, kind });
+    let (crew, place, job) = (0, 0, Job::new(0, JobKind::End));
     CrewStep::Work(Assignment { crew, place, job }, now, None)
 }
