@@ -56,6 +56,9 @@ pub enum GraphError {
     /// An executor is to have a node of another executor.
     #[error("{0:?} has an executor already: give each node one")]
     SecondExecutor(String),
+    /// An executor is to have a node whose schedule it does not know.
+    #[error("the executor {1} does not know the schedule of {0:?}: leave the node on its own")]
+    ForeignSchedule(String, String),
     /// A number that is not a rate.
     #[error(transparent)]
     Rate(#[from] HzError),
@@ -93,7 +96,7 @@ impl From<Infallible> for GraphError {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Graph {
-    /// The nodes, in the order of their schedules in the stage.
+    /// The nodes, by their indices.
     pub(crate) seats: Vec<Seat>,
     pub(crate) stage: Stage,
     pub(crate) control: ControlPlane,
@@ -327,6 +330,7 @@ impl Graph {
             rate: Rate::new(release.hz(), now),
             inputs: wired.intakes,
         };
+        let inputs = spec.inputs.len();
         let scheduler = match &release {
             Release::Every(_) => self.control.kit.scheduler(spec),
             Release::On(matching) => matching.scheduler(spec),
@@ -334,6 +338,7 @@ impl Graph {
         let member = Member {
             node: index,
             place: index,
+            inputs,
             priority,
             remote,
             records: records.clone(),

@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-/// What a node is to do: two words, since every tick begins with one.
+/// What a node is to do. It has the size of two words, because it is handed from function to
+/// function in every tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Job {
     lateness: u64,
@@ -16,7 +17,7 @@ pub struct Job {
 pub enum JobKind {
     /// A whole tick.
     Tick {
-        /// Whether its duration is set, to none.
+        /// Whether its duration is set, and is zero.
         is_instant: bool,
     },
     /// The begin of a tick that takes run time: its messages are held back.

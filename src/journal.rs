@@ -11,8 +11,8 @@ use super::{
     turns::{Noter, Operation},
 };
 
-/// Keeps the entries of the threads of a run: the one that supervises is number 0, then come the
-/// nodes in the order of their addition.
+/// Keeps the entries of the threads of a run: the one that supervises is number 0; a thread of a
+/// crew has the number of one of its nodes, which count from 1 in the order of their addition.
 pub trait Journal: Any + Send + Sync {
     /// Threads start, for so many `nodes`.
     fn begin(&self, nodes: usize);

@@ -28,7 +28,7 @@ pub(crate) struct Outbox {
 
 #[derive(Default)]
 struct OutboxState {
-    /// Whether the node is in a tick with a duration.
+    /// Whether the node does the work of a tick with a duration.
     holds: bool,
     held: Vec<Held>,
     stamps: Option<Stamps>,

@@ -83,7 +83,7 @@ struct Queue<T> {
     /// Run time of the newest publication.
     newest_at: Time,
     order: ReadOrder,
-    /// Messages in flight, once the topic has had a link.
+    /// Messages in flight, while the topic has a link.
     transit: Option<Box<Transit<T>>>,
     /// What the nodes need that its messages trigger, if there are any.
     triggers: Option<Box<Triggers<T>>>,

@@ -52,7 +52,7 @@ pub struct TakenMessage {
 pub struct Arrival {
     /// Run time of its delivery.
     pub at: Time,
-    /// Index of the node.
+    /// Index of the node; within a crew its place there.
     pub node: usize,
     /// Number of the topic among those that trigger the node.
     pub input: usize,

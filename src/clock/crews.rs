@@ -43,6 +43,9 @@ pub(crate) struct CrewNodes {
     seats: Vec<Mutex<Seat>>,
     /// The nodes by their indices in the graph.
     nodes: Vec<usize>,
+    names: Vec<Arc<str>>,
+    /// Number of the topics that trigger each.
+    inputs: Vec<usize>,
     /// Number of threads; none if all nodes run in other processes.
     pub(crate) threads: usize,
     /// Whether its nodes are on their own: there is nobody to take a tick in their place.
@@ -138,6 +141,8 @@ impl CrewNodes {
             threads: threads.min(here),
             is_own: dispatch.is_none(),
             nodes,
+            inputs: crew.members.iter().map(|member| member.inputs).collect(),
+            names: seats.iter().map(|seat| seat.name.clone()).collect(),
             stage: Shared::after(
                 crew.turns,
                 format!("the executor of {first}"),
@@ -155,8 +160,13 @@ impl CrewNodes {
 
     /// The place of the node called `name`.
     pub(crate) fn place_of(&self, name: &str) -> Option<usize> {
-        let mut seats = self.seats.iter();
-        seats.position(|seat| *lock(seat).name == *name)
+        self.names.iter().position(|known| **known == *name)
+    }
+
+    /// Whether a topic triggers the node at this place, by its number.
+    pub(crate) fn has_input(&self, place: usize, input: usize) -> bool {
+        let inputs = self.inputs.get(place);
+        inputs.is_some_and(|inputs| input < *inputs)
     }
 
     /// The node at this place.
@@ -201,9 +211,13 @@ impl CrewNodes {
             began,
             outcome,
         } = done;
-        if outcome.is_ok() || work.job.kind != JobKind::Begin {
-            self.stage().done(work, passed, ended);
-        }
+        let has_begun = outcome.is_ok() || work.job.kind != JobKind::Begin;
+        // Nobody gets the node before its tick is recorded.
+        let _stage = has_begun.then(|| {
+            let mut stage = self.stage();
+            stage.done(work, passed, ended);
+            stage
+        });
         let seat = &mut *lock(&self.seats[work.place]);
         let took = Some(ended.since(began));
         let outcome = seat.done(work.job, began, took, outcome);
@@ -216,9 +230,14 @@ impl CrewNodes {
 
     /// Has the node at this place carry out its command at run time `at`; returns the position
     /// of the event.
-    pub(crate) fn obey(&self, place: usize, command: &Command, at: Time) -> usize {
+    pub(crate) fn obey(
+        &self,
+        stage: &mut Stage,
+        place: usize,
+        command: &Command,
+        at: Time,
+    ) -> usize {
         self.state.advance_to(at);
-        let mut stage = self.stage();
         let seat = &mut *lock(&self.seats[place]);
         let answer = match command.knob_of_node() {
             Some(knob) => stage.turn(place, seat, knob, at),

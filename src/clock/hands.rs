@@ -9,14 +9,15 @@ use crate::{
     graph::{ControlPlane, Graph},
     job::{Job, JobKind},
     journal::LateLook,
-    scheduling::{Assignment, Moment},
+    scheduling::{Assignment, Moment, Stage},
     sync::Arc,
     time::Time,
     trigger::{Arrival, Wake},
+    turns::Turn,
 };
 
-#[must_use = "the graph has no nodes until they are put back"]
 /// The crews of a graph, out of it until [`CrewHands::put_back`].
+#[must_use = "the graph has no nodes until they are put back"]
 pub struct CrewHands(Crews);
 
 /// A thread of a crew: what a thread of the real clock does, by the same rules.
@@ -81,10 +82,10 @@ impl SupervisorHand<'_> {
     }
 }
 
-impl ThreadHand<'_> {
+impl<'g> ThreadHand<'g> {
     /// Hears that a message arrives for a node of the crew, by its number there.
     pub fn arrive(&mut self, arrival: Arrival) {
-        if arrival.node < self.crew.nodes().len() {
+        if self.crew.has_input(arrival.node, arrival.input) {
             self.arrivals.push(arrival);
         }
     }
@@ -93,16 +94,23 @@ impl ThreadHand<'_> {
     /// some.
     pub fn look(&mut self, at: Time, late: Option<LateLook>) -> Option<usize> {
         self.crew.state.advance_to(at);
-        let mut stage = self.crew.stage();
-        let arrivals = self.arrivals.drain(..);
-        arrivals.for_each(|arrival| stage.add_arrival(arrival));
+        let mut stage = self.stage();
         let work = stage.look(Moment::of(at, late));
         drop(stage);
         self.work(work?, at)
     }
 
-    /// Ends the running tick at run time `at`: it has had its time on a core.
+    /// The schedule, which has heard of the messages that arrive.
+    fn stage(&mut self) -> Turn<'g, Stage> {
+        let mut stage = self.crew.stage();
+        let arrivals = self.arrivals.drain(..);
+        arrivals.for_each(|arrival| stage.add_arrival(arrival));
+        stage
+    }
+
+    /// Ends the running tick at run time `at`, if there is one: it has had its time on a core.
     pub fn finish(&mut self, at: Time) -> Option<usize> {
+        self.crew.aside().state(0, at).remaining?;
         let (crew, place, job) = (0, 0, Job::new(0, JobKind::End));
         self.work(Assignment { crew, place, job }, at)
     }
@@ -124,7 +132,15 @@ impl ThreadHand<'_> {
     /// the event, or `None` if the node is not in the crew.
     pub fn obey(&mut self, command: &Command, at: Time) -> Option<usize> {
         let place = self.crew.place_of(command.node()?)?;
-        Some(self.crew.obey(place, command, at))
+        let stage = &mut *self.stage();
+        Some(self.crew.obey(stage, place, command, at))
+    }
+
+    /// Refuses such a command for this `reason`.
+    pub fn refuse(&mut self, command: &Command, at: Time, reason: &str) -> usize {
+        let _stage = self.stage();
+        self.crew.state.advance_to(at);
+        self.crew.state.refused(at, command, reason)
     }
 
     /// Ends the thread: ticks due before `before` are missed.

@@ -64,6 +64,12 @@ impl Graph {
         if node.executor.is_some() {
             return Err(GraphError::SecondExecutor(name.to_owned()));
         }
+        if !self.stage.is_joinable(index, dispatch) {
+            return Err(GraphError::ForeignSchedule(
+                name.to_owned(),
+                dispatch.name(),
+            ));
+        }
         let remedy = dispatch.period_remedy(number);
         match remedy.filter(|_| !node.triggers.is_empty()) {
             Some(remedy) => Err(GraphError::NoPeriod(

@@ -17,8 +17,11 @@ pub trait Dispatch: Send + Sync {
     /// Its threads under the real clock.
     fn threads(&self) -> Threads;
 
-    /// The scheduler of all members in place of those that each had on its own, which keep
-    /// nothing; or one for each again, if the members stay apart.
+    /// Whether it can join a node that has this scheduler on its own.
+    fn can_join(&self, own: &dyn Scheduler) -> bool;
+
+    /// The scheduler of all members in place of those that each had on its own; or one for each
+    /// again, if the members stay apart.
     fn join(&self, own: Vec<Box<dyn Scheduler>>) -> Joined;
 
     /// A scheduler for each member alone, for [`Threads::Cores`].

@@ -8,6 +8,8 @@ pub(crate) struct Member {
     pub(crate) node: usize,
     /// Index in the stage: that in the graph, or that in the crew if it is alone there.
     pub(crate) place: usize,
+    /// Number of the topics that trigger it.
+    pub(crate) inputs: usize,
     pub(crate) priority: u32,
     /// Whether it runs in another process.
     pub(crate) remote: bool,

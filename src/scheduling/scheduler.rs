@@ -20,9 +20,24 @@ use crate::{
 /// It owns no node and waits for nothing. It hears of events, asks for alarms, and names the
 /// next job: so the same one serves both clocks. Its nodes are its members, known by their
 /// number in the order of registration.
+///
+/// | event | what it may do |
+/// |---|---|
+/// | `Opened` | ask for the alarms of all members; `anew`: look at what waits for them |
+/// | `Alarm` | name a job, if the time and the phase are still those that it waits for |
+/// | `Arrived` | note it, and ask for an alarm or a look; messages are taken when a job is named |
+/// | `Look` | name a job: an executor chooses here, after all else of the instant |
+/// | `Done` of a [`Tick`](JobKind::Tick) | ask for the alarm of the next one |
+/// | `Done` of a [`Begin`](JobKind::Begin) | ask for an alarm at the end, and name [`End`](JobKind::End) then; with cores of its own the clock does that |
+/// | `Done` of an `End` | as of a `Tick` |
+/// | `Crashed`, `Restarted` | forget what it planned; begin anew |
+/// | `Closed` | count due times that have passed during a tick |
+///
+/// Only `Alarm`, `Arrived` and `Look` are answered by a job. See `periodic.rs` for the simplest
+/// one, and `crates/effects/src/own.rs` for one with triggers and ticks that take time.
 pub trait Scheduler: Any + Send {
     /// Something has happened at `plan.now()`; returns the job to be done now, if there is one.
-    /// An alarm is a look, not an order: one that is no longer of use does no harm.
+    /// An alarm that is no longer of use does no harm.
     fn on(&mut self, event: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job>;
 
     /// Where a node is in its schedule at run time `now`.
@@ -72,7 +87,7 @@ pub enum SchedulerEvent {
     },
     /// All else of this instant has happened; see [`Timetable::look`].
     Look,
-    /// A job is done, without a fault.
+    /// A job is done; a begin only without a fault.
     Done {
         /// The job.
         job: Job,
@@ -160,11 +175,13 @@ impl Timetable<'_> {
 
     /// Has a message arrive now, as if it had just been published.
     pub fn arrive(&mut self, member: usize, input: usize) {
-        let place = self.members[member].place;
-        self.agenda.add_arrival(self.now, place, input);
+        let known = &self.members[member];
+        if !known.remote {
+            self.agenda.add_arrival(self.now, known.place, input);
+        }
     }
 
-    /// Asks for [`SchedulerEvent::Look`], again and again until a job-less look does not ask for more.
+    /// Asks for one [`SchedulerEvent::Look`] after all else of this instant.
     pub fn look(&mut self) {
         *self.looks = true;
     }

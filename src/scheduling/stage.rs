@@ -1,10 +1,11 @@
-//! The one schedule: what happens to nodes next, whatever the clock.
+//! What happens to the nodes of some crews next, whatever the clock.
 
 use std::{collections::BTreeSet, mem::take};
 
 use super::{
     agenda::{Agenda, AgendaItem, Phase},
     crew::Crew,
+    dispatch::Dispatch,
     scheduler::{SchedulerEvent, TaskState, Timetable},
 };
 use crate::{
@@ -128,6 +129,12 @@ impl Stage {
     pub(crate) fn add(&mut self, crew: Crew) {
         self.of.push((self.crews.len(), 0));
         self.crews.push(crew);
+    }
+
+    /// Whether an executor can have the node at this place, which is on its own.
+    pub(crate) fn is_joinable(&self, place: usize, dispatch: &dyn Dispatch) -> bool {
+        let (crew, _) = self.of[place];
+        dispatch.can_join(&*self.crews[crew].scheduler)
     }
 
     /// Where the node at this place is in its schedule at run time `now`.

@@ -5,6 +5,7 @@ use ratelab::{
     Channel, GO_ON, Graph, Job, JobKind, Kit, Knob, Phase, Scheduler, SchedulerEvent, TaskSpec,
     TaskState, Time, Timetable,
 };
+use ratelab_effects::{Callback, Executors};
 
 /// Nodes tick at 0, 1, 3, 7, 15 ... ms; every second message of a topic is lost.
 struct Strange;
@@ -107,6 +108,9 @@ fn a_graph_ticks_and_delivers_by_the_kit_that_it_was_given() {
         graph.turn(&rate).expect_err("no rate"),
         "rate source 5: this schedule has no knobs"
     );
+    let executor = graph.executor("single".parse().expect("one"), [Callback::of("source")]);
+    let error = executor.expect_err("a schedule of its own").to_string();
+    assert!(error.contains("does not know the schedule"), "{error}");
     graph.run_virtual(0.02).expect("a run");
     let read: Vec<u64> = read.try_iter().flatten().collect();
     assert_eq!(read, [0, 0, 3, 3, 15]);

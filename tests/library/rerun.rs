@@ -6,19 +6,19 @@
 use std::{
     sync::{
         Arc,
-        atomic::{AtomicBool, Ordering},
+        atomic::{AtomicBool, AtomicUsize, Ordering},
     },
     thread,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use crossbeam_channel::Sender;
 use ratelab::{
-    Clock, ClockKind, Command, Event, EventKind, GO_ON, Graph, Inbox, RealClock, Shared, Speed,
-    Time, TimedCommand, Topic, Topology,
+    Clock, ClockExit, ClockKind, Command, Event, EventKind, GO_ON, Graph, Inbox, Node, NodeRecord,
+    RealClock, Shared, Sink, Speed, Tick, Time, TimedCommand, Topic, TopicRecord, Topology, run,
 };
 use ratelab_account::{Distribution, Observer, RowTap, Rows, Tap, TapHandle, TickRecord};
-use ratelab_effects::Effects;
+use ratelab_effects::{Callback, Effects, Executors};
 use ratelab_replay::{Log, LogError, Rerun, RunLog};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
@@ -865,4 +865,174 @@ fn a_log_of_an_earlier_release_is_named_as_such() {
     let log: Log = [(0, vec![1, 0]), (1, tick.to_vec())].into_iter().collect();
     let error = Rerun::new(&log, &[], &graph.topology()).expect_err("an earlier log");
     assert_eq!(error, LogError::Earlier);
+}
+
+/// Counts the ticks of nodes that began, and those that were recorded.
+#[derive(Default)]
+struct TickCount([AtomicUsize; 2]);
+
+impl Sink for TickCount {
+    fn node(&self, _: usize, record: &NodeRecord) {
+        let count = match record {
+            NodeRecord::Began { .. } => &self.0[0],
+            NodeRecord::Ticked(_) => &self.0[1],
+            _ => return,
+        };
+        count.fetch_add(1, Ordering::Relaxed);
+    }
+
+    fn topic(&self, _: usize, _: &TopicRecord<'_>) {}
+}
+
+/// Two nodes of an executor with two threads; the first one's ticks take 60 ms.
+fn shared_threads() -> Graph {
+    let mut graph = Graph::with(Effects);
+    for (name, rate) in [("slow", 10.0), ("fast", 100.0)] {
+        graph
+            .node(name, rate, 0, |_| |_: Time| GO_ON)
+            .expect("a node");
+    }
+    let takes = "takes slow 60".parse().expect("a knob");
+    graph.turn(&takes).expect("a node");
+    let callbacks = ["slow", "fast"].map(Callback::of);
+    let executor = "multi:2".parse().expect("an executor");
+    graph.executor(executor, callbacks).expect("nodes");
+    graph
+}
+
+#[test]
+fn a_branch_leaves_no_tick_of_an_executor_half_done() {
+    let (mut first, end) = (shared_threads(), secs(0.45));
+    let log = RunLog::of(&first.state());
+    let exit = RealClock::default().run(&mut first, &mut Inbox::default(), end);
+    exit.expect("a run");
+    let mut rerun = Rerun::new(&log.log(), &[], &first.topology()).expect("a log");
+    for rest in rerun.rests() {
+        let mut again = shared_threads();
+        let count = Arc::new(TickCount::default());
+        let sink = count.clone();
+        again.sink_or(move || sink);
+        rerun = Rerun::new(&log.log(), &[], &first.topology()).expect("a log");
+        rerun.branch(rest, Vec::new());
+        let exit = run(
+            &mut again,
+            &mut Inbox::default(),
+            end,
+            ClockKind::Real,
+            &mut rerun,
+        );
+        exit.expect("a run");
+        let [began, recorded] = count
+            .0
+            .each_ref()
+            .map(|count| count.load(Ordering::Relaxed));
+        assert_eq!(began, recorded, "left at {rest}");
+    }
+}
+
+#[test]
+fn a_command_that_is_refused_comes_back_where_threads_share_nodes() {
+    let (mut first, end) = (shared_threads(), secs(0.2));
+    let command = Command::Set("send fast hello".parse().expect("a knob"));
+    let at = secs(0.1);
+    let (_, mut inbox) = Inbox::new(vec![TimedCommand { at, command }]);
+    let log = RunLog::of(&first.state());
+    let exit = RealClock::default().run(&mut first, &mut inbox, end);
+    exit.expect("a run");
+    let events = first.state().events(0);
+    let mut rerun = Rerun::new(&log.log(), &events, &first.topology()).expect("a log");
+    rerun.expect_refusals(|_| true);
+    let mut again = shared_threads();
+    let exit = rerun.run(&mut again, &mut Inbox::default(), end);
+    exit.expect("a run");
+    assert_eq!(rerun.difference(), None);
+    assert_eq!(again.state().events(0), events);
+}
+
+/// Doubles a shared number, and says so after it was told to.
+struct Doubler {
+    number: Arc<Shared<u64>>,
+    told: bool,
+    done: Arc<AtomicBool>,
+}
+
+impl Node for Doubler {
+    fn tick(&mut self, _: Time) -> Tick {
+        *self.number.lock() *= 2;
+        if self.told {
+            self.done.store(true, Ordering::SeqCst);
+        }
+        GO_ON
+    }
+
+    fn on_message(&mut self, _: &str) -> Result<String, String> {
+        self.told = true;
+        Ok(String::new())
+    }
+}
+
+#[test]
+fn a_command_for_a_node_beside_one_in_a_tick_does_not_hang_the_run_that_comes_back() {
+    // In the first run the first node waits in its tick until the second one has obeyed and ticked.
+    let graph = |mut commander: Option<Sender<Command>>| {
+        let (number, done) = (
+            Arc::new(Shared::new("number", 1)),
+            Arc::<AtomicBool>::default(),
+        );
+        let mut graph = Graph::new();
+        let (shared, is_done) = (number.clone(), done.clone());
+        let adder = graph.node("adder", 10.0, 0, |_| {
+            move |_: Time| {
+                if let Some(commander) = commander.take() {
+                    commander.send(Command::Set("send doubler now".parse()?))?;
+                    let patience = Instant::now() + Duration::from_secs(20);
+                    while !is_done.load(Ordering::SeqCst) && Instant::now() < patience {
+                        thread::yield_now();
+                    }
+                }
+                *shared.lock() += 1;
+                GO_ON
+            }
+        });
+        adder.expect("a node");
+        let told = false;
+        let doubler = Doubler { number, told, done };
+        graph.node("doubler", 20.0, 0, |_| doubler).expect("a node");
+        let callbacks = ["adder", "doubler"].map(Callback::of);
+        let executor = "multi:2".parse().expect("an executor");
+        graph.executor(executor, callbacks).expect("nodes");
+        graph
+    };
+    let (commander, mut inbox) = Inbox::new(Vec::new());
+    let (mut first, end) = (graph(Some(commander)), secs(0.4));
+    let log = RunLog::of(&first.state());
+    let exit = RealClock::default().run(&mut first, &mut inbox, end);
+    exit.expect("a run");
+    let events = first.state().events(0);
+    for _ in 0..5 {
+        let mut rerun = Rerun::new(&log.log(), &events, &first.topology()).expect("a log");
+        let (sender, ended) = crossbeam_channel::bounded(1);
+        let mut again = graph(None);
+        thread::spawn(move || {
+            let exit = rerun.run(&mut again, &mut Inbox::default(), end);
+            sender.send(exit.map(|_| rerun.difference()))
+        });
+        let difference = ended.recv_timeout(Duration::from_secs(60));
+        assert_eq!(difference.expect("it hangs").expect("a run"), None);
+    }
+}
+
+#[test]
+fn a_log_with_messages_for_inputs_that_no_node_has_harms_nobody() {
+    let (graph, mut again) = (shared_threads(), shared_threads());
+    let mut bytes = vec![1, 0];
+    // A message for input 7 of node 1, and one for node 9; then a look at 100 ms.
+    bytes.extend([16, 0, 1, 7, 0, 16, 0, 9, 0, 0]);
+    bytes.extend([17, 0x80, 0x84, 0xaf, 0x5f, 0]);
+    let threads = [(0, vec![1, 0]), (1, bytes), (2, vec![1, 0])];
+    let log: Log = threads.into_iter().collect();
+    if let Ok(mut rerun) = Rerun::of_torn(&log, &[], &graph.topology()) {
+        let exit = rerun.run(&mut again, &mut Inbox::default(), secs(1.0));
+        assert_eq!(exit.expect("no panic"), ClockExit::Stopped);
+    }
 }

@@ -91,6 +91,11 @@ impl Dispatch for Dispatcher {
         }
     }
 
+    fn can_join(&self, own: &dyn Scheduler) -> bool {
+        let own: &dyn Any = own;
+        own.is::<Own>() || own.is::<Periodic>()
+    }
+
     fn join(&self, own: Vec<Box<dyn Scheduler>>) -> Joined {
         let mut tasks: Vec<Task> = own.into_iter().filter_map(task_of).collect();
         if self.skips_first() {

@@ -129,8 +129,8 @@ impl Own {
         let now = plan.now();
         let is_virtual = plan.clock() == ClockKind::Virtual;
         let skips = !self.task.is_triggered();
-        let on_time = is_virtual && skips && now == due && self.task.wakes.is_none();
-        let lateness = (!on_time).then(|| now.since(due));
+        let known = self.task.is_timed && (now > due || !self.task.wakes.is_none());
+        let lateness = (!is_virtual || !skips || known).then(|| now.since(due));
         let cost = self.task.cost();
         let takes = match (self.is_let, is_virtual) {
             (true, _) => {

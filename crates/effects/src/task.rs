@@ -25,6 +25,8 @@ pub(crate) struct Task {
     takes: Cost,
     /// Lateness of a tick in virtual time.
     pub(crate) wakes: Draw,
+    /// Whether duration or lateness of its ticks were ever set.
+    pub(crate) is_timed: bool,
     /// Duration of the next tick only, in place of the usual one.
     hang: Option<Duration>,
     /// Duration of the tick that is about to begin.
@@ -71,6 +73,7 @@ impl Task {
             trigger: None,
             takes: Cost::NONE,
             wakes: Draw::NONE,
+            is_timed: false,
             hang: None,
             next_takes: Duration::ZERO,
             backlog: VecDeque::new(),
@@ -217,6 +220,7 @@ impl Task {
 
     /// It has begun a tick that takes run time; returns when it is over.
     pub(crate) fn begin(&mut self, began: Time) -> Time {
+        self.is_timed = true;
         let ends = began + self.next_takes;
         let (busy, suspended) = (self.takes.busy, None);
         self.running = Some(Running {
@@ -297,6 +301,10 @@ impl Task {
         plan: &Timetable<'_>,
     ) -> Result<String, String> {
         use std::mem::replace;
+        self.is_timed |= matches!(
+            knob,
+            Knob::Takes { .. } | Knob::Wakes { .. } | Knob::Hang { .. }
+        );
         Ok(match knob {
             Knob::Rate { hz, .. } => {
                 let before = self.set_hz(*hz, plan.now(), free);

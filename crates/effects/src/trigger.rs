@@ -100,8 +100,10 @@ impl Trigger {
             let waiting = self.more.sets.front().map(|set| set[index]);
             input.forget_before(waiting.or_else(|| self.sets.needs_from(index)));
         }
-        if input != self.more.input || !self.more.sets.is_empty() {
-            self.inputs[input].call_again(now);
+        if (input != self.more.input || !self.more.sets.is_empty())
+            && let Some(input) = self.inputs.get(input)
+        {
+            input.call_again(now);
         }
         choice.map(|_| arrived)
     }

@@ -36,7 +36,7 @@ pub enum LogError {
 }
 
 impl Log {
-    /// The most memory for the log of a run (bytes): half a day of a default run. What
+    /// The most memory for the log of a run (bytes): ten hours of a default run. What
     /// comes later is not logged.
     pub(super) const MOST: usize = 64 << 20;
 

@@ -8,7 +8,7 @@
 
 use std::{
     cmp::Reverse,
-    collections::{BTreeMap, BinaryHeap},
+    collections::{BTreeMap, BTreeSet, BinaryHeap},
 };
 
 use ratelab::{LockName, Time};
@@ -25,12 +25,14 @@ pub(crate) struct Plan {
     whole: bool,
 }
 
-/// A part of the plan: before and after it the graph is at rest.
+/// A part of the plan: before and after it no node is in a tick.
 #[derive(Debug)]
 pub(crate) struct Planned {
     pub(crate) part: Part,
     /// Run time of its latest entry.
     pub(crate) at: Time,
+    /// Whether the graph is at rest after it: the schedulers know of all that was done.
+    pub(crate) rests: bool,
 }
 
 /// What runs as one.
@@ -85,6 +87,16 @@ impl Plan {
 
     pub(crate) fn parts(&self) -> &[Planned] {
         &self.parts
+    }
+
+    /// Number of the parts up to the last rest at or before run time `at`; `None` if no part is
+    /// later.
+    pub(crate) fn rest_before(&self, at: Time) -> Option<usize> {
+        let later = self.parts.iter().position(|planned| planned.at > at)?;
+        let rest = self.parts[..later]
+            .iter()
+            .rposition(|planned| planned.rests);
+        Some(rest.map_or(0, |rest| rest + 1))
     }
 
     /// Whether every entry is in it.
@@ -147,6 +159,8 @@ struct Planner<'a> {
     ways: Vec<Way<'a>>,
     /// Threads that may have a whole entry to run, by its run time.
     ready: BinaryHeap<Reverse<(Time, usize)>>,
+    /// Threads in the midst of some work.
+    working: BTreeSet<usize>,
 }
 
 impl<'a> Planner<'a> {
@@ -156,6 +170,7 @@ impl<'a> Planner<'a> {
             locks: Vec::new(),
             ways: Vec::new(),
             ready: BinaryHeap::new(),
+            working: BTreeSet::new(),
         };
         let mut known = BTreeMap::new();
         for (index, thread) in threads.iter().enumerate() {
@@ -246,10 +261,9 @@ impl<'a> Planner<'a> {
                     if !way.is_over() {
                         self.ready.push(Reverse((way.at(), thread)));
                     }
-                    return Some(Planned {
-                        part: Part::Entry(thread),
-                        at,
-                    });
+                    let part = Part::Entry(thread);
+                    let rests = self.rests_after([thread]);
+                    return Some(Planned { part, at, rests });
                 }
             }
         }
@@ -308,10 +322,25 @@ impl<'a> Planner<'a> {
                 false => open.push(thread),
             }
         }
+        let rests = self.rests_after(steps.iter().map(|step| step.thread));
         Some(Planned {
             part: Part::Knot(steps),
             at: latest,
+            rests,
         })
+    }
+
+    /// Whether no thread is in the midst of some work, after entries of these.
+    fn rests_after(&mut self, threads: impl IntoIterator<Item = usize>) -> bool {
+        for thread in threads {
+            let way = &self.ways[thread];
+            let last = way.entry.checked_sub(1);
+            match last.is_some_and(|last| way.thread.works_after(last)) {
+                true => self.working.insert(thread),
+                false => self.working.remove(&thread),
+            };
+        }
+        self.working.is_empty()
     }
 
     /// The next operation of a thread; `None` if its entry has none left.

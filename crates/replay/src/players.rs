@@ -24,7 +24,7 @@ pub(super) struct Events<'a> {
     pub(super) refused: &'a BTreeSet<usize>,
 }
 
-impl Events<'_> {
+impl<'a> Events<'a> {
     /// Has the command of an event carried out by `obey`, unless it is to be refused as
     /// recorded; returns its position in the event log of this run.
     pub(super) fn again(
@@ -34,16 +34,23 @@ impl Events<'_> {
         state: &RunState,
         obey: impl FnOnce(&Command) -> Option<usize>,
     ) -> Option<u64> {
+        if let Some((command, reason)) = self.refusal(index) {
+            state.advance_to(at);
+            return Some(state.refused(at, command, reason) as u64);
+        }
+        let event = self.all.get(usize::try_from(index).ok()?)?;
+        obey(command(event)?).map(|position| position as u64)
+    }
+
+    /// The command of an event and the reason for its refusal, if it is to be refused as recorded.
+    fn refusal(self, index: u64) -> Option<(&'a Command, &'a str)> {
         let index = usize::try_from(index).ok()?;
-        let event = self.all.get(index)?;
-        let position = match &event.what {
+        match &self.all.get(index)?.what {
             EventKind::Refused { command, reason } if self.refused.contains(&index) => {
-                state.advance_to(at);
-                state.refused(at, command, reason.as_str())
+                Some((command, reason))
             }
-            _ => obey(command(event)?)?,
-        };
-        Some(position as u64)
+            _ => None,
+        }
     }
 }
 
@@ -181,9 +188,7 @@ impl<'a> Players<'a> {
         }
         let name = |node: usize| watch.name(node + 1).to_owned();
         let outcomes = self.threads.into_iter().filter_map(|player| {
-            let node = player
-                .thread
-                .node(player.done.checked_sub(1)?, player.number)?;
+            let node = player.thread.node(player.done.checked_sub(1)?)?;
             Some((node, player.outcome?))
         });
         let mut outcomes: BTreeMap<usize, Result<Time, Fault>> = outcomes.collect();
@@ -286,7 +291,7 @@ impl ThreadPlayer<'_> {
                 return;
             }
             let (at, took) = (entry.at().unwrap_or_default(), self.thread.took(self.done));
-            let node = self.thread.node(self.done, self.number);
+            let node = self.thread.node(self.done);
             let seen = node.map_or(self.number, |node| node + 1);
             self.watch.begins(seen, at, took);
             script.expect(self.number, operations);
@@ -317,9 +322,14 @@ impl ThreadPlayer<'_> {
             }
             Entry::Done { at, passed } => return hand.done(at, passed),
             Entry::Obey { at, event } => {
-                let obey = |command: &Command| hand.obey(command, at);
-                let event = self.events.again(event, at, &self.state, obey);
-                match event {
+                let obeyed = match self.events.refusal(event) {
+                    Some((command, reason)) => Some(hand.refuse(command, at, reason) as u64),
+                    None => {
+                        let obey = |command: &Command| hand.obey(command, at);
+                        self.events.again(event, at, &self.state, obey)
+                    }
+                };
+                match obeyed {
                     Some(event) => *entry = Entry::Obey { at, event },
                     None => self.differs(entry, "it has no such node"),
                 }

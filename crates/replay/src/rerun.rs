@@ -208,9 +208,9 @@ impl Rerun {
     pub fn rests(&self) -> Vec<Time> {
         let parts = self.stretches().flat_map(|stretch| stretch.plan.parts());
         let mut now = Time::ZERO;
-        let rests = parts.map(|planned| {
+        let rests = parts.filter_map(|planned| {
             now = now.max(planned.at);
-            now
+            planned.rests.then_some(now)
         });
         let mut rests: Vec<Time> = std::iter::once(Time::ZERO).chain(rests).collect();
         rests.dedup();
@@ -233,12 +233,14 @@ impl Rerun {
                 }
                 Section::Abandoned => continue,
             };
-            for planned in stretch.plan.parts() {
-                if planned.at > at {
-                    return (clock == ClockKind::Real).then_some(now);
-                }
+            let parts = stretch.plan.parts();
+            let rest = stretch.plan.rest_before(at);
+            for planned in &parts[..rest.unwrap_or(parts.len())] {
                 now = now.max(planned.at);
                 clock = ClockKind::Real;
+            }
+            if rest.is_some() {
+                return (clock == ClockKind::Real).then_some(now);
             }
             if stretch.end == Some(End::HandedOver) {
                 clock = ClockKind::Virtual;
@@ -371,9 +373,10 @@ impl Rerun {
             players.knot(graph.supervisor_hand(), &all);
             return Some(players.end(stretch.end));
         }
-        for planned in stretch.plan.parts() {
-            let branch = self.branch.as_ref();
-            if branch.is_some_and(|branch| branch.at < planned.at) {
+        let branch = self.branch.as_ref();
+        let leaves = branch.and_then(|branch| stretch.plan.rest_before(branch.at));
+        for (index, planned) in stretch.plan.parts().iter().enumerate() {
+            if leaves == Some(index) {
                 return None;
             }
             if self.watch.is_over() {

@@ -216,6 +216,11 @@ impl SectionReader<'_> {
                 Entry::Leave { .. } if !supervises => {}
                 other => return Err(impossible(format!("{other:?} within a stretch"))),
             }
+            let last = thread.len().checked_sub(1);
+            let works = last.is_some_and(|last| thread.works_after(last));
+            if works != matches!(entry, Entry::Done { .. }) {
+                return Err(impossible(format!("{entry:?} in the midst of another one")));
+            }
             thread.push(entry, &operations);
         }
         Ok(thread)
@@ -290,7 +295,9 @@ impl Stretch {
             let at = self.threads[step.thread].at(done[step.thread]);
             (knot.from, knot.to) = (knot.from.min(at), knot.to.max(at));
             let operation = step.takes.map(|(lock, turn)| KnotOperation {
-                node: self.threads[step.thread].node(done[step.thread], step.thread),
+                node: self.threads[step.thread]
+                    .node(done[step.thread])
+                    .or(step.thread.checked_sub(1)),
                 at,
                 takes: lock.text(),
                 turn,

@@ -24,23 +24,37 @@ impl Thread {
         Some((entry, &self.operations[before..*end]))
     }
 
-    /// Run time of an entry, or of the one before if it has none.
+    /// Run time at which an entry began: the end of some work began with it. That of the one
+    /// before for an entry without a time.
     pub(crate) fn at(&self, index: usize) -> Time {
         let entries = &self.entries[..=index.min(self.len().saturating_sub(1))];
-        let mut known = entries.iter().rev().filter_map(|(entry, _)| entry.at());
+        let begins = entries
+            .iter()
+            .rev()
+            .filter(|(entry, _)| !matches!(entry, Entry::Done { .. }));
+        let mut known = begins.filter_map(|(entry, _)| entry.at());
         known.next().unwrap_or_default()
     }
 
-    /// The node that entry number `index` of thread number `thread` is about; `None` for the one
-    /// that supervises.
-    pub(crate) fn node(&self, index: usize, thread: usize) -> Option<usize> {
-        let entries = self.entries.get(..=index).unwrap_or_default();
-        let worked = entries.iter().rev().find_map(|(entry, _)| match entry {
-            Entry::Look { node, .. } => *node,
-            Entry::Finish { node, .. } => Some(*node),
+    /// The node that did the work of entry number `index`, if it is about some.
+    pub(crate) fn node(&self, index: usize) -> Option<usize> {
+        match self.entries.get(index)?.0 {
+            Entry::Look { node, .. } => node,
+            Entry::Finish { node, .. } => Some(node),
+            Entry::Done { .. } => match self.entries.get(index.checked_sub(1)?)?.0 {
+                Entry::Look { node, .. } => node,
+                Entry::Finish { node, .. } => Some(node),
+                _ => None,
+            },
             _ => None,
-        });
-        worked.or(thread.checked_sub(1))
+        }
+    }
+
+    /// Whether the thread is in the midst of some work after entry number `index`.
+    pub(crate) fn works_after(&self, index: usize) -> bool {
+        let entry = self.entries.get(index).map(|(entry, _)| entry);
+        let is_done = matches!(entry, Some(Entry::Done { .. }));
+        !is_done && self.node(index).is_some()
     }
 
     /// Duration of the work of entry number `index`; zero for an entry without any.

@@ -189,10 +189,11 @@ impl Commands {
         answer.unwrap_or_else(|| Err("its process does not answer".to_owned()))
     }
 
-    /// Refuses messages that a node here would refuse, and those that name a file here.
+    /// Refuses values that are none, messages that a node here would refuse, and those that name
+    /// a file here.
     fn check(&self, knob: &Knob) -> Answer {
         let Knob::Send { node, text } = knob else {
-            return Ok(());
+            return ratelab_effects::checked(knob.clone()).map(drop);
         };
         if self.system.file(node, text).is_some() {
             return Err(format!(

@@ -190,9 +190,11 @@ impl<'g> CrewThreads<'g> {
         let (now, until) = (wall.now(), context.until);
         self.obey(&mut board, log, now);
         if let Some(at) = board.stopped {
-            self.leave(log, at.min(until) + Time::TICK, now);
+            self.leave(log, at.min(until) + Time::TICK);
             return CrewStep::Stop;
         }
+        // A command may have ended the tick.
+        let goal = goal.filter(|_| self.nodes.aside().state(0, now).remaining.is_some());
         if let Some(goal) = goal {
             if realtime::core_time() >= goal {
                 return finish(&mut board, now);
@@ -210,7 +212,7 @@ impl<'g> CrewThreads<'g> {
             }
         }
         if now >= until {
-            self.leave(log, until + Time::TICK, now);
+            self.leave(log, until + Time::TICK);
             return CrewStep::Finished;
         }
         self.wait(&mut board, now, until)
@@ -299,15 +301,16 @@ impl<'g> CrewThreads<'g> {
                 board.commands.push_back((place, command));
                 continue;
             }
-            let event = self.nodes.obey(place, &command, at) as u64;
+            let stage = &mut *self.nodes.stage();
+            let event = self.nodes.obey(stage, place, &command, at) as u64;
             log.note(Entry::Obey { at, event });
         }
     }
 
     /// Ends a node's own thread. Ticks due before `before` are missed.
-    fn leave(&self, log: &Entries, before: Time, now: Time) {
+    fn leave(&self, log: &Entries, before: Time) {
         if self.nodes.is_own {
-            self.nodes.stage().close(before, now);
+            self.nodes.stage().close(before, before);
             log.note(Entry::Leave { before });
         }
     }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ratelab::{Hz, Knob, KnobKind, Release};
-use ratelab_effects::{Callback, Match, draw, knob};
+use ratelab_effects::{Callback, Draw, Match, draw, knob};
 
 use super::{
     CHAINS, ChainSpec, GraphFile, InnerSpec, Limit, MOST_CHAINS, MOST_PARTS, NodeSpec,
@@ -122,7 +122,7 @@ impl Checker<'_> {
             let knob = knob(kind, &block.name.text, text.trim());
             let knob = knob.map_err(|error| self.refuse(at, format!("{}: {error}", key.name)))?;
             let draw = draw(&knob).map_err(|why| self.refuse(at, why))?;
-            if draw.is_some_and(|draw| draw.missing().is_some()) {
+            if matches!(draw, Some(Draw::Recorded(_))) {
                 let option = "measured durations are for the command line";
                 let what = format!("{}: {option}: --knob \"{knob}\"", key.name);
                 return Err(self.refuse(at, what));
