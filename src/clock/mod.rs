@@ -31,9 +31,6 @@ use super::{
 
 /// Runs a graph.
 pub trait Clock {
-    /// Kind of this clock.
-    fn kind(&self) -> ClockKind;
-
     /// Number of cores on which it can have threads take turns by priority; `None` if the
     /// system has not granted real-time priority.
     fn cores(&self) -> Option<usize> {

@@ -65,10 +65,6 @@ impl RealClock {
 }
 
 impl Clock for RealClock {
-    fn kind(&self) -> ClockKind {
-        ClockKind::Real
-    }
-
     fn cores(&self) -> Option<usize> {
         self.realtime.as_ref().map(|_| spare_cores().len())
     }

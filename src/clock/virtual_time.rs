@@ -44,10 +44,6 @@ use crate::{
 pub struct VirtualClock;
 
 impl Clock for VirtualClock {
-    fn kind(&self) -> ClockKind {
-        ClockKind::Virtual
-    }
-
     fn run(
         &mut self,
         graph: &mut Graph,

@@ -277,10 +277,6 @@ impl Rerun {
 }
 
 impl Clock for Rerun {
-    fn kind(&self) -> ClockKind {
-        ClockKind::Real
-    }
-
     /// It needs none: the order is recorded.
     fn cores(&self) -> Option<usize> {
         Some(usize::MAX)

@@ -119,10 +119,6 @@ pub struct BranchClock {
 }
 
 impl Clock for BranchClock {
-    fn kind(&self) -> ClockKind {
-        ClockKind::Real
-    }
-
     fn cores(&self) -> Option<usize> {
         self.rerun.as_ref().map_or(self.real.cores(), Rerun::cores)
     }
