@@ -80,7 +80,7 @@ const CRATES: [&str; 9] = [
 /// Whoever needs more takes something out first; what went out lowers the number.
 const BUDGETS: [(&str, usize); 4] = [
     ("src", 6_330),
-    ("crates/effects/src", 2_660),
+    ("crates/effects/src", 2_590),
     ("crates/replay/src", 2_150),
     ("crates/account/src", 2_640),
 ];

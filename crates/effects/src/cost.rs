@@ -2,8 +2,6 @@
 
 use std::{fmt, str::FromStr};
 
-use serde::{Deserialize, Serialize};
-
 use super::draw::Draw;
 
 /// Prefix of a cost that keeps a core busy.
@@ -11,8 +9,7 @@ const BUSY: &str = "busy ";
 
 /// The duration of a node's ticks in run time: a [`Draw`], as text with the prefix `busy
 /// ` if the real clock is to keep a core busy instead of sleeping.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Cost {
     /// Duration of a tick.
     pub draw: Draw,
@@ -44,19 +41,5 @@ impl FromStr for Cost {
             draw: draw.unwrap_or(text).parse()?,
             busy: draw.is_some(),
         })
-    }
-}
-
-impl TryFrom<String> for Cost {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
-    }
-}
-
-impl From<Cost> for String {
-    fn from(cost: Cost) -> Self {
-        cost.to_string()
     }
 }

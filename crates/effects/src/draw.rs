@@ -8,8 +8,6 @@ use std::{
     time::Duration,
 };
 
-use serde::{Deserialize, Serialize};
-
 use ratelab::millis;
 
 use super::{chance, digest::Digest};
@@ -35,8 +33,7 @@ const PIN: &str = "@sha256:";
 /// assert!("0".parse::<Draw>()?.is_none());
 /// # Ok::<(), String>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Draw {
     /// Always the same; zero for none.
     Constant(Duration),
@@ -159,20 +156,6 @@ fn lognormal(text: &str, figures: &str) -> Result<Draw, String> {
         return Err(format!("{}, above zero and in this order", shape()));
     }
     Ok(Draw::Lognormal { median, p99 })
-}
-
-impl TryFrom<String> for Draw {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
-    }
-}
-
-impl From<Draw> for String {
-    fn from(draw: Draw) -> Self {
-        draw.to_string()
-    }
 }
 
 /// The tables of durations that were loaded, each by its digest.

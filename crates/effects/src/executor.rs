@@ -2,8 +2,6 @@
 
 use std::{fmt, str::FromStr};
 
-use serde::{Deserialize, Serialize};
-
 /// The accepted texts.
 const EXPECTED: &str =
     "expected single, multi:THREADS, events, fixed-priority:CORES, edf:CORES or let";
@@ -54,8 +52,7 @@ const MOST_THREADS: usize = 1024;
 ///      fixed-priority:CORES, edf:CORES or let"
 /// );
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Executor {
     /// One thread, by windows.
     Single,
@@ -121,19 +118,5 @@ impl FromStr for Executor {
             ("let", false) => Ok(Self::Let),
             _ => Err(refusal(EXPECTED)),
         }
-    }
-}
-
-impl TryFrom<String> for Executor {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
-    }
-}
-
-impl From<Executor> for String {
-    fn from(executor: Executor) -> Self {
-        executor.to_string()
     }
 }

@@ -1,13 +1,18 @@
-//! Executors: which nodes share threads, and by which rules; and what a tick needs of several
-//! topics that trigger its node.
+//! What makes a run like a real machine: ticks that take time or begin late, faults and wrong
+//! clocks, links between topics, ticks on messages, executors.
 //!
-//! An [`Executor`] with its [`Callback`]s is a [`Dispatch`](ratelab::Dispatch) of the core, and
-//! makes a [`Scheduler`](ratelab::Scheduler): by windows, in the order of events, or preemptive.
-//! Each of these owns no node and waits for nothing, so the same one serves both clocks.
+//! | what | its file | hook of the core |
+//! |---|---|---|
+//! | [`Effects`]: all of this for the nodes and topics of a graph | `kit.rs` | [`Kit`](ratelab::Kit) |
+//! | a node on its own | `own.rs`, on a `task.rs` | [`Scheduler`](ratelab::Scheduler) |
+//! | the nodes of an [`Executor`] | `crew.rs`, in the order of `windows.rs`, `events.rs` or `preemptive.rs` | [`Scheduler`](ratelab::Scheduler), [`Dispatch`](ratelab::Dispatch) |
+//! | which messages make a set: a [`Match`] | `trigger.rs`, by `each.rs`, `exact.rs` or `approximate.rs` | [`Matching`](ratelab::Matching) |
+//! | a [`Link`] | `channel.rs` | [`Channel`](ratelab::Channel) |
+//! | the values of knobs as text | `spec.rs`: [`Cost`], [`Draw`], [`Link`], [`ClockError`] | |
 //!
-//! Stands on the core (`ratelab`) only. Begin with `executor.rs`; `windows.rs` shows what a
-//! scheduler is. Another executor is another file like that. A [`Match`] is a
-//! [`Matching`](ratelab::Matching) of the core: `exact.rs` shows one.
+//! Stands on the core (`ratelab`) only. Begin with `own.rs`. No schedule owns a node or waits for
+//! anything, so the same one serves both clocks. Another executor is another file like
+//! `windows.rs`, and a line in `dispatch.rs`.
 
 mod approximate;
 mod callback;

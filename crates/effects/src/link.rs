@@ -2,8 +2,6 @@
 
 use std::{fmt, str::FromStr, time::Duration};
 
-use serde::{Deserialize, Serialize};
-
 use ratelab::millis;
 
 use super::draw::Draw;
@@ -28,8 +26,7 @@ const LONGEST_BURST: f64 = 1e9;
 /// assert!("loss:1,reliable:40".parse::<Link>().is_err());
 /// # Ok::<(), String>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Link {
     /// Time from release to delivery.
     pub(crate) delay: Draw,
@@ -199,19 +196,5 @@ impl FromStr for Link {
             );
         }
         Ok(link)
-    }
-}
-
-impl TryFrom<String> for Link {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
-    }
-}
-
-impl From<Link> for String {
-    fn from(link: Link) -> Self {
-        link.to_string()
     }
 }

@@ -2,8 +2,6 @@
 
 use std::{fmt, str::FromStr};
 
-use serde::{Deserialize, Serialize};
-
 use ratelab::Time;
 
 /// A drift of one, in units of 10⁻¹².
@@ -25,8 +23,7 @@ const LARGEST_PPM: f64 = 500_000.0;
 /// assert_eq!(error.to_string(), "-2.5 40");
 /// # Ok::<(), String>(())
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct ClockError {
     /// Lead of the clock (ns).
     offset: i64,
@@ -66,20 +63,6 @@ fn millionths(text: &str, largest: f64) -> Option<i64> {
     let value: f64 = text.parse().ok()?;
     let known = (-largest..=largest).contains(&value);
     known.then(|| (value * 1e6).round() as i64)
-}
-
-impl TryFrom<String> for ClockError {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
-    }
-}
-
-impl From<ClockError> for String {
-    fn from(error: ClockError) -> Self {
-        error.to_string()
-    }
 }
 
 /// A clock with an error since a given run time.

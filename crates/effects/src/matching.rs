@@ -3,8 +3,6 @@
 use std::{fmt, str::FromStr, time::Duration};
 
 use ratelab::{Depth, millis};
-use serde::{Deserialize, Serialize};
-
 /// How the messages of the topics that trigger a node become the inputs of its ticks. With
 /// one topic all are the same: every message is the input of a tick.
 ///
@@ -15,8 +13,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// As text `each`, `exact:10`, `approximate:10`, or `approximate:10:2.5` with an interval in
 /// milliseconds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Match {
     /// The newest from each: a tick as soon as all topics had one since the tick before.
     #[default]
@@ -78,19 +75,5 @@ impl FromStr for Match {
             }),
             _ => Err(refusal(EXPECTED.to_owned())),
         }
-    }
-}
-
-impl TryFrom<String> for Match {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
-    }
-}
-
-impl From<Match> for String {
-    fn from(matching: Match) -> Self {
-        matching.to_string()
     }
 }

@@ -1,8 +1,8 @@
 //! A run of the real clock, executed again to the bit.
 //!
 //! Nodes are functions of what they read. Two runs of the same graph on threads differ in
-//! only two things: *when* each tick began, and *in which order* the threads took what
-//! they share. Both fit into a few bytes a tick, and a run that keeps to them comes again
+//! only two things: *what the clocks* of the threads answered, and *in which order* they took what
+//! they share: schedules, links and draws follow from these. Both fit into a few bytes a tick, and a run that keeps to them comes again
 //! to the bit.
 //!
 //! ```text
@@ -10,10 +10,11 @@
 //! ```
 //!
 //! * [`RunLog`] is the journal of a graph: it keeps the entries of all threads while the run goes
-//!   on: ticks, commands, and the end of each stretch. [`Log`] is the same as bytes.
-//! * `Plan` puts whole ticks in a row, and into *knots* where ticks really overlap. A log
-//!   with a plan is an execution, so it cannot hang; between two parts of the plan the
-//!   graph is at rest.
+//!   on: looks for work and their ends, commands, and the end of each stretch. [`Log`] is the same
+//!   as bytes.
+//! * `Plan` puts whole entries in a row, and into *knots* where they really overlap. A log with a
+//!   plan is an execution, so it cannot hang. Where no work is between its begin and its end, the
+//!   graph is at rest: there a run can be left.
 //! * [`Rerun`] is a clock that plays the plan. A [`Knot`] can be held between any two of its
 //!   operations.
 //!

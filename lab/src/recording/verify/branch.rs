@@ -4,8 +4,8 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, Fault, Graph, Inbox, Knob, RealClock, Speed, Time,
-    TimedCommand, TimedKnob,
+    Clock, ClockExit, Command, Fault, Graph, Inbox, Knob, RealClock, Speed, Time, TimedCommand,
+    TimedKnob,
 };
 use ratelab_replay::Rerun;
 use ratelab_study::{
