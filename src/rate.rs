@@ -70,6 +70,7 @@ impl Rate {
     }
 
     /// When the next tick is due.
+    #[inline]
     pub fn due(&self) -> Time {
         self.due
     }
@@ -81,6 +82,7 @@ impl Rate {
     }
 
     /// Moves on to the next tick.
+    #[inline]
     pub fn advance(&mut self) {
         self.last = Some(self.due);
         self.schedule(self.next + 1);
@@ -136,6 +138,7 @@ impl Rate {
         self.period.ticks_until(elapsed).max(self.first)
     }
 
+    #[inline]
     fn schedule(&mut self, tick: u64) {
         self.next = tick;
         self.due = self.period.due(self.anchor, tick);
@@ -161,11 +164,13 @@ impl Period {
         }
     }
 
+    #[inline]
     fn due(self, anchor: Time, tick: u64) -> Time {
         Time::from_nanos(anchor.as_nanos().saturating_add(self.offset(tick)))
     }
 
     /// `tick` periods in nanoseconds, rounded down.
+    #[inline]
     fn offset(self, tick: u64) -> u64 {
         match tick.checked_mul(self.numerator) {
             // Most rates divide a second evenly; this avoids a division, which costs as

@@ -83,6 +83,7 @@ impl Task {
     }
 
     /// Whether messages trigger it.
+    #[inline]
     pub(crate) fn is_triggered(&self) -> bool {
         self.trigger.is_some()
     }
@@ -105,6 +106,7 @@ impl Task {
 /// Its rate.
 impl Task {
     /// Due time of the next tick; [`Time::MAX`] after a crash, and if messages trigger it.
+    #[inline]
     pub(crate) fn due(&self) -> Time {
         match self.crashed || self.is_triggered() {
             true => Time::MAX,
@@ -113,6 +115,7 @@ impl Task {
     }
 
     /// Moves on to the next tick; returns when this one was due.
+    #[inline]
     pub(crate) fn take_due(&mut self) -> Time {
         let due = self.when(self.rate.due());
         self.rate.advance();
@@ -182,16 +185,24 @@ impl Task {
 /// Ticks that take time.
 impl Task {
     /// Duration of the next tick, which starts now, if one is set.
+    #[inline]
     pub(crate) fn cost(&mut self) -> Option<Duration> {
         let number = self.number;
         self.number += 1;
+        if !self.is_timed {
+            return None;
+        }
         let hang = self.hang.take();
         let asked = !self.takes.draw.is_none();
         hang.or_else(|| asked.then(|| self.draw(&self.takes.draw, "takes", number)))
     }
 
     /// Lateness of the next tick.
+    #[inline]
     pub(crate) fn lateness(&self) -> Duration {
+        if !self.is_timed {
+            return Duration::ZERO;
+        }
         self.draw(&self.wakes, "wakes", self.number)
     }
 
