@@ -7,7 +7,7 @@ use super::{
 use crate::{
     command::Command,
     graph::{ControlPlane, Graph},
-    job::{Job, JobKind},
+    job::JobKind,
     journal::LateLook,
     scheduling::{Assignment, Moment, Stage},
     sync::Arc,
@@ -111,8 +111,7 @@ impl<'g> ThreadHand<'g> {
     /// Ends the running tick at run time `at`, if there is one: it has had its time on a core.
     pub fn finish(&mut self, at: Time) -> Option<usize> {
         self.crew.aside().state(0, at).remaining?;
-        let (crew, place, job) = (0, 0, Job::new(0, JobKind::End));
-        self.work(Assignment { crew, place, job }, at)
+        self.work(Assignment::end_of_only(), at)
     }
 
     fn work(&mut self, work: Assignment, at: Time) -> Option<usize> {

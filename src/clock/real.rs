@@ -15,7 +15,7 @@ use self::{
     ends::{Report, StretchEnd},
     mailbox::Wakeup,
     supervisor::Supervisor,
-    threads::{mailboxes, shares, take_crews, threads},
+    threads::{crews_of, mailboxes, shares, threads},
 };
 use super::{Clock, ClockExit, note_end, obey::obey_at_rest};
 use crate::{
@@ -139,7 +139,7 @@ impl RealClock {
         };
         let now = graph.now();
         let shares = shares(graph);
-        let crews = take_crews(graph, &mailboxes);
+        let crews = crews_of(graph, &mailboxes);
         let threads = threads(&crews, &mailboxes, shares);
         let mut supervisor = Supervisor {
             control: &mut graph.control,

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     command::ClockKind,
-    job::Job,
+    job::{Job, JobKind},
     journal::LateLook,
     knob::Knob,
     record::NodeRecord,
@@ -68,6 +68,14 @@ pub(crate) struct Assignment {
     /// Place of the node.
     pub(crate) place: usize,
     pub(crate) job: Job,
+}
+
+impl Assignment {
+    /// The end of the tick of a node that is alone in its stage: it has had its time on a core.
+    pub(crate) fn end_of_only() -> Self {
+        let (crew, place, job) = (0, 0, Job::new(0, JobKind::End));
+        Self { crew, place, job }
+    }
 }
 
 impl Default for Stage {

@@ -17,7 +17,7 @@ use crate::{
         wall::Wall,
     },
     command::Command,
-    job::{Job, JobKind},
+    job::JobKind,
     journal::{Entries, Entry, LateLook},
     realtime::{self, CoreShare},
     scheduling::{Assignment, Moment},
@@ -197,7 +197,8 @@ impl<'g> CrewThreads<'g> {
         let goal = goal.filter(|_| self.nodes.aside().state(0, now).remaining.is_some());
         if let Some(goal) = goal {
             if realtime::core_time() >= goal {
-                return finish(&mut board, now);
+                board.taken[0] = true;
+                return CrewStep::Work(Assignment::end_of_only(), now, None);
             }
             if now < until {
                 return CrewStep::Compute(goal);
@@ -356,11 +357,4 @@ impl<'g> CrewThreads<'g> {
         let last = stopped.unwrap_or(Time::MAX).max(at).min(context.until);
         ended.min(last + Time::TICK)
     }
-}
-
-/// Ends the tick that has had its time on a core.
-fn finish(board: &mut Board, now: Time) -> CrewStep {
-    board.taken[0] = true;
-    let (crew, place, job) = (0, 0, Job::new(0, JobKind::End));
-    CrewStep::Work(Assignment { crew, place, job }, now, None)
 }

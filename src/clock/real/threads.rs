@@ -43,7 +43,7 @@ impl Wake for Post {
 }
 
 /// Takes the crews out of a graph, whose nodes get their messages through their mailboxes.
-pub(super) fn take_crews(graph: &mut Graph, mailboxes: &[Arc<Mailbox>]) -> Crews {
+pub(super) fn crews_of(graph: &mut Graph, mailboxes: &[Arc<Mailbox>]) -> Crews {
     let nodes = mailboxes.iter().enumerate();
     let here = nodes.map(|(node, mailbox)| graph.is_here(node).then(|| mailbox.clone()));
     let post = Arc::new(Post(here.collect()));
