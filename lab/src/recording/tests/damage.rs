@@ -66,9 +66,9 @@ fn use_it(path: &Path, bytes: &[u8]) -> Result<(), ReadError> {
     Ok(())
 }
 
-/// Uses `whole` as `damage` leaves it; checks that some of this is refused, and not all: some
-/// damage is where nothing is read.
-fn use_damaged(whole: &[u8], cases: usize, mut damage: impl FnMut(&mut Vec<u8>)) {
+/// Uses `whole` as `damage` leaves it, so many times; checks that some of this is refused, and
+/// returns how much.
+fn use_damaged(whole: &[u8], cases: usize, mut damage: impl FnMut(&mut Vec<u8>)) -> usize {
     let (_folder, path) = file("damaged.rrd");
     let refused = (0..cases).filter(|_| {
         let mut bytes = whole.to_vec();
@@ -76,8 +76,8 @@ fn use_damaged(whole: &[u8], cases: usize, mut damage: impl FnMut(&mut Vec<u8>))
         use_it(&path, &bytes).is_err()
     });
     let refused = refused.count();
-    let expected = cases / 10..cases;
-    assert!(expected.contains(&refused), "{refused} were refused");
+    assert!(refused >= cases / 10, "{refused} were refused");
+    refused
 }
 
 /// Writes a number that may be far too large at byte `at`.
@@ -90,7 +90,7 @@ fn overwrite(bytes: &mut [u8], at: usize, dice: &mut Dice) {
 fn damaged_files_come_to_nothing_worse_than_a_message() {
     let (folder, mut dice) = (folder(), Dice(5));
     let whole = fs::read(recording(&folder).path).expect("read");
-    use_damaged(&whole, cases(150), |bytes| match dice.below(5) {
+    let refused = use_damaged(&whole, cases(150), |bytes| match dice.below(5) {
         0 => bytes.truncate(dice.below(whole.len())),
         1 => {
             let at = dice.below(bytes.len());
@@ -111,6 +111,8 @@ fn damaged_files_come_to_nothing_worse_than_a_message() {
             overwrite(bytes, at, &mut dice);
         }
     });
+    // Some damage is where nothing is read.
+    assert!(refused < cases(150), "all were refused");
 }
 
 #[test]
