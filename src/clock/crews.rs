@@ -169,9 +169,9 @@ impl CrewNodes {
         inputs.is_some_and(|inputs| input < *inputs)
     }
 
-    /// The node at this place.
-    pub(crate) fn seat(&self, place: usize) -> &Mutex<Seat> {
-        &self.seats[place]
+    /// Index and name of its first node.
+    pub(crate) fn first(&self) -> (usize, Arc<str>) {
+        (self.nodes[0], self.names[0].clone())
     }
 
     /// Whether several threads share the schedule, in turns.

@@ -4,7 +4,7 @@ use ratelab::{
     ClockKind, Job, JobKind, Knob, Phase, Scheduler, SchedulerEvent, TaskState, Time, Timetable,
 };
 
-use super::task::Task;
+use super::task::{Task, moves_due_times};
 
 /// Decides which released callback is called now. Its nodes are known by their number in the
 /// order of registration.
@@ -297,10 +297,7 @@ impl<O: CallbackOrder> Scheduler for Ordered<O> {
         plan: &mut Timetable<'_>,
     ) -> Result<String, String> {
         let now = plan.now();
-        let times = matches!(
-            knob,
-            Knob::Rate { .. } | Knob::Offset { .. } | Knob::Clock { .. }
-        );
+        let times = moves_due_times(knob);
         // Timers that were due before wait in line.
         while times && O::QUEUES_TIMERS && self.tasks[member].due() < now {
             let (order, mut crew) = self.order(plan);

@@ -102,20 +102,18 @@ impl Dispatch for Dispatcher {
             tasks.iter_mut().for_each(Task::skip_first);
         }
         let callbacks = &self.callbacks;
+        let preemptive = |tasks, urgency, cores| {
+            let order = Preemptive::new(urgency, cores, callbacks);
+            Box::new(Ordered::new(tasks, order))
+        };
         Joined::Together(match self.kind {
             Executor::Single => Box::new(Ordered::new(tasks, WindowOrder::new(callbacks, 1))),
             Executor::Multi { threads } => {
                 Box::new(Ordered::new(tasks, WindowOrder::new(callbacks, threads)))
             }
             Executor::Events => Box::new(Ordered::new(tasks, EventOrder::default())),
-            Executor::FixedPriority { cores } => {
-                let order = Preemptive::new(Urgency::Priority, cores, callbacks);
-                Box::new(Ordered::new(tasks, order))
-            }
-            Executor::Edf { cores } => {
-                let order = Preemptive::new(Urgency::Deadline, cores, callbacks);
-                Box::new(Ordered::new(tasks, order))
-            }
+            Executor::FixedPriority { cores } => preemptive(tasks, Urgency::Priority, cores),
+            Executor::Edf { cores } => preemptive(tasks, Urgency::Deadline, cores),
             Executor::Let => {
                 let apart = tasks.into_iter().map(|task| {
                     let own: Box<dyn Scheduler> = Box::new(Own::logical(task));

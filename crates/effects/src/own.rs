@@ -4,7 +4,7 @@ use ratelab::{
     ClockKind, Job, JobKind, Knob, Phase, Scheduler, SchedulerEvent, TaskState, Time, Timetable,
 };
 
-use super::task::Task;
+use super::task::{Task, moves_due_times};
 
 /// Runs a node as soon as it is released and free. What is due at its rate meanwhile is skipped;
 /// messages wait.
@@ -208,10 +208,7 @@ impl Scheduler for Own {
 
     fn turn(&mut self, _: usize, knob: &Knob, plan: &mut Timetable<'_>) -> Result<String, String> {
         let now = plan.now();
-        let times = matches!(
-            knob,
-            Knob::Rate { .. } | Knob::Offset { .. } | Knob::Clock { .. }
-        );
+        let times = moves_due_times(knob);
         if times {
             self.skip_while_busy(now, plan);
         }

@@ -353,3 +353,11 @@ impl Task {
         before
     }
 }
+
+/// Whether a knob changes when the ticks of a node are due.
+pub(crate) fn moves_due_times(knob: &Knob) -> bool {
+    matches!(
+        knob,
+        Knob::Rate { .. } | Knob::Offset { .. } | Knob::Clock { .. }
+    )
+}

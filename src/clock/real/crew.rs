@@ -99,7 +99,7 @@ impl<'g> CrewThreads<'g> {
 
     /// Index and name of the node after which a thread is named.
     pub(super) fn first(&self) -> (usize, Arc<str>) {
-        (self.nodes.nodes()[0], lock(self.nodes.seat(0)).name.clone())
+        self.nodes.first()
     }
 
     /// Thread number `thread`.
