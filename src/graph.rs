@@ -20,10 +20,9 @@ use super::{
     rate::Rate,
     record::{MeterRecorder, PushRecorder, Records, Sink},
     release::Release,
-    scheduling::{Crew, Kit, Member, Plain, Stage, TaskSpec},
-    seat::{Again, Fixed, Seat, Wired},
+    scheduling::{Again, Crew, Fixed, Kit, Member, Plain, Seat, Stage, TaskSpec, Wired},
     state::{RunState, Status},
-    sync::Arc,
+    sync::{Arc, Mutex, get_mut, lock},
     time::{HzError, Time},
     topic::{Publisher, ReadMark, Subscription, Topic},
     topology::{NodeTopology, TopicTopology, Topology, each},
@@ -97,7 +96,7 @@ impl From<Infallible> for GraphError {
 /// ```
 pub struct Graph {
     /// The nodes, by their indices.
-    pub(crate) seats: Vec<Seat>,
+    pub(crate) seats: Vec<Mutex<Seat>>,
     pub(crate) stage: Stage,
     pub(crate) control: ControlPlane,
     /// [`Clock::cores`](super::Clock::cores) of the real clock, once it is known.
@@ -258,7 +257,7 @@ impl Graph {
     {
         let ends = self.add(name, release.try_into()?, priority, false, &mut build)?;
         if let Some(seat) = self.seats.last_mut() {
-            seat.again = Some(Again {
+            get_mut(seat).again = Some(Again {
                 build: Box::new(move || Box::new(build(&mut Wiring::again(ends.clone())))),
                 message: message.map(str::to_owned),
             });
@@ -337,7 +336,7 @@ impl Graph {
         };
         let member = Member {
             node: index,
-            place: index,
+            name: name.clone(),
             inputs,
             priority,
             remote,
@@ -346,7 +345,7 @@ impl Graph {
         };
         self.stage.add(Crew::of(scheduler, member));
         let seat = Seat::new(name, records, node, wired.outbox, wired.fixed);
-        self.seats.push(seat);
+        self.seats.push(Mutex::new(seat));
         Ok(ends)
     }
 
@@ -430,7 +429,7 @@ impl Graph {
             knob => {
                 let index = self.control.node_index(knob.target())?;
                 match self.is_here(index) {
-                    true => self.stage.check(index, &self.seats[index], knob),
+                    true => self.stage.check(index, &lock(&self.seats[index]), knob),
                     false => Ok(()),
                 }
             }
@@ -456,7 +455,10 @@ impl Graph {
     pub(crate) fn turn_node(&mut self, knob: &Knob, at: Time) -> Result<String, String> {
         let index = self.control.node_index(knob.target())?;
         match self.is_here(index) {
-            true => self.stage.turn(index, &mut self.seats[index], knob, at),
+            true => {
+                let seat = get_mut(&mut self.seats[index]);
+                self.stage.turn(index, seat, knob, at)
+            }
             // A setting for the process in which it runs.
             false => Ok(String::new()),
         }
@@ -481,6 +483,11 @@ impl ControlPlane {
         let known = self.nodes.iter().position(|node| node.name() == name);
         let names = self.nodes.iter().map(NodeEntry::name);
         known.ok_or_else(|| nothing_called("node", name, names))
+    }
+
+    /// Name of the node with this index.
+    pub(crate) fn name(&self, node: usize) -> &str {
+        self.nodes[node].name()
     }
 
     /// Whether some of the nodes run in other processes.

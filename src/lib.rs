@@ -44,7 +44,7 @@
 //! | another rule for messages of several topics | [`Matching`] | `crates/effects/src/kit.rs` |
 //! | one of these for every node and topic of a graph | [`Kit`] | `crates/effects/src/kit.rs` |
 //! | a log of what the clocks of the threads answered | [`Journal`] | `crates/replay` |
-//! | another clock | [`Clock`]; [`CrewHands`] has the nodes meanwhile | `crates/replay` |
+//! | another clock | [`Clock`]; [`Crews`] have the nodes meanwhile | `crates/replay` |
 //! | another order of the turns of [`Shared`] values | [`TurnFollower`] | `crates/replay` |
 //!
 //! # How a run goes
@@ -98,7 +98,6 @@ mod depth;
 mod event;
 mod graph;
 mod inbox;
-mod job;
 mod journal;
 mod knob;
 mod message;
@@ -111,7 +110,6 @@ mod realtime;
 mod record;
 mod release;
 mod scheduling;
-mod seat;
 mod state;
 pub mod sync;
 mod time;
@@ -123,8 +121,8 @@ mod turns;
 
 pub use channel::Channel;
 pub use clock::{
-    Clock, ClockExit, CrewHands, Obeyed, Outcome, RealClock, RealtimeError, RealtimePriority,
-    RunError, SupervisorHand, ThreadHand, VirtualClock, lower_priority, note_end, obey_at_rest,
+    Clock, ClockExit, CrewThread, Crews, Obeyed, Outcome, RealClock, RealtimeError,
+    RealtimePriority, RunError, Supervision, VirtualClock, lower_priority, note_end, obey_at_rest,
     run,
 };
 pub use command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand};
@@ -132,7 +130,6 @@ pub use depth::{Depth, DepthError};
 pub use event::{Event, EventKind};
 pub use graph::{Graph, GraphError, Wiring};
 pub use inbox::{Inbox, Interrupt};
-pub use job::{Job, JobKind};
 pub use journal::{End, Entries, Entry, Journal, LateLook, ThreadJournal};
 pub use knob::{Knob, KnobError, KnobKind, TimedKnob};
 pub use message::{Head, Message, Payload};
@@ -143,8 +140,8 @@ pub use read_order::ReadOrder;
 pub use record::{MeterRecorder, NodeRecord, Push, PushRecorder, Sink, TickTimes, TopicRecord};
 pub use release::{Matching, Release};
 pub use scheduling::{
-    Dispatch, Joined, Kit, Periodic, Phase, Scheduler, SchedulerEvent, TaskSpec, TaskState,
-    Threads, Timetable,
+    Dispatch, Job, JobKind, Joined, Kit, Periodic, Phase, Scheduler, SchedulerEvent, TaskSpec,
+    TaskState, Threads, Timetable,
 };
 pub use state::{RunState, Status};
 pub use time::{Hz, HzError, Time, TimeError};

@@ -31,9 +31,6 @@ pub trait Intake: Send {
 
     /// Forgets the messages taken before number `seq`; all of them without a `seq`.
     fn forget_before(&mut self, seq: Option<u64>);
-
-    /// Has the node called once more at run time `now`, as if a message arrived.
-    fn call_again(&self, now: Time);
 }
 
 /// A message taken from a queue.
@@ -52,7 +49,7 @@ pub struct TakenMessage {
 pub struct Arrival {
     /// Run time of its delivery.
     pub at: Time,
-    /// Index of the node; within a crew its place there.
+    /// Index of the node.
     pub node: usize,
     /// Number of the topic among those that trigger the node.
     pub input: usize,

@@ -9,8 +9,9 @@
 //! instants: nodes that are due together see the same world, and the run time of a
 //! command is enough to repeat it.
 
+mod crew_stage;
+mod crew_thread;
 mod crews;
-mod hands;
 mod obey;
 mod pacer;
 mod real;
@@ -18,14 +19,14 @@ mod virtual_time;
 mod wall;
 
 pub use super::realtime::{RealtimeError, RealtimePriority, lower_priority};
-pub use crews::Outcome;
-pub use hands::{CrewHands, SupervisorHand, ThreadHand};
-pub use obey::{Obeyed, obey_at_rest};
+pub use crew_thread::{CrewThread, Outcome};
+pub use crews::Crews;
+pub use obey::{Obeyed, Supervision, obey_at_rest};
 pub use real::RealClock;
 pub use virtual_time::{RunError, VirtualClock};
 
 use super::{
-    command::ClockKind, event::EventKind, graph::Graph, inbox::Inbox, node::Fault, seat::Seat,
+    command::ClockKind, event::EventKind, graph::Graph, inbox::Inbox, node::Fault, sync::get_mut,
     time::Time,
 };
 
@@ -114,7 +115,9 @@ pub fn note_end(graph: &mut Graph, end: &Result<ClockExit, Fault>) {
         // Ticks due at the end are missed, even though no node ticks any more.
         graph.stage.close(at + Time::TICK, at);
     }
-    graph.seats.iter_mut().for_each(Seat::cut_off);
+    for seat in &mut graph.seats {
+        get_mut(seat).cut_off();
+    }
     if let Some((at, what)) = ended {
         graph.control.state.note(at, what);
     }

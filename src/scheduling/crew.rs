@@ -2,10 +2,9 @@
 
 use super::{
     dispatch::{Dispatch, Joined},
-    member::Member,
     scheduler::Scheduler,
 };
-use crate::sync::Arc;
+use crate::{outbox::Outbox, record::Records, sync::Arc};
 
 /// Nodes with one scheduler: those of an executor, or a node on its own.
 pub(crate) struct Crew {
@@ -18,36 +17,58 @@ pub(crate) struct Crew {
     pub(crate) turns: u64,
 }
 
+/// A node as its scheduler knows it.
+pub(crate) struct Member {
+    /// Index in the graph.
+    pub(crate) node: usize,
+    pub(crate) name: Arc<str>,
+    /// Number of the topics that trigger it.
+    pub(crate) inputs: usize,
+    pub(crate) priority: u32,
+    /// Whether it runs in another process.
+    pub(crate) remote: bool,
+    pub(crate) records: Records,
+    pub(crate) outbox: Arc<Outbox>,
+}
+
 impl Crew {
     /// A node on its own.
     pub(crate) fn of(scheduler: Box<dyn Scheduler>, member: Member) -> Self {
-        let (members, dispatch) = (vec![member], None);
         Self {
             scheduler,
-            members,
-            dispatch,
+            members: vec![member],
+            dispatch: None,
             turns: 0,
         }
     }
 
     /// The nodes of an executor that were on their own: one crew, or still one each.
-    pub(crate) fn joined(
-        dispatch: Arc<dyn Dispatch>,
-        own: Vec<Box<dyn Scheduler>>,
-        members: Vec<Member>,
-    ) -> Vec<Self> {
-        match dispatch.join(own) {
+    pub(crate) fn joined(dispatch: Arc<dyn Dispatch>, own: Vec<Self>) -> Vec<Self> {
+        let own = own.into_iter().map(|crew| (crew.scheduler, crew.members));
+        let (schedulers, members): (Vec<_>, Vec<_>) = own.unzip();
+        let members = members.into_iter().flatten();
+        match dispatch.join(schedulers) {
             Joined::Together(scheduler) => vec![Self {
                 scheduler,
-                members,
+                members: members.collect(),
                 dispatch: Some(dispatch),
                 turns: 0,
             }],
-            Joined::Apart(schedulers) => {
-                let apart = schedulers.into_iter().zip(members);
-                apart.map(|(own, member)| Self::of(own, member)).collect()
-            }
+            Joined::Apart(schedulers) => Self::each(schedulers, members),
         }
+    }
+
+    /// The nodes of an executor as a crew each.
+    pub(crate) fn split(self, dispatch: &dyn Dispatch) -> Vec<Self> {
+        Self::each(dispatch.split(self.scheduler), self.members)
+    }
+
+    fn each(
+        schedulers: Vec<Box<dyn Scheduler>>,
+        members: impl IntoIterator<Item = Member>,
+    ) -> Vec<Self> {
+        let apart = schedulers.into_iter().zip(members);
+        apart.map(|(own, member)| Self::of(own, member)).collect()
     }
 
     /// Whether it is an executor.

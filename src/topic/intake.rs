@@ -192,17 +192,6 @@ impl<T: Payload> Intake for IntakeEnd<T> {
             end.taken.retain(|message| message.seq >= kept);
         }
     }
-
-    fn call_again(&self, now: Time) {
-        if let Some(end) = self.bus.queue.lock().end(&self.mark) {
-            let (node, input) = (end.node, end.input);
-            end.arrivals.add(Arrival {
-                at: now,
-                node,
-                input,
-            });
-        }
-    }
 }
 
 impl<T> Drop for IntakeEnd<T> {

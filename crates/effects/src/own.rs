@@ -100,7 +100,7 @@ impl Own {
                 }
                 self.waiting = None;
                 match &mut self.task.trigger {
-                    Some(trigger) => trigger.take(now),
+                    Some(trigger) => trigger.take(0, plan),
                     None => Some(waiting.due),
                 }
             }
@@ -114,13 +114,10 @@ impl Own {
                 Some(due)
             }
         };
-        Some(match due {
-            Some(due) => self.job(due, plan),
-            None => {
-                self.arm(false, plan);
-                Job::new(0, JobKind::Take)
-            }
-        })
+        if due.is_none() {
+            self.arm(false, plan);
+        }
+        due.map(|due| self.job(due, plan))
     }
 
     /// The begin of the tick that was `due`.
@@ -158,7 +155,6 @@ impl Own {
                 self.task.skip_before(passed, plan);
             }
             JobKind::Tick { .. } => self.task.skip_before(passed, plan),
-            JobKind::Take => return,
         }
         self.arm(false, plan);
     }

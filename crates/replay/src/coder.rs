@@ -14,7 +14,6 @@ mod tag {
     pub const REST: u8 = 8;
     pub const ABANDONED: u8 = 9;
     pub const END: u8 = 10;
-    pub const ARRIVE: u8 = 16;
     /// A look without work, and one with some.
     pub const LOOK: u8 = 17;
     pub const WORK: u8 = 18;
@@ -24,10 +23,11 @@ mod tag {
     pub const DONE: u8 = 22;
     /// Work whose missed periods do not follow from its end.
     pub const LAST_DONE: u8 = 23;
+    pub const ARRIVE: u8 = 24;
     pub const SAME_LOCKS: u8 = 0x80;
 
-    /// Entries of earlier logs: the ticks of nodes.
-    pub const EARLIER: [u8; 6] = [2, 3, 4, 5, 11, 12];
+    /// Entries of earlier logs: the ticks of nodes, and arrivals by place in a crew.
+    pub const EARLIER: [u8; 7] = [2, 3, 4, 5, 11, 12, 16];
 }
 
 /// Position between two entries of a thread, for numbers that count from the last one.

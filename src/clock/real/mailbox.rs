@@ -5,9 +5,11 @@ use std::collections::VecDeque;
 use crate::{
     clock::wall::Wall,
     command::Command,
-    sync::{Condvar, Instant, Mutex, lock},
+    graph::Graph,
+    scheduling::Threads,
+    sync::{Arc, Condvar, Instant, Mutex, lock},
     time::Time,
-    trigger::Arrival,
+    trigger::{Arrival, Wake},
 };
 
 /// A reason to wake a node's thread.
@@ -129,6 +131,42 @@ impl Mailbox {
         drop(queue);
         crate::sync::thread::yield_now();
         lock(&self.queue)
+    }
+}
+
+/// The mailbox of each node's thread; the nodes of an executor have one in common.
+pub(super) fn mailboxes(graph: &Graph) -> Vec<Arc<Mailbox>> {
+    let nodes = graph.seats.iter();
+    let mut mailboxes: Vec<Arc<Mailbox>> = nodes.map(|_| Arc::default()).collect();
+    for crew in graph.stage.crews() {
+        let dispatch = crew.dispatch.as_ref();
+        if dispatch.is_some_and(|d| matches!(d.threads(), Threads::Shared(_))) {
+            let common = Arc::<Mailbox>::default();
+            for member in &crew.members {
+                mailboxes[member.node] = common.clone();
+            }
+        }
+    }
+    mailboxes
+}
+
+/// Posts arrivals to the threads of the nodes.
+pub(super) struct Post(Vec<Option<Arc<Mailbox>>>);
+
+impl Post {
+    /// The way to the mailboxes of the nodes that run here.
+    pub(super) fn new(graph: &Graph, mailboxes: &[Arc<Mailbox>]) -> Self {
+        let nodes = mailboxes.iter().enumerate();
+        let here = nodes.map(|(node, mailbox)| graph.is_here(node).then(|| mailbox.clone()));
+        Self(here.collect())
+    }
+}
+
+impl Wake for Post {
+    fn wake(&self, arrival: Arrival) {
+        if let Some(Some(mailbox)) = self.0.get(arrival.node) {
+            mailbox.post(Wakeup::Arrival(arrival));
+        }
     }
 }
 

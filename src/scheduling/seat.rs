@@ -7,8 +7,8 @@ use std::{
     time::Duration,
 };
 
-use super::{
-    job::{Job, JobKind},
+use super::job::{Job, JobKind};
+use crate::{
     knob::{Knob, KnobKind},
     node::{Fault, GO_ON, Node, Panicked, Tick},
     outbox::Outbox,
@@ -42,6 +42,17 @@ struct RunningTick {
     flow: ControlFlow<()>,
     /// Whether it is already recorded, because the run ended before it was over.
     noted: bool,
+}
+
+impl RunningTick {
+    fn times(&self, ends: Option<Time>) -> TickTimes {
+        TickTimes {
+            at: self.began,
+            lateness: self.lateness,
+            took: ends.map(|ends| ends.since(self.began)),
+            ends,
+        }
+    }
 }
 
 /// Kinds of knobs that a node lacks, and the reason.
@@ -103,7 +114,6 @@ impl Seat {
             JobKind::Tick { .. } => self.tick(now, lasting),
             JobKind::Begin => self.start(now, job.lateness()),
             JobKind::End => self.finish(now),
-            JobKind::Take => GO_ON,
         }
     }
 
@@ -132,7 +142,7 @@ impl Seat {
                 outcome
             }
             JobKind::End => self.over(began, outcome),
-            JobKind::Begin | JobKind::Take => outcome,
+            JobKind::Begin => outcome,
         }
     }
 
@@ -186,29 +196,18 @@ impl Seat {
             return applied;
         };
         if !running.noted {
-            self.record(|| TickTimes {
-                at: running.began,
-                lateness: running.lateness,
-                took: Some(now.since(running.began)),
-                ends: Some(now),
-            });
+            self.record(|| running.times(Some(now)));
         }
         Ok(end_of(running.flow, applied?))
     }
 
     /// Records that tick as unfinished, once.
     pub(crate) fn cut_off(&mut self) {
-        let Some(running) = &mut self.running else {
-            return;
-        };
-        if !std::mem::replace(&mut running.noted, true) {
-            let (at, lateness) = (running.began, running.lateness);
-            let (took, ends) = (None, None);
-            self.record(|| TickTimes {
-                at,
-                lateness,
-                took,
-                ends,
+        if let Some(running) = self.running.filter(|running| !running.noted) {
+            self.record(|| running.times(None));
+            self.running = Some(RunningTick {
+                noted: true,
+                ..running
             });
         }
     }

@@ -24,8 +24,6 @@ pub enum JobKind {
     Begin,
     /// The end of that tick: its messages are published.
     End,
-    /// Nothing: messages were taken that are not yet the inputs of a tick.
-    Take,
 }
 
 impl Job {
