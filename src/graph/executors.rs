@@ -37,7 +37,7 @@ impl Graph {
         crews.extend(joined);
         self.stage.set_crews(crews);
         for (number, node) in nodes.into_iter().enumerate() {
-            let node = &mut self.control.nodes[node].topology;
+            let node = &mut self.control.nodes[node];
             node.executor = Some(dispatch.name());
             node.executor_index = together.then_some(index);
             node.group = dispatch.group(number).map(Into::into);
@@ -53,10 +53,10 @@ impl Graph {
         name: &str,
     ) -> Result<usize, GraphError> {
         let mut nodes = self.control.nodes.iter();
-        let known = nodes.position(|node| node.name() == name);
+        let known = nodes.position(|node| node.name == name);
         let unknown = || GraphError::UnknownCallback(name.to_owned(), dispatch.name());
         let index = known.ok_or_else(unknown)?;
-        let node = &self.control.nodes[index].topology;
+        let node = &self.control.nodes[index];
         if node.executor.is_some() {
             return Err(GraphError::SecondExecutor(name.to_owned()));
         }

@@ -18,5 +18,5 @@ pub use kit::{Kit, TaskSpec};
 pub use periodic::Periodic;
 pub(crate) use periodic::Plain;
 pub use scheduler::{Scheduler, SchedulerEvent, TaskState, Timetable};
-pub(crate) use seat::{Again, Fixed, Seat, Wired};
+pub(crate) use seat::{Again, Fixed, Seat};
 pub(crate) use stage::{Assignment, Moment, Stage, WorkTimes};

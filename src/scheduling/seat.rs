@@ -15,7 +15,6 @@ use crate::{
     record::{NodeRecord, Records, TickTimes},
     sync::Arc,
     time::Time,
-    trigger::Intake,
 };
 
 /// A node with its outbox and the way of its records.
@@ -60,17 +59,6 @@ impl RunningTick {
 pub(crate) struct Fixed {
     pub(crate) kinds: &'static [KnobKind],
     pub(crate) reason: &'static str,
-}
-
-/// What a node declared while it was being built.
-#[derive(Default)]
-pub(crate) struct Wired {
-    /// Names of its measurements.
-    pub(crate) meters: Vec<String>,
-    pub(crate) outbox: Arc<Outbox>,
-    pub(crate) fixed: Fixed,
-    /// The ends of the topics that trigger it.
-    pub(crate) intakes: Vec<Box<dyn Intake>>,
 }
 
 /// The function that builds a node again, and the message it is sent afterwards.

@@ -79,7 +79,7 @@ const CRATES: [&str; 9] = [
 /// The most lines of code of the crates below all others, without comments, blanks and tests.
 /// Whoever needs more takes something out first; what went out lowers the number.
 const BUDGETS: [(&str, usize); 4] = [
-    ("src", 6_330),
+    ("src", 6_190),
     ("crates/effects/src", 2_590),
     ("crates/replay/src", 2_150),
     ("crates/account/src", 2_640),

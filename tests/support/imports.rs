@@ -149,6 +149,10 @@ fn defines(code: &str, name: &str) -> bool {
         "mod",
         "macro_rules",
     ];
+    // The kinds of an enum, by strum.
+    if code.contains(&format!("    name({name}),")) {
+        return true;
+    }
     let outermost = code.lines().filter(|line| !line.starts_with(' '));
     outermost.into_iter().any(|line| {
         let words = line.split(|sign: char| !sign.is_alphanumeric() && sign != '_');
