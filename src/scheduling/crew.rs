@@ -2,9 +2,10 @@
 
 use super::{
     dispatch::{Dispatch, Joined},
+    member::Member,
     scheduler::Scheduler,
 };
-use crate::{outbox::Outbox, record::Records, sync::Arc};
+use crate::sync::Arc;
 
 /// Nodes with one scheduler: those of an executor, or a node on its own.
 pub(crate) struct Crew {
@@ -15,20 +16,6 @@ pub(crate) struct Crew {
     pub(crate) dispatch: Option<Arc<dyn Dispatch>>,
     /// Turns of its threads so far.
     pub(crate) turns: u64,
-}
-
-/// A node as its scheduler knows it.
-pub(crate) struct Member {
-    /// Index in the graph.
-    pub(crate) node: usize,
-    pub(crate) name: Arc<str>,
-    /// Number of the topics that trigger it.
-    pub(crate) inputs: usize,
-    pub(crate) priority: u32,
-    /// Whether it runs in another process.
-    pub(crate) remote: bool,
-    pub(crate) records: Records,
-    pub(crate) outbox: Arc<Outbox>,
 }
 
 impl Crew {

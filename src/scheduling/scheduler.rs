@@ -4,8 +4,8 @@ use std::{any::Any, time::Duration};
 
 use super::{
     agenda::{Agenda, Phase},
-    crew::Member,
     job::Job,
+    member::Member,
 };
 use crate::{
     command::ClockKind,

@@ -4,9 +4,10 @@ use std::{collections::BTreeSet, mem::take, time::Duration};
 
 use super::{
     agenda::{Agenda, AgendaItem, Phase},
-    crew::{Crew, Member},
+    crew::Crew,
     dispatch::Dispatch,
     job::{Job, JobKind},
+    member::Member,
     scheduler::{Scheduler, SchedulerEvent, TaskState, Timetable},
     seat::Seat,
 };
