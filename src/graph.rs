@@ -17,10 +17,10 @@ pub use self::wiring::Wiring;
 use self::{control::WiredTopic, wiring::Ends};
 use super::{
     command::{ClockKind, Speed},
-    depth::Depth,
     knob::Knob,
     message::Payload,
     node::{GO_ON, Node},
+    qos::Depth,
     rate::Rate,
     record::{Records, Sink},
     release::Release,

@@ -7,9 +7,8 @@ use strum::{EnumDiscriminants, EnumMessage, VariantArray};
 use thiserror::Error;
 
 use super::{
-    depth::{Depth, DepthError},
     millis,
-    read_order::ReadOrder,
+    qos::{Depth, DepthError, ReadOrder},
     time::{Hz, HzError, Time},
 };
 

@@ -94,7 +94,6 @@
 mod channel;
 mod clock;
 mod command;
-mod depth;
 mod event;
 mod graph;
 mod inbox;
@@ -104,8 +103,8 @@ mod message;
 pub mod millis;
 mod node;
 mod outbox;
+mod qos;
 mod rate;
-mod read_order;
 mod realtime;
 mod record;
 mod release;
@@ -115,7 +114,6 @@ pub mod sync;
 mod time;
 mod topic;
 mod topology;
-mod transit;
 mod trigger;
 mod turns;
 
@@ -126,7 +124,6 @@ pub use clock::{
     run,
 };
 pub use command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand};
-pub use depth::{Depth, DepthError};
 pub use event::{Event, EventKind};
 pub use graph::{Graph, GraphError, Wiring};
 pub use inbox::{Inbox, Interrupt};
@@ -135,8 +132,8 @@ pub use knob::{Knob, KnobError, KnobKind, TimedKnob};
 pub use message::{Head, Message, Payload};
 pub use node::{END, Fault, GO_ON, Node, Panicked, Tick};
 pub use outbox::Stamps;
+pub use qos::{Depth, DepthError, ReadOrder};
 pub use rate::{Rate, hyper_period};
-pub use read_order::ReadOrder;
 pub use record::{MeterRecorder, NodeRecord, Push, PushRecorder, Sink, TickTimes, TopicRecord};
 pub use release::{Matching, Release};
 pub use scheduling::{

@@ -31,11 +31,11 @@ use std::{any::Any, collections::VecDeque};
 use self::intake::Triggers;
 
 use super::{
-    depth::Depth,
+    channel::Transit,
     knob::Knob,
     message::{Head, Message, Payload},
     outbox::Outbox,
-    read_order::ReadOrder,
+    qos::{Depth, ReadOrder},
     record::{Records, TopicRecord},
     scheduling::Kit,
     sync::{
@@ -44,7 +44,6 @@ use super::{
         bump,
     },
     time::Time,
-    transit::Transit,
     trigger::Arrival,
     turns::Shared,
 };

@@ -13,7 +13,6 @@ mod crew_stage;
 mod crew_thread;
 mod crews;
 mod obey;
-mod pacer;
 mod real;
 mod virtual_time;
 mod wall;

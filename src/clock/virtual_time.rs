@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use thiserror::Error;
 
-use super::{Clock, ClockExit, note_end, obey::obey_at_rest, pacer::Pacer};
+use super::{Clock, ClockExit, note_end, obey::obey_at_rest, wall::Pacer};
 use crate::{
     command::{ClockKind, Command},
     graph::Graph,

@@ -1,4 +1,5 @@
-//! The queue depth of topics.
+//! The quality of service of a topic: how many messages its queue keeps, and which of them a node
+//! reads.
 
 use std::{fmt, str::FromStr};
 
@@ -71,3 +72,36 @@ impl FromStr for Depth {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{0:?} is not a queue depth: expected a whole number from 1 to {max}", max = Depth::MAX)]
 pub struct DepthError(String);
+
+/// The order in which a topic's subscriptions read its messages.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ReadOrder {
+    /// The newest message; older ones are skipped.
+    #[default]
+    Newest,
+    /// The oldest unread message, like a callback queue; the last one again if all are
+    /// read.
+    Oldest,
+}
+
+impl fmt::Display for ReadOrder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Newest => "newest",
+            Self::Oldest => "oldest",
+        })
+    }
+}
+
+impl FromStr for ReadOrder {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.trim() {
+            "newest" => Ok(Self::Newest),
+            "oldest" => Ok(Self::Oldest),
+            _ => Err(format!("{text:?} is no order: expected newest or oldest")),
+        }
+    }
+}
