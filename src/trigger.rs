@@ -6,6 +6,8 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use super::{
     sync::{
         Arc, Mutex,
@@ -45,7 +47,7 @@ pub struct TakenMessage {
 }
 
 /// A message that arrives for a node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Arrival {
     /// Run time of its delivery.
     pub at: Time,
