@@ -109,6 +109,7 @@ mod realtime;
 mod record;
 mod release;
 mod scheduling;
+mod shared;
 mod state;
 pub mod sync;
 mod time;
@@ -140,9 +141,10 @@ pub use scheduling::{
     Dispatch, Job, JobKind, Joined, Kit, Periodic, Phase, Scheduler, SchedulerEvent, TaskSpec,
     TaskState, Threads, Timetable,
 };
+pub use shared::{Shared, Turn};
 pub use state::{RunState, Status};
 pub use time::{Hz, HzError, Time, TimeError};
 pub use topic::{Publisher, Subscription, Topic};
 pub use topology::{NodeTopology, TopicTopology, Topology};
 pub use trigger::{Arrival, Intake, TakenMessage};
-pub use turns::{Following, LockName, Operation, Shared, Turn, TurnFollower};
+pub use turns::{Following, LockName, Operation, TurnFollower};

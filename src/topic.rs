@@ -38,6 +38,7 @@ use super::{
     qos::{Depth, ReadOrder},
     record::{Records, TopicRecord},
     scheduling::Kit,
+    shared::Shared,
     sync::{
         Arc,
         atomic::{AtomicU64, Ordering},
@@ -45,7 +46,6 @@ use super::{
     },
     time::Time,
     trigger::Arrival,
-    turns::Shared,
 };
 
 /// A named, bounded, thread-safe, latest-wins bus.

@@ -3,10 +3,10 @@
 use crate::{
     command::ClockKind,
     scheduling::{Assignment, Crew, Seat, Stage, Threads},
+    shared::{Shared, Turn},
     state::RunState,
     sync::{Arc, Mutex},
     time::Time,
-    turns::{Shared, Turn},
 };
 
 /// A crew with a stage of its own.

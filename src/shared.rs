@@ -7,13 +7,12 @@ use std::{
 };
 
 use super::{
-    lock_name::LockName,
-    modes::{self, Mode, Operation, TurnFollower},
-};
-use crate::sync::{
-    Mutex, MutexGuard,
-    atomic::{AtomicU32, Ordering},
-    lock, thread,
+    sync::{
+        Mutex, MutexGuard,
+        atomic::{AtomicU32, Ordering},
+        lock, thread,
+    },
+    turns::{self, LockName, Mode, Operation, TurnFollower},
 };
 
 /// Longest wait for a turn without a look at whether the run was given up.
@@ -98,7 +97,7 @@ impl<T> Shared<T> {
     /// that is executed again has all turns in the same order.
     #[inline]
     pub fn lock(&self) -> Turn<'_, T> {
-        match modes::mode() {
+        match turns::mode() {
             Mode::Off => {
                 let mut turn = self.aside();
                 turn.state.outside = true;
@@ -124,7 +123,7 @@ impl<T> Shared<T> {
         let lock_name = self.lock_name();
         let mut turn = self.aside();
         let state = &mut *turn.state;
-        modes::note(Operation {
+        turns::note(Operation {
             lock: lock_name,
             turn: state.turn,
             outside: std::mem::take(&mut state.outside),
@@ -164,7 +163,7 @@ impl<T> Shared<T> {
     /// Waits for the turn that this thread had in the recorded run.
     #[cold]
     fn in_turn(&self) -> Turn<'_, T> {
-        let follower = modes::follower();
+        let follower = turns::follower();
         let next = follower.as_ref().and_then(|f| f.next(self.lock_name()));
         let Some((number, follower)) = next.zip(follower.as_deref()) else {
             return self.aside();

@@ -1,13 +1,56 @@
-//! What a thread does with the turns of shared state: nothing, note them, or keep to given
-//! ones.
+//! State that nodes share, in turns: noted while a real clock runs, kept to when the run is
+//! executed again.
+//!
+//! Nodes are functions of what they read. Two runs of the same graph on threads differ in only
+//! two things: *when* each tick began, and *in which order* the threads took what they share. A
+//! [`Shared`](crate::Shared) value is a lock that counts its *turns*. A thread that notes its turns remembers for
+//! each of its operations which lock it took, and which turn that was: enough to order all
+//! operations again (Instant Replay, LeBlanc and Mellor-Crummey 1987; DejaVu, Choi and Srinivasan
+//! 1998; LEAP, Huang, Liu and Zhang 2010).
 
 use std::{
     cell::{Cell, RefCell},
     rc::Rc,
+    sync::{Arc, LazyLock, Mutex, PoisonError},
 };
 
-use super::lock_name::LockName;
 use crate::sync::thread_local;
+
+/// The name of a lock: the same number for the same name, within this process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct LockName(u32);
+
+/// All names so far. No part of a model: a thread holds it for a look only.
+static NAMES: LazyLock<Mutex<Vec<Arc<str>>>> = LazyLock::new(Mutex::default);
+
+impl LockName {
+    /// The number of `name`.
+    pub fn of(name: &str) -> Self {
+        let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = names.iter().position(|known| &**known == name);
+        let index = known.unwrap_or_else(|| {
+            names.push(name.into());
+            names.len() - 1
+        });
+        Self(index as u32)
+    }
+
+    /// The name.
+    pub fn text(self) -> Arc<str> {
+        let names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
+        names.get(self.0 as usize).cloned().unwrap_or_default()
+    }
+
+    /// The number, for an atomic.
+    pub(crate) fn number(self) -> u32 {
+        self.0
+    }
+
+    /// The name with this number.
+    pub(crate) fn from_number(number: u32) -> Self {
+        Self(number)
+    }
+}
 
 /// One access to shared state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,7 +86,7 @@ pub trait TurnFollower {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Mode {
+pub(crate) enum Mode {
     Off,
     Noting,
     Following,
@@ -56,13 +99,13 @@ thread_local! {
 }
 
 #[inline]
-pub(super) fn mode() -> Mode {
+pub(crate) fn mode() -> Mode {
     MODE.with(Cell::get)
 }
 
 /// Notes an operation of this thread.
 #[inline]
-pub(super) fn note(operation: Operation) {
+pub(crate) fn note(operation: Operation) {
     NOTED.with(|noted| noted.borrow_mut().push(operation));
 }
 
@@ -121,6 +164,6 @@ impl Drop for Following {
     }
 }
 
-pub(super) fn follower() -> Option<Rc<dyn TurnFollower>> {
+pub(crate) fn follower() -> Option<Rc<dyn TurnFollower>> {
     FOLLOWER.with(|follower| follower.borrow().clone())
 }
