@@ -155,6 +155,13 @@ pub fn step_bytes(message: &Message<ControlStep>) -> Vec<u8> {
     bytes
 }
 
+/// The hash (64 bits) in the reference data.
+pub fn fnv1a64(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
+}
+
 /// The figures of the messages of a run, with their names in the reference data.
 pub fn traffic(summary: &Summary) -> [(&'static str, String); 7] {
     let (obs, action) = (summary.topic(OBS), summary.topic(ACTION));
