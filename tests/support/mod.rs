@@ -7,12 +7,13 @@ pub mod specs;
 
 use std::sync::Arc;
 
-use ratelab::{Message, Payload, TimedKnob};
+use ratelab::{Knob, Message, Payload, TimedKnob};
 use ratelab_account::{Tap, TapMessage};
 use ratelab_cart_pole::{
     ACTION, Action, CONTROL_HZ, CartPole, ControlStep, OBS, Observation, POLICY, STATE,
     policy::{Policy, PolicyCache, PolicyContext, SwappablePolicy},
 };
+use ratelab_effects::checked;
 use ratelab_study::experiment::{Config, Experiment, Summary};
 
 pub use graphs::*;
@@ -42,6 +43,11 @@ pub fn policy(config: &Config) -> Box<dyn Policy> {
 /// Ten seconds of the cart-pole, set up with knobs such as `control-hz 5`.
 pub fn config(setup: &str) -> Config {
     CartPole::config(setup).expect(setup)
+}
+
+/// A knob with a valid value.
+pub fn knob(text: &str) -> Knob {
+    checked(text.parse().expect(text)).expect(text)
 }
 
 /// Timed knobs of the cart-pole, one a line.
