@@ -17,6 +17,8 @@ mod memory;
 mod own_costs;
 #[path = "../support/mod.rs"]
 mod support;
+#[path = "../support/table.rs"]
+mod table;
 
 mod approximate;
 mod architecture;
@@ -46,7 +48,6 @@ mod real_triggers;
 mod reproducibility;
 mod rerun;
 mod rows;
-mod specs;
 mod stability;
 mod swap;
 mod sweep;

@@ -45,9 +45,15 @@ pub fn config(setup: &str) -> Config {
     CartPole::config(setup).expect(setup)
 }
 
+/// The knob `text`, or why it is none.
+pub fn checked_knob(text: &str) -> Result<Knob, String> {
+    let knob = text.parse::<Knob>().map_err(|error| error.to_string());
+    knob.and_then(checked)
+}
+
 /// A knob with a valid value.
 pub fn knob(text: &str) -> Knob {
-    checked(text.parse().expect(text)).expect(text)
+    checked_knob(text).expect(text)
 }
 
 /// Timed knobs of the cart-pole, one a line.
