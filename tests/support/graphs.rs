@@ -3,11 +3,12 @@
 
 use std::sync::{Arc, Mutex};
 
+use crossbeam_channel::Receiver;
 use ratelab::{
-    Clock, ClockExit, Command, Depth, Event, EventKind, GO_ON, Graph, Hz, Inbox, Knob, Payload,
-    Tick, Time, TimedCommand, Topic, VirtualClock,
+    Clock, ClockExit, Command, Depth, Event, EventKind, GO_ON, Graph, Hz, Inbox, Knob, Message,
+    Payload, Tick, Time, TimedCommand, Topic, VirtualClock,
 };
-use ratelab_account::Observer;
+use ratelab_account::{Observer, Tap, TapMessage};
 use ratelab_replay::{Rerun, RunLog};
 
 /// A valid rate.
@@ -66,6 +67,34 @@ pub fn talker<T: Payload>(
         }
     });
     added.expect(name);
+}
+
+/// Adds a node that reads `topic`; the newest message of each tick, with the run time.
+pub fn reader<T: Payload>(
+    graph: &mut Graph,
+    name: &str,
+    rate: f64,
+    priority: u32,
+    topic: &Topic<T>,
+) -> Receiver<(Time, Message<T>)> {
+    let (sender, read) = crossbeam_channel::unbounded();
+    let added = graph.node(name, rate, priority, |wiring| {
+        let mut messages = wiring.subscription(topic);
+        move |now| {
+            if let Some(message) = messages.latest(now) {
+                let _ = sender.send((now, message));
+            }
+            GO_ON
+        }
+    });
+    added.expect(name);
+    read
+}
+
+/// The messages of a tap so far.
+pub fn tapped<T>(tap: &Tap<TapMessage<T>>) -> Vec<Message<T>> {
+    let items = tap.items().try_iter();
+    items.map(|tapped| tapped.message).collect()
 }
 
 /// The run that `observer` saw and that has a log, to be executed again.

@@ -14,7 +14,10 @@ use ratelab_cart_pole::{
     policy::{Policy, PolicyCache, PolicyContext, SwappablePolicy},
 };
 use ratelab_effects::checked;
-use ratelab_study::experiment::{Config, Experiment, Summary};
+use ratelab_study::{
+    experiment::{Config, Experiment, Summary},
+    system::WorldKind,
+};
 
 pub use graphs::*;
 
@@ -59,6 +62,21 @@ pub fn knob(text: &str) -> Knob {
 /// Timed knobs of the cart-pole, one a line.
 pub fn knobs(list: &str) -> Vec<TimedKnob> {
     CartPole::KNOBS.parse_list(list).expect(list)
+}
+
+/// `config` with these knobs, too.
+pub fn with(knobs: &[&str], mut config: Config) -> Config {
+    config.setup.extend(knobs.iter().map(|text| knob(text)));
+    config
+}
+
+/// Ten seconds of the cart-pole in a world that does not wait.
+pub fn own(seed: u64) -> Config {
+    Config {
+        seed,
+        world: WorldKind::OWN,
+        ..Config::default()
+    }
 }
 
 /// The cart-pole, ready to run.
