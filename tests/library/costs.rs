@@ -1,5 +1,5 @@
 //! Duration, lateness and due times of ticks, set by knobs, under both clocks. The
-//! virtual clock's bytes are tested in `time.rs`.
+//! virtual clock's bytes are tested in `golden.rs`.
 
 use std::{sync::Arc, time::Duration};
 

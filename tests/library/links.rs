@@ -1,5 +1,5 @@
 //! Links and faults of nodes, set by knobs, with the fate of every message. The virtual
-//! clock's bytes are tested in `time.rs`.
+//! clock's bytes are tested in `golden.rs`.
 
 use std::{collections::BTreeSet, sync::Arc, time::Duration};
 

@@ -53,8 +53,6 @@ mod swap;
 mod sweep;
 mod system;
 mod telemetry;
-#[cfg(all(target_arch = "x86_64", target_os = "linux"))]
-mod time;
 mod topic;
 mod verdict;
 mod world;

@@ -127,7 +127,8 @@ pub fn message_bytes(
     observations.chain(actions).chain(steps).collect()
 }
 
-fn stamped<T>(message: &Message<T>, payload: &[u8]) -> Vec<u8> {
+/// A message as bytes: time, number, time of the sensing, and its payload.
+pub fn stamped<T>(message: &Message<T>, payload: &[u8]) -> Vec<u8> {
     let origin = message.origin.map_or(u64::MAX, |origin| origin.as_nanos());
     let head = [message.stamp.as_nanos(), message.seq, origin].map(u64::to_le_bytes);
     [head.as_flattened(), payload].concat()
@@ -167,22 +168,18 @@ pub fn messages_of<T>(tap: &Tap<TapMessage<T>>) -> Vec<Message<T>> {
 
 /// A control step in the format of the reference hashes; see `tests/golden/reference.py`.
 pub fn step_bytes(message: &Message<ControlStep>) -> Vec<u8> {
-    let step = &message.data;
+    let head = [message.data.step, message.stamp.as_nanos()].map(u64::to_le_bytes);
+    [head.as_flattened(), &state_bytes(&message.data)].concat()
+}
+
+/// What a control step says of the plant, in the format of the reference hashes.
+pub fn state_bytes(step: &ControlStep) -> Vec<u8> {
     let latency = step.latency.map_or(-1, |latency| latency.as_nanos() as i64);
-    let mut bytes = Vec::with_capacity(80);
-    bytes.extend(step.step.to_le_bytes());
-    bytes.extend(message.stamp.as_nanos().to_le_bytes());
-    bytes.extend(
-        step.observation
-            .to_array()
-            .map(f32::to_le_bytes)
-            .as_flattened(),
-    );
-    bytes.extend(step.action.0.to_le_bytes());
-    bytes.extend(latency.to_le_bytes());
-    bytes.extend(step.qpos.map(f64::to_le_bytes).as_flattened());
-    bytes.extend(step.qvel.map(f64::to_le_bytes).as_flattened());
-    bytes
+    let seen = step.observation.to_array().map(f32::to_le_bytes);
+    let state = [step.qpos, step.qvel].concat();
+    let state: Vec<u8> = state.into_iter().flat_map(f64::to_le_bytes).collect();
+    let (action, latency) = (step.action.0.to_le_bytes(), latency.to_le_bytes());
+    [seen.as_flattened(), &action, &latency, &state].concat()
 }
 
 /// The hash (64 bits) in the reference data.
