@@ -190,9 +190,9 @@ fn figures(observer: &Observer, end: Result<&Summary, String>) -> Vec<String> {
         ));
     }
     for topic in &snapshot.topics {
-        let read = topic.subscriptions.iter();
+        let read = topic.readers.iter();
         let read: Vec<_> = read
-            .map(|s| (s.dropped, s.dropped_lately, of(&s.ages)))
+            .map(|s| (s.dropped, s.dropped_lately(snapshot.now), of(&s.ages)))
             .collect();
         all.push(format!(
             "{} {} {} {} {} {} {} {} {:?} {:?} {read:?}",
@@ -201,9 +201,9 @@ fn figures(observer: &Observer, end: Result<&Summary, String>) -> Vec<String> {
             topic.published,
             topic.lost,
             topic.overtaken,
-            topic.in_flight,
-            topic.lost_lately,
-            topic.per_second,
+            topic.in_flight(),
+            topic.lost_lately(snapshot.now),
+            topic.per_second(snapshot.now),
             topic.newest,
             topic.flights,
         ));
@@ -723,7 +723,7 @@ fn a_run_that_another_thread_wrote_into_is_refused_by_name_and_notices_it_at_onc
             }
             for _ in 0..2 {
                 *total.lock() += 1;
-                let ticks = || observer.read_counters().nodes[0].ticks;
+                let ticks = || observer.snapshot().nodes[0].ticks;
                 let then = ticks();
                 while ticks() < then + 3 && observer.now() < secs(0.19) {
                     thread::yield_now();

@@ -103,11 +103,12 @@ impl Run {
             bytes.extend(head(message));
             bytes.extend(step_bytes(&message.data));
         }
-        let node = observer.snapshot().node("actuator").cloned();
+        let snapshot = observer.snapshot();
+        let node = snapshot.node("actuator").expect("an actuator");
         Self {
             summary,
             bytes,
-            push_age: node.expect("an actuator").push_age,
+            push_age: node.push_age.view(snapshot.now),
             steps,
         }
     }
