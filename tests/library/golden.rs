@@ -168,7 +168,11 @@ fn every_reference_run_with_costs_links_and_faults_is_reproduced_to_the_bit() {
         let observer = experiment.observer();
         let run = collect(experiment);
         let snapshot = observer.snapshot();
-        let push_age = snapshot.node("actuator").expect("an actuator").push_age;
+        let push_age = snapshot
+            .node("actuator")
+            .expect("an actuator")
+            .push_age
+            .view(snapshot.now);
         for (key, value) in results(&run, push_age) {
             let expected = got.get(key).copied();
             let expected = expected.or(key.ends_with("_way").then_some("0,0,0"));

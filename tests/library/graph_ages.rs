@@ -99,7 +99,9 @@ fn played(text: &str) -> (Lineage, usize, f64) {
     let (acts, _) = system.latency().expect("a chain");
     let mut nodes = topology.nodes.iter();
     let acts = nodes.position(|node| node.name == acts).expect("a node");
-    let age = observer.snapshot().nodes[acts].push_age.expect("pushes");
+    let snapshot = observer.snapshot();
+    let age = snapshot.nodes[acts].push_age.view(snapshot.now);
+    let age = age.expect("pushes");
     (lineage, acts, age.mean_s().expect("some time") * 1e9)
 }
 

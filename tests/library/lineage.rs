@@ -218,8 +218,9 @@ fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, Option<
     }
     lineage.settle();
     let applied = std::mem::take(&mut *built.applied.lock().expect("log"));
-    let mut nodes = observer.snapshot().nodes;
-    let age = nodes.pop().and_then(|actor| actor.push_age);
+    let snapshot = observer.snapshot();
+    let acts = snapshot.nodes.last();
+    let age = acts.and_then(|acts| acts.push_age.view(snapshot.now));
     (lineage, applied, age)
 }
 

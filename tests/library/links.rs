@@ -111,7 +111,7 @@ fn check_ledger(
             topic.lost,
             topic.overtaken,
             topic.dropped(),
-            topic.in_flight
+            topic.in_flight()
         ),
         (
             expected.lost,
@@ -127,7 +127,7 @@ fn check_ledger(
         ..
     } = expected;
     let delivered = seen.len() as u64 + passed_over + topic.overtaken + topic.dropped() + queued;
-    prop_assert_eq!(topic.published, delivered + topic.lost + topic.in_flight);
+    prop_assert_eq!(topic.published, delivered + topic.lost + topic.in_flight());
     Ok(())
 }
 
@@ -188,7 +188,7 @@ proptest! {
         let (read, snapshot, _) = bench(2.0, 1_000.0, &knobs);
         let topic = snapshot.topic("/test").expect("a topic");
         let seen: BTreeSet<u64> = read.iter().map(|(_, seq)| *seq).collect();
-        let ways = seen.len() as u64 + topic.overtaken + topic.lost + topic.in_flight;
+        let ways = seen.len() as u64 + topic.overtaken + topic.lost + topic.in_flight();
         prop_assert_eq!((ways, topic.dropped()), (100, 0), "{}", spec);
         prop_assert!(read.is_sorted_by_key(|(_, seq)| *seq));
     }

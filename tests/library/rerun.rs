@@ -18,7 +18,7 @@ use ratelab::{
     Clock, ClockExit, ClockKind, Command, Event, EventKind, GO_ON, Graph, Inbox, Node, NodeRecord,
     RealClock, Shared, Sink, Speed, Tick, Time, TimedCommand, Topic, TopicRecord, Topology, run,
 };
-use ratelab_account::{Meter, Observer, RowTap, Tap, TapHandle, TickRecord};
+use ratelab_account::{Distribution, Observer, RowTap, Tap, TapHandle, TickRecord};
 use ratelab_effects::{Callback, Effects, Executors};
 use ratelab_replay::{Log, LogError, Rerun, RunLog};
 use ratelab_study::{
@@ -154,7 +154,7 @@ fn paces(event: &Event) -> bool {
 /// All figures but those that the wall gives.
 fn figures(observer: &Observer, end: Result<&Summary, String>) -> Vec<String> {
     let mut snapshot = observer.snapshot();
-    let none = Meter::default().read();
+    let none = Distribution::default();
     for node in &mut snapshot.nodes {
         (node.tick_time, node.response) = (none.clone(), none.clone());
     }
@@ -601,7 +601,7 @@ fn a_run_that_another_thread_wrote_into_is_refused_by_name_and_notices_it_at_onc
             }
             for _ in 0..2 {
                 *total.lock() += 1;
-                let ticks = || observer.read_counters().nodes[0].ticks;
+                let ticks = || observer.snapshot().nodes[0].ticks;
                 let then = ticks();
                 while ticks() < then + 3 && observer.now() < secs(0.19) {
                     thread::yield_now();

@@ -257,7 +257,7 @@ fn a_graph_begins_with_its_setup_and_the_systems_defaults() {
     let snapshot = experiment.observer().snapshot();
     let rates = snapshot.nodes.iter().map(|node| node.hz);
     assert_eq!(rates.collect::<Vec<_>>(), [hz(40.0), hz(10.0)]);
-    let depths = snapshot.topics.iter().map(|topic| topic.depth);
+    let depths = snapshot.topics.iter().map(|topic| topic.depth.get());
     assert_eq!(depths.collect::<Vec<_>>(), [7, 7]);
     let summary = experiment.run().expect("run");
     assert!(

@@ -209,7 +209,7 @@ fn the_age_of_a_message_is_measured_at_every_reading() {
     bench.publish(1);
     let observer = Observer::of(&graph);
     run_virtual(&mut graph, Vec::new(), Time::ZERO);
-    let ages = &observer.snapshot().topics[0].subscriptions[0].ages;
+    let ages = &observer.snapshot().topics[0].readers[0].ages;
     assert_eq!((ages.count(), ages.sum().as_nanos()), (3, 90));
 }
 

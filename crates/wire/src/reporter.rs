@@ -186,7 +186,7 @@ impl Sources {
     }
 
     fn counts(&self) -> Vec<TopicCounts> {
-        let topics = self.observer.read_counters().topics;
+        let topics = self.observer.snapshot().topics;
         let counts = topics.iter().enumerate().map(|(topic, view)| {
             let inlets = self.inlets.iter().filter(|inlet| inlet.topic == topic);
             let (lost, refused) = inlets.fold((0, 0), |(lost, refused), inlet| {

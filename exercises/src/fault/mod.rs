@@ -4,7 +4,7 @@ mod graph;
 mod suspect;
 
 use graph::FaultyGraph;
-use ratelab_account::{Snapshot, TopicView};
+use ratelab_account::{Snapshot, TopicAccount};
 use ratelab_study::experiment::{Config, Experiment, Summary};
 use suspect::{NAMES, SUSPECTS};
 
@@ -146,10 +146,7 @@ impl Run {
             ]);
         }
         for topic in self.end.topics.iter().filter(|topic| is_read(topic)) {
-            let age = topic
-                .subscriptions
-                .first()
-                .and_then(|read| read.ages.mean_s());
+            let age = topic.readers.first().and_then(|read| read.ages.mean_s());
             table.row([
                 topic.name.to_string(),
                 format!("{:.1} sent", topic.published as f64 / seconds),
@@ -170,8 +167,8 @@ impl Run {
     }
 }
 
-fn is_read(topic: &TopicView) -> bool {
-    !topic.subscriptions.is_empty()
+fn is_read(topic: &TopicAccount) -> bool {
+    !topic.readers.is_empty()
 }
 
 /// Two runs in each row, so that the head stays in sight.

@@ -88,7 +88,7 @@ impl TimedRun {
         let summary = experiment.run()?;
         let snapshot = observer.snapshot();
         let age_ms = |topic| {
-            let readers = snapshot.topic(topic).map(|topic| &topic.subscriptions);
+            let readers = snapshot.topic(topic).map(|topic| &topic.readers);
             mean_ms(readers.and_then(|readers| readers.first()?.ages.mean_s()))
         };
         Ok(Self {

@@ -82,7 +82,7 @@ fn last_read(program: &Program, config: &Config) -> Result<String, Error> {
     let mut read = topics
         .iter()
         .rev()
-        .filter(|topic| !topic.subscriptions.is_empty());
+        .filter(|topic| !topic.readers.is_empty());
     Ok(read
         .next()
         .map_or_else(String::new, |topic| topic.name.to_string()))

@@ -5,7 +5,7 @@ use std::{sync::Arc, time::Duration};
 use ratelab::{
     ClockExit, ClockKind, Command, Event, EventKind, Head, Speed, Status, Time, Topology,
 };
-use ratelab_account::{Lineage, Observer, ReplayCounters, Rows, Snapshot, TickRecord};
+use ratelab_account::{Lineage, Observer, ReplayAccounts, Rows, Snapshot, TickRecord};
 use ratelab_study::{
     experiment::{Config, RunEnd, Summary},
     system::{MeanCost, System, verdict},
@@ -31,7 +31,7 @@ pub struct GatheredRun {
     pub start: Snapshot,
     /// Its messages and ticks for a recorder.
     pub relay: Arc<Relay>,
-    counters: ReplayCounters,
+    counters: ReplayAccounts,
     lineage: Lineage,
     new_rows: Vec<(usize, Rows)>,
     ticks: Numbering,
@@ -51,7 +51,7 @@ impl GatheredRun {
             paused: false,
             speed: Speed::REAL_TIME,
         };
-        let counters = ReplayCounters::new(&topology, status);
+        let counters = ReplayAccounts::new(&topology, status);
         let lineage = Lineage::new(topology.clone()).keeping(KEPT);
         let mut lineage = lineage.along(system.latency_path());
         let setup = config.setup.iter();

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab_account::{Observer, TopicView};
+use ratelab_account::{Observer, TopicAccount};
 use ratelab_wire::{Bridge, Inlet};
 
 use crate::report::line;
@@ -37,8 +37,8 @@ fn refused(inlet: &Inlet) -> String {
 }
 
 /// The messages that its link lost or that were evicted unread, and the ages of those that were read.
-fn read(topic: &TopicView) -> String {
-    let ages = topic.subscriptions.iter().map(|read| &read.ages);
+fn read(topic: &TopicAccount) -> String {
+    let ages = topic.readers.iter().map(|read| &read.ages);
     let ages = ages.max_by_key(|ages| ages.count());
     let ms = |share| {
         let age: Option<Duration> = ages.and_then(|ages| ages.quantile(share));

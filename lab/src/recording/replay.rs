@@ -3,7 +3,7 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{ClockExit, EventKind, Push, Status, Time};
-use ratelab_account::{Observer, ReplayCounters, Rows};
+use ratelab_account::{Observer, ReplayAccounts, Rows};
 use ratelab_study::{
     experiment::{Config, RunEnd, Summary},
     system::{MeanCost, System, verdict},
@@ -38,7 +38,7 @@ pub struct Replay {
     order: Vec<(Time, ReplayItem)>,
     /// Number of replayed items.
     done: usize,
-    counters: ReplayCounters,
+    counters: ReplayAccounts,
     /// Number of replayed messages per topic, and of those already returned.
     replayed: Vec<usize>,
     handed_out: Vec<usize>,
@@ -306,14 +306,14 @@ impl Replay {
 }
 
 /// Creates counters at zero.
-fn begin(recording: &Recording) -> ReplayCounters {
+fn begin(recording: &Recording) -> ReplayAccounts {
     let origin = &recording.origin;
     let status = Status {
         clock: origin.config.clock,
         paused: false,
         speed: origin.config.speed,
     };
-    ReplayCounters::new(&origin.topology, status)
+    ReplayAccounts::new(&origin.topology, status)
 }
 
 /// All items in order of time. At the same run time commands come first, then nodes by

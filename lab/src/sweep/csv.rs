@@ -23,9 +23,7 @@ pub fn read_topics(sweep: &Sweep) -> Result<Vec<String>, Error> {
         .map_or(sweep.base.clone(), |cell| sweep.config(&cell));
     let experiment = Experiment::new(sweep.system.clone(), &config)?;
     let topics = experiment.observer().snapshot().topics;
-    let read = topics
-        .iter()
-        .filter(|topic| !topic.subscriptions.is_empty());
+    let read = topics.iter().filter(|topic| !topic.readers.is_empty());
     Ok(read.map(|topic| topic.name.to_string()).collect())
 }
 

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ratelab::{Event, Hz, Interrupt, Time, TimedKnob};
-use ratelab_account::{Distribution, NodeView, Observer, Rows, Snapshot, TopicView};
+use ratelab_account::{Distribution, NodeAccount, Observer, Rows, Snapshot, TopicAccount};
 
 use super::Config;
 use crate::system::{System, Verdict};
@@ -161,7 +161,9 @@ impl Summary {
         end: RunEnd,
         observer: &Observer,
     ) -> Self {
-        let snapshot = observer.snapshot_at_end(end.sim_time);
+        let mut snapshot = observer.snapshot();
+        // Under the real clock a tick may begin a little later than the one that ends the run.
+        snapshot.now = snapshot.now.min(end.sim_time);
         let steps = system.state().and_then(|state| snapshot.topic(state));
         Self {
             config: config.clone(),
@@ -179,7 +181,11 @@ impl Summary {
                 .iter()
                 .map(|topic| TopicSummary::of(topic, end.sim_time))
                 .collect(),
-            nodes: snapshot.nodes.iter().map(NodeSummary::of).collect(),
+            nodes: snapshot
+                .nodes
+                .iter()
+                .map(|node| NodeSummary::of(node, snapshot.now))
+                .collect(),
             events: observer.events(0),
         }
     }
@@ -201,22 +207,22 @@ impl RunEnd {
 }
 
 impl TopicSummary {
-    fn of(topic: &TopicView, sim_time: Time) -> Self {
+    fn of(topic: &TopicAccount, sim_time: Time) -> Self {
         Self {
             name: topic.name.to_string(),
             published: topic.published,
             dropped: topic.dropped(),
             lost: topic.lost,
             overtaken: topic.overtaken,
-            in_flight: topic.in_flight,
+            in_flight: topic.in_flight(),
             per_second: topic.average(sim_time),
-            read: !topic.subscriptions.is_empty(),
+            read: !topic.readers.is_empty(),
         }
     }
 }
 
 impl NodeSummary {
-    fn of(node: &NodeView) -> Self {
+    fn of(node: &NodeAccount, now: Time) -> Self {
         Self {
             name: node.name.to_string(),
             hz: node.hz,
@@ -225,7 +231,7 @@ impl NodeSummary {
             lateness: node.lateness.clone(),
             tick_time: node.tick_time.clone(),
             response: node.response.clone(),
-            push_age: node.push_age.and_then(|age| {
+            push_age: node.push_age.view(now).and_then(|age| {
                 Some(MeanPushAge {
                     run_s: age.mean_s()?,
                     late_s: age.late_s?,

@@ -186,9 +186,7 @@ impl<'a> Builder<'a> {
 
     /// Creates a recorded topic, with a default depth of one.
     pub fn topic<T: Fields + Payload>(&mut self, name: &str) -> Topic<T> {
-        let topic = self.internal_topic(name);
-        self.recorded.push(Arc::new(topic.clone()));
-        topic
+        self.named_topic(name, T::FIELDS)
     }
 
     /// The same for messages with as many numbers as there are `fields`.

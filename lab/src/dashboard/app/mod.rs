@@ -148,7 +148,7 @@ impl App {
             pause: false,
             events: Vec::new(),
             desk: Desk {
-                knob_focus: KnobFocus::new(session.system(), &session.observer().read_counters()),
+                knob_focus: KnobFocus::new(session.system(), &session.observer().snapshot()),
                 ..Desk::new(session)
             },
             next: None,

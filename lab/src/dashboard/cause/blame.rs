@@ -247,9 +247,9 @@ impl Facts<'_> {
         let topics = self.graph.topics.iter();
         let reads = topics
             .clone()
-            .any(|topic| topic.subscriptions.iter().any(|reader| reader.node == node));
-        let mut outputs = topics
-            .filter(|topic| topic.publishers.contains(&node) && !topic.subscriptions.is_empty());
+            .any(|topic| topic.readers.iter().any(|reader| reader.node == node));
+        let mut outputs =
+            topics.filter(|topic| topic.publishers.contains(&node) && !topic.readers.is_empty());
         let arose = match (reads, outputs.next()) {
             (true, Some(topic)) => {
                 format!("on {}: the {name} decides every {}", topic.name, ms(every))

@@ -19,10 +19,11 @@ fn figures(snapshot: &Snapshot) -> String {
         let quantiles = [0.1, 0.5, 0.9, 0.99].map(|q| d.quantile(q));
         format!("{} {:?} {:?} {quantiles:?}", d.count(), d.sum(), d.max())
     };
-    let mut text = format!("{} {:?}\n", snapshot.now, snapshot.status);
+    let now = snapshot.now;
+    let mut text = format!("{now} {:?}\n", snapshot.status);
     for node in &snapshot.nodes {
         let meters = node.meters.iter();
-        let meters: Vec<_> = meters.map(|m| distribution(&m.distribution)).collect();
+        let meters: Vec<_> = meters.map(|(_, meter)| distribution(meter)).collect();
         text += &format!(
             "{} {} {} {} {} {} {meters:?}\n",
             node.name,
@@ -34,13 +35,17 @@ fn figures(snapshot: &Snapshot) -> String {
         );
     }
     for topic in &snapshot.topics {
-        let readers = topic.subscriptions.iter();
+        let readers = topic.readers.iter();
         let readers: Vec<_> = readers
-            .map(|s| (s.dropped, s.dropped_lately, distribution(&s.ages)))
+            .map(|s| (s.dropped, s.dropped_lately(now), distribution(&s.ages)))
             .collect();
         text += &format!(
             "{} {} {} {} {:?} {readers:?}\n",
-            topic.name, topic.depth, topic.published, topic.per_second, topic.newest,
+            topic.name,
+            topic.depth,
+            topic.published,
+            topic.per_second(now),
+            topic.newest,
         );
     }
     text

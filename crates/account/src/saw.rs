@@ -1,46 +1,76 @@
-//! The age of the sensing behind the push in force, over time.
+//! Ages over time: of the sensing behind a push, of the data at the end of a chain.
 
 use std::{collections::VecDeque, time::Duration};
 
-use ratelab::{
-    Push, Time,
-    sync::{Arc, Mutex, lock},
-};
+use ratelab::{Push, Time};
 
 /// The end of a run whose ages decide whether it is lost.
 const LATE: Duration = Duration::from_secs(1);
 
-/// The age of the push in force: run time now minus the run time of the sensing behind
-/// it. It grows with time and drops when a fresher push is applied.
-#[derive(Clone, Debug, Default)]
-pub struct PushAge(Arc<Mutex<Pushes>>);
-
-#[derive(Debug, Default)]
-struct Pushes {
-    /// The pushes of the last second and the one before, the one in force last.
-    late: VecDeque<InForce>,
-    /// Run time of the first push.
-    first: Time,
-    /// Run time at which the push in force was last applied.
-    applied: Time,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct InForce {
+/// An age over time: run time now minus the run time of the sensing behind what is in force.
+/// It grows with time and drops when something fresher comes into force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Saw {
+    /// Run time from which the first was in force.
+    pub first: Time,
+    /// Run time of the sensing behind what is in force.
+    pub sensed: Time,
     since: Time,
-    sensed: Time,
     /// Twice the integral of the age until then (ns²), as a whole number.
     twice_area: u128,
+    greatest: Duration,
 }
 
-impl InForce {
-    /// The same up to `now`, while it is in force.
-    fn twice_area(self, now: Time) -> u128 {
-        let age = |at: Time| u128::from(at.as_nanos().saturating_sub(self.sensed.as_nanos()));
+impl Saw {
+    /// The age from run time `now` on, by a sensing at `sensed`.
+    pub fn new(now: Time, sensed: Time) -> Self {
+        Self {
+            first: now,
+            sensed,
+            since: now,
+            twice_area: 0,
+            greatest: Duration::ZERO,
+        }
+    }
+
+    /// The age once something sensed at `sensed` is in force, from run time `now` on.
+    #[must_use]
+    pub fn drop_to(&self, now: Time, sensed: Time) -> Self {
+        Self {
+            first: self.first,
+            sensed,
+            since: now,
+            twice_area: self.twice_area(now),
+            greatest: self.greatest(now),
+        }
+    }
+
+    /// The age at run time `now`.
+    pub fn age(&self, now: Time) -> Duration {
+        now.since(self.sensed)
+    }
+
+    /// The greatest age up to run time `now`.
+    pub fn greatest(&self, now: Time) -> Duration {
+        self.greatest.max(self.age(now))
+    }
+
+    /// Twice the integral of the age from the first to run time `now` (ns²).
+    pub fn twice_area(&self, now: Time) -> u128 {
+        let square = |at: Time| self.age(at).as_nanos().pow(2);
         // The times of an altered log may be any.
-        let more = age(now.max(self.since)).pow(2) - age(self.since).pow(2);
+        let more = square(now.max(self.since)) - square(self.since);
         self.twice_area.saturating_add(more)
     }
+}
+
+/// The age of the push in force, with that of the last second.
+#[derive(Clone, Debug, Default)]
+pub struct PushAge {
+    /// The teeth of the last second and the one before, the one in force last.
+    late: VecDeque<Saw>,
+    /// Run time at which the push in force was last applied.
+    applied: Time,
 }
 
 /// The age of the push in force at one moment.
@@ -63,63 +93,49 @@ pub struct PushAgeView {
 }
 
 impl PushAge {
-    /// Records a push at run time `now` that was derived from a sensing at `sensed`.
-    pub fn push(&self, now: Time, sensed: Time) {
-        let mut state = lock(&self.0);
-        state.applied = now;
-        let twice_area = match state.late.back() {
+    /// Adds a push at run time `now` that was derived from a sensing at `sensed`.
+    pub fn push(&mut self, now: Time, sensed: Time) {
+        self.applied = now;
+        let next = match self.late.back() {
             Some(before) if before.sensed == sensed => return, // Applied again.
-            Some(before) => before.twice_area(now),
-            None => {
-                state.first = now;
-                0
-            }
+            Some(before) => before.drop_to(now, sensed),
+            None => Saw::new(now, sensed),
         };
-        state.late.push_back(InForce {
-            since: now,
-            sensed,
-            twice_area,
-        });
-        while state
+        self.late.push_back(next);
+        while self
             .late
             .get(1)
             .is_some_and(|next| next.since + LATE <= now)
         {
-            state.late.pop_front();
+            self.late.pop_front();
         }
     }
 
     /// The push in force; `None` before the first.
     pub fn in_force(&self) -> Option<Push> {
-        let state = lock(&self.0);
-        let sensed = state.late.back()?.sensed;
-        let at = state.applied;
+        let sensed = self.late.back()?.sensed;
+        let at = self.applied;
         Some(Push { at, sensed })
     }
 
     /// Reads the age at run time `now`; `None` before the first push.
     pub fn view(&self, now: Time) -> Option<PushAgeView> {
-        let state = lock(&self.0);
-        let push = state.late.back()?;
+        let (oldest, push) = (self.late.front()?, self.late.back()?);
         let twice_area = push.twice_area(now);
         let from = Time::from_nanos(now.as_nanos().saturating_sub(LATE.as_nanos() as u64));
         // A push may be later than this reading: the oldest one that is kept may be, too.
-        let kept = state
-            .late
-            .front()
-            .map_or(state.first, |oldest| oldest.since);
-        let from = from.max(kept);
-        let then = state.late.iter().rev().find(|push| push.since <= from);
+        let from = from.max(oldest.since);
+        let then = self.late.iter().rev().find(|push| push.since <= from);
         let before = then.map_or(0, |then| then.twice_area(from));
         let late = now.since(from).as_secs_f64();
-        let ends = state.late.iter().skip(1).map(|next| next.since);
-        let pushes = state.late.iter().zip(ends.chain([now]));
+        let ends = self.late.iter().skip(1).map(|next| next.since);
+        let pushes = self.late.iter().zip(ends.chain([now]));
         let late_pushes = pushes.filter(|(_, end)| *end >= from);
-        let ages = late_pushes.map(|(push, end)| end.since(push.sensed));
+        let ages = late_pushes.map(|(push, end)| push.age(end));
         Some(PushAgeView {
             at: now,
-            first: state.first,
-            age: now.since(push.sensed),
+            first: push.first,
+            age: push.age(now),
             area_s2: twice_area as f64 / 2e18,
             late_s: (late > 0.0).then(|| (twice_area - before) as f64 / 2e18 / late),
             late_greatest: ages.max().unwrap_or_default(),
@@ -145,7 +161,7 @@ mod tests {
 
     #[test]
     fn a_push_after_the_reading_leaves_the_last_second_as_it_is() {
-        let pushes = PushAge::default();
+        let mut pushes = PushAge::default();
         for at in (0..5_000).step_by(20) {
             pushes.push(ms(at), ms(at));
         }
@@ -161,7 +177,7 @@ mod tests {
 
     #[test]
     fn the_mean_is_over_time_and_not_over_pushes() {
-        let age = PushAge::default();
+        let mut age = PushAge::default();
         assert_eq!(age.view(ms(1)), None);
         age.push(ms(10), ms(0)); // 10 to 30 ms old for 20 ms,
         age.push(ms(20), ms(0)); // unchanged by applying it again,
@@ -175,7 +191,7 @@ mod tests {
 
     #[test]
     fn the_last_second_begins_in_the_middle_of_a_push() {
-        let age = PushAge::default();
+        let mut age = PushAge::default();
         age.push(ms(0), ms(0)); // 0 to 600 ms old, then
         age.push(ms(600), ms(600)); // 0 to 1000 ms old.
         let late = |now| {
