@@ -1,34 +1,33 @@
 //! Predictions, answers, bands and their messages.
 
-use std::{fs, path::PathBuf};
+use std::{fs, path::PathBuf, sync::LazyLock};
 
 use exercises::{
-    ALL,
     framework::{
-        Answer, Answers, Brief, ExerciseKind, Expectation, Expectations, ExpectationsError,
-        Findings, Measurement, Prediction, PredictionOrigin, Range, Table, Tolerance,
+        Answer, Answers, Brief, Expectation, Expectations, ExpectationsError, Findings,
+        Measurement, Prediction, PredictionOrigin, Range, Table, Tolerance,
     },
     questions,
 };
 
-const BRIEF: Brief = Brief {
+static BRIEF: LazyLock<Brief> = LazyLock::new(|| Brief {
     number: 9,
-    part: "",
-    name: "nine",
-    title: "Nine",
-    kind: ExerciseKind::Investigation,
-    objective: "Nothing.",
-    question: "How many?",
-    quantity: "rate",
-    unit: "Hz",
+    part: String::new(),
+    name: "nine".to_owned(),
+    title: "Nine".to_owned(),
+    kind: "investigation".to_owned(),
+    objective: "Nothing.".to_owned(),
+    question: "How many?".to_owned(),
+    quantity: "rate".to_owned(),
+    unit: "Hz".to_owned(),
     tolerance: Tolerance::Within(0.5),
     range: Range {
         least: 0.0,
         most: 100.0,
         whole: false,
     },
-    choices: &[],
-};
+    choices: Vec::new(),
+});
 
 fn predict(text: &str) -> Prediction {
     Prediction::read(text, &BRIEF).expect(text)
@@ -240,13 +239,11 @@ impl Kept {
 fn answers_are_kept_in_their_file_until_they_are_asked_for_again() {
     let kept = Kept::new();
     let mut answers = kept.load();
-    let none = ALL
-        .iter()
-        .all(|exercise| answers.get(exercise.brief()).is_none());
+    let none = questions().all(|exercise| answers.get(exercise.brief()).is_none());
     assert!(none, "no file is no answers");
     let odd = predict("8 because \"quotes\"\nand lines = [odd]");
     answers.set(&BRIEF, odd.clone());
-    answers.set(ALL[0].brief(), predict("5.5 because of it"));
+    answers.set(brief(1), predict("5.5 because of it"));
     let mut again = kept.again(&answers);
     assert_eq!(again, answers);
     assert_eq!(again.get(&BRIEF), Some(&odd));
@@ -335,14 +332,13 @@ fn a_measurement_without_a_band_and_a_band_without_a_measurement_do_not_hold() {
         holds,
         [("known", true), ("new", false), ("forgotten", false)]
     );
-    let unknown = bands.compare(ALL[0].brief(), &measured);
+    let unknown = bands.compare(brief(1), &measured);
     assert!(matches!(unknown, Err(ExpectationsError::NoExercise(_))));
 }
 
 fn findings(answer: Answer) -> Findings {
     Findings {
         table: Table::default(),
-        refuted: Vec::new(),
         answer,
         meaning: "So it is.".to_owned(),
         measurements: Vec::new(),
@@ -374,11 +370,11 @@ fn a_prediction_is_compared_with_the_measurement() {
         ("25", "You were 15 Hz above it."),
         ("1", "You were 4 Hz below it."),
     ] {
-        let text = reconciled(turn, &format!("{predicted} because of it"));
+        let text = reconciled(turn.clone(), &format!("{predicted} because of it"));
         assert!(text.contains("Measured: between 10 Hz and 5 Hz."), "{text}");
         assert!(text.contains(judged), "{text}");
         let prediction = predict(&format!("{predicted} because of it"));
-        let (hit, _) = findings(turn).judge(&BRIEF, &prediction);
+        let (hit, _) = findings(turn.clone()).judge(&BRIEF, &prediction);
         assert_eq!(hit, judged.starts_with("You called it"), "{predicted}");
     }
     assert_eq!(brief(11).in_unit(1.0), "1 message");
@@ -393,12 +389,13 @@ fn a_table_is_as_wide_as_its_widest_cells() {
     assert_eq!(table.to_string(), "    a  angle\n50 Hz     1°\n");
 }
 
-const CHOICE: Brief = Brief {
-    unit: "",
-    range: Range::of(&["policy slow", "policy", "/obs loses"]),
-    choices: &["policy slow", "policy", "/obs loses"],
-    ..BRIEF
-};
+static CHOICE: LazyLock<Brief> = LazyLock::new(|| Brief {
+    unit: String::new(),
+    choices: ["policy slow", "policy", "/obs loses"]
+        .map(str::to_owned)
+        .to_vec(),
+    ..BRIEF.clone()
+});
 
 #[test]
 fn a_choice_is_named_in_words_and_needs_a_reason_too() {
@@ -435,10 +432,10 @@ fn a_choice_is_named_in_words_and_needs_a_reason_too() {
 
 #[test]
 fn a_wrong_choice_is_answered_with_what_refutes_it() {
-    let findings = Findings {
+    let findings = findings(Answer::Choice {
+        number: 3.0,
         refuted: ["one", "two", "three"].map(str::to_owned).to_vec(),
-        ..findings(Answer::Exactly(3.0))
-    };
+    });
     let judged = |text| {
         let prediction = Prediction::read(text, &CHOICE).expect(text);
         findings.judge(&CHOICE, &prediction)

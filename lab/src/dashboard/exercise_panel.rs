@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crossterm::event::{KeyCode, KeyEvent};
 use exercises::{
     framework::{Answers, Exercise, Failure, Findings, Prediction},
-    parts, questions,
+    questions,
 };
 use ratelab_study::experiment::Config;
 
@@ -43,13 +43,13 @@ enum PanelPage {
     List(usize),
     /// The question, with the prediction typed so far.
     Question {
-        exercise: &'static dyn Exercise,
+        exercise: &'static Exercise,
         typed: String,
         refused: Option<String>,
     },
     /// Waiting for the measurement.
     Measuring {
-        exercise: &'static dyn Exercise,
+        exercise: &'static Exercise,
         prediction: Prediction,
         findings: Asked<(), Result<Findings, Failure>>,
     },
@@ -137,8 +137,8 @@ impl ExercisePanel {
         if findings.is_coming() {
             return false;
         }
-        let next = first_open(&self.answers, index(*exercise));
-        self.page = reveal(*exercise, prediction, found, next);
+        let next = first_open(&self.answers, index(exercise));
+        self.page = reveal(exercise, prediction, found, next);
         self.scroll = 0;
         true
     }
@@ -158,7 +158,7 @@ impl ExercisePanel {
         let marked = match &self.page {
             PanelPage::List(_) => return PanelAction::Leave,
             PanelPage::Question { exercise, .. } | PanelPage::Measuring { exercise, .. } => {
-                index(*exercise)
+                index(exercise)
             }
             PanelPage::Text { next, .. } => *next,
         };
@@ -212,18 +212,17 @@ impl ExercisePanel {
     }
 
     /// Shows the result of an answered question, or asks it.
-    fn open(&mut self, exercise: &'static dyn Exercise) {
+    fn open(&mut self, exercise: &'static Exercise) {
         let brief = exercise.brief();
-        let known = |of: &dyn Exercise| self.answers.get(of.brief());
-        let mut parts = exercises::find(brief.number).into_iter().flat_map(parts);
-        let first = parts.find(|part| known(*part).is_none());
+        let known = |of: &Exercise| self.answers.get(of.brief());
+        let first = exercises::parts(brief.number).find(|part| known(part).is_none());
         let earlier = first.filter(|first| first.brief().part < brief.part);
         self.page = match (known(exercise), earlier) {
             (Some(known), _) => measure(exercise, known.clone()),
             (None, Some(earlier)) => {
                 let label = earlier.brief().label();
                 text_page(
-                    brief.title,
+                    &brief.title,
                     format!(
                         "Begin with {label}: the figures of one question are there for the next."
                     ),
@@ -238,7 +237,7 @@ impl ExercisePanel {
         };
     }
 
-    fn predict(&mut self, exercise: &'static dyn Exercise, prediction: Prediction) -> PanelAction {
+    fn predict(&mut self, exercise: &'static Exercise, prediction: Prediction) -> PanelAction {
         let prediction = match self.seed {
             seed if seed > 0 && exercise.draws() => prediction.about(seed),
             _ => prediction,
@@ -259,7 +258,7 @@ impl ExercisePanel {
             }
             Err(error) => {
                 let marked = index(exercise);
-                self.page = text_page(exercise.brief().title, error.to_string(), marked);
+                self.page = text_page(&exercise.brief().title, error.to_string(), marked);
                 PanelAction::Stay
             }
         }
@@ -300,9 +299,9 @@ impl ExercisePanel {
                 exercise,
                 typed,
                 refused,
-            } => self.question(*exercise, typed, refused.as_deref()),
+            } => self.question(exercise, typed, refused.as_deref()),
             PanelPage::Measuring { exercise, .. } => {
-                let title = exercise.brief().title;
+                let title = &*exercise.brief().title;
                 Page::text(title, "measuring …".to_owned(), "Esc back")
             }
             PanelPage::Text { title, text, .. } => {
@@ -316,9 +315,9 @@ impl ExercisePanel {
         }
     }
 
-    fn question(&self, exercise: &dyn Exercise, typed: &str, refused: Option<&str>) -> Page {
+    fn question(&self, exercise: &Exercise, typed: &str, refused: Option<&str>) -> Page {
         let brief = exercise.brief();
-        let (asked, objective) = (brief.asked(), brief.objective);
+        let (asked, objective) = (brief.asked(), &brief.objective);
         // After an answer that is none, the error and the question come first, so that a
         // small screen shows them.
         let text = match refused {
@@ -326,7 +325,7 @@ impl ExercisePanel {
             None => format!("{objective}\n\n{asked}"),
         };
         let scene = exercise.scene(self.seed).is_ok_and(|scene| scene.is_some());
-        let hint = match (scene, brief.choices) {
+        let hint = match (scene, &brief.choices[..]) {
             (true, _) => "Enter shows the graph; an answer and why, Enter  Esc back",
             (false, []) => "a number and why, then Enter  Esc back",
             (false, _) => "an answer and why, then Enter  Esc back",
@@ -342,7 +341,7 @@ impl ExercisePanel {
             let brief = exercise.brief();
             let mark = if index == marked { "▶" } else { " " };
             let done = predicted(&self.answers, brief).unwrap_or_default();
-            let (number, title) = (brief.label(), brief.title);
+            let (number, title) = (brief.label(), &brief.title);
             let line = format!("{mark} {number} {title} ({})  {done}", brief.kind);
             line.trim_end().to_owned()
         });
@@ -350,9 +349,9 @@ impl ExercisePanel {
     }
 }
 
-fn index(exercise: &dyn Exercise) -> usize {
-    let name = exercise.brief().name;
-    let index = questions().position(|other| other.brief().name == name);
+fn index(exercise: &Exercise) -> usize {
+    let name = &exercise.brief().name;
+    let index = questions().position(|other| other.brief().name == *name);
     index.unwrap_or_default()
 }
 
@@ -373,7 +372,7 @@ fn text_page(title: &str, text: String, next: usize) -> PanelPage {
 }
 
 /// Measures on a thread of its own: the dashboard goes on.
-fn measure(exercise: &'static dyn Exercise, prediction: Prediction) -> PanelPage {
+fn measure(exercise: &'static Exercise, prediction: Prediction) -> PanelPage {
     let (seed, mut findings) = (prediction.seed(), Asked::default());
     findings.ask((), move || exercise.measure(seed));
     PanelPage::Measuring {
@@ -384,7 +383,7 @@ fn measure(exercise: &'static dyn Exercise, prediction: Prediction) -> PanelPage
 }
 
 fn reveal(
-    exercise: &'static dyn Exercise,
+    exercise: &'static Exercise,
     prediction: &Prediction,
     found: Option<Result<Findings, Failure>>,
     next: usize,
@@ -465,7 +464,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("folder");
         let file = folder.path().join("answers.toml");
         let mut panel = ExercisePanel::with_answers(file, 0);
-        let first = exercises::ALL.into_iter();
+        let first = (1..=12).filter_map(exercises::find);
         for exercise in first.filter(|exercise| !exercise.draws()) {
             panel.open(exercise);
             press(&mut panel, KeyCode::Enter);

@@ -47,11 +47,11 @@ fn mark_cells(mark: &GradedPrediction) -> [String; 6] {
     [
         format!("exercise {}", mark.brief.label()),
         mark.right.to_string(),
-        match mark.brief.choices {
+        match &mark.brief.choices[..] {
             [] => mark.number.to_string(),
             _ => mark.brief.in_unit(mark.number),
         },
-        mark.brief.unit.to_owned(),
+        mark.brief.unit.clone(),
         mark.reason.clone(),
         String::new(),
     ]
