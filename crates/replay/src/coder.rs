@@ -18,12 +18,12 @@ pub(super) struct Coder {
     turns: Vec<u64>,
     /// The locks of the last entry that had some, by their positions.
     pattern: Vec<usize>,
-    line: Line,
+    line: LogLine,
 }
 
 /// An entry as it is written.
 #[derive(Debug, Default, Serialize, Deserialize)]
-struct Line {
+struct LogLine {
     /// Names of locks that are new with it.
     names: Vec<String>,
     /// Its times count from the entry before.
@@ -114,7 +114,7 @@ impl Coder {
 
     /// Reads an entry with its operations; `None` where there is none.
     fn get(&mut self, bytes: &mut &[u8]) -> Option<(Entry, Vec<Operation>)> {
-        let (line, rest): (Line, _) = postcard::take_from_bytes(bytes).ok()?;
+        let (line, rest): (LogLine, _) = postcard::take_from_bytes(bytes).ok()?;
         *bytes = rest;
         for name in &line.names {
             self.locks.push(LockName::of(name));

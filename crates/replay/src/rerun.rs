@@ -11,7 +11,7 @@ use super::{
     hold::Hold,
     knot::{Knot, KnotStep},
     log::{Log, LogError},
-    plan::{Part, entries_of},
+    plan::{PlanPart, entries_of},
     players::{Events, Players},
     section::{Section, Sections, Stretch},
     watch::Watch,
@@ -254,8 +254,8 @@ impl Rerun {
         let (mut all, mut knotted) = (0, 0);
         for planned in self.stretches().flat_map(|stretch| stretch.plan.parts()) {
             let knot = match &planned.part {
-                Part::Entry(_) => 0,
-                Part::Knot(steps) => steps.iter().filter(|step| step.ends).count(),
+                PlanPart::Entry(_) => 0,
+                PlanPart::Knot(steps) => steps.iter().filter(|step| step.ends).count(),
             };
             all += knot.max(1);
             knotted += knot;
@@ -381,8 +381,8 @@ impl Rerun {
                 break;
             }
             match &planned.part {
-                Part::Entry(thread) => players.entry(supervision, *thread),
-                Part::Knot(steps) => {
+                PlanPart::Entry(thread) => players.entry(supervision, *thread),
+                PlanPart::Knot(steps) => {
                     let here = self.hold == Some(0);
                     self.hold = self.hold.and_then(|before| before.checked_sub(1));
                     let hold = here.then(|| self.watch.hold());

@@ -8,7 +8,7 @@ use super::{
     coder::Coder,
     knot::{Knot, KnotOperation, KnotStep},
     log::{Log, LogError},
-    plan::{Part, Plan, Turns},
+    plan::{Plan, PlanPart, Turns},
     thread::Thread,
 };
 
@@ -259,8 +259,8 @@ impl Stretch {
         let mut done = vec![0; self.threads.len()];
         let knots = self.plan.parts().iter().filter_map(|planned| {
             let steps = match &planned.part {
-                Part::Knot(steps) => steps,
-                Part::Entry(thread) => {
+                PlanPart::Knot(steps) => steps,
+                PlanPart::Entry(thread) => {
                     done[*thread] += 1;
                     return None;
                 }

@@ -30,7 +30,7 @@ use crate::{
 };
 
 #[cfg(feature = "network")]
-pub use self::network::{NetworkArgs, RosArgs};
+pub use self::network::{NetworkArgs, ProcessArgs};
 pub use self::{
     branch::BranchArgs,
     examples::EXAMPLES,
