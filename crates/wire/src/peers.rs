@@ -17,7 +17,7 @@ use zenoh::{
 };
 
 use crate::{
-    error::{Tried, WireError},
+    error::{WireError, WireResult},
     key::{Keys, Of},
     machine::{self, ClockId},
     net,

@@ -6,7 +6,7 @@ use zenoh::{Config, Session, Wait, session::ZenohId};
 
 use crate::{
     connect::connect,
-    error::{Tried, WireError, reason},
+    error::{WireError, WireResult, reason},
     machine,
 };
 

@@ -8,7 +8,7 @@ use std::{
 
 use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
 
-use crate::error::{Tried, WireError};
+use crate::error::{WireError, WireResult};
 
 /// Locks, also after a panic: each value is whole at any time.
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
