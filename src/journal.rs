@@ -68,11 +68,6 @@ pub enum Entry {
         /// Position in the event log.
         event: u64,
     },
-    /// The thread of a node ended: ticks due before this are missed.
-    Leave {
-        /// Run time.
-        before: Time,
-    },
     /// All threads have ended.
     End(End),
     /// A command was carried out during a pause.
@@ -140,7 +135,7 @@ impl Entry {
             | Self::Finish { at, .. }
             | Self::Done { at, .. }
             | Self::Obey { at, .. } => Some(*at),
-            Self::Begin | Self::Arrive(_) | Self::Leave { .. } | Self::End(_) => None,
+            Self::Begin | Self::Arrive(_) | Self::End(_) => None,
             Self::Rest { .. } | Self::Abandoned => None,
         }
     }

@@ -19,8 +19,6 @@ pub(crate) struct CrewStage<'g> {
     pub(crate) first: usize,
     /// Number of threads; none if all nodes run in other processes.
     pub(crate) threads: usize,
-    /// Whether its nodes are on their own: there is nobody to take a tick in their place.
-    pub(crate) is_own: bool,
 }
 
 impl<'g> CrewStage<'g> {
@@ -36,7 +34,6 @@ impl<'g> CrewStage<'g> {
         Self {
             // A node ticks once at a time: more threads would have nothing to do.
             threads: threads.min(here),
-            is_own: dispatch.is_none(),
             first: first.map_or(0, |member| member.node),
             seats,
             state,

@@ -124,11 +124,6 @@ impl<'c> CrewThread<'c> {
         self.crew.state.refused(at, command, reason)
     }
 
-    /// Ends the thread: ticks due before `before` are missed.
-    pub fn leave(&mut self, before: Time) {
-        self.crew.stage().close(before, before);
-    }
-
     /// Time on a core that the running tick still needs at `now`, if the node is alone.
     pub(crate) fn remaining(&self, now: Time) -> Option<Duration> {
         self.crew.aside().state(self.crew.first, now).remaining

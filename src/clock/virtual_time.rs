@@ -51,11 +51,6 @@ impl Clock for VirtualClock {
     ) -> Result<ClockExit, Fault> {
         graph.set_clock(ClockKind::Virtual);
         let end = VirtualStretch::new(graph, inbox, until).run();
-        match end {
-            Ok(ClockExit::Completed) => graph.stage.close(until + Time::TICK, until),
-            Ok(ClockExit::Stopped) => graph.stage.close(graph.now(), graph.now()),
-            _ => {}
-        }
         note_end(graph, &end);
         end
     }
@@ -204,7 +199,9 @@ impl<'a> VirtualStretch<'a> {
         if self.mid_instant() {
             return now;
         }
-        let done = self.last_event.map_or(Time::ZERO, |last| last + Time::TICK);
+        let done = self
+            .last_event
+            .map_or(Time::ZERO, |last| last + Time::RESOLUTION);
         let now = now.max(done);
         match self.pacer.now() {
             Some(paced) if !self.graph.control.status.paused => {
@@ -388,7 +385,7 @@ mod tests {
                 ["a", "b", "c"].map(|node| (node, now)),
                 "{given:?}"
             );
-            assert_eq!(events[0].at, now + Time::TICK, "{given:?}");
+            assert_eq!(events[0].at, now + Time::RESOLUTION, "{given:?}");
             let timed = events.iter().filter_map(Event::replayable).collect();
             assert_eq!(run(Given::Never, timed), (ticks, events), "{given:?}");
         }

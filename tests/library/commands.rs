@@ -118,7 +118,7 @@ fn a_command_from_within_an_instant_takes_effect_after_the_whole_of_it() {
         .expect("run");
     assert_eq!(exit, ClockExit::Stopped);
     assert_eq!(log.all(), ["a", "b", "c"].map(|node| (node, Time::ZERO)));
-    let after = Time::ZERO + Time::TICK;
+    let after = Time::ZERO + Time::RESOLUTION;
     let expected = [(after, set_rate("b", 5.0)), (after, Command::Stop)];
     assert_eq!(applied(&graph.state().events(0)), expected);
 }
@@ -133,7 +133,10 @@ fn a_command_after_a_single_step_first_lets_the_rest_of_the_instant_run() {
         .expect("run");
     assert_eq!(log.all(), ["a", "b", "c"].map(|node| (node, Time::ZERO)));
     let events = applied(&graph.state().events(0));
-    assert_eq!(events[1], (Time::ZERO + Time::TICK, set_rate("b", 5.0)));
+    assert_eq!(
+        events[1],
+        (Time::ZERO + Time::RESOLUTION, set_rate("b", 5.0))
+    );
 }
 
 #[test]

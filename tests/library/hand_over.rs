@@ -60,7 +60,7 @@ fn a_graph_that_is_handed_over_and_back_continues_where_it_was() {
         let virtual_again = |time: &&Time| **time < to_real || **time > after;
         let grid: Vec<Time> = (0..periods).map(|tick| secs(tick as f64 / rate)).collect();
         for time in times.iter().filter(virtual_again) {
-            let near = |due: &Time| due.since(*time).max(time.since(*due)) <= Time::TICK;
+            let near = |due: &Time| due.since(*time).max(time.since(*due)) <= Time::RESOLUTION;
             assert!(grid.iter().any(near), "{name} left its grid at {time:?}");
         }
     }

@@ -94,7 +94,7 @@ proptest! {
         rate.set_hz(micro_hz(after), now);
         prop_assert!(rate.due() >= now);
         prop_assert!(rate.due() > last);
-        let period = due(after, 1) + Time::TICK;
+        let period = due(after, 1) + Time::RESOLUTION;
         prop_assert!(rate.due() <= now + period.since(Time::ZERO));
         prop_assert!(on_grid(after, last, rate.due()), "anchored elsewhere");
     }
@@ -230,7 +230,7 @@ fn an_invalid_time_is_refused_with_value_and_range() {
 
 #[test]
 fn times_saturate_instead_of_wrapping() {
-    assert_eq!(Time::MAX + Time::TICK, Time::MAX);
+    assert_eq!(Time::MAX + Time::RESOLUTION, Time::MAX);
     assert!(Time::ZERO.since(secs(1.0)).is_zero());
     assert!((Time::ZERO - secs(1.0)).is_zero());
 }

@@ -226,7 +226,7 @@ impl<O: CallbackOrder> Ordered<O> {
         }
         let due = task.due();
         let called = (due <= now).then(|| {
-            plan.skipped(member, task.pass(now + Time::TICK));
+            plan.skipped(member, task.pass(now + Time::RESOLUTION));
             due
         });
         self.release(member, plan);

@@ -43,7 +43,9 @@ impl Own {
 
     /// Run time until which no other tick can start; `None` if it is free.
     fn busy_until(&self) -> Option<Time> {
-        let waiting = self.waiting.map(|waiting| waiting.starts + Time::TICK);
+        let waiting = self
+            .waiting
+            .map(|waiting| waiting.starts + Time::RESOLUTION);
         waiting.or(self.task.running.map(|running| running.ends))
     }
 
@@ -96,7 +98,7 @@ impl Own {
             Some(_) if plan.is_over() && self.task.is_triggered() => return None,
             Some(waiting) => {
                 if is_virtual {
-                    self.task.skip_before(now + Time::TICK, plan);
+                    self.task.skip_before(now + Time::RESOLUTION, plan);
                 }
                 self.waiting = None;
                 match &mut self.task.trigger {

@@ -173,9 +173,6 @@ fn with_times(entry: Entry, other: impl Fn(Time) -> u64) -> Entry {
             at: other(at),
             event,
         },
-        Entry::Leave { before } => Entry::Leave {
-            before: other(before),
-        },
         Entry::End(end) => Entry::End(match end {
             End::Completed { until } => End::Completed {
                 until: other(until),

@@ -334,7 +334,6 @@ impl ThreadPlayer<'_> {
                     None => self.differs(entry, "it has no such node"),
                 }
             }
-            Entry::Leave { before } => hand.leave(before),
             Entry::Begin | Entry::End(_) | Entry::Rest { .. } | Entry::Abandoned => {}
         }
         None

@@ -199,7 +199,6 @@ impl SectionReader<'_> {
                 Entry::Look { node, .. } if !supervises => self.check_node(node)?,
                 Entry::Finish { node, .. } if !supervises => self.check_node(Some(node))?,
                 Entry::Arrive(_) | Entry::Done { .. } if !supervises => {}
-                Entry::Leave { .. } if !supervises => {}
                 other => return Err(impossible(format!("{other:?} within a stretch"))),
             }
             let last = thread.len().checked_sub(1);

@@ -158,8 +158,7 @@ impl WallThread<'_> {
         self.take_in(&mut notes);
         let (now, until) = (wall.now(), self.context.until);
         self.obey(&mut notes, now);
-        if let Some(at) = notes.stopped {
-            self.leave(at.min(until) + Time::TICK);
+        if notes.stopped.is_some() {
             return ThreadStep::Stop;
         }
         // A command may have ended the tick.
@@ -181,11 +180,10 @@ impl WallThread<'_> {
                 return step;
             }
         }
-        if now >= until {
-            self.leave(until + Time::TICK);
-            return ThreadStep::Finished;
+        match now >= until {
+            true => ThreadStep::Finished,
+            false => self.wait(&mut notes, now),
         }
-        self.wait(&mut notes, now)
     }
 
     /// Looks for a job; `None` if there was nothing to be done.
@@ -259,14 +257,6 @@ impl WallThread<'_> {
         }
     }
 
-    /// Ends a node's own thread. Ticks due before `before` are missed.
-    fn leave(&mut self, before: Time) {
-        if self.hand.crew().is_own {
-            self.hand.leave(before);
-            self.log.note(Entry::Leave { before });
-        }
-    }
-
     /// Has a node do its work; returns how that ends the stretch, if it does.
     fn step(
         &mut self,
@@ -305,6 +295,6 @@ impl WallThread<'_> {
             .stopped
             .or_else(|| self.board.mailbox.stop_requested());
         let last = stopped.unwrap_or(Time::MAX).max(at).min(self.context.until);
-        ended.min(last + Time::TICK)
+        ended.min(last + Time::RESOLUTION)
     }
 }

@@ -150,7 +150,7 @@ fn a_tick_that_pushed_otherwise_is_found() {
     });
     let error = found(&recording, |altered| {
         let push = altered.ticks[3][40].push.as_mut().expect("a push");
-        push.sensed = push.sensed + Time::TICK;
+        push.sensed = push.sensed + Time::RESOLUTION;
     });
     assert_has(&error, "actuator tick 40, what it applied");
 }
