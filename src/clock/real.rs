@@ -12,7 +12,7 @@ use std::{
 use crossbeam_channel::Sender;
 
 use self::{
-    mailbox::{Post, Wakeup, mailboxes},
+    mailbox::{Post, mailboxes},
     supervisor::{Report, StretchEnd, Supervisor},
     wall_thread::{Board, WallThread},
 };
@@ -177,7 +177,7 @@ impl RealClock {
             supervisor.graph.control.state.set_zero(None);
             let stopped = supervisor.graph.control.now();
             for mailbox in &mailboxes {
-                mailbox.post(Wakeup::Stop(stopped));
+                mailbox.post(|mail| mail.stopped = Some(stopped));
             }
             end
         });

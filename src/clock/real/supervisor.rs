@@ -2,7 +2,7 @@
 
 use crossbeam_channel::Receiver;
 
-use super::mailbox::{Mailbox, Wakeup};
+use super::mailbox::Mailbox;
 use crate::{
     clock::{ClockExit, Supervision, wall::Wall},
     command::{ClockKind, Command},
@@ -80,7 +80,7 @@ impl Supervisor<'_> {
         let wall = Wall::starting_at(self.graph.control.now());
         self.graph.control.state.set_zero(wall.zero());
         for mailbox in self.mailboxes {
-            mailbox.post(Wakeup::Start(wall));
+            mailbox.post(|mail| mail.wall = Some(wall));
         }
         while self.working > 0 || wall.now() < self.until {
             match self.next_received(&wall) {
@@ -126,7 +126,7 @@ impl Supervisor<'_> {
             .node()
             .map(|node| self.graph.control.local_index(node));
         if let Some(Ok(index)) = node {
-            self.mailboxes[index].post(Wakeup::Command(index, command));
+            self.mailboxes[index].post(|mail| mail.commands.push((index, command)));
             return None;
         }
         let obeyed = self.graph.obey(&command, at);

@@ -4,15 +4,11 @@
 //! rules of virtual time. What its clock answered and what reached it is in its log: with the
 //! order of the locks that threads share, this is all that a run needs to be executed again.
 
-use std::{
-    collections::{BTreeSet, VecDeque},
-    mem::take,
-    time::Duration,
-};
+use std::{collections::BTreeSet, mem::take, time::Duration};
 
 use super::{
     ThreadContext,
-    mailbox::{Mailbox, Wakeup},
+    mailbox::Mailbox,
     supervisor::{Report, StretchEnd},
 };
 use crate::{
@@ -23,35 +19,27 @@ use crate::{
     scheduling::{Assignment, JobKind},
     sync::{Arc, Mutex, lock},
     time::Time,
-    trigger::Arrival,
 };
 
-/// What the threads of a crew know of the world outside, and what they do.
+/// What the threads of a crew have in hand.
 #[derive(Default)]
 pub(super) struct Board {
     mailbox: Arc<Mailbox>,
-    notes: Mutex<Notes>,
+    work: Mutex<WorkInHand>,
 }
 
 #[derive(Default)]
-struct Notes {
-    wall: Option<Wall>,
-    /// The run time of a requested stop.
-    stopped: Option<Time>,
-    /// Messages that no thread has taken in.
-    arrivals: Vec<Arrival>,
-    /// Commands for nodes, by their indices.
-    commands: VecDeque<(usize, Command)>,
+struct WorkInHand {
     /// The nodes that a thread has work for.
-    taken: BTreeSet<usize>,
+    nodes: BTreeSet<usize>,
     /// Number of threads that keep a core busy for a tick.
     spinning: usize,
 }
 
 impl Board {
     pub(super) fn new(mailbox: Arc<Mailbox>) -> Self {
-        let notes = Mutex::default();
-        Self { mailbox, notes }
+        let work = Mutex::default();
+        Self { mailbox, work }
     }
 }
 
@@ -99,17 +87,17 @@ impl WallThread<'_> {
 
     /// Waits for the start; `None` for a stop.
     fn start(&self) -> Option<Wall> {
+        let mailbox = &self.board.mailbox;
         loop {
-            let seen = self.board.mailbox.posts();
-            let mut notes = lock(&self.board.notes);
-            self.take_in(&mut notes);
-            match notes.wall {
+            let seen = mailbox.posts();
+            let mail = mailbox.open();
+            match mail.wall {
                 // Commands may have come before a stop: they take effect.
                 Some(wall) => return Some(wall),
-                None if notes.stopped.is_some() => return None,
-                None => drop(notes),
+                None if mail.stopped.is_some() => return None,
+                None => drop(mail),
             }
-            self.board.mailbox.wait_past(seen);
+            mailbox.wait_past(seen);
         }
     }
 
@@ -127,7 +115,7 @@ impl WallThread<'_> {
                 ThreadStep::Wait(until) => mailbox.wait_past_until(seen, wall, until),
                 ThreadStep::Spin(until) => {
                     mailbox.spin_past_until(seen, wall, until, || false);
-                    lock(&self.board.notes).spinning -= 1;
+                    lock(&self.board.work).spinning -= 1;
                 }
                 ThreadStep::Compute(goal) => {
                     let reached = || realtime::core_time() >= goal;
@@ -154,21 +142,19 @@ impl WallThread<'_> {
     /// more. A tick that shares cores is over when its thread has had its `goal`.
     fn next(&mut self, wall: &Wall, waited: bool, goal: Option<Duration>) -> ThreadStep {
         let board = self.board;
-        let mut notes = lock(&board.notes);
-        self.take_in(&mut notes);
+        let mut work = lock(&board.work);
         let (now, until) = (wall.now(), self.context.until);
-        self.obey(&mut notes, now);
-        if notes.stopped.is_some() {
+        if self.obey(&work, now) {
             return ThreadStep::Stop;
         }
         // A command may have ended the tick.
         let goal = goal.filter(|_| self.hand.remaining(now).is_some());
         if let Some(goal) = goal {
             if realtime::core_time() >= goal
-                && let Some(work) = self.hand.crew().end_of_first(now)
+                && let Some(end) = self.hand.crew().end_of_first(now)
             {
-                notes.taken.insert(work.node);
-                return ThreadStep::Work(work, now, None);
+                work.nodes.insert(end.node);
+                return ThreadStep::Work(end, now, None);
             }
             if now < until {
                 return ThreadStep::Compute(goal);
@@ -176,25 +162,31 @@ impl WallThread<'_> {
         } else {
             let over = !waited;
             let late = (now > until).then_some(LateLook { until, over });
-            if let Some(step) = self.look(&mut notes, now, late) {
+            if let Some(step) = self.look(&mut work, now, late) {
                 return step;
             }
         }
         match now >= until {
             true => ThreadStep::Finished,
-            false => self.wait(&mut notes, now),
+            false => self.wait(&mut work, now),
         }
     }
 
     /// Looks for a job; `None` if there was nothing to be done.
-    fn look(&mut self, notes: &mut Notes, now: Time, late: Option<LateLook>) -> Option<ThreadStep> {
+    fn look(
+        &mut self,
+        work: &mut WorkInHand,
+        now: Time,
+        late: Option<LateLook>,
+    ) -> Option<ThreadStep> {
         // A turn is in the log, so it is to be worth that.
         let crew = self.hand.crew();
         let shared = crew.is_shared();
-        if shared && notes.arrivals.is_empty() && crew.aside().next_at() > now {
+        let arrivals = take(&mut self.board.mailbox.open().arrivals);
+        if shared && arrivals.is_empty() && crew.aside().next_at() > now {
             return None;
         }
-        for arrival in take(&mut notes.arrivals) {
+        for arrival in arrivals {
             self.log.note_alone(Entry::Arrive(arrival));
             self.hand.arrive(arrival);
         }
@@ -202,10 +194,10 @@ impl WallThread<'_> {
         if !found.moved && !shared {
             return None;
         }
-        if let Some(work) = found.work {
-            notes.taken.insert(work.node);
+        if let Some(job) = found.work {
+            work.nodes.insert(job.node);
             self.ring();
-            return Some(ThreadStep::Work(work, now, late));
+            return Some(ThreadStep::Work(job, now, late));
         }
         let (at, node) = (now, None);
         self.log.note(Entry::Look { at, late, node });
@@ -215,12 +207,12 @@ impl WallThread<'_> {
     }
 
     /// How to wait for the next event.
-    fn wait(&self, notes: &mut Notes, now: Time) -> ThreadStep {
+    fn wait(&self, work: &mut WorkInHand, now: Time) -> ThreadStep {
         let stage = self.hand.crew().aside();
         let next = stage.next_at().min(self.context.until);
         let busy = stage.states(now).filter(|task| task.busy).count();
-        if busy > notes.spinning {
-            notes.spinning += 1;
+        if busy > work.spinning {
+            work.spinning += 1;
             return ThreadStep::Spin(next);
         }
         ThreadStep::Wait(next)
@@ -229,32 +221,25 @@ impl WallThread<'_> {
     /// Has the other threads look for work.
     fn ring(&self) {
         if self.hand.crew().is_shared() {
-            self.board.mailbox.ring();
+            self.board.mailbox.post(|_| {});
         }
     }
 
-    /// Reads the mailbox.
-    fn take_in(&self, notes: &mut Notes) {
-        for wakeup in self.board.mailbox.take_all() {
-            match wakeup {
-                Wakeup::Start(wall) => notes.wall = Some(wall),
-                Wakeup::Stop(at) => notes.stopped = Some(at),
-                Wakeup::Arrival(arrival) => notes.arrivals.push(arrival),
-                Wakeup::Command(node, command) => notes.commands.push_back((node, command)),
-            }
-        }
-    }
-
-    /// Carries out the commands for nodes that no thread has work for.
-    fn obey(&mut self, notes: &mut Notes, at: Time) {
-        for (node, command) in take(&mut notes.commands) {
-            if notes.taken.contains(&node) {
-                notes.commands.push_back((node, command));
-            } else if let Some(event) = self.hand.obey(&command, at) {
+    /// Carries out the commands for nodes that no thread has work for; returns whether the run is
+    /// stopped after them.
+    fn obey(&mut self, work: &WorkInHand, at: Time) -> bool {
+        let mut mail = self.board.mailbox.open();
+        let free = |(node, _): &mut (usize, Command)| !work.nodes.contains(node);
+        let commands: Vec<_> = mail.commands.extract_if(.., free).collect();
+        let stopped = mail.stopped.is_some();
+        drop(mail);
+        for (_, command) in commands {
+            if let Some(event) = self.hand.obey(&command, at) {
                 let event = event as u64;
                 self.log.note(Entry::Obey { at, event });
             }
         }
+        stopped
     }
 
     /// Has a node do its work; returns how that ends the stretch, if it does.
@@ -277,12 +262,12 @@ impl WallThread<'_> {
             JobKind::Tick { .. } => wall.now(),
             _ => at,
         };
-        let mut notes = lock(&self.board.notes);
-        let passed = self.passed(&notes, at, ended);
+        let mut in_hand = lock(&self.board.work);
+        let passed = self.passed(at, ended);
         let outcome = self.hand.done(ended, passed);
         self.log.note(Entry::Done { at: ended, passed });
-        notes.taken.remove(&node);
-        drop(notes);
+        in_hand.nodes.remove(&node);
+        drop(in_hand);
         self.ring();
         outcome.map(|outcome| StretchEnd::of(node, outcome))
     }
@@ -290,10 +275,8 @@ impl WallThread<'_> {
     /// The limit before which due ticks count as missed, for work at `at` that ended at `ended`.
     /// Run time may have stopped or ended while the node was busy: only ticks due by then are
     /// missed.
-    fn passed(&self, notes: &Notes, at: Time, ended: Time) -> Time {
-        let stopped = notes
-            .stopped
-            .or_else(|| self.board.mailbox.stop_requested());
+    fn passed(&self, at: Time, ended: Time) -> Time {
+        let stopped = self.board.mailbox.open().stopped;
         let last = stopped.unwrap_or(Time::MAX).max(at).min(self.context.until);
         ended.min(last + Time::RESOLUTION)
     }
