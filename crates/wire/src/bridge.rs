@@ -110,7 +110,7 @@ impl Bridge {
             (settings.notice)(&waiting(&peers))
         })?;
         border.begin(&session, &taps, &inlets)?;
-        let joints = experiment.system().joints();
+        let joints = experiment.system().about().joints;
         let ros = ros.map(|domain| Ros::new(&session, domain, times.clone(), &peers));
         let ros = ros.map(|ros| border.show_ros(ros, &taps, &inlets, joints));
         let ros = ros.transpose()?;
