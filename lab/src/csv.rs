@@ -19,7 +19,7 @@ const BACKLOG: usize = 16_384;
 pub fn header(experiment: &Experiment) -> Option<String> {
     let system = experiment.system();
     let state = system.state()?;
-    if let Some(table) = system.table() {
+    if let Some(table) = system.about().table {
         return Some(table.header.to_owned());
     }
     let taps = experiment.taps();
@@ -45,7 +45,7 @@ impl StepWriter {
         let header = header(experiment).unwrap_or_default();
         let state = experiment.system().state();
         let tap = state.and_then(|state| experiment.taps().rows(state, BACKLOG));
-        let table = experiment.system().table();
+        let table = experiment.system().about().table;
         Self(thread::spawn(move || {
             let mut out = BufWriter::new(file?);
             writeln!(out, "{header}")?;

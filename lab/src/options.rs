@@ -117,7 +117,7 @@ pub fn graph(
     let mut settings: Vec<(String, Vec<Knob>)> = aliases
         .map(|(name, knobs)| (format!("--{name} "), knobs.clone()))
         .collect();
-    let broken = program.system.broken().filter(|_| args.system.broken);
+    let broken = program.system.about().broken.filter(|_| args.system.broken);
     if let Some(knob) = broken {
         settings.push(read_knob(program, "--break", knob)?);
     }
@@ -131,7 +131,7 @@ pub fn graph(
     if let Some(path) = &args.knobs {
         config.knobs = read_knobs(program, &config, path)?;
     }
-    let mut whole = program.system.settings();
+    let mut whole = program.system.about().setup();
     whole.extend(config.setup.iter().cloned());
     let warnings = program.system.warnings(&whole);
     warnings.iter().for_each(|warning| note(warning));

@@ -6,7 +6,7 @@ use ratelab::{ClockKind, Command, Event, EventKind, Hz, Knob, KnobKind};
 use ratelab_account::Distribution;
 use ratelab_study::{
     experiment::{MeanPushAge, NodeSummary, Summary, TopicSummary},
-    system::{Alias, KnobText, System},
+    system::{Alias, DataChain, KnobText, System},
 };
 
 use crate::{
@@ -41,12 +41,11 @@ pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> 
         ("verdict", verdict(system, summary, context)),
     ]);
     lines.extend(topics(summary).map(|text| ("topics", text)));
-    if system.chains().is_some() {
-        let idle = summary.nodes.iter().filter(|node| node.ticks == 0);
-        let idle: Vec<&str> = idle.map(|node| &*node.name).collect();
-        let chains = system.chain_lines(summary.sim_time, &summary.chains, &idle);
-        lines.extend(chains.into_iter().map(|text| ("chain", text)));
-    }
+    let idle = summary.nodes.iter().filter(|node| node.ticks == 0);
+    let idle: Vec<&str> = idle.map(|node| &*node.name).collect();
+    let chain_line = |chain: &DataChain| chain.line(summary.sim_time, &summary.chains, &idle);
+    let chains = system.about().chains.iter().map(chain_line);
+    lines.extend(chains.map(|text| ("chain", text)));
     lines.extend(links(summary).map(|text| ("links", text)));
     lines.extend(latency(system, summary).map(|text| ("latency", text)));
     let age = summary.push_age();

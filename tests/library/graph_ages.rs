@@ -75,8 +75,8 @@ fn played(text: &str) -> (Lineage, usize, f64) {
     let experiment = Experiment::new(system.clone(), &config).expect("a graph");
     let (observer, taps) = (experiment.observer(), experiment.taps());
     let topology = observer.topology();
-    let mut lineage = Lineage::new(topology.clone()).along(system.latency_path());
-    for knob in system.settings().iter() {
+    let mut lineage = Lineage::new(topology.clone()).along(system.about().latency_path);
+    for knob in system.about().setup().iter() {
         lineage.knob(Time::ZERO, knob);
     }
     let ticks = taps.ticks(ROOM);

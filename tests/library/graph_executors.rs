@@ -32,7 +32,7 @@ fn ticks(summary: &Summary, node: &str) -> u64 {
 
 fn warnings(text: &str) -> Vec<String> {
     let system = system(text).expect("a graph");
-    system.warnings(&system.settings())
+    system.warnings(&system.about().setup())
 }
 
 /// The same text with another executor.

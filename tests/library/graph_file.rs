@@ -41,7 +41,9 @@ fn chains(text: &str, knobs: &[&str]) -> Vec<String> {
 /// The lines about chains at the end of a run.
 pub fn chain_lines(text: &str, summary: &Summary) -> Vec<String> {
     let system = system(text).expect("a graph");
-    system.chain_lines(summary.sim_time, &summary.chains, &[])
+    let chains = system.about().chains.iter();
+    let lines = chains.map(|chain| chain.line(summary.sim_time, &summary.chains, &[]));
+    lines.collect()
 }
 
 const PAIR: &str = r#"
@@ -97,7 +99,7 @@ fn a_chain_whose_last_node_crashes_grows_old_until_the_end() {
     let graph = system(PAIR).expect("a graph");
     let experiment = Experiment::new(graph.clone(), &config).expect("a graph");
     let summary = experiment.run().expect("no fault");
-    let crashed = &graph.chain_lines(summary.sim_time, &summary.chains, &[])[0];
+    let crashed = &chain_lines(PAIR, &summary)[0];
     assert_ne!(crashed, line);
     // The image of 1.9 s is the last one that came through.
     assert!(crashed.contains("greatest 8100.0 ms"), "{crashed}");
@@ -155,7 +157,7 @@ fn a_chain_follows_its_named_path_where_several_topics_are_read() {
 
 #[test]
 fn settings_are_knobs_that_those_of_a_run_replace() {
-    let settings = system(PAIR).expect("a graph").settings();
+    let settings = system(PAIR).expect("a graph").about().setup();
     let knobs: Vec<String> = settings.iter().map(ToString::to_string).collect();
     assert_eq!(
         knobs,
@@ -284,9 +286,12 @@ fn a_chain_from_the_sensor_of_a_system_counts_from_its_sensing() {
 #[test]
 fn overload_is_known_before_the_run() {
     let system = system(PAIR).expect("a graph");
-    assert_eq!(system.warnings(&system.settings()), Vec::<String>::new());
+    assert_eq!(
+        system.warnings(&system.about().setup()),
+        Vec::<String>::new()
+    );
     let knob = "takes camera 120".parse().expect("a knob");
-    let warnings = system.warnings(&system.settings().with(knob));
+    let warnings = system.warnings(&system.about().setup().with(knob));
     assert_eq!(warnings.len(), 1, "{warnings:?}");
     assert!(
         warnings[0].contains("120 ms at 10 Hz is 120 %"),

@@ -11,7 +11,9 @@ use ratelab_study::{
         Config, Experiment, Summary,
         sweep::{Axis, Sweep, SweepAxis, Swept},
     },
-    system::{Alias, BuildError, Builder, Final, KnobText, Setup, System, Verdict, VerdictKind},
+    system::{
+        About, Alias, BuildError, Builder, Final, KnobText, Setup, System, Verdict, VerdictKind,
+    },
 };
 
 use crate::support::{depth, hz};
@@ -127,8 +129,11 @@ impl System for Oven {
         })
     }
 
-    fn aliases(&self) -> &'static [Alias] {
-        KNOBS.0
+    fn about(&self) -> About<'_> {
+        About {
+            aliases: KNOBS.0,
+            ..About::default()
+        }
     }
 
     fn state(&self) -> Option<&'static str> {

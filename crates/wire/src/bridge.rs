@@ -74,7 +74,7 @@ impl Bridge {
         let Part { own, peers, .. } = &*part;
         let mute = join::check(own, peers, system.aliases(), &|| notice(&waiting(peers)))?;
         send_and_receive(&part, &taps)?;
-        let ros = ros.map(|domain| Ros::begin(domain, &part, &taps, system.joints()));
+        let ros = ros.map(|domain| Ros::begin(domain, &part, &taps, system.about().joints));
         let ros = ros.transpose()?;
         answer(&part)?;
         Commands::answer(experiment, &part)?;

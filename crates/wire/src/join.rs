@@ -215,7 +215,7 @@ mod tests {
     use super::*;
     use crate::machine::ClockId;
     use ratelab_cart_pole::CartPole;
-    use ratelab_study::{experiment::Experiment, system::System};
+    use ratelab_study::experiment::Experiment;
     use std::sync::Arc;
 
     /// What runs in a process with these settings.
@@ -310,7 +310,7 @@ mod tests {
     }
 
     fn of(own: &Info, other: &Info) -> Option<String> {
-        difference(own, other, CartPole::default().aliases())
+        difference(own, other, CartPole::KNOBS.0)
     }
 
     fn check(case: &str, found: Option<String>, expected: Option<&str>) {

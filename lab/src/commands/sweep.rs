@@ -63,7 +63,7 @@ const LOOKED_AT: usize = 1_000;
 
 /// Prints the first overload among the values of the axes, if there is one.
 fn note_overload(sweep: &Sweep, cells: usize) {
-    let settings = sweep.system.settings();
+    let settings = sweep.system.about().setup();
     let indices = (0..cells).step_by(sweep.seeds.len().max(1)).take(LOOKED_AT);
     let overload = indices
         .filter_map(|index| sweep.cell(index))

@@ -60,7 +60,7 @@ pub fn watched(system: &dyn System) -> impl Iterator<Item = &'static str> {
 }
 
 /// The plotted signal.
-pub fn signal(system: &dyn System) -> Option<&'static Signal> {
+pub fn signal(system: &dyn System) -> Option<&Signal> {
     system.signals().first()
 }
 
@@ -252,7 +252,7 @@ impl Sampler {
         let first = self.points.partition_point(|(at, _)| *at < begin);
         let last = self.points.partition_point(|(at, _)| *at <= end);
         Some(SignalTrace {
-            signal: signal(system)?,
+            signal: *signal(system)?,
             points: self.points.range(first..last).copied().collect(),
             ages: self.push_ages.saw(begin, end),
             limits: self.limits.known(),
@@ -463,7 +463,7 @@ impl Sampler {
 
     /// What the nodes are asked for beyond their time, with the knobs in force.
     fn overloads(&self, session: &impl RunSource) -> Vec<String> {
-        let mut setup = session.system().settings();
+        let mut setup = session.system().about().setup();
         setup.extend(self.setup(session).iter().cloned());
         session.system().warnings(&setup)
     }
@@ -716,7 +716,7 @@ fn node_data(
     let gone = place.as_ref().is_some_and(|place| place.absent.is_some());
     NodeData {
         name: node.name.clone(),
-        caption: session.system().caption(&node.name),
+        caption: session.system().about().caption(&node.name),
         hz: node.hz,
         triggered: !node.triggers.is_empty(),
         ticks: node.ticks,

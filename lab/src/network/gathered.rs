@@ -7,7 +7,7 @@ use ratelab::{
 };
 use ratelab_account::{Lineage, Observer, ReplayAccounts, Rows, Snapshot, TickRecord};
 use ratelab_study::{
-    experiment::{Config, RunEnd, Summary},
+    experiment::{Config, Summary},
     system::{MeanCost, System, verdict},
 };
 use ratelab_wire::telemetry::PublishedMessage;
@@ -53,7 +53,7 @@ impl GatheredRun {
         };
         let counters = ReplayAccounts::new(&topology, status);
         let lineage = Lineage::new(topology.clone()).keeping(KEPT);
-        let mut lineage = lineage.along(system.latency_path());
+        let mut lineage = lineage.along(system.about().latency_path);
         let setup = config.setup.iter();
         setup.for_each(|knob| lineage.knob(Time::ZERO, knob));
         Self {
@@ -220,14 +220,14 @@ impl GatheredRun {
         };
         let [state, chains] =
             [&self.state, &self.chains].map(|row| (!row.is_empty()).then_some(&row[..]));
-        let end = RunEnd {
-            verdict: verdict(&*self.system, exit, at, [state, chains]),
-            sim_time: at,
+        let verdict = verdict(&*self.system, exit, at, [state, chains]);
+        let summary = Summary {
             wall_time: Duration::from_nanos(at.as_nanos()),
             state: self.state.clone(),
             chains: self.chains.clone(),
             cost: self.cost.as_ref().and_then(|mean| mean.until(at)),
+            ..Summary::of(&self.config, verdict)
         };
-        Summary::observed(&*self.system, &self.config, end, &self.observer)
+        summary.observed(&*self.system, &self.observer)
     }
 }

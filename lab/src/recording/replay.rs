@@ -5,7 +5,7 @@ use std::{sync::Arc, time::Duration};
 use ratelab::{ClockExit, EventKind, Push, Status, Time};
 use ratelab_account::{Observer, ReplayAccounts, Rows};
 use ratelab_study::{
-    experiment::{Config, RunEnd, Summary},
+    experiment::{Config, Summary},
     system::{MeanCost, System, verdict},
 };
 
@@ -268,15 +268,15 @@ impl Replay {
                 (verdict, at, Duration::from_nanos(at.as_nanos()))
             }
         };
-        let end = RunEnd {
-            verdict,
+        let summary = Summary {
             sim_time,
             wall_time,
             state: self.newest(self.state).to_vec(),
             chains: self.newest(self.chains).to_vec(),
             cost: self.cost(sim_time),
+            ..Summary::of(self.config(), verdict)
         };
-        Summary::observed(&*self.system, self.config(), end, &self.observer())
+        summary.observed(&*self.system, &self.observer())
     }
 
     /// The mean cost of the replayed states up to run time `end`.

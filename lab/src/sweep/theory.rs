@@ -1,6 +1,6 @@
 //! Growth by linear theory for each pair of rates of the cart-pole.
 
-use ratelab_cart_pole::stability::{Expected, NotExpected, StabilityError, expected};
+use ratelab_cart_pole::stability::{Expected, StabilityError, expected};
 use ratelab_study::{
     experiment::Config,
     system::{Setup, WorldKind},
@@ -42,7 +42,7 @@ impl Theory {
                 growth: None,
                 sure: Some(sure),
             },
-            Err(NotExpected::Stability(error @ StabilityError::Plant(_))) => {
+            Err(error @ StabilityError::Plant(_)) => {
                 return Err(Error::Theory(error));
             }
             Err(_) => RowTheory::default(),

@@ -218,7 +218,7 @@ impl Facts<'_> {
         let Ok(hz) = Hz::new(node.hz.get() * 1.25) else {
             return true;
         };
-        let mut setup = self.system.settings();
+        let mut setup = self.system.about().setup();
         setup.extend(self.setup.iter().cloned());
         let now = self.system.warnings(&setup);
         let node = node.name.to_string();

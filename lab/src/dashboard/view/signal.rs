@@ -65,7 +65,7 @@ pub fn render(
     let ages = &trace.ages[..until_now(&trace.ages)];
     let marks: Vec<_> = trace.marks.iter().filter(|mark| mark.0 <= now).collect();
     let title = format!("3 {}", trace.signal.name);
-    let current = current(trace.signal, past, theme);
+    let current = current(&trace.signal, past, theme);
     let inner = border(&title, current, theme, focused, area, buf);
     if inner.is_empty() {
         return;
@@ -76,7 +76,7 @@ pub fn render(
     let labelled = inner.width >= LEAST.0 && inner.height >= LEAST.1;
     let lower = usize::from(inner.height) / 2;
     let upper = usize::from(inner.height) - if two { lower } else { 0 };
-    let mut signal_levels = signal_levels(trace.signal, theme);
+    let mut signal_levels = signal_levels(&trace.signal, theme);
     signal_levels.extend(safe_levels(trace, theme));
     let age_levels = age_levels(trace.limits);
     let levels = signal_levels.iter().chain(&age_levels);
@@ -87,7 +87,7 @@ pub fn render(
         0
     };
     let columns = Columns::new(now, inner, margin, theme);
-    let range = reach(trace.signal, columns.ends(past));
+    let range = reach(&trace.signal, columns.ends(past));
     let edges = [labelled, labelled && !two];
     let chart = columns.chart(rows(inner, 0, upper), edges, signal_levels, range);
     chart.axes(buf);
@@ -195,7 +195,7 @@ fn safe_levels(trace: &SignalTrace, theme: &Theme) -> impl Iterator<Item = Level
     ends.map(|at| Level {
         at,
         line: Some((1, 2, '=')),
-        label: label(trace.signal, at, theme),
+        label: label(&trace.signal, at, theme),
     })
 }
 

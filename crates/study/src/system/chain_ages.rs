@@ -9,6 +9,9 @@ use std::time::Duration;
 use ratelab::Time;
 use ratelab_account::Fields;
 
+/// Maximum number of chains of a graph.
+pub(crate) const MOST_CHAINS: usize = 16;
+
 /// Names of the numbers of a chain in a message on [`CHAINS`](super::CHAINS).
 const OF_CHAIN: [&str; 6] = [
     "age before (ms)",
@@ -20,7 +23,7 @@ const OF_CHAIN: [&str; 6] = [
 ];
 
 /// The names of all numbers for these chains.
-pub(super) fn fields<'n>(names: impl Iterator<Item = &'n str>) -> Vec<String> {
+pub(crate) fn chain_fields<'n>(names: impl Iterator<Item = &'n str>) -> Vec<String> {
     let of_chains = names.flat_map(|name| OF_CHAIN.map(|field| format!("{name} {field}")));
     ["at (ms)".to_owned()]
         .into_iter()
@@ -30,7 +33,7 @@ pub(super) fn fields<'n>(names: impl Iterator<Item = &'n str>) -> Vec<String> {
 
 /// The numbers of a message on a topic of a graph file.
 #[derive(Clone, Debug)]
-pub(super) struct Numbers(pub(super) Vec<f64>);
+pub(crate) struct Numbers(pub(crate) Vec<f64>);
 
 impl Fields for Numbers {
     /// They differ from topic to topic.
@@ -47,7 +50,7 @@ impl Fields for Numbers {
 
 /// The ages of all chains of a run.
 #[derive(Debug)]
-pub(super) struct ChainAges(Vec<ChainAge>);
+pub(crate) struct ChainAges(Vec<ChainAge>);
 
 /// The age of a chain.
 #[derive(Clone, Debug, Default)]
@@ -99,7 +102,7 @@ impl ChainAge {
 
 impl ChainAges {
     /// Begins to measure chains with these limits.
-    pub(super) fn new(limits: impl Iterator<Item = Option<Duration>>) -> Self {
+    pub(crate) fn new(limits: impl Iterator<Item = Option<Duration>>) -> Self {
         let chains = limits.map(|limit| ChainAge {
             limit,
             ..ChainAge::default()
@@ -109,15 +112,23 @@ impl ChainAges {
 
     /// Adds the outputs of some chains at run time `now`, each with the run time at which its
     /// data began; returns the figures of all chains.
-    pub(super) fn row(&mut self, now: Time, outputs: &[(usize, Option<Time>)]) -> Numbers {
-        let mut row = vec![ms(now.since(Time::ZERO))];
-        for (index, chain) in self.0.iter_mut().enumerate() {
+    pub(crate) fn row(
+        &mut self,
+        now: Time,
+        outputs: impl IntoIterator<Item = (usize, Option<Time>)>,
+    ) -> Numbers {
+        let before = self.0.iter_mut().map(|chain| {
             chain.advance(now);
-            let before = chain.age(now);
-            let output = outputs.iter().find(|(of, _)| *of == index);
-            if let Some(origin) = output.and_then(|(_, origin)| *origin) {
+            chain.age(now)
+        });
+        let before: Vec<f64> = before.collect();
+        for (index, origin) in outputs {
+            if let (Some(chain), Some(origin)) = (self.0.get_mut(index), origin) {
                 chain.output(now, origin);
             }
+        }
+        let mut row = vec![ms(now.since(Time::ZERO))];
+        for (chain, before) in self.0.iter().zip(before) {
             let greatest = chain.origin.map_or(f64::NAN, |_| ms(chain.greatest));
             let [within, measured] = [chain.within, chain.measured()].map(ms);
             let mean = chain.mean();
@@ -133,19 +144,19 @@ fn ms(duration: Duration) -> f64 {
 
 /// The figures of a chain up to a run time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct ChainFigures {
+pub(crate) struct ChainFigures {
     /// The mean age (ms).
-    pub(super) mean: f64,
+    pub(crate) mean: f64,
     /// The greatest age (ms).
-    pub(super) greatest: f64,
+    pub(crate) greatest: f64,
     /// The share of the time within the limit.
-    pub(super) share: f64,
+    pub(crate) share: f64,
 }
 
 impl ChainFigures {
     /// The figures of chain number `chain` up to run time `at`, from the newest `row`: until
     /// then its age has grown. `None` without an output.
-    pub(super) fn at(row: &[f64], chain: usize, limit: Option<Duration>, at: Time) -> Option<Self> {
+    pub(crate) fn at(row: &[f64], chain: usize, limit: Option<Duration>, at: Time) -> Option<Self> {
         let numbers = row.get(1 + OF_CHAIN.len() * chain..)?;
         let &[_, after, mean, greatest, within, measured, ..] = numbers else {
             return None;
@@ -173,7 +184,7 @@ fn peak<const CHAIN: usize>(row: &[f64]) -> f64 {
 }
 
 /// The peaks of each possible chain.
-pub(super) const PEAKS: [fn(&[f64]) -> f64; super::MOST_CHAINS] = [
+pub(crate) const PEAKS: [fn(&[f64]) -> f64; MOST_CHAINS] = [
     peak::<0>, peak::<1>, peak::<2>, peak::<3>, peak::<4>, peak::<5>, peak::<6>, peak::<7>,
     peak::<8>, peak::<9>, peak::<10>, peak::<11>, peak::<12>, peak::<13>, peak::<14>, peak::<15>,
 ];
@@ -190,12 +201,12 @@ mod tests {
     fn ages_are_over_time_from_the_first_output_to_the_end_also_after_the_last_one() {
         let limit = Some(Duration::from_millis(100));
         let mut ages = ChainAges::new([limit].into_iter());
-        let none = ages.row(at(10), &[(0, None)]);
+        let none = ages.row(at(10), [(0, None)]);
         assert_eq!(ChainFigures::at(&none.0, 0, limit, at(10)), None);
         // 50 to 150 ms old for 100 ms, 50 of them within the limit,
-        ages.row(at(60), &[(0, Some(at(10)))]);
+        ages.row(at(60), [(0, Some(at(10)))]);
         // then 20 to 120 ms old for 100 ms, 80 of them within it.
-        let last = ages.row(at(160), &[(0, Some(at(140)))]).0;
+        let last = ages.row(at(160), [(0, Some(at(140)))]).0;
         assert_eq!(last[1..3], [150.0, 20.0]);
         let at_once = ChainFigures::at(&last, 0, limit, at(160)).expect("an output");
         assert_eq!(
