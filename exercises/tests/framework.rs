@@ -2,6 +2,9 @@
 
 use std::{fs, path::PathBuf, sync::LazyLock};
 
+#[path = "../../tests/support/table.rs"]
+mod table;
+
 use exercises::{
     framework::{
         Answer, Answers, Brief, Expectation, Expectations, ExpectationsError, Findings,
@@ -9,6 +12,7 @@ use exercises::{
     },
     questions,
 };
+use table::rows;
 
 static BRIEF: LazyLock<Brief> = LazyLock::new(|| Brief {
     number: 9,
@@ -44,55 +48,44 @@ fn brief(number: u32) -> &'static Brief {
 
 #[test]
 fn a_prediction_is_a_number_and_a_reason_in_any_words() {
-    for (text, number, reason) in [
-        ("8 because it is slow", 8.0, "it is slow"),
-        ("8 Hz because it is slow", 8.0, "it is slow"),
-        ("8 Hz: Because it is slow", 8.0, "it is slow"),
-        ("  7.5Hz, because it is slow. ", 7.5, "it is slow."),
-        ("7,5 because it is slow", 7.5, "it is slow"),
-        ("8, because it is slow", 8.0, "it is slow"),
-        ("1e1 hertz so it seems", 10.0, "so it seems"),
-        ("0.01 kHz so it seems", 10.0, "so it seems"),
-        ("10: the pole needs a tenth", 10.0, "the pole needs a tenth"),
-        ("8 weil es reicht", 8.0, "weil es reicht"),
-        ("8因为它很慢", 8.0, "因为它很慢"),
-        (
-            "8 because 80 ms at 20 ms a second",
-            8.0,
-            "80 ms at 20 ms a second",
-        ),
-        ("0, 5 Hz is too slow", 0.0, "5 Hz is too slow"),
-        ("+.5 for no reason", 0.5, "for no reason"),
-    ] {
-        let prediction = predict(text);
-        assert_eq!(
-            (prediction.number(), prediction.reason()),
-            (number, reason),
-            "{text}"
-        );
-        assert_eq!(predict(&prediction.to_string()), prediction);
+    for [text, number, reason] in rows(
+        "8 because it is slow               | 8    | it is slow
+         8 Hz because it is slow            | 8    | it is slow
+         8 Hz: Because it is slow           | 8    | it is slow
+         7.5Hz, because it is slow.         | 7.5  | it is slow.
+         7,5 because it is slow             | 7.5  | it is slow
+         8, because it is slow              | 8    | it is slow
+         1e1 hertz so it seems              | 10   | so it seems
+         0.01 kHz so it seems               | 10   | so it seems
+         10: the pole needs a tenth         | 10   | the pole needs a tenth
+         8 weil es reicht                   | 8    | weil es reicht
+         8因为它很慢                        | 8    | 因为它很慢
+         8 because 80 ms at 20 ms a second  | 8    | 80 ms at 20 ms a second
+         0, 5 Hz is too slow                | 0    | 5 Hz is too slow
+         +.5 for no reason                  | 0.5  | for no reason",
+    ) {
+        for text in [text.clone(), format!("  {text} ")] {
+            let read = predict(&text);
+            assert_eq!(
+                (read.number().to_string(), read.reason()),
+                (number.clone(), &*reason)
+            );
+            assert_eq!(predict(&read.to_string()), read, "{text}");
+        }
     }
 }
 
 #[test]
 fn a_prediction_without_number_or_reason_is_refused_with_an_example() {
     let none = "no prediction yet: expected a number in Hz and a reason, as in N because …";
-    let bare = "8 Hz is without a reason: add one, as in 8 Hz because …";
-    for (text, said) in [
-        ("", none),
-        ("  ", none),
-        (
-            "because",
-            "\"because\": expected a number in Hz and a reason, as in N because …",
-        ),
-        ("8", bare),
-        ("8 because", bare),
-        ("8 ...", bare),
-        ("8 Hz", bare),
-        ("8 Hz, because", bare),
-        ("8 because Hz", bare),
-        ("8 because 8", bare),
-    ] {
+    for text in ["", "  "] {
+        assert_eq!(refused(text, &BRIEF), none, "{text:?}");
+    }
+    let number = "\"because\": expected a number in Hz and a reason, as in N because …";
+    assert_eq!(refused("because", &BRIEF), number);
+    let bare = "8 because|8 ...|8 Hz|8 Hz, because|8 because Hz|8 because 8";
+    for text in bare.split('|') {
+        let said = "8 Hz is without a reason: add one, as in 8 Hz because …";
         assert_eq!(refused(text, &BRIEF), said, "{text}");
     }
     for word in ["x", "so", "physics", "x y", "x x", "no no no", "ß"] {
@@ -100,39 +93,26 @@ fn a_prediction_without_number_or_reason_is_refused_with_an_example() {
         let said = refused(&format!("8 because {word}"), &BRIEF);
         assert_eq!(said, format!("{word:?} {short}"));
     }
+    let several = "5-10 so|5 - 10 so|5–10 Hz so|5 10 so|8/10 so|1.000,5 so|5 Hz-10 Hz so";
+    for text in several.split('|') {
+        let said = refused(text, &BRIEF);
+        assert!(
+            said.contains("expected a number in Hz and a reason"),
+            "{text}: {said}"
+        );
+    }
     assert!(Prediction::new(f64::NAN, "it is none").is_err());
 }
 
 #[test]
-fn a_prediction_of_several_numbers_is_refused() {
-    for text in [
-        "5-10 so",
-        "5 - 10 so",
-        "5–10 Hz so",
-        "5 10 so",
-        "8/10 so",
-        "1.000,5 so",
-        "5 Hz-10 Hz so",
-    ] {
-        let said = refused(text, &BRIEF);
-        assert!(
-            said.contains("expected a number in Hz and a reason"),
-            "{said}"
-        );
-    }
-}
-
-#[test]
 fn a_time_may_be_given_in_any_unit_of_time() {
-    for (text, seconds) in [
-        ("0.7 because of it", 0.7),
-        ("0,7 s because of it", 0.7),
-        ("700 ms because of it", 0.7),
-        ("700ms so it seems", 0.7),
-        ("700000 µs because of it", 0.7),
-        ("0.1 min because of it", 6.0),
-    ] {
-        let read = Prediction::read(text, brief(5)).expect(text);
+    let times = "0.7|0,7 s|700 ms|700ms|700000 µs";
+    for (text, seconds) in times
+        .split('|')
+        .map(|text| (text, 0.7))
+        .chain([("0.1 min", 6.0)])
+    {
+        let read = Prediction::read(&format!("{text} because of it"), brief(5)).expect(text);
         assert_eq!(read.number(), seconds, "{text}");
     }
     let read = Prediction::read("0.0299 s because of it", brief(3)).expect("read");
@@ -141,45 +121,24 @@ fn a_time_may_be_given_in_any_unit_of_time() {
 
 #[test]
 fn a_unit_of_something_else_and_an_impossible_number_are_refused() {
-    for (exercise, number, said) in [
-        (
-            1,
-            "8 s",
-            "\"s\" is not a unit here: expected a number in Hz",
-        ),
-        (
-            1,
-            "8kg",
-            "\"kg\" is not a unit here: expected a number in Hz",
-        ),
-        (1, "8x", "\"x\" is not a unit here: expected a number in Hz"),
-        (2, "2 Hz", "\"Hz\" is not a unit here: expected a number"),
-        (5, "5 %", "\"%\" is not a unit here: expected a number in s"),
-        (1, "1e400", "inf Hz is impossible here: expected 0 to 50 Hz"),
-        (1, "-1", "-1 Hz is impossible here: expected 0 to 50 Hz"),
-        (
-            2,
-            "-1",
-            "-1 is impossible here: expected a whole number, 0 to 3",
-        ),
-        (
-            2,
-            "10",
-            "10 is impossible here: expected a whole number, 0 to 3",
-        ),
-        (
-            2,
-            "1.5",
-            "1.5 is impossible here: expected a whole number, 0 to 3",
-        ),
-        (
-            4,
-            "4",
-            "4 Hz is impossible here: expected a whole number, 5 to 12 Hz",
-        ),
-        (5, "700", "700 s is impossible here: expected 0 to 10 s"),
-    ] {
+    for [exercise, number, said] in rows(
+        r#"
+        1 | 8 s   | "s" is not a unit here: expected a number in Hz
+        1 | 8kg   | "kg" is not a unit here: expected a number in Hz
+        1 | 8x    | "x" is not a unit here: expected a number in Hz
+        2 | 2 Hz  | "Hz" is not a unit here: expected a number
+        5 | 5 %   | "%" is not a unit here: expected a number in s
+        1 | 1e400 | inf Hz is impossible here: expected 0 to 50 Hz
+        1 | -1    | -1 Hz is impossible here: expected 0 to 50 Hz
+        2 | -1    | -1 is impossible here: expected a whole number, 0 to 3
+        2 | 10    | 10 is impossible here: expected a whole number, 0 to 3
+        2 | 1.5   | 1.5 is impossible here: expected a whole number, 0 to 3
+        4 | 4     | 4 Hz is impossible here: expected a whole number, 5 to 12 Hz
+        5 | 700   | 700 s is impossible here: expected 0 to 10 s
+        "#,
+    ) {
         let text = format!("{number} because of it");
+        let exercise = exercise.parse().expect("a number");
         assert_eq!(refused(&text, brief(exercise)), said, "{text}");
     }
     // Before it is without a reason.
@@ -283,26 +242,24 @@ fn band(text: &str) -> Result<Expectation, ExpectationsError> {
 
 #[test]
 fn a_band_holds_for_its_values_only() {
-    for (text, inside, outside) in [
-        ("equals = 501", vec![501.0], vec![500.999, f64::NAN]),
-        (
-            "reads = \"59.7206\"",
-            vec![59.72055888, 59.72064],
-            vec![59.7207, 59.7205],
-        ),
-        ("reads = \"-0.49\"", vec![-0.4902], vec![0.49, -0.48]),
-        ("reads = \"3\"", vec![3.2], vec![3.6]),
-        (
-            "at_least = 1, at_most = 2",
-            vec![1.0, 1.5, 2.0],
-            vec![0.9, 2.1, f64::NAN],
-        ),
-        ("at_most = 2", vec![-9.0], vec![f64::NEG_INFINITY, 3.0]),
-        ("equals = 3, reads = \"3.0\"", vec![3.0], vec![3.01]),
-    ] {
-        let band = band(&format!("{text}, source = \"us\"")).expect(text);
-        assert!(inside.iter().all(|value| band.holds(*value)), "{text}");
-        assert!(!outside.iter().any(|value| band.holds(*value)), "{text}");
+    for [text, inside, outside] in rows(
+        r#"
+        equals = 501                 | 501                  | 500.999 NaN
+        reads = "59.7206"            | 59.72055888 59.72064 | 59.7207 59.7205
+        reads = "-0.49"              | -0.4902              | 0.49 -0.48
+        reads = "3"                  | 3.2                  | 3.6
+        at_least = 1, at_most = 2    | 1 1.5 2              | 0.9 2.1 NaN
+        at_most = 2                  | -9                   | -inf 3
+        equals = 3, reads = "3.0"    | 3                    | 3.01
+        "#,
+    ) {
+        let band = band(&format!("{text}, source = \"us\"")).expect(&text);
+        for (values, holds) in [(inside, true), (outside, false)] {
+            let mut values = values
+                .split(' ')
+                .map(|value| value.parse().expect("a number"));
+            assert!(values.all(|value| band.holds(value) == holds), "{text}");
+        }
     }
 }
 
@@ -360,19 +317,19 @@ fn a_prediction_is_compared_with_the_measurement() {
         from: 10.0,
         to: 5.0,
     };
-    for (predicted, judged) in [
-        ("5", "You called it."),
-        ("8", "You called it."),
-        ("10", "You called it."),
-        ("10.5", "You called it to within 0.5 Hz."),
-        ("4.5", "You called it to within 0.5 Hz."),
-        ("10.6", "Close: 0.6 Hz above it."),
-        ("25", "You were 15 Hz above it."),
-        ("1", "You were 4 Hz below it."),
-    ] {
+    for [predicted, judged] in rows(
+        "5    | You called it.
+         8    | You called it.
+         10   | You called it.
+         10.5 | You called it to within 0.5 Hz.
+         4.5  | You called it to within 0.5 Hz.
+         10.6 | Close: 0.6 Hz above it.
+         25   | You were 15 Hz above it.
+         1    | You were 4 Hz below it.",
+    ) {
         let text = reconciled(turn.clone(), &format!("{predicted} because of it"));
         assert!(text.contains("Measured: between 10 Hz and 5 Hz."), "{text}");
-        assert!(text.contains(judged), "{text}");
+        assert!(text.contains(&judged), "{text}");
         let prediction = predict(&format!("{predicted} because of it"));
         let (hit, _) = findings(turn.clone()).judge(&BRIEF, &prediction);
         assert_eq!(hit, judged.starts_with("You called it"), "{predicted}");
@@ -399,29 +356,21 @@ static CHOICE: LazyLock<Brief> = LazyLock::new(|| Brief {
 
 #[test]
 fn a_choice_is_named_in_words_and_needs_a_reason_too() {
-    for (text, number, reason) in [
-        ("policy slow because it is", 1.0, "it is"),
-        ("Policy Slow: it decides twice", 1.0, "it decides twice"),
-        ("policy because of it", 2.0, "of it"),
-        (
-            "/obs loses, look at the figures",
-            3.0,
-            "look at the figures",
-        ),
-    ] {
-        let read = Prediction::read(text, &CHOICE).expect(text);
-        let reason = reason.to_owned();
-        assert_eq!((read.number(), read.reason().to_owned()), (number, reason));
+    for [text, number, reason] in rows(
+        "policy slow because it is         | 1 | it is
+         Policy Slow: it decides twice     | 1 | it decides twice
+         policy because of it              | 2 | of it
+         /obs loses, look at the figures   | 3 | look at the figures",
+    ) {
+        let read = Prediction::read(&text, &CHOICE).expect(&text);
+        assert_eq!(
+            (read.number().to_string(), read.reason()),
+            (number, &*reason)
+        );
     }
     let asked =
         "expected one of policy slow, policy, /obs loses and a reason, as in policy slow because …";
-    for text in [
-        "1 because of it",
-        "policyslow because of it",
-        "sensor",
-        "∆",
-        "/obs losesX so",
-    ] {
+    for text in "1 because of it|policyslow because of it|sensor|∆|/obs losesX so".split('|') {
         assert!(refused(text, &CHOICE).contains(asked), "{text}");
     }
     for text in ["policy slow", "/obs loses because"] {

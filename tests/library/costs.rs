@@ -82,9 +82,11 @@ fn one_knob_changes_no_draw_of_another() {
 }
 
 #[test]
-fn a_live_cost_is_logged_with_its_old_value() {
+fn a_live_knob_is_logged_with_its_old_value() {
     let config = Config {
-        knobs: knobs("1 takes policy 30\n2 offset policy 3.5\n3 takes policy none"),
+        knobs: knobs(
+            "1 takes policy 30\n2 offset policy 3.5\n3 takes policy none\n4 control-hz 2.5",
+        ),
         ..Config::default()
     };
     let events = run(&config).events;
@@ -95,6 +97,8 @@ fn a_live_cost_is_logged_with_its_old_value() {
             "1.000 s: policy takes 30 (was none)",
             "2.000 s: policy offset 3.5 ms (was 0 ms)",
             "3.000 s: policy takes none (was 30)",
+            "4.000 s: policy at 2.5 Hz (was 50 Hz)",
+            "5.480 s: actuator ended the run",
         ]
     );
 }

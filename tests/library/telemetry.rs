@@ -11,7 +11,7 @@ use proptest::prelude::*;
 use ratelab::{Depth, GO_ON, Graph, Time, Topic};
 use ratelab_account::{Distribution, Observer, ReplayAccounts, TickRecord};
 
-use crate::support::{at, depth, hz, run_virtual, secs, set_depth};
+use crate::support::{at, depth, hz, run_virtual, secs, set_depth, talker};
 
 fn recorded(samples: &[u64]) -> Distribution {
     let mut distribution = Distribution::empty();
@@ -219,13 +219,8 @@ fn observing_a_run_leaves_it_unchanged() {
 /// The rate at run time `now` (s) of a topic with a message every 20 ms from zero until `end`.
 fn fifty_hertz(end: f64, now: f64) -> f64 {
     let (mut graph, topic) = (Graph::new(), Topic::new("/steady", Depth::ONE));
-    let mut publisher = None;
-    let node = graph.node("steady", hz(50.0), 0, |wiring| {
-        publisher = Some(wiring.publisher(&topic));
-        |_| GO_ON
-    });
-    node.expect("a node");
-    let (observer, publisher) = (Observer::of(&graph), publisher.expect("an end"));
+    talker(&mut graph, "steady", 50.0, 0, &topic, |_| None);
+    let (observer, publisher) = (Observer::of(&graph), topic.publisher());
     for message in 0..(end * 50.0) as u64 {
         publisher.publish((), Time::from_nanos(message * 20_000_000), None);
     }
@@ -234,22 +229,12 @@ fn fifty_hertz(end: f64, now: f64) -> f64 {
 }
 
 #[test]
-fn the_rate_of_a_steady_topic_is_its_rate_at_any_moment() {
-    for end in [1.0, 1.7, 2.0, 3.3, 60.0] {
+fn the_rate_of_a_steady_topic_is_its_rate_until_it_is_silent() {
+    // In the first second as far as it goes.
+    for end in [0.1, 0.2, 0.5, 0.9, 1.0, 1.7, 2.0, 3.3, 60.0] {
         assert_eq!(fifty_hertz(end, end), 50.0, "at {end} s");
     }
-}
-
-#[test]
-fn the_rate_is_known_in_the_first_second_as_far_as_it_goes() {
     assert_eq!(fifty_hertz(0.0, 0.0), 0.0);
-    for end in [0.1, 0.2, 0.5, 0.9] {
-        assert_eq!(fifty_hertz(end, end), 50.0, "at {end} s");
-    }
-}
-
-#[test]
-fn the_rate_of_a_silent_topic_falls_to_zero() {
     assert_eq!(fifty_hertz(5.0, 5.5), 25.0);
     for silent in [6.0, 6.6, 7.0, 60.0, 1e9] {
         assert_eq!(fifty_hertz(5.0, silent), 0.0, "at {silent} s");
@@ -258,25 +243,18 @@ fn the_rate_of_a_silent_topic_falls_to_zero() {
 
 #[test]
 fn what_a_shallower_queue_loses_is_lost_at_that_moment_however_old_it_is() {
-    let topic = Topic::new("/count", depth(10));
-    let mut graph = Graph::new();
-    let source = graph.node("source", hz(10.0), 0, |wiring| {
-        let count = wiring.publisher(&topic);
-        move |now| {
-            if now < secs(0.5) {
-                count.publish((), now, None);
-            }
-            GO_ON
-        }
+    let (mut graph, topic) = (Graph::new(), Topic::new("/count", depth(10)));
+    talker(&mut graph, "source", 10.0, 0, &topic, |now| {
+        (now < secs(0.5)).then_some(())
     });
-    let idle = graph.node("idle", hz(10.0), 1, |wiring| {
+    let idle = graph.node("idle", 10.0, 1, |wiring| {
         let unread = wiring.subscription(&topic);
-        move |_| {
+        move |_: Time| {
             let _ = &unread;
             GO_ON
         }
     });
-    source.and(idle).expect("nodes");
+    idle.expect("a node");
     let observer = Observer::of(&graph);
     run_virtual(&mut graph, vec![at(3.0, set_depth("/count", 1))], secs(3.5));
     let snapshot = observer.snapshot();
