@@ -27,7 +27,7 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
     })
 }
 
-/// The same run on the clock of the exercise and on the lab's.
+/// One run on the clock of the exercise and on the lab's.
 struct ClockPair {
     hz: u64,
     clock: TimedRun,

@@ -38,7 +38,7 @@ impl Prediction {
         })
     }
 
-    /// The same about the runs drawn from the learner's number `seed`.
+    /// This prediction about the runs drawn from the learner's number `seed`.
     pub fn about(mut self, seed: u64) -> Self {
         self.seed = Some(seed);
         self
@@ -157,7 +157,7 @@ fn asked(brief: &Brief) -> String {
     }
 }
 
-/// The same with a reason, and an example.
+/// The expected form with a reason, and an example.
 fn expected(brief: &Brief) -> String {
     let example = brief.choices.first().map_or("N", String::as_str);
     format!("{} and a reason, as in {example} because …", asked(brief))

@@ -76,7 +76,7 @@ impl From<ScheduledRun> for TimedRun {
     }
 }
 
-/// The same run under both schedulers.
+/// One run under both schedulers.
 struct Pair {
     hz: Hz,
     added: TimedRun,

@@ -130,7 +130,9 @@ fn check(
     }
     match broken {
         0 => Ok(()),
-        n => Err(Error::Broken(n)),
+        n => Err(Error::Unfinished(format!(
+            "{n} measurements do not hold: the runtime differs from that of the exercises"
+        ))),
     }
 }
 
@@ -151,5 +153,6 @@ fn judge_session(exercise: &Exercise, file: &Path) -> Result<(), Error> {
         return Error::if_damaged(&recording);
     }
     print_line(&format!("✖ {name}: {text}"))?;
-    Err(Error::NotRescued(name.to_string()))
+    let why = format!("{name} is not accepted as your rescue");
+    Err(Error::Unfinished(why))
 }

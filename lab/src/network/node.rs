@@ -19,9 +19,8 @@ use crate::{
 
 /// A process runs on the wall's clock until it is stopped.
 const DEFAULTS: Defaults = Defaults {
-    clock: ClockKind::Real,
     end: Time::MAX,
-    speed: Speed::Unlimited,
+    ..options::RUN
 };
 
 /// Runs the nodes until the run ends; the process with the plant prints its summary.
@@ -71,7 +70,7 @@ pub fn config(program: &Program, args: &GraphArgs) -> Result<Config, Error> {
         let why = "several processes share the wall's time: leave --clock and --like out";
         return Err(Error::BadInput(why.to_owned()));
     }
-    let mut config = options::graph(program, args, &DEFAULTS, None)?;
+    let mut config = options::graph(program, args, &DEFAULTS)?.0;
     if let Some(watchdog) = program.system.watchdog(&config.setup) {
         let (_, knobs) = options::read_knob(program, "watchdog", &watchdog)?;
         for knob in knobs {

@@ -27,7 +27,7 @@ impl Theory {
     /// The prediction for the run of `config`.
     ///
     /// # Errors
-    /// [`Error::Theory`] if an expected answer is missing.
+    /// [`Error::Unfinished`] if an expected answer is missing.
     pub fn of(&mut self, config: &Config) -> Result<RowTheory, Error> {
         let key = (config.setup.clone(), config.world);
         if let Some((_, known)) = self.0.iter().find(|(of, _)| *of == key) {
@@ -43,7 +43,7 @@ impl Theory {
                 sure: Some(sure),
             },
             Err(error @ StabilityError::Plant(_)) => {
-                return Err(Error::Theory(error));
+                return Err(Error::Unfinished(error.to_string()));
             }
             Err(_) => RowTheory::default(),
         };

@@ -48,7 +48,7 @@ const LOOK: Duration = Duration::from_millis(50);
 pub struct Measured(BTreeMap<(String, Option<u64>), Findings>);
 
 impl Measured {
-    /// The same as [`Measured::marks`], or `None` if `asked` is set meanwhile: then the
+    /// Grades as [`Measured::marks`] does; `None` if `asked` is set meanwhile: then the
     /// measurement is left to a thread that ends with the program.
     ///
     /// # Errors

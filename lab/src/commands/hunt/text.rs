@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use ratelab::{Knob, Time, TimedKnob};
+use ratelab::{Knob, TimedKnob};
 use ratelab_study::{
     experiment::hunt::{Budget, Found, Proof},
     system::{KnobText, System},
 };
 use serde_json::{Value, json};
 
-use crate::{names::good, report::line};
+use crate::{names::good, report::lines};
 
 /// A description of the budget.
 pub fn budget(budget: &Budget) -> String {
@@ -34,18 +34,22 @@ pub fn budget(budget: &Budget) -> String {
 }
 
 /// The outcome in lines: the verdict, the faults, and the evidence.
-pub fn lines(system: &dyn System, found: &Found) -> Vec<String> {
-    let mut lines = vec![line("verdict", &found.verdict.to_string())];
+pub fn outcome(system: &dyn System, found: &Found) -> String {
+    let mut rows = vec![("verdict", found.verdict.to_string())];
     let knobs = KnobText(system.aliases()).lines(&found.knobs);
-    lines.extend(knobs.iter().map(|knob| line("fault", knob)));
-    lines.push(line("proven", &proven(system, found)));
-    lines.push(line("tried", &format!("{} lists of faults", found.runs)));
-    lines
+    rows.extend(knobs.into_iter().map(|knob| ("fault", knob)));
+    rows.push(("proven", proven(system, found)));
+    rows.push(("tried", format!("{} lists of faults", found.runs)));
+    lines(&rows)
 }
 
 /// The evidence, in one or two sentences.
 pub fn proven(system: &dyn System, found: &Found) -> String {
     let good = good(system);
+    let good = match &*good {
+        "not lost" => "was not lost",
+        good => good,
+    };
     let proof = match found.proof {
         Proof::EverySmaller(0) => format!("without it the run {good}"),
         Proof::EverySmaller(1) => format!("with the one smaller list the run {good}"),
@@ -57,12 +61,6 @@ pub fn proven(system: &dyn System, found: &Found) -> String {
         }
         Proof::Stopped => "whether less is was not found out: the hunt was stopped".to_owned(),
     };
-    let good = if good == "not lost" {
-        "was not lost"
-    } else {
-        &good
-    };
-    let proof = proof.replace("the run not lost", &format!("the run {good}"));
     format!("{} is enough; {proof}", faults(&found.knobs))
 }
 
@@ -76,7 +74,10 @@ fn faults(knobs: &[TimedKnob]) -> String {
                 let late = late.entry(topic).or_insert_with(Vec::new);
                 late.push(format!("message {seq} by {} ms", delay.as_millis()));
             }
-            Knob::Hang { node, cost } => others.push(hang(*at, node, cost.as_millis())),
+            Knob::Hang { node, cost } => {
+                let ms = cost.as_millis();
+                others.push(format!("a tick of {node} at {at} that takes {ms} ms"));
+            }
             other => others.push(other.to_string()),
         }
     }
@@ -92,10 +93,6 @@ fn faults(knobs: &[TimedKnob]) -> String {
     let late = late.map(|(topic, late)| format!("postponing {} on {topic}", listed(&late)));
     let parts: Vec<String> = lost.chain(late).chain(others).collect();
     listed(&parts)
-}
-
-fn hang(at: Time, node: &str, ms: u128) -> String {
-    format!("a tick of {node} at {at} that takes {ms} ms")
 }
 
 /// Numbers as text, with three or more in a row as a range.
@@ -126,7 +123,7 @@ pub fn file(system: &dyn System, found: &Found, knobs: &[TimedKnob]) -> String {
     format!("# {comment}\n{}\n", lines.join("\n"))
 }
 
-/// The same as JSON.
+/// The outcome as JSON.
 pub fn json(system: &dyn System, found: &Found) -> Value {
     let proof = match found.proof {
         Proof::EverySmaller(_) => "every_smaller",
