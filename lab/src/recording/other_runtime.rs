@@ -10,7 +10,7 @@ use ratelab_study::{
 };
 
 use super::{
-    reader::Recording,
+    recorded::Recording,
     schema::{Origin, RecordingEnd, RunResult, RunStatus},
 };
 
@@ -43,13 +43,10 @@ impl Recording {
         let graph = Experiment::new(system.clone(), &run.config)?;
         let topology = graph.observer().topology();
         let topics = topology.topics.iter();
-        let topics: Vec<Rows> = topics
-            .map(|topic| run.topics.remove(&topic.name).unwrap_or_default())
-            .collect();
+        let topics = topics.map(|topic| run.topics.remove(&topic.name).unwrap_or_default());
         let nodes = topology.nodes.iter();
-        let ticks: Vec<_> = nodes
-            .map(|node| run.ticks.remove(&node.name).unwrap_or_default())
-            .collect();
+        let ticks = nodes.map(|node| run.ticks.remove(&node.name).unwrap_or_default());
+        let (topics, ticks) = (topics.collect::<Vec<_>>(), ticks.collect::<Vec<_>>());
         let (until, events) = match &run.exit {
             ClockExit::Ended { node, at } => {
                 let node = node.clone();
@@ -58,17 +55,11 @@ impl Recording {
             }
             _ => (run.config.end, Vec::new()),
         };
-        let named = |name: Option<&str>| {
+        let [states, chains] = [system.state(), system.chains()].map(|name| {
             let mut names = topology.topics.iter().map(|topic| topic.name.as_str());
             topics.get(names.position(|topic| Some(topic) == name)?)
-        };
-        let states = named(system.state());
-        let end = end(
-            &**system,
-            &run.exit,
-            until,
-            [states, named(system.chains())],
-        );
+        });
+        let end = end(&**system, &run.exit, until, [states, chains]);
         let steps = states.map_or(0, Rows::len) as u64;
         let dropped = |rows: &Rows| rows.last().map_or(0, |(head, _)| head.dropped);
         let outcome = RecordingEnd {
@@ -82,18 +73,15 @@ impl Recording {
             threads: None,
             digest: None,
         };
+        let origin = Origin::new(&**system, run.config, topology);
         Ok(Self {
             path: PathBuf::from(NAME),
-            bytes: 0,
-            origin: Origin::new(&**system, run.config, topology),
             topics,
             ticks,
             events,
-            threads: None,
             until,
             outcome: Some(outcome),
-            damage: None,
-            altered: false,
+            ..Self::empty(origin)
         })
     }
 }

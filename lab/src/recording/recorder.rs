@@ -21,7 +21,8 @@ use thiserror::Error;
 use super::{
     file::RecordingFile,
     source::{Source, StopReason},
-    writer::{AttachedTaps, FinishedRecording, RecordingWriter},
+    tracks::AttachedTaps,
+    writer::{FinishedRecording, RecordingWriter},
 };
 
 /// Interval between two checks of the taps (wall time).

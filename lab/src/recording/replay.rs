@@ -9,7 +9,7 @@ use ratelab_study::{
     system::{MeanCost, System, verdict},
 };
 
-use super::{reader::Recording, schema::RunStatus};
+use super::{recorded::Recording, schema::RunStatus};
 
 /// An item of the recording, by its index.
 #[derive(Clone, Copy, Debug)]
@@ -94,7 +94,7 @@ impl Replay {
         &self.recording
     }
 
-    /// The same, shared.
+    /// The recording, shared.
     pub fn shared_recording(&self) -> Arc<Recording> {
         self.recording.clone()
     }
@@ -350,10 +350,12 @@ fn order(recording: &Recording) -> Vec<(Time, ReplayItem)> {
     for (topic, rows) in recording.topics.iter().enumerate() {
         let publisher = topology.topics[topic].publishers.first();
         let rank = 2 + 2 * publisher.map_or(0, |node| priority(*node));
-        let heads = rows.heads().iter().enumerate();
-        order.extend(
-            heads.map(|(index, head)| ((head.at, rank), ReplayItem::Message { topic, index })),
-        );
+        let mut reached = Time::ZERO;
+        for (index, head) in rows.heads().iter().enumerate() {
+            // Those of several publishers may be out of the order of time.
+            reached = reached.max(head.at);
+            order.push(((reached, rank), ReplayItem::Message { topic, index }));
+        }
     }
     order.sort_by_key(|(place, _)| *place);
     order

@@ -123,7 +123,9 @@ impl StopReason {
     /// The status of a run of `system`, for the file.
     pub(super) fn status(&self, system: &dyn System) -> RunStatus {
         match self {
-            Self::Run(summary) => RunStatus::Ended(RunResult::new(system, summary)),
+            Self::Run(summary) => {
+                RunStatus::Ended(RunResult::of(system, &summary.end(), summary.steps))
+            }
             Self::Fault(fault) => RunStatus::Failed {
                 fault: fault.clone(),
             },

@@ -8,17 +8,58 @@ use ratelab::{Event, Time, Topology};
 use ratelab_account::Observer;
 use ratelab_effects::Digest;
 use ratelab_replay::{Log, LogPosition, RunLog};
-use rerun::{RecordingStream, RecordingStreamResult, log::Chunk};
+use rerun::{RecordingStreamResult, log::Chunk};
 
 use super::{
-    columns,
-    rows::{self, LogPiece},
+    columns::{self, ColumnForm, RecordColumn, RecordRow},
     schema::{THREADS, piece},
-    timeline::Stamps,
+    timeline::BatchStream,
 };
 
 /// What is wrong with a log whose digests do not fit.
 const CHANGED: &str = "a piece of it is missing or was changed";
+
+/// A piece of a thread's log beside its bytes.
+#[derive(Clone, Copy)]
+struct LogPiece {
+    /// Run time by which it was written.
+    at: Time,
+    /// Number of the piece, counted from zero.
+    row: u64,
+    /// Number of the thread.
+    thread: u64,
+    /// Digest of this piece and all before.
+    digest: u64,
+}
+
+impl RecordRow for LogPiece {
+    const COLUMNS: &'static [RecordColumn] = &[
+        RecordColumn::new(piece::ROW, "piece", ColumnForm::Count),
+        RecordColumn::new(piece::THREAD, "thread", ColumnForm::Count),
+        RecordColumn::new(piece::DIGEST, "digest", ColumnForm::Count),
+    ];
+
+    fn at(&self) -> Time {
+        self.at
+    }
+
+    fn cells(&self) -> Vec<Option<u64>> {
+        [self.row, self.thread, self.digest].map(Some).into()
+    }
+
+    fn of(cells: &[Option<u64>]) -> Option<Self> {
+        let &[Some(row), Some(thread), Some(digest)] = cells else {
+            return None;
+        };
+        let at = Time::ZERO;
+        Some(Self {
+            at,
+            row,
+            thread,
+            digest,
+        })
+    }
+}
 
 /// Writes the log of a run.
 #[derive(Default)]
@@ -34,34 +75,31 @@ impl ThreadTrack {
         RunLog::of(observer).since(&mut self.position)
     }
 
-    /// Writes `pieces`; `stamps` has the run time of each.
+    /// Writes `pieces` at run time `now`.
     pub fn write(
         &mut self,
-        rec: &RecordingStream,
+        stream: &BatchStream<'_>,
         pieces: &[(usize, Vec<u8>)],
-        stamps: &Stamps,
+        now: Time,
     ) -> RecordingStreamResult<()> {
-        if pieces.is_empty() {
-            return Ok(());
-        }
-        let first = self.written;
-        self.written += pieces.len() as u64;
-        let digests = pieces.iter().zip(first..).map(|((thread, bytes), row)| {
-            let digest = digest(self.digest, row, *thread as u64, bytes);
-            self.digest = Some(digest);
-            digest
+        let rows = pieces.iter().map(|(thread, bytes)| {
+            let (row, thread) = (self.written, *thread as u64);
+            let digest = digest(self.digest, row, thread, bytes);
+            (self.written, self.digest) = (row + 1, Some(digest));
+            LogPiece {
+                at: now,
+                row,
+                thread,
+                digest,
+            }
         });
-        let digests: Vec<u64> = digests.collect();
-        let columns = [
-            columns::numbers(piece::ROW, first..self.written)?,
-            columns::numbers(
-                piece::THREAD,
-                pieces.iter().map(|(thread, _)| *thread as u64),
-            )?,
-            columns::bytes(piece::BYTES, pieces.iter().map(|(_, bytes)| &**bytes))?,
-            columns::numbers(piece::DIGEST, digests)?,
-        ];
-        rec.send_columns(THREADS, stamps.columns(), columns)
+        let rows: Vec<LogPiece> = rows.collect();
+        let mut columns = columns::write(&rows)?;
+        columns.push(columns::bytes(
+            piece::BYTES,
+            pieces.iter().map(|(_, bytes)| &**bytes),
+        )?);
+        stream.send(THREADS, &vec![now; rows.len()], columns)
     }
 
     /// The digest of all that is written; `None` before the first piece.
@@ -77,12 +115,6 @@ fn digest(before: Option<u64>, row: u64, thread: u64, bytes: &[u8]) -> u64 {
     u64::from_str_radix(&digest[..16], 16).unwrap_or_default()
 }
 
-/// The rows of a file so far.
-#[derive(Default)]
-pub struct Pieces {
-    rows: Vec<Option<LogPiece>>,
-}
-
 /// The log in a file.
 #[derive(Clone, Debug)]
 pub struct ThreadLog {
@@ -95,10 +127,16 @@ pub struct ThreadLog {
     pub damage: Option<&'static str>,
 }
 
-impl Pieces {
+/// The pieces of a file so far; `None` for a damaged one.
+#[derive(Default)]
+pub struct LogPieces(Vec<Option<(LogPiece, Vec<u8>)>>);
+
+impl LogPieces {
     /// Adds the rows in `chunk`.
     pub fn add(&mut self, chunk: &Chunk) {
-        self.rows.extend(rows::pieces(chunk));
+        let bytes = columns::read_bytes(chunk, piece::BYTES);
+        let rows = columns::read(chunk).into_iter().zip(bytes);
+        self.0.extend(rows.map(|(piece, bytes)| piece.zip(bytes)));
     }
 
     /// The log of a run with this `topology` and these `events`, if there is one; `end` is
@@ -110,34 +148,29 @@ impl Pieces {
         end: Option<Option<u64>>,
     ) -> Option<ThreadLog> {
         let (mut log, mut last) = (Log::default(), None);
-        let mut damage = self.rows.iter().any(Option::is_none).then_some(CHANGED);
-        let mut rows: Vec<LogPiece> = self.rows.into_iter().flatten().collect();
-        rows.sort_by_key(|piece| piece.row);
-        for (piece, row) in rows.into_iter().zip(0..) {
-            let known = usize::try_from(piece.thread).ok();
-            let known = known.filter(|thread| *thread <= topology.nodes.len());
-            let sound =
-                piece.row == row && piece.digest == digest(last, row, piece.thread, &piece.bytes);
-            match known.filter(|_| sound) {
-                Some(thread) => log.add(thread, &piece.bytes),
-                None => damage = Some(CHANGED),
+        let mut sound = self.0.iter().all(Option::is_some);
+        let mut pieces: Vec<(LogPiece, Vec<u8>)> = self.0.into_iter().flatten().collect();
+        pieces.sort_by_key(|(piece, _)| piece.row);
+        for ((piece, bytes), row) in pieces.into_iter().zip(0..) {
+            let LogPiece {
+                thread, digest: of, ..
+            } = piece;
+            if thread <= topology.nodes.len() as u64
+                && piece.row == row
+                && of == digest(last, row, thread, &bytes)
+            {
+                log.add(thread as usize, &bytes);
+            } else {
+                sound = false;
             }
-            last = Some(piece.digest);
+            last = Some(of);
         }
-        if end.is_some_and(|end| end != last) {
-            damage = Some(CHANGED);
-        }
-        let events = events.to_vec();
-        let some = damage.is_some() || !log.is_empty();
-        some.then_some(ThreadLog {
+        sound &= end.is_none_or(|end| end == last);
+        let some = !sound || !log.is_empty();
+        some.then(|| ThreadLog {
             log,
-            events,
-            damage,
+            events: events.to_vec(),
+            damage: (!sound).then_some(CHANGED),
         })
     }
-}
-
-/// Run times for `pieces` that were written at `now`.
-pub fn times(pieces: &[(usize, Vec<u8>)], now: Time) -> impl Iterator<Item = Time> {
-    std::iter::repeat_n(now, pieces.len())
 }

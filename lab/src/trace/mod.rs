@@ -11,10 +11,7 @@ use ratelab_account::{Lineage, Sent, TracedTick};
 use ratelab_study::system::System;
 use tracks::{Slice, Tracks};
 
-use crate::{
-    recording::{Recording, end_of},
-    timing::earlier,
-};
+use crate::recording::{Recording, due_of, end_of};
 
 /// The bytes of a trace of `recording`, a run of `system`.
 pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
@@ -68,9 +65,8 @@ impl Waits {
         if let Some(waited) = lineage.waited(node, index) {
             let by = &topology.nodes[waited.by].name;
             self.add(format!("waiting for {by}"), waited.from, waited.to);
-        } else if let Some(late) = tick.lateness.filter(|late| !late.is_zero()) {
-            let due = earlier(tick.at, late);
-            self.add("late".to_owned(), due, tick.at);
+        } else if due_of(tick) < tick.at {
+            self.add("late".to_owned(), due_of(tick), tick.at);
         }
     }
 

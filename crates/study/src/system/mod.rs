@@ -66,7 +66,7 @@ use ratelab::{ClockExit, GraphError, HzError, Time};
 use thiserror::Error;
 
 pub use age_limits::AgeLimits;
-pub use alias::Alias;
+pub use alias::{Alias, paced_node};
 pub use builder::{Builder, WORLD};
 pub(crate) use builder::{Built, ForwardingNode, Surroundings};
 pub use joints::{JointValues, Joints};

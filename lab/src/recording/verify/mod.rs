@@ -9,7 +9,6 @@ mod events;
 mod execute;
 mod held;
 mod order;
-mod series;
 mod topology;
 
 use std::{fmt, ops::ControlFlow, sync::Arc};
@@ -21,13 +20,10 @@ use thiserror::Error;
 
 pub use self::again::VerifyStatus;
 pub use self::branch::{Branch, Departure, branch};
+use self::difference::Difference;
 pub use self::execute::{Executed, Execution};
 pub use self::held::Held;
-use self::{
-    again::{Outcome, run_again},
-    difference::Difference,
-};
-use super::{reader::Recording, schema::Origin};
+use super::{recorded::Recording, schema::Origin};
 
 /// Why a run of the real clock does not come back, most likely.
 const LIKELY: &str =
@@ -110,7 +106,7 @@ pub enum VerifyError {
 }
 
 impl VerifyError {
-    /// The same in a few words.
+    /// The reason in a few words.
     pub fn brief(&self) -> &'static str {
         match self {
             Self::OtherSystem { .. } => "it is of another system",
@@ -150,6 +146,23 @@ pub struct Identical {
     pub without_digest: bool,
 }
 
+impl Identical {
+    /// So many messages and ticks of `recording` were the `same`, `until` a run time.
+    fn of(recording: &Recording, [messages, ticks]: [usize; 2], until: Option<Time>) -> Self {
+        let topics = recording.topics.iter().filter(|rows| !rows.is_empty());
+        let outcome = recording.outcome.as_ref();
+        let digest = outcome.and_then(|outcome| outcome.digest);
+        Self {
+            topics: topics.count(),
+            messages,
+            ticks,
+            until,
+            // A run that was never in a file needs none.
+            without_digest: recording.bytes > 0 && digest.is_none(),
+        }
+    }
+}
+
 impl fmt::Display for Identical {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [messages, ticks] = [self.messages, self.ticks].map(thousands);
@@ -182,8 +195,8 @@ fn thousands(number: usize) -> String {
 
 /// Runs the recorded run of `system` again with its commands, in the recorded order where
 /// it was under the real clock, and compares the graph, every message, every tick, every
-/// event and the end. What does not come of it, such as wall time, has a digest. With `perturb` threads pause at random.
-/// `watch` looks on now and then, and ends the comparison with a break.
+/// event and the end. What does not come of it, such as wall time, has a digest. With `perturb`
+/// threads pause at random. `watch` looks on now and then, and ends the comparison with a break.
 ///
 /// # Errors
 /// [`VerifyError`] if it is not the same, or that cannot be known.
@@ -200,17 +213,16 @@ pub fn verify(
     if let Some(rerun) = rerun.as_mut().filter(|_| perturb) {
         rerun.perturb();
     }
-    let Outcome {
-        mut differences,
-        diverged,
-        identical,
-    } = run_again(recording, system, rerun, watch)?;
-    differences.sort_by_key(|difference| difference.at);
-    let difference = differences.into_iter().next();
-    judge(recording, system, threads, (difference, diverged))?;
+    let outcome = again::compare(recording, system, rerun, watch)?;
+    judge(
+        recording,
+        system,
+        threads,
+        (outcome.difference, outcome.diverged),
+    )?;
     match recording.altered && recording.is_whole() {
         true => Err(VerifyError::Altered),
-        false => Ok(identical),
+        false => Ok(outcome.identical),
     }
 }
 
