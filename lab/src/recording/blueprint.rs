@@ -144,7 +144,10 @@ impl Subject<'_> {
             .collect();
         let latency = self.system.latency().map(|(_, meter)| meter);
         let mut middle = vec![self.per_second(properties), self.drops(properties)];
-        let mut right = vec![modes(properties), events(properties)];
+        let mut right = vec![
+            lanes(properties, "clock and rates in force", MODES),
+            events(properties),
+        ];
         if let Some(meter) = latency {
             middle.insert(0, self.latency(properties, meter));
             right.insert(0, histogram(properties, meter));
@@ -157,7 +160,9 @@ impl Subject<'_> {
             .filter(|views| !views.is_empty())
             .map(|views| Vertical::new(views).into());
         let columns = Horizontal::new(columns);
-        let rows = Vertical::new([top.into(), columns.into(), timeline(properties)]);
+        let name = "timeline: ticks of nodes, and what became of messages";
+        let timeline = lanes(properties, name, TIMELINE);
+        let rows = Vertical::new([top.into(), columns.into(), timeline]);
         rows.with_row_shares([1.0, 2.0, 1.0]).into()
     }
 
@@ -213,15 +218,6 @@ fn histogram(properties: &mut Properties, meter: &str) -> ContainerLike {
     let view = BarChartView::new(name).with_origin(HISTOGRAM);
     let legend = PlotLegend::new().with_visible(false);
     properties.set(view, &[("PlotLegend", &legend)])
-}
-
-fn modes(properties: &mut Properties) -> ContainerLike {
-    lanes(properties, "clock and rates in force", MODES)
-}
-
-fn timeline(properties: &mut Properties) -> ContainerLike {
-    let name = "timeline: ticks of nodes, and what became of messages";
-    lanes(properties, name, TIMELINE)
 }
 
 fn lanes(properties: &mut Properties, name: &str, origin: &str) -> ContainerLike {

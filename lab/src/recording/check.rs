@@ -1,15 +1,14 @@
 //! Compares the claims of a file with its content, and finds the end of its intact part.
 
-use ratelab::{ClockKind, Command, Event, Hz, Knob, NodeTopology, Time};
+use ratelab::{ClockKind, Command, Event, Hz, Knob, NodeTopology, Time, Topology};
 use ratelab_account::TickRecord;
 
 use super::{
     columns::RecordRow,
     content::DAMAGED_ROW,
-    limits::is_sound,
     recorded::Recording,
     schema::{RecordingEnd, RunStatus},
-    series::{Series, SeriesRow},
+    series::Series,
     tick_schedule::TickSchedule,
 };
 
@@ -162,4 +161,20 @@ fn span<S: Series>(series: &S) -> (u64, Time) {
         numbers.saturating_add(1).saturating_sub(rows.len() as u64),
         last.at(),
     )
+}
+
+/// Whether an end record is possible: nothing in it is later than the end, and the wall
+/// time is at most [`Time::MAX`].
+fn is_sound(outcome: &RecordingEnd, topology: &Topology) -> bool {
+    let losses = outcome.dropped.as_ref();
+    losses.is_none_or(|losses| losses.len() == topology.topics.len())
+        && match &outcome.end {
+            RunStatus::Ended(end) => {
+                let longest = u128::from(Time::MAX.as_nanos());
+                end.sim_time <= outcome.at
+                    && end.verdict.at <= outcome.at
+                    && end.wall_time.as_nanos() <= longest
+            }
+            RunStatus::Failed { .. } | RunStatus::WentOn => true,
+        }
 }

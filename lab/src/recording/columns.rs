@@ -24,13 +24,26 @@ const NANOS_PER_MICRO: f64 = 1e3;
 /// Upper bound of a time in 64 bits of nanoseconds (µs).
 const LATEST: f64 = u64::MAX as f64 / NANOS_PER_MICRO;
 
-/// A row of numbers in a file.
+/// A row of numbers in a file: a message without its payload, or a tick.
 pub trait RecordRow: Copy + Send + Sync + 'static {
+    /// What one is called.
+    const KIND: &'static str;
+    /// Whether it has a payload of numbers.
+    const HAS_PAYLOAD: bool;
     /// The table of its columns.
     const COLUMNS: &'static [RecordColumn];
 
+    /// Its number, counted from the beginning of the run.
+    fn number(&self) -> u64;
+
     /// Its run time.
     fn at(&self) -> Time;
+
+    /// Whether it may come after `last`.
+    fn follows(&self, last: &Self) -> bool;
+
+    /// Whether nothing of it happens before it.
+    fn is_possible(&self) -> bool;
 
     /// The number in each of its columns: a count, or nanoseconds.
     fn cells(&self) -> Vec<Option<u64>>;

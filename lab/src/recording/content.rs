@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::{
-    columns,
+    columns::{self, RecordRow},
     digest::{ContentDigest, RowDigest},
     frames::MORE,
     limits::check_graph,
@@ -18,7 +18,7 @@ use super::{
         CHECKPOINT, END, EVENTS, FORMAT, ORIGIN, Origin, RecordingEnd, THREADS, UNTIL, node_entity,
         topic_entity,
     },
-    series::{Series, SeriesRow},
+    series::Series,
     thread_log::LogPieces,
 };
 

@@ -38,7 +38,6 @@ mod file;
 mod frames;
 mod limits;
 mod lineage;
-mod other;
 mod other_runtime;
 pub mod printable;
 mod properties;

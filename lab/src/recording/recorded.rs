@@ -5,10 +5,12 @@ use std::{path::PathBuf, sync::Arc};
 use ratelab::{Event, Message, Time};
 use ratelab_account::{Fields, Rows, TickRecord};
 use ratelab_replay::RunLog;
-use ratelab_study::{graph_file::GraphFile, system::System};
+use ratelab_study::{
+    graph_file::GraphFile,
+    system::{BuildError, Builder, System},
+};
 
 use super::{
-    other::OtherSystem,
     schema::{Origin, RecordingEnd},
     series::Series,
     source::{Source, StopReason},
@@ -183,5 +185,19 @@ impl Recording {
             "this file is good up to {} only: {why}",
             self.until
         ))
+    }
+}
+
+/// A placeholder for a system of another program: all its views come from the recording.
+struct OtherSystem;
+
+impl System for OtherSystem {
+    fn name(&self) -> &'static str {
+        "other"
+    }
+
+    fn build(&self, _: &mut Builder<'_>) -> Result<(), BuildError> {
+        let why = "the system of this recording is in another program: run it there";
+        Err(BuildError::Setting(why.to_owned()))
     }
 }

@@ -48,9 +48,6 @@ pub struct Replay {
     latency: Option<usize>,
     /// The topic with the data ages of chains.
     chains: Option<usize>,
-    /// Whether pushes are derived from states, as in old recordings of a world that waits
-    /// for its actuator.
-    by_states: bool,
 }
 
 impl Replay {
@@ -64,14 +61,10 @@ impl Replay {
             let mut topics = topics.iter();
             topics.position(|topic| Some(&*topic.name) == name)
         });
-        let makes = |node: &usize| state.is_some_and(|s| topics[s].publishers.contains(node));
         let latency = system.latency();
         let latency = latency.and_then(|(node, _)| nodes.iter().position(|n| n.name == node));
-        let recorded = latency.and_then(|node| recording.ticks.get(node));
-        let told = recorded.is_some_and(|ticks| ticks.iter().any(|tick| tick.push.is_some()));
         Self {
-            by_states: !told && latency.as_ref().is_some_and(makes),
-            order: order(&recording),
+            order: order(&recording, state.zip(latency)),
             done: 0,
             counters: begin(&recording),
             replayed: vec![0; topics.len()],
@@ -229,12 +222,6 @@ impl Replay {
                 let head = self.recording.topics[topic].heads()[index];
                 self.counters.message(topic, &head);
                 self.replayed[topic] = index + 1;
-                let tells = self.by_states && self.state == Some(topic);
-                let sensed = head.origin.filter(|_| tells);
-                if let (Some(node), Some(sensed)) = (self.latency, sensed) {
-                    let at = head.at;
-                    self.push(node, Push { at, sensed });
-                }
             }
         }
     }
@@ -317,15 +304,11 @@ fn begin(recording: &Recording) -> ReplayCounters {
 }
 
 /// All items in order of time. At the same run time commands come first, then nodes by
-/// priority, each tick before its messages, and ends last.
-fn order(recording: &Recording) -> Vec<(Time, ReplayItem)> {
+/// priority, each tick before its messages, and ends last. `acts` is the topic of states and
+/// the node that acts.
+fn order(recording: &Recording, acts: Option<(usize, usize)>) -> Vec<(Time, ReplayItem)> {
     let topology = &recording.origin.topology;
-    let priority = |node: usize| {
-        topology
-            .nodes
-            .get(node)
-            .map_or(0, |node| u64::from(node.priority))
-    };
+    let priority = |node: usize| u64::from(topology.nodes[node].priority);
     let mut order = Vec::new();
     for (index, event) in recording.events.iter().enumerate() {
         let command = matches!(
@@ -337,8 +320,7 @@ fn order(recording: &Recording) -> Vec<(Time, ReplayItem)> {
     }
     for (node, ticks) in recording.ticks.iter().enumerate() {
         let rank = 1 + 2 * priority(node);
-        let ticks = ticks.iter().enumerate();
-        for (index, tick) in ticks {
+        for (index, tick) in ticks.iter().enumerate() {
             order.push(((tick.at, rank), ReplayItem::Tick { node, index }));
             if let Some(push) = tick.push {
                 // Ticks with a duration end before others start.
@@ -350,11 +332,18 @@ fn order(recording: &Recording) -> Vec<(Time, ReplayItem)> {
     for (topic, rows) in recording.topics.iter().enumerate() {
         let publisher = topology.topics[topic].publishers.first();
         let rank = 2 + 2 * publisher.map_or(0, |node| priority(*node));
+        let acts = acts
+            .filter(|(states, node)| *states == topic && acts_by_states(recording, topic, *node));
         let mut reached = Time::ZERO;
         for (index, head) in rows.heads().iter().enumerate() {
             // Those of several publishers may be out of the order of time.
             reached = reached.max(head.at);
             order.push(((reached, rank), ReplayItem::Message { topic, index }));
+            if let Some(((_, node), sensed)) = acts.zip(head.origin) {
+                let (at, place) = (head.at, (reached, rank));
+                let push = Push { at, sensed };
+                order.push((place, ReplayItem::Push { node, push }));
+            }
         }
     }
     order.sort_by_key(|(place, _)| *place);
@@ -362,4 +351,12 @@ fn order(recording: &Recording) -> Vec<(Time, ReplayItem)> {
         .into_iter()
         .map(|((at, _), item)| (at, item))
         .collect()
+}
+
+/// Whether the messages of `topic` tell what `node` did to the world, as in recordings without
+/// it, of a world that waits for its actuator.
+fn acts_by_states(recording: &Recording, topic: usize, node: usize) -> bool {
+    let publishers = &recording.origin.topology.topics[topic].publishers;
+    let told = recording.ticks[node].iter().any(|tick| tick.push.is_some());
+    publishers.contains(&node) && !told
 }

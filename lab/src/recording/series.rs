@@ -14,27 +14,10 @@ use super::{
     schema::{message, tick},
 };
 
-/// A message without its payload, or a tick.
-pub trait SeriesRow: RecordRow {
-    /// What one is called.
-    const KIND: &'static str;
-    /// Whether it has a payload of numbers.
-    const HAS_PAYLOAD: bool;
-
-    /// Its number, counted from the beginning of the run.
-    fn number(&self) -> u64;
-
-    /// Whether it may come after `last`.
-    fn follows(&self, last: &Self) -> bool;
-
-    /// Whether nothing of it happens before it.
-    fn is_possible(&self) -> bool;
-}
-
 /// The messages of a topic or the ticks of a node, in the order of their numbers.
 pub trait Series: Clone + Default + Send + Sync {
     /// A row.
-    type Row: SeriesRow;
+    type Row: RecordRow;
     /// Gives the rows of a run.
     type Tap: Send + 'static;
 
@@ -69,6 +52,8 @@ pub trait Series: Clone + Default + Send + Sync {
 }
 
 impl RecordRow for Head {
+    const KIND: &'static str = "message";
+    const HAS_PAYLOAD: bool = true;
     const COLUMNS: &'static [Column] = &[
         Column::new(message::SEQ, "sequence number", Count),
         Column::new("", "run time", RunTime),
@@ -77,6 +62,18 @@ impl RecordRow for Head {
         Column::new(message::ORIGIN, "origin", Nanos),
         Column::new(message::ARRIVES, "delivery", Delivery),
     ];
+
+    fn number(&self) -> u64 {
+        self.seq
+    }
+
+    fn follows(&self, last: &Self) -> bool {
+        self.seq > last.seq && self.dropped >= last.dropped
+    }
+
+    fn is_possible(&self) -> bool {
+        self.arrives.is_none_or(|arrives| arrives >= self.at)
+    }
 
     fn at(&self) -> Time {
         self.at
@@ -108,24 +105,9 @@ impl RecordRow for Head {
     }
 }
 
-impl SeriesRow for Head {
-    const KIND: &'static str = "message";
-    const HAS_PAYLOAD: bool = true;
-
-    fn number(&self) -> u64 {
-        self.seq
-    }
-
-    fn follows(&self, last: &Self) -> bool {
-        self.seq > last.seq && self.dropped >= last.dropped
-    }
-
-    fn is_possible(&self) -> bool {
-        self.arrives.is_none_or(|arrives| arrives >= self.at)
-    }
-}
-
 impl RecordRow for TickRecord {
+    const KIND: &'static str = "tick";
+    const HAS_PAYLOAD: bool = false;
     const COLUMNS: &'static [Column] = &[
         Column::new(tick::NUMBER, "number", Count),
         Column::new("", "run time", RunTime),
@@ -135,6 +117,18 @@ impl RecordRow for TickRecord {
         Column::new(tick::PUSHED, "what it applied, at", Rare),
         Column::new(tick::SENSED, "what it applied, sensed at", Rare),
     ];
+
+    fn number(&self) -> u64 {
+        self.number
+    }
+
+    fn follows(&self, last: &Self) -> bool {
+        self.number > last.number && self.at >= last.at && self.overruns >= last.overruns
+    }
+
+    fn is_possible(&self) -> bool {
+        self.push.is_none_or(|push| push.at >= self.at)
+    }
 
     fn at(&self) -> Time {
         self.at
@@ -171,23 +165,6 @@ impl RecordRow for TickRecord {
             push,
         };
         (pushed.is_some() == sensed.is_some()).then_some(tick)
-    }
-}
-
-impl SeriesRow for TickRecord {
-    const KIND: &'static str = "tick";
-    const HAS_PAYLOAD: bool = false;
-
-    fn number(&self) -> u64 {
-        self.number
-    }
-
-    fn follows(&self, last: &Self) -> bool {
-        self.number > last.number && self.at >= last.at && self.overruns >= last.overruns
-    }
-
-    fn is_possible(&self) -> bool {
-        self.push.is_none_or(|push| push.at >= self.at)
     }
 }
 

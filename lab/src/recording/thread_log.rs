@@ -11,55 +11,13 @@ use ratelab_replay::{Log, LogPosition, RunLog};
 use rerun::{RecordingStreamResult, log::Chunk};
 
 use super::{
-    columns::{self, ColumnForm, RecordColumn, RecordRow},
+    columns,
     schema::{THREADS, piece},
     timeline::BatchStream,
 };
 
 /// What is wrong with a log whose digests do not fit.
 const CHANGED: &str = "a piece of it is missing or was changed";
-
-/// A piece of a thread's log beside its bytes.
-#[derive(Clone, Copy)]
-struct LogPiece {
-    /// Run time by which it was written.
-    at: Time,
-    /// Number of the piece, counted from zero.
-    row: u64,
-    /// Number of the thread.
-    thread: u64,
-    /// Digest of this piece and all before.
-    digest: u64,
-}
-
-impl RecordRow for LogPiece {
-    const COLUMNS: &'static [RecordColumn] = &[
-        RecordColumn::new(piece::ROW, "piece", ColumnForm::Count),
-        RecordColumn::new(piece::THREAD, "thread", ColumnForm::Count),
-        RecordColumn::new(piece::DIGEST, "digest", ColumnForm::Count),
-    ];
-
-    fn at(&self) -> Time {
-        self.at
-    }
-
-    fn cells(&self) -> Vec<Option<u64>> {
-        [self.row, self.thread, self.digest].map(Some).into()
-    }
-
-    fn of(cells: &[Option<u64>]) -> Option<Self> {
-        let &[Some(row), Some(thread), Some(digest)] = cells else {
-            return None;
-        };
-        let at = Time::ZERO;
-        Some(Self {
-            at,
-            row,
-            thread,
-            digest,
-        })
-    }
-}
 
 /// Writes the log of a run.
 #[derive(Default)]
@@ -82,24 +40,22 @@ impl ThreadTrack {
         pieces: &[(usize, Vec<u8>)],
         now: Time,
     ) -> RecordingStreamResult<()> {
-        let rows = pieces.iter().map(|(thread, bytes)| {
-            let (row, thread) = (self.written, *thread as u64);
-            let digest = digest(self.digest, row, thread, bytes);
-            (self.written, self.digest) = (row + 1, Some(digest));
-            LogPiece {
-                at: now,
-                row,
-                thread,
-                digest,
-            }
+        let first = self.written;
+        self.written += pieces.len() as u64;
+        let digests = pieces.iter().zip(first..).map(|((thread, bytes), row)| {
+            let digest = digest(self.digest, row, *thread as u64, bytes);
+            self.digest = Some(digest);
+            digest
         });
-        let rows: Vec<LogPiece> = rows.collect();
-        let mut columns = columns::write(&rows)?;
-        columns.push(columns::bytes(
-            piece::BYTES,
-            pieces.iter().map(|(_, bytes)| &**bytes),
-        )?);
-        stream.send(THREADS, &vec![now; rows.len()], columns)
+        let digests: Vec<u64> = digests.collect();
+        let threads = pieces.iter().map(|(thread, _)| *thread as u64);
+        let columns = [
+            columns::numbers(piece::ROW, first..self.written)?,
+            columns::numbers(piece::THREAD, threads)?,
+            columns::bytes(piece::BYTES, pieces.iter().map(|(_, bytes)| &**bytes))?,
+            columns::numbers(piece::DIGEST, digests)?,
+        ];
+        stream.send(THREADS, &vec![now; pieces.len()], columns)
     }
 
     /// The digest of all that is written; `None` before the first piece.
@@ -127,16 +83,24 @@ pub struct ThreadLog {
     pub damage: Option<&'static str>,
 }
 
-/// The pieces of a file so far; `None` for a damaged one.
+/// The pieces of a file so far, each with its number, thread and digest; `None` for a damaged
+/// one.
 #[derive(Default)]
-pub struct LogPieces(Vec<Option<(LogPiece, Vec<u8>)>>);
+pub struct LogPieces(Vec<Option<([u64; 3], Vec<u8>)>>);
 
 impl LogPieces {
     /// Adds the rows in `chunk`.
     pub fn add(&mut self, chunk: &Chunk) {
-        let bytes = columns::read_bytes(chunk, piece::BYTES);
-        let rows = columns::read(chunk).into_iter().zip(bytes);
-        self.0.extend(rows.map(|(piece, bytes)| piece.zip(bytes)));
+        let [rows, threads, digests] =
+            [piece::ROW, piece::THREAD, piece::DIGEST].map(|name| columns::cells(chunk, name));
+        let bytes = columns::read_bytes(chunk, piece::BYTES)
+            .into_iter()
+            .enumerate();
+        self.0.extend(bytes.map(|(index, bytes)| {
+            let number = |cells: &[Option<Option<u64>>]| cells[index].flatten();
+            let numbers = [number(&rows)?, number(&threads)?, number(&digests)?];
+            Some((numbers, bytes?))
+        }));
     }
 
     /// The log of a run with this `topology` and these `events`, if there is one; `end` is
@@ -149,14 +113,11 @@ impl LogPieces {
     ) -> Option<ThreadLog> {
         let (mut log, mut last) = (Log::default(), None);
         let mut sound = self.0.iter().all(Option::is_some);
-        let mut pieces: Vec<(LogPiece, Vec<u8>)> = self.0.into_iter().flatten().collect();
-        pieces.sort_by_key(|(piece, _)| piece.row);
-        for ((piece, bytes), row) in pieces.into_iter().zip(0..) {
-            let LogPiece {
-                thread, digest: of, ..
-            } = piece;
+        let mut pieces: Vec<_> = self.0.into_iter().flatten().collect();
+        pieces.sort_by_key(|([row, ..], _)| *row);
+        for (([row, thread, of], bytes), expected) in pieces.into_iter().zip(0..) {
             if thread <= topology.nodes.len() as u64
-                && piece.row == row
+                && row == expected
                 && of == digest(last, row, thread, &bytes)
             {
                 log.add(thread as usize, &bytes);

@@ -8,7 +8,7 @@ use super::{
     columns::{self, RecordRow},
     digest::RowDigest,
     schema::{node_entity, topic_entity},
-    series::{Series, SeriesRow},
+    series::Series,
     source::Source,
     timeline::BatchStream,
 };

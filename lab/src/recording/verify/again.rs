@@ -64,10 +64,6 @@ pub struct RanAgain {
     pub ticks: Vec<Vec<TickRecord>>,
     /// Its end.
     pub end: Result<Summary, Fault>,
-    /// The number of messages and of ticks that are the same.
-    pub same: [usize; 2],
-    /// The earliest difference of a series.
-    pub difference: Option<Difference>,
     /// Where the nodes left the recorded order, if they did.
     pub diverged: Option<String>,
     /// Whether it was stopped by who watched it.
@@ -118,31 +114,14 @@ pub fn run_again(
             None => experiment.run(),
         };
         drop::<Sender<()>>(over);
-        let mut ran = RanAgain {
-            topics: Vec::new(),
-            ticks: Vec::new(),
+        let topics = topics.into_iter().map(|topic| topic.map(joined));
+        RanAgain {
+            ticks: nodes.into_iter().map(joined).collect(),
+            topics: topics.map(Option::unwrap_or_default).collect(),
             end,
-            same: [0; 2],
-            difference: None,
             diverged: rerun.as_ref().and_then(Rerun::difference),
             stopped: joined(watch),
-        };
-        let mut differences = Vec::new();
-        for checked in nodes.into_iter().map(joined) {
-            ran.ticks.push(checked.series);
-            ran.same[1] += checked.same;
-            differences.extend(checked.difference);
         }
-        for checked in topics.into_iter().map(|topic| topic.map(joined)) {
-            let checked = checked.unwrap_or_default();
-            ran.topics.push(checked.series);
-            ran.same[0] += checked.same;
-            differences.extend(checked.difference);
-        }
-        ran.difference = differences
-            .into_iter()
-            .min_by_key(|difference| difference.at);
-        ran
     })
 }
 
@@ -200,7 +179,8 @@ pub fn compare(
         return Err(VerifyError::Stopped);
     }
     let complete = order::is_complete(recording, threads);
-    let is_same = ran.difference.is_none() && ran.diverged.is_none();
+    let difference = comparison.first_difference();
+    let is_same = difference.is_none() && ran.diverged.is_none();
     let rest = || {
         let events = observer.events(0);
         events::compare(recording, &**system, complete, &events).or_else(|| {
@@ -212,9 +192,9 @@ pub fn compare(
         })
     };
     Ok(Outcome {
-        difference: ran.difference.or_else(|| is_same.then(rest).flatten()),
+        difference: difference.or_else(|| is_same.then(rest).flatten()),
         diverged: ran.diverged,
-        identical: Identical::of(recording, ran.same, comparison.until(observer.now())),
+        identical: comparison.identical(observer.now()),
     })
 }
 

@@ -1,18 +1,22 @@
 //! Compares the recorded rows with those of the new run, one by one.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{
+    Mutex, MutexGuard, PoisonError,
+    atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering},
+};
 
 use crossbeam_channel::Sender;
 use ratelab::{Command, Time};
 
 use super::{
+    Identical,
     difference::{Difference, bits},
     order,
 };
 use crate::recording::{
     columns::{ColumnForm, RecordColumn, RecordRow},
     recorded::Recording,
-    series::{Series, SeriesRow},
+    series::Series,
 };
 
 /// Compares all series of one run at the same time, until one differs.
@@ -33,8 +37,12 @@ pub struct Comparison<'a> {
     lacks: AtomicU64,
     /// When the last of its series had begun: those that are empty had, too.
     begun: Time,
-    /// Whether one differs, or the run was to end early.
-    found: AtomicBool,
+    /// Number of ticks and of messages that are the same.
+    same: [AtomicUsize; 2],
+    /// The first difference of each series.
+    differences: Mutex<Vec<Difference>>,
+    /// Whether the run was to end early.
+    stopped: AtomicBool,
     commands: Sender<Command>,
 }
 
@@ -46,17 +54,6 @@ pub struct RecordedSeries<'a, S> {
     pub fields: &'static [&'static str],
     /// What was recorded of it.
     pub series: &'a S,
-}
-
-/// What came of a topic or a node.
-#[derive(Default)]
-pub struct CheckedSeries<S> {
-    /// Its rows, if they are kept.
-    pub series: S,
-    /// Number of rows that are the same.
-    pub same: usize,
-    /// The first difference.
-    pub difference: Option<Difference>,
 }
 
 impl<'a> Comparison<'a> {
@@ -83,7 +80,9 @@ impl<'a> Comparison<'a> {
             },
             lacks: AtomicU64::new(0),
             begun: firsts.max().unwrap_or_default(),
-            found: AtomicBool::new(false),
+            same: Default::default(),
+            differences: Mutex::default(),
+            stopped: AtomicBool::new(false),
             commands,
         }
     }
@@ -98,29 +97,52 @@ impl<'a> Comparison<'a> {
     }
 
     /// Compares what comes of `tap` with what was recorded, and ends the run if that is
-    /// not the same.
-    pub fn check<S: Series>(
-        &self,
-        recorded: &RecordedSeries<'_, S>,
-        tap: S::Tap,
-    ) -> CheckedSeries<S> {
-        let mut checked = CheckedSeries {
-            series: S::of(&tap),
-            same: 0,
-            difference: None,
-        };
+    /// not the same. Returns the rows that are kept.
+    pub fn check<S: Series>(&self, recorded: &RecordedSeries<'_, S>, tap: S::Tap) -> S {
+        let mut kept = S::of(&tap);
         // The tap goes with the first difference: the run no longer waits for it.
-        checked.difference = self.first_difference(recorded, tap, &mut checked);
-        if checked.difference.is_some() {
+        if let Some(difference) = self.difference(recorded, tap, &mut kept) {
+            self.differences().push(difference);
             self.stop();
         }
-        checked
+        kept
     }
 
     /// Ends the run before its end.
     pub fn stop(&self) {
-        self.found.store(true, Ordering::Relaxed);
+        self.stopped.store(true, Ordering::Relaxed);
         let _ = self.commands.send(Command::Stop); // It may be over.
+    }
+
+    /// The earliest difference that was found.
+    pub fn first_difference(&self) -> Option<Difference> {
+        let differences = std::mem::take(&mut *self.differences());
+        differences
+            .into_iter()
+            .min_by_key(|difference| difference.at)
+    }
+
+    fn differences(&self) -> MutexGuard<'_, Vec<Difference>> {
+        self.differences
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What is the same, of a run that ended at `now`.
+    pub fn identical(&self, now: Time) -> Identical {
+        let recording = self.recording;
+        let topics = recording.topics.iter().filter(|rows| !rows.is_empty());
+        let [ticks, messages] = [0, 1].map(|kind| self.same[kind].load(Ordering::Relaxed));
+        let outcome = recording.outcome.as_ref();
+        let digest = outcome.and_then(|outcome| outcome.digest);
+        Identical {
+            topics: topics.count(),
+            messages,
+            ticks,
+            until: (self.cut || !recording.is_whole()).then(|| now.min(recording.until)),
+            // A run that was never in a file needs none.
+            without_digest: recording.bytes > 0 && digest.is_none(),
+        }
     }
 
     /// Number of rows that the recorder lost.
@@ -128,57 +150,51 @@ impl<'a> Comparison<'a> {
         self.lacks.load(Ordering::Relaxed)
     }
 
-    /// Run time up to which the run is compared, if it is not the whole one; `now` is its end.
-    pub fn until(&self, now: Time) -> Option<Time> {
-        (self.cut || !self.recording.is_whole()).then(|| now.min(self.recording.until))
-    }
-
-    fn first_difference<S: Series>(
+    fn difference<S: Series>(
         &self,
         recorded: &RecordedSeries<'_, S>,
         tap: S::Tap,
-        checked: &mut CheckedSeries<S>,
+        kept: &mut S,
     ) -> Option<Difference> {
         let (rows, rare) = (recorded.series.rows(), recorded.has_rare());
-        let CheckedSeries { series, same, .. } = checked;
-        let mut next = 0;
-        while series.wait(&tap) {
-            while let Some(row) = series.rows().get(next).filter(|_| self.compares) {
-                let expected = rows.get(*same);
+        let (mut same, mut next) = (0, 0);
+        while kept.wait(&tap) {
+            while let Some(row) = kept.rows().get(next).filter(|_| self.compares) {
+                let expected = rows.get(same);
                 let unknown = self.is_before(rows, row) || self.was_lost(expected, row);
                 if let Some(expected) = expected.filter(|_| !unknown) {
-                    let payloads = [recorded.series.payload(*same), series.payload(next)];
+                    let payloads = [recorded.series.payload(same), kept.payload(next)];
                     let difference = recorded.compare(rare, [expected, row], payloads);
                     if difference.is_some() {
                         return difference;
                     }
-                    *same += 1;
+                    same += 1;
                 } else if !unknown && self.complete {
                     return Some(recorded.lone(row, false));
                 }
                 next += 1;
             }
             if !self.keeps {
-                (*series, next) = (S::of(&tap), 0);
+                (*kept, next) = (S::of(&tap), 0);
             }
         }
+        let kind = usize::from(S::Row::HAS_PAYLOAD);
+        self.same[kind].fetch_add(same, Ordering::Relaxed);
         // A run that was ended because of another difference lacks what came after.
-        let ended = self.found.load(Ordering::Relaxed);
-        let missing = rows
-            .get(*same)
-            .filter(|_| self.compares && !self.cut && !ended);
+        let ended = self.cut || self.stopped.load(Ordering::Relaxed);
+        let missing = rows.get(same).filter(|_| self.compares && !ended);
         missing.map(|row| recorded.lone(row, true))
     }
 
     /// Whether the recorder lost `row`, which came in place of the `expected` one.
-    fn was_lost<R: SeriesRow>(&self, expected: Option<&R>, row: &R) -> bool {
+    fn was_lost<R: RecordRow>(&self, expected: Option<&R>, row: &R) -> bool {
         let lost = expected.map_or(self.complete, |next| row.number() < next.number());
         let one = u64::from(self.may_lack > 0);
         lost && self.may_lack > self.lacks.fetch_add(one, Ordering::Relaxed)
     }
 
     /// Whether `row` came before the `recorded` ones: recordings may begin later than runs.
-    fn is_before<R: SeriesRow>(&self, recorded: &[R], row: &R) -> bool {
+    fn is_before<R: RecordRow>(&self, recorded: &[R], row: &R) -> bool {
         match recorded.first() {
             Some(first) => row.number() < first.number(),
             None => row.at() < self.begun,

@@ -1,16 +1,16 @@
 //! Executes a run again for all of its messages and ticks.
 
-use std::sync::Arc;
+use std::{sync::Arc, thread};
 
 use ratelab::Speed;
 use ratelab_account::Observer;
-use ratelab_replay::{Knot, Rerun};
+use ratelab_replay::{Knot, Rerun, Watch};
 use ratelab_study::{
     experiment::{Config, Experiment},
     system::System,
 };
 
-use super::{VerifyError, again, compare::Comparison, held::Held, order};
+use super::{VerifyError, again, compare::Comparison, order};
 use crate::recording::recorded::Recording;
 
 /// A run that is to be executed again.
@@ -59,8 +59,12 @@ impl Execution {
     /// Begins to execute the run up to the first `operations` of knot number `knot`, and
     /// holds it there; `None` for a run without knots.
     pub fn hold(self, knot: usize, operations: usize) -> Option<Held> {
-        let rerun = self.rerun?;
-        Some(Held::begin(self.experiment, rerun, (knot, operations)))
+        let (experiment, mut rerun) = (self.experiment, self.rerun?);
+        rerun.hold(knot, operations);
+        let (observer, watch) = (experiment.observer(), rerun.watch());
+        // It ends with the hold.
+        thread::spawn(move || drop(experiment.run_with(&mut rerun)));
+        Some(Held { observer, watch })
     }
 
     /// Executes the run. Its messages and ticks must be the recorded ones, if the recording
@@ -79,8 +83,42 @@ impl Execution {
         let knots = rerun.as_ref().map_or_else(Vec::new, Rerun::knots);
         let comparison = Comparison::new(&recording, threads, commands).keeping();
         let ran = again::run_again(experiment, rerun, &comparison, |_| false);
-        super::judge(&recording, &system, threads, (ran.difference, ran.diverged))?;
+        super::judge(
+            &recording,
+            &system,
+            threads,
+            (comparison.first_difference(), ran.diverged),
+        )?;
         let recording = Arc::new(recording.with_rows(ran.topics, ran.ticks));
         Ok(Executed { recording, knots })
+    }
+}
+
+/// A run that is executed again up to an operation, and held there until this is dropped.
+pub struct Held {
+    observer: Observer,
+    watch: Arc<Watch>,
+}
+
+impl Held {
+    /// Reads the graph as it is held.
+    pub fn observer(&self) -> &Observer {
+        &self.observer
+    }
+
+    /// Lets it go on to the first `operations` of the knot.
+    pub fn allow(&self, operations: usize) {
+        self.watch.allow(operations);
+    }
+
+    /// The number of operations done; `None` before all nodes are at rest there.
+    pub fn done(&self) -> Option<usize> {
+        self.watch.held()
+    }
+}
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        self.watch.end();
     }
 }

@@ -7,7 +7,6 @@ mod difference;
 mod end;
 mod events;
 mod execute;
-mod held;
 mod order;
 mod topology;
 
@@ -21,8 +20,7 @@ use thiserror::Error;
 pub use self::again::VerifyStatus;
 pub use self::branch::{Branch, Departure, branch};
 use self::difference::Difference;
-pub use self::execute::{Executed, Execution};
-pub use self::held::Held;
+pub use self::execute::{Executed, Execution, Held};
 use super::{recorded::Recording, schema::Origin};
 
 /// Why a run of the real clock does not come back, most likely.
@@ -144,23 +142,6 @@ pub struct Identical {
     pub until: Option<Time>,
     /// Whether the file has no digest, so that the rest of its content was not compared.
     pub without_digest: bool,
-}
-
-impl Identical {
-    /// So many messages and ticks of `recording` were the `same`, `until` a run time.
-    fn of(recording: &Recording, [messages, ticks]: [usize; 2], until: Option<Time>) -> Self {
-        let topics = recording.topics.iter().filter(|rows| !rows.is_empty());
-        let outcome = recording.outcome.as_ref();
-        let digest = outcome.and_then(|outcome| outcome.digest);
-        Self {
-            topics: topics.count(),
-            messages,
-            ticks,
-            until,
-            // A run that was never in a file needs none.
-            without_digest: recording.bytes > 0 && digest.is_none(),
-        }
-    }
 }
 
 impl fmt::Display for Identical {
