@@ -68,8 +68,23 @@ impl Content {
             recording.damage = more.then_some(MORE).or(recording.damage);
             return Ok(());
         }
-        let digest = &mut self.digest;
-        let sound = match (topic, node, &*entity) {
+        if let Err(Damaged { after }) = self.add_rows(chunk, &entity, [topic, node]) {
+            self.sound = Some(self.sound.map_or(after, |sound| sound.min(after)));
+        }
+        Ok(())
+    }
+
+    /// Adds the rows of `chunk`, of the topic or the node with an index, or of another `entity`.
+    fn add_rows(
+        &mut self,
+        chunk: &Chunk,
+        entity: &str,
+        [topic, node]: [Option<usize>; 2],
+    ) -> Result<(), Damaged> {
+        let (Some(recording), digest) = (&mut self.recording, &mut self.digest) else {
+            return Ok(());
+        };
+        match (topic, node, entity) {
             (Some(topic), ..) => add_rows(
                 &mut recording.topics[topic],
                 chunk,
@@ -86,18 +101,14 @@ impl Content {
                 Ok(())
             }
             _ => Ok(()),
-        };
-        if let (Err(Damaged { after }), Some(recording)) = (sound, &mut self.recording) {
-            recording.damage = Some(DAMAGED_ROW);
-            self.sound = Some(self.sound.map_or(after, |sound| sound.min(after)));
         }
-        Ok(())
     }
 
     /// The recording, if something in it is whole.
     pub fn whole(&mut self) -> Option<Recording> {
         let mut recording = self.recording.take()?;
         recording.until = self.until?;
+        recording.damage = self.sound.map(|_| DAMAGED_ROW).or(recording.damage);
         let end = recording.outcome.as_ref().map(|outcome| outcome.threads);
         let threads = std::mem::take(&mut self.threads);
         let topology = &recording.origin.topology;

@@ -35,6 +35,7 @@ mod destination;
 mod digest;
 mod durations;
 mod file;
+mod finished;
 mod frames;
 mod limits;
 mod lineage;
@@ -62,6 +63,7 @@ mod writer;
 pub use destination::Destination;
 pub use durations::{durations, with_durations};
 pub use file::RecordingFile;
+pub use finished::{FinishedRecording, outside};
 pub use lineage::{due_of, end_of};
 pub use other_runtime::OtherRun;
 pub use reader::ReadError;
@@ -78,4 +80,3 @@ pub use verify::{
     Branch, Departure, Executed, Execution, Held, VerifyError, VerifyStatus, branch, verify,
 };
 pub use viewer::{VIEWER, Viewer};
-pub use writer::{FinishedRecording, outside};

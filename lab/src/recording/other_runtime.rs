@@ -47,14 +47,15 @@ impl Recording {
         let nodes = topology.nodes.iter();
         let ticks = nodes.map(|node| run.ticks.remove(&node.name).unwrap_or_default());
         let (topics, ticks) = (topics.collect::<Vec<_>>(), ticks.collect::<Vec<_>>());
-        let (until, events) = match &run.exit {
-            ClockExit::Ended { node, at } => {
-                let node = node.clone();
-                let what = EventKind::Ended { node };
-                (*at, vec![Event { at: *at, what }])
-            }
-            _ => (run.config.end, Vec::new()),
+        let ended = match &run.exit {
+            ClockExit::Ended { node, at } => Some((node.clone(), *at)),
+            _ => None,
         };
+        let until = ended.as_ref().map_or(run.config.end, |(_, at)| *at);
+        let events = ended.into_iter().map(|(node, at)| {
+            let what = EventKind::Ended { node };
+            Event { at, what }
+        });
         let [states, chains] = [system.state(), system.chains()].map(|name| {
             let mut names = topology.topics.iter().map(|topic| topic.name.as_str());
             topics.get(names.position(|topic| Some(topic) == name)?)
@@ -78,7 +79,7 @@ impl Recording {
             path: PathBuf::from(NAME),
             topics,
             ticks,
-            events,
+            events: events.collect(),
             until,
             outcome: Some(outcome),
             ..Self::empty(origin)

@@ -20,9 +20,10 @@ use thiserror::Error;
 
 use super::{
     file::RecordingFile,
+    finished::FinishedRecording,
     source::{Source, StopReason},
     tracks::AttachedTaps,
-    writer::{FinishedRecording, RecordingWriter},
+    writer::RecordingWriter,
 };
 
 /// Interval between two checks of the taps (wall time).

@@ -2,7 +2,7 @@
 
 use std::{sync::Arc, time::Duration};
 
-use ratelab::{ClockExit, EventKind, Push, Status, Time};
+use ratelab::{ClockExit, EventKind, Head, Push, Status, Time};
 use ratelab_account::{Observer, ReplayCounters, Rows};
 use ratelab_study::{
     experiment::{Config, RunEnd, Summary},
@@ -329,22 +329,12 @@ fn order(recording: &Recording, acts: Option<(usize, usize)>) -> Vec<(Time, Repl
             }
         }
     }
-    for (topic, rows) in recording.topics.iter().enumerate() {
+    for topic in 0..recording.topics.len() {
         let publisher = topology.topics[topic].publishers.first();
         let rank = 2 + 2 * publisher.map_or(0, |node| priority(*node));
-        let acts = acts
-            .filter(|(states, node)| *states == topic && acts_by_states(recording, topic, *node));
-        let mut reached = Time::ZERO;
-        for (index, head) in rows.heads().iter().enumerate() {
-            // Those of several publishers may be out of the order of time.
-            reached = reached.max(head.at);
-            order.push(((reached, rank), ReplayItem::Message { topic, index }));
-            if let Some(((_, node), sensed)) = acts.zip(head.origin) {
-                let (at, place) = (head.at, (reached, rank));
-                let push = Push { at, sensed };
-                order.push((place, ReplayItem::Push { node, push }));
-            }
-        }
+        let acts = acts.filter(|(states, _)| *states == topic);
+        let items = messages(recording, topic, acts.map(|(_, node)| node));
+        order.extend(items.into_iter().map(|(at, item)| ((at, rank), item)));
     }
     order.sort_by_key(|(place, _)| *place);
     order
@@ -353,10 +343,23 @@ fn order(recording: &Recording, acts: Option<(usize, usize)>) -> Vec<(Time, Repl
         .collect()
 }
 
-/// Whether the messages of `topic` tell what `node` did to the world, as in recordings without
-/// it, of a world that waits for its actuator.
-fn acts_by_states(recording: &Recording, topic: usize, node: usize) -> bool {
+/// The messages of `topic` in the order of their numbers, which several publishers may not keep
+/// in time. Where they are the states after the actions of a node that `acts`, and its actions
+/// are not recorded, they tell these too: in a world that waits for its actuator.
+fn messages(recording: &Recording, topic: usize, acts: Option<usize>) -> Vec<(Time, ReplayItem)> {
     let publishers = &recording.origin.topology.topics[topic].publishers;
-    let told = recording.ticks[node].iter().any(|tick| tick.push.is_some());
-    publishers.contains(&node) && !told
+    let told = |node: usize| recording.ticks[node].iter().any(|tick| tick.push.is_some());
+    let acts = acts.filter(|node| publishers.contains(node) && !told(*node));
+    let (mut items, mut reached) = (Vec::new(), Time::ZERO);
+    for (index, head) in recording.topics[topic].heads().iter().enumerate() {
+        let Head { at, origin, .. } = *head;
+        reached = reached.max(at);
+        items.push((reached, ReplayItem::Message { topic, index }));
+        let push = acts.zip(origin).map(|(node, sensed)| {
+            let push = Push { at, sensed };
+            (reached, ReplayItem::Push { node, push })
+        });
+        items.extend(push);
+    }
+    items
 }

@@ -3,7 +3,6 @@
 
 use std::{
     fs, io,
-    path::PathBuf,
     sync::{
         Arc,
         atomic::{AtomicU64, Ordering},
@@ -15,24 +14,23 @@ use ratelab::{ClockKind, Command, Event, Head, Time, Topology};
 use ratelab_account::{Observer, Rows};
 use ratelab_replay::RunLog;
 use ratelab_study::system::System;
-use rerun::{RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
+use rerun::{RecordingStream, RecordingStreamResult};
 
 use super::{
-    blueprint::{self, Subject},
     columns,
     compact::{LARGEST, compact},
     digest::ContentDigest,
     file::RecordingFile,
+    finished::{FinishedRecording, outside},
     properties,
     recorded::Recording,
     scene::{Scene, SceneBatch, lanes},
-    schema::{APPLICATION, CHECKPOINT, END, EVENTS, RecordingEnd, UNTIL},
+    schema::{CHECKPOINT, END, EVENTS, RecordingEnd, UNTIL},
     series::Series,
     source::{Source, StopReason},
     thread_log::ThreadTrack,
     timeline::BatchStream,
     tracks::{AttachedTaps, BACKLOG},
-    viewer::FileAndViewer,
 };
 
 /// Wall time between two batches. A kill loses the messages since the last one.
@@ -40,36 +38,6 @@ const BATCH: Duration = Duration::from_millis(900);
 
 /// Number of items that makes a batch at any time, for a run at full speed.
 const LARGE_BATCH: usize = 100_000;
-
-/// A complete recording.
-#[derive(Clone, Debug)]
-pub struct FinishedRecording {
-    /// The file.
-    pub path: PathBuf,
-    /// Its size in bytes.
-    pub bytes: u64,
-    /// Number of messages.
-    pub messages: u64,
-    /// Number of messages and ticks lost because the recorder was too slow.
-    pub lost: u64,
-    /// What threads outside of the graph wrote to, so that the run cannot come back.
-    pub written_from_outside: Vec<Arc<str>>,
-}
-
-impl FinishedRecording {
-    /// The reason why `verify` will refuse the recording, if there is one.
-    pub fn defect(&self) -> Option<String> {
-        let names = &self.written_from_outside;
-        (!names.is_empty()).then(|| outside(&names.join(" and ")))
-    }
-}
-
-/// The notice that a thread outside of the graph wrote to `name`.
-pub fn outside(name: &str) -> String {
-    format!(
-        "a thread outside of the graph wrote to {name}: verify will refuse a recording of this run"
-    )
-}
 
 /// Writes batches to a file.
 pub struct RecordingWriter {
@@ -107,7 +75,7 @@ impl RecordingWriter {
         source: Source,
         lost: Arc<AtomicU64>,
     ) -> io::Result<Self> {
-        let rec = begin(&file, &taps, &source).map_err(io::Error::other)?;
+        let rec = properties::begin(&file, &taps, &source).map_err(io::Error::other)?;
         // Without its handle to the taps, which would keep other taps open.
         let Source {
             system,
@@ -351,40 +319,6 @@ impl RecordingWriter {
         let _ = self.rec.flush_blocking();
         self.file.flush()
     }
-}
-
-/// A stream to `file` with its layout and description.
-fn begin(
-    file: &RecordingFile,
-    taps: &AttachedTaps,
-    source: &Source,
-) -> RecordingStreamResult<RecordingStream> {
-    let Source { system, origin, .. } = source;
-    let config = &origin.config;
-    let name = format!(
-        "{}, {} clock, seed {}",
-        origin.system, config.clock, config.seed
-    );
-    let rec = RecordingStreamBuilder::new(APPLICATION)
-        .enabled(true)
-        .recording_name(name)
-        .buffered()?;
-    match &source.viewer {
-        None => rec.set_sink(Box::new(file.clone())),
-        Some(viewer) => rec.set_sink(Box::new(FileAndViewer::new(file.clone(), viewer))),
-    }
-    // Readers need this first, and columns overtake logged messages.
-    properties::send_origin(&rec, &**system, origin)?;
-    let _ = rec.flush_blocking();
-    let layout = Subject {
-        system: &**system,
-        picture: source.has_picture(),
-        start: &source.start,
-        clock: source.observer.status().clock,
-    };
-    blueprint::send(&rec, &layout)?;
-    taps.begin(&rec, source)?;
-    Ok(rec)
 }
 
 /// Events for readers; the scene shows them to people.

@@ -24,10 +24,7 @@ use super::{
     end, events, order, topology,
 };
 use crate::recording::{
-    durations::with_durations,
-    recorded::Recording,
-    schema::{RecordingEnd, RunResult},
-    source::Tapped,
+    durations::with_durations, recorded::Recording, schema::RunResult, source::Tapped,
 };
 
 /// Run time that a run may go on after it ended when it was recorded, until that
@@ -87,22 +84,13 @@ pub fn run_again(
         // A tap that is never emptied would block the run for ever.
         let nodes = nodes.iter().zip(&recording.ticks).zip(taps.ticks(BACKLOG));
         let nodes = nodes.map(|((node, series), tap)| {
-            let (name, fields) = (&*node.name, &[][..]);
-            let recorded = RecordedSeries {
-                name,
-                fields,
-                series,
-            };
+            let recorded = RecordedSeries::new(&node.name, &[], series);
             scope.spawn(move || comparison.check(&recorded, tap))
         });
         let nodes: Vec<_> = nodes.collect();
         let topics = topics.iter().zip(&recording.topics).map(|(topic, series)| {
             let name = &*topic.name;
-            let recorded = RecordedSeries {
-                name,
-                fields: Tapped::fields(&taps, name)?,
-                series,
-            };
+            let recorded = RecordedSeries::new(name, Tapped::fields(&taps, name)?, series);
             let tap = taps.rows(name, BACKLOG)?;
             Some(scope.spawn(move || comparison.check(&recorded, tap)))
         });
@@ -146,8 +134,8 @@ pub fn compare(
     rerun: Option<Rerun>,
     watch: impl FnMut(&VerifyStatus) -> ControlFlow<()> + Send,
 ) -> Result<Outcome, VerifyError> {
-    let (whole, threads) = (order::end_of(recording), rerun.is_some());
-    let config = with_tables(config_again(recording, whole))?;
+    let threads = rerun.is_some();
+    let config = with_tables(config_again(recording))?;
     // Missing files are errors before the comparison begins.
     let needed = Config {
         knobs: recording.events.iter().filter_map(Event::knob).collect(),
@@ -178,23 +166,32 @@ pub fn compare(
     if ran.stopped {
         return Err(VerifyError::Stopped);
     }
-    let complete = order::is_complete(recording, threads);
-    let difference = comparison.first_difference();
-    let is_same = difference.is_none() && ran.diverged.is_none();
-    let rest = || {
-        let events = observer.events(0);
-        events::compare(recording, &**system, complete, &events).or_else(|| {
-            let end = whole.filter(|_| complete)?;
-            let result = |run: Summary| RunResult::of(&**system, &run.end(), run.steps);
-            let ended = ran.end.map(result);
-            let rest = (recording.last_item(), comparison.lacks());
-            end::compare(end, topology, &ended, &observer, rest)
-        })
-    };
+    let mut difference = comparison.first_difference();
+    if difference.is_none() && ran.diverged.is_none() {
+        difference = compare_rest(&comparison, system, &observer, ran.end);
+    }
     Ok(Outcome {
-        difference: difference.or_else(|| is_same.then(rest).flatten()),
+        difference,
         diverged: ran.diverged,
         identical: comparison.identical(observer.now()),
+    })
+}
+
+/// The first difference in what is no row: an event, or the end.
+fn compare_rest(
+    comparison: &Comparison<'_>,
+    system: &Arc<dyn System>,
+    observer: &Observer,
+    ended: Result<Summary, Fault>,
+) -> Option<Difference> {
+    let (recording, complete) = (comparison.recording, comparison.complete);
+    let events = observer.events(0);
+    events::compare(recording, &**system, complete, &events).or_else(|| {
+        let end = order::end_of(recording).filter(|_| complete)?;
+        let result = |run: Summary| RunResult::of(&**system, &run.end(), run.steps);
+        let rest = (recording.last_item(), comparison.lacks());
+        let topology = &recording.origin.topology;
+        end::compare(end, topology, &ended.map(result), observer, rest)
     })
 }
 
@@ -270,12 +267,12 @@ fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
 
 /// The configuration of the new run: no longer than the recording, as a run that ended
 /// early may not end now.
-fn config_again(recording: &Recording, whole: Option<&RecordingEnd>) -> Config {
+fn config_again(recording: &Recording) -> Config {
     let given = &recording.origin.config;
     Config {
         speed: Speed::Unlimited,
         knobs: Vec::new(),
-        end: match whole {
+        end: match order::end_of(recording) {
             Some(outcome) => {
                 let silent = recording.last_row() + SILENCE;
                 given.end.min(outcome.at.min(silent) + GRACE)

@@ -28,7 +28,7 @@ pub struct Comparison<'a> {
     /// Whether the recording has rows to compare them with.
     compares: bool,
     /// Whether the recording goes on to the end of the run.
-    complete: bool,
+    pub complete: bool,
     /// Whether it was under the real clock, and can be executed again up to some moment
     /// only.
     cut: bool,
@@ -48,12 +48,9 @@ pub struct Comparison<'a> {
 
 /// A recorded topic or node.
 pub struct RecordedSeries<'a, S> {
-    /// Its name.
-    pub name: &'a str,
-    /// Names of the numbers in a payload.
-    pub fields: &'static [&'static str],
-    /// What was recorded of it.
-    pub series: &'a S,
+    name: &'a str,
+    fields: &'static [&'static str],
+    series: &'a S,
 }
 
 impl<'a> Comparison<'a> {
@@ -202,7 +199,16 @@ impl<'a> Comparison<'a> {
     }
 }
 
-impl<S: Series> RecordedSeries<'_, S> {
+impl<'a, S: Series> RecordedSeries<'a, S> {
+    /// What was recorded of the topic or node called `name`, whose payloads have these `fields`.
+    pub fn new(name: &'a str, fields: &'static [&'static str], series: &'a S) -> Self {
+        Self {
+            name,
+            fields,
+            series,
+        }
+    }
+
     /// Whether a row has what is in no file where all lack it.
     fn has_rare(&self) -> bool {
         self.series.rows().iter().any(|row| {
