@@ -39,7 +39,6 @@
 // Errors go through `output`, which makes them safe to print on a terminal.
 #![warn(clippy::print_stderr)]
 
-mod bins;
 mod change;
 mod cli;
 mod commands;

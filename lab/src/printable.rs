@@ -2,41 +2,14 @@
 
 use std::path::Path;
 
+use crate::recording::printable::is_control;
+
 /// Maximum length of an error line (characters): enough for a long path.
 const LONGEST: usize = 1_000;
 
 /// Number of characters kept at the beginning and at the end of a longer line: the value
 /// is at the start of an error, the expectation at its end.
 const KEPT: (usize, usize) = (500, 300);
-
-/// Whether `c` is a control character or changes the display of the text around it:
-/// Unicode category Cf, and the separators of lines and paragraphs. U+200C and U+200D are
-/// allowed: file names in some scripts need them, and they join or separate two letters
-/// at most.
-pub fn is_control(c: char) -> bool {
-    c.is_control()
-        || matches!(c,
-            '\u{ad}'
-            | '\u{600}'..='\u{605}'
-            | '\u{61c}'
-            | '\u{6dd}'
-            | '\u{70f}'
-            | '\u{890}'..='\u{891}'
-            | '\u{8e2}'
-            | '\u{180e}'
-            | '\u{200b}'
-            | '\u{200e}'..='\u{200f}'
-            | '\u{2028}'..='\u{202e}'
-            | '\u{2060}'..='\u{206f}'
-            | '\u{feff}'
-            | '\u{fff9}'..='\u{fffb}'
-            | '\u{110bd}'
-            | '\u{110cd}'
-            | '\u{13430}'..='\u{1343f}'
-            | '\u{1bca0}'..='\u{1bca3}'
-            | '\u{1d173}'..='\u{1d17a}'
-            | '\u{e0000}'..='\u{e007f}')
-}
 
 /// Length of the longest word that is printed whole in an error (characters): more than a usual
 /// path has.

@@ -92,9 +92,11 @@ impl Rows {
         })
     }
 
-    /// Takes the messages that were published up to run time `until` out of these.
+    /// Takes the messages up to the last one that was published by run time `until` out of
+    /// these. Those of several publishers may be out of the order of time.
     pub fn take_until(&mut self, until: Time) -> Self {
-        let count = self.heads.partition_point(|head| head.at <= until);
+        let last = self.heads.iter().rposition(|head| head.at <= until);
+        let count = last.map_or(0, |last| last + 1);
         let later = Self {
             heads: self.heads.split_off(count),
             width: self.width,

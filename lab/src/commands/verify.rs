@@ -1,21 +1,21 @@
 //! `ratelab verify`: repeats the runs of recordings and compares them, bit for bit.
 
-mod progress;
-
 use std::{
+    ops::ControlFlow,
     path::Path,
     process,
-    sync::{Arc, atomic::AtomicBool},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
 use ratelab_replay::BusyNode;
 
-use progress::Progress;
-
 use crate::{
     cli::VerifyArgs,
     error::Error,
-    output::{self, print_line},
+    output::{self, ProgressLine, print_line},
     printable::shown,
     program::Program,
     reading,
@@ -66,15 +66,20 @@ fn verify_one(
 ) -> Result<(), Error> {
     let recording = reading::read(file)?;
     let name = shown(file);
-    let progress = Progress::new(recording.until, asked);
+    let until = recording.until;
+    let bar = ProgressLine::new(until.as_nanos(), until.to_string());
     let system = program.of(&recording).system;
     let verified = run_again(&recording, &system, perturb, |look| {
         if let Some(node) = &look.stuck {
             give_up(file, node);
         }
-        progress.look(look.now)
+        bar.set(look.now.as_nanos());
+        match asked.load(Ordering::Relaxed) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
     });
-    drop(progress);
+    drop(bar);
     let identical = verified.map_err(|why| Error::unverified(&name, why))?;
     print_line(&format!("{name}: {identical}"))?;
     Error::if_damaged(&recording)

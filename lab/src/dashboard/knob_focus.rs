@@ -2,10 +2,10 @@
 
 use ratelab::KnobKind;
 use ratelab_account::{NodeAccount, Snapshot, TopicAccount};
-use ratelab_study::system::System;
+use ratelab_study::system::{System, paced_node};
 
 use super::presets::{Direction, neighbour};
-use crate::names::{first_alias, paced_node};
+use crate::names::first_alias;
 
 /// The node whose rate keys turn, and the topics whose depths they turn.
 #[derive(Clone, Debug, Default, PartialEq)]

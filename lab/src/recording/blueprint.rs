@@ -1,10 +1,13 @@
 //! The layout of a recording in the viewer: everything at a glance.
 
-use std::sync::{Mutex, PoisonError};
+use std::{
+    collections::BTreeMap,
+    sync::{Mutex, PoisonError},
+};
 
 use ratelab::ClockKind;
 use ratelab_account::Snapshot;
-use ratelab_study::system::{Signal, System};
+use ratelab_study::system::{Signal, System, paced_node};
 use rerun::{
     AsComponents, EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamResult,
     SerializedComponentBatch, StoreKind,
@@ -43,7 +46,6 @@ use super::{
     schema::{EVENTS, NODES},
     timeline::RUN_TIME,
 };
-use crate::names::paced_node;
 
 /// The timeline on which the viewer looks for a blueprint.
 const BLUEPRINT: &str = "blueprint";
@@ -64,39 +66,24 @@ pub struct Subject<'a> {
 pub fn send(rec: &RecordingStream, subject: &Subject<'_>) -> RecordingStreamResult<()> {
     let key = subject.key();
     let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
-    let known = made.iter().find(|(known, _)| *known == key);
-    let messages = match known {
-        Some((_, messages)) => messages.clone(),
-        None => {
-            let mut properties = Properties::default();
-            let layout = ViewerLayout {
-                root: subject.layout(&mut properties),
-                timeline: RUN_TIME,
-                properties,
-            };
-            let messages = layout.messages(rec)?;
-            made.push((key, messages.clone()));
-            messages
-        }
-    };
+    if !made.contains_key(&key) {
+        let mut properties = Properties::default();
+        let layout = ViewerLayout {
+            root: subject.layout(&mut properties),
+            timeline: RUN_TIME,
+            properties,
+        };
+        made.insert(key.clone(), layout.messages(rec)?);
+    }
+    let messages = made.get(&key).cloned().unwrap_or_default();
     drop(made);
     activate(messages, rec);
     Ok(())
 }
 
-/// The settings that change the layout of a run.
-#[derive(PartialEq)]
-struct PanelKey {
-    system: &'static str,
-    picture: bool,
-    nodes: Vec<String>,
-    topics: Vec<String>,
-    clock: ClockKind,
-}
-
 /// All layouts so far. The SDK (0.36.3) never ends the stream of a layout, which costs
 /// two threads and their memory each time, so each layout is made only once.
-static MADE: Mutex<Vec<(PanelKey, Vec<LogMsg>)>> = Mutex::new(Vec::new());
+static MADE: Mutex<BTreeMap<String, Vec<LogMsg>>> = Mutex::new(BTreeMap::new());
 
 /// Views, with only the panels needed for navigation.
 pub struct ViewerLayout {
@@ -132,16 +119,15 @@ impl ViewerLayout {
 }
 
 impl Subject<'_> {
-    fn key(&self) -> PanelKey {
-        let nodes = self.start.nodes.iter().map(|node| node.name.to_string());
-        let topics = self.start.topics.iter().map(|topic| topic.name.to_string());
-        PanelKey {
-            system: self.system.name(),
-            picture: self.picture,
-            nodes: nodes.collect(),
-            topics: topics.collect(),
-            clock: self.clock,
-        }
+    /// All that changes the layout of a run.
+    fn key(&self) -> String {
+        let nodes = self.start.nodes.iter().map(|node| &node.name);
+        let topics = self.start.topics.iter().map(|topic| &topic.name);
+        let (system, names) = (
+            self.system.name(),
+            (nodes.collect::<Vec<_>>(), topics.collect::<Vec<_>>()),
+        );
+        format!("{system:?} {names:?} {} {}", self.picture, self.clock)
     }
 
     fn layout(&self, properties: &mut Properties) -> ContainerLike {
@@ -158,7 +144,10 @@ impl Subject<'_> {
             .collect();
         let latency = self.system.latency().map(|(_, meter)| meter);
         let mut middle = vec![self.per_second(properties), self.drops(properties)];
-        let mut right = vec![modes(properties), events(properties)];
+        let mut right = vec![
+            lanes(properties, "clock and rates in force", MODES),
+            events(properties),
+        ];
         if let Some(meter) = latency {
             middle.insert(0, self.latency(properties, meter));
             right.insert(0, histogram(properties, meter));
@@ -171,7 +160,9 @@ impl Subject<'_> {
             .filter(|views| !views.is_empty())
             .map(|views| Vertical::new(views).into());
         let columns = Horizontal::new(columns);
-        let rows = Vertical::new([top.into(), columns.into(), timeline(properties)]);
+        let name = "timeline: ticks of nodes, and what became of messages";
+        let timeline = lanes(properties, name, TIMELINE);
+        let rows = Vertical::new([top.into(), columns.into(), timeline]);
         rows.with_row_shares([1.0, 2.0, 1.0]).into()
     }
 
@@ -227,15 +218,6 @@ fn histogram(properties: &mut Properties, meter: &str) -> ContainerLike {
     let view = BarChartView::new(name).with_origin(HISTOGRAM);
     let legend = PlotLegend::new().with_visible(false);
     properties.set(view, &[("PlotLegend", &legend)])
-}
-
-fn modes(properties: &mut Properties) -> ContainerLike {
-    lanes(properties, "clock and rates in force", MODES)
-}
-
-fn timeline(properties: &mut Properties) -> ContainerLike {
-    let name = "timeline: ticks of nodes, and what became of messages";
-    lanes(properties, name, TIMELINE)
 }
 
 fn lanes(properties: &mut Properties, name: &str, origin: &str) -> ContainerLike {

@@ -1,13 +1,14 @@
 //! Compares the claims of a file with its content, and finds the end of its intact part.
 
-use ratelab::{ClockKind, Command, Event, Hz, Knob, NodeTopology, Time};
-use ratelab_account::{Rows, TickRecord};
+use ratelab::{ClockKind, Command, Event, Hz, Knob, NodeTopology, Time, Topology};
+use ratelab_account::TickRecord;
 
 use super::{
+    columns::RecordRow,
     content::DAMAGED_ROW,
-    limits::is_sound,
-    reader::Recording,
+    recorded::Recording,
     schema::{RecordingEnd, RunStatus},
+    series::Series,
     tick_schedule::TickSchedule,
 };
 
@@ -43,47 +44,42 @@ impl Recording {
         self.origin.config.clock == ClockKind::Virtual && !self.events.iter().any(handed_over)
     }
 
-    /// Run time of the last row before one that contradicts the rates of its node, if
-    /// there is such a row. The only gap that a file may claim is a late beginning.
+    /// Run time of the last row before one that contradicts the rates of its node, or comes
+    /// before another one, if there is such a row. The only gap that a file may claim is a
+    /// late beginning.
     fn last_in_cadence(&self) -> Option<Time> {
         if !self.is_virtual() {
             return None;
         }
-        let nodes = self.origin.topology.nodes.iter().zip(&self.ticks);
-        let strays = nodes.filter_map(|(node, ticks)| {
+        let nodes = || self.origin.topology.nodes.iter().zip(&self.ticks);
+        let strays = nodes().filter_map(|(node, ticks)| {
             let mut schedule = self.schedule(node);
-            let mut ticks_before = Time::ZERO;
-            for tick in ticks {
-                if !schedule.allows(tick.number, tick.at) {
-                    return Some(ticks_before);
-                }
-                ticks_before = tick.at;
-            }
-            None
+            let mut allowed = |tick: &TickRecord| schedule.allows(tick.number, tick.at);
+            let stray = ticks.iter().position(|tick| !allowed(tick))?;
+            let before = stray.checked_sub(1).map(|before| ticks[before].at);
+            Some(before.unwrap_or_default())
         });
+        let pairs = self.topics.iter().flat_map(|rows| rows.heads().windows(2));
+        let back = pairs.filter_map(|two| (two[1].at < two[0].at).then_some(two[0].at));
         // Messages are published in ticks.
-        let nodes = self.origin.topology.nodes.iter().zip(&self.ticks);
-        let ticked = nodes.filter_map(|(node, ticks)| {
+        let ticked = nodes().filter_map(|(node, ticks)| {
             let timed = self.schedule(node).is_timed();
-            let over =
-                |tick: &TickRecord| tick.at + tick.took.filter(|_| timed).unwrap_or_default();
-            ticks.last().map(over)
+            let last = ticks.last()?;
+            Some(last.at + last.took.filter(|_| timed).unwrap_or_default())
         });
         let ticked = ticked.max().unwrap_or_default();
-        let published = self.topics.iter().filter_map(|topic| topic.heads().last());
-        let beyond = published.map(|head| head.at).any(|stamp| stamp > ticked);
-        strays.chain(beyond.then_some(ticked)).min()
+        let published = self.topics.iter().filter_map(Series::newest).max();
+        let beyond = published.filter(|at| *at > ticked).map(|_| ticked);
+        strays.chain(back).chain(beyond).min()
     }
 
     /// Run time of the last row, if the claimed end contradicts the content.
     fn last_before_a_false_end(&self) -> Option<Time> {
         let outcome = self.outcome.as_ref()?;
-        let last = self.last_row();
-        let false_end = last > outcome.at
-            || self.events.iter().any(|event| event.at > outcome.at)
+        let false_end = self.last_item() > outcome.at
             || !is_sound(outcome, &self.origin.topology)
             || (outcome.end != RunStatus::WentOn && !self.may_rest_until(outcome.at));
-        false_end.then_some(last)
+        false_end.then(|| self.last_row())
     }
 
     fn schedule(&self, node: &NodeTopology) -> TickSchedule {
@@ -108,15 +104,6 @@ impl Recording {
         self.last_row().max(event.unwrap_or_default())
     }
 
-    /// Run time of the last message or tick.
-    fn last_row(&self) -> Time {
-        let messages = self.topics.iter().filter_map(|topic| topic.heads().last());
-        let ticks = self.ticks.iter().filter_map(|ticks| ticks.last());
-        let stamps = messages.map(|head| head.at);
-        let last = stamps.chain(ticks.map(|tick| tick.at)).max();
-        last.unwrap_or_default()
-    }
-
     /// Whether items counted in `outcome` are missing, or differ from it.
     fn lacks_some(&self, outcome: &RecordingEnd) -> bool {
         let messages = self.topics.iter().map(|topic| topic.len() as u64);
@@ -129,16 +116,11 @@ impl Recording {
     /// Whether the losses in `outcome` are possible: the gaps between rows, and the
     /// possible ones after the last row.
     fn may_have_lost(&self, outcome: &RecordingEnd) -> bool {
-        let topics = self.topics.iter().map(numbers);
-        let ticks = self.ticks.iter().map(|ticks| {
-            let last = ticks.last().map(|tick| (tick.number, tick.at));
-            (ticks.first().map(|tick| tick.number), last, ticks.len())
-        });
+        let spans = self.topics.iter().map(span);
+        let spans = spans.chain(self.ticks.iter().map(span));
         let (mut least, mut most) = (0_u64, 0_u64);
-        for (first, last, rows) in topics.chain(ticks) {
-            let (last, at) = last.unwrap_or_default();
-            let numbers = first.map_or(0, |first| last.saturating_sub(first).saturating_add(1));
-            least = least.saturating_add(numbers.saturating_sub(rows as u64));
+        for (missing, at) in spans {
+            least = least.saturating_add(missing);
             let rest = outcome.at.since(at).as_secs_f64() * self.fastest().get();
             most = most.saturating_add(rest as u64 + 2);
         }
@@ -149,13 +131,11 @@ impl Recording {
     /// The maximum rate of any node.
     fn fastest(&self) -> Hz {
         let first = self.origin.topology.nodes.iter().map(|node| node.hz);
-        let later = self
-            .events
-            .iter()
-            .filter_map(|event| match event.applied() {
-                Some(Command::Set(Knob::Rate { hz, .. })) => Some(*hz),
-                _ => None,
-            });
+        let turned = self.events.iter().filter_map(Event::knob);
+        let later = turned.filter_map(|timed| match timed.knob {
+            Knob::Rate { hz, .. } => Some(hz),
+            _ => None,
+        });
         first.chain(later).max().unwrap_or(Hz::MAX)
     }
 
@@ -170,9 +150,31 @@ impl Recording {
     }
 }
 
-/// The first sequence number, the last one with its run time, and the number of messages.
-fn numbers(rows: &Rows) -> (Option<u64>, Option<(u64, Time)>, usize) {
-    let heads = rows.heads();
-    let last = heads.last().map(|head| (head.seq, head.at));
-    (heads.first().map(|head| head.seq), last, heads.len())
+/// The number of rows that are missing in `series`, and the run time of its last one.
+fn span<S: Series>(series: &S) -> (u64, Time) {
+    let rows = series.rows();
+    let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
+        return (0, Time::ZERO);
+    };
+    let numbers = last.number().saturating_sub(first.number());
+    (
+        numbers.saturating_add(1).saturating_sub(rows.len() as u64),
+        last.at(),
+    )
+}
+
+/// Whether an end record is possible: nothing in it is later than the end, and the wall
+/// time is at most [`Time::MAX`].
+fn is_sound(outcome: &RecordingEnd, topology: &Topology) -> bool {
+    let losses = outcome.dropped.as_ref();
+    losses.is_none_or(|losses| losses.len() == topology.topics.len())
+        && match &outcome.end {
+            RunStatus::Ended(end) => {
+                let longest = u128::from(Time::MAX.as_nanos());
+                end.sim_time <= outcome.at
+                    && end.verdict.at <= outcome.at
+                    && end.wall_time.as_nanos() <= longest
+            }
+            RunStatus::Failed { .. } | RunStatus::WentOn => true,
+        }
 }

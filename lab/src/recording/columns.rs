@@ -1,13 +1,200 @@
-//! Columns of values for rerun.
+//! Tables of columns, by which rows are written, read and compared.
+//!
+//! Rows are read cell by cell: a missing value is not zero.
 
 use std::sync::Arc;
 
+use ratelab::Time;
 use rerun::{
     ComponentDescriptor, RecordingStreamResult, SerializedComponentBatch,
     SerializedComponentColumn,
     archetypes::Scalars,
     external::arrow::array::{ArrayRef, Float64Array, StringArray, UInt8Array, UInt64Array},
+    log::Chunk,
 };
+
+use super::{
+    schema::{JSON, message::LOST},
+    timeline::RUN_TIME,
+};
+
+/// Nanoseconds in a microsecond.
+const NANOS_PER_MICRO: f64 = 1e3;
+
+/// Upper bound of a time in 64 bits of nanoseconds (µs).
+const LATEST: f64 = u64::MAX as f64 / NANOS_PER_MICRO;
+
+/// A row of numbers in a file: a message without its payload, or a tick.
+pub trait RecordRow: Copy + Send + Sync + 'static {
+    /// What one is called.
+    const KIND: &'static str;
+    /// Whether it has a payload of numbers.
+    const HAS_PAYLOAD: bool;
+    /// The table of its columns.
+    const COLUMNS: &'static [RecordColumn];
+
+    /// Its number, counted from the beginning of the run.
+    fn number(&self) -> u64;
+
+    /// Its run time.
+    fn at(&self) -> Time;
+
+    /// Whether it may come after `last`.
+    fn follows(&self, last: &Self) -> bool;
+
+    /// Whether nothing of it happens before it.
+    fn is_possible(&self) -> bool;
+
+    /// The number in each of its columns: a count, or nanoseconds.
+    fn cells(&self) -> Vec<Option<u64>>;
+
+    /// The row with these cells; `None` if there can be none.
+    fn of(cells: &[Option<u64>]) -> Option<Self>;
+}
+
+/// A column of numbers.
+pub struct RecordColumn {
+    /// Name of its component; empty if it has none of its own.
+    name: &'static str,
+    /// Its name in a difference.
+    pub what: &'static str,
+    /// How it is written.
+    pub form: ColumnForm,
+}
+
+/// How a column is written.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum ColumnForm {
+    /// A count, in every row.
+    Count,
+    /// Run time: the row's place on the timeline.
+    RunTime,
+    /// A time, if there is one.
+    Nanos,
+    /// A duration of the wall, where the clock measures one: a run that comes again may not.
+    Wall,
+    /// A time. The column is missing in a file where no row has one.
+    Rare,
+    /// A time, unless it is that of the row. The column may be missing.
+    Stamp,
+    /// As [`Stamp`](Self::Stamp), or [`LOST`] if there is none.
+    Delivery,
+    /// A duration, to be plotted (µs): exact to the nanosecond up to 26 days. NaN without one.
+    Plot,
+}
+
+/// A cell: `None` if it is damaged.
+type Cell<T> = Option<T>;
+
+impl RecordColumn {
+    /// The column with the component `name`, called `what` in a difference.
+    pub const fn new(name: &'static str, what: &'static str, form: ColumnForm) -> Self {
+        Self { name, what, form }
+    }
+
+    /// The number in `cell`, in words.
+    pub fn told(&self, cell: Option<u64>) -> String {
+        let unit = if self.form == ColumnForm::Count {
+            ""
+        } else {
+            " ns"
+        };
+        cell.map_or("none".to_owned(), |number| format!("{number}{unit}"))
+    }
+
+    /// Whether each row has a number in this column.
+    pub fn is_full(&self) -> bool {
+        use ColumnForm::{Count, RunTime, Stamp};
+        matches!(self.form, Count | RunTime | Stamp)
+    }
+
+    /// Whether the number of a `computed` row is not that of the recorded one. A duration of
+    /// the wall may be missing in a run that comes again.
+    pub fn differs(&self, recorded: Option<u64>, computed: Option<u64>) -> bool {
+        let known = self.form != ColumnForm::Wall || computed.is_some();
+        known && recorded != computed
+    }
+
+    /// The column with the number in each of `rows`, if it is there and no timeline.
+    fn written<R: RecordRow>(
+        &self,
+        rows: &[R],
+        cells: Vec<Option<u64>>,
+    ) -> Option<RecordingStreamResult<SerializedComponentColumn>> {
+        let Self { name, form, .. } = *self;
+        let at = |index: usize| Some(rows[index].at().as_nanos());
+        let cells = match form {
+            ColumnForm::RunTime => return None,
+            ColumnForm::Count => return Some(numbers(name, cells.into_iter().flatten())),
+            ColumnForm::Plot => {
+                let micros = |nanos: u64| nanos as f64 / NANOS_PER_MICRO;
+                let cells = cells
+                    .into_iter()
+                    .map(|nanos| nanos.map_or(f64::NAN, micros));
+                return Some(series(cells.collect(), 1, rows.len()));
+            }
+            ColumnForm::Stamp | ColumnForm::Delivery => {
+                let cells = cells.into_iter().enumerate();
+                let cells = cells.map(|(index, cell)| match cell == at(index) {
+                    true => None,
+                    false => cell.or(Some(LOST)),
+                });
+                cells.collect()
+            }
+            ColumnForm::Nanos | ColumnForm::Wall | ColumnForm::Rare => cells,
+        };
+        let is_there = !self.may_be_missing() || cells.iter().any(Option::is_some);
+        is_there.then(|| units(name, Arc::new(UInt64Array::from_iter(cells))))
+    }
+
+    /// The numbers of this column in the rows of `chunk`, which have these run times.
+    fn read(&self, chunk: &Chunk, times: &[Cell<Option<u64>>]) -> Vec<Cell<Option<u64>>> {
+        let Self { name, form, .. } = *self;
+        let cells = match form {
+            ColumnForm::RunTime => return times.to_vec(),
+            ColumnForm::Plot => return plotted(chunk).into_iter().map(|c| nanos_of(c?)).collect(),
+            _ if self.may_be_missing() && !has(chunk, name) => vec![Some(None); chunk.num_rows()],
+            _ => cells(chunk, name),
+        };
+        let cells = cells
+            .into_iter()
+            .zip(times)
+            .map(|(cell, at)| match (form, cell?) {
+                (ColumnForm::Stamp | ColumnForm::Delivery, None) => *at,
+                (ColumnForm::Delivery, Some(LOST)) => Some(None),
+                (_, number) => Some(number),
+            });
+        cells.collect()
+    }
+
+    /// Whether the column may be missing in a file.
+    fn may_be_missing(&self) -> bool {
+        use ColumnForm::{Delivery, Rare, Stamp};
+        matches!(self.form, Rare | Stamp | Delivery)
+    }
+}
+
+/// The columns of `rows`.
+pub fn write<R: RecordRow>(rows: &[R]) -> RecordingStreamResult<Vec<SerializedComponentColumn>> {
+    let cells: Vec<_> = rows.iter().map(RecordRow::cells).collect();
+    let columns = R::COLUMNS.iter().enumerate().filter_map(|(index, column)| {
+        let cells = cells.iter().map(|row| row[index]);
+        column.written(rows, cells.collect())
+    });
+    columns.collect()
+}
+
+/// The rows in `chunk`.
+pub fn read<R: RecordRow>(chunk: &Chunk) -> Vec<Cell<R>> {
+    let times = run_times(chunk);
+    let columns = R::COLUMNS.iter().map(|column| column.read(chunk, &times));
+    let columns: Vec<_> = columns.collect();
+    let rows = (0..chunk.num_rows()).map(|index| {
+        let cells = columns.iter().map(|cells| *cells.get(index)?);
+        R::of(&cells.collect::<Option<Vec<_>>>()?)
+    });
+    rows.collect()
+}
 
 /// One number per row.
 pub fn numbers(
@@ -17,12 +204,11 @@ pub fn numbers(
     units(name, Arc::new(UInt64Array::from_iter_values(values)))
 }
 
-/// At most one number per row.
-pub fn numbers_or_none(
-    name: &'static str,
-    values: impl IntoIterator<Item = Option<u64>>,
+/// One text per row.
+pub fn texts(
+    values: impl IntoIterator<Item = String>,
 ) -> RecordingStreamResult<SerializedComponentColumn> {
-    units(name, Arc::new(UInt64Array::from_iter(values)))
+    units(JSON, Arc::new(StringArray::from_iter_values(values)))
 }
 
 /// Some bytes per row.
@@ -34,14 +220,6 @@ pub fn bytes<'a>(
     let array: ArrayRef = Arc::new(UInt8Array::from_iter_values(values.flatten().copied()));
     let batch = SerializedComponentBatch::new(array, ComponentDescriptor::partial(name));
     Ok(batch.partitioned(lengths)?)
-}
-
-/// One text per row.
-pub fn texts(
-    name: &'static str,
-    values: impl IntoIterator<Item = String>,
-) -> RecordingStreamResult<SerializedComponentColumn> {
-    units(name, Arc::new(StringArray::from_iter_values(values)))
 }
 
 /// `width` values in each of `rows`, to be plotted as `width` series.
@@ -58,4 +236,76 @@ pub fn series(
 fn units(name: &'static str, array: ArrayRef) -> RecordingStreamResult<SerializedComponentColumn> {
     let descriptor = ComponentDescriptor::partial(name);
     Ok(SerializedComponentBatch::new(array, descriptor).column_of_unit_batches()?)
+}
+
+/// Run times of the rows of `chunk`.
+fn run_times(chunk: &Chunk) -> Vec<Cell<Option<u64>>> {
+    let column = chunk.timelines().get(&RUN_TIME.into());
+    let times = column.map_or(&[][..], |column| column.times_raw());
+    let nanos = times.iter().map(|nanos| u64::try_from(*nanos).ok());
+    nanos.map(|nanos| nanos.map(Some)).collect()
+}
+
+/// The duration in a plotted cell.
+fn nanos_of(cell: &[f64]) -> Cell<Option<u64>> {
+    match *cell {
+        [micros] if micros.is_nan() => Some(None),
+        [micros] if (0.0..LATEST).contains(&micros) => {
+            Some(Some((micros * NANOS_PER_MICRO).round() as u64))
+        }
+        _ => None,
+    }
+}
+
+/// The plotted values of each row of `chunk`.
+pub fn plotted(chunk: &Chunk) -> Vec<Cell<&[f64]>> {
+    let name = Scalars::descriptor_scalars().component;
+    let cells = chunk.components().get_array(name);
+    // A missing number would shift the others to the wrong place.
+    let whole = cells.is_some_and(|cells| cells.values().null_count() == 0);
+    let rows = chunk.iter_slices::<f64>(name);
+    one_a_row(chunk, rows.map(|row| whole.then_some(row)))
+}
+
+/// The texts in the rows of `chunk`, if it has any.
+pub fn read_texts(chunk: &Chunk) -> Vec<Cell<String>> {
+    if !has(chunk, JSON) {
+        return Vec::new();
+    }
+    let rows = chunk.iter_slices::<String>(JSON.into());
+    let texts = rows.map(only).map(|text| Some(text?.as_str().to_owned()));
+    one_a_row(chunk, texts)
+}
+
+/// The bytes `name` in the rows of `chunk`.
+pub fn read_bytes(chunk: &Chunk, name: &'static str) -> Vec<Cell<Vec<u8>>> {
+    let rows = chunk.iter_slices::<u8>(name.into());
+    one_a_row(chunk, rows.map(|bytes| Some(bytes.to_vec())))
+}
+
+/// The numbers `name` in the rows of `chunk`, at most one in each.
+pub fn cells(chunk: &Chunk, name: &'static str) -> Vec<Cell<Option<u64>>> {
+    let rows = chunk.iter_slices::<Option<u64>>(name.into());
+    one_a_row(chunk, rows.map(only))
+}
+
+fn has(chunk: &Chunk, name: &'static str) -> bool {
+    chunk.components().get_array(name.into()).is_some()
+}
+
+/// The single item of `items`.
+fn only<T>(items: impl IntoIterator<Item = T>) -> Option<T> {
+    let mut items = items.into_iter();
+    let item = items.next()?;
+    items.next().is_none().then_some(item)
+}
+
+/// `cells`, if there is one for each row of `chunk`: with a missing one, the rows of the
+/// others are unknown.
+fn one_a_row<T: Clone>(chunk: &Chunk, cells: impl Iterator<Item = Cell<T>>) -> Vec<Cell<T>> {
+    let cells: Vec<_> = cells.collect();
+    match cells.len() == chunk.num_rows() {
+        true => cells,
+        false => vec![None; chunk.num_rows()],
+    }
 }

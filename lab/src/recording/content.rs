@@ -1,23 +1,25 @@
 //! Converts the chunks of a file to messages, ticks and events.
 
-use ratelab::{Event, Head, Time};
-use ratelab_account::{Rows, TickRecord};
+use ratelab::{Event, Time, Topology};
 use ratelab_effects::{Executor, Match};
 use ratelab_study::system::Setup;
-use rerun::log::Chunk;
+use rerun::{EntityPath, log::Chunk};
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::{
-    digest::ContentDigest,
+    columns::{self, RecordRow},
+    digest::{ContentDigest, RowDigest},
     frames::MORE,
     limits::check_graph,
     printable::make_printable,
-    rows,
+    recorded::Recording,
     schema::{
         CHECKPOINT, END, EVENTS, FORMAT, ORIGIN, Origin, RecordingEnd, THREADS, UNTIL, node_entity,
         topic_entity,
     },
-    thread_log::Pieces,
+    series::Series,
+    thread_log::LogPieces,
 };
 
 /// The defect of a file with an impossible row.
@@ -26,27 +28,14 @@ pub const DAMAGED_ROW: &str = "a row in it is damaged";
 /// The content of a file so far.
 #[derive(Default)]
 pub struct Content {
-    /// The run. Until it is read, the rest of the file is ignored.
-    pub origin: Option<Origin>,
-    /// The messages of the topics.
-    pub topics: Vec<Rows>,
-    /// The ticks of the nodes.
-    pub ticks: Vec<Vec<TickRecord>>,
-    /// Commands and ends.
-    pub events: Vec<Event>,
+    /// The run. Until its description is read, the rest of the file is ignored.
+    pub recording: Option<Recording>,
     /// What the threads of the real clock did.
-    pub threads: Pieces,
-    /// Run time up to which all of these are complete; `None` before the first
-    /// checkpoint.
-    pub until: Option<Time>,
-    /// The end of the recording.
-    pub outcome: Option<RecordingEnd>,
+    threads: LogPieces,
+    /// Run time up to which all of this is complete; `None` before the first checkpoint.
+    until: Option<Time>,
     /// Run time up to which rows are undamaged, if one is damaged.
     pub sound: Option<Time>,
-    /// The defect of the file.
-    pub damage: Option<&'static str>,
-    /// Whether its digest is not that of its content.
-    pub altered: bool,
     digest: ContentDigest,
 }
 
@@ -56,58 +45,80 @@ impl Content {
     /// # Errors
     /// A text, if the recording's description of itself is not understood.
     pub fn add(&mut self, chunk: &Chunk) -> Result<(), String> {
-        let entity = chunk.entity_path();
-        let describes = entity
-            .to_string()
-            .ends_with(&format!("__properties/{ORIGIN}"));
-        if describes && self.outcome.is_none() {
-            return self.begin(chunk);
-        }
-        let Some(origin) = &self.origin else {
-            return Ok(());
+        let entity = chunk.entity_path().to_string();
+        let describes = entity.ends_with(&format!("__properties/{ORIGIN}"));
+        let recording = match &mut self.recording {
+            Some(recording) if !describes || recording.outcome.is_some() => recording,
+            _ if describes => return self.begin(chunk),
+            _ => return Ok(()),
         };
         // Static chunks contain styles.
         if chunk.is_static() {
             return Ok(());
         }
-        let topology = &origin.topology;
-        let digest = &mut self.digest;
-        let (mut topics, mut nodes) = (topology.topics.iter(), topology.nodes.iter());
-        let topic = topics.position(|topic| topic_entity(&topic.name) == *entity);
-        let node = nodes.position(|node| node_entity(&node.name) == *entity);
-        let ours = [EVENTS, END, CHECKPOINT, THREADS].contains(&&*entity.to_string());
-        if self.outcome.is_some() && (describes || topic.is_some() || node.is_some() || ours) {
-            self.damage = Some(MORE);
+        let Topology { topics, nodes } = &recording.origin.topology;
+        let is_of = |path: EntityPath| path == *chunk.entity_path();
+        let topic = topics
+            .iter()
+            .position(|topic| is_of(topic_entity(&topic.name)));
+        let node = nodes.iter().position(|node| is_of(node_entity(&node.name)));
+        let ours = describes || [EVENTS, END, CHECKPOINT, THREADS].contains(&&*entity);
+        if recording.outcome.is_some() {
+            let more = ours || topic.is_some() || node.is_some();
+            recording.damage = more.then_some(MORE).or(recording.damage);
             return Ok(());
         }
-        let sound = if let Some(index) = topic {
-            let add = |head: &Head, values: &[f64]| digest.add_message(index, head, values);
-            add_messages(&mut self.topics[index], chunk, add)
-        } else if let Some(index) = node {
-            let add = |tick: &TickRecord| digest.add_tick(index, tick);
-            add_ticks(&mut self.ticks[index], chunk, add)
-        } else {
-            match entity.to_string().as_str() {
-                EVENTS => add_events(&mut self.events, chunk, digest),
-                END => self.end(chunk),
-                CHECKPOINT => self.check_in(chunk),
-                THREADS => {
-                    self.threads.add(chunk);
-                    Ok(())
-                }
-                _ => Ok(()),
-            }
-        };
-        if let Err(Damaged { after }) = sound {
-            self.damage = Some(DAMAGED_ROW);
+        if let Err(Damaged { after }) = self.add_rows(chunk, &entity, [topic, node]) {
             self.sound = Some(self.sound.map_or(after, |sound| sound.min(after)));
         }
         Ok(())
     }
 
+    /// Adds the rows of `chunk`, of the topic or the node with an index, or of another `entity`.
+    fn add_rows(
+        &mut self,
+        chunk: &Chunk,
+        entity: &str,
+        [topic, node]: [Option<usize>; 2],
+    ) -> Result<(), Damaged> {
+        let (Some(recording), digest) = (&mut self.recording, &mut self.digest) else {
+            return Ok(());
+        };
+        match (topic, node, entity) {
+            (Some(topic), ..) => add_rows(
+                &mut recording.topics[topic],
+                chunk,
+                &mut digest.topics[topic],
+            ),
+            (_, Some(node), _) => {
+                add_rows(&mut recording.ticks[node], chunk, &mut digest.nodes[node])
+            }
+            (.., EVENTS) => add_events(&mut recording.events, chunk, digest),
+            (.., END) => self.end(chunk),
+            (.., CHECKPOINT) => self.check_in(chunk),
+            (.., THREADS) => {
+                self.threads.add(chunk);
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The recording, if something in it is whole.
+    pub fn whole(&mut self) -> Option<Recording> {
+        let mut recording = self.recording.take()?;
+        recording.until = self.until?;
+        recording.damage = self.sound.map(|_| DAMAGED_ROW).or(recording.damage);
+        let end = recording.outcome.as_ref().map(|outcome| outcome.threads);
+        let threads = std::mem::take(&mut self.threads);
+        let topology = &recording.origin.topology;
+        recording.threads = threads.finish(topology, &recording.events, end);
+        Some(recording)
+    }
+
     fn begin(&mut self, chunk: &Chunk) -> Result<(), String> {
         let damaged = || "what this recording says of itself is damaged".to_owned();
-        let Some(text) = rows::texts(chunk).into_iter().next() else {
+        let Some(text) = columns::read_texts(chunk).into_iter().next() else {
             return Ok(());
         };
         let text = text.ok_or_else(damaged)?;
@@ -118,55 +129,49 @@ impl Content {
         if let Some(text) = graph_file {
             json["graph_file"] = text;
         }
-        let origin = match json.get("format").and_then(Value::as_u64) {
-            Some(format) if format > u64::from(FORMAT) => {
-                return Err(format!(
-                    "this recording is of format {format}, this ratelab reads up to {FORMAT}: \
-                     a later one made it"
-                ));
-            }
-            Some(format) if format < u64::from(FORMAT) => {
-                return Err(format!(
-                    "this recording is of format {format}, this ratelab reads {FORMAT}: \
-                     record it again"
-                ));
-            }
-            _ => serde_json::from_value(json).ok(),
-        };
+        let format = json.get("format").and_then(Value::as_u64);
+        if let Some(format) = format.filter(|format| *format != u64::from(FORMAT)) {
+            let (reads, why) = match format > u64::from(FORMAT) {
+                true => ("reads up to", "a later one made it"),
+                false => ("reads", "record it again"),
+            };
+            return Err(format!(
+                "this recording is of format {format}, this ratelab {reads} {FORMAT}: {why}"
+            ));
+        }
+        let origin = serde_json::from_value(json).ok();
         let origin: Origin = origin
             .filter(|origin| sets_nothing_twice(origin) && has_known_rules(origin))
             .ok_or_else(damaged)?;
         check_graph(&origin.topology)?;
         self.digest = ContentDigest::new(&text, &origin.topology);
-        self.topics = vec![Rows::default(); origin.topology.topics.len()];
-        self.ticks = vec![Vec::new(); origin.topology.nodes.len()];
-        self.origin = Some(origin);
+        self.recording = Some(Recording::empty(origin));
         Ok(())
     }
 
     /// Reads the end record.
     fn end(&mut self, chunk: &Chunk) -> Result<(), Damaged> {
-        for text in rows::texts(chunk) {
-            let after = self.until.unwrap_or_default();
-            let text = text.ok_or(Damaged { after })?;
+        let after = self.until.unwrap_or_default();
+        let Some(recording) = &mut self.recording else {
+            return Ok(());
+        };
+        for text in columns::read_texts(chunk) {
+            let text = text.unwrap_or_default();
             let exact = serde_json::from_str(&text).map_err(|_| Damaged { after })?;
-            let json = rows::json(Some(&text));
-            let outcome = json.and_then(|json| serde_json::from_value(json).ok());
-            let outcome: RecordingEnd = outcome.ok_or(Damaged { after })?;
-            let digested = self.origin.as_ref().is_some_and(|origin| origin.digest);
-            self.altered = match outcome.digest {
+            let outcome: RecordingEnd = json(&text).ok_or(Damaged { after })?;
+            recording.altered = match outcome.digest {
                 Some(digest) => digest != self.digest.with_end(&exact),
-                None => digested,
+                None => recording.origin.digest,
             };
             self.until = Some(outcome.at);
-            self.outcome = Some(outcome);
+            recording.outcome = Some(outcome);
         }
         Ok(())
     }
 
     /// Reads a checkpoint.
     fn check_in(&mut self, chunk: &Chunk) -> Result<(), Damaged> {
-        for until in rows::numbers(chunk, UNTIL) {
+        for until in columns::cells(chunk, UNTIL) {
             let after = self.until.unwrap_or_default();
             let until = until.flatten().ok_or(Damaged { after })?;
             self.until = Some(Time::from_nanos(until));
@@ -194,52 +199,41 @@ struct Damaged {
     after: Time,
 }
 
-/// Adds the messages in `chunk`: numbers, run times and losses never decrease.
-fn add_messages(
-    messages: &mut Rows,
-    chunk: &Chunk,
-    mut note: impl FnMut(&Head, &[f64]),
-) -> Result<(), Damaged> {
-    for row in rows::messages(chunk) {
-        let last = messages.heads().last().copied();
-        let after = last.map_or(Time::ZERO, |last| last.at);
-        let (head, values) = row.ok_or(Damaged { after })?;
-        note(&head, values);
-        let follows = last.is_none_or(|last| {
-            head.seq > last.seq && head.at >= last.at && head.dropped >= last.dropped
-        });
-        if last.is_none() {
-            *messages = Rows::new(values.len());
-        }
-        let sound = head.arrives.is_none_or(|arrives| arrives >= head.at);
-        if !follows || !sound || !messages.push(head, values.iter().copied()) {
-            return Err(Damaged { after });
-        }
+impl Damaged {
+    fn behind<S: Series>(series: &S) -> Self {
+        let after = series.newest().unwrap_or_default();
+        Self { after }
     }
-    Ok(())
 }
 
-/// Adds the ticks in `chunk`: numbers, times and overruns never decrease.
-fn add_ticks(
-    ticks: &mut Vec<TickRecord>,
+/// Adds the rows in `chunk`, in the order of their numbers: a chunk sorts them by time, which
+/// several publishers of a topic do not keep to.
+fn add_rows<S: Series>(
+    series: &mut S,
     chunk: &Chunk,
-    mut note: impl FnMut(&TickRecord),
+    digest: &mut RowDigest,
 ) -> Result<(), Damaged> {
-    for row in rows::ticks(chunk) {
-        let last = ticks.last();
-        let after = last.map_or(Time::ZERO, |last| last.at);
-        let tick = row.ok_or(Damaged { after })?;
-        note(&tick);
-        let follows = last.is_none_or(|last| {
-            tick.number > last.number && tick.at >= last.at && tick.overruns >= last.overruns
-        });
-        let acted = tick.push.is_none_or(|push| push.at >= tick.at);
-        if !(follows && acted) {
-            return Err(Damaged { after });
+    let rows = columns::read::<S::Row>(chunk).into_iter();
+    let payloads = match S::Row::HAS_PAYLOAD {
+        true => columns::plotted(chunk),
+        false => vec![Some(&[][..]); chunk.num_rows()],
+    };
+    let rows = rows.zip(payloads);
+    let mut rows: Vec<_> = rows.map_while(|(row, payload)| row.zip(payload)).collect();
+    let whole = rows.len() == chunk.num_rows();
+    rows.sort_by_key(|(row, _)| row.number());
+    for (row, payload) in rows {
+        digest.add(&row, payload);
+        let last = series.rows().last();
+        let sound = last.is_none_or(|last| row.follows(last)) && row.is_possible();
+        if !sound || !series.add(row, payload) {
+            return Err(Damaged::behind(series));
         }
-        ticks.push(tick);
     }
-    Ok(())
+    match whole {
+        true => Ok(()),
+        false => Err(Damaged::behind(series)),
+    }
 }
 
 /// Adds the events in `chunk`. Those of different threads may be slightly out of order.
@@ -248,12 +242,18 @@ fn add_events(
     chunk: &Chunk,
     digest: &mut ContentDigest,
 ) -> Result<(), Damaged> {
-    for text in rows::texts(chunk) {
+    for text in columns::read_texts(chunk) {
         let after = events.last().map_or(Time::ZERO, |last| last.at);
-        digest.add_event(text.as_deref().unwrap_or_default());
-        let event = rows::json(text.as_deref());
-        let event = event.and_then(|json| serde_json::from_value(json).ok());
-        events.push(event.ok_or(Damaged { after })?);
+        let text = text.unwrap_or_default();
+        digest.add_event(&text);
+        events.push(json(&text).ok_or(Damaged { after })?);
     }
     Ok(())
+}
+
+/// The value in `text`, safe for a terminal; `None` for an invalid one.
+fn json<T: DeserializeOwned>(text: &str) -> Option<T> {
+    let mut value = serde_json::from_str(text).ok()?;
+    make_printable(&mut value);
+    serde_json::from_value(value).ok()
 }

@@ -32,7 +32,7 @@ impl Destination {
         }
     }
 
-    /// The same, with a viewer.
+    /// This destination, with a viewer.
     pub fn shown_by(self, viewer: Option<Viewer>) -> Self {
         Self { viewer, ..self }
     }

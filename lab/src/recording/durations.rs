@@ -6,7 +6,7 @@ use ratelab::{Knob, KnobKind};
 use ratelab_account::TickRecord;
 use ratelab_effects::{Draw, draw, with_draw};
 
-use super::reader::Recording;
+use super::recorded::Recording;
 
 /// `knob` with the durations of its recording, if it names one and they are not loaded
 /// yet: the durations or the lateness of its node's ticks.

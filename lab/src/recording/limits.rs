@@ -2,9 +2,7 @@
 
 use std::collections::HashSet;
 
-use ratelab::{Time, Topology};
-
-use super::schema::{RecordingEnd, RunStatus};
+use ratelab::Topology;
 
 /// Maximum number of nodes, topics, ends of topics and meters together in a graph. Each
 /// may take half a megabyte in a replay; the cart-pole has 12.
@@ -44,20 +42,4 @@ pub fn check_graph(topology: &Topology) -> Result<(), String> {
 fn are_distinct<T: Eq + std::hash::Hash>(items: impl IntoIterator<Item = T>) -> bool {
     let mut seen = HashSet::new();
     items.into_iter().all(|item| seen.insert(item))
-}
-
-/// Whether an end record is possible: nothing in it is later than the end, and the wall
-/// time is at most [`Time::MAX`].
-pub fn is_sound(outcome: &RecordingEnd, topology: &Topology) -> bool {
-    let losses = outcome.dropped.as_ref();
-    losses.is_none_or(|losses| losses.len() == topology.topics.len())
-        && match &outcome.end {
-            RunStatus::Ended(end) => {
-                let longest = u128::from(Time::MAX.as_nanos());
-                end.sim_time <= outcome.at
-                    && end.verdict.at <= outcome.at
-                    && end.wall_time.as_nanos() <= longest
-            }
-            RunStatus::Failed { .. } | RunStatus::WentOn => true,
-        }
 }

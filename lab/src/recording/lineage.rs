@@ -6,7 +6,7 @@ use ratelab::{Event, Knob, Time, TimedKnob};
 use ratelab_account::{Lineage, TickRecord};
 use ratelab_effects::takes_time;
 
-use super::reader::Recording;
+use super::recorded::Recording;
 
 impl Recording {
     /// The chains behind the actions of the run.
@@ -55,6 +55,12 @@ impl Recording {
             }
         }
     }
+}
+
+/// Run time at which a tick was due; not before the start.
+pub fn due_of(tick: &TickRecord) -> Time {
+    let late = tick.lateness.unwrap_or_default();
+    Time::ZERO + tick.at.since(Time::ZERO + late)
 }
 
 /// The end of a tick; under the real clock in wall time.

@@ -24,6 +24,7 @@
 //! (messages on the system's topic of states), and under the real clock
 //! `wall_time`. A file without `/end` was torn.
 
+pub mod bins;
 pub mod blueprint;
 
 mod check;
@@ -34,20 +35,20 @@ mod destination;
 mod digest;
 mod durations;
 mod file;
+mod finished;
 mod frames;
 mod limits;
 mod lineage;
-mod other;
 mod other_runtime;
-mod plant_steps;
-mod printable;
+pub mod printable;
 mod properties;
 mod reader;
+mod recorded;
 mod recorder;
 mod replay;
-mod rows;
 pub mod scene;
 pub mod schema;
+mod series;
 mod source;
 #[cfg(test)]
 mod tests;
@@ -62,9 +63,11 @@ mod writer;
 pub use destination::Destination;
 pub use durations::{durations, with_durations};
 pub use file::RecordingFile;
-pub use lineage::end_of;
+pub use finished::{FinishedRecording, outside};
+pub use lineage::{due_of, end_of};
 pub use other_runtime::OtherRun;
-pub use reader::{ReadError, Recording};
+pub use reader::ReadError;
+pub use recorded::Recording;
 pub use recorder::{RecordError, Recorder};
 pub use replay::Replay;
 #[cfg(feature = "network")]
@@ -77,4 +80,3 @@ pub use verify::{
     Branch, Departure, Executed, Execution, Held, VerifyError, VerifyStatus, branch, verify,
 };
 pub use viewer::{VIEWER, Viewer};
-pub use writer::{FinishedRecording, outside};

@@ -10,7 +10,7 @@ use ratelab_study::{
 };
 
 use super::{
-    reader::Recording,
+    recorded::Recording,
     schema::{Origin, RecordingEnd, RunResult, RunStatus},
 };
 
@@ -43,28 +43,24 @@ impl Recording {
         let graph = Experiment::new(system.clone(), &run.config)?;
         let topology = graph.observer().topology();
         let topics = topology.topics.iter();
-        let topics: Vec<Rows> = topics
-            .map(|topic| run.topics.remove(&topic.name).unwrap_or_default())
-            .collect();
+        let topics = topics.map(|topic| run.topics.remove(&topic.name).unwrap_or_default());
         let nodes = topology.nodes.iter();
-        let ticks: Vec<_> = nodes
-            .map(|node| run.ticks.remove(&node.name).unwrap_or_default())
-            .collect();
-        let (until, events) = match &run.exit {
-            ClockExit::Ended { node, at } => {
-                let node = node.clone();
-                let what = EventKind::Ended { node };
-                (*at, vec![Event { at: *at, what }])
-            }
-            _ => (run.config.end, Vec::new()),
+        let ticks = nodes.map(|node| run.ticks.remove(&node.name).unwrap_or_default());
+        let (topics, ticks) = (topics.collect::<Vec<_>>(), ticks.collect::<Vec<_>>());
+        let ended = match &run.exit {
+            ClockExit::Ended { node, at } => Some((node.clone(), *at)),
+            _ => None,
         };
-        let named = |name: Option<&str>| {
+        let until = ended.as_ref().map_or(run.config.end, |(_, at)| *at);
+        let events = ended.into_iter().map(|(node, at)| {
+            let what = EventKind::Ended { node };
+            Event { at, what }
+        });
+        let [states, chains] = [system.state(), system.chains()].map(|name| {
             let mut names = topology.topics.iter().map(|topic| topic.name.as_str());
             topics.get(names.position(|topic| Some(topic) == name)?)
-        };
-        let states = named(system.state());
-        let newest = [states, named(system.chains())];
-        let newest = newest.map(|rows| rows.and_then(Rows::last).map(|(_, row)| row));
+        });
+        let newest = [states, chains].map(|rows| rows.and_then(Rows::last).map(|(_, row)| row));
         let verdict = verdict(&**system, &run.exit, until, newest);
         let summary = Summary {
             steps: states.map_or(0, Rows::len) as u64,
@@ -83,18 +79,15 @@ impl Recording {
             threads: None,
             digest: None,
         };
+        let origin = Origin::new(&**system, run.config, topology);
         Ok(Self {
             path: PathBuf::from(NAME),
-            bytes: 0,
-            origin: Origin::new(&**system, run.config, topology),
             topics,
             ticks,
-            events,
-            threads: None,
+            events: events.collect(),
             until,
             outcome: Some(outcome),
-            damage: None,
-            altered: false,
+            ..Self::empty(origin)
         })
     }
 }

@@ -1,5 +1,5 @@
-//! The description of a recording: for people in the viewer's panel, and in one piece for
-//! readers.
+//! The beginning of a recording: its layout, and its description for people in the viewer's
+//! panel, and in one piece for readers.
 
 use std::sync::Arc;
 
@@ -9,14 +9,55 @@ use ratelab_study::{
     system::{KnobText, System},
 };
 use rerun::{
-    AnyValues, RecordingStream, RecordingStreamResult,
+    AnyValues, RecordingStream, RecordingStreamBuilder, RecordingStreamResult,
     external::arrow::array::{ArrayRef, Float64Array, StringArray, UInt64Array},
 };
 
-use super::schema::{JSON, ORIGIN, Origin};
+use super::{
+    blueprint::{self, Subject},
+    file::RecordingFile,
+    schema::{APPLICATION, JSON, ORIGIN, Origin},
+    source::Source,
+    tracks::AttachedTaps,
+    viewer::FileAndViewer,
+};
+
+/// A stream to `file` with its layout and description.
+pub fn begin(
+    file: &RecordingFile,
+    taps: &AttachedTaps,
+    source: &Source,
+) -> RecordingStreamResult<RecordingStream> {
+    let Source { system, origin, .. } = source;
+    let config = &origin.config;
+    let name = format!(
+        "{}, {} clock, seed {}",
+        origin.system, config.clock, config.seed
+    );
+    let rec = RecordingStreamBuilder::new(APPLICATION)
+        .enabled(true)
+        .recording_name(name)
+        .buffered()?;
+    match &source.viewer {
+        None => rec.set_sink(Box::new(file.clone())),
+        Some(viewer) => rec.set_sink(Box::new(FileAndViewer::new(file.clone(), viewer))),
+    }
+    // Readers need this first, and columns overtake logged messages.
+    send_origin(&rec, &**system, origin)?;
+    let _ = rec.flush_blocking();
+    let layout = Subject {
+        system: &**system,
+        picture: source.has_picture(),
+        start: &source.start,
+        clock: source.observer.status().clock,
+    };
+    blueprint::send(&rec, &layout)?;
+    taps.begin(&rec, source)?;
+    Ok(rec)
+}
 
 /// Sends the description of a run of `system`.
-pub fn send_origin(
+fn send_origin(
     rec: &RecordingStream,
     system: &dyn System,
     origin: &Origin,

@@ -20,8 +20,10 @@ use thiserror::Error;
 
 use super::{
     file::RecordingFile,
+    finished::FinishedRecording,
     source::{Source, StopReason},
-    writer::{AttachedTaps, FinishedRecording, RecordingWriter},
+    tracks::AttachedTaps,
+    writer::RecordingWriter,
 };
 
 /// Interval between two checks of the taps (wall time).

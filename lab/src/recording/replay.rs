@@ -2,14 +2,14 @@
 
 use std::{sync::Arc, time::Duration};
 
-use ratelab::{ClockExit, EventKind, Push, Status, Time};
+use ratelab::{ClockExit, EventKind, Head, Push, Status, Time};
 use ratelab_account::{Observer, ReplayAccounts, Rows};
 use ratelab_study::{
     experiment::{Config, Summary},
     system::{MeanCost, System, verdict},
 };
 
-use super::{reader::Recording, schema::RunStatus};
+use super::{recorded::Recording, schema::RunStatus};
 
 /// An item of the recording, by its index.
 #[derive(Clone, Copy, Debug)]
@@ -48,9 +48,6 @@ pub struct Replay {
     latency: Option<usize>,
     /// The topic with the data ages of chains.
     chains: Option<usize>,
-    /// Whether pushes are derived from states, as in old recordings of a world that waits
-    /// for its actuator.
-    by_states: bool,
 }
 
 impl Replay {
@@ -64,14 +61,10 @@ impl Replay {
             let mut topics = topics.iter();
             topics.position(|topic| Some(&*topic.name) == name)
         });
-        let makes = |node: &usize| state.is_some_and(|s| topics[s].publishers.contains(node));
         let latency = system.latency();
         let latency = latency.and_then(|(node, _)| nodes.iter().position(|n| n.name == node));
-        let recorded = latency.and_then(|node| recording.ticks.get(node));
-        let told = recorded.is_some_and(|ticks| ticks.iter().any(|tick| tick.push.is_some()));
         Self {
-            by_states: !told && latency.as_ref().is_some_and(makes),
-            order: order(&recording),
+            order: order(&recording, state.zip(latency)),
             done: 0,
             counters: begin(&recording),
             replayed: vec![0; topics.len()],
@@ -94,7 +87,7 @@ impl Replay {
         &self.recording
     }
 
-    /// The same, shared.
+    /// The recording, shared.
     pub fn shared_recording(&self) -> Arc<Recording> {
         self.recording.clone()
     }
@@ -229,12 +222,6 @@ impl Replay {
                 let head = self.recording.topics[topic].heads()[index];
                 self.counters.message(topic, &head);
                 self.replayed[topic] = index + 1;
-                let tells = self.by_states && self.state == Some(topic);
-                let sensed = head.origin.filter(|_| tells);
-                if let (Some(node), Some(sensed)) = (self.latency, sensed) {
-                    let at = head.at;
-                    self.push(node, Push { at, sensed });
-                }
             }
         }
     }
@@ -317,15 +304,11 @@ fn begin(recording: &Recording) -> ReplayAccounts {
 }
 
 /// All items in order of time. At the same run time commands come first, then nodes by
-/// priority, each tick before its messages, and ends last.
-fn order(recording: &Recording) -> Vec<(Time, ReplayItem)> {
+/// priority, each tick before its messages, and ends last. `acts` is the topic of states and
+/// the node that acts.
+fn order(recording: &Recording, acts: Option<(usize, usize)>) -> Vec<(Time, ReplayItem)> {
     let topology = &recording.origin.topology;
-    let priority = |node: usize| {
-        topology
-            .nodes
-            .get(node)
-            .map_or(0, |node| u64::from(node.priority))
-    };
+    let priority = |node: usize| u64::from(topology.nodes[node].priority);
     let mut order = Vec::new();
     for (index, event) in recording.events.iter().enumerate() {
         let command = matches!(
@@ -337,8 +320,7 @@ fn order(recording: &Recording) -> Vec<(Time, ReplayItem)> {
     }
     for (node, ticks) in recording.ticks.iter().enumerate() {
         let rank = 1 + 2 * priority(node);
-        let ticks = ticks.iter().enumerate();
-        for (index, tick) in ticks {
+        for (index, tick) in ticks.iter().enumerate() {
             order.push(((tick.at, rank), ReplayItem::Tick { node, index }));
             if let Some(push) = tick.push {
                 // Ticks with a duration end before others start.
@@ -347,17 +329,37 @@ fn order(recording: &Recording) -> Vec<(Time, ReplayItem)> {
             }
         }
     }
-    for (topic, rows) in recording.topics.iter().enumerate() {
+    for topic in 0..recording.topics.len() {
         let publisher = topology.topics[topic].publishers.first();
         let rank = 2 + 2 * publisher.map_or(0, |node| priority(*node));
-        let heads = rows.heads().iter().enumerate();
-        order.extend(
-            heads.map(|(index, head)| ((head.at, rank), ReplayItem::Message { topic, index })),
-        );
+        let acts = acts.filter(|(states, _)| *states == topic);
+        let items = messages(recording, topic, acts.map(|(_, node)| node));
+        order.extend(items.into_iter().map(|(at, item)| ((at, rank), item)));
     }
     order.sort_by_key(|(place, _)| *place);
     order
         .into_iter()
         .map(|((at, _), item)| (at, item))
         .collect()
+}
+
+/// The messages of `topic` in the order of their numbers, which several publishers may not keep
+/// in time. Where they are the states after the actions of a node that `acts`, and its actions
+/// are not recorded, they tell these too: in a world that waits for its actuator.
+fn messages(recording: &Recording, topic: usize, acts: Option<usize>) -> Vec<(Time, ReplayItem)> {
+    let publishers = &recording.origin.topology.topics[topic].publishers;
+    let told = |node: usize| recording.ticks[node].iter().any(|tick| tick.push.is_some());
+    let acts = acts.filter(|node| publishers.contains(node) && !told(*node));
+    let (mut items, mut reached) = (Vec::new(), Time::ZERO);
+    for (index, head) in recording.topics[topic].heads().iter().enumerate() {
+        let Head { at, origin, .. } = *head;
+        reached = reached.max(at);
+        items.push((reached, ReplayItem::Message { topic, index }));
+        let push = acts.zip(origin).map(|(node, sensed)| {
+            let push = Push { at, sensed };
+            (reached, ReplayItem::Push { node, push })
+        });
+        items.extend(push);
+    }
+    items
 }

@@ -2,10 +2,10 @@
 
 use std::{collections::BTreeMap, fmt, time::Duration};
 
-use ratelab::{ClockKind, Speed, Time, TimedKnob, Topology};
+use ratelab::{ClockKind, Time, Topology};
 use ratelab_study::{
     experiment::{Config, Summary},
-    system::{About, Setup, System, Verdict, VerdictKind, WorldKind},
+    system::{About, System, Verdict, VerdictKind},
 };
 use rerun::{EntityPath, EntityPathPart};
 use serde::{Deserialize, Serialize};
@@ -16,7 +16,7 @@ pub const FORMAT: u32 = 2;
 /// Name by which the viewer groups recordings.
 pub const APPLICATION: &str = "ratelab";
 
-/// The same for the curves of sweeps: the viewer stores one layout per name.
+/// Name for the curves of sweeps: the viewer stores one layout per name.
 pub const SWEEP_APPLICATION: &str = "ratelab-sweep";
 
 /// Property with the [`Origin`].
@@ -127,7 +127,6 @@ pub struct Origin {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub graph_file: Option<String>,
     /// The configuration at the start.
-    #[serde(with = "ConfigRecord")]
     pub config: Config,
     /// The graph at the start.
     #[serde(rename = "shape")]
@@ -164,21 +163,6 @@ impl fmt::Display for ProcessRecord {
             None => write!(f, ", times ?"),
         }
     }
-}
-
-/// A [`Config`] in a file: these names stay the same when those in the code change. A
-/// knob has the same text as in the event log.
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Config")]
-struct ConfigRecord {
-    seed: u64,
-    clock: ClockKind,
-    speed: Speed,
-    end: Time,
-    setup: Setup,
-    #[serde(default, skip_serializing_if = "WorldKind::is_course")]
-    world: WorldKind,
-    knobs: Vec<TimedKnob>,
 }
 
 impl Origin {

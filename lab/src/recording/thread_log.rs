@@ -8,13 +8,12 @@ use ratelab::{Event, Time, Topology};
 use ratelab_account::Observer;
 use ratelab_effects::Digest;
 use ratelab_replay::{Log, LogPosition, RunLog};
-use rerun::{RecordingStream, RecordingStreamResult, log::Chunk};
+use rerun::{RecordingStreamResult, log::Chunk};
 
 use super::{
     columns,
-    rows::{self, LogPiece},
     schema::{THREADS, piece},
-    timeline::Stamps,
+    timeline::BatchStream,
 };
 
 /// What is wrong with a log whose digests do not fit.
@@ -34,16 +33,13 @@ impl ThreadTrack {
         RunLog::of(observer).since(&mut self.position)
     }
 
-    /// Writes `pieces`; `stamps` has the run time of each.
+    /// Writes `pieces` at run time `now`.
     pub fn write(
         &mut self,
-        rec: &RecordingStream,
+        stream: &BatchStream<'_>,
         pieces: &[(usize, Vec<u8>)],
-        stamps: &Stamps,
+        now: Time,
     ) -> RecordingStreamResult<()> {
-        if pieces.is_empty() {
-            return Ok(());
-        }
         let first = self.written;
         self.written += pieces.len() as u64;
         let digests = pieces.iter().zip(first..).map(|((thread, bytes), row)| {
@@ -52,16 +48,14 @@ impl ThreadTrack {
             digest
         });
         let digests: Vec<u64> = digests.collect();
+        let threads = pieces.iter().map(|(thread, _)| *thread as u64);
         let columns = [
             columns::numbers(piece::ROW, first..self.written)?,
-            columns::numbers(
-                piece::THREAD,
-                pieces.iter().map(|(thread, _)| *thread as u64),
-            )?,
+            columns::numbers(piece::THREAD, threads)?,
             columns::bytes(piece::BYTES, pieces.iter().map(|(_, bytes)| &**bytes))?,
             columns::numbers(piece::DIGEST, digests)?,
         ];
-        rec.send_columns(THREADS, stamps.columns(), columns)
+        stream.send(THREADS, &vec![now; pieces.len()], columns)
     }
 
     /// The digest of all that is written; `None` before the first piece.
@@ -77,12 +71,6 @@ fn digest(before: Option<u64>, row: u64, thread: u64, bytes: &[u8]) -> u64 {
     u64::from_str_radix(&digest[..16], 16).unwrap_or_default()
 }
 
-/// The rows of a file so far.
-#[derive(Default)]
-pub struct Pieces {
-    rows: Vec<Option<LogPiece>>,
-}
-
 /// The log in a file.
 #[derive(Clone, Debug)]
 pub struct ThreadLog {
@@ -95,10 +83,24 @@ pub struct ThreadLog {
     pub damage: Option<&'static str>,
 }
 
-impl Pieces {
+/// The pieces of a file so far, each with its number, thread and digest; `None` for a damaged
+/// one.
+#[derive(Default)]
+pub struct LogPieces(Vec<Option<([u64; 3], Vec<u8>)>>);
+
+impl LogPieces {
     /// Adds the rows in `chunk`.
     pub fn add(&mut self, chunk: &Chunk) {
-        self.rows.extend(rows::pieces(chunk));
+        let [rows, threads, digests] =
+            [piece::ROW, piece::THREAD, piece::DIGEST].map(|name| columns::cells(chunk, name));
+        let bytes = columns::read_bytes(chunk, piece::BYTES)
+            .into_iter()
+            .enumerate();
+        self.0.extend(bytes.map(|(index, bytes)| {
+            let number = |cells: &[Option<Option<u64>>]| cells[index].flatten();
+            let numbers = [number(&rows)?, number(&threads)?, number(&digests)?];
+            Some((numbers, bytes?))
+        }));
     }
 
     /// The log of a run with this `topology` and these `events`, if there is one; `end` is
@@ -110,34 +112,26 @@ impl Pieces {
         end: Option<Option<u64>>,
     ) -> Option<ThreadLog> {
         let (mut log, mut last) = (Log::default(), None);
-        let mut damage = self.rows.iter().any(Option::is_none).then_some(CHANGED);
-        let mut rows: Vec<LogPiece> = self.rows.into_iter().flatten().collect();
-        rows.sort_by_key(|piece| piece.row);
-        for (piece, row) in rows.into_iter().zip(0..) {
-            let known = usize::try_from(piece.thread).ok();
-            let known = known.filter(|thread| *thread <= topology.nodes.len());
-            let sound =
-                piece.row == row && piece.digest == digest(last, row, piece.thread, &piece.bytes);
-            match known.filter(|_| sound) {
-                Some(thread) => log.add(thread, &piece.bytes),
-                None => damage = Some(CHANGED),
+        let mut sound = self.0.iter().all(Option::is_some);
+        let mut pieces: Vec<_> = self.0.into_iter().flatten().collect();
+        pieces.sort_by_key(|([row, ..], _)| *row);
+        for (([row, thread, of], bytes), expected) in pieces.into_iter().zip(0..) {
+            if thread <= topology.nodes.len() as u64
+                && row == expected
+                && of == digest(last, row, thread, &bytes)
+            {
+                log.add(thread as usize, &bytes);
+            } else {
+                sound = false;
             }
-            last = Some(piece.digest);
+            last = Some(of);
         }
-        if end.is_some_and(|end| end != last) {
-            damage = Some(CHANGED);
-        }
-        let events = events.to_vec();
-        let some = damage.is_some() || !log.is_empty();
-        some.then_some(ThreadLog {
+        sound &= end.is_none_or(|end| end == last);
+        let some = !sound || !log.is_empty();
+        some.then(|| ThreadLog {
             log,
-            events,
-            damage,
+            events: events.to_vec(),
+            damage: (!sound).then_some(CHANGED),
         })
     }
-}
-
-/// Run times for `pieces` that were written at `now`.
-pub fn times(pieces: &[(usize, Vec<u8>)], now: Time) -> impl Iterator<Item = Time> {
-    std::iter::repeat_n(now, pieces.len())
 }

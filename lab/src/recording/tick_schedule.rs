@@ -2,10 +2,8 @@
 
 use std::collections::VecDeque;
 
-use ratelab::{Command, Event, Hz, Knob, KnobKind, NodeTopology, Rate, Time};
+use ratelab::{Event, Hz, Knob, KnobKind, NodeTopology, Rate, Time};
 use ratelab_study::system::Setup;
-
-use crate::timing::is_of_time;
 
 /// The ticks of a node under the virtual clock, from its first rate and all changes of
 /// it, followed through run time. The cost is independent of the length of the run.
@@ -28,35 +26,27 @@ pub struct TickSchedule {
 impl TickSchedule {
     /// The schedule of `node` in a run with this `setup` and these `events`.
     pub fn new(node: &NodeTopology, setup: &Setup, events: &[Event]) -> Self {
-        let changes = events.iter().filter_map(|event| match event.applied()? {
-            Command::Set(Knob::Rate { node: name, hz }) if *name == node.name => {
-                Some((event.at, *hz))
-            }
+        let turned = events.iter().filter_map(Event::knob);
+        let turned: Vec<_> = turned
+            .filter(|timed| timed.knob.target() == node.name)
+            .collect();
+        let knobs = || {
+            let set = setup.iter().filter(|knob| knob.target() == node.name);
+            set.chain(turned.iter().map(|timed| &timed.knob))
+        };
+        let changes = turned.iter().filter_map(|timed| match timed.knob {
+            Knob::Rate { hz, .. } => Some((timed.at, hz)),
             _ => None,
         });
         let ahead: VecDeque<_> = changes.collect();
-        let turned = events.iter().filter_map(|event| match event.applied()? {
-            Command::Set(knob) => Some(knob),
-            _ => None,
-        });
-        let of_node = |knob: &&Knob| knob.target() == node.name;
-        let of_time = |knob: &&Knob| of_node(knob) && (is_of_time(knob) || is_fault(knob));
-        let is_clock = |knob: &Knob| knob.kind() == KnobKind::Clock;
+        let timed = turned.iter().filter(|timed| is_timed(&timed.knob)).count();
         Self {
             rate: Rate::new(node.hz, Time::ZERO),
             ticks: 0,
-            slack: 1 + (ahead.len() + turned.clone().filter(of_time).count()) as u64,
+            slack: 1 + (ahead.len() + timed) as u64,
             ahead,
-            timed: setup
-                .iter()
-                .chain(turned.clone())
-                .any(|knob| of_time(&knob))
-                || node.executor.is_some(),
-            wrong: !node.triggers.is_empty()
-                || setup
-                    .iter()
-                    .chain(turned)
-                    .any(|knob| of_node(&knob) && is_clock(knob)),
+            timed: knobs().any(is_timed) || node.executor.is_some(),
+            wrong: !node.triggers.is_empty() || knobs().any(|knob| knob.kind() == KnobKind::Clock),
         }
     }
 
@@ -99,12 +89,10 @@ impl TickSchedule {
     }
 }
 
-/// Whether `knob` makes a node miss due ticks.
-fn is_fault(knob: &Knob) -> bool {
-    matches!(
-        knob.kind(),
-        KnobKind::Crash | KnobKind::Restart | KnobKind::Hang
-    )
+/// Whether `knob` makes ticks last, late or rare.
+fn is_timed(knob: &Knob) -> bool {
+    use KnobKind::{Crash, Hang, Offset, Restart, Takes, Wakes};
+    matches!(knob.kind(), Takes | Offset | Wakes | Crash | Restart | Hang)
 }
 
 #[cfg(test)]

@@ -3,7 +3,6 @@
 
 use std::{
     fs, io,
-    path::PathBuf,
     sync::{
         Arc,
         atomic::{AtomicU64, Ordering},
@@ -11,27 +10,27 @@ use std::{
     time::{Duration, Instant, SystemTime},
 };
 
-use ratelab::{ClockKind, Command, Event, Time};
+use ratelab::{ClockKind, Command, Event, Head, Time, Topology};
 use ratelab_account::{Observer, Rows};
 use ratelab_replay::RunLog;
 use ratelab_study::system::System;
-use rerun::{RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
+use rerun::{RecordingStream, RecordingStreamResult};
 
 use super::{
-    blueprint::{self, Subject},
     columns,
     compact::{LARGEST, compact},
     digest::ContentDigest,
     file::RecordingFile,
-    plant_steps::PlantSteps,
+    finished::{FinishedRecording, outside},
     properties,
-    reader::Recording,
+    recorded::Recording,
     scene::{Scene, SceneBatch, lanes},
-    schema::{APPLICATION, CHECKPOINT, END, EVENTS, JSON, Origin, RecordingEnd, UNTIL},
+    schema::{CHECKPOINT, END, EVENTS, RecordingEnd, UNTIL},
+    series::Series,
     source::{Source, StopReason},
-    thread_log::{self, ThreadTrack},
-    tracks::{NodeTrack, TopicTrack, Track},
-    viewer::FileAndViewer,
+    thread_log::ThreadTrack,
+    timeline::BatchStream,
+    tracks::{AttachedTaps, BACKLOG},
 };
 
 /// Wall time between two batches. A kill loses the messages since the last one.
@@ -40,96 +39,13 @@ const BATCH: Duration = Duration::from_millis(900);
 /// Number of items that makes a batch at any time, for a run at full speed.
 const LARGE_BATCH: usize = 100_000;
 
-/// Capacity of a tap: minutes at 50 Hz, and more than any real clock produces within the
-/// 50 ms between two checks.
-const BACKLOG: usize = 16_384;
-
-/// Taps on all topics and nodes.
-pub struct AttachedTaps {
-    topics: Vec<TopicTrack>,
-    nodes: Vec<NodeTrack>,
-}
-
-impl AttachedTaps {
-    /// Attaches taps to `source`.
-    pub fn new(source: &Source) -> Self {
-        let (taps, topology) = (&source.taps, &source.origin.topology);
-        let topics = topology.topics.iter();
-        let nodes = topology.nodes.iter().zip(taps.ticks(BACKLOG));
-        Self {
-            topics: topics
-                .filter_map(|topic| TopicTrack::new(&topic.name, &**taps, BACKLOG))
-                .collect(),
-            nodes: nodes
-                .map(|(node, tap)| NodeTrack::new(&node.name, tap))
-                .collect(),
-        }
-    }
-
-    fn all(&self) -> impl Iterator<Item = &dyn Track> {
-        let nodes = self.nodes.iter().map(|node| node as &dyn Track);
-        let topics = self.topics.iter().map(|topic| topic as &dyn Track);
-        nodes.chain(topics)
-    }
-
-    /// Empties the taps; returns the largest number of items in any of them.
-    fn drain(&mut self) -> usize {
-        let nodes = self.nodes.iter_mut().map(Track::drain).max();
-        let topics = self.topics.iter_mut().map(Track::drain).max();
-        nodes.max(topics).unwrap_or(0)
-    }
-
-    fn waiting(&self) -> usize {
-        self.all().map(Track::waiting).sum()
-    }
-
-    fn lost(&self) -> u64 {
-        self.all().map(Track::lost).sum()
-    }
-
-    /// Run time of the newest waiting item.
-    fn newest(&self) -> Option<Time> {
-        self.all().filter_map(Track::newest).max()
-    }
-}
-
-/// A complete recording.
-#[derive(Clone, Debug)]
-pub struct FinishedRecording {
-    /// The file.
-    pub path: PathBuf,
-    /// Its size in bytes.
-    pub bytes: u64,
-    /// Number of messages.
-    pub messages: u64,
-    /// Number of messages and ticks lost because the recorder was too slow.
-    pub lost: u64,
-    /// What threads outside of the graph wrote to, so that the run cannot come back.
-    pub written_from_outside: Vec<Arc<str>>,
-}
-
-impl FinishedRecording {
-    /// The reason why `verify` will refuse the recording, if there is one.
-    pub fn defect(&self) -> Option<String> {
-        let names = &self.written_from_outside;
-        (!names.is_empty()).then(|| outside(&names.join(" and ")))
-    }
-}
-
-/// The notice that a thread outside of the graph wrote to `name`.
-pub fn outside(name: &str) -> String {
-    format!(
-        "a thread outside of the graph wrote to {name}: verify will refuse a recording of this run"
-    )
-}
-
 /// Writes batches to a file.
 pub struct RecordingWriter {
     rec: RecordingStream,
     file: RecordingFile,
     taps: AttachedTaps,
     system: Arc<dyn System>,
-    origin: Origin,
+    topology: Topology,
     observer: Observer,
     scene: Scene,
     threads: ThreadTrack,
@@ -159,7 +75,7 @@ impl RecordingWriter {
         source: Source,
         lost: Arc<AtomicU64>,
     ) -> io::Result<Self> {
-        let rec = begin(&file, &taps, &source).map_err(io::Error::other)?;
+        let rec = properties::begin(&file, &taps, &source).map_err(io::Error::other)?;
         // Without its handle to the taps, which would keep other taps open.
         let Source {
             system,
@@ -172,13 +88,13 @@ impl RecordingWriter {
         let json = serde_json::to_string(&origin).unwrap_or_default();
         let mut writer = Self {
             digest: ContentDigest::new(&json, &origin.topology),
+            topology: origin.topology,
             rec,
             file,
             taps,
             scene: Scene::new(&system, &start),
             threads: ThreadTrack::default(),
             system,
-            origin,
             observer,
             epoch: None,
             events: 0,
@@ -191,8 +107,8 @@ impl RecordingWriter {
             noticed: 0,
         };
         writer.anchor();
-        let scene = writer.scene.begin(&writer.rec, &start, &writer.now());
-        scene.map_err(io::Error::other)?;
+        let begun = writer.scene.begin(&writer.stream(&[]), &start);
+        begun.map_err(io::Error::other)?;
         writer.batch(Time::MAX)?;
         Ok(writer)
     }
@@ -201,7 +117,7 @@ impl RecordingWriter {
     /// much data that it should be called again at once.
     pub fn look(&mut self) -> io::Result<bool> {
         let fullest = self.drain();
-        if self.last_batch.elapsed() >= BATCH || self.taps.waiting() >= LARGE_BATCH {
+        if self.last_batch.elapsed() >= BATCH || self.taps.backlog().waiting >= LARGE_BATCH {
             let until = self.drain_before_newest();
             self.batch(until)?;
         }
@@ -212,7 +128,7 @@ impl RecordingWriter {
     /// arrived. A tick arrives after its messages, and all items before the newest have arrived
     /// when all taps are drained once more.
     fn drain_before_newest(&mut self) -> Time {
-        let newest = self.taps.newest();
+        let newest = self.taps.backlog().newest;
         self.drain();
         Time::from_nanos(newest.map_or(0, |newest| newest.as_nanos().saturating_sub(1)))
     }
@@ -226,22 +142,7 @@ impl RecordingWriter {
             false => Time::MAX,
         };
         self.batch(until)?;
-        let observer = &self.observer;
-        let mut outcome = RecordingEnd {
-            at: observer
-                .now()
-                .max(self.newest.unwrap_or(Time::ZERO))
-                .max(self.latest),
-            clock: observer.status().clock,
-            end: reason.status(&*self.system),
-            messages: self.messages(),
-            ticks: self.taps.nodes.iter().map(|track| track.written).collect(),
-            lost: self.taps.lost(),
-            dropped: reason.losses(observer),
-            threads: self.threads.digest(),
-            digest: None,
-        };
-        outcome.digest = Some(self.digest.with_end(&outcome));
+        let outcome = self.outcome(reason);
         self.end(&outcome, reason).map_err(io::Error::other)?;
         self.flush()?;
         self.add_lanes().map_err(io::Error::other)?;
@@ -261,30 +162,40 @@ impl RecordingWriter {
         })
     }
 
-    /// Number of messages written, per topic of the graph.
-    fn messages(&self) -> Vec<u64> {
-        let written = |name: &str| {
-            let track = self.taps.topics.iter().find(|track| track.name == name);
-            track.map_or(0, |track| track.written)
+    /// The end record.
+    fn outcome(&self, reason: &StopReason) -> RecordingEnd {
+        let observer = &self.observer;
+        let mut messages = vec![0; self.topology.topics.len()];
+        for track in &self.taps.topics {
+            messages[track.index] = track.written;
+        }
+        let newest = self.newest.unwrap_or_default();
+        let mut outcome = RecordingEnd {
+            at: observer.now().max(newest).max(self.latest),
+            clock: observer.status().clock,
+            end: reason.status(&*self.system),
+            messages,
+            ticks: self.taps.nodes.iter().map(|track| track.written).collect(),
+            lost: self.taps.backlog().lost,
+            dropped: reason.losses(observer),
+            threads: self.threads.digest(),
+            digest: None,
         };
-        let topics = self.origin.topology.topics.iter();
-        topics.map(|topic| written(&topic.name)).collect()
+        outcome.digest = Some(self.digest.with_end(&outcome));
+        outcome
     }
 
     fn drain(&mut self) -> usize {
         let fullest = self.taps.drain();
-        self.notice_outside();
-        self.lost.store(self.taps.lost(), Ordering::Relaxed);
-        fullest
-    }
-
-    /// Gives notice of what a thread outside of the graph wrote to, once for each.
-    fn notice_outside(&mut self) {
+        let lost = self.taps.backlog().lost;
+        self.lost.store(lost, Ordering::Relaxed);
+        // A notice of what a thread outside of the graph wrote to, once for each.
         let names = RunLog::of(&self.observer).written_from_outside();
         for name in names.iter().skip(self.noticed) {
             (self.notice)(&outside(name));
         }
         self.noticed = names.len();
+        fullest
     }
 
     /// Writes the waiting items up to run time `until`.
@@ -298,7 +209,6 @@ impl RecordingWriter {
         self.latest = times.fold(self.latest, Time::max);
         self.write_parts(until, &events)
             .and_then(|()| self.write_threads(&threads))
-            .and_then(|()| self.checkpoint())
             .map_err(io::Error::other)?;
         self.flush()
     }
@@ -317,20 +227,13 @@ impl RecordingWriter {
         self.write(until, rest)
     }
 
+    /// Writes `pieces` of the threads' logs, and marks the run time up to which the file is
+    /// complete, in case it is cut off later.
     fn write_threads(&mut self, pieces: &[(usize, Vec<u8>)]) -> RecordingStreamResult<()> {
-        let now = self.newest.unwrap_or(Time::ZERO);
-        let stamps = self.now().stamps_of(thread_log::times(pieces, now));
-        self.threads.write(&self.rec, pieces, &stamps)
-    }
-
-    /// Marks the run time up to which the file is complete, in case it is cut off later.
-    fn checkpoint(&self) -> RecordingStreamResult<()> {
-        let Some(newest) = self.newest else {
-            return Ok(());
-        };
-        let stamps = self.now().stamp(newest);
-        let until = columns::numbers(UNTIL, [newest.as_nanos()])?;
-        self.rec.send_columns(CHECKPOINT, stamps.columns(), [until])
+        let (stream, newest) = (self.stream(&[]), self.newest.unwrap_or_default());
+        self.threads.write(&stream, pieces, newest)?;
+        let until = columns::numbers(UNTIL, self.newest.map(Time::as_nanos))?;
+        stream.send(CHECKPOINT, self.newest.as_slice(), [until])
     }
 
     /// A pause stops run time, and another clock changes its speed, so after either the
@@ -347,45 +250,34 @@ impl RecordingWriter {
     }
 
     fn write(&mut self, until: Time, events: &[Event]) -> RecordingStreamResult<()> {
-        let (rec, taps, state) = (&self.rec, &mut self.taps, self.system.state());
-        let topics: Vec<(String, Rows)> = taps
+        let topics: Vec<Rows> = self.taps.topics.iter_mut().map(|t| t.take(until)).collect();
+        let names = self
+            .taps
             .topics
-            .iter_mut()
-            .map(|track| (track.name.clone(), track.take(until)))
-            .collect();
-        let states = topics.iter().find(|(name, _)| Some(&**name) == state);
-        let progress = PlantSteps {
-            epoch: self.epoch,
-            before: self.made,
-            steps: states.map_or(&[], |(_, rows)| rows.heads()),
-        };
-        for (track, (name, rows)) in taps.topics.iter().zip(&topics) {
-            let mut known = self.origin.topology.topics.iter();
-            if let Some(topic) = known.position(|topic| topic.name == *name) {
-                self.digest.add_messages(topic, rows);
-            }
-            track.write(rec, rows, &progress.stamps_of_messages(rows.heads()))?;
-            let last = rows.heads().last().map(|head| head.at);
-            self.latest = self.latest.max(last.unwrap_or_default());
+            .iter()
+            .map(|t| &*self.topology.topics[t.index].name);
+        let topics: Vec<(&str, Rows)> = names.zip(topics).collect();
+        let state = self.system.state();
+        let states = topics.iter().find(|(name, _)| Some(*name) == state);
+        let stream = self.stream(states.map_or(&[], |(_, rows)| rows.heads()));
+        let (made, digest) = (stream.made(), &mut self.digest);
+        for (track, (_, rows)) in self.taps.topics.iter().zip(&topics) {
+            track.write(&stream, rows, &mut digest.topics[track.index])?;
+            self.latest = self.latest.max(rows.newest().unwrap_or_default());
         }
-        for (node, track) in taps.nodes.iter_mut().enumerate() {
+        for track in &mut self.taps.nodes {
             let ticks = track.take(until);
-            ticks
-                .iter()
-                .for_each(|tick| self.digest.add_tick(node, tick));
-            let stamps = progress.stamps_of(ticks.iter().map(|tick| tick.at));
-            track.write(rec, &ticks, &stamps)?;
-            self.newest = ticks.last().map(|tick| tick.at).max(self.newest);
+            track.write(&stream, &ticks, &mut digest.nodes[track.index])?;
+            self.newest = self.newest.max(ticks.newest());
         }
-        write_events(rec, events, &progress, &mut self.digest)?;
+        write_events(&stream, events, digest)?;
         let batch = SceneBatch {
-            progress: &progress,
             topics: &topics,
             events,
-            until: until.min(self.newest.unwrap_or(Time::ZERO)),
+            until: until.min(self.newest.unwrap_or_default()),
         };
-        self.scene.add(rec, &batch)?;
-        self.made = progress.step();
+        self.scene.add(&stream, &batch)?;
+        self.made = made;
         Ok(())
     }
 
@@ -398,7 +290,6 @@ impl RecordingWriter {
     }
 
     fn end(&mut self, outcome: &RecordingEnd, reason: &StopReason) -> RecordingStreamResult<()> {
-        let progress = self.now();
         let (verdict, lost) = match reason {
             StopReason::Run(summary) => {
                 properties::send_summary(&self.rec, &*self.system, summary)?;
@@ -407,20 +298,19 @@ impl RecordingWriter {
             StopReason::Fault(fault) => (fault.clone(), true),
             StopReason::Off => ("the recording ends; the run went on".to_owned(), false),
         };
-        self.scene
-            .finish(&self.rec, &progress, outcome.at, &verdict, lost)?;
+        let stream = self.stream(&[]);
+        self.scene.finish(&stream, outcome.at, &verdict, lost)?;
         let json = serde_json::to_string(outcome).unwrap_or_default();
-        let stamps = progress.stamp(outcome.at);
-        self.rec
-            .send_columns(END, stamps.columns(), [columns::texts(JSON, [json])?])
+        stream.send(END, &[outcome.at], [columns::texts([json])?])
     }
 
-    /// The position of items after the last batch.
-    fn now(&self) -> PlantSteps<'static> {
-        PlantSteps {
+    /// The stream for a batch with these `steps` of the plant.
+    fn stream<'a>(&self, steps: &'a [Head]) -> BatchStream<'a> {
+        BatchStream {
+            rec: self.rec.clone(),
             epoch: self.epoch,
             before: self.made,
-            steps: &[],
+            steps,
         }
     }
 
@@ -431,57 +321,20 @@ impl RecordingWriter {
     }
 }
 
-/// A stream to `file` with its layout and description.
-fn begin(
-    file: &RecordingFile,
-    taps: &AttachedTaps,
-    source: &Source,
-) -> RecordingStreamResult<RecordingStream> {
-    let Source { system, origin, .. } = source;
-    let config = &origin.config;
-    let name = format!(
-        "{}, {} clock, seed {}",
-        origin.system, config.clock, config.seed
-    );
-    let rec = RecordingStreamBuilder::new(APPLICATION)
-        .enabled(true)
-        .recording_name(name)
-        .buffered()?;
-    match &source.viewer {
-        None => rec.set_sink(Box::new(file.clone())),
-        Some(viewer) => rec.set_sink(Box::new(FileAndViewer::new(file.clone(), viewer))),
-    }
-    // Readers need this first, and columns overtake logged messages.
-    properties::send_origin(&rec, &**system, origin)?;
-    let _ = rec.flush_blocking();
-    let layout = Subject {
-        system: &**system,
-        picture: source.has_picture(),
-        start: &source.start,
-        clock: source.observer.status().clock,
-    };
-    blueprint::send(&rec, &layout)?;
-    for topic in &taps.topics {
-        topic.begin(&rec)?;
-    }
-    Ok(rec)
-}
-
 /// Events for readers; the scene shows them to people.
 fn write_events(
-    rec: &RecordingStream,
+    stream: &BatchStream<'_>,
     events: &[Event],
-    progress: &PlantSteps<'_>,
     digest: &mut ContentDigest,
 ) -> RecordingStreamResult<()> {
     // A chunk sorts its rows by time, and events of different threads may be out of order.
     for ordered in events.chunk_by(|before, after| before.at <= after.at) {
-        let stamps = progress.stamps_of(ordered.iter().map(|event| event.at));
+        let times: Vec<Time> = ordered.iter().map(|event| event.at).collect();
         let texts = ordered
             .iter()
             .map(|event| serde_json::to_string(event).unwrap_or_default())
             .inspect(|json| digest.add_event(json));
-        rec.send_columns(EVENTS, stamps.columns(), [columns::texts(JSON, texts)?])?;
+        stream.send(EVENTS, &times, [columns::texts(texts)?])?;
     }
     Ok(())
 }
@@ -498,10 +351,7 @@ mod tests {
     use ratelab::EventKind;
 
     use super::*;
-    use crate::recording::{
-        rows,
-        tests::{chunks, stream},
-    };
+    use crate::recording::tests::{chunks, stream};
 
     #[test]
     fn events_of_different_threads_keep_their_order() {
@@ -513,15 +363,16 @@ mod tests {
             },
         };
         let events = [3, 5, 4, 4, 9, 1].map(event);
-        let progress = PlantSteps {
+        let stream = BatchStream {
+            rec,
             epoch: None,
             before: 0,
             steps: &[],
         };
         let mut digest = ContentDigest::default();
-        write_events(&rec, &events, &progress, &mut digest).expect("written");
+        write_events(&stream, &events, &mut digest).expect("written");
         let messages = storage.take();
-        let texts = chunks(&messages).flat_map(|chunk| rows::texts(&chunk));
+        let texts = chunks(&messages).flat_map(|chunk| columns::read_texts(&chunk));
         let texts = texts.map(|text| text.expect("JSON"));
         let read = texts.map(|text| serde_json::from_str::<Event>(&text).expect("an event"));
         let read: Vec<Event> = read.collect();

@@ -4,24 +4,20 @@
 mod perfetto;
 mod tracks;
 
-use perfetto::DebugAnnotation;
 use prost::Message;
 use ratelab::Time;
 use ratelab_account::{Lineage, Sent, TracedTick};
 use ratelab_study::system::System;
-use tracks::{Slice, Tracks};
+use tracks::{EventText, Tracks};
 
-use crate::{
-    recording::{Recording, end_of},
-    timing::earlier,
-};
+use crate::recording::{Recording, due_of, end_of};
 
 /// The bytes of a trace of `recording`, a run of `system`.
 pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
     let lineage = recording.lineage().along(system.about().latency_path);
     let acts = system.latency().map(|(node, _)| node);
     let topology = lineage.topology();
-    let mut tracks = Tracks::new();
+    let mut tracks = Tracks::default();
     let nodes = tracks.group("nodes");
     for (node, known) in topology.nodes.iter().enumerate() {
         let lane = tracks.lane(nodes, &known.name);
@@ -35,7 +31,7 @@ pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
             overruns = worked.tick.overruns;
             if more > 0 {
                 let name = format!("{more} overrun");
-                tracks.instant(lane, end_of(&worked.tick), &name, Vec::new(), Vec::new());
+                tracks.instant(lane, &*name, end_of(&worked.tick));
             }
         }
         waits.add_to(&mut tracks, nodes, &known.name);
@@ -68,9 +64,8 @@ impl Waits {
         if let Some(waited) = lineage.waited(node, index) {
             let by = &topology.nodes[waited.by].name;
             self.add(format!("waiting for {by}"), waited.from, waited.to);
-        } else if let Some(late) = tick.lateness.filter(|late| !late.is_zero()) {
-            let due = earlier(tick.at, late);
-            self.add("late".to_owned(), due, tick.at);
+        } else if due_of(tick) < tick.at {
+            self.add("late".to_owned(), due_of(tick), tick.at);
         }
     }
 
@@ -88,7 +83,7 @@ impl Waits {
         }
         let lane = tracks.lane(group, &format!("{node} waits"));
         for (what, from, to) in self.0 {
-            tracks.slice(lane, Slice::new(&what, from, to));
+            tracks.slice(lane, &*what, [from, to]);
         }
     }
 }
@@ -102,18 +97,15 @@ fn tick(
 ) {
     let tick = &worked.tick;
     let name = |node: usize| &lineage.topology().nodes[node].name;
-    let slice = Slice {
+    let text = EventText {
+        name: "tick",
         flows: flows(lineage, node, index, worked),
-        facts: vec![fact("tick", tick.number)],
-        ..Slice::new("tick", tick.at, end_of(tick))
+        number: Some(("tick", tick.number)),
     };
-    tracks.slice(lane, slice);
+    tracks.slice(lane, text, [tick.at, end_of(tick)]);
     for aside in lineage.set_aside(node, index) {
         let what = format!("set aside for {}", name(aside.by));
-        tracks.slice(
-            lane,
-            Slice::new(&what, aside.from, aside.to.min(end_of(tick))),
-        );
+        tracks.slice(lane, &*what, [aside.from, aside.to.min(end_of(tick))]);
     }
 }
 
@@ -138,16 +130,19 @@ fn flow(topic: usize, seq: u64) -> u64 {
 
 /// A message at its publication, and at its delivery if that is later.
 fn message(tracks: &mut Tracks, lane: u64, topic: usize, sent: &Sent) {
-    let facts = || vec![fact("seq", sent.seq)];
-    let flows = || vec![flow(topic, sent.seq)];
+    let text = |name| EventText {
+        name,
+        flows: vec![flow(topic, sent.seq)],
+        number: Some(("seq", sent.seq)),
+    };
     let name = match sent.arrives {
         None => "lost",
         Some(at) if at > sent.released => "sent",
         Some(_) => "message",
     };
-    tracks.instant(lane, sent.released, name, facts(), flows());
+    tracks.instant(lane, text(name), sent.released);
     if let Some(at) = sent.arrives.filter(|at| *at > sent.released) {
-        tracks.instant(lane, at, "arrived", facts(), flows());
+        tracks.instant(lane, text("arrived"), at);
     }
 }
 
@@ -201,12 +196,4 @@ fn saw(lineage: &Lineage, node: usize, until: Time) -> Vec<(Time, f64)> {
         }
     }
     saw
-}
-
-fn fact(name: &str, value: u64) -> DebugAnnotation {
-    DebugAnnotation {
-        name: Some(name.to_owned()),
-        int_value: Some(i64::try_from(value).unwrap_or(i64::MAX)),
-        ..DebugAnnotation::default()
-    }
 }

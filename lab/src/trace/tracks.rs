@@ -13,48 +13,35 @@ const WRITER: u32 = 1;
 const EXPLICIT_ORDER: i32 = 3;
 
 /// A trace under construction.
+#[derive(Default)]
 pub struct Tracks {
     tracks: Vec<TracePacket>,
     /// Run times, ranks within the same instant, and events.
     events: Vec<(Time, u8, TrackEvent)>,
 }
 
-/// An event with a duration.
-pub struct Slice<'a> {
+/// What is told of an event: its name, the messages that pass through it, and its number with
+/// the name of that.
+pub struct EventText<'a> {
     /// Its name.
     pub name: &'a str,
-    /// Begin (run time).
-    pub begins: Time,
-    /// End (run time).
-    pub ends: Time,
     /// The messages that pass through it.
     pub flows: Vec<u64>,
-    /// Annotations.
-    pub facts: Vec<DebugAnnotation>,
+    /// A number, with its name.
+    pub number: Option<(&'static str, u64)>,
 }
 
-impl<'a> Slice<'a> {
-    /// Creates a slice without messages.
-    pub fn new(name: &'a str, begins: Time, ends: Time) -> Self {
+impl<'a> From<&'a str> for EventText<'a> {
+    fn from(name: &'a str) -> Self {
         Self {
             name,
-            begins,
-            ends,
             flows: Vec::new(),
-            facts: Vec::new(),
+            number: None,
         }
     }
 }
 
 impl Tracks {
-    /// Creates an empty trace.
-    pub fn new() -> Self {
-        Self {
-            tracks: Vec::new(),
-            events: Vec::new(),
-        }
-    }
-
     /// Adds a parent for other tracks.
     pub fn group(&mut self, name: &str) -> u64 {
         self.track(None, name, None)
@@ -93,37 +80,20 @@ impl Tracks {
         uuid
     }
 
-    /// Adds a slice.
-    pub fn slice(&mut self, track: u64, slice: Slice<'_>) {
-        let begin = TrackEvent {
-            name: Some(slice.name.to_owned()),
-            flow_ids: slice.flows,
-            debug_annotations: slice.facts,
-            ..event(track, EventType::SliceBegin)
-        };
+    /// Adds a slice from one run time to another.
+    pub fn slice<'a>(&mut self, track: u64, text: impl Into<EventText<'a>>, [from, to]: [Time; 2]) {
         // At the same instant a slice ends before the next one begins, unless both are
         // the same slice.
-        let rank = if slice.ends > slice.begins { 0 } else { 2 };
-        self.events.push((slice.begins, 1, begin));
+        let rank = if to > from { 0 } else { 2 };
+        let begin = told(track, EventType::SliceBegin, text.into());
+        self.events.push((from, 1, begin));
         self.events
-            .push((slice.ends, rank, event(track, EventType::SliceEnd)));
+            .push((to, rank, event(track, EventType::SliceEnd)));
     }
 
     /// Adds an event without duration.
-    pub fn instant(
-        &mut self,
-        track: u64,
-        at: Time,
-        name: &str,
-        facts: Vec<DebugAnnotation>,
-        flow_ids: Vec<u64>,
-    ) {
-        let instant = TrackEvent {
-            name: Some(name.to_owned()),
-            flow_ids,
-            debug_annotations: facts,
-            ..event(track, EventType::Instant)
-        };
+    pub fn instant<'a>(&mut self, track: u64, text: impl Into<EventText<'a>>, at: Time) {
+        let instant = told(track, EventType::Instant, text.into());
         self.events.push((at, 3, instant));
     }
 
@@ -148,6 +118,20 @@ impl Tracks {
         let mut packet = self.tracks;
         packet.extend(events);
         Trace { packet }
+    }
+}
+
+fn told(track: u64, kind: EventType, text: EventText<'_>) -> TrackEvent {
+    let annotation = |(name, value): (&str, u64)| DebugAnnotation {
+        name: Some(name.to_owned()),
+        int_value: Some(i64::try_from(value).unwrap_or(i64::MAX)),
+        ..DebugAnnotation::default()
+    };
+    TrackEvent {
+        name: Some(text.name.to_owned()),
+        flow_ids: text.flows,
+        debug_annotations: text.number.into_iter().map(annotation).collect(),
+        ..event(track, kind)
     }
 }
 

@@ -3,7 +3,7 @@
 use ratelab::{Knob, KnobError, KnobKind, TimedKnob};
 use ratelab_effects::knob;
 
-use super::Setup;
+use super::{Setup, System};
 
 /// A system's own name for a knob, or for several with a common value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,4 +57,11 @@ impl Alias {
         };
         turned.iter().zip(self.knobs).all(same).then_some(value)
     }
+}
+
+/// The node of the first alias for a rate: its rate matters most.
+pub fn paced_node(system: &dyn System) -> Option<&'static str> {
+    let mut aliases = system.aliases().iter();
+    let first = aliases.find(|alias| alias.kind() == KnobKind::Rate)?;
+    first.knobs.first().map(|(_, node)| *node)
 }

@@ -72,7 +72,7 @@ use thiserror::Error;
 
 pub use about::{About, Group};
 pub use age_limits::AgeLimits;
-pub use alias::Alias;
+pub use alias::{Alias, paced_node};
 pub use builder::{Builder, WORLD};
 pub(crate) use builder::{ForwardingNode, RecordedTopics, Surroundings};
 pub use chain::{CHAINS, DataChain};

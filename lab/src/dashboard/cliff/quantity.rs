@@ -5,7 +5,7 @@ use ratelab_account::Snapshot;
 use ratelab_effects::Link;
 use ratelab_study::{
     experiment::sweep::{AxisError, SweepAxis},
-    system::{KnobText, Setup, System},
+    system::{KnobText, Setup, System, paced_node},
 };
 
 use crate::{dashboard::knob_focus::KnobFocus, names};
@@ -46,7 +46,7 @@ impl KnobQuantity {
         number: usize,
     ) -> Self {
         let (kind, name) = named(system, focus, number);
-        let node = names::paced_node(system).unwrap_or(&focus.node);
+        let node = paced_node(system).unwrap_or(&focus.node);
         let texts = match number {
             0 => rates(system, node, rate_in_force(graph, setup, node)),
             2 => (0..=24)

@@ -1,43 +1,34 @@
 //! The event log.
 
-use ratelab::{Event, EventKind};
-use rerun::{RecordingStream, RecordingStreamResult, TextLog, TextLogLevel};
+use ratelab::{Event, EventKind, Time};
+use rerun::{RecordingStreamResult, TextLog, TextLogLevel};
 
-use crate::recording::{plant_steps::PlantSteps, schema::EVENTS, timeline::Stamps};
+use crate::recording::{schema::EVENTS, timeline::BatchStream};
 
 /// Logs `events`, each at the time at which it took effect.
-pub fn add(
-    rec: &RecordingStream,
-    progress: &PlantSteps,
-    events: &[Event],
-) -> RecordingStreamResult<()> {
-    if events.is_empty() {
-        return Ok(());
-    }
-    let stamps = progress.stamps_of(events.iter().map(|event| event.at));
-    let texts = events.iter().map(text);
+pub fn add(stream: &BatchStream<'_>, events: &[Event]) -> RecordingStreamResult<()> {
+    let times: Vec<Time> = events.iter().map(|event| event.at).collect();
     let levels = events.iter().map(|event| level(&event.what));
-    log(rec, &stamps, texts, levels)
+    log(stream, &times, events.iter().map(text), levels)
 }
 
-/// Logs the verdict of the run.
+/// Logs the verdict of the run at run time `at`.
 pub fn verdict(
-    rec: &RecordingStream,
-    stamps: &Stamps,
+    stream: &BatchStream<'_>,
+    at: Time,
     text: &str,
     lost: bool,
 ) -> RecordingStreamResult<()> {
-    let level = if lost {
-        TextLogLevel::ERROR
-    } else {
-        TextLogLevel::INFO
+    let level = match lost {
+        true => TextLogLevel::ERROR,
+        false => TextLogLevel::INFO,
     };
-    log(rec, stamps, [text.to_owned()], [level])
+    log(stream, &[at], [text.to_owned()], [level])
 }
 
 fn log(
-    rec: &RecordingStream,
-    stamps: &Stamps,
+    stream: &BatchStream<'_>,
+    times: &[Time],
     texts: impl IntoIterator<Item = String>,
     levels: impl IntoIterator<Item = &'static str>,
 ) -> RecordingStreamResult<()> {
@@ -45,7 +36,7 @@ fn log(
         .with_many_text(texts)
         .with_many_level(levels)
         .columns_of_unit_batches()?;
-    rec.send_columns(EVENTS, stamps.columns(), columns)
+    stream.send(EVENTS, times, columns)
 }
 
 /// The event without its time, which has a column of its own.

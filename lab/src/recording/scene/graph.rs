@@ -1,13 +1,11 @@
 //! The node graph: who publishes what to whom, at what rate and depth.
 
-use std::collections::VecDeque;
-
-use ratelab::{Command, Event, Knob};
+use ratelab::{Command, Event, Knob, Time};
 use ratelab_account::Snapshot;
-use rerun::{AsComponents, Color, GraphEdges, GraphNodes, RecordingStream, RecordingStreamResult};
+use rerun::{AsComponents, Color, GraphEdges, GraphNodes, RecordingStreamResult};
 
 use super::palette::{BLUE, ORANGE};
-use crate::recording::{plant_steps::PlantSteps, timeline::Stamps};
+use crate::recording::timeline::BatchStream;
 
 /// The node graph.
 pub const GRAPH: &str = "graph";
@@ -67,7 +65,7 @@ impl GraphScene {
     /// Every vertex right of those that lead to it, the first of a column on top.
     fn place(&mut self) {
         let columns = self.columns();
-        let mut taken = VecDeque::from(vec![0; self.vertices.len() + 1]);
+        let mut taken = vec![0; self.vertices.len() + 1];
         for (index, vertex) in self.vertices.iter_mut().enumerate() {
             let column = columns[index];
             let below = if index < self.nodes {
@@ -95,7 +93,7 @@ impl GraphScene {
     }
 
     /// Logs the graph at the beginning.
-    pub fn begin(&self, rec: &RecordingStream, stamps: &Stamps) -> RecordingStreamResult<()> {
+    pub fn begin(&self, stream: &BatchStream<'_>) -> RecordingStreamResult<()> {
         let names = |&(from, to): &(usize, usize)| {
             let name = |vertex: usize| self.vertices[vertex].name.as_str();
             (name(from), name(to))
@@ -107,26 +105,22 @@ impl GraphScene {
             .with_colors(colours)
             .with_positions(self.vertices.iter().map(|vertex| vertex.place))
             .with_show_labels(true);
-        rec.log_static(GRAPH, &[&edges as &dyn AsComponents, &nodes])?;
-        self.log(rec, stamps, self.labels().collect())
+        stream
+            .rec
+            .log_static(GRAPH, &[&edges as &dyn AsComponents, &nodes])?;
+        self.log(stream, &[Time::ZERO], self.labels().collect())
     }
 
     /// Logs the graph again after each of `events` that changed it, in one column.
-    pub fn add(
-        &mut self,
-        rec: &RecordingStream,
-        progress: &PlantSteps,
-        events: &[Event],
-    ) -> RecordingStreamResult<()> {
-        let mut stamps = progress.stamps();
-        let mut labels = Vec::new();
+    pub fn add(&mut self, stream: &BatchStream<'_>, events: &[Event]) -> RecordingStreamResult<()> {
+        let (mut times, mut labels) = (Vec::new(), Vec::new());
         for event in events {
             if self.change(event) {
-                stamps.push(event.at, progress.step_at(event.at));
+                times.push(event.at);
                 labels.extend(self.labels());
             }
         }
-        self.log(rec, &stamps, labels)
+        self.log(stream, &times, labels)
     }
 
     fn change(&mut self, event: &Event) -> bool {
@@ -151,16 +145,13 @@ impl GraphScene {
     /// Logs `labels`, those of all vertices for each row.
     fn log(
         &self,
-        rec: &RecordingStream,
-        stamps: &Stamps,
+        stream: &BatchStream<'_>,
+        times: &[Time],
         labels: Vec<String>,
     ) -> RecordingStreamResult<()> {
-        if stamps.is_empty() {
-            return Ok(());
-        }
-        let rows = std::iter::repeat_n(self.vertices.len(), stamps.len());
+        let rows = std::iter::repeat_n(self.vertices.len(), times.len());
         let labels = GraphNodes::update_fields().with_labels(labels);
-        rec.send_columns(GRAPH, stamps.columns(), labels.columns(rows)?)
+        stream.send(GRAPH, times, labels.columns(rows)?)
     }
 
     fn colour(&self, vertex: usize) -> Color {

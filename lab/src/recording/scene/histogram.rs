@@ -6,9 +6,9 @@ use ratelab::{Head, Time};
 use rerun::{BarChart, RecordingStream, RecordingStreamResult, TensorData};
 
 use super::palette::BLUE;
-use crate::{
+use crate::recording::{
     bins::{BINS, WIDEST_MS, width_ms},
-    recording::{plant_steps::PlantSteps, timeline::Stamps},
+    timeline::BatchStream,
 };
 
 /// The histogram.
@@ -41,36 +41,26 @@ impl Histogram {
     }
 
     /// Counts the steps of this batch, and logs the histogram once a second.
-    pub fn add(
-        &mut self,
-        rec: &RecordingStream,
-        progress: &PlantSteps,
-    ) -> RecordingStreamResult<()> {
-        let mut stamps = progress.stamps();
-        let mut rows = Vec::new();
-        for step in progress.steps {
+    pub fn add(&mut self, stream: &BatchStream<'_>) -> RecordingStreamResult<()> {
+        let (mut times, mut rows) = (Vec::new(), Vec::new());
+        for step in stream.steps {
             let mut next = self.next.unwrap_or(step.at + PERIOD);
             while next < step.at {
-                self.widen(rec, progress, next)?;
-                stamps.push(next, progress.step_at(next));
+                self.widen(stream, next)?;
+                times.push(next);
                 rows.push(self.heights());
                 next = next + PERIOD;
             }
             self.next = Some(next);
             self.count(step);
         }
-        log_heights(rec, &stamps, rows)
+        log_heights(stream, &times, rows)
     }
 
     /// Logs what there is at the end of the run.
-    pub fn finish(
-        &mut self,
-        rec: &RecordingStream,
-        progress: &PlantSteps,
-        at: Time,
-    ) -> RecordingStreamResult<()> {
-        self.widen(rec, progress, at)?;
-        log_heights(rec, &progress.stamp(at), vec![self.heights()])
+    pub fn finish(&mut self, stream: &BatchStream<'_>, at: Time) -> RecordingStreamResult<()> {
+        self.widen(stream, at)?;
+        log_heights(stream, &[at], vec![self.heights()])
     }
 
     fn count(&mut self, step: &Head) {
@@ -87,12 +77,7 @@ impl Histogram {
 
     /// Takes the narrowest width with which all latencies fit, and logs where
     /// the bars are if that has changed.
-    fn widen(
-        &mut self,
-        rec: &RecordingStream,
-        progress: &PlantSteps,
-        at: Time,
-    ) -> RecordingStreamResult<()> {
+    fn widen(&mut self, stream: &BatchStream<'_>, at: Time) -> RecordingStreamResult<()> {
         let fits = |width: u64| self.counts.len() as u64 <= BINS as u64 * width;
         let width = width_ms(fits) as usize;
         if width == self.width {
@@ -104,7 +89,7 @@ impl Histogram {
         let place = BarChart::update_fields().with_abscissa(places);
         let widths = BarChart::update_fields().with_widths([width as f32; BINS]);
         let columns = place.columns([1])?.chain(widths.columns([BINS])?);
-        rec.send_columns(HISTOGRAM, progress.stamp(at).columns(), columns)
+        stream.send(HISTOGRAM, &[at], columns)
     }
 
     /// Steps per bar.
@@ -118,15 +103,12 @@ impl Histogram {
 }
 
 fn log_heights(
-    rec: &RecordingStream,
-    stamps: &Stamps,
+    stream: &BatchStream<'_>,
+    times: &[Time],
     rows: Vec<TensorData>,
 ) -> RecordingStreamResult<()> {
-    if stamps.is_empty() {
-        return Ok(());
-    }
     let bars = BarChart::update_fields().with_many_values(rows);
-    rec.send_columns(HISTOGRAM, stamps.columns(), bars.columns_of_unit_batches()?)
+    stream.send(HISTOGRAM, times, bars.columns_of_unit_batches()?)
 }
 
 #[cfg(test)]

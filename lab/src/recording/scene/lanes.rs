@@ -8,15 +8,17 @@ use std::{collections::HashSet, time::Duration};
 
 use ratelab::Time;
 use ratelab_account::{Lineage, Occupied, TracedTick};
-use rerun::{
-    Color, EntityPath, RecordingStream, RecordingStreamResult, StateChange, StateConfiguration,
-    TimeColumn,
-};
+use rerun::{Color, EntityPath, RecordingStream, RecordingStreamResult, StateChange, TimeColumn};
 
-use super::palette::{BLUE, GREY, ORANGE};
-use crate::{
-    recording::{lineage::end_of, reader::Recording, schema::path, timeline::RUN_TIME},
-    timing::earlier,
+use super::{
+    modes::colour,
+    palette::{BLUE, GREY, ORANGE},
+};
+use crate::recording::{
+    lineage::{due_of, end_of},
+    recorded::Recording,
+    schema::path,
+    timeline::RUN_TIME,
 };
 
 /// The lanes.
@@ -28,7 +30,7 @@ const TICK: &str = "tick";
 const INSTANT: &str = "tick without duration";
 /// The delay between the due time of a tick and its start.
 const LATE: &str = "late";
-/// The same, as others had the executor.
+/// Such a delay, as others had the executor.
 const WAITING: &str = "waiting for the executor";
 /// A part of a tick for which it was set aside for a more urgent one.
 const ASIDE: &str = "set aside";
@@ -55,30 +57,31 @@ pub fn add(rec: &RecordingStream, recording: &Recording) -> RecordingStreamResul
     let topology = lineage.topology();
     for (node, known) in topology.nodes.iter().enumerate() {
         let lane = path(&[TIMELINE, "node", &known.name]);
-        let late = known.executor.as_ref().map_or(LATE, |_| WAITING);
-        let mut states = vec![TICK, INSTANT, late, OVERRUN];
-        let mut colours = vec![BLUE, BLUE, GREY, ORANGE];
+        let mut looks = vec![
+            (TICK, BLUE),
+            (INSTANT, BLUE),
+            (LATE, GREY),
+            (OVERRUN, ORANGE),
+        ];
         if known.executor.is_some() {
-            states.push(ASIDE);
-            colours.push(GREY);
+            looks[2].0 = WAITING;
+            looks.push((ASIDE, GREY));
         }
         let run = lineage.ticks(node).enumerate();
         let run = run.map(|(index, worked)| (worked, lineage.set_aside(node, index)));
-        send(rec, lane, (&states, &colours), &ticks(run, late))?;
+        send(rec, lane, &looks, &ticks(run, looks[2].0))?;
     }
     for (topic, known) in topology.topics.iter().enumerate() {
-        if known.readers.is_empty() {
-            continue;
-        }
         let lane = path(&[TIMELINE, "topic", &known.name]);
-        let (states, colours) = ([READ, UNREAD, LOST], [BLUE, GREY, ORANGE]);
-        let readers = &known.readers;
-        send(
-            rec,
-            lane,
-            (&states, &colours),
-            &messages(&lineage, topic, readers),
-        )?;
+        let looks = [(READ, BLUE), (UNREAD, GREY), (LOST, ORANGE)];
+        if !known.readers.is_empty() {
+            send(
+                rec,
+                lane,
+                &looks,
+                &messages(&lineage, topic, &known.readers),
+            )?;
+        }
     }
     Ok(())
 }
@@ -92,9 +95,8 @@ fn ticks<'a>(
     let mut changes = Changes::new();
     let (mut idle_from, mut overruns) = (Time::ZERO, None);
     for (TracedTick { tick, .. }, aside) in ticks {
-        let late = tick.lateness.unwrap_or_default();
-        if !late.is_zero() {
-            let due = earlier(tick.at, late);
+        let due = due_of(tick);
+        if due < tick.at {
             change(&mut changes, due.max(idle_from), waits);
         }
         let first = (tick.number == 0).then_some(0);
@@ -149,20 +151,18 @@ fn messages(lineage: &Lineage, topic: usize, readers: &[usize]) -> Changes {
     changes
 }
 
-/// Logs a lane, whose `states` have these colours.
+/// Logs a lane with the `looks` of its states.
 fn send(
     rec: &RecordingStream,
     lane: EntityPath,
-    (states, colours): (&[&str], &[Color]),
+    looks: &[(&str, Color)],
     changes: &Changes,
 ) -> RecordingStreamResult<()> {
     if changes.is_empty() {
         return Ok(());
     }
-    let looks = StateConfiguration::new()
-        .with_values(states.iter().copied())
-        .with_colors(colours.iter().copied());
-    rec.log_static(lane.clone(), &looks)?;
+    let (states, colours): (Vec<&str>, Vec<Color>) = looks.iter().copied().unzip();
+    colour(rec, lane.clone(), states, colours)?;
     let times = changes.iter().map(|(at, _)| at.as_nanos() as i64);
     let times = TimeColumn::new_duration_nanos(RUN_TIME, times);
     let rows = StateChange::new().with_state(changes.iter().map(|(_, state)| *state));

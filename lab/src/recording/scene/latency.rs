@@ -1,11 +1,11 @@
 //! The latency of each step of the plant: over time beside the period of the
 //! [paced node](paced_node) and the push age, and as a distribution.
 
-use std::{collections::VecDeque, time::Duration};
+use std::time::Duration;
 
 use ratelab::{Command, Event, Knob, Time};
 use ratelab_account::{PushAge, Snapshot};
-use ratelab_study::system::System;
+use ratelab_study::system::{System, paced_node};
 use rerun::{RecordingStream, RecordingStreamResult};
 
 use super::{
@@ -13,7 +13,7 @@ use super::{
     lines::{self, Line},
     palette::{BLUE, ORANGE, PINK},
 };
-use crate::{names::paced_node, recording::plant_steps::PlantSteps};
+use crate::recording::timeline::{BatchStream, times};
 
 /// Latency, period and push age (ms).
 pub const LATENCY: &str = "plot/latency";
@@ -54,41 +54,30 @@ impl LatencyScene {
     }
 
     /// Draws the steps of this batch.
-    pub fn add(
-        &mut self,
-        rec: &RecordingStream,
-        progress: &PlantSteps<'_>,
-        events: &[Event],
-    ) -> RecordingStreamResult<()> {
+    pub fn add(&mut self, stream: &BatchStream<'_>, events: &[Event]) -> RecordingStreamResult<()> {
         if let Some(period) = &mut self.period {
             period.learn(events);
         }
         let mut values = Vec::new();
-        for step in progress.steps {
+        for step in stream.steps {
             // A gap where nothing led to it yet.
             let latency = step.origin.map(|origin| step.at.since(origin));
             values.push(latency.map_or(f64::NAN, ms));
-            values.extend(self.period.as_mut().map(|period| ms(period.at(step.at))));
+            values.extend(self.period.iter().map(|period| ms(period.at(step.at))));
             if let Some(sensed) = step.origin {
                 self.age.push(step.at, sensed);
             }
             let age = self.age.view(step.at).and_then(|view| view.late_s);
             values.push(age.map_or(f64::NAN, |seconds| seconds * 1e3));
         }
-        let stamps = progress.stamps_of_messages(progress.steps);
         let count = 2 + usize::from(self.period.is_some());
-        lines::send(rec, LATENCY, &stamps, values, count)?;
-        self.histogram.add(rec, progress)
+        lines::send(stream, LATENCY, &times(stream.steps), values, count)?;
+        self.histogram.add(stream)
     }
 
     /// Draws the distribution at the end of the run.
-    pub fn finish(
-        &mut self,
-        rec: &RecordingStream,
-        progress: &PlantSteps<'_>,
-        at: Time,
-    ) -> RecordingStreamResult<()> {
-        self.histogram.finish(rec, progress, at)
+    pub fn finish(&mut self, stream: &BatchStream<'_>, at: Time) -> RecordingStreamResult<()> {
+        self.histogram.finish(stream, at)
     }
 }
 
@@ -99,19 +88,15 @@ fn ms(duration: Duration) -> f64 {
 /// The period in force of a node, as events change it.
 struct PeriodInForce {
     node: &'static str,
-    now: Duration,
-    /// Changes not reached yet, earliest first.
-    ahead: VecDeque<(Time, Duration)>,
+    /// Each period with the run time from which it is in force.
+    periods: Vec<(Time, Duration)>,
 }
 
 impl PeriodInForce {
     /// Of `node`, which begins with the period `first`.
     fn new(node: &'static str, first: Duration) -> Self {
-        Self {
-            node,
-            now: first,
-            ahead: VecDeque::new(),
-        }
+        let periods = vec![(Time::ZERO, first)];
+        Self { node, periods }
     }
 
     /// Learns of the changes among `events`.
@@ -122,19 +107,15 @@ impl PeriodInForce {
             }
             _ => None,
         });
-        self.ahead.extend(changes);
+        self.periods.extend(changes);
     }
 
-    /// The period for a tick at `time`, which is not before the last one asked
-    /// for. A change takes effect before any tick that is due with it.
-    fn at(&mut self, time: Time) -> Duration {
-        while let Some(&(at, period)) = self.ahead.front()
-            && at <= time
-        {
-            self.now = period;
-            self.ahead.pop_front();
-        }
-        self.now
+    /// The period for a tick at `time`. A change takes effect before any tick that is due with
+    /// it.
+    fn at(&self, time: Time) -> Duration {
+        let mut periods = self.periods.iter().rev();
+        let period = periods.find(|(from, _)| *from <= time);
+        period.map_or(Duration::ZERO, |(_, period)| *period)
     }
 }
 

@@ -1,11 +1,12 @@
 //! Several lines over time on one entity.
 
+use ratelab::Time;
 use rerun::{
     Color, EntityPath, RecordingStream, RecordingStreamResult, Scalars, SeriesLines,
     components::InterpolationMode,
 };
 
-use crate::recording::timeline::Stamps;
+use crate::recording::timeline::BatchStream;
 
 /// How a line looks.
 pub struct Line {
@@ -44,18 +45,14 @@ pub fn begin(
 
 /// Logs `count` values per row, row after row.
 pub fn send(
-    rec: &RecordingStream,
+    stream: &BatchStream<'_>,
     entity: impl Into<EntityPath>,
-    stamps: &Stamps,
+    times: &[Time],
     values: impl IntoIterator<Item = f64>,
     count: usize,
 ) -> RecordingStreamResult<()> {
-    if stamps.is_empty() {
-        return Ok(());
-    }
-    let counts = std::iter::repeat_n(count, stamps.len());
-    let columns = Scalars::new(values).columns(counts)?;
-    rec.send_columns(entity, stamps.columns(), columns)
+    let counts = std::iter::repeat_n(count, times.len());
+    stream.send(entity, times, Scalars::new(values).columns(counts)?)
 }
 
 /// For a view: values that hold from one row to the next.

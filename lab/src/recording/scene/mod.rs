@@ -24,20 +24,17 @@ use std::sync::Arc;
 use ratelab::{Event, Time};
 use ratelab_account::{Rows, Snapshot};
 use ratelab_study::system::System;
-use rerun::{RecordingStream, RecordingStreamResult};
+use rerun::RecordingStreamResult;
 
 use self::{
     graph::GraphScene, latency::LatencyScene, modes::Modes, picture::PictureScene, traffic::Traffic,
 };
-use super::plant_steps::PlantSteps;
+use super::timeline::BatchStream;
 
 /// The news since the last batch, each list in the order of arrival.
-#[derive(Clone, Copy)]
 pub struct SceneBatch<'a> {
-    /// Steps of the plant, and where they place things on the timelines.
-    pub progress: &'a PlantSteps<'a>,
     /// The messages of each recorded topic, by its name.
-    pub topics: &'a [(String, Rows)],
+    pub topics: &'a [(&'a str, Rows)],
     /// Commands and ends.
     pub events: &'a [Event],
     /// Run time up to which nothing is missing.
@@ -68,69 +65,56 @@ impl Scene {
         }
     }
 
-    /// Logs all that holds from the beginning of the run of the graph in `start`,
-    /// which `progress` places.
-    pub fn begin(
-        &self,
-        rec: &RecordingStream,
-        start: &Snapshot,
-        progress: &PlantSteps<'_>,
-    ) -> RecordingStreamResult<()> {
-        lateness::begin(rec, start)?;
+    /// Logs all that holds from the beginning of the run of the graph in `start`.
+    pub fn begin(&self, stream: &BatchStream<'_>, start: &Snapshot) -> RecordingStreamResult<()> {
+        lateness::begin(&stream.rec, start)?;
         for topic in &start.topics {
-            signals::begin(rec, self.system.signals(), &topic.name)?;
+            signals::begin(&stream.rec, self.system.signals(), &topic.name)?;
         }
         if let Some(latency) = &self.latency {
-            latency.begin(rec)?;
+            latency.begin(&stream.rec)?;
         }
-        self.traffic.begin(rec)?;
-        let beginning = progress.stamp(Time::ZERO);
-        self.graph.begin(rec, &beginning)?;
-        self.modes.begin(rec, &beginning)
+        self.traffic.begin(&stream.rec)?;
+        self.graph.begin(stream)?;
+        self.modes.begin(stream, start)
     }
 
     /// Logs what came since the last batch.
     pub fn add(
         &mut self,
-        rec: &RecordingStream,
+        stream: &BatchStream<'_>,
         batch: &SceneBatch<'_>,
     ) -> RecordingStreamResult<()> {
-        let SceneBatch {
-            progress,
-            topics,
-            events,
-            until,
-        } = *batch;
+        let SceneBatch { topics, events, .. } = *batch;
         for (topic, rows) in topics {
-            signals::add(rec, progress, self.system.signals(), topic, rows)?;
+            signals::add(stream, self.system.signals(), topic, rows)?;
             self.traffic.count(topic, rows.heads());
-            if Some(&**topic) == self.system.state() {
-                self.picture.add(rec, progress, rows)?;
+            if Some(*topic) == self.system.state() {
+                self.picture.add(stream, rows)?;
             }
         }
         if let Some(latency) = &mut self.latency {
-            latency.add(rec, progress, events)?;
+            latency.add(stream, events)?;
         }
-        self.traffic.sample(rec, progress, until)?;
-        self.graph.add(rec, progress, events)?;
-        self.modes.add(rec, progress, events)?;
-        events::add(rec, progress, events)
+        self.traffic.sample(stream, batch.until)?;
+        self.graph.add(stream, events)?;
+        self.modes.add(stream, events)?;
+        events::add(stream, events)
     }
 
     /// Logs how the run ended at run time `at`: the last samples, and `verdict`,
     /// as an error if the run was `lost`.
     pub fn finish(
         &mut self,
-        rec: &RecordingStream,
-        progress: &PlantSteps<'_>,
+        stream: &BatchStream<'_>,
         at: Time,
         verdict: &str,
         lost: bool,
     ) -> RecordingStreamResult<()> {
-        self.traffic.finish(rec, progress, at)?;
+        self.traffic.finish(stream, at)?;
         if let Some(latency) = &mut self.latency {
-            latency.finish(rec, progress, at)?;
+            latency.finish(stream, at)?;
         }
-        events::verdict(rec, &progress.stamp(at), verdict, lost)
+        events::verdict(stream, at, verdict, lost)
     }
 }

@@ -1,13 +1,13 @@
 //! The clock and the rate of each node over time, as lanes.
 
-use std::collections::HashSet;
-
 use ratelab::{ClockKind, Command, Event, Knob, Time};
 use ratelab_account::Snapshot;
-use rerun::{EntityPath, RecordingStream, RecordingStreamResult, StateChange, StateConfiguration};
+use rerun::{
+    Color, EntityPath, RecordingStream, RecordingStreamResult, StateChange, StateConfiguration,
+};
 
 use super::palette::{BLUE, GREY, ORANGE, series};
-use crate::recording::{plant_steps::PlantSteps, schema::path, timeline::Stamps};
+use crate::recording::{schema::path, timeline::BatchStream};
 
 /// The lanes.
 pub const MODES: &str = "mode";
@@ -19,24 +19,15 @@ const RUNS: &str = "runs";
 const CRASHED: &str = "crashed";
 const HANGS: &str = "hangs";
 
-/// The lanes as they go.
-pub struct Modes {
-    clock: String,
-    rates: Vec<RateLane>,
-}
+/// The lane of the rates of each node.
+pub struct Modes(Vec<RateLane>);
 
-/// The lane of a node.
 struct RateLane {
     node: String,
     entity: EntityPath,
     /// Every rate that there was, in the order of its first use.
     rates: Vec<String>,
-    /// The same, to look one up.
-    known: HashSet<String>,
 }
-
-/// When a lane changed, and to what.
-type Changes = Vec<(Time, String)>;
 
 impl Modes {
     /// The lanes at the beginning.
@@ -45,63 +36,47 @@ impl Modes {
             node: node.name.to_string(),
             entity: path(&["mode", "rate", &node.name]),
             rates: vec![node.hz.to_string()],
-            known: HashSet::from([node.hz.to_string()]),
         });
-        Self {
-            clock: start.status.clock.to_string(),
-            rates: lanes.collect(),
-        }
+        Self(lanes.collect())
     }
 
     /// Logs the beginning of the lanes.
-    pub fn begin(&self, rec: &RecordingStream, stamps: &Stamps) -> RecordingStreamResult<()> {
-        let clocks = [ClockKind::Virtual, ClockKind::Real];
-        let colours = StateConfiguration::new()
-            .with_values(clocks.map(|clock| clock.to_string()))
-            .with_colors([BLUE, ORANGE]);
-        rec.log_static(CLOCK, &colours)?;
-        log(rec, CLOCK, stamps, [self.clock.as_str()])?;
-        for lane in &self.rates {
-            let first = lane.rates.iter().map(String::as_str);
-            log(rec, lane.entity.clone(), stamps, first)?;
-            lane.colour(rec)?;
+    pub fn begin(&self, stream: &BatchStream<'_>, start: &Snapshot) -> RecordingStreamResult<()> {
+        let clocks = [ClockKind::Virtual, ClockKind::Real].map(|clock| clock.to_string());
+        colour(&stream.rec, CLOCK, &clocks, [BLUE, ORANGE])?;
+        let clock = start.status.clock.to_string();
+        log(stream, CLOCK, &[(Time::ZERO, clock)])?;
+        for lane in &self.0 {
+            let first = lane.rates.iter().map(|rate| (Time::ZERO, rate));
+            log(stream, lane.entity.clone(), &first.collect::<Vec<_>>())?;
+            lane.colour(&stream.rec)?;
         }
         Ok(())
     }
 
     /// Logs what `events` changed: a column per lane, and the colours once. A node has a
     /// lane of its state from its first fault on.
-    pub fn add(
-        &mut self,
-        rec: &RecordingStream,
-        progress: &PlantSteps,
-        events: &[Event],
-    ) -> RecordingStreamResult<()> {
+    pub fn add(&mut self, stream: &BatchStream<'_>, events: &[Event]) -> RecordingStreamResult<()> {
         let clocks = changes(events, |command| match command {
             Command::HandOver(clock) => Some(clock.to_string()),
             _ => None,
         });
-        log_changes(rec, CLOCK, progress, &clocks)?;
-        for lane in &mut self.rates {
+        log(stream, CLOCK, &clocks)?;
+        for lane in &mut self.0 {
             let rates = changes(events, |command| match command {
                 Command::Set(Knob::Rate { node, hz }) if *node == lane.node => Some(hz.to_string()),
                 _ => None,
             });
-            log_changes(rec, lane.entity.clone(), progress, &rates)?;
-            lane.learn(rec, rates)?;
-            log_faults(rec, progress, &lane.node, events)?;
+            log(stream, lane.entity.clone(), &rates)?;
+            lane.learn(&stream.rec, rates)?;
+            log_faults(stream, &lane.node, events)?;
         }
         Ok(())
     }
 }
 
 /// Logs whether `node` runs, crashed or hangs, where one of `events` is about that.
-fn log_faults(
-    rec: &RecordingStream,
-    progress: &PlantSteps,
-    node: &str,
-    events: &[Event],
-) -> RecordingStreamResult<()> {
+fn log_faults(stream: &BatchStream<'_>, node: &str, events: &[Event]) -> RecordingStreamResult<()> {
     let knobs = events.iter().filter_map(Event::knob);
     let changes = knobs.filter(|timed| timed.knob.target() == node);
     let changes = changes.flat_map(|timed| {
@@ -113,68 +88,72 @@ fn log_faults(
             _ => Vec::new(),
         }
     });
-    let changes: Changes = changes.map(|(at, state)| (at, state.to_owned())).collect();
+    let changes: Vec<_> = changes.collect();
     if changes.is_empty() {
         return Ok(());
     }
     let lane = path(&["mode", "state", node]);
-    let colours = StateConfiguration::new()
-        .with_values([RUNS, CRASHED, HANGS])
-        .with_colors([BLUE, ORANGE, GREY]);
-    rec.log_static(lane.clone(), &colours)?;
-    log_changes(rec, lane, progress, &changes)
+    let states = [RUNS, CRASHED, HANGS];
+    colour(&stream.rec, lane.clone(), states, [BLUE, ORANGE, GREY])?;
+    log(stream, lane, &changes)
 }
 
 impl RateLane {
     /// Takes in `rates`, some of which may be new.
-    fn learn(&mut self, rec: &RecordingStream, rates: Changes) -> RecordingStreamResult<()> {
+    fn learn(
+        &mut self,
+        rec: &RecordingStream,
+        rates: Vec<(Time, String)>,
+    ) -> RecordingStreamResult<()> {
         let before = self.rates.len();
-        let rates = rates.into_iter().map(|(_, rate)| rate);
-        let new = rates.filter(|rate| self.known.insert(rate.clone()));
-        self.rates.extend(new);
-        if self.rates.len() > before {
-            self.colour(rec)?;
+        for (_, rate) in rates {
+            if !self.rates.contains(&rate) {
+                self.rates.push(rate);
+            }
         }
-        Ok(())
+        match self.rates.len() > before {
+            true => self.colour(rec),
+            false => Ok(()),
+        }
     }
 
     /// A colour for each rate, in place of the earlier ones.
     fn colour(&self, rec: &RecordingStream) -> RecordingStreamResult<()> {
-        let colours = StateConfiguration::new()
-            .with_values(self.rates.iter().map(String::as_str))
-            .with_colors(series(self.rates.len()));
-        rec.log_static(self.entity.clone(), &colours)
+        let colours = series(self.rates.len());
+        colour(rec, self.entity.clone(), &self.rates, colours)
     }
 }
 
 /// When `mode` has a value for a command among `events`, and which.
-fn changes(events: &[Event], mode: impl Fn(&Command) -> Option<String>) -> Changes {
+fn changes(events: &[Event], mode: impl Fn(&Command) -> Option<String>) -> Vec<(Time, String)> {
     let changes = events.iter();
     changes
         .filter_map(|event| Some((event.at, mode(event.applied()?)?)))
         .collect()
 }
 
-fn log_changes(
+/// Logs the colours of the `states` of a lane.
+pub fn colour<S: AsRef<str>>(
     rec: &RecordingStream,
     lane: impl Into<EntityPath>,
-    progress: &PlantSteps,
-    changes: &Changes,
+    states: impl IntoIterator<Item = S>,
+    colours: impl IntoIterator<Item = Color>,
 ) -> RecordingStreamResult<()> {
-    let stamps = progress.stamps_of(changes.iter().map(|(at, _)| *at));
-    log(rec, lane, &stamps, changes.iter().map(|(_, mode)| &**mode))
+    let states: Vec<S> = states.into_iter().collect();
+    let looks = StateConfiguration::new()
+        .with_values(states.iter().map(AsRef::as_ref))
+        .with_colors(colours);
+    rec.log_static(lane, &looks)
 }
 
-/// A row for each of `modes`.
-fn log<'a>(
-    rec: &RecordingStream,
+/// Logs when a lane changed, and to what.
+fn log(
+    stream: &BatchStream<'_>,
     lane: impl Into<EntityPath>,
-    stamps: &Stamps,
-    modes: impl IntoIterator<Item = &'a str>,
+    changes: &[(Time, impl AsRef<str>)],
 ) -> RecordingStreamResult<()> {
-    if stamps.is_empty() {
-        return Ok(());
-    }
-    let rows = StateChange::new().with_state(modes);
-    rec.send_columns(lane, stamps.columns(), rows.columns_of_unit_batches()?)
+    let times: Vec<Time> = changes.iter().map(|(at, _)| *at).collect();
+    let states = changes.iter().map(|(_, state)| state.as_ref());
+    let rows = StateChange::new().with_state(states);
+    stream.send(lane, &times, rows.columns_of_unit_batches()?)
 }

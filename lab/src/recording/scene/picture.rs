@@ -10,7 +10,7 @@ use rerun::{
 };
 
 use super::palette::{BLUE, GREY, ORANGE, WHITE};
-use crate::recording::{plant_steps::PlantSteps, timeline::Stamps};
+use crate::recording::timeline::BatchStream;
 
 /// The picture.
 pub const PICTURE: &str = "picture";
@@ -38,13 +38,8 @@ impl PictureScene {
     }
 
     /// Draws `states`.
-    pub fn add(
-        &mut self,
-        rec: &RecordingStream,
-        progress: &PlantSteps<'_>,
-        states: &Rows,
-    ) -> RecordingStreamResult<()> {
-        let mut stamps = progress.stamps();
+    pub fn add(&mut self, stream: &BatchStream<'_>, states: &Rows) -> RecordingStreamResult<()> {
+        let mut times = Vec::new();
         let mut drawing = SceneDrawing::default();
         for (head, row) in states.iter() {
             if self.next.is_some_and(|next| head.at < next) {
@@ -59,12 +54,12 @@ impl PictureScene {
                 .iter()
                 .partition(|(style, _)| *style == Style::Scenery);
             if first {
-                SceneDrawing::of(&still).log(rec)?;
+                SceneDrawing::of(&still).log(&stream.rec)?;
             }
             drawing.add(&moving);
-            stamps.push(head.at, progress.step_at(head.at));
+            times.push(head.at);
         }
-        drawing.send(rec, &stamps)
+        drawing.send(stream, &times)
     }
 }
 
@@ -120,16 +115,13 @@ impl SceneDrawing {
         rec.log_static(SCENERY, &[&lines as &dyn AsComponents, &labels])
     }
 
-    /// Logs a picture for each of `stamps`.
-    fn send(self, rec: &RecordingStream, stamps: &Stamps) -> RecordingStreamResult<()> {
-        if stamps.is_empty() {
-            return Ok(());
-        }
+    /// Logs a picture for each of `times`.
+    fn send(self, stream: &BatchStream<'_>, times: &[Time]) -> RecordingStreamResult<()> {
         let of_lines: Vec<usize> = self.counts.iter().map(|[lines, _]| *lines).collect();
         let of_labels: Vec<usize> = self.counts.iter().map(|[_, labels]| *labels).collect();
         let (lines, labels) = self.archetypes();
         let (lines, labels) = (lines.columns(of_lines)?, labels.columns(of_labels)?);
-        rec.send_columns(PICTURE, stamps.columns(), lines.chain(labels))
+        stream.send(PICTURE, times, lines.chain(labels))
     }
 }
 

@@ -11,7 +11,10 @@ use super::{
     lines::{self, Line},
     palette::{BLUE, ORANGE},
 };
-use crate::recording::{plant_steps::PlantSteps, schema::path};
+use crate::recording::{
+    schema::path,
+    timeline::{BatchStream, times},
+};
 
 /// Entity of the signals of the topic called `topic`.
 pub fn entity(topic: &str) -> EntityPath {
@@ -47,8 +50,7 @@ pub fn begin(rec: &RecordingStream, signals: &[Signal], topic: &str) -> Recordin
 
 /// Logs the signals of `topic` in its messages.
 pub fn add(
-    rec: &RecordingStream,
-    progress: &PlantSteps<'_>,
+    stream: &BatchStream<'_>,
     signals: &[Signal],
     topic: &str,
     messages: &Rows,
@@ -65,8 +67,8 @@ pub fn add(
             iter::once((signal.value)(row)).chain(limits)
         })
     });
-    let stamps = progress.stamps_of_messages(messages.heads());
-    lines::send(rec, entity(topic), &stamps, values, count)
+    let times = times(messages.heads());
+    lines::send(stream, entity(topic), &times, values, count)
 }
 
 fn of_topic<'a>(signals: &'a [Signal], topic: &str) -> impl Iterator<Item = &'a Signal> {

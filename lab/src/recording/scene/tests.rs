@@ -7,16 +7,15 @@ use ratelab_account::{Rows, Snapshot};
 use ratelab_cart_pole::{CartPole, POLICY, STATE};
 use ratelab_study::experiment::{Config, Experiment, Summary};
 use rerun::{
-    Scalars,
+    RecordingStream, Scalars,
     log::{Chunk, LogMsg},
 };
 
 use super::{Scene, SceneBatch, latency::LATENCY};
 use crate::recording::{
     blueprint::{self, Subject},
-    plant_steps::PlantSteps,
     tests::{cart_pole, chunks, stream},
-    timeline::RUN_TIME,
+    timeline::{BatchStream, RUN_TIME},
 };
 
 /// More messages than any run here has.
@@ -64,9 +63,10 @@ fn run_with(knobs: &str) -> Run {
 fn draw(run: &Run, span: Duration) -> Vec<LogMsg> {
     let (rec, storage) = stream();
     let mut scene = Scene::new(&cart_pole(), &run.start);
-    let beginning = scene.begin(&rec, &run.start, &progress(0, &[]));
+    let beginning = scene.begin(&batch_stream(&rec, 0, &[]), &run.start);
     beginning.expect("the beginning");
-    let (mut topics, mut made, mut from) = (run.topics.clone(), 0, Time::ZERO);
+    let topics = run.topics.iter().map(|(_, rows)| rows.clone());
+    let (mut topics, mut made, mut from) = (topics.collect::<Vec<_>>(), 0, Time::ZERO);
     let end = run.summary.sim_time;
     while from <= end {
         let until = from + (span - Time::RESOLUTION);
@@ -75,25 +75,35 @@ fn draw(run: &Run, span: Duration) -> Vec<LogMsg> {
             .filter(|event| from <= event.at && event.at <= until)
             .cloned()
             .collect();
-        let batch = topics.iter_mut();
-        let batch: Vec<_> = batch
-            .map(|(name, rows)| (name.clone(), rows.take_until(until)))
+        let news: Vec<Rows> = topics
+            .iter_mut()
+            .map(|rows| rows.take_until(until))
             .collect();
-        let states = batch.iter().find(|(name, _)| name == STATE);
-        let progress = progress(made, states.expect("states").1.heads());
-        made = progress.step();
+        let names = run.topics.iter().map(|(name, _)| &**name);
+        let news: Vec<(&str, Rows)> = names.zip(news).collect();
+        let states = news.iter().find(|(name, _)| *name == STATE);
+        let stream = batch_stream(&rec, made, states.expect("states").1.heads());
+        made = stream.made();
         let batch = SceneBatch {
-            progress: &progress,
-            topics: &batch,
+            topics: &news,
             events: &events,
             until: until.min(end),
         };
-        scene.add(&rec, &batch).expect("a batch");
+        scene.add(&stream, &batch).expect("a batch");
         from = from + span;
     }
-    let finished = scene.finish(&rec, &progress(made, &[]), end, "BALANCED", false);
+    let finished = scene.finish(&batch_stream(&rec, made, &[]), end, "BALANCED", false);
     finished.expect("an end");
     storage.take()
+}
+
+fn batch_stream<'a>(rec: &RecordingStream, before: u64, steps: &'a [Head]) -> BatchStream<'a> {
+    BatchStream {
+        rec: rec.clone(),
+        epoch: None,
+        before,
+        steps,
+    }
 }
 
 /// Every value that is drawn as a line, by entity and run time.
@@ -112,14 +122,6 @@ fn lines(messages: &[LogMsg]) -> BTreeMap<(String, i64), Vec<u64>> {
         }
     }
     lines
-}
-
-fn progress(before: u64, steps: &[Head]) -> PlantSteps<'_> {
-    PlantSteps {
-        epoch: None,
-        before,
-        steps,
-    }
 }
 
 #[test]

@@ -9,7 +9,7 @@ use super::{
     lines::{self, Line},
     palette,
 };
-use crate::recording::plant_steps::PlantSteps;
+use crate::recording::timeline::BatchStream;
 
 /// Messages per second, a line per topic.
 pub const PER_SECOND: &str = "plot/messages_per_second";
@@ -39,47 +39,53 @@ pub struct Traffic {
     next: Time,
 }
 
-/// One topic.
+/// A topic.
 struct TopicTraffic {
     name: String,
-    /// When messages were published, and how many were lost by then: those in
-    /// the window first, then those that no sample has reached yet.
-    messages: VecDeque<(Time, u64)>,
-    /// How many of them are in the window.
-    recent: usize,
+    /// The messages in the window, then those that no sample has reached yet.
+    messages: VecDeque<Head>,
     dropped: u64,
-    link: LinkCounter,
-}
-
-/// The link of a topic.
-#[derive(Default)]
-struct LinkCounter {
-    /// Run times at which messages were lost, those that no sample has reached yet.
-    losses: VecDeque<Time>,
+    /// Messages to which the link did something: in flight, or not reached yet.
+    linked: VecDeque<Head>,
+    /// Messages lost by the link.
     lost: usize,
-    /// Run times of release and delivery.
-    flights: VecDeque<(Time, Time)>,
 }
 
-impl LinkCounter {
-    /// Notes a message; returns whether the link did something to it.
-    fn note(&mut self, head: &Head) -> bool {
-        match head.arrives {
-            Some(arrives) if arrives == head.at => return false,
-            Some(arrives) => self.flights.push_back((head.at, arrives)),
-            None => self.losses.push_back(head.at),
-        }
-        true
+impl TopicTraffic {
+    /// Takes in messages; returns whether the link did something to one.
+    fn count(&mut self, heads: &[Head]) -> bool {
+        self.messages.extend(heads);
+        let before = self.linked.len();
+        let linked = heads.iter().filter(|head| head.arrives != Some(head.at));
+        self.linked.extend(linked);
+        self.linked.len() > before
     }
 
-    /// Messages lost by `now`, and in flight.
-    fn advance_to(&mut self, now: Time) -> [f64; 2] {
-        while self.losses.pop_front_if(|at| *at <= now).is_some() {
-            self.lost += 1;
-        }
-        self.flights.retain(|(_, arrives)| *arrives > now);
-        let in_flight = self.flights.iter().filter(|(at, _)| *at <= now).count();
-        [self.lost as f64, in_flight as f64]
+    /// The number of messages in the `window` that ends with `now`. Sets the number of those
+    /// dropped so far.
+    fn advance_to(&mut self, now: Time, window: Duration) -> usize {
+        let sent = self.messages.partition_point(|head| head.at <= now);
+        let newest = sent
+            .checked_sub(1)
+            .and_then(|newest| self.messages.get(newest));
+        self.dropped = newest.map_or(self.dropped, |head| head.dropped);
+        let before = |head: &Head| head.at <= now && now.since(head.at) >= window;
+        let old = self.messages.partition_point(before);
+        self.messages.drain(..old);
+        sent - old
+    }
+
+    /// Messages lost by the link until `now`, and in flight.
+    fn advance_link_to(&mut self, now: Time) -> [usize; 2] {
+        let is_over = |head: &Head| head.arrives.unwrap_or(head.at) <= now;
+        let lost = self
+            .linked
+            .iter()
+            .filter(|head| head.arrives.is_none() && is_over(head));
+        self.lost += lost.count();
+        self.linked.retain(|head| !is_over(head));
+        let in_flight = self.linked.iter().filter(|head| head.at <= now).count();
+        [self.lost, in_flight]
     }
 }
 
@@ -89,9 +95,9 @@ impl Traffic {
         let topics = topics.map(|name| TopicTraffic {
             name,
             messages: VecDeque::new(),
-            recent: 0,
             dropped: 0,
-            link: LinkCounter::default(),
+            linked: VecDeque::new(),
+            lost: 0,
         });
         Self {
             topics: topics.collect(),
@@ -104,37 +110,27 @@ impl Traffic {
 
     /// Names and looks of the lines.
     pub fn begin(&self, rec: &RecordingStream) -> RecordingStreamResult<()> {
-        lines::begin(rec, PER_SECOND, &self.lines("msg/s"))?;
-        lines::begin(rec, DROPPED, &self.lines("dropped"))
+        lines::begin(rec, PER_SECOND, &self.lines(&["msg/s"]))?;
+        lines::begin(rec, DROPPED, &self.lines(&["dropped"]))
     }
 
-    fn begin_links(&self, rec: &RecordingStream) -> RecordingStreamResult<()> {
-        let pairs = self.lines("lost").into_iter().zip(self.lines("in flight"));
-        let lines: Vec<Line> = pairs.flat_map(|(lost, flying)| [lost, flying]).collect();
-        lines::begin(rec, LINKS, &lines)
-    }
-
-    fn lines(&self, unit: &str) -> Vec<Line> {
+    /// A line of each topic for each of `units`.
+    fn lines(&self, units: &[&str]) -> Vec<Line> {
         let count = self.topics.len();
         let looks = palette::series(count).zip(palette::widths(count));
         let topics = self.topics.iter().zip(looks);
-        let lines = topics.map(|(topic, (colour, width))| {
-            Line::new(format!("{} ({unit})", topic.name), colour, width)
+        let lines = topics.flat_map(|(topic, (colour, width))| {
+            let names = units.iter().map(|unit| format!("{} ({unit})", topic.name));
+            names.map(move |name| Line::new(name, colour, width))
         });
         lines.collect()
     }
 
     /// Takes in messages of the topic called `name`.
     pub fn count(&mut self, name: &str, messages: &[Head]) {
-        let topic = self.topics.iter_mut().find(|topic| topic.name == name);
-        if let Some(topic) = topic {
-            for head in messages {
-                self.linked |= topic.link.note(head);
-            }
-            let messages = messages.iter();
-            topic
-                .messages
-                .extend(messages.map(|head| (head.at, head.dropped)));
+        let mut topics = self.topics.iter_mut();
+        if let Some(topic) = topics.find(|topic| topic.name == name) {
+            self.linked |= topic.count(messages);
         }
         let first = messages.first().map(|head| head.at);
         if let Some(first) = first.filter(|first| self.begun.is_none_or(|begun| *first < begun)) {
@@ -145,52 +141,41 @@ impl Traffic {
 
     /// Logs the samples that are due by `until`, up to which all messages are
     /// known.
-    pub fn sample(
-        &mut self,
-        rec: &RecordingStream,
-        progress: &PlantSteps,
-        until: Time,
-    ) -> RecordingStreamResult<()> {
-        let mut stamps = progress.stamps();
+    pub fn sample(&mut self, stream: &BatchStream<'_>, until: Time) -> RecordingStreamResult<()> {
+        let (mut times, begun) = (Vec::new(), self.begun.unwrap_or(until));
         let (mut rates, mut drops, mut links) = (Vec::new(), Vec::new(), Vec::new());
-        let begun = self.begun.unwrap_or(until);
         while self.begun.is_some() && self.next <= until {
             let window = WINDOW.min(self.next.since(begun));
-            stamps.push(self.next, progress.step_at(self.next));
+            times.push(self.next);
             for topic in &mut self.topics {
-                topic.advance_to(self.next, window);
-                rates.push(topic.recent as f64 / window.as_secs_f64());
+                let sent = topic.advance_to(self.next, window);
+                rates.push(sent as f64 / window.as_secs_f64());
                 drops.push(topic.dropped as f64);
-                links.extend(topic.link.advance_to(self.next));
+                links.extend(topic.advance_link_to(self.next).map(|count| count as f64));
             }
             self.next = self.next + PERIOD;
         }
         let count = self.topics.len();
-        lines::send(rec, PER_SECOND, &stamps, rates, count)?;
-        lines::send(rec, DROPPED, &stamps, drops, count)?;
+        lines::send(stream, PER_SECOND, &times, rates, count)?;
+        lines::send(stream, DROPPED, &times, drops, count)?;
         if !self.linked {
             return Ok(());
         }
         if !std::mem::replace(&mut self.links_begun, true) {
-            self.begin_links(rec)?;
+            lines::begin(&stream.rec, LINKS, &self.lines(&["lost", "in flight"]))?;
         }
-        lines::send(rec, LINKS, &stamps, links, 2 * count)
+        lines::send(stream, LINKS, &times, links, 2 * count)
     }
 
     /// Logs how it was at the end, at run time `at`.
-    pub fn finish(
-        &mut self,
-        rec: &RecordingStream,
-        progress: &PlantSteps,
-        at: Time,
-    ) -> RecordingStreamResult<()> {
-        self.sample(rec, progress, at)?;
+    pub fn finish(&mut self, stream: &BatchStream<'_>, at: Time) -> RecordingStreamResult<()> {
+        self.sample(stream, at)?;
         let sampled = self.next.since(at) == PERIOD;
         if sampled || self.begun.is_none_or(|begun| at <= begun) {
             return Ok(());
         }
         self.next = at;
-        self.sample(rec, progress, at)
+        self.sample(stream, at)
     }
 }
 
@@ -198,22 +183,6 @@ impl Traffic {
 fn periods(at: Time) -> u32 {
     let whole = at.since(Time::ZERO).as_nanos() / PERIOD.as_nanos();
     u32::try_from(whole).unwrap_or(u32::MAX - 1)
-}
-
-impl TopicTraffic {
-    /// Moves the window on, so that it ends with `now`.
-    fn advance_to(&mut self, now: Time, window: Duration) {
-        while let Some(&(stamp, dropped)) = self.messages.get(self.recent)
-            && stamp <= now
-        {
-            self.dropped = dropped;
-            self.recent += 1;
-        }
-        let old = |(stamp, _): &mut (Time, u64)| now.since(*stamp) >= window;
-        while self.recent > 0 && self.messages.pop_front_if(old).is_some() {
-            self.recent -= 1;
-        }
-    }
 }
 
 #[cfg(test)]
@@ -236,11 +205,8 @@ mod tests {
         };
         let messages: Vec<_> = (0..500).map(head).collect();
         traffic.count("/obs", &messages);
-        let counter = &mut traffic.topics[0];
-        let mut seen = |at| {
-            counter.advance_to(at, WINDOW);
-            (counter.recent, counter.dropped)
-        };
+        let topic = &mut traffic.topics[0];
+        let mut seen = |at| (topic.advance_to(at, WINDOW), topic.dropped);
         assert_eq!(seen(ms(100)), (6, 2));
         // That of exactly a second ago is out, that of now is in.
         assert_eq!(seen(ms(1000)), (50, 25));

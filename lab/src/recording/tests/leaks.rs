@@ -24,8 +24,9 @@ use crate::recording::{FinishedRecording, Recorder, Source};
 
 /// A number.
 #[derive(Clone, Copy)]
-struct Number {
-    number: f64,
+pub struct Number {
+    /// The number.
+    pub number: f64,
 }
 fields!(Number { number: "number" });
 

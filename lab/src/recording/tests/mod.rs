@@ -8,6 +8,7 @@ mod leaks;
 mod lies;
 mod live;
 mod own;
+mod publishers;
 mod replayed;
 mod threads;
 mod verified;

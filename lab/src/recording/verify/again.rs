@@ -4,31 +4,27 @@ use std::{
     ops::ControlFlow,
     panic::resume_unwind,
     sync::Arc,
-    thread::{self, Scope, ScopedJoinHandle},
+    thread::{self, ScopedJoinHandle},
     time::{Duration, Instant},
 };
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
-use ratelab::{Event, Knob, Speed, Time};
-use ratelab_account::{Observer, RowTap, Rows, Tap, TickRecord};
+use ratelab::{Event, Fault, Knob, Speed, Time, Topology};
+use ratelab_account::{Observer, Rows, TickRecord};
 use ratelab_replay::{BusyNode, Doing, Rerun, Watch};
 use ratelab_study::{
-    experiment::{Config, Experiment, Taps},
+    experiment::{Config, Experiment, Summary},
     system::{BuildError, System},
 };
 
 use super::{
     Identical, VerifyError,
-    compare::Comparison,
+    compare::{Comparison, RecordedSeries},
     difference::Difference,
-    end, events, order,
-    series::{Messages, Source, Ticks},
-    topology,
+    end, events, order, topology,
 };
 use crate::recording::{
-    durations::with_durations,
-    reader::Recording,
-    schema::{RecordingEnd, RunResult, RunStatus},
+    durations::with_durations, recorded::Recording, schema::RunResult, source::Tapped,
 };
 
 /// Run time that a run may go on after it ended when it was recorded, until that
@@ -57,117 +53,157 @@ pub struct VerifyStatus {
     pub stuck: Option<BusyNode>,
 }
 
-/// The result of a run.
-pub struct Outcome {
-    /// The first difference of each series, or of the rest.
-    pub differences: Vec<Difference>,
+/// What came of a recorded run.
+pub struct RanAgain {
+    /// The messages of its topics, if they are kept.
+    pub topics: Vec<Rows>,
+    /// The ticks of its nodes, if they are kept.
+    pub ticks: Vec<Vec<TickRecord>>,
+    /// Its end.
+    pub end: Result<Summary, Fault>,
     /// Where the nodes left the recorded order, if they did.
     pub diverged: Option<String>,
-    /// What is the same.
-    pub identical: Identical,
+    /// Whether it was stopped by who watched it.
+    pub stopped: bool,
 }
 
-impl Outcome {
-    /// Of a run that was not begun.
-    fn of(difference: Difference) -> Self {
-        Self {
-            differences: vec![difference],
-            diverged: None,
-            identical: Identical::default(),
-        }
-    }
-
-    fn is_same(&self) -> bool {
-        self.differences.is_empty() && self.diverged.is_none()
-    }
-}
-
-/// Runs it again with `system`, in the order of `rerun` where it was under the real clock;
-/// what is different. `watch` looks on now and then, and may end it.
+/// Runs `experiment`, in the order of `rerun` where it was under the real clock, and compares
+/// every topic and every node, each on a thread of its own. `watch` looks on until the run is
+/// over; then it returns false.
 pub fn run_again(
+    experiment: Experiment,
+    mut rerun: Option<Rerun>,
+    comparison: &Comparison<'_>,
+    watch: impl FnOnce(&Receiver<()>) -> bool + Send,
+) -> RanAgain {
+    let recording = comparison.recording;
+    let Topology { topics, nodes } = &recording.origin.topology;
+    let taps = experiment.taps();
+    let (over, watched) = bounded(0);
+    thread::scope(|scope| {
+        // A tap that is never emptied would block the run for ever.
+        let nodes = nodes.iter().zip(&recording.ticks).zip(taps.ticks(BACKLOG));
+        let nodes = nodes.map(|((node, series), tap)| {
+            let recorded = RecordedSeries::new(&node.name, &[], series);
+            scope.spawn(move || comparison.check(&recorded, tap))
+        });
+        let nodes: Vec<_> = nodes.collect();
+        let topics = topics.iter().zip(&recording.topics).map(|(topic, series)| {
+            let name = &*topic.name;
+            let recorded = RecordedSeries::new(name, Tapped::fields(&taps, name)?, series);
+            let tap = taps.rows(name, BACKLOG)?;
+            Some(scope.spawn(move || comparison.check(&recorded, tap)))
+        });
+        let topics: Vec<_> = topics.collect();
+        drop(taps);
+        let watch = scope.spawn(move || watch(&watched));
+        let end = match &mut rerun {
+            Some(rerun) => experiment.run_with(rerun),
+            None => experiment.run(),
+        };
+        drop::<Sender<()>>(over);
+        let topics = topics.into_iter().map(|topic| topic.map(joined));
+        RanAgain {
+            ticks: nodes.into_iter().map(joined).collect(),
+            topics: topics.map(Option::unwrap_or_default).collect(),
+            end,
+            diverged: rerun.as_ref().and_then(Rerun::difference),
+            stopped: joined(watch),
+        }
+    })
+}
+
+/// The run of `recording`, prepared to be executed again with `config`.
+pub fn prepare(
     recording: &Recording,
     system: &Arc<dyn System>,
-    mut rerun: Option<Rerun>,
+    config: Config,
+    rerun: Option<&Rerun>,
+) -> Result<Experiment, BuildError> {
+    let config = with_tables(config)?;
+    let mut experiment = Experiment::again(system.clone(), &config, &recording.knobs())?;
+    experiment.schedule(events::commands(recording, &**system, rerun)?);
+    Ok(experiment)
+}
+
+/// Runs it again with `system`, in the order of `rerun` where it was under the real clock, and
+/// compares all of it. `watch` looks on now and then, and may end it.
+pub fn compare(
+    recording: &Recording,
+    system: &Arc<dyn System>,
+    rerun: Option<Rerun>,
     watch: impl FnMut(&VerifyStatus) -> ControlFlow<()> + Send,
 ) -> Result<Outcome, VerifyError> {
-    let whole = end_of(recording);
-    let mut experiment = experiment_again(recording, system, whole)?;
+    let threads = rerun.is_some();
+    let config = with_tables(config_again(recording))?;
+    // Missing files are errors before the comparison begins.
+    let needed = Config {
+        knobs: recording.events.iter().filter_map(Event::knob).collect(),
+        ..config.clone()
+    };
+    needed.resolved(&**system)?;
+    let experiment = prepare(recording, system, config, rerun.as_ref())?;
     let observer = experiment.observer();
     let topology = &recording.origin.topology;
     let before = topology::compare(topology, &observer.topology())
-        .or_else(|| events::check(recording, rerun.is_some()));
-    if let Some(difference) = before {
-        return Ok(Outcome::of(difference));
+        .or_else(|| events::check(recording, threads));
+    if before.is_some() {
+        return Ok(Outcome {
+            difference: before,
+            ..Outcome::default()
+        });
     }
-    let complete = is_complete(recording, rerun.is_some());
-    experiment.schedule(events::commands(recording, &**system, rerun.as_ref())?);
-    let comparison = Comparison::new(recording, complete, rerun.is_some(), experiment.commands());
+    let comparison = Comparison::new(recording, threads, experiment.commands());
     let watcher = RunWatcher {
         observer: observer.clone(),
         rerun: rerun.as_ref().map(Rerun::watch),
         last: None,
         watch,
     };
-    let taps = experiment.taps();
-    let (over, watched) = bounded(0);
-    let (differences, outcome, stopped) = thread::scope(|scope| {
-        let comparison = &comparison;
-        let checks = compare(scope, comparison, recording, taps);
-        let watch = scope.spawn(move || watcher.stops(&watched, comparison));
-        let outcome = match &mut rerun {
-            Some(rerun) => experiment.run_with(rerun),
-            None => experiment.run(),
-        };
-        drop::<Sender<()>>(over);
-        let found: Vec<_> = checks.into_iter().filter_map(joined).collect();
-        let stopped = joined(watch);
-        (found, outcome, stopped)
+    let ran = run_again(experiment, rerun, &comparison, |over| {
+        watcher.stops(over, &comparison)
     });
-    if stopped {
+    if ran.stopped {
         return Err(VerifyError::Stopped);
     }
-    let mut result = Outcome {
-        diverged: rerun.as_ref().and_then(Rerun::difference),
-        identical: comparison.identical(recording, &observer),
-        differences,
-    };
-    if result.is_same() {
-        let events = observer.events(0);
-        let difference = events::compare(recording, &**system, complete, &events);
-        result.differences.extend(difference);
+    let mut difference = comparison.first_difference();
+    if difference.is_none() && ran.diverged.is_none() {
+        difference = compare_rest(&comparison, system, &observer, ran.end);
     }
-    if let Some(end) = whole.filter(|_| result.is_same() && complete) {
-        let ended = outcome.map(|summary| RunResult::new(&**system, &summary));
-        let rest = (newest_item(recording), comparison.lacks());
-        let difference = end::compare(end, topology, &ended, &observer, rest);
-        result.differences.extend(difference);
-    }
-    Ok(result)
+    Ok(Outcome {
+        difference,
+        diverged: ran.diverged,
+        identical: comparison.identical(observer.now()),
+    })
 }
 
-/// The end of the recorded run, if the recording goes on to it.
-fn end_of(recording: &Recording) -> Option<&RecordingEnd> {
-    let outcome = recording.outcome.as_ref();
-    outcome.filter(|outcome| outcome.end != RunStatus::WentOn)
+/// The first difference in what is no row: an event, or the end.
+fn compare_rest(
+    comparison: &Comparison<'_>,
+    system: &Arc<dyn System>,
+    observer: &Observer,
+    ended: Result<Summary, Fault>,
+) -> Option<Difference> {
+    let (recording, complete) = (comparison.recording, comparison.complete);
+    let events = observer.events(0);
+    events::compare(recording, &**system, complete, &events).or_else(|| {
+        let end = order::end_of(recording).filter(|_| complete)?;
+        let result = |run: Summary| RunResult::new(&**system, &run);
+        let rest = (recording.last_item(), comparison.lacks());
+        let topology = &recording.origin.topology;
+        end::compare(end, topology, &ended.map(result), observer, rest)
+    })
 }
 
-/// Whether the recording goes on to the end of the run; with `threads` it was under the real
-/// clock.
-pub fn is_complete(recording: &Recording, threads: bool) -> bool {
-    end_of(recording).is_some() && (!threads || order::is_whole(recording))
-}
-
-/// Run time of the last tick, message or event: under the real clock it may be late, and come
-/// after the end.
-fn newest_item(recording: &Recording) -> Time {
-    let ticks = recording.ticks.iter().filter_map(|ticks| ticks.last());
-    let topics = recording.topics.iter();
-    let messages = topics.filter_map(|rows| rows.heads().last());
-    let items = messages
-        .map(|head| head.at)
-        .chain(ticks.map(|tick| tick.at))
-        .chain(recording.events.iter().map(|event| event.at));
-    items.max().unwrap_or_default()
+/// The result of a comparison.
+#[derive(Default)]
+pub struct Outcome {
+    /// The first difference.
+    pub difference: Option<Difference>,
+    /// Where the nodes left the recorded order, if they did.
+    pub diverged: Option<String>,
+    /// What is the same.
+    pub identical: Identical,
 }
 
 /// Looks on.
@@ -181,7 +217,7 @@ struct RunWatcher<W> {
 
 impl<W: FnMut(&VerifyStatus) -> ControlFlow<()>> RunWatcher<W> {
     /// Looks on until the run is over, or until it is to stop: then it returns true.
-    fn stops(mut self, over: &Receiver<()>, comparison: &Comparison) -> bool {
+    fn stops(mut self, over: &Receiver<()>, comparison: &Comparison<'_>) -> bool {
         while over.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
             if self.look().is_break() {
                 comparison.stop();
@@ -212,22 +248,6 @@ fn is_stuck(node: &BusyNode, busy: Duration) -> bool {
     busy > node.took.saturating_add(LONGEST_TICK)
 }
 
-/// The run of `recording`, ready to be executed again. Missing files are errors before the
-/// comparison begins.
-fn experiment_again(
-    recording: &Recording,
-    system: &Arc<dyn System>,
-    whole: Option<&RecordingEnd>,
-) -> Result<Experiment, BuildError> {
-    let config = with_tables(config_again(recording, whole))?;
-    let needed = Config {
-        knobs: recording.events.iter().filter_map(Event::knob).collect(),
-        ..config.clone()
-    };
-    needed.resolved(&**system)?;
-    Experiment::again(system.clone(), &config, &recording.knobs())
-}
-
 /// `config` with the measured durations that its knobs draw from.
 pub fn with_tables(mut config: Config) -> Result<Config, BuildError> {
     config.setup = loaded(config.setup.iter().cloned())?;
@@ -240,76 +260,24 @@ pub fn loaded<K: FromIterator<Knob>>(knobs: impl Iterator<Item = Knob>) -> Resul
     knobs.map_err(BuildError::Setting)
 }
 
-/// Compares every topic and every node with what was recorded of it, each on a
-/// thread of its own.
-fn compare<'scope>(
-    scope: &'scope Scope<'scope, '_>,
-    comparison: &'scope Comparison,
-    recording: &'scope Recording,
-    taps: Taps,
-) -> Vec<Check<'scope>> {
-    let nodes = recording.origin.topology.nodes.iter();
-    // A tap that is never emptied would block the run for ever.
-    let nodes = nodes.zip(&recording.ticks).zip(taps.ticks(BACKLOG));
-    let mut checks: Vec<Check<'_>> = nodes
-        .map(|((node, ticks), tap)| {
-            let series = Ticks::new(&node.name, ticks, ticks_of(tap));
-            scope.spawn(move || comparison.compare(series))
-        })
-        .collect();
-    for topic in taps.topics() {
-        let recorded = recording.topic(topic.name());
-        let tapped = taps.rows(topic.name(), BACKLOG);
-        checks.extend(recorded.zip(tapped).map(|((name, rows), tap)| {
-            let series = Messages::new(name, topic.fields(), rows, messages_of(tap));
-            scope.spawn(move || comparison.compare(series))
-        }));
-    }
-    checks
-}
-
-fn ticks_of<'a>(tap: Tap<TickRecord>) -> Source<'a, Vec<TickRecord>> {
-    Box::new(move |taken| {
-        let items = tap.items();
-        taken.extend(items.recv());
-        // No more than there is now: the run fills it as fast.
-        taken.extend(items.try_iter().take(items.len()));
-        !taken.is_empty()
-    })
-}
-
-fn messages_of<'a>(tap: RowTap) -> Source<'a, Rows> {
-    Box::new(move |taken| tap.wait(taken))
-}
-
-/// A comparison that is under way.
-type Check<'scope> = ScopedJoinHandle<'scope, Option<Difference>>;
-
 /// The result of a thread. A panic is passed on: it must not count as no difference.
-pub fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
+fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
     thread.join().unwrap_or_else(|panic| resume_unwind(panic))
 }
 
 /// The configuration of the new run: no longer than the recording, as a run that ended
 /// early may not end now.
-pub fn config_again(recording: &Recording, whole: Option<&RecordingEnd>) -> Config {
+fn config_again(recording: &Recording) -> Config {
     let given = &recording.origin.config;
-    let messages = recording
-        .topics
-        .iter()
-        .filter_map(|rows| rows.heads().last());
-    let ticks = recording.ticks.iter().filter_map(|ticks| ticks.last());
-    let stamps = messages.map(|head| head.at);
-    let last = stamps.chain(ticks.map(|tick| tick.at)).max();
-    let last = last.unwrap_or(Time::ZERO);
-    let event = recording.events.iter().map(|event| event.at).max();
-    let event = event.unwrap_or(Time::ZERO);
     Config {
         speed: Speed::Unlimited,
         knobs: Vec::new(),
-        end: match whole {
-            Some(outcome) => given.end.min(outcome.at.min(last + SILENCE) + GRACE),
-            None => recording.until.min(last.max(event)),
+        end: match order::end_of(recording) {
+            Some(outcome) => {
+                let silent = recording.last_row() + SILENCE;
+                given.end.min(outcome.at.min(silent) + GRACE)
+            }
+            None => recording.until.min(recording.last_item()),
         },
         ..given.clone()
     }

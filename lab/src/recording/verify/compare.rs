@@ -1,56 +1,73 @@
-//! Compares the recorded items with those of the new run, one by one.
+//! Compares the recorded rows with those of the new run, one by one.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{
+    Mutex, MutexGuard, PoisonError,
+    atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering},
+};
 
 use crossbeam_channel::Sender;
 use ratelab::{Command, Time};
-use ratelab_account::Observer;
 
 use super::{
     Identical,
-    difference::{Difference, SeriesItem},
+    difference::{Difference, bits},
     order,
+};
+use crate::recording::{
+    columns::{ColumnForm, RecordColumn, RecordRow},
+    recorded::Recording,
     series::Series,
 };
-use crate::recording::reader::Recording;
 
-/// Compares several series of one run at the same time, until one differs.
-pub struct Comparison {
+/// Compares all series of one run at the same time, until one differs.
+pub struct Comparison<'a> {
+    /// The recorded run.
+    pub recording: &'a Recording,
+    /// Whether the rows that come are kept.
+    keeps: bool,
+    /// Whether the recording has rows to compare them with.
+    compares: bool,
     /// Whether the recording goes on to the end of the run.
-    complete: bool,
+    pub complete: bool,
     /// Whether it was under the real clock, and can be executed again up to some moment
     /// only.
     cut: bool,
-    /// Number of items that the recorder may have lost.
+    /// Number of rows that the recorder may have lost.
     may_lack: u64,
     lacks: AtomicU64,
-    messages: AtomicU64,
-    ticks: AtomicU64,
     /// When the last of its series had begun: those that are empty had, too.
     begun: Time,
-    /// Whether one differs, or the run was to end early.
-    found: AtomicBool,
+    /// Number of ticks and of messages that are the same.
+    same: [AtomicUsize; 2],
+    /// The first difference of each series.
+    differences: Mutex<Vec<Difference>>,
+    /// Whether the run was to end early.
+    stopped: AtomicBool,
     commands: Sender<Command>,
 }
 
-impl Comparison {
-    /// Of `recording`, which may not be `complete`, and of the run that obeys
-    /// `commands`. With `threads` it was under the real clock, and the recorder may have
-    /// lost some.
-    pub fn new(
-        recording: &Recording,
-        complete: bool,
-        threads: bool,
-        commands: Sender<Command>,
-    ) -> Self {
-        let messages = recording
+/// A recorded topic or node.
+pub struct RecordedSeries<'a, S> {
+    name: &'a str,
+    fields: &'static [&'static str],
+    series: &'a S,
+}
+
+impl<'a> Comparison<'a> {
+    /// With `recording`, of a run that obeys `commands`. With `threads` it was under the real
+    /// clock, and the recorder may have lost some.
+    pub fn new(recording: &'a Recording, threads: bool, commands: Sender<Command>) -> Self {
+        let topics = recording
             .topics
             .iter()
             .filter_map(|rows| rows.heads().first());
-        let ticks = recording.ticks.iter().filter_map(|ticks| ticks.first());
-        let firsts = messages.map(|head| head.at);
+        let nodes = recording.ticks.iter().filter_map(|ticks| ticks.first());
+        let firsts = topics.map(RecordRow::at).chain(nodes.map(RecordRow::at));
         Self {
-            complete,
+            recording,
+            keeps: false,
+            compares: true,
+            complete: order::is_complete(recording, threads),
             cut: threads && !order::is_whole(recording),
             may_lack: match &recording.outcome {
                 Some(outcome) if threads => outcome.lost,
@@ -59,113 +76,187 @@ impl Comparison {
                 _ => 0,
             },
             lacks: AtomicU64::new(0),
-            messages: AtomicU64::new(0),
-            ticks: AtomicU64::new(0),
-            begun: firsts
-                .chain(ticks.map(|tick| tick.at))
-                .max()
-                .unwrap_or_default(),
-            found: AtomicBool::new(false),
+            begun: firsts.max().unwrap_or_default(),
+            same: Default::default(),
+            differences: Mutex::default(),
+            stopped: AtomicBool::new(false),
             commands,
         }
     }
 
-    /// Compares what comes with what was recorded, and ends the run if that is
-    /// not the same.
-    pub fn compare(&self, mut series: impl Series) -> Option<Difference> {
+    /// Keeps the rows that come. A recording without any tick has nothing to compare them with.
+    pub fn keeping(self) -> Self {
+        Self {
+            keeps: true,
+            compares: self.recording.ticks.iter().any(|ticks| !ticks.is_empty()),
+            ..self
+        }
+    }
+
+    /// Compares what comes of `tap` with what was recorded, and ends the run if that is
+    /// not the same. Returns the rows that are kept.
+    pub fn check<S: Series>(&self, recorded: &RecordedSeries<'_, S>, tap: S::Tap) -> S {
+        let mut kept = S::of(&tap);
         // The tap goes with the first difference: the run no longer waits for it.
-        let difference = self.first_difference(&mut series)?;
-        self.stop();
-        Some(difference)
+        if let Some(difference) = self.difference(recorded, tap, &mut kept) {
+            self.differences().push(difference);
+            self.stop();
+        }
+        kept
     }
 
     /// Ends the run before its end.
     pub fn stop(&self) {
-        self.found.store(true, Ordering::Relaxed);
+        self.stopped.store(true, Ordering::Relaxed);
         let _ = self.commands.send(Command::Stop); // It may be over.
     }
 
-    /// Number of items that the recorder lost.
+    /// The earliest difference that was found.
+    pub fn first_difference(&self) -> Option<Difference> {
+        let differences = std::mem::take(&mut *self.differences());
+        differences
+            .into_iter()
+            .min_by_key(|difference| difference.at)
+    }
+
+    fn differences(&self) -> MutexGuard<'_, Vec<Difference>> {
+        self.differences
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What is the same, of a run that ended at `now`.
+    pub fn identical(&self, now: Time) -> Identical {
+        let recording = self.recording;
+        let topics = recording.topics.iter().filter(|rows| !rows.is_empty());
+        let [ticks, messages] = [0, 1].map(|kind| self.same[kind].load(Ordering::Relaxed));
+        let outcome = recording.outcome.as_ref();
+        let digest = outcome.and_then(|outcome| outcome.digest);
+        Identical {
+            topics: topics.count(),
+            messages,
+            ticks,
+            until: (self.cut || !recording.is_whole()).then(|| now.min(recording.until)),
+            // A run that was never in a file needs none.
+            without_digest: recording.bytes > 0 && digest.is_none(),
+        }
+    }
+
+    /// Number of rows that the recorder lost.
     pub fn lacks(&self) -> u64 {
         self.lacks.load(Ordering::Relaxed)
     }
 
-    /// What is the same so far, in a run that `observer` observes.
-    pub fn identical(&self, recording: &Recording, observer: &Observer) -> Identical {
-        let [messages, ticks] =
-            [&self.messages, &self.ticks].map(|count| count.load(Ordering::Relaxed) as usize);
-        let topics = recording.topics.iter();
-        Identical {
-            topics: topics.filter(|rows| !rows.is_empty()).count(),
-            messages,
-            ticks,
-            until: (self.cut || !recording.is_whole()).then(|| observer.now().min(recording.until)),
-            // A run that was never in a file needs none.
-            without_digest: recording.bytes > 0
-                && recording
-                    .outcome
-                    .as_ref()
-                    .is_none_or(|outcome| outcome.digest.is_none()),
-        }
-    }
-
-    fn first_difference<S: Series>(&self, series: &mut S) -> Option<Difference> {
-        let mut index = 0;
-        while series.wait() {
-            let mut computed = 0;
-            while let Some(item) = series.computed(computed) {
-                if self.is_before(series, &item) || self.was_lost(series, index, &item) {
-                    computed += 1;
-                    continue;
+    fn difference<S: Series>(
+        &self,
+        recorded: &RecordedSeries<'_, S>,
+        tap: S::Tap,
+        kept: &mut S,
+    ) -> Option<Difference> {
+        let (rows, rare) = (recorded.series.rows(), recorded.has_rare());
+        let (mut same, mut next) = (0, 0);
+        while kept.wait(&tap) {
+            while let Some(row) = kept.rows().get(next).filter(|_| self.compares) {
+                let expected = rows.get(same);
+                let unknown = self.is_before(rows, row) || self.was_lost(expected, row);
+                if let Some(expected) = expected.filter(|_| !unknown) {
+                    let payloads = [recorded.series.payload(same), kept.payload(next)];
+                    let difference = recorded.compare(rare, [expected, row], payloads);
+                    if difference.is_some() {
+                        return difference;
+                    }
+                    same += 1;
+                } else if !unknown && self.complete {
+                    return Some(recorded.lone(row, false));
                 }
-                if series.recorded(index).is_none() {
-                    return self.complete.then(|| item.not_recorded());
-                }
-                let difference = series.compare(index, computed);
-                if difference.is_some() {
-                    return difference;
-                }
-                self.count::<S>();
-                (index, computed) = (index + 1, computed + 1);
+                next += 1;
+            }
+            if !self.keeps {
+                (*kept, next) = (S::of(&tap), 0);
             }
         }
-        let missing = series.recorded(index)?;
-        if self.cut {
-            return None;
-        }
+        let kind = usize::from(S::Row::HAS_PAYLOAD);
+        self.same[kind].fetch_add(same, Ordering::Relaxed);
         // A run that was ended because of another difference lacks what came after.
-        let ended = self.found.load(Ordering::Relaxed);
-        (!ended).then(|| missing.not_computed())
+        let ended = self.cut || self.stopped.load(Ordering::Relaxed);
+        let missing = rows.get(same).filter(|_| self.compares && !ended);
+        missing.map(|row| recorded.lone(row, true))
     }
 
-    fn count<S: Series>(&self) {
-        let count = if S::MESSAGES {
-            &self.messages
-        } else {
-            &self.ticks
+    /// Whether the recorder lost `row`, which came in place of the `expected` one.
+    fn was_lost<R: RecordRow>(&self, expected: Option<&R>, row: &R) -> bool {
+        let lost = expected.map_or(self.complete, |next| row.number() < next.number());
+        let one = u64::from(self.may_lack > 0);
+        lost && self.may_lack > self.lacks.fetch_add(one, Ordering::Relaxed)
+    }
+
+    /// Whether `row` came before the `recorded` ones: recordings may begin later than runs.
+    fn is_before<R: RecordRow>(&self, recorded: &[R], row: &R) -> bool {
+        match recorded.first() {
+            Some(first) => row.number() < first.number(),
+            None => row.at() < self.begun,
+        }
+    }
+}
+
+impl<'a, S: Series> RecordedSeries<'a, S> {
+    /// What was recorded of the topic or node called `name`, whose payloads have these `fields`.
+    pub fn new(name: &'a str, fields: &'static [&'static str], series: &'a S) -> Self {
+        Self {
+            name,
+            fields,
+            series,
+        }
+    }
+
+    /// Whether a row has what is in no file where all lack it.
+    fn has_rare(&self) -> bool {
+        self.series.rows().iter().any(|row| {
+            let mut cells = row.cells().into_iter().zip(S::Row::COLUMNS);
+            cells.any(|(cell, column)| column.form == ColumnForm::Rare && cell.is_some())
+        })
+    }
+
+    /// A row that is recorded and does not come, or else one that comes and is not recorded.
+    fn lone(&self, row: &S::Row, is_recorded: bool) -> Difference {
+        let [some, none] = [format!("a {}", S::Row::KIND), "none".to_owned()];
+        match is_recorded {
+            true => self.differs(row, "", some, none),
+            false => self.differs(row, "", none, some),
+        }
+    }
+
+    /// The first part in which a recorded row with its payload is not the computed one; also of
+    /// what is `rare`.
+    fn compare(&self, rare: bool, rows: [&S::Row; 2], payloads: [&[f64]; 2]) -> Option<Difference> {
+        let [recorded, computed] = rows.map(RecordRow::cells);
+        let columns = S::Row::COLUMNS.iter().enumerate();
+        let mut columns = columns.filter(|(_, column)| rare || column.form != ColumnForm::Rare);
+        let differs = |(index, column): &(usize, &RecordColumn)| {
+            column.differs(recorded[*index], computed[*index])
         };
-        count.fetch_add(1, Ordering::Relaxed);
+        if let Some((index, column)) = columns.find(differs) {
+            let [one, other] = [&recorded, &computed].map(|cells| column.told(cells[index]));
+            return Some(self.differs(rows[0], column.what, one, other));
+        }
+        let mut indices = 0..payloads[0].len().max(payloads[1].len());
+        let values = |index: usize| payloads.map(|payload| payload.get(index).copied());
+        let index = indices.find(|index| {
+            let [one, other] = values(*index).map(|value| value.map(f64::to_bits));
+            one != other
+        })?;
+        let field = self.fields.get(index).copied().unwrap_or("a number more");
+        let [one, other] = values(index).map(|value| value.map_or("nothing".to_owned(), bits));
+        Some(self.differs(rows[0], field, one, other))
     }
 
-    /// Whether the recorder lost `item`, as it lost others.
-    fn was_lost(&self, series: &impl Series, index: usize, item: &SeriesItem) -> bool {
-        let next = series.recorded(index);
-        let lost = match next {
-            Some(next) => item.number < next.number,
-            None => self.complete,
-        };
-        lost && self.may_lack
-            > self
-                .lacks
-                .fetch_add(u64::from(self.may_lack > 0), Ordering::Relaxed)
-    }
-
-    /// Whether something came before it was recorded: recordings may begin later
-    /// than runs.
-    fn is_before(&self, series: &impl Series, item: &SeriesItem) -> bool {
-        match series.recorded(0) {
-            Some(first) => item.number < first.number,
-            None => item.at < self.begun,
+    fn differs(&self, row: &S::Row, part: &str, recorded: String, computed: String) -> Difference {
+        let (number, comma) = (row.number(), if part.is_empty() { "" } else { ", " });
+        Difference {
+            at: row.at(),
+            what: format!("{} {} {number}{comma}{part}", self.name, S::Row::KIND),
+            recorded,
+            computed,
         }
     }
 }

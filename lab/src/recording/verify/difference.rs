@@ -32,41 +32,29 @@ impl fmt::Display for Difference {
     }
 }
 
-/// One message of a topic, or one tick of a node.
-#[derive(Clone, Copy, Debug)]
-pub struct SeriesItem<'a> {
-    /// The topic or the node.
-    pub of: &'a str,
-    /// Which of the two it is: `message` or `tick`.
-    pub kind: &'static str,
-    /// Its number, counted from the beginning of the run.
-    pub number: u64,
-    /// Its run time.
-    pub at: Time,
-}
+/// A part of a run in words: its name, as it was recorded, and as it was computed.
+pub type ComparedPart = (String, String, String);
 
-impl SeriesItem<'_> {
-    /// It came and was not recorded.
-    pub fn not_recorded(&self) -> Difference {
-        self.differs("", "none".to_owned(), format!("a {}", self.kind))
-    }
-
-    /// It was recorded and did not come.
-    pub fn not_computed(&self) -> Difference {
-        self.differs("", format!("a {}", self.kind), "none".to_owned())
-    }
-
-    /// It is another one in `part`; in whole if that is empty.
-    pub fn differs(&self, part: &str, recorded: String, computed: String) -> Difference {
-        let Self {
-            of, kind, number, ..
-        } = self;
-        let comma = if part.is_empty() { "" } else { ", " };
-        Difference {
-            at: self.at,
-            what: format!("{of} {kind} {number}{comma}{part}"),
+impl Difference {
+    /// The first of `parts` that is not as it was recorded, at run time `at`.
+    pub fn first(at: Time, parts: impl IntoIterator<Item = ComparedPart>) -> Option<Self> {
+        let mut parts = parts.into_iter();
+        let (what, recorded, computed) = parts.find(|(_, one, other)| one != other)?;
+        Some(Self {
+            at,
+            what,
             recorded,
             computed,
-        }
+        })
     }
+}
+
+/// A run time to the nanosecond.
+pub fn nanos(time: Time) -> String {
+    format!("{} ns", time.as_nanos())
+}
+
+/// A number to the bit.
+pub fn bits(value: f64) -> String {
+    format!("{value:?} ({:#018x})", value.to_bits())
 }

@@ -8,7 +8,7 @@ use ratelab_replay::Rerun;
 use ratelab_study::system::{BuildError, System};
 
 use super::difference::Difference;
-use crate::recording::{durations::with_durations, reader::Recording};
+use crate::recording::{durations::with_durations, recorded::Recording};
 
 /// The commands to give again: those that changed the graph, and those that the
 /// graph refused and will refuse again.
@@ -25,28 +25,23 @@ pub fn commands(
     let events = threads.map_or(&recording.events, |threads| &threads.events);
     let events = events.iter().enumerate();
     let events = events.filter(|(index, _)| rerun.is_none_or(|rerun| !rerun.knows(*index)));
-    let commands = events.filter_map(|(_, event)| match &event.what {
-        EventKind::Applied { command, .. } if matches!(command, Command::HandOver(_)) => {
-            Some(TimedCommand {
-                at: event.at,
-                command: command.clone(),
-            })
-        }
-        EventKind::Refused { command, .. } if is_up_to_the_graph(system, command) => {
-            Some(TimedCommand {
-                at: event.at,
-                command: command.clone(),
-            })
-        }
-        _ => event.replayable(),
+    let commands = events.filter_map(|(_, event)| {
+        let again = match &event.what {
+            EventKind::Applied {
+                command: command @ Command::HandOver(_),
+                ..
+            } => command,
+            EventKind::Refused { command, .. } if is_up_to_the_graph(system, command) => command,
+            _ => return event.replayable(),
+        };
+        let (at, command) = (event.at, again.clone());
+        Some(TimedCommand { at, command })
     });
-    commands.map(with_table).collect()
-}
-
-/// `timed` with the measured durations that its knob draws from.
-fn with_table(mut timed: TimedCommand) -> Result<TimedCommand, BuildError> {
-    load_table(&mut timed.command).map_err(BuildError::Setting)?;
-    Ok(timed)
+    let tabled = commands.map(|mut timed| {
+        load_table(&mut timed.command).map_err(BuildError::Setting)?;
+        Ok(timed)
+    });
+    tabled.collect()
 }
 
 /// Loads the measured durations that the knob of `command` draws from.

@@ -7,9 +7,7 @@ mod difference;
 mod end;
 mod events;
 mod execute;
-mod held;
 mod order;
-mod series;
 mod topology;
 
 use std::{fmt, ops::ControlFlow, sync::Arc};
@@ -21,13 +19,9 @@ use thiserror::Error;
 
 pub use self::again::VerifyStatus;
 pub use self::branch::{Branch, Departure, branch};
-pub use self::execute::{Executed, Execution};
-pub use self::held::Held;
-use self::{
-    again::{Outcome, run_again},
-    difference::Difference,
-};
-use super::{reader::Recording, schema::Origin};
+use self::difference::Difference;
+pub use self::execute::{Executed, Execution, Held};
+use super::{recorded::Recording, schema::Origin};
 
 /// Why a run of the real clock does not come back, most likely.
 const LIKELY: &str =
@@ -110,7 +104,7 @@ pub enum VerifyError {
 }
 
 impl VerifyError {
-    /// The same in a few words.
+    /// The reason in a few words.
     pub fn brief(&self) -> &'static str {
         match self {
             Self::OtherSystem { .. } => "it is of another system",
@@ -182,8 +176,8 @@ fn thousands(number: usize) -> String {
 
 /// Runs the recorded run of `system` again with its commands, in the recorded order where
 /// it was under the real clock, and compares the graph, every message, every tick, every
-/// event and the end. What does not come of it, such as wall time, has a digest. With `perturb` threads pause at random.
-/// `watch` looks on now and then, and ends the comparison with a break.
+/// event and the end. What does not come of it, such as wall time, has a digest. With `perturb`
+/// threads pause at random. `watch` looks on now and then, and ends the comparison with a break.
 ///
 /// # Errors
 /// [`VerifyError`] if it is not the same, or that cannot be known.
@@ -200,17 +194,16 @@ pub fn verify(
     if let Some(rerun) = rerun.as_mut().filter(|_| perturb) {
         rerun.perturb();
     }
-    let Outcome {
-        mut differences,
-        diverged,
-        identical,
-    } = run_again(recording, system, rerun, watch)?;
-    differences.sort_by_key(|difference| difference.at);
-    let difference = differences.into_iter().next();
-    judge(recording, system, threads, (difference, diverged))?;
+    let outcome = again::compare(recording, system, rerun, watch)?;
+    judge(
+        recording,
+        system,
+        threads,
+        (outcome.difference, outcome.diverged),
+    )?;
     match recording.altered && recording.is_whole() {
         true => Err(VerifyError::Altered),
-        false => Ok(identical),
+        false => Ok(outcome.identical),
     }
 }
 

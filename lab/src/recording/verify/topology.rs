@@ -2,14 +2,23 @@
 
 use ratelab::{NodeTopology, Time, TopicTopology, Topology};
 
-use super::difference::Difference;
+use super::difference::{ComparedPart, Difference};
 
 /// The first node or topic that is another one.
 pub fn compare(recorded: &Topology, computed: &Topology) -> Option<Difference> {
-    let nodes = |topology: &Topology| topology.nodes.iter().map(node).collect::<Vec<_>>();
-    let topics = |topology: &Topology| topology.topics.iter().map(topic).collect::<Vec<_>>();
-    first("node", &nodes(recorded), &nodes(computed))
-        .or_else(|| first("topic", &topics(recorded), &topics(computed)))
+    let nodes = [recorded, computed].map(|graph| graph.nodes.iter().map(node).collect());
+    let topics = [recorded, computed].map(|graph| graph.topics.iter().map(topic).collect());
+    let parts = pairs("node", nodes).chain(pairs("topic", topics));
+    Difference::first(Time::ZERO, parts)
+}
+
+/// What is recorded and what is computed, one after the other.
+fn pairs(kind: &str, [recorded, computed]: [Vec<String>; 2]) -> impl Iterator<Item = ComparedPart> {
+    let told = |items: &[String], index| items.get(index).map_or("none".to_owned(), String::clone);
+    (0..recorded.len().max(computed.len())).map(move |index| {
+        let what = format!("{kind} {index} of the graph");
+        (what, told(&recorded, index), told(&computed, index))
+    })
 }
 
 fn node(node: &NodeTopology) -> String {
@@ -42,16 +51,4 @@ fn topic(topic: &TopicTopology) -> String {
         readers,
     } = topic;
     format!("{name} depth {depth}, published by nodes {publishers:?}, read by {readers:?}")
-}
-
-fn first(kind: &str, recorded: &[String], computed: &[String]) -> Option<Difference> {
-    let mut indices = 0..recorded.len().max(computed.len());
-    let index = indices.find(|&index| recorded.get(index) != computed.get(index))?;
-    let told = |items: &[String]| items.get(index).map_or("none".to_owned(), String::clone);
-    Some(Difference {
-        at: Time::ZERO,
-        what: format!("{kind} {index} of the graph"),
-        recorded: told(recorded),
-        computed: told(computed),
-    })
 }

@@ -1,0 +1,203 @@
+//! A recorded run.
+
+use std::{path::PathBuf, sync::Arc};
+
+use ratelab::{Event, Message, Time};
+use ratelab_account::{Fields, Rows, TickRecord};
+use ratelab_replay::RunLog;
+use ratelab_study::{
+    graph_file::GraphFile,
+    system::{BuildError, Builder, System},
+};
+
+use super::{
+    schema::{Origin, RecordingEnd},
+    series::Series,
+    source::{Source, StopReason},
+    thread_log::ThreadLog,
+};
+
+/// A recorded run, or its readable part.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// The file.
+    pub path: PathBuf,
+    /// Its size in bytes.
+    pub bytes: u64,
+    /// The run.
+    pub origin: Origin,
+    /// The messages of the topics, in the order of the [`Topology`]; empty for topics
+    /// that are not recorded.
+    pub topics: Vec<Rows>,
+    /// The ticks of the nodes, in the order of the [`Topology`].
+    pub ticks: Vec<Vec<TickRecord>>,
+    /// Commands and ends.
+    pub events: Vec<Event>,
+    /// What the threads of the real clock did, and in which order; `None` if the run was
+    /// never under it, or the file is too old.
+    pub threads: Option<ThreadLog>,
+    /// Run time of the last item.
+    pub until: Time,
+    /// The end of the recording; `None` if the file was cut off.
+    pub outcome: Option<RecordingEnd>,
+    /// The defect at the end of the content, if the file is damaged.
+    pub damage: Option<&'static str>,
+    /// Whether its content has another digest than it had when it was recorded.
+    pub altered: bool,
+}
+
+impl Recording {
+    /// The run of `source` so far, without its messages and ticks: enough to execute it
+    /// again. `end` is how it ended, if it did.
+    pub fn of_run(source: &Source, end: &StopReason) -> Self {
+        let (origin, observer) = (source.origin.clone(), &source.observer);
+        let [topics, nodes] = [origin.topology.topics.len(), origin.topology.nodes.len()];
+        // The events after the log, which mentions some.
+        let (log, until) = (RunLog::of(observer).log(), observer.now());
+        let events = observer.events(0);
+        let threads = (!log.is_empty()).then(|| ThreadLog {
+            log,
+            events: events.clone(),
+            damage: None,
+        });
+        let outcome = RecordingEnd {
+            at: until,
+            clock: observer.status().clock,
+            end: end.status(&*source.system),
+            messages: vec![0; topics],
+            ticks: vec![0; nodes],
+            lost: 0,
+            dropped: end.losses(observer),
+            threads: None,
+            digest: None,
+        };
+        Self {
+            events,
+            threads,
+            until,
+            outcome: Some(outcome),
+            ..Self::empty(origin)
+        }
+    }
+
+    /// A recording of the run of `origin` without anything in it.
+    pub(super) fn empty(origin: Origin) -> Self {
+        let [topics, nodes] = [origin.topology.topics.len(), origin.topology.nodes.len()];
+        Self {
+            path: PathBuf::new(),
+            bytes: 0,
+            origin,
+            topics: vec![Rows::default(); topics],
+            ticks: vec![Vec::new(); nodes],
+            events: Vec::new(),
+            threads: None,
+            until: Time::ZERO,
+            outcome: None,
+            damage: None,
+            altered: false,
+        }
+    }
+
+    /// This recording with other messages and ticks, and none lost.
+    pub(super) fn with_rows(&self, topics: Vec<Rows>, ticks: Vec<Vec<TickRecord>>) -> Self {
+        let outcome = self.outcome.clone();
+        Self {
+            path: self.path.clone(),
+            origin: self.origin.clone(),
+            topics,
+            ticks,
+            events: self.events.clone(),
+            threads: self.threads.clone(),
+            outcome: outcome.map(|outcome| RecordingEnd { lost: 0, ..outcome }),
+            ..*self
+        }
+    }
+
+    /// Run time of the last message or tick.
+    pub(super) fn last_row(&self) -> Time {
+        let messages = self.topics.iter().map(Series::newest);
+        let rows = messages.chain(self.ticks.iter().map(Series::newest));
+        rows.flatten().max().unwrap_or_default()
+    }
+
+    /// Run time of the last message, tick or event: under the real clock it may be late, and
+    /// come after the end.
+    pub(super) fn last_item(&self) -> Time {
+        let events = self.events.iter().map(|event| event.at);
+        events.fold(self.last_row(), Time::max)
+    }
+
+    /// All messages of the topic called `name`, in order of publication.
+    pub fn messages<T: Fields>(&self, name: &str) -> Vec<Message<T>> {
+        let messages = self.rows(name).into_iter().flat_map(|rows| {
+            let indices = 0..rows.len();
+            indices.filter_map(|index| rows.message(index))
+        });
+        messages.collect()
+    }
+
+    /// The messages of the topic called `name`, as numbers.
+    pub fn rows(&self, name: &str) -> Option<&Rows> {
+        let mut topics = self.origin.topology.topics.iter();
+        self.topics
+            .get(topics.position(|topic| topic.name == name)?)
+    }
+
+    /// Whether it is a recording of `system`.
+    pub fn is_of(&self, system: &dyn System) -> bool {
+        let Origin {
+            system: name,
+            graph_file,
+            ..
+        } = &self.origin;
+        name == system.name() && graph_file.as_deref() == system.about().graph_file
+    }
+
+    /// The system of its graph file, which may have `system` in the middle; `None` without an
+    /// intact one.
+    pub fn graph_system(&self, system: &Arc<dyn System>) -> Option<Arc<dyn System>> {
+        let graph = GraphFile::parse(self.origin.graph_file.as_ref()?).ok()?;
+        Some(Arc::new(graph.system(std::slice::from_ref(system)).ok()?))
+    }
+
+    /// The system of the recording: `system` if it is the same, or else a placeholder
+    /// with the data of the file.
+    pub fn system(&self, system: &Arc<dyn System>) -> Arc<dyn System> {
+        if self.is_of(&**system) {
+            system.clone()
+        } else {
+            Arc::new(OtherSystem)
+        }
+    }
+
+    /// Whether the file is complete and undamaged.
+    pub fn is_whole(&self) -> bool {
+        self.damage.is_none() && self.outcome.is_some()
+    }
+
+    /// The defect of the file; `None` if it is whole.
+    pub fn defect(&self) -> Option<String> {
+        if self.is_whole() {
+            return None;
+        }
+        let why = self.damage.unwrap_or("its end is missing");
+        Some(format!(
+            "this file is good up to {} only: {why}",
+            self.until
+        ))
+    }
+}
+
+/// A placeholder for a system of another program: all its views come from the recording.
+struct OtherSystem;
+
+impl System for OtherSystem {
+    fn name(&self) -> &'static str {
+        "other"
+    }
+
+    fn build(&self, _: &mut Builder<'_>) -> Result<(), BuildError> {
+        let why = "the system of this recording is in another program: run it there";
+        Err(BuildError::Setting(why.to_owned()))
+    }
+}
