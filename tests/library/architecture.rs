@@ -82,7 +82,7 @@ const BUDGETS: [(&str, usize); 4] = [
     ("src", 6_330),
     ("crates/effects/src", 2_590),
     ("crates/replay/src", 2_150),
-    ("crates/account/src", 2_310),
+    ("crates/account/src", 2_290),
 ];
 
 #[test]

@@ -7,7 +7,7 @@ use ratelab::{
     Clock, ClockExit, Command, GO_ON, Graph, Inbox, Node, Publisher, PushRecorder, Subscription,
     Tick, Time, TimedCommand, Topic, VirtualClock,
 };
-use ratelab_account::{Lineage, Observer, PushAgeView, Tap, TapHandle, TapMessage};
+use ratelab_account::{Lineage, Observer, Tap, TapHandle, TapMessage, sensing_of};
 use ratelab_effects::Effects;
 
 use crate::support::{depth, hz, secs};
@@ -181,8 +181,8 @@ fn built(plan: &Plan, seed: u64) -> Built {
     }
 }
 
-/// The lineage of a second of a plan, what was applied, and its age.
-fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, Option<PushAgeView>) {
+/// The lineage of a second of a plan, what was applied, and its mean age (s).
+fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, Option<f64>) {
     const ROOM: usize = 4_096;
     let mut built = built(plan, seed);
     let graph = &mut built.graph;
@@ -209,7 +209,7 @@ fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, Option<
         let index = names.iter().position(|known| known.name == topic.name());
         let index = index.expect("a topic");
         for tapped in tap.items().try_iter() {
-            lineage.message(index, &tapped.head());
+            lineage.message(index, &tapped.head);
         }
     }
     for (node, ticks) in ticks.iter().enumerate() {
@@ -220,7 +220,7 @@ fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, Option<
     let applied = std::mem::take(&mut *built.applied.lock().expect("log"));
     let snapshot = observer.snapshot();
     let acts = snapshot.nodes.last();
-    let age = acts.and_then(|acts| acts.push_age.view(snapshot.now));
+    let age = acts.and_then(|acts| acts.push_age.saw()?.mean_s(snapshot.now));
     (lineage, applied, age)
 }
 
@@ -245,8 +245,8 @@ fn chain(lineage: &Lineage, topic: usize, seq: u64) -> Chain {
         let sent = *sent.expect("the message");
         let (node, tick) = lineage.made_by(topic, seq).expect("a tick");
         match lineage
-            .derived_from(node, tick, sent.sensed)
-            .filter(|_| sent.derived)
+            .derived_from(node, tick, sensing_of(&sent))
+            .filter(|_| sent.origin.is_some())
         {
             Some(before) => chain.insert(0, before),
             None => break,
@@ -284,10 +284,9 @@ fn sums_are_exact(plan: &Plan, seed: u64, chains: bool) -> Result<(), TestCaseEr
         }
     }
     if let Some((first, ..)) = applied.first() {
-        let mean = age.and_then(|view| view.mean_s());
         let parts = lineage.mean_parts(actor, *first, secs(1.0));
         let sum: f64 = parts.iter().map(|(_, ns)| ns).sum();
-        let mean = mean.unwrap_or_default() * 1e9;
+        let mean = age.unwrap_or_default() * 1e9;
         prop_assert!((sum - mean).abs() < 1.0, "{sum} for {mean}");
     }
     Ok(())

@@ -133,7 +133,7 @@ fn tapped_bench(
     });
     run_virtual(&mut graph, timed.collect(), secs(3.0));
     let read = read.lock().expect("log").clone();
-    let arrivals = tap.items().try_iter().map(|tapped| tapped.arrives);
+    let arrivals = tap.items().try_iter().map(|tapped| tapped.head.arrives);
     (read, Observer::of(&graph).snapshot(), arrivals.collect())
 }
 
@@ -571,7 +571,7 @@ fn a_tap_holds_every_message_with_its_arrival() {
     run_virtual(&mut graph, timed.to_vec(), secs(0.06));
     let tapped: Vec<_> = tap.items().try_iter().collect();
     let ms = |ms: u64| Some(Time::from_nanos(ms * 1_000_000));
-    let arrivals: Vec<_> = tapped.iter().map(|tapped| tapped.arrives).collect();
+    let arrivals: Vec<_> = tapped.iter().map(|tapped| tapped.head.arrives).collect();
     assert_eq!(arrivals, [ms(0), ms(50), None, ms(60)]);
     let seqs = tapped.iter().map(|tapped| tapped.message.seq);
     assert!(seqs.eq(0..4));

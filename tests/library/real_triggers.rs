@@ -143,7 +143,7 @@ fn run(
     let messages = |tap: ratelab_account::Tap<ratelab_account::TapMessage<u64>>| {
         let items = tap.items().try_iter();
         items
-            .map(|item| (item.message.data, item.message.seq, item.at))
+            .map(|item| (item.message.data, item.message.seq, item.head.at))
             .collect()
     };
     let observer = Observer::of(&robot.graph);

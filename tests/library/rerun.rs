@@ -562,7 +562,7 @@ fn sums(graph: &mut Graph, clock: &mut dyn Clock, topic: &Topic<u64>) -> Vec<(u6
     end.expect("no fault");
     let messages = tap.items().try_iter();
     messages
-        .map(|tapped| (tapped.message.data, tapped.at))
+        .map(|tapped| (tapped.message.data, tapped.head.at))
         .collect()
 }
 

@@ -5,7 +5,7 @@
 use std::{collections::HashMap, sync::Arc};
 
 use ratelab::{Message, Payload, Time};
-use ratelab_account::{PushAgeView, Tap, TapMessage};
+use ratelab_account::{Saw, Tap, TapMessage};
 use ratelab_cart_pole::{ACTION, Action, CartPole, ControlStep, OBS, Observation, STATE};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
@@ -72,7 +72,8 @@ fn run(fields: &Fields<'_>) -> Config {
 struct Run {
     summary: Summary,
     bytes: Vec<u8>,
-    push_age: Option<PushAgeView>,
+    /// The age of the push in force, and the end of the run.
+    push_age: Option<(Saw, Time)>,
     steps: Vec<Message<ControlStep>>,
 }
 
@@ -108,7 +109,7 @@ impl Run {
         Self {
             summary,
             bytes,
-            push_age: node.push_age.view(snapshot.now),
+            push_age: node.push_age.saw().map(|saw| (*saw, snapshot.now)),
             steps,
         }
     }
@@ -160,7 +161,7 @@ fn got(run: &Run) -> Vec<(&'static str, String)> {
         "pole_fell" => "fell",
         other => other,
     };
-    let first = push_age.map(|age| age.first.as_nanos().to_string());
+    let first = push_age.map(|(saw, _)| saw.first.as_nanos().to_string());
     let own = [
         ("push_first_ns", first.unwrap_or_else(|| "none".to_owned())),
         ("ticks", of_nodes(|node| node.ticks)),
@@ -197,7 +198,7 @@ fn every_reference_run_is_reproduced_to_the_bit() {
             let way = reference.got.get(key).copied().unwrap_or("0,0,0");
             assert_eq!(on_the_way(&run, topic), way, "{key} of\n{block}");
         }
-        let area = run.push_age.map_or(0.0, |age| age.area_s2);
+        let area = run.push_age.map_or(0.0, |(saw, end)| saw.area_s2(end));
         let twice: f64 = reference.got["push_area"].parse().expect("number");
         assert!((area * 2e18 - twice).abs() <= 1e-9 * twice, "{block}");
         let hash = format!("{:016x}", fnv1a64(&run.bytes));
