@@ -84,7 +84,7 @@ const BUDGETS: [(&str, usize); 4] = [
     ("src", 6_190),
     ("crates/effects/src", 2_590),
     ("crates/replay/src", 1_960),
-    ("crates/account/src", 2_310),
+    ("crates/account/src", 2_290),
 ];
 
 #[test]

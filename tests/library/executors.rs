@@ -8,7 +8,7 @@ use ratelab::{
     Clock, GO_ON, Graph, GraphError, Hz, Inbox, Knob, RealClock, Release, Time, TimedCommand,
     Topic, VirtualClock,
 };
-use ratelab_account::{Lineage, Occupied, TapHandle, TickRecord};
+use ratelab_account::{Lineage, TapHandle, TickRecord, TickWait, WaitsFor};
 use ratelab_effects::{Callback, Effects, Executor, Executors, Match};
 
 use crate::support::{depth, fnv1a64};
@@ -243,12 +243,16 @@ fn ticks_know_whom_they_waited_for_and_were_set_aside_for() {
     }
     lineage.settle();
     let ms = |time: Time| time.as_nanos() / 1_000_000;
-    let told = |stretch: &Occupied| (ms(stretch.from), ms(stretch.to), stretch.by);
+    let told = |waits: Vec<TickWait>| -> Vec<_> {
+        let waits = waits.iter();
+        waits
+            .map(|wait| (ms(wait.from), ms(wait.to), wait.what))
+            .collect()
+    };
     // slow 0-3 and 5-9, fast 3-5, last 9-10: it waited from 0 on, mostly for slow.
-    let aside: Vec<_> = lineage.set_aside(0, 0).iter().map(told).collect();
-    assert_eq!(aside, [(3, 5, 1)]);
-    assert_eq!(lineage.waited(2, 0).as_ref().map(told), Some((0, 9, 0)));
-    assert_eq!((lineage.waited(0, 0), lineage.waited(1, 0)), (None, None));
+    assert_eq!(told(lineage.set_aside(0, 0)), [(3, 5, WaitsFor::Node(1))]);
+    assert_eq!(told(lineage.waits(2, 0)), [(0, 9, WaitsFor::Node(0))]);
+    assert_eq!((lineage.waits(0, 0), lineage.waits(1, 0)), (vec![], vec![]));
     assert_eq!(lineage.set_aside(1, 0), []);
 }
 

@@ -10,7 +10,7 @@
 use std::collections::HashMap;
 
 use ratelab::{Message, Time};
-use ratelab_account::PushAgeView;
+use ratelab_account::Saw;
 use ratelab_cart_pole::{CartPole, OBS, Plant};
 use ratelab_study::{
     experiment::{Config, NodeSummary},
@@ -125,7 +125,7 @@ fn message_bytes(run: &RunBytes) -> Vec<u8> {
 }
 
 /// The results of a run, in the terms of `honest.txt`.
-fn results(run: &RunBytes, push_age: Option<PushAgeView>) -> Vec<(&'static str, String)> {
+fn results(run: &RunBytes, push_age: Option<Saw>) -> Vec<(&'static str, String)> {
     let summary = &run.summary;
     let of_nodes = |figure: fn(&NodeSummary) -> u64| {
         let robot = ["sensor", "policy", "actuator"];
@@ -172,13 +172,14 @@ fn every_reference_run_with_costs_links_and_faults_is_reproduced_to_the_bit() {
             .node("actuator")
             .expect("an actuator")
             .push_age
-            .view(snapshot.now);
+            .saw()
+            .copied();
         for (key, value) in results(&run, push_age) {
             let expected = got.get(key).copied();
             let expected = expected.or(key.ends_with("_way").then_some("0,0,0"));
             assert_eq!(Some(&*value), expected, "{key} of\n{block}");
         }
-        let area = push_age.map_or(0.0, |age| age.area_s2);
+        let area = push_age.map_or(0.0, |age| age.area_s2(snapshot.now));
         let twice: f64 = number(&got, "push_area");
         assert!((area * 2e18 - twice).abs() <= 1e-9 * twice, "{block}");
         assert_eq!(

@@ -1,7 +1,7 @@
 //! The parts of the age of a chain in graphs with triggers and executors.
 
 use ratelab::Time;
-use ratelab_account::{AgeStage, Lineage};
+use ratelab_account::{AgeStage, Lineage, WaitsFor};
 use ratelab_study::experiment::{Config, Experiment};
 
 use crate::{graph_file::system, support::secs};
@@ -99,9 +99,12 @@ fn played(text: &str) -> (Lineage, usize, f64) {
     let mut nodes = topology.nodes.iter();
     let acts = nodes.position(|node| node.name == acts).expect("a node");
     let snapshot = observer.snapshot();
-    let age = snapshot.nodes[acts].push_age.view(snapshot.now);
-    let age = age.expect("pushes");
-    (lineage, acts, age.mean_s().expect("some time") * 1e9)
+    let age = snapshot.nodes[acts].push_age.saw().expect("pushes");
+    (
+        lineage,
+        acts,
+        age.mean_s(snapshot.now).expect("some time") * 1e9,
+    )
 }
 
 /// Checks that the parts of the ages in a run sum to them.
@@ -201,11 +204,16 @@ path = ["clock", "/tick", "left", "/left", "stereo", "/pose"]
     let ms = |ms: u64| Time::from_nanos(ms * 1_000_000);
     let ticks = lineage.ticks_between(acts, ms(100), ms(148));
     let (last, _) = ticks.last().expect("a tick");
-    let matched = lineage.waited_for_match(acts, last).expect("a wait");
+    let waits = lineage.waits(acts, last);
+    let [matched, executed] = waits[..] else {
+        panic!("{waits:?}");
+    };
     assert_eq!((matched.from, matched.to), (ms(105), ms(130)));
-    assert_eq!(lineage.topology().topics[matched.topic].name, "/right");
-    let executed = lineage.waited(acts, last).expect("a wait");
+    let mut topics = lineage.topology().topics.iter();
+    let right = topics.position(|topic| topic.name == "/right");
+    assert_eq!(Some(matched.what), right.map(WaitsFor::Match));
     assert_eq!((executed.from, executed.to), (ms(130), ms(140)));
+    assert!(matches!(executed.what, WaitsFor::Node(_)));
 }
 
 #[test]

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use ratelab::{
     ClockExit, GO_ON, Graph, Node, Publisher, PushRecorder, Subscription, Tick, Time, Topic,
 };
-use ratelab_account::{Lineage, Observer, PushAgeView, TapHandle};
+use ratelab_account::{Lineage, Observer, TapHandle, sensing_of};
 use ratelab_effects::Effects;
 
 use crate::support::{at, depth, knob, run_virtual, secs};
@@ -143,8 +143,8 @@ fn built(plan: &Plan, seed: u64) -> (Graph, Vec<Topic<Chain>>, Applied) {
     (graph, topics, applied)
 }
 
-/// The lineage of a second of a plan, what was applied, and its age.
-fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, Option<PushAgeView>) {
+/// The lineage of a second of a plan, what was applied, and its mean age (s).
+fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, Option<f64>) {
     const ROOM: usize = 4_096;
     let (mut graph, topics, applied) = built(plan, seed);
     let taps = TapHandle::of(&graph);
@@ -165,8 +165,10 @@ fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, Option<
     let names = observer.topology().topics;
     for (topic, tap) in topics.iter().zip(&messages) {
         let index = names.iter().position(|known| known.name == topic.name());
-        let heads = tap.items().try_iter().map(|tapped| tapped.head());
-        heads.for_each(|head| lineage.message(index.expect("a topic"), &head));
+        let index = index.expect("a topic");
+        for tapped in tap.items().try_iter() {
+            lineage.message(index, &tapped.head);
+        }
     }
     for (node, ticks) in ticks.iter().enumerate() {
         ticks
@@ -177,7 +179,7 @@ fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, Option<
     lineage.settle();
     let snapshot = observer.snapshot();
     let acts = snapshot.nodes.last();
-    let age = acts.and_then(|acts| acts.push_age.view(snapshot.now));
+    let age = acts.and_then(|acts| acts.push_age.saw()?.mean_s(snapshot.now));
     let applied = applied.lock().expect("log").clone();
     (lineage, applied, age)
 }
@@ -191,8 +193,8 @@ fn chain(lineage: &Lineage, topic: usize, seq: u64) -> Chain {
         let sent = *sent.expect("the message");
         let (node, tick) = lineage.made_by(topic, seq).expect("a tick");
         match lineage
-            .derived_from(node, tick, sent.sensed)
-            .filter(|_| sent.derived)
+            .derived_from(node, tick, sensing_of(&sent))
+            .filter(|_| sent.origin.is_some())
         {
             Some(before) => chain.insert(0, before),
             None => break,
@@ -230,10 +232,9 @@ fn sums_are_exact(plan: &Plan, seed: u64, chains: bool) -> Result<(), TestCaseEr
         }
     }
     if let Some((first, ..)) = applied.first() {
-        let mean = age.and_then(|view| view.mean_s());
         let parts = lineage.mean_parts(actor, *first, secs(1.0));
         let sum: f64 = parts.iter().map(|(_, ns)| ns).sum();
-        let mean = mean.unwrap_or_default() * 1e9;
+        let mean = age.unwrap_or_default() * 1e9;
         prop_assert!((sum - mean).abs() < 1.0, "{sum} for {mean}");
     }
     Ok(())

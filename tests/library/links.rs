@@ -37,7 +37,7 @@ fn bench(
     let tap = TapHandle::of(&graph).topic(&topic, 1_000);
     let timed = knobs.iter().map(|knob| at(0.0, knob.clone().into()));
     run_virtual(&mut graph, timed.collect(), secs(3.0));
-    let arrivals = tap.items().try_iter().map(|tapped| tapped.arrives);
+    let arrivals = tap.items().try_iter().map(|tapped| tapped.head.arrives);
     let read = read.try_iter().map(|(now, message)| (now, message.seq));
     let snapshot = Observer::of(&graph).snapshot();
     (read.collect(), snapshot, arrivals.collect())
@@ -429,7 +429,7 @@ fn a_tap_holds_every_message_with_its_arrival() {
     let ms = |ms: u64| Some(Time::from_nanos(ms * 1_000_000));
     let tapped = tap.items().try_iter();
     let tapped: Vec<_> = tapped
-        .map(|tapped| (tapped.message.seq, tapped.arrives))
+        .map(|tapped| (tapped.message.seq, tapped.head.arrives))
         .collect();
     assert_eq!(tapped, [(0, ms(0)), (1, ms(50)), (2, None), (3, ms(60))]);
 }

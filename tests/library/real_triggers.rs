@@ -126,7 +126,7 @@ fn run(
     let messages = messages.each_ref().map(|tap| {
         let items = tap.items().try_iter();
         items
-            .map(|item| (item.message.data, item.message.seq, item.at))
+            .map(|item| (item.message.data, item.message.seq, item.head.at))
             .collect()
     });
     let observer = Observer::of(&graph);

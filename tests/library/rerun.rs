@@ -482,7 +482,7 @@ fn state_that_nodes_share_comes_back_in_the_same_order() {
         let tap = TapHandle::of(&graph).topic(&topic, BACKLOG);
         let observer = run_on(clock, &mut graph, 0.2);
         let sums = tap.items().try_iter();
-        let sums = sums.map(|tapped| (tapped.message.data, tapped.at));
+        let sums = sums.map(|tapped| (tapped.message.data, tapped.head.at));
         (observer, sums.collect::<Vec<_>>())
     };
     let (observer, recorded) = sums(&mut RealClock::default());

@@ -67,7 +67,7 @@ fn run(clock: &mut dyn Clock, timed: Vec<TimedCommand>) -> (Graph, Vec<(u64, u64
     let end = Time::from_nanos(60_000_000);
     clock.run(&mut graph, &mut inbox, end).expect("no fault");
     let messages = tap.items().try_iter();
-    let messages = messages.map(|tapped| (tapped.message.data, tapped.message.seq, tapped.at));
+    let messages = messages.map(|tapped| (tapped.message.data, tapped.message.seq, tapped.head.at));
     let messages = messages.collect();
     let dropped = Observer::of(&graph).snapshot().topics[0].dropped();
     (graph, messages, dropped)

@@ -29,14 +29,15 @@ pub use accounts::Snapshot;
 pub use distribution::Distribution;
 pub use fields::Fields;
 pub use lineage::{
-    AgePart, AgeParts, AgeStage, Chain, Lineage, Occupied, PushInForce, Sent, TracedTick, Unmatched,
+    AgePart, AgeParts, AgeStage, Chain, Lineage, PushInForce, TickWait, TracedTick, WaitsFor,
+    sensing_of,
 };
 pub use node::{NodeAccount, TickRecord};
 pub use observer::Observer;
 pub use recorded::{NamedTopic, RecordedTopic, RowInlet, RowReader, RowTap, RowWatcher};
 pub use replay_accounts::ReplayAccounts;
 pub use rows::Rows;
-pub use saw::{PushAge, PushAgeView, Saw};
+pub use saw::{LateAge, PushAge, Saw};
 pub use tap::{Copies, Tap, TapMessage};
 pub use tap_handle::TapHandle;
 pub use topic::{Flight, ReaderAccount, TopicAccount};

@@ -62,6 +62,17 @@ impl Saw {
         let more = square(now.max(self.since)) - square(self.since);
         self.twice_area.saturating_add(more)
     }
+
+    /// The integral of the age from the first to run time `now` (s²).
+    pub fn area_s2(&self, now: Time) -> f64 {
+        self.twice_area(now) as f64 / 2e18
+    }
+
+    /// The mean over time from the first to run time `now` (s); `None` if no time has passed.
+    pub fn mean_s(&self, now: Time) -> Option<f64> {
+        let time = now.since(self.first);
+        (!time.is_zero()).then(|| self.area_s2(now) / time.as_secs_f64())
+    }
 }
 
 /// The age of the push in force, with that of the last second.
@@ -73,23 +84,15 @@ pub struct PushAge {
     applied: Time,
 }
 
-/// The age of the push in force at one moment.
+/// An age over the last second of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PushAgeView {
-    /// Run time of this reading.
-    pub at: Time,
-    /// Run time of the first push.
-    pub first: Time,
-    /// The age.
-    pub age: Duration,
-    /// The integral of the age since the first push (s²): between two readings it grows
-    /// by the mean age times the elapsed time.
-    pub area_s2: f64,
-    /// The mean over the last second, or since the first push (s); `None` if no time
-    /// has passed.
-    pub late_s: Option<f64>,
-    /// The greatest age in that time.
-    pub late_greatest: Duration,
+pub struct LateAge {
+    /// Run time of its begin, not before the first push.
+    pub from: Time,
+    /// The mean over time (s).
+    pub mean_s: f64,
+    /// The greatest age.
+    pub greatest: Duration,
 }
 
 impl PushAge {
@@ -118,36 +121,30 @@ impl PushAge {
         Some(Push { at, sensed })
     }
 
-    /// Reads the age at run time `now`; `None` before the first push.
-    pub fn view(&self, now: Time) -> Option<PushAgeView> {
+    /// The age over time of the push in force; `None` before the first.
+    pub fn saw(&self) -> Option<&Saw> {
+        self.late.back()
+    }
+
+    /// The age in the last second before run time `now`, or since the first push; `None` if no
+    /// time has passed.
+    pub fn lately(&self, now: Time) -> Option<LateAge> {
         let (oldest, push) = (self.late.front()?, self.late.back()?);
-        let twice_area = push.twice_area(now);
         let from = Time::from_nanos(now.as_nanos().saturating_sub(LATE.as_nanos() as u64));
         // A push may be later than this reading: the oldest one that is kept may be, too.
         let from = from.max(oldest.since);
+        let time = now.since(from).as_secs_f64();
         let then = self.late.iter().rev().find(|push| push.since <= from);
         let before = then.map_or(0, |then| then.twice_area(from));
-        let late = now.since(from).as_secs_f64();
         let ends = self.late.iter().skip(1).map(|next| next.since);
         let pushes = self.late.iter().zip(ends.chain([now]));
         let late_pushes = pushes.filter(|(_, end)| *end >= from);
         let ages = late_pushes.map(|(push, end)| push.age(end));
-        Some(PushAgeView {
-            at: now,
-            first: push.first,
-            age: push.age(now),
-            area_s2: twice_area as f64 / 2e18,
-            late_s: (late > 0.0).then(|| (twice_area - before) as f64 / 2e18 / late),
-            late_greatest: ages.max().unwrap_or_default(),
+        (time > 0.0).then(|| LateAge {
+            from,
+            mean_s: (push.twice_area(now) - before) as f64 / 2e18 / time,
+            greatest: ages.max().unwrap_or_default(),
         })
-    }
-}
-
-impl PushAgeView {
-    /// The mean over time since the first push (s); `None` if no time has passed.
-    pub fn mean_s(&self) -> Option<f64> {
-        let time = self.at.since(self.first);
-        (!time.is_zero()).then(|| self.area_s2 / time.as_secs_f64())
     }
 }
 
@@ -165,10 +162,10 @@ mod tests {
         for at in (0..5_000).step_by(20) {
             pushes.push(ms(at), ms(at));
         }
-        let before = pushes.view(ms(4_985)).and_then(|view| view.late_s);
+        let before = pushes.lately(ms(4_985));
         pushes.push(ms(5_001), ms(5_001));
-        let after = pushes.view(ms(4_985)).and_then(|view| view.late_s);
-        let [before, after] = [before, after].map(|mean| mean.expect("a mean"));
+        let after = pushes.lately(ms(4_985));
+        let [before, after] = [before, after].map(|late| late.expect("a mean").mean_s);
         assert!(
             after < 0.021 && (before - after).abs() < 0.005,
             "{before} {after}"
@@ -178,15 +175,16 @@ mod tests {
     #[test]
     fn the_mean_is_over_time_and_not_over_pushes() {
         let mut age = PushAge::default();
-        assert_eq!(age.view(ms(1)), None);
+        assert_eq!((age.saw(), age.lately(ms(1))), (None, None));
         age.push(ms(10), ms(0)); // 10 to 30 ms old for 20 ms,
         age.push(ms(20), ms(0)); // unchanged by applying it again,
         age.push(ms(30), ms(30)); // then 0 to 10 ms old for 10 ms.
-        let view = age.view(ms(40)).expect("pushes");
-        assert_eq!(view.age, Duration::from_millis(10));
+        let saw = age.saw().expect("pushes");
+        assert_eq!(saw.age(ms(40)), Duration::from_millis(10));
         let mean = (20.0 * 20.0 + 10.0 * 5.0) / 30.0 / 1e3;
-        assert!((view.mean_s().expect("time passed") - mean).abs() < 1e-15);
-        assert_eq!(view.late_s, view.mean_s());
+        assert!((saw.mean_s(ms(40)).expect("time passed") - mean).abs() < 1e-15);
+        let late = age.lately(ms(40)).map(|late| late.mean_s);
+        assert_eq!(late, saw.mean_s(ms(40)));
     }
 
     #[test]
@@ -195,9 +193,8 @@ mod tests {
         age.push(ms(0), ms(0)); // 0 to 600 ms old, then
         age.push(ms(600), ms(600)); // 0 to 1000 ms old.
         let late = |now| {
-            let view = age.view(ms(now)).expect("pushes");
-            let greatest = view.late_greatest.as_millis();
-            (view.late_s.expect("time passed"), greatest)
+            let late = age.lately(ms(now)).expect("time passed");
+            (late.mean_s, late.greatest.as_millis())
         };
         for (now, mean, greatest) in [
             (600, 0.3, 600),

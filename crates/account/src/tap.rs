@@ -3,7 +3,7 @@
 use crossbeam_channel::{Receiver, Sender, TrySendError};
 
 use ratelab::{
-    Head, Message, RunState, Time,
+    Head, Message, RunState,
     sync::{
         Arc, Mutex,
         atomic::{AtomicBool, AtomicU64, Ordering},
@@ -16,48 +16,21 @@ use ratelab::{
 pub struct TapMessage<T> {
     /// The message.
     pub message: Message<T>,
-    /// Run time at which it was published: its stamp, unless a clock is wrong.
-    pub at: Time,
-    /// Run time at which subscriptions can read it; `None` if it is lost. A message that
-    /// arrives after a newer one is never read.
-    pub arrives: Option<Time>,
-    /// Messages of its topic lost unread so far, over all subscriptions, including any
-    /// that this message evicted.
-    pub dropped: u64,
+    /// The message without its payload, and when subscriptions can read it.
+    pub head: Head,
 }
 
 impl<T> TapMessage<T> {
     /// The message with this `head`.
     pub(crate) fn new(head: &Head, data: T) -> Self {
-        let Head {
-            stamp, seq, origin, ..
-        } = *head;
-        Self {
-            message: Message {
-                data,
-                stamp,
-                seq,
-                origin,
-            },
-            at: head.at,
-            arrives: head.arrives,
-            dropped: head.dropped,
-        }
-    }
-
-    /// The message without its payload.
-    pub fn head(&self) -> Head {
-        let Message {
-            stamp, seq, origin, ..
-        } = self.message;
-        Head {
-            at: self.at,
-            stamp,
-            seq,
-            origin,
-            arrives: self.arrives,
-            dropped: self.dropped,
-        }
+        let message = Message {
+            data,
+            stamp: head.stamp,
+            seq: head.seq,
+            origin: head.origin,
+        };
+        let head = *head;
+        Self { message, head }
     }
 }
 

@@ -7,11 +7,10 @@
 use std::{collections::VecDeque, time::Duration};
 
 use ratelab::Time;
-use ratelab_account::{PushAgeView, Snapshot};
+use ratelab_account::{PushAge, Saw, Snapshot};
 use ratelab_study::system::{AgeLimits, System};
 
 use super::frame::AgeData;
-use crate::timing::earlier;
 
 /// Moments kept: an hour at 50 Hz.
 const KEPT: usize = 180_000;
@@ -24,8 +23,8 @@ const LATELY: Duration = Duration::from_secs(1);
 pub struct PushAges {
     /// Whether states have all of it; `None` before the first look at the graph.
     by_states: Option<bool>,
-    /// The newest moment, and the sensing behind the push from then on.
-    newest: Option<(Time, Time)>,
+    /// The age from the newest state on.
+    newest: Option<Saw>,
     /// Run times and the integral of the age until then (s²).
     areas: VecDeque<(Time, f64)>,
     /// The last second, as the newest sample has it: exact however rarely one samples.
@@ -48,15 +47,11 @@ impl PushAges {
 
     /// Adds the present push of `graph` where states do not have it.
     pub fn look(&mut self, graph: &Snapshot) {
-        if self.by_states == Some(true) {
-            return;
-        }
-        if let Some(view) = graph
-            .nodes
-            .iter()
-            .find_map(|node| node.push_age.view(graph.now))
+        let mut ages = graph.nodes.iter().map(|node| &node.push_age);
+        if self.by_states != Some(true)
+            && let Some(age) = ages.find(|age| age.saw().is_some())
         {
-            self.seen(view);
+            self.seen(age, graph.now);
         }
     }
 
@@ -66,32 +61,31 @@ impl PushAges {
         if self.by_states == Some(false) {
             return;
         }
-        let area = self.areas.back().map_or(0.0, |(_, area)| *area);
-        let grown = self.newest.map_or(0.0, |(since, before)| {
-            let [from, to] = [since, at].map(|end| end.since(before).as_secs_f64());
-            self.saw.push_back((at.as_secs_f64(), to * 1e3));
-            (to * to - from * from) / 2.0
-        });
-        self.newest = Some((at, sensed));
-        self.add(at, at.since(sensed), area + grown);
+        let before = self.newest;
+        let newest = before.map_or(Saw::new(at, sensed), |before| before.drop_to(at, sensed));
+        let peak = before.map(|before| (at.as_secs_f64(), before.age(at).as_secs_f64() * 1e3));
+        self.saw.extend(peak);
+        self.newest = Some(newest);
+        self.add(newest, at);
     }
 
-    fn seen(&mut self, view: PushAgeView) {
-        if self.areas.back().is_none_or(|(at, _)| *at < view.at) {
-            self.add(view.at, view.age, view.area_s2);
-            self.late = view.late_s.map(|mean| AgeData {
-                mean: Duration::from_secs_f64(mean),
-                greatest: view.late_greatest,
-                stretch: (view.first.max(earlier(view.at, LATELY)), view.at),
+    fn seen(&mut self, age: &PushAge, now: Time) {
+        let is_new = self.areas.back().is_none_or(|(at, _)| *at < now);
+        if let Some(saw) = age.saw().filter(|_| is_new) {
+            self.add(*saw, now);
+            self.late = age.lately(now).map(|late| AgeData {
+                mean: Duration::from_secs_f64(late.mean_s),
+                greatest: late.greatest,
+                stretch: (late.from, now),
                 limits: AgeLimits::default(),
             });
         }
     }
 
-    fn add(&mut self, at: Time, age: Duration, area: f64) {
-        self.areas.push_back((at, area));
+    fn add(&mut self, age: Saw, at: Time) {
+        self.areas.push_back((at, age.area_s2(at)));
         self.saw
-            .push_back((at.as_secs_f64(), age.as_secs_f64() * 1e3));
+            .push_back((at.as_secs_f64(), age.age(at).as_secs_f64() * 1e3));
         let old = |kept: usize| kept.saturating_sub(KEPT);
         self.areas.drain(..old(self.areas.len()));
         self.saw.drain(..old(self.saw.len()));
@@ -143,8 +137,6 @@ fn by_states(system: &dyn System, graph: &Snapshot) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use ratelab_account::PushAge;
-
     use super::*;
 
     fn ms(ms: u64) -> Time {
@@ -181,7 +173,7 @@ mod tests {
         let (mut pushes, mut ages) = (PushAge::default(), PushAges::default());
         pushes.push(ms(100), ms(0)); // 100 to 600 ms old, then
         pushes.push(ms(600), ms(590)); // 10 to 20 ms.
-        ages.seen(pushes.view(ms(610)).expect("pushes"));
+        ages.seen(&pushes, ms(610));
         let recent = ages.recent(Duration::ZERO).expect("pushes");
         assert_eq!(recent.mean.as_micros(), (500 * 350 + 10 * 15) * 1_000 / 510);
         assert_eq!(recent.greatest, Duration::from_millis(600));

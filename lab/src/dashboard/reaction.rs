@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ratelab::Time;
-use ratelab_account::Lineage;
+use ratelab_account::{Lineage, sensing_of};
 
 use crate::timing::earlier;
 
@@ -15,7 +15,7 @@ use crate::timing::earlier;
 pub fn greatest(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Option<Duration> {
     let pushes = pushes(lineage, acts, from, to);
     let (_, oldest, source) = *pushes.first()?;
-    let sensings = lineage.sent(source).rev().map(|sent| sent.sensed);
+    let sensings = lineage.sent(source).rev().map(sensing_of);
     let sensings = sensings.take_while(|sensed| *sensed >= oldest);
     let reaction = sensings.filter_map(|sensed| {
         let mut later = pushes.iter().filter(|(_, derived, _)| *derived > sensed);
@@ -27,11 +27,8 @@ pub fn greatest(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Option<
 /// The pushes in force between two run times, oldest first: run time of the first
 /// application, run time of the sensing, and the topic of its message.
 fn pushes(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Vec<(Time, Time, usize)> {
-    let (mut pushes, mut end) = (Vec::new(), to + Time::RESOLUTION);
-    while end > from {
-        let Some(push) = lineage.push_at(acts, earlier(end, Time::RESOLUTION)) else {
-            break;
-        };
+    let mut pushes = Vec::new();
+    for (push, _) in lineage.pushes_between(acts, from, to + Time::RESOLUTION) {
         let age = push.parts(push.since).sum_ns().unsigned_abs();
         let sensed = earlier(push.since, Duration::from_nanos(age));
         let chain = lineage.chain_of(&push);
@@ -39,7 +36,6 @@ fn pushes(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Vec<(Time, Ti
             break;
         };
         pushes.push((push.since, sensed, *source));
-        end = push.since;
     }
     pushes.reverse();
     pushes

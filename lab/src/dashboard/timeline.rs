@@ -2,8 +2,8 @@
 
 use std::{collections::HashSet, time::Duration};
 
-use ratelab::Time;
-use ratelab_account::{Chain, Lineage, PushInForce, Sent, TracedTick};
+use ratelab::{Head, Time, Topology};
+use ratelab_account::{Chain, Lineage, PushInForce, TickWait, TracedTick, WaitsFor};
 
 use super::{frame::PushSentence, upstream::upstream};
 use crate::timing::earlier;
@@ -229,35 +229,30 @@ impl Window {
                 continue;
             }
             let bright = chain.ticks.contains(&(node, index));
-            let topology = lineage.topology();
-            let name = |node: usize| Some(topology.nodes[node].name.clone());
-            let mut add = |at, until, kind, by: Option<String>| {
-                marks.push(Mark {
-                    at,
-                    until,
-                    kind,
-                    bright,
-                    by,
-                });
+            let mark = |at, until, kind, by| Mark {
+                at,
+                until,
+                kind,
+                bright,
+                by,
             };
-            if let Some(wait) = lineage.waited_for_match(node, index) {
-                let topic = topology.topics[wait.topic].name.clone();
-                add(wait.from, wait.to, MarkKind::Waiting, Some(topic));
-            }
-            let late = tick.lateness.unwrap_or_default();
-            if let Some(waited) = lineage.waited(node, index) {
-                add(waited.from, waited.to, MarkKind::Waiting, name(waited.by));
-            } else if !late.is_zero() {
-                let due = earlier(tick.at, late);
-                add(due, tick.at, MarkKind::Late, None);
-            }
-            add(tick.at, ends, MarkKind::Tick, None);
-            for aside in lineage.set_aside(node, index) {
-                add(aside.from, aside.to, MarkKind::Aside, name(aside.by));
-            }
-            if more {
-                add(ends, ends, MarkKind::Overrun, None);
-            }
+            let waited = |wait: TickWait, kind| {
+                let by = missing(wait.what, lineage.topology());
+                mark(wait.from, wait.to, kind, by)
+            };
+            marks.extend(lineage.waits(node, index).into_iter().map(|wait| {
+                let late = wait.what == WaitsFor::Thread;
+                let kind = if late {
+                    MarkKind::Late
+                } else {
+                    MarkKind::Waiting
+                };
+                waited(wait, kind)
+            }));
+            marks.push(mark(tick.at, ends, MarkKind::Tick, None));
+            let aside = lineage.set_aside(node, index).into_iter();
+            marks.extend(aside.map(|wait| waited(wait, MarkKind::Aside)));
+            marks.extend(more.then(|| mark(ends, ends, MarkKind::Overrun, None)));
         }
         Lane {
             name: lineage.topology().nodes[node].name.clone(),
@@ -272,8 +267,8 @@ impl Window {
         let reads = ticks.flat_map(|(_, worked)| &worked.reads);
         let reads = reads.filter(|(of, _)| *of == topic);
         let read: HashSet<u64> = reads.map(|(_, seq)| *seq).collect();
-        let mark = |sent: &Sent| {
-            let until = sent.arrives.unwrap_or(sent.released);
+        let mark = |sent: &Head| {
+            let until = sent.arrives.unwrap_or(sent.at);
             let bright = chain.messages.contains(&(topic, sent.seq));
             let kind = match sent.arrives {
                 None => MarkKind::Lost,
@@ -281,7 +276,7 @@ impl Window {
                 Some(_) => MarkKind::Unread,
             };
             Mark {
-                at: sent.released,
+                at: sent.at,
                 until,
                 kind,
                 bright,
@@ -289,7 +284,7 @@ impl Window {
             }
         };
         let sent = lineage.sent(topic).rev();
-        let sent = sent.skip_while(|sent| sent.released > self.to);
+        let sent = sent.skip_while(|sent| sent.at > self.to);
         let mut marks: Vec<Mark> = sent.take(4_096).map(mark).collect();
         marks.retain(|mark| mark.until >= self.from);
         marks.reverse();
@@ -297,5 +292,14 @@ impl Window {
             name: known.name.clone(),
             marks,
         }
+    }
+}
+
+/// The name of what a tick waited for, unless it is a thread.
+fn missing(what: WaitsFor, topology: &Topology) -> Option<String> {
+    match what {
+        WaitsFor::Match(topic) => Some(topology.topics[topic].name.clone()),
+        WaitsFor::Node(node) => Some(topology.nodes[node].name.clone()),
+        WaitsFor::Thread => None,
     }
 }

@@ -64,7 +64,7 @@ pub use destination::Destination;
 pub use durations::{durations, with_durations};
 pub use file::RecordingFile;
 pub use finished::{FinishedRecording, outside};
-pub use lineage::{due_of, end_of};
+pub use lineage::end_of;
 pub use other_runtime::OtherRun;
 pub use reader::ReadError;
 pub use recorded::Recording;

@@ -5,12 +5,12 @@ mod perfetto;
 mod tracks;
 
 use prost::Message;
-use ratelab::Time;
-use ratelab_account::{Lineage, Sent, TracedTick};
+use ratelab::{Head, Time};
+use ratelab_account::{Lineage, TickWait, TracedTick, WaitsFor};
 use ratelab_study::system::System;
 use tracks::{EventText, Tracks};
 
-use crate::recording::{Recording, due_of, end_of};
+use crate::recording::{Recording, end_of};
 
 /// The bytes of a trace of `recording`, a run of `system`.
 pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
@@ -25,7 +25,7 @@ pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
         let mut waits = Waits::default();
         let mut overruns = 0;
         for (index, worked) in ticks {
-            waits.of_tick(&lineage, (node, index, worked));
+            waits.of_tick(&lineage, node, index);
             tick(&mut tracks, lane, &lineage, (node, index, worked));
             let more = worked.tick.overruns.saturating_sub(overruns);
             overruns = worked.tick.overruns;
@@ -54,18 +54,18 @@ pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
 struct Waits(Vec<(String, Time, Time)>);
 
 impl Waits {
-    /// Adds the waits of a tick: for a match, then for its executor or its thread.
-    fn of_tick(&mut self, lineage: &Lineage, (node, index, worked): (usize, usize, &TracedTick)) {
-        let (tick, topology) = (&worked.tick, lineage.topology());
-        if let Some(wait) = lineage.waited_for_match(node, index) {
-            let topic = &topology.topics[wait.topic].name;
-            self.add(format!("waiting for {topic} to match"), wait.from, wait.to);
-        }
-        if let Some(waited) = lineage.waited(node, index) {
-            let by = &topology.nodes[waited.by].name;
-            self.add(format!("waiting for {by}"), waited.from, waited.to);
-        } else if due_of(tick) < tick.at {
-            self.add("late".to_owned(), due_of(tick), tick.at);
+    /// Adds the waits of a tick.
+    fn of_tick(&mut self, lineage: &Lineage, node: usize, index: usize) {
+        let topology = lineage.topology();
+        for TickWait { from, to, what } in lineage.waits(node, index) {
+            let what = match what {
+                WaitsFor::Match(topic) => {
+                    format!("waiting for {} to match", topology.topics[topic].name)
+                }
+                WaitsFor::Node(by) => format!("waiting for {}", topology.nodes[by].name),
+                WaitsFor::Thread => "late".to_owned(),
+            };
+            self.add(what, from, to);
         }
     }
 
@@ -96,16 +96,18 @@ fn tick(
     (node, index, worked): (usize, usize, &TracedTick),
 ) {
     let tick = &worked.tick;
-    let name = |node: usize| &lineage.topology().nodes[node].name;
+    let topology = lineage.topology();
     let text = EventText {
         name: "tick",
         flows: flows(lineage, node, index, worked),
         number: Some(("tick", tick.number)),
     };
     tracks.slice(lane, text, [tick.at, end_of(tick)]);
-    for aside in lineage.set_aside(node, index) {
-        let what = format!("set aside for {}", name(aside.by));
-        tracks.slice(lane, &*what, [aside.from, aside.to.min(end_of(tick))]);
+    for TickWait { from, to, what } in lineage.set_aside(node, index) {
+        if let WaitsFor::Node(by) = what {
+            let what = format!("set aside for {}", topology.nodes[by].name);
+            tracks.slice(lane, &*what, [from, to.min(end_of(tick))]);
+        }
     }
 }
 
@@ -129,7 +131,7 @@ fn flow(topic: usize, seq: u64) -> u64 {
 }
 
 /// A message at its publication, and at its delivery if that is later.
-fn message(tracks: &mut Tracks, lane: u64, topic: usize, sent: &Sent) {
+fn message(tracks: &mut Tracks, lane: u64, topic: usize, sent: &Head) {
     let text = |name| EventText {
         name,
         flows: vec![flow(topic, sent.seq)],
@@ -137,11 +139,11 @@ fn message(tracks: &mut Tracks, lane: u64, topic: usize, sent: &Sent) {
     };
     let name = match sent.arrives {
         None => "lost",
-        Some(at) if at > sent.released => "sent",
+        Some(at) if at > sent.at => "sent",
         Some(_) => "message",
     };
-    tracks.instant(lane, text(name), sent.released);
-    if let Some(at) = sent.arrives.filter(|at| *at > sent.released) {
+    tracks.instant(lane, text(name), sent.at);
+    if let Some(at) = sent.arrives.filter(|at| *at > sent.at) {
         tracks.instant(lane, text("arrived"), at);
     }
 }

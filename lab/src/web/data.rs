@@ -150,8 +150,8 @@ fn push_ages(steps: &[Head]) -> Vec<Option<f64>> {
         if let Some(sensed) = step.origin {
             age.push(step.at, sensed);
         }
-        let mean = age.view(step.at).and_then(|view| view.late_s);
-        mean.map(|seconds| (seconds * 1e4).round() / 10.0)
+        let late = age.lately(step.at);
+        late.map(|late| (late.mean_s * 1e4).round() / 10.0)
     });
     ages.collect()
 }

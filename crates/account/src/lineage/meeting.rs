@@ -5,10 +5,10 @@
 
 use std::collections::VecDeque;
 
-use ratelab::{TakenMessage, Time};
+use ratelab::{Head, TakenMessage, Time};
 use ratelab_effects::{Choice, Executor, Matcher};
 
-use super::{Lineage, Sent};
+use super::{Lineage, sensing_of};
 
 /// The messages that a node has taken so far.
 #[derive(Clone, Debug)]
@@ -22,40 +22,7 @@ pub(super) struct Meeting {
     turn: usize,
 }
 
-/// A stretch of run time in which a message waited for one of another topic to match.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Unmatched {
-    /// Its begin (run time).
-    pub from: Time,
-    /// Its end (run time), when the match was delivered.
-    pub to: Time,
-    /// The topic of the match, as an index into the topology.
-    pub topic: usize,
-}
-
 impl Lineage {
-    /// The longest wait for a match among the messages of a tick, from the end of the tick
-    /// before. `None` if none of them waited.
-    pub fn waited_for_match(&self, node: usize, index: usize) -> Option<Unmatched> {
-        let ticks = &self.nodes[node].ticks;
-        let reads = ticks.get(index)?.reads.iter();
-        let before = index.checked_sub(1);
-        let free = before.map_or(Time::ZERO, |before| ticks[before].ends());
-        let to = self.completed(node, index);
-        let waits = reads.filter_map(|&(topic, seq)| {
-            let arrives = self.topics[topic].message(seq)?.arrives?;
-            let matched = self.meets(node, topic).then_some(topic)?;
-            Some(Unmatched {
-                from: arrives.max(free),
-                to,
-                topic: self.waited_for(node, index, matched)?,
-            })
-        });
-        waits
-            .filter(|wait| wait.from < wait.to)
-            .min_by_key(|wait| wait.from)
-    }
-
     /// The messages of its triggers that a tick is for, as pairs of a topic and a sequence
     /// number.
     pub(super) fn met(&mut self, node: usize, index: usize) -> Vec<(usize, u64)> {
@@ -157,7 +124,7 @@ impl Lineage {
             meeting.taken[input] = Some(sent.seq);
             let taken = TakenMessage {
                 seq: sent.seq,
-                sensed: sent.sensed,
+                sensed: sensing_of(sent),
                 arrived: sent.arrives.unwrap_or(now),
             };
             let set = meeting.sets.add(input, taken, &mut meeting.more);
@@ -179,7 +146,7 @@ impl Lineage {
             sent.find(|sent| self.is_seen(topic, sent, node, at))
         };
         let triggers = self.topology.nodes[node].triggers.iter();
-        let newest: Vec<Option<&Sent>> = triggers.map(|topic| seen(*topic)).collect();
+        let newest: Vec<Option<&Head>> = triggers.map(|topic| seen(*topic)).collect();
         meeting.taken = newest
             .iter()
             .map(|sent| sent.map(|sent| sent.seq))

@@ -4,18 +4,16 @@
 //! recording. A graph without taps pays nothing for it.
 
 mod meeting;
-mod occupancy;
 mod parts;
 mod push;
 mod reads;
-mod traffic;
+mod waits;
 
 use std::collections::VecDeque;
 
-pub use meeting::Unmatched;
-pub use occupancy::Occupied;
 pub use parts::{AgePart, AgeParts, AgeStage};
 pub use push::{Chain, PushInForce};
+pub use waits::{TickWait, WaitsFor};
 
 use ratelab::{Depth, Head, Knob, ReadOrder, Time, Topology};
 use ratelab_effects::Executor;
@@ -43,7 +41,7 @@ pub struct Lineage {
 /// A topic and its messages.
 #[derive(Clone, Debug)]
 struct TracedTopic {
-    sent: VecDeque<Sent>,
+    sent: VecDeque<Head>,
     /// Read order and queue depth, with the run time from which they are in force.
     rules: Vec<(Time, ReadOrder, Depth)>,
 }
@@ -62,19 +60,9 @@ struct TracedNode {
     meeting: Option<Meeting>,
 }
 
-/// A published message.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sent {
-    /// Position in the topic's history.
-    pub seq: u64,
-    /// Run time of publication.
-    pub released: Time,
-    /// Run time of delivery; `None` if it is lost.
-    pub arrives: Option<Time>,
-    /// Time of the sensing that it was derived from, by the clock of that stamp.
-    pub sensed: Time,
-    /// Whether it was derived from another message.
-    pub derived: bool,
+/// Time of the sensing that a message was derived from, by the clock of that stamp.
+pub fn sensing_of(head: &Head) -> Time {
+    head.origin.unwrap_or(head.stamp)
 }
 
 /// A tick of a node.
@@ -157,13 +145,7 @@ impl Lineage {
     /// Adds a message published to the topic with index `topic`.
     pub fn message(&mut self, topic: usize, head: &Head) {
         if let Some(topic) = self.topics.get_mut(topic) {
-            topic.sent.push_back(Sent {
-                seq: head.seq,
-                released: head.at,
-                arrives: head.arrives,
-                sensed: head.origin.unwrap_or(head.stamp),
-                derived: head.origin.is_some(),
-            });
+            topic.sent.push_back(*head);
             if topic.sent.len() > self.kept {
                 topic.sent.pop_front();
             }
@@ -233,7 +215,7 @@ impl Lineage {
     }
 
     /// The messages of the topic with index `topic`, oldest first.
-    pub fn sent(&self, topic: usize) -> impl DoubleEndedIterator<Item = &Sent> {
+    pub fn sent(&self, topic: usize) -> impl DoubleEndedIterator<Item = &Head> {
         self.topics[topic].sent.iter()
     }
 }

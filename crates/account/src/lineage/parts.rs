@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use ratelab::{Time, Topology};
 
-use super::{Lineage, TracedTick};
+use super::{Lineage, TracedTick, sensing_of};
 
 /// Maximum number of messages in a chain.
 pub(super) const MOST_HOPS: usize = 64;
@@ -230,12 +230,12 @@ impl Lineage {
                 parts: Vec::new(),
                 before_ns: match self.path.first() == Some(&topic) {
                     true => 0, // Its data begin with the tick.
-                    false => signed(began) - signed(sent.sensed),
+                    false => signed(began) - signed(sensing_of(sent)),
                 },
             },
         };
-        parts.add(AgeStage::Cost { node }, began, sent.released);
-        parts.add(AgeStage::Link { topic }, sent.released, sent.arrives?);
+        parts.add(AgeStage::Cost { node }, began, sent.at);
+        parts.add(AgeStage::Link { topic }, sent.at, sent.arrives?);
         Some(parts)
     }
 
@@ -253,8 +253,8 @@ impl Lineage {
             return Some((before, read));
         }
         let sent = self.topics[topic].message(seq)?;
-        self.derived_from(node, index, sent.sensed)
-            .filter(|_| sent.derived)
+        self.derived_from(node, index, sensing_of(sent))
+            .filter(|_| sent.origin.is_some())
     }
 
     /// The tick that made message number `seq` of a topic, as a node and the index of a
@@ -264,17 +264,17 @@ impl Lineage {
         let publishers = self.topology.topics[topic].publishers.iter();
         let ticks = publishers.filter_map(|&node| {
             let ticks = &self.nodes[node].ticks;
-            let last = ticks.partition_point(|worked| worked.tick.at <= sent.released);
+            let last = ticks.partition_point(|worked| worked.tick.at <= sent.at);
             // A tick that begins at the end of another one has published nothing yet.
             let recent = (last.saturating_sub(2)..last).rev();
             let made = recent
                 .clone()
-                .filter(|index| ticks[*index].ends() == sent.released);
+                .filter(|index| ticks[*index].ends() == sent.at);
             let knows = |index: &usize| {
-                !sent.derived || self.derived_from(node, *index, sent.sensed).is_some()
+                sent.origin.is_none() || self.derived_from(node, *index, sensing_of(sent)).is_some()
             };
             // A node that senses reads nothing: its tick began with the sensing.
-            let senses = |index: &usize| ticks[*index].tick.at == sent.sensed;
+            let senses = |index: &usize| ticks[*index].tick.at == sensing_of(sent);
             let known = made.clone().find(knows);
             let made = known.or(made.clone().find(senses)).or(made.clone().next());
             Some((node, made.or(last.checked_sub(1))?, made.is_some()))
@@ -285,12 +285,31 @@ impl Lineage {
         Some((*node, *index))
     }
 
+    /// The messages published by the tick with this index of a node, as topics and
+    /// sequence numbers.
+    pub fn made(&self, node: usize, index: usize) -> Vec<(usize, u64)> {
+        let Some(worked) = self.nodes[node].ticks.get(index) else {
+            return Vec::new();
+        };
+        let topics = self.topology.topics.iter().enumerate();
+        let outputs = topics.filter(|(_, topic)| topic.publishers.contains(&node));
+        let made = outputs.flat_map(|(topic, _)| {
+            let sent = &self.topics[topic].sent;
+            let first = sent.partition_point(|sent| sent.at < worked.ends());
+            let last = sent.partition_point(|sent| sent.at <= worked.ends());
+            let seqs = sent.range(first..last).map(|sent| sent.seq);
+            seqs.map(move |seq| (topic, seq))
+        });
+        made.filter(|(topic, seq)| self.made_by(*topic, *seq) == Some((node, index)))
+            .collect()
+    }
+
     /// The message with the sensing `sensed` that a tick read.
     pub fn derived_from(&self, node: usize, index: usize, sensed: Time) -> Option<(usize, u64)> {
         let reads = self.nodes[node].ticks[index].reads.iter();
         let known = reads.copied().find(|&(topic, seq)| {
             let read = self.topics[topic].message(seq);
-            read.is_some_and(|read| read.sensed == sensed)
+            read.is_some_and(|read| sensing_of(read) == sensed)
         });
         known.or_else(|| self.arrived_with(node, index, sensed))
     }
@@ -302,7 +321,7 @@ impl Lineage {
         self.nodes[node].inputs.iter().find_map(|&topic| {
             let recent = self.topics[topic].after(None, at).rev().take(16);
             let mut known = recent.filter(|sent| sent.arrives.is_some_and(|by| by <= at));
-            let read = known.find(|sent| sent.sensed == sensed)?;
+            let read = known.find(|sent| sensing_of(sent) == sensed)?;
             Some((topic, read.seq))
         })
     }

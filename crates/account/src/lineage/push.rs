@@ -1,6 +1,6 @@
 //! The action in force, and the parts of its age.
 
-use std::time::Duration;
+use std::{iter, mem, time::Duration};
 
 use ratelab::Time;
 
@@ -122,6 +122,19 @@ impl Lineage {
         on_path.or_else(known).or(worked.reads.first().copied())
     }
 
+    /// All pushes of a node with known chains, oldest first.
+    pub fn pushes(&self, node: usize) -> Vec<PushInForce> {
+        let mut pushes: Vec<PushInForce> = Vec::new();
+        for index in 0..self.nodes[node].ticks.len() {
+            let read = self.applied_by(node, index);
+            let again = pushes.last().map(|push| (push.topic, push.seq));
+            if read != again {
+                pushes.extend(self.push_of(node, index));
+            }
+        }
+        pushes
+    }
+
     /// Run time of a node's first known push; zero if there is none.
     pub fn first_push(&self, node: usize) -> Time {
         let ticks = self.nodes[node].ticks.iter();
@@ -132,33 +145,40 @@ impl Lineage {
             .unwrap_or_default()
     }
 
+    /// The pushes of a node in force between two run times, newest first, each with the end of
+    /// that; up to one whose chain is unknown.
+    pub fn pushes_between(
+        &self,
+        node: usize,
+        from: Time,
+        to: Time,
+    ) -> impl Iterator<Item = (PushInForce, Time)> {
+        let mut end = to;
+        iter::from_fn(move || {
+            let before = end.as_nanos().checked_sub(1).filter(|_| end > from)?;
+            let push = self.push_at(node, Time::from_nanos(before))?;
+            let until = mem::replace(&mut end, push.since);
+            Some((push, until))
+        })
+    }
+
     /// The greatest push age of a node over run time `from` to `to`.
     pub fn greatest_age(&self, node: usize, from: Time, to: Time) -> Duration {
-        let (mut greatest, mut end) = (0, to);
-        while end > from {
-            let before = Time::from_nanos(end.as_nanos() - 1);
-            let Some(push) = self.push_at(node, before) else {
-                break;
-            };
-            greatest = greatest.max(push.parts(end).sum_ns());
-            end = push.since;
-        }
-        Duration::from_nanos(greatest.unsigned_abs())
+        let pushes = self.pushes_between(node, from, to);
+        let greatest = pushes.map(|(push, end)| push.parts(end).sum_ns()).max();
+        let greatest = u64::try_from(greatest.unwrap_or_default());
+        Duration::from_nanos(greatest.unwrap_or_default())
     }
 
     /// The mean of each part of the push age of a node over run time `from` to `to` (ns),
     /// in the order from the sensing to now; empty without known pushes.
     pub fn mean_parts(&self, node: usize, from: Time, to: Time) -> Vec<(AgeStage, f64)> {
-        let (mut sums, mut end) = (Sums::default(), to);
-        while end > from {
-            let before = Time::from_nanos(end.as_nanos() - 1);
-            let Some(push) = self.push_at(node, before) else {
-                break;
-            };
-            push.integrate(push.since.max(from), end, &mut sums);
-            end = push.since;
+        let (mut sums, mut begin) = (Sums::default(), to);
+        for (push, end) in self.pushes_between(node, from, to) {
+            begin = push.since.max(from);
+            push.integrate(begin, end, &mut sums);
         }
-        let time = to.since(end.max(from)).as_nanos() as f64;
+        let time = to.since(begin).as_nanos() as f64;
         let known = sums.0.into_iter().filter(|(_, sum)| *sum > 0.0);
         known.map(|(stage, sum)| (stage, sum / time)).collect()
     }

@@ -1,12 +1,14 @@
 //! The reads of each tick, derived from the deliveries before it.
 
-use ratelab::{ReadOrder, Time};
+use std::collections::VecDeque;
 
-use super::{Lineage, Sent, TracedTopic};
+use ratelab::{Head, ReadOrder, Time};
+
+use super::{Lineage, TracedTopic};
 
 impl TracedTopic {
     /// The message with this sequence number.
-    pub(super) fn message(&self, seq: u64) -> Option<&Sent> {
+    pub(super) fn message(&self, seq: u64) -> Option<&Head> {
         let index = self.sent.partition_point(|sent| sent.seq < seq);
         self.sent.get(index).filter(|sent| sent.seq == seq)
     }
@@ -17,9 +19,9 @@ impl TracedTopic {
         &self,
         seq: Option<u64>,
         until: Time,
-    ) -> impl DoubleEndedIterator<Item = &Sent> {
+    ) -> impl DoubleEndedIterator<Item = &Head> {
         let first = seq.map_or(0, |seq| self.sent.partition_point(|sent| sent.seq <= seq));
-        let last = self.sent.partition_point(|sent| sent.released <= until);
+        let last = self.sent.partition_point(|sent| sent.at <= until);
         self.sent.range(first.min(last)..last)
     }
 
@@ -40,7 +42,7 @@ impl TracedTopic {
 
     /// The oldest message of `news`, in the order of delivery, that is still in the queue
     /// at run time `at`.
-    fn oldest_kept<'a>(&self, news: &[&'a Sent], at: Time) -> Option<&'a Sent> {
+    fn oldest_kept<'a>(&self, news: &[&'a Head], at: Time) -> Option<&'a Head> {
         let (mut oldest, mut until, mut evicted) = (None, at, 0);
         for (index, sent) in news.iter().enumerate().rev() {
             // All messages before `evicted` were evicted by `until`.
@@ -101,7 +103,7 @@ impl Lineage {
         node: usize,
         at: Time,
         last: Option<u64>,
-    ) -> impl DoubleEndedIterator<Item = &Sent> {
+    ) -> impl DoubleEndedIterator<Item = &Head> {
         let after = self.topics[topic].after(last, at);
         after.filter(move |sent| self.is_seen(topic, sent, node, at))
     }
@@ -113,8 +115,8 @@ impl Lineage {
         node: usize,
         at: Time,
         last: Option<u64>,
-    ) -> Option<&Sent> {
-        let mut queue: Vec<&Sent> = Vec::new();
+    ) -> Option<&Head> {
+        let mut queue: Vec<&Head> = Vec::new();
         for sent in self.news(topic, node, at, last).rev() {
             // A delivery after that of a newer message is overtaken.
             if queue
@@ -128,10 +130,45 @@ impl Lineage {
         self.topics[topic].oldest_kept(&queue, at)
     }
 
+    /// The number of messages in the queue of a topic that a reader has still to read, at
+    /// each change.
+    pub fn queue(&self, topic: usize, reader: usize) -> Vec<(Time, usize)> {
+        let record = &self.topics[topic];
+        let arrivals = record
+            .sent
+            .iter()
+            .filter_map(|sent| Some((sent.arrives?, Some(sent.seq), 0)));
+        let reads = self.nodes[reader].ticks.iter();
+        let reads = reads.filter_map(|worked| Some((worked.tick.at, None, worked.read(topic)?)));
+        let mut changes: Vec<_> = arrivals.chain(reads).collect();
+        changes.sort_by_key(|(at, arrived, _)| (*at, arrived.is_none()));
+        let mut waiting: VecDeque<u64> = VecDeque::new();
+        let mut read_until = None;
+        let mut lengths = Vec::new();
+        for (at, arrived, read) in changes {
+            match arrived {
+                Some(seq) if waiting.back().copied().max(read_until) < Some(seq) => {
+                    waiting.push_back(seq);
+                    while waiting.len() > record.least_depth(at, at) {
+                        waiting.pop_front();
+                    }
+                }
+                Some(_) => {} // An overtaken message.
+                None => {
+                    read_until = read_until.max(Some(read));
+                    waiting.retain(|seq| *seq > read);
+                }
+            }
+            lengths.push((at, waiting.len()));
+        }
+        lengths.dedup_by_key(|(_, length)| *length);
+        lengths
+    }
+
     /// Whether a tick of `node` at run time `at` finds `sent` delivered.
-    pub(super) fn is_seen(&self, topic: usize, sent: &Sent, node: usize, at: Time) -> bool {
+    pub(super) fn is_seen(&self, topic: usize, sent: &Head, node: usize, at: Time) -> bool {
         match sent.arrives {
-            Some(arrives) if arrives == at && sent.released == at => {
+            Some(arrives) if arrives == at && sent.at == at => {
                 self.is_last(node) || !self.follows(topic, node, at)
             }
             Some(arrives) => arrives <= at,

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ratelab::{Event, Hz, Interrupt, Time, TimedKnob};
-use ratelab_account::{Distribution, NodeAccount, Observer, Snapshot, TopicAccount};
+use ratelab_account::{Distribution, NodeAccount, Observer, PushAge, Snapshot, TopicAccount};
 
 use super::Config;
 use crate::system::{System, Verdict};
@@ -90,6 +90,15 @@ pub struct MeanPushAge {
     pub run_s: f64,
     /// In the last second of it (s).
     pub late_s: f64,
+}
+
+impl MeanPushAge {
+    fn of(age: &PushAge, end: Time) -> Option<Self> {
+        Some(Self {
+            run_s: age.saw()?.mean_s(end)?,
+            late_s: age.lately(end)?.mean_s,
+        })
+    }
 }
 
 impl Summary {
@@ -201,12 +210,7 @@ impl NodeSummary {
             lateness: node.lateness.clone(),
             tick_time: node.tick_time.clone(),
             response: node.response.clone(),
-            push_age: node.push_age.view(now).and_then(|age| {
-                Some(MeanPushAge {
-                    run_s: age.mean_s()?,
-                    late_s: age.late_s?,
-                })
-            }),
+            push_age: MeanPushAge::of(&node.push_age, now),
         }
     }
 }

@@ -7,7 +7,7 @@
 use std::time::Duration;
 
 use ratelab::Time;
-use ratelab_account::Fields;
+use ratelab_account::{Fields, Saw};
 
 /// Maximum number of chains of a graph.
 pub(crate) const MOST_CHAINS: usize = 16;
@@ -56,47 +56,47 @@ pub(crate) struct ChainAges(Vec<ChainAge>);
 #[derive(Clone, Debug, Default)]
 struct ChainAge {
     limit: Option<Duration>,
-    /// Run times at which the data in force began, of the first output, and up to which the
-    /// sums below go.
-    origin: Option<Time>,
-    first: Time,
+    /// `None` before the first output.
+    saw: Option<Saw>,
+    /// Run time up to which the time within the limit goes.
     until: Time,
-    /// The time within the limit.
     within: Duration,
-    greatest: Duration,
-    /// Twice the integral of the age (ns²), as a whole number.
-    twice_area: u128,
 }
 
 impl ChainAge {
     fn advance(&mut self, now: Time) {
-        let Some(origin) = self.origin else { return };
-        let [from, to] = [self.until, now.max(self.until)].map(|at| at.since(origin));
-        self.twice_area += to.as_nanos().pow(2) - from.as_nanos().pow(2);
-        let within = self.limit.map_or(to, |limit| limit.clamp(from, to)) - from;
-        self.within += within;
-        self.greatest = self.greatest.max(to);
-        self.until = now.max(self.until);
+        let Some(saw) = &self.saw else {
+            self.until = now;
+            return;
+        };
+        let until = now.max(self.until);
+        let [from, to] = [self.until, until].map(|at| saw.age(at));
+        self.within += self.limit.map_or(to, |limit| limit.clamp(from, to)) - from;
+        self.until = until;
+    }
+
+    fn output(&mut self, origin: Time) {
+        let next = |saw: Saw| saw.drop_to(self.until, origin);
+        self.saw = Some(self.saw.map_or(Saw::new(self.until, origin), next));
     }
 
     fn age(&self, now: Time) -> f64 {
-        self.origin.map_or(f64::NAN, |origin| ms(now.since(origin)))
+        self.saw.map_or(f64::NAN, |saw| ms(saw.age(now)))
     }
 
-    fn output(&mut self, now: Time, origin: Time) {
-        if self.origin.is_none() {
-            (self.first, self.until) = (now, now);
-        }
-        self.origin = Some(origin);
-        self.greatest = self.greatest.max(now.since(origin));
+    fn greatest(&self) -> f64 {
+        self.saw
+            .map_or(f64::NAN, |saw| ms(saw.greatest(self.until)))
     }
 
     fn measured(&self) -> Duration {
-        self.until.since(self.first)
+        self.saw
+            .map_or(Duration::ZERO, |saw| self.until.since(saw.first))
     }
 
     fn mean(&self) -> f64 {
-        self.twice_area as f64 / 2.0 / self.measured().as_nanos() as f64 / 1e6
+        let twice_area = self.saw.map_or(0, |saw| saw.twice_area(self.until));
+        twice_area as f64 / 2.0 / self.measured().as_nanos() as f64 / 1e6
     }
 }
 
@@ -124,15 +124,15 @@ impl ChainAges {
         let before: Vec<f64> = before.collect();
         for (index, origin) in outputs {
             if let (Some(chain), Some(origin)) = (self.0.get_mut(index), origin) {
-                chain.output(now, origin);
+                chain.output(origin);
             }
         }
         let mut row = vec![ms(now.since(Time::ZERO))];
         for (chain, before) in self.0.iter().zip(before) {
-            let greatest = chain.origin.map_or(f64::NAN, |_| ms(chain.greatest));
             let [within, measured] = [chain.within, chain.measured()].map(ms);
             let mean = chain.mean();
-            row.extend([before, chain.age(now), mean, greatest, within, measured]);
+            let (age, greatest) = (chain.age(now), chain.greatest());
+            row.extend([before, age, mean, greatest, within, measured]);
         }
         Numbers(row)
     }

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use ratelab::{Knob, Time};
-use ratelab_account::{AgeStage, NodeAccount, Sent, TracedTick};
+use ratelab::{Head, Knob, Time};
+use ratelab_account::{AgeStage, NodeAccount, TracedTick};
 
 use super::{Facts, Hang};
 
@@ -73,7 +73,7 @@ impl Facts<'_> {
         let Some(&node) = publishers.first() else {
             return Owner::Link(topic);
         };
-        let sent: Vec<&Sent> = self.recent(topic).collect();
+        let sent: Vec<&Head> = self.recent(topic).collect();
         let every = self.time().as_nanos() as f64 / sent.len().max(1) as f64;
         if self.graph.nodes[node].crashed {
             Owner::Crash(node)
@@ -154,7 +154,7 @@ impl Facts<'_> {
     pub fn delay(&self, topic: usize) -> Duration {
         let delays = self
             .recent(topic)
-            .filter_map(|sent| Some(sent.arrives?.since(sent.released)));
+            .filter_map(|sent| Some(sent.arrives?.since(sent.at)));
         let (sum, count) = delays.fold((Duration::ZERO, 0), |(sum, n), delay| (sum + delay, n + 1));
         sum / count.max(1)
     }
@@ -162,14 +162,14 @@ impl Facts<'_> {
     /// Whether the link of a topic recently delayed or lost a message.
     fn has_link(&self, topic: usize) -> bool {
         let mut sent = self.recent(topic);
-        sent.any(|sent| sent.arrives != Some(sent.released))
+        sent.any(|sent| sent.arrives != Some(sent.at))
     }
 
     /// The recently published messages of a topic.
-    fn recent(&self, topic: usize) -> impl Iterator<Item = &Sent> {
-        let recent = |sent: &&Sent| sent.released > self.late.0;
+    fn recent(&self, topic: usize) -> impl Iterator<Item = &Head> {
+        let recent = |sent: &&Head| sent.at > self.late.0;
         let sent = self.lineage.sent(topic).rev();
-        sent.skip_while(|sent| sent.released > self.late.1)
+        sent.skip_while(|sent| sent.at > self.late.1)
             .take_while(recent)
     }
 

@@ -7,7 +7,7 @@
 use std::{collections::HashSet, time::Duration};
 
 use ratelab::Time;
-use ratelab_account::{Lineage, Occupied, TracedTick};
+use ratelab_account::{Lineage, TickWait, TracedTick};
 use rerun::{Color, EntityPath, RecordingStream, RecordingStreamResult, StateChange, TimeColumn};
 
 use super::{
@@ -89,7 +89,7 @@ pub fn add(rec: &RecordingStream, recording: &Recording) -> RecordingStreamResul
 /// The lane of a node from its ticks, each with the stretches for which it was set aside;
 /// `waits` is the state before a late one.
 fn ticks<'a>(
-    ticks: impl Iterator<Item = (&'a TracedTick, Vec<Occupied>)>,
+    ticks: impl Iterator<Item = (&'a TracedTick, Vec<TickWait>)>,
     waits: &'static str,
 ) -> Changes {
     let mut changes = Changes::new();
@@ -146,7 +146,7 @@ fn messages(lineage: &Lineage, topic: usize, readers: &[usize]) -> Changes {
             Some(_) if read.contains(&sent.seq) => READ,
             Some(_) => UNREAD,
         };
-        change(&mut changes, sent.released, state);
+        change(&mut changes, sent.at, state);
     }
     changes
 }
@@ -171,7 +171,7 @@ fn send(
 
 #[cfg(test)]
 mod tests {
-    use ratelab_account::TickRecord;
+    use ratelab_account::{TickRecord, WaitsFor};
 
     use super::*;
     use crate::recording::tests::ms;
@@ -224,10 +224,10 @@ mod tests {
     #[test]
     fn a_lane_of_an_executor_has_the_wait_and_what_was_set_aside() {
         let run = [tick(0, [3, 3, 9], 0)];
-        let aside = Occupied {
+        let aside = TickWait {
             from: ms(5),
             to: ms(8),
-            by: 1,
+            what: WaitsFor::Node(1),
         };
         let lane = [
             (0, WAITING),

@@ -67,8 +67,8 @@ impl LatencyScene {
             if let Some(sensed) = step.origin {
                 self.age.push(step.at, sensed);
             }
-            let age = self.age.view(step.at).and_then(|view| view.late_s);
-            values.push(age.map_or(f64::NAN, |seconds| seconds * 1e3));
+            let age = self.age.lately(step.at);
+            values.push(age.map_or(f64::NAN, |late| late.mean_s * 1e3));
         }
         let count = 2 + usize::from(self.period.is_some());
         lines::send(stream, LATENCY, &times(stream.steps), values, count)?;

@@ -1,4 +1,4 @@
-//! Who had the threads of an executor: while a tick waited for one, and while it was set aside.
+//! What a tick waited for before it began, and for what it was set aside.
 
 use std::time::Duration;
 
@@ -10,31 +10,62 @@ use super::{Lineage, TracedTick};
 /// The end of a long wait that counts for its cause: waits of overloaded nodes grow with the run.
 const LOOKED_AT: Duration = Duration::from_millis(200);
 
-/// A stretch of run time in which another node had what a tick needed.
+/// A stretch of run time in which a tick did not go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Occupied {
+pub struct TickWait {
     /// Its begin (run time).
     pub from: Time,
     /// Its end (run time).
     pub to: Time,
-    /// The node that had it, as an index into the topology.
-    pub by: usize,
+    /// What was missing.
+    pub what: WaitsFor,
+}
+
+/// What a tick waits for; nodes and topics are indices into the topology.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WaitsFor {
+    /// A message of this topic, to match that of another one.
+    Match(usize),
+    /// The executor, which had this node meanwhile.
+    Node(usize),
+    /// A thread.
+    Thread,
 }
 
 impl Lineage {
-    /// The other nodes on the threads of a node's executor.
-    pub(super) fn companions(&self, node: usize) -> impl Iterator<Item = usize> {
-        let nodes = &self.topology.nodes;
-        let executor = nodes[node].executor_index;
-        let others = (0..nodes.len()).filter(move |other| *other != node);
-        others.filter(move |other| executor.is_some() && nodes[*other].executor_index == executor)
+    /// The waits of a tick before it began: for a match, then for its executor or its thread.
+    pub fn waits(&self, node: usize, index: usize) -> Vec<TickWait> {
+        let late = || self.late(node, index);
+        let begins = self.waited(node, index).or_else(late);
+        let matched = self.waited_for_match(node, index);
+        matched.into_iter().chain(begins).collect()
+    }
+
+    /// The longest wait for a match among the messages of a tick, from the end of the tick
+    /// before. `None` if none of them waited.
+    fn waited_for_match(&self, node: usize, index: usize) -> Option<TickWait> {
+        let ticks = &self.nodes[node].ticks;
+        let reads = ticks.get(index)?.reads.iter();
+        let before = index.checked_sub(1);
+        let free = before.map_or(Time::ZERO, |before| ticks[before].ends());
+        let to = self.completed(node, index);
+        let waits = reads.filter_map(|&(topic, seq)| {
+            let arrives = self.topics[topic].message(seq)?.arrives?;
+            let matched = self.meets(node, topic).then_some(topic)?;
+            let what = WaitsFor::Match(self.waited_for(node, index, matched)?);
+            let from = arrives.max(free);
+            Some(TickWait { from, to, what })
+        });
+        waits
+            .filter(|wait| wait.from < wait.to)
+            .min_by_key(|wait| wait.from)
     }
 
     /// The wait of a tick for its executor, with the node that ran the longest meanwhile, or in
     /// the last 200 ms of it. Of several threads one may be free: then a node of its callback
     /// group is what it waited for.
     /// `None` if it did not wait, or had a thread of its own.
-    pub fn waited(&self, node: usize, index: usize) -> Option<Occupied> {
+    fn waited(&self, node: usize, index: usize) -> Option<TickWait> {
         let to = self.nodes[node].ticks.get(index)?.tick.at;
         let from = self.released(node, index);
         let late = from.max(Time::ZERO + to.since(Time::ZERO + LOOKED_AT));
@@ -46,8 +77,25 @@ impl Lineage {
                 let first = std::cmp::Reverse(*other);
                 (self.excludes(node, *other), *ran, first)
             });
-        let (_, by) = longest?;
-        (from < to).then_some(Occupied { from, to, by })
+        let what = WaitsFor::Node(longest?.1);
+        (from < to).then_some(TickWait { from, to, what })
+    }
+
+    /// The lateness of a tick.
+    fn late(&self, node: usize, index: usize) -> Option<TickWait> {
+        let tick = &self.nodes[node].ticks.get(index)?.tick;
+        let late = tick.lateness.filter(|late| !late.is_zero())?;
+        let (from, to) = (Time::ZERO + tick.at.since(Time::ZERO + late), tick.at);
+        let what = WaitsFor::Thread;
+        Some(TickWait { from, to, what })
+    }
+
+    /// The other nodes on the threads of a node's executor.
+    pub(super) fn companions(&self, node: usize) -> impl Iterator<Item = usize> {
+        let nodes = &self.topology.nodes;
+        let executor = nodes[node].executor_index;
+        let others = (0..nodes.len()).filter(move |other| *other != node);
+        others.filter(move |other| executor.is_some() && nodes[*other].executor_index == executor)
     }
 
     /// Whether two nodes are in one mutually exclusive group of an executor with several threads.
@@ -72,15 +120,12 @@ impl Lineage {
 
     /// The stretches for which a tick was set aside for more urgent ones, on a preemptive
     /// executor with one core: on several cores the ticks alone do not tell.
-    pub fn set_aside(&self, node: usize, index: usize) -> Vec<Occupied> {
+    pub fn set_aside(&self, node: usize, index: usize) -> Vec<TickWait> {
         let one = Executor::FixedPriority { cores: 1 };
-        let preemptive = [one, Executor::Edf { cores: 1 }];
-        let known = self.nodes[node].executor;
-        let ticks = &self.nodes[node].ticks;
-        let (true, Some(own)) = (
-            known.is_some_and(|known| preemptive.contains(&known)),
-            ticks.get(index),
-        ) else {
+        let preemptive = [one, Executor::Edf { cores: 1 }].map(Some);
+        let own = self.nodes[node].ticks.get(index);
+        let is_preemptive = preemptive.contains(&self.nodes[node].executor);
+        let Some(own) = own.filter(|_| is_preemptive) else {
             return Vec::new();
         };
         // What begins during a tick is more urgent, and ends before it goes on.
@@ -89,10 +134,10 @@ impl Lineage {
         let others = self.companions(node).flat_map(|other| {
             let ticks = self.ticks_between(other, own.tick.at, own.ends());
             let ticks = ticks.map(|(_, worked)| worked).filter(inside);
-            ticks.map(move |worked| Occupied {
+            ticks.map(move |worked| TickWait {
                 from: worked.tick.at,
                 to: worked.ends().min(own.ends()),
-                by: other,
+                what: WaitsFor::Node(other),
             })
         });
         outermost(others.collect())
@@ -100,7 +145,7 @@ impl Lineage {
 }
 
 /// The stretches that are in no other one, in order.
-fn outermost(mut stretches: Vec<Occupied>) -> Vec<Occupied> {
+fn outermost(mut stretches: Vec<TickWait>) -> Vec<TickWait> {
     stretches.sort_by_key(|stretch| (stretch.from, std::cmp::Reverse(stretch.to)));
     let mut until = Time::ZERO;
     stretches.retain(|stretch| {
