@@ -24,7 +24,7 @@ use super::{
     rate::Rate,
     record::{Records, Sink},
     release::Release,
-    scheduling::{Again, Crew, Kit, Member, Plain, Seat, Stage, TaskSpec},
+    scheduling::{Kit, Member, NodeSlot, Plain, Rebuild, Schedule, TaskSet, TaskSpec},
     state::{RunState, Status},
     sync::{Arc, Mutex, get_mut, lock},
     time::{HzError, Time},
@@ -99,8 +99,8 @@ impl From<Infallible> for GraphError {
 /// ```
 pub struct Graph {
     /// The nodes, by their indices.
-    pub(crate) seats: Vec<Mutex<Seat>>,
-    pub(crate) stage: Stage,
+    pub(crate) slots: Vec<Mutex<NodeSlot>>,
+    pub(crate) schedule: Schedule,
     pub(crate) control: ControlPlane,
     /// [`Clock::cores`](super::Clock::cores) of the real clock, once it is known.
     pub(crate) cores: Option<usize>,
@@ -126,8 +126,8 @@ impl Graph {
             speed: Speed::Unlimited,
         };
         Self {
-            seats: Vec::new(),
-            stage: Stage::default(),
+            slots: Vec::new(),
+            schedule: Schedule::default(),
             control: ControlPlane {
                 state: Arc::new(RunState::new(status)),
                 status,
@@ -186,8 +186,8 @@ impl Graph {
         GraphError: From<R::Error>,
     {
         let ends = self.add(name, release.try_into()?, priority, false, &mut build)?;
-        if let Some(seat) = self.seats.last_mut() {
-            get_mut(seat).again = Some(Again {
+        if let Some(slot) = self.slots.last_mut() {
+            get_mut(slot).again = Some(Rebuild {
                 build: Box::new(move || Box::new(build(&mut Wiring::again(ends.clone())))),
                 message: message.map(str::to_owned),
             });
@@ -231,7 +231,7 @@ impl Graph {
         if self.control.nodes.iter().any(|node| node.name == name) {
             return Err(GraphError::DuplicateNode(name.to_owned()));
         }
-        let (arrivals, index) = (self.stage.arrivals(), self.seats.len());
+        let (arrivals, index) = (self.schedule.arrivals(), self.slots.len());
         let records = self.control.records.of(index);
         let mut wiring = Wiring::new(&self.control.topics, arrivals, records.clone());
         let node = Box::new(build(&mut wiring));
@@ -282,9 +282,9 @@ impl Graph {
             Release::Every(_) => self.control.kit.scheduler(spec),
             Release::On(matching) => matching.scheduler(spec),
         };
-        self.stage.add(Crew::of(scheduler, member));
-        let seat = Seat::new(name, records, node, ends.outbox.clone(), fixed);
-        self.seats.push(Mutex::new(seat));
+        self.schedule.add(TaskSet::of(scheduler, member));
+        let slot = NodeSlot::new(name, records, node, ends.outbox.clone(), fixed);
+        self.slots.push(Mutex::new(slot));
         Ok(ends)
     }
 
@@ -307,7 +307,7 @@ impl Graph {
             nodes: nodes.cloned().collect(),
             topics: topics.map(WiredTopic::topology).collect(),
         };
-        let rates = topology.rates(|node| self.stage.state(node, self.now()).hz);
+        let rates = topology.rates(|node| self.schedule.state(node, self.now()).hz);
         let nodes = topology.nodes.iter_mut().zip(rates);
         nodes.for_each(|(node, hz)| node.hz = hz);
         topology
@@ -315,7 +315,7 @@ impl Graph {
 
     /// Number of its nodes.
     pub fn node_count(&self) -> usize {
-        self.seats.len()
+        self.slots.len()
     }
 
     /// Whether this process runs the node with this index.
@@ -325,7 +325,7 @@ impl Graph {
 
     /// Whether the node with this index crashed without a restart since.
     pub fn is_crashed(&self, node: usize) -> bool {
-        node < self.seats.len() && self.stage.state(node, self.now()).crashed
+        node < self.slots.len() && self.schedule.state(node, self.now()).crashed
     }
 
     /// Current run time.
@@ -365,7 +365,7 @@ impl Graph {
             knob => {
                 let index = self.control.node_index(knob.target())?;
                 match self.is_here(index) {
-                    true => self.stage.check(index, &lock(&self.seats[index]), knob),
+                    true => self.schedule.check(index, &lock(&self.slots[index]), knob),
                     false => Ok(()),
                 }
             }
@@ -392,8 +392,8 @@ impl Graph {
         let index = self.control.node_index(knob.target())?;
         match self.is_here(index) {
             true => {
-                let seat = get_mut(&mut self.seats[index]);
-                self.stage.turn(index, seat, knob, at)
+                let slot = get_mut(&mut self.slots[index]);
+                self.schedule.turn(index, slot, knob, at)
             }
             // A setting for the process in which it runs.
             false => Ok(String::new()),

@@ -14,7 +14,7 @@ use super::{
 };
 
 /// Keeps the entries of the threads of a run: the one that supervises is number 0; a thread of a
-/// crew has the number of one of its nodes, which count from 1 in the order of their addition.
+/// task set has the number of one of its nodes, which count from 1 in the order of their addition.
 pub trait Journal: Any + Send + Sync {
     /// Threads start, for so many `nodes`.
     fn begin(&self, nodes: usize);
@@ -29,8 +29,8 @@ pub trait ThreadJournal: Send + Sync {
     fn add(&self, entry: &Entry, turns: &[Operation]);
 }
 
-/// What a thread of a crew did between two waits, as far as it does not follow from what it read:
-/// what its clock answered, and what reached it.
+/// What a thread of a task set did between two waits, as far as it does not follow from what it
+/// read: what its clock answered, and what reached it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Entry {
     /// Threads start. This is in the journal of every thread.

@@ -44,17 +44,17 @@
 //! | another rule for messages of several topics | [`Matching`] | `crates/effects/src/kit.rs` |
 //! | one of these for every node and topic of a graph | [`Kit`] | `crates/effects/src/kit.rs` |
 //! | a log of what the clocks of the threads answered | [`Journal`] | `crates/replay` |
-//! | another clock | [`Clock`]; [`Crews`] have the nodes meanwhile | `crates/replay` |
+//! | another clock | [`Clock`]; [`TaskSets`] have the nodes meanwhile | `crates/replay` |
 //! | another order of the turns of [`Shared`] values | [`TurnFollower`] | `crates/replay` |
 //!
 //! # How a run goes
 //!
-//! Each node belongs to a *crew*: alone, or with the other nodes of its executor. The scheduler of
-//! a crew hears of events ([`SchedulerEvent`]), asks a [`Timetable`] for alarms, and names the next
-//! [`Job`] of a node. A *stage* keeps the alarms of its crews in order. In virtual time one stage
-//! has all crews, and time jumps from alarm to alarm; under the real clock each crew has a stage of
-//! its own, and its threads wait for the wall. Nodes work outside of the stage, and what they
-//! publish comes back to it as arrivals.
+//! Each node belongs to a *task set*: alone, or with the other nodes of its executor. The scheduler
+//! of a task set hears of events ([`SchedulerEvent`]), asks a [`Timetable`] for alarms, and names
+//! the next [`Job`] of a node. A *schedule* keeps the alarms of its task sets in order. In virtual
+//! time one schedule has all task sets, and time jumps from alarm to alarm; under the real clock
+//! each task set has a schedule of its own, and its threads wait for the wall. Nodes work outside
+//! of the schedule, and what they publish comes back to it as arrivals.
 //!
 //! A message: [`Publisher::publish`] puts it into the queue of its topic, or into the outbox of its
 //! node while a tick takes time; a channel decides when it is delivered; the queue evicts what is
@@ -120,9 +120,8 @@ mod turns;
 
 pub use channel::Channel;
 pub use clock::{
-    Clock, ClockExit, CrewThread, Crews, Obeyed, Outcome, RealClock, RealtimeError,
-    RealtimePriority, RunError, Supervision, VirtualClock, lower_priority, note_end, obey_at_rest,
-    run,
+    Clock, ClockExit, Obeyed, Outcome, RealClock, RealtimeError, RealtimePriority, RunError,
+    Supervision, TaskSets, VirtualClock, Worker, lower_priority, note_end, obey_at_rest, run,
 };
 pub use command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand};
 pub use event::{Event, EventKind};

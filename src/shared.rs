@@ -41,7 +41,7 @@ const UNKNOWN: u32 = u32::MAX;
 ///     })?;
 /// }
 /// RealClock::default().run(&mut graph, &mut Inbox::default(), Time::from_secs_f64(0.05)?)?;
-/// assert!(*tank.aside() > 0.0);
+/// assert!(*tank.peek() > 0.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Shared<T> {
@@ -99,7 +99,7 @@ impl<T> Shared<T> {
     pub fn lock(&self) -> Turn<'_, T> {
         match turns::mode() {
             Mode::Off => {
-                let mut turn = self.aside();
+                let mut turn = self.peek();
                 turn.state.outside = true;
                 turn
             }
@@ -111,7 +111,7 @@ impl<T> Shared<T> {
     /// Locks the value for those that only look on, such as observers and taps, at any
     /// time and without a turn.
     #[inline]
-    pub fn aside(&self) -> Turn<'_, T> {
+    pub fn peek(&self) -> Turn<'_, T> {
         Turn {
             state: lock(&self.state),
             hands_on: false,
@@ -121,7 +121,7 @@ impl<T> Shared<T> {
     #[inline]
     fn noted(&self) -> Turn<'_, T> {
         let lock_name = self.lock_name();
-        let mut turn = self.aside();
+        let mut turn = self.peek();
         let state = &mut *turn.state;
         turns::note(Operation {
             lock: lock_name,
@@ -147,7 +147,7 @@ impl<T> Shared<T> {
         name
     }
 
-    /// Locks the value as [`Self::aside`] does. Where another thread is held within this lock,
+    /// Locks the value as [`Self::peek`] does. Where another thread is held within this lock,
     /// both go on at once.
     fn past_held(&self, follower: &dyn TurnFollower) -> Turn<'_, T> {
         if follower.holds() {
@@ -157,7 +157,7 @@ impl<T> Shared<T> {
             }
             follower.let_go();
         }
-        self.aside()
+        self.peek()
     }
 
     /// Waits for the turn that this thread had in the recorded run.
@@ -166,7 +166,7 @@ impl<T> Shared<T> {
         let follower = turns::follower();
         let next = follower.as_ref().and_then(|f| f.next(self.lock_name()));
         let Some((number, follower)) = next.zip(follower.as_deref()) else {
-            return self.aside();
+            return self.peek();
         };
         let mut turn = self.past_held(follower);
         while turn.state.turn != number && !follower.is_free() {

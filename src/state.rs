@@ -123,7 +123,7 @@ impl RunState {
 impl RunState {
     /// Commands and ends of the run so far, starting with number `first`.
     pub fn events(&self, first: usize) -> Vec<Event> {
-        self.events.aside().iter().skip(first).cloned().collect()
+        self.events.peek().iter().skip(first).cloned().collect()
     }
 
     /// Adds an event; returns its position.

@@ -157,7 +157,7 @@ impl<T: Payload> Topic<T> {
 
     /// The same for a node, which is this one of the topic's readers.
     pub(crate) fn subscribe_as(&self, reader: Option<usize>) -> Subscription<T> {
-        let queue = self.0.queue.aside();
+        let queue = self.0.queue.peek();
         let transit = queue.transit.as_ref();
         let next = transit.map_or(queue.next_seq, |transit| transit.next_delivered);
         drop(queue);
@@ -182,7 +182,7 @@ impl<T: Payload> Topic<T> {
 
     /// Its index in the graph; `None` outside of one.
     pub fn index(&self) -> Option<usize> {
-        let queue = self.0.queue.aside();
+        let queue = self.0.queue.peek();
         queue.records.as_ref().map(Records::index)
     }
 
@@ -209,19 +209,19 @@ impl<T: Payload> Topic<T> {
     /// The newest message, read without a subscription, with what a record of it would hold;
     /// `None` before the first.
     pub fn peek(&self) -> Option<(T, Head)> {
-        let queue = self.0.queue.aside();
+        let queue = self.0.queue.peek();
         let (message, head) = queue.newest()?;
         Some((message.data.clone(), head))
     }
 
     /// Queue depth.
     pub fn depth(&self) -> Depth {
-        self.0.queue.aside().depth
+        self.0.queue.peek().depth
     }
 
     /// Number of messages published so far.
     pub fn published(&self) -> u64 {
-        self.0.queue.aside().next_seq
+        self.0.queue.peek().next_seq
     }
 }
 
@@ -282,15 +282,15 @@ impl<T: Payload> AnyTopic for Topic<T> {
     }
 
     fn set_records(&self, records: Records) {
-        self.0.queue.aside().records = Some(records);
+        self.0.queue.peek().records = Some(records);
     }
 
     fn deliver(&self, now: Time) {
-        self.0.queue.aside().deliver(now);
+        self.0.queue.peek().deliver(now);
     }
 
     fn arrivals_after(&self, now: Time) -> Vec<Arrival> {
-        let queue = self.0.queue.aside();
+        let queue = self.0.queue.peek();
         let Some((triggers, transit)) = queue.triggers.as_ref().zip(queue.transit.as_ref()) else {
             return Vec::new();
         };

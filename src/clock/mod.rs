@@ -9,20 +9,20 @@
 //! instants: nodes that are due together see the same world, and the run time of a
 //! command is enough to repeat it.
 
-mod crew_stage;
-mod crew_thread;
-mod crews;
 mod obey;
 mod real;
+mod shared_schedule;
+mod task_sets;
 mod virtual_time;
 mod wall;
+mod worker;
 
 pub use super::realtime::{RealtimeError, RealtimePriority, lower_priority};
-pub use crew_thread::{CrewThread, Outcome};
-pub use crews::Crews;
 pub use obey::{Obeyed, Supervision, obey_at_rest};
 pub use real::RealClock;
+pub use task_sets::TaskSets;
 pub use virtual_time::{RunError, VirtualClock};
+pub use worker::{Outcome, Worker};
 
 use super::{
     command::ClockKind, event::EventKind, graph::Graph, inbox::Inbox, node::Fault, sync::get_mut,
@@ -116,9 +116,9 @@ pub fn note_end(graph: &mut Graph, end: &Result<ClockExit, Fault>) {
         Ok(ClockExit::Stopped) => at,
         _ => at + Time::RESOLUTION,
     };
-    graph.stage.close(passed, at);
-    for seat in &mut graph.seats {
-        get_mut(seat).cut_off();
+    graph.schedule.close(passed, at);
+    for slot in &mut graph.slots {
+        get_mut(slot).cut_off();
     }
     if let Some(what) = what {
         graph.control.state.note(at, what);

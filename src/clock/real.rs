@@ -16,7 +16,7 @@ use self::{
     supervisor::{Report, StretchEnd, Supervisor},
     wall_thread::{Board, WallThread},
 };
-use super::{Clock, ClockExit, crews::threads, note_end, obey::obey_at_rest};
+use super::{Clock, ClockExit, note_end, obey::obey_at_rest, task_sets::threads};
 use crate::{
     command::ClockKind,
     graph::Graph,
@@ -79,7 +79,7 @@ impl Clock for RealClock {
         graph.cores = self.cores();
         if let Some((node, why)) = graph.needs_virtual_time() {
             let at = graph.now();
-            return Err(get_mut(&mut graph.seats[node]).fault(at, why.into()));
+            return Err(get_mut(&mut graph.slots[node]).fault(at, why.into()));
         }
         graph.set_clock(ClockKind::Real);
         let end = loop {
@@ -132,7 +132,7 @@ impl RealClock {
         let mailboxes = mailboxes(graph);
         let (reporter, reports) = crossbeam_channel::unbounded();
         let state = graph.control.state.clone();
-        state.begin_threads(graph.seats.len());
+        state.begin_threads(graph.slots.len());
         let log = state.entries_of(SUPERVISOR);
         let context = ThreadContext {
             until,
@@ -142,11 +142,11 @@ impl RealClock {
         let (now, in_flight) = (graph.now(), graph.control.arrivals_after(graph.now()));
         let mut shares = shares(graph);
         let post = Arc::new(Post::new(graph, &mailboxes));
-        let (crews, graph_left) = graph.apart_with(post.clone());
+        let (task_sets, graph_left) = graph.apart_with(post.clone());
         in_flight.into_iter().for_each(|arrival| post.wake(arrival));
-        let boards: Vec<Board> = crews
+        let boards: Vec<Board> = task_sets
             .here()
-            .map(|crew| Board::new(mailboxes[crew.first].clone()))
+            .map(|task_set| Board::new(mailboxes[task_set.first].clone()))
             .collect();
         let mut supervisor = Supervisor {
             graph: graph_left,
@@ -154,14 +154,14 @@ impl RealClock {
             until,
             mailboxes: &mailboxes,
             reports,
-            working: crews.threads().count(),
+            working: task_sets.threads().count(),
             log: log.clone(),
         };
         let noter = log.noter();
         let end = thread::scope(|scope| {
-            for (crew, board) in crews.here().zip(&boards) {
-                let (first, name) = (crew.first, crew.name());
-                for (number, hand) in threads(crew) {
+            for (task_set, board) in task_sets.here().zip(&boards) {
+                let (first, name) = (task_set.first, task_set.name());
+                for (number, hand) in threads(task_set) {
                     let thread = WallThread {
                         hand,
                         board,
@@ -182,7 +182,7 @@ impl RealClock {
             end
         });
         let end = supervisor.settle(end);
-        drop((noter, boards, crews));
+        drop((noter, boards, task_sets));
         log.note_alone(Entry::End(end.end));
         end.exit(graph)
     }
@@ -209,13 +209,16 @@ impl ThreadContext {
 /// The cores of each node whose executor takes it off them for others, by its index.
 fn shares(graph: &Graph) -> HashMap<usize, CoreShare> {
     let (mut spare, mut shares) = (spare_cores(), HashMap::new());
-    for crew in graph.stage.crews() {
-        let threads = crew.dispatch.as_ref().map(|dispatch| dispatch.threads());
+    for task_set in graph.schedule.task_sets() {
+        let threads = task_set
+            .dispatch
+            .as_ref()
+            .map(|dispatch| dispatch.threads());
         let Some(Threads::Cores(cores)) = threads else {
             continue;
         };
         let cores = spare.split_off(spare.len().saturating_sub(cores));
-        let here = || crew.members.iter().filter(|member| !member.remote);
+        let here = || task_set.members.iter().filter(|member| !member.remote);
         let priorities: BTreeSet<u32> = here().map(|member| member.priority).collect();
         shares.extend(here().map(|member| {
             let rank = priorities.range(..member.priority).count();

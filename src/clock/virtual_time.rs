@@ -101,18 +101,18 @@ impl<'a> VirtualStretch<'a> {
     fn new(graph: &'a mut Graph, inbox: &'a mut Inbox, until: Time) -> Self {
         let now = graph.now();
         let late = graph
-            .stage
+            .schedule
             .states(now)
             .any(|task| task.due < now && task.skips);
         let last_due = graph
-            .stage
+            .schedule
             .states(now)
             .filter_map(|task| task.last_due)
             .max();
         // Late nodes tick now, so this instant is partly done.
         let last_event = if late { Some(now) } else { last_due };
         let control = &graph.control;
-        graph.stage.open(now, || control.arrivals_after(now));
+        graph.schedule.open(now, || control.arrivals_after(now));
         Self {
             pacer: Pacer::new(graph.control.status.speed, now),
             last_event: last_event.map(|last| last.min(now)),
@@ -163,7 +163,7 @@ impl<'a> VirtualStretch<'a> {
 
     /// Whether something is left of the instant of the last event.
     fn mid_instant(&self) -> bool {
-        let next = self.graph.stage.next_at();
+        let next = self.graph.schedule.next_at();
         next <= self.until && self.last_event.is_some_and(|last| next <= last)
     }
 
@@ -175,7 +175,7 @@ impl<'a> VirtualStretch<'a> {
 
     /// Time of the next event or timed command, or the end.
     fn next_event(&self) -> Time {
-        let next = self.graph.stage.next_at();
+        let next = self.graph.schedule.next_at();
         next.min(self.inbox.next_timed(self.until)).min(self.until)
     }
 
@@ -226,7 +226,7 @@ impl<'a> VirtualStretch<'a> {
 
     /// Processes the next event: a timed command, a tick, or the end.
     fn proceed(&mut self) -> Result<Option<ClockExit>, Fault> {
-        let next = self.graph.stage.next_at();
+        let next = self.graph.schedule.next_at();
         if self.inbox.next_timed(self.until) <= next
             && !self.mid_instant()
             && let Some(timed) = self.inbox.take_timed(self.until)
@@ -245,7 +245,7 @@ impl<'a> VirtualStretch<'a> {
     /// does its work: during a pause only the next tick.
     fn advance(&mut self) -> Result<Option<ClockExit>, Fault> {
         // A node that is late from the real clock must not turn time back.
-        let now = self.graph.stage.next_at().max(self.graph.now());
+        let now = self.graph.schedule.next_at().max(self.graph.now());
         self.last_event = Some(now);
         self.graph.control.set_now(now);
         let moment = Moment {
@@ -253,9 +253,9 @@ impl<'a> VirtualStretch<'a> {
             until: self.until,
             over: false,
         };
-        while let Some(work) = self.graph.stage.look(moment) {
+        while let Some(work) = self.graph.schedule.look(moment) {
             let outcome = self.work(work, now);
-            self.graph.stage.collect();
+            self.graph.schedule.collect();
             match outcome {
                 Ok(ControlFlow::Continue(())) => {}
                 Ok(ControlFlow::Break(())) => {
@@ -263,8 +263,8 @@ impl<'a> VirtualStretch<'a> {
                     return Ok(Some(ClockExit::Ended { node, at: now }));
                 }
                 Err(cause) => {
-                    let seat = get_mut(&mut self.graph.seats[work.node]);
-                    return Err(seat.fault(now, cause));
+                    let slot = get_mut(&mut self.graph.slots[work.node]);
+                    return Err(slot.fault(now, cause));
                 }
             }
             if self.graph.control.status.paused {
@@ -277,20 +277,22 @@ impl<'a> VirtualStretch<'a> {
     /// Has a node do its work.
     #[inline]
     fn work(&mut self, work: Assignment, now: Time) -> Tick {
-        let Graph { seats, stage, .. } = &mut *self.graph;
-        let (seat, job) = (get_mut(&mut seats[work.node]), work.job);
+        let Graph {
+            slots, schedule, ..
+        } = &mut *self.graph;
+        let (slot, job) = (get_mut(&mut slots[work.node]), work.job);
         if job.kind != JobKind::End {
             self.steps = self.steps.saturating_sub(1);
         }
         let measured = self.pacer.is_paced().then(Instant::now);
-        let outcome = seat.work(job, now, false);
+        let outcome = slot.work(job, now, false);
         let times = WorkTimes {
             began: now,
             ended: now,
             passed: now,
             took: measured.map(|began| began.elapsed()),
         };
-        stage.done(seat, work, times, outcome)
+        schedule.done(slot, work, times, outcome)
     }
 }
 
@@ -350,18 +352,18 @@ mod tests {
             until: UNTIL,
             over: false,
         };
-        graph.stage.open(Time::ZERO, Vec::new);
-        while let Some(work) = graph.stage.look(second) {
+        graph.schedule.open(Time::ZERO, Vec::new);
+        while let Some(work) = graph.schedule.look(second) {
             let times = WorkTimes {
                 began: Time::ZERO,
                 ended: Time::ZERO,
                 passed: Time::ZERO,
                 took: None,
             };
-            let seat = get_mut(&mut graph.seats[work.node]);
-            let _ = graph.stage.done(seat, work, times, GO_ON);
+            let slot = get_mut(&mut graph.slots[work.node]);
+            let _ = graph.schedule.done(slot, work, times, GO_ON);
         }
-        second.now = graph.stage.state(2, Time::ZERO).due;
+        second.now = graph.schedule.state(2, Time::ZERO).due;
         graph.control.set_now(second.now);
         (graph, log)
     }

@@ -3,7 +3,7 @@
 use super::{Graph, GraphError};
 use crate::{
     command::ClockKind,
-    scheduling::{Crew, Dispatch, Threads},
+    scheduling::{Dispatch, TaskSet, Threads},
     sync::Arc,
 };
 
@@ -27,15 +27,18 @@ impl Graph {
             }
             nodes.push(node);
         }
-        let crews = self.stage.take_crews().into_iter();
-        let is_member = |crew: &Crew| nodes.iter().any(|node| crew.is_own(*node));
-        let (mut own, mut crews): (Vec<Crew>, Vec<Crew>) = crews.partition(is_member);
-        let index = crews.iter().filter(|crew| crew.is_executor()).count();
-        own.sort_by_key(|crew| nodes.iter().position(|node| crew.is_own(*node)));
-        let joined = Crew::joined(dispatch.clone(), own);
-        let together = joined.iter().any(Crew::is_executor);
-        crews.extend(joined);
-        self.stage.set_crews(crews);
+        let task_sets = self.schedule.take_task_sets().into_iter();
+        let is_member = |task_set: &TaskSet| nodes.iter().any(|node| task_set.is_own(*node));
+        let (mut own, mut task_sets): (Vec<TaskSet>, Vec<TaskSet>) = task_sets.partition(is_member);
+        let index = task_sets
+            .iter()
+            .filter(|task_set| task_set.is_executor())
+            .count();
+        own.sort_by_key(|task_set| nodes.iter().position(|node| task_set.is_own(*node)));
+        let joined = TaskSet::joined(dispatch.clone(), own);
+        let together = joined.iter().any(TaskSet::is_executor);
+        task_sets.extend(joined);
+        self.schedule.set_task_sets(task_sets);
         for (number, node) in nodes.into_iter().enumerate() {
             let node = &mut self.control.nodes[node];
             node.executor = Some(dispatch.name());
@@ -60,7 +63,7 @@ impl Graph {
         if node.executor.is_some() {
             return Err(GraphError::SecondExecutor(name.to_owned()));
         }
-        if !self.stage.is_joinable(index, dispatch) {
+        if !self.schedule.is_joinable(index, dispatch) {
             return Err(GraphError::ForeignSchedule(
                 name.to_owned(),
                 dispatch.name(),
@@ -92,8 +95,8 @@ impl Graph {
     /// The node that the real clock cannot run, with the reason and the remedy.
     pub(crate) fn needs_virtual_time(&self) -> Option<(usize, String)> {
         let mut spare = self.cores.unwrap_or(0);
-        self.stage.crews().iter().find_map(|crew| {
-            let dispatch = crew.dispatch.as_ref()?;
+        self.schedule.task_sets().iter().find_map(|task_set| {
+            let dispatch = task_set.dispatch.as_ref()?;
             let executor = dispatch.name();
             let why = match dispatch.threads() {
                 Threads::Virtual => format!("the real clock has no executor {executor}"),
@@ -110,7 +113,7 @@ impl Graph {
                 }
                 Threads::Shared(_) => return None,
             };
-            let first = crew.members.first()?;
+            let first = task_set.members.first()?;
             Some((first.node, format!("{why}: choose the virtual clock")))
         })
     }

@@ -30,7 +30,7 @@ impl Job {
     /// An unknown lateness.
     const UNKNOWN: u64 = u64::MAX;
 
-    /// A job for this member of a crew.
+    /// A job for this member of a task set.
     pub fn new(member: usize, kind: JobKind) -> Self {
         Self {
             lateness: Self::UNKNOWN,
@@ -49,7 +49,7 @@ impl Job {
         }
     }
 
-    /// The node, by its number in the crew.
+    /// The node, by its number in the task set.
     pub fn member(self) -> usize {
         self.member as usize
     }

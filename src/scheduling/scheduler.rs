@@ -15,7 +15,8 @@ use crate::{
     time::{Hz, Time},
 };
 
-/// Decides when the nodes of a crew run: a node with a thread of its own, or those of an executor.
+/// Decides when the nodes of a task set run: a node with a thread of its own, or those of an
+/// executor.
 ///
 /// It owns no node and waits for nothing. It hears of events, asks for alarms, and names the
 /// next job: so the same one serves both clocks. Its nodes are its members, known by their

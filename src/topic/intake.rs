@@ -88,7 +88,7 @@ impl<T: Payload> Topic<T> {
         let mut subscription = self.subscribe_as(Some(reader));
         subscription.triggers = true;
         let mark = subscription.mark();
-        let mut turn = self.0.queue.aside();
+        let mut turn = self.0.queue.peek();
         let queue = &mut *turn;
         let delivered = queue.messages.iter().map(|message| message.stamp);
         let triggers = queue.triggers.get_or_insert_with(|| {

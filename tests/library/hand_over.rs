@@ -105,9 +105,9 @@ fn messages_in_flight_at_a_hand_over_trigger_their_nodes() {
         let link = "link /far delay:30".parse().expect("a knob");
         graph.turn(&link).expect("a topic");
         // As threads that are stopped: nobody hears of the arrival.
-        let crews = graph.apart();
+        let task_sets = graph.apart();
         far.publisher().publish(1, Time::ZERO, None);
-        drop(crews);
+        drop(task_sets);
         run_virtual(&mut graph, Vec::new(), secs(0.5));
         assert!(ticks.try_iter().eq([secs(0.03)]));
     }

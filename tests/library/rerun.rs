@@ -551,7 +551,7 @@ fn a_run_is_held_between_any_two_operations_of_ticks_that_overlap() {
                 .expect("one")
         };
         held_in(graph, rerun_of(&observer), number, |done| {
-            assert_eq!(*total.aside(), turn("total", done), "after {done}");
+            assert_eq!(*total.peek(), turn("total", done), "after {done}");
             assert_eq!(topic.published(), turn("/sum", done), "after {done}");
         });
     }

@@ -6,9 +6,9 @@ use ratelab::{Dispatch, Graph, GraphError, Joined, Periodic, Scheduler, Threads}
 
 use super::{
     callback::Callback,
-    crew::Ordered,
     events::EventOrder,
     executor::Executor,
+    ordered::Ordered,
     own::Own,
     preemptive::{Preemptive, Urgency},
     task::Task,

@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 
 use ratelab::Time;
 
-use super::crew::{Call, CallbackOrder, CrewView};
+use super::ordered::{Call, CallbackOrder, TaskSetView};
 
 /// The most entries of the queue with messages in them.
 const MOST_ENTRIES: usize = 100_000;
@@ -40,19 +40,19 @@ pub(crate) struct EventOrder {
 impl CallbackOrder for EventOrder {
     const QUEUES_TIMERS: bool = true;
 
-    fn due(&mut self, member: usize, crew: &mut CrewView<'_, '_>) {
-        if crew.queue_timer(member) {
+    fn due(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
+        if task_set.queue_timer(member) {
             self.queue.push_back(Queued::Timer { member });
         }
     }
 
-    fn arrived(&mut self, member: usize, input: usize, _: &mut CrewView<'_, '_>) {
+    fn arrived(&mut self, member: usize, input: usize, _: &mut TaskSetView<'_, '_>) {
         if self.queue.len() < MOST_ENTRIES {
             self.queue.push_back(Queued::Message { member, input });
         }
     }
 
-    fn next(&mut self, _: &mut CrewView<'_, '_>) -> Option<Call> {
+    fn next(&mut self, _: &mut TaskSetView<'_, '_>) -> Option<Call> {
         if self.runs.is_some() {
             return None;
         }
@@ -65,21 +65,21 @@ impl CallbackOrder for EventOrder {
         })
     }
 
-    fn began(&mut self, member: usize, ends: Time, crew: &mut CrewView<'_, '_>) {
-        crew.end_at(member, ends);
+    fn began(&mut self, member: usize, ends: Time, task_set: &mut TaskSetView<'_, '_>) {
+        task_set.end_at(member, ends);
     }
 
-    fn ended(&mut self, _: usize, _: &mut CrewView<'_, '_>) {
+    fn ended(&mut self, _: usize, _: &mut TaskSetView<'_, '_>) {
         self.runs = None;
     }
 
-    fn take_over(&mut self, member: usize, crew: &mut CrewView<'_, '_>) {
-        let task = crew.task(member);
+    fn take_over(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
+        let task = task_set.task(member);
         let timers = task.queued_timers().map(|_| Queued::Timer { member });
         self.queue.extend(timers);
         if let Some(running) = task.running {
             self.runs = Some(member);
-            crew.end_at(member, running.ends);
+            task_set.end_at(member, running.ends);
         }
     }
 

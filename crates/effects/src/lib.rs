@@ -5,7 +5,7 @@
 //! |---|---|---|
 //! | [`Effects`]: all of this for the nodes and topics of a graph | `kit.rs` | [`Kit`](ratelab::Kit) |
 //! | a node on its own | `own.rs`, on a `task.rs` | [`Scheduler`](ratelab::Scheduler) |
-//! | the nodes of an [`Executor`] | `crew.rs`, in the order of `windows.rs`, `events.rs` or `preemptive.rs` | [`Scheduler`](ratelab::Scheduler), [`Dispatch`](ratelab::Dispatch) |
+//! | the nodes of an [`Executor`] | `ordered.rs`, in the order of `windows.rs`, `events.rs` or `preemptive.rs` | [`Scheduler`](ratelab::Scheduler), [`Dispatch`](ratelab::Dispatch) |
 //! | which messages make a set: a [`Match`] | `trigger.rs`, by `each.rs`, `exact.rs` or `approximate.rs` | [`Matching`](ratelab::Matching) |
 //! | a [`Link`] | `channel.rs` | [`Channel`](ratelab::Channel) |
 //! | the values of knobs as text | `spec.rs`: [`Cost`], [`Draw`], [`Link`], [`ClockError`] | |
@@ -20,7 +20,6 @@ mod chance;
 mod channel;
 mod choice;
 mod cost;
-mod crew;
 mod digest;
 mod dispatch;
 mod draw;
@@ -34,6 +33,7 @@ mod link;
 mod local_clock;
 mod matcher;
 mod matching;
+mod ordered;
 mod own;
 mod preemptive;
 mod spec;

@@ -14,7 +14,7 @@ use ratelab::Time;
 
 use super::{
     callback::Callback,
-    crew::{Call, CallbackOrder, CrewView},
+    ordered::{Call, CallbackOrder, TaskSetView},
 };
 
 /// What decides between jobs.
@@ -84,16 +84,16 @@ impl Preemptive {
     }
 
     /// Finds the first job of a node again.
-    fn refresh(&mut self, member: usize, crew: &CrewView<'_, '_>) {
+    fn refresh(&mut self, member: usize, task_set: &TaskSetView<'_, '_>) {
         let task = &self.tasks[member];
         let next = || {
             let arrived = || {
-                let released = crew.oldest(member)?;
+                let released = task_set.oldest(member)?;
                 Some((released, released + task.deadline.unwrap_or(Duration::MAX)))
             };
             let (released, deadline) = task.released.front().copied().or_else(arrived)?;
             let urgency = match self.urgency {
-                Urgency::Priority => crew.priority(member).into(),
+                Urgency::Priority => task_set.priority(member).into(),
                 Urgency::Deadline => deadline.as_nanos(),
             };
             Some(JobKey {
@@ -121,25 +121,25 @@ impl Preemptive {
     }
 
     /// Takes the jobs off their cores that are not among the most urgent.
-    fn preempt(&mut self, urgent: &[usize], crew: &mut CrewView<'_, '_>) {
+    fn preempt(&mut self, urgent: &[usize], task_set: &mut TaskSetView<'_, '_>) {
         for (member, task) in self.tasks.iter_mut().enumerate() {
             let Some(job) = &mut task.job else { continue };
             if let Some(since) = job.on_core.filter(|_| !urgent.contains(&member)) {
-                job.remaining = job.remaining.saturating_sub(crew.now().since(since));
+                job.remaining = job.remaining.saturating_sub(task_set.now().since(since));
                 job.on_core = None;
-                crew.task(member).suspend(job.remaining);
+                task_set.task(member).suspend(job.remaining);
             }
         }
     }
 
     /// Puts a job on a core; it ends there unless it is preempted.
-    fn resume(&mut self, member: usize, crew: &mut CrewView<'_, '_>) {
+    fn resume(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
         let task = &mut self.tasks[member];
         if let Some(job) = &mut task.job {
-            let ends = crew.now() + job.remaining;
-            job.on_core = Some(crew.now());
-            crew.end_at(member, ends);
-            crew.task(member).resume(ends);
+            let ends = task_set.now() + job.remaining;
+            job.on_core = Some(task_set.now());
+            task_set.end_at(member, ends);
+            task_set.task(member).resume(ends);
         }
     }
 }
@@ -147,28 +147,28 @@ impl Preemptive {
 impl CallbackOrder for Preemptive {
     const QUEUES_TIMERS: bool = true;
 
-    fn due(&mut self, member: usize, crew: &mut CrewView<'_, '_>) {
+    fn due(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
         let task = &mut self.tasks[member];
-        let released = crew.task(member).due();
-        if crew.queue_timer(member) {
+        let released = task_set.task(member).due();
+        if task_set.queue_timer(member) {
             let deadline = task.deadline.map(|deadline| released + deadline);
-            let deadline = deadline.unwrap_or_else(|| crew.task(member).due());
+            let deadline = deadline.unwrap_or_else(|| task_set.task(member).due());
             task.released.push_back((released, deadline));
         }
-        self.refresh(member, crew);
+        self.refresh(member, task_set);
     }
 
-    fn arrived(&mut self, member: usize, _: usize, crew: &mut CrewView<'_, '_>) {
-        self.refresh(member, crew);
+    fn arrived(&mut self, member: usize, _: usize, task_set: &mut TaskSetView<'_, '_>) {
+        self.refresh(member, task_set);
     }
 
-    fn next(&mut self, crew: &mut CrewView<'_, '_>) -> Option<Call> {
+    fn next(&mut self, task_set: &mut TaskSetView<'_, '_>) -> Option<Call> {
         let urgent = self.urgent();
-        self.preempt(&urgent, crew);
+        self.preempt(&urgent, task_set);
         for member in urgent {
             match self.tasks[member].job {
                 Some(job) if job.on_core.is_some() => {}
-                Some(_) => self.resume(member, crew),
+                Some(_) => self.resume(member, task_set),
                 None => {
                     let released = &mut self.tasks[member].released;
                     return Some(match released.pop_front() {
@@ -181,29 +181,29 @@ impl CallbackOrder for Preemptive {
         None
     }
 
-    fn began(&mut self, member: usize, ends: Time, crew: &mut CrewView<'_, '_>) {
+    fn began(&mut self, member: usize, ends: Time, task_set: &mut TaskSetView<'_, '_>) {
         let task = &mut self.tasks[member];
         if let Some(key) = task.key {
-            let remaining = ends.since(crew.now());
+            let remaining = ends.since(task_set.now());
             task.job = Some(CoreJob {
                 key,
                 remaining,
                 on_core: None,
             });
-            self.resume(member, crew);
+            self.resume(member, task_set);
         }
     }
 
-    fn ended(&mut self, member: usize, crew: &mut CrewView<'_, '_>) {
+    fn ended(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
         self.tasks[member].job = None;
-        self.refresh(member, crew);
+        self.refresh(member, task_set);
     }
 
     /// Deadlines do not matter: under the real clock there is no `edf`.
-    fn take_over(&mut self, member: usize, crew: &mut CrewView<'_, '_>) {
+    fn take_over(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
         let task = &mut self.tasks[member];
-        let (now, urgency) = (crew.now(), crew.priority(member).into());
-        let known = crew.task(member);
+        let (now, urgency) = (task_set.now(), task_set.priority(member).into());
+        let known = task_set.task(member);
         let queued = known.queued_timers();
         task.released.extend(queued.map(|due| (due, Time::MAX)));
         task.job = known.running.map(|running| CoreJob {
@@ -215,7 +215,7 @@ impl CallbackOrder for Preemptive {
             remaining: running.remaining(now),
             on_core: None,
         });
-        self.refresh(member, crew);
+        self.refresh(member, task_set);
     }
 
     fn forget(&mut self, member: usize) {

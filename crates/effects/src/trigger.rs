@@ -81,7 +81,7 @@ impl Trigger {
     }
 
     /// Takes the oldest message of an input. Returns the run time of its delivery if it
-    /// completes a set: the node, which is this member of its crew, is to tick.
+    /// completes a set: the node, which is this member of its task set, is to tick.
     pub(crate) fn take_from(
         &mut self,
         input: usize,

@@ -13,8 +13,8 @@ use ratelab::Time;
 
 use super::{
     callback::Callback,
-    crew::{Call, CallbackOrder, CrewView},
     groups::Groups,
+    ordered::{Call, CallbackOrder, TaskSetView},
 };
 
 /// A callback by its place in a window: timers before subscriptions, in the order of
@@ -95,17 +95,17 @@ impl WindowOrder {
 impl CallbackOrder for WindowOrder {
     const QUEUES_TIMERS: bool = false;
 
-    fn due(&mut self, member: usize, _: &mut CrewView<'_, '_>) {
+    fn due(&mut self, member: usize, _: &mut TaskSetView<'_, '_>) {
         self.ready.insert(Ready::Timer { member });
     }
 
-    fn arrived(&mut self, member: usize, input: usize, crew: &mut CrewView<'_, '_>) {
-        if crew.oldest_of(member, input).is_some() {
+    fn arrived(&mut self, member: usize, input: usize, task_set: &mut TaskSetView<'_, '_>) {
+        if task_set.oldest_of(member, input).is_some() {
             self.ready.insert(Ready::Subscription { member, input });
         }
     }
 
-    fn next(&mut self, _: &mut CrewView<'_, '_>) -> Option<Call> {
+    fn next(&mut self, _: &mut TaskSetView<'_, '_>) -> Option<Call> {
         if self.idle == 0 {
             return None;
         }
@@ -124,20 +124,20 @@ impl CallbackOrder for WindowOrder {
         }
     }
 
-    fn began(&mut self, member: usize, ends: Time, crew: &mut CrewView<'_, '_>) {
-        self.taken(member, crew);
-        crew.end_at(member, ends);
+    fn began(&mut self, member: usize, ends: Time, task_set: &mut TaskSetView<'_, '_>) {
+        self.taken(member, task_set);
+        task_set.end_at(member, ends);
     }
 
-    fn ended(&mut self, member: usize, crew: &mut CrewView<'_, '_>) {
-        self.taken(member, crew);
+    fn ended(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
+        self.taken(member, task_set);
         self.release(member);
     }
 
-    fn take_over(&mut self, member: usize, crew: &mut CrewView<'_, '_>) {
-        if let Some(running) = crew.task(member).running {
+    fn take_over(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
+        if let Some(running) = task_set.task(member).running {
             self.occupy(member);
-            crew.end_at(member, running.ends);
+            task_set.end_at(member, running.ends);
         }
     }
 
@@ -170,9 +170,9 @@ impl WindowOrder {
     }
 
     /// A subscription whose last message was taken is ready no more.
-    fn taken(&mut self, member: usize, crew: &mut CrewView<'_, '_>) {
-        for input in 0..crew.inputs(member) {
-            if crew.oldest_of(member, input).is_none() {
+    fn taken(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
+        for input in 0..task_set.inputs(member) {
+            if task_set.oldest_of(member, input).is_none() {
                 self.ready.remove(&Ready::Subscription { member, input });
             }
         }

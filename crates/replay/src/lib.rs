@@ -1,9 +1,9 @@
 //! A run of the real clock, executed again to the bit.
 //!
-//! Nodes are functions of what they read. Two runs of the same graph on threads differ in
-//! only two things: *what the clocks* of the threads answered, and *in which order* they took what
-//! they share: schedules, links and draws follow from these. Both fit into a few bytes a tick, and a run that keeps to them comes again
-//! to the bit.
+//! Nodes are functions of what they read. Two runs of the same graph on threads differ in only two
+//! things: *what the clocks* of the threads answered, and *in which order* they took what they
+//! share: schedules, links and draws follow from these. Both fit into a few bytes a tick, and a run
+//! that keeps to them comes again to the bit.
 //!
 //! ```text
 //! Journal of a graph ──► RunLog ──► Log ──► Section ──► Plan ──► Rerun

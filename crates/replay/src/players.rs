@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use ratelab::{
-    ClockExit, Command, CrewThread, Crews, End, Entries, Entry, Event, EventKind, Fault, Outcome,
-    RunState, Supervision, Time,
+    ClockExit, Command, End, Entries, Entry, Event, EventKind, Fault, Outcome, RunState,
+    Supervision, TaskSets, Time, Worker,
     sync::{Arc, spawn_named, thread},
 };
 
@@ -76,13 +76,13 @@ struct SupervisorAgain<'a> {
     exit: Option<ClockExit>,
 }
 
-/// Does again what a thread of a crew did, and logs it as that did.
+/// Does again what a thread of a task set did, and logs it as that did.
 struct ThreadPlayer<'a> {
-    /// Its number: those of crews begin with one.
+    /// Its number: those of task sets begin with one.
     number: usize,
     thread: &'a Thread,
-    /// Its crew; `None` for a node without a thread.
-    hand: Option<CrewThread<'a>>,
+    /// Its task set; `None` for a node without a thread.
+    hand: Option<Worker<'a>>,
     log: Entries,
     /// Number of entries done.
     done: usize,
@@ -100,10 +100,10 @@ impl<'a> Players<'a> {
         nodes: &'a [Thread],
         events: Events<'a>,
         watch: &'a Arc<Watch>,
-        (state, crews): (Arc<RunState>, &'a Crews<'a>),
+        (state, task_sets): (Arc<RunState>, &'a TaskSets<'a>),
     ) -> Self {
         state.begin_threads(nodes.len());
-        let mut hands: BTreeMap<usize, CrewThread<'a>> = crews.threads().collect();
+        let mut hands: BTreeMap<usize, Worker<'a>> = task_sets.threads().collect();
         let threads = nodes.iter().enumerate();
         let threads = threads.map(|(index, thread)| ThreadPlayer {
             number: index + 1,

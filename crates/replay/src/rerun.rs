@@ -3,8 +3,9 @@
 use std::collections::{BTreeSet, VecDeque};
 
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, Crews, End, Entries, Entry, Event, EventKind, Fault,
-    Graph, Inbox, Obeyed, RunState, Supervision, Time, Topology, note_end, obey_at_rest, sync::Arc,
+    Clock, ClockExit, ClockKind, Command, End, Entries, Entry, Event, EventKind, Fault, Graph,
+    Inbox, Obeyed, RunState, Supervision, TaskSets, Time, Topology, note_end, obey_at_rest,
+    sync::Arc,
 };
 
 use super::{
@@ -340,9 +341,9 @@ impl Rerun {
             return Ok(Some(ClockExit::Stopped));
         }
         let state = graph.state();
-        let (crews, mut supervision) = graph.apart();
-        let played = self.play(state, &crews, &mut supervision, &stretch);
-        drop(crews);
+        let (task_sets, mut supervision) = graph.apart();
+        let played = self.play(state, &task_sets, &mut supervision, &stretch);
+        drop(task_sets);
         played.unwrap_or_else(|| Ok(Some(self.leave(graph))))
     }
 
@@ -350,7 +351,7 @@ impl Rerun {
     fn play(
         &mut self,
         state: Arc<RunState>,
-        crews: &Crews<'_>,
+        task_sets: &TaskSets<'_>,
         supervision: &mut Supervision<'_>,
         stretch: &Stretch,
     ) -> Option<Result<Option<ClockExit>, Fault>> {
@@ -361,7 +362,7 @@ impl Rerun {
         let Some((supervisor, nodes)) = stretch.threads.split_first() else {
             return Some(Ok(Some(ClockExit::Stopped)));
         };
-        let known = (state, crews);
+        let known = (state, task_sets);
         let mut players = Players::new(supervisor, nodes, events, &self.watch, known);
         if self.watch.is_perturbed() && self.branch.is_none() && stretch.end.is_some() {
             let all = stretch.threads.iter().enumerate();

@@ -12,8 +12,8 @@ use crate::{
     trigger::{Arrival, Wake},
 };
 
-/// What reaches the threads of a crew from outside. They wait for the number of posts to change:
-/// each one ends a wait at once. Its lock is the last that anybody takes.
+/// What reaches the threads of a task set from outside. They wait for the number of posts to
+/// change: each one ends a wait at once. Its lock is the last that anybody takes.
 #[derive(Debug, Default)]
 pub(super) struct Mailbox {
     mail: Mutex<Mail>,
@@ -114,13 +114,13 @@ impl Mailbox {
 
 /// The mailbox of each node's thread; the nodes of an executor have one in common.
 pub(super) fn mailboxes(graph: &Graph) -> Vec<Arc<Mailbox>> {
-    let nodes = graph.seats.iter();
+    let nodes = graph.slots.iter();
     let mut mailboxes: Vec<Arc<Mailbox>> = nodes.map(|_| Arc::default()).collect();
-    for crew in graph.stage.crews() {
-        let dispatch = crew.dispatch.as_ref();
+    for task_set in graph.schedule.task_sets() {
+        let dispatch = task_set.dispatch.as_ref();
         if dispatch.is_some_and(|d| matches!(d.threads(), Threads::Shared(_))) {
             let common = Arc::<Mailbox>::default();
-            for member in &crew.members {
+            for member in &task_set.members {
                 mailboxes[member.node] = common.clone();
             }
         }

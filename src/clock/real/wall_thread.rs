@@ -1,7 +1,7 @@
 //! A thread of the real clock.
 //!
-//! Whichever thread of a crew is free takes in what arrived, and asks the schedule for work by the
-//! rules of virtual time. What its clock answered and what reached it is in its log: with the
+//! Whichever thread of a task set is free takes in what arrived, and asks the schedule for work by
+//! the rules of virtual time. What its clock answered and what reached it is in its log: with the
 //! order of the locks that threads share, this is all that a run needs to be executed again.
 
 use std::{collections::BTreeSet, mem::take, time::Duration};
@@ -12,7 +12,7 @@ use super::{
     supervisor::{Report, StretchEnd},
 };
 use crate::{
-    clock::{crew_thread::CrewThread, wall::Wall},
+    clock::{wall::Wall, worker::Worker},
     command::Command,
     journal::{Entries, Entry, LateLook},
     realtime::{self, CoreShare},
@@ -21,7 +21,7 @@ use crate::{
     time::Time,
 };
 
-/// What the threads of a crew have in hand.
+/// What the threads of a task set have in hand.
 #[derive(Default)]
 pub(super) struct Board {
     mailbox: Arc<Mailbox>,
@@ -45,7 +45,7 @@ impl Board {
 
 /// A thread of the real clock.
 pub(super) struct WallThread<'c> {
-    pub(super) hand: CrewThread<'c>,
+    pub(super) hand: Worker<'c>,
     pub(super) board: &'c Board,
     /// The cores that it shares with the threads of other nodes.
     pub(super) share: Option<CoreShare>,
@@ -151,7 +151,7 @@ impl WallThread<'_> {
         let goal = goal.filter(|_| self.hand.remaining(now).is_some());
         if let Some(goal) = goal {
             if realtime::core_time() >= goal
-                && let Some(end) = self.hand.crew().end_of_first(now)
+                && let Some(end) = self.hand.task_set().end_of_first(now)
             {
                 work.nodes.insert(end.node);
                 return ThreadStep::Work(end, now, None);
@@ -180,10 +180,10 @@ impl WallThread<'_> {
         late: Option<LateLook>,
     ) -> Option<ThreadStep> {
         // A turn is in the log, so it is to be worth that.
-        let crew = self.hand.crew();
-        let shared = crew.is_shared();
+        let task_set = self.hand.task_set();
+        let shared = task_set.is_shared();
         let arrivals = take(&mut self.board.mailbox.open().arrivals);
-        if shared && arrivals.is_empty() && crew.aside().next_at() > now {
+        if shared && arrivals.is_empty() && task_set.peek().next_at() > now {
             return None;
         }
         for arrival in arrivals {
@@ -202,15 +202,15 @@ impl WallThread<'_> {
         let (at, node) = (now, None);
         self.log.note(Entry::Look { at, late, node });
         // Run time is there, even if no tick begins.
-        crew.state.advance_to(now);
+        task_set.state.advance_to(now);
         None
     }
 
     /// How to wait for the next event.
     fn wait(&self, work: &mut WorkInHand, now: Time) -> ThreadStep {
-        let stage = self.hand.crew().aside();
-        let next = stage.next_at().min(self.context.until);
-        let busy = stage.states(now).filter(|task| task.busy).count();
+        let schedule = self.hand.task_set().peek();
+        let next = schedule.next_at().min(self.context.until);
+        let busy = schedule.states(now).filter(|task| task.busy).count();
         if busy > work.spinning {
             work.spinning += 1;
             return ThreadStep::Spin(next);
@@ -220,7 +220,7 @@ impl WallThread<'_> {
 
     /// Has the other threads look for work.
     fn ring(&self) {
-        if self.hand.crew().is_shared() {
+        if self.hand.task_set().is_shared() {
             self.board.mailbox.post(|_| {});
         }
     }

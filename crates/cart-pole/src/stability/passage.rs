@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, Matrix5, RowVector4};
 use super::{
     control_loop::Loop,
     criterion::{Noise, Weights},
-    schedule::{Schedule, ScheduleEvent, TooLong, readings},
+    schedule::{LoopSchedule, ScheduleEvent, TooLong, readings},
     span::Span,
 };
 
@@ -33,8 +33,8 @@ pub(super) struct Disturbances(BTreeMap<u64, Span>);
 
 impl Passage {
     /// The passage of one hyper-period of `control`.
-    pub fn of(control: &Loop) -> Result<(Self, Schedule), TooLong> {
-        let schedule = Schedule::of(control.timing, control.world)?;
+    pub fn of(control: &Loop) -> Result<(Self, LoopSchedule), TooLong> {
+        let schedule = LoopSchedule::of(control.timing, control.world)?;
         let passage = Self::through(control, schedule.events.clone());
         Ok((passage, schedule))
     }

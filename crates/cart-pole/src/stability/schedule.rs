@@ -30,7 +30,7 @@ pub(super) enum ScheduleEvent {
 
 /// One hyper-period of a loop.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Schedule {
+pub(super) struct LoopSchedule {
     /// Length of the period.
     pub period: Duration,
     /// Events of one period.
@@ -50,7 +50,7 @@ impl Rates {
     }
 }
 
-impl Schedule {
+impl LoopSchedule {
     /// The schedule of `timing` in `world`, after all nodes have started.
     pub fn of(timing: Timing, world: WorldModel) -> Result<Self, TooLong> {
         let grid = grid(timing, world);

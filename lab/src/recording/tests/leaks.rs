@@ -154,7 +154,7 @@ fn a_shared_value_that_only_nodes_write_to_is_no_defect() {
     *shared.lock() = 0;
     let system: Arc<dyn System> = Arc::new(Leaky(Leak::Shared(shared.clone())));
     let looks = shared.clone();
-    let recorded = record(&system, &path, move || drop(looks.aside()));
+    let recorded = record(&system, &path, move || drop(looks.peek()));
     assert_eq!(recorded.defect(), None);
     // Another run has another value, which counts from its first turn.
     let again = Arc::new(Shared::new("the number", 0));

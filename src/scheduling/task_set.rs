@@ -8,7 +8,7 @@ use super::{
 use crate::sync::Arc;
 
 /// Nodes with one scheduler: those of an executor, or a node on its own.
-pub(crate) struct Crew {
+pub(crate) struct TaskSet {
     pub(crate) scheduler: Box<dyn Scheduler>,
     /// In the order of registration.
     pub(crate) members: Vec<Member>,
@@ -18,7 +18,7 @@ pub(crate) struct Crew {
     pub(crate) turns: u64,
 }
 
-impl Crew {
+impl TaskSet {
     /// A node on its own.
     pub(crate) fn of(scheduler: Box<dyn Scheduler>, member: Member) -> Self {
         Self {
@@ -29,9 +29,11 @@ impl Crew {
         }
     }
 
-    /// The nodes of an executor that were on their own: one crew, or still one each.
+    /// The nodes of an executor that were on their own: one task set, or still one each.
     pub(crate) fn joined(dispatch: Arc<dyn Dispatch>, own: Vec<Self>) -> Vec<Self> {
-        let own = own.into_iter().map(|crew| (crew.scheduler, crew.members));
+        let own = own
+            .into_iter()
+            .map(|task_set| (task_set.scheduler, task_set.members));
         let (schedulers, members): (Vec<_>, Vec<_>) = own.unzip();
         let members = members.into_iter().flatten();
         match dispatch.join(schedulers) {
@@ -45,7 +47,7 @@ impl Crew {
         }
     }
 
-    /// The nodes of an executor as a crew each.
+    /// The nodes of an executor as a task set each.
     pub(crate) fn split(self, dispatch: &dyn Dispatch) -> Vec<Self> {
         Self::each(dispatch.split(self.scheduler), self.members)
     }

@@ -1,15 +1,15 @@
-//! What happens to the nodes of some crews next, whatever the clock.
+//! What happens to the nodes of some task sets next, whatever the clock.
 
 use std::{collections::BTreeSet, mem::take, time::Duration};
 
 use super::{
     agenda::{Agenda, AgendaItem, Phase},
-    crew::Crew,
     dispatch::Dispatch,
     job::{Job, JobKind},
     member::Member,
+    node_slot::NodeSlot,
     scheduler::{Scheduler, SchedulerEvent, TaskState, Timetable},
-    seat::Seat,
+    task_set::TaskSet,
 };
 use crate::{
     command::ClockKind,
@@ -22,25 +22,25 @@ use crate::{
     trigger::{Arrival, Arrivals, Wake},
 };
 
-/// Crews with their alarms: all of a graph in virtual time, one under the real clock. It decides
-/// what is to be done; whoever asks does it.
-pub(crate) struct Stage {
-    crews: Vec<Crew>,
+/// Task sets with their alarms: all of a graph in virtual time, one under the real clock. It
+/// decides what is to be done; whoever asks does it.
+pub(crate) struct Schedule {
+    task_sets: Vec<TaskSet>,
     /// Index of its first node.
     first: usize,
-    /// The crew of each node from that one on, and its number there; without a meaning for a
+    /// The task set of each node from that one on, and its number there; without a meaning for a
     /// node that is not here.
     of: Vec<(usize, usize)>,
     agenda: Agenda,
     arrivals: Arc<Arrivals>,
-    /// Crews that look for something to do when all else of the instant has happened.
+    /// Task sets that look for something to do when all else of the instant has happened.
     looking: BTreeSet<usize>,
     /// The run time of their last event.
     noticed: Time,
     clock: ClockKind,
     /// Whether the nodes have run elsewhere since it was opened.
     behind: bool,
-    /// Whether something has happened since [`Stage::has_moved`].
+    /// Whether something has happened since [`Schedule::has_moved`].
     moved: bool,
 }
 
@@ -69,7 +69,7 @@ impl Moment {
 /// A job for a node.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Assignment {
-    pub(crate) crew: usize,
+    pub(crate) task_set: usize,
     /// Index of the node.
     pub(crate) node: usize,
     pub(crate) job: Job,
@@ -87,18 +87,18 @@ pub(crate) struct WorkTimes {
     pub(crate) took: Option<Duration>,
 }
 
-impl Default for Stage {
+impl Default for Schedule {
     fn default() -> Self {
         Self::new(ClockKind::Virtual)
     }
 }
 
-/// Its crews.
-impl Stage {
-    /// A stage without crews.
+/// Its task sets.
+impl Schedule {
+    /// A schedule without task sets.
     pub(crate) fn new(clock: ClockKind) -> Self {
         Self {
-            crews: Vec::new(),
+            task_sets: Vec::new(),
             first: 0,
             of: Vec::new(),
             agenda: Agenda::default(),
@@ -111,31 +111,31 @@ impl Stage {
         }
     }
 
-    /// A stage for one crew.
-    pub(crate) fn of_crew(clock: ClockKind, crew: Crew) -> Self {
-        let mut stage = Self::new(clock);
-        stage.set_crews(vec![crew]);
-        stage
+    /// A schedule for one task set.
+    pub(crate) fn of_task_set(clock: ClockKind, task_set: TaskSet) -> Self {
+        let mut schedule = Self::new(clock);
+        schedule.set_task_sets(vec![task_set]);
+        schedule
     }
 
-    pub(crate) fn crews(&self) -> &[Crew] {
-        &self.crews
+    pub(crate) fn task_sets(&self) -> &[TaskSet] {
+        &self.task_sets
     }
 
-    /// Takes the crews away.
-    pub(crate) fn take_crews(&mut self) -> Vec<Crew> {
-        take(&mut self.crews)
+    /// Takes the task sets away.
+    pub(crate) fn take_task_sets(&mut self) -> Vec<TaskSet> {
+        take(&mut self.task_sets)
     }
 
-    /// Sets the crews.
-    pub(crate) fn set_crews(&mut self, crews: Vec<Crew>) {
-        self.crews = crews;
+    /// Sets the task sets.
+    pub(crate) fn set_task_sets(&mut self, task_sets: Vec<TaskSet>) {
+        self.task_sets = task_sets;
         let nodes = || self.members().map(|member| member.node);
         let (first, last) = (nodes().min().unwrap_or(0), nodes().max());
         let count = last.map_or(0, |last| last + 1 - first);
         (self.first, self.of) = (first, vec![(0, 0); count]);
-        for (number, crew) in self.crews.iter().enumerate() {
-            for (member, known) in crew.members.iter().enumerate() {
+        for (number, task_set) in self.task_sets.iter().enumerate() {
+            for (member, known) in task_set.members.iter().enumerate() {
                 self.of[known.node - first] = (number, member);
             }
         }
@@ -143,13 +143,13 @@ impl Stage {
 
     /// Its nodes.
     pub(crate) fn members(&self) -> impl Iterator<Item = &Member> {
-        self.crews.iter().flat_map(|crew| &crew.members)
+        self.task_sets.iter().flat_map(|task_set| &task_set.members)
     }
 
-    /// Adds the crew of a node that is new in the graph.
-    pub(crate) fn add(&mut self, crew: Crew) {
-        self.of.push((self.crews.len(), 0));
-        self.crews.push(crew);
+    /// Adds the task set of a node that is new in the graph.
+    pub(crate) fn add(&mut self, task_set: TaskSet) {
+        self.of.push((self.task_sets.len(), 0));
+        self.task_sets.push(task_set);
     }
 
     /// Crew and number of a node.
@@ -160,21 +160,25 @@ impl Stage {
 
     /// Whether an executor can have this node, which is on its own.
     pub(crate) fn is_joinable(&self, node: usize, dispatch: &dyn Dispatch) -> bool {
-        dispatch.can_join(&*self.crews[self.of(node).0].scheduler)
+        dispatch.can_join(&*self.task_sets[self.of(node).0].scheduler)
     }
 
     /// Where a node is in its schedule at run time `now`.
     pub(crate) fn state(&self, node: usize, now: Time) -> TaskState {
-        let (crew, member) = self.of(node);
-        self.crews[crew].scheduler.state(member, now)
+        let (task_set, member) = self.of(node);
+        self.task_sets[task_set].scheduler.state(member, now)
     }
 
     /// The end of the running tick of a node, if there is one.
     pub(crate) fn end_of(&self, node: usize, now: Time) -> Option<Assignment> {
         self.state(node, now).remaining?;
-        let (crew, member) = self.of(node);
+        let (task_set, member) = self.of(node);
         let job = Job::new(member, JobKind::End);
-        Some(Assignment { crew, node, job })
+        Some(Assignment {
+            task_set,
+            node,
+            job,
+        })
     }
 
     /// Whether one of its nodes has this input.
@@ -203,7 +207,7 @@ impl Stage {
 }
 
 /// Its time.
-impl Stage {
+impl Schedule {
     /// Forgets all that is planned: the nodes run elsewhere, and `wake` gets the arrivals from
     /// now on.
     pub(crate) fn leave(&mut self, wake: Arc<dyn Wake>) {
@@ -213,7 +217,7 @@ impl Stage {
         self.looking.clear();
     }
 
-    /// Has the crews begin at run time `now`; those that have run elsewhere with messages
+    /// Has the task sets begin at run time `now`; those that have run elsewhere with messages
     /// `in_flight`.
     pub(crate) fn open(&mut self, now: Time, in_flight: impl FnOnce() -> Vec<Arrival>) {
         let anew = take(&mut self.behind);
@@ -232,14 +236,14 @@ impl Stage {
         self.send_all(SchedulerEvent::Opened { anew }, now);
     }
 
-    /// Has the crews end, at run time `now`: ticks due before `before` are missed.
+    /// Has the task sets end, at run time `now`: ticks due before `before` are missed.
     pub(crate) fn close(&mut self, before: Time, now: Time) {
         self.send_all(SchedulerEvent::Closed { before }, now);
     }
 
     fn send_all(&mut self, event: SchedulerEvent, now: Time) {
-        for crew in 0..self.crews.len() {
-            self.send(crew, event, now, false);
+        for task_set in 0..self.task_sets.len() {
+            self.send(task_set, event, now, false);
         }
     }
 
@@ -271,9 +275,9 @@ impl Stage {
             } else if over {
                 return None;
             } else {
-                let crew = self.looking.pop_first()?;
+                let task_set = self.looking.pop_first()?;
                 self.moved = true;
-                self.send(crew, SchedulerEvent::Look, now, false)
+                self.send(task_set, SchedulerEvent::Look, now, false)
             };
             if job.is_some() {
                 return job;
@@ -284,7 +288,7 @@ impl Stage {
     /// Has an event happen.
     #[inline(always)]
     fn happen(&mut self, item: AgendaItem, moment: Moment) -> Option<Assignment> {
-        let (crew, member) = self.of(item.node as usize);
+        let (task_set, member) = self.of(item.node as usize);
         let event = match item.phase() {
             Phase::Arrive => {
                 let input = item.input as usize;
@@ -295,7 +299,7 @@ impl Stage {
                 SchedulerEvent::Alarm { member, at, phase }
             }
         };
-        self.send(crew, event, moment.now, moment.over)
+        self.send(task_set, event, moment.now, moment.over)
     }
 
     /// A job is done: the scheduler hears of it, unless it was the begin of a tick that failed,
@@ -303,7 +307,7 @@ impl Stage {
     #[inline(always)]
     pub(crate) fn done(
         &mut self,
-        seat: &mut Seat,
+        slot: &mut NodeSlot,
         work: Assignment,
         times: WorkTimes,
         outcome: Tick,
@@ -311,9 +315,9 @@ impl Stage {
         let (job, passed) = (work.job, times.passed);
         if outcome.is_ok() || job.kind != JobKind::Begin {
             let done = SchedulerEvent::Done { job, passed };
-            self.send(work.crew, done, times.ended, false);
+            self.send(work.task_set, done, times.ended, false);
         }
-        seat.done(job, times.began, times.took, outcome)
+        slot.done(job, times.began, times.took, outcome)
     }
 
     #[inline(always)]
@@ -324,11 +328,15 @@ impl Stage {
         now: Time,
         over: bool,
     ) -> Option<Assignment> {
-        self.with(number, now, over, |crew, plan| {
-            let job = crew.on(event, plan)?;
+        self.with(number, now, over, |task_set, plan| {
+            let job = task_set.on(event, plan)?;
             let node = plan.members[job.member()].node;
-            let crew = number;
-            Some(Assignment { crew, node, job })
+            let task_set = number;
+            Some(Assignment {
+                task_set,
+                node,
+                job,
+            })
         })
     }
 
@@ -340,17 +348,17 @@ impl Stage {
         over: bool,
         ask: impl FnOnce(&mut dyn Scheduler, &mut Timetable<'_>) -> R,
     ) -> R {
-        let crew = &mut self.crews[number];
+        let task_set = &mut self.task_sets[number];
         let mut looks = false;
         let mut plan = Timetable {
             now,
             clock: self.clock,
             over,
-            members: &crew.members,
+            members: &task_set.members,
             agenda: &mut self.agenda,
             looks: &mut looks,
         };
-        let answer = ask(&mut *crew.scheduler, &mut plan);
+        let answer = ask(&mut *task_set.scheduler, &mut plan);
         if looks {
             self.noticed = now;
             self.looking.insert(number);
@@ -378,18 +386,18 @@ impl Stage {
 }
 
 /// Knobs of its nodes.
-impl Stage {
+impl Schedule {
     /// Checks that a node has this knob.
     ///
     /// # Errors
     /// The reason, with a remedy.
-    pub(crate) fn check(&self, node: usize, seat: &Seat, knob: &Knob) -> Result<(), String> {
-        seat.check(knob)?;
+    pub(crate) fn check(&self, node: usize, slot: &NodeSlot, knob: &Knob) -> Result<(), String> {
+        slot.check(knob)?;
         match knob {
             Knob::Send { .. } | Knob::Crash { .. } | Knob::Restart { .. } => Ok(()),
             knob => {
-                let (crew, member) = self.of(node);
-                self.crews[crew].scheduler.check(member, knob)
+                let (task_set, member) = self.of(node);
+                self.task_sets[task_set].scheduler.check(member, knob)
             }
         }
     }
@@ -401,46 +409,46 @@ impl Stage {
     pub(crate) fn turn(
         &mut self,
         node: usize,
-        seat: &mut Seat,
+        slot: &mut NodeSlot,
         knob: &Knob,
         now: Time,
     ) -> Result<String, String> {
-        self.check(node, seat, knob)?;
-        let (crew, member) = self.of(node);
+        self.check(node, slot, knob)?;
+        let (task_set, member) = self.of(node);
         match knob {
-            Knob::Send { text, .. } => seat.send(text),
+            Knob::Send { text, .. } => slot.send(text),
             Knob::Crash { .. } => {
                 let was = self.crashed(node);
-                self.crash(node, seat, now);
+                self.crash(node, slot, now);
                 Ok(was)
             }
-            Knob::Restart { .. } => self.restart(node, seat, now),
-            knob => self.with(crew, now, false, |scheduler, plan| {
+            Knob::Restart { .. } => self.restart(node, slot, now),
+            knob => self.with(task_set, now, false, |scheduler, plan| {
                 scheduler.turn(member, knob, plan)
             }),
         }
     }
 
     /// Stops the node's ticks. Messages it has not released are lost.
-    fn crash(&mut self, node: usize, seat: &mut Seat, now: Time) {
-        let (crew, member) = self.of(node);
-        self.send(crew, SchedulerEvent::Crashed { member }, now, false);
-        seat.abort();
+    fn crash(&mut self, node: usize, slot: &mut NodeSlot, now: Time) {
+        let (task_set, member) = self.of(node);
+        self.send(task_set, SchedulerEvent::Crashed { member }, now, false);
+        slot.abort();
         self.record(node, NodeRecord::Crashed);
     }
 
-    fn restart(&mut self, node: usize, seat: &mut Seat, now: Time) -> Result<String, String> {
-        let (crew, member) = self.of(node);
+    fn restart(&mut self, node: usize, slot: &mut NodeSlot, now: Time) -> Result<String, String> {
+        let (task_set, member) = self.of(node);
         let was = self.crashed(node);
-        if seat.again.is_some() {
-            self.crash(node, seat, now);
+        if slot.again.is_some() {
+            self.crash(node, slot, now);
         }
-        seat.begin_anew()?;
+        slot.begin_anew()?;
         if !self.state(node, Time::ZERO).crashed {
-            self.crash(node, seat, now);
+            self.crash(node, slot, now);
         }
         self.record(node, NodeRecord::Restarted);
-        self.send(crew, SchedulerEvent::Restarted { member }, now, false);
+        self.send(task_set, SchedulerEvent::Restarted { member }, now, false);
         Ok(was)
     }
 
@@ -450,7 +458,9 @@ impl Stage {
     }
 
     fn record(&self, node: usize, record: NodeRecord) {
-        let (crew, member) = self.of(node);
-        self.crews[crew].members[member].records.node(|| record);
+        let (task_set, member) = self.of(node);
+        self.task_sets[task_set].members[member]
+            .records
+            .node(|| record);
     }
 }

@@ -13,22 +13,22 @@ pub(crate) trait CallbackOrder: Clone + Send + 'static {
     const QUEUES_TIMERS: bool;
 
     /// The timer of a node is due.
-    fn due(&mut self, member: usize, crew: &mut CrewView<'_, '_>);
+    fn due(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>);
 
     /// A message has arrived for a node.
-    fn arrived(&mut self, member: usize, input: usize, crew: &mut CrewView<'_, '_>);
+    fn arrived(&mut self, member: usize, input: usize, task_set: &mut TaskSetView<'_, '_>);
 
     /// The callback to call now, if there are one and a thread for it.
-    fn next(&mut self, crew: &mut CrewView<'_, '_>) -> Option<Call>;
+    fn next(&mut self, task_set: &mut TaskSetView<'_, '_>) -> Option<Call>;
 
     /// A callback was called, and its node ticks until `ends`.
-    fn began(&mut self, member: usize, ends: Time, crew: &mut CrewView<'_, '_>);
+    fn began(&mut self, member: usize, ends: Time, task_set: &mut TaskSetView<'_, '_>);
 
     /// A callback was called and is over.
-    fn ended(&mut self, member: usize, crew: &mut CrewView<'_, '_>);
+    fn ended(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>);
 
     /// Takes a node over as it is after a change of the clock, but for its messages.
-    fn take_over(&mut self, member: usize, crew: &mut CrewView<'_, '_>);
+    fn take_over(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>);
 
     /// Forgets what is due or runs of a node that crashed.
     fn forget(&mut self, member: usize);
@@ -50,12 +50,12 @@ pub(crate) enum Call {
 }
 
 /// The nodes at an instant, as an order sees them.
-pub(crate) struct CrewView<'a, 't> {
+pub(crate) struct TaskSetView<'a, 't> {
     tasks: &'a mut [Task],
     plan: &'a mut Timetable<'t>,
 }
 
-impl CrewView<'_, '_> {
+impl TaskSetView<'_, '_> {
     /// Run time.
     pub(crate) fn now(&self) -> Time {
         self.plan.now()
@@ -124,9 +124,12 @@ impl<O: CallbackOrder> Ordered<O> {
         }
     }
 
-    fn order<'a, 't>(&'a mut self, plan: &'a mut Timetable<'t>) -> (&'a mut O, CrewView<'a, 't>) {
+    fn order<'a, 't>(
+        &'a mut self,
+        plan: &'a mut Timetable<'t>,
+    ) -> (&'a mut O, TaskSetView<'a, 't>) {
         let tasks = &mut self.tasks[..];
-        (&mut self.order, CrewView { tasks, plan })
+        (&mut self.order, TaskSetView { tasks, plan })
     }
 
     /// Plans the due time of the timer of a node.
@@ -152,8 +155,8 @@ impl<O: CallbackOrder> Ordered<O> {
         if anew {
             self.order = self.fresh.clone();
             for member in 0..self.tasks.len() {
-                let (order, mut crew) = self.order(plan);
-                order.take_over(member, &mut crew);
+                let (order, mut task_set) = self.order(plan);
+                order.take_over(member, &mut task_set);
                 self.add_waiting(member, plan);
             }
         }
@@ -171,8 +174,8 @@ impl<O: CallbackOrder> Ordered<O> {
             return;
         }
         self.releases[member] = Time::MAX;
-        let (order, mut crew) = self.order(plan);
-        order.due(member, &mut crew);
+        let (order, mut task_set) = self.order(plan);
+        order.due(member, &mut task_set);
         if O::QUEUES_TIMERS {
             self.release(member, plan);
         }
@@ -182,8 +185,8 @@ impl<O: CallbackOrder> Ordered<O> {
     /// Calls the next callback, if there are one and a thread for it.
     fn call(&mut self, plan: &mut Timetable<'_>) -> Option<Job> {
         let now = plan.now();
-        let (order, mut crew) = self.order(plan);
-        let call = order.next(&mut crew)?;
+        let (order, mut task_set) = self.order(plan);
+        let call = order.next(&mut task_set)?;
         plan.look();
         let (member, due) = match call {
             Call::Timer { member } => (member, self.call_timer(member, plan)),
@@ -203,8 +206,8 @@ impl<O: CallbackOrder> Ordered<O> {
             }
         };
         let Some(due) = due else {
-            let (order, mut crew) = self.order(plan);
-            order.ended(member, &mut crew);
+            let (order, mut task_set) = self.order(plan);
+            order.ended(member, &mut task_set);
             return None;
         };
         let task = &mut self.tasks[member];
@@ -238,13 +241,13 @@ impl<O: CallbackOrder> Ordered<O> {
         match job.kind {
             JobKind::Begin => {
                 let ends = self.tasks[member].begin(plan.now());
-                let (order, mut crew) = self.order(plan);
-                order.began(member, ends, &mut crew);
+                let (order, mut task_set) = self.order(plan);
+                order.began(member, ends, &mut task_set);
             }
             JobKind::Tick { .. } | JobKind::End => {
                 self.tasks[member].running = None;
-                let (order, mut crew) = self.order(plan);
-                order.ended(member, &mut crew);
+                let (order, mut task_set) = self.order(plan);
+                order.ended(member, &mut task_set);
             }
         }
         plan.look();
@@ -264,8 +267,8 @@ impl<O: CallbackOrder> Scheduler for Ordered<O> {
             },
             SchedulerEvent::Arrived { member, .. } if self.tasks[member].crashed => {}
             SchedulerEvent::Arrived { member, input } => {
-                let (order, mut crew) = self.order(plan);
-                order.arrived(member, input, &mut crew);
+                let (order, mut task_set) = self.order(plan);
+                order.arrived(member, input, &mut task_set);
                 plan.look();
             }
             SchedulerEvent::Look => return self.call(plan),
@@ -305,8 +308,8 @@ impl<O: CallbackOrder> Scheduler for Ordered<O> {
         let times = moves_due_times(knob);
         // Timers that were due before wait in line.
         while times && O::QUEUES_TIMERS && self.tasks[member].due() < now {
-            let (order, mut crew) = self.order(plan);
-            order.due(member, &mut crew);
+            let (order, mut task_set) = self.order(plan);
+            order.due(member, &mut task_set);
         }
         let before = self.tasks[member].turn(member, knob, now, plan)?;
         if times {

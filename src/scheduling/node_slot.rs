@@ -18,11 +18,11 @@ use crate::{
 };
 
 /// A node with its outbox and the way of its records.
-pub(crate) struct Seat {
+pub(crate) struct NodeSlot {
     pub(crate) name: Arc<str>,
     node: Box<dyn Node>,
     /// The function that builds it again, if there is one.
-    pub(crate) again: Option<Again>,
+    pub(crate) again: Option<Rebuild>,
     /// The panic while the node handled a text, if there was one.
     panicked: Option<Panicked>,
     records: Records,
@@ -62,12 +62,12 @@ pub(crate) struct Fixed {
 }
 
 /// The function that builds a node again, and the message it is sent afterwards.
-pub(crate) struct Again {
+pub(crate) struct Rebuild {
     pub(crate) build: Box<dyn FnMut() -> Box<dyn Node> + Send>,
     pub(crate) message: Option<String>,
 }
 
-impl Seat {
+impl NodeSlot {
     pub(crate) fn new(
         name: Arc<str>,
         records: Records,

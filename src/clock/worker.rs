@@ -1,9 +1,9 @@
-//! A thread of a crew: what it does for its nodes, at the times that its clock knows. The real
+//! A thread of a task set: what it does for its nodes, at the times that its clock knows. The real
 //! clock asks the wall, a rerun of the run its log.
 
 use std::{ops::ControlFlow, time::Duration};
 
-use super::crew_stage::CrewStage;
+use super::shared_schedule::SharedSchedule;
 use crate::{
     command::Command,
     journal::LateLook,
@@ -17,9 +17,9 @@ use crate::{
 /// A node ended the run at this run time, or failed.
 pub type Outcome = Option<Result<Time, Fault>>;
 
-/// A thread of a crew.
-pub struct CrewThread<'c> {
-    crew: &'c CrewStage<'c>,
+/// A thread of a task set.
+pub struct Worker<'c> {
+    task_set: &'c SharedSchedule<'c>,
     /// The messages that it has heard of since its last look.
     arrivals: Vec<Arrival>,
     /// The work that is not yet over, with the run time of its begin.
@@ -33,22 +33,22 @@ pub(crate) struct LookResult {
     pub(crate) moved: bool,
 }
 
-impl<'c> CrewThread<'c> {
-    pub(crate) fn new(crew: &'c CrewStage<'c>) -> Self {
+impl<'c> Worker<'c> {
+    pub(crate) fn new(task_set: &'c SharedSchedule<'c>) -> Self {
         Self {
-            crew,
+            task_set,
             arrivals: Vec::new(),
             work: None,
         }
     }
 
-    pub(crate) fn crew(&self) -> &'c CrewStage<'c> {
-        self.crew
+    pub(crate) fn task_set(&self) -> &'c SharedSchedule<'c> {
+        self.task_set
     }
 
-    /// Hears that a message arrives for a node of the crew.
+    /// Hears that a message arrives for a node of the task set.
     pub fn arrive(&mut self, arrival: Arrival) {
-        if self.crew.aside().hears(arrival) {
+        if self.task_set.peek().hears(arrival) {
             self.arrivals.push(arrival);
         }
     }
@@ -56,7 +56,7 @@ impl<'c> CrewThread<'c> {
     /// Looks for work at run time `at`, and does it; returns the index of the node that did
     /// some.
     pub fn look(&mut self, at: Time, late: Option<LateLook>) -> Option<usize> {
-        self.crew.state.advance_to(at);
+        self.task_set.state.advance_to(at);
         let work = self.find(at, late).work?;
         self.work(work, at);
         Some(work.node)
@@ -64,26 +64,26 @@ impl<'c> CrewThread<'c> {
 
     /// Looks for work at run time `at`.
     pub(crate) fn find(&mut self, at: Time, late: Option<LateLook>) -> LookResult {
-        let mut stage = self.crew.stage();
+        let mut schedule = self.task_set.schedule();
         for arrival in self.arrivals.drain(..) {
-            stage.add_arrival(arrival);
+            schedule.add_arrival(arrival);
         }
-        let work = stage.look(Moment::of(at, late));
-        let moved = stage.has_moved();
+        let work = schedule.look(Moment::of(at, late));
+        let moved = schedule.has_moved();
         LookResult { work, moved }
     }
 
     /// Ends the running tick at run time `at`, if there is one: it has had its time on a core.
     pub fn finish(&mut self, at: Time) -> Option<usize> {
-        let work = self.crew.end_of_first(at)?;
+        let work = self.task_set.end_of_first(at)?;
         self.work(work, at);
         Some(work.node)
     }
 
     /// Has a node do its work, which begins at run time `began`.
     pub(crate) fn work(&mut self, work: Assignment, began: Time) {
-        self.crew.state.advance_to(began);
-        let outcome = lock(self.crew.seat(work.node)).work(work.job, began, true);
+        self.task_set.state.advance_to(began);
+        let outcome = lock(self.task_set.slot(work.node)).work(work.job, began, true);
         self.work = Some((work, began, outcome));
     }
 
@@ -97,35 +97,38 @@ impl<'c> CrewThread<'c> {
             took: Some(ended.since(began)),
         };
         // Nobody gets the node before its tick is recorded.
-        let mut stage = self.crew.stage();
-        let seat = &mut *lock(self.crew.seat(work.node));
-        match stage.done(seat, work, times, outcome) {
+        let mut schedule = self.task_set.schedule();
+        let slot = &mut *lock(self.task_set.slot(work.node));
+        match schedule.done(slot, work, times, outcome) {
             Ok(ControlFlow::Continue(())) => None,
             Ok(ControlFlow::Break(())) => Some(Ok(began)),
-            Err(cause) => Some(Err(seat.fault(began, cause))),
+            Err(cause) => Some(Err(slot.fault(began, cause))),
         }
     }
 
-    /// Has a node of the crew carry out its command at run time `at`; returns the position of
-    /// the event, or `None` if the node is not in the crew.
+    /// Has a node of the task set carry out its command at run time `at`; returns the position of
+    /// the event, or `None` if the node is not in the task set.
     pub fn obey(&mut self, command: &Command, at: Time) -> Option<usize> {
         let knob = command.knob_of_node()?;
-        let mut stage = self.crew.stage();
-        let node = stage.node_called(knob.target())?;
-        self.crew.state.advance_to(at);
-        let answer = stage.turn(node, &mut lock(self.crew.seat(node)), knob, at);
-        Some(self.crew.state.answered(at, command, answer))
+        let mut schedule = self.task_set.schedule();
+        let node = schedule.node_called(knob.target())?;
+        self.task_set.state.advance_to(at);
+        let answer = schedule.turn(node, &mut lock(self.task_set.slot(node)), knob, at);
+        Some(self.task_set.state.answered(at, command, answer))
     }
 
     /// Refuses such a command for this `reason`.
     pub fn refuse(&mut self, command: &Command, at: Time, reason: &str) -> usize {
-        let _stage = self.crew.stage();
-        self.crew.state.advance_to(at);
-        self.crew.state.refused(at, command, reason)
+        let _stage = self.task_set.schedule();
+        self.task_set.state.advance_to(at);
+        self.task_set.state.refused(at, command, reason)
     }
 
     /// Time on a core that the running tick still needs at `now`, if the node is alone.
     pub(crate) fn remaining(&self, now: Time) -> Option<Duration> {
-        self.crew.aside().state(self.crew.first, now).remaining
+        self.task_set
+            .peek()
+            .state(self.task_set.first, now)
+            .remaining
     }
 }

@@ -1,0 +1,98 @@
+//! A task set with a schedule of its own, which its threads share.
+
+use crate::{
+    command::ClockKind,
+    scheduling::{Assignment, NodeSlot, Schedule, TaskSet, Threads},
+    shared::{Shared, Turn},
+    state::RunState,
+    sync::{Arc, Mutex},
+    time::Time,
+};
+
+/// A task set with a schedule of its own.
+pub(crate) struct SharedSchedule<'g> {
+    schedule: Shared<Schedule>,
+    /// Those of all nodes of the graph.
+    slots: &'g [Mutex<NodeSlot>],
+    pub(crate) state: Arc<RunState>,
+    /// Index of its first node.
+    pub(crate) first: usize,
+    /// Number of threads; none if all nodes run in other processes.
+    pub(crate) threads: usize,
+}
+
+impl<'g> SharedSchedule<'g> {
+    pub(crate) fn new(
+        task_set: TaskSet,
+        slots: &'g [Mutex<NodeSlot>],
+        state: Arc<RunState>,
+    ) -> Self {
+        let dispatch = task_set.dispatch.as_ref();
+        let threads = match dispatch.map(|dispatch| dispatch.threads()) {
+            Some(Threads::Shared(threads)) => threads,
+            _ => 1,
+        };
+        let here = task_set
+            .members
+            .iter()
+            .filter(|member| !member.remote)
+            .count();
+        let first = task_set.members.first();
+        let name = first.map_or("", |member| &*member.name);
+        Self {
+            // A node ticks once at a time: more threads would have nothing to do.
+            threads: threads.min(here),
+            first: first.map_or(0, |member| member.node),
+            slots,
+            state,
+            schedule: Shared::after(
+                task_set.turns,
+                format!("the executor of {name}"),
+                Schedule::of_task_set(ClockKind::Real, task_set),
+            ),
+        }
+    }
+
+    /// Its task set, with the turns of its threads.
+    pub(crate) fn into_task_sets(self) -> Vec<TaskSet> {
+        let turns = self.schedule.turns();
+        let task_sets = self.schedule.peek().take_task_sets().into_iter();
+        task_sets
+            .map(|task_set| TaskSet { turns, ..task_set })
+            .collect()
+    }
+
+    /// Name of its first node.
+    pub(crate) fn name(&self) -> Arc<str> {
+        let schedule = self.peek();
+        let mut names = schedule.members().map(|member| member.name.clone());
+        names.next().unwrap_or_else(|| "".into())
+    }
+
+    pub(crate) fn slot(&self, node: usize) -> &Mutex<NodeSlot> {
+        &self.slots[node]
+    }
+
+    /// The end of the running tick of its first node, if there is one.
+    pub(crate) fn end_of_first(&self, now: Time) -> Option<Assignment> {
+        self.peek().end_of(self.first, now)
+    }
+
+    /// Whether several threads share the schedule, in turns.
+    pub(crate) fn is_shared(&self) -> bool {
+        self.threads > 1
+    }
+
+    /// The schedule, for a turn of a thread.
+    pub(crate) fn schedule(&self) -> Turn<'_, Schedule> {
+        match self.is_shared() {
+            true => self.schedule.lock(),
+            false => self.schedule.peek(),
+        }
+    }
+
+    /// The schedule, for a look.
+    pub(crate) fn peek(&self) -> Turn<'_, Schedule> {
+        self.schedule.peek()
+    }
+}
