@@ -4,7 +4,7 @@ use std::{collections::VecDeque, time::Duration};
 
 use ratelab::{TakenMessage, Time};
 
-use super::choice::Choice;
+use super::matching::Choice;
 
 /// Tenths of `1 + age_penalty`, whose default is 0.1: a later set must be closer together.
 const PENALTY_TENTHS: i128 = 11;

@@ -2,7 +2,7 @@
 
 use ratelab::TakenMessage;
 
-use super::choice::Choice;
+use super::matching::Choice;
 
 /// Holds the newest message of each topic until all have one, and begins anew then: the
 /// fusion node of the Autoware reference system (`fusion.hpp`, `de8f3bc`).

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use ratelab::{TakenMessage, Time};
 
-use super::choice::Choice;
+use super::matching::Choice;
 
 /// Collects messages by their stamps (`exact_time.hpp:88-169`, message_filters `361e42c`).
 #[derive(Clone, Debug)]

@@ -4,7 +4,12 @@ use std::collections::VecDeque;
 
 use ratelab::TakenMessage;
 
-use super::{approximate::Approximate, choice::Choice, each::Each, exact::Exact, matching::Match};
+use super::{
+    approximate::Approximate,
+    each::Each,
+    exact::Exact,
+    matching::{Choice, Match},
+};
 
 /// Finds the sets among messages that are taken one by one, by the rule of a [`Match`].
 #[derive(Clone, Debug)]

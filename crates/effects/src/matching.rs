@@ -3,6 +3,9 @@
 use std::{fmt, str::FromStr, time::Duration};
 
 use ratelab::{Depth, millis};
+/// The sequence numbers of a set of messages, one for each input.
+pub type Choice = Vec<u64>;
+
 /// How the messages of the topics that trigger a node become the inputs of its ticks. With
 /// one topic all are the same: every message is the input of a tick.
 ///

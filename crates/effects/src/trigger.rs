@@ -4,7 +4,10 @@ use std::collections::VecDeque;
 
 use ratelab::{Intake, Time, Timetable};
 
-use super::{choice::Choice, matcher::Matcher, matching::Match};
+use super::{
+    matcher::Matcher,
+    matching::{Choice, Match},
+};
 
 /// The topics that trigger a node.
 pub(crate) struct Trigger {
@@ -68,7 +71,7 @@ impl Trigger {
 
     /// Whether a message waits.
     pub(crate) fn waits(&self, now: Time) -> bool {
-        (0..self.inputs.len()).any(|input| self.oldest_of(input, now).is_some())
+        self.oldest(now).is_some()
     }
 
     /// Number of messages that an input may take at `now`.
