@@ -9,8 +9,8 @@ use ratelab::ClockKind;
 use ratelab_account::Snapshot;
 use ratelab_study::system::{Signal, System, paced_node};
 use rerun::{
-    AsComponents, EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamResult,
-    SerializedComponentBatch, StoreKind,
+    AsComponents, EntityPath, RecordingStream, RecordingStreamBuilder, SerializedComponentBatch,
+    StoreKind,
     blueprint::{
         BarChartView, Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, GraphView,
         Horizontal, SelectionPanel, Spatial2DView, StateTimelineView, TextLogView, TimePanel,
@@ -44,7 +44,7 @@ use super::{
         traffic::{DROPPED, LINKS, PER_SECOND},
     },
     schema::{EVENTS, NODES},
-    timeline::RUN_TIME,
+    timeline::{RUN_TIME, Written},
 };
 
 /// The timeline on which the viewer looks for a blueprint.
@@ -63,7 +63,7 @@ pub struct Subject<'a> {
 }
 
 /// Sends the layout for `subject`. To be called before the recording itself.
-pub fn send(rec: &RecordingStream, subject: &Subject<'_>) -> RecordingStreamResult<()> {
+pub fn send(rec: &RecordingStream, subject: &Subject<'_>) -> Written {
     let key = subject.key();
     let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
     if !made.contains_key(&key) {
@@ -97,12 +97,12 @@ pub struct ViewerLayout {
 
 impl ViewerLayout {
     /// Shows the layout in the viewer. To be called before the recording itself.
-    pub fn send(self, rec: &RecordingStream) -> RecordingStreamResult<()> {
+    pub fn send(self, rec: &RecordingStream) -> Written {
         activate(self.messages(rec)?, rec);
         Ok(())
     }
 
-    fn messages(self, rec: &RecordingStream) -> RecordingStreamResult<Vec<LogMsg>> {
+    fn messages(self, rec: &RecordingStream) -> Written<Vec<LogMsg>> {
         let time = TimePanel::new()
             .with_state(PanelState::Collapsed)
             .with_timeline(self.timeline)
@@ -292,11 +292,7 @@ impl Properties {
     }
 
     /// `blueprint` and the properties of its views.
-    fn messages_with(
-        &self,
-        blueprint: &Blueprint,
-        rec: &RecordingStream,
-    ) -> RecordingStreamResult<Vec<LogMsg>> {
+    fn messages_with(&self, blueprint: &Blueprint, rec: &RecordingStream) -> Written<Vec<LogMsg>> {
         let mut messages = messages_of(blueprint, rec)?;
         let Some(id) = messages.first().map(|message| message.store_id().clone()) else {
             return Ok(messages); // A disabled stream.
@@ -345,7 +341,7 @@ fn on_one_timeline(message: LogMsg) -> Result<LogMsg, ChunkError> {
 }
 
 /// The messages of `blueprint`, without its activation.
-fn messages_of(blueprint: &Blueprint, rec: &RecordingStream) -> RecordingStreamResult<Vec<LogMsg>> {
+fn messages_of(blueprint: &Blueprint, rec: &RecordingStream) -> Written<Vec<LogMsg>> {
     let Some(info) = rec.store_info() else {
         return Ok(Vec::new());
     };

@@ -6,8 +6,7 @@ use std::sync::Arc;
 
 use ratelab::Time;
 use rerun::{
-    ComponentDescriptor, RecordingStreamResult, SerializedComponentBatch,
-    SerializedComponentColumn,
+    ComponentDescriptor, SerializedComponentBatch, SerializedComponentColumn,
     archetypes::Scalars,
     external::arrow::array::{ArrayRef, Float64Array, StringArray, UInt8Array, UInt64Array},
     log::Chunk,
@@ -15,7 +14,7 @@ use rerun::{
 
 use super::{
     schema::{JSON, message::LOST},
-    timeline::RUN_TIME,
+    timeline::{RUN_TIME, Written},
 };
 
 /// Nanoseconds in a microsecond.
@@ -94,12 +93,11 @@ impl RecordColumn {
 
     /// The number in `cell`, in words.
     pub fn told(&self, cell: Option<u64>) -> String {
-        let unit = if self.form == ColumnForm::Count {
-            ""
-        } else {
-            " ns"
-        };
-        cell.map_or("none".to_owned(), |number| format!("{number}{unit}"))
+        match (cell, self.form) {
+            (None, _) => "none".to_owned(),
+            (Some(count), ColumnForm::Count) => count.to_string(),
+            (Some(nanos), _) => format!("{nanos} ns"),
+        }
     }
 
     /// Whether each row has a number in this column.
@@ -115,31 +113,26 @@ impl RecordColumn {
         known && recorded != computed
     }
 
-    /// The column with the number in each of `rows`, if it is there and no timeline.
-    fn written<R: RecordRow>(
+    /// The column with these `cells` of rows at these times, if it is there and no timeline.
+    fn written(
         &self,
-        rows: &[R],
         cells: Vec<Option<u64>>,
-    ) -> Option<RecordingStreamResult<SerializedComponentColumn>> {
+        times: &[u64],
+    ) -> Option<Written<SerializedComponentColumn>> {
         let Self { name, form, .. } = *self;
-        let at = |index: usize| Some(rows[index].at().as_nanos());
         let cells = match form {
             ColumnForm::RunTime => return None,
             ColumnForm::Count => return Some(numbers(name, cells.into_iter().flatten())),
             ColumnForm::Plot => {
                 let micros = |nanos: u64| nanos as f64 / NANOS_PER_MICRO;
-                let cells = cells
-                    .into_iter()
-                    .map(|nanos| nanos.map_or(f64::NAN, micros));
-                return Some(series(cells.collect(), 1, rows.len()));
+                let micros = cells.iter().map(|nanos| nanos.map_or(f64::NAN, micros));
+                return Some(series(micros.collect(), 1, cells.len()));
             }
             ColumnForm::Stamp | ColumnForm::Delivery => {
-                let cells = cells.into_iter().enumerate();
-                let cells = cells.map(|(index, cell)| match cell == at(index) {
-                    true => None,
-                    false => cell.or(Some(LOST)),
-                });
-                cells.collect()
+                let other = |(cell, at): (Option<u64>, &u64)| {
+                    (cell != Some(*at)).then(|| cell.unwrap_or(LOST))
+                };
+                cells.into_iter().zip(times).map(other).collect()
             }
             ColumnForm::Nanos | ColumnForm::Wall | ColumnForm::Rare => cells,
         };
@@ -156,15 +149,12 @@ impl RecordColumn {
             _ if self.may_be_missing() && !has(chunk, name) => vec![Some(None); chunk.num_rows()],
             _ => cells(chunk, name),
         };
-        let cells = cells
-            .into_iter()
-            .zip(times)
-            .map(|(cell, at)| match (form, cell?) {
-                (ColumnForm::Stamp | ColumnForm::Delivery, None) => *at,
-                (ColumnForm::Delivery, Some(LOST)) => Some(None),
-                (_, number) => Some(number),
-            });
-        cells.collect()
+        let number = |(cell, at): (Cell<_>, &Cell<_>)| match (form, cell?) {
+            (ColumnForm::Stamp | ColumnForm::Delivery, None) => *at,
+            (ColumnForm::Delivery, Some(LOST)) => Some(None),
+            (_, number) => Some(number),
+        };
+        cells.into_iter().zip(times).map(number).collect()
     }
 
     /// Whether the column may be missing in a file.
@@ -175,11 +165,12 @@ impl RecordColumn {
 }
 
 /// The columns of `rows`.
-pub fn write<R: RecordRow>(rows: &[R]) -> RecordingStreamResult<Vec<SerializedComponentColumn>> {
+pub fn write<R: RecordRow>(rows: &[R]) -> Written<Vec<SerializedComponentColumn>> {
     let cells: Vec<_> = rows.iter().map(RecordRow::cells).collect();
+    let times: Vec<u64> = rows.iter().map(|row| row.at().as_nanos()).collect();
     let columns = R::COLUMNS.iter().enumerate().filter_map(|(index, column)| {
         let cells = cells.iter().map(|row| row[index]);
-        column.written(rows, cells.collect())
+        column.written(cells.collect(), &times)
     });
     columns.collect()
 }
@@ -200,14 +191,12 @@ pub fn read<R: RecordRow>(chunk: &Chunk) -> Vec<Cell<R>> {
 pub fn numbers(
     name: &'static str,
     values: impl IntoIterator<Item = u64>,
-) -> RecordingStreamResult<SerializedComponentColumn> {
+) -> Written<SerializedComponentColumn> {
     units(name, Arc::new(UInt64Array::from_iter_values(values)))
 }
 
 /// One text per row.
-pub fn texts(
-    values: impl IntoIterator<Item = String>,
-) -> RecordingStreamResult<SerializedComponentColumn> {
+pub fn texts(values: impl IntoIterator<Item = String>) -> Written<SerializedComponentColumn> {
     units(JSON, Arc::new(StringArray::from_iter_values(values)))
 }
 
@@ -215,7 +204,7 @@ pub fn texts(
 pub fn bytes<'a>(
     name: &'static str,
     values: impl Iterator<Item = &'a [u8]> + Clone,
-) -> RecordingStreamResult<SerializedComponentColumn> {
+) -> Written<SerializedComponentColumn> {
     let lengths: Vec<usize> = values.clone().map(<[u8]>::len).collect();
     let array: ArrayRef = Arc::new(UInt8Array::from_iter_values(values.flatten().copied()));
     let batch = SerializedComponentBatch::new(array, ComponentDescriptor::partial(name));
@@ -223,17 +212,13 @@ pub fn bytes<'a>(
 }
 
 /// `width` values in each of `rows`, to be plotted as `width` series.
-pub fn series(
-    values: Vec<f64>,
-    width: usize,
-    rows: usize,
-) -> RecordingStreamResult<SerializedComponentColumn> {
+pub fn series(values: Vec<f64>, width: usize, rows: usize) -> Written<SerializedComponentColumn> {
     let array: ArrayRef = Arc::new(Float64Array::from(values));
     let batch = SerializedComponentBatch::new(array, Scalars::descriptor_scalars());
     Ok(batch.partitioned(std::iter::repeat_n(width, rows))?)
 }
 
-fn units(name: &'static str, array: ArrayRef) -> RecordingStreamResult<SerializedComponentColumn> {
+fn units(name: &'static str, array: ArrayRef) -> Written<SerializedComponentColumn> {
     let descriptor = ComponentDescriptor::partial(name);
     Ok(SerializedComponentBatch::new(array, descriptor).column_of_unit_batches()?)
 }

@@ -1,7 +1,5 @@
 //! The lineage of a recorded run.
 
-use std::iter::Peekable;
-
 use ratelab::{Event, Knob, Time, TimedKnob};
 use ratelab_account::{Lineage, TickRecord};
 use ratelab_effects::takes_time;
@@ -45,13 +43,24 @@ impl Recording {
         let knobs = self.knobs();
         let nodes = self.origin.topology.nodes.iter();
         for (node, ticks) in nodes.zip(&mut self.ticks) {
-            let mine = knobs
-                .iter()
-                .filter(|timed| timed.knob.target() == node.name);
-            let mut costs = Costs::default();
-            let mut mine = mine.peekable();
+            let knobs = knobs.iter();
+            let mut mine = knobs
+                .filter(|timed| timed.knob.target() == node.name)
+                .peekable();
+            let (mut takes, mut hangs) = (false, false);
             for tick in ticks {
-                tick.ends = costs.end_of(&mut mine, tick);
+                while let Some(timed) = mine.next_if(|timed| timed.at <= tick.at) {
+                    match &timed.knob {
+                        Knob::Takes { .. } => takes = takes_time(&timed.knob),
+                        Knob::Hang { .. } => hangs = true,
+                        Knob::Crash { .. } | Knob::Restart { .. } => hangs = false,
+                        _ => {}
+                    }
+                }
+                tick.ends = match std::mem::take(&mut hangs) || takes {
+                    true => tick.took.map(|took| tick.at + took),
+                    false => Some(tick.at),
+                };
             }
         }
     }
@@ -67,32 +76,4 @@ pub fn due_of(tick: &TickRecord) -> Time {
 pub fn end_of(tick: &TickRecord) -> Time {
     let took = tick.lateness.and(tick.took).unwrap_or_default();
     tick.ends.unwrap_or(tick.at).max(tick.at + took)
-}
-
-/// Whether ticks of a node have a duration set by a knob.
-#[derive(Default)]
-struct Costs {
-    takes: bool,
-    hangs: bool,
-}
-
-impl Costs {
-    fn end_of<'a>(
-        &mut self,
-        knobs: &mut Peekable<impl Iterator<Item = &'a TimedKnob>>,
-        tick: &TickRecord,
-    ) -> Option<Time> {
-        while let Some(timed) = knobs.next_if(|timed| timed.at <= tick.at) {
-            match &timed.knob {
-                Knob::Takes { .. } => self.takes = takes_time(&timed.knob),
-                Knob::Hang { .. } => self.hangs = true,
-                Knob::Crash { .. } | Knob::Restart { .. } => self.hangs = false,
-                _ => {}
-            }
-        }
-        match std::mem::take(&mut self.hangs) || self.takes {
-            true => tick.took.map(|took| tick.at + took),
-            false => Some(tick.at),
-        }
-    }
 }

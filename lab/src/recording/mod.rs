@@ -2,8 +2,11 @@
 //!
 //! ```text
 //! taps, event log ──► tracks ──► writer ──► columns, scene ──► file    recorder
-//! file ──► frames ──► rows ──► content ──► check ──► Recording ──► replay, verify
+//! file ──► frames ──► columns ──► content ──► check ──► Recording ──► replay, verify
 //! ```
+//!
+//! What is recorded of a message and of a tick is described once, in `series`: both are written,
+//! read, digested and compared by the same table of columns.
 //!
 //! A recording holds a run twice: for readers, to the bit, and for the eye.
 //!

@@ -9,7 +9,7 @@ use ratelab_study::{
     system::{KnobText, System},
 };
 use rerun::{
-    AnyValues, RecordingStream, RecordingStreamBuilder, RecordingStreamResult,
+    AnyValues, RecordingStream, RecordingStreamBuilder,
     external::arrow::array::{ArrayRef, Float64Array, StringArray, UInt64Array},
 };
 
@@ -18,6 +18,7 @@ use super::{
     file::RecordingFile,
     schema::{APPLICATION, JSON, ORIGIN, Origin},
     source::Source,
+    timeline::Written,
     tracks::AttachedTaps,
     viewer::FileAndViewer,
 };
@@ -27,7 +28,7 @@ pub fn begin(
     file: &RecordingFile,
     taps: &AttachedTaps,
     source: &Source,
-) -> RecordingStreamResult<RecordingStream> {
+) -> Written<RecordingStream> {
     let Source { system, origin, .. } = source;
     let config = &origin.config;
     let name = format!(
@@ -57,11 +58,7 @@ pub fn begin(
 }
 
 /// Sends the description of a run of `system`.
-fn send_origin(
-    rec: &RecordingStream,
-    system: &dyn System,
-    origin: &Origin,
-) -> RecordingStreamResult<()> {
+fn send_origin(rec: &RecordingStream, system: &dyn System, origin: &Origin) -> Written {
     rec.send_property("run", &run(system, origin))?;
     let json = serde_json::to_string(origin).unwrap_or_default();
     let values = AnyValues::default().with_component_from_data(JSON, text(json));
@@ -82,11 +79,7 @@ fn run(system: &dyn System, origin: &Origin) -> AnyValues {
 }
 
 /// Sends the summary of the run.
-pub fn send_summary(
-    rec: &RecordingStream,
-    system: &dyn System,
-    summary: &Summary,
-) -> RecordingStreamResult<()> {
+pub fn send_summary(rec: &RecordingStream, system: &dyn System, summary: &Summary) -> Written {
     let dropped = summary.topics.iter().filter(|topic| topic.read);
     let dropped = dropped.map(|topic| format!("{} {}", topic.name, topic.dropped));
     let dropped: Vec<String> = dropped.collect();

@@ -42,9 +42,6 @@ pub trait Series: Clone + Default + Send + Sync {
     /// Waits for a row and adds all that are in `tap`; `false` at its end.
     fn wait(&mut self, tap: &Self::Tap) -> bool;
 
-    /// Number of rows lost because `tap` was full.
-    fn lost(tap: &Self::Tap) -> u64;
-
     /// Run time of the newest row. Those of several publishers may come out of order.
     fn newest(&self) -> Option<Time> {
         self.rows().iter().map(RecordRow::at).max()
@@ -202,10 +199,6 @@ impl Series for Rows {
     fn wait(&mut self, tap: &RowTap) -> bool {
         tap.wait(self)
     }
-
-    fn lost(tap: &RowTap) -> u64 {
-        tap.lost()
-    }
 }
 
 impl Series for Vec<TickRecord> {
@@ -247,9 +240,5 @@ impl Series for Vec<TickRecord> {
         self.extend(first);
         self.receive(tap);
         first.is_ok()
-    }
-
-    fn lost(tap: &Tap<TickRecord>) -> u64 {
-        tap.lost()
     }
 }

@@ -8,12 +8,12 @@ use ratelab::{Event, Time, Topology};
 use ratelab_account::Observer;
 use ratelab_effects::Digest;
 use ratelab_replay::{Log, LogPosition, RunLog};
-use rerun::{RecordingStreamResult, log::Chunk};
+use rerun::log::Chunk;
 
 use super::{
     columns,
     schema::{THREADS, piece},
-    timeline::BatchStream,
+    timeline::{BatchStream, Written},
 };
 
 /// What is wrong with a log whose digests do not fit.
@@ -36,10 +36,10 @@ impl ThreadTrack {
     /// Writes `pieces` at run time `now`.
     pub fn write(
         &mut self,
-        stream: &BatchStream<'_>,
+        stream: &BatchStream,
         pieces: &[(usize, Vec<u8>)],
         now: Time,
-    ) -> RecordingStreamResult<()> {
+    ) -> Written {
         let first = self.written;
         self.written += pieces.len() as u64;
         let digests = pieces.iter().zip(first..).map(|((thread, bytes), row)| {

@@ -7,6 +7,9 @@ use rerun::{
     EntityPath, RecordingStream, RecordingStreamResult, SerializedComponentColumn, TimeColumn,
 };
 
+/// The result of writing to the stream of a recording.
+pub type Written<T = ()> = RecordingStreamResult<T>;
+
 /// Time since the run began.
 pub const RUN_TIME: &str = "run_time";
 
@@ -35,7 +38,7 @@ impl BatchStream<'_> {
         entity: impl Into<EntityPath>,
         times: &[Time],
         columns: impl IntoIterator<Item = SerializedComponentColumn>,
-    ) -> RecordingStreamResult<()> {
+    ) -> Written {
         if times.is_empty() {
             return Ok(());
         }

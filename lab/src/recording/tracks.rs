@@ -2,7 +2,7 @@
 
 use ratelab::Time;
 use ratelab_account::{Rows, TickRecord};
-use rerun::{EntityPath, RecordingStream, RecordingStreamResult, SeriesLines};
+use rerun::{EntityPath, RecordingStream, SeriesLines};
 
 use super::{
     columns::{self, RecordRow},
@@ -10,23 +10,12 @@ use super::{
     schema::{node_entity, topic_entity},
     series::Series,
     source::Source,
-    timeline::BatchStream,
+    timeline::{BatchStream, Written},
 };
 
 /// Capacity of a tap: minutes at 50 Hz, and more than any real clock produces within the
 /// 50 ms between two checks.
 pub const BACKLOG: usize = 16_384;
-
-/// What is in tracks.
-#[derive(Default)]
-pub struct TapBacklog {
-    /// Number of rows waiting to be written.
-    pub waiting: usize,
-    /// Run time of the newest of them.
-    pub newest: Option<Time>,
-    /// Number of rows lost because a tap was full.
-    pub lost: u64,
-}
 
 /// The messages of a topic or the ticks of a node.
 pub struct Track<S: Series> {
@@ -50,14 +39,6 @@ impl<S: Series> Track<S> {
         }
     }
 
-    fn backlog(&self) -> TapBacklog {
-        TapBacklog {
-            waiting: self.waiting.rows().len(),
-            newest: self.waiting.newest(),
-            lost: S::lost(&self.tap),
-        }
-    }
-
     /// Removes and returns the waiting rows up to run time `until`.
     pub fn take(&mut self, until: Time) -> S {
         let rows = self.waiting.take_until(until);
@@ -66,12 +47,7 @@ impl<S: Series> Track<S> {
     }
 
     /// Writes `series`, and adds it to `digest`.
-    pub fn write(
-        &self,
-        stream: &BatchStream<'_>,
-        series: &S,
-        digest: &mut RowDigest,
-    ) -> RecordingStreamResult<()> {
+    pub fn write(&self, stream: &BatchStream, series: &S, digest: &mut RowDigest) -> Written {
         let rows = series.rows();
         if rows.is_empty() {
             return Ok(());
@@ -121,7 +97,7 @@ impl AttachedTaps {
     }
 
     /// Writes the names of the numbers in messages.
-    pub fn begin(&self, rec: &RecordingStream, source: &Source) -> RecordingStreamResult<()> {
+    pub fn begin(&self, rec: &RecordingStream, source: &Source) -> Written {
         for track in &self.topics {
             let name = &source.origin.topology.topics[track.index].name;
             let fields = source.taps.fields(name).unwrap_or_default();
@@ -142,14 +118,26 @@ impl AttachedTaps {
         most(&mut self.nodes).max(most(&mut self.topics))
     }
 
-    /// What is in the tracks.
-    pub fn backlog(&self) -> TapBacklog {
-        let nodes = self.nodes.iter().map(Track::backlog);
-        let all = nodes.chain(self.topics.iter().map(Track::backlog));
-        all.fold(TapBacklog::default(), |sum, one| TapBacklog {
-            waiting: sum.waiting + one.waiting,
-            newest: sum.newest.max(one.newest),
-            lost: sum.lost + one.lost,
-        })
+    /// Number of items waiting to be written.
+    pub fn waiting(&self) -> usize {
+        let nodes = self.nodes.iter().map(|track| track.waiting.len());
+        nodes
+            .chain(self.topics.iter().map(|track| track.waiting.len()))
+            .sum()
+    }
+
+    /// Number of items lost because a tap was full.
+    pub fn lost(&self) -> u64 {
+        let nodes = self.nodes.iter().map(|track| track.tap.lost());
+        nodes
+            .chain(self.topics.iter().map(|track| track.tap.lost()))
+            .sum()
+    }
+
+    /// Run time of the newest waiting item.
+    pub fn newest(&self) -> Option<Time> {
+        let nodes = self.nodes.iter().map(|track| track.waiting.newest());
+        let topics = self.topics.iter().map(|track| track.waiting.newest());
+        nodes.chain(topics).flatten().max()
     }
 }

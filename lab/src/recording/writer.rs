@@ -14,7 +14,7 @@ use ratelab::{ClockKind, Command, Event, Head, Time, Topology};
 use ratelab_account::{Observer, Rows};
 use ratelab_replay::RunLog;
 use ratelab_study::system::System;
-use rerun::{RecordingStream, RecordingStreamResult};
+use rerun::RecordingStream;
 
 use super::{
     columns,
@@ -29,7 +29,7 @@ use super::{
     series::Series,
     source::{Source, StopReason},
     thread_log::ThreadTrack,
-    timeline::BatchStream,
+    timeline::{BatchStream, Written},
     tracks::{AttachedTaps, BACKLOG},
 };
 
@@ -117,7 +117,7 @@ impl RecordingWriter {
     /// much data that it should be called again at once.
     pub fn look(&mut self) -> io::Result<bool> {
         let fullest = self.drain();
-        if self.last_batch.elapsed() >= BATCH || self.taps.backlog().waiting >= LARGE_BATCH {
+        if self.last_batch.elapsed() >= BATCH || self.taps.waiting() >= LARGE_BATCH {
             let until = self.drain_before_newest();
             self.batch(until)?;
         }
@@ -128,7 +128,7 @@ impl RecordingWriter {
     /// arrived. A tick arrives after its messages, and all items before the newest have arrived
     /// when all taps are drained once more.
     fn drain_before_newest(&mut self) -> Time {
-        let newest = self.taps.backlog().newest;
+        let newest = self.taps.newest();
         self.drain();
         Time::from_nanos(newest.map_or(0, |newest| newest.as_nanos().saturating_sub(1)))
     }
@@ -176,7 +176,7 @@ impl RecordingWriter {
             end: reason.status(&*self.system),
             messages,
             ticks: self.taps.nodes.iter().map(|track| track.written).collect(),
-            lost: self.taps.backlog().lost,
+            lost: self.taps.lost(),
             dropped: reason.losses(observer),
             threads: self.threads.digest(),
             digest: None,
@@ -187,8 +187,7 @@ impl RecordingWriter {
 
     fn drain(&mut self) -> usize {
         let fullest = self.taps.drain();
-        let lost = self.taps.backlog().lost;
-        self.lost.store(lost, Ordering::Relaxed);
+        self.lost.store(self.taps.lost(), Ordering::Relaxed);
         // A notice of what a thread outside of the graph wrote to, once for each.
         let names = RunLog::of(&self.observer).written_from_outside();
         for name in names.iter().skip(self.noticed) {
@@ -215,7 +214,7 @@ impl RecordingWriter {
 
     /// Writes the items before an event that shifts wall time with the old epoch, and
     /// those after it with the new one.
-    fn write_parts(&mut self, until: Time, events: &[Event]) -> RecordingStreamResult<()> {
+    fn write_parts(&mut self, until: Time, events: &[Event]) -> Written {
         let mut rest = events;
         while let Some(index) = rest.iter().position(moves_the_wall) {
             let (before, after) = rest.split_at(index + 1);
@@ -229,7 +228,7 @@ impl RecordingWriter {
 
     /// Writes `pieces` of the threads' logs, and marks the run time up to which the file is
     /// complete, in case it is cut off later.
-    fn write_threads(&mut self, pieces: &[(usize, Vec<u8>)]) -> RecordingStreamResult<()> {
+    fn write_threads(&mut self, pieces: &[(usize, Vec<u8>)]) -> Written {
         let (stream, newest) = (self.stream(&[]), self.newest.unwrap_or_default());
         self.threads.write(&stream, pieces, newest)?;
         let until = columns::numbers(UNTIL, self.newest.map(Time::as_nanos))?;
@@ -249,7 +248,7 @@ impl RecordingWriter {
         }
     }
 
-    fn write(&mut self, until: Time, events: &[Event]) -> RecordingStreamResult<()> {
+    fn write(&mut self, until: Time, events: &[Event]) -> Written {
         let topics: Vec<Rows> = self.taps.topics.iter_mut().map(|t| t.take(until)).collect();
         let names = self
             .taps
@@ -282,14 +281,14 @@ impl RecordingWriter {
     }
 
     /// Adds the lanes of the timeline, which need the complete run. A large file has none.
-    fn add_lanes(&self) -> RecordingStreamResult<()> {
+    fn add_lanes(&self) -> Written {
         let path = self.file.path();
         let small = fs::metadata(&path).is_ok_and(|file| file.len() <= LARGEST);
         let recording = small.then(|| Recording::read(&path).ok()).flatten();
         recording.map_or(Ok(()), |recording| lanes::add(&self.rec, &recording))
     }
 
-    fn end(&mut self, outcome: &RecordingEnd, reason: &StopReason) -> RecordingStreamResult<()> {
+    fn end(&mut self, outcome: &RecordingEnd, reason: &StopReason) -> Written {
         let (verdict, lost) = match reason {
             StopReason::Run(summary) => {
                 properties::send_summary(&self.rec, &*self.system, summary)?;
@@ -322,11 +321,7 @@ impl RecordingWriter {
 }
 
 /// Events for readers; the scene shows them to people.
-fn write_events(
-    stream: &BatchStream<'_>,
-    events: &[Event],
-    digest: &mut ContentDigest,
-) -> RecordingStreamResult<()> {
+fn write_events(stream: &BatchStream, events: &[Event], digest: &mut ContentDigest) -> Written {
     // A chunk sorts its rows by time, and events of different threads may be out of order.
     for ordered in events.chunk_by(|before, after| before.at <= after.at) {
         let times: Vec<Time> = ordered.iter().map(|event| event.at).collect();

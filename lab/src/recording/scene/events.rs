@@ -1,24 +1,22 @@
 //! The event log.
 
 use ratelab::{Event, EventKind, Time};
-use rerun::{RecordingStreamResult, TextLog, TextLogLevel};
+use rerun::{TextLog, TextLogLevel};
 
-use crate::recording::{schema::EVENTS, timeline::BatchStream};
+use crate::recording::{
+    schema::EVENTS,
+    timeline::{BatchStream, Written},
+};
 
 /// Logs `events`, each at the time at which it took effect.
-pub fn add(stream: &BatchStream<'_>, events: &[Event]) -> RecordingStreamResult<()> {
+pub fn add(stream: &BatchStream, events: &[Event]) -> Written {
     let times: Vec<Time> = events.iter().map(|event| event.at).collect();
     let levels = events.iter().map(|event| level(&event.what));
     log(stream, &times, events.iter().map(text), levels)
 }
 
 /// Logs the verdict of the run at run time `at`.
-pub fn verdict(
-    stream: &BatchStream<'_>,
-    at: Time,
-    text: &str,
-    lost: bool,
-) -> RecordingStreamResult<()> {
+pub fn verdict(stream: &BatchStream, at: Time, text: &str, lost: bool) -> Written {
     let level = match lost {
         true => TextLogLevel::ERROR,
         false => TextLogLevel::INFO,
@@ -27,11 +25,11 @@ pub fn verdict(
 }
 
 fn log(
-    stream: &BatchStream<'_>,
+    stream: &BatchStream,
     times: &[Time],
     texts: impl IntoIterator<Item = String>,
     levels: impl IntoIterator<Item = &'static str>,
-) -> RecordingStreamResult<()> {
+) -> Written {
     let columns = TextLog::update_fields()
         .with_many_text(texts)
         .with_many_level(levels)

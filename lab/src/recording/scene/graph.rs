@@ -2,10 +2,10 @@
 
 use ratelab::{Command, Event, Knob, Time};
 use ratelab_account::Snapshot;
-use rerun::{AsComponents, Color, GraphEdges, GraphNodes, RecordingStreamResult};
+use rerun::{AsComponents, Color, GraphEdges, GraphNodes};
 
 use super::palette::{BLUE, ORANGE};
-use crate::recording::timeline::BatchStream;
+use crate::recording::timeline::{BatchStream, Written};
 
 /// The node graph.
 pub const GRAPH: &str = "graph";
@@ -93,7 +93,7 @@ impl GraphScene {
     }
 
     /// Logs the graph at the beginning.
-    pub fn begin(&self, stream: &BatchStream<'_>) -> RecordingStreamResult<()> {
+    pub fn begin(&self, stream: &BatchStream) -> Written {
         let names = |&(from, to): &(usize, usize)| {
             let name = |vertex: usize| self.vertices[vertex].name.as_str();
             (name(from), name(to))
@@ -112,7 +112,7 @@ impl GraphScene {
     }
 
     /// Logs the graph again after each of `events` that changed it, in one column.
-    pub fn add(&mut self, stream: &BatchStream<'_>, events: &[Event]) -> RecordingStreamResult<()> {
+    pub fn add(&mut self, stream: &BatchStream, events: &[Event]) -> Written {
         let (mut times, mut labels) = (Vec::new(), Vec::new());
         for event in events {
             if self.change(event) {
@@ -143,12 +143,7 @@ impl GraphScene {
     }
 
     /// Logs `labels`, those of all vertices for each row.
-    fn log(
-        &self,
-        stream: &BatchStream<'_>,
-        times: &[Time],
-        labels: Vec<String>,
-    ) -> RecordingStreamResult<()> {
+    fn log(&self, stream: &BatchStream, times: &[Time], labels: Vec<String>) -> Written {
         let rows = std::iter::repeat_n(self.vertices.len(), times.len());
         let labels = GraphNodes::update_fields().with_labels(labels);
         stream.send(GRAPH, times, labels.columns(rows)?)

@@ -3,12 +3,12 @@
 use std::time::Duration;
 
 use ratelab::{Head, Time};
-use rerun::{BarChart, RecordingStream, RecordingStreamResult, TensorData};
+use rerun::{BarChart, RecordingStream, TensorData};
 
 use super::palette::BLUE;
 use crate::recording::{
     bins::{BINS, WIDEST_MS, width_ms},
-    timeline::BatchStream,
+    timeline::{BatchStream, Written},
 };
 
 /// The histogram.
@@ -36,12 +36,12 @@ impl Histogram {
     }
 
     /// The colour, which does not change.
-    pub fn begin(&self, rec: &RecordingStream) -> RecordingStreamResult<()> {
+    pub fn begin(&self, rec: &RecordingStream) -> Written {
         rec.log_static(HISTOGRAM, &BarChart::update_fields().with_color(BLUE))
     }
 
     /// Counts the steps of this batch, and logs the histogram once a second.
-    pub fn add(&mut self, stream: &BatchStream<'_>) -> RecordingStreamResult<()> {
+    pub fn add(&mut self, stream: &BatchStream) -> Written {
         let (mut times, mut rows) = (Vec::new(), Vec::new());
         for step in stream.steps {
             let mut next = self.next.unwrap_or(step.at + PERIOD);
@@ -58,7 +58,7 @@ impl Histogram {
     }
 
     /// Logs what there is at the end of the run.
-    pub fn finish(&mut self, stream: &BatchStream<'_>, at: Time) -> RecordingStreamResult<()> {
+    pub fn finish(&mut self, stream: &BatchStream, at: Time) -> Written {
         self.widen(stream, at)?;
         log_heights(stream, &[at], vec![self.heights()])
     }
@@ -77,7 +77,7 @@ impl Histogram {
 
     /// Takes the narrowest width with which all latencies fit, and logs where
     /// the bars are if that has changed.
-    fn widen(&mut self, stream: &BatchStream<'_>, at: Time) -> RecordingStreamResult<()> {
+    fn widen(&mut self, stream: &BatchStream, at: Time) -> Written {
         let fits = |width: u64| self.counts.len() as u64 <= BINS as u64 * width;
         let width = width_ms(fits) as usize;
         if width == self.width {
@@ -102,11 +102,7 @@ impl Histogram {
     }
 }
 
-fn log_heights(
-    stream: &BatchStream<'_>,
-    times: &[Time],
-    rows: Vec<TensorData>,
-) -> RecordingStreamResult<()> {
+fn log_heights(stream: &BatchStream, times: &[Time], rows: Vec<TensorData>) -> Written {
     let bars = BarChart::update_fields().with_many_values(rows);
     stream.send(HISTOGRAM, times, bars.columns_of_unit_batches()?)
 }

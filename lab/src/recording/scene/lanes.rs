@@ -8,7 +8,7 @@ use std::{collections::HashSet, time::Duration};
 
 use ratelab::Time;
 use ratelab_account::{Lineage, TickWait, TracedTick};
-use rerun::{Color, EntityPath, RecordingStream, RecordingStreamResult, StateChange, TimeColumn};
+use rerun::{Color, EntityPath, RecordingStream, StateChange, TimeColumn};
 
 use super::{
     modes::colour,
@@ -18,7 +18,7 @@ use crate::recording::{
     lineage::{due_of, end_of},
     recorded::Recording,
     schema::path,
-    timeline::RUN_TIME,
+    timeline::{RUN_TIME, Written},
 };
 
 /// The lanes.
@@ -52,7 +52,7 @@ const INSTANT_WIDTH: Duration = Duration::from_millis(1);
 type Changes = Vec<(Time, &'static str)>;
 
 /// Logs the lanes of `recording`. They are on the timeline of run time only.
-pub fn add(rec: &RecordingStream, recording: &Recording) -> RecordingStreamResult<()> {
+pub fn add(rec: &RecordingStream, recording: &Recording) -> Written {
     let lineage = recording.lineage();
     let topology = lineage.topology();
     for (node, known) in topology.nodes.iter().enumerate() {
@@ -157,7 +157,7 @@ fn send(
     lane: EntityPath,
     looks: &[(&str, Color)],
     changes: &Changes,
-) -> RecordingStreamResult<()> {
+) -> Written {
     if changes.is_empty() {
         return Ok(());
     }

@@ -6,14 +6,14 @@ use std::time::Duration;
 use ratelab::{Command, Event, Knob, Time};
 use ratelab_account::{PushAge, Snapshot};
 use ratelab_study::system::{System, paced_node};
-use rerun::{RecordingStream, RecordingStreamResult};
+use rerun::RecordingStream;
 
 use super::{
     histogram::Histogram,
     lines::{self, Line},
     palette::{BLUE, ORANGE, PINK},
 };
-use crate::recording::timeline::{BatchStream, times};
+use crate::recording::timeline::{BatchStream, Written, times};
 
 /// Latency, period and push age (ms).
 pub const LATENCY: &str = "plot/latency";
@@ -39,7 +39,7 @@ impl LatencyScene {
     }
 
     /// Names and looks.
-    pub fn begin(&self, rec: &RecordingStream) -> RecordingStreamResult<()> {
+    pub fn begin(&self, rec: &RecordingStream) -> Written {
         let latency = format!("{} latency (ms)", self.meter);
         let period = self.period.iter();
         let period = period.map(|period| {
@@ -54,7 +54,7 @@ impl LatencyScene {
     }
 
     /// Draws the steps of this batch.
-    pub fn add(&mut self, stream: &BatchStream<'_>, events: &[Event]) -> RecordingStreamResult<()> {
+    pub fn add(&mut self, stream: &BatchStream, events: &[Event]) -> Written {
         if let Some(period) = &mut self.period {
             period.learn(events);
         }
@@ -76,7 +76,7 @@ impl LatencyScene {
     }
 
     /// Draws the distribution at the end of the run.
-    pub fn finish(&mut self, stream: &BatchStream<'_>, at: Time) -> RecordingStreamResult<()> {
+    pub fn finish(&mut self, stream: &BatchStream, at: Time) -> Written {
         self.histogram.finish(stream, at)
     }
 }

@@ -2,11 +2,10 @@
 
 use ratelab::Time;
 use rerun::{
-    Color, EntityPath, RecordingStream, RecordingStreamResult, Scalars, SeriesLines,
-    components::InterpolationMode,
+    Color, EntityPath, RecordingStream, Scalars, SeriesLines, components::InterpolationMode,
 };
 
-use crate::recording::timeline::BatchStream;
+use crate::recording::timeline::{BatchStream, Written};
 
 /// How a line looks.
 pub struct Line {
@@ -31,11 +30,7 @@ impl Line {
 }
 
 /// Logs how the lines of `entity` look.
-pub fn begin(
-    rec: &RecordingStream,
-    entity: impl Into<EntityPath>,
-    lines: &[Line],
-) -> RecordingStreamResult<()> {
+pub fn begin(rec: &RecordingStream, entity: impl Into<EntityPath>, lines: &[Line]) -> Written {
     let style = SeriesLines::new()
         .with_names(lines.iter().map(|line| line.name.as_str()))
         .with_colors(lines.iter().map(|line| line.colour))
@@ -45,12 +40,12 @@ pub fn begin(
 
 /// Logs `count` values per row, row after row.
 pub fn send(
-    stream: &BatchStream<'_>,
+    stream: &BatchStream,
     entity: impl Into<EntityPath>,
     times: &[Time],
     values: impl IntoIterator<Item = f64>,
     count: usize,
-) -> RecordingStreamResult<()> {
+) -> Written {
     let counts = std::iter::repeat_n(count, times.len());
     stream.send(entity, times, Scalars::new(values).columns(counts)?)
 }

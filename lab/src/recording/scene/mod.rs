@@ -24,12 +24,11 @@ use std::sync::Arc;
 use ratelab::{Event, Time};
 use ratelab_account::{Rows, Snapshot};
 use ratelab_study::system::System;
-use rerun::RecordingStreamResult;
 
 use self::{
     graph::GraphScene, latency::LatencyScene, modes::Modes, picture::PictureScene, traffic::Traffic,
 };
-use super::timeline::BatchStream;
+use super::timeline::{BatchStream, Written};
 
 /// The news since the last batch, each list in the order of arrival.
 pub struct SceneBatch<'a> {
@@ -66,7 +65,7 @@ impl Scene {
     }
 
     /// Logs all that holds from the beginning of the run of the graph in `start`.
-    pub fn begin(&self, stream: &BatchStream<'_>, start: &Snapshot) -> RecordingStreamResult<()> {
+    pub fn begin(&self, stream: &BatchStream, start: &Snapshot) -> Written {
         lateness::begin(&stream.rec, start)?;
         for topic in &start.topics {
             signals::begin(&stream.rec, self.system.signals(), &topic.name)?;
@@ -80,11 +79,7 @@ impl Scene {
     }
 
     /// Logs what came since the last batch.
-    pub fn add(
-        &mut self,
-        stream: &BatchStream<'_>,
-        batch: &SceneBatch<'_>,
-    ) -> RecordingStreamResult<()> {
+    pub fn add(&mut self, stream: &BatchStream, batch: &SceneBatch<'_>) -> Written {
         let SceneBatch { topics, events, .. } = *batch;
         for (topic, rows) in topics {
             signals::add(stream, self.system.signals(), topic, rows)?;
@@ -104,13 +99,7 @@ impl Scene {
 
     /// Logs how the run ended at run time `at`: the last samples, and `verdict`,
     /// as an error if the run was `lost`.
-    pub fn finish(
-        &mut self,
-        stream: &BatchStream<'_>,
-        at: Time,
-        verdict: &str,
-        lost: bool,
-    ) -> RecordingStreamResult<()> {
+    pub fn finish(&mut self, stream: &BatchStream, at: Time, verdict: &str, lost: bool) -> Written {
         self.traffic.finish(stream, at)?;
         if let Some(latency) = &mut self.latency {
             latency.finish(stream, at)?;

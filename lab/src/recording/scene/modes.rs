@@ -2,12 +2,13 @@
 
 use ratelab::{ClockKind, Command, Event, Knob, Time};
 use ratelab_account::Snapshot;
-use rerun::{
-    Color, EntityPath, RecordingStream, RecordingStreamResult, StateChange, StateConfiguration,
-};
+use rerun::{Color, EntityPath, RecordingStream, StateChange, StateConfiguration};
 
 use super::palette::{BLUE, GREY, ORANGE, series};
-use crate::recording::{schema::path, timeline::BatchStream};
+use crate::recording::{
+    schema::path,
+    timeline::{BatchStream, Written},
+};
 
 /// The lanes.
 pub const MODES: &str = "mode";
@@ -41,7 +42,7 @@ impl Modes {
     }
 
     /// Logs the beginning of the lanes.
-    pub fn begin(&self, stream: &BatchStream<'_>, start: &Snapshot) -> RecordingStreamResult<()> {
+    pub fn begin(&self, stream: &BatchStream, start: &Snapshot) -> Written {
         let clocks = [ClockKind::Virtual, ClockKind::Real].map(|clock| clock.to_string());
         colour(&stream.rec, CLOCK, &clocks, [BLUE, ORANGE])?;
         let clock = start.status.clock.to_string();
@@ -56,7 +57,7 @@ impl Modes {
 
     /// Logs what `events` changed: a column per lane, and the colours once. A node has a
     /// lane of its state from its first fault on.
-    pub fn add(&mut self, stream: &BatchStream<'_>, events: &[Event]) -> RecordingStreamResult<()> {
+    pub fn add(&mut self, stream: &BatchStream, events: &[Event]) -> Written {
         let clocks = changes(events, |command| match command {
             Command::HandOver(clock) => Some(clock.to_string()),
             _ => None,
@@ -76,7 +77,7 @@ impl Modes {
 }
 
 /// Logs whether `node` runs, crashed or hangs, where one of `events` is about that.
-fn log_faults(stream: &BatchStream<'_>, node: &str, events: &[Event]) -> RecordingStreamResult<()> {
+fn log_faults(stream: &BatchStream, node: &str, events: &[Event]) -> Written {
     let knobs = events.iter().filter_map(Event::knob);
     let changes = knobs.filter(|timed| timed.knob.target() == node);
     let changes = changes.flat_map(|timed| {
@@ -100,11 +101,7 @@ fn log_faults(stream: &BatchStream<'_>, node: &str, events: &[Event]) -> Recordi
 
 impl RateLane {
     /// Takes in `rates`, some of which may be new.
-    fn learn(
-        &mut self,
-        rec: &RecordingStream,
-        rates: Vec<(Time, String)>,
-    ) -> RecordingStreamResult<()> {
+    fn learn(&mut self, rec: &RecordingStream, rates: Vec<(Time, String)>) -> Written {
         let before = self.rates.len();
         for (_, rate) in rates {
             if !self.rates.contains(&rate) {
@@ -118,7 +115,7 @@ impl RateLane {
     }
 
     /// A colour for each rate, in place of the earlier ones.
-    fn colour(&self, rec: &RecordingStream) -> RecordingStreamResult<()> {
+    fn colour(&self, rec: &RecordingStream) -> Written {
         let colours = series(self.rates.len());
         colour(rec, self.entity.clone(), &self.rates, colours)
     }
@@ -138,7 +135,7 @@ pub fn colour<S: AsRef<str>>(
     lane: impl Into<EntityPath>,
     states: impl IntoIterator<Item = S>,
     colours: impl IntoIterator<Item = Color>,
-) -> RecordingStreamResult<()> {
+) -> Written {
     let states: Vec<S> = states.into_iter().collect();
     let looks = StateConfiguration::new()
         .with_values(states.iter().map(AsRef::as_ref))
@@ -148,10 +145,10 @@ pub fn colour<S: AsRef<str>>(
 
 /// Logs when a lane changed, and to what.
 fn log(
-    stream: &BatchStream<'_>,
+    stream: &BatchStream,
     lane: impl Into<EntityPath>,
     changes: &[(Time, impl AsRef<str>)],
-) -> RecordingStreamResult<()> {
+) -> Written {
     let times: Vec<Time> = changes.iter().map(|(at, _)| *at).collect();
     let states = changes.iter().map(|(_, state)| state.as_ref());
     let rows = StateChange::new().with_state(states);

@@ -5,12 +5,10 @@ use std::{f64::consts::TAU, sync::Arc, time::Duration};
 use ratelab::Time;
 use ratelab_account::Rows;
 use ratelab_study::system::{Shape, Style, System};
-use rerun::{
-    AsComponents, Color, LineStrips2D, Points2D, Radius, RecordingStream, RecordingStreamResult,
-};
+use rerun::{AsComponents, Color, LineStrips2D, Points2D, Radius, RecordingStream};
 
 use super::palette::{BLUE, GREY, ORANGE, WHITE};
-use crate::recording::timeline::BatchStream;
+use crate::recording::timeline::{BatchStream, Written};
 
 /// The picture.
 pub const PICTURE: &str = "picture";
@@ -38,7 +36,7 @@ impl PictureScene {
     }
 
     /// Draws `states`.
-    pub fn add(&mut self, stream: &BatchStream<'_>, states: &Rows) -> RecordingStreamResult<()> {
+    pub fn add(&mut self, stream: &BatchStream, states: &Rows) -> Written {
         let mut times = Vec::new();
         let mut drawing = SceneDrawing::default();
         for (head, row) in states.iter() {
@@ -110,13 +108,13 @@ impl SceneDrawing {
     }
 
     /// Logs what does not change.
-    fn log(self, rec: &RecordingStream) -> RecordingStreamResult<()> {
+    fn log(self, rec: &RecordingStream) -> Written {
         let (lines, labels) = self.archetypes();
         rec.log_static(SCENERY, &[&lines as &dyn AsComponents, &labels])
     }
 
     /// Logs a picture for each of `times`.
-    fn send(self, stream: &BatchStream<'_>, times: &[Time]) -> RecordingStreamResult<()> {
+    fn send(self, stream: &BatchStream, times: &[Time]) -> Written {
         let of_lines: Vec<usize> = self.counts.iter().map(|[lines, _]| *lines).collect();
         let of_labels: Vec<usize> = self.counts.iter().map(|[_, labels]| *labels).collect();
         let (lines, labels) = self.archetypes();

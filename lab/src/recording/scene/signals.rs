@@ -5,7 +5,7 @@ use std::iter;
 
 use ratelab_account::Rows;
 use ratelab_study::system::Signal;
-use rerun::{EntityPath, RecordingStream, RecordingStreamResult, SeriesLines};
+use rerun::{EntityPath, RecordingStream, SeriesLines};
 
 use super::{
     lines::{self, Line},
@@ -13,7 +13,7 @@ use super::{
 };
 use crate::recording::{
     schema::path,
-    timeline::{BatchStream, times},
+    timeline::{BatchStream, Written, times},
 };
 
 /// Entity of the signals of the topic called `topic`.
@@ -40,7 +40,7 @@ pub fn only(signals: &[Signal], topic: &str, name: &str) -> SeriesLines {
 }
 
 /// Logs how the signals of `topic` look.
-pub fn begin(rec: &RecordingStream, signals: &[Signal], topic: &str) -> RecordingStreamResult<()> {
+pub fn begin(rec: &RecordingStream, signals: &[Signal], topic: &str) -> Written {
     let lines: Vec<Line> = of_topic(signals, topic).flat_map(lines_of).collect();
     if lines.is_empty() {
         return Ok(());
@@ -49,12 +49,7 @@ pub fn begin(rec: &RecordingStream, signals: &[Signal], topic: &str) -> Recordin
 }
 
 /// Logs the signals of `topic` in its messages.
-pub fn add(
-    stream: &BatchStream<'_>,
-    signals: &[Signal],
-    topic: &str,
-    messages: &Rows,
-) -> RecordingStreamResult<()> {
+pub fn add(stream: &BatchStream, signals: &[Signal], topic: &str, messages: &Rows) -> Written {
     let signals: Vec<&Signal> = of_topic(signals, topic).collect();
     let count = signals.iter().map(|signal| lines_of(signal).len()).sum();
     if count == 0 {

@@ -3,13 +3,13 @@
 use std::{collections::VecDeque, time::Duration};
 
 use ratelab::{Head, Time};
-use rerun::{RecordingStream, RecordingStreamResult};
+use rerun::RecordingStream;
 
 use super::{
     lines::{self, Line},
     palette,
 };
-use crate::recording::timeline::BatchStream;
+use crate::recording::timeline::{BatchStream, Written};
 
 /// Messages per second, a line per topic.
 pub const PER_SECOND: &str = "plot/messages_per_second";
@@ -109,7 +109,7 @@ impl Traffic {
     }
 
     /// Names and looks of the lines.
-    pub fn begin(&self, rec: &RecordingStream) -> RecordingStreamResult<()> {
+    pub fn begin(&self, rec: &RecordingStream) -> Written {
         lines::begin(rec, PER_SECOND, &self.lines(&["msg/s"]))?;
         lines::begin(rec, DROPPED, &self.lines(&["dropped"]))
     }
@@ -141,7 +141,7 @@ impl Traffic {
 
     /// Logs the samples that are due by `until`, up to which all messages are
     /// known.
-    pub fn sample(&mut self, stream: &BatchStream<'_>, until: Time) -> RecordingStreamResult<()> {
+    pub fn sample(&mut self, stream: &BatchStream, until: Time) -> Written {
         let (mut times, begun) = (Vec::new(), self.begun.unwrap_or(until));
         let (mut rates, mut drops, mut links) = (Vec::new(), Vec::new(), Vec::new());
         while self.begun.is_some() && self.next <= until {
@@ -168,7 +168,7 @@ impl Traffic {
     }
 
     /// Logs how it was at the end, at run time `at`.
-    pub fn finish(&mut self, stream: &BatchStream<'_>, at: Time) -> RecordingStreamResult<()> {
+    pub fn finish(&mut self, stream: &BatchStream, at: Time) -> Written {
         self.sample(stream, at)?;
         let sampled = self.next.since(at) == PERIOD;
         if sampled || self.begun.is_none_or(|begun| at <= begun) {

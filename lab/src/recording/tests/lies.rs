@@ -113,14 +113,9 @@ fn a_recording_cannot_begin_later_than_its_ticks_have_it() {
     let folder = folder();
     let path = fall(&folder);
     let late = 1_000_000_000_000_000_000_i64;
-    for entity in [
-        "/topics/obs",
-        "/topics/action",
-        "/topics/state",
-        "/nodes/sensor",
-        "/nodes/policy",
-        "/nodes/actuator",
-    ] {
+    let topics = ["obs", "action", "state"].map(|name| format!("/topics/{name}"));
+    let nodes = ["sensor", "policy", "actuator"].map(|name| format!("/nodes/{name}"));
+    for entity in topics.iter().chain(&nodes) {
         alter(&path, entity, "run_time", |column| {
             Arc::new(DurationNanosecondArray::from(vec![late; column.len()]))
         });
@@ -138,34 +133,16 @@ fn a_recording_cannot_begin_later_than_its_ticks_have_it() {
 fn an_end_that_its_rows_do_not_support_is_damage() {
     let folder = folder();
     let [years, late] = [json!(u64::MAX / 2), json!(99_000_000_000_u64)];
-    let rows = "good up to 0.840 s only: a row";
+    let (run, wall) = ("/end/Ended/sim_time", "/end/Ended/wall_time/secs");
+    let verdict = "/end/Ended/verdict/at";
+    let (rows, lacks) = ("good up to 0.840 s only: a row", "messages are missing");
     for (what, field, lie, why) in [
-        ("a recording of years", "/at", years, rows),
-        ("an end before the last row", "/at", json!(1), rows),
-        (
-            "a run longer than itself",
-            "/end/Ended/sim_time",
-            late.clone(),
-            rows,
-        ),
-        (
-            "a verdict after the end",
-            "/end/Ended/verdict/at",
-            late,
-            rows,
-        ),
-        (
-            "more of the wall's time than there is",
-            "/end/Ended/wall_time/secs",
-            json!(1_000_000_000_000_000_000_u64),
-            rows,
-        ),
-        (
-            "many lost",
-            "/lost",
-            json!(1_u64 << 40),
-            "messages are missing",
-        ),
+        ("a recording of years", "/at", &years, rows),
+        ("an end before the last row", "/at", &json!(1), rows),
+        ("a run longer than itself", run, &late, rows),
+        ("a verdict after the end", verdict, &late, rows),
+        ("more of the wall's time than there is", wall, &years, rows),
+        ("many lost", "/lost", &json!(1_u64 << 40), lacks),
     ] {
         let path = fall(&folder);
         alter_json(&path, "/end", |end| {
@@ -196,6 +173,11 @@ fn result(recording: &mut Recording) -> &mut RunResult {
     }
 }
 
+/// Adds the least there is.
+fn later(time: &mut Time) {
+    *time = *time + Time::RESOLUTION;
+}
+
 /// What a verification says of a lie.
 type Lies<'l> = &'l [(&'l str, fn(&mut Recording))];
 
@@ -211,9 +193,7 @@ fn assert_found(lies: Lies<'_>) {
 #[test]
 fn every_part_of_the_end_is_compared() {
     assert_found(&[
-        ("run time at the end", |r| {
-            result(r).sim_time = result(r).sim_time + Time::RESOLUTION;
-        }),
+        ("run time at the end", |r| later(&mut result(r).sim_time)),
         ("the end of the run", |r| result(r).steps += 1),
         ("figures of the last state", |r| {
             let angle = result(r).finals.get_mut("final_pole_angle");
@@ -224,12 +204,8 @@ fn every_part_of_the_end_is_compared() {
         ("recorded balanced", |r| {
             result(r).verdict.name = "balanced".to_owned();
         }),
-        ("time of the verdict", |r| {
-            result(r).verdict.at = result(r).verdict.at + Time::RESOLUTION;
-        }),
-        ("run time at the end", |r| {
-            outcome(r).at = outcome(r).at + Time::RESOLUTION;
-        }),
+        ("time of the verdict", |r| later(&mut result(r).verdict.at)),
+        ("run time at the end", |r| later(&mut outcome(r).at)),
         ("the clock at the end", |r| {
             outcome(r).clock = ClockKind::Real
         }),

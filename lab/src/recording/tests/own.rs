@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use ratelab::{ClockExit, END, GO_ON, KnobKind, Time, TimedKnob};
-use ratelab_account::{Fields, Rows};
+use ratelab_account::{Fields, Rows, fields};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::{
@@ -22,19 +22,14 @@ struct Ball;
 
 /// Height (m) and speed (m/s).
 #[derive(Clone, Copy)]
-struct Fall([f64; 2]);
-
-impl Fields for Fall {
-    const FIELDS: &'static [&'static str] = &["height (m)", "speed (m/s)"];
-
-    fn append_to(&self, row: &mut Vec<f64>) {
-        row.extend(self.0);
-    }
-
-    fn from_row(row: &[f64]) -> Option<Self> {
-        row.try_into().ok().map(Self)
-    }
+struct Fall {
+    height: f64,
+    speed: f64,
 }
+fields!(Fall {
+    height: "height (m)",
+    speed: "speed (m/s)"
+});
 
 /// Somebody blinked.
 #[derive(Clone, Copy)]
@@ -67,12 +62,12 @@ impl System for Ball {
         let internal = builder.internal_topic::<String>("/internal");
         let falls = fall.clone();
         builder.node("the ball", 100.0, 0, move |wiring| {
-            let (fall, mut state) = (wiring.publisher(&falls), [5.0, 0.0]);
+            let (falls, mut height, mut speed) = (wiring.publisher(&falls), 5.0, 0.0);
             move |now| {
-                state[1] -= 0.0981;
-                state[0] += state[1] / 100.0;
-                fall.publish(Fall(state), now, Some(now));
-                if state[0] > 0.0 { GO_ON } else { END }
+                speed -= 0.0981;
+                height += speed / 100.0;
+                falls.publish(Fall { height, speed }, now, Some(now));
+                if height > 0.0 { GO_ON } else { END }
             }
         })?;
         builder.node("eye", 30.0, 1, move |wiring| {
@@ -197,7 +192,7 @@ fn a_run_of_any_system_is_read_as_it_was_and_comes_again() {
     assert_eq!(recording.origin.engine, None, "no MuJoCo in it");
     let falls = recording.messages::<Fall>("/the ball/fall");
     assert_eq!(falls.len(), 101);
-    assert!(falls[100].data.0[0] <= 0.0 && falls[99].data.0[0] > 0.0);
+    assert!(falls[100].data.height <= 0.0 && falls[99].data.height > 0.0);
     assert!(recording.messages::<Blink>("/blink").len() > 3);
     assert_eq!(recording.rows("/internal").map(Rows::len), Some(0));
     let identical = verify_with(&recording, &ball()).expect("identical");
