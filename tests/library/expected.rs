@@ -3,7 +3,6 @@
 
 use std::time::Duration;
 
-use ratelab::Hz;
 use ratelab_cart_pole::{
     CartPole,
     policy::Scripted,
@@ -11,27 +10,19 @@ use ratelab_cart_pole::{
 };
 use ratelab_study::system::WorldKind;
 
+use crate::support::hz;
+
+/// What is expected of a setup, with `; ` between its knobs.
+fn said(setup: &str) -> Result<Expected, String> {
+    let knobs = setup
+        .split("; ")
+        .flat_map(|knob| CartPole::KNOBS.parse(knob).expect(knob));
+    let said = expected(&knobs.collect(), WorldKind::OWN);
+    said.map_err(|error| error.to_string())
+}
+
 fn of(setup: &str) -> Expected {
-    let mut config = CartPole::config("").expect("knobs");
-    for knob in setup.split("; ") {
-        config
-            .setup
-            .extend(CartPole::KNOBS.parse(knob).expect(knob));
-    }
-    expected(&config.setup, WorldKind::OWN).expect(setup)
-}
-
-fn refused(setup: &str) -> String {
-    let mut config = CartPole::config("").expect("knobs");
-    config
-        .setup
-        .extend(CartPole::KNOBS.parse(setup).expect(setup));
-    let said = expected(&config.setup, WorldKind::OWN);
-    said.expect_err(setup).to_string()
-}
-
-fn hz(hz: f64) -> Hz {
-    Hz::new(hz).expect("rate")
+    said(setup).expect(setup)
 }
 
 fn ms(ms: u64) -> Duration {
@@ -119,19 +110,10 @@ fn a_range_of_delays_is_sure_within_the_jitter_margin_and_no_further() {
 
 #[test]
 fn what_it_does_not_know_it_says() {
-    for setup in [
-        "link /obs loss:0.1",
-        "link /action burst:0.1,3",
-        "link /action loss:0.1,delay:0..10",
-        "link /action delay:lognormal:1,2",
-        "read /obs oldest",
-        "wakes policy 5",
-        "takes sensor 5",
-        "clock policy 5 0",
-        "send actuator zero:50",
-        "policy zero",
-        "policy policies/patient.safetensors",
-    ] {
-        assert!(!refused(setup).is_empty(), "{setup}");
+    let unknown = "link /obs loss:0.1|link /action burst:0.1,3|link /action loss:0.1,delay:0..10|\
+        link /action delay:lognormal:1,2|read /obs oldest|wakes policy 5|takes sensor 5|\
+        clock policy 5 0|send actuator zero:50|policy zero|policy policies/patient.safetensors";
+    for setup in unknown.split('|') {
+        assert!(!said(setup).expect_err(setup).is_empty(), "{setup}");
     }
 }

@@ -8,15 +8,12 @@ use std::{
 };
 
 use ratelab::{Knob, Time, TimedKnob};
-use ratelab_study::{
-    experiment::{
-        Config, Experiment,
-        hunt::{Budget, Found, Hunt, HuntError, Hunted, Proof, UNIT},
-    },
-    system::WorldKind,
+use ratelab_study::experiment::{
+    Config,
+    hunt::{Budget, Found, Hunt, HuntError, Hunted, Proof, UNIT},
 };
 
-use crate::support::{cart_pole, config};
+use crate::support::{cart_pole, config, own, run, secs, with};
 
 fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
@@ -25,7 +22,7 @@ fn ms(ms: u64) -> Duration {
 /// Six seconds of the cart-pole.
 fn short(setup: &str) -> Config {
     Config {
-        end: Time::from_nanos(6_000_000_000),
+        end: secs(6.0),
         ..config(setup)
     }
 }
@@ -61,8 +58,7 @@ fn found(hunt: &Hunt, budget: &Budget) -> Found {
 }
 
 fn is_lost(hunt: &Hunt, faults: &[TimedKnob]) -> bool {
-    let experiment = Experiment::new(cart_pole(), &hunt.with(faults)).expect("experiment");
-    experiment.run().expect("run").verdict.is_lost()
+    run(&hunt.with(faults)).verdict.is_lost()
 }
 
 /// The same fault, smaller and smaller, and at last none.
@@ -156,9 +152,8 @@ fn what_was_found_is_kept_when_a_hunt_is_stopped() {
 #[test]
 fn delays_that_differ_are_found_within_the_budget() {
     let base = Config {
-        world: WorldKind::OWN,
-        seed: 2,
-        ..short("control-hz 20")
+        end: secs(3.0),
+        ..with(&["rate policy 20"], own(2))
     };
     let hunt = Hunt::new(cart_pole(), base);
     let found = found(&hunt, &delay(ms(400)));
@@ -181,25 +176,20 @@ fn nothing_is_found_where_the_budget_is_too_small() {
 
 #[test]
 fn a_hunt_that_cannot_be_is_refused() {
-    let refused = |setup: &str, budget: &Budget| {
-        let refused = hunt(setup).run(budget, &|| false).expect_err("refused");
-        refused.to_string()
-    };
-    let nothing = refused("", &losses(0));
-    assert!(nothing.contains("nothing may go wrong"), "{nothing}");
-    let lost = refused("control-hz 5", &losses(3));
-    assert!(lost.contains("without any fault: FELL at"), "{lost}");
-    let topic = Budget {
+    let nowhere = Budget {
         topic: "/none".to_owned(),
         ..losses(3)
     };
-    let unknown = refused("", &topic);
-    assert!(
-        unknown.contains("expected one of /obs, /action"),
-        "{unknown}"
-    );
-    let node = refused("", &hang("nobody", ms(100)));
-    assert!(node.contains("nobody: there is no such node"), "{node}");
+    for (setup, budget, part) in [
+        ("", losses(0), "nothing may go wrong"),
+        ("control-hz 5", losses(3), "without any fault: FELL at"),
+        ("", nowhere, "expected one of /obs, /action"),
+        ("", hang("nobody", ms(100)), "nobody: there is no such node"),
+    ] {
+        let refused = hunt(setup).run(&budget, &|| false);
+        let refused = refused.expect_err(part).to_string();
+        assert!(refused.contains(part), "{refused}");
+    }
     let endless = Config {
         end: Time::MAX,
         ..config("")

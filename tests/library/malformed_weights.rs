@@ -36,13 +36,17 @@ fn with_pickle(pickle: &[u8]) -> Vec<u8> {
     zipped(&entries)
 }
 
-/// The error for a checkpoint with this pickle, read in little memory.
-fn refusal(pickle: &[u8]) -> String {
-    let content = with_pickle(pickle);
+/// The error for a file of weights, read in little memory.
+fn refused(content: &[u8]) -> String {
     let mut said = String::new();
-    let peak = peak(|| said = read_weights(&content).expect_err("no policy").to_string());
+    let peak = peak(|| said = read_weights(content).expect_err("no policy").to_string());
     assert!(peak < MOST_MEMORY, "{peak} bytes");
     said
+}
+
+/// The error for a checkpoint with this pickle.
+fn refusal(pickle: &[u8]) -> String {
+    refused(&with_pickle(pickle))
 }
 
 #[test]
@@ -65,15 +69,10 @@ fn pickles_that_are_bombs_are_refused_in_little_memory() {
 
 #[test]
 fn a_pickle_of_other_objects_than_tensors_is_refused_by_name() {
+    #[rustfmt::skip]
     let cases: [(&[u8], &str); 7] = [
-        (
-            b"\x80\x02cos\nsystem\nX\x02\x00\x00\x00ls\x85R.",
-            "\"os.system\"",
-        ),
-        (
-            b"\x80\x04\x8c\x08builtins\x8c\x04eval\x93.",
-            "\"builtins.eval\"",
-        ),
+        (b"\x80\x02cos\nsystem\nX\x02\x00\x00\x00ls\x85R.", "\"os.system\""),
+        (b"\x80\x04\x8c\x08builtins\x8c\x04eval\x93.", "\"builtins.eval\""),
         (b"(S'ls'\nios\nsystem\n.", "0x53"),
         (b"\x80\x02(ios\nsystem\n.", "INST"),
         (b"\x80\x02)\x81.", "NEWOBJ"),
@@ -102,28 +101,24 @@ fn tensor_pickle(offset: &[u8], shape: &[u8], strides: &[u8]) -> Vec<u8> {
 fn tensors_larger_than_their_storage_or_than_memory_are_refused() {
     let billion = b"J\x00\x00\x00\x40J\x00\x00\x00\x40\x86";
     let actor = b"K\x40K\x05\x86";
+    let square = tensor_pickle(b"K\x00", billion, b"K\x00K\x00\x86");
+    let of_actor = |offset: &[u8], strides: &[u8]| tensor_pickle(offset, actor, strides);
     let cases = [
-        // A square with a side of a billion, where every element is the same number.
+        // With a side of a billion, where every element is the same number.
+        (square, "numbers at most"),
         (
-            tensor_pickle(b"K\x00", billion, b"K\x00K\x00\x86"),
-            "numbers at most",
-        ),
-        (
-            tensor_pickle(b"J\x00\x00\x00\x40", actor, b"K\x05K\x01\x86"),
+            of_actor(b"J\x00\x00\x00\x40", b"K\x05K\x01\x86"),
             "1280 bytes",
         ),
         (
-            tensor_pickle(b"K\x00", actor, b"J\x00\x00\x00\x40K\x01\x86"),
+            of_actor(b"K\x00", b"J\x00\x00\x00\x40K\x01\x86"),
             "1280 bytes",
         ),
         (
-            tensor_pickle(b"J\xff\xff\xff\xff", actor, b"K\x05K\x01\x86"),
+            of_actor(b"J\xff\xff\xff\xff", b"K\x05K\x01\x86"),
             "-1 for a size",
         ),
-        (
-            tensor_pickle(b"K\x00", actor, b"K\x01\x85"),
-            "does not take",
-        ),
+        (of_actor(b"K\x00", b"K\x01\x85"), "does not take"),
     ];
     for (pickle, found) in cases {
         let said = refusal(&pickle);
@@ -160,11 +155,7 @@ fn a_zip_with_entries_without_end_is_refused_in_little_memory() {
         );
         content.truncate(LARGEST_FILE as usize);
     }
-    let peak = peak(|| {
-        let error = read_weights(&content).expect_err("no policy").to_string();
-        assert!(error.contains("entries"), "{error}");
-    });
-    assert!(peak < MOST_MEMORY, "{peak} bytes");
+    assert!(refused(&content).contains("entries"));
 }
 
 #[test]
@@ -172,9 +163,5 @@ fn a_header_without_end_is_refused_in_little_memory() {
     let entry = br#""a":{"dtype":"F32","shape":[],"data_offsets":[0,0]},"#;
     let header = [b"{".as_slice(), &entry.repeat(200_000)].concat();
     let content = [&(header.len() as u64).to_le_bytes(), &header[..]].concat();
-    let peak = peak(|| {
-        let error = read_weights(&content).expect_err("no policy").to_string();
-        assert!(error.contains("header"), "{error}");
-    });
-    assert!(peak < MOST_MEMORY, "{peak} bytes");
+    assert!(refused(&content).contains("header"));
 }

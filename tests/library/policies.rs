@@ -15,6 +15,7 @@ use ratelab_study::experiment::{
 use tempfile::TempDir;
 
 use crate::{
+    checkpoint,
     clone::root,
     support::{cart_pole, config, hz, run},
 };
@@ -23,7 +24,7 @@ use crate::{
 const OBSERVATIONS: usize = 1_000;
 
 fn fixture(name: &str) -> String {
-    format!("{}/fixtures/policies/{name}", env!("CARGO_MANIFEST_DIR"))
+    checkpoint::fixture(&root(), name).display().to_string()
 }
 
 fn context() -> PolicyContext {
@@ -172,6 +173,7 @@ fn invalid_files_of_weights_are_refused_with_the_expected_and_actual_content() {
     let huge = folder.path().join("huge.pt");
     let made = fs::File::create(&huge).expect("file");
     made.set_len(1 << 40).expect("a terabyte of nothing");
+    let half = |whole: &[u8]| whole[..whole.len() / 2].to_vec();
     let cases = [
         (
             "skripted".to_owned(),
@@ -182,14 +184,8 @@ fn invalid_files_of_weights_are_refused_with_the_expected_and_actual_content() {
         (huge.display().to_string(), "1099511627776 bytes"),
         (file("empty.pt", b""), "0 bytes are all there is"),
         (file("text.pt", b"no weights at all"), "found none"),
-        (
-            file("half.pt", &whole[..whole.len() / 2]),
-            "found a zip that is none",
-        ),
-        (
-            file("half.safetensors", &safe[..safe.len() / 2]),
-            "found none of them",
-        ),
+        (file("half.pt", &half(&whole)), "found a zip that is none"),
+        (file("half.safetensors", &half(&safe)), "found none of them"),
         (fixture("asks.pt"), "asks for \"posix.system\""),
         (fixture("legacy.pt"), "before 1.6"),
     ];
@@ -234,29 +230,15 @@ fn tensors_that_are_no_actor_for_this_robot_are_refused_by_name() {
     let folder = TempDir::new().expect("folder");
     let weight = |shape: &'static [usize], value| ("actor_mean.0.weight", shape, value);
     let bias = |shape: &'static [usize], value| ("actor_mean.0.bias", shape, value);
+    #[rustfmt::skip]
     let cases: [(&[Filled], &str); 7] = [
-        (
-            &[("critic", &[1], 0.0)],
-            "expected a tensor \"actor_mean.0.weight\", found \"critic\"",
-        ),
+        (&[("critic", &[1], 0.0)], "expected a tensor \"actor_mean.0.weight\", found \"critic\""),
         (&[], "found no tensors"),
-        (
-            &[weight(&[8, 4], 0.0)],
-            "of shape [width, 5] with a width of 1 to 1024, found [8, 4]",
-        ),
+        (&[weight(&[8, 4], 0.0)], "of shape [width, 5] with a width of 1 to 1024, found [8, 4]"),
         (&[weight(&[2000, 5], 0.0)], "found [2000, 5]"),
-        (
-            &[weight(&[8, 5], 0.0), bias(&[7], 0.0)],
-            "\"actor_mean.0.bias\" of shape [8], found [7]",
-        ),
-        (
-            &[weight(&[8, 5], f32::NAN)],
-            "found NaN in \"actor_mean.0.weight\" at 0",
-        ),
-        (
-            &[weight(&[8, 5], 0.0), bias(&[8], f32::INFINITY)],
-            "found inf in \"actor_mean.0.bias\"",
-        ),
+        (&[weight(&[8, 5], 0.0), bias(&[7], 0.0)], "\"actor_mean.0.bias\" of shape [8], found [7]"),
+        (&[weight(&[8, 5], f32::NAN)], "found NaN in \"actor_mean.0.weight\" at 0"),
+        (&[weight(&[8, 5], 0.0), bias(&[8], f32::INFINITY)], "found inf in \"actor_mean.0.bias\""),
     ];
     for (tensors, found) in cases {
         let error = refusal(&safetensors(folder.path(), tensors));

@@ -7,10 +7,10 @@ use ratelab::GO_ON;
 use ratelab_cart_pole::{CART_LIMIT_M, POLE_LIMIT_RAD, STATE, pole_angle};
 use ratelab_study::{
     experiment::{Config, Experiment},
-    system::{BuildError, Builder, System, WorldKind},
+    system::{BuildError, Builder, System},
 };
 
-use crate::support::{config, experiment};
+use crate::support::{config, experiment, own, run, with};
 
 /// The cost of a run by its rows: each counts until the next.
 fn by_rows(config: &Config) -> (f64, f64) {
@@ -36,11 +36,11 @@ fn by_rows(config: &Config) -> (f64, f64) {
 
 #[test]
 fn it_is_the_mean_of_weighted_squares_over_run_time() {
-    let own = Config {
-        world: WorldKind::OWN,
-        ..config("control-hz 20")
-    };
-    for config in [config(""), config("control-hz 5"), own] {
+    for config in [
+        config(""),
+        config("control-hz 5"),
+        with(&["rate policy 20"], own(0)),
+    ] {
         let (expected, cost) = by_rows(&config);
         assert!(
             (cost - expected).abs() < 1e-9 * expected,
@@ -52,17 +52,7 @@ fn it_is_the_mean_of_weighted_squares_over_run_time() {
 #[test]
 fn it_grows_long_before_the_pole_falls() {
     let cost = |delay: u32| {
-        let knob = format!("link /action delay:{delay}");
-        let mut config = Config {
-            world: WorldKind::OWN,
-            ..config("")
-        };
-        config.setup.extend(
-            ratelab_cart_pole::CartPole::KNOBS
-                .parse(&knob)
-                .expect("knob"),
-        );
-        let summary = crate::support::run(&config);
+        let summary = run(&with(&[&format!("link /action delay:{delay}")], own(0)));
         assert!(!summary.verdict.is_lost(), "{delay} ms");
         summary.cost.expect("a cost")
     };

@@ -75,7 +75,7 @@ fn replayable(events: &[Event]) -> Vec<TimedCommand> {
 fn live_config() -> Config {
     Config {
         speed: Speed::times(100.0).expect("speed"),
-        end: secs(4.0),
+        end: secs(3.0),
         ..Config::default()
     }
 }
@@ -110,7 +110,7 @@ proptest! {
 
     #[test]
     fn a_repeated_session_is_the_same_to_the_bit(
-        script in proptest::collection::vec((any_command(), 0..4_000u64), 1..30),
+        script in proptest::collection::vec((any_command(), 0..2_000u64), 1..30),
         seed in 0..100u64,
         policy in prop_oneof![Just("policy scripted"), Just("policy random")],
     ) {

@@ -14,9 +14,13 @@ use ratelab_study::experiment::{
     sweep::{Sweep, SweepAxis},
 };
 
-use crate::support::{
-    RunBytes, applied, at, cart_pole, collect, config, experiment, hz, knobs, refusal, refused,
-    run_bytes, run_timed, secs, send_to, with_policy,
+use crate::{
+    checkpoint::fixture,
+    clone::root,
+    support::{
+        applied, at, cart_pole, collect, config, experiment, hz, knobs, refusal, refused,
+        run_bytes, run_timed, secs, send_to, with_policy,
+    },
 };
 
 /// Keeps the last text, refuses "no" and panics at "boom".
@@ -100,14 +104,16 @@ fn a_node_that_panics_over_a_message_is_a_fault_with_its_name() {
 }
 
 fn actor() -> String {
-    format!("{}/fixtures/policies/actor.pt", env!("CARGO_MANIFEST_DIR"))
+    fixture(&root(), "actor.pt").display().to_string()
 }
 
-fn policies(run: &RunBytes) -> Vec<String> {
-    let events = applied(&run.summary.events).into_iter();
-    events
-        .map(|(at, command)| format!("{at} {command}"))
-        .collect()
+/// Ten seconds of the cart-pole with these timed knobs.
+fn timed(list: &str) -> Config {
+    let knobs = knobs(list);
+    Config {
+        knobs,
+        ..Config::default()
+    }
 }
 
 #[test]
@@ -121,7 +127,7 @@ fn a_run_that_swaps_policies_is_reproducible() {
         ..config("control-hz 25")
     };
     let first = run_bytes(&config);
-    assert_eq!(policies(&first).len(), 5, "{:?}", policies(&first));
+    assert_eq!(applied(&first.summary.events).len(), 5);
     assert_eq!(first.bytes(), run_bytes(&config).bytes());
     let bare = Config {
         knobs: Vec::new(),
@@ -150,14 +156,20 @@ fn a_swap_to_the_same_policy_changes_nothing() {
 }
 
 #[test]
-fn an_unavailable_policy_of_a_timed_swap_is_refused_before_the_run() {
-    let config = Config {
-        knobs: knobs("9 policy no/such.pt"),
-        ..Config::default()
-    };
-    let error = refusal(&config);
+fn an_unavailable_or_impossible_policy_of_a_timed_swap_is_refused_before_the_run() {
+    let missing = timed("9 policy no/such.pt");
+    let error = refusal(&missing);
     assert!(error.starts_with("no/such.pt: expected"), "{error}");
-    assert!(config.resolved(&*cart_pole()).is_err());
+    assert!(missing.resolved(&*cart_pole()).is_err());
+    let slow = Config {
+        setup: config("control-hz 0.001").setup,
+        ..timed("9 policy lqr")
+    };
+    let error = refusal(&slow);
+    assert!(
+        error.starts_with("lqr: ") && error.contains("0.001 Hz"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -213,11 +225,10 @@ fn a_sweep_reads_the_file_of_a_policy_once_before_its_first_run() {
         file
     });
     let policies = format!("{},lqr", listed.display());
-    let knobs = knobs(&format!("0.1 policy {}", base.display()));
+    let knobs = format!("0.1 policy {}", base.display());
     let config = Config {
         end: secs(0.2),
-        knobs,
-        ..Config::default()
+        ..timed(&knobs)
     };
     let sweep = Sweep {
         axes: vec![SweepAxis::parse(CartPole::KNOBS, "policy", &policies).expect("an axis")],
@@ -279,16 +290,4 @@ fn policies_are_swapped_under_the_real_clock_while_the_pole_stays_up() {
     let swaps = summary.knobs();
     let swaps: Vec<String> = swaps.iter().map(|timed| timed.knob.value()).collect();
     assert_eq!(swaps, ["lqr", "scripted", "lqr"]);
-}
-
-#[test]
-fn a_timed_swap_to_an_impossible_regulator_is_refused_before_the_run() {
-    let error = refusal(&Config {
-        knobs: knobs("9 policy lqr"),
-        ..config("control-hz 0.001")
-    });
-    assert!(
-        error.starts_with("lqr: ") && error.contains("0.001 Hz"),
-        "{error}"
-    );
 }

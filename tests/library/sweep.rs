@@ -14,10 +14,13 @@ use ratelab_study::{
             Swept, all_cores,
         },
     },
-    system::{Verdict, WorldKind},
+    system::Verdict,
 };
 
-use crate::support::{cart_pole, config, depth, knobs, secs};
+use crate::{
+    support::{cart_pole, config, depth, knobs, own, secs, with},
+    table::rows,
+};
 
 /// 30 rates × 200 seeds, on all cores.
 static CLIFF: LazyLock<Swept> = LazyLock::new(|| run(&cliff(), all_cores()));
@@ -126,9 +129,8 @@ fn a_cell_equals_a_separate_run_to_the_bit() {
 #[test]
 fn a_cell_of_any_knob_is_the_run_that_it_would_be_alone_to_the_bit() {
     let base = Config {
-        world: WorldKind::OWN,
         end: secs(3.0),
-        ..Config::default()
+        ..own(0)
     };
     let sweep = Sweep {
         axes: axes(&[
@@ -143,20 +145,17 @@ fn a_cell_of_any_knob_is_the_run_that_it_would_be_alone_to_the_bit() {
     let (swept, mut compared) = (run(&sweep, all_cores()), 0);
     for (cell, outcome) in swept.finished().step_by(5) {
         let value = |axis| cell.value(axis).expect("an axis");
-        let mut alone = Config {
+        let knobs = [
+            format!("link /action delay:{}", value("link /action delay:{}")),
+            format!("takes policy {}", value("takes policy")),
+            format!("send actuator zero:{}", value("on-stale zero:{}")),
+            format!("offset sensor {}", value("offset sensor")),
+        ];
+        let alone = Config {
             seed: cell.seed,
             ..base.clone()
         };
-        alone.setup.extend(
-            [
-                format!("link /action delay:{}", value("link /action delay:{}")),
-                format!("takes policy {}", value("takes policy")),
-                format!("send actuator zero:{}", value("on-stale zero:{}")),
-                format!("offset sensor {}", value("offset sensor")),
-            ]
-            .map(|knob| knob.parse().expect("a knob")),
-        );
-        let alone = crate::support::run(&alone);
+        let alone = crate::support::run(&with(&knobs.each_ref().map(String::as_str), alone));
         assert_eq!(bits(outcome), bits(&CellResult::from(&alone)), "{cell:?}");
         compared += 1;
     }
@@ -168,63 +167,38 @@ fn a_cell_of_any_knob_is_the_run_that_it_would_be_alone_to_the_bit() {
 
 #[test]
 fn a_hole_takes_ranges_of_exact_numbers_and_other_texts() {
-    let texts = |name, list| -> Vec<String> {
-        let axis = SweepAxis::parse(CartPole::KNOBS, name, list).expect(list);
-        let values = axis.values.iter();
-        let knobs = values.map(|value| value.knobs[0].to_string());
-        knobs.collect()
-    };
-    assert_eq!(
-        texts("link /obs loss:{}", "0.1..0.3:0.1"),
-        [
-            "link /obs loss:0.1",
-            "link /obs loss:0.2",
-            "link /obs loss:0.3"
-        ]
-    );
-    assert_eq!(
-        texts("clock sensor {} 40", "-1..0:0.5,3"),
-        [
-            "clock sensor -1 40",
-            "clock sensor -0.5 40",
-            "clock sensor 0 40",
-            "clock sensor 3 40"
-        ]
-    );
-    assert_eq!(
-        texts("link /obs", r"none,delay:3\,loss:0.1,delay:5..9"),
-        [
-            "link /obs none",
-            "link /obs delay:3,loss:0.1",
-            "link /obs delay:5..9"
-        ]
-    );
-    assert_eq!(texts("takes policy", "60..110"), ["takes policy 60..110"]);
-    assert_eq!(texts("takes policy", "6..8:1").len(), 3);
-    assert_eq!(texts("hang policy", "6..8").len(), 3);
-    let refused = |name, list| {
-        let axis = SweepAxis::parse(CartPole::KNOBS, name, list);
-        axis.expect_err(list).to_string()
-    };
-    for (name, list, part) in [
-        ("link /obs delay:{}", "5..1", "goes down"),
-        ("link /obs delay:{}", "1..5:0", "no step upwards"),
-        ("link /obs delay:{}", "1..5:-1", "no step upwards"),
-        ("link /obs delay:{}", "1..5:x", "\"x\" is not a number"),
-        ("link /obs delay:{}", "1..5:0.0000000001", "to 9 places"),
-        ("link /obs delay:{}", "-5..5", "is no delay"),
-        ("link /obs delay:{}", "1,1.0", "give each value once"),
-        ("link /obs loss:{}", "0.5..1.5:0.5", "expected 0 to 1"),
-        ("link /obs delay:{}", "", "is no delay"),
-        ("lag /obs {}", "1", "\"lag\" is not a knob"),
-        (
-            "link /obs delay:{}",
-            "0..9999999",
-            "more than 2000000 values",
-        ),
-    ] {
-        let error = refused(name, list);
-        assert!(error.contains(part), "{name} {list}: {error}");
+    for [name, list, knobs] in rows(
+        r"
+        link /obs loss:{}    | 0.1..0.3:0.1  | link /obs loss:0.1\nlink /obs loss:0.2\nlink /obs loss:0.3
+        clock sensor {} 40   | -1..0:0.5,3   | clock sensor -1 40\nclock sensor -0.5 40\nclock sensor 0 40\nclock sensor 3 40
+        link /obs            | none,delay:3\,loss:0.1,delay:5..9 | link /obs none\nlink /obs delay:3,loss:0.1\nlink /obs delay:5..9
+        takes policy         | 60..110       | takes policy 60..110
+        takes policy         | 6..8:1        | takes policy 6\ntakes policy 7\ntakes policy 8
+        hang policy          | 6..8          | hang policy 6\nhang policy 7\nhang policy 8
+        ",
+    ) {
+        let axis = SweepAxis::parse(CartPole::KNOBS, &name, &list).expect(&list);
+        let texts = axis.values.iter().map(|value| value.knobs[0].to_string());
+        assert_eq!(texts.collect::<Vec<_>>().join("\n"), knobs, "{name} {list}");
+    }
+    for [name, list, part] in rows(
+        r#"
+        link /obs delay:{} | 5..1           | goes down
+        link /obs delay:{} | 1..5:0         | no step upwards
+        link /obs delay:{} | 1..5:-1        | no step upwards
+        link /obs delay:{} | 1..5:x         | "x" is not a number
+        link /obs delay:{} | 1..5:0.0000000001 | to 9 places
+        link /obs delay:{} | -5..5          | is no delay
+        link /obs delay:{} | 1,1.0          | give each value once
+        link /obs loss:{}  | 0.5..1.5:0.5   | expected 0 to 1
+        link /obs delay:{} |                | is no delay
+        lag /obs {}        | 1              | "lag" is not a knob
+        link /obs delay:{} | 0..9999999     | more than 2000000 values
+        "#,
+    ) {
+        let axis = SweepAxis::parse(CartPole::KNOBS, &name, &list);
+        let error = axis.expect_err(&list).to_string();
+        assert!(error.contains(&part), "{name} {list}: {error}");
         assert_eq!(error.lines().count(), 1, "{error}");
     }
 }
@@ -400,27 +374,31 @@ fn lists_and_ranges_have_both_their_ends_and_exact_steps() {
 
 #[test]
 fn an_invalid_list_is_refused_with_its_value_and_the_expected_form() {
-    let rate = "is not a rate: expected 0.001 to 10000 ticks per second; lists and ranges are \
-                written like 5,10,25 and 1..30 and 1..30:2";
-    let seed = "is not a seed: expected a whole number from 0; lists and ranges are written like \
-                5,10,25 and 1..30 and 1..30:2";
-    let error = |text: &str| text.parse::<Axis<Hz>>().expect_err(text).to_string();
-    assert_eq!(error("5,fast"), format!("\"fast\" {rate}"));
-    assert_eq!(error(""), format!("\"\" {rate}"));
-    assert_eq!(error("5,,6"), format!("\"\" {rate}"));
-    assert_eq!(error("0..5"), format!("\"0\" {rate}"));
-    assert_eq!(error("1..5:0"), format!("\"0\" {rate}"));
-    assert_eq!(error("1..2..3"), format!("\"2..3\" {rate}"));
-    assert_eq!(
-        error("30..1"),
-        "\"30..1\" goes down: write the smaller end first"
-    );
-    assert_eq!(
-        error("1..3,2"),
-        "\"2\" has a value that the list has before it: give each value once"
-    );
+    let lists = "lists and ranges are written like 5,10,25 and 1..30 and 1..30:2";
+    let rate = format!("is not a rate: expected 0.001 to 10000 ticks per second; {lists}");
+    for [list, value] in rows(
+        "5,fast | fast
+                |
+         5,,6   |
+         0..5   | 0
+         1..5:0 | 0
+         1..2..3 | 2..3",
+    ) {
+        let error = list.parse::<Axis<Hz>>().expect_err(&list).to_string();
+        assert_eq!(error, format!("{value:?} {rate}"));
+    }
+    for (list, said) in [
+        ("30..1", "\"30..1\" goes down: write the smaller end first"),
+        (
+            "1..3,2",
+            "\"2\" has a value that the list has before it: give each value once",
+        ),
+    ] {
+        assert_eq!(list.parse::<Axis<Hz>>().expect_err(list).to_string(), said);
+    }
     let error = |text: &str| text.parse::<Axis<u64>>().expect_err(text);
-    assert_eq!(error("-1").to_string(), format!("\"-1\" {seed}"));
+    let seed = format!("\"-1\" is not a seed: expected a whole number from 0; {lists}");
+    assert_eq!(error("-1").to_string(), seed);
     assert_eq!(error("0..5:0"), AxisError::NoStep("0..5:0".to_owned()));
     let endless = format!("0..{}", u64::MAX);
     assert_eq!(error(&endless), AxisError::TooMany(endless));
