@@ -251,6 +251,15 @@ fn a_reading_that_took_long_is_told_from_one_at_its_end() {
     sums_are_exact(&plan, 33, true).expect("exact");
 }
 
+#[test]
+fn what_a_tick_applied_decides_where_two_readings_came_at_once() {
+    let plan = Plan {
+        nodes: vec![(20, 1, vec![0]), (20, 0, vec![0])],
+        knobs: vec![(0, "hang n0 75".to_owned())],
+    };
+    sums_are_exact(&plan, 0, true).expect("exact");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
     #[test]

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use ratelab::{Time, Topology};
 
-use super::{Lineage, TracedTick, sensing_of};
+use super::{Lineage, sensing_of};
 
 /// Maximum number of messages in a chain.
 pub(super) const MOST_HOPS: usize = 64;
@@ -383,9 +383,15 @@ impl Lineage {
         node: usize,
         index: usize,
     ) -> usize {
-        let ticks = self.nodes[node].ticks.range(..index);
-        let again = |worked: &&TracedTick| worked.read(topic) == Some(seq);
-        index - ticks.rev().take_while(again).count()
+        let ticks = &self.nodes[node].ticks;
+        // What a tick applied is known better than what it read.
+        let applied_another = |index| {
+            let applied = self.applied_by(node, index);
+            applied.is_some_and(|(of, other)| of == topic && other != seq)
+        };
+        let again =
+            |index: &usize| ticks[*index].read(topic) == Some(seq) && !applied_another(*index);
+        index - (0..index).rev().take_while(again).count()
     }
 }
 
