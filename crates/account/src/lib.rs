@@ -34,7 +34,7 @@ pub use lineage::{
 };
 pub use node::{NodeAccount, TickRecord};
 pub use observer::Observer;
-pub use recorded::{NamedTopic, RecordedTopic, RowInlet, RowReader, RowTap, RowWatcher};
+pub use recorded::{NamedTopic, RecordedTopic, RowInlet, RowListener, RowReader, RowTap};
 pub use replay_accounts::ReplayAccounts;
 pub use rows::Rows;
 pub use saw::{LateAge, PushAge, Saw};

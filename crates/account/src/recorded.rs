@@ -14,12 +14,17 @@ pub trait RecordedTopic: Any + Send + Sync {
     /// Names of the numbers in a message; see [`Fields::FIELDS`].
     fn fields(&self) -> &'static [&'static str];
 
-    /// Copies every message from now on, in a queue of `capacity`.
-    fn tap(&self, tap_handle: &TapHandle, capacity: usize) -> RowTap;
+    /// Has `listener` take every message from now on. It is called by the publisher, so it has
+    /// to be quick.
+    fn listen(&self, tap_handle: &TapHandle, listener: RowListener);
 
-    /// Has `watcher` look at every message from now on, with the run time at which it
-    /// is published. It is called by the publisher, so it has to be quick.
-    fn watch(&self, tap_handle: &TapHandle, watcher: RowWatcher);
+    /// Copies every message from now on, in a queue of `capacity`.
+    fn tap(&self, tap_handle: &TapHandle, capacity: usize) -> RowTap {
+        let (end, tap) = tap_handle.tap(capacity);
+        let copy = move |head: &Head, row: &[f64]| end.offer((*head, row.to_vec()));
+        self.listen(tap_handle, Box::new(copy));
+        RowTap::of(tap, self.fields().len())
+    }
 
     /// The newest message, read without a subscription; `None` before the first.
     fn newest(&self) -> Option<Rows>;
@@ -44,8 +49,8 @@ pub type RowReader = Box<dyn FnMut(Time, &mut Vec<f64>) -> Option<Time> + Send>;
 /// are no message of the topic. Takes: row, `now`, `stamp`, `origin`.
 pub type RowInlet = Box<dyn Fn(&[f64], Time, Time, Option<Time>) -> bool + Send + Sync>;
 
-/// Looks at the run time and the numbers of a message.
-pub type RowWatcher = Box<dyn FnMut(Time, &[f64]) + Send>;
+/// Takes the numbers of a message; returns `false` once it wants no more.
+pub type RowListener = Box<dyn FnMut(&Head, &[f64]) -> bool + Send>;
 
 /// A topic with the names of the numbers in its messages: their type alone may not tell how
 /// many there are.
@@ -65,26 +70,19 @@ impl<T: Fields + Payload> RecordedTopic for NamedTopic<T> {
         self.fields
     }
 
-    fn tap(&self, tap_handle: &TapHandle, capacity: usize) -> RowTap {
-        let width = self.fields.len();
-        let row = move |head: &Head, data: &T| (*head, row(data, width));
-        RowTap::of(tap_handle.tap(&self.topic, capacity, row), width)
-    }
-
-    fn watch(&self, tap_handle: &TapHandle, mut watcher: RowWatcher) {
-        let mut row = Vec::with_capacity(self.fields.len());
+    fn listen(&self, tap_handle: &TapHandle, mut listener: RowListener) {
+        let (mut row, width) = (Vec::new(), self.fields.len());
         tap_handle.listen(&self.topic, move |head, data: &T| {
-            row.clear();
-            data.append_to(&mut row);
-            watcher(head.at, &row);
-            true
+            fill(&mut row, data, width);
+            listener(head, &row)
         });
     }
 
     fn newest(&self) -> Option<Rows> {
         let ((newest, head), width) = (self.topic.peek()?, self.fields.len());
-        let mut rows = Rows::new(width);
-        rows.push(head, row(&newest, width)).then_some(rows)
+        let (mut row, mut rows) = (Vec::new(), Rows::new(width));
+        fill(&mut row, &newest, width);
+        rows.push(head, row).then_some(rows)
     }
 
     fn inlet(&self) -> RowInlet {
@@ -108,12 +106,11 @@ impl<T: Fields + Payload> RecordedTopic for NamedTopic<T> {
     }
 }
 
-/// The numbers of a message: as many as the topic has names for.
-fn row<T: Fields>(data: &T, width: usize) -> Vec<f64> {
-    let mut row = Vec::with_capacity(width);
-    data.append_to(&mut row);
+/// Replaces `row` by the numbers of a message: as many as the topic has names for.
+fn fill<T: Fields>(row: &mut Vec<f64>, data: &T, width: usize) {
+    row.clear();
+    data.append_to(row);
     row.resize(width, f64::NAN);
-    row
 }
 
 fn row_reader<T: Fields + Payload>(mut subscription: Subscription<T>) -> RowReader {

@@ -7,7 +7,7 @@ use ratelab::{Graph, Head, Payload, Topic, sync::Arc};
 use super::{
     node::TickRecord,
     sink::AccountSink,
-    tap::{Tap, TapMessage, tap},
+    tap::{Tap, TapMessage, TapSender, tap},
 };
 
 /// Taps a graph from any thread, before and during its run. Covers the nodes and topics that the
@@ -26,9 +26,11 @@ impl TapHandle {
 
     /// Copies every message of `topic` from now on, in a queue of `capacity` messages.
     pub fn topic<T: Payload>(&self, topic: &Topic<T>, capacity: usize) -> Tap<TapMessage<T>> {
-        self.tap(topic, capacity, |head, data: &T| {
-            TapMessage::new(head, data.clone())
-        })
+        let (end, tap) = self.tap(capacity);
+        self.listen(topic, move |head, data: &T| {
+            end.offer(TapMessage::new(head, data.clone()))
+        });
+        tap
     }
 
     /// Copies every tick from now on, with one queue of `capacity` ticks per node, in the
@@ -40,16 +42,9 @@ impl TapHandle {
             .collect()
     }
 
-    /// Copies what `make` makes of every message of `topic` from now on.
-    pub(crate) fn tap<T: Payload, I: Send + 'static>(
-        &self,
-        topic: &Topic<T>,
-        capacity: usize,
-        mut make: impl FnMut(&Head, &T) -> I + Send + 'static,
-    ) -> Tap<I> {
-        let (end, tap) = tap(capacity, Some(self.0.run.clone()));
-        self.listen(topic, move |head, data| end.offer(make(head, data)));
-        tap
+    /// A tap for `capacity` items, with the end to be filled by a listener.
+    pub(crate) fn tap<I>(&self, capacity: usize) -> (TapSender<I>, Tap<I>) {
+        tap(capacity, Some(self.0.run.clone()))
     }
 
     /// Calls `hear` with every message of `topic` from now on, when it is published, until that

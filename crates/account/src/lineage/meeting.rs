@@ -155,9 +155,9 @@ impl Lineage {
         known.collect::<Option<Choice>>().unwrap_or_default()
     }
 
-    /// The topic that the message behind `topic` waited for: the one with the message that
-    /// completed the set of this tick.
-    pub(super) fn waited_for(&self, node: usize, index: usize, topic: usize) -> Option<usize> {
+    /// The topic that the message behind `topic`, one of several triggers, waited for: the one
+    /// with the message that completed the set of this tick.
+    pub(super) fn waited_for(&self, node: usize, index: usize, topic: usize) -> usize {
         let triggers = &self.topology.nodes[node].triggers;
         let due = self.completed(node, index);
         let came = |of: &usize| {
@@ -165,8 +165,11 @@ impl Lineage {
             sent.any(|sent| sent.arrives == Some(due))
         };
         let mut others = triggers.iter().copied().filter(|of| *of != topic);
-        let own = Some(topic).filter(|_| came(&topic));
-        others.clone().find(came).or(own).or_else(|| others.next())
+        match others.clone().find(came) {
+            Some(other) => other,
+            None if came(&topic) => topic,
+            None => others.next().unwrap_or(topic),
+        }
     }
 
     /// Whether a node ticks on sets of messages, one of them from `topic`.

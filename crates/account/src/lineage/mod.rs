@@ -7,6 +7,7 @@ mod meeting;
 mod parts;
 mod push;
 mod reads;
+mod sentence;
 mod waits;
 
 use std::collections::VecDeque;

@@ -2,15 +2,12 @@
 
 use std::time::Duration;
 
-use ratelab::{Time, Topology};
+use ratelab::Time;
 
 use super::{Lineage, sensing_of};
 
 /// Maximum number of messages in a chain.
 pub(super) const MOST_HOPS: usize = 64;
-
-/// The time before the first known tick, in words.
-const BEFORE: &str = "before the first tick";
 
 /// A stage of an age. Nodes and topics are indices into the topology.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -109,102 +106,10 @@ impl AgeParts {
             self.parts.push(AgePart { stage, took });
         }
     }
-
-    /// The age in a sentence, such as `this push is 180 ms old: 20 waiting for the
-    /// policy + 31 thinking + 12 on /action + 117 held`. Whole milliseconds, which
-    /// sum to the age.
-    pub fn sentence(&self, topology: &Topology) -> String {
-        self.sentence_within(topology, usize::MAX)
-    }
-
-    /// The same in at most `room` characters, where possible: the smallest parts are
-    /// merged.
-    pub fn sentence_within(&self, topology: &Topology, room: usize) -> String {
-        let age = (self.sum_ns() as f64 / 1e6).round() as i64;
-        let (mut parts, mut elsewhere) = (self.in_words(topology), 0);
-        // Less than nothing is the error of a clock, or a tick that is not known (yet).
-        parts.retain(|(ms, _)| {
-            elsewhere += (*ms).min(0);
-            *ms > 0
-        });
-        loop {
-            let rest = (elsewhere != 0).then(|| (elsewhere, "elsewhere".to_owned()));
-            let mut sentence = format!("this push is {age} ms old");
-            for (number, (ms, words)) in parts.iter().chain(&rest).enumerate() {
-                let sign = if number == 0 { ": " } else { " + " };
-                sentence += &format!("{sign}{ms} {words}");
-            }
-            let smallest = (0..parts.len()).min_by_key(|index| parts[*index].0.abs());
-            let merges = elsewhere < 0 || sentence.chars().count() > room;
-            match smallest.filter(|_| merges && parts.len() > 1) {
-                Some(smallest) => elsewhere += parts.remove(smallest).0,
-                None => return sentence,
-            }
-        }
-    }
-
-    /// The parts of a millisecond or more, with their descriptions.
-    fn in_words(&self, topology: &Topology) -> Vec<(i64, String)> {
-        let mut words: Vec<(i64, String)> = Vec::new();
-        let costs = self.parts.iter();
-        let costs = costs.filter(|part| matches!(part.stage, AgeStage::Cost { .. }));
-        let alone = costs.count() == 1;
-        let before = Some((self.before_ns, BEFORE.to_owned()));
-        let parts = self.parts.iter().map(|part| {
-            let name = part.stage.words(topology, alone);
-            (nanos(part.took), name)
-        });
-        for (nanos, name) in before.into_iter().chain(parts) {
-            match words.last_mut().filter(|(_, last)| *last == name) {
-                Some((sum, _)) => *sum += nanos,
-                None => words.push((nanos, name)),
-            }
-        }
-        // Rounded as running sums: their sum is the rounded age.
-        let (mut sum, mut shown) = (0, 0);
-        for (nanos, _) in &mut words {
-            sum += *nanos;
-            let until = (sum as f64 / 1e6).round() as i64;
-            *nanos = until - shown;
-            shown = until;
-        }
-        words.retain(|(ms, _)| *ms != 0);
-        words
-    }
-}
-
-impl AgeStage {
-    /// Its description, to follow a number of milliseconds; `alone` if no other tick in
-    /// the chain has a duration.
-    fn words(self, topology: &Topology, alone: bool) -> String {
-        let node_name = |node: usize| &topology.nodes[node].name;
-        let topic_name = |topic: usize| &topology.topics[topic].name;
-        match self {
-            Self::Before => BEFORE.to_owned(),
-            Self::Wait { node, .. } => format!("waiting for the {}", node_name(node)),
-            Self::Match { topic, .. } => format!("waiting for {} to match", topic_name(topic)),
-            Self::Executor { node } => {
-                format!("waiting for the executor of the {}", node_name(node))
-            }
-            Self::Queue { topic, .. } => format!("in the queue of {}", topic_name(topic)),
-            Self::Reuse { topic, .. } => format!("until {} was read again", topic_name(topic)),
-            Self::Cost { node } if alone && thinks(topology, node) => "thinking".to_owned(),
-            Self::Cost { node } => format!("in the {}", node_name(node)),
-            Self::Link { topic } => format!("on {}", topic_name(topic)),
-            Self::Held { .. } | Self::Kept { .. } => "held".to_owned(),
-        }
-    }
-}
-
-/// Whether a node has both inputs and outputs.
-fn thinks(topology: &Topology, node: usize) -> bool {
-    let mut topics = topology.topics.iter();
-    let reads = topics.clone().any(|topic| topic.readers.contains(&node));
-    reads && topics.any(|topic| topic.publishers.contains(&node))
 }
 
 /// The duration in nanoseconds; longer than any run on overflow.
-fn nanos(duration: Duration) -> i64 {
+pub(super) fn nanos(duration: Duration) -> i64 {
     i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
 }
 
@@ -341,28 +246,26 @@ impl Lineage {
         let (ticks, arrives) = (&self.nodes[node].ticks, sent.arrives.unwrap_or_default());
         let at = |index: usize| ticks[index].tick.at;
         let first_read = self.first_read((topic, seq), node, index);
-        if self.meets(node, topic) {
-            let begins = at(first_read).max(arrives);
-            let due = self.completed(node, first_read).clamp(arrives, begins);
-            if let Some(other) = self.waited_for(node, first_read, topic) {
-                parts.add(AgeStage::Match { topic: other, node }, arrives, due);
-            }
-            let waits = match self.topology.nodes[node].executor {
-                Some(_) => AgeStage::Executor { node },
-                None => AgeStage::Wait { topic, node },
-            };
-            parts.add(waits, due, begins);
-            parts.add(AgeStage::Reuse { topic, node }, at(first_read), at(index));
-            return;
-        }
-        let first = ticks.partition_point(|worked| worked.tick.at < arrives);
-        let could = (first..first_read).find(|&index| self.is_seen(topic, sent, node, at(index)));
-        let could = could.unwrap_or(first_read);
-        let released = self
-            .released(node, could)
-            .clamp(arrives, at(could).max(arrives));
-        parts.add(AgeStage::Wait { topic, node }, arrives, released);
-        parts.add(AgeStage::Executor { node }, released, at(could));
+        let (could, missing, ready) = if self.meets(node, topic) {
+            let other = self.waited_for(node, first_read, topic);
+            let missing = AgeStage::Match { topic: other, node };
+            (first_read, missing, self.completed(node, first_read))
+        } else {
+            let first = ticks.partition_point(|worked| worked.tick.at < arrives);
+            let mut seen =
+                (first..first_read).filter(|&index| self.is_seen(topic, sent, node, at(index)));
+            let could = seen.next().unwrap_or(first_read);
+            let missing = AgeStage::Wait { topic, node };
+            (could, missing, self.released(node, could))
+        };
+        let begins = at(could).max(arrives);
+        let ready = ready.clamp(arrives, begins);
+        let late = match self.topology.nodes[node].executor {
+            Some(_) => AgeStage::Executor { node },
+            None => AgeStage::Wait { topic, node },
+        };
+        parts.add(missing, arrives, ready);
+        parts.add(late, ready, begins);
         parts.add(AgeStage::Queue { topic, node }, at(could), at(first_read));
         parts.add(AgeStage::Reuse { topic, node }, at(first_read), at(index));
     }

@@ -51,10 +51,12 @@ impl Lineage {
         let to = self.completed(node, index);
         let waits = reads.filter_map(|&(topic, seq)| {
             let arrives = self.topics[topic].message(seq)?.arrives?;
-            let matched = self.meets(node, topic).then_some(topic)?;
-            let what = WaitsFor::Match(self.waited_for(node, index, matched)?);
             let from = arrives.max(free);
-            Some(TickWait { from, to, what })
+            self.meets(node, topic).then(|| TickWait {
+                from,
+                to,
+                what: WaitsFor::Match(self.waited_for(node, index, topic)),
+            })
         });
         waits
             .filter(|wait| wait.from < wait.to)

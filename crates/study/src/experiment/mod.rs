@@ -32,7 +32,7 @@ use std::{
 
 use crossbeam_channel::Sender;
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, Fault, Graph, Inbox, Interrupt, Knob, RealClock,
+    Clock, ClockExit, ClockKind, Command, Fault, Graph, Head, Inbox, Interrupt, Knob, RealClock,
     TimedCommand, TimedKnob, run,
 };
 use ratelab_account::{Observer, RecordedTopic, Rows, TapHandle};
@@ -68,11 +68,12 @@ fn watch_cost(
     let states = recorded.iter().find(|topic| topic.name() == name)?;
     let mean = SharedCost::default();
     let shared = mean.clone();
-    let watcher = move |now, state: &[f64]| {
+    let add = move |head: &Head, state: &[f64]| {
         let mut mean = shared.lock().unwrap_or_else(PoisonError::into_inner);
-        mean.state(now, (cost.of_state)(state));
+        mean.state(head.at, (cost.of_state)(state));
+        true
     };
-    states.watch(taps, Box::new(watcher));
+    states.listen(taps, Box::new(add));
     Some(mean)
 }
 

@@ -1,0 +1,102 @@
+//! An age in a sentence.
+
+use ratelab::Topology;
+
+use super::parts::{AgeParts, AgeStage, nanos};
+
+/// The time before the first known tick, in words.
+const BEFORE: &str = "before the first tick";
+
+impl AgeParts {
+    /// The age in a sentence, such as `this push is 180 ms old: 20 waiting for the
+    /// policy + 31 thinking + 12 on /action + 117 held`. Whole milliseconds, which
+    /// sum to the age.
+    pub fn sentence(&self, topology: &Topology) -> String {
+        self.sentence_within(topology, usize::MAX)
+    }
+
+    /// The same in at most `room` characters, where possible: the smallest parts are
+    /// merged.
+    pub fn sentence_within(&self, topology: &Topology, room: usize) -> String {
+        let age = (self.sum_ns() as f64 / 1e6).round() as i64;
+        let (mut parts, mut elsewhere) = (self.in_words(topology), 0);
+        // Less than nothing is the error of a clock, or a tick that is not known (yet).
+        parts.retain(|(ms, _)| {
+            elsewhere += (*ms).min(0);
+            *ms > 0
+        });
+        loop {
+            let rest = (elsewhere != 0).then(|| (elsewhere, "elsewhere".to_owned()));
+            let mut sentence = format!("this push is {age} ms old");
+            for (number, (ms, words)) in parts.iter().chain(&rest).enumerate() {
+                let sign = if number == 0 { ": " } else { " + " };
+                sentence += &format!("{sign}{ms} {words}");
+            }
+            let smallest = (0..parts.len()).min_by_key(|index| parts[*index].0.abs());
+            let merges = elsewhere < 0 || sentence.chars().count() > room;
+            match smallest.filter(|_| merges && parts.len() > 1) {
+                Some(smallest) => elsewhere += parts.remove(smallest).0,
+                None => return sentence,
+            }
+        }
+    }
+
+    /// The parts of a millisecond or more, with their descriptions.
+    fn in_words(&self, topology: &Topology) -> Vec<(i64, String)> {
+        let mut words: Vec<(i64, String)> = Vec::new();
+        let costs = self.parts.iter();
+        let costs = costs.filter(|part| matches!(part.stage, AgeStage::Cost { .. }));
+        let alone = costs.count() == 1;
+        let before = Some((self.before_ns, BEFORE.to_owned()));
+        let parts = self.parts.iter().map(|part| {
+            let name = part.stage.words(topology, alone);
+            (nanos(part.took), name)
+        });
+        for (nanos, name) in before.into_iter().chain(parts) {
+            match words.last_mut().filter(|(_, last)| *last == name) {
+                Some((sum, _)) => *sum += nanos,
+                None => words.push((nanos, name)),
+            }
+        }
+        // Rounded as running sums: their sum is the rounded age.
+        let (mut sum, mut shown) = (0, 0);
+        for (nanos, _) in &mut words {
+            sum += *nanos;
+            let until = (sum as f64 / 1e6).round() as i64;
+            *nanos = until - shown;
+            shown = until;
+        }
+        words.retain(|(ms, _)| *ms != 0);
+        words
+    }
+}
+
+impl AgeStage {
+    /// Its description, to follow a number of milliseconds; `alone` if no other tick in
+    /// the chain has a duration.
+    fn words(self, topology: &Topology, alone: bool) -> String {
+        let node_name = |node: usize| &topology.nodes[node].name;
+        let topic_name = |topic: usize| &topology.topics[topic].name;
+        match self {
+            Self::Before => BEFORE.to_owned(),
+            Self::Wait { node, .. } => format!("waiting for the {}", node_name(node)),
+            Self::Match { topic, .. } => format!("waiting for {} to match", topic_name(topic)),
+            Self::Executor { node } => {
+                format!("waiting for the executor of the {}", node_name(node))
+            }
+            Self::Queue { topic, .. } => format!("in the queue of {}", topic_name(topic)),
+            Self::Reuse { topic, .. } => format!("until {} was read again", topic_name(topic)),
+            Self::Cost { node } if alone && thinks(topology, node) => "thinking".to_owned(),
+            Self::Cost { node } => format!("in the {}", node_name(node)),
+            Self::Link { topic } => format!("on {}", topic_name(topic)),
+            Self::Held { .. } | Self::Kept { .. } => "held".to_owned(),
+        }
+    }
+}
+
+/// Whether a node has both inputs and outputs.
+fn thinks(topology: &Topology, node: usize) -> bool {
+    let mut topics = topology.topics.iter();
+    let reads = topics.clone().any(|topic| topic.readers.contains(&node));
+    reads && topics.any(|topic| topic.publishers.contains(&node))
+}
