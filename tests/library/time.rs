@@ -151,7 +151,7 @@ fn got(run: &Run) -> Vec<(&'static str, String)> {
         summary, push_age, ..
     } = run;
     let robot = ["sensor", "policy", "actuator"];
-    let of_nodes = |figure: fn(&ratelab_study::experiment::NodeSummary) -> u64| {
+    let of_nodes = |figure: fn(&ratelab_account::NodeView) -> u64| {
         let nodes = robot.map(|name| figure(summary.node(name).expect("a node")).to_string());
         nodes.join(",")
     };

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{Event, Hz, Interrupt, Time, TimedKnob};
+use ratelab::{Event, Interrupt, Time, TimedKnob};
 use ratelab_account::{Distribution, NodeView, Observer, Snapshot, TopicView};
 
 use super::Config;
@@ -35,7 +35,7 @@ pub struct Summary {
     /// The topics, in the order of their first connection.
     pub topics: Vec<TopicSummary>,
     /// The nodes, in the order of addition.
-    pub nodes: Vec<NodeSummary>,
+    pub nodes: Vec<NodeView>,
     /// Commands and ends of the run.
     pub events: Vec<Event>,
 }
@@ -59,28 +59,6 @@ pub struct TopicSummary {
     pub per_second: f64,
     /// Whether a node reads it.
     pub read: bool,
-}
-
-/// A node's timing in a run.
-#[derive(Clone, Debug)]
-pub struct NodeSummary {
-    /// Its name.
-    pub name: String,
-    /// Its rate at the end.
-    pub hz: Hz,
-    /// Number of ticks.
-    pub ticks: u64,
-    /// Periods skipped because it was still busy.
-    pub overruns: u64,
-    /// Lateness of its ticks; empty under the virtual clock unless a lateness is set.
-    pub lateness: Distribution,
-    /// Duration of its ticks: in run time where a duration is set, otherwise in wall
-    /// time, and empty where the virtual clock ran without pacing.
-    pub tick_time: Distribution,
-    /// Response time: from the due time to the end of a tick.
-    pub response: Distribution,
-    /// The mean age of its pushes; `None` without a push.
-    pub push_age: Option<MeanPushAge>,
 }
 
 /// The mean age of the push in force, over time.
@@ -107,12 +85,17 @@ impl Summary {
 
     /// The mean age of the pushes of the run; `None` without a push.
     pub fn push_age(&self) -> Option<MeanPushAge> {
-        self.nodes.iter().find_map(|node| node.push_age)
+        let ages = self.nodes.iter().filter_map(|node| node.push_age);
+        let mut means = ages.filter_map(|age| {
+            let (run_s, late_s) = (age.mean_s()?, age.late_s?);
+            Some(MeanPushAge { run_s, late_s })
+        });
+        means.next()
     }
 
     /// The node called `name`.
-    pub fn node(&self, name: &str) -> Option<&NodeSummary> {
-        self.nodes.iter().find(|node| node.name == name)
+    pub fn node(&self, name: &str) -> Option<&NodeView> {
+        self.nodes.iter().find(|node| *node.name == *name)
     }
 
     /// The topic called `name`; an empty one if there is none.
@@ -156,7 +139,7 @@ impl Summary {
             topics: topics
                 .map(|topic| TopicSummary::of(topic, self.sim_time))
                 .collect(),
-            nodes: snapshot.nodes.iter().map(NodeSummary::of).collect(),
+            nodes: snapshot.nodes,
             events: observer.events(0),
             ..self
         }
@@ -181,26 +164,6 @@ impl TopicSummary {
             in_flight: topic.in_flight,
             per_second: topic.average(sim_time),
             read: !topic.subscriptions.is_empty(),
-        }
-    }
-}
-
-impl NodeSummary {
-    fn of(node: &NodeView) -> Self {
-        Self {
-            name: node.name.to_string(),
-            hz: node.hz,
-            ticks: node.ticks,
-            overruns: node.overruns,
-            lateness: node.lateness.clone(),
-            tick_time: node.tick_time.clone(),
-            response: node.response.clone(),
-            push_age: node.push_age.and_then(|age| {
-                Some(MeanPushAge {
-                    run_s: age.mean_s()?,
-                    late_s: age.late_s?,
-                })
-            }),
         }
     }
 }
