@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use ratelab_account::Distribution;
+use ratelab_account::{Distribution, NodeAccount};
 use ratelab_study::{
-    experiment::{NodeSummary, Summary, TopicSummary},
+    experiment::{Summary, TopicSummary},
     system::{KnobText, System, WorldKind},
 };
 use serde_json::{Map, Value, json};
@@ -109,9 +109,9 @@ fn system_keys(system: &dyn System, summary: &Summary) -> Map<String, Value> {
 
 fn wall_keys(summary: &Summary, context: &ReportContext) -> Map<String, Value> {
     let lateness = summary.nodes.iter();
-    let lateness = lateness.map(|node| (node.name.clone(), milliseconds(&node.lateness)));
+    let lateness = lateness.map(|node| (node.name.to_string(), milliseconds(&node.lateness)));
     let tick_time = summary.nodes.iter();
-    let tick_time = tick_time.map(|node| (node.name.clone(), milliseconds(&node.tick_time)));
+    let tick_time = tick_time.map(|node| (node.name.to_string(), milliseconds(&node.tick_time)));
     object(json!({
         "lateness": lateness.collect::<Map<_, _>>(),
         "realtime": context.realtime.as_ref().map(|asked| match asked {
@@ -125,7 +125,7 @@ fn wall_keys(summary: &Summary, context: &ReportContext) -> Map<String, Value> {
 
 /// The figures of a node, including the duration of its ticks where one is set, and its
 /// lateness where it was late.
-fn node(summary: &Summary, node: &NodeSummary) -> (String, Value) {
+fn node(summary: &Summary, node: &NodeAccount) -> (String, Value) {
     let mut figures = object(json!({
         "hz": rounded(node.hz.get()),
         "overruns": node.overruns,
@@ -141,7 +141,7 @@ fn node(summary: &Summary, node: &NodeSummary) -> (String, Value) {
     if was_late(node) {
         figures.insert("lateness".to_owned(), milliseconds(&node.lateness));
     }
-    (node.name.clone(), Value::Object(figures))
+    (node.name.to_string(), Value::Object(figures))
 }
 
 /// What became of the messages of a topic.

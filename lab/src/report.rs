@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use ratelab::{ClockKind, Command, Event, EventKind, Hz, Knob, KnobKind};
-use ratelab_account::Distribution;
+use ratelab_account::{Distribution, NodeAccount};
 use ratelab_study::{
-    experiment::{MeanPushAge, NodeSummary, Summary, TopicSummary},
+    experiment::{MeanPushAge, Summary, TopicSummary},
     system::{Alias, DataChain, KnobText, System},
 };
 
@@ -71,14 +71,14 @@ pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> 
 /// Duration and lateness of ticks: of all nodes if the run used wall time, otherwise of
 /// nodes with configured timing, and of those that were late without it, for an executor.
 fn times(summary: &Summary) -> Vec<(&'static str, String)> {
-    let timed = |node: &NodeSummary| timing::is_timed(summary, &node.name);
+    let timed = |node: &NodeAccount| timing::is_timed(summary, &node.name);
     let wall = saw_the_wall(summary);
     let late =
-        |node: &NodeSummary| wall || was_late(node) || (timed(node) && node.lateness.count() > 0);
-    let shown = |node: &NodeSummary| wall || timed(node) || was_late(node) || node.overruns > 0;
-    let costly = |node: &NodeSummary| timed(node) && node.tick_time.count() > 0;
-    let cost = |node: &NodeSummary| spread(&node.name, &node.tick_time);
-    let response = |node: &NodeSummary| spread(&node.name, &node.response);
+        |node: &NodeAccount| wall || was_late(node) || (timed(node) && node.lateness.count() > 0);
+    let shown = |node: &NodeAccount| wall || timed(node) || was_late(node) || node.overruns > 0;
+    let costly = |node: &NodeAccount| timed(node) && node.tick_time.count() > 0;
+    let cost = |node: &NodeAccount| spread(&node.name, &node.tick_time);
+    let response = |node: &NodeAccount| spread(&node.name, &node.response);
     let lines = [
         ("lateness", each_node(summary, late, lateness)),
         ("cost", each_node(summary, costly, cost)),
@@ -179,7 +179,7 @@ fn rates(system: &dyn System, summary: &Summary) -> String {
     let setup = &summary.config.setup;
     let nodes = summary.nodes.iter().map(|node| {
         let (name, last) = (node_label(system, &node.name), node.hz);
-        let alias = rate_alias(system, |of| of == node.name);
+        let alias = rate_alias(system, |of| *of == *node.name);
         let first: Option<Hz> = alias.and_then(|alias| alias.value(setup).parse().ok());
         match first.or(setup.rate(&node.name)) {
             Some(first) if first != last => format!("{name} {first} → {last}"),
@@ -280,8 +280,8 @@ fn latency(system: &dyn System, summary: &Summary) -> Option<String> {
 
 fn each_node(
     summary: &Summary,
-    wanted: impl Fn(&NodeSummary) -> bool,
-    tell: impl Fn(&NodeSummary) -> String,
+    wanted: impl Fn(&NodeAccount) -> bool,
+    tell: impl Fn(&NodeAccount) -> String,
 ) -> Option<String> {
     let nodes = summary.nodes.iter().filter(|node| wanted(node));
     joined(nodes.map(tell))
@@ -298,12 +298,12 @@ fn spread(name: &str, figures: &Distribution) -> String {
     format!("{name} p50 {}, p99 {}", at(0.5), at(0.99))
 }
 
-fn lateness(node: &NodeSummary) -> String {
+fn lateness(node: &NodeAccount) -> String {
     let at = |quantile| us(&node.lateness, quantile);
     format!("{} p50 {} p99 {} µs", node.name, at(0.5), at(0.99))
 }
 
-fn overruns(node: &NodeSummary) -> String {
+fn overruns(node: &NodeAccount) -> String {
     format!(
         "{} {} of {}",
         node.name,
@@ -350,21 +350,30 @@ pub fn size(bytes: u64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use ratelab_account::PushAge;
+
     use super::*;
     use ratelab::Hz;
 
     #[test]
     fn counts_of_an_altered_recording_are_printed_whatever_they_are() {
         let none = Distribution::empty;
-        let node = NodeSummary {
-            name: "policy".to_owned(),
+        let node = NodeAccount {
+            name: "policy".into(),
+            priority: 0,
             hz: Hz::MAX,
+            triggers: [].into(),
+            executor: None,
+            busy: false,
+            crashed: false,
+            remote: false,
+            meters: Vec::new(),
             ticks: 2,
             overruns: u64::MAX,
             lateness: none(),
             tick_time: none(),
             response: none(),
-            push_age: None,
+            push_age: PushAge::default(),
         };
         let most = u64::MAX;
         assert_eq!(overruns(&node), format!("policy {most} of {most}"));

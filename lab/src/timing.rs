@@ -3,8 +3,9 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{Knob, KnobKind, Time};
+use ratelab_account::NodeAccount;
 use ratelab_study::{
-    experiment::{Config, Experiment, NodeSummary, Summary},
+    experiment::{Config, Experiment, Summary},
     system::{System, WorldKind},
 };
 
@@ -36,7 +37,7 @@ pub fn is_timed(summary: &Summary, node: &str) -> bool {
 }
 
 /// Whether a tick of `node` began after it was due.
-pub fn was_late(node: &NodeSummary) -> bool {
+pub fn was_late(node: &NodeAccount) -> bool {
     node.lateness.max() > Some(Duration::ZERO)
 }
 

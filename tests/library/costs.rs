@@ -272,8 +272,7 @@ fn what_a_robot_acts_on_is_as_old_under_both_clocks() {
 
 /// The age of the push in force, on average over time (ms).
 fn push_age(summary: &Summary) -> f64 {
-    let age = summary.nodes.iter().find_map(|node| node.push_age);
-    age.expect("pushes").run_s * 1e3
+    summary.push_age().expect("pushes").run_s * 1e3
 }
 
 #[test]

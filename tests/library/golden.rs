@@ -10,12 +10,9 @@
 use std::collections::HashMap;
 
 use ratelab::{Message, Time};
-use ratelab_account::Saw;
+use ratelab_account::{NodeAccount, Saw};
 use ratelab_cart_pole::{CartPole, OBS, Plant};
-use ratelab_study::{
-    experiment::{Config, NodeSummary},
-    system::WorldKind,
-};
+use ratelab_study::{experiment::Config, system::WorldKind};
 
 use crate::support::{
     RunBytes, collect, config, experiment, fnv1a64, knobs, run, run_bytes, stamped, state_bytes,
@@ -127,7 +124,7 @@ fn message_bytes(run: &RunBytes) -> Vec<u8> {
 /// The results of a run, in the terms of `honest.txt`.
 fn results(run: &RunBytes, push_age: Option<Saw>) -> Vec<(&'static str, String)> {
     let summary = &run.summary;
-    let of_nodes = |figure: fn(&NodeSummary) -> u64| {
+    let of_nodes = |figure: fn(&NodeAccount) -> u64| {
         let robot = ["sensor", "policy", "actuator"];
         let nodes = robot.map(|name| figure(summary.node(name).expect(name)).to_string());
         nodes.join(",")

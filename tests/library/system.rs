@@ -4,7 +4,9 @@
 use std::{num::NonZeroUsize, ops::ControlFlow, sync::Arc, thread};
 
 use proptest::prelude::*;
-use ratelab::{ClockExit, END, GO_ON, Knob, KnobKind, Node, Publisher, Subscription, Tick, Time};
+use ratelab::{
+    ClockExit, END, GO_ON, Knob, KnobKind, Node, Publisher, Subscription, Tick, Time, Topic,
+};
 use ratelab_account::{Fields, Rows};
 use ratelab_study::{
     experiment::{
@@ -12,7 +14,8 @@ use ratelab_study::{
         sweep::{Axis, Sweep, SweepAxis, Swept},
     },
     system::{
-        About, Alias, BuildError, Builder, Final, KnobText, Setup, System, Verdict, VerdictKind,
+        About, Alias, BuildError, Builder, Final, KnobText, LibraryGraph, Setup, System, Verdict,
+        VerdictKind,
     },
 };
 
@@ -410,4 +413,50 @@ fn a_message_used_to_build_a_node_is_not_sent_to_it() {
     assert_eq!((summary.steps, &summary.state[..]), (0, &[][..]));
     let refused = run(&["send clock noon"]).err().expect("no experiment");
     assert_eq!(refused.to_string(), "no time");
+}
+
+#[test]
+fn a_graph_of_the_library_runs_with_its_settings_and_is_recorded() {
+    let wire = |builder: &mut Builder<'_>| {
+        let steps = Topic::new("/step", depth(1));
+        builder.record(&steps);
+        let graph = builder.graph();
+        graph.node("oven", hz(10.0), 0, |wiring| {
+            let steps = wiring.publisher(&steps);
+            move |now: Time| {
+                let (temperature, heat) = (now.as_secs_f64(), 0.0);
+                steps.publish(Step { temperature, heat }, now, None);
+                GO_ON
+            }
+        })?;
+        Ok(graph.node("thermostat", hz(1.0), 1, |wiring| {
+            let mut steps = wiring.subscription(&steps);
+            move |now| {
+                steps.latest(now);
+                GO_ON
+            }
+        })?)
+    };
+    let system = Arc::new(LibraryGraph::new("library", wire));
+    let setup = ["rate thermostat 2", "depth /step 3", "takes oven 5"];
+    let config = config(&setup);
+    let experiment = Experiment::new(system.clone(), &config).expect("experiment");
+    assert!(experiment.taps().rows("/step", 4).is_some());
+    let summary = experiment.run().expect("run");
+    // The message of the last tick would come after the end.
+    assert_eq!(summary.topic("/step").published, 100);
+    assert_eq!(summary.node("thermostat").map(|node| node.ticks), Some(21));
+    assert!(
+        summary
+            .node("oven")
+            .is_some_and(|oven| oven.tick_time.count() > 90)
+    );
+    // Five messages between two ticks, three of which are kept.
+    assert!(
+        (30..50).contains(&summary.topic("/step").dropped),
+        "{summary:?}"
+    );
+    let part = Experiment::part(system, &config, &["oven".to_owned()]);
+    let refused = part.err().expect("no experiment").to_string();
+    assert!(refused.contains("one process"), "{refused}");
 }

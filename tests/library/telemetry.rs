@@ -164,7 +164,7 @@ fn the_snapshot_of_a_finished_run_is_its_summary() {
         );
     }
     for (node, summary) in snapshot.nodes.iter().zip(&summary.nodes) {
-        assert_eq!((&*node.name, node.hz), (summary.name.as_str(), summary.hz));
+        assert_eq!((&*node.name, node.hz), (&*summary.name, summary.hz));
         assert_eq!(
             (node.ticks, node.overruns),
             (summary.ticks, summary.overruns)

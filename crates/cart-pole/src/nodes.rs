@@ -4,14 +4,14 @@ use ratelab::{
     END, GO_ON, Message, MeterRecorder, Node, Publisher, PushRecorder, Subscription, Tick, Time,
     Topic, Wiring,
 };
-use ratelab_study::system::SharedWorld;
+use ratelab_study::system::{SharedWorld, World};
 use thiserror::Error;
 
 use super::{
     free_plant::FreePlant,
     message::{Action, ControlStep, Observation},
     on_stale::OnStale,
-    plant::SharedPlant,
+    plant::{Plant, SharedPlant},
     policy::Policy,
 };
 
@@ -29,34 +29,34 @@ pub const ACTUATOR: &str = "actuator";
 pub const SENSE_TO_ACT: &str = "sense→act";
 
 /// Reads the plant and publishes the readings.
-pub struct Sensor<P = SharedPlant> {
+pub struct Sensor<P = Plant> {
     /// The plant.
-    pub plant: P,
+    pub plant: SharedWorld<P>,
     /// Publisher of `/obs`.
     pub observations: Publisher<Observation>,
 }
 
 /// A plant that a sensor can read.
-pub trait Observed: Send {
-    /// The reading of a perfect sensor at run time `now`.
-    fn observe(&self, now: Time) -> Observation;
+pub trait Observed: World {
+    /// The reading of a perfect sensor.
+    fn observe(&self) -> Observation;
 }
 
-impl Observed for SharedPlant {
-    fn observe(&self, _: Time) -> Observation {
-        self.lock().observe()
+impl Observed for Plant {
+    fn observe(&self) -> Observation {
+        Plant::observe(self)
     }
 }
 
-impl Observed for SharedWorld<FreePlant> {
-    fn observe(&self, now: Time) -> Observation {
-        self.at(now).observe()
+impl Observed for FreePlant {
+    fn observe(&self) -> Observation {
+        FreePlant::observe(self)
     }
 }
 
 impl<P: Observed> Node for Sensor<P> {
     fn tick(&mut self, now: Time) -> Tick {
-        let observation = self.plant.observe(now);
+        let observation = self.plant.at(now).observe();
         self.observations.publish(observation, now, None);
         GO_ON
     }
@@ -185,7 +185,7 @@ impl Node for Actuator {
         let sensed = command.and_then(|command| command.origin);
         let latency = sensed.map(|sensed| now.since(sensed));
         let (fall, step) = {
-            let mut plant = self.plant.lock();
+            let mut plant = self.plant.at(now);
             (plant.step(action), plant.result(action, latency))
         };
         self.steps.publish(step, now, sensed);

@@ -1,9 +1,9 @@
 //! The physics: a cart on a rail, a pole hinged to it, one motor.
 
-use std::{sync::Arc, time::Duration};
+use std::time::Duration;
 
-use ratelab::{Hz, Shared, Turn};
-use ratelab_study::system::StepMs;
+use ratelab::{Hz, Time};
+use ratelab_study::system::{SharedWorld, StepMs, World};
 
 use super::{
     body::{Body, PlantError},
@@ -121,18 +121,12 @@ pub fn mujoco_version() -> &'static str {
     mujoco_rs::mujoco_version()
 }
 
-/// The plant, shared by sensor and actuator.
-#[derive(Clone)]
-pub struct SharedPlant(Arc<Shared<Plant>>);
+impl World for Plant {
+    const NAME: &'static str = "the plant";
 
-impl SharedPlant {
-    /// Shares `plant`.
-    pub fn new(plant: Plant) -> Self {
-        Self(Arc::new(Shared::new("the plant", plant)))
-    }
-
-    /// Locks the plant until the guard is dropped.
-    pub fn lock(&self) -> Turn<'_, Plant> {
-        self.0.lock()
-    }
+    /// The actuator moves it, and nothing else.
+    fn advance_to(&mut self, _: Time) {}
 }
+
+/// The plant, shared by sensor and actuator.
+pub type SharedPlant = SharedWorld<Plant>;

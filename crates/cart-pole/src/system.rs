@@ -8,7 +8,8 @@ use ratelab_study::{
     experiment::Config,
     system::{
         About, AgeLimits, Alias, BuildError, Builder, Final, Group, KnobText, KnobTextError,
-        Picture, QuadraticCost, Setup, Signal, System, Verdict, VerdictKind, WORLD, WorldKind,
+        Picture, QuadraticCost, Setup, SharedWorld, Signal, System, Verdict, VerdictKind, WORLD,
+        WorldKind,
     },
 };
 
@@ -34,35 +35,22 @@ pub mod verdict {
     use ratelab_study::system::VerdictKind;
 
     /// The pole was up for the whole run.
-    pub const BALANCED: VerdictKind = VerdictKind {
-        name: "balanced",
-        lost: false,
-        text: "BALANCED (pole up the whole run)",
-    };
+    pub const BALANCED: VerdictKind =
+        VerdictKind::held("balanced", "BALANCED (pole up the whole run)");
     /// The run ended before the first step of the plant.
-    pub const NEVER_MOVED: VerdictKind = VerdictKind {
-        name: "never_moved",
-        lost: true,
-        text: "UNDECIDED (the plant never moved)",
-    };
+    pub const NEVER_MOVED: VerdictKind =
+        VerdictKind::lost("never_moved", "UNDECIDED (the plant never moved)");
     /// The pole was up when a command stopped the run.
-    pub const STOPPED: VerdictKind = VerdictKind {
-        name: "stopped",
-        lost: false,
-        text: "STOPPED at {at} (pole up so far)",
-    };
+    pub const STOPPED: VerdictKind =
+        VerdictKind::held("stopped", "STOPPED at {at} (pole up so far)");
     /// The pole tipped beyond its limit.
-    pub const POLE_FELL: VerdictKind = VerdictKind {
-        name: "pole_fell",
-        lost: true,
-        text: "FELL at {at} (pole beyond ±12°)",
-    };
+    pub const POLE_FELL: VerdictKind =
+        VerdictKind::lost("pole_fell", "FELL at {at} (pole beyond ±12°)");
     /// The cart left the rail with the pole still up.
-    pub const CART_LEFT_RAIL: VerdictKind = VerdictKind {
-        name: "cart_left_rail",
-        lost: true,
-        text: "LEFT THE RAIL at {at} (cart beyond ±2.4 m, pole still up)",
-    };
+    pub const CART_LEFT_RAIL: VerdictKind = VerdictKind::lost(
+        "cart_left_rail",
+        "LEFT THE RAIL at {at} (cart beyond ±2.4 m, pole still up)",
+    );
 }
 
 /// Makes the policy of a run.
@@ -207,7 +195,7 @@ impl Topics {
     fn robot<A: Node + 'static>(
         &self,
         builder: &mut Builder<'_>,
-        plant: impl Observed + Clone + 'static,
+        plant: SharedWorld<impl Observed>,
         policy: Box<dyn Policy>,
         mut actuator: impl FnMut(&mut Wiring<'_>, ActuatorInput) -> A + Send + 'static,
     ) -> Result<(), BuildError> {

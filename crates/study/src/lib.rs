@@ -5,7 +5,8 @@
 //! a hunt the search for one that fails. A [`graph_file`] is a system without a line of code.
 //!
 //! Stands on the core (`ratelab`), and knows no robot, terminal or recording. Begin with
-//! [`system::System`].
+//! [`system::System`]; a graph that a program of the library builds is one as it is, by
+//! [`system::LibraryGraph`].
 
 pub mod experiment;
 pub mod file;

@@ -101,10 +101,10 @@ impl Run {
         let none = || "-".to_owned();
         let seconds = self.summary.sim_time.as_secs_f64();
         let nodes = self.summary.nodes.iter();
-        for node in nodes.filter(|node| node.name != "world") {
+        for node in nodes.filter(|node| &*node.name != "world") {
             let takes = node.tick_time.mean_s();
             table.row([
-                node.name.clone(),
+                node.name.to_string(),
                 format!("{:.1} ticks", node.ticks as f64 / seconds),
                 none(),
                 takes.map_or_else(none, |takes| format!("{:.0} ms", takes * 1e3)),

@@ -70,7 +70,7 @@ pub fn run(
         reading_age: measured(readings.map(|readings| &readings.ages)),
         action_age: measured(actions.map(|actions| &actions.ages)),
         dropped: readings.map_or(0, |readings| readings.dropped),
-        steps: plant.lock().steps(),
+        steps: plant.at(Time::ZERO).steps(),
     })
 }
 

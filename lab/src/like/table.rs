@@ -84,7 +84,7 @@ pub fn json(like: &Like, model: &Summary) -> Value {
 
 fn figures(run: &Summary) -> Map<String, Value> {
     let overruns = run.nodes.iter();
-    let overruns = overruns.map(|node| (node.name.clone(), json!(node.overruns)));
+    let overruns = overruns.map(|node| (node.name.to_string(), json!(node.overruns)));
     object(json!({
         "cause_of_end": run.verdict.name(),
         "latency": latency(&run.latency),

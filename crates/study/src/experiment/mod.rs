@@ -39,7 +39,7 @@ use ratelab_account::{Observer, RecordedTopic, Rows, TapHandle};
 use ratelab_replay::RunLog;
 
 pub use config::Config;
-pub use summary::{MeanPushAge, NodeSummary, Summary, TopicSummary};
+pub use summary::{MeanPushAge, Summary, TopicSummary};
 pub use taps::Taps;
 
 use crate::system::{BuildError, Builder, MeanCost, RecordedTopics, System, verdict};

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use ratelab::{Event, Hz, Interrupt, Time, TimedKnob};
-use ratelab_account::{Distribution, NodeAccount, Observer, PushAge, Snapshot, TopicAccount};
+use ratelab::{Event, Interrupt, Time, TimedKnob};
+use ratelab_account::{Distribution, NodeAccount, Observer, Snapshot, TopicAccount};
 
 use super::Config;
 use crate::system::{System, Verdict};
@@ -35,7 +35,7 @@ pub struct Summary {
     /// The topics, in the order of their first connection.
     pub topics: Vec<TopicSummary>,
     /// The nodes, in the order of addition.
-    pub nodes: Vec<NodeSummary>,
+    pub nodes: Vec<NodeAccount>,
     /// Commands and ends of the run.
     pub events: Vec<Event>,
 }
@@ -61,28 +61,6 @@ pub struct TopicSummary {
     pub read: bool,
 }
 
-/// A node's timing in a run.
-#[derive(Clone, Debug)]
-pub struct NodeSummary {
-    /// Its name.
-    pub name: String,
-    /// Its rate at the end.
-    pub hz: Hz,
-    /// Number of ticks.
-    pub ticks: u64,
-    /// Periods skipped because it was still busy.
-    pub overruns: u64,
-    /// Lateness of its ticks; empty under the virtual clock unless a lateness is set.
-    pub lateness: Distribution,
-    /// Duration of its ticks: in run time where a duration is set, otherwise in wall
-    /// time, and empty where the virtual clock ran without pacing.
-    pub tick_time: Distribution,
-    /// Response time: from the due time to the end of a tick.
-    pub response: Distribution,
-    /// The mean age of its pushes; `None` without a push.
-    pub push_age: Option<MeanPushAge>,
-}
-
 /// The mean age of the push in force, over time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeanPushAge {
@@ -90,15 +68,6 @@ pub struct MeanPushAge {
     pub run_s: f64,
     /// In the last second of it (s).
     pub late_s: f64,
-}
-
-impl MeanPushAge {
-    fn of(age: &PushAge, end: Time) -> Option<Self> {
-        Some(Self {
-            run_s: age.saw()?.mean_s(end)?,
-            late_s: age.lately(end)?.mean_s,
-        })
-    }
 }
 
 impl Summary {
@@ -116,12 +85,18 @@ impl Summary {
 
     /// The mean age of the pushes of the run; `None` without a push.
     pub fn push_age(&self) -> Option<MeanPushAge> {
-        self.nodes.iter().find_map(|node| node.push_age)
+        let mut means = self.nodes.iter().filter_map(|node| {
+            Some(MeanPushAge {
+                run_s: node.push_age.saw()?.mean_s(self.sim_time)?,
+                late_s: node.push_age.lately(self.sim_time)?.mean_s,
+            })
+        });
+        means.next()
     }
 
     /// The node called `name`.
-    pub fn node(&self, name: &str) -> Option<&NodeSummary> {
-        self.nodes.iter().find(|node| node.name == name)
+    pub fn node(&self, name: &str) -> Option<&NodeAccount> {
+        self.nodes.iter().find(|node| *node.name == *name)
     }
 
     /// The topic called `name`; an empty one if there is none.
@@ -167,11 +142,7 @@ impl Summary {
             topics: topics
                 .map(|topic| TopicSummary::of(topic, self.sim_time))
                 .collect(),
-            nodes: snapshot
-                .nodes
-                .iter()
-                .map(|node| NodeSummary::of(node, snapshot.now))
-                .collect(),
+            nodes: snapshot.nodes,
             events: observer.events(0),
             ..self
         }
@@ -196,21 +167,6 @@ impl TopicSummary {
             in_flight: topic.in_flight(),
             per_second: topic.average(sim_time),
             read: !topic.readers.is_empty(),
-        }
-    }
-}
-
-impl NodeSummary {
-    fn of(node: &NodeAccount, now: Time) -> Self {
-        Self {
-            name: node.name.to_string(),
-            hz: node.hz,
-            ticks: node.ticks,
-            overruns: node.overruns,
-            lateness: node.lateness.clone(),
-            tick_time: node.tick_time.clone(),
-            response: node.response.clone(),
-            push_age: MeanPushAge::of(&node.push_age, now),
         }
     }
 }

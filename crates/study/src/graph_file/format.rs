@@ -1,6 +1,8 @@
 //! The keys of a graph file, for its parser, its schema and its manual.
 
-use ratelab::KnobKind;
+use ratelab::KnobKind::{self, Depth, Link, Offset, Rate, Read, Takes, Wakes};
+
+use Form::{Executor, Knob, Match, Milliseconds, Name, Nodes, Number, Path, Remap, Topics, Whole};
 
 /// A kind of section, such as `[node.NAME]`.
 #[derive(Clone, Copy, Debug)]
@@ -116,7 +118,7 @@ pub const SECTIONS: [FileSection; 6] = [
     FileSection {
         name: "",
         named: false,
-        keys: &[required("name", Form::Name, "Name of the graph")],
+        keys: &[required("name", Name, "Name of the graph")],
         one_of: &[],
         help: "The graph",
     },
@@ -124,58 +126,54 @@ pub const SECTIONS: [FileSection; 6] = [
         name: "node",
         named: true,
         keys: &[
-            optional("rate", Form::Knob(KnobKind::Rate), "Ticks per second (Hz)"),
+            optional("rate", Knob(Rate), "Ticks per second (Hz)"),
             optional(
                 "trigger",
-                Form::Topics,
+                Topics,
                 "The topics whose messages make it tick; it reads them too",
             ),
             optional(
                 "match",
-                Form::Match,
+                Match,
                 "What a tick needs of several triggers: each (the newest of each), \
                  exact:10 (equal times of sensing; 10 of them wait) or approximate:10 (the closest) [default: each]",
             ),
             optional(
                 "takes",
-                Form::Knob(KnobKind::Takes),
+                Knob(Takes),
                 "Duration of a tick (ms): 30, 60..110, lognormal:30,90; \"busy 30\" keeps a core busy",
             ),
-            optional(
-                "offset",
-                Form::Knob(KnobKind::Offset),
-                "Due time of the first tick (ms)",
-            ),
+            optional("offset", Knob(Offset), "Due time of the first tick (ms)"),
             optional(
                 "wakes",
-                Form::Knob(KnobKind::Wakes),
+                Knob(Wakes),
                 "Lateness of its ticks in virtual time (ms), as of takes",
             ),
             optional(
                 "reads",
-                Form::Topics,
+                Topics,
                 "Other topics that it reads at the beginning of a tick",
             ),
             optional(
                 "publishes",
-                Form::Topics,
+                Topics,
                 "The topics that get a message at the end of a tick",
             ),
             optional(
                 "priority",
-                Form::Whole(MOST_PRIORITY),
+                Whole(MOST_PRIORITY),
                 "Its place among nodes that are due together and in a fixed-priority executor, \
                  lowest first [default: its place in the file, from 0]",
             ),
             optional(
                 "group",
-                Form::Name,
+                Name,
                 "Its callback group in a single, multi or events executor: of its nodes one ticks \
                  at a time; reentrant excludes none [default: a group of its own]",
             ),
             optional(
                 "deadline_ms",
-                Form::Milliseconds,
+                Milliseconds,
                 "Its deadline in an edf executor, from the time when it is due (ms) [default: \
                  its period]",
             ),
@@ -189,12 +187,12 @@ pub const SECTIONS: [FileSection; 6] = [
         keys: &[
             required(
                 "kind",
-                Form::Executor,
+                Executor,
                 "single, multi:THREADS, events, fixed-priority:CORES, edf:CORES or let",
             ),
             optional(
                 "nodes",
-                Form::Nodes,
+                Nodes,
                 "Its nodes, in the order in which they register [default: all nodes of the file \
                  that are in no other executor]",
             ),
@@ -208,17 +206,17 @@ pub const SECTIONS: [FileSection; 6] = [
         keys: &[
             optional(
                 "depth",
-                Form::Knob(KnobKind::Depth),
+                Knob(Depth),
                 "Number of messages that it keeps [default: 1]",
             ),
             optional(
                 "link",
-                Form::Knob(KnobKind::Link),
+                Knob(Link),
                 "Way of a message to its readers: delay:30, delay:5..40, loss:0.1, in-order, ...",
             ),
             optional(
                 "read",
-                Form::Knob(KnobKind::Read),
+                Knob(Read),
                 "The message that is read: newest or oldest [default: newest]",
             ),
         ],
@@ -231,17 +229,17 @@ pub const SECTIONS: [FileSection; 6] = [
         keys: &[
             required(
                 "path",
-                Form::Path,
+                Path,
                 "The way of the data: node, topic, node, topic and so on",
             ),
             optional(
                 "age_ms",
-                Form::Milliseconds,
+                Milliseconds,
                 "Limit of the age of the data at the end of the path (ms)",
             ),
             optional(
                 "share",
-                Form::Number(1.0),
+                Number(1.0),
                 "Share of the time for which the limit holds [default: 1]",
             ),
         ],
@@ -252,10 +250,10 @@ pub const SECTIONS: [FileSection; 6] = [
         name: "system",
         named: false,
         keys: &[
-            required("name", Form::Name, "Name of the system, such as cart-pole"),
+            required("name", Name, "Name of the system, such as cart-pole"),
             optional(
                 "remap",
-                Form::Remap,
+                Remap,
                 "Topics of the system, each with the topic that is read in its place",
             ),
         ],

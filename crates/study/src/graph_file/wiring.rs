@@ -2,15 +2,16 @@
 
 use std::sync::Arc;
 
-use ratelab::{Shared, Topic};
-use ratelab_account::RecordedTopic;
+use ratelab::{Shared, Topic, Wiring};
 
 use super::{
     GraphSystem, NodeSpec,
     graph_node::{Beginning, ChainEnd, ChainEnds, GraphNode, NodeInput, Output},
     place::Placed,
 };
-use crate::system::{BuildError, Builder, CHAINS, ChainAges, Numbers, chain_fields, kept_list};
+use crate::system::{
+    BuildError, Builder, CHAINS, ChainAges, Numbers, RecordedTopics, chain_fields, kept_list,
+};
 
 /// What the nodes share: their topics, and the ages of the chains.
 struct GraphWires {
@@ -66,49 +67,27 @@ impl GraphSystem {
         let inputs = |topics: &[Placed]| {
             let topics = topics.iter();
             let topics = topics.filter_map(|topic| builder.recorded(&topic.text));
-            topics.collect::<Vec<Arc<dyn RecordedTopic>>>()
+            topics.collect()
         };
-        let (triggers, reads) = (inputs(&node.triggers), inputs(&node.reads));
-        let outputs = self.outputs(node, wires);
         let ends = self.chains.iter().enumerate();
         let ends = ends.filter(|(_, chain)| chain.last() == node.name);
         let ends = ends.map(|(at, chain)| (at, chain.name, self.beginning(node, at, None)));
-        let ends: Vec<_> = ends.collect();
-        let acts = self.middle.is_none() && ends.iter().any(|(chain, ..)| *chain == 0);
-        let (ages, chains) = (wires.ages.clone(), wires.chains.clone());
+        let alone = self.middle.is_none();
+        let plan = NodePlan {
+            triggers: inputs(&node.triggers),
+            reads: inputs(&node.reads),
+            outputs: self.outputs(node, wires),
+            ends: ends.collect(),
+            alone,
+            ages: wires.ages.clone(),
+            chains: wires.chains.clone(),
+        };
         // After the nodes of a system that are due at the same time.
-        let before = if self.middle.is_some() { 100 } else { 0 };
+        let before = if alone { 0 } else { 100 };
         let priority = before + node.priority.unwrap_or(index as u32);
-        builder.released_node(&node.name, node.release.clone(), priority, move |wiring| {
-            let mut inputs = Vec::new();
-            for topic in &triggers {
-                inputs.push(NodeInput::new(topic.trigger(wiring)));
-            }
-            for topic in &reads {
-                inputs.push(NodeInput::new(topic.reader(wiring)));
-            }
-            let mut published = Vec::new();
-            for (topic, chains) in &outputs {
-                let (publisher, chains) = (wiring.publisher(topic), chains.clone());
-                published.push(Output { publisher, chains });
-            }
-            let measured = ends.iter().map(|(number, name, beginning)| ChainEnd {
-                number: *number,
-                beginning: *beginning,
-                meter: wiring.meter(name),
-                begun: None,
-            });
-            let measured: Vec<_> = measured.collect();
-            GraphNode {
-                inputs,
-                outputs: published,
-                ends: (!measured.is_empty()).then(|| ChainEnds {
-                    chains: measured,
-                    ages: ages.clone(),
-                    publisher: wiring.publisher(&chains),
-                    push_age: acts.then(|| wiring.push_age()),
-                }),
-            }
+        let release = node.release.clone();
+        builder.released_node(&node.name, release, priority, move |wiring| {
+            plan.wire(wiring)
         })
     }
 
@@ -152,5 +131,58 @@ impl GraphSystem {
             input,
             place,
         })
+    }
+}
+
+/// A node before it gets its ends of topics.
+struct NodePlan {
+    triggers: RecordedTopics,
+    reads: RecordedTopics,
+    outputs: Vec<(Topic<Numbers>, Vec<Beginning>)>,
+    /// The chains that end here: number, name, and beginning of the data.
+    ends: Vec<(usize, &'static str, Beginning)>,
+    /// Whether there is no system in the middle, which measures what it does itself.
+    alone: bool,
+    ages: Arc<Shared<ChainAges>>,
+    chains: Topic<Numbers>,
+}
+
+impl NodePlan {
+    fn wire(&self, wiring: &mut Wiring<'_>) -> GraphNode {
+        let mut inputs = Vec::new();
+        for topic in &self.triggers {
+            inputs.push(NodeInput::new(topic.trigger(wiring)));
+        }
+        for topic in &self.reads {
+            inputs.push(NodeInput::new(topic.reader(wiring)));
+        }
+        let mut outputs = Vec::new();
+        for (topic, chains) in &self.outputs {
+            let (publisher, chains) = (wiring.publisher(topic), chains.clone());
+            outputs.push(Output { publisher, chains });
+        }
+        let ends = (!self.ends.is_empty()).then(|| self.ends(wiring));
+        GraphNode {
+            inputs,
+            outputs,
+            ends,
+        }
+    }
+
+    fn ends(&self, wiring: &mut Wiring<'_>) -> ChainEnds {
+        let ends = self.ends.iter().map(|(number, name, beginning)| ChainEnd {
+            number: *number,
+            beginning: *beginning,
+            meter: wiring.meter(name),
+            begun: None,
+        });
+        let chains: Vec<_> = ends.collect();
+        let acts = self.alone && chains.iter().any(|chain| chain.number == 0);
+        ChainEnds {
+            chains,
+            ages: self.ages.clone(),
+            publisher: wiring.publisher(&self.chains),
+            push_age: acts.then(|| wiring.push_age()),
+        }
     }
 }

@@ -17,23 +17,23 @@ pub struct VerdictKind {
 
 impl VerdictKind {
     /// The run reached its end.
-    pub const COMPLETED: Self = Self {
-        name: "completed",
-        lost: false,
-        text: "COMPLETED at {at}",
-    };
+    pub const COMPLETED: Self = Self::held("completed", "COMPLETED at {at}");
     /// A command stopped the run.
-    pub const STOPPED: Self = Self {
-        name: "stopped",
-        lost: false,
-        text: "STOPPED at {at}",
-    };
+    pub const STOPPED: Self = Self::held("stopped", "STOPPED at {at}");
     /// A node ended the run.
-    pub const ENDED: Self = Self {
-        name: "ended",
-        lost: false,
-        text: "ENDED at {at} (by a node)",
-    };
+    pub const ENDED: Self = Self::held("ended", "ENDED at {at} (by a node)");
+
+    /// A kind of runs that are not lost.
+    pub const fn held(name: &'static str, text: &'static str) -> Self {
+        let lost = false;
+        Self { name, lost, text }
+    }
+
+    /// A kind of runs that are lost.
+    pub const fn lost(name: &'static str, text: &'static str) -> Self {
+        let lost = true;
+        Self { name, lost, text }
+    }
 
     /// The kinds that depend only on the reason for the end of a run.
     pub(crate) const OF_EXITS: &'static [&'static Self] =

@@ -104,6 +104,9 @@ pub enum WorldError {
 
 /// A plant that moves by itself, up to a given run time.
 pub trait World: Send + 'static {
+    /// Its name in errors.
+    const NAME: &'static str = "the world";
+
     /// Advances the plant to run time `now`. Does nothing for a time that has passed.
     fn advance_to(&mut self, now: Time);
 }
@@ -115,7 +118,7 @@ pub struct SharedWorld<W>(Arc<Shared<W>>);
 impl<W: World> SharedWorld<W> {
     /// Shares `world`.
     pub fn new(world: W) -> Self {
-        Self(Arc::new(Shared::new("the world", world)))
+        Self(Arc::new(Shared::new(W::NAME, world)))
     }
 
     /// Advances the world to run time `now` and locks it until the guard is dropped.

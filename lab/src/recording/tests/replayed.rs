@@ -138,7 +138,7 @@ fn a_replay_in_the_own_world_measures_what_the_run_measured() {
         assert!(summary.latency.count() > 10, "{setup}");
         let measured = |summary: &Summary| {
             let latency = &summary.latency;
-            let age = summary.nodes[3].push_age.expect("pushes");
+            let age = summary.push_age().expect("pushes");
             (latency.count(), latency.sum(), age)
         };
         assert_eq!(measured(&replayed), measured(&summary), "{setup}");

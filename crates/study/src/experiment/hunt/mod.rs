@@ -255,8 +255,8 @@ impl Hunt {
 }
 
 impl HuntError {
-    fn target<'n>(name: &str, why: &'static str, known: impl Iterator<Item = &'n String>) -> Self {
-        let known: Vec<&str> = known.map(String::as_str).collect();
+    fn target<'n>(name: &str, why: &'static str, known: impl Iterator<Item = &'n str>) -> Self {
+        let known: Vec<&str> = known.collect();
         let (name, known) = (name.to_owned(), known.join(", "));
         Self::Target { name, why, known }
     }

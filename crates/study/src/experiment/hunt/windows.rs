@@ -60,11 +60,11 @@ impl Windows {
                 false => "no node reads such a topic",
             };
             let read = usual.topics.iter().filter(|topic| topic.read);
-            let read = read.map(|topic| &topic.name);
+            let read = read.map(|topic| &*topic.name);
             return Err(HuntError::target(&budget.topic, why, read));
         }
         let node = budget.hang.as_ref().map(|(name, _)| {
-            let nodes = usual.nodes.iter().map(|node| &node.name);
+            let nodes = usual.nodes.iter().map(|node| &*node.name);
             let unknown = || HuntError::target(name, "there is no such node", nodes);
             usual.node(name).ok_or_else(unknown)
         });

@@ -43,14 +43,11 @@ pub trait Quantity: Copy {
     /// Units in a step of one.
     const ONE: i128;
 
-    /// Parses a value.
+    /// Parses a value, in units.
     ///
     /// # Errors
     /// A message with the invalid text and the expected form.
-    fn read(text: &str) -> Result<Self, String>;
-
-    /// The value in units.
-    fn units(self) -> i128;
+    fn read(text: &str) -> Result<i128, String>;
 
     /// The value of so many units, which lie between those of two values.
     fn of_units(units: i128) -> Self;
@@ -59,12 +56,10 @@ pub trait Quantity: Copy {
 impl Quantity for Hz {
     const ONE: i128 = 1_000_000;
 
-    fn read(text: &str) -> Result<Self, String> {
-        text.parse().map_err(|error| format!("{error}"))
-    }
-
-    fn units(self) -> i128 {
-        self.as_micro().into()
+    fn read(text: &str) -> Result<i128, String> {
+        let hz: Result<Self, _> = text.parse();
+        hz.map(|hz| hz.as_micro().into())
+            .map_err(|error| error.to_string())
     }
 
     fn of_units(units: i128) -> Self {
@@ -75,12 +70,11 @@ impl Quantity for Hz {
 impl Quantity for Depth {
     const ONE: i128 = 1;
 
-    fn read(text: &str) -> Result<Self, String> {
-        text.parse().map_err(|error| format!("{error}"))
-    }
-
-    fn units(self) -> i128 {
-        self.get() as i128
+    fn read(text: &str) -> Result<i128, String> {
+        let depth: Result<Self, _> = text.parse();
+        depth
+            .map(|depth| depth.get() as i128)
+            .map_err(|error| error.to_string())
     }
 
     fn of_units(units: i128) -> Self {
@@ -92,13 +86,10 @@ impl Quantity for Depth {
 impl Quantity for u64 {
     const ONE: i128 = 1;
 
-    fn read(text: &str) -> Result<Self, String> {
-        let seed = text.trim().parse();
-        seed.map_err(|_| format!("{text:?} is not a seed: expected a whole number from 0"))
-    }
-
-    fn units(self) -> i128 {
-        self.into()
+    fn read(text: &str) -> Result<i128, String> {
+        let seed: Result<Self, _> = text.trim().parse();
+        let expected = || format!("{text:?} is not a seed: expected a whole number from 0");
+        seed.map(i128::from).map_err(|_| expected())
     }
 
     fn of_units(units: i128) -> Self {
@@ -114,15 +105,11 @@ pub struct Decimal(i64);
 impl Quantity for Decimal {
     const ONE: i128 = 1_000_000_000;
 
-    fn read(text: &str) -> Result<Self, String> {
-        let known = decimal(text.trim());
-        known.ok_or_else(|| {
+    fn read(text: &str) -> Result<i128, String> {
+        let units = decimal(text.trim()).map(i128::from);
+        units.ok_or_else(|| {
             format!("{text:?} is not a number: expected one such as 12, 0.25 or -3, to 9 places")
         })
-    }
-
-    fn units(self) -> i128 {
-        self.0.into()
     }
 
     fn of_units(units: i128) -> Self {
@@ -130,7 +117,8 @@ impl Quantity for Decimal {
     }
 }
 
-fn decimal(text: &str) -> Option<Decimal> {
+/// The units of a number.
+fn decimal(text: &str) -> Option<i64> {
     let digits = text.strip_prefix('-').unwrap_or(text);
     let (whole, places) = digits.split_once('.').unwrap_or((digits, "0"));
     let written = [whole, places].iter().all(|part| {
@@ -141,10 +129,7 @@ fn decimal(text: &str) -> Option<Decimal> {
         return None;
     }
     let sign = if digits == text { "" } else { "-" };
-    format!("{sign}{whole}{places:0<9}")
-        .parse()
-        .ok()
-        .map(Decimal)
+    format!("{sign}{whole}{places:0<9}").parse().ok()
 }
 
 impl fmt::Display for Decimal {
@@ -204,7 +189,7 @@ impl<T: Quantity> FromStr for Axis<T> {
 
 /// The values of one part of a list, in units.
 fn units_of<T: Quantity>(part: &str) -> Result<impl Iterator<Item = i128> + use<T>, AxisError> {
-    let read = |text| T::read(text).map(T::units).map_err(AxisError::Value);
+    let read = |text| T::read(text).map_err(AxisError::Value);
     let (first, last, step) = match part.split_once("..") {
         None => (read(part)?, read(part)?, T::ONE),
         Some((first, rest)) => match rest.split_once(':') {
