@@ -56,34 +56,32 @@ impl Recording {
             let what = EventKind::Ended { node };
             Event { at, what }
         });
-        let [states, chains] = [system.state(), system.chains()].map(|name| {
-            let mut names = topology.topics.iter().map(|topic| topic.name.as_str());
-            topics.get(names.position(|topic| Some(topic) == name)?)
-        });
-        let end = end(&**system, &run.exit, until, [states, chains]);
-        let steps = states.map_or(0, Rows::len) as u64;
-        let dropped = |rows: &Rows| rows.last().map_or(0, |(head, _)| head.dropped);
-        let outcome = RecordingEnd {
-            at: until,
-            clock: ClockKind::Virtual,
-            end: RunStatus::Ended(RunResult::of(&**system, &end, steps)),
-            messages: topics.iter().map(|rows| rows.len() as u64).collect(),
-            ticks: ticks.iter().map(|ticks| ticks.len() as u64).collect(),
-            lost: 0,
-            dropped: Some(topics.iter().map(dropped).collect()),
-            threads: None,
-            digest: None,
-        };
         let origin = Origin::new(&**system, run.config, topology);
-        Ok(Self {
+        let mut recording = Self {
             path: PathBuf::from(NAME),
             topics,
             ticks,
             events: events.collect(),
             until,
-            outcome: Some(outcome),
             ..Self::empty(origin)
-        })
+        };
+        let rows = [system.state(), system.chains()].map(|name| recording.rows(name?));
+        let end = end(&**system, &run.exit, until, rows);
+        let steps = rows[0].map_or(0, Rows::len) as u64;
+        let dropped = |rows: &Rows| rows.last().map_or(0, |(head, _)| head.dropped);
+        let [messages, ticks] = recording.counts();
+        recording.outcome = Some(RecordingEnd {
+            at: until,
+            clock: ClockKind::Virtual,
+            end: RunStatus::Ended(RunResult::of(&**system, &end, steps)),
+            messages,
+            ticks,
+            lost: 0,
+            dropped: Some(recording.topics.iter().map(dropped).collect()),
+            threads: None,
+            digest: None,
+        });
+        Ok(recording)
     }
 }
 
