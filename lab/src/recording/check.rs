@@ -106,10 +106,7 @@ impl Recording {
 
     /// Whether items counted in `outcome` are missing, or differ from it.
     fn lacks_some(&self, outcome: &RecordingEnd) -> bool {
-        let messages = self.topics.iter().map(|topic| topic.len() as u64);
-        let ticks = self.ticks.iter().map(|ticks| ticks.len() as u64);
-        !messages.eq(outcome.messages.iter().copied())
-            || !ticks.eq(outcome.ticks.iter().copied())
+        self.counts() != [outcome.messages.clone(), outcome.ticks.clone()]
             || !self.may_have_lost(outcome)
     }
 

@@ -66,26 +66,41 @@ impl<'a> Chunks<'a> {
         self.rest.len()
     }
 
+    /// The next chunk; `None` at the end of the file.
+    fn chunk(&mut self) -> Result<Option<Chunk>, &'static str> {
+        loop {
+            let (kind, content) = self.message()?;
+            match kind {
+                MessageKind::End if self.rest.len() > StreamFooter::ENCODED_SIZE_BYTES => {
+                    return Err(MORE);
+                }
+                MessageKind::End => return Ok(None),
+                MessageKind::SetStoreInfo => {
+                    let application = quietly(|| application(content));
+                    self.application = application.or(self.application.take());
+                }
+                MessageKind::BlueprintActivationCommand => {}
+                MessageKind::ArrowMsg => {
+                    let chunk = quietly(|| chunk(content)).map(Some);
+                    return chunk.ok_or("it holds a message that cannot be read");
+                }
+            }
+        }
+    }
+
     /// The kind and content of the next message.
-    fn message(&mut self) -> Option<(MessageKind, &'a [u8])> {
-        let Some((header, rest)) = self
+    fn message(&mut self) -> Result<(MessageKind, &'a [u8]), &'static str> {
+        let header = self
             .rest
-            .split_at_checked(MessageHeader::ENCODED_SIZE_BYTES)
-        else {
-            self.damage = Some("it ends too early");
-            return None;
-        };
-        let Ok(header) = MessageHeader::from_rrd_bytes(header) else {
-            self.damage = Some("it holds what is no message");
-            return None;
-        };
+            .split_at_checked(MessageHeader::ENCODED_SIZE_BYTES);
+        let (header, rest) = header.ok_or("it ends too early")?;
+        let header = MessageHeader::from_rrd_bytes(header);
+        let header = header.map_err(|_| "it holds what is no message")?;
         let length = usize::try_from(header.len).ok();
-        let Some((content, rest)) = length.and_then(|length| rest.split_at_checked(length)) else {
-            self.damage = Some("it ends within a message");
-            return None;
-        };
+        let content = length.and_then(|length| rest.split_at_checked(length));
+        let (content, rest) = content.ok_or("it ends within a message")?;
         self.rest = rest;
-        Some((header.kind, content))
+        Ok((header.kind, content))
     }
 }
 
@@ -93,27 +108,12 @@ impl Iterator for Chunks<'_> {
     type Item = Chunk;
 
     fn next(&mut self) -> Option<Chunk> {
-        while self.damage.is_none() {
-            let (kind, content) = self.message()?;
-            match kind {
-                MessageKind::End => {
-                    if self.rest.len() > StreamFooter::ENCODED_SIZE_BYTES {
-                        self.damage = Some(MORE);
-                    }
-                    return None;
-                }
-                MessageKind::SetStoreInfo => {
-                    let application = quietly(|| application(content));
-                    self.application = application.or(self.application.take());
-                }
-                MessageKind::BlueprintActivationCommand => {}
-                MessageKind::ArrowMsg => match quietly(|| chunk(content)) {
-                    Some(chunk) => return Some(chunk),
-                    None => self.damage = Some("it holds a message that cannot be read"),
-                },
-            }
+        if self.damage.is_some() {
+            return None;
         }
-        None
+        let chunk = self.chunk();
+        self.damage = chunk.as_ref().err().copied();
+        chunk.ok().flatten()
     }
 }
 
@@ -153,38 +153,31 @@ fn unpack(packed: &[u8], size: u64) -> Option<Vec<u8>> {
     (length == unpacked.len()).then_some(unpacked)
 }
 
-/// Whether every length trusted by Arrow's reader fits into `stream`: each message is a
-/// marker, the length of its description, the description, and a body of the length
-/// stated there.
+/// Whether every length trusted by Arrow's reader fits into `stream`.
 fn lengths_fit(mut stream: &[u8]) -> bool {
-    let word = |stream: &[u8]| Some(u32::from_le_bytes(*stream.first_chunk()?));
-    while let Some(marker) = word(stream) {
-        let Some(length) = stream.get(4..).and_then(word) else {
-            return false;
-        };
-        if marker != CONTINUATION {
-            return false;
+    while stream.len() >= size_of::<u32>() {
+        match behind_message(stream) {
+            Some(rest) => stream = rest,
+            None => return false,
         }
-        if length == 0 {
-            return true; // The end of the stream.
-        }
-        let Some(body) = body_length(&stream[8..], length as usize) else {
-            return false;
-        };
-        let Some(rest) = stream[8..]
-            .get(length as usize..)
-            .and_then(|s| s.get(body..))
-        else {
-            return false;
-        };
-        stream = rest;
     }
     true
 }
 
-fn body_length(stream: &[u8], description: usize) -> Option<usize> {
-    let message = root_as_message(stream.get(..description)?).ok()?;
-    usize::try_from(message.bodyLength()).ok()
+/// What is behind the first Arrow message of `stream`: a marker, the length of its description,
+/// the description, and a body of the length stated there. Nothing is behind the end of the
+/// stream.
+fn behind_message(stream: &[u8]) -> Option<&[u8]> {
+    let (marker, rest) = stream.split_first_chunk()?;
+    let (length, rest) = rest.split_first_chunk()?;
+    let length = match (u32::from_le_bytes(*marker), u32::from_le_bytes(*length)) {
+        (CONTINUATION, 0) => return Some(&[]),
+        (CONTINUATION, length) => length as usize,
+        _ => return None,
+    };
+    let (description, rest) = rest.split_at_checked(length)?;
+    let body = root_as_message(description).ok()?.bodyLength();
+    rest.get(usize::try_from(body).ok()?..)
 }
 
 /// The result of `read`; `None` also after a panic, without printing it: some of Arrow's

@@ -56,38 +56,36 @@ impl Recording {
             let what = EventKind::Ended { node };
             Event { at, what }
         });
-        let [states, chains] = [system.state(), system.chains()].map(|name| {
-            let mut names = topology.topics.iter().map(|topic| topic.name.as_str());
-            topics.get(names.position(|topic| Some(topic) == name)?)
-        });
-        let newest = [states, chains].map(|rows| rows.and_then(Rows::last).map(|(_, row)| row));
-        let verdict = verdict(&**system, &run.exit, until, newest);
-        let summary = Summary {
-            steps: states.map_or(0, Rows::len) as u64,
-            state: newest[0].map_or_else(Vec::new, <[f64]>::to_vec),
-            ..Summary::of(&run.config, verdict)
-        };
-        let dropped = |rows: &Rows| rows.last().map_or(0, |(head, _)| head.dropped);
-        let outcome = RecordingEnd {
-            at: until,
-            clock: ClockKind::Virtual,
-            end: RunStatus::Ended(RunResult::new(&**system, &summary)),
-            messages: topics.iter().map(|rows| rows.len() as u64).collect(),
-            ticks: ticks.iter().map(|ticks| ticks.len() as u64).collect(),
-            lost: 0,
-            dropped: Some(topics.iter().map(dropped).collect()),
-            threads: None,
-            digest: None,
-        };
         let origin = Origin::new(&**system, run.config, topology);
-        Ok(Self {
+        let mut recording = Self {
             path: PathBuf::from(NAME),
             topics,
             ticks,
             events: events.collect(),
             until,
-            outcome: Some(outcome),
             ..Self::empty(origin)
-        })
+        };
+        let rows = [system.state(), system.chains()].map(|name| recording.rows(name?));
+        let newest = rows.map(|rows| rows.and_then(Rows::last).map(|(_, row)| row));
+        let verdict = verdict(&**system, &run.exit, until, newest);
+        let summary = Summary {
+            steps: rows[0].map_or(0, Rows::len) as u64,
+            state: newest[0].map_or_else(Vec::new, <[f64]>::to_vec),
+            ..Summary::of(&recording.origin.config, verdict)
+        };
+        let dropped = |rows: &Rows| rows.last().map_or(0, |(head, _)| head.dropped);
+        let [messages, ticks] = recording.counts();
+        recording.outcome = Some(RecordingEnd {
+            at: until,
+            clock: ClockKind::Virtual,
+            end: RunStatus::Ended(RunResult::new(&**system, &summary)),
+            messages,
+            ticks,
+            lost: 0,
+            dropped: Some(recording.topics.iter().map(dropped).collect()),
+            threads: None,
+            digest: None,
+        });
+        Ok(recording)
     }
 }

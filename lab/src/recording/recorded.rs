@@ -11,7 +11,7 @@ use ratelab_study::{
 };
 
 use super::{
-    schema::{Origin, RecordingEnd},
+    schema::{Origin, RecordingEnd, RunStatus},
     series::Series,
     source::{Source, StopReason},
     thread_log::ThreadLog,
@@ -113,6 +113,13 @@ impl Recording {
         }
     }
 
+    /// Number of messages of each topic, and of ticks of each node.
+    pub(super) fn counts(&self) -> [Vec<u64>; 2] {
+        let messages = self.topics.iter().map(|rows| rows.len() as u64);
+        let ticks = self.ticks.iter().map(|ticks| ticks.len() as u64);
+        [messages.collect(), ticks.collect()]
+    }
+
     /// Run time of the last message or tick.
     pub(super) fn last_row(&self) -> Time {
         let messages = self.topics.iter().map(Series::newest);
@@ -138,9 +145,19 @@ impl Recording {
 
     /// The messages of the topic called `name`, as numbers.
     pub fn rows(&self, name: &str) -> Option<&Rows> {
+        self.topics.get(self.topic(name)?)
+    }
+
+    /// Index of the topic called `name`.
+    pub(super) fn topic(&self, name: &str) -> Option<usize> {
         let mut topics = self.origin.topology.topics.iter();
-        self.topics
-            .get(topics.position(|topic| topic.name == name)?)
+        topics.position(|topic| topic.name == name)
+    }
+
+    /// Its end, if it goes on to the end of the run.
+    pub(super) fn end_of_run(&self) -> Option<&RecordingEnd> {
+        let outcome = self.outcome.as_ref();
+        outcome.filter(|outcome| outcome.end != RunStatus::WentOn)
     }
 
     /// Whether it is a recording of `system`.

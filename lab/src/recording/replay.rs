@@ -57,10 +57,7 @@ impl Replay {
         let system = recording.system(system);
         let topology = &recording.origin.topology;
         let (topics, nodes) = (&topology.topics, &topology.nodes);
-        let [state, chains] = [system.state(), system.chains()].map(|name| {
-            let mut topics = topics.iter();
-            topics.position(|topic| Some(&*topic.name) == name)
-        });
+        let [state, chains] = [system.state(), system.chains()].map(|name| recording.topic(name?));
         let latency = system.latency();
         let latency = latency.and_then(|(node, _)| nodes.iter().position(|n| n.name == node));
         Self {
@@ -99,18 +96,14 @@ impl Replay {
 
     /// Run time of the first item.
     pub fn begins(&self) -> Time {
-        let first = self
-            .order
-            .iter()
-            .find(|(_, item)| !matches!(item, ReplayItem::Event(_)));
+        let mut items = self.order.iter();
+        let first = items.find(|(_, item)| !matches!(item, ReplayItem::Event(_)));
         first.map_or(Time::ZERO, |(at, _)| *at)
     }
 
     /// Whether everything is replayed, and the run had ended.
     pub fn is_over(&self) -> bool {
-        let ended = self.recording.outcome.as_ref();
-        let ended = ended.is_some_and(|outcome| outcome.end != RunStatus::WentOn);
-        ended && self.done == self.order.len()
+        self.recording.end_of_run().is_some() && self.done == self.order.len()
     }
 
     /// Run time of the next item.
@@ -168,8 +161,7 @@ impl Replay {
 
     /// The messages of the topic called `name` replayed since the last call.
     pub fn new_rows(&mut self, name: &str) -> Rows {
-        let mut topics = self.recording.origin.topology.topics.iter();
-        let Some(topic) = topics.position(|topic| topic.name == name) else {
+        let Some(topic) = self.recording.topic(name) else {
             return Rows::default();
         };
         let rows = &self.recording.topics[topic];

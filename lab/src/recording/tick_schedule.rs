@@ -97,11 +97,11 @@ fn is_timed(knob: &Knob) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use ratelab::{Event, EventKind, Knob, NodeTopology, Time};
+    use ratelab::{NodeTopology, Time};
     use ratelab_study::system::Setup;
 
     use super::TickSchedule;
-    use crate::recording::tests::{hz, ms};
+    use crate::recording::tests::{hz, ms, turned_rate};
 
     /// 50 Hz, then 10 Hz from 0.5 s on.
     fn schedule() -> TickSchedule {
@@ -120,15 +120,8 @@ mod tests {
             executor_index: None,
             group: None,
         };
-        let what = EventKind::Applied {
-            command: Knob::Rate {
-                node: "policy".to_owned(),
-                hz: hz(10.0),
-            }
-            .into(),
-            was: None,
-        };
-        TickSchedule::new(&node, setup, &[Event { at: ms(500), what }])
+        let event = turned_rate(ms(500), "policy", 10.0);
+        TickSchedule::new(&node, setup, &[event])
     }
 
     #[test]

@@ -23,7 +23,6 @@ pub struct GraphScene {
     vertices: Vec<Vertex>,
     /// Who leads to whom, as indices of vertices.
     edges: Vec<(usize, usize)>,
-    nodes: usize,
 }
 
 /// A node or a topic.
@@ -31,65 +30,42 @@ struct Vertex {
     name: String,
     /// Rate or depth.
     setting: String,
+    colour: Color,
     place: [f32; 2],
 }
 
 impl GraphScene {
-    /// The graph as it is at the beginning.
+    /// The graph as it is at the beginning: every vertex right of those that lead to it, the
+    /// first of a column on top.
     pub fn new(snapshot: &Snapshot) -> Self {
-        let vertex = |name: &str, setting: String| Vertex {
-            name: name.to_owned(),
-            setting,
-            place: [0.0; 2],
-        };
-        let nodes = snapshot.nodes.iter();
-        let nodes = nodes.map(|node| vertex(&node.name, node.hz.to_string()));
-        let topics = snapshot.topics.iter();
-        let topics = topics.map(|topic| vertex(&topic.name, depth(topic.depth.get())));
-        let first = snapshot.nodes.len();
-        let mut edges = Vec::new();
-        for (index, topic) in snapshot.topics.iter().enumerate() {
+        let (first, mut edges) = (snapshot.nodes.len(), Vec::new());
+        for (topic, index) in snapshot.topics.iter().zip(first..) {
             let readers = topic.readers.iter().map(|reader| reader.node);
-            edges.extend(topic.publishers.iter().map(|&node| (node, first + index)));
-            edges.extend(readers.map(|node| (first + index, node)));
+            edges.extend(topic.publishers.iter().map(|&node| (node, index)));
+            edges.extend(readers.map(|node| (index, node)));
         }
-        let mut graph = Self {
-            vertices: nodes.chain(topics).collect(),
-            edges,
-            nodes: first,
-        };
-        graph.place();
-        graph
-    }
-
-    /// Every vertex right of those that lead to it, the first of a column on top.
-    fn place(&mut self) {
-        let columns = self.columns();
-        let mut taken = vec![0; self.vertices.len() + 1];
-        for (index, vertex) in self.vertices.iter_mut().enumerate() {
-            let column = columns[index];
-            let below = if index < self.nodes {
-                0.0
-            } else {
-                TOPICS_BELOW
-            };
-            vertex.place = [COLUMN * column as f32, ROW * taken[column] as f32 + below];
-            taken[column] += 1;
-        }
-    }
-
-    /// The column of each vertex: the longest way to it, loops aside.
-    fn columns(&self) -> Vec<usize> {
-        let mut columns = vec![0; self.vertices.len()];
-        for _ in 0..self.vertices.len() {
-            for &(from, to) in &self.edges {
-                let right = columns[from] + 1;
-                if right > columns[to] && right < self.vertices.len() {
-                    columns[to] = right;
-                }
+        let nodes = snapshot.nodes.iter();
+        let nodes = nodes.map(|node| (&node.name, node.hz.to_string(), BLUE, 0.0));
+        let topics = snapshot.topics.iter();
+        let topics =
+            topics.map(|topic| (&topic.name, depth(topic.depth.get()), ORANGE, TOPICS_BELOW));
+        let columns = columns(&edges, first + snapshot.topics.len());
+        let mut rows = vec![0.0; columns.len()];
+        let vertices = nodes.chain(topics).zip(columns);
+        let vertices = vertices.map(|((name, setting, colour, below), column)| {
+            let place = [COLUMN * column as f32, ROW * rows[column] + below];
+            rows[column] += 1.0;
+            Vertex {
+                name: name.to_string(),
+                setting,
+                colour,
+                place,
             }
+        });
+        Self {
+            vertices: vertices.collect(),
+            edges,
         }
-        columns
     }
 
     /// Logs the graph at the beginning.
@@ -100,9 +76,8 @@ impl GraphScene {
         };
         let edges = GraphEdges::new(self.edges.iter().map(names));
         let edges = edges.with_directed_edges();
-        let colours = (0..self.vertices.len()).map(|vertex| self.colour(vertex));
         let nodes = GraphNodes::new(self.vertices.iter().map(|vertex| vertex.name.as_str()))
-            .with_colors(colours)
+            .with_colors(self.vertices.iter().map(|vertex| vertex.colour))
             .with_positions(self.vertices.iter().map(|vertex| vertex.place))
             .with_show_labels(true);
         stream
@@ -129,11 +104,9 @@ impl GraphScene {
             Some(Command::Set(Knob::Depth { topic, depth: deep })) => (topic, depth(deep.get())),
             _ => return false,
         };
-        let vertex = self.vertices.iter_mut().find(|vertex| vertex.name == *name);
-        vertex.is_some_and(|vertex| {
-            vertex.setting = setting;
-            true
-        })
+        let mut vertices = self.vertices.iter_mut();
+        let vertex = vertices.find(|vertex| vertex.name == *name);
+        vertex.map(|vertex| vertex.setting = setting).is_some()
     }
 
     /// The labels of the vertices now.
@@ -148,10 +121,20 @@ impl GraphScene {
         let labels = GraphNodes::update_fields().with_labels(labels);
         stream.send(GRAPH, times, labels.columns(rows)?)
     }
+}
 
-    fn colour(&self, vertex: usize) -> Color {
-        if vertex < self.nodes { BLUE } else { ORANGE }
+/// The column of each of `count` vertices: the longest way to it, loops aside.
+fn columns(edges: &[(usize, usize)], count: usize) -> Vec<usize> {
+    let mut columns = vec![0; count];
+    for _ in 0..count {
+        for &(from, to) in edges {
+            let right = columns[from] + 1;
+            if right > columns[to] && right < count {
+                columns[to] = right;
+            }
+        }
     }
+    columns
 }
 
 fn depth(depth: usize) -> String {

@@ -123,30 +123,16 @@ impl PeriodInForce {
 mod tests {
     use std::time::Duration;
 
-    use ratelab::{Event, EventKind, Knob, Time};
-
     use super::PeriodInForce;
-    use crate::recording::tests::{hz, ms};
-
-    fn turned(at: Time, node: &str, rate: f64) -> Event {
-        let knob = Knob::Rate {
-            node: node.to_owned(),
-            hz: hz(rate),
-        };
-        let what = EventKind::Applied {
-            command: knob.into(),
-            was: None,
-        };
-        Event { at, what }
-    }
+    use crate::recording::tests::{ms, turned_rate};
 
     #[test]
     fn the_period_steps_with_the_first_tick_that_is_due_then() {
         let mut period = PeriodInForce::new("pilot", Duration::from_millis(20));
         period.learn(&[
-            turned(ms(20), "drone", 100.0),
-            turned(ms(40), "pilot", 10.0),
-            turned(ms(45), "pilot", 5.0),
+            turned_rate(ms(20), "drone", 100.0),
+            turned_rate(ms(40), "pilot", 10.0),
+            turned_rate(ms(45), "pilot", 5.0),
         ]);
         let seen = [0, 20, 40, 60, 80].map(|at| period.at(ms(at)).as_millis());
         assert_eq!(seen, [20, 20, 100, 200, 200]);

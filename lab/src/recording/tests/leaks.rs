@@ -12,14 +12,14 @@ use std::{
     time::Instant,
 };
 
-use ratelab::{ClockKind, Command, GO_ON, Shared, Speed, Time};
+use ratelab::{Command, GO_ON, Shared, Time};
 use ratelab_account::fields;
 use ratelab_study::{
-    experiment::{Config, Experiment},
+    experiment::Experiment,
     system::{BuildError, Builder, System},
 };
 
-use super::{assert_has, file, finish, folder, ms, read, verify_with};
+use super::{assert_has, file, finish, folder, ms, read, real, verify_with};
 use crate::recording::{FinishedRecording, Recorder, Source};
 
 /// A number.
@@ -103,13 +103,7 @@ fn notices_of(name: &str) -> usize {
 
 /// Records a run of `system`; `meanwhile` sees it tick.
 fn record(system: &Arc<dyn System>, path: &Path, meanwhile: impl FnOnce()) -> FinishedRecording {
-    let config = Config {
-        clock: ClockKind::Real,
-        speed: Speed::REAL_TIME,
-        end: Time::MAX,
-        ..Config::default()
-    };
-    let experiment = Experiment::new(system.clone(), &config).expect("experiment");
+    let experiment = Experiment::new(system.clone(), &real(Time::MAX)).expect("experiment");
     let source = Source {
         notice: |text| NOTICES.lock().expect("open").push(text.to_owned()),
         ..Source::of(&experiment)

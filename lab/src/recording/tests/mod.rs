@@ -19,7 +19,7 @@ use std::{
     sync::Arc,
 };
 
-use ratelab::{Fault, Hz, Speed, Time};
+use ratelab::{ClockKind, Event, EventKind, Fault, Hz, Knob, Speed, Time};
 use ratelab_account::Snapshot;
 use ratelab_cart_pole::{CartPole, policy::PolicyKind};
 use ratelab_study::{
@@ -224,10 +224,30 @@ fn paced(factor: f64) -> Config {
     }
 }
 
+/// A run of the real clock up to `end`.
+fn real(end: Time) -> Config {
+    Config {
+        clock: ClockKind::Real,
+        speed: Speed::REAL_TIME,
+        end,
+        ..Config::default()
+    }
+}
+
 /// Begins to record `experiment` to `path`.
 fn recorder(experiment: &Experiment, path: &Path) -> Recorder {
     let recorder = Recorder::from_the_start(path, &Source::of(experiment));
     recorder.expect("a recorder")
+}
+
+/// The rate of `node` was turned to `rate` at run time `at`.
+pub(super) fn turned_rate(at: Time, node: &str, rate: f64) -> Event {
+    let (node, hz) = (node.to_owned(), hz(rate));
+    let what = EventKind::Applied {
+        command: Knob::Rate { node, hz }.into(),
+        was: None,
+    };
+    Event { at, what }
 }
 
 /// A rate.

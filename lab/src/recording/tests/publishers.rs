@@ -2,13 +2,13 @@
 
 use std::{hint::black_box, sync::Arc};
 
-use ratelab::{ClockKind, GO_ON, Speed, Time};
+use ratelab::{GO_ON, Time};
 use ratelab_study::{
-    experiment::{Config, Experiment},
+    experiment::Experiment,
     system::{BuildError, Builder, System},
 };
 
-use super::{file, leaks::Number, ms, read, record_run, verify_with};
+use super::{file, leaks::Number, ms, read, real, record_run, verify_with};
 use crate::recording::{Recording, Replay};
 
 /// One that works for milliseconds before it publishes, and one that publishes at once.
@@ -40,13 +40,7 @@ impl System for Pair {
 /// A run of the pair under the real clock.
 fn recorded(system: &Arc<dyn System>) -> Recording {
     let (_folder, path) = file("pair.rrd");
-    let config = Config {
-        clock: ClockKind::Real,
-        speed: Speed::REAL_TIME,
-        end: ms(300),
-        ..Config::default()
-    };
-    let experiment = Experiment::new(system.clone(), &config).expect("a graph");
+    let experiment = Experiment::new(system.clone(), &real(ms(300))).expect("a graph");
     record_run(experiment, &path).0.expect("no fault");
     read(&path)
 }

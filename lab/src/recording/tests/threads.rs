@@ -2,7 +2,7 @@
 
 use std::{fs, thread, time::Duration};
 
-use ratelab::{ClockKind, Command, Speed, Time};
+use ratelab::{ClockKind, Command, Time};
 use ratelab_cart_pole::CartPole;
 use ratelab_study::{experiment::Config, system::WorldKind};
 
@@ -16,10 +16,8 @@ use crate::recording::{Recorder, Recording, Source};
 /// A short run of the real clock, set up by `setup`.
 fn real(setup: &str, seconds: f64) -> Config {
     Config {
-        clock: ClockKind::Real,
-        speed: Speed::REAL_TIME,
-        end: Time::from_secs_f64(seconds).expect("a time"),
-        ..CartPole::config(setup).expect("a setup")
+        setup: CartPole::config(setup).expect("a setup").setup,
+        ..super::real(Time::from_secs_f64(seconds).expect("a time"))
     }
 }
 

@@ -21,7 +21,7 @@ use super::{
     Identical, VerifyError,
     compare::{Comparison, RecordedSeries},
     difference::Difference,
-    end, events, order, topology,
+    end, events, topology,
 };
 use crate::recording::{
     durations::with_durations, recorded::Recording, schema::RunResult, source::Tapped,
@@ -187,7 +187,7 @@ fn compare_rest(
     let (recording, complete) = (comparison.recording, comparison.complete);
     let events = observer.events(0);
     events::compare(recording, &**system, complete, &events).or_else(|| {
-        let end = order::end_of(recording).filter(|_| complete)?;
+        let end = recording.end_of_run().filter(|_| complete)?;
         let result = |run: Summary| RunResult::new(&**system, &run);
         let rest = (recording.last_item(), comparison.lacks());
         let topology = &recording.origin.topology;
@@ -272,7 +272,7 @@ fn config_again(recording: &Recording) -> Config {
     Config {
         speed: Speed::Unlimited,
         knobs: Vec::new(),
-        end: match order::end_of(recording) {
+        end: match recording.end_of_run() {
             Some(outcome) => {
                 let silent = recording.last_row() + SILENCE;
                 given.end.min(outcome.at.min(silent) + GRACE)

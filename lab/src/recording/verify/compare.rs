@@ -252,11 +252,7 @@ impl<'a, S: Series> RecordedSeries<'a, S> {
 
     fn differs(&self, row: &S::Row, part: &str, recorded: String, computed: String) -> Difference {
         let (number, comma) = (row.number(), if part.is_empty() { "" } else { ", " });
-        Difference {
-            at: row.at(),
-            what: format!("{} {} {number}{comma}{part}", self.name, S::Row::KIND),
-            recorded,
-            computed,
-        }
+        let what = format!("{} {} {number}{comma}{part}", self.name, S::Row::KIND);
+        Difference::new(row.at(), (what, recorded, computed))
     }
 }

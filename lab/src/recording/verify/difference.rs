@@ -36,16 +36,21 @@ impl fmt::Display for Difference {
 pub type ComparedPart = (String, String, String);
 
 impl Difference {
-    /// The first of `parts` that is not as it was recorded, at run time `at`.
-    pub fn first(at: Time, parts: impl IntoIterator<Item = ComparedPart>) -> Option<Self> {
-        let mut parts = parts.into_iter();
-        let (what, recorded, computed) = parts.find(|(_, one, other)| one != other)?;
-        Some(Self {
+    /// It was `recorded` and is `computed`, at run time `at`.
+    pub fn new(at: Time, (what, recorded, computed): ComparedPart) -> Self {
+        Self {
             at,
             what,
             recorded,
             computed,
-        })
+        }
+    }
+
+    /// The first of `parts` that is not as it was recorded, at run time `at`.
+    pub fn first(at: Time, parts: impl IntoIterator<Item = ComparedPart>) -> Option<Self> {
+        let mut parts = parts.into_iter();
+        let part = parts.find(|(_, recorded, computed)| recorded != computed)?;
+        Some(Self::new(at, part))
     }
 }
 

@@ -152,13 +152,13 @@ fn first_knob_left_out(recording: &Recording) -> Option<Difference> {
         .iter()
         .filter(|given| given.at < recording.until)
         .find(|given| !is_among(given))?;
-    let (recorded, computed) = ("nothing of it".to_owned(), left_out.command.to_string());
-    Some(Difference {
-        at: left_out.at,
-        what: "a knob that was given".to_owned(),
-        recorded,
-        computed,
-    })
+    let what = "a knob that was given".to_owned();
+    let part = (
+        what,
+        "nothing of it".to_owned(),
+        left_out.command.to_string(),
+    );
+    Some(Difference::new(left_out.at, part))
 }
 
 /// The first event that did not come again as it was recorded. Of a run whose
@@ -187,12 +187,7 @@ pub fn compare(
 }
 
 fn differs(at: Time, recorded: String, computed: String) -> Difference {
-    Difference {
-        at,
-        what: "an event".to_owned(),
-        recorded,
-        computed,
-    }
+    Difference::new(at, ("an event".to_owned(), recorded, computed))
 }
 
 fn text(event: Option<&Event>) -> String {

@@ -5,10 +5,7 @@ use ratelab_replay::Rerun;
 use ratelab_study::system::{BuildError, System};
 
 use super::{VerifyError, events};
-use crate::recording::{
-    recorded::Recording,
-    schema::{RecordingEnd, RunStatus},
-};
+use crate::recording::recorded::Recording;
 
 /// Prepares to execute a recorded run again as far as it was under the real clock; `None`
 /// if it never was.
@@ -38,23 +35,17 @@ pub fn rerun(recording: &Recording, system: &dyn System) -> Result<Option<Rerun>
     Ok(Some(rerun))
 }
 
-/// The end of the recorded run, if the recording goes on to it.
-pub fn end_of(recording: &Recording) -> Option<&RecordingEnd> {
-    let outcome = recording.outcome.as_ref();
-    outcome.filter(|outcome| outcome.end != RunStatus::WentOn)
-}
-
 /// Whether the recording goes on to the end of the run; with `threads` it was under the real
 /// clock.
 pub fn is_complete(recording: &Recording, threads: bool) -> bool {
-    end_of(recording).is_some() && (!threads || is_whole(recording))
+    recording.end_of_run().is_some() && (!threads || is_whole(recording))
 }
 
 /// Whether the log goes on to the end of the run.
 pub fn is_whole(recording: &Recording) -> bool {
     let threads = recording.threads.as_ref();
     let full = threads.is_some_and(|threads| threads.log.is_full());
-    recording.is_whole() && end_of(recording).is_some() && !full
+    recording.is_whole() && recording.end_of_run().is_some() && !full
 }
 
 /// When a run was under the real clock.
