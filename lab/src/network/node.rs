@@ -6,7 +6,7 @@ use ratelab::{ClockKind, RealClock, Speed, Time, Topology};
 use ratelab_study::experiment::{Config, Experiment, Summary};
 use ratelab_wire::{Bridge, SessionEnd, Settings, USUAL, machine};
 
-use super::{line, parts, stop::Stop, wire_error};
+use super::{line, parts, stop::Stop};
 use crate::{
     cli::{ClockArg, GraphArgs, NetworkArgs, NodeArgs, ProcessArgs},
     error::Error,
@@ -47,8 +47,7 @@ pub fn run(
     let mut destination = args.record.clone().map(Destination::new);
     loop {
         let part = Experiment::part(program.system.clone(), config, &here)?;
-        let bridge = Bridge::start(&settings, &part, &here, args.ros.domain());
-        let bridge = bridge.map_err(wire_error)?;
+        let bridge = Bridge::start(&settings, &part, &here, args.ros.domain())?;
         bridge.wait_for_others();
         stop.by(Some(part.commands()));
         let recorder = record(&part, &here, destination.as_mut())?;

@@ -2,6 +2,7 @@
 
 use ratelab::{Head, Topology};
 use ratelab_account::{Copies, RowTap, Tap, TickRecord};
+use ratelab_study::experiment::Taps;
 
 use crate::recording::Tapped;
 
@@ -22,11 +23,11 @@ struct RelayedTopic {
 type Fields = &'static [&'static str];
 
 impl Relay {
-    /// A relay for a graph with this `topology`; `fields` of the topics that are recorded,
-    /// by name.
-    pub fn new(topology: &Topology, fields: impl Fn(&str) -> Option<Fields>) -> Self {
+    /// A relay for a graph with this `topology`, of which the topics that are `known` are
+    /// recorded.
+    pub fn new(topology: &Topology, known: &Taps) -> Self {
         let topics = topology.topics.iter().map(|topic| RelayedTopic {
-            fields: fields(&topic.name),
+            fields: known.fields(&topic.name),
             name: topic.name.clone(),
             messages: Copies::default(),
         });
