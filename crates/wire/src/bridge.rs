@@ -22,7 +22,7 @@ use crate::{
     key::Of,
     net,
     outlet::{self, BACKLOG},
-    part::Part,
+    part::LocalPart,
     peers::{self, Peers},
     reporter::Reporter,
     ros::Ros,
@@ -44,7 +44,7 @@ const SETTLED: Duration = Duration::from_secs(1);
 
 /// The part of a run in this process, connected to the others. Ends when it is dropped.
 pub struct Bridge {
-    part: Arc<Part>,
+    part: Arc<LocalPart>,
     aliases: &'static [Alias],
     ros: Option<Ros>,
     notice: fn(&str),
@@ -70,8 +70,8 @@ impl Bridge {
     ) -> Result<Self, WireError> {
         let (system, taps, notice) = (experiment.system(), experiment.taps(), settings.notice);
         let (arrivals, arrived) = bounded(ARRIVALS);
-        let part = Part::connect(settings, experiment, here, &arrivals)?;
-        let Part { own, peers, .. } = &*part;
+        let part = LocalPart::connect(settings, experiment, here, &arrivals)?;
+        let LocalPart { own, peers, .. } = &*part;
         let mute = join::check(own, peers, system.aliases(), &|| notice(&waiting(peers)))?;
         send_and_receive(&part, &taps)?;
         let ros = ros.map(|domain| Ros::begin(domain, &part, &taps, system.about().joints));
@@ -127,14 +127,10 @@ impl Bridge {
         let (mut looked, mut noted) = (Instant::now(), BTreeSet::new());
         loop {
             let others = self.others();
-            let runs = |node: &str| {
-                others
-                    .iter()
-                    .chain([&self.part.own])
-                    .any(|info| info.runs(node))
-            };
-            let names = all.iter().map(|node| &*node.name);
-            let missing: Vec<&str> = names.filter(|node| !runs(node)).collect();
+            let runs = |node: &str| others.iter().any(|info| info.runs(node));
+            let away = all.iter().map(|node| &*node.name);
+            let away = away.filter(|node| !self.part.own.runs(node));
+            let missing: Vec<&str> = away.filter(|node| !runs(node)).collect();
             let ready = missing.is_empty() && self.have_begun(&others);
             if ready || self.has_ros_nodes() {
                 return (self.notice)("all nodes are there: the run begins");
@@ -187,9 +183,9 @@ impl Drop for Bridge {
 
 /// The text for a process that waits for the one that begins the run.
 fn waiting(peers: &Peers) -> String {
-    let mut texts = vec!["waiting for the process that begins the run".to_owned()];
-    texts.extend(of_other_systems(peers));
-    texts.join("; ")
+    let others = of_other_systems(peers).map(|others| format!("; {others}"));
+    let others = others.unwrap_or_default();
+    format!("waiting for the process that begins the run{others}")
 }
 
 /// The text for processes of other graphs, if there are any.
@@ -202,7 +198,7 @@ fn of_other_systems(peers: &Peers) -> Option<String> {
 }
 
 /// Begins to send and to receive.
-fn send_and_receive(part: &Part, taps: &Taps) -> Result<(), WireError> {
+fn send_and_receive(part: &LocalPart, taps: &Taps) -> Result<(), WireError> {
     let (session, keys) = (&part.peers.session, &part.peers.keys);
     for inlet in &part.inlets {
         let key = keys.data(&inlet.node, &inlet.name);
@@ -222,7 +218,7 @@ fn send_and_receive(part: &Part, taps: &Taps) -> Result<(), WireError> {
 }
 
 /// Answers what runs here, and what time it is.
-fn answer(part: &Part) -> Result<(), WireError> {
+fn answer(part: &LocalPart) -> Result<(), WireError> {
     let (session, keys) = (&part.peers.session, &part.peers.keys);
     let key = keys.of(part.own.incarnation, Of::CLOCK);
     net::answers(session, key, |question| question.answer(peers::clock()))?;

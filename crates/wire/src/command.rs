@@ -14,7 +14,7 @@ use crate::{
     error::WireError,
     key::Of,
     net::{self, Question},
-    part::Part,
+    part::LocalPart,
     telemetry::{Answer, Info, Order},
     threads::lock,
 };
@@ -33,14 +33,14 @@ const LONGEST_NAME: usize = 100;
 pub(crate) struct Commands {
     system: Arc<dyn System>,
     commands: Sender<Command>,
-    part: Arc<Part>,
+    part: Arc<LocalPart>,
     /// Number and name of the dashboard that has the knobs, and when it used them last.
     holder: Mutex<Option<(u64, String, Instant)>>,
 }
 
 impl Commands {
     /// Answers commands for `part` of an experiment, for as long as the session is open.
-    pub(crate) fn answer(experiment: &Experiment, part: &Arc<Part>) -> Result<(), WireError> {
+    pub(crate) fn answer(experiment: &Experiment, part: &Arc<LocalPart>) -> Result<(), WireError> {
         let commands = Arc::new(Self {
             system: experiment.system().clone(),
             commands: experiment.commands(),

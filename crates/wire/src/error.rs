@@ -26,12 +26,12 @@ impl WireError {
 }
 
 /// A result whose error becomes one of the connection.
-pub(crate) trait WireResult<T> {
+pub(crate) trait Attempted<T> {
     /// The same, with what was tried.
     fn tried(self, what: impl Display) -> Result<T, WireError>;
 }
 
-impl<T, E: Display> WireResult<T> for Result<T, E> {
+impl<T, E: Display> Attempted<T> for Result<T, E> {
     fn tried(self, what: impl Display) -> Result<T, WireError> {
         self.map_err(|why| WireError::network(&what, &why))
     }

@@ -4,14 +4,14 @@ use std::{process, sync::Arc};
 
 use crossbeam_channel::{Receiver, bounded};
 use ratelab::Command;
-use zenoh::{Session, Wait};
+use zenoh::Wait;
 
 use crate::{
     error::WireError,
     key::{Keys, Of},
     machine::{self, ClockId},
     net,
-    offset::{Estimate, Offsets},
+    offset::Estimate,
     peers::Peers,
     session::Settings,
     telemetry::{Answer, Batch, Info, Order},
@@ -22,9 +22,7 @@ const BACKLOG: usize = 1024;
 
 /// Follows a run from outside. Ends when it is dropped.
 pub struct Follower {
-    session: Session,
     peers: Arc<Peers>,
-    offsets: Arc<Offsets>,
     batches: Receiver<(u64, Batch)>,
 }
 
@@ -36,8 +34,8 @@ impl Follower {
     pub fn connect(settings: &Settings, system: &str) -> Result<Self, WireError> {
         let (keys, own) = (Keys::new(system), machine::random());
         let session = settings.open()?;
-        let offsets = Arc::<Offsets>::default();
-        let peers = Peers::follow(&session, keys.clone(), own, &offsets, Box::new(|_| ()))?;
+        let gone = Box::new(|_| ());
+        let peers = Peers::follow(&session, keys.clone(), own, &Arc::default(), gone)?;
         let (sender, batches) = bounded(BACKLOG);
         let all = keys.of_all(Of::TELEMETRY);
         net::subscribe(&session, &all, move |sample| {
@@ -48,12 +46,7 @@ impl Follower {
                 let _ = sender.try_send((from, batch));
             }
         })?;
-        Ok(Self {
-            session,
-            peers,
-            offsets,
-            batches,
-        })
+        Ok(Self { peers, batches })
     }
 
     /// What runs in each process that is there.
@@ -68,7 +61,7 @@ impl Follower {
 
     /// How far `clock` is ahead of ours; `None` while unknown.
     pub fn estimate(&self, clock: ClockId) -> Option<Estimate> {
-        self.offsets.estimate(clock)
+        self.peers.offsets.estimate(clock)
     }
 
     /// Returns what gives commands; each waits for the answer of the process that listens.
@@ -88,6 +81,6 @@ impl Follower {
 
 impl Drop for Follower {
     fn drop(&mut self) {
-        let _ = self.session.close().wait();
+        let _ = self.peers.session.close().wait();
     }
 }

@@ -109,7 +109,7 @@ impl Inlet {
 mod tests {
     use super::*;
     use crate::{
-        machine::{self, ClockId, ClockMoment},
+        machine::{ClockId, ClockMoment},
         packet::{PacketHead, encode},
     };
     use crossbeam_channel::{Receiver, bounded, unbounded};
@@ -158,25 +158,35 @@ mod tests {
         }
     }
 
-    fn now() -> ClockMoment {
-        ClockMoment {
-            clock: ClockId::here(),
-            at: machine::now(),
-        }
-    }
-
     #[test]
     fn hostile_messages_are_counted_and_never_obeyed() {
         with_inlet(|inlet, published| {
-            let good = encode(&head(5, now()), &[0.5]);
+            let good = encode(&head(5, ClockMoment::now()), &[0.5]);
             assert_eq!(inlet.take(&good), Ok(()));
-            let of = |row: &[f64]| encode(&head(6, now()), row);
-            let at = |at| encode(&head(6, ClockMoment { at, ..now() }), &[1.0]);
+            let of = |row: &[f64]| encode(&head(6, ClockMoment::now()), row);
+            let at = |at| {
+                encode(
+                    &head(
+                        6,
+                        ClockMoment {
+                            at,
+                            ..ClockMoment::now()
+                        },
+                    ),
+                    &[1.0],
+                )
+            };
             let clock = ClockId(1);
-            let foreign = head(6, ClockMoment { clock, ..now() });
+            let foreign = head(
+                6,
+                ClockMoment {
+                    clock,
+                    ..ClockMoment::now()
+                },
+            );
             let second = PacketHead {
                 incarnation: 2,
-                ..head(0, now())
+                ..head(0, ClockMoment::now())
             };
             for (bytes, why) in [
                 (good.clone(), Refusal::Repeated),
@@ -186,7 +196,7 @@ mod tests {
                 (of(&[f64::NAN]), Refusal::NotFinite),
                 (of(&[f64::INFINITY]), Refusal::NotFinite),
                 (encode(&second, &[1.0]), Refusal::Sender),
-                (at(now().at + 1_000_000_000), Refusal::Future),
+                (at(ClockMoment::now().at + 1_000_000_000), Refusal::Future),
                 (encode(&foreign, &[1.0]), Refusal::Clock),
                 (at(i64::MIN + 1), Refusal::Early),
             ] {
@@ -207,7 +217,7 @@ mod tests {
     #[test]
     fn a_time_that_came_from_here_comes_back_as_it_left() {
         with_inlet(|inlet, published| {
-            let sensed = now();
+            let sensed = ClockMoment::now();
             assert_eq!(inlet.take(&encode(&head(0, sensed), &[0.5])), Ok(()));
             let (_, stamp, origin) = published.try_recv().expect("published");
             assert_eq!(Some(stamp), origin);

@@ -213,7 +213,6 @@ fn first<'a, T: PartialEq>(here: &'a [T], there: &'a [T]) -> Option<(&'a T, &'a 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::ClockId;
     use ratelab_cart_pole::CartPole;
     use ratelab_study::experiment::Experiment;
     use std::sync::Arc;
@@ -222,20 +221,8 @@ mod tests {
     fn info(setup: &str, change: impl FnOnce(&mut Info)) -> Info {
         let (system, config) = (Arc::new(CartPole::default()), CartPole::config(setup));
         let experiment = Experiment::new(system, &config.expect("a setup")).expect("cart-pole");
-        let mut info = Info {
-            ratelab: "1".to_owned(),
-            incarnation: 1,
-            host: "robot".to_owned(),
-            pid: 7,
-            session: String::new(),
-            is_hub: true,
-            nodes: vec!["policy".to_owned()],
-            clock: ClockId::here(),
-            zero: None,
-            config: experiment.config().clone(),
-            topology: experiment.observer().topology(),
-            events: Vec::new(),
-        };
+        let mut info = Info::of(&experiment, &["policy".to_owned()]);
+        info.ratelab = "1".to_owned();
         change(&mut info);
         info
     }

@@ -46,6 +46,14 @@ pub struct ClockMoment {
     pub at: Nanos,
 }
 
+impl ClockMoment {
+    /// The present moment of this machine's clock.
+    pub fn now() -> Self {
+        let clock = ClockId::here();
+        Self { clock, at: now() }
+    }
+}
+
 /// The present moment of this machine's clock.
 pub fn now() -> Nanos {
     let now = clock_gettime(Kind::Monotonic);

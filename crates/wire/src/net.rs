@@ -11,7 +11,7 @@ use zenoh::{
     sample::{Sample, SampleKind},
 };
 
-use crate::error::{WireError, WireResult};
+use crate::error::{Attempted, WireError};
 
 /// A publisher on `key` that drops messages where the network is too slow: the next one is
 /// newer.

@@ -8,7 +8,7 @@ use crate::{
     error::WireError,
     net,
     packet::{self, PacketHead},
-    part::Part,
+    part::LocalPart,
     threads,
 };
 
@@ -33,7 +33,12 @@ pub(crate) fn for_each(
 }
 
 /// Sends the messages of `tap` in our own format.
-pub(crate) fn send(part: &Part, key: String, topic: &str, tap: RowTap) -> Result<(), WireError> {
+pub(crate) fn send(
+    part: &LocalPart,
+    key: String,
+    topic: &str,
+    tap: RowTap,
+) -> Result<(), WireError> {
     let publisher = net::publisher(&part.peers.session, key, Priority::RealTime)?;
     let (incarnation, times) = (part.own.incarnation, part.times.clone());
     for_each(tap, format!("out {topic}"), move |head, row| {

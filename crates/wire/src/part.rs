@@ -1,7 +1,6 @@
 //! This process in a run: what runs here, the other processes, the topics that arrive.
 
 use std::{
-    process,
     sync::{Arc, Mutex},
     time::Duration,
 };
@@ -13,7 +12,6 @@ use crate::{
     error::WireError,
     inlet::Inlet,
     key::Keys,
-    machine::{self, ClockId},
     peers::Peers,
     refusal::Refused,
     session::Settings,
@@ -28,7 +26,7 @@ const SILENT_PERIODS: u32 = 5;
 const LEAST_SILENCE: Duration = Duration::from_millis(50);
 
 /// This process in a run.
-pub(crate) struct Part {
+pub(crate) struct LocalPart {
     /// What runs here.
     pub(crate) own: Info,
     /// The other processes.
@@ -38,7 +36,7 @@ pub(crate) struct Part {
     pub(crate) inlets: Vec<Arc<Inlet>>,
 }
 
-impl Part {
+impl LocalPart {
     /// Connects this process, of which nobody knows yet.
     pub(crate) fn connect(
         settings: &Settings,
@@ -48,7 +46,7 @@ impl Part {
     ) -> Result<Arc<Self>, WireError> {
         let offsets = Arc::default();
         let times = Arc::new(Times::new(experiment.observer(), Arc::clone(&offsets)));
-        let mut own = info(experiment, here);
+        let mut own = Info::of(experiment, here);
         let inlets = inlets(&own, &experiment.taps(), &times, arrivals)?;
         let session = settings.open()?;
         own.incarnation = settings.number(&session)?;
@@ -63,26 +61,6 @@ impl Part {
             times,
             inlets,
         }))
-    }
-}
-
-/// What runs here, without the number that the connection gives.
-fn info(experiment: &Experiment, here: &[String]) -> Info {
-    let topology = experiment.observer().topology();
-    let first = topology.nodes.first();
-    Info {
-        ratelab: env!("CARGO_PKG_VERSION").to_owned(),
-        incarnation: 0,
-        host: machine::host(),
-        pid: process::id(),
-        session: String::new(),
-        is_hub: first.is_some_and(|node| here.contains(&node.name)),
-        nodes: here.to_vec(),
-        clock: ClockId::here(),
-        zero: None,
-        config: experiment.config().clone(),
-        topology,
-        events: Vec::new(),
     }
 }
 

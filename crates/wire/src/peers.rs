@@ -17,7 +17,7 @@ use zenoh::{
 };
 
 use crate::{
-    error::{WireError, WireResult},
+    error::{Attempted, WireError},
     key::{Keys, Of},
     machine::{self, ClockId},
     net,
@@ -54,7 +54,7 @@ pub(crate) struct Peers {
     pub(crate) keys: Keys,
     /// Our own number.
     pub(crate) own: u64,
-    offsets: Arc<Offsets>,
+    pub(crate) offsets: Arc<Offsets>,
     known: Mutex<BTreeMap<u64, Option<Info>>>,
     /// Whether there were more than can be known.
     overflowed: AtomicBool,

@@ -11,7 +11,7 @@ use crate::{
     error::WireError,
     key::Of,
     net,
-    part::Part,
+    part::LocalPart,
     telemetry::{Batch, PublishedMessage, ReceivedMessage, TopicCounts},
     threads::Beat,
 };
@@ -27,7 +27,7 @@ const MOST: usize = 128;
 
 /// What is reported.
 pub(crate) struct Reporter {
-    part: Arc<Part>,
+    part: Arc<LocalPart>,
     taps: Taps,
     arrived: Receiver<ReceivedMessage>,
 }
@@ -43,7 +43,7 @@ struct Open {
 impl Reporter {
     /// Reports until the result is dropped; then the rest of what happened.
     pub(crate) fn begin(
-        part: &Arc<Part>,
+        part: &Arc<LocalPart>,
         taps: Taps,
         arrived: Receiver<ReceivedMessage>,
     ) -> Result<Beat, WireError> {

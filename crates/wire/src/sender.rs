@@ -141,106 +141,48 @@ mod tests {
     use super::*;
 
     const PATIENCE: Duration = Duration::from_millis(100);
-    const REPEATED: Result<(), Refusal> = Err(Refusal::Repeated);
-    const JUMP: Result<(), Refusal> = Err(Refusal::Jump);
     const SECOND: Result<(), Refusal> = Err(Refusal::Sender);
 
-    /// Messages: sender, number, time since the one before (ms), and what follows.
-    type Messages = &'static [(u64, u64, u64, Result<(), Refusal>)];
-
-    /// A name, messages, how many count as lost, and how many senders there were.
-    const CASES: &[(&str, Messages, u64, u64)] = &[
-        ("in order", &[(1, 0, 0, Ok(())), (1, 1, 20, Ok(()))], 0, 1),
-        // What was before the first was for nobody.
-        ("late", &[(1, 40, 0, Ok(())), (1, 41, 20, Ok(()))], 0, 1),
-        ("lost", &[(1, 1, 0, Ok(())), (1, 51, 1_000, Ok(()))], 49, 1),
-        (
-            "late and repeated",
-            &[
-                (1, 0, 0, Ok(())),
-                (1, 2, 20, Ok(())),
-                (1, 1, 0, REPEATED),
-                (1, 2, 0, REPEATED),
-            ],
-            1,
-            1,
-        ),
-        (
-            "forged jumps",
-            &[
-                (1, 1, 0, Ok(())),
-                (1, 1_000_000, 20, JUMP),
-                (1, 2_000_000, 20, JUMP),
-                (1, 2, 10, Ok(())),
-                (1, u64::MAX, 20, JUMP),
-                (1, 1 << 63, 20, JUMP),
-                (1, 3, 20, Ok(())),
-            ],
-            0,
-            1,
-        ),
-        (
-            "a jump within reach, and back",
-            &[
-                (1, 0, 0, Ok(())),
-                (1, 250, 20, Ok(())),
-                (1, 1, 20, REPEATED),
-                (1, 2, 100, Ok(())),
-                (1, 3, 20, Ok(())),
-            ],
-            249,
-            1,
-        ),
-        (
-            "numbers from elsewhere after a silence",
-            &[
-                (1, 1, 0, Ok(())),
-                (1, 1 << 40, 100, Ok(())),
-                (1, (1 << 40) + 1, 20, Ok(())),
-            ],
-            0,
-            1,
-        ),
-        (
-            "the last number of all",
-            &[
-                (1, 1, 0, Ok(())),
-                (1, u64::MAX, 200, Ok(())),
-                (1, 2, 200, Ok(())),
-            ],
-            0,
-            1,
-        ),
-        (
-            "a restart is no loss",
-            &[(1, 40, 0, Ok(())), (1, 43, 20, Ok(())), (2, 0, 100, Ok(()))],
-            2,
-            2,
-        ),
-        (
-            "a second sender waits, and the first is the second then",
-            &[
-                (1, 0, 0, Ok(())),
-                (2, 0, 99, SECOND),
-                (2, 1, 1, Ok(())),
-                (1, 1, 20, SECOND),
-                (1, 2, 80, Ok(())),
-            ],
-            0,
-            3,
-        ),
-    ];
+    /// A name, messages (sender, number, time since the one before in ms, what follows), how many
+    /// count as lost, and how many senders there were.
+    const CASES: &str = "
+        in order              | 1 0 0 ok, 1 1 20 ok                                       | 0 1
+        begins late           | 1 40 0 ok, 1 41 20 ok                                     | 0 1
+        some lost             | 1 1 0 ok, 1 51 1000 ok                                    | 49 1
+        late and repeated     | 1 0 0 ok, 1 2 20 ok, 1 1 0 repeated, 1 2 0 repeated       | 1 1
+        a forged jump         | 1 1 0 ok, 1 1000000 20 jump, 1 2 20 ok                    | 0 1
+        the greatest          | 1 1 0 ok, 1 18446744073709551615 20 jump, 1 2 20 ok       | 0 1
+        half of it            | 1 1 0 ok, 1 9223372036854775808 20 jump, 1 2 20 ok        | 0 1
+        jump after jump       | 1 1 0 ok, 1 1000000 20 jump, 1 2000000 20 jump, 1 2 10 ok | 0 1
+        within reach and back | 1 0 0 ok, 1 250 20 ok, 1 1 20 repeated, 1 2 100 ok        | 249 1
+        after a silence       | 1 1 0 ok, 1 1099511627776 100 ok, 1 1099511627777 20 ok   | 0 1
+        the last of all       | 1 1 0 ok, 1 18446744073709551615 200 ok, 1 2 200 ok       | 0 1
+        a restart             | 1 40 0 ok, 1 43 20 ok, 2 0 100 ok                         | 2 2
+        a second sender waits | 1 0 0 ok, 2 0 99 second, 2 1 1 ok, 1 1 20 second          | 0 2
+        and the first is next | 1 0 0 ok, 2 1 100 ok, 1 1 20 second, 1 2 80 ok            | 0 3
+    ";
 
     #[test]
     fn no_single_number_silences_the_sender_or_counts_as_a_loss() {
-        for (case, messages, lost, starts) in CASES {
+        for case in CASES.trim().lines() {
+            let parts: Vec<&str> = case.split('|').collect();
             let (mut now, mut sender) = (Instant::now(), Sender::default());
-            for (from, seq, after, expected) in *messages {
-                now += Duration::from_millis(*after);
-                let accepted = sender.accept(MessageSource::direct(*from), *seq, now, PATIENCE);
-                assert_eq!(accepted, *expected, "{case}: {seq}");
+            for message in parts[1].split(',') {
+                let words: Vec<&str> = message.split_whitespace().collect();
+                let [from, seq, after] = [0, 1, 2].map(|at| words[at].parse().expect("a number"));
+                let expected = match words[3] {
+                    "ok" => Ok(()),
+                    "repeated" => Err(Refusal::Repeated),
+                    "jump" => Err(Refusal::Jump),
+                    "second" => SECOND,
+                    other => panic!("{other}"),
+                };
+                now += Duration::from_millis(after);
+                let accepted = sender.accept(MessageSource::direct(from), seq, now, PATIENCE);
+                assert_eq!(accepted, expected, "{case}: {message}");
             }
-            assert_eq!((sender.lost, sender.starts), (*lost, *starts), "{case}");
+            let counts = format!("{} {}", sender.lost, sender.starts);
+            assert_eq!(counts, parts[2].trim(), "{case}");
         }
     }
 

@@ -6,16 +6,13 @@ use zenoh::{Config, Session, Wait, session::ZenohId};
 
 use crate::{
     connect::connect,
-    error::{WireError, WireResult, reason},
+    error::{Attempted, WireError, reason},
     machine,
 };
 
 /// Where the process that has the plant listens unless told otherwise: this machine only,
 /// on the port of zenoh's routers.
 pub const USUAL: &str = "tcp/127.0.0.1:7447";
-
-/// Longest message that is accepted (bytes): the rest of a longer one is not read.
-const MAX_MESSAGE: usize = 65_536;
 
 /// The end of the connection that a process has.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -48,6 +45,8 @@ const SAFE: &[(&str, &str)] = &[
     ("transport/unicast/accept_timeout", "1000"),
     ("transport/unicast/open_timeout", "2000"),
     ("transport/unicast/max_sessions", "64"),
+    // The rest of a longer message is not read (bytes).
+    ("transport/link/rx/max_message_size", "65536"),
     ("transport/link/tx/lease", "1000"),
     ("transport/shared_memory/enabled", "false"),
     ("queries_default_timeout", "1000"),
@@ -58,6 +57,17 @@ const SAFE: &[(&str, &str)] = &[
 ];
 
 impl Settings {
+    /// The settings of one `end`, with all else as usual.
+    pub fn new(end: SessionEnd, notice: fn(&str)) -> Self {
+        Self {
+            end,
+            insecure: false,
+            file: None,
+            wait: None,
+            notice,
+        }
+    }
+
     /// The configuration for zenoh.
     ///
     /// # Errors
@@ -74,10 +84,7 @@ impl Settings {
             })?,
         };
         let usual = Config::default();
-        let size = MAX_MESSAGE.to_string();
-        let safe = SAFE.iter().copied();
-        let safe = safe.chain([("transport/link/rx/max_message_size", &*size)]);
-        for (key, value) in safe {
+        for (key, value) in SAFE {
             let same = |(a, b): (String, String)| a == b;
             let own = config.get_json(key).ok().zip(usual.get_json(key).ok());
             if own.is_none_or(same) {
@@ -95,6 +102,12 @@ impl Settings {
         // One attempt: the next ones are made here.
         set(&mut config, "connect/timeout_ms", "0")?;
         check_files(&config)?;
+        self.refuse_open(listen, &config)?;
+        Ok(config)
+    }
+
+    /// Refuses to listen on a network without credentials.
+    fn refuse_open(&self, listen: &[String], config: &Config) -> Result<(), WireError> {
         let users = config.get_json("transport/auth/usrpwd/dictionary_file");
         let has_users = users.is_ok_and(|users| users != "null");
         let certificates = config.get_json("transport/link/tls/enable_mtls");
@@ -109,7 +122,7 @@ impl Settings {
                  give users or certificates by --zenoh-config, or add --insecure on a network \
                  of your own"
             ))),
-            _ => Ok(config),
+            _ => Ok(()),
         }
     }
 
@@ -219,11 +232,8 @@ mod tests {
     /// Settings of one end, with the zenoh configuration `file`.
     fn settings(end: SessionEnd, file: Option<PathBuf>) -> Settings {
         Settings {
-            end,
-            insecure: false,
             file,
-            wait: None,
-            notice: |_| (),
+            ..Settings::new(end, |_| ())
         }
     }
 

@@ -1,14 +1,14 @@
 //! What processes tell dashboards, as JSON: ticks, messages, arrivals, events; and the commands
 //! of dashboards.
 
+use std::{process, time::Duration};
+
 use ratelab::{Command, Event, NodeTopology, Push, Time, TopicTopology, Topology};
 use ratelab_account::TickRecord;
-use ratelab_study::experiment::Config;
+use ratelab_study::experiment::{Config, Experiment};
 use serde::{Deserialize, Serialize};
 
-use std::time::Duration;
-
-use crate::machine::{ClockId, Nanos};
+use crate::machine::{self, ClockId, Nanos};
 
 /// What runs in a process.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -41,6 +41,27 @@ pub struct Info {
 }
 
 impl Info {
+    /// What runs in this process, which has the nodes of `experiment` that are `here`; without
+    /// the number that its connection gives.
+    pub fn of(experiment: &Experiment, here: &[String]) -> Self {
+        let topology = experiment.observer().topology();
+        let first = topology.nodes.first();
+        Self {
+            ratelab: env!("CARGO_PKG_VERSION").to_owned(),
+            incarnation: 0,
+            host: machine::host(),
+            pid: process::id(),
+            session: String::new(),
+            is_hub: first.is_some_and(|node| here.contains(&node.name)),
+            nodes: here.to_vec(),
+            clock: ClockId::here(),
+            zero: None,
+            config: experiment.config().clone(),
+            topology,
+            events: Vec::new(),
+        }
+    }
+
     /// Whether it runs `node`.
     pub fn runs(&self, node: &str) -> bool {
         self.nodes.iter().any(|name| name == node)

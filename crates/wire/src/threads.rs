@@ -8,7 +8,7 @@ use std::{
 
 use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
 
-use crate::error::{WireError, WireResult};
+use crate::error::{Attempted, WireError};
 
 /// Locks, also after a panic: each value is whole at any time.
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -25,10 +25,7 @@ pub(crate) fn thread<T: Send + 'static>(
 }
 
 /// Work that is done again and again, and once more when this is dropped.
-pub(crate) struct Beat {
-    end: Option<Sender<()>>,
-    thread: Option<JoinHandle<()>>,
-}
+pub(crate) struct Beat(Option<(Sender<()>, JoinHandle<()>)>);
 
 impl Beat {
     /// Does `work` at once, and again after each `pause`.
@@ -45,16 +42,15 @@ impl Beat {
             }
             work();
         })?;
-        Ok(Self {
-            end: Some(end),
-            thread: Some(thread),
-        })
+        Ok(Self(Some((end, thread))))
     }
 }
 
 impl Drop for Beat {
     fn drop(&mut self) {
-        self.end = None;
-        let _ = self.thread.take().map(JoinHandle::join);
+        if let Some((end, thread)) = self.0.take() {
+            drop(end);
+            let _ = thread.join();
+        }
     }
 }

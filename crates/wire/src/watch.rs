@@ -11,7 +11,7 @@ use std::{
 
 use ratelab::Time;
 
-use crate::{error::WireError, inlet::Inlet, part::Part, peers::Peers, threads::Beat};
+use crate::{error::WireError, inlet::Inlet, part::LocalPart, peers::Peers, threads::Beat};
 
 /// Time between two looks.
 const PAUSE: Duration = Duration::from_millis(20);
@@ -24,7 +24,7 @@ pub(crate) struct PresenceWatch {
     known: BTreeMap<String, Presence>,
     /// When it looked last.
     looked: Instant,
-    part: Arc<Part>,
+    part: Arc<LocalPart>,
     notice: fn(&str),
 }
 
@@ -40,7 +40,7 @@ struct Presence {
 
 impl PresenceWatch {
     /// Logs which nodes appear, fall silent, come back, until the result is dropped.
-    pub(crate) fn begin(part: &Arc<Part>, notice: fn(&str)) -> Result<Beat, WireError> {
+    pub(crate) fn begin(part: &Arc<LocalPart>, notice: fn(&str)) -> Result<Beat, WireError> {
         let mut watch = Self {
             known: BTreeMap::new(),
             looked: Instant::now(),

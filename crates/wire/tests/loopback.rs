@@ -4,15 +4,15 @@ mod support;
 
 use std::{sync::Arc, thread};
 
-use ratelab::{GO_ON, RealClock, Time};
-use ratelab_account::{Snapshot, fields};
+use ratelab::RealClock;
+use ratelab_account::Snapshot;
 use ratelab_cart_pole::CartPole;
 use ratelab_study::{
     experiment::{Experiment, Summary},
-    system::{BuildError, Builder, System},
+    system::System,
 };
 use ratelab_wire::Bridge;
-use support::{address, connect, listen, part, until_met};
+use support::{address, connect, graph, listen, part, until_met};
 
 /// The results of both parts of a run: that which listens, and the other.
 struct Both {
@@ -24,8 +24,8 @@ struct Both {
 }
 
 /// Runs `system` in two parts, with `ros` also in that domain.
-fn run(system: impl System + 'static, parts: [&[&str]; 2], ros: Option<u32>) -> Both {
-    let (system, address) = (Arc::new(system), address());
+fn run(system: Arc<dyn System>, parts: [&[&str]; 2], ros: Option<u32>) -> Both {
+    let address = address();
     let ends = [listen(&address, None), connect(&address, None)];
     let connected = ends.iter().zip(parts);
     let connected = connected.map(|(end, nodes)| part(system.clone(), nodes, end, ros));
@@ -55,7 +55,7 @@ fn run(system: impl System + 'static, parts: [&[&str]; 2], ros: Option<u32>) -> 
 fn a_policy_in_another_process_balances_and_nothing_is_lost_with_ros_and_without() {
     for ros in [None, Some(0)] {
         let parts: [&[&str]; 2] = [&["sensor", "actuator"], &["policy"]];
-        let both = run(CartPole::default(), parts, ros);
+        let both = run(Arc::new(CartPole::default()), parts, ros);
         let [plant, policy] = &both.summaries;
         assert_eq!(plant.verdict.name(), "balanced", "{ros:?}");
         let counts = (both.lost, both.hostile, both.starts);
@@ -68,44 +68,15 @@ fn a_policy_in_another_process_balances_and_nothing_is_lost_with_ros_and_without
 }
 
 /// A number a thousand times a second, and a reader that takes five times as long.
-struct Flood;
-
-#[derive(Clone, Copy)]
-struct Number {
-    number: f64,
-}
-
-fields!(Number { number: "number" });
-
-impl System for Flood {
-    fn name(&self) -> &'static str {
-        "flood"
-    }
-
-    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
-        let numbers = builder.topic::<Number>("/numbers");
-        let published = numbers.clone();
-        builder.node("source", 1000.0, 0, move |wiring| {
-            let numbers = wiring.publisher(&published);
-            move |now: Time| {
-                let number = now.as_secs_f64();
-                numbers.publish(Number { number }, now, None);
-                GO_ON
-            }
-        })?;
-        builder.node("slow", 200.0, 1, move |wiring| {
-            let mut numbers = wiring.subscription(&numbers);
-            move |now| {
-                numbers.latest(now);
-                GO_ON
-            }
-        })
-    }
-}
+const FLOOD: &str = "
+    name = 'flood'
+    node.source = { rate = 1000, publishes = ['/numbers'] }
+    node.slow = { rate = 200, reads = ['/numbers'] }
+";
 
 #[test]
 fn a_reader_that_is_too_slow_reads_fresh_messages_and_counts_the_others() {
-    let both = run(Flood, [&["source"], &["slow"]], None);
+    let both = run(graph(FLOOD), [&["source"], &["slow"]], None);
     let numbers = both.snapshots[1].topic("/numbers").expect("read there");
     let (published, dropped) = (numbers.published, numbers.dropped());
     assert!(dropped > published / 2, "{dropped} of {published}");

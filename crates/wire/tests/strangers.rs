@@ -12,16 +12,13 @@ use std::{
     time::Duration,
 };
 
-use ratelab::{Command, GO_ON};
-use ratelab_cart_pole::{Action, CartPole};
-use ratelab_study::{
-    experiment::Experiment,
-    system::{BuildError, Builder, System},
-};
+use ratelab::Command;
+use ratelab_cart_pole::CartPole;
+use ratelab_study::experiment::Experiment;
 use ratelab_wire::{
     Bridge, Refusal, Settings,
     key::{Keys, Of},
-    machine::{self, ClockId, ClockMoment},
+    machine::ClockMoment,
     packet::{self, PacketHead},
     telemetry::Order,
 };
@@ -36,41 +33,12 @@ fn cart_pole() -> Arc<CartPole> {
 }
 
 /// Nodes and topics as of the cart-pole, without a pole that falls while the machine is busy.
-struct Steady;
-
-impl System for Steady {
-    fn name(&self) -> &'static str {
-        "cart-pole"
-    }
-
-    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
-        let (obs, actions) = (builder.topic("/obs"), builder.topic("/action"));
-        let (sensed, read, decided) = (obs.clone(), obs, actions.clone());
-        builder.node("sensor", 50.0, 0, move |wiring| {
-            let obs = wiring.publisher(&sensed);
-            move |now| {
-                obs.publish(Action(0.5), now, None);
-                GO_ON
-            }
-        })?;
-        builder.node("policy", 50.0, 1, move |wiring| {
-            let (mut obs, actions) = (wiring.subscription(&read), wiring.publisher(&decided));
-            move |now| {
-                if let Some(seen) = obs.latest(now) {
-                    actions.publish(seen.data, now, Some(seen.sensed()));
-                }
-                GO_ON
-            }
-        })?;
-        builder.node("actuator", 50.0, 2, move |wiring| {
-            let mut actions = wiring.subscription(&actions);
-            move |now| {
-                actions.latest(now);
-                GO_ON
-            }
-        })
-    }
-}
+const STEADY: &str = "
+    name = 'cart-pole'
+    node.sensor = { rate = 50, publishes = ['/obs'] }
+    node.policy = { rate = 50, reads = ['/obs'], publishes = ['/action'] }
+    node.actuator = { rate = 50, reads = ['/action'] }
+";
 
 /// Where the plant's process takes actions from.
 fn actions() -> String {
@@ -79,8 +47,7 @@ fn actions() -> String {
 
 /// A connection of somebody who knows the address.
 fn stranger(address: &str) -> Session {
-    let session = connect(address, None).open();
-    session.expect("anybody may connect here")
+    connect(address, None).open().expect("anybody may connect")
 }
 
 /// The plant's part of the cart-pole, which listens; with `ros` also in that domain.
@@ -94,16 +61,12 @@ const JOINT_STATES: &str = "sensor_msgs::msg::dds_::JointState_/\
 
 /// Sends to `key` what no sender of ours does, again and again.
 fn flood(session: &Session, rounds: usize) {
-    let stamp = || ClockMoment {
-        clock: ClockId::here(),
-        at: machine::now(),
-    };
     let key = actions();
     for seq in 0..rounds as u64 {
         let head = PacketHead {
             incarnation: 666,
             seq,
-            stamp: stamp(),
+            stamp: ClockMoment::now(),
             origin: None,
         };
         for bytes in [
@@ -121,7 +84,7 @@ fn flood(session: &Session, rounds: usize) {
 fn what_strangers_send_is_counted_and_the_run_goes_on() {
     let address = address();
     let [listen, connect] = [listen(&address, None), connect(&address, None)];
-    let steady = Arc::new(Steady);
+    let steady = support::graph(STEADY);
     let (plant, there) = support::part_for(60.0, steady.clone(), &PLANT, &listen, None);
     let (policy, here) = support::part_for(60.0, steady, &POLICY, &connect, None);
     until_met(&there, &here);
@@ -158,14 +121,10 @@ fn what_strangers_send_is_counted_and_the_run_goes_on() {
     });
     let inlet = &there.inlets()[0];
     let refused = inlet.refused.read();
-    for (why, least) in [
-        (Refusal::Format, 100),
-        (Refusal::Length, 100),
-        (Refusal::NotFinite, 100),
-        (Refusal::Sender, 100),
-    ] {
+    use Refusal::{Format, Length, NotFinite, Sender};
+    for why in [Format, Length, NotFinite, Sender] {
         let count = refused.get(&why).copied().unwrap_or_default();
-        assert!(count >= least, "{why}: {refused:?}");
+        assert!(count >= 100, "{why}: {refused:?}");
     }
     let sender = inlet.sender();
     assert_eq!((sender.lost, sender.starts), (0, 1), "{refused:?}");
@@ -249,6 +208,19 @@ fn ros_action() -> Vec<u8> {
     parts.concat()
 }
 
+/// What runs in the process that listens, as it answers.
+fn info_of_plant(session: &Session) -> serde_json::Value {
+    // A session learns only after a while who answers.
+    loop {
+        let all = Keys::new("cart-pole").of_all(Of::INFO);
+        let infos = session.get(all).wait().expect("asked");
+        if let Ok(answer) = infos.recv() {
+            let info = answer.into_result().expect("of the plant");
+            return serde_json::from_slice(&info.payload().to_bytes()).expect("JSON");
+        }
+    }
+}
+
 #[test]
 fn who_claims_the_session_of_a_ros_node_does_not_silence_it() {
     let address = address();
@@ -256,15 +228,7 @@ fn who_claims_the_session_of_a_ros_node_does_not_silence_it() {
     let [policy, stranger] = [(), ()].map(|()| stranger(&address));
     let zid = policy.zid();
     let keys = Keys::new("cart-pole");
-    // A session learns only after a while who answers.
-    let info = loop {
-        let infos = policy.get(keys.of_all(Of::INFO)).wait().expect("asked");
-        if let Ok(answer) = infos.recv() {
-            break answer.into_result();
-        }
-    };
-    let mut info: serde_json::Value =
-        serde_json::from_slice(&info.expect("of the plant").payload().to_bytes()).expect("JSON");
+    let mut info = info_of_plant(&policy);
     let number = u128::from_le_bytes(zid.to_le_bytes()) as u64;
     for (name, value) in [
         ("session", zid.to_string().into()),

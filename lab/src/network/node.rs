@@ -2,11 +2,11 @@
 
 use std::{path::Path, process};
 
-use ratelab::{ClockKind, RealClock, Speed, Time, Topology};
+use ratelab::{RealClock, Time, Topology};
 use ratelab_study::experiment::{Config, Experiment, Summary};
 use ratelab_wire::{Bridge, SessionEnd, Settings, USUAL, machine};
 
-use super::{line, parts, stop::Stop, wire_error};
+use super::{line, parts, stop::Stop};
 use crate::{
     cli::{ClockArg, GraphArgs, NetworkArgs, NodeArgs, ProcessArgs},
     error::Error,
@@ -46,8 +46,7 @@ pub fn run(
     let mut destination = args.record.clone().map(Destination::new);
     loop {
         let part = Experiment::part(program.system.clone(), config, &here)?;
-        let bridge = Bridge::start(&settings, &part, &here, args.ros.domain());
-        let bridge = bridge.map_err(wire_error)?;
+        let bridge = Bridge::start(&settings, &part, &here, args.ros.domain())?;
         bridge.wait_for_others();
         stop.by(Some(part.commands()));
         let recorder = record(&part, &here, destination.as_mut())?;
@@ -166,7 +165,7 @@ fn ticks(summary: &Summary, here: &[String]) -> String {
     let nodes = summary
         .nodes
         .iter()
-        .filter(|node| here.contains(&node.name));
+        .filter(|node| here.iter().any(|name| **name == *node.name));
     let nodes = nodes.map(|node| format!("{} {} ticks", node.name, node.ticks));
     let nodes: Vec<String> = nodes.collect();
     let text = format!("{} in {}", nodes.join(" | "), summary.sim_time);

@@ -9,7 +9,7 @@ use std::{
 use ratelab_study::experiment::{Config, Experiment, Summary};
 use ratelab_wire::{Follower, SessionEnd, Settings};
 
-use super::{recordings::Recordings, remote::RemoteRun, wire_error};
+use super::{recordings::Recordings, remote::RemoteRun};
 use crate::{
     dashboard::{self, Options},
     error::Error,
@@ -20,12 +20,11 @@ use crate::{
 
 /// The connection of a dashboard to the process that listens at `address`.
 pub fn attached(address: &str, file: Option<PathBuf>, wait: Option<Duration>) -> Settings {
+    let end = SessionEnd::Connect(vec![address.to_owned()]);
     Settings {
-        end: SessionEnd::Connect(vec![address.to_owned()]),
-        insecure: false,
         file,
         wait,
-        notice: note,
+        ..Settings::new(end, note)
     }
 }
 
@@ -46,7 +45,7 @@ pub fn show(
     options: &Options,
 ) -> Result<SeenRuns, Error> {
     let experiment = Experiment::new(Arc::clone(&program.system), &Config::default())?;
-    let follower = Follower::connect(&settings, program.system.name()).map_err(wire_error)?;
+    let follower = Follower::connect(&settings, program.system.name())?;
     let recordings = Arc::new(Mutex::new(Recordings::new(destination)));
     let run = RemoteRun::new(follower, &experiment, recordings.clone());
     drop(experiment);

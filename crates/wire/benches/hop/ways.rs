@@ -155,13 +155,7 @@ fn receive(experiment: Experiment, bridge: Option<Bridge>, hops: &mut Hops) {
 fn part(hz: u32, node: &str, end: SessionEnd) -> (Experiment, Bridge) {
     let here = [node.to_owned()];
     let part = Experiment::part(Arc::new(Hop(hz)), &config(), &here).expect("a part");
-    let settings = Settings {
-        end,
-        insecure: false,
-        file: None,
-        wait: None,
-        notice: |_| (),
-    };
+    let settings = Settings::new(end, |_| ());
     let bridge = Bridge::start(&settings, &part, &here, None).expect("a connection");
     while bridge.others().is_empty() {
         thread::sleep(Duration::from_millis(1));

@@ -1,5 +1,7 @@
 //! The two messages of ROS 2 that cross the border, as plain CDR (XCDR1, little endian).
 
+use ratelab_study::system::JointValues;
+
 /// Encapsulation: plain CDR, little endian.
 const HEADER: [u8; 4] = [0, 1, 0, 0];
 
@@ -35,12 +37,8 @@ pub struct JointState {
     pub frame_id: String,
     /// Names of the joints.
     pub name: Vec<String>,
-    /// Positions (rad or m).
-    pub position: Vec<f64>,
-    /// Velocities (rad/s or m/s).
-    pub velocity: Vec<f64>,
-    /// Efforts (Nm or N).
-    pub effort: Vec<f64>,
+    /// Positions (rad or m), velocities (rad/s or m/s), efforts (Nm or N).
+    pub values: JointValues,
 }
 
 impl JointState {
@@ -51,7 +49,12 @@ impl JointState {
         writer.text(&self.frame_id);
         writer.length(self.name.len());
         self.name.iter().for_each(|name| writer.text(name));
-        for numbers in [&self.position, &self.velocity, &self.effort] {
+        let JointValues {
+            position,
+            velocity,
+            effort,
+        } = &self.values;
+        for numbers in [position, velocity, effort] {
             writer.numbers(numbers);
         }
         writer.0
@@ -67,9 +70,11 @@ impl JointState {
             stamp,
             frame_id,
             name,
-            position: reader.numbers()?,
-            velocity: reader.numbers()?,
-            effort: reader.numbers()?,
+            values: JointValues {
+                position: reader.numbers()?,
+                velocity: reader.numbers()?,
+                effort: reader.numbers()?,
+            },
         };
         reader.ends().then_some(message)
     }
@@ -182,45 +187,39 @@ mod tests {
         bytes.iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
-    fn names(names: &[&str]) -> Vec<String> {
-        names.iter().map(|&name| name.to_owned()).collect()
+    fn message(stamp: Stamp, frame: &str, joints: &[&str], values: [&[f64]; 3]) -> JointState {
+        let [position, velocity, effort] = values.map(<[f64]>::to_vec);
+        JointState {
+            stamp,
+            frame_id: frame.to_owned(),
+            name: joints.iter().map(|&name| name.to_owned()).collect(),
+            values: JointValues {
+                position,
+                velocity,
+                effort,
+            },
+        }
     }
 
     /// Messages with their bytes by rosbags 0.11.9 (`serialize_cdr`, types of Jazzy).
     fn golden() -> [(JointState, &'static str); 3] {
+        let late = Stamp::from_nanos(1_700_000_000_123_456_789);
         let five = Stamp { sec: 5, nanosec: 6 };
+        let both: [&[f64]; 3] = [&[0.25, -0.5], &[1.0, -2.0], &[]];
         [
             (
-                JointState {
-                    stamp: Stamp::from_nanos(1_700_000_000_123_456_789),
-                    name: names(&["cart", "pole"]),
-                    position: vec![0.25, -0.5],
-                    velocity: vec![1.0, -2.0],
-                    ..JointState::default()
-                },
+                message(late, "", &["cart", "pole"], both),
                 "0001000000f1536515cd5b0701000000000000000200000005000000636172740000000005000000\
                  706f6c650000000002000000000000000000d03f000000000000e0bf020000000000000000000000\
                  0000f03f00000000000000c000000000",
             ),
             (
-                JointState {
-                    stamp: five,
-                    name: names(&["cart"]),
-                    effort: vec![-3.5],
-                    ..JointState::default()
-                },
+                message(five, "", &["cart"], [&[], &[], &[-3.5]]),
                 "000100000500000006000000010000000000000001000000050000006361727400000000000000000\
                  000000001000000000000000000000000000cc0",
             ),
             (
-                JointState {
-                    stamp: five,
-                    frame_id: "rail".to_owned(),
-                    name: names(&["a", "bcd"]),
-                    position: vec![1.5],
-                    effort: vec![-3.5, 2.0],
-                    ..JointState::default()
-                },
+                message(five, "rail", &["a", "bcd"], [&[1.5], &[], &[-3.5, 2.0]]),
                 "000100000500000006000000050000007261696c0000000002000000020000006100000004000000\
                  626364000100000000000000000000000000f83f00000000020000000000000000000cc000000000\
                  00000040",

@@ -17,10 +17,7 @@ use std::{
 
 use ratelab::Time;
 use ratelab_account::RowTap;
-use ratelab_study::{
-    experiment::Taps,
-    system::{JointValues, Joints},
-};
+use ratelab_study::{experiment::Taps, system::Joints};
 use zenoh::{Wait, liveliness::LivelinessToken, pubsub::Publisher, qos::Priority, sample::Sample};
 
 use self::{
@@ -35,14 +32,14 @@ use crate::{
     net,
     outlet::{self, BACKLOG},
     packet,
-    part::Part,
+    part::LocalPart,
     recent::Recent,
     refusal::Refusal,
 };
 
 /// The side of a process that ROS sees.
 pub(crate) struct Ros {
-    part: Arc<Part>,
+    part: Arc<LocalPart>,
     domain: u32,
     stamps: Arc<Stamps>,
     publishers: Arc<Publishers>,
@@ -84,7 +81,7 @@ impl Ros {
     /// takes theirs.
     pub(crate) fn begin(
         domain: u32,
-        part: &Arc<Part>,
+        part: &Arc<LocalPart>,
         taps: &Taps,
         joints: &[Joints],
     ) -> Result<Self, WireError> {
@@ -201,8 +198,13 @@ impl Ros {
             if let Some(values) = (joints.of_row)(row)
                 && let Some(moment) = times.moment(sensed)
             {
-                let stamp = stamp(&stamps, sensed, moment);
-                states.put(joint_state(&joints, values, stamp).encode());
+                let message = JointState {
+                    stamp: stamp(&stamps, sensed, moment),
+                    frame_id: String::new(),
+                    name: joints.names.iter().map(|&name| name.to_owned()).collect(),
+                    values,
+                };
+                states.put(message.encode());
             }
         })
     }
@@ -235,27 +237,11 @@ impl Ros {
     }
 }
 
-/// A message as a joint state. Its stamp is the time of the sensing, by the system clock.
-fn joint_state(joints: &Joints, values: JointValues, stamp: Stamp) -> JointState {
-    JointState {
-        stamp,
-        frame_id: String::new(),
-        name: joints.names.iter().map(|&name| name.to_owned()).collect(),
-        position: values.position,
-        velocity: values.velocity,
-        effort: values.effort,
-    }
-}
-
 /// The numbers and the stamp of a joint state from anybody.
 fn read(joints: &Joints, sample: &Sample) -> Result<(Vec<f64>, Stamp), Refusal> {
     let payload = sample.payload().to_bytes();
     let message = JointState::decode(&payload).ok_or(Refusal::Format)?;
-    let values = JointValues {
-        position: message.position,
-        velocity: message.velocity,
-        effort: message.effort,
-    };
+    let values = message.values;
     let row = (joints.to_row)(&values);
     let row = row.ok_or_else(|| match values.is_finite() {
         true => Refusal::Length,

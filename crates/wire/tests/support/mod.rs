@@ -15,6 +15,7 @@ pub use address::address;
 use ratelab::Time;
 use ratelab_study::{
     experiment::{Config, Experiment},
+    graph_file::GraphFile,
     system::System,
 };
 use ratelab_wire::{Bridge, SessionEnd, Settings};
@@ -22,6 +23,12 @@ use zenoh::Wait;
 
 /// The configurations of the manual.
 pub const MANUAL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/network");
+
+/// The graph of a file with this `text`.
+pub fn graph(text: &str) -> Arc<dyn System> {
+    let graph = GraphFile::parse(text).and_then(|graph| graph.system(&[]));
+    Arc::new(graph.expect("a graph"))
+}
 
 /// The settings of the end that listens, with the zenoh configuration `file`.
 pub fn listen(address: &str, file: Option<&Path>) -> Settings {
@@ -35,11 +42,8 @@ pub fn connect(address: &str, file: Option<&Path>) -> Settings {
 
 fn settings(end: SessionEnd, file: Option<&Path>) -> Settings {
     Settings {
-        end,
-        insecure: false,
         file: file.map(Path::to_owned),
-        wait: None,
-        notice: |_| (),
+        ..Settings::new(end, |_| ())
     }
 }
 

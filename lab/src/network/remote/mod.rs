@@ -4,21 +4,25 @@
 //! times, which are those of the process that listens. They come from several processes, so
 //! each waits a moment for those before it.
 
+mod gathered;
+mod numbering;
 mod processes;
+mod relay;
 mod shown;
+mod trouble;
 
 use std::{
-    collections::{BTreeMap, HashMap},
+    collections::HashMap,
     mem,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant},
 };
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
-use ratelab::{ClockExit, Event, Time, Topology};
+use ratelab::{ClockExit, Event, Time};
 use ratelab_account::TickRecord;
 use ratelab_study::{
-    experiment::{Config, Experiment, Taps},
+    experiment::{Experiment, Taps},
     system::System,
 };
 use ratelab_wire::{
@@ -27,9 +31,9 @@ use ratelab_wire::{
     telemetry::{Answer, Batch, Info, PublishedMessage},
 };
 
-use self::processes::Processes;
-use super::{gathered::GatheredRun, recordings::Recordings, relay::Relay};
-use crate::recording::{Source, StopReason, Tapped, schema::Origin};
+use self::{gathered::GatheredRun, processes::Processes};
+use super::recordings::Recordings;
+use crate::recording::{Source, StopReason, schema::Origin};
 
 /// How long an item waits for earlier ones of other processes.
 const HOLD: Duration = Duration::from_millis(150);
@@ -54,8 +58,8 @@ pub struct RemoteRun {
     /// The topics of the system.
     known: Taps,
     recordings: Arc<Mutex<Recordings>>,
-    pending: BTreeMap<(Time, u64), Item>,
-    items: u64,
+    /// What waits, in the order in which it came.
+    pending: Vec<(Time, Item)>,
     /// When messages arrived, by topic, sender and number.
     arrivals: HashMap<(usize, u64, u64), Time>,
     /// The run time from which on all processes report.
@@ -87,11 +91,10 @@ impl RemoteRun {
             system: system.clone(),
             processes: Processes::default(),
             early: Vec::new(),
-            gathered: gathered(system, config, &graph, &known),
+            gathered: GatheredRun::new(system, config, &graph, &known),
             known,
             recordings,
-            pending: BTreeMap::new(),
-            items: 0,
+            pending: Vec::new(),
             arrivals: HashMap::new(),
             complete: None,
             lost_batches: 0,
@@ -121,11 +124,6 @@ impl RemoteRun {
             }
             if !self.processes.know(new) {
                 self.add(info);
-                let reports = self.early.extract_if(.., |(from, _)| *from == new);
-                let reports: Vec<_> = reports.collect();
-                reports
-                    .into_iter()
-                    .for_each(|(from, batch)| self.take(from, batch));
             }
         }
         new_run
@@ -144,7 +142,7 @@ impl RemoteRun {
     /// Begins the picture of another run.
     fn begin(&mut self, hub: &Info) {
         self.complete_last();
-        self.gathered = gathered(&self.system, &hub.config, &hub.topology, &self.known);
+        self.gathered = GatheredRun::new(&self.system, &hub.config, &hub.topology, &self.known);
         self.processes.begin(hub);
         self.pending.clear();
         self.arrivals.clear();
@@ -199,7 +197,8 @@ impl RemoteRun {
 
     /// Takes the reports that have come.
     fn hear(&mut self) {
-        let batches: Vec<(u64, Batch)> = self.follower.batches().collect();
+        let mut batches = mem::take(&mut self.early);
+        batches.extend(self.follower.batches());
         for (from, batch) in batches {
             if self.processes.know(from) {
                 self.take(from, batch);
@@ -248,8 +247,7 @@ impl RemoteRun {
 
     fn hold(&mut self, at: Time, item: Item) {
         if self.pending.len() < MOST_PENDING {
-            self.items += 1;
-            self.pending.insert((at, self.items), item);
+            self.pending.push((at, item));
         }
     }
 
@@ -284,19 +282,20 @@ impl RemoteRun {
     /// head names them all.
     fn awaits_process(&self, ripe: Time) -> bool {
         let mut nodes = self.gathered.topology.nodes.iter();
-        let knows_all = nodes.all(|node| self.processes.knows_node(&node.name));
+        let knows_all = nodes.all(|node| self.processes.of(&node.name).is_some());
         !knows_all && ripe < Time::ZERO + GREETING && self.recordings().is_waiting()
     }
 
     /// Puts together what happened before run time `until`.
     fn gather_until(&mut self, until: Time) {
-        let later = self.pending.split_off(&(until, 0));
-        let due = mem::replace(&mut self.pending, later);
+        self.pending.sort_by_key(|(at, _)| *at);
+        let due = self.pending.partition_point(|(at, _)| *at < until);
+        let due: Vec<(Time, Item)> = self.pending.drain(..due).collect();
         if !due.is_empty() && self.recordings().is_waiting() {
             let source = self.source();
             self.recordings().begin_of_run(source);
         }
-        for item in due.into_values() {
+        for (_, item) in due {
             match item {
                 Item::Event(event) => self.gathered.event(&event),
                 Item::Tick(from, node, tick) => self.gathered.tick(from, node, tick),
@@ -315,10 +314,8 @@ impl RemoteRun {
     fn arrives(&mut self, from: u64, message: &PublishedMessage) -> Option<Time> {
         let graph = &self.gathered.topology;
         let topic = graph.topics.get(message.topic)?;
-        let mut readers = topic
-            .readers
-            .iter()
-            .filter_map(|node| graph.nodes.get(*node));
+        let readers = topic.readers.iter();
+        let mut readers = readers.filter_map(|node| graph.nodes.get(*node));
         if readers.all(|node| self.processes.runs(from, &node.name)) {
             return Some(message.at);
         }
@@ -335,17 +332,6 @@ impl Drop for RemoteRun {
     fn drop(&mut self) {
         self.complete_last();
     }
-}
-
-/// The beginning of a run with this configuration and graph.
-fn gathered(
-    system: &Arc<dyn System>,
-    config: &Config,
-    graph: &Topology,
-    known: &Taps,
-) -> GatheredRun {
-    let relay = Relay::new(graph, |name| known.fields(name));
-    GatheredRun::new(system, config.clone(), graph.clone(), relay)
 }
 
 /// Run time `time`, `shift` ns later.

@@ -12,17 +12,17 @@ use ratelab_wire::{
     telemetry::{Batch, Info, TopicCounts},
 };
 
-use crate::{dashboard::Place, recording::ProcessRecord};
+use crate::recording::ProcessRecord;
 
 /// Time without a report after which a process counts as gone.
-const GONE: Duration = Duration::from_millis(500);
+pub(super) const GONE: Duration = Duration::from_millis(500);
 
 /// All processes that were there, without those that were replaced.
 #[derive(Default)]
 pub struct Processes {
     /// The one that listens, and how its run began.
-    hub: Option<Info>,
-    all: HashMap<u64, Process>,
+    pub(super) hub: Option<Info>,
+    pub(super) all: HashMap<u64, Process>,
     /// Those that are connected.
     present: HashSet<u64>,
     /// How far their clocks are ahead of ours.
@@ -32,17 +32,17 @@ pub struct Processes {
 }
 
 /// A process and its reports.
-struct Process {
-    info: Info,
+pub(super) struct Process {
+    pub(super) info: Info,
     /// Number of its last report.
     batch: u64,
-    heard: Instant,
-    counts: Vec<TopicCounts>,
+    pub(super) heard: Instant,
+    pub(super) counts: Vec<TopicCounts>,
     /// Messages lost unread before this run, by topic.
     dropped_before: HashMap<usize, u64>,
     /// Greatest error of its times in the run time of the one that listens; `None` while
     /// unknown.
-    bound: Option<Nanos>,
+    pub(super) bound: Option<Nanos>,
     /// Number of its events so far.
     events: usize,
 }
@@ -65,11 +65,6 @@ impl Process {
         let counts = self.counts.iter().filter(|counts| counts.topic == topic);
         let all = total(counts.map(|counts| counts.dropped));
         all.saturating_sub(self.dropped_before.get(&topic).copied().unwrap_or(0))
-    }
-
-    /// Its nodes.
-    fn names(&self) -> String {
-        self.info.nodes.join(" and ")
     }
 }
 
@@ -105,11 +100,6 @@ impl Processes {
     /// Whether a process is known.
     pub fn know(&self, incarnation: u64) -> bool {
         self.all.contains_key(&incarnation)
-    }
-
-    /// Whether a process with `node` is known.
-    pub fn knows_node(&self, node: &str) -> bool {
-        self.of(node).is_some()
     }
 
     /// Adds a process in place of one that ran the same nodes.
@@ -212,21 +202,20 @@ impl Processes {
 
     /// Whether nothing is heard of the process that listens.
     pub fn lack_hub(&self) -> bool {
-        let hub = self.hub_process();
-        hub.is_none_or(|hub| self.is_gone(hub))
+        self.hub_process().is_none_or(|hub| self.is_gone(hub))
     }
 
-    fn hub_process(&self) -> Option<&Process> {
+    pub(super) fn hub_process(&self) -> Option<&Process> {
         self.all.get(&self.hub.as_ref()?.incarnation)
     }
 
     /// Whether nothing is heard of a process. Before the run none has anything to report.
-    fn is_gone(&self, process: &Process) -> bool {
+    pub(super) fn is_gone(&self, process: &Process) -> bool {
         let began = self.hub.as_ref().is_some_and(|hub| hub.zero.is_some());
         process.heard.elapsed() > GONE && (began || !self.is_present(process))
     }
 
-    fn is_present(&self, process: &Process) -> bool {
+    pub(super) fn is_present(&self, process: &Process) -> bool {
         self.present.contains(&process.info.incarnation)
     }
 
@@ -243,99 +232,14 @@ impl Processes {
         records
     }
 
-    /// Where `node` runs.
-    pub fn place(&self, node: &str) -> Place {
-        let Some(process) = self.of(node) else {
-            let absent = format!("no process runs the {node}: start one, as ratelab node {node}");
-            return Place {
-                text: "nowhere".to_owned(),
-                absent: Some(absent),
-            };
-        };
-        Place {
-            text: format!("{}@{}", process.info.pid, process.info.host),
-            absent: self.unheard(process).map(|process| self.absence(process)),
-        }
-    }
-
-    /// The process whose fault it is that nothing is heard of this one: all others are heard
-    /// through the one that listens.
-    fn unheard<'a>(&'a self, process: &'a Process) -> Option<&'a Process> {
-        let hub = self.hub_process().filter(|hub| self.is_gone(hub));
-        let hub = hub.filter(|hub| process.heard + GONE >= hub.heard);
-        hub.or_else(|| Some(process).filter(|process| self.is_gone(process)))
-    }
-
-    /// Why nothing is heard of a process, and what to try.
-    fn absence(&self, process: &Process) -> String {
-        let Info { pid, host, .. } = &process.info;
-        let names = process.names();
-        let others = match process.info.is_hub {
-            true => ", through which all others are heard",
-            false => "",
-        };
-        match self.is_present(process) {
-            true => format!(
-                "{names}: silent{others}. Process {pid} on {host} hangs, or is stopped: kill \
-                 -CONT {pid} goes on"
-            ),
-            false => format!(
-                "{names}: gone{others}. Process {pid} on {host} ended, is cut off or stopped: \
-                 start it again, or kill -CONT {pid}"
-            ),
-        }
-    }
-
-    /// What is wrong, if something is; of a run that is `over`, who is missing for the next one.
-    pub fn trouble(&self, over: bool) -> Option<String> {
-        let Some(hub) = &self.hub else {
-            return Some("waiting for the process that listens".to_owned());
-        };
-        if over || (hub.zero.is_none() && !self.lack_hub()) {
-            let nodes = hub.topology.nodes.iter().map(|node| &*node.name);
-            let is_there = |node| self.of(node).is_some_and(|of| self.is_present(of));
-            let away: Vec<&str> = nodes.filter(|node| !is_there(node)).collect();
-            let away = match away.len() == hub.topology.nodes.len() {
-                true => "all nodes".to_owned(),
-                false => away.join(", "),
-            };
-            return (!away.is_empty()).then(|| format!("waiting for {away}"));
-        }
-        let gone = self.all.values().filter(|process| self.is_gone(process));
-        let gone = gone.map(|process| (process.names(), process.heard.elapsed().as_secs_f64()));
-        let mut gone: Vec<(String, f64)> = gone.collect();
-        gone.sort_by(|one, other| one.0.cmp(&other.0));
-        if let (Some((_, seconds)), true) = (gone.first(), gone.len() == self.all.len()) {
-            return Some(format!("all nodes gone for {seconds:.1} s"));
-        }
-        let gone = gone.iter();
-        let gone = gone.map(|(names, seconds)| format!("{names} gone for {seconds:.1} s"));
-        let counts = self.all.values().flat_map(|process| &process.counts);
-        let refused = total(counts.map(|counts| counts.refused));
-        let refused = (refused > 0).then(|| format!("{refused} messages refused"));
-        let trouble: Vec<String> = gone.chain(refused).collect();
-        (!trouble.is_empty()).then(|| trouble.join(", "))
-    }
-
-    /// How exact ages between them are; `None` where they share a clock.
-    pub fn exactness(&self) -> Option<String> {
-        let others = self.all.values().filter(|process| !process.info.is_hub);
-        let bounds: Option<Vec<Nanos>> = others.map(|process| process.bound).collect();
-        let Some(bounds) = bounds else {
-            return Some("ages ?".to_owned());
-        };
-        let worst = bounds.into_iter().max().filter(|bound| *bound > 0)?;
-        Some(format!("ages ±{:.1} ms", worst as f64 / 1e6))
-    }
-
     /// The process that runs `node`.
-    fn of(&self, node: &str) -> Option<&Process> {
+    pub(super) fn of(&self, node: &str) -> Option<&Process> {
         self.all.values().find(|process| process.info.runs(node))
     }
 }
 
 /// The sum of counts that somebody else sends: any numbers.
-fn total(counts: impl Iterator<Item = u64>) -> u64 {
+pub(super) fn total(counts: impl Iterator<Item = u64>) -> u64 {
     counts.fold(0, u64::saturating_add)
 }
 
@@ -354,32 +258,41 @@ fn is_of(event: &Event, process: &Info) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ratelab::{GO_ON, Graph, Hz, Time, Topology};
-    use ratelab_study::experiment::Config;
+    use ratelab::Time;
+    use ratelab_cart_pole::CartPole;
+    use ratelab_study::experiment::{Config, Experiment};
+    use std::sync::Arc;
 
     /// A process with one node, whose run began at `zero` (ns) of its clock.
     fn info(incarnation: u64, node: &str, clock: u64, zero: Nanos) -> Info {
+        let system = Arc::new(CartPole::default());
+        let whole = Experiment::new(system, &Config::default()).expect("cart-pole");
         Info {
-            ratelab: String::new(),
             incarnation,
-            host: "robot".to_owned(),
-            pid: 1,
-            session: String::new(),
-            is_hub: node == "plant",
-            nodes: vec![node.to_owned()],
+            is_hub: node == "sensor",
             clock: ClockId(clock),
             zero: Some(zero),
-            config: Config::default(),
-            topology: Topology {
-                nodes: Vec::new(),
-                topics: Vec::new(),
-            },
-            events: Vec::new(),
+            ..Info::of(&whole, &[node.to_owned()])
+        }
+    }
+
+    /// A report of messages that were dropped and refused.
+    fn batch(number: u64, messages: u64) -> Batch {
+        let counts = TopicCounts {
+            topic: 7,
+            dropped: messages,
+            refused: messages,
+            lost: 0,
+        };
+        Batch {
+            number,
+            topics: vec![counts],
+            ..Batch::default()
         }
     }
 
     fn with_hub() -> Processes {
-        let (mut processes, hub) = (Processes::default(), info(1, "plant", 1, 500));
+        let (mut processes, hub) = (Processes::default(), info(1, "sensor", 1, 500));
         processes.begin(&hub);
         processes.add(hub);
         processes.set_clock(ClockId(1), Estimate::SAME);
@@ -405,15 +318,6 @@ mod tests {
     #[test]
     fn a_restart_keeps_the_drops_so_far_and_lacks_no_reports() {
         let mut processes = with_hub();
-        let batch = |number, dropped| Batch {
-            number,
-            topics: vec![TopicCounts {
-                topic: 7,
-                dropped,
-                ..TopicCounts::default()
-            }],
-            ..Batch::default()
-        };
         processes.add(info(2, "policy", 1, 0));
         assert_eq!(processes.report(2, &batch(40, 3), 0), 0);
         assert_eq!(processes.report(2, &batch(43, 5), 0), 2);
@@ -426,19 +330,8 @@ mod tests {
     #[test]
     fn any_numbers_of_a_report_are_added_up() {
         let mut processes = with_hub();
-        let batch = Batch {
-            number: u64::MAX,
-            topics: vec![
-                TopicCounts {
-                    topic: 7,
-                    dropped: u64::MAX,
-                    refused: u64::MAX,
-                    ..TopicCounts::default()
-                };
-                2
-            ],
-            ..Batch::default()
-        };
+        let mut batch = batch(u64::MAX, u64::MAX);
+        batch.topics.extend_from_within(..);
         processes.add(info(2, "policy", 1, Nanos::MIN));
         for _ in 0..2 {
             processes.report(2, &batch, Nanos::MAX);
@@ -446,32 +339,22 @@ mod tests {
             processes.add(info(2, "policy", 1, Nanos::MAX));
         }
         assert!(processes.shift(2, Nanos::MIN).is_some());
-        assert_eq!(
-            processes.new_events(2, usize::MAX, &[]),
-            Vec::<&Event>::new()
-        );
+        assert!(processes.new_events(2, usize::MAX, &[]).is_empty());
         assert!(processes.trouble(false).is_none());
     }
 
     #[test]
     fn who_left_after_the_run_is_waited_for_and_not_missed() {
-        let mut graph = Graph::new();
-        for node in ["plant", "policy"] {
-            let added = graph.node(node, Hz::MIN, 0, |_| |_| GO_ON);
-            added.expect("a node");
-        }
-        let mut hub = info(1, "plant", 1, 500);
-        hub.topology = graph.topology();
-        let mut processes = Processes::default();
-        processes.begin(&hub);
-        processes.add(hub);
+        let mut processes = with_hub();
         processes.add(info(2, "policy", 1, 0));
-        processes.set_present([2].into_iter());
-        assert_eq!(
-            processes.trouble(true).as_deref(),
-            Some("waiting for plant")
-        );
+        processes.add(info(3, "actuator", 1, 0));
+        processes.set_present([2, 3].into_iter());
+        let trouble = processes.trouble(true);
+        assert_eq!(trouble.as_deref(), Some("waiting for sensor"));
         processes.set_present([1, 2].into_iter());
+        let trouble = processes.trouble(true);
+        assert_eq!(trouble.as_deref(), Some("waiting for actuator"));
+        processes.set_present([1, 2, 3].into_iter());
         assert_eq!(processes.trouble(true), None);
     }
 
@@ -486,7 +369,7 @@ mod tests {
                 was: None,
             },
         };
-        let events = ["rate policy 20", "rate plant 20"].map(knob);
+        let events = ["rate policy 20", "rate sensor 20"].map(knob);
         let shown = |processes: &mut Processes, from| {
             let new = processes.new_events(from, 0, &events);
             new.into_iter().cloned().collect::<Vec<_>>()

@@ -7,7 +7,7 @@ use ratelab::{
 };
 use ratelab_account::{Lineage, Observer, ReplayAccounts, Rows, Snapshot, TickRecord};
 use ratelab_study::{
-    experiment::{Config, Summary},
+    experiment::{Config, Summary, Taps},
     system::{MeanCost, System, verdict},
 };
 use ratelab_wire::telemetry::PublishedMessage;
@@ -44,14 +44,19 @@ pub struct GatheredRun {
 }
 
 impl GatheredRun {
-    /// A run of which nothing is known yet; its messages and ticks go to `relay` as well.
-    pub fn new(system: &Arc<dyn System>, config: Config, topology: Topology, relay: Relay) -> Self {
+    /// A run of which nothing is known yet. The topics that are `known` can be recorded.
+    pub fn new(
+        system: &Arc<dyn System>,
+        config: &Config,
+        topology: &Topology,
+        known: &Taps,
+    ) -> Self {
         let status = Status {
             clock: ClockKind::Real,
             paused: false,
             speed: Speed::REAL_TIME,
         };
-        let counters = ReplayAccounts::new(&topology, status);
+        let counters = ReplayAccounts::new(topology, status);
         let lineage = Lineage::new(topology.clone()).keeping(KEPT);
         let mut lineage = lineage.along(system.about().latency_path);
         let setup = config.setup.iter();
@@ -60,11 +65,11 @@ impl GatheredRun {
             system: system.clone(),
             start: counters.observer().snapshot(),
             observer: counters.observer(),
-            relay: Arc::new(relay),
+            relay: Arc::new(Relay::new(topology, known)),
             counters,
             lineage,
-            config,
-            topology,
+            config: config.clone(),
+            topology: topology.clone(),
             new_rows: BTreeMap::new(),
             ticks: Numbering::default(),
             messages: Numbering::default(),

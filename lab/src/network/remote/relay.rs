@@ -2,6 +2,7 @@
 
 use ratelab::{Head, Topology};
 use ratelab_account::{Copies, RowTap, Tap, TickRecord};
+use ratelab_study::experiment::Taps;
 
 use crate::recording::Tapped;
 
@@ -22,11 +23,11 @@ struct RelayedTopic {
 type Fields = &'static [&'static str];
 
 impl Relay {
-    /// A relay for a graph with this `topology`; `fields` of the topics that are recorded,
-    /// by name.
-    pub fn new(topology: &Topology, fields: impl Fn(&str) -> Option<Fields>) -> Self {
+    /// A relay for a graph with this `topology`, of which the topics that are `known` are
+    /// recorded.
+    pub fn new(topology: &Topology, known: &Taps) -> Self {
         let topics = topology.topics.iter().map(|topic| RelayedTopic {
-            fields: fields(&topic.name),
+            fields: known.fields(&topic.name),
             name: topic.name.clone(),
             messages: Copies::default(),
         });
@@ -41,7 +42,7 @@ impl Relay {
     pub fn message(&self, topic: usize, head: Head, row: &[f64], missing: u64) {
         if let Some(topic) = self.topics.get(topic) {
             topic.messages.lose(missing);
-            topic.messages.offer(|| (head, row.to_vec()));
+            topic.messages.offer(&(head, row.to_vec()));
         }
     }
 
@@ -50,7 +51,7 @@ impl Relay {
     pub fn tick(&self, node: usize, tick: TickRecord, missing: u64) {
         if let Some(node) = self.nodes.get(node) {
             node.lose(missing);
-            node.offer(|| tick);
+            node.offer(&tick);
         }
     }
 

@@ -1,0 +1,98 @@
+//! What is told of the processes of a run: where a node is, what is wrong, how exact ages are.
+
+use ratelab_wire::{machine::Nanos, telemetry::Info};
+
+use super::processes::{GONE, Process, Processes, total};
+use crate::dashboard::Place;
+
+impl Processes {
+    /// Where `node` runs.
+    pub fn place(&self, node: &str) -> Place {
+        let Some(process) = self.of(node) else {
+            let absent = format!("no process runs the {node}: start one, as ratelab node {node}");
+            return Place {
+                text: "nowhere".to_owned(),
+                absent: Some(absent),
+            };
+        };
+        Place {
+            text: format!("{}@{}", process.info.pid, process.info.host),
+            absent: self.unheard(process).map(|process| self.absence(process)),
+        }
+    }
+
+    /// The process whose fault it is that nothing is heard of this one: all others are heard
+    /// through the one that listens.
+    fn unheard<'a>(&'a self, process: &'a Process) -> Option<&'a Process> {
+        let hub = self.hub_process().filter(|hub| self.is_gone(hub));
+        let hub = hub.filter(|hub| process.heard + GONE >= hub.heard);
+        hub.or_else(|| Some(process).filter(|process| self.is_gone(process)))
+    }
+
+    /// Why nothing is heard of a process, and what to try.
+    fn absence(&self, process: &Process) -> String {
+        let Info { pid, host, .. } = &process.info;
+        let names = names(process);
+        let others = match process.info.is_hub {
+            true => ", through which all others are heard",
+            false => "",
+        };
+        match self.is_present(process) {
+            true => format!(
+                "{names}: silent{others}. Process {pid} on {host} hangs, or is stopped: kill \
+                 -CONT {pid} goes on"
+            ),
+            false => format!(
+                "{names}: gone{others}. Process {pid} on {host} ended, is cut off or stopped: \
+                 start it again, or kill -CONT {pid}"
+            ),
+        }
+    }
+
+    /// What is wrong, if something is; of a run that is `over`, who is missing for the next one.
+    pub fn trouble(&self, over: bool) -> Option<String> {
+        let Some(hub) = &self.hub else {
+            return Some("waiting for the process that listens".to_owned());
+        };
+        if over || (hub.zero.is_none() && !self.lack_hub()) {
+            let nodes = hub.topology.nodes.iter().map(|node| &*node.name);
+            let is_there = |node| self.of(node).is_some_and(|of| self.is_present(of));
+            let away: Vec<&str> = nodes.filter(|node| !is_there(node)).collect();
+            let away = match away.len() == hub.topology.nodes.len() {
+                true => "all nodes".to_owned(),
+                false => away.join(", "),
+            };
+            return (!away.is_empty()).then(|| format!("waiting for {away}"));
+        }
+        let gone = self.all.values().filter(|process| self.is_gone(process));
+        let gone = gone.map(|process| (names(process), process.heard.elapsed().as_secs_f64()));
+        let mut gone: Vec<(String, f64)> = gone.collect();
+        gone.sort_by(|one, other| one.0.cmp(&other.0));
+        if let (Some((_, seconds)), true) = (gone.first(), gone.len() == self.all.len()) {
+            return Some(format!("all nodes gone for {seconds:.1} s"));
+        }
+        let gone = gone.iter();
+        let gone = gone.map(|(names, seconds)| format!("{names} gone for {seconds:.1} s"));
+        let counts = self.all.values().flat_map(|process| &process.counts);
+        let refused = total(counts.map(|counts| counts.refused));
+        let refused = (refused > 0).then(|| format!("{refused} messages refused"));
+        let trouble: Vec<String> = gone.chain(refused).collect();
+        (!trouble.is_empty()).then(|| trouble.join(", "))
+    }
+
+    /// How exact ages between them are; `None` where they share a clock.
+    pub fn exactness(&self) -> Option<String> {
+        let others = self.all.values().filter(|process| !process.info.is_hub);
+        let bounds: Option<Vec<Nanos>> = others.map(|process| process.bound).collect();
+        let Some(bounds) = bounds else {
+            return Some("ages ?".to_owned());
+        };
+        let worst = bounds.into_iter().max().filter(|bound| *bound > 0)?;
+        Some(format!("ages ±{:.1} ms", worst as f64 / 1e6))
+    }
+}
+
+/// The nodes of a process.
+fn names(process: &Process) -> String {
+    process.info.nodes.join(" and ")
+}
