@@ -7,7 +7,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use ratelab::{ClockKind, RealClock, Speed, Time};
+use ratelab::{RealClock, Time};
 use ratelab_study::experiment::{Config, Experiment, Summary};
 use ratelab_wire::{Bridge, SessionEnd, Settings, USUAL, host};
 
