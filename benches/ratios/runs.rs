@@ -57,15 +57,12 @@ pub fn measure(table: &mut Table) {
         let mut data = floor.start();
         time(|| floor.step(&mut data))
     };
-    let work = paired(ROUNDS, || robot(floor.actions.len()), stepping);
+    let plain_loop = || robot(floor.actions.len());
+    let work = paired(ROUNDS, plain_loop, stepping);
     table.row("sense, think and act in a plain loop", &work, None);
     let run = paired(ROUNDS, || time_run(experiment()), stepping);
     table.row("run, all statistics on", &run, Some(1.05));
-    let plain = paired(
-        ROUNDS,
-        || time_run(experiment()),
-        || robot(floor.actions.len()),
-    );
+    let plain = paired(ROUNDS, || time_run(experiment()), plain_loop);
     table.row("run, beside that plain loop", &plain, None);
     let unlinked = paired(
         ROUNDS,
@@ -85,10 +82,8 @@ pub fn measure(table: &mut Table) {
         || time(|| floor.step(&mut floor.start())),
     );
     table.row("run and making graph and plant", &whole, None);
-    let cores = thread::available_parallelism().map_or(1, usize::from);
-    for (what, threads) in [("runs/s on one core", 1), ("runs/s on all cores", cores)] {
-        throughput(table, &floor, what, threads);
-    }
+    throughput(table, &floor, "runs/s on one core", 1);
+    throughput(table, &floor, "runs/s on all cores", all_cores().get());
     sweep(table);
     own_world(table);
     links(table);

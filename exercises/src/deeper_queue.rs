@@ -18,39 +18,12 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
         return Err(Failure::Unmeasured("runs are missing".to_owned()));
     };
     let unchanged = unchanged(shallow, deep);
-    let mut measurements = Vec::new();
-    let mut table = Table::new([
-        "depth",
-        "seed",
-        "/obs dropped",
-        "verdict",
-        "steps",
-        "push age",
-    ]);
-    for depth in &depths {
-        for (seed, run) in depth.runs.iter().enumerate() {
-            let age_ms = run.push_age.map_or(f64::NAN, |age| age.late_s * 1e3);
-            table.row([
-                depth.value.clone(),
-                seed.to_string(),
-                obs_dropped(run).to_string(),
-                run.verdict.name().to_owned(),
-                run.steps.to_string(),
-                format!("{age_ms:.1} ms"),
-            ]);
-            let name = |what| format!("depth {}, seed {seed}: {what}", depth.value);
-            measurements.extend([
-                Measurement::new(name("/obs dropped"), obs_dropped(run) as f64),
-                Measurement::new(name("balanced"), u32::from(!run.verdict.is_lost())),
-                Measurement::new(name("steps"), run.steps as f64),
-            ]);
-        }
-    }
+    let mut measurements: Vec<_> = depths.iter().flat_map(measurements).collect();
     let name = "runs that the depth did not change";
     measurements.push(Measurement::new(name, unchanged as f64));
     let drops = |depth: &KnobRuns| depth.runs.iter().map(obs_dropped).sum::<u64>();
     Ok(Findings {
-        table,
+        table: table(&depths),
         answer: Answer::Exactly(deep.up() as f64),
         meaning: format!(
             "The deeper queue took the drops from {} to {}, and in {unchanged} of {} runs it \
@@ -72,4 +45,44 @@ fn unchanged(shallow: &KnobRuns, deep: &KnobRuns) -> usize {
     pairs
         .filter(|(one, other)| course(one) == course(other))
         .count()
+}
+
+fn table(depths: &[KnobRuns]) -> Table {
+    let mut table = Table::new([
+        "depth",
+        "seed",
+        "/obs dropped",
+        "verdict",
+        "steps",
+        "push age",
+    ]);
+    for (depth, seed, run) in depths.iter().flat_map(runs) {
+        let age_ms = run.push_age.map_or(f64::NAN, |age| age.late_s * 1e3);
+        table.row([
+            depth.to_owned(),
+            seed.to_string(),
+            obs_dropped(run).to_string(),
+            run.verdict.name().to_owned(),
+            run.steps.to_string(),
+            format!("{age_ms:.1} ms"),
+        ]);
+    }
+    table
+}
+
+fn measurements(depth: &KnobRuns) -> impl Iterator<Item = Measurement> {
+    runs(depth).flat_map(|(depth, seed, run)| {
+        let name = |what| format!("depth {depth}, seed {seed}: {what}");
+        [
+            Measurement::new(name("/obs dropped"), obs_dropped(run) as f64),
+            Measurement::new(name("balanced"), u32::from(!run.verdict.is_lost())),
+            Measurement::new(name("steps"), run.steps as f64),
+        ]
+    })
+}
+
+/// The runs with one depth: the depth, the seed and the result.
+fn runs(depth: &KnobRuns) -> impl Iterator<Item = (&str, usize, &CellResult)> {
+    let runs = depth.runs.iter().enumerate();
+    runs.map(|(seed, run)| (depth.value.as_str(), seed, run))
 }

@@ -127,21 +127,8 @@ pub fn graph(
         world: world(&args.timing, usual.world)?,
         ..usual
     };
-    let aliases = args.system.given.iter();
-    let mut settings: Vec<(String, Vec<Knob>)> = aliases
-        .map(|(name, knobs)| (format!("--{name} "), knobs.clone()))
-        .collect();
-    let broken = program.system.about().broken.filter(|_| args.system.broken);
-    if let Some(knob) = broken {
-        settings.push(read_knob(program, "--break", knob)?);
-    }
-    settings.extend(timing(&args.timing));
-    for knob in &args.knob {
-        settings.push(read_knob(program, "--knob", knob)?);
-    }
-    config
-        .setup
-        .extend(setup(program, seed, settings)?.iter().cloned());
+    let setup = setup(program, seed, settings(program, args)?)?;
+    config.setup.extend(setup.iter().cloned());
     if let Some(path) = &args.knobs {
         config.knobs = read_knobs(program, &config, path)?;
     }
@@ -150,6 +137,18 @@ pub fn graph(
     let warnings = program.system.warnings(&whole);
     warnings.iter().for_each(|warning| note(warning));
     Ok((config, like))
+}
+
+/// The knobs in the options, each with a prefix for its errors; later ones have precedence.
+fn settings(program: &Program, args: &GraphArgs) -> Result<Vec<(String, Vec<Knob>)>, Error> {
+    let aliases = args.system.given.iter();
+    let aliases = aliases.map(|(name, knobs)| Ok((format!("--{name} "), knobs.clone())));
+    let broken = program.system.about().broken.filter(|_| args.system.broken);
+    let broken = broken.map(|knob| read_knob(program, "--break", knob));
+    let knobs = args.knob.iter();
+    let knobs = knobs.map(|knob| read_knob(program, "--knob", knob));
+    let timing = timing(&args.timing).map(Ok);
+    aliases.chain(broken).chain(timing).chain(knobs).collect()
 }
 
 /// The world in the options, or else the `usual` one.

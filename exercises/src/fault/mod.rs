@@ -4,7 +4,7 @@ mod graph;
 mod suspect;
 
 use graph::FaultyGraph;
-use ratelab_account::{Snapshot, TopicAccount};
+use ratelab_account::{NodeAccount, Snapshot, TopicAccount};
 use ratelab_study::experiment::{Config, Experiment, Summary};
 use suspect::SUSPECTS;
 
@@ -98,42 +98,63 @@ impl Run {
             "dropped",
             "age when read",
         ]);
-        let none = || "-".to_owned();
-        let seconds = self.summary.sim_time.as_secs_f64();
         let nodes = self.summary.nodes.iter();
-        for node in nodes.filter(|node| &*node.name != "world") {
-            let takes = node.tick_time.mean_s();
-            table.row([
-                node.name.to_string(),
-                format!("{:.1} ticks", node.ticks as f64 / seconds),
+        let nodes = nodes.filter(|node| &*node.name != "world");
+        nodes.for_each(|node| table.row(self.node(node)));
+        let topics = self.end.topics.iter().filter(|topic| is_read(topic));
+        topics.for_each(|topic| table.row(self.topic(topic)));
+        let end = self.summary.sim_time.to_string();
+        table.row(row(
+            "the run",
+            [self.summary.verdict.name().to_owned(), end],
+        ));
+        table
+    }
+
+    fn per_second(&self, count: u64) -> f64 {
+        count as f64 / self.summary.sim_time.as_secs_f64()
+    }
+
+    fn node(&self, node: &NodeAccount) -> [String; 8] {
+        let takes = node.tick_time.mean_s();
+        row(
+            &node.name,
+            [
+                format!("{:.1} ticks", self.per_second(node.ticks)),
                 none(),
                 takes.map_or_else(none, |takes| format!("{:.0} ms", takes * 1e3)),
                 node.overruns.to_string(),
-                none(),
-                none(),
-                none(),
-            ]);
-        }
-        for topic in self.end.topics.iter().filter(|topic| is_read(topic)) {
-            let age = topic.readers.first().and_then(|read| read.ages.mean_s());
-            table.row([
-                topic.name.to_string(),
-                format!("{:.1} sent", topic.published as f64 / seconds),
+            ],
+        )
+    }
+
+    fn topic(&self, topic: &TopicAccount) -> [String; 8] {
+        let readers = topic.readers.first();
+        let age = readers.and_then(|read| read.ages.mean_s());
+        row(
+            &topic.name,
+            [
+                format!("{:.1} sent", self.per_second(topic.published)),
                 topic.newest.map_or_else(none, |at| at.to_string()),
                 none(),
                 none(),
                 topic.lost.to_string(),
                 topic.dropped().to_string(),
                 age.map_or_else(none, |age| format!("{:.0} ms", age * 1e3)),
-            ]);
-        }
-        let mut end = std::array::from_fn(|_| none());
-        end[0] = "the run".to_owned();
-        end[1] = self.summary.verdict.name().to_owned();
-        end[2] = self.summary.sim_time.to_string();
-        table.row::<8>(end);
-        table
+            ],
+        )
     }
+}
+
+/// A cell without a figure.
+fn none() -> String {
+    "-".to_owned()
+}
+
+/// The row of a part, whose last cells may be without a figure.
+fn row<const N: usize>(part: &str, cells: [String; N]) -> [String; 8] {
+    let mut cells = [part.to_owned()].into_iter().chain(cells);
+    std::array::from_fn(|_| cells.next().unwrap_or_else(none))
 }
 
 fn is_read(topic: &TopicAccount) -> bool {

@@ -16,11 +16,8 @@ use crate::{
     results::record,
 };
 
-/// Prints the result of a recorded run, that of its branch, and what made the difference.
-pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
-    let recording = reading::read(&args.file)?;
-    let program = &program.of(&recording);
-    Error::if_after_end(args.at, &recording)?;
+/// Where and how the branch leaves the recorded run.
+fn departure(program: &Program, args: &BranchArgs) -> Result<Departure, Error> {
     if let Some(end) = args.duration_s.filter(|end| *end <= args.at) {
         return Err(Error::BadInput(format!(
             "--duration-s {end}: the branch begins at {}: choose a later end",
@@ -31,12 +28,20 @@ pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
     for knob in &args.knob {
         knobs.extend(read_knob(program, "--knob", knob)?.1);
     }
-    let departure = Departure {
+    Ok(Departure {
         at: args.at,
         knobs,
         end: args.duration_s,
         speed: Speed::Unlimited,
-    };
+    })
+}
+
+/// Prints the result of a recorded run, that of its branch, and what made the difference.
+pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
+    let recording = reading::read(&args.file)?;
+    let program = &program.of(&recording);
+    Error::if_after_end(args.at, &recording)?;
+    let departure = departure(program, args)?;
     let unverified = |why| Error::unverified(args.file.display(), why);
     let branch = branched(&recording, &program.system, &departure);
     let branch = branch.map_err(|why| match why {

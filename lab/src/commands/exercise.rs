@@ -88,45 +88,7 @@ fn check(
 ) -> Result<(), Error> {
     let mut broken = 0;
     for exercise in exercises {
-        let brief = exercise.brief();
-        let findings = exercise.run()?;
-        let checks = findings.checks(brief)?;
-        let failed: Vec<_> = checks.iter().filter(|check| !check.holds()).collect();
-        let (sign, held) = match failed.len() {
-            0 => ("✓", format!("{} measurements hold", checks.len())),
-            n => (
-                "✖",
-                format!("{n} of {} measurements do not hold", checks.len()),
-            ),
-        };
-        let prediction = answers.get(brief);
-        let skipped = prediction.map_or("; no prediction yet, skipped", |_| "");
-        print_line(&format!(
-            "{sign} {} {}: {held}{skipped}",
-            brief.label(),
-            brief.title
-        ))?;
-        for check in &failed {
-            print_line(&format!("    {check}"))?;
-        }
-        if let Some(prediction) = prediction {
-            let number = brief.in_unit(prediction.number());
-            let own;
-            let of_learner = match prediction.seed() {
-                0 => &findings,
-                // The bands are about the number zero.
-                seed => {
-                    own = exercise.measure(seed)?;
-                    &own
-                }
-            };
-            let (hit, by) = of_learner.judge(brief, prediction);
-            let outcome = if hit { "right" } else { "wrong" };
-            print_line(&format!(
-                "    your prediction of {number} was {outcome}. {by}"
-            ))?;
-        }
-        broken += failed.len();
+        broken += check_one(exercise, answers)?;
     }
     match broken {
         0 => Ok(()),
@@ -134,6 +96,40 @@ fn check(
             "{n} measurements do not hold: the runtime differs from that of the exercises"
         ))),
     }
+}
+
+/// Returns how many measurements of `exercise` do not hold.
+fn check_one(exercise: &Exercise, answers: &Answers) -> Result<usize, Error> {
+    let brief = exercise.brief();
+    let findings = exercise.run()?;
+    let checks = findings.checks(brief)?;
+    let failed: Vec<_> = checks.iter().filter(|check| !check.holds()).collect();
+    let of = checks.len();
+    let (sign, held) = match failed.len() {
+        0 => ("✓", format!("{of} measurements hold")),
+        n => ("✖", format!("{n} of {of} measurements do not hold")),
+    };
+    let prediction = answers.get(brief);
+    let skipped = prediction.map_or("; no prediction yet, skipped", |_| "");
+    let (label, title) = (brief.label(), &brief.title);
+    print_line(&format!("{sign} {label} {title}: {held}{skipped}"))?;
+    for check in &failed {
+        print_line(&format!("    {check}"))?;
+    }
+    if let Some(prediction) = prediction {
+        let number = brief.in_unit(prediction.number());
+        // The bands are about the number zero.
+        let of_learner = match prediction.seed() {
+            0 => findings,
+            seed => exercise.measure(seed)?,
+        };
+        let (hit, by) = of_learner.judge(brief, prediction);
+        let outcome = if hit { "right" } else { "wrong" };
+        print_line(&format!(
+            "    your prediction of {number} was {outcome}. {by}"
+        ))?;
+    }
+    Ok(failed.len())
 }
 
 /// Judges the session in `file`, and prints the verdict.

@@ -30,22 +30,7 @@ pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> 
         recordings.push(Arc::new(Recording::read(file)?));
     }
     let program = &program.of(&recordings[0]);
-    let stranger = recordings
-        .iter()
-        .position(|one| !one.is_of(&*program.system));
-    if let Some(place) = stranger {
-        let (file, of) = (
-            recordings[place].path.display(),
-            &recordings[place].origin.system,
-        );
-        return Err(Error::BadInput(match place {
-            0 => format!("{file}: this is a recording of {of:?}: use the program that has it"),
-            _ => format!(
-                "{file}: this is a recording of another graph ({of:?}) than the first: \
-                 a page holds runs of one graph"
-            ),
-        }));
-    }
+    refuse_strangers(program, &recordings)?;
     let system = &*program.system;
     let differs = differing(system, &recordings);
     let mut runs: Vec<(String, Arc<Recording>)> = recordings
@@ -77,6 +62,24 @@ pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> 
     let file = shown(&args.output);
     print_line(&format!("{file}: open it in a browser"))?;
     recordings.iter().try_for_each(|one| Error::if_damaged(one))
+}
+
+/// Refuses recordings of other systems.
+fn refuse_strangers(program: &Program, recordings: &[Arc<Recording>]) -> Result<(), Error> {
+    for (place, recording) in recordings.iter().enumerate() {
+        if recording.is_of(&*program.system) {
+            continue;
+        }
+        let (file, of) = (recording.path.display(), &recording.origin.system);
+        return Err(Error::BadInput(match place {
+            0 => format!("{file}: this is a recording of {of:?}: use the program that has it"),
+            _ => format!(
+                "{file}: this is a recording of another graph ({of:?}) than the first: \
+                 a page holds runs of one graph"
+            ),
+        }));
+    }
+    Ok(())
 }
 
 /// The first of the system's settings in which the recordings differ.

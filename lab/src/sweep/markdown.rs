@@ -2,7 +2,7 @@
 
 use super::{
     figures, map,
-    summary::{RowSummary, SweepSummary},
+    summary::{RowSummary, SweepGrid, SweepSummary},
 };
 use crate::theme::Theme;
 
@@ -39,13 +39,17 @@ fn figures(summary: &SweepSummary, rows: &[RowSummary], theory: bool) -> Vec<Vec
 
 /// How many runs were successful, below the values of the fastest knob.
 fn counts(summary: &SweepSummary) -> Vec<Vec<String>> {
-    let values = summary.groups().next().unwrap_or_default().iter();
-    let values = values.map(|row| row.value.clone());
-    let head: Vec<String> = [summary.main.heading()].into_iter().chain(values).collect();
+    let SweepGrid {
+        heading,
+        values,
+        groups,
+    } = summary.grid();
+    let values = values.into_iter().map(str::to_owned);
+    let head: Vec<String> = [heading].into_iter().chain(values).collect();
     let line = rule(head.len());
-    let rows = summary.groups().map(|rows| {
-        let name = [summary.group_name(rows)].into_iter();
-        name.chain(rows.iter().map(figures::count)).collect()
+    let rows = groups.into_iter().map(|(name, rows)| {
+        let counts = rows.iter().map(figures::count);
+        [name].into_iter().chain(counts).collect()
     });
     [head, line].into_iter().chain(rows).collect()
 }

@@ -13,7 +13,7 @@ use rerun::{
 };
 
 use super::{
-    columns, figures,
+    figures,
     summary::{RowSummary, SweepSummary},
 };
 use crate::{
@@ -117,9 +117,7 @@ fn curves(
     let groups = summary.groups();
     let looks = palette::series(groups.len()).zip(palette::widths(groups.len()));
     for (rows, (colour, width)) in groups.zip(looks) {
-        let Some(name) = rows.first().map(|row| name(summary, row)) else {
-            continue;
-        };
+        let name = name(summary, rows);
         let entity = format!("{plot}/{}", name.replace([' ', '.'], "_"));
         lines::begin(rec, entity.as_str(), &[Line::new(name, colour, width)])?;
         curve(rec, &entity, axis, rows, figure)?;
@@ -195,14 +193,8 @@ impl SweepTimeline {
 }
 
 /// The common values of a group.
-fn name(summary: &SweepSummary, row: &RowSummary) -> String {
-    let columns = columns::of(&summary.sweep).into_iter();
-    let fixed = columns.filter(|column| column.name != summary.main.name);
-    let parts = fixed.map(|column| {
-        let value = column.short(&summary.sweep, &row.cell);
-        column.tag(&column.with_unit(&value))
-    });
-    parts.collect::<Vec<_>>().join(" ")
+fn name(summary: &SweepSummary, rows: &[RowSummary]) -> String {
+    summary.slower(rows, |_| true, |column, value| column.with_unit(&value))
 }
 
 fn layout(
@@ -212,10 +204,7 @@ fn layout(
     plots: &[Plot],
 ) -> RecordingStreamResult<()> {
     let mut properties = Properties::default();
-    let names: Vec<String> = summary
-        .groups()
-        .filter_map(|rows| rows.first().map(|row| name(summary, row)))
-        .collect();
+    let names: Vec<String> = summary.groups().map(|rows| name(summary, rows)).collect();
     let key = match names.len() {
         1 => names.concat(),
         _ => palette::key(names.iter().map(String::as_str)),

@@ -47,6 +47,28 @@ pub struct RowSummary {
     pub theory: RowTheory,
 }
 
+/// The rows of a sweep in lines and columns: a line for each group, a column for each value of
+/// the fastest knob.
+pub struct SweepGrid<'s> {
+    /// The name of that knob.
+    pub heading: String,
+    /// Its values.
+    pub values: Vec<&'s str>,
+    /// The groups, each with its name.
+    pub groups: Vec<(String, &'s [RowSummary])>,
+}
+
+impl SweepGrid<'_> {
+    /// Width of the names and the heading (characters).
+    pub fn wide(&self) -> usize {
+        let names = self.groups.iter().map(|(name, _)| name);
+        let widths = names
+            .chain([&self.heading])
+            .map(|name| name.chars().count());
+        widths.max().unwrap_or(0)
+    }
+}
+
 impl SweepSummary {
     /// Summarises a sweep; with the growth by linear theory, if it is `wanted`.
     ///
@@ -110,16 +132,39 @@ impl SweepSummary {
     }
 
     /// The values that distinguish a group from the others.
-    pub fn group_name(&self, rows: &[RowSummary]) -> String {
-        let sweep = &self.sweep;
-        let Some(cell) = rows.first().map(|row| &row.cell) else {
+    fn group_name(&self, rows: &[RowSummary]) -> String {
+        let several = |column: &Column| column.count(&self.sweep) > 1;
+        self.slower(rows, several, |_, value| value)
+    }
+
+    /// The values of the slower knobs that are `wanted`, each as `told`, in a group.
+    pub fn slower(
+        &self,
+        rows: &[RowSummary],
+        wanted: impl Fn(&Column) -> bool,
+        told: impl Fn(&Column, String) -> String,
+    ) -> String {
+        let Some(row) = rows.first() else {
             return String::new();
         };
-        let columns = columns::of(sweep).into_iter();
-        let several =
-            columns.filter(|column| column.name != self.main.name && column.count(sweep) > 1);
-        let parts = several.map(|column| column.tag(&column.short(sweep, cell)));
+        let columns = columns::of(&self.sweep).into_iter();
+        let slower = columns.filter(|column| column.name != self.main.name && wanted(column));
+        let parts = slower.map(|column| {
+            let value = column.short(&self.sweep, &row.cell);
+            column.tag(&told(&column, value))
+        });
         parts.collect::<Vec<_>>().join(" ")
+    }
+
+    /// The rows in lines and columns.
+    pub fn grid(&self) -> SweepGrid<'_> {
+        let groups = self.groups().map(|rows| (self.group_name(rows), rows));
+        let values = self.groups().next().unwrap_or_default().iter();
+        SweepGrid {
+            heading: self.main.heading(),
+            values: values.map(|row| row.value.as_str()).collect(),
+            groups: groups.collect(),
+        }
     }
 
     /// Groups of rows that differ only in the fastest knob.

@@ -6,7 +6,7 @@ use std::fmt::Write;
 
 use super::{
     figures, map,
-    summary::{RowSummary, SweepSummary},
+    summary::{RowSummary, SweepGrid, SweepSummary},
 };
 use crate::{
     theme::{Look, Theme},
@@ -44,9 +44,9 @@ pub fn svg(summary: &SweepSummary) -> String {
     lines.push(format!("number of runs of {most} that {}", summary.good));
     let top = EDGE + lines.len() * LINE;
     let texts = lines.iter().map(|line| line.chars().count() * CHARACTER);
-    let map_width = map.left + map.cell * map.values.len();
+    let map_width = map.left + map.cell * map.grid.values.len();
     let width = map_width.max(texts.max().unwrap_or(0)) + 2 * EDGE;
-    let height = top + LINE + map.groups.len() * ROW + LINE + EDGE;
+    let height = top + LINE + map.grid.groups.len() * ROW + LINE + EDGE;
     let label = escaped(&lines.join("; "));
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" \
@@ -65,8 +65,7 @@ pub fn svg(summary: &SweepSummary) -> String {
 /// The cells and their labels.
 struct HeatMap<'s> {
     summary: &'s SweepSummary,
-    groups: Vec<(String, &'s [RowSummary])>,
-    values: Vec<&'s str>,
+    grid: SweepGrid<'s>,
     /// Where the cells begin, and the width of one (pixels).
     left: usize,
     cell: usize,
@@ -74,35 +73,26 @@ struct HeatMap<'s> {
 
 impl<'s> HeatMap<'s> {
     fn of(summary: &'s SweepSummary) -> Self {
-        let groups = summary.groups();
-        let groups: Vec<_> = groups
-            .map(|rows| (summary.group_name(rows), rows))
-            .collect();
-        let values = groups.first().map_or(&[][..], |(_, rows)| rows).iter();
-        let values: Vec<&str> = values.map(|row| row.value.as_str()).collect();
-        let widest = |texts: &mut dyn Iterator<Item = usize>| texts.max().unwrap_or(0);
-        let names = widest(&mut groups.iter().map(|(name, _)| name.chars().count()));
-        let names = names.max(summary.main.heading().chars().count());
+        let grid = summary.grid();
         let counts = summary.rows().iter().map(|row| row.held.to_string().len());
-        let labels = values.iter().map(|value| value.chars().count());
-        let cell = widest(&mut counts.chain(labels)).max(3) + 1;
+        let labels = grid.values.iter().map(|value| value.chars().count());
+        let cell = counts.chain(labels).max().unwrap_or(0).max(3) + 1;
         Self {
-            left: EDGE + names * CHARACTER + EDGE,
+            left: EDGE + grid.wide() * CHARACTER + EDGE,
             cell: cell * CHARACTER,
             summary,
-            groups,
-            values,
+            grid,
         }
     }
 
     fn draw(&self, svg: &mut String, top: usize) {
         let above = top + 14;
         let end = self.left - EDGE;
-        text(svg, (end, above), "end", &self.summary.main.heading());
-        for (place, value) in self.values.iter().enumerate() {
+        text(svg, (end, above), "end", &self.grid.heading);
+        for (place, value) in self.grid.values.iter().enumerate() {
             text(svg, (self.middle(place), above), "middle", value);
         }
-        for (number, (name, rows)) in self.groups.iter().enumerate() {
+        for (number, (name, rows)) in self.grid.groups.iter().enumerate() {
             let y = top + LINE + number * ROW;
             text(svg, (end, y + 20), "end", name);
             for (place, row) in rows.iter().enumerate() {

@@ -1,6 +1,7 @@
 //! The predictions of a class for one question, counted.
 
 use exercises::framework::Brief;
+use serde::Serialize;
 
 /// Rows of numbers at most; more different ones are counted in ranges.
 const ROWS: usize = 9;
@@ -9,9 +10,10 @@ const ROWS: usize = 9;
 const BAR: usize = 40;
 
 /// A row: what was predicted, by how many, and how many of them are right.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Debug, PartialEq, Eq, Serialize)]
 pub struct Tally {
     /// The number or choice, or a range of numbers.
+    #[serde(rename = "predicted")]
     pub what: String,
     /// How many predicted it.
     pub count: usize,

@@ -1,5 +1,6 @@
 //! The result for programs: a row per prediction and per recording, and JSON.
 
+use exercises::framework::Brief;
 use serde_json::{Value, json};
 
 use super::{
@@ -79,51 +80,57 @@ fn no_formula(cell: String) -> String {
 
 /// The result as JSON.
 pub fn json(graded: &[Graded], measured: &Measured) -> Value {
-    let learners = graded.iter().map(|graded| {
+    let questions = measured.questions();
+    let questions = questions.map(|(brief, _)| question(graded, brief));
+    json!({
+        "hand_ins": graded.iter().map(hand_in).collect::<Vec<_>>(),
+        "questions": questions.collect::<Vec<_>>(),
+    })
+}
+
+fn hand_in(graded: &Graded) -> Value {
+    let predictions = graded.marks.iter().map(|mark| {
         json!({
-            "learner": graded.learner,
-            "accepted": graded.is_accepted(),
-            "problem": graded.refused,
-            "predictions": graded.marks.iter().map(|mark| json!({
-                "exercise": mark.brief.label(),
-                "seed": mark.seed,
-                "name": mark.brief.name,
-                "number": mark.number,
-                "unit": mark.brief.unit,
-                "right": mark.right,
-                "error": mark.by,
-                "reason": mark.reason,
-                "flags": mark.flags,
-            })).collect::<Vec<_>>(),
-            "sessions": graded.sessions.iter().map(|session| json!({
-                "file": session.file_name(),
-                "accepted": session.refused.is_empty(),
-                "rescue": session.rescued,
-                "verified": session.verified,
-                "problems": session.refused,
-                "flags": session.flags,
-            })).collect::<Vec<_>>(),
+            "exercise": mark.brief.label(),
+            "seed": mark.seed,
+            "name": mark.brief.name,
+            "number": mark.number,
+            "unit": mark.brief.unit,
+            "right": mark.right,
+            "error": mark.by,
+            "reason": mark.reason,
+            "flags": mark.flags,
         })
     });
-    let questions = measured.questions().map(|(brief, _)| {
-        let predicted: Vec<(f64, bool)> = predictions(graded, brief).collect();
+    let sessions = graded.sessions.iter().map(|session| {
         json!({
-            "exercise": brief.label(),
-            "name": brief.name,
-            "quantity": brief.quantity,
-            "unit": brief.unit,
-            "predictions": predicted.len(),
-            "right": predicted.iter().filter(|(_, right)| *right).count(),
-            "histogram": histogram::rows(brief, &predicted).iter().map(|row| json!({
-                "predicted": row.what,
-                "count": row.count,
-                "right": row.right,
-            })).collect::<Vec<_>>(),
+            "file": session.file_name(),
+            "accepted": session.refused.is_empty(),
+            "rescue": session.rescued,
+            "verified": session.verified,
+            "problems": session.refused,
+            "flags": session.flags,
         })
     });
     json!({
-        "hand_ins": learners.collect::<Vec<_>>(),
-        "questions": questions.collect::<Vec<_>>(),
+        "learner": graded.learner,
+        "accepted": graded.is_accepted(),
+        "problem": graded.refused,
+        "predictions": predictions.collect::<Vec<_>>(),
+        "sessions": sessions.collect::<Vec<_>>(),
+    })
+}
+
+fn question(graded: &[Graded], brief: &Brief) -> Value {
+    let predicted: Vec<(f64, bool)> = predictions(graded, brief).collect();
+    json!({
+        "exercise": brief.label(),
+        "name": brief.name,
+        "quantity": brief.quantity,
+        "unit": brief.unit,
+        "predictions": predicted.len(),
+        "right": predicted.iter().filter(|(_, right)| *right).count(),
+        "histogram": histogram::rows(brief, &predicted),
     })
 }
 

@@ -18,6 +18,7 @@ use crate::{
 };
 
 /// A recording that was handed in.
+#[derive(Default)]
 pub struct GradedRun {
     /// The file.
     pub file: PathBuf,
@@ -44,48 +45,51 @@ impl GradedRun {
     pub fn of(file: &Path, program: &Program, asked: &AtomicBool) -> Result<Self, Error> {
         let mut session = Self {
             file: file.to_owned(),
-            rescued: None,
-            verified: None,
-            refused: Vec::new(),
-            commands: Vec::new(),
-            scripted: false,
-            flags: Flags::new(),
+            ..Self::default()
         };
-        let recording = match Recording::read(file) {
-            Ok(recording) => recording,
+        match Recording::read(file) {
+            Ok(recording) => session.judge(&recording, program, asked)?,
             Err(why) => {
                 let path = format!("{}: ", file.display());
                 let why = why.to_string();
                 let why = why.strip_prefix(&path).unwrap_or(&why);
                 session.refused.push(why.to_owned());
-                return Ok(session);
             }
-        };
-        session.commands = recording.events.iter().filter_map(Event::knob).collect();
-        session.commands.retain(|command| command.at > Time::ZERO);
-        let mut planned = recording.origin.config.knobs.iter();
-        session.scripted = planned.any(|command| command.at > Time::ZERO);
-        session.refused.extend(recording.defect());
-        if is_shipped(&recording) {
-            let why = "comes with ratelab: expected a session of one's own";
-            session.refused.push(why.to_owned());
         }
-        match judge_recording(&recording) {
-            Ok(rescued) => session.rescued = Some(rescued.to_string()),
-            Err(failure) => session.refused.push(format!("no rescue: {failure}")),
+        Ok(session)
+    }
+
+    fn judge(
+        &mut self,
+        recording: &Recording,
+        program: &Program,
+        asked: &AtomicBool,
+    ) -> Result<(), Error> {
+        self.commands = recording.events.iter().filter_map(Event::knob).collect();
+        self.commands.retain(|command| command.at > Time::ZERO);
+        let mut planned = recording.origin.config.knobs.iter();
+        self.scripted = planned.any(|command| command.at > Time::ZERO);
+        self.refused.extend(recording.defect());
+        if is_shipped(recording) {
+            let why = "comes with ratelab: expected a session of one's own";
+            self.refused.push(why.to_owned());
+        }
+        match judge_recording(recording) {
+            Ok(rescued) => self.rescued = Some(rescued.to_string()),
+            Err(failure) => self.refused.push(format!("no rescue: {failure}")),
         }
         let watch = |_: &VerifyStatus| match asked.load(Ordering::Relaxed) {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         };
-        match verify(&recording, &program.system, false, watch) {
-            Ok(identical) => session.verified = Some(identical.to_string()),
+        match verify(recording, &program.system, false, watch) {
+            Ok(identical) => self.verified = Some(identical.to_string()),
             Err(why @ VerifyError::Stopped) => {
-                return Err(Error::unverified(file.display(), why));
+                return Err(Error::unverified(self.file.display(), why));
             }
-            Err(why) => session.refused.push(format!("not verified: {why}")),
+            Err(why) => self.refused.push(format!("not verified: {why}")),
         }
-        Ok(session)
+        Ok(())
     }
 
     /// Its name in the folder of the `learner`.

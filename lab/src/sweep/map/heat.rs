@@ -1,5 +1,7 @@
 //! A map with a line per group and a cell per value of the fastest knob.
 
+use std::iter;
+
 use super::{MapStyle, cell_mark, edge_mark, level};
 use crate::{
     sweep::{
@@ -64,48 +66,33 @@ fn pieces(
     cell: usize,
     text: impl Fn(&[RowSummary], usize) -> String,
 ) -> Vec<String> {
-    let names: Vec<String> = summary
-        .groups()
-        .map(|rows| summary.group_name(rows))
-        .collect();
-    let heading = summary.main.heading();
-    let wide = names.iter().map(String::len).max().unwrap_or(0);
-    let wide = wide.max(heading.len());
+    let grid = summary.grid();
+    let wide = grid.wide();
+    let line = |name: &str, cells: &str| {
+        let line = format!("{name:<wide$}{:GAP$}{cells}", "");
+        line.trim_end().to_owned()
+    };
     let fit = (style.width.saturating_sub(wide + GAP) / cell).max(1);
-    let values: Vec<&str> = summary
-        .groups()
-        .next()
-        .unwrap_or_default()
-        .iter()
-        .map(|row| row.value.as_str())
-        .collect();
-    let count = values.len();
+    let count = grid.values.len();
     let mut lines = Vec::new();
     for first in (0..count).step_by(fit) {
         let piece = first..count.min(first + fit);
         if first > 0 {
             lines.push(String::new());
         }
-        lines.extend(axis(&heading, &values[piece.clone()], wide, cell));
-        let groups: Vec<&[RowSummary]> = summary.groups().collect();
-        for (place, (name, rows)) in names.iter().zip(&groups).enumerate() {
+        let names = [&*grid.heading].into_iter().chain(iter::repeat(""));
+        let axis = names.zip(axis(&grid.values[piece.clone()], cell));
+        lines.extend(axis.map(|(name, cells)| line(name, &cells)));
+        for (place, (name, rows)) in grid.groups.iter().enumerate() {
             let cells: String = piece.clone().map(|place| text(rows, place)).collect();
-            lines.push(
-                format!("{name:<wide$}{:GAP$}{cells}", "")
-                    .trim_end()
-                    .to_owned(),
-            );
-            let next = groups.get(place + 1).filter(|_| summary.is_plane());
-            let edges = next.map(|next| {
-                edges(
-                    &rows[piece.clone()],
-                    &next[piece.clone()],
-                    cell,
-                    &style.theme,
-                )
+            lines.push(line(name, &cells));
+            let next = grid.groups.get(place + 1).filter(|_| summary.is_plane());
+            let edges = next.map(|(_, next)| {
+                let (rows, next) = (&rows[piece.clone()], &next[piece.clone()]);
+                edges(rows, next, cell, &style.theme)
             });
             let edges = edges.filter(|edges| !edges.trim().is_empty());
-            lines.extend(edges.map(|edges| format!("{:wide$}{:GAP$}{}", "", "", edges.trim_end())));
+            lines.extend(edges.map(|edges| line("", &edges)));
         }
     }
     lines
@@ -122,28 +109,22 @@ fn edges(rows: &[RowSummary], next: &[RowSummary], cell: usize, theme: &Theme) -
 }
 
 /// The values above their cells, written vertically if they are too long.
-fn axis(heading: &str, labels: &[&str], wide: usize, cell: usize) -> Vec<String> {
+fn axis(labels: &[&str], cell: usize) -> Vec<String> {
     let labels = aligned(labels);
     let longest = labels.iter().map(String::len).max().unwrap_or(0);
-    let name = |line: usize| if line == 0 { heading } else { "" };
-    let line = |number: usize, cells: String| {
-        let line = format!("{:<wide$}{:GAP$}{cells}", name(number), "");
-        line.trim_end().to_owned()
-    };
     if longest < cell {
         let cells = labels
             .iter()
             .map(|label| format!("{:<cell$}", label.trim()));
-        return vec![line(0, cells.collect())];
+        return vec![cells.collect()];
     }
-    let lines = (0..longest).map(|number| {
-        let letters = labels.iter().map(|label| {
-            let letter = label.chars().nth(number).unwrap_or(' ');
-            format!("{letter:<cell$}")
-        });
-        line(number, letters.collect())
-    });
-    lines.collect()
+    let line = |number: usize| {
+        let letters = labels
+            .iter()
+            .map(|label| label.chars().nth(number).unwrap_or(' '));
+        letters.map(|letter| format!("{letter:<cell$}")).collect()
+    };
+    (0..longest).map(line).collect()
 }
 
 /// `labels`, aligned at their decimal points.
