@@ -40,6 +40,14 @@ fn scripted(world: WorldModel, timing: impl Into<Timing>) -> Loop {
     Loop::cart_pole(Scripted::GAINS, world, timing).expect("plant")
 }
 
+/// Everything at `rate`, and actions `delay` ms late.
+fn delayed(rate: f64, delay: u64) -> Timing {
+    Timing {
+        action_delay: ms(delay),
+        ..Timing::direct(hz(rate))
+    }
+}
+
 fn growth(control: &Loop) -> f64 {
     control.stability().expect("a short hyper-period").growth()
 }
@@ -252,13 +260,10 @@ fn delay_plus_half_a_period_is_the_margin_at_every_rate() {
 /// which everything ticks at `rate`, but for an actuator that applies an action as soon
 /// as it is delivered, `delay` ms after it was decided.
 fn swing(rate: f64, delay: u64) -> f64 {
-    let knobs = [
-        format!("rate sensor {rate}"),
-        format!("rate policy {rate}"),
-        "rate actuator 1000".to_owned(),
-        format!("link /action delay:{delay}"),
-    ];
-    let knobs = knobs.iter().map(|knob| knob.parse().expect("a knob"));
+    let knobs = format!(
+        "rate sensor {rate}; rate policy {rate}; rate actuator 1000; link /action delay:{delay}"
+    );
+    let knobs = knobs.split("; ").map(|knob| knob.parse().expect("a knob"));
     let config = Config {
         world: WorldKind::OWN,
         end: Time::from_nanos(60_000_000_000),
@@ -321,33 +326,20 @@ fn a_sampled_integrator_is_stable_up_to_the_gain_of_its_closed_form() {
     // z^(n+1) − z^n + kT has its roots within the circle up to
     // kT = 2·sin(π / (4n + 2)).
     for periods in 0..6_u32 {
-        let mut timing = Timing::direct(hz(10.0));
-        timing.action_delay = ms(100) * periods;
+        let timing = delayed(10.0, 100 * u64::from(periods));
         let most = 20.0 * (std::f64::consts::PI / f64::from(4 * periods + 2)).sin();
-        assert!(
-            growth(&scalar(0.0, most * 0.999, timing)) < 0.0,
-            "{periods}"
-        );
-        assert!(
-            growth(&scalar(0.0, most * 1.001, timing)) > 0.0,
-            "{periods}"
-        );
+        let growth = [0.999, 1.001].map(|part| growth(&scalar(0.0, most * part, timing)));
+        assert!(growth[0] < 0.0 && growth[1] > 0.0, "{periods}: {growth:?}");
     }
 }
 
 #[test]
 fn an_action_is_as_old_on_average_as_its_delay_and_half_a_period() {
     for (rate, delay) in [(50.0, 0), (50.0, 35), (12.5, 7), (3.0, 400)] {
-        let mut timing = Timing::direct(hz(rate));
-        timing.action_delay = ms(delay);
-        let stability = scripted(WorldModel::Continuous, timing)
-            .stability()
-            .expect("short");
-        let age = stability.mean_push_age.as_secs_f64();
-        assert!(
-            (age - (delay as f64 * 1e-3 + 0.5 / rate)).abs() < 2e-9,
-            "{age}"
-        );
+        let control = scripted(WorldModel::Continuous, delayed(rate, delay));
+        let age = control.stability().expect("short").mean_push_age;
+        let apart = age.as_secs_f64() - (delay as f64 * 1e-3 + 0.5 / rate);
+        assert!(apart.abs() < 2e-9, "{age:?}");
     }
 }
 
@@ -438,9 +430,7 @@ fn the_jitter_margins_match_another_program() {
         (25.0, 10, 15.172),
     ];
     for (rate, constant, jitter) in KNOWN {
-        let mut timing = Timing::direct(hz(rate));
-        timing.action_delay = ms(constant);
-        let control = scripted(WorldModel::Continuous, timing);
+        let control = scripted(WorldModel::Continuous, delayed(rate, constant));
         let margin = control.jitter_margin().expect("short").expect("stable");
         near(margin.jitter.as_secs_f64() * 1e3, jitter, 2e-4);
     }
@@ -457,10 +447,9 @@ fn the_jitter_margin_never_exceeds_the_delay_margin() {
     for rate in [20.0, 25.0, 50.0, 100.0, 500.0] {
         let mut last = Duration::MAX;
         for constant in [0, 10, 20, 30, 40, 50] {
-            let mut timing = Timing::direct(hz(rate));
-            let margin = shortest_unstable_delay(&scripted(WorldModel::Continuous, timing));
-            timing.action_delay = ms(constant);
-            let control = scripted(WorldModel::Continuous, timing);
+            let [prompt, control] =
+                [0, constant].map(|delay| scripted(WorldModel::Continuous, delayed(rate, delay)));
+            let margin = shortest_unstable_delay(&prompt);
             let jitter = control.jitter_margin().expect("short");
             assert_eq!(jitter.is_some(), ms(constant) < margin);
             if let Some(jitter) = jitter {
@@ -572,14 +561,10 @@ fn the_loss_margin_without_force_matches_its_closed_form() {
 #[test]
 fn without_loss_the_square_of_a_deviation_grows_twice_as_fast() {
     for delay in [0, 30, 70] {
-        let mut timing = Timing::direct(hz(50.0));
-        timing.action_delay = ms(delay);
-        let control = scripted(WorldModel::Own(ms(1)), timing);
+        let control = scripted(WorldModel::Own(ms(1)), delayed(50.0, delay));
         let square = control.mean_square_growth(Loss::NONE).expect("short");
-        assert!(
-            (square - 2.0 * growth(&control)).abs() < 1e-6,
-            "{delay} ms: {square}"
-        );
+        let apart = square - 2.0 * growth(&control);
+        assert!(apart.abs() < 1e-6, "{delay} ms: {square}");
     }
 }
 
@@ -772,30 +757,29 @@ fn table() -> Vec<String> {
     let loss = |lost| loops.map(|control| control.loss_margin(lost).expect("short"));
     let age = policies.map(|policy| age_limit(&policy, rates).expect("limit"));
     let oldest = loops.map(|control| control.oldest_push().expect("stable"));
-    let milliseconds = |age: Duration| format!("{:.1} ms", age.as_secs_f64() * 1e3);
+    let milli = |age: Duration| format!("{:.1} ms", age.as_secs_f64() * 1e3);
     let share = |share: f64| format!("{:.1} %", share * 100.0);
     let row = |name: &str, [scripted, lqr]: [String; 2]| format!("| {name} | {scripted} | {lqr} |");
+    let in_radians = |value: f64| format!("{value:.1} rad/s");
+    let in_degrees = |value: f64| format!("{:.0}°", value.to_degrees());
     vec![
         row(
             "crossover, in continuous time",
-            margins.map(|margins| format!("{:.1} rad/s", margins.crossover)),
+            margins.map(|known| in_radians(known.crossover)),
         ),
         row(
             "phase margin",
-            margins.map(|margins| format!("{:.0}°", margins.phase_margin.to_degrees())),
+            margins.map(|known| in_degrees(known.phase_margin)),
         ),
-        row(
-            "delay margin",
-            margins.map(|margins| milliseconds(margins.delay)),
-        ),
+        row("delay margin", margins.map(|known| milli(known.delay))),
         row(
             "mean push age where deviations grow, at 50 Hz",
-            age.map(milliseconds),
+            age.map(milli),
         ),
-        row("oldest push, whatever the timing", oldest.map(milliseconds)),
+        row("oldest push, whatever the timing", oldest.map(milli)),
         row(
             "jitter margin, at 50 Hz",
-            jitter.map(|margin| milliseconds(margin.jitter)),
+            jitter.map(|known| milli(known.jitter)),
         ),
         row(
             "random loss where squares grow, held",

@@ -89,26 +89,20 @@ fn the_age_of_a_chain_is_over_time_and_ends_with_the_run() {
 
 #[test]
 fn a_chain_whose_last_node_crashes_grows_old_until_the_end() {
-    let line = &chains(PAIR, &[])[0];
     let config = Config {
-        knobs: CartPole::KNOBS
-            .parse_list("2 crash control")
-            .expect("a knob"),
+        knobs: crate::support::knobs("2 crash control"),
         ..Config::default()
     };
-    let graph = system(PAIR).expect("a graph");
-    let experiment = Experiment::new(graph.clone(), &config).expect("a graph");
-    let summary = experiment.run().expect("no fault");
-    let crashed = &chain_lines(PAIR, &summary)[0];
-    assert_ne!(crashed, line);
+    let summary = run_with(PAIR, &config);
+    let crashed = chain_lines(PAIR, &summary);
     // The image of 1.9 s is the last one that came through.
-    assert!(crashed.contains("greatest 8100.0 ms"), "{crashed}");
+    assert!(crashed[0].contains("greatest 8100.0 ms"), "{crashed:?}");
     assert_eq!(summary.verdict.name(), "missed_see");
     // For programs, the same figure.
+    let graph = system(PAIR).expect("a graph");
     let figures = graph.finals_at(summary.sim_time, &summary.state);
-    let greatest = figures
-        .iter()
-        .find(|figure| figure.name == "see_greatest_age");
+    let mut figures = figures.iter();
+    let greatest = figures.find(|figure| figure.name == "see_greatest_age");
     assert_eq!(greatest.map(|figure| figure.value), Some(8100.0));
 }
 
@@ -263,21 +257,14 @@ fn a_chain_from_the_sensor_of_a_system_counts_from_its_sensing() {
     // An image of 0 ms is there at 10 and logged at 12; then one every 20 ms.
     let wanted = "log data age mean 22.0 ms, greatest 32.0 ms";
     assert_eq!(chains(&chain(path), &[]), [wanted]);
-    for (path, what) in [
+    #[rustfmt::skip]
+    let refused = [
         (r#""camera", "/image", "logger""#, "are older than its tick"),
-        (
-            r#""actuator", "/state", "logger""#,
-            "are older than its tick",
-        ),
-        (
-            r#""sensor", "/obs", "camera", "/image""#,
-            "log ends at camera",
-        ),
-        (
-            r#""sensor", "/state", "logger""#,
-            "no way from sensor to /state",
-        ),
-    ] {
+        (r#""actuator", "/state", "logger""#, "are older than its tick"),
+        (r#""sensor", "/obs", "camera", "/image""#, "log ends at camera"),
+        (r#""sensor", "/state", "logger""#, "no way from sensor to /state"),
+    ];
+    for (path, what) in refused {
         let error = system(&chain(path)).map(|_| "no error").expect_err(path);
         assert!(error.what.contains(what), "{error}");
     }

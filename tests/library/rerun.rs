@@ -513,7 +513,10 @@ fn held_in(mut graph: Graph, mut rerun: Rerun, knot: usize, mut look: impl FnMut
     rerun.hold(knot, 0);
     let watch = rerun.watch();
     thread::scope(|scope| {
-        scope.spawn(|| run_on(&mut rerun, &mut graph, 0.1));
+        scope.spawn(|| {
+            let end = rerun.run(&mut graph, &mut Inbox::default(), secs(0.1));
+            end.expect("no fault");
+        });
         for operations in 0..=all {
             watch.allow(operations);
             let done = loop {

@@ -6,7 +6,7 @@ use ratelab::{
 };
 use ratelab_account::{Observer, TapHandle, TickRecord};
 use ratelab_effects::{Callback, Effects, Executor, Executors, Match};
-use ratelab_replay::{Rerun, RunLog};
+use ratelab_replay::RunLog;
 use shuttle::{
     sync::{
         Arc,
@@ -17,7 +17,7 @@ use shuttle::{
 
 use crate::{
     SOME, explore,
-    support::{depth, hz, set_rate},
+    support::{depth, hz, rerun_of, set_rate, talker},
 };
 
 const EXECUTORS: [&str; 3] = ["single", "multi:2", "events"];
@@ -29,14 +29,7 @@ const UNTIL: Time = Time::from_nanos(60_000_000);
 fn graph(executor: Executor) -> Graph {
     let mut graph = Graph::with(Effects);
     let topic = Topic::new("/messages", depth(2));
-    let source = graph.node("source", hz(100.0), 0, |wiring| {
-        let publisher = wiring.publisher(&topic);
-        move |now| {
-            publisher.publish(0_u64, now, None);
-            GO_ON
-        }
-    });
-    source.expect("node");
+    talker(&mut graph, "source", 100.0, 0, &topic, |_| Some(0_u64));
     let most = match executor {
         Executor::Multi { threads } => threads,
         _ => 1,
@@ -194,13 +187,7 @@ fn the_ticks_of_its_threads_come_back_with_their_overruns_in_every_schedule() {
             let executor: Executor = executor.parse().expect("an executor");
             let mut first = graph(executor);
             let recorded = ticks(&mut first, &mut RealClock::default());
-            let state = first.state();
-            let rerun = Rerun::new(
-                &RunLog::of(&state).log(),
-                &state.events(0),
-                &first.topology(),
-            );
-            let mut rerun = rerun.expect("a log");
+            let mut rerun = rerun_of(&Observer::of(&first));
             let again = ticks(&mut graph(executor), &mut rerun);
             assert_eq!(rerun.difference(), None);
             assert_eq!(again, recorded);

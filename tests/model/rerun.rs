@@ -5,12 +5,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use ratelab::{Clock, GO_ON, Graph, Inbox, RealClock, Shared, Time, TimedCommand, Topic};
 use ratelab_account::{Observer, TapHandle};
 use ratelab_effects::Match;
-use ratelab_replay::{Rerun, RunLog};
+use ratelab_replay::RunLog;
 use shuttle::{sync::Arc, thread};
 
 use crate::{
     SOME, explore,
-    support::{depth, hz, set_depth, set_rate},
+    support::{depth, hz, rerun_of, set_depth, set_rate},
 };
 
 /// Two nodes that count their ticks, add to a shared number and publish the sum, one that
@@ -80,12 +80,7 @@ fn comes_back(perturb: bool) {
         let timed = commands.map(|command| TimedCommand { at, command });
         let (first, messages, dropped) = run(&mut RealClock::default(), timed.to_vec());
         let state = first.state();
-        let rerun = Rerun::new(
-            &RunLog::of(&state).log(),
-            &state.events(0),
-            &first.topology(),
-        );
-        let mut rerun = rerun.expect("a log");
+        let mut rerun = rerun_of(&Observer::of(&first));
         if perturb {
             rerun.perturb();
         }
@@ -111,13 +106,7 @@ fn a_knot_that_is_held_does_no_operation_before_it_is_allowed_in_every_schedule(
     static KNOTS: AtomicUsize = AtomicUsize::new(0);
     explore(SOME, || {
         let (first, messages, _) = run(&mut RealClock::default(), Vec::new());
-        let state = first.state();
-        let rerun = Rerun::new(
-            &RunLog::of(&state).log(),
-            &state.events(0),
-            &first.topology(),
-        );
-        let mut rerun = rerun.expect("a log");
+        let mut rerun = rerun_of(&Observer::of(&first));
         let Some(last) = rerun.knots().len().checked_sub(1) else {
             return;
         };

@@ -158,7 +158,7 @@ pub fn collect(experiment: Experiment) -> RunBytes {
 }
 
 fn tap<T: Payload>(experiment: &Experiment, topic: &str) -> Tap<TapMessage<T>> {
-    experiment.taps().messages(topic, 16).expect(topic)
+    experiment.taps().messages(topic, 4_096).expect(topic)
 }
 
 /// All messages of a tap until its topic is gone.

@@ -183,59 +183,43 @@ fn without_python_it_names_the_programs_it_tried() {
 }
 
 #[test]
-fn without_pip_it_names_the_python_that_lacks_it() {
-    let clone = Checkout::new("no_pip");
-    let said = clone.failure("--version) ;; -m) echo '/x: No module named pip' >&2; exit 1 ;;");
-    assert!(said.contains("python.sh has no pip"), "{said}");
-}
-
-#[test]
-fn a_wheel_with_another_hash_is_refused_by_name() {
-    let clone = Checkout::new("hash");
-    let said = clone.failure(
-        "--version) ;;
-        -m) echo 'ERROR: THESE PACKAGES DO NOT MATCH THE HASHES' >&2; echo ' Got  123' >&2; exit 1 ;;",
-    );
-    assert!(said.contains("requirements.txt (Got 123)"), "{said}");
-}
-
-#[test]
-fn without_network_it_blames_the_connection() {
-    let clone = Checkout::new("offline");
-    let said = clone.failure(
-        "--version) ;;
-        -m) echo 'WARNING: Retrying after connection broken by X' >&2
-            echo 'ERROR: No matching distribution' >&2; exit 1 ;;",
-    );
-    assert!(
-        said.contains("no connection to the package index"),
-        "{said}"
-    );
-}
-
-#[test]
-fn a_wheel_that_does_not_unpack_is_not_kept() {
-    let clone = Checkout::new("unpack");
+fn a_set_up_that_fails_says_why_and_leaves_nothing_half_made() {
     let broken = GOOD.replace("-c)", "-c) echo 'BadZipFile: cut' >&2; exit 1;");
-    let said = clone.failure(&broken);
-    assert!(
-        said.contains("could not be unpacked (BadZipFile: cut)"),
-        "{said}"
-    );
-}
-
-#[test]
-fn a_library_of_another_size_is_not_kept() {
-    let clone = Checkout::new("size");
-    let said = clone.failure(&GOOD.replace("SIZE", "7"));
-    assert!(said.contains("has 7 bytes"), "{said}");
-}
-
-#[test]
-fn every_failure_names_the_way_without_pip() {
-    let clone = Checkout::new("way_out");
-    let said = clone.failure("--version) ;; *) exit 1 ;;");
-    assert!(said.contains("set MUJOCO_DYNAMIC_LINK_DIR"), "{said}");
+    for (name, answers, part) in [
+        (
+            "no pip",
+            "--version) ;; -m) echo '/x: No module named pip' >&2; exit 1 ;;",
+            "python.sh has no pip",
+        ),
+        (
+            "another hash",
+            "--version) ;;
+            -m) echo 'ERROR: THESE PACKAGES DO NOT MATCH THE HASHES' >&2
+                echo ' Got  123' >&2; exit 1 ;;",
+            "requirements.txt (Got 123)",
+        ),
+        (
+            "offline",
+            "--version) ;;
+            -m) echo 'WARNING: Retrying after connection broken by X' >&2
+                echo 'ERROR: No matching distribution' >&2; exit 1 ;;",
+            "no connection to the package index",
+        ),
+        (
+            "a wheel that does not unpack",
+            &broken,
+            "could not be unpacked (BadZipFile: cut)",
+        ),
+        ("another size", &GOOD.replace("SIZE", "7"), "has 7 bytes"),
+        (
+            "anything: the way without pip",
+            "--version) ;; *) exit 1 ;;",
+            "set MUJOCO_DYNAMIC_LINK_DIR",
+        ),
+    ] {
+        let said = Checkout::new("failing").failure(answers);
+        assert!(said.contains(part), "{name}: {said}");
+    }
 }
 
 #[test]
