@@ -219,45 +219,24 @@ impl Window {
         let mut marks = Vec::new();
         let mut before: Option<u64> = None;
         for (index, worked) in lineage.ticks_between(node, self.from, self.to) {
-            let TracedTick { tick, .. } = worked;
-            let ends = tick.ends.unwrap_or(self.to);
-            let overruns = tick.overruns;
-            let more = before
-                .replace(overruns)
-                .is_some_and(|before| overruns > before);
+            let overruns = worked.tick.overruns;
+            let before = before.replace(overruns);
+            let ends = worked.tick.ends.unwrap_or(self.to);
             if ends < self.from {
                 continue;
             }
             let bright = chain.ticks.contains(&(node, index));
-            let topology = lineage.topology();
-            let name = |node: usize| Some(topology.nodes[node].name.clone());
-            let mut add = |at, until, kind, by: Option<String>| {
-                marks.push(Mark {
-                    at,
-                    until,
-                    kind,
-                    bright,
-                    by,
-                });
-            };
-            if let Some(wait) = lineage.waited_for_match(node, index) {
-                let topic = topology.topics[wait.topic].name.clone();
-                add(wait.from, wait.to, MarkKind::Waiting, Some(topic));
+            let mut parts = parts(lineage, (node, index), worked, ends);
+            if before.is_some_and(|before| overruns > before) {
+                parts.push((ends, ends, MarkKind::Overrun, None));
             }
-            let late = tick.lateness.unwrap_or_default();
-            if let Some(waited) = lineage.waited(node, index) {
-                add(waited.from, waited.to, MarkKind::Waiting, name(waited.by));
-            } else if !late.is_zero() {
-                let due = earlier(tick.at, late);
-                add(due, tick.at, MarkKind::Late, None);
-            }
-            add(tick.at, ends, MarkKind::Tick, None);
-            for aside in lineage.set_aside(node, index) {
-                add(aside.from, aside.to, MarkKind::Aside, name(aside.by));
-            }
-            if more {
-                add(ends, ends, MarkKind::Overrun, None);
-            }
+            marks.extend(parts.into_iter().map(|(at, until, kind, by)| Mark {
+                at,
+                until,
+                kind,
+                bright,
+                by,
+            }));
         }
         Lane {
             name: lineage.topology().nodes[node].name.clone(),
@@ -298,4 +277,33 @@ impl Window {
             marks,
         }
     }
+}
+
+/// A stretch of run time with its kind, and what was waited for.
+type LanePart = (Time, Time, MarkKind, Option<String>);
+
+/// The waits of tick `index` of a node, the tick, and the times for which it was set aside.
+fn parts(
+    lineage: &Lineage,
+    (node, index): (usize, usize),
+    worked: &TracedTick,
+    ends: Time,
+) -> Vec<LanePart> {
+    let (topology, tick) = (lineage.topology(), &worked.tick);
+    let name = |node: usize| Some(topology.nodes[node].name.clone());
+    let mut parts = Vec::new();
+    if let Some(wait) = lineage.waited_for_match(node, index) {
+        let topic = topology.topics[wait.topic].name.clone();
+        parts.push((wait.from, wait.to, MarkKind::Waiting, Some(topic)));
+    }
+    let late = tick.lateness.unwrap_or_default();
+    if let Some(waited) = lineage.waited(node, index) {
+        parts.push((waited.from, waited.to, MarkKind::Waiting, name(waited.by)));
+    } else if !late.is_zero() {
+        parts.push((earlier(tick.at, late), tick.at, MarkKind::Late, None));
+    }
+    parts.push((tick.at, ends, MarkKind::Tick, None));
+    let asides = lineage.set_aside(node, index).into_iter();
+    parts.extend(asides.map(|aside| (aside.from, aside.to, MarkKind::Aside, name(aside.by))));
+    parts
 }
