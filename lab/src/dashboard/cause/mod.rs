@@ -125,7 +125,7 @@ impl Facts<'_> {
         let slow = self.pace(first.place).mul_f64(AS_SLOW);
         let path = before(self.lineage, acts).into_iter();
         let slow = path.filter(|node| self.pace(*node) >= slow);
-        let mut slow: Vec<Owner> = slow.map(|node| Owner::new(AgeReason::Rate, node)).collect();
+        let mut slow: Vec<Owner> = slow.map(|node| AgeReason::Rate.at(node)).collect();
         if !slow.contains(&first) {
             slow.insert(0, first);
         }

@@ -34,12 +34,12 @@ impl Facts<'_> {
             AgeStage::Before => return None,
             AgeStage::Match { topic, node } => Owner {
                 waits: Some(node),
-                ..Owner::new(AgeReason::Match, topic)
+                ..AgeReason::Match.at(topic)
             },
             AgeStage::Cost { node } => self.long(node),
-            AgeStage::Link { topic } => Owner::new(AgeReason::Link, topic),
+            AgeStage::Link { topic } => AgeReason::Link.at(topic),
             AgeStage::Executor { node } => self.late(node),
-            AgeStage::Queue { topic, .. } => Owner::new(AgeReason::Order, topic),
+            AgeStage::Queue { topic, .. } => AgeReason::Order.at(topic),
             AgeStage::Wait { node, .. } | AgeStage::Kept { node, .. } => self.slow(node, true),
             AgeStage::Reuse { topic, .. } | AgeStage::Held { topic, .. } => self.silent(topic, ns),
         })
@@ -49,14 +49,14 @@ impl Facts<'_> {
     fn silent(&self, topic: usize, ns: f64) -> Owner {
         let publishers = &self.graph.topics[topic].publishers;
         let Some(&node) = publishers.first() else {
-            return Owner::new(AgeReason::Link, topic);
+            return AgeReason::Link.at(topic);
         };
         let sent: Vec<&Sent> = self.recent(topic).collect();
         let every = self.time().as_nanos() as f64 / sent.len().max(1) as f64;
         if self.graph.nodes[node].crashed {
-            Owner::new(AgeReason::Crash, node)
+            AgeReason::Crash.at(node)
         } else if self.has_link(topic) && ns > every {
-            Owner::new(AgeReason::Link, topic)
+            AgeReason::Link.at(topic)
         } else {
             self.slow(node, false)
         }
@@ -69,39 +69,34 @@ impl Facts<'_> {
         let shifted = |knob: &&Knob| matches!(knob, Knob::Offset { .. });
         let wrong = |knob: &&Knob| matches!(knob, Knob::Clock { node, .. } if **node == *view.name);
         if view.crashed {
-            Owner::new(AgeReason::Crash, node)
+            AgeReason::Crash.at(node)
         } else if busy * 2 > self.time() {
             self.long(node)
         } else if late * 2 > view.hz.period() {
             self.late(node)
         } else if self.setup.iter().any(|knob| wrong(&knob)) {
-            Owner::new(AgeReason::Clock, node)
+            AgeReason::Clock.at(node)
         } else if let Some(knob) = self.setup.iter().find(shifted).filter(|_| waiting) {
             let named = |view: &NodeView| *knob.target() == *view.name;
-            Owner::new(
-                AgeReason::Phase,
-                self.graph.nodes.iter().position(named).unwrap_or(node),
-            )
+            AgeReason::Phase.at(self.graph.nodes.iter().position(named).unwrap_or(node))
         } else {
-            Owner::new(AgeReason::Rate, node)
+            AgeReason::Rate.at(node)
         }
     }
 
     /// The owner of the late ticks of a node.
     fn late(&self, node: usize) -> Owner {
         match self.graph.nodes[node].executor {
-            Some(_) => Owner::new(AgeReason::Executor, node),
-            None => Owner::new(AgeReason::Late, node),
+            Some(_) => AgeReason::Executor.at(node),
+            None => AgeReason::Late.at(node),
         }
     }
 
     /// The owner of the long ticks of a node.
     fn long(&self, node: usize) -> Owner {
         match self.hang(node) {
-            Some(hung) if hung * 2 > self.busy(node).min(self.time()) => {
-                Owner::new(AgeReason::Hang, node)
-            }
-            _ => Owner::new(AgeReason::Cost, node),
+            Some(hung) if hung * 2 > self.busy(node).min(self.time()) => AgeReason::Hang.at(node),
+            _ => AgeReason::Cost.at(node),
         }
     }
 
@@ -122,7 +117,7 @@ impl Facts<'_> {
         let nodes = path.iter().filter_map(|node| {
             let view = &self.graph.nodes[*node];
             match (view.crashed, view.busy) {
-                (true, _) => Some(Owner::new(AgeReason::Crash, *node)),
+                (true, _) => Some(AgeReason::Crash.at(*node)),
                 (false, true) => Some(self.long(*node)),
                 (false, false) => None,
             }
@@ -133,7 +128,7 @@ impl Facts<'_> {
             of_path && view.published > 0 && view.lost + view.in_flight == view.published
         });
         nodes
-            .chain(topics.map(|topic| Owner::new(AgeReason::Link, topic)))
+            .chain(topics.map(|topic| AgeReason::Link.at(topic)))
             .collect()
     }
 

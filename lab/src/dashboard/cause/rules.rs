@@ -52,17 +52,6 @@ pub struct Owner {
     pub waits: Option<usize>,
 }
 
-impl Owner {
-    /// The owner for a reason at a node or a topic.
-    pub fn new(reason: AgeReason, place: usize) -> Self {
-        Self {
-            reason,
-            place,
-            waits: None,
-        }
-    }
-}
-
 /// Where a reason lies, the knob that takes it away, with `{}` for the name of the place,
 /// and how the age arose.
 struct CauseRule {
@@ -74,6 +63,15 @@ struct CauseRule {
 type Told = fn(&Facts<'_>, Owner) -> String;
 
 impl AgeReason {
+    /// The owner for this reason at a node or a topic.
+    pub fn at(self, place: usize) -> Owner {
+        Owner {
+            reason: self,
+            place,
+            waits: None,
+        }
+    }
+
     fn rule(self) -> CauseRule {
         match self {
             Self::Rate => node(None, slow_pace),

@@ -182,48 +182,36 @@ mod tests {
     }
 
     fn sample() -> Timeline {
-        let lane = |name: &str, marks: &[(u64, u64, MarkKind, bool)]| Lane {
+        let mark = |at, until, kind, bright| Mark {
+            at: ms(at),
+            until: ms(until),
+            kind,
+            bright,
+            by: None,
+        };
+        let lane = |name: &str, marks: [Mark; 3]| Lane {
             name: name.to_owned(),
-            marks: marks
-                .iter()
-                .map(|&(at, until, kind, bright)| Mark {
-                    at: ms(at),
-                    until: ms(until),
-                    kind,
-                    bright,
-                    by: None,
-                })
-                .collect(),
+            marks: marks.into(),
         };
         use MarkKind::{Late, Lost, Overrun, Read, Tick, Unread};
+        let sensor = [0, 50, 100].map(|at| mark(at, at, Tick, at == 0));
+        let obs = [
+            mark(0, 20, Read, true),
+            mark(50, 50, Unread, false),
+            mark(100, 100, Lost, false),
+        ];
+        let policy = [
+            mark(20, 30, Late, true),
+            mark(30, 110, Tick, true),
+            mark(110, 110, Overrun, false),
+        ];
         Timeline {
             from: ms(0),
             to: ms(200),
             lanes: vec![
-                lane(
-                    "sensor",
-                    &[
-                        (0, 0, Tick, true),
-                        (50, 50, Tick, false),
-                        (100, 100, Tick, false),
-                    ],
-                ),
-                lane(
-                    "/obs",
-                    &[
-                        (0, 20, Read, true),
-                        (50, 50, Unread, false),
-                        (100, 100, Lost, false),
-                    ],
-                ),
-                lane(
-                    "policy",
-                    &[
-                        (20, 30, Late, true),
-                        (30, 110, Tick, true),
-                        (110, 110, Overrun, false),
-                    ],
-                ),
+                lane("sensor", sensor),
+                lane("/obs", obs),
+                lane("policy", policy),
             ],
             sentence: PushSentence(vec![
                 "this push is 110 ms old: 30 waiting for the policy + 80 thinking".to_owned(),
