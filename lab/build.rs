@@ -42,7 +42,7 @@ fn beside() {
 
 /// The sources of the program. Watching these causes no extra builds, because a change of
 /// any of them rebuilds the program anyway.
-const SOURCES: [&str; 13] = [
+const SOURCES: [&str; 14] = [
     "Cargo.toml",
     "Cargo.lock",
     "crates/account",
@@ -52,6 +52,7 @@ const SOURCES: [&str; 13] = [
     "exercises/Cargo.toml",
     "exercises/bands.toml",
     "exercises/build.rs",
+    "exercises/questions.toml",
     "exercises/src",
     "lab/Cargo.toml",
     "lab/build.rs",

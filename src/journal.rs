@@ -4,6 +4,8 @@
 
 use std::any::Any;
 
+use serde::{Deserialize, Serialize};
+
 use super::{
     sync::Arc,
     time::Time,
@@ -29,9 +31,10 @@ pub trait ThreadJournal: Send + Sync {
 
 /// What a thread of a crew did between two waits, as far as it does not follow from what it read:
 /// what its clock answered, and what reached it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Entry {
     /// Threads start. This is in the journal of every thread.
+    #[default]
     Begin,
     /// It heard that a message arrives for a node.
     Arrive(Arrival),
@@ -65,11 +68,6 @@ pub enum Entry {
         /// Position in the event log.
         event: u64,
     },
-    /// The thread of a node ended: ticks due before this are missed.
-    Leave {
-        /// Run time.
-        before: Time,
-    },
     /// All threads have ended.
     End(End),
     /// A command was carried out during a pause.
@@ -82,7 +80,7 @@ pub enum Entry {
 }
 
 /// A look after the end of the run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LateLook {
     /// The end of the run.
     pub until: Time,
@@ -91,7 +89,7 @@ pub struct LateLook {
 }
 
 /// How the threads of a stretch came to their end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum End {
     /// A pause.
     Paused,
@@ -137,7 +135,7 @@ impl Entry {
             | Self::Finish { at, .. }
             | Self::Done { at, .. }
             | Self::Obey { at, .. } => Some(*at),
-            Self::Begin | Self::Arrive(_) | Self::Leave { .. } | Self::End(_) => None,
+            Self::Begin | Self::Arrive(_) | Self::End(_) => None,
             Self::Rest { .. } | Self::Abandoned => None,
         }
     }

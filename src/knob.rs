@@ -3,12 +3,12 @@
 use std::{fmt, str::FromStr, time::Duration};
 
 use serde::{Deserialize, Serialize};
+use strum::{EnumDiscriminants, EnumMessage, VariantArray};
 use thiserror::Error;
 
 use super::{
-    depth::{Depth, DepthError},
     millis,
-    read_order::ReadOrder,
+    qos::{Depth, DepthError, ReadOrder},
     time::{Hz, HzError, Time},
 };
 
@@ -24,10 +24,16 @@ use super::{
 /// assert_eq!(knob.to_string(), "rate planner 10");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, EnumDiscriminants)]
+#[strum_discriminants(
+    name(KnobKind),
+    derive(EnumMessage, VariantArray),
+    doc = "The kinds of knobs, for lists and completion; each with the syntax of its text."
+)]
 pub enum Knob {
     /// Rate of a node.
     #[serde(rename = "SetRate")]
+    #[strum_discriminants(strum(message = "rate NODE HZ"))]
     Rate {
         /// The node's name.
         node: String,
@@ -36,6 +42,7 @@ pub enum Knob {
     },
     /// Queue depth of a topic.
     #[serde(rename = "SetDepth")]
+    #[strum_discriminants(strum(message = "depth TOPIC N"))]
     Depth {
         /// The topic's name.
         topic: String,
@@ -45,6 +52,7 @@ pub enum Knob {
     /// A message to a node, which interprets it; see
     /// [`Node::on_message`](super::Node::on_message).
     #[serde(rename = "Tell")]
+    #[strum_discriminants(strum(message = "send NODE TEXT"))]
     Send {
         /// The node's name.
         node: String,
@@ -54,6 +62,7 @@ pub enum Knob {
     },
     /// The duration of a node's ticks: a tick that starts at `s` reads at `s`, and
     /// publishes or applies its results at `s + cost`.
+    #[strum_discriminants(strum(message = "takes NODE SPEC"))]
     Takes {
         /// The node's name.
         node: String,
@@ -61,6 +70,7 @@ pub enum Knob {
         spec: String,
     },
     /// Offset of a node's due times from run time zero.
+    #[strum_discriminants(strum(message = "offset NODE MS"))]
     Offset {
         /// The node's name.
         node: String,
@@ -69,6 +79,7 @@ pub enum Knob {
         offset: Duration,
     },
     /// Lateness of a node's ticks in virtual time.
+    #[strum_discriminants(strum(message = "wakes NODE SPEC"))]
     Wakes {
         /// The node's name.
         node: String,
@@ -76,6 +87,7 @@ pub enum Knob {
         spec: String,
     },
     /// The link from the publishers of a topic to its readers.
+    #[strum_discriminants(strum(message = "link TOPIC SPEC"))]
     Link {
         /// The topic's name.
         topic: String,
@@ -83,6 +95,7 @@ pub enum Knob {
         spec: String,
     },
     /// The read order of a topic.
+    #[strum_discriminants(strum(message = "read TOPIC newest|oldest"))]
     Read {
         /// The topic's name.
         topic: String,
@@ -90,6 +103,7 @@ pub enum Knob {
         order: ReadOrder,
     },
     /// Loss of one message of a topic.
+    #[strum_discriminants(strum(message = "lose TOPIC N"))]
     Lose {
         /// The topic's name.
         topic: String,
@@ -97,6 +111,7 @@ pub enum Knob {
         seq: u64,
     },
     /// Extra delay of one message of a topic.
+    #[strum_discriminants(strum(message = "postpone TOPIC N MS"))]
     Postpone {
         /// The topic's name.
         topic: String,
@@ -107,17 +122,20 @@ pub enum Knob {
         delay: Duration,
     },
     /// A node stops ticking; messages it has not released are lost.
+    #[strum_discriminants(strum(message = "crash NODE"))]
     Crash {
         /// The node's name.
         node: String,
     },
     /// A node starts again from its initial state; see
     /// [`Node::restart`](super::Node::restart).
+    #[strum_discriminants(strum(message = "restart NODE"))]
     Restart {
         /// The node's name.
         node: String,
     },
     /// Duration of a node's next tick, in place of the usual one.
+    #[strum_discriminants(strum(message = "hang NODE MS"))]
     Hang {
         /// The node's name.
         node: String,
@@ -126,6 +144,7 @@ pub enum Knob {
         cost: Duration,
     },
     /// Error of a node's own clock from now on: due times and stamps follow this clock.
+    #[strum_discriminants(strum(message = "clock NODE OFFSET_MS DRIFT_PPM"))]
     Clock {
         /// The node's name.
         node: String,
@@ -134,76 +153,13 @@ pub enum Knob {
     },
 }
 
-/// The kinds of knobs, for lists and completion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum KnobKind {
-    /// [`Knob::Rate`].
-    Rate,
-    /// [`Knob::Depth`].
-    Depth,
-    /// [`Knob::Send`].
-    Send,
-    /// [`Knob::Takes`].
-    Takes,
-    /// [`Knob::Offset`].
-    Offset,
-    /// [`Knob::Wakes`].
-    Wakes,
-    /// [`Knob::Link`].
-    Link,
-    /// [`Knob::Read`].
-    Read,
-    /// [`Knob::Lose`].
-    Lose,
-    /// [`Knob::Postpone`].
-    Postpone,
-    /// [`Knob::Crash`].
-    Crash,
-    /// [`Knob::Restart`].
-    Restart,
-    /// [`Knob::Hang`].
-    Hang,
-    /// [`Knob::Clock`].
-    Clock,
-}
-
 impl KnobKind {
     /// All kinds.
-    pub const ALL: [Self; 14] = [
-        Self::Rate,
-        Self::Depth,
-        Self::Send,
-        Self::Takes,
-        Self::Offset,
-        Self::Wakes,
-        Self::Link,
-        Self::Read,
-        Self::Lose,
-        Self::Postpone,
-        Self::Crash,
-        Self::Restart,
-        Self::Hang,
-        Self::Clock,
-    ];
+    pub const ALL: [Self; 14] = *Self::VARIANTS.first_chunk().expect("as many");
 
     /// The syntax of the knob's text: its name, whose it is, and its value.
     pub fn usage(self) -> &'static str {
-        match self {
-            Self::Rate => "rate NODE HZ",
-            Self::Depth => "depth TOPIC N",
-            Self::Send => "send NODE TEXT",
-            Self::Takes => "takes NODE SPEC",
-            Self::Offset => "offset NODE MS",
-            Self::Wakes => "wakes NODE SPEC",
-            Self::Link => "link TOPIC SPEC",
-            Self::Read => "read TOPIC newest|oldest",
-            Self::Lose => "lose TOPIC N",
-            Self::Postpone => "postpone TOPIC N MS",
-            Self::Crash => "crash NODE",
-            Self::Restart => "restart NODE",
-            Self::Hang => "hang NODE MS",
-            Self::Clock => "clock NODE OFFSET_MS DRIFT_PPM",
-        }
+        self.get_message().unwrap_or_default()
     }
 
     fn word(self, number: usize) -> &'static str {
@@ -329,22 +285,7 @@ impl Knob {
 
     /// Kind of the knob.
     pub fn kind(&self) -> KnobKind {
-        match self {
-            Self::Rate { .. } => KnobKind::Rate,
-            Self::Depth { .. } => KnobKind::Depth,
-            Self::Send { .. } => KnobKind::Send,
-            Self::Takes { .. } => KnobKind::Takes,
-            Self::Offset { .. } => KnobKind::Offset,
-            Self::Wakes { .. } => KnobKind::Wakes,
-            Self::Link { .. } => KnobKind::Link,
-            Self::Read { .. } => KnobKind::Read,
-            Self::Lose { .. } => KnobKind::Lose,
-            Self::Postpone { .. } => KnobKind::Postpone,
-            Self::Crash { .. } => KnobKind::Crash,
-            Self::Restart { .. } => KnobKind::Restart,
-            Self::Hang { .. } => KnobKind::Hang,
-            Self::Clock { .. } => KnobKind::Clock,
-        }
+        self.into()
     }
 
     /// Name of its node or topic.

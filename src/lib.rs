@@ -44,7 +44,7 @@
 //! | another rule for messages of several topics | [`Matching`] | `crates/effects/src/kit.rs` |
 //! | one of these for every node and topic of a graph | [`Kit`] | `crates/effects/src/kit.rs` |
 //! | a log of what the clocks of the threads answered | [`Journal`] | `crates/replay` |
-//! | another clock | [`Clock`]; [`CrewHands`] has the nodes meanwhile | `crates/replay` |
+//! | another clock | [`Clock`]; [`Crews`] have the nodes meanwhile | `crates/replay` |
 //! | another order of the turns of [`Shared`] values | [`TurnFollower`] | `crates/replay` |
 //!
 //! # How a run goes
@@ -94,61 +94,57 @@
 mod channel;
 mod clock;
 mod command;
-mod depth;
 mod event;
 mod graph;
 mod inbox;
-mod job;
 mod journal;
 mod knob;
 mod message;
 pub mod millis;
 mod node;
 mod outbox;
+mod qos;
 mod rate;
-mod read_order;
 mod realtime;
 mod record;
 mod release;
 mod scheduling;
-mod seat;
+mod shared;
 mod state;
 pub mod sync;
 mod time;
 mod topic;
 mod topology;
-mod transit;
 mod trigger;
 mod turns;
 
 pub use channel::Channel;
 pub use clock::{
-    Clock, ClockExit, CrewHands, Obeyed, Outcome, RealClock, RealtimeError, RealtimePriority,
-    RunError, SupervisorHand, ThreadHand, VirtualClock, lower_priority, note_end, obey_at_rest,
+    Clock, ClockExit, CrewThread, Crews, Obeyed, Outcome, RealClock, RealtimeError,
+    RealtimePriority, RunError, Supervision, VirtualClock, lower_priority, note_end, obey_at_rest,
     run,
 };
 pub use command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand};
-pub use depth::{Depth, DepthError};
 pub use event::{Event, EventKind};
 pub use graph::{Graph, GraphError, Wiring};
 pub use inbox::{Inbox, Interrupt};
-pub use job::{Job, JobKind};
 pub use journal::{End, Entries, Entry, Journal, LateLook, ThreadJournal};
 pub use knob::{Knob, KnobError, KnobKind, TimedKnob};
 pub use message::{Head, Message, Payload};
 pub use node::{END, Fault, GO_ON, Node, Panicked, Tick};
 pub use outbox::Stamps;
+pub use qos::{Depth, DepthError, ReadOrder};
 pub use rate::{Rate, hyper_period};
-pub use read_order::ReadOrder;
 pub use record::{MeterRecorder, NodeRecord, Push, PushRecorder, Sink, TickTimes, TopicRecord};
 pub use release::{Matching, Release};
 pub use scheduling::{
-    Dispatch, Joined, Kit, Periodic, Phase, Scheduler, SchedulerEvent, TaskSpec, TaskState,
-    Threads, Timetable,
+    Dispatch, Job, JobKind, Joined, Kit, Periodic, Phase, Scheduler, SchedulerEvent, TaskSpec,
+    TaskState, Threads, Timetable,
 };
+pub use shared::{Shared, Turn};
 pub use state::{RunState, Status};
 pub use time::{Hz, HzError, Time, TimeError};
 pub use topic::{Publisher, Subscription, Topic};
 pub use topology::{NodeTopology, TopicTopology, Topology};
 pub use trigger::{Arrival, Intake, TakenMessage};
-pub use turns::{Following, LockName, Operation, Shared, Turn, TurnFollower};
+pub use turns::{Following, LockName, Operation, TurnFollower};

@@ -12,8 +12,8 @@ use std::{
 };
 
 use super::{
-    depth::Depth,
     message::Head,
+    qos::Depth,
     time::{Hz, Time},
 };
 

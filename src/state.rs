@@ -6,13 +6,13 @@ use super::{
     command::{ClockKind, Command, Speed},
     event::{Event, EventKind},
     journal::{Entries, Journal},
+    shared::Shared,
     sync::{
         Arc, Instant, Mutex,
         atomic::{AtomicBool, AtomicU64, Ordering},
         lock,
     },
     time::Time,
-    turns::Shared,
 };
 
 /// The state of a graph's clock.

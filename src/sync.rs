@@ -32,6 +32,13 @@ pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
         .unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
+/// The value of a mutex that nobody else can lock now.
+pub fn get_mut<T>(mutex: &mut Mutex<T>) -> &mut T {
+    mutex
+        .get_mut()
+        .unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
 /// Adds one to a counter that has a single writer at a time; cheaper than an
 /// atomic read-modify-write.
 #[inline]

@@ -40,7 +40,7 @@ impl Time {
     pub const MAX: Self = Self(u64::MAX);
 
     /// The smallest step of run time: one nanosecond.
-    pub const TICK: Duration = Duration::from_nanos(1);
+    pub const RESOLUTION: Duration = Duration::from_nanos(1);
 
     /// The moment `nanos` nanoseconds into the run.
     pub const fn from_nanos(nanos: u64) -> Self {

@@ -31,21 +31,21 @@ use std::{any::Any, collections::VecDeque};
 use self::intake::Triggers;
 
 use super::{
-    depth::Depth,
+    channel::Transit,
     knob::Knob,
     message::{Head, Message, Payload},
     outbox::Outbox,
-    read_order::ReadOrder,
+    qos::{Depth, ReadOrder},
     record::{Records, TopicRecord},
     scheduling::Kit,
+    shared::Shared,
     sync::{
         Arc,
         atomic::{AtomicU64, Ordering},
         bump,
     },
     time::Time,
-    transit::Transit,
-    turns::Shared,
+    trigger::Arrival,
 };
 
 /// A named, bounded, thread-safe, latest-wins bus.
@@ -180,11 +180,6 @@ impl<T: Payload> Topic<T> {
         }
     }
 
-    /// Sends the records of this topic on this way.
-    pub(crate) fn set_records(&self, records: Records) {
-        self.0.queue.aside().records = Some(records);
-    }
-
     /// Its index in the graph; `None` outside of one.
     pub fn index(&self) -> Option<usize> {
         let queue = self.0.queue.aside();
@@ -219,23 +214,50 @@ impl<T: Payload> Topic<T> {
         Some((message.data.clone(), head))
     }
 
-    /// Changes the read order of subscriptions. Returns the previous order.
-    pub(crate) fn set_order(&self, order: ReadOrder) -> ReadOrder {
-        std::mem::replace(&mut self.0.queue.lock().order, order)
+    /// Queue depth.
+    pub fn depth(&self) -> Depth {
+        self.0.queue.aside().depth
     }
 
-    /// Turns a knob of what lies between publishers and readers, for messages published from run
-    /// time `now` on; returns the value before.
+    /// Number of messages published so far.
+    pub fn published(&self) -> u64 {
+        self.0.queue.aside().next_seq
+    }
+}
+
+/// A topic, regardless of its payload.
+pub(crate) trait AnyTopic: Send {
+    /// Turns a knob of the topic, or of what the kit puts between its publishers and readers, for
+    /// messages published from run time `now` on; returns the value before.
     ///
     /// # Errors
-    /// The reason, for a knob that the `kit` does not know, and for a message that is published
+    /// The reason, for a knob that the kit does not know, and for a message that is published
     /// already.
-    pub(crate) fn turn_channel(
-        &self,
-        knob: &Knob,
-        (kit, seed): (&dyn Kit, u64),
-        now: Time,
-    ) -> Result<String, String> {
+    fn turn(&self, knob: &Knob, kit: (&dyn Kit, u64), now: Time) -> Result<String, String>;
+
+    /// Queue depth.
+    fn depth(&self) -> Depth;
+
+    /// Sends its records on this way.
+    fn set_records(&self, records: Records);
+
+    /// Delivers the messages that arrive by `now`. Publishing and reading do the same.
+    fn deliver(&self, now: Time);
+
+    /// The messages in flight that arrive after `now`, for the nodes that they trigger.
+    fn arrivals_after(&self, now: Time) -> Vec<Arrival>;
+}
+
+impl<T: Payload> AnyTopic for Topic<T> {
+    fn turn(&self, knob: &Knob, (kit, seed): (&dyn Kit, u64), now: Time) -> Result<String, String> {
+        match knob {
+            Knob::Depth { depth, .. } => return Ok(self.set_depth(*depth, now).to_string()),
+            Knob::Read { order, .. } => {
+                let before = std::mem::replace(&mut self.0.queue.lock().order, *order);
+                return Ok(before.to_string());
+            }
+            _ => {}
+        }
         let mut turn = self.0.queue.lock();
         let queue = &mut *turn;
         match knob.message() {
@@ -255,19 +277,25 @@ impl<T: Payload> Topic<T> {
         before.unwrap_or_else(|| Err(knob.not_in_kit()))
     }
 
-    /// Delivers the messages that arrive by `now`. Publishing and reading do the same.
-    pub(crate) fn deliver(&self, now: Time) {
+    fn depth(&self) -> Depth {
+        Topic::depth(self)
+    }
+
+    fn set_records(&self, records: Records) {
+        self.0.queue.aside().records = Some(records);
+    }
+
+    fn deliver(&self, now: Time) {
         self.0.queue.aside().deliver(now);
     }
 
-    /// Queue depth.
-    pub fn depth(&self) -> Depth {
-        self.0.queue.aside().depth
-    }
-
-    /// Number of messages published so far.
-    pub fn published(&self) -> u64 {
-        self.0.queue.aside().next_seq
+    fn arrivals_after(&self, now: Time) -> Vec<Arrival> {
+        let queue = self.0.queue.aside();
+        let Some((triggers, transit)) = queue.triggers.as_ref().zip(queue.transit.as_ref()) else {
+            return Vec::new();
+        };
+        let times = transit.arrivals_after(now);
+        times.flat_map(|at| triggers.arrivals(at)).collect()
     }
 }
 

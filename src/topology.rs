@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{depth::Depth, time::Hz};
+use super::{qos::Depth, time::Hz};
 
 /// Nodes, topics and connections: enough to draw a graph or to replay its run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -6,6 +6,8 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use super::{
     sync::{
         Arc, Mutex,
@@ -31,9 +33,6 @@ pub trait Intake: Send {
 
     /// Forgets the messages taken before number `seq`; all of them without a `seq`.
     fn forget_before(&mut self, seq: Option<u64>);
-
-    /// Has the node called once more at run time `now`, as if a message arrived.
-    fn call_again(&self, now: Time);
 }
 
 /// A message taken from a queue.
@@ -48,11 +47,11 @@ pub struct TakenMessage {
 }
 
 /// A message that arrives for a node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Arrival {
     /// Run time of its delivery.
     pub at: Time,
-    /// Index of the node; within a crew its place there.
+    /// Index of the node.
     pub node: usize,
     /// Number of the topic among those that trigger the node.
     pub input: usize,

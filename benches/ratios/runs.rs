@@ -27,7 +27,7 @@ use ratelab_study::{
 
 use super::{
     causes,
-    paired::{Nanos, Paired, nanos, paired, time},
+    paired::{Nanos, nanos, paired, time},
     table::Table,
 };
 
@@ -95,7 +95,7 @@ pub fn measure(table: &mut Table) {
     ages(table);
 }
 
-/// The same in a world that moves by itself, in ten times as many steps.
+/// Fills in the rows about runs in a world that moves by itself, in ten times as many steps.
 fn own_world(table: &mut Table) {
     let floor = Floor::new(WorldKind::OWN);
     table.heading(format!(
@@ -151,22 +151,24 @@ fn experiment() -> Experiment {
 }
 
 fn experiment_of(seed: u64) -> Experiment {
-    let config = Config {
+    build(&Config {
         seed,
         ..Config::default()
-    };
-    Experiment::new(cart_pole(), &config).expect("experiment")
+    })
+}
+
+fn build(config: &Config) -> Experiment {
+    Experiment::new(cart_pole(), config).expect("experiment")
 }
 
 /// A run in `world` that `knobs` set up.
 fn experiment_with(world: WorldKind, knobs: &[&str]) -> Experiment {
     let knobs = knobs.iter().map(|knob| knob.parse().expect("a knob"));
-    let config = Config {
+    build(&Config {
         world,
         setup: knobs.collect(),
         ..Config::default()
-    };
-    Experiment::new(cart_pole(), &config).expect("experiment")
+    })
 }
 
 /// A run that had a link on every topic, and has none any more.
@@ -175,7 +177,7 @@ fn unlinked_experiment() -> Experiment {
     let config = config.as_mut().expect("knobs");
     let off = CartPole::KNOBS.parse_list("0 link /obs none\n0 link /action none");
     config.knobs = off.expect("knobs");
-    Experiment::new(cart_pole(), config).expect("experiment")
+    build(config)
 }
 
 fn execute(experiment: Experiment) -> Summary {
@@ -195,17 +197,14 @@ fn time_tapped_run() -> Nanos {
     time
 }
 
-/// Whole runs per second, compared with floors per second. The ratio is one of times, as
-/// elsewhere.
+/// Whole runs per second, compared with floors per second.
 fn throughput(table: &mut Table, floor: &Floor, what: &str, threads: usize) {
     let rates = paired(
         3,
         || time_of_one(threads, || drop(execute(experiment()))),
         || time_of_one(threads, || floor.step(&mut floor.start())),
     );
-    let per_second = |time: Nanos| format!("{:.0}/s", 1e9 / time);
-    let cells = [per_second(rates.ours), per_second(rates.floor)];
-    table.cells(what, cells, rates.ratio, None);
+    table.rates(what, &rates, None);
 }
 
 /// Number of seeds of the timed sweep, per core: about half a second.
@@ -232,39 +231,29 @@ fn sweep(table: &mut Table) {
         lone / SWEPT as f64 / cores as f64
     };
     let together = || time_of_one(cores, || drop(execute(experiment())));
-    let per_second = |time: Nanos| format!("{:.0}/s", 1e9 / time);
-    let mut row = |what: String, rates: Paired| {
-        let cells = [per_second(rates.ours), per_second(rates.floor)];
-        // A share of 0.90 of the cores' capacity.
-        table.cells(&what, cells, rates.ratio, Some(1.11));
-    };
     let what = format!("sweep on all cores, beside {cores} × one core alone");
-    row(what, paired(7, swept, alone));
-    let what = "sweep on all cores, beside lone runs on all".to_owned();
-    row(what, paired(7, swept, together));
+    table.rates(&what, &paired(7, swept, alone), SHARE);
+    let what = "sweep on all cores, beside lone runs on all";
+    table.rates(what, &paired(7, swept, together), SHARE);
 }
 
+/// A share of 0.90 of the cores' capacity, as a goal.
+const SHARE: Option<f64> = Some(1.11);
+
 /// Every kind of link, on both topics.
-const LINKS: &str = "link /obs delay:0..10,in-order,loss:0.05, \
-    link /action delay:lognormal:3,10,burst:0.01,2,reliable:10";
+const LINKS: [&str; 2] = [
+    "link /obs delay:0..10,in-order,loss:0.05",
+    "link /action delay:lognormal:3,10,burst:0.01,2,reliable:10",
+];
 
 /// Fills in the row about links, in a world that does not wait.
 fn links(table: &mut Table) {
     table.heading("A virtual run of 10 s in its own world".to_owned());
-    let run = |links: &str| {
-        let mut config = Config {
-            world: WorldKind::OWN,
-            ..Config::default()
-        };
-        for knob in links.split(", ").filter(|knob| !knob.is_empty()) {
-            config
-                .setup
-                .extend(CartPole::KNOBS.parse(knob).expect("knob"));
-        }
-        let experiment = Experiment::new(cart_pole(), &config).expect("experiment");
+    let run = |links: &[&str]| {
+        let experiment = experiment_with(WorldKind::OWN, links);
         time(|| assert!(!execute(experiment).verdict.is_lost()))
     };
-    let linked = paired(LINKED_ROUNDS, || run(LINKS), || run(""));
+    let linked = paired(LINKED_ROUNDS, || run(&LINKS), || run(&[]));
     table.row("every kind of link, beside none", &linked, Some(1.1));
 }
 
@@ -295,14 +284,7 @@ fn ages(table: &mut Table) {
         || per_run(all_cores()),
         || per_run(NonZeroUsize::MIN) / cores,
     );
-    let per_second = |time: Nanos| format!("{:.0}/s", 1e9 / time);
-    let cells = [per_second(rates.ours), per_second(rates.floor)];
-    table.cells(
-        "runs/s of docs/age.md, beside one core's",
-        cells,
-        rates.ratio,
-        Some(1.11),
-    );
+    table.rates("runs/s of docs/age.md, beside one core's", &rates, SHARE);
 }
 
 /// Wall time per piece of `work` while `threads` threads run it.

@@ -29,6 +29,13 @@ impl Table {
         self.cells(what, cells, paired.ratio, goal);
     }
 
+    /// Adds a row with the rates of a pair of times. The ratio is one of times, as elsewhere.
+    pub fn rates(&mut self, what: &str, paired: &Paired, goal: Option<f64>) {
+        let rate = |time: Nanos| format!("{:.0}/s", 1e9 / time);
+        let cells = [rate(paired.ours), rate(paired.floor)];
+        self.cells(what, cells, paired.ratio, goal);
+    }
+
     /// Adds a row with two figures of any unit.
     pub fn cells(
         &mut self,

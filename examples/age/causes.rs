@@ -11,169 +11,84 @@ use ratelab_study::{
     system::WorldKind,
 };
 
-/// A cause of age: a name, fixed knobs, and knobs with a list of values.
+/// A cause of age: a name, fixed knobs, and knobs with their values.
 pub struct Cause {
     /// The name.
     pub name: &'static str,
-    /// Fixed knobs.
-    pub fixed: &'static [&'static str],
-    /// Knobs with their values.
-    pub axes: &'static [(&'static str, &'static [&'static str])],
+    /// Fixed knobs, with commas in between.
+    pub fixed: &'static str,
+    /// Knobs, each with a list of values.
+    pub axes: &'static [(&'static str, &'static str)],
 }
+
+/// Shares of messages that are lost.
+const LOSSES: &str = "0.3 0.5 0.6 0.65 0.7 0.75 0.8 0.83 0.86 0.9 0.92 0.94";
 
 /// All measured causes.
 pub const CAUSES: [Cause; 10] = [
     Cause {
         name: "control rate and delay of `/action`",
-        fixed: &[],
+        fixed: "",
         axes: &[
-            ("rate policy", &["100", "50", "25", "20", "12.5", "10"]),
+            ("rate policy", "100 50 25 20 12.5 10"),
             (
                 "link /action",
-                &[
-                    "none",
-                    "delay:20",
-                    "delay:40",
-                    "delay:60",
-                    "delay:80",
-                    "delay:100",
-                    "delay:120",
-                    "delay:150",
-                ],
+                "none delay:20 delay:40 delay:60 delay:80 delay:100 delay:120 delay:150",
             ),
         ],
     },
     Cause {
         name: "sensor rate",
-        fixed: &[],
-        axes: &[(
-            "rate sensor",
-            &[
-                "2.5", "3", "3.5", "4", "5", "6", "7", "8", "9", "10", "12.5", "25",
-            ],
-        )],
+        fixed: "",
+        axes: &[("rate sensor", "2.5 3 3.5 4 5 6 7 8 9 10 12.5 25")],
     },
     Cause {
         name: "what the policy takes",
-        fixed: &[],
-        axes: &[(
-            "takes policy",
-            &[
-                "none", "20", "30", "40", "50", "60", "70", "80", "100", "120", "140", "160",
-            ],
-        )],
+        fixed: "",
+        axes: &[("takes policy", "none 20 30 40 50 60 70 80 100 120 140 160")],
     },
     Cause {
         name: "offset of the policy, at 8 Hz",
-        fixed: &["rate sensor 8", "rate policy 8"],
-        axes: &[(
-            "offset policy",
-            &[
-                "0", "10", "20", "30", "40", "50", "60", "70", "80", "90", "100", "120",
-            ],
-        )],
+        fixed: "rate sensor 8, rate policy 8",
+        axes: &[("offset policy", "0 10 20 30 40 50 60 70 80 90 100 120")],
     },
     Cause {
         name: "queue, read from its old end",
-        fixed: &["read /obs oldest", "rate policy 49"],
-        axes: &[(
-            "depth /obs",
-            &[
-                "1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "12", "14",
-            ],
-        )],
+        fixed: "read /obs oldest, rate policy 49",
+        axes: &[("depth /obs", "1 2 3 4 5 6 7 8 9 10 12 14")],
     },
     Cause {
         name: "loss on `/action`, held",
-        fixed: &[],
-        axes: &[(
-            "link /action",
-            &[
-                "loss:0.3",
-                "loss:0.5",
-                "loss:0.6",
-                "loss:0.65",
-                "loss:0.7",
-                "loss:0.75",
-                "loss:0.8",
-                "loss:0.83",
-                "loss:0.86",
-                "loss:0.9",
-                "loss:0.92",
-                "loss:0.94",
-            ],
-        )],
+        fixed: "",
+        axes: &[("link /action loss:{}", LOSSES)],
     },
     Cause {
         name: "loss on `/obs`",
-        fixed: &[],
-        axes: &[(
-            "link /obs",
-            &[
-                "loss:0.3",
-                "loss:0.5",
-                "loss:0.6",
-                "loss:0.65",
-                "loss:0.7",
-                "loss:0.75",
-                "loss:0.8",
-                "loss:0.83",
-                "loss:0.86",
-                "loss:0.9",
-                "loss:0.92",
-                "loss:0.94",
-            ],
-        )],
+        fixed: "",
+        axes: &[("link /obs loss:{}", LOSSES)],
     },
     Cause {
         name: "loss, sent again after 20 ms",
-        fixed: &[],
+        fixed: "",
         axes: &[(
-            "link /action",
-            &[
-                "loss:0.2,reliable:20",
-                "loss:0.3,reliable:20",
-                "loss:0.4,reliable:20",
-                "loss:0.5,reliable:20",
-                "loss:0.55,reliable:20",
-                "loss:0.6,reliable:20",
-                "loss:0.65,reliable:20",
-                "loss:0.7,reliable:20",
-            ],
+            "link /action loss:{},reliable:20",
+            "0.2 0.3 0.4 0.5 0.55 0.6 0.65 0.7",
         )],
     },
     Cause {
         name: "random delay, in order",
-        fixed: &[],
+        fixed: "",
         axes: &[(
-            "link /action",
-            &[
-                "delay:0..40,in-order",
-                "delay:0..80,in-order",
-                "delay:0..100,in-order",
-                "delay:0..120,in-order",
-                "delay:0..140,in-order",
-                "delay:0..160,in-order",
-                "delay:0..200,in-order",
-                "delay:0..250,in-order",
-            ],
+            "link /action delay:{},in-order",
+            "0..40 0..80 0..100 0..120 0..140 0..160 0..200 0..250",
         )],
     },
     Cause {
         name: "random delay, overtaking",
-        fixed: &[],
+        fixed: "",
         axes: &[(
-            "link /action",
-            &[
-                "delay:0..40",
-                "delay:0..100",
-                "delay:0..200",
-                "delay:0..300",
-                "delay:0..400",
-                "delay:0..600",
-                "delay:0..800",
-                "delay:0..1000",
-            ],
+            "link /action delay:{}",
+            "0..40 0..100 0..200 0..300 0..400 0..600 0..800 0..1000",
         )],
     },
 ];
@@ -195,11 +110,11 @@ pub fn sweep(
     seeds: u64,
 ) -> Result<Sweep, Box<dyn Error>> {
     let mut base = base.clone();
-    for knob in cause.fixed {
+    for knob in cause.fixed.split(", ").filter(|knob| !knob.is_empty()) {
         base.setup.extend(CartPole::KNOBS.parse(knob)?);
     }
     let axes = cause.axes.iter().map(|(knob, values)| {
-        let values = values.iter().map(|value| (*value).to_owned());
+        let values = values.split(' ').map(str::to_owned);
         SweepAxis::of(CartPole::KNOBS, knob, values)
     });
     Ok(Sweep {

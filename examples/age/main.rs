@@ -50,7 +50,7 @@ impl Measured {
         ByAge::of(self.causes.iter().flatten())
     }
 
-    /// The same, by the mean age over the whole run.
+    /// All runs by the mean age over the whole run.
     fn by_run(&self) -> ByAge {
         let runs = self.causes.iter().flatten();
         let ages = runs.filter_map(|run| Some((run.push_age?.run_s, !run.verdict.is_lost())));

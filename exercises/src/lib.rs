@@ -6,7 +6,7 @@
 //! expected measurements are in `bands.toml`, each with its source.
 //!
 //! ```
-//! use exercises::{ALL, framework::Prediction};
+//! use exercises::framework::Prediction;
 //!
 //! let exercise = exercises::find(2).expect("there is a second one");
 //! println!("{}\n\n{}", exercise.brief().objective, exercise.brief().question);
@@ -14,79 +14,110 @@
 //! let findings = exercise.run()?;
 //! println!("{}\n{}", findings.table, findings.reconcile(exercise.brief(), &prediction));
 //! assert!(exercise.check()?.iter().all(|check| check.holds()));
-//! assert_eq!(ALL.len(), 12);
+//! assert_eq!(exercises::questions().len(), 18);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Each exercise is a module of this crate; [`framework`] is their common part. They stand on the
-//! cart-pole, and print nothing: the command asks and prints. A new exercise is a module with a
-//! row in [`ALL`], and its figures in `bands.toml`.
+//! What a question asks stands in `questions.toml`, what measures it is a module of this crate;
+//! [`framework`] is their common part. They stand on the cart-pole, and print nothing: the
+//! command asks and prints. A new exercise is a text there, a module with a row in `MEASURES`,
+//! and its figures in `bands.toml`.
 
-pub mod build;
-pub mod cliff;
-pub mod deep_queue;
-pub mod deeper_queue;
-pub mod fault;
+mod build;
+mod cliff;
+mod deep_queue;
+mod deeper_queue;
+mod fault;
 pub mod framework;
-pub mod hold_or_zero;
-pub mod jitter;
-pub mod limits;
-pub mod mend;
-pub mod one_law;
+mod hold_or_zero;
+mod jitter;
+mod limits;
+mod mend;
+mod one_law;
 pub mod rescue;
-pub mod ties;
+mod ties;
 
-use std::iter;
+use std::sync::LazyLock;
 
-use framework::Exercise;
+use framework::{Brief, Exercise, Measure};
+use serde::Deserialize;
 
-/// All exercises in their order. Of one with several questions this is the first.
-pub const ALL: [&dyn Exercise; 12] = [
-    &cliff::Cliff,
-    &deeper_queue::DeeperQueue,
-    &ties::Ties,
-    &limits::Limits,
-    &rescue::Rescue,
-    &one_law::AT_50_HZ,
-    &deep_queue::TIME,
-    &jitter::Jitter,
-    &hold_or_zero::HOLD,
-    &fault::FaultExercise,
-    &build::Build,
-    &mend::Mend,
+/// What measures each question, by the name of its text.
+const MEASURES: [(&str, Measure); 18] = [
+    ("cliff", Measure::Alike(cliff::measure)),
+    ("deeper-queue", Measure::Alike(deeper_queue::measure)),
+    ("ties", Measure::Alike(ties::measure)),
+    ("limits", Measure::Alike(limits::measure)),
+    ("rescue", Measure::Alike(rescue::measure)),
+    ("one-law-50", Measure::Alike(one_law::at_50_hz)),
+    ("one-law-25", Measure::Alike(one_law::at_25_hz)),
+    ("one-law", Measure::Drawn(one_law::law)),
+    ("one-law-jitter", Measure::Drawn(one_law::jitter)),
+    ("deep-queue", Measure::Alike(deep_queue::time)),
+    ("deep-queue-depth", Measure::Alike(deep_queue::depth)),
+    ("jitter", Measure::Alike(jitter::same_mean)),
+    ("jitter-margin", Measure::Alike(jitter::margin)),
+    ("hold", Measure::Alike(hold_or_zero::hold)),
+    ("zero", Measure::Alike(hold_or_zero::zero)),
+    (
+        "fault",
+        Measure::Shown {
+            measure: fault::measure,
+            scene: fault::scene,
+            evidence: fault::evidence,
+        },
+    ),
+    ("build", Measure::Alike(build::measure)),
+    ("mend", Measure::Alike(mend::measure)),
 ];
 
-/// The exercise with this number, counted from one: its first question.
-pub fn find(number: u32) -> Option<&'static dyn Exercise> {
-    let mut all = ALL.into_iter();
-    all.find(|exercise| exercise.brief().number == number)
+/// The texts of all questions.
+#[derive(Deserialize)]
+struct Texts {
+    questions: Vec<Brief>,
+}
+
+static QUESTIONS: LazyLock<Vec<Exercise>> = LazyLock::new(|| {
+    let texts: Texts =
+        toml::from_str(include_str!("../questions.toml")).expect("a part of the program");
+    let exercise = |brief: Brief| {
+        let mut measures = MEASURES.into_iter();
+        let (_, measure) = measures.find(|(name, _)| *name == brief.name)?;
+        Some(Exercise::new(brief, measure))
+    };
+    texts.questions.into_iter().filter_map(exercise).collect()
+});
+
+/// The questions of all exercises in their order.
+pub fn questions() -> impl ExactSizeIterator<Item = &'static Exercise> {
+    QUESTIONS.iter()
+}
+
+/// The questions of the exercise with this number, counted from one.
+pub fn parts(number: u32) -> impl Iterator<Item = &'static Exercise> {
+    questions().filter(move |question| question.brief().number == number)
+}
+
+/// The exercise with this number: its first question.
+pub fn find(number: u32) -> Option<&'static Exercise> {
+    parts(number).next()
 }
 
 /// What `label` names: an exercise with all its questions, such as `6`, or one question,
-/// such as `6b`.
-pub fn named(label: &str) -> Option<Vec<&'static dyn Exercise>> {
-    let whole = label.parse().ok().and_then(find);
-    let one = || questions().find(|exercise| exercise.brief().label() == label);
-    match whole {
-        Some(first) => Some(parts(first).collect()),
-        None => one().map(|question| vec![question]),
+/// such as `6b`; nothing if there is none.
+pub fn named(label: &str) -> Vec<&'static Exercise> {
+    match label.parse() {
+        Ok(number) => parts(number).collect(),
+        Err(_) => questions()
+            .filter(|question| question.brief().label() == label)
+            .collect(),
     }
 }
 
 /// The labels of all questions.
 pub fn labels() -> String {
     let labels: Vec<String> = questions()
-        .map(|exercise| exercise.brief().label())
+        .map(|question| question.brief().label())
         .collect();
     labels.join(", ")
-}
-
-/// All questions of `exercise`, from this one on.
-pub fn parts(exercise: &'static dyn Exercise) -> impl Iterator<Item = &'static dyn Exercise> {
-    iter::successors(Some(exercise), |exercise| exercise.next_part())
-}
-
-/// The questions of all exercises in their order.
-pub fn questions() -> impl Iterator<Item = &'static dyn Exercise> {
-    ALL.into_iter().flat_map(parts)
 }

@@ -8,11 +8,8 @@ use ratelab_cart_pole::{
 use ratelab_study::experiment::Config;
 
 use crate::{
-    cliff::SEEDS,
-    framework::{
-        Answer, Brief, Exercise, ExerciseKind, Failure, Findings, Measurement, Range, RecordedRun,
-        Table, Tolerance, hz, record,
-    },
+    cliff::STARTS,
+    framework::{Answer, Failure, Findings, Measurement, RecordedRun, Table, asked, hz, record},
 };
 
 /// Control rates, in ascending order (Hz).
@@ -31,55 +28,16 @@ const USUAL_S: f64 = 10.0;
 /// The last part of a run, in which the amplitude of the swing is measured (s).
 const TAIL_S: f64 = 20.0;
 
-/// See [the module](self).
-pub struct Limits;
-
-const BRIEF: Brief = Brief {
-    number: 4,
-    part: "",
-    name: "limits",
-    title: "Where the theory stops",
-    kind: ExerciseKind::PredictThenRun,
-    objective: "Near upright, plant and balancer are linear, and linear theory tells at which \
-                rate a tiny deviation grows or shrinks for any control rate (see the library's \
-                `stability` module). Each whole rate from 5 to 12 Hz is put to the test: half a \
-                minute at 50 Hz until the pole hardly moves, then the policy is slowed and \
-                everybody watches for a minute. Growth is measured until the motor gives all it \
-                has; from then on theory is silent. Runs of a minute from the usual three starts \
-                show who is up after all, and how wide the pole still swings at the end.",
-    question: "What is the lowest of these rates at which theory calls the loop stable?",
-    quantity: "lowest rate",
-    unit: "Hz",
-    tolerance: Tolerance::Exact,
-    range: Range {
-        least: RATES[0],
-        most: RATES[RATES.len() - 1],
-        whole: true,
-    },
-    choices: &[],
-};
-
-impl Exercise for Limits {
-    fn brief(&self) -> &'static Brief {
-        &BRIEF
-    }
-
-    fn measure(&self, _seed: u64) -> Result<Findings, Failure> {
-        let rates = hz(&RATES)?;
-        let trials: Vec<LimitTrial> = rates
-            .into_iter()
-            .map(LimitTrial::run)
-            .collect::<Result<_, _>>()?;
-        let stable = trials.iter().find(|trial| trial.theory.is_stable());
-        let stable = stable.ok_or_else(|| Failure::Unmeasured("no rate is stable".to_owned()))?;
-        Ok(Findings {
-            table: table(&trials),
-            refuted: Vec::new(),
-            answer: Answer::Exactly(stable.hz.get()),
-            meaning: meaning(&trials),
-            measurements: trials.iter().flat_map(LimitTrial::measurements).collect(),
-        })
-    }
+pub(crate) fn measure() -> Result<Findings, Failure> {
+    let trials = hz(&RATES)?.into_iter().map(LimitTrial::run);
+    let trials: Vec<LimitTrial> = trials.collect::<Result<_, _>>()?;
+    let stable = asked(&trials, |trial| trial.theory.is_stable())?;
+    Ok(Findings {
+        table: table(&trials),
+        answer: Answer::Exactly(stable.hz.get()),
+        meaning: meaning(&trials),
+        measurements: trials.iter().flat_map(LimitTrial::measurements).collect(),
+    })
 }
 
 /// One rate, in theory and in two runs.
@@ -134,7 +92,7 @@ impl LimitTrial {
             ..Config::default()
         })?;
         let growth = measured_growth(&settled.steps, slowed, theory.hyper_period);
-        let minutes = SEEDS.into_iter().map(|seed| Minute::run(seed, hz));
+        let minutes = (0..STARTS).map(|seed| Minute::run(seed, hz));
         Ok(Self {
             hz,
             growth: growth.filter(|_| !theory.is_stable()),

@@ -5,10 +5,7 @@ use ratelab_cart_pole::{CONTROL_HZ, CartPole};
 use ratelab_study::experiment::Config;
 
 use crate::{
-    framework::{
-        Answer, Brief, Exercise, ExerciseKind, Failure, Findings, Measurement, Range, Table,
-        Tolerance,
-    },
+    framework::{Answer, Failure, Findings, Measurement, Table, asked},
     ties::{TimedRun, nodes},
 };
 
@@ -18,54 +15,19 @@ const RATES: [u64; 8] = [50, 30, 25, 20, 15, 12, 10, 7];
 /// The rate of the question (Hz).
 const ASKED: u64 = 30;
 
-/// See [the module](self).
-pub struct Mend;
-
-const BRIEF: Brief = Brief {
-    number: 12,
-    part: "",
-    name: "mend",
-    title: "The clock that ties",
-    kind: ExerciseKind::BugHunt,
-    objective: "A colleague has written the virtual clock anew, in whole nanoseconds this time: \
-                thirty lines in exercises/mend/src/clock.rs. At 50, 25, 20 and 10 Hz it does what \
-                the lab's clock does, to the last bit. At 30 Hz it reports a mean latency of 27.9 \
-                ms, and the lab another. One line is wrong. First predict; then find it, mend it, \
-                and see cargo test -p mend-it turn from red to green. In a clone this exercise \
-                runs the cart-pole on that clock, as the file stands.",
-    question: "What is the mean latency at 30 Hz if nodes due together tick together?",
-    quantity: "mean latency",
-    unit: "ms",
-    tolerance: Tolerance::Within(1.0),
-    range: Range {
-        least: 0.0,
-        most: 1_000.0,
-        whole: false,
-    },
-    choices: &[],
-};
-
-impl Exercise for Mend {
-    fn brief(&self) -> &'static Brief {
-        &BRIEF
-    }
-
-    fn measure(&self, _seed: u64) -> Result<Findings, Failure> {
-        let pairs = RATES.map(ClockPair::run);
-        let pairs = pairs.into_iter().collect::<Result<Vec<_>, _>>()?;
-        let asked = pairs.iter().find(|pair| pair.hz == ASKED);
-        let asked = asked.ok_or_else(|| Failure::Unmeasured(format!("no run at {ASKED} Hz")))?;
-        Ok(Findings {
-            table: table(&pairs),
-            refuted: Vec::new(),
-            answer: Answer::Exactly(asked.lab.latency_ms),
-            meaning: meaning(&pairs),
-            measurements: pairs.iter().flat_map(ClockPair::measurements).collect(),
-        })
-    }
+pub(crate) fn measure() -> Result<Findings, Failure> {
+    let pairs = RATES.map(ClockPair::run);
+    let pairs = pairs.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let asked = asked(&pairs, |pair| pair.hz == ASKED)?;
+    Ok(Findings {
+        table: table(&pairs),
+        answer: Answer::Exactly(asked.lab.latency_ms),
+        meaning: meaning(&pairs),
+        measurements: pairs.iter().flat_map(ClockPair::measurements).collect(),
+    })
 }
 
-/// The same run on the clock of the exercise and on the lab's.
+/// One run on the clock of the exercise and on the lab's.
 struct ClockPair {
     hz: u64,
     clock: TimedRun,

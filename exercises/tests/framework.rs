@@ -1,34 +1,37 @@
 //! Predictions, answers, bands and their messages.
 
-use std::{fs, path::PathBuf};
+use std::{fs, path::PathBuf, sync::LazyLock};
+
+#[path = "../../tests/support/table.rs"]
+mod table;
 
 use exercises::{
-    ALL,
     framework::{
-        Answer, Answers, Brief, ExerciseKind, Expectation, Expectations, ExpectationsError,
-        Findings, Measurement, Prediction, PredictionOrigin, Range, Table, Tolerance,
+        Answer, Answers, Brief, Expectation, Expectations, ExpectationsError, Findings,
+        Measurement, Prediction, PredictionOrigin, Range, Table, Tolerance,
     },
     questions,
 };
+use table::rows;
 
-const BRIEF: Brief = Brief {
+static BRIEF: LazyLock<Brief> = LazyLock::new(|| Brief {
     number: 9,
-    part: "",
-    name: "nine",
-    title: "Nine",
-    kind: ExerciseKind::Investigation,
-    objective: "Nothing.",
-    question: "How many?",
-    quantity: "rate",
-    unit: "Hz",
+    part: String::new(),
+    name: "nine".to_owned(),
+    title: "Nine".to_owned(),
+    kind: "investigation".to_owned(),
+    objective: "Nothing.".to_owned(),
+    question: "How many?".to_owned(),
+    quantity: "rate".to_owned(),
+    unit: "Hz".to_owned(),
     tolerance: Tolerance::Within(0.5),
     range: Range {
         least: 0.0,
         most: 100.0,
         whole: false,
     },
-    choices: &[],
-};
+    choices: Vec::new(),
+});
 
 fn predict(text: &str) -> Prediction {
     Prediction::read(text, &BRIEF).expect(text)
@@ -45,55 +48,44 @@ fn brief(number: u32) -> &'static Brief {
 
 #[test]
 fn a_prediction_is_a_number_and_a_reason_in_any_words() {
-    for (text, number, reason) in [
-        ("8 because it is slow", 8.0, "it is slow"),
-        ("8 Hz because it is slow", 8.0, "it is slow"),
-        ("8 Hz: Because it is slow", 8.0, "it is slow"),
-        ("  7.5Hz, because it is slow. ", 7.5, "it is slow."),
-        ("7,5 because it is slow", 7.5, "it is slow"),
-        ("8, because it is slow", 8.0, "it is slow"),
-        ("1e1 hertz so it seems", 10.0, "so it seems"),
-        ("0.01 kHz so it seems", 10.0, "so it seems"),
-        ("10: the pole needs a tenth", 10.0, "the pole needs a tenth"),
-        ("8 weil es reicht", 8.0, "weil es reicht"),
-        ("8因为它很慢", 8.0, "因为它很慢"),
-        (
-            "8 because 80 ms at 20 ms a second",
-            8.0,
-            "80 ms at 20 ms a second",
-        ),
-        ("0, 5 Hz is too slow", 0.0, "5 Hz is too slow"),
-        ("+.5 for no reason", 0.5, "for no reason"),
-    ] {
-        let prediction = predict(text);
-        assert_eq!(
-            (prediction.number(), prediction.reason()),
-            (number, reason),
-            "{text}"
-        );
-        assert_eq!(predict(&prediction.to_string()), prediction);
+    for [text, number, reason] in rows(
+        "8 because it is slow               | 8    | it is slow
+         8 Hz because it is slow            | 8    | it is slow
+         8 Hz: Because it is slow           | 8    | it is slow
+         7.5Hz, because it is slow.         | 7.5  | it is slow.
+         7,5 because it is slow             | 7.5  | it is slow
+         8, because it is slow              | 8    | it is slow
+         1e1 hertz so it seems              | 10   | so it seems
+         0.01 kHz so it seems               | 10   | so it seems
+         10: the pole needs a tenth         | 10   | the pole needs a tenth
+         8 weil es reicht                   | 8    | weil es reicht
+         8因为它很慢                        | 8    | 因为它很慢
+         8 because 80 ms at 20 ms a second  | 8    | 80 ms at 20 ms a second
+         0, 5 Hz is too slow                | 0    | 5 Hz is too slow
+         +.5 for no reason                  | 0.5  | for no reason",
+    ) {
+        for text in [text.clone(), format!("  {text} ")] {
+            let read = predict(&text);
+            assert_eq!(
+                (read.number().to_string(), read.reason()),
+                (number.clone(), &*reason)
+            );
+            assert_eq!(predict(&read.to_string()), read, "{text}");
+        }
     }
 }
 
 #[test]
 fn a_prediction_without_number_or_reason_is_refused_with_an_example() {
     let none = "no prediction yet: expected a number in Hz and a reason, as in N because …";
-    let bare = "8 Hz is without a reason: add one, as in 8 Hz because …";
-    for (text, said) in [
-        ("", none),
-        ("  ", none),
-        (
-            "because",
-            "\"because\": expected a number in Hz and a reason, as in N because …",
-        ),
-        ("8", bare),
-        ("8 because", bare),
-        ("8 ...", bare),
-        ("8 Hz", bare),
-        ("8 Hz, because", bare),
-        ("8 because Hz", bare),
-        ("8 because 8", bare),
-    ] {
+    for text in ["", "  "] {
+        assert_eq!(refused(text, &BRIEF), none, "{text:?}");
+    }
+    let number = "\"because\": expected a number in Hz and a reason, as in N because …";
+    assert_eq!(refused("because", &BRIEF), number);
+    let bare = "8 because|8 ...|8 Hz|8 Hz, because|8 because Hz|8 because 8";
+    for text in bare.split('|') {
+        let said = "8 Hz is without a reason: add one, as in 8 Hz because …";
         assert_eq!(refused(text, &BRIEF), said, "{text}");
     }
     for word in ["x", "so", "physics", "x y", "x x", "no no no", "ß"] {
@@ -101,39 +93,26 @@ fn a_prediction_without_number_or_reason_is_refused_with_an_example() {
         let said = refused(&format!("8 because {word}"), &BRIEF);
         assert_eq!(said, format!("{word:?} {short}"));
     }
+    let several = "5-10 so|5 - 10 so|5–10 Hz so|5 10 so|8/10 so|1.000,5 so|5 Hz-10 Hz so";
+    for text in several.split('|') {
+        let said = refused(text, &BRIEF);
+        assert!(
+            said.contains("expected a number in Hz and a reason"),
+            "{text}: {said}"
+        );
+    }
     assert!(Prediction::new(f64::NAN, "it is none").is_err());
 }
 
 #[test]
-fn a_prediction_of_several_numbers_is_refused() {
-    for text in [
-        "5-10 so",
-        "5 - 10 so",
-        "5–10 Hz so",
-        "5 10 so",
-        "8/10 so",
-        "1.000,5 so",
-        "5 Hz-10 Hz so",
-    ] {
-        let said = refused(text, &BRIEF);
-        assert!(
-            said.contains("expected a number in Hz and a reason"),
-            "{said}"
-        );
-    }
-}
-
-#[test]
 fn a_time_may_be_given_in_any_unit_of_time() {
-    for (text, seconds) in [
-        ("0.7 because of it", 0.7),
-        ("0,7 s because of it", 0.7),
-        ("700 ms because of it", 0.7),
-        ("700ms so it seems", 0.7),
-        ("700000 µs because of it", 0.7),
-        ("0.1 min because of it", 6.0),
-    ] {
-        let read = Prediction::read(text, brief(5)).expect(text);
+    let times = "0.7|0,7 s|700 ms|700ms|700000 µs";
+    for (text, seconds) in times
+        .split('|')
+        .map(|text| (text, 0.7))
+        .chain([("0.1 min", 6.0)])
+    {
+        let read = Prediction::read(&format!("{text} because of it"), brief(5)).expect(text);
         assert_eq!(read.number(), seconds, "{text}");
     }
     let read = Prediction::read("0.0299 s because of it", brief(3)).expect("read");
@@ -142,45 +121,24 @@ fn a_time_may_be_given_in_any_unit_of_time() {
 
 #[test]
 fn a_unit_of_something_else_and_an_impossible_number_are_refused() {
-    for (exercise, number, said) in [
-        (
-            1,
-            "8 s",
-            "\"s\" is not a unit here: expected a number in Hz",
-        ),
-        (
-            1,
-            "8kg",
-            "\"kg\" is not a unit here: expected a number in Hz",
-        ),
-        (1, "8x", "\"x\" is not a unit here: expected a number in Hz"),
-        (2, "2 Hz", "\"Hz\" is not a unit here: expected a number"),
-        (5, "5 %", "\"%\" is not a unit here: expected a number in s"),
-        (1, "1e400", "inf Hz is impossible here: expected 0 to 50 Hz"),
-        (1, "-1", "-1 Hz is impossible here: expected 0 to 50 Hz"),
-        (
-            2,
-            "-1",
-            "-1 is impossible here: expected a whole number, 0 to 3",
-        ),
-        (
-            2,
-            "10",
-            "10 is impossible here: expected a whole number, 0 to 3",
-        ),
-        (
-            2,
-            "1.5",
-            "1.5 is impossible here: expected a whole number, 0 to 3",
-        ),
-        (
-            4,
-            "4",
-            "4 Hz is impossible here: expected a whole number, 5 to 12 Hz",
-        ),
-        (5, "700", "700 s is impossible here: expected 0 to 10 s"),
-    ] {
+    for [exercise, number, said] in rows(
+        r#"
+        1 | 8 s   | "s" is not a unit here: expected a number in Hz
+        1 | 8kg   | "kg" is not a unit here: expected a number in Hz
+        1 | 8x    | "x" is not a unit here: expected a number in Hz
+        2 | 2 Hz  | "Hz" is not a unit here: expected a number
+        5 | 5 %   | "%" is not a unit here: expected a number in s
+        1 | 1e400 | inf Hz is impossible here: expected 0 to 50 Hz
+        1 | -1    | -1 Hz is impossible here: expected 0 to 50 Hz
+        2 | -1    | -1 is impossible here: expected a whole number, 0 to 3
+        2 | 10    | 10 is impossible here: expected a whole number, 0 to 3
+        2 | 1.5   | 1.5 is impossible here: expected a whole number, 0 to 3
+        4 | 4     | 4 Hz is impossible here: expected a whole number, 5 to 12 Hz
+        5 | 700   | 700 s is impossible here: expected 0 to 10 s
+        "#,
+    ) {
         let text = format!("{number} because of it");
+        let exercise = exercise.parse().expect("a number");
         assert_eq!(refused(&text, brief(exercise)), said, "{text}");
     }
     // Before it is without a reason.
@@ -240,13 +198,11 @@ impl Kept {
 fn answers_are_kept_in_their_file_until_they_are_asked_for_again() {
     let kept = Kept::new();
     let mut answers = kept.load();
-    let none = ALL
-        .iter()
-        .all(|exercise| answers.get(exercise.brief()).is_none());
+    let none = questions().all(|exercise| answers.get(exercise.brief()).is_none());
     assert!(none, "no file is no answers");
     let odd = predict("8 because \"quotes\"\nand lines = [odd]");
     answers.set(&BRIEF, odd.clone());
-    answers.set(ALL[0].brief(), predict("5.5 because of it"));
+    answers.set(brief(1), predict("5.5 because of it"));
     let mut again = kept.again(&answers);
     assert_eq!(again, answers);
     assert_eq!(again.get(&BRIEF), Some(&odd));
@@ -286,26 +242,24 @@ fn band(text: &str) -> Result<Expectation, ExpectationsError> {
 
 #[test]
 fn a_band_holds_for_its_values_only() {
-    for (text, inside, outside) in [
-        ("equals = 501", vec![501.0], vec![500.999, f64::NAN]),
-        (
-            "reads = \"59.7206\"",
-            vec![59.72055888, 59.72064],
-            vec![59.7207, 59.7205],
-        ),
-        ("reads = \"-0.49\"", vec![-0.4902], vec![0.49, -0.48]),
-        ("reads = \"3\"", vec![3.2], vec![3.6]),
-        (
-            "at_least = 1, at_most = 2",
-            vec![1.0, 1.5, 2.0],
-            vec![0.9, 2.1, f64::NAN],
-        ),
-        ("at_most = 2", vec![-9.0], vec![f64::NEG_INFINITY, 3.0]),
-        ("equals = 3, reads = \"3.0\"", vec![3.0], vec![3.01]),
-    ] {
-        let band = band(&format!("{text}, source = \"us\"")).expect(text);
-        assert!(inside.iter().all(|value| band.holds(*value)), "{text}");
-        assert!(!outside.iter().any(|value| band.holds(*value)), "{text}");
+    for [text, inside, outside] in rows(
+        r#"
+        equals = 501                 | 501                  | 500.999 NaN
+        reads = "59.7206"            | 59.72055888 59.72064 | 59.7207 59.7205
+        reads = "-0.49"              | -0.4902              | 0.49 -0.48
+        reads = "3"                  | 3.2                  | 3.6
+        at_least = 1, at_most = 2    | 1 1.5 2              | 0.9 2.1 NaN
+        at_most = 2                  | -9                   | -inf 3
+        equals = 3, reads = "3.0"    | 3                    | 3.01
+        "#,
+    ) {
+        let band = band(&format!("{text}, source = \"us\"")).expect(&text);
+        for (values, holds) in [(inside, true), (outside, false)] {
+            let mut values = values
+                .split(' ')
+                .map(|value| value.parse().expect("a number"));
+            assert!(values.all(|value| band.holds(value) == holds), "{text}");
+        }
     }
 }
 
@@ -335,14 +289,13 @@ fn a_measurement_without_a_band_and_a_band_without_a_measurement_do_not_hold() {
         holds,
         [("known", true), ("new", false), ("forgotten", false)]
     );
-    let unknown = bands.compare(ALL[0].brief(), &measured);
+    let unknown = bands.compare(brief(1), &measured);
     assert!(matches!(unknown, Err(ExpectationsError::NoExercise(_))));
 }
 
 fn findings(answer: Answer) -> Findings {
     Findings {
         table: Table::default(),
-        refuted: Vec::new(),
         answer,
         meaning: "So it is.".to_owned(),
         measurements: Vec::new(),
@@ -364,21 +317,21 @@ fn a_prediction_is_compared_with_the_measurement() {
         from: 10.0,
         to: 5.0,
     };
-    for (predicted, judged) in [
-        ("5", "You called it."),
-        ("8", "You called it."),
-        ("10", "You called it."),
-        ("10.5", "You called it to within 0.5 Hz."),
-        ("4.5", "You called it to within 0.5 Hz."),
-        ("10.6", "Close: 0.6 Hz above it."),
-        ("25", "You were 15 Hz above it."),
-        ("1", "You were 4 Hz below it."),
-    ] {
-        let text = reconciled(turn, &format!("{predicted} because of it"));
+    for [predicted, judged] in rows(
+        "5    | You called it.
+         8    | You called it.
+         10   | You called it.
+         10.5 | You called it to within 0.5 Hz.
+         4.5  | You called it to within 0.5 Hz.
+         10.6 | Close: 0.6 Hz above it.
+         25   | You were 15 Hz above it.
+         1    | You were 4 Hz below it.",
+    ) {
+        let text = reconciled(turn.clone(), &format!("{predicted} because of it"));
         assert!(text.contains("Measured: between 10 Hz and 5 Hz."), "{text}");
-        assert!(text.contains(judged), "{text}");
+        assert!(text.contains(&judged), "{text}");
         let prediction = predict(&format!("{predicted} because of it"));
-        let (hit, _) = findings(turn).judge(&BRIEF, &prediction);
+        let (hit, _) = findings(turn.clone()).judge(&BRIEF, &prediction);
         assert_eq!(hit, judged.starts_with("You called it"), "{predicted}");
     }
     assert_eq!(brief(11).in_unit(1.0), "1 message");
@@ -393,38 +346,31 @@ fn a_table_is_as_wide_as_its_widest_cells() {
     assert_eq!(table.to_string(), "    a  angle\n50 Hz     1°\n");
 }
 
-const CHOICE: Brief = Brief {
-    unit: "",
-    range: Range::of(&["policy slow", "policy", "/obs loses"]),
-    choices: &["policy slow", "policy", "/obs loses"],
-    ..BRIEF
-};
+static CHOICE: LazyLock<Brief> = LazyLock::new(|| Brief {
+    unit: String::new(),
+    choices: ["policy slow", "policy", "/obs loses"]
+        .map(str::to_owned)
+        .to_vec(),
+    ..BRIEF.clone()
+});
 
 #[test]
 fn a_choice_is_named_in_words_and_needs_a_reason_too() {
-    for (text, number, reason) in [
-        ("policy slow because it is", 1.0, "it is"),
-        ("Policy Slow: it decides twice", 1.0, "it decides twice"),
-        ("policy because of it", 2.0, "of it"),
-        (
-            "/obs loses, look at the figures",
-            3.0,
-            "look at the figures",
-        ),
-    ] {
-        let read = Prediction::read(text, &CHOICE).expect(text);
-        let reason = reason.to_owned();
-        assert_eq!((read.number(), read.reason().to_owned()), (number, reason));
+    for [text, number, reason] in rows(
+        "policy slow because it is         | 1 | it is
+         Policy Slow: it decides twice     | 1 | it decides twice
+         policy because of it              | 2 | of it
+         /obs loses, look at the figures   | 3 | look at the figures",
+    ) {
+        let read = Prediction::read(&text, &CHOICE).expect(&text);
+        assert_eq!(
+            (read.number().to_string(), read.reason()),
+            (number, &*reason)
+        );
     }
     let asked =
         "expected one of policy slow, policy, /obs loses and a reason, as in policy slow because …";
-    for text in [
-        "1 because of it",
-        "policyslow because of it",
-        "sensor",
-        "∆",
-        "/obs losesX so",
-    ] {
+    for text in "1 because of it|policyslow because of it|sensor|∆|/obs losesX so".split('|') {
         assert!(refused(text, &CHOICE).contains(asked), "{text}");
     }
     for text in ["policy slow", "/obs loses because"] {
@@ -435,10 +381,10 @@ fn a_choice_is_named_in_words_and_needs_a_reason_too() {
 
 #[test]
 fn a_wrong_choice_is_answered_with_what_refutes_it() {
-    let findings = Findings {
+    let findings = findings(Answer::Choice {
+        number: 3.0,
         refuted: ["one", "two", "three"].map(str::to_owned).to_vec(),
-        ..findings(Answer::Exactly(3.0))
-    };
+    });
     let judged = |text| {
         let prediction = Prediction::read(text, &CHOICE).expect(text);
         findings.judge(&CHOICE, &prediction)

@@ -134,7 +134,7 @@ fn a_record_with_missing_steps_proves_nothing() {
 
 #[test]
 fn the_objective_names_the_figures_of_the_judgement() {
-    let objective = exercises::find(5).expect("the rescue").brief().objective;
+    let objective = &exercises::find(5).expect("the rescue").brief().objective;
     let slow = format!("to {BROKEN_HZ} Hz or less");
     for figure in [
         slow,

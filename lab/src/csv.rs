@@ -1,4 +1,4 @@
-//! One row per control step.
+//! Rows with commas in between: of any table, and one per control step.
 
 use std::{
     io::{self, BufWriter, Write},
@@ -19,7 +19,7 @@ const BACKLOG: usize = 16_384;
 pub fn header(experiment: &Experiment) -> Option<String> {
     let system = experiment.system();
     let state = system.state()?;
-    if let Some(table) = system.table() {
+    if let Some(table) = system.about().table {
         return Some(table.header.to_owned());
     }
     let taps = experiment.taps();
@@ -45,7 +45,7 @@ impl StepWriter {
         let header = header(experiment).unwrap_or_default();
         let state = experiment.system().state();
         let tap = state.and_then(|state| experiment.taps().rows(state, BACKLOG));
-        let table = experiment.system().table();
+        let table = experiment.system().about().table;
         Self(thread::spawn(move || {
             let mut out = BufWriter::new(file?);
             writeln!(out, "{header}")?;
@@ -74,6 +74,18 @@ fn write(out: &mut impl Write, tap: &RowTap, table: Option<StateTable>) -> io::R
         out.flush()?; // So that `tail -f` shows the current run.
     }
     Ok(tap.lost())
+}
+
+/// A row with these cells, quoted by RFC 4180 where a comma, a quote or the end of a line is in
+/// one.
+pub fn row_of(cells: impl IntoIterator<Item = String>) -> String {
+    let cells = cells
+        .into_iter()
+        .map(|cell| match cell.contains([',', '"', '\n', '\r']) {
+            true => format!("\"{}\"", cell.replace('"', "\"\"")),
+            false => cell,
+        });
+    cells.collect::<Vec<_>>().join(",")
 }
 
 /// Run time and the numbers; NaN and infinity give empty fields.

@@ -49,7 +49,6 @@ mod error;
 mod first_start;
 mod graph_file;
 mod graph_schema;
-mod hunt;
 mod like;
 mod metrics;
 mod names;
@@ -79,7 +78,7 @@ mod web;
 mod wrap;
 mod xml;
 
-use std::{env, ffi::OsString, process::ExitCode, sync::Arc};
+use std::{env, process::ExitCode, sync::Arc};
 
 use ratelab_cart_pole::CartPole;
 use ratelab_study::system::System;
@@ -132,36 +131,11 @@ fn exit_after(outcome: Result<(), Error>) -> ExitCode {
 
 fn execute(program: &Program) -> Result<(), Error> {
     let (file, args) = cli::take_graph_file(env::args_os());
-    match file {
-        Some(file) => command(&graph_file::open(program, &file)?, args),
-        None => command(program, args),
-    }
-}
-
-/// Executes the command in `args`.
-fn command(program: &Program, args: Vec<OsString>) -> Result<(), Error> {
-    use cli::{Command, CourseCommand};
+    let opened = file.map(|file| graph_file::open(program, &file));
+    let opened = opened.transpose()?;
+    let program = opened.as_ref().unwrap_or(program);
     match cli::parse(program, args) {
-        Ok(Command::Lab(args)) => commands::lab(program, &args),
-        Ok(Command::Run(args)) => commands::run(program, &args),
-        Ok(Command::Sweep(args)) => commands::sweep(program, &args),
-        Ok(Command::Hunt(args)) => commands::hunt(program, &args),
-        Ok(Command::New(args)) => commands::new(&args),
-        Ok(Command::Replay(args)) => commands::replay(program, &args),
-        Ok(Command::Info(args)) => commands::info(program, &args.file),
-        Ok(Command::ExportWeb(args)) => commands::export_web(program, &args),
-        Ok(Command::Picture(args)) => commands::picture(program, &args),
-        Ok(Command::Up(args)) => commands::up(program, &args),
-        Ok(Command::Node(args)) => commands::node(program, &args),
-        Ok(Command::Trace(args)) => commands::trace(program, &args),
-        Ok(Command::Verify(args)) => commands::verify(program, &args),
-        Ok(Command::Branch(args)) => commands::branch(program, &args),
-        Ok(Command::Course(CourseCommand::Exercise(args))) => commands::exercise(&args),
-        Ok(Command::Course(CourseCommand::Grade(args))) => commands::grade(program, &args),
-        Ok(Command::Course(CourseCommand::Tour(args))) => commands::tour(program, &args),
-        Ok(Command::Keys) => commands::print_keys(program),
-        Ok(Command::Completions { shell }) => commands::completions(program, shell),
-        Ok(Command::Man { folder }) => commands::man(program, folder.as_deref()),
+        Ok(command) => commands::execute(program, command),
         Err(error) => usage_error::explain(&error),
     }
 }

@@ -27,6 +27,8 @@ pub struct Defaults {
     pub end: Time,
     /// Speed of virtual time.
     pub speed: Speed,
+    /// Why it has no runs on the real clock, if it has none.
+    pub virtual_only: Option<&'static str>,
 }
 
 /// The lab starts in virtual time, because runs are reproducible there.
@@ -34,7 +36,27 @@ pub const LAB: Defaults = Defaults {
     clock: ClockKind::Virtual,
     end: Time::MAX,
     speed: Speed::REAL_TIME,
+    virtual_only: None,
 };
+
+/// A run without a dashboard takes ten seconds, by the wall unless asked otherwise.
+pub const RUN: Defaults = Defaults {
+    clock: ClockKind::Real,
+    end: Time::from_nanos(10_000_000_000),
+    speed: Speed::Unlimited,
+    virtual_only: None,
+};
+
+impl Defaults {
+    /// The defaults of a run that is on the virtual clock only, for a reason.
+    pub const fn virtual_only(why: &'static str) -> Self {
+        Self {
+            clock: ClockKind::Virtual,
+            virtual_only: Some(why),
+            ..RUN
+        }
+    }
+}
 
 impl Defaults {
     /// The configuration without options.
@@ -54,7 +76,7 @@ const MOST_KNOBS: u64 = 16 << 20;
 /// Run time of `--smoke`.
 const SMOKE: Time = Time::from_nanos(2_000_000_000);
 
-/// Builds the configuration from the options.
+/// Builds the configuration from the options, and reads the run that it is to be like.
 ///
 /// # Errors
 /// [`Error::BadInput`] if they are invalid for the system.
@@ -62,33 +84,21 @@ pub fn config(
     program: &Program,
     args: &RunArgs,
     defaults: &Defaults,
-    like: Option<&Like>,
-) -> Result<Config, Error> {
+) -> Result<(Config, Option<Like>), Error> {
     if !args.smoke {
-        return graph(program, &args.graph, defaults, like);
-    }
-    if args.graph.clock == Some(ClockArg::Real) {
-        let why = "--smoke runs on the virtual clock: leave --clock real out";
-        return Err(Error::BadInput(why.to_owned()));
+        return graph(program, &args.graph, defaults);
     }
     let smoke = Defaults {
         clock: ClockKind::Virtual,
         end: SMOKE,
+        virtual_only: Some("--smoke runs on the virtual clock: leave --clock real out"),
         ..*defaults
     };
-    graph(program, &args.graph, &smoke, like)
+    graph(program, &args.graph, &smoke)
 }
 
-/// The run that `args.like` names, if it names one.
-///
-/// # Errors
-/// [`Error`] if it is no model of a machine.
-pub fn like(program: &Program, args: &GraphArgs) -> Result<Option<Like>, Error> {
-    let file = args.like.as_deref();
-    file.map(|file| like::read(program, file)).transpose()
-}
-
-/// Builds the configuration from the options of a graph alone.
+/// Builds the configuration from the options of a graph alone, and reads the run that it is
+/// to be like.
 ///
 /// # Errors
 /// [`Error::BadInput`] if they are invalid for the system.
@@ -96,9 +106,13 @@ pub fn graph(
     program: &Program,
     args: &GraphArgs,
     defaults: &Defaults,
-    like: Option<&Like>,
-) -> Result<Config, Error> {
-    let usual = match like {
+) -> Result<(Config, Option<Like>), Error> {
+    if let (Some(ClockArg::Real), Some(why)) = (args.clock, defaults.virtual_only) {
+        return Err(Error::BadInput(why.to_owned()));
+    }
+    let like = args.like.as_deref().map(|file| like::read(program, file));
+    let like = like.transpose()?;
+    let usual = match &like {
         Some(like) => like.config.clone(),
         None => defaults.config(),
     };
@@ -117,7 +131,7 @@ pub fn graph(
     let mut settings: Vec<(String, Vec<Knob>)> = aliases
         .map(|(name, knobs)| (format!("--{name} "), knobs.clone()))
         .collect();
-    let broken = program.system.broken().filter(|_| args.system.broken);
+    let broken = program.system.about().broken.filter(|_| args.system.broken);
     if let Some(knob) = broken {
         settings.push(read_knob(program, "--break", knob)?);
     }
@@ -131,11 +145,11 @@ pub fn graph(
     if let Some(path) = &args.knobs {
         config.knobs = read_knobs(program, &config, path)?;
     }
-    let mut whole = program.system.settings();
+    let mut whole = program.system.about().setup();
     whole.extend(config.setup.iter().cloned());
     let warnings = program.system.warnings(&whole);
     warnings.iter().for_each(|warning| note(warning));
-    Ok(config)
+    Ok((config, like))
 }
 
 /// The world in the options, or else the `usual` one.

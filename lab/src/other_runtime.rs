@@ -31,9 +31,6 @@ pub fn show(system: &Arc<dyn System>, run: OtherRun) -> Result<(), Error> {
     }
     let name = shown(&recording.path);
     let identical = verify(&recording, system, false, |_| ControlFlow::Continue(()));
-    let identical = identical.map_err(|why| Error::Unverified {
-        file: name.to_string(),
-        why,
-    })?;
+    let identical = identical.map_err(|why| Error::unverified(&name, why))?;
     print_line(&format!("{name}: {identical}"))
 }

@@ -6,7 +6,7 @@ use std::{
 };
 
 use directories::ProjectDirs;
-use exercises::framework::{Answers, Brief, Exercise};
+use exercises::framework::{Answers, Brief};
 
 /// Name of the file.
 pub const FILE: &str = "answers.toml";
@@ -50,8 +50,9 @@ pub fn predicted(answers: &Answers, brief: &Brief) -> Option<String> {
     ))
 }
 
-/// Whether the file `answers` has a prediction for `exercise`.
-pub fn is_predicted(answers: &Path, exercise: &dyn Exercise) -> bool {
-    let answers = Answers::load(answers);
-    answers.is_ok_and(|answers| answers.get(exercise.brief()).is_some())
+/// Whether the file `answers` has a prediction for the exercise of this number.
+pub fn is_predicted(answers: &Path, number: u32) -> bool {
+    let exercise = exercises::find(number);
+    let known = |answers: Answers| exercise.is_some_and(|of| answers.get(of.brief()).is_some());
+    Answers::load(answers).is_ok_and(known)
 }

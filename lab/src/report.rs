@@ -6,7 +6,7 @@ use ratelab::{ClockKind, Command, Event, EventKind, Hz, Knob, KnobKind};
 use ratelab_account::Distribution;
 use ratelab_study::{
     experiment::{MeanPushAge, NodeSummary, Summary, TopicSummary},
-    system::{Alias, KnobText, System},
+    system::{Alias, DataChain, KnobText, System},
 };
 
 use crate::{
@@ -41,12 +41,11 @@ pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> 
         ("verdict", verdict(system, summary, context)),
     ]);
     lines.extend(topics(summary).map(|text| ("topics", text)));
-    if system.chains().is_some() {
-        let idle = summary.nodes.iter().filter(|node| node.ticks == 0);
-        let idle: Vec<&str> = idle.map(|node| &*node.name).collect();
-        let chains = system.chain_lines(summary.sim_time, &summary.chains, &idle);
-        lines.extend(chains.into_iter().map(|text| ("chain", text)));
-    }
+    let idle = summary.nodes.iter().filter(|node| node.ticks == 0);
+    let idle: Vec<&str> = idle.map(|node| &*node.name).collect();
+    let chain_line = |chain: &DataChain| chain.line(summary.sim_time, &summary.chains, &idle);
+    let chains = system.about().chains.iter().map(chain_line);
+    lines.extend(chains.map(|text| ("chain", text)));
     lines.extend(links(summary).map(|text| ("links", text)));
     lines.extend(latency(system, summary).map(|text| ("latency", text)));
     let age = summary.push_age();
@@ -66,8 +65,7 @@ pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> 
         let lost = format!("{} CSV rows: the disk was too slow", context.csv_lost);
         lines.push(("lost", lost));
     }
-    let lines: Vec<String> = lines.iter().map(|(name, text)| line(name, text)).collect();
-    lines.join("\n")
+    self::lines(&lines)
 }
 
 /// Duration and lateness of ticks: of all nodes if the run used wall time, otherwise of
@@ -79,14 +77,17 @@ fn times(summary: &Summary) -> Vec<(&'static str, String)> {
         |node: &NodeSummary| wall || was_late(node) || (timed(node) && node.lateness.count() > 0);
     let shown = |node: &NodeSummary| wall || timed(node) || was_late(node) || node.overruns > 0;
     let costly = |node: &NodeSummary| timed(node) && node.tick_time.count() > 0;
+    let cost = |node: &NodeSummary| spread(&node.name, &node.tick_time);
+    let response = |node: &NodeSummary| spread(&node.name, &node.response);
     let lines = [
         ("lateness", each_node(summary, late, lateness)),
         ("cost", each_node(summary, costly, cost)),
         ("response", each_node(summary, costly, response)),
         ("overruns", each_node(summary, shown, overruns)),
     ];
-    let told = |line: &(_, String)| !line.1.is_empty();
-    lines.into_iter().filter(told).collect()
+    let told = lines.into_iter();
+    told.filter_map(|(name, text)| Some((name, text?)))
+        .collect()
 }
 
 fn push_age(age: MeanPushAge) -> String {
@@ -110,7 +111,13 @@ pub fn line(name: &str, text: &str) -> String {
     format!("{name:<9} {}", in_line(text))
 }
 
-/// The same for a text of the program itself, which may have several lines.
+/// Such a line for each of `rows`.
+pub fn lines(rows: &[(&str, String)]) -> String {
+    let lines: Vec<String> = rows.iter().map(|(name, text)| line(name, text)).collect();
+    lines.join("\n")
+}
+
+/// A line with a text of the program itself, which may have several lines.
 pub fn paragraph(name: &str, text: &str) -> String {
     format!("{name:<9} {text}")
 }
@@ -189,11 +196,7 @@ fn rates(system: &dyn System, summary: &Summary) -> String {
         Knob::Depth { topic, depth } if !named(topic) => Some(format!("{topic} depth {depth}")),
         _ => None,
     });
-    nodes
-        .chain(depths)
-        .chain(others)
-        .collect::<Vec<_>>()
-        .join(" | ")
+    joined(nodes.chain(depths).chain(others)).unwrap_or_default()
 }
 
 fn verdict(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
@@ -235,8 +238,7 @@ fn topics(summary: &Summary) -> Option<String> {
         )
     };
     let read = summary.topics.iter().filter(|topic| topic.read);
-    let topics: Vec<String> = read.map(topic).collect();
-    (!topics.is_empty()).then(|| topics.join(" | "))
+    joined(read.map(topic))
 }
 
 /// What the links did to messages, where they did something.
@@ -251,8 +253,7 @@ fn links(summary: &Summary) -> Option<String> {
         let figures: Vec<String> = figures.map(|(n, what)| format!("{n} {what}")).collect();
         (!figures.is_empty()).then(|| format!("{} {}", topic.name, figures.join(", ")))
     });
-    let topics: Vec<String> = topics.collect();
-    (!topics.is_empty()).then(|| topics.join(" | "))
+    joined(topics)
 }
 
 /// The main latency, with the period of the main rate.
@@ -280,18 +281,16 @@ fn latency(system: &dyn System, summary: &Summary) -> Option<String> {
 fn each_node(
     summary: &Summary,
     wanted: impl Fn(&NodeSummary) -> bool,
-    tell: fn(&NodeSummary) -> String,
-) -> String {
+    tell: impl Fn(&NodeSummary) -> String,
+) -> Option<String> {
     let nodes = summary.nodes.iter().filter(|node| wanted(node));
-    nodes.map(tell).collect::<Vec<_>>().join(" | ")
+    joined(nodes.map(tell))
 }
 
-fn cost(node: &NodeSummary) -> String {
-    spread(&node.name, &node.tick_time)
-}
-
-fn response(node: &NodeSummary) -> String {
-    spread(&node.name, &node.response)
+/// `parts` in a line, if there are any.
+fn joined(parts: impl Iterator<Item = String>) -> Option<String> {
+    let parts: Vec<String> = parts.collect();
+    (!parts.is_empty()).then(|| parts.join(" | "))
 }
 
 fn spread(name: &str, figures: &Distribution) -> String {

@@ -14,9 +14,9 @@ use crate::{
     error::Error,
     like::{self, Like},
     metrics,
-    output::{OutputPlan, Outputs, note, print_data, print_line, record_error},
+    output::{OutputPlan, Outputs, note, print_data, print_line, print_recorded, record_error},
     program::Program,
-    recording::{Destination, Recorder, Source, Viewer},
+    recording::{Destination, FinishedRecording, Recorder, Source, Viewer},
     report::{self, ReportContext},
 };
 
@@ -89,6 +89,13 @@ pub fn record(
     Ok(Some(recorder))
 }
 
+/// The topics of `experiment` with readers, in the order of a summary.
+pub fn read_topics(experiment: &Experiment) -> Vec<String> {
+    let topics = experiment.observer().snapshot().topics;
+    let read = topics.iter().filter(|of| !of.readers.is_empty());
+    read.map(|topic| topic.name.to_string()).collect()
+}
+
 /// The files named by `knobs`, by option.
 pub fn input_files<'k>(
     system: &dyn System,
@@ -121,6 +128,18 @@ pub fn context(
         csv_lost,
         open: None,
     }
+}
+
+/// Prints the paths of recordings made by a dashboard, and why `verify` will refuse one: the
+/// dashboard has shown that only for a moment.
+pub fn print_recordings(json: bool, recorded: &[FinishedRecording]) -> Result<(), Error> {
+    for recorded in recorded {
+        if let Some(defect) = recorded.defect() {
+            note(&defect);
+        }
+        print_recorded(json, recorded)?;
+    }
+    Ok(())
 }
 
 /// Writes and prints the results of a run, beside those of the recorded one that it

@@ -168,7 +168,7 @@ fn questions_drawn_from_a_number_are_graded_with_that_number() {
     let brief = drawn.expect("a question with choices").brief();
     let class = Class::new();
     for seed in [1, 2] {
-        for (number, _) in (1..).zip(brief.choices) {
+        for (number, _) in (1..).zip(&brief.choices) {
             let answer = format!(
                 "[{}]\nnumber = {number}\nreason = \"it looked like it\"\nseed = {seed}\n",
                 brief.name

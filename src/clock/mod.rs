@@ -9,23 +9,23 @@
 //! instants: nodes that are due together see the same world, and the run time of a
 //! command is enough to repeat it.
 
+mod crew_stage;
+mod crew_thread;
 mod crews;
-mod hands;
 mod obey;
-mod pacer;
 mod real;
 mod virtual_time;
 mod wall;
 
 pub use super::realtime::{RealtimeError, RealtimePriority, lower_priority};
-pub use crews::Outcome;
-pub use hands::{CrewHands, SupervisorHand, ThreadHand};
-pub use obey::{Obeyed, obey_at_rest};
+pub use crew_thread::{CrewThread, Outcome};
+pub use crews::Crews;
+pub use obey::{Obeyed, Supervision, obey_at_rest};
 pub use real::RealClock;
 pub use virtual_time::{RunError, VirtualClock};
 
 use super::{
-    command::ClockKind, event::EventKind, graph::Graph, inbox::Inbox, node::Fault, seat::Seat,
+    command::ClockKind, event::EventKind, graph::Graph, inbox::Inbox, node::Fault, sync::get_mut,
     time::Time,
 };
 
@@ -94,28 +94,33 @@ pub fn run(
     }
 }
 
-/// Logs the `end` of a run: the node that ended it, and unfinished ticks. Every clock does this
-/// when it stops.
+/// Comes to the `end` of a run: counts what is missed until then, and logs unfinished ticks and the
+/// node that ended it. Every clock does this when it stops.
 pub fn note_end(graph: &mut Graph, end: &Result<ClockExit, Fault>) {
-    let ended = match end {
+    let now = graph.now();
+    graph.control.deliver(now);
+    let (at, what) = match end {
         Ok(ClockExit::HandedOver(_)) => return,
+        Ok(ClockExit::Completed | ClockExit::Stopped) => (now, None),
         Ok(ClockExit::Ended { node, at }) => {
             let node = node.clone();
-            Some((*at, EventKind::Ended { node }))
+            (*at, Some(EventKind::Ended { node }))
         }
         Err(fault) => {
             let (node, cause) = (fault.node.clone(), fault.cause.to_string());
-            Some((fault.at, EventKind::Faulted { node, cause }))
+            (fault.at, Some(EventKind::Faulted { node, cause }))
         }
-        Ok(ClockExit::Completed | ClockExit::Stopped) => None,
     };
-    graph.control.deliver(graph.now());
-    if let Some((at, _)) = ended {
-        // Ticks due at the end are missed, even though no node ticks any more.
-        graph.stage.close(at + Time::TICK, at);
+    // Ticks due at the end are missed, even though no node ticks any more; a stop is before them.
+    let passed = match end {
+        Ok(ClockExit::Stopped) => at,
+        _ => at + Time::RESOLUTION,
+    };
+    graph.stage.close(passed, at);
+    for seat in &mut graph.seats {
+        get_mut(seat).cut_off();
     }
-    graph.seats.iter_mut().for_each(Seat::cut_off);
-    if let Some((at, what)) = ended {
+    if let Some(what) = what {
         graph.control.state.note(at, what);
     }
 }

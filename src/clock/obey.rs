@@ -86,3 +86,28 @@ pub fn obey_at_rest(graph: &mut Graph, kind: ClockKind, command: &Command, at: T
         None => obey(&mut graph.control, kind, command, at),
     }
 }
+
+/// What is left of a graph while its nodes are on their threads, for the thread that supervises
+/// them.
+pub struct Supervision<'g> {
+    pub(crate) control: &'g mut ControlPlane,
+}
+
+impl Supervision<'_> {
+    /// Carries out, at run time `at`, a command that no node can.
+    pub fn obey(&mut self, command: &Command, at: Time) -> Obeyed {
+        let control = &mut *self.control;
+        let unknown = command
+            .node()
+            .and_then(|node| control.local_index(node).err());
+        let obeyed = match unknown {
+            Some(reason) => refuse(control, command, at, &reason),
+            None => obey(control, ClockKind::Real, command, at),
+        };
+        if obeyed.exit.is_some() || control.status.paused {
+            // A node may have begun a tick later than `at` already.
+            control.state.advance_to(at);
+        }
+        obeyed
+    }
+}

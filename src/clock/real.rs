@@ -1,32 +1,33 @@
 //! Threads against the wall clock: one for each node, or those of its executor.
 
-mod crew;
-mod ends;
 mod mailbox;
 mod supervisor;
-mod threads;
+mod wall_thread;
 
-use std::io;
+use std::{
+    collections::{BTreeSet, HashMap},
+    io,
+};
 
 use crossbeam_channel::Sender;
 
 use self::{
-    crew::CrewThreads,
-    ends::{Report, StretchEnd},
-    mailbox::Wakeup,
-    supervisor::Supervisor,
-    threads::{crews_of, mailboxes, shares, threads},
+    mailbox::{Post, mailboxes},
+    supervisor::{Report, StretchEnd, Supervisor},
+    wall_thread::{Board, WallThread},
 };
-use super::{Clock, ClockExit, note_end, obey::obey_at_rest};
+use super::{Clock, ClockExit, crews::threads, note_end, obey::obey_at_rest};
 use crate::{
     command::ClockKind,
     graph::Graph,
     inbox::{Inbox, Wait},
     journal::{End, Entry},
     node::Fault,
-    realtime::{RealtimePriority, spare_cores},
-    sync::{Arc, spawn_named, thread},
+    realtime::{CoreShare, RealtimePriority, spare_cores},
+    scheduling::Threads,
+    sync::{Arc, get_mut, spawn_named, thread},
     time::Time,
+    trigger::Wake,
 };
 
 /// Runs every node on a thread of its own, or on those of its executor.
@@ -76,8 +77,9 @@ impl Clock for RealClock {
         until: Time,
     ) -> Result<ClockExit, Fault> {
         graph.cores = self.cores();
-        if let Some((seat, why)) = graph.needs_virtual_time() {
-            return Err(seat.fault(graph.now(), why.into()));
+        if let Some((node, why)) = graph.needs_virtual_time() {
+            let at = graph.now();
+            return Err(get_mut(&mut graph.seats[node]).fault(at, why.into()));
         }
         graph.set_clock(ClockKind::Real);
         let end = loop {
@@ -137,41 +139,50 @@ impl RealClock {
             realtime: self.realtime.clone(),
             reporter,
         };
-        let now = graph.now();
-        let shares = shares(graph);
-        let crews = crews_of(graph, &mailboxes);
-        let threads = threads(&crews, &mailboxes, shares);
+        let (now, in_flight) = (graph.now(), graph.control.arrivals_after(graph.now()));
+        let mut shares = shares(graph);
+        let post = Arc::new(Post::new(graph, &mailboxes));
+        let (crews, graph_left) = graph.apart_with(post.clone());
+        in_flight.into_iter().for_each(|arrival| post.wake(arrival));
+        let boards: Vec<Board> = crews
+            .here()
+            .map(|crew| Board::new(mailboxes[crew.first].clone()))
+            .collect();
         let mut supervisor = Supervisor {
-            control: &mut graph.control,
+            graph: graph_left,
             inbox,
             until,
             mailboxes: &mailboxes,
             reports,
-            working: threads.iter().map(CrewThreads::count).sum(),
+            working: crews.threads().count(),
             log: log.clone(),
         };
         let noter = log.noter();
         let end = thread::scope(|scope| {
-            for crew in &threads {
-                let first = crew.first();
-                for thread in 0..crew.count() {
-                    let context = &context;
-                    let run = move || crew.run(thread, context);
-                    context.check(spawn_named(scope, &first.1, run), first.clone(), now);
+            for (crew, board) in crews.here().zip(&boards) {
+                let (first, name) = (crew.first, crew.name());
+                for (number, hand) in threads(crew) {
+                    let thread = WallThread {
+                        hand,
+                        board,
+                        share: shares.remove(&first),
+                        log: state.entries_of(SUPERVISOR + 1 + number),
+                        context: &context,
+                    };
+                    let spawned = spawn_named(scope, &name, || thread.run());
+                    context.check(spawned, (first, &name), now);
                 }
             }
             let end = supervisor.supervise();
-            supervisor.control.state.set_zero(None);
-            let stopped = supervisor.control.now();
+            supervisor.graph.control.state.set_zero(None);
+            let stopped = supervisor.graph.control.now();
             for mailbox in &mailboxes {
-                mailbox.post(Wakeup::Stop(stopped));
+                mailbox.post(|mail| mail.stopped = Some(stopped));
             }
             end
         });
         let end = supervisor.settle(end);
-        drop(noter);
-        drop(threads);
-        crews.put_back(graph);
+        drop((noter, boards, crews));
         log.note_alone(Entry::End(end.end));
         end.exit(graph)
     }
@@ -179,14 +190,38 @@ impl RealClock {
 
 impl ThreadContext {
     /// Reports a thread that the system refused.
-    fn check(&self, spawned: io::Result<()>, (index, name): (usize, Arc<str>), at: Time) {
+    fn check(&self, spawned: io::Result<()>, (node, name): (usize, &str), at: Time) {
         if let Err(error) = spawned {
-            let (node, cause) = (name.to_string(), error.into());
+            let (name, cause) = (name.to_owned(), error.into());
             let refused = StretchEnd {
-                end: End::NoThread { node: index, at },
-                fault: Some(Fault { node, at, cause }),
+                end: End::NoThread { node, at },
+                fault: Some(Fault {
+                    node: name,
+                    at,
+                    cause,
+                }),
             };
             let _ = self.reporter.send(Some(refused));
         }
     }
+}
+
+/// The cores of each node whose executor takes it off them for others, by its index.
+fn shares(graph: &Graph) -> HashMap<usize, CoreShare> {
+    let (mut spare, mut shares) = (spare_cores(), HashMap::new());
+    for crew in graph.stage.crews() {
+        let threads = crew.dispatch.as_ref().map(|dispatch| dispatch.threads());
+        let Some(Threads::Cores(cores)) = threads else {
+            continue;
+        };
+        let cores = spare.split_off(spare.len().saturating_sub(cores));
+        let here = || crew.members.iter().filter(|member| !member.remote);
+        let priorities: BTreeSet<u32> = here().map(|member| member.priority).collect();
+        shares.extend(here().map(|member| {
+            let rank = priorities.range(..member.priority).count();
+            let cores = cores.clone();
+            (member.node, CoreShare { rank, cores })
+        }));
+    }
+    shares
 }

@@ -4,15 +4,14 @@ use std::ops::ControlFlow;
 
 use thiserror::Error;
 
-use super::{Clock, ClockExit, note_end, obey::obey_at_rest, pacer::Pacer};
+use super::{Clock, ClockExit, note_end, obey::obey_at_rest, wall::Pacer};
 use crate::{
     command::{ClockKind, Command},
     graph::Graph,
     inbox::{Inbox, Wait},
-    job::JobKind,
-    node::{Fault, GO_ON, Tick},
-    scheduling::{Assignment, Moment},
-    sync::Instant,
+    node::{Fault, Tick},
+    scheduling::{Assignment, JobKind, Moment, WorkTimes},
+    sync::{Instant, get_mut},
     time::{Time, TimeError},
 };
 
@@ -52,11 +51,6 @@ impl Clock for VirtualClock {
     ) -> Result<ClockExit, Fault> {
         graph.set_clock(ClockKind::Virtual);
         let end = VirtualStretch::new(graph, inbox, until).run();
-        match end {
-            Ok(ClockExit::Completed) => graph.stage.close(until + Time::TICK, until),
-            Ok(ClockExit::Stopped) => graph.stage.close(graph.now(), graph.now()),
-            _ => {}
-        }
         note_end(graph, &end);
         end
     }
@@ -205,7 +199,9 @@ impl<'a> VirtualStretch<'a> {
         if self.mid_instant() {
             return now;
         }
-        let done = self.last_event.map_or(Time::ZERO, |last| last + Time::TICK);
+        let done = self
+            .last_event
+            .map_or(Time::ZERO, |last| last + Time::RESOLUTION);
         let now = now.max(done);
         match self.pacer.now() {
             Some(paced) if !self.graph.control.status.paused => {
@@ -263,10 +259,13 @@ impl<'a> VirtualStretch<'a> {
             match outcome {
                 Ok(ControlFlow::Continue(())) => {}
                 Ok(ControlFlow::Break(())) => {
-                    let node = self.graph.seats[work.place].name.to_string();
+                    let node = self.graph.control.name(work.node).to_owned();
                     return Ok(Some(ClockExit::Ended { node, at: now }));
                 }
-                Err(cause) => return Err(self.graph.seats[work.place].fault(now, cause)),
+                Err(cause) => {
+                    let seat = get_mut(&mut self.graph.seats[work.node]);
+                    return Err(seat.fault(now, cause));
+                }
             }
             if self.graph.control.status.paused {
                 break;
@@ -279,20 +278,19 @@ impl<'a> VirtualStretch<'a> {
     #[inline]
     fn work(&mut self, work: Assignment, now: Time) -> Tick {
         let Graph { seats, stage, .. } = &mut *self.graph;
-        let (seat, job) = (&mut seats[work.place], work.job);
-        if let JobKind::Take = job.kind {
-            return GO_ON;
-        }
+        let (seat, job) = (get_mut(&mut seats[work.node]), work.job);
         if job.kind != JobKind::End {
             self.steps = self.steps.saturating_sub(1);
         }
         let measured = self.pacer.is_paced().then(Instant::now);
         let outcome = seat.work(job, now, false);
-        let took = measured.map(|began| began.elapsed());
-        if outcome.is_ok() || job.kind != JobKind::Begin {
-            stage.done(work, now, now);
-        }
-        seat.done(job, now, took, outcome)
+        let times = WorkTimes {
+            began: now,
+            ended: now,
+            passed: now,
+            took: measured.map(|began| began.elapsed()),
+        };
+        stage.done(seat, work, times, outcome)
     }
 }
 
@@ -354,7 +352,14 @@ mod tests {
         };
         graph.stage.open(Time::ZERO, Vec::new);
         while let Some(work) = graph.stage.look(second) {
-            graph.stage.done(work, Time::ZERO, Time::ZERO);
+            let times = WorkTimes {
+                began: Time::ZERO,
+                ended: Time::ZERO,
+                passed: Time::ZERO,
+                took: None,
+            };
+            let seat = get_mut(&mut graph.seats[work.node]);
+            let _ = graph.stage.done(seat, work, times, GO_ON);
         }
         second.now = graph.stage.state(2, Time::ZERO).due;
         graph.control.set_now(second.now);
@@ -380,7 +385,7 @@ mod tests {
                 ["a", "b", "c"].map(|node| (node, now)),
                 "{given:?}"
             );
-            assert_eq!(events[0].at, now + Time::TICK, "{given:?}");
+            assert_eq!(events[0].at, now + Time::RESOLUTION, "{given:?}");
             let timed = events.iter().filter_map(Event::replayable).collect();
             assert_eq!(run(Given::Never, timed), (ticks, events), "{given:?}");
         }

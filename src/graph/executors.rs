@@ -4,7 +4,6 @@ use super::{Graph, GraphError};
 use crate::{
     command::ClockKind,
     scheduling::{Crew, Dispatch, Threads},
-    seat::Seat,
     sync::Arc,
 };
 
@@ -33,15 +32,12 @@ impl Graph {
         let (mut own, mut crews): (Vec<Crew>, Vec<Crew>) = crews.partition(is_member);
         let index = crews.iter().filter(|crew| crew.is_executor()).count();
         own.sort_by_key(|crew| nodes.iter().position(|node| crew.is_own(*node)));
-        let own = own.into_iter().map(|crew| (crew.scheduler, crew.members));
-        let (schedulers, members): (Vec<_>, Vec<_>) = own.unzip();
-        let members = members.into_iter().flatten().collect();
-        let joined = Crew::joined(dispatch.clone(), schedulers, members);
+        let joined = Crew::joined(dispatch.clone(), own);
         let together = joined.iter().any(Crew::is_executor);
         crews.extend(joined);
         self.stage.set_crews(crews);
         for (number, node) in nodes.into_iter().enumerate() {
-            let node = &mut self.control.nodes[node].topology;
+            let node = &mut self.control.nodes[node];
             node.executor = Some(dispatch.name());
             node.executor_index = together.then_some(index);
             node.group = dispatch.group(number).map(Into::into);
@@ -57,10 +53,10 @@ impl Graph {
         name: &str,
     ) -> Result<usize, GraphError> {
         let mut nodes = self.control.nodes.iter();
-        let known = nodes.position(|node| node.name() == name);
+        let known = nodes.position(|node| node.name == name);
         let unknown = || GraphError::UnknownCallback(name.to_owned(), dispatch.name());
         let index = known.ok_or_else(unknown)?;
-        let node = &self.control.nodes[index].topology;
+        let node = &self.control.nodes[index];
         if node.executor.is_some() {
             return Err(GraphError::SecondExecutor(name.to_owned()));
         }
@@ -89,12 +85,12 @@ impl Graph {
 
     /// Why the graph cannot run under this clock, with the remedy.
     pub fn refusal_of(&self, clock: ClockKind) -> Option<String> {
-        let (seat, why) = self.needs_virtual_time()?;
-        (clock == ClockKind::Real).then(|| format!("{}: {why}", seat.name))
+        let (node, why) = self.needs_virtual_time()?;
+        (clock == ClockKind::Real).then(|| format!("{}: {why}", self.control.name(node)))
     }
 
     /// The node that the real clock cannot run, with the reason and the remedy.
-    pub(crate) fn needs_virtual_time(&self) -> Option<(&Seat, String)> {
+    pub(crate) fn needs_virtual_time(&self) -> Option<(usize, String)> {
         let mut spare = self.cores.unwrap_or(0);
         self.stage.crews().iter().find_map(|crew| {
             let dispatch = crew.dispatch.as_ref()?;
@@ -115,10 +111,7 @@ impl Graph {
                 Threads::Shared(_) => return None,
             };
             let first = crew.members.first()?;
-            Some((
-                &self.seats[first.node],
-                format!("{why}: choose the virtual clock"),
-            ))
+            Some((first.node, format!("{why}: choose the virtual clock")))
         })
     }
 }

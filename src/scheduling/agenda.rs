@@ -31,8 +31,8 @@ pub(super) struct AgendaItem {
     pub(super) at: Time,
     /// Phase, then priority and number, or the number of an arrival.
     order: u64,
-    /// Place of the node.
-    pub(super) place: u32,
+    /// Index of the node.
+    pub(super) node: u32,
     /// Number of the topic that a message arrives on, among those that trigger the node.
     pub(super) input: u32,
 }
@@ -102,23 +102,23 @@ const RECENT: usize = 4;
 impl Agenda {
     /// Adds an event of a node with this priority and number within the phase.
     #[inline]
-    pub(super) fn add(&mut self, at: Time, phase: Phase, rank: (u32, usize), place: usize) {
+    pub(super) fn add(&mut self, at: Time, phase: Phase, rank: (u32, usize), node: usize) {
         let rank = u64::from(rank.0) << Phase::PRIORITY | rank.1 as u64;
         self.insert(AgendaItem {
             at,
             order: (phase as u64) << Phase::SHIFT | rank,
-            place: place as u32,
+            node: node as u32,
             input: 0,
         });
     }
 
     /// Adds the arrival of a message.
-    pub(super) fn add_arrival(&mut self, at: Time, place: usize, input: usize) {
+    pub(super) fn add_arrival(&mut self, at: Time, node: usize, input: usize) {
         self.arrivals += 1;
         self.insert(AgendaItem {
             at,
             order: (Phase::Arrive as u64) << Phase::SHIFT | self.arrivals,
-            place: place as u32,
+            node: node as u32,
             input: input as u32,
         });
     }

@@ -21,33 +21,41 @@ pub(crate) struct Crew {
 impl Crew {
     /// A node on its own.
     pub(crate) fn of(scheduler: Box<dyn Scheduler>, member: Member) -> Self {
-        let (members, dispatch) = (vec![member], None);
         Self {
             scheduler,
-            members,
-            dispatch,
+            members: vec![member],
+            dispatch: None,
             turns: 0,
         }
     }
 
     /// The nodes of an executor that were on their own: one crew, or still one each.
-    pub(crate) fn joined(
-        dispatch: Arc<dyn Dispatch>,
-        own: Vec<Box<dyn Scheduler>>,
-        members: Vec<Member>,
-    ) -> Vec<Self> {
-        match dispatch.join(own) {
+    pub(crate) fn joined(dispatch: Arc<dyn Dispatch>, own: Vec<Self>) -> Vec<Self> {
+        let own = own.into_iter().map(|crew| (crew.scheduler, crew.members));
+        let (schedulers, members): (Vec<_>, Vec<_>) = own.unzip();
+        let members = members.into_iter().flatten();
+        match dispatch.join(schedulers) {
             Joined::Together(scheduler) => vec![Self {
                 scheduler,
-                members,
+                members: members.collect(),
                 dispatch: Some(dispatch),
                 turns: 0,
             }],
-            Joined::Apart(schedulers) => {
-                let apart = schedulers.into_iter().zip(members);
-                apart.map(|(own, member)| Self::of(own, member)).collect()
-            }
+            Joined::Apart(schedulers) => Self::each(schedulers, members),
         }
+    }
+
+    /// The nodes of an executor as a crew each.
+    pub(crate) fn split(self, dispatch: &dyn Dispatch) -> Vec<Self> {
+        Self::each(dispatch.split(self.scheduler), self.members)
+    }
+
+    fn each(
+        schedulers: Vec<Box<dyn Scheduler>>,
+        members: impl IntoIterator<Item = Member>,
+    ) -> Vec<Self> {
+        let apart = schedulers.into_iter().zip(members);
+        apart.map(|(own, member)| Self::of(own, member)).collect()
     }
 
     /// Whether it is an executor.

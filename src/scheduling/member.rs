@@ -2,12 +2,11 @@
 
 use crate::{outbox::Outbox, record::Records, sync::Arc};
 
-/// A node of a crew.
+/// A node as its scheduler knows it.
 pub(crate) struct Member {
     /// Index in the graph.
     pub(crate) node: usize,
-    /// Index in the stage: that in the graph, or that in the crew if it is alone there.
-    pub(crate) place: usize,
+    pub(crate) name: Arc<str>,
     /// Number of the topics that trigger it.
     pub(crate) inputs: usize,
     pub(crate) priority: u32,

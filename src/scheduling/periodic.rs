@@ -2,13 +2,13 @@
 
 use super::{
     agenda::Phase,
+    job::{Job, JobKind},
     kit::{Kit, TaskSpec},
     scheduler::{Scheduler, SchedulerEvent, TaskState, Timetable},
 };
 use crate::{
     channel::Channel,
     command::ClockKind,
-    job::{Job, JobKind},
     knob::{Knob, KnobKind},
     rate::Rate,
     sync::Arc,

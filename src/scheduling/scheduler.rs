@@ -4,11 +4,11 @@ use std::{any::Any, time::Duration};
 
 use super::{
     agenda::{Agenda, Phase},
+    job::Job,
     member::Member,
 };
 use crate::{
     command::ClockKind,
-    job::Job,
     knob::Knob,
     outbox::Stamps,
     record::NodeRecord,
@@ -170,14 +170,14 @@ impl Timetable<'_> {
             Phase::End | Phase::Start => (known.priority, known.node),
             Phase::Arrive | Phase::Release => (0, member),
         };
-        self.agenda.add(at, phase, rank, known.place);
+        self.agenda.add(at, phase, rank, known.node);
     }
 
-    /// Has a message arrive now, as if it had just been published.
+    /// Has a message arrive now for a node, as if it had just been published.
     pub fn arrive(&mut self, member: usize, input: usize) {
         let known = &self.members[member];
         if !known.remote {
-            self.agenda.add_arrival(self.now, known.place, input);
+            self.agenda.add_arrival(self.now, known.node, input);
         }
     }
 

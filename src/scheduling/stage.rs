@@ -1,20 +1,22 @@
 //! What happens to the nodes of some crews next, whatever the clock.
 
-use std::{collections::BTreeSet, mem::take};
+use std::{collections::BTreeSet, mem::take, time::Duration};
 
 use super::{
     agenda::{Agenda, AgendaItem, Phase},
     crew::Crew,
     dispatch::Dispatch,
-    scheduler::{SchedulerEvent, TaskState, Timetable},
+    job::{Job, JobKind},
+    member::Member,
+    scheduler::{Scheduler, SchedulerEvent, TaskState, Timetable},
+    seat::Seat,
 };
 use crate::{
     command::ClockKind,
-    job::{Job, JobKind},
     journal::LateLook,
     knob::Knob,
+    node::Tick,
     record::NodeRecord,
-    seat::Seat,
     sync::Arc,
     time::Time,
     trigger::{Arrival, Arrivals, Wake},
@@ -24,7 +26,10 @@ use crate::{
 /// what is to be done; whoever asks does it.
 pub(crate) struct Stage {
     crews: Vec<Crew>,
-    /// The crew of each node, and its number there, by its place.
+    /// Index of its first node.
+    first: usize,
+    /// The crew of each node from that one on, and its number there; without a meaning for a
+    /// node that is not here.
     of: Vec<(usize, usize)>,
     agenda: Agenda,
     arrivals: Arc<Arrivals>,
@@ -65,17 +70,21 @@ impl Moment {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Assignment {
     pub(crate) crew: usize,
-    /// Place of the node.
-    pub(crate) place: usize,
+    /// Index of the node.
+    pub(crate) node: usize,
     pub(crate) job: Job,
 }
 
-impl Assignment {
-    /// The end of the tick of a node that is alone in its stage: it has had its time on a core.
-    pub(crate) fn end_of_only() -> Self {
-        let (crew, place, job) = (0, 0, Job::new(0, JobKind::End));
-        Self { crew, place, job }
-    }
+/// When a job was done.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WorkTimes {
+    /// Run time of its begin and its end.
+    pub(crate) began: Time,
+    pub(crate) ended: Time,
+    /// Due times before this have passed.
+    pub(crate) passed: Time,
+    /// Its duration, if that was measured.
+    pub(crate) took: Option<Duration>,
 }
 
 impl Default for Stage {
@@ -90,6 +99,7 @@ impl Stage {
     pub(crate) fn new(clock: ClockKind) -> Self {
         Self {
             crews: Vec::new(),
+            first: 0,
             of: Vec::new(),
             agenda: Agenda::default(),
             arrivals: Arc::default(),
@@ -102,12 +112,9 @@ impl Stage {
     }
 
     /// A stage for one crew.
-    pub(crate) fn of_crew(clock: ClockKind, mut crew: Crew) -> Self {
+    pub(crate) fn of_crew(clock: ClockKind, crew: Crew) -> Self {
         let mut stage = Self::new(clock);
-        let members = crew.members.iter_mut().enumerate();
-        members.for_each(|(place, member)| member.place = place);
-        stage.of = (0..crew.members.len()).map(|member| (0, member)).collect();
-        stage.crews.push(crew);
+        stage.set_crews(vec![crew]);
         stage
     }
 
@@ -120,17 +127,23 @@ impl Stage {
         take(&mut self.crews)
     }
 
-    /// Sets the crews, whose members have the places of their nodes in the graph.
+    /// Sets the crews.
     pub(crate) fn set_crews(&mut self, crews: Vec<Crew>) {
-        let nodes = crews.iter().map(|crew| crew.members.len()).sum();
-        self.of = vec![(0, 0); nodes];
         self.crews = crews;
-        for (number, crew) in self.crews.iter_mut().enumerate() {
-            for (member, known) in crew.members.iter_mut().enumerate() {
-                known.place = known.node;
-                self.of[known.node] = (number, member);
+        let nodes = || self.members().map(|member| member.node);
+        let (first, last) = (nodes().min().unwrap_or(0), nodes().max());
+        let count = last.map_or(0, |last| last + 1 - first);
+        (self.first, self.of) = (first, vec![(0, 0); count]);
+        for (number, crew) in self.crews.iter().enumerate() {
+            for (member, known) in crew.members.iter().enumerate() {
+                self.of[known.node - first] = (number, member);
             }
         }
+    }
+
+    /// Its nodes.
+    pub(crate) fn members(&self) -> impl Iterator<Item = &Member> {
+        self.crews.iter().flat_map(|crew| &crew.members)
     }
 
     /// Adds the crew of a node that is new in the graph.
@@ -139,21 +152,48 @@ impl Stage {
         self.crews.push(crew);
     }
 
-    /// Whether an executor can have the node at this place, which is on its own.
-    pub(crate) fn is_joinable(&self, place: usize, dispatch: &dyn Dispatch) -> bool {
-        let (crew, _) = self.of[place];
-        dispatch.can_join(&*self.crews[crew].scheduler)
+    /// Crew and number of a node.
+    #[inline(always)]
+    fn of(&self, node: usize) -> (usize, usize) {
+        self.of[node - self.first]
     }
 
-    /// Where the node at this place is in its schedule at run time `now`.
-    pub(crate) fn state(&self, place: usize, now: Time) -> TaskState {
-        let (crew, member) = self.of[place];
+    /// Whether an executor can have this node, which is on its own.
+    pub(crate) fn is_joinable(&self, node: usize, dispatch: &dyn Dispatch) -> bool {
+        dispatch.can_join(&*self.crews[self.of(node).0].scheduler)
+    }
+
+    /// Where a node is in its schedule at run time `now`.
+    pub(crate) fn state(&self, node: usize, now: Time) -> TaskState {
+        let (crew, member) = self.of(node);
         self.crews[crew].scheduler.state(member, now)
     }
 
-    /// The states of all nodes, by place.
+    /// The end of the running tick of a node, if there is one.
+    pub(crate) fn end_of(&self, node: usize, now: Time) -> Option<Assignment> {
+        self.state(node, now).remaining?;
+        let (crew, member) = self.of(node);
+        let job = Job::new(member, JobKind::End);
+        Some(Assignment { crew, node, job })
+    }
+
+    /// Whether one of its nodes has this input.
+    pub(crate) fn hears(&self, arrival: Arrival) -> bool {
+        let mut members = self.members();
+        members.any(|member| member.node == arrival.node && arrival.input < member.inputs)
+    }
+
+    /// Index of the node called `name`, if it is here.
+    pub(crate) fn node_called(&self, name: &str) -> Option<usize> {
+        let mut members = self.members();
+        let known = members.find(|member| *member.name == *name);
+        known.map(|member| member.node)
+    }
+
+    /// The states of all nodes.
     pub(crate) fn states(&self, now: Time) -> impl Iterator<Item = TaskState> {
-        (0..self.of.len()).map(move |place| self.state(place, now))
+        self.members()
+            .map(move |member| self.state(member.node, now))
     }
 
     /// The list of arrivals that nobody has looked at.
@@ -244,7 +284,7 @@ impl Stage {
     /// Has an event happen.
     #[inline(always)]
     fn happen(&mut self, item: AgendaItem, moment: Moment) -> Option<Assignment> {
-        let (crew, member) = self.of[item.place as usize];
+        let (crew, member) = self.of(item.node as usize);
         let event = match item.phase() {
             Phase::Arrive => {
                 let input = item.input as usize;
@@ -258,11 +298,22 @@ impl Stage {
         self.send(crew, event, moment.now, moment.over)
     }
 
-    /// A job is done at `now`; those due before `passed` were missed.
+    /// A job is done: the scheduler hears of it, unless it was the begin of a tick that failed,
+    /// and the tick is recorded. Returns whether it ends the run.
     #[inline(always)]
-    pub(crate) fn done(&mut self, work: Assignment, passed: Time, now: Time) {
-        let job = work.job;
-        self.send(work.crew, SchedulerEvent::Done { job, passed }, now, false);
+    pub(crate) fn done(
+        &mut self,
+        seat: &mut Seat,
+        work: Assignment,
+        times: WorkTimes,
+        outcome: Tick,
+    ) -> Tick {
+        let (job, passed) = (work.job, times.passed);
+        if outcome.is_ok() || job.kind != JobKind::Begin {
+            let done = SchedulerEvent::Done { job, passed };
+            self.send(work.crew, done, times.ended, false);
+        }
+        seat.done(job, times.began, times.took, outcome)
     }
 
     #[inline(always)]
@@ -275,9 +326,9 @@ impl Stage {
     ) -> Option<Assignment> {
         self.with(number, now, over, |crew, plan| {
             let job = crew.on(event, plan)?;
-            let place = plan.members[job.member()].place;
+            let node = plan.members[job.member()].node;
             let crew = number;
-            Some(Assignment { crew, place, job })
+            Some(Assignment { crew, node, job })
         })
     }
 
@@ -287,7 +338,7 @@ impl Stage {
         number: usize,
         now: Time,
         over: bool,
-        ask: impl FnOnce(&mut dyn super::Scheduler, &mut Timetable<'_>) -> R,
+        ask: impl FnOnce(&mut dyn Scheduler, &mut Timetable<'_>) -> R,
     ) -> R {
         let crew = &mut self.crews[number];
         let mut looks = false;
@@ -332,12 +383,12 @@ impl Stage {
     ///
     /// # Errors
     /// The reason, with a remedy.
-    pub(crate) fn check(&self, place: usize, seat: &Seat, knob: &Knob) -> Result<(), String> {
+    pub(crate) fn check(&self, node: usize, seat: &Seat, knob: &Knob) -> Result<(), String> {
         seat.check(knob)?;
         match knob {
             Knob::Send { .. } | Knob::Crash { .. } | Knob::Restart { .. } => Ok(()),
             knob => {
-                let (crew, member) = self.of[place];
+                let (crew, member) = self.of(node);
                 self.crews[crew].scheduler.check(member, knob)
             }
         }
@@ -349,21 +400,21 @@ impl Stage {
     /// The reason and a remedy.
     pub(crate) fn turn(
         &mut self,
-        place: usize,
+        node: usize,
         seat: &mut Seat,
         knob: &Knob,
         now: Time,
     ) -> Result<String, String> {
-        self.check(place, seat, knob)?;
-        let (crew, member) = self.of[place];
+        self.check(node, seat, knob)?;
+        let (crew, member) = self.of(node);
         match knob {
             Knob::Send { text, .. } => seat.send(text),
             Knob::Crash { .. } => {
-                let was = self.crashed(place);
-                self.crash(place, seat, now);
+                let was = self.crashed(node);
+                self.crash(node, seat, now);
                 Ok(was)
             }
-            Knob::Restart { .. } => self.restart(place, seat, now),
+            Knob::Restart { .. } => self.restart(node, seat, now),
             knob => self.with(crew, now, false, |scheduler, plan| {
                 scheduler.turn(member, knob, plan)
             }),
@@ -371,35 +422,35 @@ impl Stage {
     }
 
     /// Stops the node's ticks. Messages it has not released are lost.
-    fn crash(&mut self, place: usize, seat: &mut Seat, now: Time) {
-        let (crew, member) = self.of[place];
+    fn crash(&mut self, node: usize, seat: &mut Seat, now: Time) {
+        let (crew, member) = self.of(node);
         self.send(crew, SchedulerEvent::Crashed { member }, now, false);
         seat.abort();
-        self.record(place, NodeRecord::Crashed);
+        self.record(node, NodeRecord::Crashed);
     }
 
-    fn restart(&mut self, place: usize, seat: &mut Seat, now: Time) -> Result<String, String> {
-        let (crew, member) = self.of[place];
-        let was = self.crashed(place);
+    fn restart(&mut self, node: usize, seat: &mut Seat, now: Time) -> Result<String, String> {
+        let (crew, member) = self.of(node);
+        let was = self.crashed(node);
         if seat.again.is_some() {
-            self.crash(place, seat, now);
+            self.crash(node, seat, now);
         }
         seat.begin_anew()?;
-        if !self.state(place, Time::ZERO).crashed {
-            self.crash(place, seat, now);
+        if !self.state(node, Time::ZERO).crashed {
+            self.crash(node, seat, now);
         }
-        self.record(place, NodeRecord::Restarted);
+        self.record(node, NodeRecord::Restarted);
         self.send(crew, SchedulerEvent::Restarted { member }, now, false);
         Ok(was)
     }
 
-    fn crashed(&self, place: usize) -> String {
-        let crashed = self.state(place, Time::ZERO).crashed;
+    fn crashed(&self, node: usize) -> String {
+        let crashed = self.state(node, Time::ZERO).crashed;
         if crashed { "crashed" } else { "running" }.to_owned()
     }
 
-    fn record(&self, place: usize, record: NodeRecord) {
-        let (crew, member) = self.of[place];
+    fn record(&self, node: usize, record: NodeRecord) {
+        let (crew, member) = self.of(node);
         self.crews[crew].members[member].records.node(|| record);
     }
 }

@@ -51,7 +51,7 @@ impl<T> Triggers<T> {
     }
 
     /// The arrivals of a message at run time `at`.
-    fn arrivals(&self, at: Time) -> impl Iterator<Item = Arrival> {
+    pub(super) fn arrivals(&self, at: Time) -> impl Iterator<Item = Arrival> {
         let ends = self.ends.iter();
         ends.map(move |end| Arrival {
             at,
@@ -76,17 +76,6 @@ impl<T> Triggers<T> {
 }
 
 impl<T: Payload> Topic<T> {
-    /// The messages in flight that arrive after run time `now`, for the nodes that they
-    /// trigger.
-    pub(crate) fn arrivals_after(&self, now: Time) -> Vec<Arrival> {
-        let queue = self.0.queue.aside();
-        let Some((triggers, transit)) = queue.triggers.as_ref().zip(queue.transit.as_ref()) else {
-            return Vec::new();
-        };
-        let times = transit.arrivals_after(now);
-        times.flat_map(|at| triggers.arrivals(at)).collect()
-    }
-
     /// Creates a subscription whose messages trigger the node with index `node`, as its
     /// input number `input` and the topic's reader number `reader`.
     pub(crate) fn trigger(
@@ -190,17 +179,6 @@ impl<T: Payload> Intake for IntakeEnd<T> {
         if let Some(end) = turn.end(&self.mark) {
             let kept = seq.unwrap_or(u64::MAX);
             end.taken.retain(|message| message.seq >= kept);
-        }
-    }
-
-    fn call_again(&self, now: Time) {
-        if let Some(end) = self.bus.queue.lock().end(&self.mark) {
-            let (node, input) = (end.node, end.input);
-            end.arrivals.add(Arrival {
-                at: now,
-                node,
-                input,
-            });
         }
     }
 }

@@ -8,7 +8,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::imports::{Imports, Module, Sources, circles, imports};
+use crate::imports::{Imports, Module, Sources, circles, imports, named};
 
 /// The Rust files below `folder`.
 fn rust_files(folder: &Path) -> Vec<PathBuf> {
@@ -52,14 +52,16 @@ fn sources(folder: &str) -> Sources {
         let inside = path.with_extension("");
         let names = inside.strip_prefix(&root).expect("below").iter();
         let names = names.map(|name| name.to_string_lossy().into_owned());
-        let names = names.filter(|name| !["mod", "lib", "main"].contains(&name.as_str()));
+        let names = names.filter(|name| !["mod", "lib"].contains(&name.as_str()));
         let module = std::iter::once(folder.to_owned()).chain(names).collect();
         let code = code(&path);
         let code = code.split("#[cfg(test)]\nmod tests {").next();
         (module, code.unwrap_or_default().to_owned())
     });
     let mut files: Sources = files.collect();
-    files.retain(|module, _| !module.contains(&"tests".to_owned()));
+    // Programs are no part of the crate that they use.
+    let other = ["tests", "main"];
+    files.retain(|module, _| !module.iter().any(|name| other.contains(&&**name)));
     files
 }
 
@@ -79,10 +81,10 @@ const CRATES: [&str; 9] = [
 /// The most lines of code of the crates below all others, without comments, blanks and tests.
 /// Whoever needs more takes something out first; what went out lowers the number.
 const BUDGETS: [(&str, usize); 4] = [
-    ("src", 6_330),
+    ("src", 6_190),
     ("crates/effects/src", 2_590),
-    ("crates/replay/src", 2_150),
-    ("crates/account/src", 2_640),
+    ("crates/replay/src", 1_960),
+    ("crates/account/src", 2_310),
 ];
 
 #[test]
@@ -242,23 +244,13 @@ fn no_folders_of_a_crate_import_each_other_in_a_circle() {
 #[test]
 fn the_files_that_the_pages_about_the_code_name_are_there() {
     const PAGES: [&str; 3] = ["README.md", "CONTRIBUTING.md", "docs/architecture.md"];
-    const ROOMS: [&str; 9] = [
-        "benches/",
-        "crates/",
-        "docs/",
-        "examples/",
-        "exercises/",
-        "lab/",
-        "src/",
-        "tests/",
-        "xtask/",
-    ];
+    const ROOMS: &str = "benches/|crates/|docs/|examples/|exercises/|lab/|src/|tests/|xtask/";
     let (mut named, mut missing) = (0, Vec::new());
     for page in PAGES {
         let text = fs::read_to_string(crate::clone::root().join(page)).expect(page);
         let quoted = text.split('`').skip(1).step_by(2);
         let is_path = |name: &&str| !name.contains([' ', '*', '\n']);
-        let in_room = |name: &&str| ROOMS.iter().any(|room| name.starts_with(room));
+        let in_room = |name: &&str| ROOMS.split('|').any(|room| name.starts_with(room));
         for name in quoted.filter(is_path).filter(in_room) {
             named += 1;
             if !crate::clone::root().join(name).exists() {
@@ -268,4 +260,60 @@ fn the_files_that_the_pages_about_the_code_name_are_there() {
     }
     assert!(named > 40, "only {named} paths were found");
     assert!(missing.is_empty(), "{}", missing.join("\n"));
+}
+
+/// The walks on the page about the architecture: each one's title and the files that it names.
+fn walks(page: &str) -> Vec<(&str, Vec<&str>)> {
+    let walks = page.split("\n### ").skip(1);
+    let walks = walks.map(|walk| walk.split("\n## ").next().unwrap_or_default());
+    let files = |walk| {
+        let rows = str::lines(walk).filter_map(|line| line.strip_prefix("| `"));
+        rows.filter_map(|row| row.split('`').next()).collect()
+    };
+    walks
+        .map(|walk| (walk.lines().next().unwrap_or_default(), files(walk)))
+        .collect()
+}
+
+/// The module in a file, such as `lab/src/csv.rs`.
+fn module_of(file: &str) -> Module {
+    let folder = CRATES.iter().find(|folder| {
+        let inside = file.strip_prefix(*folder);
+        inside.is_some_and(|rest| rest.starts_with('/'))
+    });
+    let folder = folder.unwrap_or_else(|| panic!("{file} is in no crate"));
+    let inside = file[folder.len()..].trim_end_matches(".rs").split('/');
+    let inside = inside.filter(|name| !["", "mod", "lib"].contains(name));
+    [*folder]
+        .into_iter()
+        .chain(inside)
+        .map(str::to_owned)
+        .collect()
+}
+
+#[test]
+fn each_file_of_a_walk_imports_or_names_the_next_one_or_is_imported_by_it() {
+    let page = crate::clone::root().join("docs/architecture.md");
+    let page = fs::read_to_string(page).expect("the page");
+    let walks = walks(&page);
+    assert_eq!(walks.len(), 5);
+    let sources: Sources = CRATES.into_iter().flat_map(sources).collect();
+    let imports = imports(&sources);
+    let knows = |one: &Module, other: &Module| {
+        imports[one].contains(other) || named(&sources, one).contains(other)
+    };
+    let mut apart = Vec::new();
+    for (title, files) in walks {
+        assert!((6..=12).contains(&files.len()), "{title}: {files:?}");
+        for file in &files {
+            assert!(crate::clone::root().join(file).exists(), "{title}: {file}");
+        }
+        for pair in files.windows(2) {
+            let [one, other] = [pair[0], pair[1]].map(module_of);
+            if !knows(&one, &other) && !knows(&other, &one) {
+                apart.push(format!("{title}: {} and {}", pair[0], pair[1]));
+            }
+        }
+    }
+    assert!(apart.is_empty(), "{}", apart.join("\n"));
 }

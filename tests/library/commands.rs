@@ -1,10 +1,7 @@
 //! Commands are the only input of a running graph: they take effect between instants, in
 //! the given order, and are logged with their run time.
 
-use std::{
-    sync::atomic::{AtomicU64, Ordering},
-    thread,
-};
+use std::thread;
 
 use crossbeam_channel::Sender;
 use ratelab::{
@@ -15,7 +12,8 @@ use ratelab_account::Observer;
 use ratelab_effects::Effects;
 
 use crate::support::{
-    TickLog, applied, at, hz, metronome, refused, run_timed, run_virtual, secs, set_depth, set_rate,
+    TickLog, applied, at, metronome, refused, run_timed, run_virtual, secs, set_depth, set_rate,
+    talker,
 };
 
 fn seconds(times: &[Time]) -> Vec<f64> {
@@ -48,16 +46,8 @@ fn a_timed_rate_takes_effect_before_the_tick_that_is_due_then() {
 
 #[test]
 fn a_timed_depth_takes_effect_before_the_message_that_is_published_then() {
-    let topic = Topic::new("/count", Depth::ONE);
-    let mut graph = Graph::with(Effects);
-    let source = |wiring: &mut ratelab::Wiring<'_>| {
-        let count = wiring.publisher(&topic);
-        move |now| {
-            count.publish((), now, None);
-            GO_ON
-        }
-    };
-    graph.node("source", hz(10.0), 0, source).expect("node");
+    let (topic, mut graph) = (Topic::new("/count", Depth::ONE), Graph::with(Effects));
+    talker(&mut graph, "source", 10.0, 0, &topic, |_| Some(()));
     let subscription = topic.subscribe();
     // Published at 0, 0.1 … 0.5; the message at 0.3 finds room already.
     let deeper = at(0.3, set_depth("/count", 100));
@@ -88,19 +78,6 @@ fn a_timed_command_takes_effect_at_the_end_but_not_after_it() {
 }
 
 #[test]
-fn events_contain_the_replaced_value() {
-    let (_, mut graph) = metronome();
-    run_virtual(&mut graph, vec![at(0.1, set_rate("a", 2.5))], secs(0.2));
-    let told: Vec<String> = graph
-        .state()
-        .events(0)
-        .iter()
-        .map(Event::to_string)
-        .collect();
-    assert_eq!(told, ["0.100 s: a at 2.5 Hz (was 10 Hz)"]);
-}
-
-#[test]
 fn a_stop_ends_the_run_before_the_ticks_due_then() {
     let (log, mut graph) = metronome();
     let exit = run_virtual(&mut graph, vec![at(0.3, Command::Stop)], Time::MAX);
@@ -111,29 +88,21 @@ fn a_stop_ends_the_run_before_the_ticks_due_then() {
 
 #[test]
 fn a_command_from_within_an_instant_takes_effect_after_the_whole_of_it() {
-    let (commander, mut inbox) = Inbox::new(Vec::new());
-    let (log, mut graph) = trio(commander, vec![set_rate("b", 5.0), Command::Stop]);
-    let exit = VirtualClock
-        .run(&mut graph, &mut inbox, secs(1.0))
-        .expect("run");
-    assert_eq!(exit, ClockExit::Stopped);
-    assert_eq!(log.all(), ["a", "b", "c"].map(|node| (node, Time::ZERO)));
-    let after = Time::ZERO + Time::TICK;
-    let expected = [(after, set_rate("b", 5.0)), (after, Command::Stop)];
-    assert_eq!(applied(&graph.state().events(0)), expected);
-}
-
-#[test]
-fn a_command_after_a_single_step_first_lets_the_rest_of_the_instant_run() {
-    let (commander, mut inbox) = Inbox::new(Vec::new());
-    commander.send(Command::Step).expect("open");
-    let (log, mut graph) = trio(commander, vec![set_rate("b", 5.0), Command::Stop]);
-    VirtualClock
-        .run(&mut graph, &mut inbox, secs(1.0))
-        .expect("run");
-    assert_eq!(log.all(), ["a", "b", "c"].map(|node| (node, Time::ZERO)));
-    let events = applied(&graph.state().events(0));
-    assert_eq!(events[1], (Time::ZERO + Time::TICK, set_rate("b", 5.0)));
+    // Also where a single step had it begin.
+    for first in [None, Some(Command::Step)] {
+        let (commander, mut inbox) = Inbox::new(Vec::new());
+        first
+            .iter()
+            .for_each(|step| commander.send(step.clone()).expect("open"));
+        let (log, mut graph) = trio(commander, vec![set_rate("b", 5.0), Command::Stop]);
+        let exit = VirtualClock.run(&mut graph, &mut inbox, secs(1.0));
+        assert_eq!(exit.expect("run"), ClockExit::Stopped);
+        assert_eq!(log.all(), ["a", "b", "c"].map(|node| (node, Time::ZERO)));
+        let after = Time::ZERO + Time::RESOLUTION;
+        let expected = [(after, set_rate("b", 5.0)), (after, Command::Stop)];
+        let applied = applied(&graph.state().events(0));
+        assert_eq!(applied[usize::from(first.is_some())..], expected);
+    }
 }
 
 #[test]
@@ -210,18 +179,10 @@ fn the_real_clock_refuses_commands_for_virtual_time() {
 
 #[test]
 fn an_empty_graph_completes() {
-    let mut graph = Graph::with(Effects);
-    assert_eq!(
-        run_virtual(&mut graph, Vec::new(), Time::MAX),
-        ClockExit::Completed
-    );
-    let mut graph = Graph::with(Effects);
-    let exit = run_timed(
-        &mut RealClock::default(),
-        &mut graph,
-        Vec::new(),
-        secs(0.01),
-    );
+    let exit = run_virtual(&mut Graph::with(Effects), Vec::new(), Time::MAX);
+    assert_eq!(exit, ClockExit::Completed);
+    let (real, mut graph) = (&mut RealClock::default(), Graph::with(Effects));
+    let exit = run_timed(real, &mut graph, Vec::new(), secs(0.01));
     assert_eq!(exit, ClockExit::Completed);
 }
 
@@ -246,30 +207,20 @@ fn a_node_that_ends_the_run_is_named_with_the_time() {
 
 #[test]
 fn a_paused_run_stands_still_until_it_is_resumed() {
-    static TICKS: AtomicU64 = AtomicU64::new(0);
-    let (commander, mut inbox) = Inbox::new(Vec::new());
-    let mut graph = Graph::with(Effects);
-    let counter = |_: &mut ratelab::Wiring<'_>| {
-        |_: Time| {
-            TICKS.fetch_add(1, Ordering::Relaxed);
-            GO_ON
-        }
-    };
-    graph.node("a", hz(10.0), 0, counter).expect("node");
-    commander.send(Command::Pause).expect("open");
+    let (log, mut graph) = metronome();
+    let (commander, mut inbox) = Inbox::new(vec![at(0.0, Command::Pause)]);
     let observer = Observer::of(&graph);
     thread::scope(|scope| {
+        let paused = log.clone();
         scope.spawn(move || {
             while !observer.snapshot().status.paused {
                 thread::yield_now();
             }
-            assert_eq!(TICKS.load(Ordering::Relaxed), 0);
-            assert_eq!(observer.now(), Time::ZERO);
+            assert_eq!((paused.all().len(), observer.now()), (0, Time::ZERO));
             commander.send(Command::Resume).expect("paused");
         });
-        VirtualClock
-            .run(&mut graph, &mut inbox, secs(1.0))
-            .expect("run");
+        let exit = VirtualClock.run(&mut graph, &mut inbox, secs(1.0));
+        exit.expect("run");
     });
-    assert_eq!(TICKS.load(Ordering::Relaxed), 11);
+    assert_eq!(log.all().len(), 11);
 }

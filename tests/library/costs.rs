@@ -1,21 +1,21 @@
 //! Duration, lateness and due times of ticks, set by knobs, under both clocks. The
-//! virtual clock's bytes are tested in `time.rs`.
+//! virtual clock's bytes are tested in `golden.rs`.
 
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{
-    Clock, ClockKind, Command, Depth, GO_ON, Graph, Hz, Inbox, Knob, Message, RealClock, Time,
+    Clock, ClockKind, Command, Depth, GO_ON, Graph, Inbox, Knob, Message, RealClock, Time,
     TimedCommand, Topic, VirtualClock,
 };
 use ratelab_account::{Observer, TapHandle};
-use ratelab_cart_pole::{ACTION, Action, CartPole, POLICY};
-use ratelab_effects::{Draw, Effects, checked, draw, with_draw};
-use ratelab_study::{
-    experiment::{Config, Experiment, Summary},
-    system::WorldKind,
-};
+use ratelab_cart_pole::POLICY;
+use ratelab_effects::{Draw, Effects, draw, with_draw};
+use ratelab_study::experiment::{Config, Experiment, Summary};
 
-use crate::own_costs::Robot;
+use crate::{
+    own_costs::Robot,
+    support::{RunBytes, knob, knobs, own, refusal, run, run_bytes, talker, tapped, with},
+};
 
 fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
@@ -23,77 +23,6 @@ fn ms(ms: u64) -> Duration {
 
 fn at(millis: u64) -> Time {
     Time::ZERO + ms(millis)
-}
-
-fn knob(text: &str) -> Knob {
-    checked(text.parse().expect(text)).expect(text)
-}
-
-#[test]
-fn timing_knobs_are_read_back_from_text_and_from_json() {
-    for text in [
-        "takes policy 30",
-        "takes policy 60..110",
-        "takes policy lognormal:30,90",
-        "takes policy busy 12.5",
-        "takes policy busy 0..0.000001",
-        "takes policy none",
-        "takes policy recorded:my runs/real.rrd",
-        "wakes sensor 0.25..3",
-        "wakes sensor none",
-        "offset actuator 7.000001",
-        "offset actuator 0",
-    ] {
-        let knob = knob(text);
-        assert_eq!(knob.to_string(), text);
-        let json = serde_json::to_string(&knob).expect("json");
-        assert_eq!(serde_json::from_str::<Knob>(&json).expect("a knob"), knob);
-    }
-    assert_eq!(knob("takes policy 0"), knob("takes policy none"));
-}
-
-#[test]
-fn invalid_durations_are_refused_with_the_expected_form() {
-    for (text, part) in [
-        ("takes policy -1", "expected milliseconds such as 30"),
-        ("takes policy soon", "\"soon\" is no duration"),
-        ("takes policy busy", "\"busy\" is no duration"),
-        ("takes policy 9..3", "expected A..B, A first"),
-        ("takes policy lognormal:30", "expected lognormal:MEDIAN,P99"),
-        ("takes policy lognormal:90,30", "in this order"),
-        ("takes policy lognormal:0,30", "above zero"),
-        ("takes policy recorded:", "expected recorded:FILE"),
-        ("takes policy NaN", "is no duration"),
-        ("offset policy 1e300", "is not a duration"),
-        ("offset policy -0.1", "0 to 1000000000"),
-        ("wakes policy busy 3", "is no duration"),
-    ] {
-        let error = refused(text);
-        assert!(error.contains(part), "{text}: {error}");
-    }
-}
-
-/// Why `text` is no knob.
-fn refused(text: &str) -> String {
-    let knob = text.parse::<Knob>().map_err(|error| error.to_string());
-    knob.and_then(checked).expect_err(text)
-}
-
-fn with(knobs: &[&str], config: Config) -> Config {
-    let mut config = config;
-    config.setup.extend(knobs.iter().map(|text| knob(text)));
-    config
-}
-
-fn run(config: &Config) -> Summary {
-    let system = Arc::new(CartPole::default());
-    let experiment = Experiment::new(system, config).expect("an experiment");
-    experiment.run().expect("a run")
-}
-
-fn refusal(config: &Config) -> String {
-    let experiment = Experiment::new(Arc::new(CartPole::default()), config);
-    experiment.err().expect("a refusal").to_string()
 }
 
 /// The knob `text`, with durations as if loaded from its recording.
@@ -144,45 +73,20 @@ fn one_knob_changes_no_draw_of_another() {
         policy.tick_time.bars().collect::<Vec<_>>()
     };
     let alone = costs(&["takes policy 0..15"]);
-    assert_eq!(
-        costs(&[
-            "takes policy 0..15",
-            "takes sensor 0..15",
-            "wakes actuator 1..2"
-        ]),
-        alone
-    );
+    let others = [
+        "takes policy 0..15",
+        "takes sensor 0..15",
+        "wakes actuator 1..2",
+    ];
+    assert_eq!(costs(&others), alone);
 }
 
 #[test]
-fn the_rate_of_the_course_s_actuator_and_the_times_of_the_world_are_no_knobs() {
-    let own = || Config {
-        world: WorldKind::OWN,
-        ..Config::default()
-    };
-    let actuator = refusal(&with(&["rate actuator 25"], Config::default()));
-    assert!(actuator.contains("20 ms of the plant's time"), "{actuator}");
-    for text in [
-        "rate world 10",
-        "takes world 5",
-        "offset world 5",
-        "wakes world 5",
-    ] {
-        let world = refusal(&with(&[text], own()));
-        assert!(
-            world.contains("the world moves by itself"),
-            "{text}: {world}"
-        );
-    }
-    assert_eq!(run(&with(&["rate actuator 25"], own())).nodes[3].ticks, 251);
-}
-
-#[test]
-fn a_live_cost_is_logged_with_its_old_value() {
+fn a_live_knob_is_logged_with_its_old_value() {
     let config = Config {
-        knobs: CartPole::KNOBS
-            .parse_list("1 takes policy 30\n2 offset policy 3.5\n3 takes policy none")
-            .expect("knobs"),
+        knobs: knobs(
+            "1 takes policy 30\n2 offset policy 3.5\n3 takes policy none\n4 control-hz 2.5",
+        ),
         ..Config::default()
     };
     let events = run(&config).events;
@@ -193,6 +97,8 @@ fn a_live_cost_is_logged_with_its_old_value() {
             "1.000 s: policy takes 30 (was none)",
             "2.000 s: policy offset 3.5 ms (was 0 ms)",
             "3.000 s: policy takes none (was 30)",
+            "4.000 s: policy at 2.5 Hz (was 50 Hz)",
+            "5.480 s: actuator ended the run",
         ]
     );
 }
@@ -200,14 +106,7 @@ fn a_live_cost_is_logged_with_its_old_value() {
 /// A node that publishes the start times of its ticks, with its topic.
 fn beacon(hz: f64) -> (Graph, Topic<Time>) {
     let (mut graph, began) = (Graph::with(Effects), Topic::new("/began", Depth::ONE));
-    let added = graph.node("beacon", Hz::new(hz).expect("a rate"), 0, |wiring| {
-        let began = wiring.publisher(&began);
-        move |now| {
-            began.publish(now, now, None);
-            GO_ON
-        }
-    });
-    added.expect("a node");
+    talker(&mut graph, "beacon", hz, 0, &began, Some);
     (graph, began)
 }
 
@@ -225,10 +124,7 @@ fn messages(
     });
     let (_live, mut inbox) = Inbox::new(timed.collect());
     clock.run(graph, &mut inbox, until).expect("no fault");
-    tap.items()
-        .try_iter()
-        .map(|tapped| tapped.message)
-        .collect()
+    tapped(&tap)
 }
 
 #[test]
@@ -293,9 +189,8 @@ fn nothing_is_released_after_the_end() {
 #[test]
 fn a_single_step_is_a_tick_and_no_end_of_one() {
     let (mut graph, _) = beacon(100.0);
-    graph
-        .node("other", Hz::new(100.0).expect("a rate"), 1, |_| |_| GO_ON)
-        .expect("a node");
+    let added = graph.node("other", 100.0, 1, |_| |_: Time| GO_ON);
+    added.expect("a node");
     let (live, mut inbox) = Inbox::new(Vec::new());
     for command in [
         Command::Pause,
@@ -312,34 +207,22 @@ fn a_single_step_is_a_tick_and_no_end_of_one() {
         .run(&mut graph, &mut inbox, at(1_000))
         .expect("no fault");
     let nodes = observer.snapshot().nodes;
+    let ticks: Vec<_> = nodes.iter().map(|node| node.ticks).collect();
     // The end of the first tick, at 5 ms, lies between the second step and the third.
-    assert_eq!(
-        nodes.iter().map(|node| node.ticks).collect::<Vec<_>>(),
-        [2, 1]
-    );
+    assert_eq!(ticks, [2, 1]);
 }
 
 #[test]
 fn the_actions_of_a_slow_policy_have_the_origin_of_their_reading() {
     let config = with(&["takes policy 13", "takes sensor 4"], Config::default());
-    let experiment = Experiment::new(Arc::new(CartPole::default()), &config).expect("built");
-    let tap = experiment
-        .taps()
-        .messages::<Action>(ACTION, 1_000)
-        .expect("a topic");
-    let summary = experiment.run().expect("a run");
-    let actions: Vec<_> = tap
-        .items()
-        .try_iter()
-        .map(|tapped| tapped.message)
-        .collect();
+    let RunBytes {
+        summary, actions, ..
+    } = run_bytes(&config);
     assert!(actions.len() > 400);
     for action in &actions {
         // The reading of the previous tick: sensed 20 ms before the policy began.
-        assert_eq!(
-            Some(action.stamp),
-            action.origin.map(|sensed| sensed + ms(33))
-        );
+        let thought = action.origin.map(|sensed| sensed + ms(33));
+        assert_eq!(Some(action.stamp), thought);
     }
     assert_eq!(summary.latency.max(), Some(ms(40)));
 }
@@ -403,8 +286,7 @@ fn a_pole_stands_and_falls_by_the_age_of_its_push_under_both_clocks() {
             let own = Config {
                 clock,
                 end: at(4_000),
-                world: WorldKind::OWN,
-                ..Config::default()
+                ..own(0)
             };
             run(&with(&[&takes, "offset policy 2"], own))
         };

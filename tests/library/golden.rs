@@ -1,116 +1,239 @@
-//! The virtual clock reproduces an independent reference, byte for byte.
+//! The virtual clock reproduces independent references, byte for byte.
 //!
-//! `tests/golden/` holds runs of a Python implementation over the same MuJoCo. Every
+//! `tests/golden/` holds runs of Python implementations over the same MuJoCo: `runs.txt` by
+//! `reference.py`, and `honest.txt` by `honest.py`, a second implementation of every rule in
+//! `docs/time.md`, for runs in which ticks take time and the world does not wait. Every
 //! observation, action, latency and plant state of each run goes into one hash; counters
 //! and verdict are compared directly. The last bits of sine and cosine depend on the C
 //! library, so the bytes are compared only on the platform that produced them.
 
 use std::collections::HashMap;
 
-use ratelab::Time;
-use ratelab_cart_pole::{OBS, Plant, verdict};
-use ratelab_study::{experiment::Config, system::VerdictKind};
+use ratelab::{Message, Time};
+use ratelab_account::PushAgeView;
+use ratelab_cart_pole::{CartPole, OBS, Plant};
+use ratelab_study::{
+    experiment::{Config, NodeSummary},
+    system::WorldKind,
+};
 
-use crate::support::{config, knobs, run, run_bytes, step_bytes, traffic};
+use crate::support::{
+    RunBytes, collect, config, experiment, fnv1a64, knobs, run, run_bytes, stamped, state_bytes,
+    step_bytes, traffic,
+};
 
-const RUNS: &str = include_str!("../golden/runs.txt");
+type Fields<'a> = HashMap<&'a str, &'a str>;
 
-type GoldenRow<'a> = HashMap<&'a str, &'a str>;
-
-fn fields(line: &str) -> GoldenRow<'_> {
-    line.split_whitespace()
-        .map(|field| field.split_once('=').expect("key=value"))
-        .collect()
+fn fields(words: &str) -> Fields<'_> {
+    let words = words.split_whitespace();
+    words.filter_map(|word| word.split_once('=')).collect()
 }
 
-/// The configuration in a line of `runs.txt`.
-fn golden_config(fields: &GoldenRow<'_>) -> Config {
-    let timed = fields.get("knobs").copied().unwrap_or_default();
-    let setup = format!(
-        "sensor-hz {}, control-hz {}, queue-depth {}, policy {}",
-        fields["sensor_hz"], fields["control_hz"], fields["depth"], fields["policy"]
-    );
+fn number<T: std::str::FromStr>(fields: &Fields<'_>, key: &str) -> T {
+    let number = fields[key].parse().ok();
+    number.unwrap_or_else(|| panic!("{key}: {}", fields[key]))
+}
+
+/// The seed and the end in `fields`.
+fn setting(fields: &Fields<'_>, config: Config) -> Config {
+    let seconds = number(fields, "duration_s");
     Config {
-        seed: fields["seed"].parse().expect("seed"),
-        end: Time::from_secs_f64(fields["duration_s"].parse().expect("number")).expect("time"),
-        knobs: knobs(&timed.replace(',', "\n").replace(':', " ")),
-        ..config(&setup)
+        seed: number(fields, "seed"),
+        end: Time::from_secs_f64(seconds).expect("a time"),
+        ..config
     }
 }
 
-fn fnv1a64(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-        (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
-    })
-}
-
-/// The name of the verdict in `runs.txt`.
-fn reference_name(kind: &VerdictKind) -> &'static str {
-    match kind {
-        kind if *kind == verdict::POLE_FELL => "fell",
-        kind if *kind == verdict::CART_LEFT_RAIL => "left_rail",
-        kind => kind.name,
-    }
+fn verdict(run: &RunBytes) -> String {
+    let name = match run.summary.verdict.name() {
+        "pole_fell" => "fell",
+        "cart_left_rail" => "left_rail",
+        name => name,
+    };
+    name.to_owned()
 }
 
 #[test]
 fn every_reference_run_is_reproduced_to_the_bit() {
     let mut runs = 0;
-    for block in RUNS.trim().split("\n\n") {
+    for block in include_str!("../golden/runs.txt").trim().split("\n\n") {
         let lines: Vec<&str> = block.lines().collect();
-        let (config, expected, hash) =
-            (golden_config(&fields(lines[0])), fields(lines[1]), lines[2]);
-        let run = run_bytes(&config);
-        let summary = &run.summary;
+        let (asked, expected) = (fields(lines[0]), fields(lines[1]));
+        let timed = asked.get("knobs").copied().unwrap_or_default();
+        let setup = config(&format!(
+            "sensor-hz {}, control-hz {}, queue-depth {}, policy {}",
+            asked["sensor_hz"], asked["control_hz"], asked["depth"], asked["policy"]
+        ));
+        let knobs = knobs(&timed.replace(',', "\n").replace(':', " "));
+        let run = run_bytes(&setting(&asked, Config { knobs, ..setup }));
         let own = [
-            ("verdict", reference_name(summary.verdict.kind).to_owned()),
-            ("sim_time_ns", summary.sim_time.as_nanos().to_string()),
+            ("verdict", verdict(&run)),
+            ("sim_time_ns", run.summary.sim_time.as_nanos().to_string()),
         ];
-        for (key, value) in traffic(summary).into_iter().chain(own) {
+        for (key, value) in traffic(&run.summary).into_iter().chain(own) {
             assert_eq!(value, expected[key], "{key} of {}", lines[0]);
         }
         let steps: Vec<u8> = run.steps.iter().flat_map(step_bytes).collect();
-        assert_eq!(
-            format!("fnv1a64={:016x}", fnv1a64(&steps)),
-            hash,
-            "{}",
-            lines[0]
-        );
+        let hash = format!("fnv1a64={:016x}", fnv1a64(&steps));
+        assert_eq!(hash, lines[2], "{}", lines[0]);
         runs += 1;
     }
     assert!(runs >= 20, "only {runs} reference runs were found");
+}
+
+/// A reference run of `honest.txt`: its configuration, its results and its hash.
+fn honest(block: &str) -> (Config, Fields<'_>, &str) {
+    let (mut config, mut got, mut hash) = (Config::default(), Fields::new(), "");
+    let knobs = CartPole::KNOBS;
+    for line in block.lines() {
+        let (kind, rest) = line.split_once([' ', '=']).expect("a line");
+        match kind {
+            "run" => {
+                let fields = fields(rest);
+                let step_ms = fields.get("step_ms").map(|ms| ms.parse().expect("number"));
+                let depth = format!("queue-depth {}", fields["depth"]);
+                config = setting(&fields, crate::support::config(&depth));
+                config.world = WorldKind::parse(fields["world"], step_ms).expect("a world");
+            }
+            "setup" => config.setup.extend(knobs.parse(rest).expect("a knob")),
+            "knob" => config
+                .knobs
+                .extend(knobs.parse_timed(rest).expect("a knob")),
+            "got" => got = fields(rest),
+            "fnv1a64" => hash = rest,
+            other => panic!("{other:?} begins no line"),
+        }
+    }
+    (config, got, hash)
+}
+
+/// All messages of a run as bytes, as `honest.py` has them.
+fn message_bytes(run: &RunBytes) -> Vec<u8> {
+    let observations = run.observations.iter().flat_map(|message| {
+        stamped(
+            message,
+            message.data.to_array().map(f32::to_le_bytes).as_flattened(),
+        )
+    });
+    let actions = run.actions.iter();
+    let actions = actions.flat_map(|message| stamped(message, &message.data.0.to_le_bytes()));
+    let steps = run.steps.iter().flat_map(|message| {
+        let step = message.data.step.to_le_bytes();
+        stamped(message, &[&step[..], &state_bytes(&message.data)].concat())
+    });
+    observations.chain(actions).chain(steps).collect()
+}
+
+/// The results of a run, in the terms of `honest.txt`.
+fn results(run: &RunBytes, push_age: Option<PushAgeView>) -> Vec<(&'static str, String)> {
+    let summary = &run.summary;
+    let of_nodes = |figure: fn(&NodeSummary) -> u64| {
+        let robot = ["sensor", "policy", "actuator"];
+        let nodes = robot.map(|name| figure(summary.node(name).expect(name)).to_string());
+        nodes.join(",")
+    };
+    let first = push_age.map(|age| age.first.as_nanos().to_string());
+    let spent = of_nodes(|node| node.tick_time.sum().as_nanos() as u64);
+    let own = [
+        ("push_first_ns", first.unwrap_or_else(|| "none".to_owned())),
+        ("ticks", of_nodes(|node| node.ticks)),
+        ("overruns", of_nodes(|node| node.overruns)),
+        ("spent_ns", spent),
+        ("verdict", verdict(run)),
+        ("sim_time_ns", summary.sim_time.as_nanos().to_string()),
+    ];
+    let ways = [("obs_way", "/obs"), ("action_way", "/action")].map(|(key, topic)| {
+        let topic = summary.topic(topic);
+        (
+            key,
+            format!("{},{},{}", topic.lost, topic.overtaken, topic.in_flight),
+        )
+    });
+    traffic(summary)
+        .into_iter()
+        .chain(own)
+        .chain(ways)
+        .collect()
+}
+
+#[test]
+fn every_reference_run_with_costs_links_and_faults_is_reproduced_to_the_bit() {
+    let more = std::env::var_os("RATELAB_HONEST");
+    let more = more.map(|path| std::fs::read_to_string(path).expect("more runs"));
+    let mut runs = 0;
+    let blocks = include_str!("../golden/honest.txt").trim().split("\n\n");
+    for block in blocks.chain(more.iter().flat_map(|more| more.trim().split("\n\n"))) {
+        let (config, got, hash) = honest(block);
+        let experiment = experiment(&config);
+        let observer = experiment.observer();
+        let run = collect(experiment);
+        let snapshot = observer.snapshot();
+        let push_age = snapshot
+            .node("actuator")
+            .expect("an actuator")
+            .push_age
+            .view(snapshot.now);
+        for (key, value) in results(&run, push_age) {
+            let expected = got.get(key).copied();
+            let expected = expected.or(key.ends_with("_way").then_some("0,0,0"));
+            assert_eq!(Some(&*value), expected, "{key} of\n{block}");
+        }
+        let area = push_age.map_or(0.0, |age| age.area_s2);
+        let twice: f64 = number(&got, "push_area");
+        assert!((area * 2e18 - twice).abs() <= 1e-9 * twice, "{block}");
+        assert_eq!(
+            format!("{:016x}", fnv1a64(&message_bytes(&run))),
+            hash,
+            "{block}"
+        );
+        runs += 1;
+    }
+    assert!(runs >= 90, "only {runs} reference runs were found");
+}
+
+#[test]
+fn with_the_course_s_step_both_worlds_are_one_to_the_policy() {
+    for (seed, control_hz, common) in [(0, 50, 500), (1, 25, 500), (2, 10, 500), (3, 5, 23)] {
+        let [course, own] = [("course", None), ("own", Some(10))].map(|(world, step_ms)| {
+            run_bytes(&Config {
+                seed,
+                world: WorldKind::parse(world, step_ms).expect("a world"),
+                ..config(&format!("control-hz {control_hz}"))
+            })
+        });
+        let rows = |run: &RunBytes| -> Vec<_> {
+            let steps = run.steps.iter().map(|message: &Message<_>| &message.data);
+            let rows = steps.map(|step| (step.step, step.action.0, step.qpos, step.qvel));
+            rows.take(common).collect()
+        };
+        assert_eq!(own.steps.len(), common, "seed {seed}");
+        assert_eq!(rows(&own), rows(&course), "seed {seed}");
+    }
 }
 
 #[test]
 fn starts_match_numpy_for_seeds_below_and_above_32_bits() {
     for line in include_str!("../golden/seeds.txt").lines() {
         let fields = fields(line);
-        let plant = Plant::new(fields["seed"].parse().expect("seed")).expect("plant");
+        let plant = Plant::new(number(&fields, "seed")).expect("plant");
         let ([x, angle], [x_velocity, angle_velocity]) = (plant.qpos(), plant.qvel());
         let drawn = [x, angle, x_velocity, angle_velocity];
-        let drawn: Vec<String> = drawn
-            .iter()
-            .map(|v| format!("{:016x}", v.to_bits()))
-            .collect();
-        assert_eq!(
-            drawn.join(","),
-            fields["uniforms"],
-            "seed {}",
-            fields["seed"]
-        );
+        let drawn = drawn
+            .map(|value| format!("{:016x}", value.to_bits()))
+            .join(",");
+        assert_eq!(drawn, fields["uniforms"], "seed {}", fields["seed"]);
     }
 }
 
 #[test]
 fn a_deeper_queue_hides_the_drops_and_changes_nothing_else() {
     for seed in 0..3 {
-        let run = |setup| {
+        let [shallow, deep] = ["control-hz 5", "control-hz 5, queue-depth 100"].map(|setup| {
             run_bytes(&Config {
                 seed,
                 ..config(setup)
             })
-        };
-        let (shallow, deep) = (run("control-hz 5"), run("control-hz 5, queue-depth 100"));
+        });
         assert!(shallow.summary.topic(OBS).dropped > 0);
         assert_eq!(deep.summary.topic(OBS).dropped, 0);
         assert!(shallow.steps == deep.steps, "seed {seed} fell differently");

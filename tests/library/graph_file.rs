@@ -41,7 +41,9 @@ fn chains(text: &str, knobs: &[&str]) -> Vec<String> {
 /// The lines about chains at the end of a run.
 pub fn chain_lines(text: &str, summary: &Summary) -> Vec<String> {
     let system = system(text).expect("a graph");
-    system.chain_lines(summary.sim_time, &summary.chains, &[])
+    let chains = system.about().chains.iter();
+    let lines = chains.map(|chain| chain.line(summary.sim_time, &summary.chains, &[]));
+    lines.collect()
 }
 
 const PAIR: &str = r#"
@@ -97,7 +99,7 @@ fn a_chain_whose_last_node_crashes_grows_old_until_the_end() {
     let graph = system(PAIR).expect("a graph");
     let experiment = Experiment::new(graph.clone(), &config).expect("a graph");
     let summary = experiment.run().expect("no fault");
-    let crashed = &graph.chain_lines(summary.sim_time, &summary.chains, &[])[0];
+    let crashed = &chain_lines(PAIR, &summary)[0];
     assert_ne!(crashed, line);
     // The image of 1.9 s is the last one that came through.
     assert!(crashed.contains("greatest 8100.0 ms"), "{crashed}");
@@ -155,7 +157,7 @@ fn a_chain_follows_its_named_path_where_several_topics_are_read() {
 
 #[test]
 fn settings_are_knobs_that_those_of_a_run_replace() {
-    let settings = system(PAIR).expect("a graph").settings();
+    let settings = system(PAIR).expect("a graph").about().setup();
     let knobs: Vec<String> = settings.iter().map(ToString::to_string).collect();
     assert_eq!(
         knobs,
@@ -284,9 +286,12 @@ fn a_chain_from_the_sensor_of_a_system_counts_from_its_sensing() {
 #[test]
 fn overload_is_known_before_the_run() {
     let system = system(PAIR).expect("a graph");
-    assert_eq!(system.warnings(&system.settings()), Vec::<String>::new());
+    assert_eq!(
+        system.warnings(&system.about().setup()),
+        Vec::<String>::new()
+    );
     let knob = "takes camera 120".parse().expect("a knob");
-    let warnings = system.warnings(&system.settings().with(knob));
+    let warnings = system.warnings(&system.about().setup().with(knob));
     assert_eq!(warnings.len(), 1, "{warnings:?}");
     assert!(
         warnings[0].contains("120 ms at 10 Hz is 120 %"),
@@ -294,211 +299,28 @@ fn overload_is_known_before_the_run() {
     );
 }
 
-/// A graph of one node, with `more` from line 4 on.
-fn after_a_node(more: &str) -> String {
-    format!("name = \"g\"\n[node.camera]\nrate = 30\n{more}")
-}
-
 #[test]
-#[allow(clippy::too_many_lines)] // A table.
 fn errors_have_a_place_and_a_remedy() {
-    for (text, place, what) in [
-        (
-            "nme = \"g\"\n".to_owned(),
-            (1, 1),
-            "unknown key \"nme\": did you mean \"name\"?",
-        ),
-        (
-            "name = \"a b\"\n".to_owned(),
-            (1, 8),
-            "\"a b\" is no name: expected letters",
-        ),
-        (
-            "name = \"g\"\n".to_owned(),
-            (1, 1),
-            "the graph has no nodes",
-        ),
-        ("name = \"g\n".to_owned(), (1, 10), "not TOML:"),
-        (
-            after_a_node("rte = 3\n"),
-            (4, 1),
-            "unknown key \"rte\": did you mean \"rate\"?",
-        ),
-        (
-            after_a_node("triger = \"/x\"\n"),
-            (4, 1),
-            "unknown key \"triger\": did you mean \"trigger\"?",
-        ),
-        (
-            after_a_node("[nod.x]\n"),
-            (4, 2),
-            "unknown key \"nod\": did you mean \"node\"?",
-        ),
-        (
-            after_a_node("takes = \"fast\"\n"),
-            (4, 9),
-            "takes: \"fast\" is no duration: expected",
-        ),
-        (
-            after_a_node("takes = -3\n"),
-            (4, 9),
-            "takes: \"-3\" is no duration: expected",
-        ),
-        (
-            after_a_node("takes = true\n"),
-            (4, 9),
-            "takes: expected a number or a text in quotes, as in the knob takes NODE",
-        ),
-        (
-            after_a_node("deadline_ms = 1e-9\n"),
-            (4, 15),
-            "deadline_ms: expected milliseconds from 0.001 to 1000000000",
-        ),
-        (
-            after_a_node("takes = \"recorded:x.rrd\"\n"),
-            (4, 9),
-            "for the command line",
-        ),
-        (
-            after_a_node("[node.b]\nrate = 0\n"),
-            (5, 8),
-            "\"0\" is not a rate: expected 0.001 to",
-        ),
-        (
-            after_a_node("[node.b]\nrate = 1e99\n"),
-            (5, 8),
-            "\"1e99\" is not a rate",
-        ),
-        (
-            after_a_node("[node.b]\nrate = nan\n"),
-            (5, 8),
-            "is not a rate",
-        ),
-        (after_a_node("[node.b]\n"), (4, 7), "node \"b\" has no rate"),
-        (
-            after_a_node("[node.camera]\nrate = 1\n"),
-            (4, 7),
-            "\"camera\" is here twice",
-        ),
-        (
-            after_a_node("[node.\"a b\"]\nrate = 1\n"),
-            (4, 7),
-            "is no name",
-        ),
-        (
-            after_a_node("reads = [\"/x\"]\n"),
-            (4, 10),
-            "no node publishes \"/x\": there are none",
-        ),
-        (
-            after_a_node("publishes = [\"image\"]\n"),
-            (4, 14),
-            "\"image\" is no topic",
-        ),
-        (
-            after_a_node("publishes = [\"/chains\"]\n"),
-            (4, 14),
-            "/chains has the data ages",
-        ),
-        (
-            after_a_node("publishes = [\"/a\", \"/a\"]\n"),
-            (4, 20),
-            "\"/a\" is there twice",
-        ),
-        (
-            after_a_node("publishes = [1]\n"),
-            (4, 13),
-            "publishes: expected a list of topics",
-        ),
-        (
-            after_a_node("[topic.\"/x\"]\n"),
-            (4, 8),
-            "no node publishes \"/x\"",
-        ),
-        (
-            after_a_node("publishes = [\"/x\"]\n[topic.\"/x\"]\nlink = \"delay:3\"\n"),
-            (5, 8),
-            "\"/x\" has no reader: leave link out",
-        ),
-        (
-            after_a_node("publishes = [\"/x\"]\n[topic.\"/x\"]\ndepth = 0\n"),
-            (6, 9),
-            "\"0\" is not a queue depth",
-        ),
-        (
-            after_a_node("publishes = [\"/image\"]\n[chain.c]\npath = [\"camera\", \"/imag\"]\n"),
-            (6, 19),
-            "camera does not publish \"/imag\": did you mean \"/image\"?",
-        ),
-        (
-            after_a_node("[chain.c]\npath = [\"camera\"]\n"),
-            (4, 8),
-            "has no way to go",
-        ),
-        (
-            after_a_node("[chain.c]\npath = [\"camra\", \"/x\"]\n"),
-            (5, 9),
-            "did you mean \"camera\"?",
-        ),
-        (
-            after_a_node("subscribes = [\"/x\"]\n"),
-            (4, 1),
-            "did you mean \"reads\"?",
-        ),
-        (
-            after_a_node("[chain.c]\npath = [\"camera\", \"camra\"]\n"),
-            (5, 19),
-            "take turns",
-        ),
-        (
-            after_a_node(
-                "publishes = [\"/x\"]\n[chain.c]\npath = [\"camera\", \"/x\"]\nshare = 2\n",
-            ),
-            (7, 9),
-            "share: expected a number above 0, up to 1",
-        ),
-        (
-            after_a_node(
-                "publishes = [\"/x\"]\n[chain.c]\npath = [\"camera\", \"/x\"]\nshare = 1\n",
-            ),
-            (5, 8),
-            "has a share without a limit",
-        ),
-        (
-            after_a_node("[system]\nname = \"cartpole\"\n"),
-            (5, 8),
-            "did you mean \"cart-pole\"?",
-        ),
-        (
-            after_a_node("[system]\nname = \"cart-pole\"\nremap = { \"/x\" = \"/y\" }\n"),
-            (6, 11),
-            "\"/x\" has no reader that can be remapped: expected /obs or /action",
-        ),
-        (
-            after_a_node("[system]\nname = \"cart-pole\"\nremap = { \"/obs\" = \"/y\" }\n"),
-            (6, 20),
-            "\"/y\" is no way from \"/obs\": 0 nodes publish",
-        ),
-        (
-            after_a_node("[node.sensor]\nrate = 3\n[system]\nname = \"cart-pole\"\n"),
-            (4, 7),
-            "the system has a node \"sensor\" already",
-        ),
-        (
-            "x".repeat(2 << 20),
-            (1, 1),
-            "2097152 bytes: expected up to 1048576",
-        ),
-    ] {
-        let error = system(&text).map(|_| "no error").expect_err(&text);
-        let (line, column) = place;
-        assert_eq!(
-            (error.line, error.column),
-            (line, column),
-            "{error}\n{text}"
+    let cases = include_str!("../fixtures/graph_errors.txt").split("\n\n");
+    let mut count = 0;
+    for case in cases.skip(1) {
+        let (said, text) = case.split_once('\n').expect("a file");
+        let (place, what) = said.split_once(": ").expect("a place");
+        let error = system(text)
+            .map(|_| "no error")
+            .expect_err(case)
+            .to_string();
+        let rest = error.strip_prefix(&format!("{place}: "));
+        assert!(
+            rest.is_some_and(|rest| rest.contains(what)),
+            "{error}, not {case}"
         );
-        assert!(error.what.contains(what), "{error}: expected {what:?}");
+        count += 1;
     }
+    assert_eq!(count, 67);
+    let large = GraphFile::parse(&"x".repeat(2 << 20)).expect_err("too large");
+    let said = "line 1, column 1: 2097152 bytes: expected up to 1048576";
+    assert_eq!(large.to_string(), said);
 }
 
 #[test]

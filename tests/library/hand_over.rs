@@ -60,7 +60,7 @@ fn a_graph_that_is_handed_over_and_back_continues_where_it_was() {
         let virtual_again = |time: &&Time| **time < to_real || **time > after;
         let grid: Vec<Time> = (0..periods).map(|tick| secs(tick as f64 / rate)).collect();
         for time in times.iter().filter(virtual_again) {
-            let near = |due: &Time| due.since(*time).max(time.since(*due)) <= Time::TICK;
+            let near = |due: &Time| due.since(*time).max(time.since(*due)) <= Time::RESOLUTION;
             assert!(grid.iter().any(near), "{name} left its grid at {time:?}");
         }
     }
@@ -105,9 +105,9 @@ fn messages_in_flight_at_a_hand_over_trigger_their_nodes() {
         let link = "link /far delay:30".parse().expect("a knob");
         graph.turn(&link).expect("a topic");
         // As threads that are stopped: nobody hears of the arrival.
-        let nodes = graph.take_in_hand();
+        let crews = graph.apart();
         far.publisher().publish(1, Time::ZERO, None);
-        nodes.put_back(&mut graph);
+        drop(crews);
         run_virtual(&mut graph, Vec::new(), secs(0.5));
         assert!(ticks.try_iter().eq([secs(0.03)]));
     }

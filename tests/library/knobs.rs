@@ -1,12 +1,20 @@
-//! Timed knobs as text: written knobs parse again, and invalid ones are refused with the
-//! line, the value and the expected form.
+//! Knobs as text and as JSON: whatever is written is refused in one line, or means what it prints;
+//! a printed list of timed knobs is read again.
+
+use std::sync::Arc;
 
 use proptest::prelude::*;
-use ratelab::{Knob, Time, TimedKnob};
+use ratelab::{Command, Knob, Time, TimedKnob};
 use ratelab_cart_pole::CartPole;
-use ratelab_study::system::{KnobText, KnobTextError};
+use ratelab_study::{
+    experiment::{Config, Experiment},
+    system::{KnobText, KnobTextError, WorldKind},
+};
 
-use crate::support::{depth, hz, knobs, secs};
+use crate::{
+    support::{checked_knob, depth, hz, knobs, secs, specs::almost_knob},
+    table::rows,
+};
 
 /// Knobs with the aliases of the cart-pole.
 const KNOBS: KnobText = CartPole::KNOBS;
@@ -15,44 +23,232 @@ fn parse(text: &str) -> Result<Vec<TimedKnob>, KnobTextError> {
     KNOBS.parse_list(text)
 }
 
-/// Nodes and topics in the aliases of the cart-pole.
-const KNOWN: &[&str] = &["policy", "sensor", "/obs", "/action"];
-
-/// Names of nodes and topics, including those in [`KNOWN`].
-fn any_name() -> impl Strategy<Value = String> {
-    prop_oneof![
-        proptest::sample::select(KNOWN).prop_map(str::to_owned),
-        r"[a-z/#\\]{1,6}",
-    ]
+#[test]
+fn a_knob_is_printed_in_its_shortest_form_and_read_back_from_text_and_from_json() {
+    let cases = rows(
+        "link /obs delay:30                    | link /obs delay:30
+         link /obs delay:5..40.5,in-order      | link /obs delay:5..40.5,in-order
+         link /obs delay:lognormal:10,50,loss:0.2,burst:0.01,4.5,reliable:40 \
+            | link /obs delay:lognormal:10,50,loss:0.2,burst:0.01,4.5,reliable:40
+         link /obs burst:0.1,3, delay:lognormal:5,9,loss:0 \
+            | link /obs delay:lognormal:5,9,burst:0.1,3
+         link /obs none                        | link /obs none
+         read /obs oldest                      | read /obs oldest
+         read /obs newest                      | read /obs newest
+         lose /obs 17                          | lose /obs 17
+         postpone /obs 17 0.5                  | postpone /obs 17 0.5
+         crash policy                          | crash policy
+         restart policy                        | restart policy
+         hang policy 90                        | hang policy 90
+         clock sensor -12.5 40                 | clock sensor -12.5 40
+         takes policy 30                       | takes policy 30
+         takes policy 60..110                  | takes policy 60..110
+         takes policy lognormal:30,90          | takes policy lognormal:30,90
+         takes policy busy 12.5                | takes policy busy 12.5
+         takes policy busy 0..0.000001         | takes policy busy 0..0.000001
+         takes policy 0                        | takes policy none
+         takes policy recorded:my runs/real.rrd | takes policy recorded:my runs/real.rrd
+         wakes sensor 0.25..3                  | wakes sensor 0.25..3
+         wakes sensor none                     | wakes sensor none
+         offset actuator 7.000001              | offset actuator 7.000001
+         offset actuator 0                     | offset actuator 0",
+    );
+    for [text, printed] in cases {
+        let knob = checked_knob(&text).expect(&text);
+        assert_eq!(knob.to_string(), printed);
+        let json = serde_json::to_string(&Command::Set(knob.clone())).expect("JSON");
+        let read: Command = serde_json::from_str(&json).expect("a command");
+        assert_eq!(read, Command::Set(knob), "{json}");
+    }
+    let [one, other] = ["lose /obs 1", "lose /obs 2"].map(|text| checked_knob(text).expect(text));
+    assert!(!one.is_of(&other));
 }
 
-fn any_knob() -> impl Strategy<Value = Knob> {
-    let rate = (1_000..=10_000_000_000_u64).prop_map(|micro| hz(micro as f64 / 1e6));
-    let depth = (1..=1_000_000_usize).prop_map(depth);
-    let text = r"[a-z./#\\]{1,9}( [a-z#\\]{1,5})?";
-    prop_oneof![
-        (any_name(), rate).prop_map(|(node, hz)| Knob::Rate { node, hz }),
-        (any_name(), depth).prop_map(|(topic, depth)| Knob::Depth { topic, depth }),
-        (any_name(), text).prop_map(|(node, text)| Knob::Send { node, text }),
-    ]
+#[test]
+fn an_invalid_knob_is_refused_in_one_line_with_the_accepted_values() {
+    let cases = rows(
+        r#"
+        link /obs                     | expected link TOPIC SPEC
+        link /obs delay:-1            | delay:lognormal:MEDIAN,P99
+        link /obs delay:NaN           | "NaN" is no delay
+        link /obs delay:9..3          | delay:A..B
+        link /obs delay:recorded:a.rrd | is no delay
+        link /obs loss:1.5            | expected 0 to 1
+        link /obs loss:NaN            | expected 0 to 1
+        link /obs loss:-0.1           | expected 0 to 1
+        link /obs burst:0.1           | expected burst:P,N
+        link /obs burst:0.1,0.5       | expected 1 to
+        link /obs loss:0.1,loss:0.2   | loss is there twice
+        link /obs loss:1,reliable:40  | expected less than 1
+        link /obs slow                | "slow" is no part of a link
+        link /obs delay:3,,loss:0.1   | "" is no part of a link
+        link /obs none,loss:0.1       | "none" is no part
+        read /obs first               | expected newest or oldest
+        lose /obs -1                  | expected lose TOPIC N
+        postpone /obs 3               | expected postpone TOPIC N MS
+        postpone /obs 3 -4            | expected milliseconds
+        crash policy now              | expected crash NODE
+        crash                         | is not a knob
+        hang policy long              | expected milliseconds
+        clock policy 5                | expected OFFSET_MS DRIFT_PPM
+        clock policy 5 1e9            | 500000 ppm
+        clock policy NaN 0            | is no error of a clock
+        takes policy -1               | expected milliseconds such as 30
+        takes policy soon             | "soon" is no duration
+        takes policy busy             | "busy" is no duration
+        takes policy 9..3             | expected A..B, A first
+        takes policy lognormal:30     | expected lognormal:MEDIAN,P99
+        takes policy lognormal:90,30  | in this order
+        takes policy lognormal:0,30   | above zero
+        takes policy recorded:        | expected recorded:FILE
+        takes policy NaN              | is no duration
+        offset policy 1e300           | is not a duration
+        offset policy -0.1            | 0 to 1000000000
+        wakes policy busy 3           | is no duration
+        "#,
+    );
+    for [text, part] in cases {
+        let error = checked_knob(&text).expect_err(&text);
+        assert!(error.contains(&part), "{text}: {error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+}
+
+#[test]
+fn an_invalid_timed_knob_is_refused_with_line_value_and_expected_form() {
+    let rate = "is not a rate: expected 0.001 to 10000 ticks per second";
+    let depth = "is not a queue depth: expected a whole number from 1 to 1000000";
+    let known = "control-hz, sensor-hz, queue-depth, policy, think-ms, on-stale, rate, depth, send, \
+                 takes, offset, wakes, link, read, lose, postpone, crash, restart, hang or clock";
+    let cases = rows(
+        r"
+        1 control-hz           | 1 control-hz     | SHAPE
+        1 control-hz 10 20     | control-hz 10 20 | is not a knob: expected control-hz HZ
+        1 rate policy          | rate policy      | is not a knob: expected rate NODE HZ
+        1 depth /obs 1 2       | depth /obs 1 2   | is not a knob: expected depth TOPIC N
+        1 send policy          | send policy      | is not a knob: expected send NODE TEXT
+        now control-hz 10      | now              | TIME
+        -1 control-hz 10       | -1               | TIME
+        NaN control-hz 10      | NaN              | TIME
+        inf control-hz 10      | inf              | TIME
+        1e300 control-hz 10    | 1e300            | TIME
+        1 policy-hz 10         | policy-hz        | is not a knob: expected KNOWN
+        1 control-hz 0         | 0                | RATE
+        1 control-hz NaN       | NaN              | RATE
+        1 sensor-hz 1e9        | 1e9              | RATE
+        1 sensor-hz fast       | fast             | RATE
+        1 queue-depth 0        | 0                | DEPTH
+        1 queue-depth 1.5      | 1.5              | DEPTH
+        1 queue-depth -1       | -1               | DEPTH
+        ",
+    );
+    for [line, value, expected] in cases {
+        let expected = expected
+            .replace(
+                "SHAPE",
+                "is not a timed knob: expected seconds, knob and value, such as 2.5 rate NODE 10",
+            )
+            .replace("TIME", "is not a time: expected seconds, zero or more")
+            .replace("KNOWN", known)
+            .replace("RATE", rate)
+            .replace("DEPTH", depth);
+        let error = parse(&format!("# first\n0 control-hz 10\n{line}")).expect_err(&line);
+        assert_eq!(error.to_string(), format!("line 3: {value:?} {expected}"));
+    }
+}
+
+fn rate(seconds: f64, node: &str, rate: f64) -> TimedKnob {
+    let (node, hz) = (node.to_owned(), hz(rate));
+    let (at, knob) = (secs(seconds), Knob::Rate { node, hz });
+    TimedKnob { at, knob }
+}
+
+#[test]
+fn comments_and_empty_lines_are_ignored_and_underscores_accepted_for_dashes() {
+    let text =
+        "# all of it\n\n  0 control-hz 10 # slow\r\n\t\n2.5\tsensor-hz  33.3\n#3 queue-depth 0";
+    let expected = vec![rate(0.0, "policy", 10.0), rate(2.5, "sensor", 33.3)];
+    assert_eq!(parse(text), Ok(expected));
+    assert_eq!(parse(""), Ok(Vec::new()));
+    let text = "1 control_hz 10\n1 sensor_hz 20\n1 queue_depth 3";
+    assert_eq!(parse(text), parse(&text.replace('_', "-")));
+    assert_eq!(parse(text).map(|knobs| knobs.len()), Ok(4));
+}
+
+#[test]
+fn knobs_are_written_by_an_alias_where_it_has_them_all_at_one_time_with_one_value() {
+    let cases = rows(
+        r"
+        0 control-hz 10                      | 0 control-hz 10
+        2.5 rate sensor 33.3                 | 2.5 sensor-hz 33.3
+        0.000000001 queue-depth 100          | 0.000000001 queue-depth 100
+        3 send policy lqr                    | 3 policy lqr
+        3.5 policy my policies/first.pt      | 3.5 policy my policies/first.pt
+        4 rate actuator 100                  | 4 rate actuator 100
+        5 depth /obs 2                       | 5 depth /obs 2
+        6 send sensor be quiet               | 6 send sensor be quiet
+        1 depth /obs 8\n1 depth /action 8    | 1 queue-depth 8
+        1 depth /obs 8\n2 depth /action 8    | 1 depth /obs 8\n2 depth /action 8
+        1 depth /obs 8\n1 depth /action 9    | 1 depth /obs 8\n1 depth /action 9
+        1 depth /obs 8\n1 rate sensor 5\n1 depth /action 8 | 1 depth /obs 8\n1 sensor-hz 5\n1 depth /action 8
+        ",
+    );
+    for [list, written] in cases {
+        assert_eq!(KNOBS.lines(&knobs(&list)).join("\n"), written);
+    }
+}
+
+#[test]
+fn a_comment_begins_at_a_hash_at_the_start_or_after_white_space() {
+    let policy = |path: &str| {
+        let (node, text) = ("policy".to_owned(), path.to_owned());
+        let (at, knob) = (secs(2.5), Knob::Send { node, text });
+        TimedKnob { at, knob }
+    };
+    for (line, path) in [
+        ("2.5 policy ./a#b.pt", "./a#b.pt"),
+        ("2.5 policy ./a#b.pt # ./c.pt", "./a#b.pt"),
+        ("2.5 policy ./a.pt\t#b.pt", "./a.pt"),
+        (r"2.5 policy ./a \#b.pt # c", "./a #b.pt"),
+        (r"2.5 policy \#a", "#a"),
+        (r"2.5 policy ./a\#b \\#c", r"./a\#b \#c"),
+    ] {
+        let expected = Ok(vec![policy(path)]);
+        assert_eq!(parse(line), expected, "{line}");
+        assert_eq!(parse(&KNOBS.lines(&[policy(path)])[0]), expected);
+    }
+    assert_eq!(KNOBS.lines(&[policy("./a#b.pt")]), ["2.5 policy ./a#b.pt"]);
+}
+
+/// Names of nodes and topics, including those in the aliases of the cart-pole.
+fn any_name() -> impl Strategy<Value = String> {
+    let known = proptest::sample::select(vec!["policy", "sensor", "/obs", "/action"]);
+    prop_oneof![known.prop_map(str::to_owned), r"[a-z/#\\]{1,6}"]
 }
 
 fn any_timed_knob() -> impl Strategy<Value = TimedKnob> {
+    let rate = (1_000..=10_000_000_000_u64).prop_map(|micro| hz(micro as f64 / 1e6));
+    let depth = (1..=1_000_000_usize).prop_map(depth);
+    let text = r"[a-z./#\\]{1,9}( [a-z#\\]{1,5})?";
+    let knob = prop_oneof![
+        (any_name(), rate).prop_map(|(node, hz)| Knob::Rate { node, hz }),
+        (any_name(), depth).prop_map(|(topic, depth)| Knob::Depth { topic, depth }),
+        (any_name(), text).prop_map(|(node, text)| Knob::Send { node, text }),
+    ];
     // Seconds are parsed in double precision: exact to the nanosecond for fifty days.
     let time = (0..1u64 << 52).prop_map(Time::from_nanos);
-    (time, any_knob()).prop_map(|(at, knob)| TimedKnob { at, knob })
+    (time, knob).prop_map(|(at, knob)| TimedKnob { at, knob })
 }
 
 /// Knobs with a common time, some of them covered by one alias.
 fn turned_together() -> impl Strategy<Value = Vec<TimedKnob>> {
     let topics = proptest::sample::subsequence(vec!["/obs", "/action"], 1..=2);
     (any_timed_knob(), topics, 1..3_usize).prop_map(|(first, topics, messages)| {
-        let deep = topics.into_iter().map(|topic| Knob::Depth {
-            topic: topic.to_owned(),
-            depth: depth(messages),
+        let deep = topics.into_iter().map(|topic| {
+            let (topic, depth) = (topic.to_owned(), depth(messages));
+            let (at, knob) = (first.at, Knob::Depth { topic, depth });
+            TimedKnob { at, knob }
         });
-        let at = first.at;
-        let deep = deep.map(|knob| TimedKnob { at, knob });
         deep.chain([first.clone()]).collect()
     })
 }
@@ -63,166 +259,88 @@ fn almost_knobs() -> impl Strategy<Value = String> {
     proptest::collection::vec(word, 0..20).prop_map(|words| words.join(" "))
 }
 
+/// So many cases, or as many as `RATELAB_CASES` asks for.
+fn cases(usual: u32) -> ProptestConfig {
+    let asked = std::env::var("RATELAB_CASES").ok();
+    ProptestConfig::with_cases(asked.and_then(|n| n.parse().ok()).unwrap_or(usual))
+}
+
+/// The knobs in `text`, held to what is promised of any text.
+fn held(text: &str) -> Result<Vec<Knob>, TestCaseError> {
+    let knobs = match KNOBS.parse(text) {
+        Ok(knobs) => knobs,
+        Err(error) => {
+            let error = error.to_string();
+            prop_assert_eq!(error.lines().count(), 1, "{}", error);
+            prop_assert!(error.contains("expected"), "{}", error);
+            return Ok(Vec::new());
+        }
+    };
+    for knob in &knobs {
+        let printed = knob.to_string();
+        let parsed = printed.parse::<Knob>();
+        prop_assert_eq!(parsed.as_ref(), Ok(knob), "{}", printed);
+        let json = serde_json::to_string(knob).expect("JSON");
+        let read: Knob = serde_json::from_str(&json).expect("a knob");
+        prop_assert_eq!(&read, knob, "{}", json);
+    }
+    Ok(knobs)
+}
+
+proptest! {
+    #![proptest_config(cases(100_000))]
+    #[test]
+    fn any_knob_is_refused_in_one_line_or_means_what_is_read_back(text in almost_knob()) {
+        held(&text)?;
+    }
+}
+
 proptest! {
     #[test]
     fn a_list_of_knobs_that_is_written_is_read_again(
         groups in proptest::collection::vec(turned_together(), 0..10),
     ) {
         let knobs = groups.concat();
-        let text = KNOBS.lines(&knobs).join("\n");
-        prop_assert_eq!(parse(&text), Ok(knobs.clone()), "{}", text);
-        let plain = KnobText::default().lines(&knobs).join("\n");
-        prop_assert_eq!(parse(&plain), Ok(knobs), "{}", plain);
+        for aliases in [KNOBS, KnobText::default()] {
+            let text = aliases.lines(&knobs).join("\n");
+            prop_assert_eq!(parse(&text), Ok(knobs.clone()), "{}", text);
+        }
     }
 
     #[test]
-    fn any_text_is_read_or_refused(text in ".*") {
-        let _ = parse(&text);
+    fn any_list_is_read_as_it_is_written_or_refused_by_its_line(
+        text in prop_oneof![almost_knobs(), ".*".boxed()],
+    ) {
+        match parse(&text) {
+            Ok(knobs) => prop_assert_eq!(parse(&KNOBS.lines(&knobs).join("\n")), Ok(knobs)),
+            Err(error) => prop_assert!(error.to_string().starts_with("line "), "{}", error),
+        }
     }
+}
 
+proptest! {
+    #![proptest_config(cases(300))]
     #[test]
-    fn any_text_that_resembles_knobs_is_read_or_refused(text in almost_knobs()) {
-        let _ = parse(&text);
+    fn any_knobs_run_or_are_refused_in_one_line(
+        texts in proptest::collection::vec((almost_knob(), 0..200_u64), 1..6),
+        own: bool,
+    ) {
+        let mut config = Config {
+            end: secs(0.3),
+            world: if own { WorldKind::OWN } else { WorldKind::Course },
+            ..Config::default()
+        };
+        for (text, ms) in texts {
+            let at = Time::from_nanos(ms * 1_000_000);
+            let knobs = held(&text)?.into_iter();
+            match ms % 2 {
+                0 => config.setup.extend(knobs),
+                _ => config.knobs.extend(knobs.map(|knob| TimedKnob { at, knob })),
+            }
+        }
+        match Experiment::new(Arc::new(CartPole::default()), &config) {
+            Ok(experiment) => drop(experiment.run().expect("no node fails")),
+            Err(error) => prop_assert_eq!(error.to_string().lines().count(), 1),
+        }
     }
-}
-
-fn rate(seconds: f64, node: &str, rate: f64) -> TimedKnob {
-    let (node, hz) = (node.to_owned(), hz(rate));
-    TimedKnob {
-        at: secs(seconds),
-        knob: Knob::Rate { node, hz },
-    }
-}
-
-#[test]
-fn comments_and_empty_lines_are_ignored() {
-    let text =
-        "# all of it\n\n  0 control-hz 10 # slow\r\n\t\n2.5\tsensor-hz  33.3\n#3 queue-depth 0";
-    let expected = vec![rate(0.0, "policy", 10.0), rate(2.5, "sensor", 33.3)];
-    assert_eq!(parse(text), Ok(expected));
-    assert_eq!(parse(""), Ok(Vec::new()));
-}
-
-#[test]
-fn underscores_are_accepted_for_dashes() {
-    let text = "1 control_hz 10\n1 sensor_hz 20\n1 queue_depth 3";
-    assert_eq!(parse(text), parse(&text.replace('_', "-")));
-    assert_eq!(parse(text).map(|knobs| knobs.len()), Ok(4));
-}
-
-#[test]
-fn a_knob_is_written_by_its_alias_where_it_has_one() {
-    for (line, written) in [
-        ("0 control-hz 10", "0 control-hz 10"),
-        ("2.5 rate sensor 33.3", "2.5 sensor-hz 33.3"),
-        ("0.000000001 queue-depth 100", "0.000000001 queue-depth 100"),
-        ("3 send policy lqr", "3 policy lqr"),
-        (
-            "3.5 policy my policies/first.pt",
-            "3.5 policy my policies/first.pt",
-        ),
-        ("4 rate actuator 100", "4 rate actuator 100"),
-        ("5 depth /obs 2", "5 depth /obs 2"),
-        ("6 send sensor be quiet", "6 send sensor be quiet"),
-    ] {
-        assert_eq!(KNOBS.lines(&knobs(line)), [written], "{line}");
-    }
-}
-
-#[test]
-fn knobs_are_written_as_one_alias_only_with_the_same_time_and_value() {
-    for (list, written) in [
-        ("1 depth /obs 8\n1 depth /action 8", "1 queue-depth 8"),
-        (
-            "1 depth /obs 8\n2 depth /action 8",
-            "1 depth /obs 8\n2 depth /action 8",
-        ),
-        (
-            "1 depth /obs 8\n1 depth /action 9",
-            "1 depth /obs 8\n1 depth /action 9",
-        ),
-        (
-            "1 depth /obs 8\n1 rate sensor 5\n1 depth /action 8",
-            "1 depth /obs 8\n1 sensor-hz 5\n1 depth /action 8",
-        ),
-    ] {
-        assert_eq!(KNOBS.lines(&knobs(list)).join("\n"), written);
-    }
-}
-
-#[test]
-fn invalid_knobs_are_refused_with_line_value_and_expected_form() {
-    let shape = "is not a timed knob: expected seconds, knob and value, such as 2.5 rate NODE 10";
-    let time = "is not a time: expected seconds, zero or more";
-    let name = "is not a knob: expected control-hz, sensor-hz, queue-depth, policy, \
-                think-ms, on-stale, rate, depth, send, takes, offset, wakes, link, read, lose, postpone, crash, \
-                restart, hang or clock";
-    let rate = "is not a rate: expected 0.001 to 10000 ticks per second";
-    let depth = "is not a queue depth: expected a whole number from 1 to 1000000";
-    let cases = [
-        ("1 control-hz", "1 control-hz", shape),
-        (
-            "1 control-hz 10 20",
-            "control-hz 10 20",
-            "is not a knob: expected control-hz HZ",
-        ),
-        (
-            "1 rate policy",
-            "rate policy",
-            "is not a knob: expected rate NODE HZ",
-        ),
-        (
-            "1 depth /obs 1 2",
-            "depth /obs 1 2",
-            "is not a knob: expected depth TOPIC N",
-        ),
-        (
-            "1 send policy",
-            "send policy",
-            "is not a knob: expected send NODE TEXT",
-        ),
-        ("now control-hz 10", "now", time),
-        ("-1 control-hz 10", "-1", time),
-        ("NaN control-hz 10", "NaN", time),
-        ("inf control-hz 10", "inf", time),
-        ("1e300 control-hz 10", "1e300", time),
-        ("1 policy-hz 10", "policy-hz", name),
-        ("1 control-hz 0", "0", rate),
-        ("1 control-hz NaN", "NaN", rate),
-        ("1 sensor-hz 1e9", "1e9", rate),
-        ("1 sensor-hz fast", "fast", rate),
-        ("1 queue-depth 0", "0", depth),
-        ("1 queue-depth 1.5", "1.5", depth),
-        ("1 queue-depth -1", "-1", depth),
-    ];
-    for (line, value, expected) in cases {
-        let error = parse(&format!("# first\n0 control-hz 10\n{line}")).expect_err(line);
-        assert_eq!(error.to_string(), format!("line 3: {value:?} {expected}"));
-    }
-}
-
-#[test]
-fn a_comment_begins_at_a_hash_at_the_start_or_after_white_space() {
-    let policy = |path: &str| TimedKnob {
-        at: secs(2.5),
-        knob: Knob::Send {
-            node: "policy".to_owned(),
-            text: path.to_owned(),
-        },
-    };
-    for (line, path) in [
-        ("2.5 policy ./a#b.pt", "./a#b.pt"),
-        ("2.5 policy ./a#b.pt # ./c.pt", "./a#b.pt"),
-        ("2.5 policy ./a.pt\t#b.pt", "./a.pt"),
-        (r"2.5 policy ./a \#b.pt # c", "./a #b.pt"),
-        (r"2.5 policy \#a", "#a"),
-        (r"2.5 policy ./a\#b \\#c", r"./a\#b \#c"),
-    ] {
-        assert_eq!(parse(line), Ok(vec![policy(path)]), "{line}");
-        assert_eq!(
-            parse(&KNOBS.lines(&[policy(path)])[0]),
-            Ok(vec![policy(path)])
-        );
-    }
-    assert_eq!(KNOBS.lines(&[policy("./a#b.pt")]), ["2.5 policy ./a#b.pt"]);
 }

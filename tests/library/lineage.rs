@@ -4,62 +4,51 @@ use std::sync::{Arc, Mutex};
 
 use proptest::prelude::*;
 use ratelab::{
-    Clock, ClockExit, Command, GO_ON, Graph, Inbox, Node, Publisher, PushRecorder, Subscription,
-    Tick, Time, TimedCommand, Topic, VirtualClock,
+    ClockExit, GO_ON, Graph, Node, Publisher, PushRecorder, Subscription, Tick, Time, Topic,
 };
-use ratelab_account::{Lineage, Observer, PushAgeView, Tap, TapHandle, TapMessage};
+use ratelab_account::{Lineage, Observer, PushAgeView, TapHandle};
 use ratelab_effects::Effects;
 
-use crate::support::{depth, hz, secs};
+use crate::support::{at, depth, knob, run_virtual, secs};
 
 /// The messages behind a message: topics and sequence numbers, from the sensing on.
 type Chain = Vec<(usize, u64)>;
 
-/// A node that passes on the newest of what it reads, with what is behind it.
-struct Relay {
-    inputs: Vec<Subscription<Chain>>,
-    output: Publisher<Chain>,
-    topic: usize,
-    published: u64,
-}
-
-impl Node for Relay {
-    fn tick(&mut self, now: Time) -> Tick {
-        let reads = self.inputs.iter_mut().filter_map(|input| input.latest(now));
-        let freshest = reads.max_by_key(|message| message.sensed());
-        if freshest.is_none() && !self.inputs.is_empty() {
-            return GO_ON;
-        }
-        let sensed = freshest.as_ref().map(|message| message.sensed());
-        let mut chain = freshest.map_or_else(Vec::new, |message| message.data);
-        chain.push((self.topic, self.published));
-        self.published += 1;
-        self.output.publish(chain, now, sensed);
-        GO_ON
-    }
-}
-
 /// Run times at which something was applied, the sensing behind it, and its chain.
 type Applied = Arc<Mutex<Vec<(Time, Time, Chain)>>>;
 
-/// A node that applies what it reads.
-struct Actor {
-    input: Subscription<Chain>,
+/// A node that passes on the newest of what it reads, with what is behind it; the last one
+/// applies it.
+struct Link {
+    inputs: Vec<Subscription<Chain>>,
+    output: Option<(usize, Publisher<Chain>)>,
+    published: u64,
     command: Option<(Time, Chain)>,
-    age: PushRecorder,
+    age: Option<PushRecorder>,
     applied: Applied,
 }
 
-impl Node for Actor {
+impl Node for Link {
     fn tick(&mut self, now: Time) -> Tick {
-        let read = self.input.latest(now);
-        self.command = read.map(|message| (message.sensed(), message.data));
+        let reads = self.inputs.iter_mut().filter_map(|input| input.latest(now));
+        let freshest = reads.max_by_key(|message| message.sensed());
+        let Some((topic, output)) = &self.output else {
+            self.command = freshest.map(|message| (message.sensed(), message.data));
+            return GO_ON;
+        };
+        if freshest.is_some() || self.inputs.is_empty() {
+            let sensed = freshest.as_ref().map(|message| message.sensed());
+            let mut chain = freshest.map_or_else(Vec::new, |message| message.data);
+            chain.push((*topic, self.published));
+            self.published += 1;
+            output.publish(chain, now, sensed);
+        }
         GO_ON
     }
 
     fn apply(&mut self, now: Time) -> Tick {
-        if let Some((sensed, chain)) = self.command.clone() {
-            self.age.push(now, sensed);
+        if let Some(((sensed, chain), age)) = self.command.clone().zip(self.age.as_mut()) {
+            age.push(now, sensed);
             self.applied.lock().expect("log").push((now, sensed, chain));
         }
         GO_ON
@@ -112,13 +101,6 @@ fn plans(most_inputs: usize) -> impl Strategy<Value = Plan> {
     })
 }
 
-/// The graph of a plan, its topics and what its last node applies.
-struct Built {
-    graph: Graph,
-    topics: Vec<Topic<Chain>>,
-    applied: Applied,
-}
-
 /// The topics that node `number` of a plan reads: the first none, the last one.
 fn inputs(plan: &Plan, number: usize) -> Vec<usize> {
     let (_, _, inputs) = &plan.nodes[number];
@@ -132,107 +114,72 @@ fn inputs(plan: &Plan, number: usize) -> Vec<usize> {
     inputs
 }
 
-fn built(plan: &Plan, seed: u64) -> Built {
+/// The graph of a plan, its topics, and what its last node applies.
+fn built(plan: &Plan, seed: u64) -> (Graph, Vec<Topic<Chain>>, Applied) {
     let last = plan.nodes.len() - 1;
     let mut graph = Graph::with(Effects);
     graph.set_seed(seed);
-    let topics: Vec<Topic<Chain>> = (0..last)
-        .map(|topic| Topic::new(format!("/t{topic}"), depth(1)))
-        .collect();
-    let applied = Applied::default();
+    let topics = (0..last).map(|topic| Topic::new(format!("/t{topic}"), depth(1)));
+    let (topics, applied) = (topics.collect::<Vec<_>>(), Applied::default());
     for (number, (rate, priority, _)) in plan.nodes.iter().enumerate() {
-        let inputs = inputs(plan, number);
         // Even and odd rates, so that instants are, too.
-        let rate = hz(f64::from(*rate) * 2.0);
+        let rate = f64::from(*rate) * 2.0;
         let added = graph.node(&format!("n{number}"), rate, *priority, |wiring| {
-            let inputs = inputs.iter().map(|of| wiring.subscription(&topics[*of]));
-            let mut inputs: Vec<_> = inputs.collect();
-            let node: Box<dyn FnMut(Time, bool) -> Tick + Send> = if number == last {
-                let mut actor = Actor {
-                    input: inputs.remove(0),
-                    command: None,
-                    age: wiring.push_age(),
-                    applied: applied.clone(),
-                };
-                Box::new(move |now, ends| {
-                    if ends {
-                        actor.apply(now)
-                    } else {
-                        actor.tick(now)
-                    }
-                })
-            } else {
-                let mut relay = Relay {
-                    inputs,
-                    output: wiring.publisher(&topics[number]),
-                    topic: number,
-                    published: 0,
-                };
-                Box::new(move |now, ends| if ends { GO_ON } else { relay.tick(now) })
-            };
-            AnyNode(node)
+            let inputs = inputs(plan, number).into_iter();
+            let output = topics
+                .get(number)
+                .map(|topic| (number, wiring.publisher(topic)));
+            Link {
+                inputs: inputs.map(|of| wiring.subscription(&topics[of])).collect(),
+                age: output.is_none().then(|| wiring.push_age()),
+                output,
+                published: 0,
+                command: None,
+                applied: applied.clone(),
+            }
         });
         added.expect("a node");
     }
-    Built {
-        graph,
-        topics,
-        applied,
-    }
+    (graph, topics, applied)
 }
 
 /// The lineage of a second of a plan, what was applied, and its age.
 fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, Option<PushAgeView>) {
     const ROOM: usize = 4_096;
-    let mut built = built(plan, seed);
-    let graph = &mut built.graph;
-    let commands = plan.knobs.iter().map(|(ms, knob)| TimedCommand {
-        at: Time::from_nanos(ms * 1_000_000),
-        command: Command::Set(knob.parse().expect(knob)),
-    });
-    let taps = built
-        .topics
-        .iter()
-        .map(|topic| TapHandle::of(graph).topic(topic, ROOM));
-    let taps: Vec<Tap<TapMessage<Chain>>> = taps.collect();
-    let ticks = TapHandle::of(graph).ticks(ROOM);
+    let (mut graph, topics, applied) = built(plan, seed);
+    let taps = TapHandle::of(&graph);
+    let (ticks, messages) = (
+        taps.ticks(ROOM),
+        topics.iter().map(|topic| taps.topic(topic, ROOM)),
+    );
+    let messages: Vec<_> = messages.collect();
     let mut lineage = Lineage::new(graph.topology());
-    let (_commander, mut inbox) = Inbox::new(commands.collect());
-    let exit = VirtualClock.run(graph, &mut inbox, secs(1.0));
-    assert_eq!(exit.expect("no fault"), ClockExit::Completed);
-    let observer = Observer::of(graph);
+    let commands = plan.knobs.iter();
+    let commands = commands.map(|(ms, text)| at(*ms as f64 / 1e3, knob(text).into()));
+    let exit = run_virtual(&mut graph, commands.collect(), secs(1.0));
+    assert_eq!(exit, ClockExit::Completed);
+    let observer = Observer::of(&graph);
     for timed in observer.events(0).iter().filter_map(|event| event.knob()) {
         lineage.knob(timed.at, &timed.knob);
     }
     let names = observer.topology().topics;
-    for (topic, tap) in built.topics.iter().zip(&taps) {
+    for (topic, tap) in topics.iter().zip(&messages) {
         let index = names.iter().position(|known| known.name == topic.name());
-        let index = index.expect("a topic");
-        for tapped in tap.items().try_iter() {
-            lineage.message(index, &tapped.head());
-        }
+        let heads = tap.items().try_iter().map(|tapped| tapped.head());
+        heads.for_each(|head| lineage.message(index.expect("a topic"), &head));
     }
     for (node, ticks) in ticks.iter().enumerate() {
-        let ticks = ticks.items().try_iter();
-        ticks.for_each(|tick| lineage.tick(node, tick));
+        ticks
+            .items()
+            .try_iter()
+            .for_each(|tick| lineage.tick(node, tick));
     }
     lineage.settle();
-    let applied = std::mem::take(&mut *built.applied.lock().expect("log"));
-    let mut nodes = observer.snapshot().nodes;
-    let age = nodes.pop().and_then(|actor| actor.push_age);
+    let snapshot = observer.snapshot();
+    let acts = snapshot.nodes.last();
+    let age = acts.and_then(|acts| acts.push_age.view(snapshot.now));
+    let applied = applied.lock().expect("log").clone();
     (lineage, applied, age)
-}
-
-struct AnyNode(Box<dyn FnMut(Time, bool) -> Tick + Send>);
-
-impl Node for AnyNode {
-    fn tick(&mut self, now: Time) -> Tick {
-        (self.0)(now, false)
-    }
-
-    fn apply(&mut self, now: Time) -> Tick {
-        (self.0)(now, true)
-    }
 }
 
 /// The chain behind a message, as the lineage has it.

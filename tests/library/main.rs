@@ -17,6 +17,8 @@ mod memory;
 mod own_costs;
 #[path = "../support/mod.rs"]
 mod support;
+#[path = "../support/table.rs"]
+mod table;
 
 mod approximate;
 mod architecture;
@@ -46,14 +48,11 @@ mod real_triggers;
 mod reproducibility;
 mod rerun;
 mod rows;
-mod specs;
 mod stability;
 mod swap;
 mod sweep;
 mod system;
 mod telemetry;
-#[cfg(all(target_arch = "x86_64", target_os = "linux"))]
-mod time;
 mod topic;
 mod verdict;
 mod world;

@@ -94,7 +94,7 @@ proptest! {
         rate.set_hz(micro_hz(after), now);
         prop_assert!(rate.due() >= now);
         prop_assert!(rate.due() > last);
-        let period = due(after, 1) + Time::TICK;
+        let period = due(after, 1) + Time::RESOLUTION;
         prop_assert!(rate.due() <= now + period.since(Time::ZERO));
         prop_assert!(on_grid(after, last, rate.due()), "anchored elsewhere");
     }
@@ -143,7 +143,19 @@ fn a_tick_that_is_due_right_now_is_not_missed() {
 }
 
 #[test]
-fn a_rate_that_never_ticked_is_due_at_once_at_any_rate() {
+fn a_new_rate_counts_from_the_last_due_time() {
+    for (case, before, last, after, now, due) in [
+        ("slower", 50.0, 1.0, 10.0, 1.01, 1.1),
+        ("faster", 10.0, 1.0, 50.0, 1.01, 1.02),
+        ("faster, without a burst", 1.0, 1.0, 50.0, 1.51, 1.52),
+        ("the same changes nothing", 50.0, 1.0, 50.0, 1.01, 1.02),
+    ] {
+        let mut rate = ticked(before, secs(last));
+        rate.set_hz(hz(after), secs(now));
+        assert_eq!((rate.due(), rate.hz()), (secs(due), hz(after)), "{case}");
+        assert!(before != after || rate.last_due() == Some(secs(last)));
+    }
+    // Before the first tick, it is due at once.
     for new in [0.001, 10.0, 10_000.0] {
         let mut rate = Rate::new(hz(50.0), Time::ZERO);
         rate.set_hz(hz(new), Time::ZERO);
@@ -151,110 +163,48 @@ fn a_rate_that_never_ticked_is_due_at_once_at_any_rate() {
     }
 }
 
-#[test]
-fn slowing_down_counts_from_the_last_due_time() {
-    let mut rate = ticked(50.0, secs(1.0));
-    rate.set_hz(hz(10.0), secs(1.01));
-    assert_eq!(rate.due(), secs(1.1));
-}
+const NO_NUMBERS: [f64; 5] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0, f64::MAX];
 
 #[test]
-fn speeding_up_counts_from_the_last_due_time() {
-    let mut rate = ticked(10.0, secs(1.0));
-    rate.set_hz(hz(50.0), secs(1.01));
-    assert_eq!(rate.due(), secs(1.02));
-}
-
-#[test]
-fn speeding_up_long_after_the_last_tick_starts_no_burst() {
-    let mut rate = ticked(1.0, secs(1.0));
-    rate.set_hz(hz(50.0), secs(1.51));
-    assert_eq!(rate.due(), secs(1.52));
-}
-
-#[test]
-fn the_same_rate_again_changes_nothing() {
-    let mut rate = ticked(50.0, secs(1.0));
-    rate.set_hz(hz(50.0), secs(1.01));
-    assert_eq!((rate.due(), rate.hz()), (secs(1.02), hz(50.0)));
-    assert_eq!(rate.last_due(), Some(secs(1.0)));
-}
-
-#[test]
-fn an_invalid_rate_is_refused_with_value_and_range() {
-    for wrong in [
-        "NaN", "inf", "-inf", "0", "-0", "-50", "1e-9", "0.0009", "10001", "1e300", "fast", "",
-    ] {
+fn an_invalid_rate_time_or_speed_is_refused_with_value_and_range() {
+    for wrong in "NaN inf -inf 0 -0 -50 1e-9 0.0009 10001 1e300 fast ".split(' ') {
         let error = wrong.parse::<Hz>().expect_err(wrong).to_string();
         let expected = format!("{wrong:?} is not a rate: expected 0.001 to 10000 ticks per second");
         assert_eq!(error, expected);
     }
-    for wrong in [
-        f64::NAN,
-        f64::INFINITY,
-        f64::NEG_INFINITY,
-        0.0,
-        -1.0,
-        f64::MAX,
-    ] {
+    for wrong in NO_NUMBERS.into_iter().chain([0.0]) {
         let error = Hz::new(wrong).expect_err("refused").to_string();
-        assert!(error.contains(&wrong.to_string()), "{error}");
-        assert!(error.contains("0.001 to 10000"), "{error}");
+        assert!(
+            error.contains(&wrong.to_string()) && error.contains("0.001 to 10000"),
+            "{error}"
+        );
+    }
+    for wrong in NO_NUMBERS.into_iter().chain([-1e-3, 1e11]) {
+        let error = Time::from_secs_f64(wrong).expect_err("refused").to_string();
+        let expected = "is not a time: expected seconds, zero or more, up to 584 years";
+        assert_eq!(error, format!("{wrong} {expected}"));
+    }
+    for wrong in NO_NUMBERS.into_iter().chain([0.0, 0.09, 100.1]) {
+        let error = Speed::times(wrong).expect_err("refused").to_string();
+        let expected = "is not a speed: expected 0.1 to 100 times that of the wall's clock";
+        assert_eq!(error, format!("{wrong} {expected}"));
     }
 }
 
 #[test]
-fn the_slowest_and_the_fastest_rate_are_rates() {
+fn the_slowest_and_the_fastest_of_each_are_accepted() {
     assert_eq!(Hz::new(0.001), Ok(Hz::MIN));
     assert_eq!(Hz::new(10_000.0), Ok(Hz::MAX));
     assert_eq!(" 33.3 ".parse(), Hz::new(33.3));
-}
-
-#[test]
-fn an_invalid_time_is_refused_with_value_and_range() {
-    for wrong in [
-        f64::NAN,
-        f64::INFINITY,
-        f64::NEG_INFINITY,
-        -1.0,
-        -1e-3,
-        1e11,
-        f64::MAX,
-    ] {
-        let error = Time::from_secs_f64(wrong).expect_err("refused").to_string();
-        let expected =
-            format!("{wrong} is not a time: expected seconds, zero or more, up to 584 years");
-        assert_eq!(error, expected);
-    }
+    assert!(Speed::times(0.1).is_ok() && Speed::times(100.0).is_ok());
+    assert_eq!(Speed::times(1.0), Ok(Speed::REAL_TIME));
 }
 
 #[test]
 fn times_saturate_instead_of_wrapping() {
-    assert_eq!(Time::MAX + Time::TICK, Time::MAX);
+    assert_eq!(Time::MAX + Time::RESOLUTION, Time::MAX);
     assert!(Time::ZERO.since(secs(1.0)).is_zero());
     assert!((Time::ZERO - secs(1.0)).is_zero());
-}
-
-#[test]
-fn an_invalid_speed_is_refused_with_value_and_range() {
-    for wrong in [
-        f64::NAN,
-        f64::INFINITY,
-        f64::NEG_INFINITY,
-        0.0,
-        -1.0,
-        0.09,
-        100.1,
-        f64::MAX,
-    ] {
-        let error = Speed::times(wrong).expect_err("refused").to_string();
-        assert_eq!(
-            error,
-            format!("{wrong} is not a speed: expected 0.1 to 100 times that of the wall's clock")
-        );
-    }
-    assert!(Speed::times(0.1).is_ok() && Speed::times(100.0).is_ok());
-    assert_eq!(Speed::times(1.0), Ok(Speed::REAL_TIME));
 }
 
 #[test]

@@ -4,14 +4,13 @@
 use std::{ops::Range, time::Duration};
 
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, GO_ON, Graph, Inbox, Knob, RealClock, Time, TimedCommand,
-    Topic, VirtualClock,
+    Clock, ClockKind, Command, GO_ON, Graph, Inbox, RealClock, Time, TimedCommand, Topic,
 };
 use ratelab_account::{Observer, TapHandle, TickRecord};
 use ratelab_effects::{Callback, Effects, Executor, Executors, Match};
-use ratelab_replay::{Rerun, RunLog};
+use ratelab_replay::RunLog;
 
-use crate::support::{self, depth, hz, secs};
+use crate::support::{self, depth, knob, rerun_of, secs, talker};
 
 /// A camera and a lidar, a detector for each image, a fusion of both, and a controller with
 /// logical execution time.
@@ -37,31 +36,18 @@ fn adder(graph: &mut Graph, name: &str, matching: Match, from: &[&Topic<u64>], t
     added.expect(name);
 }
 
-/// The nodes of an executor, the last two in a group.
-fn callbacks() -> [Callback; 5] {
-    let apart = ["camera", "detector"].map(Callback::of);
-    let [camera, detector] = apart;
-    let reentrant = Callback::of("lidar").in_reentrant_group();
-    let group = ["fusion", "closest"].map(|name| Callback::of(name).in_group("slow"));
-    let [fusion, closest] = group;
-    [camera, reentrant, detector, fusion, closest]
-}
-
 /// Its nodes but for the controller are those of `executor`, if there is one.
 fn robot(executor: Option<Executor>) -> Robot {
     let mut graph = Graph::with(Effects);
-    let [image, scan, objects, fused, command] =
-        ["/image", "/scan", "/objects", "/fused", "/command"]
-            .map(|name| Topic::new(name, depth(4)));
+    let names = [
+        "/image", "/scan", "/objects", "/fused", "/command", "/closest",
+    ];
+    let [image, scan, objects, fused, command, close] =
+        names.map(|name| Topic::new(name, depth(4)));
     for (name, rate, topic) in [("camera", 200.0, &image), ("lidar", 100.0, &scan)] {
-        let added = graph.node(name, hz(rate), 0, |wiring| {
-            let topic = wiring.publisher(topic);
-            move |now: Time| {
-                topic.publish(now.as_nanos() % 7, now, None);
-                GO_ON
-            }
+        talker(&mut graph, name, rate, 0, topic, |now| {
+            Some(now.as_nanos() % 7)
         });
-        added.expect(name);
     }
     adder(&mut graph, "detector", Match::Each, &[&image], &objects);
     adder(
@@ -71,7 +57,7 @@ fn robot(executor: Option<Executor>) -> Robot {
         &[&objects, &scan],
         &fused,
     );
-    let added = graph.node("control", hz(100.0), 0, |wiring| {
+    let added = graph.node("control", 100.0, 0, |wiring| {
         let (mut fused, command) = (wiring.subscription(&fused), wiring.publisher(&command));
         move |now| {
             let read = fused.latest(now).map_or(0, |message| message.data);
@@ -83,15 +69,14 @@ fn robot(executor: Option<Executor>) -> Robot {
     let callback = [Callback::of("control")];
     graph.executor(Executor::Let, callback).expect("a rate");
     let closest: Match = "approximate:4".parse().expect("a text");
-    adder(
-        &mut graph,
-        "closest",
-        closest,
-        &[&image, &scan],
-        &Topic::new("/closest", depth(4)),
-    );
+    adder(&mut graph, "closest", closest, &[&image, &scan], &close);
     if let Some(executor) = executor {
-        graph.executor(executor, callbacks()).expect("nodes");
+        let [camera, lidar, detector, fusion, closest] =
+            ["camera", "lidar", "detector", "fusion", "closest"].map(Callback::of);
+        let group = [fusion, closest].map(|callback| callback.in_group("slow"));
+        let nodes = [camera, lidar.in_reentrant_group(), detector];
+        let nodes = nodes.into_iter().chain(group);
+        graph.executor(executor, nodes).expect("nodes");
     }
     Robot {
         graph,
@@ -100,22 +85,21 @@ fn robot(executor: Option<Executor>) -> Robot {
     }
 }
 
-/// All that comes of a run.
-#[derive(Debug, PartialEq)]
-struct Result {
-    ticks: Vec<Vec<TickRecord>>,
-    fused: Vec<(u64, u64, Time)>,
-    commands: Vec<(u64, u64, Time)>,
-    dropped: Vec<u64>,
-}
+/// All that comes of a run: the ticks of each node, the messages of two topics, and the drops.
+type Outcome = (Vec<Vec<TickRecord>>, [Vec<(u64, u64, Time)>; 2], Vec<u64>);
 
-fn command(at: f64, text: &str) -> TimedCommand {
-    let knob: Knob = text.parse().expect(text);
-    support::at(at, knob.into())
-}
-
-fn hand_over(at: f64, clock: ClockKind) -> TimedCommand {
-    support::at(at, Command::HandOver(clock))
+/// Timed commands, one a line: seconds and a knob, or a clock to go on under.
+fn commands(list: &str) -> Vec<TimedCommand> {
+    let lines = list.lines().map(|line| {
+        let (seconds, text) = line.trim().split_once(' ').expect("a command");
+        let command = match text {
+            "real" => Command::HandOver(ClockKind::Real),
+            "virtual" => Command::HandOver(ClockKind::Virtual),
+            text => knob(text).into(),
+        };
+        support::at(seconds.parse().expect("seconds"), command)
+    });
+    lines.collect()
 }
 
 /// Runs a robot for 0.2 s, first under `real`, then as it hands itself over.
@@ -123,107 +107,76 @@ fn run(
     real: &mut dyn Clock,
     executor: Option<Executor>,
     timed: Vec<TimedCommand>,
-) -> (Observer, Result) {
-    let mut robot = robot(executor);
-    RunLog::of(&robot.graph.state());
-    let taps = TapHandle::of(&robot.graph).ticks(4096);
-    let [fused, commands] =
-        [&robot.fused, &robot.command].map(|topic| TapHandle::of(&robot.graph).topic(topic, 4096));
+) -> (Observer, Outcome) {
+    let Robot {
+        mut graph,
+        fused,
+        command,
+    } = robot(executor);
+    RunLog::of(&graph.state());
+    let taps = TapHandle::of(&graph);
+    let (ticks, messages) = (
+        taps.ticks(4096),
+        [fused, command].map(|topic| taps.topic(&topic, 4096)),
+    );
     let (_commander, mut inbox) = Inbox::new(timed);
-    let mut exit = ClockExit::HandedOver(ClockKind::Real);
-    while let ClockExit::HandedOver(clock) = exit {
-        let clock: &mut dyn Clock = match clock {
-            ClockKind::Real => real,
-            ClockKind::Virtual => &mut VirtualClock,
-        };
-        exit = clock
-            .run(&mut robot.graph, &mut inbox, secs(0.2))
-            .expect("no fault");
-    }
-    let messages = |tap: ratelab_account::Tap<ratelab_account::TapMessage<u64>>| {
+    let exit = ratelab::run(&mut graph, &mut inbox, secs(0.2), ClockKind::Real, real);
+    exit.expect("no fault");
+    let ticks = ticks.iter().map(|tap| tap.items().try_iter().collect());
+    let messages = messages.each_ref().map(|tap| {
         let items = tap.items().try_iter();
         items
             .map(|item| (item.message.data, item.message.seq, item.at))
             .collect()
-    };
-    let observer = Observer::of(&robot.graph);
+    });
+    let observer = Observer::of(&graph);
     let topics = observer.snapshot().topics;
-    let result = Result {
-        ticks: taps
-            .iter()
-            .map(|tap| tap.items().try_iter().collect())
-            .collect(),
-        fused: messages(fused),
-        commands: messages(commands),
-        dropped: topics.iter().map(|topic| topic.dropped()).collect(),
-    };
-    (observer, result)
+    let dropped = topics.iter().map(|topic| topic.dropped()).collect();
+    (observer, (ticks.collect(), messages, dropped))
 }
 
 /// What the clock of the wall took: under the virtual clock that is not the run's.
-fn without_took(mut result: Result, virtual_time: Range<Time>) -> Result {
-    for tick in result.ticks.iter_mut().flatten() {
-        if virtual_time.contains(&tick.at) {
-            tick.took = None;
-        }
+fn without_took(mut outcome: Outcome, virtual_time: &Range<Time>) -> Outcome {
+    for tick in outcome.0.iter_mut().flatten() {
+        tick.took = tick.took.filter(|_| !virtual_time.contains(&tick.at));
     }
-    result
+    outcome
 }
 
-fn knobs() -> Vec<TimedCommand> {
-    vec![
-        command(0.0, "takes detector 2"),
-        command(0.0, "takes control 3"),
-        command(0.0, "link /scan delay:4"),
-        command(0.03, "takes detector 12"),
-    ]
-}
+const KNOBS: &str =
+    "0 takes detector 2\n0 takes control 3\n0 link /scan delay:4\n0.03 takes detector 12";
 
-fn comes_back(
-    first: (Observer, Result),
-    executor: Option<Executor>,
-    given: &[TimedCommand],
-    virtual_time: Range<Time>,
-) {
-    let (observer, recorded) = first;
-    let recorded = without_took(recorded, virtual_time.clone());
-    for perturbed in [false, true] {
-        let rerun = Rerun::new(
-            &RunLog::of(&observer).log(),
-            &observer.events(0),
-            &observer.topology(),
-        );
-        let mut rerun = rerun.expect("a log");
-        if perturbed {
-            rerun.perturb();
-        }
-        let (again, result) = run(&mut rerun, executor, given.to_vec());
-        assert_eq!(rerun.difference(), None);
-        assert_eq!(without_took(result, virtual_time.clone()), recorded);
-        assert_eq!(again.events(0), observer.events(0));
-        assert_eq!(
-            RunLog::of(&again).log(),
-            RunLog::of(&observer).log(),
-            "its log is another one"
-        );
-    }
-}
+/// From the real clock to the virtual one, and back.
+const HAND_OVERS: &str = "\n0.08 virtual\n0.14 real";
 
 /// Runs and executes again, until a run was on time enough for what `shows` looks for.
 fn until(
     executor: Option<Executor>,
-    timed: &[TimedCommand],
+    list: &str,
     virtual_time: Range<Time>,
     shows: impl Fn(&[Vec<TickRecord>]) -> bool,
 ) {
+    let timed = commands(list);
     let under_virtual =
         |timed: &&TimedCommand| virtual_time.start < timed.at && timed.at <= virtual_time.end;
     // Given again: what the log of the threads does not have.
     let given: Vec<_> = timed.iter().filter(under_virtual).cloned().collect();
     for _ in 0..20 {
-        let first = run(&mut RealClock::default(), executor, timed.to_vec());
-        let shown = shows(&first.1.ticks);
-        comes_back(first, executor, &given, virtual_time.clone());
+        let (observer, recorded) = run(&mut RealClock::default(), executor, timed.clone());
+        let shown = shows(&recorded.0);
+        let recorded = without_took(recorded, &virtual_time);
+        for perturbed in [false, true] {
+            let mut rerun = rerun_of(&observer);
+            if perturbed {
+                rerun.perturb();
+            }
+            let (again, outcome) = run(&mut rerun, executor, given.clone());
+            assert_eq!(rerun.difference(), None);
+            assert_eq!(without_took(outcome, &virtual_time), recorded);
+            assert_eq!(again.events(0), observer.events(0));
+            let logs = [&again, &observer].map(|observer| RunLog::of(observer).log());
+            assert_eq!(logs[0], logs[1], "its log is another one");
+        }
         if shown {
             return;
         }
@@ -233,7 +186,7 @@ fn until(
 
 #[test]
 fn a_run_with_triggers_comes_back_to_the_bit() {
-    until(None, &knobs(), Time::ZERO..Time::ZERO, |ticks| {
+    until(None, KNOBS, Time::ZERO..Time::ZERO, |ticks| {
         let [_, _, detector, fusion, control, closest] = ticks else {
             panic!("six nodes");
         };
@@ -256,18 +209,6 @@ fn a_run_with_triggers_comes_back_to_the_bit() {
 }
 
 #[test]
-fn triggers_go_on_under_the_other_clock() {
-    let (from, to) = (secs(0.08), secs(0.14));
-    let mut timed = knobs();
-    timed.push(hand_over(0.08, ClockKind::Virtual));
-    timed.push(hand_over(0.14, ClockKind::Real));
-    until(None, &timed, from..to, |ticks| {
-        let fused = |range: Range<Time>| ticks[3].iter().any(|tick| range.contains(&tick.at));
-        fused(Time::ZERO..from) && fused(from..to) && fused(to..secs(0.2))
-    });
-}
-
-#[test]
 fn every_message_triggers_a_tick_or_is_dropped() {
     let mut robot = robot(None);
     let run = RealClock::default().run(&mut robot.graph, &mut Inbox::default(), secs(0.3));
@@ -283,50 +224,45 @@ fn every_message_triggers_a_tick_or_is_dropped() {
     );
 }
 
-fn executors() -> impl Iterator<Item = Option<Executor>> {
-    let texts = ["single", "multi:2", "multi:3", "events"];
-    texts
-        .map(|text| Some(text.parse().expect("a text")))
-        .into_iter()
-}
+const EXECUTORS: [&str; 4] = ["single", "multi:2", "multi:3", "events"];
 
 /// Everything that may change what an executor plans.
-fn upheaval() -> Vec<TimedCommand> {
-    let mut timed = knobs();
-    timed.extend([
-        command(0.02, "rate camera 333"),
-        command(0.04, "crash fusion"),
-        command(0.05, "crash lidar"),
-        command(0.06, "restart fusion"),
-        command(0.07, "restart lidar"),
-        command(0.09, "offset lidar 2"),
-        command(0.1, "takes camera busy 1"),
-        command(0.12, "depth /image 2"),
-        command(0.13, "hang closest 9"),
-    ]);
-    timed
-}
+const UPHEAVAL: &str = "\
+    0.02 rate camera 333\n0.04 crash fusion\n0.05 crash lidar\n0.06 restart fusion
+    0.07 restart lidar\n0.09 offset lidar 2\n0.1 takes camera busy 1\n0.12 depth /image 2
+    0.13 hang closest 9\n";
 
 #[test]
 fn a_run_with_an_executor_comes_back_to_the_bit() {
-    for executor in executors() {
-        until(executor, &upheaval(), Time::ZERO..Time::ZERO, |ticks| {
-            ticks.iter().all(|ticks| ticks.len() > 1)
-        });
+    for executor in EXECUTORS {
+        let executor = Some(executor.parse().expect(executor));
+        until(
+            executor,
+            &format!("{UPHEAVAL}{KNOBS}"),
+            Time::ZERO..Time::ZERO,
+            |ticks| ticks.iter().all(|ticks| ticks.len() > 1),
+        );
     }
 }
 
 #[test]
-fn an_executor_goes_on_under_the_other_clock() {
+fn triggers_and_executors_go_on_under_the_other_clock() {
     let (from, to) = (secs(0.08), secs(0.14));
-    let mut timed = upheaval();
-    timed.push(hand_over(0.08, ClockKind::Virtual));
-    timed.push(hand_over(0.14, ClockKind::Real));
-    for executor in executors() {
-        until(executor, &timed, from..to, |ticks| {
-            let ticked = |range: Range<Time>| ticks[2].iter().any(|tick| range.contains(&tick.at));
-            ticked(Time::ZERO..from) && ticked(from..to) && ticked(to..secs(0.2))
-        });
+    let goes_on = |executor, list: &str, node: usize| {
+        until(
+            executor,
+            &format!("{list}{KNOBS}{HAND_OVERS}"),
+            from..to,
+            |ticks| {
+                let ticked =
+                    |range: Range<Time>| ticks[node].iter().any(|tick| range.contains(&tick.at));
+                ticked(Time::ZERO..from) && ticked(from..to) && ticked(to..secs(0.2))
+            },
+        );
+    };
+    goes_on(None, "", 3);
+    for executor in EXECUTORS {
+        goes_on(Some(executor.parse().expect(executor)), UPHEAVAL, 2);
     }
 }
 
@@ -335,16 +271,8 @@ fn the_threads_of_an_executor_are_as_many_as_it_says() {
     for (executor, most) in [("single", 1), ("events", 1), ("multi:2", 2)] {
         let mut robot = robot(Some(executor.parse().expect("a text")));
         let taps = TapHandle::of(&robot.graph).ticks(4096);
-        let (_commander, mut inbox) = Inbox::new(
-            [
-                "takes camera 3",
-                "takes detector 4",
-                "takes lidar 5",
-                "takes closest 2",
-            ]
-            .map(|text| command(0.0, text))
-            .to_vec(),
-        );
+        let costs = "0 takes camera 3\n0 takes detector 4\n0 takes lidar 5\n0 takes closest 2";
+        let (_commander, mut inbox) = Inbox::new(commands(costs));
         let run = RealClock::default().run(&mut robot.graph, &mut inbox, secs(0.3));
         run.expect("no fault");
         let ticks: Vec<TickRecord> = taps

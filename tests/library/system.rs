@@ -11,7 +11,9 @@ use ratelab_study::{
         Config, Experiment, Summary,
         sweep::{Axis, Sweep, SweepAxis, Swept},
     },
-    system::{Alias, BuildError, Builder, Final, KnobText, Setup, System, Verdict, VerdictKind},
+    system::{
+        About, Alias, BuildError, Builder, Final, KnobText, Setup, System, Verdict, VerdictKind,
+    },
 };
 
 use crate::support::{depth, hz};
@@ -127,8 +129,11 @@ impl System for Oven {
         })
     }
 
-    fn aliases(&self) -> &'static [Alias] {
-        KNOBS.0
+    fn about(&self) -> About<'_> {
+        About {
+            aliases: KNOBS.0,
+            ..About::default()
+        }
     }
 
     fn state(&self) -> Option<&'static str> {
@@ -257,7 +262,7 @@ fn a_graph_begins_with_its_setup_and_the_systems_defaults() {
     let snapshot = experiment.observer().snapshot();
     let rates = snapshot.nodes.iter().map(|node| node.hz);
     assert_eq!(rates.collect::<Vec<_>>(), [hz(40.0), hz(10.0)]);
-    let depths = snapshot.topics.iter().map(|topic| topic.depth);
+    let depths = snapshot.topics.iter().map(|topic| topic.depth.get());
     assert_eq!(depths.collect::<Vec<_>>(), [7, 7]);
     let summary = experiment.run().expect("run");
     assert!(

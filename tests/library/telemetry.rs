@@ -9,20 +9,20 @@ use std::{
 
 use proptest::prelude::*;
 use ratelab::{Depth, GO_ON, Graph, Time, Topic};
-use ratelab_account::{Distribution, Meter, Observer, ReplayCounters, TickRecord};
+use ratelab_account::{Distribution, Observer, ReplayAccounts, TickRecord};
 
-use crate::support::{at, depth, hz, run_virtual, secs, set_depth};
+use crate::support::{at, depth, hz, run_virtual, secs, set_depth, talker};
 
 fn recorded(samples: &[u64]) -> Distribution {
-    let meter = Meter::default();
+    let mut distribution = Distribution::empty();
     for nanos in samples {
-        meter.record(Duration::from_nanos(*nanos));
+        distribution.add(Duration::from_nanos(*nanos));
     }
-    meter.read()
+    distribution
 }
 
 #[test]
-fn a_meter_without_samples_has_no_figures() {
+fn a_distribution_without_samples_has_no_figures() {
     let empty = recorded(&[]);
     assert_eq!((empty.count(), empty.sum()), (0, Duration::ZERO));
     assert_eq!(empty.mean_s(), None);
@@ -117,18 +117,27 @@ fn samples_of_any_length_are_counted() {
 }
 
 #[test]
-fn all_losses_are_counted_during_continuous_reading() {
+fn all_samples_are_counted_during_continuous_reading() {
     const SAMPLES: u64 = 200_000;
-    let meter = Meter::default();
+    let (mut graph, mut meter) = (Graph::new(), None);
+    let node = graph.node("steady", hz(50.0), 0, |wiring| {
+        meter = Some(wiring.meter("wait"));
+        |_| GO_ON
+    });
+    node.expect("a node");
+    let (observer, mut meter) = (Observer::of(&graph), meter.expect("a meter"));
+    let count = || {
+        let snapshot = observer.snapshot();
+        snapshot.meter("steady", "wait").expect("a meter").count()
+    };
     let done = AtomicBool::new(false);
     thread::scope(|scope| {
         for _ in 0..2 {
             scope.spawn(|| {
                 let mut seen = 0;
                 while !done.load(Ordering::Relaxed) {
-                    let count = meter.read().count();
-                    assert!(count >= seen, "a count went back");
-                    seen = count;
+                    let before = std::mem::replace(&mut seen, count());
+                    assert!(seen >= before, "a count went back");
                 }
             });
         }
@@ -137,7 +146,7 @@ fn all_losses_are_counted_during_continuous_reading() {
         }
         done.store(true, Ordering::Relaxed);
     });
-    assert_eq!(meter.read().count(), SAMPLES);
+    assert_eq!(count(), SAMPLES);
 }
 
 #[test]
@@ -161,7 +170,7 @@ fn the_snapshot_of_a_finished_run_is_its_summary() {
             (summary.ticks, summary.overruns)
         );
     }
-    let latency = &snapshot.nodes[2].meters[0].distribution;
+    let (_, latency) = &snapshot.nodes[2].meters[0];
     assert_eq!(latency.count(), summary.latency.count());
     assert_eq!(latency.sum(), summary.latency.sum());
     assert_eq!(observer.events(0), summary.events);
@@ -174,7 +183,7 @@ fn a_replay_ends_at_the_end_of_the_run_even_after_a_later_tick() {
         .node("late", hz(50.0), 0, |_| |_| GO_ON)
         .expect("a node");
     let observer = Observer::of(&graph);
-    let mut replay = ReplayCounters::new(&observer.topology(), observer.status());
+    let mut replay = ReplayAccounts::new(&observer.topology(), observer.status());
     let late = TickRecord {
         number: 50,
         at: secs(1.000_25),
@@ -210,37 +219,22 @@ fn observing_a_run_leaves_it_unchanged() {
 /// The rate at run time `now` (s) of a topic with a message every 20 ms from zero until `end`.
 fn fifty_hertz(end: f64, now: f64) -> f64 {
     let (mut graph, topic) = (Graph::new(), Topic::new("/steady", Depth::ONE));
-    let mut publisher = None;
-    let node = graph.node("steady", hz(50.0), 0, |wiring| {
-        publisher = Some(wiring.publisher(&topic));
-        |_| GO_ON
-    });
-    node.expect("a node");
-    let (observer, publisher) = (Observer::of(&graph), publisher.expect("an end"));
+    talker(&mut graph, "steady", 50.0, 0, &topic, |_| None);
+    let (observer, publisher) = (Observer::of(&graph), topic.publisher());
     for message in 0..(end * 50.0) as u64 {
         publisher.publish((), Time::from_nanos(message * 20_000_000), None);
     }
     observer.set_now(secs(now));
-    observer.read_counters().topics[0].per_second
+    observer.snapshot().topics[0].per_second(secs(now))
 }
 
 #[test]
-fn the_rate_of_a_steady_topic_is_its_rate_at_any_moment() {
-    for end in [1.0, 1.7, 2.0, 3.3, 60.0] {
+fn the_rate_of_a_steady_topic_is_its_rate_until_it_is_silent() {
+    // In the first second as far as it goes.
+    for end in [0.1, 0.2, 0.5, 0.9, 1.0, 1.7, 2.0, 3.3, 60.0] {
         assert_eq!(fifty_hertz(end, end), 50.0, "at {end} s");
     }
-}
-
-#[test]
-fn the_rate_is_known_in_the_first_second_as_far_as_it_goes() {
     assert_eq!(fifty_hertz(0.0, 0.0), 0.0);
-    for end in [0.1, 0.2, 0.5, 0.9] {
-        assert_eq!(fifty_hertz(end, end), 50.0, "at {end} s");
-    }
-}
-
-#[test]
-fn the_rate_of_a_silent_topic_falls_to_zero() {
     assert_eq!(fifty_hertz(5.0, 5.5), 25.0);
     for silent in [6.0, 6.6, 7.0, 60.0, 1e9] {
         assert_eq!(fifty_hertz(5.0, silent), 0.0, "at {silent} s");
@@ -249,27 +243,22 @@ fn the_rate_of_a_silent_topic_falls_to_zero() {
 
 #[test]
 fn what_a_shallower_queue_loses_is_lost_at_that_moment_however_old_it_is() {
-    let topic = Topic::new("/count", depth(10));
-    let mut graph = Graph::new();
-    let source = graph.node("source", hz(10.0), 0, |wiring| {
-        let count = wiring.publisher(&topic);
-        move |now| {
-            if now < secs(0.5) {
-                count.publish((), now, None);
-            }
-            GO_ON
-        }
+    let (mut graph, topic) = (Graph::new(), Topic::new("/count", depth(10)));
+    talker(&mut graph, "source", 10.0, 0, &topic, |now| {
+        (now < secs(0.5)).then_some(())
     });
-    let idle = graph.node("idle", hz(10.0), 1, |wiring| {
+    let idle = graph.node("idle", 10.0, 1, |wiring| {
         let unread = wiring.subscription(&topic);
-        move |_| {
+        move |_: Time| {
             let _ = &unread;
             GO_ON
         }
     });
-    source.and(idle).expect("nodes");
+    idle.expect("a node");
     let observer = Observer::of(&graph);
     run_virtual(&mut graph, vec![at(3.0, set_depth("/count", 1))], secs(3.5));
-    let topic = &observer.snapshot().topics[0];
-    assert_eq!((topic.dropped(), topic.dropped_lately()), (4, 4));
+    let snapshot = observer.snapshot();
+    let topic = &snapshot.topics[0];
+    let lately = topic.dropped_lately(snapshot.now);
+    assert_eq!((topic.dropped(), lately), (4, 4));
 }

@@ -7,204 +7,170 @@ use proptest::prelude::*;
 use ratelab::{Depth, END, GO_ON, Graph, Publisher, Subscription, Time, Topic};
 use ratelab_account::{Observer, Tap, TapHandle, TapMessage};
 
-use crate::support::{depth, hz, messages_of, run_virtual, secs};
+use crate::{
+    support::{depth, messages_of, run_virtual, secs, talker, tapped},
+    table::rows,
+};
 
-/// A topic with its two ends; each message is its own number.
+/// An operation on a topic; subscriptions are given by number.
+#[derive(Clone, Copy, Debug)]
+enum Step {
+    Publish,
+    Read(usize),
+    SetDepth(usize),
+    Subscribe,
+    Leave(usize),
+}
+
+impl Step {
+    /// One of `p`, `r0`, `d3`, `s` and `l0`.
+    fn read(text: &str) -> Self {
+        let number = || text[1..].parse().expect(text);
+        match &text[..1] {
+            "p" => Self::Publish,
+            "r" => Self::Read(number()),
+            "d" => Self::SetDepth(number()),
+            "s" => Self::Subscribe,
+            "l" => Self::Leave(number()),
+            _ => panic!("{text}"),
+        }
+    }
+}
+
+/// A topic whose messages are their own numbers, with those who read it.
 struct Bench {
     topic: Topic<u64>,
     publisher: Publisher<u64>,
-    subscription: Subscription<u64>,
-}
-
-fn bench(messages: usize) -> Bench {
-    let topic = Topic::new("/test", depth(messages));
-    Bench {
-        publisher: topic.publisher(),
-        subscription: topic.subscribe(),
-        topic,
-    }
+    readers: Vec<Subscription<u64>>,
 }
 
 impl Bench {
+    fn new(messages: usize) -> Self {
+        let topic = Topic::new("/test", depth(messages));
+        Self {
+            publisher: topic.publisher(),
+            readers: vec![topic.subscribe()],
+            topic,
+        }
+    }
+
     fn publish(&self, messages: u64) {
         for _ in 0..messages {
             let number = self.topic.published();
-            self.publisher
-                .publish(number, Time::from_nanos(number), None);
+            let stamp = Time::from_nanos(number);
+            self.publisher.publish(number, stamp, None);
         }
+    }
+
+    /// Takes a step; what was read, and the depth before.
+    fn take(&mut self, step: Step) -> (Option<u64>, Option<usize>) {
+        match step {
+            Step::Publish => self.publish(1),
+            Step::Read(reader) => {
+                let count = self.readers.len();
+                let message = self.readers[reader % count].latest(Time::MAX);
+                let message = message.inspect(|message| {
+                    assert_eq!(
+                        (message.seq, message.stamp.as_nanos()),
+                        (message.data, message.data)
+                    );
+                });
+                return (message.map(|message| message.data), None);
+            }
+            Step::SetDepth(messages) => {
+                let before = self.topic.set_depth(depth(messages), Time::ZERO);
+                return (None, Some(before.get()));
+            }
+            Step::Subscribe => self.readers.push(self.topic.subscribe()),
+            Step::Leave(reader) if self.readers.len() > 1 => {
+                drop(self.readers.remove(reader % self.readers.len()));
+            }
+            Step::Leave(_) => {}
+        }
+        (None, None)
+    }
+
+    fn dropped(&self) -> Vec<u64> {
+        self.readers.iter().map(Subscription::dropped).collect()
     }
 }
 
-/// A tap on `topic`, which is that of a node.
-fn tap(topic: &Topic<u64>, capacity: usize) -> Tap<TapMessage<u64>> {
-    let mut graph = Graph::new();
-    let node = graph.node("talker", hz(1.0), 0, |wiring| {
-        let publisher = wiring.publisher(topic);
-        move |_| {
-            let _ = &publisher;
-            GO_ON
+#[test]
+fn messages_are_read_and_dropped_as_the_table_of_cases_says() {
+    // The depth, the steps, what the last reading gave, and the drops of each reader.
+    for [case, depth, steps, read, dropped] in rows(
+        "room: nothing is dropped                  | 3 | p p p             | -   | 0
+         full: the oldest unread is dropped        | 3 | p p p p           | -   | 1
+         full: the next is, too, latest is newest  | 3 | p p p p p r0      | 4   | 2
+         read or passed over is no drop            | 3 | p p p r0 p p p    | 2   | 0
+         the first unread after that is one        | 3 | p p p r0 p p p p  | 2   | 1
+         never a message: no latest                | 1 | r0                | -   | 0
+         everything older than latest is seen      | 9 | p p p p p r0 p p p p p p p p p | 4 | 0
+         the last one is held                      | 1 | p r0 r0           | 0   | 0
+         only the slow one of two drops            | 1 | s p r0 p r0 p r0  | 2   | 0 2
+         a late one reads the newest               | 2 | p p p p p s r1    | 4   | 3 0
+         it is not charged for the past            | 2 | p p s p p         | -   | 2 0
+         it is for what comes                      | 2 | p p p p p s r1 p p p | 4 | 6 1
+         a shallower queue charges the unread      | 5 | s p p p r1 p p d1 r1 | 4 | 4 1
+         a deeper queue loses nothing              | 1 | p p d3 p p        | -   | 1
+         and brings nothing back                   | 1 | p p d3 p p p r0   | 4   | 2
+         who has left counts no more               | 1 | s l1 p p p r0     | 2   | 2",
+    ) {
+        let mut bench = Bench::new(depth.parse().expect(&case));
+        let mut last = None;
+        for step in steps.split(' ') {
+            last = bench.take(Step::read(step)).0.or(last);
         }
-    });
-    node.expect("a node");
-    // As under the real clock: nobody waits for a tap.
-    TapHandle::of(&graph).topic(topic, capacity)
-}
-
-fn read(subscription: &mut Subscription<u64>) -> Option<u64> {
-    subscription.latest(Time::MAX).map(|message| message.data)
-}
-
-#[test]
-fn publishing_into_room_drops_nothing() {
-    let bench = bench(3);
-    bench.publish(3);
-    assert_eq!(bench.subscription.dropped(), 0);
-    assert_eq!(bench.topic.published(), 3);
-}
-
-#[test]
-fn publishing_into_a_full_buffer_drops_the_oldest_unread() {
-    let mut bench = bench(3);
-    bench.publish(4);
-    assert_eq!(bench.subscription.dropped(), 1);
-    bench.publish(1);
-    assert_eq!(bench.subscription.dropped(), 2);
-    assert_eq!(read(&mut bench.subscription), Some(4));
-}
-
-#[test]
-fn publishing_over_a_message_already_read_or_passed_over_drops_nothing() {
-    let mut bench = bench(3);
-    bench.publish(3);
-    assert_eq!(read(&mut bench.subscription), Some(2));
-    bench.publish(3);
-    assert_eq!(bench.subscription.dropped(), 0);
-    bench.publish(1);
-    assert_eq!(bench.subscription.dropped(), 1);
-}
-
-#[test]
-fn a_topic_that_never_carried_a_message_has_no_latest() {
-    let mut bench = bench(1);
-    assert_eq!(bench.subscription.latest(Time::ZERO), None);
-    assert_eq!(bench.subscription.dropped(), 0);
-}
-
-#[test]
-fn latest_is_the_newest_and_everything_older_counts_as_seen() {
-    let mut bench = bench(100);
-    bench.publish(5);
-    let newest = bench.subscription.latest(Time::MAX).expect("published");
-    assert_eq!(
-        (newest.data, newest.seq, newest.stamp.as_nanos()),
-        (4, 4, 4)
-    );
-    bench.publish(100);
-    assert_eq!(bench.subscription.dropped(), 0);
-}
-
-#[test]
-fn latest_holds_the_last_message_while_nothing_new_comes() {
-    let mut bench = bench(1);
-    bench.publish(1);
-    let first = bench.subscription.latest(Time::from_nanos(1));
-    assert_eq!(bench.subscription.latest(Time::from_nanos(2)), first);
-    assert_eq!(bench.subscription.dropped(), 0);
-}
-
-#[test]
-fn only_the_slow_one_of_two_subscriptions_drops() {
-    let mut fast = bench(1);
-    let slow = fast.topic.subscribe();
-    for _ in 0..10 {
-        fast.publish(1);
-        read(&mut fast.subscription);
+        let last = last.map_or("-".to_owned(), |number| number.to_string());
+        let drops: Vec<_> = bench.dropped().iter().map(u64::to_string).collect();
+        assert_eq!((last, drops.join(" ")), (read, dropped), "{case}");
     }
-    assert_eq!((fast.subscription.dropped(), slow.dropped()), (0, 9));
-}
-
-#[test]
-fn a_late_subscription_reads_the_newest_and_is_not_charged_for_the_past() {
-    let bench = bench(2);
-    bench.publish(5);
-    let mut late = bench.topic.subscribe();
-    assert_eq!(read(&mut late), Some(4));
-    bench.publish(2);
-    assert_eq!(late.dropped(), 0);
-    bench.publish(1);
-    assert_eq!(late.dropped(), 1);
-}
-
-#[test]
-fn the_past_is_not_charged_to_a_late_subscription_that_never_read_it() {
-    let bench = bench(2);
-    bench.publish(2);
-    let late = bench.topic.subscribe();
-    bench.publish(2);
-    assert_eq!((late.dropped(), bench.subscription.dropped()), (0, 2));
 }
 
 #[test]
 fn depth_zero_and_absurd_depths_are_refused_with_value_and_range() {
     for wrong in ["0", "1000001", "-1", "1.5", "ten", ""] {
         let error = wrong.parse::<Depth>().expect_err("refused").to_string();
-        assert_eq!(
-            error,
-            format!("{wrong:?} is not a queue depth: expected a whole number from 1 to 1000000")
-        );
+        let expected =
+            format!("{wrong:?} is not a queue depth: expected a whole number from 1 to 1000000");
+        assert_eq!(error, expected);
     }
     assert!(Depth::new(0).is_err());
     assert_eq!(Depth::new(1), Ok(Depth::ONE));
     assert_eq!(Depth::new(1_000_000), Ok(Depth::MAX));
 }
 
-#[test]
-fn a_queue_made_shallower_evicts_the_oldest_and_charges_the_unread() {
-    let bench = bench(5);
-    let mut reader = bench.topic.subscribe();
-    bench.publish(3);
-    read(&mut reader);
-    bench.publish(2);
-    assert_eq!(bench.topic.set_depth(Depth::ONE, Time::ZERO), depth(5));
-    assert_eq!(bench.topic.depth(), Depth::ONE);
-    // Messages 0 to 3 were evicted; the reader had seen 0 to 2.
-    assert_eq!((bench.subscription.dropped(), reader.dropped()), (4, 1));
-    assert_eq!(read(&mut reader), Some(4));
+/// A tap on the topic, which is that of a node.
+fn tap(bench: &Bench, capacity: usize) -> Tap<TapMessage<u64>> {
+    let mut graph = Graph::new();
+    talker(&mut graph, "talker", 1.0, 0, &bench.topic, |_| None);
+    // As under the real clock: nobody waits for a tap.
+    TapHandle::of(&graph).topic(&bench.topic, capacity)
 }
 
 #[test]
-fn a_queue_made_deeper_loses_nothing_and_brings_nothing_back() {
-    let mut bench = bench(1);
-    bench.publish(2);
-    bench.topic.set_depth(depth(3), Time::ZERO);
-    assert_eq!(bench.subscription.dropped(), 1);
-    bench.publish(2);
-    assert_eq!(bench.subscription.dropped(), 1);
-    bench.publish(1);
-    assert_eq!(bench.subscription.dropped(), 2);
-    assert_eq!(read(&mut bench.subscription), Some(4));
-}
-
-#[test]
-fn a_full_tap_loses_and_counts_while_the_publisher_goes_on() {
-    let bench = bench(1);
-    let tap = tap(&bench.topic, 3);
+fn a_tap_gets_every_message_and_a_full_one_counts_while_the_publisher_goes_on() {
+    for (capacity, kept) in [(100, 10), (3, 3)] {
+        let bench = Bench::new(1);
+        let tap = tap(&bench, capacity);
+        bench.publish(10);
+        assert_eq!((bench.topic.published(), tap.lost()), (10, 10 - kept));
+        // It ends with the topic.
+        drop(bench);
+        let seqs = messages_of(&tap).into_iter().map(|message| message.seq);
+        assert!(seqs.eq(0..kept));
+    }
+    let bench = Bench::new(1);
+    drop(tap(&bench, 1));
     bench.publish(10);
     assert_eq!(bench.topic.published(), 10);
-    assert_eq!(tap.lost(), 7);
-    let kept: Vec<u64> = tap
-        .items()
-        .try_iter()
-        .map(|tapped| tapped.message.seq)
-        .collect();
-    assert_eq!(kept, [0, 1, 2]);
 }
 
 #[test]
 fn a_full_tap_has_virtual_time_wait_and_loses_nothing() {
     const MESSAGES: u64 = 1_000;
     let (mut graph, topic) = (Graph::new(), Topic::new("/numbers", Depth::ONE));
-    let node = graph.node("talker", hz(1_000.0), 0, |wiring| {
+    let node = graph.node("talker", 1_000.0, 0, |wiring| {
         let publisher = wiring.publisher(&topic);
         let mut said = 0;
         move |now| {
@@ -224,44 +190,15 @@ fn a_full_tap_has_virtual_time_wait_and_loses_nothing() {
     assert!(got.iter().map(|message| message.data).eq(0..MESSAGES));
     let last = got.last().map(|message| message.stamp);
     assert_eq!(last, Some(secs(0.999)), "waiting costs no run time");
-    assert_eq!(tap.lost(), 0);
-}
-
-#[test]
-fn a_tap_gets_every_message_and_ends_with_the_topic() {
-    let bench = bench(1);
-    let tap = tap(&bench.topic, 100);
-    bench.publish(10);
-    drop(bench);
-    let messages = messages_of(&tap);
-    let seqs: Vec<u64> = messages.iter().map(|message| message.seq).collect();
-    assert_eq!(seqs, Vec::from_iter(0..10));
-    assert_eq!(tap.lost(), 0);
-}
-
-#[test]
-fn a_dropped_tap_does_not_affect_the_publisher() {
-    let bench = bench(1);
-    drop(tap(&bench.topic, 1));
-    bench.publish(10);
-    assert_eq!(bench.topic.published(), 10);
-}
-
-#[test]
-fn a_dropped_subscription_counts_no_more_drops() {
-    let mut bench = bench(1);
-    drop(bench.topic.subscribe());
-    bench.publish(3);
-    assert_eq!(read(&mut bench.subscription), Some(2));
-    assert_eq!(bench.subscription.dropped(), 2);
+    assert_eq!((tap.lost(), tapped(&tap).len()), (0, 0));
 }
 
 #[test]
 fn the_age_of_a_message_is_measured_at_every_reading() {
-    let (bench, mut graph) = (bench(1), Graph::new());
-    let node = graph.node("reader", hz(1.0), 0, |wiring| {
+    let (bench, mut graph) = (Bench::new(1), Graph::new());
+    let node = graph.node("reader", 1.0, 0, |wiring| {
         let mut subscription = wiring.subscription(&bench.topic);
-        move |_| {
+        move |_: Time| {
             for nanos in [10, 20, 60] {
                 subscription.latest(Time::from_nanos(nanos));
             }
@@ -272,17 +209,8 @@ fn the_age_of_a_message_is_measured_at_every_reading() {
     bench.publish(1);
     let observer = Observer::of(&graph);
     run_virtual(&mut graph, Vec::new(), Time::ZERO);
-    let ages = &observer.snapshot().topics[0].subscriptions[0].ages;
+    let ages = &observer.snapshot().topics[0].readers[0].ages;
     assert_eq!((ages.count(), ages.sum().as_nanos()), (3, 90));
-}
-
-/// An operation on a topic; subscriptions are given by number.
-#[derive(Clone, Copy, Debug)]
-enum Step {
-    Publish,
-    Read(usize),
-    SetDepth(usize),
-    Subscribe,
 }
 
 fn steps() -> impl Strategy<Value = Vec<Step>> {
@@ -291,98 +219,67 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
         3 => (0..6usize).prop_map(Step::Read),
         1 => (1..8usize).prop_map(Step::SetDepth),
         1 => Just(Step::Subscribe),
+        1 => (0..6usize).prop_map(Step::Leave),
     ];
     proptest::collection::vec(step, 0..200)
 }
 
 /// A topic without marks or counters: the remaining messages, and for each subscription
-/// the messages it has not seen.
+/// the messages it has not seen and the number of those that it lost.
 struct ReferenceTopic {
     depth: usize,
     published: u64,
     buffer: VecDeque<u64>,
-    readers: Vec<ReferenceReader>,
-}
-
-#[derive(Default)]
-struct ReferenceReader {
-    unread: Vec<u64>,
-    dropped: u64,
+    readers: Vec<(Vec<u64>, u64)>,
 }
 
 impl ReferenceTopic {
-    fn new(depth: usize) -> Self {
-        Self {
-            depth,
-            published: 0,
-            buffer: VecDeque::new(),
-            readers: Vec::new(),
+    fn take(&mut self, step: Step) -> (Option<u64>, Option<usize>) {
+        let before = self.depth;
+        match step {
+            Step::Publish => {
+                self.buffer.push_back(self.published);
+                self.readers
+                    .iter_mut()
+                    .for_each(|reader| reader.0.push(self.published));
+                self.published += 1;
+            }
+            Step::Read(reader) => {
+                let count = self.readers.len();
+                self.readers[reader % count].0.clear();
+                return (self.buffer.back().copied(), None);
+            }
+            Step::SetDepth(messages) => self.depth = messages,
+            Step::Subscribe => self.readers.push((Vec::new(), 0)),
+            Step::Leave(reader) if self.readers.len() > 1 => {
+                self.readers.remove(reader % self.readers.len());
+            }
+            Step::Leave(_) => {}
         }
-    }
-
-    fn publish(&mut self) {
-        self.buffer.push_back(self.published);
-        for reader in &mut self.readers {
-            reader.unread.push(self.published);
-        }
-        self.published += 1;
-        self.shrink();
-    }
-
-    fn shrink(&mut self) {
         while self.buffer.len() > self.depth {
             let gone = self.buffer.pop_front();
-            for reader in &mut self.readers {
-                let before = reader.unread.len();
-                reader.unread.retain(|message| Some(*message) != gone);
-                reader.dropped += (before - reader.unread.len()) as u64;
+            for (unread, dropped) in &mut self.readers {
+                let before = unread.len();
+                unread.retain(|message| Some(*message) != gone);
+                *dropped += (before - unread.len()) as u64;
             }
         }
-    }
-
-    fn read(&mut self, reader: usize) -> Option<u64> {
-        self.readers[reader].unread.clear();
-        self.buffer.back().copied()
+        (None, matches!(step, Step::SetDepth(_)).then_some(before))
     }
 }
 
 proptest! {
     #[test]
-    fn any_sequence_of_operations_agrees_with_the_model(
-        initial in 1..8usize,
-        steps in steps(),
-    ) {
-        let topic = Topic::new("/test", depth(initial));
-        let publisher = topic.publisher();
-        let mut readers: Vec<_> = (0..3).map(|_| topic.subscribe()).collect();
-        let mut model = ReferenceTopic::new(initial);
-        model.readers.resize_with(readers.len(), ReferenceReader::default);
+    fn any_sequence_of_operations_agrees_with_the_model(depth in 1..8usize, steps in steps()) {
+        let mut bench = Bench::new(depth);
+        let (buffer, readers) = (VecDeque::new(), vec![(Vec::new(), 0)]);
+        let mut model = ReferenceTopic { depth, published: 0, buffer, readers };
         for step in steps {
-            match step {
-                Step::Publish => {
-                    publisher.publish(model.published, Time::ZERO, None);
-                    model.publish();
-                }
-                Step::Read(reader) => {
-                    let reader = reader % readers.len();
-                    prop_assert_eq!(read(&mut readers[reader]), model.read(reader));
-                }
-                Step::SetDepth(messages) => {
-                    let before = topic.set_depth(depth(messages), Time::ZERO);
-                    prop_assert_eq!(before.get(), model.depth);
-                    model.depth = messages;
-                    model.shrink();
-                }
-                Step::Subscribe => {
-                    readers.push(topic.subscribe());
-                    model.readers.push(ReferenceReader::default());
-                }
-            }
-            let dropped = readers.iter().map(Subscription::dropped);
-            let expected = model.readers.iter().map(|reader| reader.dropped);
-            prop_assert!(dropped.eq(expected), "after {:?}", step);
-            prop_assert_eq!(topic.published(), model.published);
-            prop_assert_eq!(topic.depth().get(), model.depth);
+            prop_assert_eq!(bench.take(step), model.take(step), "{:?}", step);
+            let expected: Vec<_> = model.readers.iter().map(|reader| reader.1).collect();
+            prop_assert_eq!(bench.dropped(), expected, "after {:?}", step);
+            prop_assert_eq!(bench.topic.published(), model.published);
+            prop_assert_eq!(bench.topic.depth().get(), model.depth);
         }
     }
 }

@@ -111,7 +111,7 @@ impl Trio {
             assert_eq!(snapshot.topics[index].published, seqs.len() as u64);
         }
         let after = Observer::of(&self.graph).snapshot();
-        let ticks = |node: &ratelab_account::NodeView| node.ticks;
+        let ticks = |node: &ratelab_account::NodeAccount| node.ticks;
         assert!(
             after
                 .nodes

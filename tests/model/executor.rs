@@ -97,7 +97,7 @@ fn every_message_is_taken_dropped_or_waits_and_no_due_time_is_called_twice() {
         assert_eq!(exit.expect("run"), ClockExit::Completed);
         let snapshot = observer.snapshot();
         let topic = &snapshot.topics[0];
-        for (sink, subscription) in snapshot.nodes[1..3].iter().zip(&topic.subscriptions) {
+        for (sink, subscription) in snapshot.nodes[1..3].iter().zip(&topic.readers) {
             let left = topic.published - sink.ticks - subscription.dropped;
             assert!(left <= 2, "{left} of {} left", topic.published);
         }

@@ -1,22 +1,33 @@
-//! Meters: reading never costs a sample.
+//! Measurements: reading never costs a sample.
 
 use std::time::Duration;
 
-use ratelab_account::Meter;
+use ratelab::{GO_ON, Graph, Hz};
+use ratelab_account::Observer;
 use shuttle::thread;
 
 use crate::{MANY, explore};
 
 fn check_meter(samples: u64, reads: usize) {
-    let meter = Meter::default();
-    let reading = meter.clone();
+    let (mut graph, mut meter) = (Graph::new(), None);
+    let node = graph.node("node", Hz::MAX, 0, |wiring| {
+        meter = Some(wiring.meter("wait"));
+        |_| GO_ON
+    });
+    node.expect("a node");
+    let (observer, mut meter) = (Observer::of(&graph), meter.expect("a meter"));
+    let reading = observer.clone();
+    let read = |observer: &Observer| {
+        let snapshot = observer.snapshot();
+        snapshot.meter("node", "wait").expect("a meter").clone()
+    };
     let reader = thread::spawn(move || {
-        let counts: Vec<u64> = (0..reads).map(|_| reading.read().count()).collect();
+        let counts: Vec<u64> = (0..reads).map(|_| read(&reading).count()).collect();
         assert!(counts.is_sorted(), "{counts:?}");
     });
     (0..samples).for_each(|sample| meter.record(Duration::from_nanos(sample / 2)));
     reader.join().expect("reader");
-    let figures = meter.read();
+    let figures = read(&observer);
     assert_eq!(figures.count(), samples);
     let sum = (0..samples).map(|sample| sample / 2).sum();
     assert_eq!(figures.sum(), Duration::from_nanos(sum));

@@ -3,11 +3,13 @@
 
 use std::sync::{Arc, Mutex};
 
+use crossbeam_channel::Receiver;
 use ratelab::{
-    Clock, ClockExit, Command, Depth, Event, EventKind, GO_ON, Graph, Hz, Inbox, Knob, Tick, Time,
-    TimedCommand, VirtualClock,
+    Clock, ClockExit, Command, Depth, Event, EventKind, GO_ON, Graph, Hz, Inbox, Knob, Message,
+    Payload, Tick, Time, TimedCommand, Topic, VirtualClock,
 };
-use ratelab_account::Observer;
+use ratelab_account::{Observer, Tap, TapMessage};
+use ratelab_replay::{Rerun, RunLog};
 
 /// A valid rate.
 pub fn hz(hz: f64) -> Hz {
@@ -44,6 +46,61 @@ pub fn set_depth(topic: &str, messages: usize) -> Command {
 pub fn send_to(node: &str, text: &str) -> Command {
     let (node, text) = (node.to_owned(), text.to_owned());
     Command::Set(Knob::Send { node, text })
+}
+
+/// Adds a node that publishes what it `says` in a tick.
+pub fn talker<T: Payload>(
+    graph: &mut Graph,
+    name: &str,
+    rate: f64,
+    priority: u32,
+    topic: &Topic<T>,
+    mut says: impl FnMut(Time) -> Option<T> + Send + 'static,
+) {
+    let added = graph.node(name, rate, priority, |wiring| {
+        let publisher = wiring.publisher(topic);
+        move |now| {
+            if let Some(word) = says(now) {
+                publisher.publish(word, now, None);
+            }
+            GO_ON
+        }
+    });
+    added.expect(name);
+}
+
+/// Adds a node that reads `topic`; the newest message of each tick, with the run time.
+pub fn reader<T: Payload>(
+    graph: &mut Graph,
+    name: &str,
+    rate: f64,
+    priority: u32,
+    topic: &Topic<T>,
+) -> Receiver<(Time, Message<T>)> {
+    let (sender, read) = crossbeam_channel::unbounded();
+    let added = graph.node(name, rate, priority, |wiring| {
+        let mut messages = wiring.subscription(topic);
+        move |now| {
+            if let Some(message) = messages.latest(now) {
+                let _ = sender.send((now, message));
+            }
+            GO_ON
+        }
+    });
+    added.expect(name);
+    read
+}
+
+/// The messages of a tap so far.
+pub fn tapped<T>(tap: &Tap<TapMessage<T>>) -> Vec<Message<T>> {
+    let items = tap.items().try_iter();
+    items.map(|tapped| tapped.message).collect()
+}
+
+/// The run that `observer` saw and that has a log, to be executed again.
+pub fn rerun_of(observer: &Observer) -> Rerun {
+    let log = RunLog::of(observer).log();
+    Rerun::new(&log, &observer.events(0), &observer.topology()).expect("a log")
 }
 
 /// Runs `graph` with these commands only, and observes it.

@@ -21,7 +21,9 @@ pub fn imports(sources: &Sources) -> Imports {
     for (module, code) in sources {
         let to = imports.entry(module.clone()).or_default();
         for (public, path) in uses(code) {
-            if let Some(from) = target(sources, module, &path)
+            let from = target(sources, module, &path);
+            let from = from.unwrap_or_else(|| panic!("{module:?}: {path}"));
+            if let Some(from) = from
                 && from != *module
                 && !(public && from.starts_with(module))
             {
@@ -30,6 +32,16 @@ pub fn imports(sources: &Sources) -> Imports {
         }
     }
     imports
+}
+
+/// The modules that the paths within the code of `module` lead to, beside its imports.
+pub fn named(sources: &Sources, module: &Module) -> BTreeSet<Module> {
+    let code = &sources[module];
+    let paths = code.split(|sign: char| !sign.is_alphanumeric() && !"_:".contains(sign));
+    let paths = paths.filter(|path| path.contains("::"));
+    paths
+        .filter_map(|path| target(sources, module, path.trim_end_matches(':'))?)
+        .collect()
 }
 
 /// The circles of imports, each with all its modules.
@@ -104,16 +116,35 @@ fn paths(tree: &str) -> Vec<String> {
     paths.map(|path| format!("{head}{path}")).collect()
 }
 
-/// The module that defines `path` as seen from `module`; `None` for another crate.
-fn target(sources: &Sources, module: &Module, path: &str) -> Option<Module> {
+/// The name by which other crates import the one with its sources in `folder`.
+fn crate_name(folder: &str) -> String {
+    let folder = folder.trim_end_matches("src").trim_end_matches('/');
+    match folder.strip_prefix("crates/").unwrap_or(folder) {
+        "" => "ratelab".to_owned(),
+        "exercises" => "exercises".to_owned(),
+        name => format!("ratelab_{}", name.replace('-', "_")),
+    }
+}
+
+/// The module that defines `path` as seen from `module`, `Some(None)` for one of a crate that
+/// is not in `sources`.
+fn target(sources: &Sources, module: &Module, path: &str) -> Option<Option<Module>> {
     let (path, _) = path.split_once('@').unwrap_or((path, ""));
     let mut at = module.clone();
     let mut names = path.split("::").peekable();
-    match *names.peek()? {
+    let first = *names.peek()?;
+    let root = |module: &&Module| module.len() == 1 && crate_name(&module[0]) == first;
+    match first {
         "crate" => at.truncate(1),
         "self" | "super" => {}
         child if sources.contains_key(&[&at[..], &[child.to_owned()]].concat()) => {}
-        _ => return None,
+        _ => match sources.keys().find(root) {
+            Some(root) => {
+                at = root.clone();
+                names.next();
+            }
+            None => return Some(None),
+        },
     }
     for name in names {
         let child = [&at[..], &[name.to_owned()]].concat();
@@ -121,19 +152,17 @@ fn target(sources: &Sources, module: &Module, path: &str) -> Option<Module> {
             "crate" | "self" | "*" => {}
             "super" => drop(at.pop()),
             _ if sources.contains_key(&child) => at = child,
-            _ if defines(&sources[&at], name) => return Some(at),
+            _ if defines(&sources[&at], name) => return Some(Some(at)),
             _ => {
                 let handed = uses(&sources[&at]).into_iter().filter(|(_, other)| {
                     *other != path && other.rsplit([':', '@']).next() == Some(name)
                 });
                 let mut handed = handed.map(|(_, other)| target(sources, &at, &other));
-                return handed
-                    .next()
-                    .unwrap_or_else(|| panic!("{module:?}: {path}"));
+                return handed.next().flatten();
             }
         }
     }
-    Some(at)
+    Some(Some(at))
 }
 
 /// Whether `code` defines an item of this name, at its outermost level.
@@ -149,6 +178,10 @@ fn defines(code: &str, name: &str) -> bool {
         "mod",
         "macro_rules",
     ];
+    // The kinds of an enum, by strum.
+    if code.contains(&format!("    name({name}),")) {
+        return true;
+    }
     let outermost = code.lines().filter(|line| !line.starts_with(' '));
     outermost.into_iter().any(|line| {
         let words = line.split(|sign: char| !sign.is_alphanumeric() && sign != '_');

@@ -7,13 +7,17 @@ pub mod specs;
 
 use std::sync::Arc;
 
-use ratelab::{Message, Payload, TimedKnob};
+use ratelab::{Knob, Message, Payload, TimedKnob};
 use ratelab_account::{Tap, TapMessage};
 use ratelab_cart_pole::{
     ACTION, Action, CONTROL_HZ, CartPole, ControlStep, OBS, Observation, POLICY, STATE,
     policy::{Policy, PolicyCache, PolicyContext, SwappablePolicy},
 };
-use ratelab_study::experiment::{Config, Experiment, Summary};
+use ratelab_effects::checked;
+use ratelab_study::{
+    experiment::{Config, Experiment, Summary},
+    system::WorldKind,
+};
 
 pub use graphs::*;
 
@@ -44,9 +48,35 @@ pub fn config(setup: &str) -> Config {
     CartPole::config(setup).expect(setup)
 }
 
+/// The knob `text`, or why it is none.
+pub fn checked_knob(text: &str) -> Result<Knob, String> {
+    let knob = text.parse::<Knob>().map_err(|error| error.to_string());
+    knob.and_then(checked)
+}
+
+/// A knob with a valid value.
+pub fn knob(text: &str) -> Knob {
+    checked_knob(text).expect(text)
+}
+
 /// Timed knobs of the cart-pole, one a line.
 pub fn knobs(list: &str) -> Vec<TimedKnob> {
     CartPole::KNOBS.parse_list(list).expect(list)
+}
+
+/// `config` with these knobs, too.
+pub fn with(knobs: &[&str], mut config: Config) -> Config {
+    config.setup.extend(knobs.iter().map(|text| knob(text)));
+    config
+}
+
+/// Ten seconds of the cart-pole in a world that does not wait.
+pub fn own(seed: u64) -> Config {
+    Config {
+        seed,
+        world: WorldKind::OWN,
+        ..Config::default()
+    }
 }
 
 /// The cart-pole, ready to run.
@@ -97,7 +127,8 @@ pub fn message_bytes(
     observations.chain(actions).chain(steps).collect()
 }
 
-fn stamped<T>(message: &Message<T>, payload: &[u8]) -> Vec<u8> {
+/// A message as bytes: time, number, time of the sensing, and its payload.
+pub fn stamped<T>(message: &Message<T>, payload: &[u8]) -> Vec<u8> {
     let origin = message.origin.map_or(u64::MAX, |origin| origin.as_nanos());
     let head = [message.stamp.as_nanos(), message.seq, origin].map(u64::to_le_bytes);
     [head.as_flattened(), payload].concat()
@@ -137,22 +168,25 @@ pub fn messages_of<T>(tap: &Tap<TapMessage<T>>) -> Vec<Message<T>> {
 
 /// A control step in the format of the reference hashes; see `tests/golden/reference.py`.
 pub fn step_bytes(message: &Message<ControlStep>) -> Vec<u8> {
-    let step = &message.data;
+    let head = [message.data.step, message.stamp.as_nanos()].map(u64::to_le_bytes);
+    [head.as_flattened(), &state_bytes(&message.data)].concat()
+}
+
+/// What a control step says of the plant, in the format of the reference hashes.
+pub fn state_bytes(step: &ControlStep) -> Vec<u8> {
     let latency = step.latency.map_or(-1, |latency| latency.as_nanos() as i64);
-    let mut bytes = Vec::with_capacity(80);
-    bytes.extend(step.step.to_le_bytes());
-    bytes.extend(message.stamp.as_nanos().to_le_bytes());
-    bytes.extend(
-        step.observation
-            .to_array()
-            .map(f32::to_le_bytes)
-            .as_flattened(),
-    );
-    bytes.extend(step.action.0.to_le_bytes());
-    bytes.extend(latency.to_le_bytes());
-    bytes.extend(step.qpos.map(f64::to_le_bytes).as_flattened());
-    bytes.extend(step.qvel.map(f64::to_le_bytes).as_flattened());
-    bytes
+    let seen = step.observation.to_array().map(f32::to_le_bytes);
+    let state = [step.qpos, step.qvel].concat();
+    let state: Vec<u8> = state.into_iter().flat_map(f64::to_le_bytes).collect();
+    let (action, latency) = (step.action.0.to_le_bytes(), latency.to_le_bytes());
+    [seen.as_flattened(), &action, &latency, &state].concat()
+}
+
+/// The hash (64 bits) in the reference data.
+pub fn fnv1a64(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
 }
 
 /// The figures of the messages of a run, with their names in the reference data.

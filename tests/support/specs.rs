@@ -3,87 +3,44 @@
 use proptest::prelude::*;
 
 /// Parts of specs, right and wrong; `#` is a number, `~` noise.
-const PARTS: [&str; 12] = [
-    "delay:#",
-    "delay:#..#",
-    "delay:lognormal:#,#",
-    "in-order",
-    "loss:#",
-    "loss:0.#",
-    "burst:0.#,#",
-    "burst:#,#",
-    "reliable:#",
-    "none",
-    "~",
-    "~:#~",
-];
-const NUMBERS: [&str; 16] = [
-    "0", "1", "3", "12", "40", "99", "250.5", "0.25", "1e3", "1e400", "-1", "-0", "NaN", "inf", "",
-    "+7",
-];
-const NOISE: [&str; 8] = ["", " ", ",", ":", "..", "delay", "loss:", "é"];
+const PARTS: &str = "delay:#|delay:#..#|delay:lognormal:#,#|in-order|loss:#|loss:0.#|burst:0.#,#|\
+    burst:#,#|reliable:#|none|~|~:#~";
+const NUMBERS: &str = "0|1|3|12|40|99|250.5|0.25|1e3|1e400|-1|-0|NaN|inf||+7";
+const NOISE: &str = "| |,|:|..|delay|loss:|é";
+
+/// One of the parts of `list`, which `|` separates.
+fn choose(list: &'static str, by: u8) -> &'static str {
+    let parts: Vec<_> = list.split('|').collect();
+    parts[usize::from(by) % parts.len()]
+}
 
 /// Something close to the spec of a link, or one.
 pub fn almost_link() -> impl Strategy<Value = String> {
     let part = any::<[u8; 4]>().prop_map(|[part, first, second, noise]| {
-        let choose = |list: &[&'static str], by: u8| list[usize::from(by) % list.len()];
-        let part = choose(&PARTS, part).replacen('#', choose(&NUMBERS, first), 1);
-        let part = part.replacen('#', choose(&NUMBERS, second), 1);
-        part.replace('~', choose(&NOISE, noise))
+        let part = choose(PARTS, part).replacen('#', choose(NUMBERS, first), 1);
+        let part = part.replacen('#', choose(NUMBERS, second), 1);
+        part.replace('~', choose(NOISE, noise))
     });
     proptest::collection::vec(part, 1..4).prop_map(|parts| parts.join(","))
 }
 
 /// First words of knobs with targets, and other words.
-const HEADS: [&str; 20] = [
-    "rate policy",
-    "depth /obs",
-    "send actuator",
-    "send policy",
-    "takes policy",
-    "takes policy busy",
-    "offset sensor",
-    "wakes actuator",
-    "link /action",
-    "read /obs",
-    "lose /action",
-    "postpone /obs #",
-    "crash policy",
-    "restart sensor",
-    "hang actuator",
-    "clock sensor #",
-    "on-stale",
-    "control-hz",
-    "queue-depth",
-    "~ /obs",
-];
+const HEADS: &str = "rate policy|depth /obs|send actuator|send policy|takes policy|takes policy busy|\
+    offset sensor|wakes actuator|link /action|read /obs|lose /action|postpone /obs #|\
+    crash policy|restart sensor|hang actuator|clock sensor #|on-stale|control-hz|\
+    queue-depth|~ /obs";
 
 /// Values that some knob takes.
-const VALUES: [&str; 14] = [
-    "#",
-    "#..#",
-    "lognormal:#,#",
-    "recorded:a.rrd",
-    "none",
-    "newest",
-    "oldest",
-    "hold",
-    "zero:#",
-    "zero:#..#",
-    "lqr",
-    "",
-    "~",
-    "# #",
-];
+const VALUES: &str = "#|#..#|lognormal:#,#|recorded:a.rrd|none|newest|oldest|hold|zero:#|zero:#..#|lqr||\
+    ~|# #";
 
 /// Something close to a knob of the cart-pole, or one.
 pub fn almost_knob() -> impl Strategy<Value = String> {
     let other = any::<[u8; 5]>().prop_map(|[head, value, first, second, noise]| {
-        let choose = |list: &[&'static str], by: u8| list[usize::from(by) % list.len()];
-        let text = format!("{} {}", choose(&HEADS, head), choose(&VALUES, value));
-        let text = text.replacen('#', choose(&NUMBERS, first), 1);
-        let text = text.replacen('#', choose(&NUMBERS, second), 2);
-        text.replace('~', choose(&NOISE, noise))
+        let text = format!("{} {}", choose(HEADS, head), choose(VALUES, value));
+        let text = text.replacen('#', choose(NUMBERS, first), 1);
+        let text = text.replacen('#', choose(NUMBERS, second), 2);
+        text.replace('~', choose(NOISE, noise))
     });
     let link = (any::<bool>(), almost_link());
     let link = link

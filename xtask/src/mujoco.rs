@@ -120,7 +120,8 @@ fn check_size(library: &Path, platform: &Platform) -> Result<(), Error> {
     if found == wanted {
         return Ok(());
     }
-    Err(Error::Size { found, wanted })
+    let cause = format!("its library has {found} bytes, not {wanted}.");
+    Err(Error::new(cause, error::remedy::SPACE))
 }
 
 /// Copies the library, and gives the copy the date of the pin: cargo repeats a build

@@ -1,23 +1,42 @@
 //! What the records of a run add up to.
 //!
-//! An [`Observer`] counts and measures a running graph, a [`TapHandle`] copies its messages and
-//! ticks, as [`Rows`] if need be, and [`Lineage`] finds the readings behind every action, and the
-//! parts of its age: live from taps, from a recording or from the network.
+//! A graph sends records. They are added to the accounts of its nodes and topics, which an
+//! [`Observer`] reads from any thread at any time as a [`Snapshot`], a plain value; a [`TapHandle`]
+//! copies messages and ticks, as [`Rows`] if need be. [`ReplayAccounts`] adds up the same accounts from
+//! what a recording or the network holds, and [`Lineage`] finds the readings behind every action,
+//! and the parts of its age, from either.
 //!
-//! Stands on the core (`ratelab`) only; a run knows nothing of it, and one that nobody looks at
-//! pays nothing for it. Begin with [`Observer::of`], then `telemetry/run_counters.rs`.
+//! Stands on the core and its effects only; a run knows nothing of it, and one that nobody looks
+//! at pays nothing for it. Begin with [`Observer::of`], then `accounts.rs`.
 
+mod accounts;
+mod distribution;
 mod fields;
 mod lineage;
+mod node;
+mod observer;
+mod recorded;
+mod replay_accounts;
 mod rows;
-mod telemetry;
+mod saw;
+mod sink;
+mod tap;
+mod tap_handle;
+mod topic;
+mod window;
 
+pub use accounts::Snapshot;
+pub use distribution::Distribution;
 pub use fields::Fields;
 pub use lineage::{
     AgePart, AgeParts, AgeStage, Chain, Lineage, Occupied, PushInForce, Sent, TracedTick, Unmatched,
 };
-pub use rows::{NamedTopic, RecordedTopic, RowInlet, RowReader, RowTap, RowWatcher, Rows};
-pub use telemetry::{
-    Copies, Distribution, Flight, Meter, MeterView, NodeView, Observer, PushAge, PushAgeView,
-    ReplayCounters, Snapshot, SubscriptionView, Tap, TapHandle, TapMessage, TickRecord, TopicView,
-};
+pub use node::{NodeAccount, TickRecord};
+pub use observer::Observer;
+pub use recorded::{NamedTopic, RecordedTopic, RowInlet, RowReader, RowTap, RowWatcher};
+pub use replay_accounts::ReplayAccounts;
+pub use rows::Rows;
+pub use saw::{PushAge, PushAgeView, Saw};
+pub use tap::{Copies, Tap, TapMessage};
+pub use tap_handle::TapHandle;
+pub use topic::{Flight, ReaderAccount, TopicAccount};

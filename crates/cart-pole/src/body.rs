@@ -1,13 +1,13 @@
 //! Cart and pole in MuJoCo: positions, velocities, and one step of physics.
 
-use std::sync::OnceLock;
+use std::{sync::OnceLock, time::Duration};
 
 use mujoco_rs::prelude::{MjData, MjModel};
 use ratelab_study::system::StepMs;
 use thiserror::Error;
 
 use super::{
-    message::{Action, Observation},
+    message::{Action, ControlStep, Observation},
     pose::Pose,
     seeding::{generator, unit},
 };
@@ -81,6 +81,23 @@ impl Body {
     pub(super) fn look(&mut self) {
         self.pose = Pose::of(self.qpos());
         self.observation = Observation::of(self.pose, self.qvel());
+    }
+
+    /// The result of control step number `step`, with `action` from a sensing `latency` before.
+    pub(super) fn result(
+        &self,
+        step: u64,
+        action: Action,
+        latency: Option<Duration>,
+    ) -> ControlStep {
+        ControlStep {
+            step,
+            action: action.clipped(),
+            latency,
+            observation: self.observation,
+            qpos: self.qpos(),
+            qvel: self.qvel(),
+        }
     }
 
     pub(super) fn pose(&self) -> Pose {

@@ -77,14 +77,9 @@ impl FreePlant {
 
     /// Result of the control step that ends at run time `now`.
     pub fn control_step(&self, now: Time) -> ControlStep {
-        ControlStep {
-            step: now.as_nanos() / CONTROL_STEP_NS,
-            action: self.taken.clipped(),
-            latency: self.sensed.map(|sensed| now.since(sensed)),
-            observation: self.observe(),
-            qpos: self.body.qpos(),
-            qvel: self.body.qvel(),
-        }
+        let latency = self.sensed.map(|sensed| now.since(sensed));
+        let step = now.as_nanos() / CONTROL_STEP_NS;
+        self.body.result(step, self.taken, latency)
     }
 
     /// Publishes the result of the control step that ends at `now`, if there is one, and

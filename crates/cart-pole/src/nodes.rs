@@ -183,18 +183,10 @@ impl Node for Actuator {
         let command = self.input.applied(now);
         let action = command.map_or(Action::ZERO, |command| command.data);
         let sensed = command.and_then(|command| command.origin);
+        let latency = sensed.map(|sensed| now.since(sensed));
         let (fall, step) = {
             let mut plant = self.plant.lock();
-            let fall = plant.step(action);
-            let step = ControlStep {
-                step: plant.steps(),
-                action: action.clipped(),
-                latency: sensed.map(|sensed| now.since(sensed)),
-                observation: plant.observe(),
-                qpos: plant.qpos(),
-                qvel: plant.qvel(),
-            };
-            (fall, step)
+            (plant.step(action), plant.result(action, latency))
         };
         self.steps.publish(step, now, sensed);
         if fall.is_some() { END } else { GO_ON }

@@ -1,13 +1,13 @@
 //! The physics: a cart on a rail, a pole hinged to it, one motor.
 
-use std::sync::Arc;
+use std::{sync::Arc, time::Duration};
 
 use ratelab::{Hz, Shared, Turn};
 use ratelab_study::system::StepMs;
 
 use super::{
     body::{Body, PlantError},
-    message::{Action, Observation},
+    message::{Action, ControlStep, Observation},
     pose::{Fall, Pose},
 };
 
@@ -83,6 +83,11 @@ impl Plant {
         self.steps += 1;
         self.fall = self.pose().fall();
         self.fall
+    }
+
+    /// The last control step as a message, with its `action` from a sensing `latency` before.
+    pub(super) fn result(&self, action: Action, latency: Option<Duration>) -> ControlStep {
+        self.body.result(self.steps, action, latency)
     }
 
     /// Pose of cart and pole.

@@ -7,9 +7,8 @@ use ratelab_account::Fields;
 use ratelab_study::{
     experiment::Config,
     system::{
-        AgeLimits, Alias, BuildError, Builder, Final, Group, Joints, KnobText, KnobTextError,
-        Picture, QuadraticCost, Setup, Signal, StateTable, System, Verdict, VerdictKind, WORLD,
-        WorldKind,
+        About, AgeLimits, Alias, BuildError, Builder, Final, Group, KnobText, KnobTextError,
+        Picture, QuadraticCost, Setup, Signal, System, Verdict, VerdictKind, WORLD, WorldKind,
     },
 };
 
@@ -240,10 +239,6 @@ impl System for CartPole {
         "cart-pole"
     }
 
-    fn engine(&self) -> Option<String> {
-        Some(format!("MuJoCo {}", mujoco_version()))
-    }
-
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
         let context = context(builder.seed(), builder.setup())?;
         let policy = self.policy(builder.message(POLICY), context)?;
@@ -289,39 +284,35 @@ impl System for CartPole {
         }
     }
 
-    fn groups(&self) -> &'static [Group] {
-        &[Group {
-            name: "plant",
-            nodes: &[WORLD, SENSOR, ACTUATOR],
-        }]
-    }
-
-    fn joints(&self) -> &'static [Joints] {
-        &super::joints::JOINTS
+    fn about(&self) -> About<'_> {
+        About {
+            engine: Some(("MuJoCo", mujoco_version())),
+            aliases: Self::KNOBS.0,
+            captions: &[
+                (SENSOR, "reads the plant"),
+                (POLICY, "decides"),
+                (ACTUATOR, "pushes"),
+                (WORLD, "moves by itself"),
+            ],
+            broken: Some("control-hz 5"),
+            groups: &[Group {
+                name: "plant",
+                nodes: &[WORLD, SENSOR, ACTUATOR],
+            }],
+            joints: &super::joints::JOINTS,
+            table: Some(table::TABLE),
+            quadratic_cost: Some(QuadraticCost {
+                sum: "(x/2.4 m)^2 + (angle/12 deg)^2 + u^2",
+                of_state: cost_of,
+            }),
+            ..About::default()
+        }
     }
 
     /// No push from five control periods after the sensing behind the newest action.
     fn watchdog(&self, setup: &Setup) -> Option<String> {
         let hz = setup.rate(POLICY).map_or(CONTROL_HZ, Hz::get);
         Some(format!("on-stale zero:{}", 5.0 * 1e3 / hz))
-    }
-
-    fn aliases(&self) -> &'static [Alias] {
-        Self::KNOBS.0
-    }
-
-    fn caption(&self, node: &str) -> Option<&'static str> {
-        match node {
-            SENSOR => Some("reads the plant"),
-            POLICY => Some("decides"),
-            ACTUATOR => Some("pushes"),
-            WORLD => Some("moves by itself"),
-            _ => None,
-        }
-    }
-
-    fn broken(&self) -> Option<&'static str> {
-        Some("control-hz 5")
     }
 
     /// Pins a policy's file to its current content.
@@ -388,10 +379,6 @@ impl System for CartPole {
         Some(STATE)
     }
 
-    fn table(&self) -> Option<StateTable> {
-        Some(table::TABLE)
-    }
-
     fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
         let fall = state.and_then(pose).and_then(|pose| pose.fall());
         let kind = match (fall, exit) {
@@ -424,13 +411,6 @@ impl System for CartPole {
             grows: age_limit(&policy, Rates { sensor, control }).ok(),
             falls: falls(&policy, control),
         }
-    }
-
-    fn quadratic_cost(&self) -> Option<QuadraticCost> {
-        Some(QuadraticCost {
-            sum: "(x/2.4 m)^2 + (angle/12 deg)^2 + u^2",
-            of_state: cost_of,
-        })
     }
 
     fn verdicts(&self) -> &'static [&'static VerdictKind] {

@@ -189,17 +189,23 @@ impl<O: CallbackOrder> Ordered<O> {
             Call::Timer { member } => (member, self.call_timer(member, plan)),
             Call::Message { member, input } => {
                 let trigger = self.tasks[member].trigger.as_mut();
-                (member, trigger.and_then(|t| t.take_from(input, now)))
+                (
+                    member,
+                    trigger.and_then(|t| t.take_from(input, member, plan)),
+                )
             }
             Call::Messages { member } => {
                 let trigger = self.tasks[member].trigger.as_mut();
-                (member, trigger.and_then(|trigger| trigger.take(now)))
+                (
+                    member,
+                    trigger.and_then(|trigger| trigger.take(member, plan)),
+                )
             }
         };
         let Some(due) = due else {
             let (order, mut crew) = self.order(plan);
             order.ended(member, &mut crew);
-            return Some(Job::new(member, JobKind::Take));
+            return None;
         };
         let task = &mut self.tasks[member];
         let cost = task.cost();
@@ -220,7 +226,7 @@ impl<O: CallbackOrder> Ordered<O> {
         }
         let due = task.due();
         let called = (due <= now).then(|| {
-            plan.skipped(member, task.pass(now + Time::TICK));
+            plan.skipped(member, task.pass(now + Time::RESOLUTION));
             due
         });
         self.release(member, plan);
@@ -240,7 +246,6 @@ impl<O: CallbackOrder> Ordered<O> {
                 let (order, mut crew) = self.order(plan);
                 order.ended(member, &mut crew);
             }
-            JobKind::Take => return,
         }
         plan.look();
     }

@@ -43,7 +43,9 @@ impl Own {
 
     /// Run time until which no other tick can start; `None` if it is free.
     fn busy_until(&self) -> Option<Time> {
-        let waiting = self.waiting.map(|waiting| waiting.starts + Time::TICK);
+        let waiting = self
+            .waiting
+            .map(|waiting| waiting.starts + Time::RESOLUTION);
         waiting.or(self.task.running.map(|running| running.ends))
     }
 
@@ -96,11 +98,11 @@ impl Own {
             Some(_) if plan.is_over() && self.task.is_triggered() => return None,
             Some(waiting) => {
                 if is_virtual {
-                    self.task.skip_before(now + Time::TICK, plan);
+                    self.task.skip_before(now + Time::RESOLUTION, plan);
                 }
                 self.waiting = None;
                 match &mut self.task.trigger {
-                    Some(trigger) => trigger.take(now),
+                    Some(trigger) => trigger.take(0, plan),
                     None => Some(waiting.due),
                 }
             }
@@ -114,13 +116,10 @@ impl Own {
                 Some(due)
             }
         };
-        Some(match due {
-            Some(due) => self.job(due, plan),
-            None => {
-                self.arm(false, plan);
-                Job::new(0, JobKind::Take)
-            }
-        })
+        if due.is_none() {
+            self.arm(false, plan);
+        }
+        due.map(|due| self.job(due, plan))
     }
 
     /// The begin of the tick that was `due`.
@@ -158,7 +157,6 @@ impl Own {
                 self.task.skip_before(passed, plan);
             }
             JobKind::Tick { .. } => self.task.skip_before(passed, plan),
-            JobKind::Take => return,
         }
         self.arm(false, plan);
     }

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use ratelab::{Intake, Time};
+use ratelab::{Intake, Time, Timetable};
 
 use super::{choice::Choice, matcher::Matcher, matching::Match};
 
@@ -81,13 +81,18 @@ impl Trigger {
     }
 
     /// Takes the oldest message of an input. Returns the run time of its delivery if it
-    /// completes a set: the node is to tick.
-    pub(crate) fn take_from(&mut self, input: usize, now: Time) -> Option<Time> {
+    /// completes a set: the node, which is this member of its crew, is to tick.
+    pub(crate) fn take_from(
+        &mut self,
+        input: usize,
+        member: usize,
+        plan: &mut Timetable<'_>,
+    ) -> Option<Time> {
         let (choice, arrived) = match self.more.sets.pop_front() {
             // Its own message waits for the next call.
             Some(choice) => (Some(choice), self.more.arrived),
             None => {
-                let taken = self.inputs.get_mut(input)?.take(now)?;
+                let taken = self.inputs.get_mut(input)?.take(plan.now())?;
                 let choice = self.sets.add(input, taken, &mut self.more.sets);
                 (self.more.input, self.more.arrived) = (input, taken.arrived);
                 (choice, taken.arrived)
@@ -100,26 +105,25 @@ impl Trigger {
             let waiting = self.more.sets.front().map(|set| set[index]);
             input.forget_before(waiting.or_else(|| self.sets.needs_from(index)));
         }
-        if (input != self.more.input || !self.more.sets.is_empty())
-            && let Some(input) = self.inputs.get(input)
-        {
-            input.call_again(now);
+        if input != self.more.input || !self.more.sets.is_empty() {
+            // The node is called once more, as if a message arrived.
+            plan.arrive(member, input);
         }
         choice.map(|_| arrived)
     }
 
     /// Takes messages, one of each input in turn, until a set is complete; returns the run
     /// time of the delivery of its last one.
-    pub(crate) fn take(&mut self, now: Time) -> Option<Time> {
+    pub(crate) fn take(&mut self, member: usize, plan: &mut Timetable<'_>) -> Option<Time> {
         let mut empty = 0;
         while empty < self.inputs.len() {
             let input = self.turn;
             self.turn = (input + 1) % self.inputs.len();
-            match self.oldest_of(input, now) {
+            match self.oldest_of(input, plan.now()) {
                 None => empty += 1,
                 Some(_) => {
                     empty = 0;
-                    if let Some(due) = self.take_from(input, now) {
+                    if let Some(due) = self.take_from(input, member, plan) {
                         return Some(due);
                     }
                 }

@@ -1,34 +1,13 @@
-//! One entry of a thread's log as bytes.
+//! The entries of a thread's log as bytes.
+
+use serde::{Deserialize, Serialize};
 
 use ratelab::{Arrival, End, Entry, LateLook, LockName, Operation, Time};
 
-use super::bytes::{Reader, put, put_signed, put_text};
+use super::log::LogError;
 
-/// The first byte of an entry. The highest bit: the same locks as in the entry before that
-/// had locks.
-mod tag {
-    pub const LOCK: u8 = 0;
-    pub const BEGIN: u8 = 1;
-    pub const OBEY: u8 = 6;
-    pub const LEAVE: u8 = 7;
-    pub const REST: u8 = 8;
-    pub const ABANDONED: u8 = 9;
-    pub const END: u8 = 10;
-    pub const ARRIVE: u8 = 16;
-    /// A look without work, and one with some.
-    pub const LOOK: u8 = 17;
-    pub const WORK: u8 = 18;
-    pub const LATE_LOOK: u8 = 19;
-    pub const LATE_WORK: u8 = 20;
-    pub const FINISH: u8 = 21;
-    pub const DONE: u8 = 22;
-    /// Work whose missed periods do not follow from its end.
-    pub const LAST_DONE: u8 = 23;
-    pub const SAME_LOCKS: u8 = 0x80;
-
-    /// Entries of earlier logs: the ticks of nodes.
-    pub const EARLIER: [u8; 6] = [2, 3, 4, 5, 11, 12];
-}
+/// The first byte of the log of a thread; those of earlier releases begin with a smaller one.
+const FORMAT: u8 = 2;
 
 /// Position between two entries of a thread, for numbers that count from the last one.
 #[derive(Debug, Default)]
@@ -37,10 +16,24 @@ pub(super) struct Coder {
     locks: Vec<LockName>,
     /// The next turn of each lock, if no other thread took one.
     turns: Vec<u64>,
-    /// Indices of the locks of the last entry that had some.
+    /// The locks of the last entry that had some, by their positions.
     pattern: Vec<usize>,
-    /// Whether an entry was read that only earlier logs have.
-    is_earlier: bool,
+    line: LogLine,
+}
+
+/// An entry as it is written.
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct LogLine {
+    /// Names of locks that are new with it.
+    names: Vec<String>,
+    /// Its times count from the entry before.
+    entry: Entry,
+    /// The positions of the locks that it took; `None` for those of the entry before that had
+    /// some.
+    locks: Option<Vec<usize>>,
+    /// For each of them, twice the number of turns that others took meanwhile; one more after an
+    /// access from outside.
+    turns: Vec<u64>,
 }
 
 impl Coder {
@@ -49,276 +42,155 @@ impl Coder {
         self.locks.iter().copied().zip(self.turns.iter().copied())
     }
 
-    /// Whether an entry was read that only earlier logs have.
-    pub(super) fn is_earlier(&self) -> bool {
-        self.is_earlier
-    }
-
     /// Adds an entry and its operations.
     pub(super) fn put(&mut self, bytes: &mut Vec<u8>, entry: &Entry, operations: &[Operation]) {
-        let locks: Vec<usize> = operations
-            .iter()
-            .map(|operation| self.index(bytes, operation.lock))
-            .collect();
-        let same = !locks.is_empty() && locks == self.pattern;
-        let head = bytes.len();
-        self.put_entry(bytes, entry);
-        if same {
-            bytes[head] |= tag::SAME_LOCKS;
-        } else {
-            put(bytes, locks.len() as u64);
+        if bytes.is_empty() {
+            bytes.push(FORMAT);
         }
-        for (lock, operation) in locks.iter().zip(operations) {
-            if !same {
-                put(bytes, *lock as u64);
-            }
-            let ahead = operation.turn.wrapping_sub(self.turns[*lock]);
-            put(bytes, ahead << 1 | u64::from(operation.outside));
-            self.turns[*lock] = operation.turn + 1;
+        self.line.names.clear();
+        self.line.turns.clear();
+        let mut locks = Vec::with_capacity(operations.len());
+        for operation in operations {
+            let lock = self.position(operation.lock);
+            let ahead = operation.turn.wrapping_sub(self.turns[lock]);
+            self.line
+                .turns
+                .push(ahead << 1 | u64::from(operation.outside));
+            self.turns[lock] = operation.turn + 1;
+            locks.push(lock);
         }
+        let is_usual = !locks.is_empty() && locks == self.pattern;
+        self.line.locks = (!is_usual).then(|| locks.clone());
+        let last = self.last.as_nanos();
+        self.line.entry = with_times(*entry, |time| {
+            let ahead = time.as_nanos().wrapping_sub(last) as i64;
+            // Small numbers for times before the last one, too.
+            (ahead << 1 ^ ahead >> 63) as u64
+        });
+        let line = postcard::to_extend(&self.line, std::mem::take(bytes));
+        *bytes = line.expect("a vector takes every number and text");
+        self.pass(entry, locks);
+    }
+
+    /// Moves on behind an entry that took these `locks`.
+    fn pass(&mut self, entry: &Entry, locks: Vec<usize>) {
+        self.last = entry.at().unwrap_or(self.last);
         if !locks.is_empty() {
             self.pattern = locks;
         }
     }
 
-    /// The index of a lock; names it before its first use.
-    fn index(&mut self, bytes: &mut Vec<u8>, lock: LockName) -> usize {
+    /// The position of a lock; names it before its first use.
+    fn position(&mut self, lock: LockName) -> usize {
         let known = self.locks.iter().position(|known| *known == lock);
         known.unwrap_or_else(|| {
-            bytes.push(tag::LOCK);
-            put_text(bytes, &lock.text());
+            self.line.names.push(lock.text().to_string());
             self.locks.push(lock);
             self.turns.push(0);
             self.locks.len() - 1
         })
     }
 
-    fn put_entry(&mut self, bytes: &mut Vec<u8>, entry: &Entry) {
-        match *entry {
-            Entry::Begin => bytes.push(tag::BEGIN),
-            Entry::Arrive(Arrival { at, node, input }) => {
-                bytes.push(tag::ARRIVE);
-                self.put_beside(bytes, at);
-                put(bytes, node as u64);
-                put(bytes, input as u64);
-            }
-            Entry::Look { at, late, node } => {
-                bytes.push(match (late, node) {
-                    (None, None) => tag::LOOK,
-                    (None, Some(_)) => tag::WORK,
-                    (Some(_), None) => tag::LATE_LOOK,
-                    (Some(_), Some(_)) => tag::LATE_WORK,
-                });
-                self.put_time(bytes, at);
-                if let Some(LateLook { until, over }) = late {
-                    self.put_beside(bytes, until);
-                    bytes.push(over.into());
-                }
-                if let Some(node) = node {
-                    put(bytes, node as u64);
-                }
-            }
-            Entry::Finish { at, node } => {
-                bytes.push(tag::FINISH);
-                self.put_time(bytes, at);
-                put(bytes, node as u64);
-            }
-            Entry::Done { at, passed } => {
-                let usual = passed == at;
-                bytes.push(if usual { tag::DONE } else { tag::LAST_DONE });
-                self.put_beside(bytes, at);
-                if !usual {
-                    self.put_beside(bytes, passed);
-                }
-            }
-            Entry::Obey { at, event } => {
-                bytes.push(tag::OBEY);
-                self.put_time(bytes, at);
-                put(bytes, event);
-            }
-            Entry::Leave { before } => {
-                bytes.push(tag::LEAVE);
-                self.put_beside(bytes, before);
-            }
-            Entry::Rest { event } => {
-                bytes.push(tag::REST);
-                put(bytes, event);
-            }
-            Entry::Abandoned => bytes.push(tag::ABANDONED),
-            Entry::End(end) => {
-                bytes.push(tag::END);
-                self.put_end(bytes, end);
-            }
-        }
-    }
-
-    fn put_end(&mut self, bytes: &mut Vec<u8>, end: End) {
-        let (number, node, at) = match end {
-            End::Paused => (0, None, None),
-            End::Completed { until } => (1, None, Some(until)),
-            End::Ended { node, at } => (2, Some(node), Some(at)),
-            End::Stopped => (3, None, None),
-            End::HandedOver => (4, None, None),
-            End::Failed { node, at } => (5, Some(node), Some(at)),
-            End::NoThread { node, at } => (6, Some(node), Some(at)),
-            End::Left => (7, None, None),
+    /// The entries in the log of a thread, each with its operations.
+    ///
+    /// # Errors
+    /// [`LogError`] for bytes that are no log, or that of an earlier release.
+    pub(super) fn read(bytes: &[u8]) -> Result<Vec<(Entry, Vec<Operation>)>, LogError> {
+        let mut rest = match bytes {
+            [FORMAT, rest @ ..] => rest,
+            [] => return Ok(Vec::new()),
+            [..FORMAT, ..] => return Err(LogError::Earlier),
+            _ => return Err(LogError::Damaged("byte 0 of a thread".to_owned())),
         };
-        bytes.push(number);
-        if let Some(node) = node {
-            put(bytes, node as u64);
+        let (mut coder, mut entries) = (Self::default(), Vec::new());
+        while !rest.is_empty() {
+            let at = bytes.len() - rest.len();
+            let logged = coder.get(&mut rest);
+            let damaged = || LogError::Damaged(format!("byte {at} of a thread"));
+            entries.push(logged.ok_or_else(damaged)?);
         }
-        if let Some(at) = at {
-            self.put_beside(bytes, at);
-        }
+        Ok(entries)
     }
 
-    /// Adds a time that later ones count from.
-    fn put_time(&mut self, bytes: &mut Vec<u8>, time: Time) {
-        self.put_beside(bytes, time);
-        self.last = time;
-    }
-
-    fn put_beside(&self, bytes: &mut Vec<u8>, time: Time) {
-        let ahead = time.as_nanos().wrapping_sub(self.last.as_nanos());
-        put_signed(bytes, ahead as i64);
-    }
-
-    /// Reads an entry, and adds its operations to `operations`; `None` where there is none.
-    pub(super) fn get(
-        &mut self,
-        reader: &mut Reader<'_>,
-        operations: &mut Vec<Operation>,
-    ) -> Option<Entry> {
-        let mut head = reader.byte()?;
-        while head == tag::LOCK {
-            self.locks.push(LockName::of(reader.text()?));
+    /// Reads an entry with its operations; `None` where there is none.
+    fn get(&mut self, bytes: &mut &[u8]) -> Option<(Entry, Vec<Operation>)> {
+        let (line, rest): (LogLine, _) = postcard::take_from_bytes(bytes).ok()?;
+        *bytes = rest;
+        for name in &line.names {
+            self.locks.push(LockName::of(name));
             self.turns.push(0);
-            head = reader.byte()?;
         }
-        let same = head & tag::SAME_LOCKS != 0;
-        self.is_earlier = tag::EARLIER.contains(&(head & !tag::SAME_LOCKS));
-        let entry = self.get_entry(head & !tag::SAME_LOCKS, reader)?;
-        let count = match same {
-            true => self.pattern.len(),
-            false => usize::try_from(reader.number()?).ok()?,
-        };
-        // An operation has at least one byte.
-        if count > reader.0.len() {
+        let locks = line.locks.unwrap_or_else(|| self.pattern.clone());
+        if locks.len() != line.turns.len() {
             return None;
         }
-        let mut locks = std::mem::take(&mut self.pattern);
-        let before = locks.len();
-        for index in 0..count {
-            let lock = match same {
-                true => locks[index],
-                false => usize::try_from(reader.number()?).ok()?,
-            };
-            let next = self.turns.get_mut(lock)?;
-            let ahead = reader.number()?;
+        let mut operations = Vec::with_capacity(locks.len());
+        for (lock, ahead) in locks.iter().zip(line.turns) {
+            let next = self.turns.get_mut(*lock)?;
             let turn = next.checked_add(ahead >> 1)?;
             *next = turn.checked_add(1)?;
             operations.push(Operation {
-                lock: self.locks[lock],
+                lock: self.locks[*lock],
                 turn,
                 outside: ahead & 1 != 0,
             });
-            if !same {
-                locks.push(lock);
-            }
         }
-        if !same && count > 0 {
-            locks.drain(..before);
-        }
-        self.pattern = locks;
-        Some(entry)
+        let last = self.last.as_nanos();
+        let entry = with_times(line.entry, |time| {
+            let ahead = time.as_nanos();
+            last.wrapping_add(ahead >> 1 ^ (ahead & 1).wrapping_neg())
+        });
+        self.pass(&entry, locks);
+        Some((entry, operations))
     }
+}
 
-    fn get_entry(&mut self, head: u8, reader: &mut Reader<'_>) -> Option<Entry> {
-        Some(match head {
-            tag::BEGIN => Entry::Begin,
-            tag::ARRIVE => Entry::Arrive(Arrival {
-                at: self.get_beside(reader)?,
-                node: usize::try_from(reader.number()?).ok()?,
-                input: usize::try_from(reader.number()?).ok()?,
+/// The same entry with other times (ns).
+fn with_times(entry: Entry, other: impl Fn(Time) -> u64) -> Entry {
+    let other = |time| Time::from_nanos(other(time));
+    match entry {
+        Entry::Arrive(arrival) => Entry::Arrive(Arrival {
+            at: other(arrival.at),
+            ..arrival
+        }),
+        Entry::Look { at, late, node } => Entry::Look {
+            at: other(at),
+            late: late.map(|LateLook { until, over }| {
+                let until = other(until);
+                LateLook { until, over }
             }),
-            tag::LOOK | tag::WORK | tag::LATE_LOOK | tag::LATE_WORK => {
-                let at = self.get_time(reader)?;
-                let late = match head {
-                    tag::LATE_LOOK | tag::LATE_WORK => Some(LateLook {
-                        until: self.get_beside(reader)?,
-                        over: reader.byte()? != 0,
-                    }),
-                    _ => None,
-                };
-                let node = match head {
-                    tag::WORK | tag::LATE_WORK => Some(usize::try_from(reader.number()?).ok()?),
-                    _ => None,
-                };
-                Entry::Look { at, late, node }
-            }
-            tag::FINISH => Entry::Finish {
-                at: self.get_time(reader)?,
-                node: usize::try_from(reader.number()?).ok()?,
+            node,
+        },
+        Entry::Finish { at, node } => Entry::Finish {
+            at: other(at),
+            node,
+        },
+        Entry::Done { at, passed } => Entry::Done {
+            at: other(at),
+            passed: other(passed),
+        },
+        Entry::Obey { at, event } => Entry::Obey {
+            at: other(at),
+            event,
+        },
+        Entry::End(end) => Entry::End(match end {
+            End::Completed { until } => End::Completed {
+                until: other(until),
             },
-            tag::DONE | tag::LAST_DONE => {
-                let at = self.get_beside(reader)?;
-                let passed = match head {
-                    tag::DONE => at,
-                    _ => self.get_beside(reader)?,
-                };
-                Entry::Done { at, passed }
-            }
-            tag::OBEY => Entry::Obey {
-                at: self.get_time(reader)?,
-                event: reader.number()?,
+            End::Ended { node, at } => End::Ended {
+                node,
+                at: other(at),
             },
-            tag::LEAVE => Entry::Leave {
-                before: self.get_beside(reader)?,
+            End::Failed { node, at } => End::Failed {
+                node,
+                at: other(at),
             },
-            tag::REST => Entry::Rest {
-                event: reader.number()?,
+            End::NoThread { node, at } => End::NoThread {
+                node,
+                at: other(at),
             },
-            tag::ABANDONED => Entry::Abandoned,
-            tag::END => Entry::End(self.get_end(reader)?),
-            _ => return None,
-        })
-    }
-
-    fn get_end(&self, reader: &mut Reader<'_>) -> Option<End> {
-        let kind = reader.byte()?;
-        let mut node = || usize::try_from(reader.number()?).ok();
-        Some(match kind {
-            0 => End::Paused,
-            1 => End::Completed {
-                until: self.get_beside(reader)?,
-            },
-            2 => End::Ended {
-                node: node()?,
-                at: self.get_beside(reader)?,
-            },
-            3 => End::Stopped,
-            4 => End::HandedOver,
-            5 => End::Failed {
-                node: node()?,
-                at: self.get_beside(reader)?,
-            },
-            6 => End::NoThread {
-                node: node()?,
-                at: self.get_beside(reader)?,
-            },
-            7 => End::Left,
-            _ => return None,
-        })
-    }
-
-    fn get_time(&mut self, reader: &mut Reader<'_>) -> Option<Time> {
-        let time = self.get_beside(reader)?;
-        self.last = time;
-        Some(time)
-    }
-
-    fn get_beside(&self, reader: &mut Reader<'_>) -> Option<Time> {
-        let ahead = reader.signed()? as u64;
-        Some(Time::from_nanos(self.last.as_nanos().wrapping_add(ahead)))
+            end => end,
+        }),
+        entry => entry,
     }
 }

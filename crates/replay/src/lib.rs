@@ -21,7 +21,6 @@
 //! Stands on the core (`ratelab`) only, by its hooks for journals, turns and clocks. Begin with
 //! `run_log.rs` and `rerun.rs`.
 
-mod bytes;
 mod coder;
 mod hold;
 mod knot;

@@ -28,7 +28,7 @@ pub(crate) struct Plan {
 /// A part of the plan: before and after it no node is in a tick.
 #[derive(Debug)]
 pub(crate) struct Planned {
-    pub(crate) part: Part,
+    pub(crate) part: PlanPart,
     /// Run time of its latest entry.
     pub(crate) at: Time,
     /// Whether the graph is at rest after it: the schedulers know of all that was done.
@@ -37,7 +37,7 @@ pub(crate) struct Planned {
 
 /// What runs as one.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Part {
+pub(crate) enum PlanPart {
     /// The next entry of this thread.
     Entry(usize),
     /// The next entries of several threads, which overlap, in steps.
@@ -261,7 +261,7 @@ impl<'a> Planner<'a> {
                     if !way.is_over() {
                         self.ready.push(Reverse((way.at(), thread)));
                     }
-                    let part = Part::Entry(thread);
+                    let part = PlanPart::Entry(thread);
                     let rests = self.rests_after([thread]);
                     return Some(Planned { part, at, rests });
                 }
@@ -324,7 +324,7 @@ impl<'a> Planner<'a> {
         }
         let rests = self.rests_after(steps.iter().map(|step| step.thread));
         Some(Planned {
-            part: Part::Knot(steps),
+            part: PlanPart::Knot(steps),
             at: latest,
             rests,
         })

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use ratelab::{
-    ClockExit, Command, CrewHands, End, Entries, Entry, Event, EventKind, Fault, Outcome, RunState,
-    SupervisorHand, ThreadHand, Time,
+    ClockExit, Command, CrewThread, Crews, End, Entries, Entry, Event, EventKind, Fault, Outcome,
+    RunState, Supervision, Time,
     sync::{Arc, spawn_named, thread},
 };
 
@@ -82,7 +82,7 @@ struct ThreadPlayer<'a> {
     number: usize,
     thread: &'a Thread,
     /// Its crew; `None` for a node without a thread.
-    hand: Option<ThreadHand<'a>>,
+    hand: Option<CrewThread<'a>>,
     log: Entries,
     /// Number of entries done.
     done: usize,
@@ -100,10 +100,10 @@ impl<'a> Players<'a> {
         nodes: &'a [Thread],
         events: Events<'a>,
         watch: &'a Arc<Watch>,
-        (state, crews): (Arc<RunState>, &'a CrewHands),
+        (state, crews): (Arc<RunState>, &'a Crews<'a>),
     ) -> Self {
         state.begin_threads(nodes.len());
-        let mut hands: BTreeMap<usize, ThreadHand<'a>> = crews.threads().collect();
+        let mut hands: BTreeMap<usize, CrewThread<'a>> = crews.threads().collect();
         let threads = nodes.iter().enumerate();
         let threads = threads.map(|(index, thread)| ThreadPlayer {
             number: index + 1,
@@ -132,9 +132,9 @@ impl<'a> Players<'a> {
     }
 
     /// Runs the next entry of thread number `thread` on the calling thread.
-    pub(super) fn entry(&mut self, hand: SupervisorHand<'_>, thread: usize) {
+    pub(super) fn entry(&mut self, supervision: &mut Supervision<'_>, thread: usize) {
         let Some(index) = thread.checked_sub(1) else {
-            self.supervise(hand, 1);
+            self.supervise(supervision, 1);
             return;
         };
         let _following = self.script.follow();
@@ -142,7 +142,7 @@ impl<'a> Players<'a> {
     }
 
     /// Runs the next entries of several threads at the same time.
-    pub(super) fn knot(&mut self, hand: SupervisorHand<'_>, counts: &[(usize, usize)]) {
+    pub(super) fn knot(&mut self, supervision: &mut Supervision<'_>, counts: &[(usize, usize)]) {
         let count = |thread: usize| {
             let count = counts.iter().find(|(known, _)| *known == thread);
             count.map_or(0, |(_, count)| *count)
@@ -168,16 +168,16 @@ impl<'a> Players<'a> {
             if own > 0 {
                 let _following = self.script.follow();
                 let known = (self.events, &**watch, &*self.state, &self.script);
-                self.supervisor.play(hand, known, own);
+                self.supervisor.play(supervision, known, own);
                 watch.hold().leave();
             }
         });
     }
 
-    fn supervise(&mut self, hand: SupervisorHand<'_>, entries: usize) {
+    fn supervise(&mut self, supervision: &mut Supervision<'_>, entries: usize) {
         let _following = self.script.follow();
         let known = (self.events, &**self.watch, &*self.state, &self.script);
-        self.supervisor.play(hand, known, entries);
+        self.supervisor.play(supervision, known, entries);
     }
 
     /// Comes to the recorded `end`.
@@ -253,7 +253,7 @@ impl SupervisorAgain<'_> {
     /// Runs the next `entries`.
     fn play(
         &mut self,
-        mut hand: SupervisorHand<'_>,
+        supervision: &mut Supervision<'_>,
         (events, watch, state, script): (Events<'_>, &Watch, &RunState, &Script),
         entries: usize,
     ) {
@@ -264,7 +264,7 @@ impl SupervisorAgain<'_> {
             script.expect(0, operations);
             if let Entry::Obey { at, event } = *entry {
                 let event = events.again(event, at, state, |command| {
-                    let obeyed = hand.obey(command, at);
+                    let obeyed = supervision.obey(command, at);
                     self.exit = obeyed.exit;
                     Some(obeyed.event)
                 });
@@ -334,7 +334,6 @@ impl ThreadPlayer<'_> {
                     None => self.differs(entry, "it has no such node"),
                 }
             }
-            Entry::Leave { before } => hand.leave(before),
             Entry::Begin | Entry::End(_) | Entry::Rest { .. } | Entry::Abandoned => {}
         }
         None

@@ -3,15 +3,15 @@
 use std::collections::{BTreeSet, VecDeque};
 
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, CrewHands, End, Entries, Entry, Event, EventKind, Fault,
-    Graph, Inbox, Obeyed, SupervisorHand, Time, Topology, note_end, obey_at_rest, sync::Arc,
+    Clock, ClockExit, ClockKind, Command, Crews, End, Entries, Entry, Event, EventKind, Fault,
+    Graph, Inbox, Obeyed, RunState, Supervision, Time, Topology, note_end, obey_at_rest, sync::Arc,
 };
 
 use super::{
     hold::Hold,
     knot::{Knot, KnotStep},
     log::{Log, LogError},
-    plan::{Part, entries_of},
+    plan::{PlanPart, entries_of},
     players::{Events, Players},
     section::{Section, Sections, Stretch},
     watch::Watch,
@@ -254,8 +254,8 @@ impl Rerun {
         let (mut all, mut knotted) = (0, 0);
         for planned in self.stretches().flat_map(|stretch| stretch.plan.parts()) {
             let knot = match &planned.part {
-                Part::Entry(_) => 0,
-                Part::Knot(steps) => steps.iter().filter(|step| step.ends).count(),
+                PlanPart::Entry(_) => 0,
+                PlanPart::Knot(steps) => steps.iter().filter(|step| step.ends).count(),
             };
             all += knot.max(1);
             knotted += knot;
@@ -339,17 +339,19 @@ impl Rerun {
             self.watch.differs("the graph has other nodes".to_owned());
             return Ok(Some(ClockExit::Stopped));
         }
-        let crews = graph.take_in_hand();
-        let played = self.play(graph, &crews, &stretch);
-        crews.put_back(graph);
+        let state = graph.state();
+        let (crews, mut supervision) = graph.apart();
+        let played = self.play(state, &crews, &mut supervision, &stretch);
+        drop(crews);
         played.unwrap_or_else(|| Ok(Some(self.leave(graph))))
     }
 
     /// Plays a stretch; `None` where the recorded run is to be left.
     fn play(
         &mut self,
-        graph: &mut Graph,
-        crews: &CrewHands,
+        state: Arc<RunState>,
+        crews: &Crews<'_>,
+        supervision: &mut Supervision<'_>,
         stretch: &Stretch,
     ) -> Option<Result<Option<ClockExit>, Fault>> {
         let events = Events {
@@ -359,14 +361,14 @@ impl Rerun {
         let Some((supervisor, nodes)) = stretch.threads.split_first() else {
             return Some(Ok(Some(ClockExit::Stopped)));
         };
-        let known = (graph.state(), crews);
+        let known = (state, crews);
         let mut players = Players::new(supervisor, nodes, events, &self.watch, known);
         if self.watch.is_perturbed() && self.branch.is_none() && stretch.end.is_some() {
             let all = stretch.threads.iter().enumerate();
             let all: Vec<_> = all
                 .map(|(thread, entries)| (thread, entries.len()))
                 .collect();
-            players.knot(graph.supervisor_hand(), &all);
+            players.knot(supervision, &all);
             return Some(players.end(stretch.end));
         }
         let branch = self.branch.as_ref();
@@ -378,14 +380,13 @@ impl Rerun {
             if self.watch.is_over() {
                 break;
             }
-            let hand = graph.supervisor_hand();
             match &planned.part {
-                Part::Entry(thread) => players.entry(hand, *thread),
-                Part::Knot(steps) => {
+                PlanPart::Entry(thread) => players.entry(supervision, *thread),
+                PlanPart::Knot(steps) => {
                     let here = self.hold == Some(0);
                     self.hold = self.hold.and_then(|before| before.checked_sub(1));
                     let hold = here.then(|| self.watch.hold());
-                    knot(&mut players, hand, steps, hold);
+                    knot(&mut players, supervision, steps, hold);
                 }
             }
         }
@@ -427,7 +428,7 @@ fn at_rest(graph: &mut Graph, command: &Command) -> Obeyed {
 /// Executes the knot of these `steps`, and waits for the end of its `hold` if it has one.
 fn knot(
     players: &mut Players<'_>,
-    hand: SupervisorHand<'_>,
+    supervision: &mut Supervision<'_>,
     steps: &[KnotStep],
     hold: Option<&Hold>,
 ) {
@@ -436,7 +437,7 @@ fn knot(
         let takes = steps.iter().filter(|step| step.takes.is_some());
         hold.begin(takes.map(|step| step.thread).collect(), counts.len());
     }
-    players.knot(hand, &counts);
+    players.knot(supervision, &counts);
     if let Some(hold) = hold {
         hold.wait_for_end();
     }

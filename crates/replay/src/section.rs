@@ -5,11 +5,10 @@ use std::collections::BTreeSet;
 use ratelab::{End, Entry, Event, EventKind, Operation, Time, sync::Arc};
 
 use super::{
-    bytes::Reader,
     coder::Coder,
     knot::{Knot, KnotOperation, KnotStep},
     log::{Log, LogError},
-    plan::{Part, Plan, Turns},
+    plan::{Plan, PlanPart, Turns},
     thread::Thread,
 };
 
@@ -57,7 +56,11 @@ impl Sections {
         names: &[Arc<str>],
         whole: bool,
     ) -> Result<Self, LogError> {
-        let threads: Result<Vec<_>, _> = log.threads().iter().map(|bytes| entries(bytes)).collect();
+        let threads: Result<Vec<_>, _> = log
+            .threads()
+            .iter()
+            .map(|bytes| Coder::read(bytes))
+            .collect();
         let mut threads = threads?.into_iter();
         let Some(supervisor) = threads.next() else {
             return Ok(Self::default());
@@ -83,23 +86,6 @@ impl Sections {
             events: reader.known,
         })
     }
-}
-
-/// The entries in the log of a thread.
-fn entries(bytes: &[u8]) -> Result<Vec<Logged>, LogError> {
-    let (mut reader, mut coder) = (Reader(bytes), Coder::default());
-    let mut entries = Vec::new();
-    while !reader.is_empty() {
-        let at = bytes.len() - reader.0.len();
-        let mut operations = Vec::new();
-        let entry = coder.get(&mut reader, &mut operations);
-        let entry = entry.ok_or_else(|| match coder.is_earlier() {
-            true => LogError::Earlier,
-            false => LogError::Damaged(format!("byte {at} of a thread")),
-        })?;
-        entries.push((entry, operations));
-    }
-    Ok(entries)
 }
 
 /// The entries of a node, divided into the stretches of its run.
@@ -213,7 +199,6 @@ impl SectionReader<'_> {
                 Entry::Look { node, .. } if !supervises => self.check_node(node)?,
                 Entry::Finish { node, .. } if !supervises => self.check_node(Some(node))?,
                 Entry::Arrive(_) | Entry::Done { .. } if !supervises => {}
-                Entry::Leave { .. } if !supervises => {}
                 other => return Err(impossible(format!("{other:?} within a stretch"))),
             }
             let last = thread.len().checked_sub(1);
@@ -273,8 +258,8 @@ impl Stretch {
         let mut done = vec![0; self.threads.len()];
         let knots = self.plan.parts().iter().filter_map(|planned| {
             let steps = match &planned.part {
-                Part::Knot(steps) => steps,
-                Part::Entry(thread) => {
+                PlanPart::Knot(steps) => steps,
+                PlanPart::Entry(thread) => {
                     done[*thread] += 1;
                     return None;
                 }

@@ -1,72 +1,56 @@
 //! One process of a run: the topics that cross its border, its presence, its answers.
 
 use std::{
-    process,
-    sync::{Arc, Mutex},
-    time::Duration,
+    collections::BTreeSet,
+    sync::Arc,
+    thread,
+    time::{Duration, Instant},
 };
 
-use crossbeam_channel::{Receiver, bounded};
-use ratelab::Topology;
-use ratelab_account::Observer;
+use crossbeam_channel::bounded;
 use ratelab_study::{
-    experiment::{Config, Experiment, Taps},
-    system::{Alias, Joints},
+    experiment::{Experiment, Taps},
+    system::Alias,
 };
-use zenoh::{Session, Wait, liveliness::LivelinessToken};
+use zenoh::{Wait, liveliness::LivelinessToken};
 
 use crate::{
-    clock::ClockId,
     command::Commands,
     error::WireError,
     inlet::Inlet,
     join::{self, difference},
-    key::{Keys, Of},
-    machine,
-    offset::Offsets,
-    origins::Origins,
-    outlet::{self, BACKLOG, Outlet},
+    key::Of,
+    net,
+    outlet::{self, BACKLOG},
+    part::Part,
     peers::{self, Peers},
     reporter::Reporter,
     ros::Ros,
-    sender::Sender,
-    session::Settings,
-    telemetry::{Info, ReceivedMessage},
+    session::{SessionEnd, Settings},
+    telemetry::Info,
+    threads::Beat,
     times::Times,
     watch::PresenceWatch,
 };
 
-/// Periods of silence after which a node counts as silent.
-pub const SILENT_PERIODS: u32 = 5;
-
-/// The same at the least, for fast nodes: the scheduler of a busy machine takes that long.
-const LEAST_SILENCE: Duration = Duration::from_millis(50);
-
 /// Arrivals that may wait for a dashboard.
 const ARRIVALS: usize = 4096;
 
+/// Time between two looks for the other nodes.
+const PAUSE: Duration = Duration::from_millis(10);
+
+/// Time between two looks for processes that do not fit.
+const SETTLED: Duration = Duration::from_secs(1);
+
 /// The part of a run in this process, connected to the others. Ends when it is dropped.
 pub struct Bridge {
-    own: Info,
+    part: Arc<Part>,
     aliases: &'static [Alias],
-    session: Session,
-    inlets: Arc<Vec<Arc<Inlet>>>,
-    peers: Arc<Peers>,
-    times: Arc<Times>,
     ros: Option<Ros>,
+    notice: fn(&str),
     _presence: LivelinessToken,
-    _watch: PresenceWatch,
-    reporter: Option<Reporter>,
-}
-
-/// What is sent and received, before the run.
-struct Border {
-    incarnation: u64,
-    keys: Keys,
-    times: Arc<Times>,
-    origins: Arc<Origins>,
-    topology: Topology,
-    here: Vec<String>,
+    /// Reports, and watches for silent nodes.
+    beats: Vec<Beat>,
 }
 
 impl Bridge {
@@ -84,93 +68,102 @@ impl Bridge {
         here: &[String],
         ros: Option<u32>,
     ) -> Result<Self, WireError> {
-        let (observer, taps) = (experiment.observer(), experiment.taps());
-        let offsets = Arc::<Offsets>::default();
-        let times = Arc::new(Times::new(observer.clone(), offsets.clone()));
-        let mut border = Border {
-            incarnation: 0,
-            keys: Keys::new(experiment.system().name()),
-            times: times.clone(),
-            origins: Arc::default(),
-            topology: observer.topology(),
-            here: here.to_vec(),
-        };
+        let (system, taps, notice) = (experiment.system(), experiment.taps(), settings.notice);
         let (arrivals, arrived) = bounded(ARRIVALS);
-        let inlets = Arc::new(border.inlets(&taps, &arrivals)?);
-        let session = settings.open()?;
-        border.incarnation = settings.number(&session)?;
-        let own = border.info(&session, experiment.config().clone());
-        let (incarnation, keys) = (border.incarnation, border.keys.clone());
-        let senders = inlets.clone();
-        let gone = move |gone| senders.iter().for_each(|inlet| inlet.sender().gone(gone));
-        let peers = Peers::follow(&session, &keys, incarnation, here, Box::new(gone))?;
-        peers.ask_forever(&offsets)?;
-        let aliases = experiment.system().aliases();
-        let mute = join::check(&own, &peers, aliases, &|| {
-            (settings.notice)(&waiting(&peers))
-        })?;
-        border.begin(&session, &taps, &inlets)?;
-        let joints = experiment.system().joints();
-        let ros = ros.map(|domain| Ros::new(&session, domain, times.clone(), &peers));
-        let ros = ros.map(|ros| border.show_ros(ros, &taps, &inlets, joints));
+        let part = Part::connect(settings, experiment, here, &arrivals)?;
+        let Part { own, peers, .. } = &*part;
+        let mute = join::check(own, peers, system.aliases(), &|| notice(&waiting(peers)))?;
+        send_and_receive(&part, &taps)?;
+        let ros = ros.map(|domain| Ros::begin(domain, &part, &taps, system.about().joints));
         let ros = ros.transpose()?;
-        border.answer(&session, observer.clone(), &own)?;
-        let commands = Commands::new(experiment, here, own.is_hub, &peers);
-        commands.answer(&session, &keys, incarnation)?;
-        let reporter = border.report(&session, &observer, taps, arrived, &inlets)?;
-        let presence = keys.process(incarnation);
-        let presence = session.liveliness().declare_token(presence).wait();
-        let presence = presence.map_err(|why| WireError::network("cannot be present", &why))?;
-        join::check_again(&own, &peers, &mute)?;
+        answer(&part)?;
+        Commands::answer(experiment, &part)?;
+        let reporter = Reporter::begin(&part, taps, arrived)?;
+        let presence = net::be_present(&peers.session, &peers.keys.process(own.incarnation))?;
+        join::check_again(own, peers, &mute)?;
+        let watch = PresenceWatch::begin(&part, notice)?;
+        if let SessionEnd::Listen(addresses) = &settings.end {
+            notice(&format!("listening on {}", addresses.join(", ")));
+        }
         Ok(Self {
-            _watch: PresenceWatch::begin(
-                inlets.clone(),
-                peers.clone(),
-                observer,
-                times.clone(),
-                settings.notice,
-            )?,
-            own,
-            aliases,
-            session,
-            inlets,
-            peers,
-            times,
+            part,
+            aliases: system.aliases(),
             ros,
+            notice,
             _presence: presence,
-            reporter: Some(reporter),
+            beats: vec![reporter, watch],
         })
     }
 
     /// The topics that arrive here.
     pub fn inlets(&self) -> &[Arc<Inlet>] {
-        &self.inlets
+        &self.part.inlets
     }
 
     /// What runs in the other processes whose clocks are known, so that their messages
     /// count, and that are set up as this one.
     pub fn others(&self) -> Vec<Info> {
-        let mut infos = self.peers.infos();
-        let is_alike = |info: &Info| difference(&self.own, info, self.aliases).is_none();
-        infos.retain(|info| self.times.knows(info.clock) && is_alike(info));
+        let mut infos = self.part.peers.infos();
+        let is_alike = |info: &Info| difference(&self.part.own, info, self.aliases).is_none();
+        let has_clock = |info: &Info| self.part.times.offsets.estimate(info.clock).is_some();
+        infos.retain(|info| has_clock(info) && is_alike(info));
         infos
     }
 
     /// Whether the parts of these `others` have begun: from then on they are ready for ours.
     pub fn have_begun(&self, others: &[Info]) -> bool {
-        let running = self.peers.running();
+        let running = self.part.peers.running();
         let mut others = others.iter();
         others.all(|info| running.contains(&info.incarnation))
     }
 
+    /// Where the run begins with this process: waits until each node runs somewhere, or a ROS
+    /// node is there. The notices of the settings have for whom.
+    pub fn wait_for_others(&self) {
+        if !self.part.own.is_hub {
+            return;
+        }
+        let all = &self.part.own.topology.nodes;
+        let (mut looked, mut noted) = (Instant::now(), BTreeSet::new());
+        loop {
+            let others = self.others();
+            let runs = |node: &str| {
+                others
+                    .iter()
+                    .chain([&self.part.own])
+                    .any(|info| info.runs(node))
+            };
+            let names = all.iter().map(|node| &*node.name);
+            let missing: Vec<&str> = names.filter(|node| !runs(node)).collect();
+            let ready = missing.is_empty() && self.have_begun(&others);
+            if ready || self.has_ros_nodes() {
+                return (self.notice)("all nodes are there: the run begins");
+            }
+            let mut texts = Vec::new();
+            if !missing.is_empty() {
+                texts.push(format!("waiting for {}", missing.join(", ")));
+            }
+            if looked.elapsed() > SETTLED {
+                texts.extend(self.misfits());
+                looked = Instant::now();
+            }
+            for text in texts {
+                if noted.insert(text.clone()) {
+                    (self.notice)(&text);
+                }
+            }
+            thread::sleep(PAUSE);
+        }
+    }
+
     /// What keeps processes that are there out of the run: another setup, another graph.
-    pub fn misfits(&self) -> Vec<String> {
-        let infos = self.peers.infos().into_iter();
+    fn misfits(&self) -> Vec<String> {
+        let infos = self.part.peers.infos().into_iter();
         let differ = infos.filter_map(|info| {
-            let why = difference(&self.own, &info, self.aliases)?;
+            let why = difference(&self.part.own, &info, self.aliases)?;
             Some(format!("{}: {why}", info.place()))
         });
-        differ.chain(of_other_systems(&self.peers)).collect()
+        differ.chain(of_other_systems(&self.part.peers)).collect()
     }
 
     /// Whether ROS nodes take the place of the other processes.
@@ -180,15 +173,15 @@ impl Bridge {
 
     /// The clocks of all processes.
     pub fn times(&self) -> &Times {
-        &self.times
+        &self.part.times
     }
 }
 
 impl Drop for Bridge {
     fn drop(&mut self) {
-        // It sends once more.
-        self.reporter = None;
-        let _ = self.session.close().wait();
+        // They report once more.
+        self.beats.clear();
+        let _ = self.part.peers.session.close().wait();
     }
 }
 
@@ -201,193 +194,46 @@ fn waiting(peers: &Peers) -> String {
 
 /// The text for processes of other graphs, if there are any.
 fn of_other_systems(peers: &Peers) -> Option<String> {
-    let others = peers.other_systems();
-    let names: Vec<String> = others.into_iter().collect();
+    let names: Vec<String> = peers.other_systems().into_iter().collect();
     let names = names.join(", ");
     (!names.is_empty()).then(|| {
         format!("there are processes of another graph, {names}: start all with the same graph")
     })
 }
 
-impl Border {
-    fn is_here(&self, node: usize) -> bool {
-        self.here.contains(&self.topology.nodes[node].name)
-    }
-
-    /// The topics whose publishers run elsewhere, with readers here.
-    fn inlets(
-        &self,
-        taps: &Taps,
-        arrivals: &crossbeam_channel::Sender<ReceivedMessage>,
-    ) -> Result<Vec<Arc<Inlet>>, WireError> {
-        let mut inlets = Vec::new();
-        for (index, topic) in self.topology.topics.iter().enumerate() {
-            let (here, away): (Vec<usize>, Vec<usize>) = topic
-                .publishers
-                .iter()
-                .partition(|node| self.is_here(**node));
-            if away.is_empty() || !topic.readers.iter().any(|node| self.is_here(*node)) {
-                continue;
-            }
-            let known = taps.topics().iter().find(|t| t.name() == topic.name);
-            let refuse = |why: &str| Err(WireError::Setting(format!("{}: {why}", topic.name)));
-            let Some(known) = known else {
-                return refuse("its messages have no numbers, so they cannot leave a process");
-            };
-            if !here.is_empty() {
-                return refuse("its publishers must run in one process");
-            }
-            for node in away {
-                let node = &self.topology.nodes[node];
-                let silence = node.hz.period() * SILENT_PERIODS;
-                inlets.push(Arc::new(Inlet {
-                    topic: index,
-                    name: topic.name.clone(),
-                    node: node.name.clone(),
-                    patience: silence.max(LEAST_SILENCE),
-                    refused: Default::default(),
-                    width: known.fields().len(),
-                    publish: known.inlet(),
-                    sender: Mutex::new(Sender::default()),
-                    times: self.times.clone(),
-                    origins: self.origins.clone(),
-                    arrivals: arrivals.clone(),
-                }));
-            }
-        }
-        Ok(inlets)
-    }
-
-    /// Begins to send and to receive.
-    fn begin(
-        &self,
-        session: &Session,
-        taps: &Taps,
-        inlets: &[Arc<Inlet>],
-    ) -> Result<(), WireError> {
-        for inlet in inlets {
-            inlet.begin(session, &self.keys.data(&inlet.node, &inlet.name))?;
-        }
-        for topic in &self.topology.topics {
-            if topic.readers.iter().all(|node| self.is_here(*node)) {
-                continue;
-            }
-            for &node in topic.publishers.iter().filter(|node| self.is_here(**node)) {
-                let key = self.keys.data(&self.topology.nodes[node].name, &topic.name);
-                let Some(tap) = taps.rows(&topic.name, BACKLOG) else {
-                    continue;
-                };
-                let outlet = Outlet {
-                    tap,
-                    publisher: outlet::publisher(session, key)?,
-                    incarnation: self.incarnation,
-                    times: self.times.clone(),
-                    origins: self.origins.clone(),
-                };
-                outlet.begin(&topic.name)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Shows ROS the topics that cross the border as joint states.
-    fn show_ros(
-        &self,
-        mut ros: Ros,
-        taps: &Taps,
-        inlets: &Arc<Vec<Arc<Inlet>>>,
-        joints: &[Joints],
-    ) -> Result<Ros, WireError> {
-        for joints in joints {
-            let mut topics = self.topology.topics.iter();
-            let Some(topic) = topics.find(|topic| topic.name == joints.topic) else {
-                continue;
-            };
-            let here = |nodes: &[usize]| nodes.iter().copied().find(|node| self.is_here(*node));
-            let is_here = |node: &usize| self.is_here(*node);
-            if let Some(node) = here(&topic.publishers)
-                && !topic.readers.iter().all(is_here)
-                && let Some(tap) = taps.rows(&topic.name, BACKLOG)
-            {
-                let name = &self.topology.nodes[node].name;
-                ros.publish(name, joints, tap)?;
-            }
-            let inlet = inlets.iter().find(|inlet| inlet.name == topic.name);
-            if let (Some(node), Some(inlet)) = (here(&topic.readers), inlet) {
-                ros.subscribe(&self.topology.nodes[node].name, joints, inlet)?;
-            }
-        }
-        ros.follow(inlets.clone())?;
-        Ok(ros)
-    }
-
-    /// What runs here.
-    fn info(&self, session: &Session, config: Config) -> Info {
-        let first = self.topology.nodes.first();
-        Info {
-            ratelab: env!("CARGO_PKG_VERSION").to_owned(),
-            incarnation: self.incarnation,
-            host: machine::host(),
-            pid: process::id(),
-            session: session.zid().to_string(),
-            is_hub: first.is_some_and(|node| self.here.contains(&node.name)),
-            nodes: self.here.clone(),
-            clock: ClockId::here(),
-            zero: None,
-            config,
-            topology: self.topology.clone(),
-            events: Vec::new(),
-        }
-    }
-
-    /// Answers what runs here, and what time it is.
-    fn answer(&self, session: &Session, observer: Observer, own: &Info) -> Result<(), WireError> {
-        let clock = self.keys.of(self.incarnation, Of::Clock);
-        let at = clock.clone();
-        peers::answers(session, &clock, move |query| {
-            peers::answer_clock(&query, &at);
+/// Begins to send and to receive.
+fn send_and_receive(part: &Part, taps: &Taps) -> Result<(), WireError> {
+    let (session, keys) = (&part.peers.session, &part.peers.keys);
+    for inlet in &part.inlets {
+        let key = keys.data(&inlet.node, &inlet.name);
+        inlet.begin(session, &key, |inlet, sample| {
+            inlet.take(&sample.payload().to_bytes())
         })?;
-        let (info, times) = (own.clone(), self.times.clone());
-        let key = self.keys.of(self.incarnation, Of::Info);
-        let at = key.clone();
-        peers::answers(session, &key, move |query| {
-            let info = Info {
-                zero: times.zero(),
-                events: observer.events(0),
-                ..info.clone()
-            };
-            let reply = serde_json::to_vec(&info).unwrap_or_default();
-            peers::answer(&query, &at, reply);
-        })
     }
+    for topic in &part.own.topology.topics {
+        for node in part.own.senders(topic) {
+            if let Some(tap) = taps.rows(&topic.name, BACKLOG) {
+                let key = keys.data(&node.name, &topic.name);
+                outlet::send(part, key, &topic.name, tap)?;
+            }
+        }
+    }
+    Ok(())
+}
 
-    fn report(
-        &self,
-        session: &Session,
-        observer: &Observer,
-        taps: Taps,
-        arrived: Receiver<ReceivedMessage>,
-        inlets: &Arc<Vec<Arc<Inlet>>>,
-    ) -> Result<Reporter, WireError> {
-        let topics = self.topology.topics.iter().enumerate();
-        let sent = topics.filter(|(_, topic)| {
-            let mut publishers = topic.publishers.iter();
-            publishers.any(|node| self.is_here(*node))
-        });
-        let sent = sent.map(|(index, topic)| (index, topic.name.clone()));
-        let nodes = (0..self.topology.nodes.len()).filter(|node| self.is_here(*node));
-        Reporter::begin(
-            session,
-            self.keys.of(self.incarnation, Of::Telemetry),
-            crate::reporter::Sources {
-                observer: observer.clone(),
-                times: self.times.clone(),
-                tap_handle: taps,
-                sent: sent.collect(),
-                nodes: nodes.collect(),
-                arrived,
-                inlets: inlets.clone(),
-            },
-        )
-    }
+/// Answers what runs here, and what time it is.
+fn answer(part: &Part) -> Result<(), WireError> {
+    let (session, keys) = (&part.peers.session, &part.peers.keys);
+    let key = keys.of(part.own.incarnation, Of::CLOCK);
+    net::answers(session, key, |question| question.answer(peers::clock()))?;
+    let (own, times) = (part.own.clone(), part.times.clone());
+    let key = keys.of(part.own.incarnation, Of::INFO);
+    net::answers(session, key, move |question| {
+        let info = Info {
+            zero: times.zero(),
+            events: times.observer.events(0),
+            ..own.clone()
+        };
+        question.answer(serde_json::to_vec(&info).unwrap_or_default());
+    })
 }

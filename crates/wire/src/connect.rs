@@ -5,21 +5,23 @@
 
 use std::{
     fmt::Debug,
-    sync::{Mutex, Once, PoisonError, mpsc},
+    sync::{Mutex, Once, mpsc},
     thread,
     time::{Duration, Instant},
 };
 
 use tracing::{
-    Event, Level, Metadata, Subscriber,
+    Event, Level, Subscriber,
     field::{Field, Visit},
-    level_filters::LevelFilter,
-    span::{Attributes, Id, Record},
-    subscriber::{Interest, set_global_default},
+    subscriber::set_global_default,
 };
+use tracing_subscriber::{Layer, Registry, filter::Targets, layer::Context, prelude::*};
 use zenoh::{Config, Session, Wait};
 
-use crate::error::WireError;
+use crate::{
+    error::WireError,
+    threads::{self, lock},
+};
 
 /// Shortest time between two lines with the same reason.
 const AGAIN: Duration = Duration::from_secs(10);
@@ -52,7 +54,7 @@ pub(crate) fn connect(
     let (began, mut noted) = (Instant::now(), None::<(String, Instant)>);
     let [mut pause, longest] = PAUSES;
     loop {
-        let attempt = attempt(config.clone(), &what)?;
+        let attempt = attempt(config.clone())?;
         let why = loop {
             match attempt.recv_timeout(ANSWER.min(left(began, wait))) {
                 Ok(Some(session)) => return Ok(session),
@@ -78,13 +80,11 @@ fn left(began: Instant, wait: Option<Duration>) -> Duration {
 }
 
 /// Begins one attempt on a thread of its own: it may take longer than there is time.
-fn attempt(config: Config, what: &str) -> Result<mpsc::Receiver<Option<Session>>, WireError> {
+fn attempt(config: Config) -> Result<mpsc::Receiver<Option<Session>>, WireError> {
     let (done, attempted) = mpsc::channel();
-    let thread = thread::Builder::new().name("connect".to_owned());
-    let begun = thread.spawn(move || {
+    threads::thread("connect", move || {
         let _ = done.send(zenoh::open(config).wait().ok());
-    });
-    begun.map_err(|why| WireError::network(what, &why))?;
+    })?;
     Ok(attempted)
 }
 
@@ -98,54 +98,26 @@ fn note(what: &str, why: &str, noted: &mut Option<(String, Instant)>, notice: fn
 }
 
 fn take_reason() -> String {
-    let mut reason = REASON.lock().unwrap_or_else(PoisonError::into_inner);
-    reason.take().unwrap_or_else(|| NO_ANSWER.to_owned())
+    lock(&REASON).take().unwrap_or_else(|| NO_ANSWER.to_owned())
 }
 
 fn listen_to_reasons() {
     static ONCE: Once = Once::new();
-    // A program with a log of its own keeps it: the reasons are there then.
-    ONCE.call_once(|| drop(set_global_default(Connector)));
+    ONCE.call_once(|| {
+        let of_connector = Targets::new().with_target("zenoh::net::runtime", Level::WARN);
+        let reasons = Registry::default().with(Connector.with_filter(of_connector));
+        // A program with a log of its own keeps it: the reasons are there then.
+        drop(set_global_default(reasons));
+    });
 }
 
 /// Reads the warnings of zenoh's connector.
 struct Connector;
 
-fn is_of_connector(of: &Metadata<'_>) -> bool {
-    of.is_event() && *of.level() == Level::WARN && of.target().starts_with("zenoh::net::runtime")
-}
-
-impl Subscriber for Connector {
-    fn register_callsite(&self, of: &'static Metadata<'static>) -> Interest {
-        match is_of_connector(of) {
-            true => Interest::always(),
-            false => Interest::never(),
-        }
-    }
-
-    fn max_level_hint(&self) -> Option<LevelFilter> {
-        Some(LevelFilter::WARN)
-    }
-
-    fn enabled(&self, of: &Metadata<'_>) -> bool {
-        is_of_connector(of)
-    }
-
-    fn event(&self, event: &Event<'_>) {
+impl<S: Subscriber> Layer<S> for Connector {
+    fn on_event(&self, event: &Event<'_>, _: Context<'_, S>) {
         event.record(&mut Reason);
     }
-
-    fn new_span(&self, _: &Attributes<'_>) -> Id {
-        Id::from_u64(1)
-    }
-
-    fn record(&self, _: &Id, _: &Record<'_>) {}
-
-    fn record_follows_from(&self, _: &Id, _: &Id) {}
-
-    fn enter(&self, _: &Id) {}
-
-    fn exit(&self, _: &Id) {}
 }
 
 /// Keeps the reason in a message such as `Unable to connect to ADDRESS! REASON at FILE`.
@@ -160,7 +132,7 @@ impl Visit for Reason {
         if let Some(why) = text.split_once("! ").map(|(_, why)| shortened(why))
             && !why.is_empty()
         {
-            *REASON.lock().unwrap_or_else(PoisonError::into_inner) = Some(why);
+            *lock(&REASON) = Some(why);
         }
     }
 }
@@ -169,9 +141,7 @@ impl Visit for Reason {
 /// is another one at each attempt.
 fn shortened(why: &str) -> String {
     let why = why.split(" at /").next().unwrap_or_default();
-    let innermost = why
-        .rsplit_once(": ")
-        .map_or(why, |(_, innermost)| innermost);
+    let innermost = why.rsplit(": ").next().unwrap_or_default();
     innermost.trim_matches(['[', ']', '.', ' ']).to_owned()
 }
 

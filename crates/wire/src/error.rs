@@ -1,5 +1,7 @@
 //! Errors of the connection.
 
+use std::fmt::Display;
+
 use thiserror::Error;
 
 /// An error of the connection.
@@ -11,23 +13,32 @@ pub enum WireError {
     /// Another process has a node of this one, with a remedy.
     #[error("{0}")]
     Taken(String),
-    /// The network refused.
-    #[error("{what}: {why}")]
-    Network {
-        /// What was tried.
-        what: String,
-        /// The reason.
-        why: String,
-    },
+    /// The network refused: what was tried, and the reason.
+    #[error("{0}")]
+    Network(String),
 }
 
 impl WireError {
     /// An error of zenoh while trying `what`.
-    pub(crate) fn network(what: &str, why: &dyn std::fmt::Display) -> Self {
-        let why = why.to_string();
-        // The rest of the text is about zenoh's source.
-        let why = why.split(" at /").next().unwrap_or_default().to_owned();
-        let what = what.to_owned();
-        Self::Network { what, why }
+    pub(crate) fn network(what: &impl Display, why: &impl Display) -> Self {
+        Self::Network(format!("{what}: {}", reason(why)))
     }
+}
+
+/// A result whose error becomes one of the connection.
+pub(crate) trait WireResult<T> {
+    /// The same, with what was tried.
+    fn tried(self, what: impl Display) -> Result<T, WireError>;
+}
+
+impl<T, E: Display> WireResult<T> for Result<T, E> {
+    fn tried(self, what: impl Display) -> Result<T, WireError> {
+        self.map_err(|why| WireError::network(&what, &why))
+    }
+}
+
+/// The text of an error of zenoh, without the place in zenoh's source.
+pub(crate) fn reason(why: &impl Display) -> String {
+    let why = why.to_string();
+    why.split(" at /").next().unwrap_or_default().to_owned()
 }

@@ -2,20 +2,19 @@
 
 use std::{process, sync::Arc};
 
-use crossbeam_channel::{Receiver, Sender, bounded};
+use crossbeam_channel::{Receiver, bounded};
 use ratelab::Command;
-use zenoh::{Session, Wait, sample::Sample};
+use zenoh::{Session, Wait};
 
 use crate::{
-    clock::ClockId,
-    command::{Answer, Order},
     error::WireError,
     key::{Keys, Of},
-    machine::host,
+    machine::{self, ClockId},
+    net,
     offset::{Estimate, Offsets},
     peers::Peers,
     session::Settings,
-    telemetry::{Batch, Info},
+    telemetry::{Answer, Batch, Info, Order},
 };
 
 /// Batches that may wait for the dashboard: ten seconds.
@@ -27,7 +26,6 @@ pub struct Follower {
     peers: Arc<Peers>,
     offsets: Arc<Offsets>,
     batches: Receiver<(u64, Batch)>,
-    id: u64,
 }
 
 impl Follower {
@@ -36,24 +34,25 @@ impl Follower {
     /// # Errors
     /// [`WireError`] for invalid settings and for errors of the network.
     pub fn connect(settings: &Settings, system: &str) -> Result<Self, WireError> {
-        let (keys, id) = (Keys::new(system), crate::random());
+        let (keys, own) = (Keys::new(system), machine::random());
         let session = settings.open()?;
         let offsets = Arc::<Offsets>::default();
-        let peers = Peers::follow(&session, &keys, id, &[], Box::new(|_| ()))?;
-        peers.ask_forever(&offsets)?;
+        let peers = Peers::follow(&session, keys.clone(), own, &offsets, Box::new(|_| ()))?;
         let (sender, batches) = bounded(BACKLOG);
-        let all = keys.of_all(Of::Telemetry);
-        let subscribed = session.declare_subscriber(&all).callback(move |sample| {
-            receive(&keys, &sample, &sender);
-        });
-        let subscribed = subscribed.background().wait();
-        subscribed.map_err(|why| WireError::network("cannot follow the run", &why))?;
+        let all = keys.of_all(Of::TELEMETRY);
+        net::subscribe(&session, &all, move |sample| {
+            let from = keys.incarnation(sample.key_expr().as_str());
+            let batch = serde_json::from_slice(&sample.payload().to_bytes());
+            if let (Some(from), Ok(batch)) = (from, batch) {
+                // Where the dashboard is far behind, numbers show the gap.
+                let _ = sender.try_send((from, batch));
+            }
+        })?;
         Ok(Self {
             session,
             peers,
             offsets,
             batches,
-            id,
         })
     }
 
@@ -74,18 +73,15 @@ impl Follower {
 
     /// Returns what gives commands; each waits for the answer of the process that listens.
     pub fn commander(&self) -> impl Fn(Command) -> Answer + Send + use<> {
-        let (peers, by) = (self.peers.clone(), self.id);
-        let name = format!("the dashboard in process {} on {}", process::id(), host());
+        let peers = self.peers.clone();
+        let (pid, host) = (process::id(), machine::host());
+        let name = format!("the dashboard in process {pid} on {host}");
         move |command| {
-            let infos = peers.infos();
-            let hub = infos.iter().find(|info| info.is_hub);
+            let hub = peers.find(|info| info.is_hub);
             let hub = hub.ok_or("the process that listens is gone")?;
-            let name = name.clone();
-            let order = serde_json::to_vec(&Order { by, name, command });
-            let order = order.map_err(|why| why.to_string())?;
-            let reply = peers.ask_bytes(hub.incarnation, Of::Command, order);
-            let reply = reply.ok_or("no answer")?;
-            serde_json::from_slice(&reply).map_err(|why| format!("unknown answer: {why}"))?
+            let (by, name) = (peers.own, name.clone());
+            let order = Order { by, name, command };
+            peers.order(hub.incarnation, &order, "no answer")
         }
     }
 }
@@ -93,14 +89,5 @@ impl Follower {
 impl Drop for Follower {
     fn drop(&mut self) {
         let _ = self.session.close().wait();
-    }
-}
-
-/// Takes a batch, unless the dashboard is far behind: numbers show the gap.
-fn receive(keys: &Keys, sample: &Sample, batches: &Sender<(u64, Batch)>) {
-    let from = keys.incarnation(sample.key_expr().as_str());
-    let batch = serde_json::from_slice(&sample.payload().to_bytes());
-    if let (Some(from), Ok(batch)) = (from, batch) {
-        let _ = batches.try_send((from, batch));
     }
 }

@@ -1,22 +1,22 @@
 //! A topic whose publisher runs in another process.
 
 use std::{
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Mutex, MutexGuard},
     time::{Duration, Instant},
 };
 
 use crossbeam_channel::Sender as Channel;
 use ratelab::Time;
 use ratelab_account::RowInlet;
-use zenoh::{Session, Wait, sample::Sample};
+use zenoh::{Session, sample::Sample};
 
 use crate::{
     error::WireError,
-    origins::Origins,
-    packet,
+    net, packet,
     refusal::{Refusal, Refused},
     sender::{MessageSource, Sender},
     telemetry::ReceivedMessage,
+    threads::lock,
     times::Times,
 };
 
@@ -38,44 +38,49 @@ pub struct Inlet {
     pub(crate) publish: RowInlet,
     pub(crate) sender: Mutex<Sender>,
     pub(crate) times: Arc<Times>,
-    pub(crate) origins: Arc<Origins>,
     /// For dashboards; what does not fit is left out.
     pub(crate) arrivals: Channel<ReceivedMessage>,
 }
 
 impl Inlet {
-    /// Subscribes to `key` for as long as `session` is open.
-    pub(crate) fn begin(self: &Arc<Self>, session: &Session, key: &str) -> Result<(), WireError> {
+    /// Has `take` take in each message on `key` for as long as `session` is open, and counts
+    /// what it refuses.
+    pub(crate) fn begin(
+        self: &Arc<Self>,
+        session: &Session,
+        key: &str,
+        take: impl Fn(&Self, &Sample) -> Result<(), Refusal> + Send + Sync + 'static,
+    ) -> Result<(), WireError> {
         let inlet = self.clone();
-        let receive = move |sample: Sample| inlet.receive(&sample.payload().to_bytes());
-        let subscribed = session.declare_subscriber(key).callback(receive);
-        let subscribed = subscribed.background().wait();
-        subscribed.map_err(|why| WireError::network(&format!("cannot subscribe to {key}"), &why))
+        net::subscribe(session, key, move |sample| {
+            if let Err(why) = take(&inlet, &sample) {
+                inlet.refused.count(why);
+            }
+        })
     }
 
     /// The sender, and what was lost.
     pub fn sender(&self) -> MutexGuard<'_, Sender> {
-        self.sender.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.sender)
     }
 
-    /// Takes a message from anybody.
-    pub(crate) fn receive(&self, bytes: &[u8]) {
-        if let Err(why) = self.take(bytes) {
-            self.refused.count(why);
-        }
-    }
-
-    fn take(&self, bytes: &[u8]) -> Result<(), Refusal> {
+    /// Takes in a message in our own format, from anybody.
+    pub(crate) fn take(&self, bytes: &[u8]) -> Result<(), Refusal> {
         let (head, row) = packet::decode(bytes, self.width)?;
         let stamp = self.times.time(head.stamp)?;
         let origin = head.origin.map(|origin| self.times.time(origin));
         let origin = origin.transpose()?;
         let at = self.check_sender(MessageSource::direct(head.incarnation), head.seq)?;
         let sensed = origin.unwrap_or(stamp);
-        self.origins
+        self.times
             .remember(sensed, head.origin.unwrap_or(head.stamp));
         self.publish(&row, at, stamp, origin)?;
-        self.note_arrival(head.incarnation, head.seq, at);
+        let _ = self.arrivals.try_send(ReceivedMessage {
+            topic: self.topic,
+            incarnation: head.incarnation,
+            seq: head.seq,
+            at,
+        });
         Ok(())
     }
 
@@ -87,17 +92,6 @@ impl Inlet {
         Ok(at)
     }
 
-    /// Notes for dashboards that message number `seq` arrived.
-    pub(crate) fn note_arrival(&self, incarnation: u64, seq: u64, at: Time) {
-        let topic = self.topic;
-        let _ = self.arrivals.try_send(ReceivedMessage {
-            topic,
-            incarnation,
-            seq,
-            at,
-        });
-    }
-
     /// Publishes into the local topic.
     pub(crate) fn publish(
         &self,
@@ -106,10 +100,8 @@ impl Inlet {
         stamp: Time,
         origin: Option<Time>,
     ) -> Result<(), Refusal> {
-        match (self.publish)(row, at, stamp, origin) {
-            true => Ok(()),
-            false => Err(Refusal::Content),
-        }
+        let published = (self.publish)(row, at, stamp, origin);
+        published.then_some(()).ok_or(Refusal::Content)
     }
 }
 
@@ -117,9 +109,8 @@ impl Inlet {
 mod tests {
     use super::*;
     use crate::{
-        clock::{self, ClockId},
-        offset::Offsets,
-        packet::{ClockMoment, PacketHead, encode},
+        machine::{self, ClockId, ClockMoment},
+        packet::{PacketHead, encode},
     };
     use crossbeam_channel::{Receiver, bounded, unbounded};
     use ratelab::{Clock, END, Graph, Hz, Inbox, RealClock, Wiring};
@@ -143,8 +134,7 @@ mod tests {
                 sent.send((row.to_vec(), stamp, origin)).is_ok() && row != [7.0]
             }),
             sender: Mutex::default(),
-            times: Arc::new(Times::new(Observer::of(&graph), Arc::<Offsets>::default())),
-            origins: Arc::default(),
+            times: Arc::new(Times::new(Observer::of(&graph), Arc::default())),
             arrivals: bounded(1).0,
         };
         let hz = Hz::new(100.0).expect("a rate");
@@ -171,7 +161,7 @@ mod tests {
     fn now() -> ClockMoment {
         ClockMoment {
             clock: ClockId::here(),
-            at: clock::now(),
+            at: machine::now(),
         }
     }
 
@@ -179,50 +169,36 @@ mod tests {
     fn hostile_messages_are_counted_and_never_obeyed() {
         with_inlet(|inlet, published| {
             let good = encode(&head(5, now()), &[0.5]);
-            inlet.receive(&good);
-            assert_eq!(published.try_iter().count(), 1);
-            let mut expected = 0;
-            let mut refuse = |bytes: &[u8], why: Refusal| {
-                inlet.receive(bytes);
-                expected += u64::from(!why.is_harmless());
-                let counted = inlet.refused.read();
-                assert!(
-                    counted.iter().any(|(known, _)| *known == why),
-                    "{why}: {counted:?}"
-                );
-                assert_eq!(inlet.refused.hostile(), expected, "{why}");
-            };
-            refuse(&good, Refusal::Repeated);
-            refuse(&good[1..], Refusal::Format);
-            refuse(&good[..60], Refusal::Length);
-            refuse(&encode(&head(6, now()), &[0.5, 0.5]), Refusal::Length);
-            refuse(&encode(&head(6, now()), &[f64::NAN]), Refusal::NotFinite);
-            refuse(
-                &encode(&head(6, now()), &[f64::INFINITY]),
-                Refusal::NotFinite,
-            );
+            assert_eq!(inlet.take(&good), Ok(()));
+            let of = |row: &[f64]| encode(&head(6, now()), row);
+            let at = |at| encode(&head(6, ClockMoment { at, ..now() }), &[1.0]);
+            let clock = ClockId(1);
+            let foreign = head(6, ClockMoment { clock, ..now() });
             let second = PacketHead {
                 incarnation: 2,
                 ..head(0, now())
             };
-            refuse(&encode(&second, &[1.0]), Refusal::Sender);
-            let later = ClockMoment {
-                at: now().at + 1_000_000_000,
-                ..now()
-            };
-            refuse(&encode(&head(6, later), &[1.0]), Refusal::Future);
-            let foreign = ClockMoment {
-                clock: ClockId(1),
-                ..now()
-            };
-            refuse(&encode(&head(6, foreign), &[1.0]), Refusal::Clock);
-            let before = ClockMoment {
-                at: i64::MIN + 1,
-                ..now()
-            };
-            refuse(&encode(&head(6, before), &[1.0]), Refusal::Early);
-            assert_eq!(published.try_iter().count(), 0);
-            inlet.receive(&encode(&head(6, now()), &[0.25]));
+            for (bytes, why) in [
+                (good.clone(), Refusal::Repeated),
+                (good[1..].to_vec(), Refusal::Format),
+                (good[..60].to_vec(), Refusal::Length),
+                (of(&[0.5, 0.5]), Refusal::Length),
+                (of(&[f64::NAN]), Refusal::NotFinite),
+                (of(&[f64::INFINITY]), Refusal::NotFinite),
+                (encode(&second, &[1.0]), Refusal::Sender),
+                (at(now().at + 1_000_000_000), Refusal::Future),
+                (encode(&foreign, &[1.0]), Refusal::Clock),
+                (at(i64::MIN + 1), Refusal::Early),
+            ] {
+                let before = inlet.refused.hostile();
+                assert_eq!(inlet.take(&bytes), Err(why));
+                inlet.refused.count(why);
+                let more = inlet.refused.hostile() - before;
+                assert_eq!(more, u64::from(!why.is_harmless()), "{why}");
+                assert!(inlet.refused.read().contains_key(&why), "{why}");
+            }
+            assert_eq!(published.try_iter().count(), 1);
+            assert_eq!(inlet.take(&of(&[0.25])), Ok(()));
             assert_eq!(published.try_iter().count(), 1);
             assert_eq!(inlet.sender().lost, 0);
         });
@@ -232,11 +208,11 @@ mod tests {
     fn a_time_that_came_from_here_comes_back_as_it_left() {
         with_inlet(|inlet, published| {
             let sensed = now();
-            inlet.receive(&encode(&head(0, sensed), &[0.5]));
+            assert_eq!(inlet.take(&encode(&head(0, sensed), &[0.5])), Ok(()));
             let (_, stamp, origin) = published.try_recv().expect("published");
             assert_eq!(Some(stamp), origin);
             assert_eq!(inlet.times.moment(stamp), Some(sensed));
-            assert_eq!(inlet.origins.original(stamp), Some(sensed));
+            assert_eq!(inlet.times.origin(stamp), Some(sensed));
         });
     }
 }

@@ -13,6 +13,7 @@
 
 use std::{
     collections::BTreeSet,
+    fmt::Display,
     thread,
     time::{Duration, Instant},
 };
@@ -48,13 +49,11 @@ pub(crate) fn check(
     let mut waited = false;
     loop {
         let (infos, mute) = answers(peers, began, &BTreeSet::new())?;
-        if let Some(other) = infos.iter().find(|other| has_same_nodes(own, other)) {
-            return Err(taken(own, other));
-        }
-        let hub = infos.iter().find(|info| info.is_hub);
-        if let Some(hub) = hub {
+        refuse_taken(own, infos.iter())?;
+        if let Some(hub) = infos.iter().find(|info| info.is_hub) {
+            let differs = |why| WireError::Setting(format!("{}: {why}", hub.place()));
             let why = difference(own, hub, aliases);
-            return why.map_or(Ok(mute), |why| Err(differs(hub, &why)));
+            return why.map_or(Ok(mute), |why| Err(differs(why)));
         }
         if own.is_hub {
             return Ok(mute);
@@ -75,10 +74,8 @@ pub(crate) fn check_again(
     mute: &BTreeSet<u64>,
 ) -> Result<(), WireError> {
     let (infos, _) = answers(peers, Instant::now(), mute)?;
-    let first = infos.iter().find(|other| {
-        has_same_nodes(own, other) && (other.zero.is_some() || other.incarnation < own.incarnation)
-    });
-    first.map_or(Ok(()), |other| Err(taken(own, other)))
+    let was_first = |other: &&Info| other.zero.is_some() || other.incarnation < own.incarnation;
+    refuse_taken(own, infos.iter().filter(was_first))
 }
 
 /// What runs in those that are present, once all but the `mute` ones have answered, or shortly
@@ -100,34 +97,34 @@ fn answers(
     }
 }
 
-fn has_same_nodes(own: &Info, other: &Info) -> bool {
-    own.nodes.iter().any(|node| other.nodes.contains(node))
-}
-
-fn taken(own: &Info, other: &Info) -> WireError {
-    let both = own.nodes.iter().filter(|node| other.nodes.contains(node));
-    let both: Vec<&str> = both.map(String::as_str).collect();
-    let (pid, host) = (other.pid, &other.host);
+/// Refuses to join where one of the `others` runs a node of `own`.
+fn refuse_taken<'a>(
+    own: &Info,
+    mut others: impl Iterator<Item = &'a Info>,
+) -> Result<(), WireError> {
+    let Some(other) = others.find(|other| !own.shared(other).is_empty()) else {
+        return Ok(());
+    };
+    let both = own.shared(other);
     let verb = if both.len() == 1 { "runs" } else { "run" };
-    WireError::Taken(format!(
-        "{} {verb} already, in process {pid} on {host}: end that one first",
-        both.join(" and ")
-    ))
-}
-
-fn differs(other: &Info, why: &str) -> WireError {
-    WireError::Setting(format!("{}: {why}", other.place()))
+    let (both, process) = (both.join(" and "), other.process());
+    Err(WireError::Taken(format!(
+        "{both} {verb} already, in {process}: end that one first"
+    )))
 }
 
 /// How the process `other` is set up differently from `own`, with what to try; `None` if it is
 /// not. What is not set has the default of its one of `aliases`.
 pub(crate) fn difference(own: &Info, other: &Info, aliases: &[Alias]) -> Option<String> {
-    let version = (own.ratelab != other.ratelab)
-        .then(|| format!("ratelab {} there, {} here", other.ratelab, own.ratelab));
+    let mut all = Vec::new();
+    if own.ratelab != other.ratelab {
+        all.push(format!("ratelab {}", both(&other.ratelab, &own.ratelab)));
+    }
     let [there, here] = [other, own].map(|info| world(info.config.world));
-    let world = (there != here).then(|| format!("{there} there, {here} here"));
-    let knobs = knobs(own, other, aliases);
-    let mut all: Vec<String> = version.into_iter().chain(world).chain(knobs).collect();
+    if there != here {
+        all.push(both(there, here));
+    }
+    all.extend(knobs(own, other, aliases));
     if all.is_empty() && own.topology != other.topology {
         all.push(of_graphs(&own.topology, &other.topology));
     }
@@ -137,6 +134,10 @@ pub(crate) fn difference(own: &Info, other: &Info, aliases: &[Alias]) -> Option<
         all.push(format!("{more} more"));
     }
     (!all.is_empty()).then(|| format!("{}: start both with the same options", all.join(", ")))
+}
+
+fn both(there: impl Display, here: impl Display) -> String {
+    format!("{there} there, {here} here")
 }
 
 fn world(kind: WorldKind) -> String {
@@ -151,24 +152,17 @@ fn world(kind: WorldKind) -> String {
 /// The knobs that are set to different values before the run.
 fn knobs(own: &Info, other: &Info, aliases: &[Alias]) -> Vec<String> {
     let [here, there] = [own, other].map(|info| complete(&info.config.setup, aliases));
-    let only = |knob: &Knob, place: &str| format!("{knob:?} only {place}", knob = knob.to_string());
-    let of_here =
-        here.iter()
-            .filter_map(|knob| match there.iter().find(|known| known.is_of(knob)) {
-                Some(known) if is_same(known, knob) => None,
-                Some(known) => Some(format!(
-                    "{:?} there, {:?} here",
-                    known.to_string(),
-                    knob.to_string()
-                )),
-                None => Some(only(knob, "here")),
-            });
-    let of_there = there
-        .iter()
-        .filter(|knob| !here.iter().any(|known| known.is_of(knob)));
-    of_here
-        .chain(of_there.map(|knob| only(knob, "there")))
-        .collect()
+    let text = |knob: &Knob| format!("{:?}", knob.to_string());
+    let of_here = here.iter().filter_map(|knob| {
+        let Some(known) = there.iter().find(|known| known.is_of(knob)) else {
+            return Some(format!("{} only here", text(knob)));
+        };
+        (!is_same(known, knob)).then(|| both(text(known), text(knob)))
+    });
+    let is_here = |knob: &Knob| here.iter().any(|known| known.is_of(knob));
+    let of_there = there.iter().filter(|knob| !is_here(knob));
+    let of_there = of_there.map(|knob| format!("{} only there", text(knob)));
+    of_here.chain(of_there).collect()
 }
 
 /// The setup with the defaults of what it does not set.
@@ -193,35 +187,35 @@ fn is_same(one: &Knob, other: &Knob) -> bool {
 
 /// The first difference of two graphs.
 fn of_graphs(here: &Topology, there: &Topology) -> String {
-    let nodes = here.nodes.iter().zip(&there.nodes);
-    let topics = here.topics.iter().zip(&there.topics);
-    let node = nodes
-        .filter(|(one, other)| one != other)
-        .map(|(one, other)| match one.name == other.name {
-            true if one.hz != other.hz => {
-                format!("{} at {} there, {} here", one.name, other.hz, one.hz)
-            }
-            true => format!("another node {}", one.name),
-            false => format!("a node {} there, {} here", other.name, one.name),
-        });
-    let topic = topics
-        .filter(|(one, other)| one != other)
-        .map(|(one, other)| match one.name == other.name {
-            true => format!("another topic {}", one.name),
-            false => format!("a topic {} there, {} here", other.name, one.name),
-        });
+    if let Some((here, there)) = first(&here.nodes, &there.nodes) {
+        return match here.name == there.name {
+            true if here.hz != there.hz => format!("{} at {}", here.name, both(there.hz, here.hz)),
+            true => format!("another node {}", here.name),
+            false => format!("a node {}", both(&there.name, &here.name)),
+        };
+    }
+    if let Some((here, there)) = first(&here.topics, &there.topics) {
+        return match here.name == there.name {
+            true => format!("another topic {}", here.name),
+            false => format!("a topic {}", both(&there.name, &here.name)),
+        };
+    }
     let count =
         |graph: &Topology| format!("{} nodes, {} topics", graph.nodes.len(), graph.topics.len());
-    let sizes = || format!("{} there, {} here", count(there), count(here));
-    node.chain(topic).next().unwrap_or_else(sizes)
+    both(count(there), count(here))
+}
+
+/// The first two that differ.
+fn first<'a, T: PartialEq>(here: &'a [T], there: &'a [T]) -> Option<(&'a T, &'a T)> {
+    here.iter().zip(there).find(|(here, there)| here != there)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::clock::ClockId;
+    use crate::machine::ClockId;
     use ratelab_cart_pole::CartPole;
-    use ratelab_study::{experiment::Experiment, system::System};
+    use ratelab_study::experiment::Experiment;
     use std::sync::Arc;
 
     /// What runs in a process with these settings.
@@ -316,7 +310,7 @@ mod tests {
     }
 
     fn of(own: &Info, other: &Info) -> Option<String> {
-        difference(own, other, CartPole::default().aliases())
+        difference(own, other, CartPole::KNOBS.0)
     }
 
     fn check(case: &str, found: Option<String>, expected: Option<&str>) {

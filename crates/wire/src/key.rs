@@ -9,45 +9,32 @@
 //! | `ratelab/1/SYSTEM/process/ID/command` | query: a command for its nodes |
 //! | `ratelab/1/SYSTEM/process/ID/telemetry` | what happened there, for dashboards |
 
-use std::fmt::Write;
-
 /// The keys of one system.
 #[derive(Clone, Debug)]
 pub struct Keys {
     root: String,
 }
 
-/// What can be asked of a process, and what it sends.
+/// What can be asked of a process, and what it sends: the last part of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Of {
-    /// Its clock.
-    Clock,
-    /// What runs there.
-    Info,
-    /// A command for it.
-    Command,
-    /// What happened there.
-    Telemetry,
-}
+pub struct Of(&'static str);
 
 impl Of {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Clock => "clock",
-            Self::Info => "info",
-            Self::Command => "command",
-            Self::Telemetry => "telemetry",
-        }
-    }
+    /// Its clock.
+    pub const CLOCK: Self = Self("clock");
+    /// What runs there.
+    pub const INFO: Self = Self("info");
+    /// A command for it.
+    pub const COMMAND: Self = Self("command");
+    /// What happened there.
+    pub const TELEMETRY: Self = Self("telemetry");
 }
 
 impl Keys {
     /// The keys of the system called `system`.
     pub fn new(system: &str) -> Self {
-        let system = chunk(system);
-        Self {
-            root: format!("ratelab/1/{system}"),
-        }
+        let root = format!("ratelab/1/{}", chunk(system));
+        Self { root }
     }
 
     /// The key of the messages of `node` on `topic`.
@@ -79,12 +66,12 @@ impl Keys {
 
     /// The key of one thing of a process.
     pub fn of(&self, incarnation: u64, of: Of) -> String {
-        format!("{}/{}", self.process(incarnation), of.name())
+        format!("{}/{}", self.process(incarnation), of.0)
     }
 
     /// The keys of one thing of all processes.
     pub fn of_all(&self, of: Of) -> String {
-        format!("{}/{}", self.processes(), of.name())
+        format!("{}/{}", self.processes(), of.0)
     }
 
     /// The process that a key is of.
@@ -98,19 +85,12 @@ impl Keys {
 /// A name as one part of a key: other characters than letters, digits, `_`, `.` and `-` as
 /// `%` with two digits for each byte.
 fn chunk(name: &str) -> String {
-    let mut chunk = String::new();
-    for byte in name.bytes() {
-        match byte {
-            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'_' | b'.' | b'-' => {
-                chunk.push(char::from(byte));
-            }
-            other => {
-                // Writing to a string cannot fail.
-                let _ = write!(chunk, "%{other:02x}");
-            }
-        }
-    }
-    chunk
+    let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"_.-".contains(&byte);
+    let parts = name.bytes().map(|byte| match is_plain(byte) {
+        true => char::from(byte).to_string(),
+        false => format!("%{byte:02x}"),
+    });
+    parts.collect()
 }
 
 #[cfg(test)]
@@ -135,7 +115,7 @@ mod tests {
         let keys = Keys::new("cart-pole");
         for id in [0, 7, u64::MAX] {
             assert_eq!(keys.incarnation(&keys.process(id)), Some(id));
-            assert_eq!(keys.incarnation(&keys.of(id, Of::Info)), Some(id));
+            assert_eq!(keys.incarnation(&keys.of(id, Of::INFO)), Some(id));
         }
         for key in [
             "",

@@ -7,12 +7,14 @@
 
 use std::{
     collections::{HashMap, VecDeque},
-    sync::{Mutex, PoisonError},
+    mem,
+    sync::Mutex,
 };
 
-use thiserror::Error;
-
-use crate::clock::{self, ClockId, Nanos};
+use crate::{
+    machine::{self, ClockId, Nanos},
+    threads::lock,
+};
 
 /// Round trips that are kept.
 const KEPT: usize = 16;
@@ -76,11 +78,6 @@ impl RoundTrip {
     }
 }
 
-/// Times that no round trip has, such as a reply that left before its query arrived.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("the times are those of no round trip")]
-pub struct Impossible;
-
 /// The newest round trips to another machine.
 #[derive(Clone, Debug, Default)]
 pub struct Offset(VecDeque<RoundTrip>);
@@ -88,13 +85,13 @@ pub struct Offset(VecDeque<RoundTrip>);
 impl Offset {
     /// Adds a round trip. Where it contradicts the earlier ones, one of the clocks was set:
     /// those are forgotten, and the step of the other clock against ours is returned (ns).
-    ///
-    /// # Errors
-    /// [`Impossible`] if its times are no round trip.
-    pub fn add(&mut self, trip: RoundTrip) -> Result<Option<Nanos>, Impossible> {
+    /// All are forgotten where its times are those of no round trip: a clock was set on the way.
+    pub fn add(&mut self, trip: RoundTrip) -> Option<Nanos> {
         let possible = trip.returned >= trip.left && trip.answered >= trip.arrived;
-        let new = trip.estimate(trip.returned).filter(|_| possible);
-        let new = new.ok_or(Impossible)?;
+        let Some(new) = trip.estimate(trip.returned).filter(|_| possible) else {
+            self.0.clear();
+            return None;
+        };
         let known = self.at(trip.returned);
         let step = known.and_then(|known| known.step_to(new));
         if step.is_some() {
@@ -104,7 +101,7 @@ impl Offset {
         if self.0.len() > KEPT {
             self.0.pop_front();
         }
-        Ok(step)
+        step
     }
 
     /// The estimate with the least bound at `now`, if there is any.
@@ -128,28 +125,18 @@ impl Offsets {
         if clock == ClockId::here() {
             return Some(Estimate::SAME);
         }
-        let clocks = self.clocks.lock().unwrap_or_else(PoisonError::into_inner);
-        clocks.get(&clock)?.at(clock::now())
+        lock(&self.clocks).get(&clock)?.at(machine::now())
     }
 
     /// Adds a round trip to `clock`.
     pub fn add(&self, clock: ClockId, trip: RoundTrip) {
-        let mut clocks = self.clocks.lock().unwrap_or_else(PoisonError::into_inner);
-        let offset = clocks.entry(clock).or_default();
-        match offset.add(trip) {
-            Ok(step) => {
-                let mut steps = self.steps.lock().unwrap_or_else(PoisonError::into_inner);
-                steps.extend(step.map(|step| (clock, step)));
-            }
-            // A clock that was set during the round trip.
-            Err(Impossible) => *offset = Offset::default(),
-        }
+        let step = lock(&self.clocks).entry(clock).or_default().add(trip);
+        lock(&self.steps).extend(step.map(|step| (clock, step)));
     }
 
     /// The steps of other clocks against ours (ns) since the last call.
     pub fn take_steps(&self) -> Vec<(ClockId, Nanos)> {
-        let mut steps = self.steps.lock().unwrap_or_else(PoisonError::into_inner);
-        std::mem::take(&mut steps)
+        mem::take(&mut lock(&self.steps))
     }
 }
 
@@ -161,12 +148,11 @@ mod tests {
     fn trip(left: Nanos, ahead: Nanos, there: Nanos, back: Nanos) -> RoundTrip {
         let arrived = left + there + ahead;
         let answered = arrived + 7;
-        let returned = answered - ahead + back;
         RoundTrip {
             left,
             arrived,
             answered,
-            returned,
+            returned: answered - ahead + back,
         }
     }
 
@@ -175,7 +161,7 @@ mod tests {
         for ahead in [-5_000_000_000, -3, 0, 1, 9_000_000_000_000] {
             let mut offset = Offset::default();
             for (there, back) in [(900_000, 20), (10, 400_000), (60_000, 70_000), (0, 0)] {
-                assert_eq!(offset.add(trip(1_000, ahead, there, back)), Ok(None));
+                assert_eq!(offset.add(trip(1_000, ahead, there, back)), None);
                 let found = offset.at(1_000_000).expect("a round trip");
                 assert!((found.ahead - ahead).abs() <= found.bound, "{found:?}");
             }
@@ -185,8 +171,8 @@ mod tests {
     #[test]
     fn the_least_round_trip_counts_until_drift_has_eaten_its_lead() {
         let mut offset = Offset::default();
-        assert_eq!(offset.add(trip(0, 50, 1_000, 1_000)), Ok(None));
-        assert_eq!(offset.add(trip(10_000, 50, 9_000, 9_000)), Ok(None));
+        assert_eq!(offset.add(trip(0, 50, 1_000, 1_000)), None);
+        assert_eq!(offset.add(trip(10_000, 50, 9_000, 9_000)), None);
         assert!(offset.at(20_000).expect("two").bound < 1_100);
         // 100 ppm of a second are 100 µs: the bound grows.
         assert!(offset.at(1_000_000_000).expect("two").bound > 100_000);
@@ -194,31 +180,24 @@ mod tests {
 
     #[test]
     fn impossible_times_are_no_round_trip() {
-        let mut offset = Offset::default();
         let good = trip(0, 50, 1_000, 1_000);
+        let with = |arrived, answered, returned| RoundTrip {
+            arrived,
+            answered,
+            returned,
+            ..good
+        };
         for bad in [
-            RoundTrip {
-                returned: -1,
-                ..good
-            },
-            RoundTrip {
-                answered: good.arrived - 1,
-                ..good
-            },
+            with(good.arrived, good.answered, -1),
+            with(good.arrived, good.arrived - 1, good.returned),
             // The reply was on its way for longer than the whole took.
-            RoundTrip {
-                answered: good.answered + 9_000,
-                ..good
-            },
-            RoundTrip {
-                arrived: Nanos::MIN,
-                answered: Nanos::MAX,
-                ..good
-            },
+            with(good.arrived, good.answered + 9_000, good.returned),
+            with(Nanos::MIN, Nanos::MAX, good.returned),
         ] {
-            assert_eq!(offset.add(bad), Err(Impossible), "{bad:?}");
+            let mut offset = Offset::default();
+            assert_eq!((offset.add(good), offset.add(bad)), (None, None));
+            assert_eq!(offset.at(0), None, "{bad:?}");
         }
-        assert_eq!(offset.at(0), None);
     }
 
     #[test]
@@ -228,17 +207,19 @@ mod tests {
             let mut offset = Offset::default();
             for beat in 0..4 {
                 let steady = offset.add(trip(beat * SECOND / 4, 50, 90_000, 20_000));
-                assert_eq!(steady, Ok(None));
+                assert_eq!(steady, None);
             }
             let found = offset.add(trip(SECOND, 50 + step, 60_000, 60_000));
-            let found = found.expect("a round trip").expect("a step");
+            let found = found.expect("a step");
             // The bounds of both estimates, of which the first has drifted for a moment.
             assert!((found - step).abs() < 200_000, "{found} for {step}");
             // The new offset counts at once, and alone.
             let now = offset.at(SECOND + 1_000_000).expect("the last trip");
             assert!((now.ahead - 50 - step).abs() <= now.bound, "{now:?}");
-            let next = offset.add(trip(2 * SECOND, 50 + step, 90_000, 20_000));
-            assert_eq!(next, Ok(None));
+            assert_eq!(
+                offset.add(trip(2 * SECOND, 50 + step, 90_000, 20_000)),
+                None
+            );
         }
     }
 }

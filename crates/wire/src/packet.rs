@@ -13,30 +13,18 @@
 //! | 8 each | the numbers, as doubles |
 
 use crate::{
-    clock::{ClockId, Nanos},
+    machine::{ClockId, ClockMoment, Nanos},
     refusal::Refusal,
 };
 
 /// The first bytes, with the version of this format.
 const MAGIC: [u8; 4] = *b"RLB1";
 
-/// Bytes before the numbers.
-const HEAD: usize = 56;
-
-/// The most numbers in a message: 64 KiB in all.
-pub const MOST: usize = 8_000;
-
 /// The absence of a sensing.
-const NONE: Nanos = Nanos::MIN;
-
-/// A moment of a known clock.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ClockMoment {
-    /// The clock.
-    pub clock: ClockId,
-    /// Its reading (ns).
-    pub at: Nanos,
-}
+const NONE: ClockMoment = ClockMoment {
+    clock: ClockId(0),
+    at: Nanos::MIN,
+};
 
 /// The head of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,22 +42,14 @@ pub struct PacketHead {
 
 /// The bytes of a message.
 pub fn encode(head: &PacketHead, row: &[f64]) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(HEAD + 8 * row.len());
-    bytes.extend(MAGIC);
-    bytes.extend((row.len() as u32).to_le_bytes());
-    bytes.extend(head.incarnation.to_le_bytes());
-    bytes.extend(head.seq.to_le_bytes());
-    let none = ClockMoment {
-        clock: ClockId(0),
-        at: NONE,
-    };
-    for moment in [head.stamp, head.origin.unwrap_or(none)] {
-        bytes.extend(moment.clock.0.to_le_bytes());
-        bytes.extend(moment.at.to_le_bytes());
-    }
-    row.iter()
-        .for_each(|number| bytes.extend(number.to_le_bytes()));
-    bytes
+    let moments = [head.stamp, head.origin.unwrap_or(NONE)];
+    let moments = moments.map(|moment| [moment.clock.0, moment.at.cast_unsigned()]);
+    let words = [head.incarnation, head.seq].into_iter();
+    let words = words.chain(moments.into_iter().flatten());
+    let words = words.chain(row.iter().map(|number| number.to_bits()));
+    let count = (row.len() as u32).to_le_bytes();
+    let begin = MAGIC.into_iter().chain(count);
+    begin.chain(words.flat_map(u64::to_le_bytes)).collect()
 }
 
 /// Reads a message of `width` numbers from `bytes` of anybody.
@@ -77,40 +57,46 @@ pub fn encode(head: &PacketHead, row: &[f64]) -> Vec<u8> {
 /// # Errors
 /// The reason to refuse it.
 pub fn decode(bytes: &[u8], width: usize) -> Result<(PacketHead, Vec<f64>), Refusal> {
-    if bytes.get(..4) != Some(&MAGIC) {
-        return Err(Refusal::Format);
-    }
-    if bytes.len() != HEAD + 8 * width {
+    let rest = bytes.strip_prefix(&MAGIC).ok_or(Refusal::Format)?;
+    let (count, rest) = rest.split_first_chunk().ok_or(Refusal::Length)?;
+    let (words, more) = rest.as_chunks();
+    let words: Vec<u64> = words.iter().copied().map(u64::from_le_bytes).collect();
+    let [
+        incarnation,
+        seq,
+        clock,
+        at,
+        sensed_by,
+        sensed_at,
+        ref row @ ..,
+    ] = words[..]
+    else {
+        return Err(Refusal::Length);
+    };
+    if u32::from_le_bytes(*count) as usize != width || row.len() != width || !more.is_empty() {
         return Err(Refusal::Length);
     }
-    let mut words = bytes[8..].chunks_exact(8).map(|word| {
-        let mut bytes = [0; 8];
-        bytes.copy_from_slice(word);
-        u64::from_le_bytes(bytes)
-    });
-    let count = u32::from_le_bytes([bytes[4], bytes[5], bytes[6], bytes[7]]);
-    if count as usize != width {
-        return Err(Refusal::Length);
-    }
-    let mut next = || words.next().unwrap_or_default();
-    let (incarnation, seq) = (next(), next());
-    let [stamp, origin] = [(); 2].map(|()| ClockMoment {
-        clock: ClockId(next()),
-        at: next().cast_signed(),
-    });
-    let row: Vec<f64> = words.map(f64::from_bits).collect();
-    // Messages are of single precision in part: beyond it they would become infinite.
-    if row.iter().any(|number| !(*number as f32).is_finite()) {
+    let row: Vec<f64> = row.iter().copied().map(f64::from_bits).collect();
+    if !are_finite(&row) {
         return Err(Refusal::NotFinite);
     }
-    let origin = Some(origin).filter(|origin| origin.at != NONE);
+    let moment = |clock, at: u64| ClockMoment {
+        clock: ClockId(clock),
+        at: at.cast_signed(),
+    };
     let head = PacketHead {
         incarnation,
         seq,
-        stamp,
-        origin,
+        stamp: moment(clock, at),
+        origin: Some(moment(sensed_by, sensed_at)).filter(|origin| origin.at != NONE.at),
     };
     Ok((head, row))
+}
+
+/// Whether all numbers are finite. Messages are of single precision in part: beyond it they
+/// would become infinite.
+pub(crate) fn are_finite(row: &[f64]) -> bool {
+    row.iter().all(|number| (*number as f32).is_finite())
 }
 
 #[cfg(test)]
@@ -134,17 +120,9 @@ mod tests {
             let bytes = encode(&head(origin), &row);
             let (read, numbers) = decode(&bytes, 3).expect("our own");
             assert_eq!(read, head(origin));
-            assert_eq!(numbers.map_bits(), row.to_vec().map_bits());
-        }
-    }
-
-    trait Bits {
-        fn map_bits(&self) -> Vec<u64>;
-    }
-
-    impl Bits for Vec<f64> {
-        fn map_bits(&self) -> Vec<u64> {
-            self.iter().map(|number| number.to_bits()).collect()
+            assert_eq!(numbers.len(), row.len());
+            let mut both = numbers.iter().zip(row);
+            assert!(both.all(|(read, sent)| read.to_bits() == sent.to_bits()));
         }
     }
 
@@ -173,7 +151,7 @@ mod tests {
         }
         assert_eq!(decode(&[&good[..], &[0]].concat(), 2), Err(Refusal::Length));
         assert_eq!(decode(&good, 1), Err(Refusal::Length));
-        assert_eq!(decode(&good, MOST), Err(Refusal::Length));
+        assert_eq!(decode(&good, 8_000), Err(Refusal::Length));
         for number in [f64::NAN, f64::INFINITY, -f64::INFINITY, 1e39] {
             let bytes = encode(&head(None), &[number]);
             assert_eq!(decode(&bytes, 1), Err(Refusal::NotFinite), "{number}");

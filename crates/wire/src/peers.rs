@@ -1,10 +1,9 @@
 //! The other processes of a run: who is there, what they run, how their clocks are.
 
 use std::{
-    cell::RefCell,
     collections::{BTreeMap, BTreeSet},
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError,
+        Arc, Mutex, MutexGuard,
         atomic::{AtomicBool, Ordering},
     },
     thread,
@@ -13,16 +12,18 @@ use std::{
 
 use zenoh::{
     Session, Wait,
-    query::{ConsolidationMode, Query, QueryTarget},
+    query::{ConsolidationMode, QueryTarget},
     sample::{Sample, SampleKind},
 };
 
 use crate::{
-    clock::{self, ClockId},
-    error::WireError,
+    error::{WireError, WireResult},
     key::{Keys, Of},
+    machine::{self, ClockId},
+    net,
     offset::{Offsets, RoundTrip},
-    telemetry::Info,
+    telemetry::{Answer, Info, Order},
+    threads::{self, lock},
 };
 
 /// Time between two round trips to another clock.
@@ -45,15 +46,15 @@ const MOST: usize = 64;
 const MOST_PRESENCES: usize = 4096;
 
 /// Called with the number of a process that is gone.
-pub type WhenGone = Box<dyn Fn(u64) + Send + Sync>;
+pub(crate) type WhenGone = Box<dyn Fn(u64) + Send + Sync>;
 
 /// The other processes.
-pub struct Peers {
-    session: Session,
-    keys: Keys,
-    /// Our own number, and our nodes.
-    own: u64,
-    pub(crate) nodes: Vec<String>,
+pub(crate) struct Peers {
+    pub(crate) session: Session,
+    pub(crate) keys: Keys,
+    /// Our own number.
+    pub(crate) own: u64,
+    offsets: Arc<Offsets>,
     known: Mutex<BTreeMap<u64, Option<Info>>>,
     /// Whether there were more than can be known.
     overflowed: AtomicBool,
@@ -61,41 +62,51 @@ pub struct Peers {
 }
 
 impl Peers {
-    /// Follows the processes that have a presence, from now on.
-    ///
-    /// # Errors
-    /// [`WireError`] if the connection fails.
-    pub fn follow(
+    /// Follows the processes that have a presence, and their clocks, from now on and for as
+    /// long as somebody has these peers.
+    pub(crate) fn follow(
         session: &Session,
-        keys: &Keys,
+        keys: Keys,
         own: u64,
-        nodes: &[String],
+        offsets: &Arc<Offsets>,
         gone: WhenGone,
     ) -> Result<Arc<Self>, WireError> {
         let peers = Arc::new(Self {
             session: session.clone(),
-            keys: keys.clone(),
+            keys,
             own,
-            nodes: nodes.to_vec(),
+            offsets: offsets.clone(),
             known: Mutex::default(),
             overflowed: AtomicBool::new(false),
             gone,
         });
         let follower = Arc::downgrade(&peers);
-        let liveliness = session.liveliness();
-        let watched = liveliness.declare_subscriber(keys.processes());
-        let watched = watched.history(true).callback(move |sample| {
+        let watched = peers.keys.processes();
+        net::watch(session, (&watched, "processes"), move |key, kind| {
             if let Some(peers) = follower.upgrade() {
-                peers.note(sample.key_expr().as_str(), sample.kind());
+                peers.note(key, kind);
             }
-        });
-        let begun = watched.background().wait();
-        begun.map_err(|why| WireError::network("cannot watch for processes", &why))?;
+        })?;
+        let asking = Arc::downgrade(&peers);
+        threads::thread("peers", move || {
+            let (mut before, mut rounds) = ((0, 0), 0);
+            while let Some(peers) = asking.upgrade()
+                && !peers.session.is_closed()
+            {
+                let counts = peers.ask();
+                drop(peers);
+                rounds = if counts == before { rounds + 1 } else { 0 };
+                before = counts;
+                let (present, answered) = counts;
+                let waits = present == 0 || (present > answered && rounds < EAGER);
+                thread::sleep(if waits { SHORT } else { PAUSE });
+            }
+        })?;
         Ok(peers)
     }
 
     fn note(&self, key: &str, kind: SampleKind) {
-        let Some(incarnation) = self.keys.incarnation(key).filter(|id| *id != self.own) else {
+        let Some(incarnation) = self.other(key) else {
             return;
         };
         let mut known = self.known();
@@ -113,86 +124,85 @@ impl Peers {
     }
 
     fn known(&self) -> MutexGuard<'_, BTreeMap<u64, Option<Info>>> {
-        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.known)
+    }
+
+    /// The process that a key is of, unless it is this one.
+    fn other(&self, key: &str) -> Option<u64> {
+        self.keys.incarnation(key).filter(|id| *id != self.own)
     }
 
     /// What runs in each process that has answered.
-    pub fn infos(&self) -> Vec<Info> {
+    pub(crate) fn infos(&self) -> Vec<Info> {
         self.known().values().flatten().cloned().collect()
+    }
+
+    /// The one of them that is wanted.
+    pub(crate) fn find(&self, wanted: impl Fn(&Info) -> bool) -> Option<Info> {
+        let known = self.known();
+        let mut infos = known.values().flatten();
+        infos.find(|info| wanted(info)).cloned()
     }
 
     /// The identities of the sessions of the processes that have answered, as zenoh prints
     /// them, and our own.
-    pub fn sessions(&self) -> BTreeSet<String> {
+    pub(crate) fn sessions(&self) -> BTreeSet<String> {
         let others = self.infos().into_iter().map(|info| info.session);
         others.chain([self.session.zid().to_string()]).collect()
     }
 
     /// The processes that are present now.
-    ///
-    /// # Errors
-    /// [`WireError`] if the connection fails.
-    pub fn present(&self) -> Result<BTreeSet<u64>, WireError> {
-        let found = self.session.liveliness().get(self.keys.processes());
-        let found = found.timeout(PATIENCE).wait();
-        let found = found.map_err(|why| WireError::network("cannot look for processes", &why))?;
-        let found = found.iter().filter_map(|reply| reply.into_result().ok());
+    pub(crate) fn present(&self) -> Result<BTreeSet<u64>, WireError> {
+        let tokens = self.tokens(&self.keys.processes())?;
+        let present = tokens.filter_map(|token| self.other(&token));
+        let present: BTreeSet<u64> = present.take(MOST_PRESENCES).collect();
         let mut known = self.known();
-        let present = found.filter_map(|sample| {
-            let incarnation = self.keys.incarnation(sample.key_expr().as_str())?;
-            (incarnation != self.own).then(|| {
-                known.entry(incarnation).or_insert(None);
-                incarnation
-            })
-        });
-        Ok(present.take(MOST_PRESENCES).collect())
-    }
-
-    /// The processes whose part of the run has begun.
-    pub fn running(&self) -> BTreeSet<u64> {
-        let running = RefCell::new(BTreeSet::new());
-        self.ask_all(Of::Info, |incarnation, reply| {
-            let info = serde_json::from_slice::<Info>(reply).ok();
-            if info.is_some_and(|info| info.zero.is_some()) {
-                running.borrow_mut().insert(incarnation);
-            }
-        });
-        running.into_inner()
+        for incarnation in &present {
+            known.entry(*incarnation).or_insert(None);
+        }
+        Ok(present)
     }
 
     /// The names of the other systems that have processes here.
-    pub fn other_systems(&self) -> BTreeSet<String> {
-        let found = self.session.liveliness().get(Keys::ALL).timeout(PATIENCE);
-        let Ok(found) = found.wait() else {
-            return BTreeSet::new();
-        };
-        let found = found.iter().filter_map(|reply| reply.into_result().ok());
-        let names = found.filter_map(|sample| {
-            let name = self.keys.other_system(sample.key_expr().as_str())?;
-            Some(name.to_owned())
-        });
+    pub(crate) fn other_systems(&self) -> BTreeSet<String> {
+        let tokens = self.tokens(Keys::ALL).into_iter().flatten();
+        let names = tokens.filter_map(|token| Some(self.keys.other_system(&token)?.to_owned()));
         names.take(MOST).collect()
     }
 
+    /// The tokens under `keys` that are there now.
+    fn tokens(&self, keys: &str) -> Result<impl Iterator<Item = String> + use<>, WireError> {
+        let found = self.session.liveliness().get(keys).timeout(PATIENCE).wait();
+        let found = found.tried("cannot look for processes")?.into_iter();
+        let found = found.filter_map(|reply| reply.into_result().ok());
+        Ok(found.map(|sample| sample.key_expr().to_string()))
+    }
+
+    /// The processes whose part of the run has begun.
+    pub(crate) fn running(&self) -> BTreeSet<u64> {
+        let infos = self.ask_infos();
+        let running = infos.filter(|(_, info)| info.zero.is_some());
+        running.map(|(incarnation, _)| incarnation).collect()
+    }
+
     /// Asks all processes what runs in them, if one has not answered yet, and for the time, if
-    /// one has another clock; to be called again and again.
-    pub fn ask(&self, offsets: &Offsets) {
+    /// one has another clock. Returns how many are present, and how many have answered.
+    fn ask(&self) -> (usize, usize) {
         let room = self.known().len() < MOST_PRESENCES;
         if room && self.overflowed.swap(false, Ordering::Relaxed) {
             // Those that came while there was no room.
             let _ = self.present();
         }
         if self.known().values().any(Option::is_none) {
-            self.ask_all(Of::Info, |incarnation, reply| {
-                if let Ok(info) = serde_json::from_slice::<Info>(reply) {
-                    self.answered(incarnation, info);
-                }
-            });
+            for (incarnation, info) in self.ask_infos() {
+                self.answered(incarnation, info);
+            }
         }
-        let mut clocks = self.infos().into_iter().map(|info| info.clock);
-        if clocks.any(|clock| clock != ClockId::here()) {
-            self.ask_clocks(offsets);
+        if self.find(|info| info.clock != ClockId::here()).is_some() {
+            self.ask_clocks();
         }
+        let known = self.known();
+        (known.len(), known.values().flatten().count())
     }
 
     /// Notes what runs in a process.
@@ -207,80 +217,55 @@ impl Peers {
         }
     }
 
-    fn ask_clocks(&self, offsets: &Offsets) {
-        let left = clock::now();
-        self.ask_all(Of::Clock, |incarnation, reply| {
-            let returned = clock::now();
+    fn ask_infos(&self) -> impl Iterator<Item = (u64, Info)> {
+        let answers = self.ask_all(Of::INFO);
+        answers.filter_map(|(from, reply)| Some((from, serde_json::from_slice(&reply).ok()?)))
+    }
+
+    fn ask_clocks(&self) {
+        let left = machine::now();
+        for (incarnation, reply) in self.ask_all(Of::CLOCK) {
+            let returned = machine::now();
             let is_known = matches!(self.known().get(&incarnation), Some(Some(_)));
-            if let Some((clock, arrived, answered)) = read_clock(reply)
+            if let Some([clock, arrived, answered]) = read_clock(&reply)
                 && is_known
-                && clock != ClockId::here()
+                && ClockId(clock) != ClockId::here()
             {
                 let trip = RoundTrip {
                     left,
-                    arrived,
-                    answered,
+                    arrived: arrived.cast_signed(),
+                    answered: answered.cast_signed(),
                     returned,
                 };
-                offsets.add(clock, trip);
-            }
-        });
-    }
-
-    /// Asks all processes at once: one that does not answer keeps nobody waiting. Calls `take`
-    /// for each answer as it comes.
-    fn ask_all(&self, of: Of, take: impl Fn(u64, &[u8])) {
-        let asked = self.session.get(self.keys.of_all(of));
-        let asked = asked.target(QueryTarget::All).timeout(PATIENCE);
-        let Ok(replies) = asked.consolidation(ConsolidationMode::None).wait() else {
-            return;
-        };
-        let answers = replies.iter().filter_map(|reply| reply.into_result().ok());
-        for answer in answers.take(MOST_PRESENCES) {
-            if let Some(from) = self.keys.incarnation(answer.key_expr().as_str()) {
-                take(from, &payload(&answer));
+                self.offsets.add(ClockId(clock), trip);
             }
         }
     }
 
-    /// The bytes of the answer of a process to `question`; `None` if it does not answer.
-    pub fn ask_bytes(&self, incarnation: u64, of: Of, question: Vec<u8>) -> Option<Vec<u8>> {
-        let key = self.keys.of(incarnation, of);
-        let replies = self
-            .session
-            .get(key)
-            .payload(question)
-            .timeout(PATIENCE)
-            .consolidation(ConsolidationMode::None)
-            .wait()
-            .ok()?;
-        let reply = replies.recv().ok()?;
-        Some(payload(&reply.into_result().ok()?))
+    /// Asks all processes at once: one that does not answer keeps nobody waiting. Returns the
+    /// answers as they come.
+    fn ask_all(&self, of: Of) -> impl Iterator<Item = (u64, Vec<u8>)> {
+        let asked = self.session.get(self.keys.of_all(of));
+        let asked = asked.target(QueryTarget::All).timeout(PATIENCE);
+        let replies = asked.consolidation(ConsolidationMode::None).wait();
+        let replies = replies.into_iter().flatten();
+        let answers = replies.filter_map(|reply| reply.into_result().ok());
+        answers.take(MOST_PRESENCES).filter_map(|answer| {
+            let from = self.keys.incarnation(answer.key_expr().as_str())?;
+            Some((from, payload(&answer)))
+        })
     }
 
-    /// Asks for as long as anybody else has these peers.
-    pub fn ask_forever(self: &Arc<Self>, offsets: &Arc<Offsets>) -> Result<(), WireError> {
-        let (peers, offsets) = (Arc::downgrade(self), offsets.clone());
-        let thread = thread::Builder::new().name("peers".to_owned());
-        let begun = thread.spawn(move || {
-            let (mut before, mut rounds) = ((0, 0), 0);
-            while let Some(peers) = peers.upgrade() {
-                if peers.session.is_closed() {
-                    return;
-                }
-                peers.ask(&offsets);
-                let known = peers.known();
-                let counts = (known.len(), known.values().flatten().count());
-                drop(known);
-                drop(peers);
-                rounds = if counts == before { rounds + 1 } else { 0 };
-                before = counts;
-                let waiting = counts.0 == 0 || (counts.0 > counts.1 && rounds < EAGER);
-                thread::sleep(if waiting { SHORT } else { PAUSE });
-            }
-        });
-        let begun = begun.map(drop);
-        begun.map_err(|why| WireError::network("cannot start a thread", &why))
+    /// Gives a command to process `to`; `silent` is the reason if it does not answer.
+    pub(crate) fn order(&self, to: u64, order: &Order, silent: &str) -> Answer {
+        let order = serde_json::to_vec(order).map_err(|why| why.to_string())?;
+        let asked = self.session.get(self.keys.of(to, Of::COMMAND));
+        let asked = asked.payload(order).timeout(PATIENCE);
+        let replies = asked.consolidation(ConsolidationMode::None).wait();
+        let reply = replies.ok().and_then(|replies| replies.recv().ok());
+        let reply = reply.and_then(|reply| reply.into_result().ok());
+        let reply = payload(&reply.ok_or(silent)?);
+        serde_json::from_slice(&reply).map_err(|why| format!("unknown answer: {why}"))?
     }
 }
 
@@ -288,41 +273,20 @@ fn payload(sample: &Sample) -> Vec<u8> {
     sample.payload().to_bytes().into_owned()
 }
 
-/// Answers a query for our clock, which is at `key`.
-pub(crate) fn answer_clock(query: &Query, key: &str) {
-    let arrived = clock::now();
-    let mut reply = ClockId::here().0.to_le_bytes().to_vec();
-    reply.extend(arrived.to_le_bytes());
-    reply.extend(clock::now().to_le_bytes());
-    answer(query, key, reply);
-}
-
-/// Sends `reply` as that of `key`; nobody may wait for it any more.
-pub(crate) fn answer(query: &Query, key: &str, reply: Vec<u8>) {
-    let _ = query.reply(key.to_owned(), reply).wait();
-}
-
-/// Declares that queries for `key` are answered by `reply`.
-pub(crate) fn answers(
-    session: &Session,
-    key: &str,
-    reply: impl Fn(Query) + Send + Sync + 'static,
-) -> Result<(), WireError> {
-    let declared = session.declare_queryable(key).callback(reply);
-    let declared = declared.background().wait();
-    declared.map_err(|why| WireError::network(&format!("cannot answer on {key}"), &why))
-}
-
-fn read_clock(reply: &[u8]) -> Option<(ClockId, i64, i64)> {
-    let words: [[u8; 8]; 3] = [
-        reply.get(..8)?.try_into().ok()?,
-        reply.get(8..16)?.try_into().ok()?,
-        reply.get(16..24)?.try_into().ok()?,
+/// The answer to a query for our clock: which it is, when the query arrived, and now.
+pub(crate) fn clock() -> Vec<u8> {
+    let arrived = machine::now();
+    let clock = ClockId::here().0;
+    let words = [
+        clock,
+        arrived.cast_unsigned(),
+        machine::now().cast_unsigned(),
     ];
-    let [clock, arrived, answered] = words;
-    Some((
-        ClockId(u64::from_le_bytes(clock)),
-        i64::from_le_bytes(arrived),
-        i64::from_le_bytes(answered),
-    ))
+    words.map(u64::to_le_bytes).concat()
+}
+
+fn read_clock(reply: &[u8]) -> Option<[u64; 3]> {
+    let (words, _) = reply.as_chunks();
+    let words: Vec<u64> = words.iter().copied().map(u64::from_le_bytes).collect();
+    words.first_chunk().copied()
 }

@@ -141,31 +141,107 @@ mod tests {
     use super::*;
 
     const PATIENCE: Duration = Duration::from_millis(100);
+    const REPEATED: Result<(), Refusal> = Err(Refusal::Repeated);
+    const JUMP: Result<(), Refusal> = Err(Refusal::Jump);
+    const SECOND: Result<(), Refusal> = Err(Refusal::Sender);
 
-    fn at(start: Instant, ms: u64) -> Instant {
-        start + Duration::from_millis(ms)
-    }
+    /// Messages: sender, number, time since the one before (ms), and what follows.
+    type Messages = &'static [(u64, u64, u64, Result<(), Refusal>)];
+
+    /// A name, messages, how many count as lost, and how many senders there were.
+    const CASES: &[(&str, Messages, u64, u64)] = &[
+        ("in order", &[(1, 0, 0, Ok(())), (1, 1, 20, Ok(()))], 0, 1),
+        // What was before the first was for nobody.
+        ("late", &[(1, 40, 0, Ok(())), (1, 41, 20, Ok(()))], 0, 1),
+        ("lost", &[(1, 1, 0, Ok(())), (1, 51, 1_000, Ok(()))], 49, 1),
+        (
+            "late and repeated",
+            &[
+                (1, 0, 0, Ok(())),
+                (1, 2, 20, Ok(())),
+                (1, 1, 0, REPEATED),
+                (1, 2, 0, REPEATED),
+            ],
+            1,
+            1,
+        ),
+        (
+            "forged jumps",
+            &[
+                (1, 1, 0, Ok(())),
+                (1, 1_000_000, 20, JUMP),
+                (1, 2_000_000, 20, JUMP),
+                (1, 2, 10, Ok(())),
+                (1, u64::MAX, 20, JUMP),
+                (1, 1 << 63, 20, JUMP),
+                (1, 3, 20, Ok(())),
+            ],
+            0,
+            1,
+        ),
+        (
+            "a jump within reach, and back",
+            &[
+                (1, 0, 0, Ok(())),
+                (1, 250, 20, Ok(())),
+                (1, 1, 20, REPEATED),
+                (1, 2, 100, Ok(())),
+                (1, 3, 20, Ok(())),
+            ],
+            249,
+            1,
+        ),
+        (
+            "numbers from elsewhere after a silence",
+            &[
+                (1, 1, 0, Ok(())),
+                (1, 1 << 40, 100, Ok(())),
+                (1, (1 << 40) + 1, 20, Ok(())),
+            ],
+            0,
+            1,
+        ),
+        (
+            "the last number of all",
+            &[
+                (1, 1, 0, Ok(())),
+                (1, u64::MAX, 200, Ok(())),
+                (1, 2, 200, Ok(())),
+            ],
+            0,
+            1,
+        ),
+        (
+            "a restart is no loss",
+            &[(1, 40, 0, Ok(())), (1, 43, 20, Ok(())), (2, 0, 100, Ok(()))],
+            2,
+            2,
+        ),
+        (
+            "a second sender waits, and the first is the second then",
+            &[
+                (1, 0, 0, Ok(())),
+                (2, 0, 99, SECOND),
+                (2, 1, 1, Ok(())),
+                (1, 1, 20, SECOND),
+                (1, 2, 80, Ok(())),
+            ],
+            0,
+            3,
+        ),
+    ];
 
     #[test]
-    fn gaps_are_lost_and_a_restart_is_none() {
-        let (start, mut sender) = (Instant::now(), Sender::default());
-        let mut accept = |incarnation, seq, ms| {
-            let accepted = sender.accept(
-                MessageSource::direct(incarnation),
-                seq,
-                at(start, ms),
-                PATIENCE,
-            );
-            (accepted, sender.lost)
-        };
-        // The first may come late: what was before was for nobody.
-        assert_eq!(accept(1, 40, 0), (Ok(()), 0));
-        assert_eq!(accept(1, 41, 20), (Ok(()), 0));
-        assert_eq!(accept(1, 44, 40), (Ok(()), 2));
-        assert_eq!(accept(1, 44, 40), (Err(Refusal::Repeated), 2));
-        assert_eq!(accept(1, 43, 40), (Err(Refusal::Repeated), 2));
-        assert_eq!(accept(2, 0, 140), (Ok(()), 2));
-        assert_eq!(sender.starts, 2);
+    fn no_single_number_silences_the_sender_or_counts_as_a_loss() {
+        for (case, messages, lost, starts) in CASES {
+            let (mut now, mut sender) = (Instant::now(), Sender::default());
+            for (from, seq, after, expected) in *messages {
+                now += Duration::from_millis(*after);
+                let accepted = sender.accept(MessageSource::direct(*from), *seq, now, PATIENCE);
+                assert_eq!(accepted, *expected, "{case}: {seq}");
+            }
+            assert_eq!((sender.lost, sender.starts), (*lost, *starts), "{case}");
+        }
     }
 
     #[test]
@@ -176,140 +252,29 @@ mod tests {
         for (first, second, accepted) in [
             (policy, twin, Err(Refusal::Twin)),
             (twin, policy, Ok(())),
-            (policy, other, Err(Refusal::Sender)),
-            (policy, unknown, Err(Refusal::Sender)),
-            (other, policy, Err(Refusal::Sender)),
-            (twin, by_ros(6, Some(1)), Err(Refusal::Sender)),
-            (unknown, by_ros(6, None), Err(Refusal::Sender)),
+            (policy, other, SECOND),
+            (policy, unknown, SECOND),
+            (other, policy, SECOND),
+            (twin, by_ros(6, Some(1)), SECOND),
+            (unknown, by_ros(6, None), SECOND),
         ] {
-            let (start, mut sender) = (Instant::now(), Sender::default());
-            assert_eq!(sender.accept(first, 7, start, PATIENCE), Ok(()));
-            let next = sender.accept(second, 3, at(start, 99), PATIENCE);
+            let (now, mut sender) = (Instant::now(), Sender::default());
+            assert_eq!(sender.accept(first, 7, now, PATIENCE), Ok(()));
+            let next = now + Duration::from_millis(99);
+            let next = sender.accept(second, 3, next, PATIENCE);
             assert_eq!(next, accepted, "{first:?} {second:?}");
             assert_eq!((sender.starts, sender.lost), (1, 0));
         }
     }
 
     #[test]
-    fn a_second_sender_waits_until_the_first_is_silent_or_gone() {
-        let (start, mut sender) = (Instant::now(), Sender::default());
-        assert_eq!(
-            sender.accept(MessageSource::direct(1), 0, start, PATIENCE),
-            Ok(())
-        );
-        let too_early = sender.accept(MessageSource::direct(2), 0, at(start, 99), PATIENCE);
-        assert_eq!(too_early, Err(Refusal::Sender));
-        sender.gone(7);
-        let no_more = sender.accept(MessageSource::direct(2), 0, at(start, 99), PATIENCE);
-        assert_eq!(no_more, Err(Refusal::Sender));
-        sender.gone(1);
-        assert_eq!(
-            sender.accept(MessageSource::direct(2), 0, at(start, 99), PATIENCE),
-            Ok(())
-        );
-        // Now the first is the second.
-        let back = sender.accept(MessageSource::direct(1), 1, at(start, 120), PATIENCE);
-        assert_eq!(back, Err(Refusal::Sender));
-        assert_eq!(
-            sender.accept(MessageSource::direct(1), 2, at(start, 199), PATIENCE),
-            Ok(())
-        );
-        assert_eq!((sender.lost, sender.starts), (0, 3));
-    }
-
-    /// Messages: number, time since the one before (ms), and what follows.
-    type Messages = &'static [(u64, u64, Result<(), Refusal>)];
-
-    /// A name, messages after number 0, and how many count as lost.
-    const CASES: &[(&str, Messages, u64)] = &[
-        ("in order", &[(1, 20, Ok(())), (2, 20, Ok(()))], 0),
-        ("some lost", &[(1, 20, Ok(())), (51, 1_000, Ok(()))], 49),
-        (
-            "late and repeated",
-            &[
-                (2, 20, Ok(())),
-                (1, 0, Err(Refusal::Repeated)),
-                (2, 0, Err(Refusal::Repeated)),
-            ],
-            1,
-        ),
-        (
-            "a forged jump",
-            &[
-                (1, 20, Ok(())),
-                (1_000_000, 20, Err(Refusal::Jump)),
-                (2, 20, Ok(())),
-            ],
-            0,
-        ),
-        (
-            "the greatest",
-            &[
-                (1, 20, Ok(())),
-                (u64::MAX, 20, Err(Refusal::Jump)),
-                (2, 20, Ok(())),
-            ],
-            0,
-        ),
-        (
-            "half of it",
-            &[
-                (1, 20, Ok(())),
-                (1 << 63, 20, Err(Refusal::Jump)),
-                (2, 20, Ok(())),
-            ],
-            0,
-        ),
-        (
-            "jump after jump",
-            &[
-                (1, 20, Ok(())),
-                (1_000_000, 20, Err(Refusal::Jump)),
-                (2_000_000, 20, Err(Refusal::Jump)),
-                (2, 10, Ok(())),
-            ],
-            0,
-        ),
-        (
-            "a jump within reach, and back",
-            &[
-                (250, 20, Ok(())),
-                (1, 20, Err(Refusal::Repeated)),
-                (2, 100, Ok(())),
-                (3, 20, Ok(())),
-            ],
-            249,
-        ),
-        (
-            "numbers from elsewhere after a silence",
-            &[
-                (1, 20, Ok(())),
-                (1 << 40, 100, Ok(())),
-                ((1 << 40) + 1, 20, Ok(())),
-            ],
-            0,
-        ),
-        (
-            "the last number of all",
-            &[(1, 20, Ok(())), (u64::MAX, 200, Ok(())), (2, 200, Ok(()))],
-            0,
-        ),
-    ];
-
-    #[test]
-    fn no_single_number_silences_the_sender_or_counts_as_a_loss() {
-        for (case, messages, lost) in CASES {
-            let (mut now, mut sender) = (Instant::now(), Sender::default());
-            assert_eq!(
-                sender.accept(MessageSource::direct(1), 0, now, PATIENCE),
-                Ok(())
-            );
-            for (seq, after, expected) in *messages {
-                now += Duration::from_millis(*after);
-                let accepted = sender.accept(MessageSource::direct(1), *seq, now, PATIENCE);
-                assert_eq!(accepted, *expected, "{case}: {seq}");
-            }
-            assert_eq!((sender.lost, sender.starts), (*lost, 1), "{case}");
-        }
+    fn a_second_sender_takes_over_from_one_that_is_gone_and_from_no_other() {
+        let (now, mut sender) = (Instant::now(), Sender::default());
+        let mut accept = |gone: u64, from| {
+            sender.gone(gone);
+            sender.accept(MessageSource::direct(from), 0, now, PATIENCE)
+        };
+        let accepted = [accept(0, 1), accept(7, 2), accept(1, 2)];
+        assert_eq!(accepted, [Ok(()), SECOND, Ok(())]);
     }
 }

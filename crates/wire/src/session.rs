@@ -4,7 +4,11 @@ use std::{fs::File, path::PathBuf, time::Duration};
 
 use zenoh::{Config, Session, Wait, session::ZenohId};
 
-use crate::{connect::connect, error::WireError};
+use crate::{
+    connect::connect,
+    error::{WireError, WireResult, reason},
+    machine,
+};
 
 /// Where the process that has the plant listens unless told otherwise: this machine only,
 /// on the port of zenoh's routers.
@@ -63,11 +67,10 @@ impl Settings {
         let mut config = match &self.file {
             None => Config::default(),
             Some(path) => Config::from_file(path).map_err(|why| {
-                let path = path.display();
-                let why = WireError::network("", &why).to_string();
+                let (path, why) = (path.display(), reason(&why));
                 // Zenoh points at the place below the line.
                 let why = why.split_whitespace().collect::<Vec<_>>().join(" ");
-                WireError::Setting(format!("--zenoh-config {path}{why}"))
+                WireError::Setting(format!("--zenoh-config {path}: {why}"))
             })?,
         };
         let usual = Config::default();
@@ -110,14 +113,6 @@ impl Settings {
         }
     }
 
-    /// Checks the settings.
-    ///
-    /// # Errors
-    /// [`WireError::Setting`] as of [`open`](Self::open).
-    pub fn check(&self) -> Result<(), WireError> {
-        self.config().map(drop)
-    }
-
     /// Opens the connection. Waits until an end that connects has found the other.
     ///
     /// # Errors
@@ -127,23 +122,22 @@ impl Settings {
         match &self.end {
             SessionEnd::Listen(addresses) => {
                 let what = format!("cannot listen on {}", addresses.join(", "));
-                let opened = zenoh::open(config).wait();
-                opened.map_err(|why| WireError::network(&what, &why))
+                zenoh::open(config).wait().tried(what)
             }
-            SessionEnd::Connect(addresses) => connect(&config, addresses, self.wait, self.notice),
+            SessionEnd::Connect(addresses) => {
+                (self.notice)(&format!("connecting to {}", addresses.join(", ")));
+                connect(&config, addresses, self.wait, self.notice)
+            }
         }
     }
 
     /// The number of the process behind `session`: another one after each start.
-    ///
-    /// # Errors
-    /// [`WireError`] as of [`open`](Self::open).
     pub(crate) fn number(&self, session: &Session) -> Result<u64, WireError> {
         let chosen = self.config()?.get_json("id");
         // The same one after each start, if a file has it.
         let is_fixed = chosen.is_ok_and(|id| id != "null");
         Ok(match is_fixed {
-            true => crate::random(),
+            true => machine::random(),
             false => number(session.zid()),
         })
     }
@@ -151,8 +145,12 @@ impl Settings {
 
 /// The number of a process by the identity of its session, as it is in tokens of ROS.
 pub(crate) fn number(session: ZenohId) -> u64 {
-    let [number @ .., _, _, _, _, _, _, _, _] = session.to_le_bytes();
-    u64::from_le_bytes(number)
+    low_word(session.to_le_bytes())
+}
+
+/// The first half of an identity.
+pub(crate) fn low_word([word @ .., _, _, _, _, _, _, _, _]: [u8; 16]) -> u64 {
+    u64::from_le_bytes(word)
 }
 
 /// The kinds of connections that this build knows.
@@ -198,9 +196,10 @@ fn check_files(config: &Config) -> Result<(), WireError> {
 }
 
 fn set(config: &mut Config, key: &str, value: &str) -> Result<(), WireError> {
-    config.insert_json5(key, value).map_err(|why| {
-        let why = WireError::network("", &why);
-        WireError::Setting(format!("{value} is no setting of {key}{why}"))
+    let set = config.insert_json5(key, value);
+    set.map_err(|why| {
+        let why = reason(&why);
+        WireError::Setting(format!("{value} is no setting of {key}: {why}"))
     })
 }
 
@@ -217,26 +216,33 @@ fn is_loopback(address: &str) -> bool {
 mod tests {
     use super::*;
 
-    fn listen(address: &str, insecure: bool) -> Settings {
+    /// Settings of one end, with the zenoh configuration `file`.
+    fn settings(end: SessionEnd, file: Option<PathBuf>) -> Settings {
         Settings {
-            end: SessionEnd::Listen(vec![address.to_owned()]),
-            insecure,
-            file: None,
+            end,
+            insecure: false,
+            file,
             wait: None,
             notice: |_| (),
         }
     }
 
-    /// An empty file with an extension that zenoh knows.
-    fn json5_file() -> tempfile::NamedTempFile {
+    fn listen(address: &str, file: Option<PathBuf>) -> Settings {
+        settings(SessionEnd::Listen(vec![address.to_owned()]), file)
+    }
+
+    /// The settings of the end at `address` with a zenoh configuration of this `text`.
+    fn with<T>(address: &str, text: &str, test: impl Fn(&Settings) -> T) -> T {
         let file = tempfile::Builder::new().suffix(".json5").tempfile();
-        file.expect("a file")
+        let file = file.expect("a file");
+        std::fs::write(file.path(), text).expect("written");
+        test(&listen(address, Some(file.path().to_owned())))
     }
 
     #[test]
     fn an_address_open_to_the_network_needs_credentials() {
         for address in ["tcp/127.0.0.1:7447", "tcp/[::1]:0", "tcp/localhost:1"] {
-            assert!(listen(address, false).config().is_ok(), "{address}");
+            assert!(listen(address, None).config().is_ok(), "{address}");
         }
         for address in [
             "tcp/0.0.0.0:7447",
@@ -244,101 +250,76 @@ mod tests {
             "tcp/10.0.0.1:7447",
             "tcp/robot:7447",
         ] {
-            let refused = listen(address, false).config().map(drop);
-            let refused = refused.expect_err(address).to_string();
+            let mut open = listen(address, None);
+            let refused = open.config().map(drop).expect_err(address).to_string();
             assert!(refused.contains("--insecure"), "{refused}");
-            assert!(listen(address, true).config().is_ok(), "{address}");
+            open.insecure = true;
+            assert!(open.config().is_ok(), "{address}");
         }
-        let file = json5_file();
         let users = r#"{ transport: { auth: { usrpwd: { user: "a", password: "b",
             dictionary_file: "users" } } } }"#;
-        std::fs::write(file.path(), users).expect("written");
-        let with_users = Settings {
-            file: Some(file.path().to_owned()),
-            ..listen("tcp/0.0.0.0:7447", false)
-        };
-        assert!(with_users.config().is_ok());
         let certificates = "{ transport: { link: { tls: { enable_mtls: true } } } }";
-        std::fs::write(file.path(), certificates).expect("written");
-        let with_certificates = |address| Settings {
-            file: Some(file.path().to_owned()),
-            ..listen(address, false)
-        };
-        assert!(with_certificates("tls/0.0.0.0:7447").config().is_ok());
-        assert!(with_certificates("tcp/0.0.0.0:7447").config().is_err());
+        for (address, text, accepted) in [
+            ("tcp/0.0.0.0:7447", users, true),
+            ("tls/0.0.0.0:7447", certificates, cfg!(feature = "tls")),
+            ("tcp/0.0.0.0:7447", certificates, false),
+        ] {
+            let found = with(address, text, |settings| settings.config().is_ok());
+            assert_eq!(found, accepted, "{address} {text}");
+        }
     }
 
     #[test]
     fn the_configurations_of_the_manual_are_valid_and_have_credentials() {
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/network");
-        // All but the certificates, which are made where they are used.
-        let is_valid = |settings: &Settings| match settings.check() {
-            Ok(()) => true,
-            Err(why) => why.to_string().contains(".pem\": No such file"),
-        };
-        let robot = Settings {
-            file: Some(PathBuf::from(format!("{folder}/robot.json5"))),
-            ..listen("tcp/0.0.0.0:7447", false)
-        };
-        assert!(robot.check().is_ok(), "{:?}", robot.check());
-        let by_tls = Settings {
-            file: Some(PathBuf::from(format!("{folder}/robot-tls.json5"))),
-            ..listen("tls/0.0.0.0:7447", false)
-        };
-        assert!(is_valid(&by_tls), "{:?}", by_tls.check());
-        for name in ["policy.json5", "dashboard.json5", "policy-tls.json5"] {
-            let other = Settings {
-                end: SessionEnd::Connect(vec!["tcp/robot:7447".to_owned()]),
-                insecure: false,
-                file: Some(PathBuf::from(format!("{folder}/{name}"))),
-                wait: None,
-                notice: |_| (),
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/network/");
+        let connect = || SessionEnd::Connect(vec!["tcp/robot:7447".to_owned()]);
+        let listen = |address: &str| SessionEnd::Listen(vec![address.to_owned()]);
+        for (name, end) in [
+            ("robot.json5", listen("tcp/0.0.0.0:7447")),
+            ("robot-tls.json5", listen("tls/0.0.0.0:7447")),
+            ("policy.json5", connect()),
+            ("dashboard.json5", connect()),
+            ("policy-tls.json5", connect()),
+        ] {
+            let file = PathBuf::from(format!("{folder}{name}"));
+            let checked = settings(end, Some(file)).config().map(drop);
+            // All but the certificates, which are made where they are used.
+            let lacks_certificates = |why: WireError| {
+                let why = why.to_string();
+                name.contains("tls") && why.contains(".pem\": No such file")
             };
-            assert!(is_valid(&other), "{:?}", other.check());
+            let text = format!("{name}: {checked:?}");
+            assert!(checked.map_or_else(lacks_certificates, |()| true), "{text}");
         }
     }
 
     #[test]
     fn limits_are_ours_unless_a_file_has_others() {
-        const SIZE: &str = "transport/link/rx/max_message_size";
-        const LEASE: &str = "transport/link/tx/lease";
-        let read = |settings: &Settings, key| {
+        let read = |settings: &Settings| {
             let config = settings.config().expect("settings");
-            config.get_json(key).expect("a key of zenoh")
+            let read = |key| config.get_json(key).expect("a key of zenoh");
+            let size = read("transport/link/rx/max_message_size");
+            assert_eq!(size, "65536");
+            assert_eq!(read("scouting/multicast/enabled"), "false");
+            // No file decides who listens.
+            assert_eq!(read("mode"), "\"router\"");
+            read("transport/link/tx/lease")
         };
-        let plain = listen(USUAL, false);
-        assert_eq!(read(&plain, SIZE), "65536");
-        assert_eq!(read(&plain, "scouting/multicast/enabled"), "false");
-        let file = json5_file();
+        assert_eq!(read(&listen(USUAL, None)), "1000");
         let own = r#"{ mode: "peer", transport: { link: { tx: { lease: 700 } } } }"#;
-        std::fs::write(file.path(), own).expect("written");
-        let own = Settings {
-            file: Some(file.path().to_owned()),
-            ..plain
-        };
-        assert_eq!(read(&own, LEASE), "700");
-        assert_eq!(read(&own, SIZE), "65536");
-        // The file does not decide who listens.
-        assert_eq!(read(&own, "mode"), "\"router\"");
+        assert_eq!(with(USUAL, own, read), "700");
     }
 
     #[test]
     fn rubbish_is_an_error_in_a_line() {
-        let file = json5_file();
-        std::fs::write(file.path(), "{ nonsense: 1").expect("written");
-        let bad = Settings {
-            file: Some(file.path().to_owned()),
-            ..listen(USUAL, false)
+        let error = |settings: &Settings| {
+            let refused = settings.config().map(drop);
+            refused.expect_err("rubbish").to_string()
         };
-        let bad = bad.config().map(drop).expect_err("rubbish").to_string();
-        assert!(
-            bad.starts_with("--zenoh-config ") && !bad.contains('\n'),
-            "{bad}"
-        );
-        let bad = listen("nonsense", true)
-            .config()
-            .map(drop)
-            .expect_err("rubbish");
-        assert!(bad.to_string().contains("nonsense"), "{bad}");
+        let bad = with(USUAL, "{ nonsense: 1", error);
+        let is_line = bad.starts_with("--zenoh-config ") && !bad.contains('\n');
+        assert!(is_line, "{bad}");
+        let bad = error(&listen("nonsense", None));
+        assert!(bad.contains("nonsense"), "{bad}");
     }
 }

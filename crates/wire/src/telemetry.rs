@@ -1,13 +1,14 @@
-//! What happened in a process, for dashboards: ticks, messages, arrivals, events.
+//! What processes tell dashboards, as JSON: ticks, messages, arrivals, events; and the commands
+//! of dashboards.
 
-use ratelab::{Event, Push, Time, Topology};
+use ratelab::{Command, Event, NodeTopology, Push, Time, TopicTopology, Topology};
 use ratelab_account::TickRecord;
 use ratelab_study::experiment::Config;
 use serde::{Deserialize, Serialize};
 
 use std::time::Duration;
 
-use crate::clock::{ClockId, Nanos};
+use crate::machine::{ClockId, Nanos};
 
 /// What runs in a process.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -40,10 +41,39 @@ pub struct Info {
 }
 
 impl Info {
+    /// Whether it runs `node`.
+    pub fn runs(&self, node: &str) -> bool {
+        self.nodes.iter().any(|name| name == node)
+    }
+
+    /// Those of its nodes that `other` runs as well.
+    pub fn shared(&self, other: &Self) -> Vec<&str> {
+        let nodes = self.nodes.iter().map(String::as_str);
+        nodes.filter(|node| other.runs(node)).collect()
+    }
+
+    /// The nodes with these indices in the graph: those that run there, and the others.
+    pub(crate) fn split(&self, nodes: &[usize]) -> (Vec<&NodeTopology>, Vec<&NodeTopology>) {
+        let nodes = nodes.iter().map(|node| &self.topology.nodes[*node]);
+        nodes.partition(|node| self.runs(&node.name))
+    }
+
+    /// Its nodes that publish to `topic`, if it has a reader elsewhere.
+    pub(crate) fn senders(&self, topic: &TopicTopology) -> Vec<&NodeTopology> {
+        match self.split(&topic.readers).1.is_empty() {
+            true => Vec::new(),
+            false => self.split(&topic.publishers).0,
+        }
+    }
+
+    /// Its number and its machine.
+    pub fn process(&self) -> String {
+        format!("process {} on {}", self.pid, self.host)
+    }
+
     /// Its nodes, and where they run.
     pub fn place(&self) -> String {
-        let Self { pid, host, .. } = self;
-        format!("{} in process {pid} on {host}", self.nodes.join(" and "))
+        format!("{} in {}", self.nodes.join(" and "), self.process())
     }
 }
 
@@ -154,3 +184,17 @@ pub struct TopicCounts {
     /// Messages refused there.
     pub refused: u64,
 }
+
+/// A command, and who gives it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Order {
+    /// Number of the dashboard.
+    pub by: u64,
+    /// Name of the dashboard, for the others.
+    pub name: String,
+    /// The command.
+    pub command: Command,
+}
+
+/// Whether a command was carried out: `Ok`, or the reason why not.
+pub type Answer = Result<(), String>;

@@ -1,62 +1,61 @@
 //! Run time here, moments of clocks anywhere.
+//!
+//! An action rests on a reading that another machine sensed. Its time is converted to run
+//! time here, and would be converted back there, with the error of two estimates. So the
+//! original moment is kept, and sent back as it was: the plant measures the age of its own
+//! readings by its own clock alone.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, OnceLock};
 
 use ratelab::Time;
 use ratelab_account::Observer;
 
 use crate::{
-    clock::{self, ClockId, Nanos},
+    machine::{self, ClockId, ClockMoment, Nanos},
     offset::Offsets,
-    packet::ClockMoment,
+    recent::Recent,
     refusal::Refusal,
 };
 
 /// Converts between the run time of this process and the clocks of all.
 pub struct Times {
-    observer: Observer,
+    /// Reads the run.
+    pub(crate) observer: Observer,
     /// The moment of run time zero, once known.
-    zero: Mutex<Option<Nanos>>,
-    offsets: Arc<Offsets>,
+    zero: OnceLock<Nanos>,
+    pub(crate) offsets: Arc<Offsets>,
+    /// Times of this run and the moments that they came from.
+    origins: Recent<Time, ClockMoment>,
 }
 
 impl Times {
     /// Creates the times of the run that `observer` reads.
-    pub fn new(observer: Observer, offsets: Arc<Offsets>) -> Self {
+    pub(crate) fn new(observer: Observer, offsets: Arc<Offsets>) -> Self {
         Self {
             observer,
-            zero: Mutex::default(),
+            zero: OnceLock::new(),
             offsets,
+            origins: Recent::default(),
         }
-    }
-
-    /// Whether times of `clock` can be converted.
-    pub fn knows(&self, clock: ClockId) -> bool {
-        self.offsets.estimate(clock).is_some()
-    }
-
-    /// The steps of other clocks against ours (ns) since the last call.
-    pub fn take_steps(&self) -> Vec<(ClockId, Nanos)> {
-        self.offsets.take_steps()
     }
 
     /// The moment of run time zero, by our clock; `None` before the run.
     pub fn zero(&self) -> Option<Nanos> {
-        let mut known = self.zero.lock().unwrap_or_else(PoisonError::into_inner);
-        if known.is_none() {
-            *known = self.observer.zero().map(clock::moment_of);
-        }
-        *known
+        let known = self.zero.get().copied();
+        known.or_else(|| {
+            let zero = machine::moment_of(self.observer.zero()?);
+            Some(*self.zero.get_or_init(|| zero))
+        })
     }
 
     /// The run time now; `None` before the run.
-    pub fn now(&self) -> Option<Time> {
-        let passed = clock::now().saturating_sub(self.zero()?);
+    pub(crate) fn now(&self) -> Option<Time> {
+        let passed = machine::now().saturating_sub(self.zero()?);
         u64::try_from(passed).ok().map(Time::from_nanos)
     }
 
     /// The moment of run time `time`; `None` before the run.
-    pub fn moment(&self, time: Time) -> Option<ClockMoment> {
+    pub(crate) fn moment(&self, time: Time) -> Option<ClockMoment> {
         let passed = Nanos::try_from(time.as_nanos()).ok()?;
         Some(ClockMoment {
             clock: ClockId::here(),
@@ -68,15 +67,27 @@ impl Times {
     ///
     /// # Errors
     /// [`Refusal`] if its clock is unknown, or it is before the run or in the future.
-    pub fn time(&self, moment: ClockMoment) -> Result<Time, Refusal> {
+    pub(crate) fn time(&self, moment: ClockMoment) -> Result<Time, Refusal> {
         let zero = self.zero().ok_or(Refusal::Early)?;
         let estimate = self.offsets.estimate(moment.clock).ok_or(Refusal::Clock)?;
-        let (ours, now) = (estimate.ours(moment.at), clock::now());
+        let (ours, now) = (estimate.ours(moment.at), machine::now());
         if ours.saturating_sub(now) > estimate.bound {
             return Err(Refusal::Future);
         }
         let passed = ours.min(now).saturating_sub(zero);
         let passed = u64::try_from(passed).map_err(|_| Refusal::Early)?;
         Ok(Time::from_nanos(passed))
+    }
+
+    /// Remembers that run time `time` came from `moment`.
+    pub(crate) fn remember(&self, time: Time, moment: ClockMoment) {
+        self.origins.keep(time, moment);
+    }
+
+    /// The moment that run time `time` came from lately, or else is.
+    pub(crate) fn origin(&self, time: Time) -> Option<ClockMoment> {
+        let known = self.origins.find(|known, _| *known == time);
+        let known = known.map(|(_, moment)| moment);
+        known.or_else(|| self.moment(time))
     }
 }

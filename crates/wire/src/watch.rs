@@ -4,18 +4,14 @@
 
 use std::{
     collections::BTreeMap,
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::Arc,
     thread,
     time::{Duration, Instant},
 };
 
 use ratelab::Time;
-use ratelab_account::Observer;
 
-use crate::{error::WireError, inlet::Inlet, peers::Peers, times::Times};
+use crate::{error::WireError, inlet::Inlet, part::Part, peers::Peers, threads::Beat};
 
 /// Time between two looks.
 const PAUSE: Duration = Duration::from_millis(20);
@@ -23,13 +19,13 @@ const PAUSE: Duration = Duration::from_millis(20);
 /// Shortest time without a look after which this process counts as one that stood still.
 const STOOD: Duration = Duration::from_millis(500);
 
-/// Logs which nodes appear, fall silent, come back; until it is dropped.
-pub struct PresenceWatch(Arc<AtomicBool>);
-
-impl Drop for PresenceWatch {
-    fn drop(&mut self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
+/// The nodes that are watched.
+pub(crate) struct PresenceWatch {
+    known: BTreeMap<String, Presence>,
+    /// When it looked last.
+    looked: Instant,
+    part: Arc<Part>,
+    notice: fn(&str),
 }
 
 /// What is known of a node.
@@ -43,95 +39,63 @@ struct Presence {
 }
 
 impl PresenceWatch {
-    pub(crate) fn begin(
-        inlets: Arc<Vec<Arc<Inlet>>>,
-        peers: Arc<Peers>,
-        observer: Observer,
-        times: Arc<Times>,
-        notice: fn(&str),
-    ) -> Result<Self, WireError> {
-        let end = Arc::new(AtomicBool::new(false));
-        let ended = end.clone();
-        let thread = thread::Builder::new().name("watch".to_owned());
-        let begun = thread.spawn(move || {
-            let mut watched = Watched {
-                known: BTreeMap::new(),
-                looked: Instant::now(),
-                inlets,
-                peers,
-                observer,
-                times,
-                notice,
-            };
-            while !ended.load(Ordering::Relaxed) {
-                watched.look();
-                thread::sleep(PAUSE);
-            }
-        });
-        begun.map_err(|why| WireError::network("cannot start a thread", &why))?;
-        Ok(Self(end))
+    /// Logs which nodes appear, fall silent, come back, until the result is dropped.
+    pub(crate) fn begin(part: &Arc<Part>, notice: fn(&str)) -> Result<Beat, WireError> {
+        let mut watch = Self {
+            known: BTreeMap::new(),
+            looked: Instant::now(),
+            part: part.clone(),
+            notice,
+        };
+        Beat::begin("watch", PAUSE, move || watch.look())
     }
-}
 
-/// The nodes that are watched.
-struct Watched {
-    known: BTreeMap<String, Presence>,
-    /// When it looked last.
-    looked: Instant,
-    inlets: Arc<Vec<Arc<Inlet>>>,
-    peers: Arc<Peers>,
-    observer: Observer,
-    times: Arc<Times>,
-    notice: fn(&str),
-}
-
-impl Watched {
     fn look(&mut self) {
         let stood = self.looked.elapsed();
         self.looked = Instant::now();
-        let Some(now) = self.times.now() else {
+        let Some(now) = self.part.times.now() else {
             return;
         };
-        let inlets = self.inlets.clone();
-        let patience = inlets.iter().map(|inlet| inlet.patience).max();
+        let part = self.part.clone();
+        let patience = part.inlets.iter().map(|inlet| inlet.patience).max();
         if patience.is_some_and(|patience| stood > patience.max(STOOD)) {
-            // What came meanwhile is yet to be taken in: nobody else was silent for that.
-            self.note_own(now, stood);
-            thread::sleep(PAUSE);
-            self.looked = Instant::now();
-            inlets
-                .iter()
-                .for_each(|inlet| inlet.sender().excuse(Instant::now()));
-            return;
+            return self.excuse(now, stood);
         }
-        for inlet in inlets.iter() {
+        for inlet in &part.inlets {
             let presence = self.known.entry(inlet.node.clone()).or_default();
             let run = Duration::from_nanos(now.as_nanos());
-            if let Some((present, what)) = presence.look(inlet, &self.peers, run) {
+            if let Some((present, what)) = presence.look(inlet, &part.peers, run) {
                 self.note(now, &inlet.node, present, &what);
             }
         }
-        for (clock, step) in self.times.take_steps() {
-            let nodes = self.peers.infos().into_iter();
-            let nodes = nodes.filter(|info| info.clock == clock);
-            for node in nodes.flat_map(|info| info.nodes) {
-                let here = self.known.get(&node).and_then(|known| known.present);
-                let what = format!("its clock was set by {:+.4} s", step as f64 / 1e9);
-                self.note(now, &node, here.unwrap_or(true), &what);
+        for (clock, step) in self.part.times.offsets.take_steps() {
+            let what = format!("its clock was set by {:+.4} s", step as f64 / 1e9);
+            let infos = part.peers.infos().into_iter();
+            let set = infos.filter(|info| info.clock == clock);
+            for node in set.flat_map(|info| info.nodes) {
+                let present = self.known.get(&node).and_then(|known| known.present);
+                self.note(now, &node, present.unwrap_or(true), &what);
             }
         }
     }
 
-    /// Notes that this process itself stood still.
-    fn note_own(&self, now: Time, stood: Duration) {
+    /// Notes that this process itself `stood` still: nobody else was silent for that.
+    fn excuse(&mut self, now: Time, stood: Duration) {
         let what = format!("its process stood still for {:.2} s", stood.as_secs_f64());
-        if let Some(node) = self.peers.nodes.first() {
+        if let Some(node) = self.part.own.nodes.first() {
             self.note(now, node, true, &what);
+        }
+        // What came meanwhile is yet to be taken in.
+        thread::sleep(PAUSE);
+        self.looked = Instant::now();
+        for inlet in &self.part.inlets {
+            inlet.sender().excuse(self.looked);
         }
     }
 
     fn note(&self, now: Time, node: &str, present: bool, what: &str) {
-        self.observer.note_presence(now, node, present, what);
+        let observer = &self.part.times.observer;
+        observer.note_presence(now, node, present, what);
         (self.notice)(&format!("{now}: {node}: {what}"));
     }
 }
@@ -151,36 +115,27 @@ impl Presence {
         }
         let before = self.present.replace(present);
         self.starts = starts;
-        match (before, present) {
-            (Some(false), false) | (Some(true), true) if !again => None,
-            (_, false) => {
-                self.silent_since = now.checked_sub(silence);
-                let limit = inlet.patience.as_millis();
-                Some((false, format!("silent for {limit} ms")))
-            }
-            (_, true) => {
-                let silent = self.silent_since.take();
-                let gone = silent.map(|since| (now - since).saturating_sub(silence));
-                let after = gone.map(|gone| format!(" after {:.2} s", gone.as_secs_f64()));
-                let after = after.unwrap_or_default();
-                Some((
-                    true,
-                    match (first, again) {
-                        (true, _) => format!("here{after}{}", place(inlet, peers)),
-                        (_, true) => format!("started again{after}"),
-                        (_, false) => format!("back{after}"),
-                    },
-                ))
-            }
+        if before == Some(present) && !again {
+            return None;
         }
+        if !present {
+            self.silent_since = now.checked_sub(silence);
+            let limit = inlet.patience.as_millis();
+            return Some((false, format!("silent for {limit} ms")));
+        }
+        let silent = self.silent_since.take();
+        let gone = silent.map(|since| (now - since).saturating_sub(silence));
+        let after = gone.map(|gone| format!(" after {:.2} s", gone.as_secs_f64()));
+        let after = after.unwrap_or_default();
+        let what = match (first, again) {
+            (true, _) => {
+                let there = peers.find(|info| info.runs(&inlet.node));
+                let place = there.map(|info| format!(", in {}", info.process()));
+                format!("here{after}{}", place.unwrap_or_default())
+            }
+            (_, true) => format!("started again{after}"),
+            (_, false) => format!("back{after}"),
+        };
+        Some((true, what))
     }
-}
-
-/// Where the node runs, if that is known already.
-fn place(inlet: &Inlet, peers: &Peers) -> String {
-    let infos = peers.infos();
-    let info = infos.iter().find(|info| info.nodes.contains(&inlet.node));
-    info.map_or_else(String::new, |info| {
-        format!(", in process {} on {}", info.pid, info.host)
-    })
 }

@@ -110,7 +110,7 @@ fn a_reader_that_is_too_slow_reads_fresh_messages_and_counts_the_others() {
     let (published, dropped) = (numbers.published, numbers.dropped());
     assert!(dropped > published / 2, "{dropped} of {published}");
     // In a queue it would be seconds. Two periods of the reader are 10 ms.
-    let p50 = numbers.subscriptions[0].ages.quantile(0.5);
+    let p50 = numbers.readers[0].ages.quantile(0.5);
     let p50 = p50.expect("messages were read");
     assert!(p50.as_millis() < 10, "{p50:?}");
 }

@@ -19,10 +19,11 @@ use ratelab_study::{
     system::{BuildError, Builder, System},
 };
 use ratelab_wire::{
-    Bridge, Order, Refusal, Settings,
-    clock::{self, ClockId},
+    Bridge, Refusal, Settings,
     key::{Keys, Of},
-    packet::{self, ClockMoment, PacketHead},
+    machine::{self, ClockId, ClockMoment},
+    packet::{self, PacketHead},
+    telemetry::Order,
 };
 use support::{address, connect, connects, listen, until, until_met};
 use zenoh::{Session, Wait};
@@ -95,7 +96,7 @@ const JOINT_STATES: &str = "sensor_msgs::msg::dds_::JointState_/\
 fn flood(session: &Session, rounds: usize) {
     let stamp = || ClockMoment {
         clock: ClockId::here(),
-        at: clock::now(),
+        at: machine::now(),
     };
     let key = actions();
     for seq in 0..rounds as u64 {
@@ -163,8 +164,7 @@ fn what_strangers_send_is_counted_and_the_run_goes_on() {
         (Refusal::NotFinite, 100),
         (Refusal::Sender, 100),
     ] {
-        let found = refused.iter().find(|(known, _)| *known == why);
-        let count = found.map_or(0, |(_, count)| *count);
+        let count = refused.get(&why).copied().unwrap_or_default();
         assert!(count >= least, "{why}: {refused:?}");
     }
     let sender = inlet.sender();
@@ -181,7 +181,7 @@ fn presences_that_nobody_answers_for_keep_no_process_out() {
     let (keep, _kept) = std::sync::mpsc::channel();
     let claimed = (1..=200).map(|number| {
         let keep = keep.clone();
-        let mute = session.declare_queryable(keys.of(number, Of::Info));
+        let mute = session.declare_queryable(keys.of(number, Of::INFO));
         let mute = mute.callback(move |query| drop(keep.send(query)));
         let token = session.liveliness().declare_token(keys.process(number));
         (
@@ -258,7 +258,7 @@ fn who_claims_the_session_of_a_ros_node_does_not_silence_it() {
     let keys = Keys::new("cart-pole");
     // A session learns only after a while who answers.
     let info = loop {
-        let infos = policy.get(keys.of_all(Of::Info)).wait().expect("asked");
+        let infos = policy.get(keys.of_all(Of::INFO)).wait().expect("asked");
         if let Ok(answer) = infos.recv() {
             break answer.into_result();
         }
@@ -274,7 +274,7 @@ fn who_claims_the_session_of_a_ros_node_does_not_silence_it() {
     ] {
         info[name] = value;
     }
-    let key = keys.of(number, Of::Info);
+    let key = keys.of(number, Of::INFO);
     let claims = stranger.declare_queryable(key.clone());
     let claims = claims.callback(move |query| {
         let _ = query.reply(key.clone(), info.to_string()).wait();
@@ -319,7 +319,7 @@ fn a_run_that_was_stopped_names_who_stopped_it() {
             command: Command::Stop,
         };
         let order = serde_json::to_vec(&order).expect("JSON");
-        let all = Keys::new("cart-pole").of_all(Of::Command);
+        let all = Keys::new("cart-pole").of_all(Of::COMMAND);
         let asked = session.get(all).payload(order).wait().expect("asked");
         drop(asked);
         run.join().expect("a run");
@@ -354,14 +354,7 @@ fn with_the_configurations_of_the_manual_each_side_does_what_it_may() {
     let inlet = there.inlets()[0].clone();
     until(|| there.times().zero().is_some());
     let [watches, acts] = [&dashboard, &policy].map(|file| user(&address, file));
-    let known = || {
-        inlet
-            .refused
-            .read()
-            .iter()
-            .map(|(_, count)| count)
-            .sum::<u64>()
-    };
+    let known = || inlet.refused.read().into_values().sum::<u64>();
     // In turn: what the dashboard sent before is refused at the border or counted by now.
     for _ in 0..20 {
         let _ = watches.put(actions(), vec![0xff; 64]).wait();
@@ -370,7 +363,7 @@ fn with_the_configurations_of_the_manual_each_side_does_what_it_may() {
     let _ = acts.put(actions(), vec![0xff; 64]).wait();
     until(|| known() > 0);
     run.join().expect("a run");
-    assert_eq!(inlet.refused.read(), [(Refusal::Format, 1)]);
+    assert_eq!(inlet.refused.read(), [(Refusal::Format, 1)].into());
 }
 
 /// The connection of a user with the configuration `file`.

@@ -121,7 +121,8 @@ impl Run {
     /// The run as the lab writes it (`ratelab run --clock virtual --csv FILE`): a row for each
     /// control step.
     pub fn csv(&self) -> String {
-        let (Some(table), Some(steps)) = (CartPole::default().table(), self.topics.get(STATE))
+        let (Some(table), Some(steps)) =
+            (CartPole::default().about().table, self.topics.get(STATE))
         else {
             return String::new();
         };

@@ -94,7 +94,7 @@ impl FaultyGraph {
         }
     }
 
-    /// The same graph with what `suspect` does mended.
+    /// This graph with what `suspect` does mended.
     pub fn mended(&self, suspect: Suspect) -> Self {
         let mut graph = self.clone();
         let crashed = |node| self.crash.filter(|(name, _)| *name != node);

@@ -4,87 +4,56 @@ mod graph;
 mod suspect;
 
 use graph::FaultyGraph;
-use ratelab_account::{Snapshot, TopicView};
+use ratelab_account::{Snapshot, TopicAccount};
 use ratelab_study::experiment::{Config, Experiment, Summary};
-use suspect::{NAMES, SUSPECTS};
+use suspect::SUSPECTS;
 
-use crate::framework::{
-    Answer, Brief, Exercise, ExerciseKind, Failure, Findings, Measurement, Range, Table, Tolerance,
-    cart_pole, mean_ms,
-};
+use crate::framework::{Answer, Brief, Failure, Findings, Measurement, Table, cart_pole, mean_ms};
 
-/// See [the module](self).
-pub struct FaultExercise;
+/// The figures of the graph's run, to look at before the prediction.
+pub(crate) fn evidence(seed: u64) -> Result<Table, Failure> {
+    Ok(Run::of(&FaultyGraph::drawn(seed))?.evidence())
+}
 
-const BRIEF: Brief = Brief {
-    number: 10,
-    part: "",
-    name: "fault",
-    title: "Whose fault is it?",
-    kind: ExerciseKind::BugHunt,
-    objective: "A graph in the world that does not wait, with one fault: a node or a topic that \
-                makes the pushes too old. It is drawn from your number (--seed), and so are one or \
-                two harmless oddities beside it. Look at the figures of a run, or watch the graph \
-                in the lab, and name the culprit and what it does. A node is slow (a low rate), \
-                thinks (its ticks take long) or crashed; a topic delays, loses, or queues (it is \
-                read from the old end). Afterwards each suspect is mended, one at a time.",
-    question: "Whose fault is it?",
-    quantity: "culprit",
-    unit: "",
-    tolerance: Tolerance::Exact,
-    range: Range::of(&NAMES),
-    choices: &NAMES,
-};
+/// The graph, to watch in the lab.
+pub(crate) fn scene(seed: u64) -> Result<Config, Failure> {
+    FaultyGraph::drawn(seed).config()
+}
 
-impl Exercise for FaultExercise {
-    fn brief(&self) -> &'static Brief {
-        &BRIEF
-    }
-
-    fn draws(&self) -> bool {
-        true
-    }
-
-    fn evidence(&self, seed: u64) -> Result<Option<Table>, Failure> {
-        Ok(Some(Run::of(&FaultyGraph::drawn(seed))?.evidence()))
-    }
-
-    fn scene(&self, seed: u64) -> Result<Option<Config>, Failure> {
-        Ok(Some(FaultyGraph::drawn(seed).config()?))
-    }
-
-    fn measure(&self, seed: u64) -> Result<Findings, Failure> {
-        let graph = FaultyGraph::drawn(seed);
-        let as_it_is = Run::of(&graph)?;
-        let mended = SUSPECTS.map(|suspect| Run::of(&graph.mended(suspect)));
-        let mended = mended.into_iter().collect::<Result<Vec<_>, _>>()?;
-        let culprit = SUSPECTS.iter().position(|suspect| *suspect == graph.fault);
-        let culprit = culprit.unwrap_or_default();
-        let refuted = NAMES.iter().zip(&mended).map(|(name, run)| {
-            format!(
-                "You named {name}: with that mended it {} all the same, with pushes {:.0} ms old.",
-                run.did(),
-                run.push_age_ms(),
-            )
-        });
-        Ok(Findings {
-            table: table(&as_it_is, &mended),
+/// Mends each suspect alone; the choices of the question are their names.
+pub(crate) fn measure(brief: &Brief, seed: u64) -> Result<Findings, Failure> {
+    let (graph, names) = (FaultyGraph::drawn(seed), &brief.choices);
+    let as_it_is = Run::of(&graph)?;
+    let mended = SUSPECTS.map(|suspect| Run::of(&graph.mended(suspect)));
+    let mended = mended.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let culprit = SUSPECTS.iter().position(|suspect| *suspect == graph.fault);
+    let culprit = culprit.unwrap_or_default();
+    let refuted = names.iter().zip(&mended).map(|(name, run)| {
+        format!(
+            "You named {name}: with that mended it {} all the same, with pushes {:.0} ms old.",
+            run.did(),
+            run.push_age_ms(),
+        )
+    });
+    Ok(Findings {
+        table: table(names, &as_it_is, &mended),
+        answer: Answer::Choice {
+            number: culprit as f64 + 1.0,
             refuted: refuted.collect(),
-            answer: Answer::Exactly(culprit as f64 + 1.0),
-            meaning: format!(
-                "{} With the fault the pushes were {:.0} ms old in the last second and the pole \
-                 {}; with nothing but that mended they were {:.0} ms old, and it {}. The oddities \
-                 beside it are still there: not everything that looks odd is to blame. Follow the \
-                 age: find where a reading grows old, and who owns that place.",
-                graph.fault.sentence(),
-                as_it_is.push_age_ms(),
-                as_it_is.did(),
-                mended[culprit].push_age_ms(),
-                mended[culprit].did(),
-            ),
-            measurements: measurements(&as_it_is, &mended, culprit),
-        })
-    }
+        },
+        meaning: format!(
+            "{} With the fault the pushes were {:.0} ms old in the last second and the pole {}; \
+             with nothing but that mended they were {:.0} ms old, and it {}. The oddities beside \
+             it are still there: not everything that looks odd is to blame. Follow the age: find \
+             where a reading grows old, and who owns that place.",
+            graph.fault.sentence(),
+            as_it_is.push_age_ms(),
+            as_it_is.did(),
+            mended[culprit].push_age_ms(),
+            mended[culprit].did(),
+        ),
+        measurements: measurements(names, &as_it_is, &mended, culprit),
+    })
 }
 
 /// A run of the graph.
@@ -146,10 +115,7 @@ impl Run {
             ]);
         }
         for topic in self.end.topics.iter().filter(|topic| is_read(topic)) {
-            let age = topic
-                .subscriptions
-                .first()
-                .and_then(|read| read.ages.mean_s());
+            let age = topic.readers.first().and_then(|read| read.ages.mean_s());
             table.row([
                 topic.name.to_string(),
                 format!("{:.1} sent", topic.published as f64 / seconds),
@@ -170,13 +136,15 @@ impl Run {
     }
 }
 
-fn is_read(topic: &TopicView) -> bool {
-    !topic.subscriptions.is_empty()
+fn is_read(topic: &TopicAccount) -> bool {
+    !topic.readers.is_empty()
 }
 
 /// Two runs in each row, so that the head stays in sight.
-fn table(as_it_is: &Run, mended: &[Run]) -> Table {
-    let names = ["nothing"].into_iter().chain(NAMES);
+fn table(names: &[String], as_it_is: &Run, mended: &[Run]) -> Table {
+    let names = ["nothing"]
+        .into_iter()
+        .chain(names.iter().map(String::as_str));
     let runs = names.zip([as_it_is].into_iter().chain(mended));
     let cells = |(name, run): (&str, &Run)| {
         let age = format!("{:.0} ms", run.push_age_ms());
@@ -196,13 +164,15 @@ fn table(as_it_is: &Run, mended: &[Run]) -> Table {
     table
 }
 
-fn measurements(as_it_is: &Run, mended: &[Run], culprit: usize) -> Vec<Measurement> {
-    let suspects = NAMES.iter().zip(mended);
-    let others = suspects
-        .clone()
-        .enumerate()
-        .filter(|(index, _)| *index != culprit);
-    let saved = others.filter(|(_, (_, run))| !run.fell()).count();
+fn measurements(
+    names: &[String],
+    as_it_is: &Run,
+    mended: &[Run],
+    culprit: usize,
+) -> Vec<Measurement> {
+    let others = mended.iter().enumerate();
+    let others = others.filter(|(index, _)| *index != culprit);
+    let saved = others.filter(|(_, run)| !run.fell()).count();
     let mut measured = vec![
         Measurement::new("as it is: fell", u32::from(as_it_is.fell())),
         Measurement::new("as it is: push age (ms)", as_it_is.push_age_ms()),
@@ -210,7 +180,7 @@ fn measurements(as_it_is: &Run, mended: &[Run], culprit: usize) -> Vec<Measureme
         Measurement::new("mended: push age (ms)", mended[culprit].push_age_ms()),
         Measurement::new("saved by mending another", saved as f64),
     ];
-    measured.extend(suspects.map(|(name, run)| {
+    measured.extend(names.iter().zip(mended).map(|(name, run)| {
         let name = format!("{name} mended: run time (s)");
         Measurement::new(name, run.summary.sim_time.as_secs_f64())
     }));

@@ -1,6 +1,6 @@
 //! The suspects: a node or topic, and what it does.
 
-/// A possible fault.
+/// A possible fault. The question names them in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Suspect {
     /// The sensor has a low rate.
@@ -29,97 +29,46 @@ pub enum Suspect {
     ActionLoses,
 }
 
-/// All suspects, with their names and what they are accused of.
-const ALL: [(Suspect, &str, &str); 12] = [
-    (
-        Suspect::SensorSlow,
-        "sensor slow",
-        "The sensor looks too seldom.",
-    ),
-    (
-        Suspect::SensorThinks,
-        "sensor thinks",
-        "The sensor's ticks take so long that most of its periods are overruns.",
-    ),
-    (
-        Suspect::SensorCrashed,
-        "sensor crashed",
-        "The sensor crashed, and its last reading was used again and again.",
-    ),
-    (
-        Suspect::PolicySlow,
-        "policy slow",
-        "The policy decides too seldom.",
-    ),
-    (
-        Suspect::PolicyThinks,
-        "policy thinks",
-        "The policy's ticks take so long that most of its periods are overruns.",
-    ),
-    (
-        Suspect::PolicyCrashed,
-        "policy crashed",
-        "The policy crashed, and its last action was held.",
-    ),
-    (
-        Suspect::ActuatorSlow,
-        "actuator slow",
-        "The actuator applies too few of the actions.",
-    ),
-    (
-        Suspect::ObsDelays,
-        "/obs delays",
-        "Readings are under way on /obs for too long.",
-    ),
-    (
-        Suspect::ObsLoses,
-        "/obs loses",
-        "The link of /obs loses most of the readings.",
-    ),
-    (
-        Suspect::ObsQueues,
-        "/obs queues",
-        "The queue of /obs is read from its old end, by a policy a little slower than the sensor.",
-    ),
-    (
-        Suspect::ActionDelays,
-        "/action delays",
-        "Actions are under way on /action for too long.",
-    ),
-    (
-        Suspect::ActionLoses,
-        "/action loses",
-        "The link of /action loses most of the actions.",
-    ),
-];
-
 /// All suspects.
-pub const SUSPECTS: [Suspect; ALL.len()] = {
-    let mut suspects = [Suspect::SensorSlow; ALL.len()];
-    let mut index = 0;
-    while index < ALL.len() {
-        suspects[index] = ALL[index].0;
-        index += 1;
-    }
-    suspects
-};
-
-/// Their names, in the same order.
-pub const NAMES: [&str; ALL.len()] = {
-    let mut names = [""; ALL.len()];
-    let mut index = 0;
-    while index < ALL.len() {
-        names[index] = ALL[index].1;
-        index += 1;
-    }
-    names
-};
+pub const SUSPECTS: [Suspect; 12] = [
+    Suspect::SensorSlow,
+    Suspect::SensorThinks,
+    Suspect::SensorCrashed,
+    Suspect::PolicySlow,
+    Suspect::PolicyThinks,
+    Suspect::PolicyCrashed,
+    Suspect::ActuatorSlow,
+    Suspect::ObsDelays,
+    Suspect::ObsLoses,
+    Suspect::ObsQueues,
+    Suspect::ActionDelays,
+    Suspect::ActionLoses,
+];
 
 impl Suspect {
     /// What it did, as a sentence.
     pub fn sentence(self) -> &'static str {
-        let mut all = ALL.into_iter();
-        let found = all.find(|(suspect, ..)| *suspect == self);
-        found.map_or("", |(_, _, sentence)| sentence)
+        match self {
+            Self::SensorSlow => "The sensor looks too seldom.",
+            Self::SensorThinks => {
+                "The sensor's ticks take so long that most of its periods are overruns."
+            }
+            Self::SensorCrashed => {
+                "The sensor crashed, and its last reading was used again and again."
+            }
+            Self::PolicySlow => "The policy decides too seldom.",
+            Self::PolicyThinks => {
+                "The policy's ticks take so long that most of its periods are overruns."
+            }
+            Self::PolicyCrashed => "The policy crashed, and its last action was held.",
+            Self::ActuatorSlow => "The actuator applies too few of the actions.",
+            Self::ObsDelays => "Readings are under way on /obs for too long.",
+            Self::ObsLoses => "The link of /obs loses most of the readings.",
+            Self::ObsQueues => {
+                "The queue of /obs is read from its old end, by a policy a little slower than the sensor."
+            }
+            Self::ActionDelays => "Actions are under way on /action for too long.",
+            Self::ActionLoses => "The link of /action loses most of the actions.",
+        }
     }
 }

@@ -65,39 +65,39 @@ impl Answers {
 
     /// The prediction for this exercise, if there is one and it is not asked for again.
     pub fn get(&self, exercise: &Brief) -> Option<&Prediction> {
-        let entry = self.0.get(exercise.name).filter(|entry| !entry.open)?;
+        let entry = self.0.get(&exercise.name).filter(|entry| !entry.open)?;
         Some(&entry.prediction)
     }
 
     /// The first prediction for this exercise: the only one that was made without the
     /// measurement.
     pub fn first(&self, exercise: &Brief) -> Option<&Prediction> {
-        self.0.get(exercise.name).map(PredictionEntry::first)
+        self.0.get(&exercise.name).map(PredictionEntry::first)
     }
 
     /// The latest prediction for this exercise, where there was an earlier one.
     pub fn redone(&self, exercise: &Brief) -> Option<&Prediction> {
-        let entry = self.0.get(exercise.name);
+        let entry = self.0.get(&exercise.name);
         let again = entry.filter(|entry| entry.is_redone())?;
         Some(&again.prediction)
     }
 
     /// How the predictions for this exercise came into the file.
     pub fn origin(&self, exercise: &Brief) -> Option<PredictionOrigin> {
-        let entry = self.0.get(exercise.name)?;
-        Some(entry.origin(exercise.name))
+        let entry = self.0.get(&exercise.name)?;
+        Some(entry.origin(&exercise.name))
     }
 
     /// Sets the prediction for this exercise, and keeps the first one.
     pub fn set(&mut self, exercise: &Brief, prediction: Prediction) {
-        let name = exercise.name;
+        let name = &exercise.name;
         let entry = PredictionEntry::new(name, prediction, self.0.remove(name));
-        self.0.insert(name.to_owned(), entry);
+        self.0.insert(name.clone(), entry);
     }
 
     /// Asks for the prediction for this exercise again.
     pub fn reopen(&mut self, exercise: &Brief) {
-        if let Some(entry) = self.0.get_mut(exercise.name) {
+        if let Some(entry) = self.0.get_mut(&exercise.name) {
             entry.open = true;
         }
     }

@@ -1,64 +1,42 @@
-//! The text of an exercise.
+//! The text of a question.
 
-use std::fmt;
+use serde::Deserialize;
 
-use super::{tolerance::Tolerance, unit::in_unit};
+use super::unit::in_unit;
 
-/// Kind of an exercise.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ExerciseKind {
-    /// Predict the result, then run.
-    PredictThenRun,
-    /// Change one knob and investigate its effect.
-    Investigation,
-    /// Find an error.
-    BugHunt,
-    /// By hand, in the lab.
-    Live,
-    /// Write the code.
-    Build,
-}
-
-impl fmt::Display for ExerciseKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::PredictThenRun => "predict, then run",
-            Self::Investigation => "investigation",
-            Self::BugHunt => "bug hunt",
-            Self::Live => "live",
-            Self::Build => "build",
-        })
-    }
-}
-
-/// The text for the learner before the run.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The text for the learner before the run, from `questions.toml`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Brief {
     /// Number in the course, counted from one.
     pub number: u32,
     /// A letter for each question of an exercise with several; otherwise empty.
-    pub part: &'static str,
+    #[serde(default)]
+    pub part: String,
     /// A one-word name, for files.
-    pub name: &'static str,
+    pub name: String,
     /// Its title.
-    pub title: &'static str,
-    /// Kind of the exercise.
-    pub kind: ExerciseKind,
+    pub title: String,
+    /// Kind of the exercise, such as "predict, then run".
+    pub kind: String,
     /// The subject, and the planned runs.
-    pub objective: &'static str,
+    pub objective: String,
     /// The question: one number to predict, or one of the choices.
-    pub question: &'static str,
+    pub question: String,
     /// The quantity that the number is of, in a word or two.
-    pub quantity: &'static str,
+    pub quantity: String,
     /// Unit of the number; empty for a count.
-    pub unit: &'static str,
+    #[serde(default)]
+    pub unit: String,
     /// How near a right prediction comes.
     pub tolerance: Tolerance,
-    /// The possible numbers.
+    /// The possible numbers of a question about a number.
+    #[serde(default)]
     pub range: Range,
     /// The possible answers in words, numbered from one; empty for a question about a
     /// number.
-    pub choices: &'static [&'static str],
+    #[serde(default)]
+    pub choices: Vec<String>,
 }
 
 impl Brief {
@@ -70,37 +48,33 @@ impl Brief {
     /// `number` with the unit of the question if there is one, or the choice of that
     /// number.
     pub fn in_unit(&self, number: f64) -> String {
-        match self.choice(number) {
-            Some(choice) => choice.to_owned(),
-            None => in_unit(number, self.unit),
+        let index = (number as usize).checked_sub(1);
+        match index.and_then(|index| self.choices.get(index)) {
+            Some(choice) => choice.clone(),
+            None => in_unit(number, &self.unit),
         }
     }
 
     /// The question, with how near a right number comes, or with the choices.
     pub fn asked(&self) -> String {
-        match self.choices {
-            [] => {
-                let right = self.tolerance.in_words(self.quantity, self.unit);
-                format!("{}\n{right}", self.question)
-            }
-            choices => format!("{}\nOne of: {}.", self.question, choices.join(", ")),
-        }
-    }
-
-    fn choice(&self, number: f64) -> Option<&'static str> {
-        let index = (number as usize).checked_sub(1)?;
-        self.choices.get(index).copied()
+        let answer = match &self.choices[..] {
+            [] => self.tolerance.in_words(&self.quantity, &self.unit),
+            choices => format!("One of: {}.", choices.join(", ")),
+        };
+        format!("{}\n{answer}", self.question)
     }
 }
 
 /// The possible results of an exercise.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Range {
     /// The least number.
     pub least: f64,
     /// The greatest number.
     pub most: f64,
     /// Whether only whole numbers are possible.
+    #[serde(default)]
     pub whole: bool,
 }
 
@@ -110,18 +84,46 @@ impl Range {
         (self.least..=self.most).contains(&number) && (!self.whole || number.fract() == 0.0)
     }
 
-    /// The numbers of `choices`.
-    pub const fn of(choices: &[&str]) -> Self {
-        Self {
-            least: 1.0,
-            most: choices.len() as f64,
-            whole: true,
-        }
-    }
-
     /// The possible numbers as text, in `unit`.
     pub(super) fn in_words(self, unit: &str) -> String {
         let kind = if self.whole { "a whole number, " } else { "" };
         format!("{kind}{} to {}", self.least, in_unit(self.most, unit))
+    }
+}
+
+/// How near a right prediction comes. The question states it, so that nobody is wrong by
+/// a rounding.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Tolerance {
+    /// The measured number itself, or the right choice.
+    Exact,
+    /// At most this far from the measured number, in the unit of the question.
+    Within(f64),
+    /// Anywhere from the last tested number that holds to the first that fails.
+    Between,
+}
+
+impl Tolerance {
+    /// The largest error of a right prediction.
+    pub(super) fn within(self) -> f64 {
+        match self {
+            Self::Within(within) => within,
+            Self::Exact | Self::Between => 0.0,
+        }
+    }
+
+    /// The rule as a sentence, about a `quantity` in `unit`.
+    fn in_words(self, quantity: &str, unit: &str) -> String {
+        match self {
+            Self::Exact => "Right: the exact number.".to_owned(),
+            Self::Within(within) => {
+                let within = in_unit(within, unit);
+                format!("Right: within {within} of the measurement.")
+            }
+            Self::Between => {
+                format!("Right: any {quantity} from the last that holds to the first that fails.")
+            }
+        }
     }
 }

@@ -13,36 +13,71 @@ use thiserror::Error;
 
 use super::{
     brief::Brief,
-    expectations::{Check, Expectations, ExpectationsError},
-    measurement::Measurement,
+    expectations::{Check, Expectations, ExpectationsError, Measurement},
     prediction::Prediction,
     table::Table,
     unit::in_unit,
 };
 
-/// One exercise.
-pub trait Exercise: Sync {
-    /// The text of the exercise.
-    fn brief(&self) -> &'static Brief;
+/// One question of an exercise: its text, and what measures it.
+pub struct Exercise {
+    brief: Brief,
+    measure: Measure,
+}
+
+/// What measures a question.
+#[derive(Clone, Copy)]
+pub(crate) enum Measure {
+    /// For everyone alike.
+    Alike(fn() -> Result<Findings, Failure>),
+    /// As drawn from the learner's number.
+    Drawn(fn(u64) -> Result<Findings, Failure>),
+    /// As drawn from the learner's number, too, with the run to look at before the
+    /// prediction and its figures.
+    Shown {
+        measure: fn(&Brief, u64) -> Result<Findings, Failure>,
+        scene: fn(u64) -> Result<Config, Failure>,
+        evidence: fn(u64) -> Result<Table, Failure>,
+    },
+}
+
+impl Exercise {
+    pub(crate) fn new(brief: Brief, measure: Measure) -> Self {
+        Self { brief, measure }
+    }
+
+    /// The text of the question.
+    pub fn brief(&self) -> &Brief {
+        &self.brief
+    }
 
     /// Makes all measurements for the learner's number `seed`, which matters only if the
-    /// exercise [draws](Exercise::draws).
+    /// exercise [draws](Self::draws).
     ///
     /// # Errors
     /// [`Failure`] if a run failed; a fall of the pole is a result.
-    fn measure(&self, seed: u64) -> Result<Findings, Failure>;
+    pub fn measure(&self, seed: u64) -> Result<Findings, Failure> {
+        match self.measure {
+            Measure::Alike(measure) => measure(),
+            Measure::Drawn(measure) => measure(seed),
+            Measure::Shown { measure, .. } => measure(&self.brief, seed),
+        }
+    }
 
     /// Whether the learner's number decides what is measured.
-    fn draws(&self) -> bool {
-        false
+    pub fn draws(&self) -> bool {
+        !matches!(self.measure, Measure::Alike(_))
     }
 
     /// Figures to look at before the prediction, for the learner's number `seed`.
     ///
     /// # Errors
     /// [`Failure`] if a run failed.
-    fn evidence(&self, _seed: u64) -> Result<Option<Table>, Failure> {
-        Ok(None)
+    pub fn evidence(&self, seed: u64) -> Result<Option<Table>, Failure> {
+        match self.measure {
+            Measure::Shown { evidence, .. } => evidence(seed).map(Some),
+            _ => Ok(None),
+        }
     }
 
     /// The run to look at in the lab before the prediction, for the learner's number
@@ -50,20 +85,18 @@ pub trait Exercise: Sync {
     ///
     /// # Errors
     /// [`Failure`] if its settings are invalid.
-    fn scene(&self, _seed: u64) -> Result<Option<Config>, Failure> {
-        Ok(None)
-    }
-
-    /// The next question of the same exercise.
-    fn next_part(&self) -> Option<&'static dyn Exercise> {
-        None
+    pub fn scene(&self, seed: u64) -> Result<Option<Config>, Failure> {
+        match self.measure {
+            Measure::Shown { scene, .. } => scene(seed).map(Some),
+            _ => Ok(None),
+        }
     }
 
     /// Makes all measurements for the number zero.
     ///
     /// # Errors
     /// [`Failure`] if a run failed.
-    fn run(&self) -> Result<Findings, Failure> {
+    pub fn run(&self) -> Result<Findings, Failure> {
         self.measure(0)
     }
 
@@ -72,8 +105,8 @@ pub trait Exercise: Sync {
     /// # Errors
     /// [`Failure`] if a run failed or the bands are damaged. A measurement outside of its
     /// band is a [`Check`] that does not hold.
-    fn check(&self) -> Result<Vec<Check>, Failure> {
-        self.run()?.checks(self.brief())
+    pub fn check(&self) -> Result<Vec<Check>, Failure> {
+        self.run()?.checks(&self.brief)
     }
 }
 
@@ -82,8 +115,6 @@ pub trait Exercise: Sync {
 pub struct Findings {
     /// The figures for the learner.
     pub table: Table,
-    /// For each choice, the figure that refutes it; empty for a question about a number.
-    pub refuted: Vec<String>,
     /// The answer to the question.
     pub answer: Answer,
     /// The meaning of the figures.
@@ -93,7 +124,7 @@ pub struct Findings {
 }
 
 /// The measured answer to the question.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Answer {
     /// This number, in the unit of the question.
     Exactly(f64),
@@ -105,36 +136,56 @@ pub enum Answer {
         /// The other.
         to: f64,
     },
+    /// One of the choices.
+    Choice {
+        /// Its number, counted from one.
+        number: f64,
+        /// For each choice, the figure that refutes it.
+        refuted: Vec<String>,
+    },
 }
 
 impl Answer {
     /// The measured answer in the unit of the question, as text.
-    pub fn in_words(self, brief: &Brief) -> String {
-        let unit = |number| brief.in_unit(rounded(number));
+    pub fn in_words(&self, brief: &Brief) -> String {
+        let unit = |number: f64| brief.in_unit(rounded(number));
         match self {
-            Self::Exactly(number) => unit(number),
-            Self::Between { from, to } => format!("between {} and {}", unit(from), unit(to)),
+            Self::Exactly(number) | Self::Choice { number, .. } => unit(*number),
+            Self::Between { from, to } => format!("between {} and {}", unit(*from), unit(*to)),
         }
     }
 
     /// Compares the predicted `number` with it; returns whether it is right, with a text.
-    fn judge(self, number: f64, brief: &Brief) -> (bool, String) {
+    fn judge(&self, number: f64, brief: &Brief) -> (bool, String) {
         let (near, far) = match self {
-            Self::Exactly(measured) => (measured, measured),
-            Self::Between { from, to } => (from.min(to), from.max(to)),
+            Self::Exactly(measured)
+            | Self::Choice {
+                number: measured, ..
+            } => (*measured, *measured),
+            Self::Between { from, to } => (from.min(*to), from.max(*to)),
         };
         let distance = number - number.clamp(near, far);
         let way = if distance > 0.0 { "above" } else { "below" };
         let distance = rounded(distance.abs());
-        let apart = in_unit(distance, brief.unit);
+        let apart = in_unit(distance, &brief.unit);
         if distance == 0.0 {
             (true, "You called it.".to_owned())
+        } else if let Some(figure) = self.refutation(number) {
+            (false, figure.clone())
         } else if distance <= brief.tolerance.within() {
             (true, format!("You called it to within {apart}."))
         } else if distance <= CLOSE * far.abs() {
             (false, format!("Close: {apart} {way} it."))
         } else {
             (false, format!("You were {apart} {way} it."))
+        }
+    }
+
+    /// The figure that refutes choice `number`.
+    fn refutation(&self, number: f64) -> Option<&String> {
+        match self {
+            Self::Choice { refuted, .. } => refuted.get((number as usize).checked_sub(1)?),
+            _ => None,
         }
     }
 }
@@ -158,13 +209,7 @@ impl Findings {
 
     /// Whether a prediction is right, with its deviation.
     pub fn judge(&self, brief: &Brief, prediction: &Prediction) -> (bool, String) {
-        let (right, by) = self.answer.judge(prediction.number(), brief);
-        let choice = (prediction.number() as usize).checked_sub(1);
-        let refuted = choice.and_then(|choice| self.refuted.get(choice));
-        match refuted {
-            Some(refuted) if !right => (right, refuted.clone()),
-            _ => (right, by),
-        }
+        self.answer.judge(prediction.number(), brief)
     }
 
     /// The prediction, the measurement, and the meaning of the difference.

@@ -5,7 +5,26 @@ use std::{collections::BTreeMap, fmt};
 use serde::Deserialize;
 use thiserror::Error;
 
-use super::{Brief, Measurement};
+use super::Brief;
+
+/// A figure with a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measurement {
+    /// Name, with the unit.
+    pub name: String,
+    /// Measured value.
+    pub value: f64,
+}
+
+impl Measurement {
+    /// Creates the measurement `name` with `value`.
+    pub fn new(name: impl Into<String>, value: impl Into<f64>) -> Self {
+        Self {
+            name: name.into(),
+            value: value.into(),
+        }
+    }
+}
 
 /// The bands of all exercises, from `bands.toml`.
 #[derive(Clone, Debug, Deserialize)]
@@ -104,8 +123,8 @@ impl Expectations {
         exercise: &Brief,
         measurements: &[Measurement],
     ) -> Result<Vec<Check>, ExpectationsError> {
-        let bands = self.exercises.get(exercise.name);
-        let bands = bands.ok_or_else(|| ExpectationsError::NoExercise(exercise.name.to_owned()))?;
+        let bands = self.exercises.get(&exercise.name);
+        let bands = bands.ok_or_else(|| ExpectationsError::NoExercise(exercise.name.clone()))?;
         let measured = measurements.iter().map(|measurement| Check {
             name: measurement.name.clone(),
             measured: Some(measurement.value),

@@ -8,25 +8,22 @@ mod entry;
 mod exercise;
 mod expectations;
 mod mark;
-mod measurement;
 mod prediction;
-mod recorded;
-mod survey;
+mod runs;
 mod table;
-mod tolerance;
 mod unit;
 
 pub use answers::{Answers, AnswersError};
-pub use brief::{Brief, ExerciseKind, Range};
+pub use brief::{Brief, Range, Tolerance};
 pub use exercise::{Answer, Exercise, Failure, Findings};
-pub use expectations::{Check, Expectation, Expectations, ExpectationsError};
+pub use expectations::{Check, Expectation, Expectations, ExpectationsError, Measurement};
 pub use mark::PredictionOrigin;
-pub use measurement::Measurement;
 pub use prediction::{Prediction, PredictionError};
 pub use table::Table;
-pub use tolerance::Tolerance;
 
 pub(crate) use chance::SplitMix;
-pub(crate) use exercise::{hz, mean_ms};
-pub(crate) use recorded::{RecordedRun, axis, cart_pole, own_world, record};
-pub(crate) use survey::{KnobRuns, push_age_ms, survey};
+pub(crate) use exercise::{Measure, hz, mean_ms};
+pub(crate) use runs::{
+    KnobRuns, RecordedRun, asked, cart_pole, control_loop, edge, obs_dropped, own_world, record,
+    survey,
+};

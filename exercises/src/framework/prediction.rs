@@ -38,7 +38,7 @@ impl Prediction {
         })
     }
 
-    /// The same about the runs drawn from the learner's number `seed`.
+    /// This prediction about the runs drawn from the learner's number `seed`.
     pub fn about(mut self, seed: u64) -> Self {
         self.seed = Some(seed);
         self
@@ -52,7 +52,7 @@ impl Prediction {
     /// [`PredictionError`] if the number or the reason is missing, the unit belongs to
     /// another quantity, or the number is impossible.
     pub fn read(text: &str, brief: &Brief) -> Result<Self, PredictionError> {
-        let (text, unit) = (text.trim(), brief.unit);
+        let (text, unit) = (text.trim(), &brief.unit);
         if text.is_empty() {
             return Err(PredictionError::Empty(expected(brief)));
         }
@@ -81,7 +81,7 @@ impl Prediction {
             let whole = !rest.starts_with(char::is_alphanumeric);
             (start.eq_ignore_ascii_case(choice) && whole).then_some(rest)
         };
-        let mut choices = (1_u32..).zip(brief.choices);
+        let mut choices = (1_u32..).zip(&brief.choices);
         let chosen = choices.find_map(|(number, choice)| Some((number, begins(choice)?)));
         let (number, reason) =
             chosen.ok_or_else(|| PredictionError::NoNumber(text.to_owned(), expected(brief)))?;
@@ -150,16 +150,16 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
 
 /// The expected form of a prediction.
 fn asked(brief: &Brief) -> String {
-    match (brief.choices, brief.unit) {
+    match (&brief.choices[..], &*brief.unit) {
         ([], "") => "a number".to_owned(),
         ([], unit) => format!("a number in {unit}"),
         (choices, _) => format!("one of {}", choices.join(", ")),
     }
 }
 
-/// The same with a reason, and an example.
+/// The expected form with a reason, and an example.
 fn expected(brief: &Brief) -> String {
-    let example = brief.choices.first().unwrap_or(&"N");
+    let example = brief.choices.first().map_or("N", String::as_str);
     format!("{} and a reason, as in {example} because …", asked(brief))
 }
 
@@ -191,7 +191,7 @@ fn convert<'t>(
     let end = spaceless.find(|c| !part(c)).unwrap_or(spaceless.len());
     let (word, after) = spaceless.split_at(end);
     let unit = Unit::named(word).filter(|_| !word.is_empty());
-    let asked = Unit::named(brief.unit);
+    let asked = Unit::named(&brief.unit);
     let converted = unit
         .zip(asked)
         .and_then(|(unit, asked)| unit.convert(number, asked));

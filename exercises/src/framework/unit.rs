@@ -17,54 +17,43 @@ enum UnitQuantity {
     Other,
 }
 
-/// The units and their names.
-const UNITS: [(&[&str], UnitQuantity, (f64, f64)); 10] = [
+/// The names of each unit, its quantity and its size.
+const UNITS: [(&str, UnitQuantity, (f64, f64)); 9] = [
+    ("hz hertz", UnitQuantity::Rate, (1.0, 1.0)),
+    ("khz", UnitQuantity::Rate, (1e3, 1.0)),
+    ("s sec secs second seconds", UnitQuantity::Time, (1.0, 1.0)),
     (
-        &["", "run", "runs", "start", "starts", "message", "messages"],
+        "ms msec millisecond milliseconds",
+        UnitQuantity::Time,
+        (1.0, 1e3),
+    ),
+    (
+        "us µs microsecond microseconds",
+        UnitQuantity::Time,
+        (1.0, 1e6),
+    ),
+    ("min minute minutes", UnitQuantity::Time, (60.0, 1.0)),
+    ("h hour hours", UnitQuantity::Time, (3_600.0, 1.0)),
+    (
+        "run runs start starts message messages",
         UnitQuantity::Count,
         (1.0, 1.0),
     ),
-    (&["hz", "hertz"], UnitQuantity::Rate, (1.0, 1.0)),
-    (&["khz"], UnitQuantity::Rate, (1_000.0, 1.0)),
-    (
-        &["s", "sec", "secs", "second", "seconds"],
-        UnitQuantity::Time,
-        (1.0, 1.0),
-    ),
-    (
-        &["ms", "msec", "millisecond", "milliseconds"],
-        UnitQuantity::Time,
-        (1.0, 1_000.0),
-    ),
-    (
-        &["us", "µs", "microsecond", "microseconds"],
-        UnitQuantity::Time,
-        (1.0, 1_000_000.0),
-    ),
-    (
-        &["min", "minute", "minutes"],
-        UnitQuantity::Time,
-        (60.0, 1.0),
-    ),
-    (&["h", "hour", "hours"], UnitQuantity::Time, (3_600.0, 1.0)),
-    (
-        &["m", "cm", "mm", "km", "kg", "g", "deg", "degrees", "rad"],
-        UnitQuantity::Other,
-        (1.0, 1.0),
-    ),
-    (
-        &["%", "percent", "°", "rpm", "fps", "steps"],
-        UnitQuantity::Other,
-        (1.0, 1.0),
-    ),
+    (OTHERS, UnitQuantity::Other, (1.0, 1.0)),
 ];
 
+/// The names of units of quantities without exercises.
+const OTHERS: &str = "m cm mm km kg g deg degrees rad % percent ° rpm fps steps";
+
 impl Unit {
-    /// The unit called `name`, in letters of any case.
+    /// The unit called `name`, in letters of any case; without a name that of a count.
     pub(super) fn named(name: &str) -> Option<Self> {
         let name = name.to_lowercase();
         let mut units = UNITS.into_iter();
-        let (_, quantity, size) = units.find(|(names, ..)| names.contains(&&*name))?;
+        let (_, quantity, size) = match &*name {
+            "" => ("", UnitQuantity::Count, (1.0, 1.0)),
+            name => units.find(|(names, ..)| names.split(' ').any(|of| of == name))?,
+        };
         Some(Self { quantity, size })
     }
 

@@ -2,21 +2,18 @@
 
 use std::{
     collections::BTreeMap,
-    sync::{
-        Arc, Mutex, PoisonError,
-        atomic::{AtomicUsize, Ordering},
-    },
-    thread,
+    sync::{Arc, Mutex, PoisonError},
 };
 
-use ratelab_cart_pole::CartPole;
 use ratelab_study::{
     experiment::{
         Config, Experiment,
-        sweep::{ByAge, CellResult, all_cores},
+        sweep::{ByAge, CellResult},
     },
     system::{StepMs, WorldKind},
 };
+
+use rayon::prelude::*;
 
 use crate::framework::{Failure, SplitMix, cart_pole, own_world};
 
@@ -96,6 +93,11 @@ impl AgeCause {
         })
     }
 
+    fn run(self, seed: u64, run: u64) -> Result<CellResult, Failure> {
+        let experiment = Experiment::new(cart_pole(), &self.config(seed, run)?)?;
+        Ok(CellResult::from(&experiment.run()?))
+    }
+
     /// All its runs by age, drawn from the learner's number `seed`.
     ///
     /// They take seconds, and two questions need the same: the first result is kept.
@@ -106,41 +108,10 @@ impl AgeCause {
         if let Some(known) = known().get(&key) {
             return Ok(known.clone());
         }
-        let configs = (0..RUNS).map(|run| self.config(seed, run));
-        let runs = in_parallel(&configs.collect::<Result<Vec<_>, _>>()?)?;
+        let runs = (0..RUNS).into_par_iter().map(|run| self.run(seed, run));
+        let runs: Vec<CellResult> = runs.collect::<Result<_, Failure>>()?;
         let by_age = Arc::new(ByAge::of(&runs));
         known().insert(key, by_age.clone());
         Ok(by_age)
     }
-}
-
-/// Runs all `configs` on all cores; the results are in their order.
-fn in_parallel(configs: &[Config]) -> Result<Vec<CellResult>, Failure> {
-    let (system, next) = (cart_pole(), AtomicUsize::new(0));
-    let work = || {
-        let mut done = Vec::new();
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(config) = configs.get(index) else {
-                return Ok::<_, Failure>(done);
-            };
-            done.push((index, result(&system, config)?));
-        }
-    };
-    let mut results = thread::scope(|scope| {
-        let threads: Vec<_> = (0..all_cores().get()).map(|_| scope.spawn(work)).collect();
-        let results = threads.into_iter().map(|thread| thread.join());
-        let results = results.map(|result| {
-            result.unwrap_or_else(|_| Err(Failure::Unmeasured("a run panicked".to_owned())))
-        });
-        results.collect::<Result<Vec<_>, _>>()
-    })?
-    .concat();
-    results.sort_by_key(|(index, _)| *index);
-    Ok(results.into_iter().map(|(_, result)| result).collect())
-}
-
-fn result(system: &Arc<CartPole>, config: &Config) -> Result<CellResult, Failure> {
-    let summary = Experiment::new(system.clone(), config)?.run()?;
-    Ok(CellResult::from(&summary))
 }

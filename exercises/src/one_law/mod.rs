@@ -4,5 +4,5 @@ mod causes;
 mod delay;
 mod limit;
 
-pub use delay::{AT_25_HZ, AT_50_HZ};
-pub use limit::{JITTER, LAW};
+pub(crate) use delay::{at_25_hz, at_50_hz};
+pub(crate) use limit::{jitter, law};

@@ -7,67 +7,25 @@ use ratelab::Hz;
 use ratelab_cart_pole::{BROKEN_HZ, CONTROL_HZ, CartPole};
 use ratelab_study::experiment::Config;
 
-use crate::framework::{
-    Answer, Brief, Exercise, ExerciseKind, Failure, Findings, Measurement, Range, RecordedRun,
-    Table, Tolerance, record,
-};
+use crate::framework::{Answer, Failure, Findings, Measurement, RecordedRun, Table, edge, record};
 
 /// Durations of the slow phase in the rehearsals (tenths of a second).
 const SLOW_PHASES: std::ops::RangeInclusive<u32> = 1..=10;
 
-/// See [the module](self).
-pub struct Rescue;
-
-const BRIEF: Brief = Brief {
-    number: 5,
-    part: "",
-    name: "rescue",
-    title: "Rescue it",
-    kind: ExerciseKind::Live,
-    objective: "In the lab, slow the policy to 5 Hz or less while the graph runs, let the pole go \
-                beyond 4°, and bring it back before it falls: raise the rate again, and keep the \
-                pole within 4° for five seconds. Slow motion and single steps are allowed, and so \
-                is a second try. A rehearsal by script comes first: from the start of seed 0 the \
-                policy is slow at once, for a tenth of a second, for two tenths and so on, and \
-                then decides 50 times a second again.",
-    question: "After how many seconds at 5 Hz does 50 Hz come too late?",
-    quantity: "duration",
-    unit: "s",
-    tolerance: Tolerance::Between,
-    range: Range {
-        least: 0.0,
-        most: 10.0,
-        whole: false,
-    },
-    choices: &[],
-};
-
-impl Exercise for Rescue {
-    fn brief(&self) -> &'static Brief {
-        &BRIEF
-    }
-
-    fn measure(&self, _seed: u64) -> Result<Findings, Failure> {
-        let rehearsals: Vec<Rehearsal> =
-            SLOW_PHASES.map(Rehearsal::run).collect::<Result<_, _>>()?;
-        let late = rehearsals
-            .windows(2)
-            .find(|pair| !pair[0].fell() && pair[1].fell());
-        let late = late.ok_or_else(|| Failure::Unmeasured("it was never too late".to_owned()))?;
-        Ok(Findings {
-            table: table(&rehearsals),
-            refuted: Vec::new(),
-            answer: Answer::Between {
-                from: late[0].slow_s,
-                to: late[1].slow_s,
-            },
-            meaning: meaning(&late[0], &late[1]),
-            measurements: rehearsals
-                .iter()
-                .flat_map(Rehearsal::measurements)
-                .collect(),
-        })
-    }
+pub(crate) fn measure() -> Result<Findings, Failure> {
+    let rehearsals = SLOW_PHASES.map(Rehearsal::run);
+    let rehearsals: Vec<Rehearsal> = rehearsals.collect::<Result<_, _>>()?;
+    let (saved, lost) = edge(&rehearsals, |rehearsal| !rehearsal.fell())?;
+    let measurements = rehearsals.iter().flat_map(Rehearsal::measurements);
+    Ok(Findings {
+        table: table(&rehearsals),
+        answer: Answer::Between {
+            from: saved.slow_s,
+            to: lost.slow_s,
+        },
+        meaning: meaning(saved, lost),
+        measurements: measurements.collect(),
+    })
 }
 
 /// A scripted rescue.

@@ -11,8 +11,7 @@ use ratelab_cart_pole::{ACTION, CartPole, OBS};
 use ratelab_study::experiment::{Config, Experiment};
 
 use crate::framework::{
-    Answer, Brief, Exercise, ExerciseKind, Failure, Findings, Measurement, Range, Table, Tolerance,
-    cart_pole, hz, mean_ms,
+    Answer, Failure, Findings, Measurement, Table, asked, cart_pole, hz, mean_ms,
 };
 
 /// Control rates, as published (Hz).
@@ -21,53 +20,16 @@ const RATES: [f64; 6] = [50.0, 25.0, 20.0, 15.0, 10.0, 5.0];
 /// The rate of the question (Hz).
 const ASKED: f64 = 25.0;
 
-/// See [the module](self).
-pub struct Ties;
-
-const BRIEF: Brief = Brief {
-    number: 3,
-    part: "",
-    name: "ties",
-    title: "When two clocks tie",
-    kind: ExerciseKind::BugHunt,
-    objective: "The same three nodes, seed 0, are run by two schedulers. One computes when tick k \
-                is due as k divided by the rate, in whole nanoseconds. The other adds a period in \
-                floating point after every tick. At 25 Hz against 50 Hz the policy ticks with \
-                every second tick of the sensor, at the same instant, the sensor first by rights. \
-                Yet the course's scheduler comes to a mean latency of 29.5 ms at 25 Hz: which of \
-                the two is it, and why? Look at the ages of readings and of actions when they are \
-                used; then read accumulating.rs to its last line (a clone has it in \
-                exercises/src/ties, a package in share/ratelab/exercises).",
-    question: "What is the mean latency at 25 Hz if nodes due together really are?",
-    quantity: "mean latency",
-    unit: "ms",
-    tolerance: Tolerance::Within(1.0),
-    range: Range {
-        least: 0.0,
-        most: 1_000.0,
-        whole: false,
-    },
-    choices: &[],
-};
-
-impl Exercise for Ties {
-    fn brief(&self) -> &'static Brief {
-        &BRIEF
-    }
-
-    fn measure(&self, _seed: u64) -> Result<Findings, Failure> {
-        let rates = hz(&RATES)?;
-        let pairs: Vec<Pair> = rates.into_iter().map(Pair::run).collect::<Result<_, _>>()?;
-        let asked = pairs.iter().find(|pair| pair.hz.get() == ASKED);
-        let asked = asked.ok_or_else(|| Failure::Unmeasured(format!("no run at {ASKED} Hz")))?;
-        Ok(Findings {
-            table: table(&pairs),
-            refuted: Vec::new(),
-            answer: Answer::Exactly(asked.exact.latency_ms),
-            meaning: asked.meaning(),
-            measurements: pairs.iter().flat_map(Pair::measurements).collect(),
-        })
-    }
+pub(crate) fn measure() -> Result<Findings, Failure> {
+    let rates = hz(&RATES)?;
+    let pairs: Vec<Pair> = rates.into_iter().map(Pair::run).collect::<Result<_, _>>()?;
+    let asked = asked(&pairs, |pair| pair.hz.get() == ASKED)?;
+    Ok(Findings {
+        table: table(&pairs),
+        answer: Answer::Exactly(asked.exact.latency_ms),
+        meaning: asked.meaning(),
+        measurements: pairs.iter().flat_map(Pair::measurements).collect(),
+    })
 }
 
 /// The result of a run, under any scheduler.
@@ -88,7 +50,7 @@ impl TimedRun {
         let summary = experiment.run()?;
         let snapshot = observer.snapshot();
         let age_ms = |topic| {
-            let readers = snapshot.topic(topic).map(|topic| &topic.subscriptions);
+            let readers = snapshot.topic(topic).map(|topic| &topic.readers);
             mean_ms(readers.and_then(|readers| readers.first()?.ages.mean_s()))
         };
         Ok(Self {
@@ -114,7 +76,7 @@ impl From<ScheduledRun> for TimedRun {
     }
 }
 
-/// The same run under both schedulers.
+/// One run under both schedulers.
 struct Pair {
     hz: Hz,
     added: TimedRun,

@@ -62,8 +62,8 @@ pub fn run(
     let observer = Observer::of(&graph);
     schedule(&mut nodes)?;
     let run = observer.snapshot();
-    let readings = run.topic(OBS).map(|topic| &topic.subscriptions[0]);
-    let actions = run.topic(ACTION).map(|topic| &topic.subscriptions[0]);
+    let readings = run.topic(OBS).map(|topic| &topic.readers[0]);
+    let actions = run.topic(ACTION).map(|topic| &topic.readers[0]);
     let measured = |known: Option<&Distribution>| known.cloned().unwrap_or(Distribution::empty());
     Ok(ScheduledRun {
         latency: measured(run.meter(ACTUATOR, SENSE_TO_ACT)),

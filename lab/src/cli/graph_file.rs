@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use clap::{Arg, Command, ValueHint};
+use clap::{Arg, Args, Command, ValueHint};
 
 /// The ending of graph files.
 const ENDING: &str = "toml";
@@ -54,6 +54,18 @@ fn misplaced(text: &str) -> Result<PathBuf, String> {
         true => "the graph file stands first, or right behind the command".to_owned(),
         false => format!("expected a graph file, which ends in .{ENDING}"),
     })
+}
+
+/// The file to write, or the schema.
+#[derive(Debug, Args)]
+pub struct NewArgs {
+    /// The graph file, which must be new and end in .toml.
+    #[arg(value_name = "GRAPH", required_unless_present = "schema")]
+    pub file: Option<PathBuf>,
+
+    /// Print the JSON Schema of graph files, with which editors complete them.
+    #[arg(long, conflicts_with = "file")]
+    pub schema: bool,
 }
 
 #[cfg(test)]

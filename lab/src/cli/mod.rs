@@ -1,15 +1,11 @@
 //! The command line.
 
-mod branch;
+mod course;
 mod examples;
-mod exercise;
-mod export_web;
-mod grade;
 mod graph;
 mod graph_file;
 mod hunt;
 mod network;
-mod new;
 mod picture;
 mod recordings;
 mod run;
@@ -30,20 +26,16 @@ use crate::{
 };
 
 #[cfg(feature = "network")]
-pub use self::network::{NetworkArgs, RosArgs};
+pub use self::network::{NetworkArgs, ProcessArgs};
 pub use self::{
-    branch::BranchArgs,
+    course::{ExerciseArgs, GradeArgs, Label, Wanted},
     examples::EXAMPLES,
-    exercise::{ExerciseArgs, Label, Wanted},
-    export_web::ExportWebArgs,
-    grade::GradeArgs,
     graph::{ClockArg, GraphArgs},
-    graph_file::{is_graph_file, take as take_graph_file},
+    graph_file::{NewArgs, is_graph_file, take as take_graph_file},
     hunt::HuntArgs,
     network::{NodeArgs, UpArgs},
-    new::NewArgs,
     picture::PictureArgs,
-    recordings::{InfoArgs, ReplayArgs, TraceArgs, VerifyArgs},
+    recordings::{BranchArgs, ExportWebArgs, InfoArgs, ReplayArgs, TraceArgs, VerifyArgs},
     run::{LabArgs, RunArgs, ScreenArgs},
     sweep::{ByArg, SweepArgs},
     system::DEFAULT_RATES,

@@ -19,6 +19,14 @@ pub struct NodeArgs {
     #[command(flatten)]
     pub graph: GraphArgs,
 
+    /// The process.
+    #[command(flatten)]
+    pub process: ProcessArgs,
+}
+
+/// The arguments of a process apart from its graph.
+#[derive(Debug, Default, Args)]
+pub struct ProcessArgs {
     /// The connection.
     #[command(flatten)]
     pub network: NetworkArgs,
@@ -59,10 +67,14 @@ pub struct UpArgs {
     /// Options of the display.
     #[command(flatten)]
     pub screen: ScreenArgs,
+
+    /// Be the child that runs this part, connected at this address.
+    #[arg(long, hide = true, num_args = 2, value_names = ["PART", "ADDRESS"])]
+    pub part: Option<Vec<String>>,
 }
 
 /// The arguments of ROS 2.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = heading::NETWORK)]
 pub struct RosArgs {
     /// Show ROS 2 nodes on rmw_zenoh the topics of this process, and take their actions.
@@ -83,7 +95,7 @@ impl RosArgs {
 }
 
 /// The arguments of a connection.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(next_help_heading = heading::NETWORK)]
 pub struct NetworkArgs {
     /// Wait for other processes at this address; can be given several times [default:

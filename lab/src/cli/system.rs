@@ -50,7 +50,7 @@ pub fn with_run_options(command: Command, program: &Program) -> Command {
         let option = option(alias, &help, alias.default).value_name(name);
         options.push(option.value_parser(read));
     }
-    if let Some(knob) = program.system.broken() {
+    if let Some(knob) = program.system.about().broken {
         let alias = knob.split(' ').next().unwrap_or_default();
         let place = options.iter().position(|option| *option.get_id() == alias);
         let option = flag(BREAK, format!("Break it: {knob}"));

@@ -37,10 +37,7 @@ pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
         end: args.duration_s,
         speed: Speed::Unlimited,
     };
-    let unverified = |why: VerifyError| Error::Unverified {
-        file: args.file.display().to_string(),
-        why,
-    };
+    let unverified = |why| Error::unverified(args.file.display(), why);
     let branch = branched(&recording, &program.system, &departure);
     let branch = branch.map_err(|why| match why {
         VerifyError::Setup(BuildError::Setting(why)) => Error::BadInput(format!("--knob {why}")),
@@ -59,10 +56,12 @@ pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
     let before = change.recorded.map(|verdict| verdict.to_string());
     let before = before.unwrap_or_else(|| "unknown, it is cut off".to_owned());
     let so = change.sentence(Some(verdict));
-    print_line(&report::line("left at", &change.left(args.at)))?;
-    print_line(&report::line("recorded", &before))?;
-    print_line(&report::line("branch", &verdict.to_string()))?;
-    print_line(&report::line("so", &so))?;
+    print_line(&report::lines(&[
+        ("left at", change.left(args.at)),
+        ("recorded", before),
+        ("branch", verdict.to_string()),
+        ("so", so),
+    ]))?;
     if let Some(recorded) = recorded {
         print_recorded(false, &recorded?)?;
     }

@@ -55,21 +55,21 @@ fn check_options(args: &ExerciseArgs) -> Result<(), Error> {
 }
 
 /// The questions that a label names: at least one.
-fn find(Label(label): &Label) -> Result<Vec<&'static dyn Exercise>, Error> {
-    let known = exercises::named(label);
-    known.ok_or_else(|| {
-        Error::BadInput(format!(
+fn find(Label(label): &Label) -> Result<Vec<&'static Exercise>, Error> {
+    match exercises::named(label) {
+        known if known.is_empty() => Err(Error::BadInput(format!(
             "there is no exercise {label}: there are {} (6 is all of 6a to 6d)",
             exercises::labels()
-        ))
-    })
+        ))),
+        known => Ok(known),
+    }
 }
 
 fn list(answers: &Answers, file: &Path) -> String {
     let lines = questions().map(|exercise| {
         let brief = exercise.brief();
         let done = predicted(answers, brief);
-        let kind = done.unwrap_or_else(|| brief.kind.to_string());
+        let kind = done.unwrap_or_else(|| brief.kind.clone());
         format!("{:<3} {:<38} {kind}\n", brief.label(), brief.title)
     });
     let lines: String = lines.collect();
@@ -83,7 +83,7 @@ fn list(answers: &Answers, file: &Path) -> String {
 /// Repeats the measurement of each of `exercises`, and prints the result of the
 /// prediction. Only measurements can fail.
 fn check(
-    exercises: impl Iterator<Item = &'static dyn Exercise>,
+    exercises: impl Iterator<Item = &'static Exercise>,
     answers: &Answers,
 ) -> Result<(), Error> {
     let mut broken = 0;
@@ -130,12 +130,14 @@ fn check(
     }
     match broken {
         0 => Ok(()),
-        n => Err(Error::Broken(n)),
+        n => Err(Error::Unfinished(format!(
+            "{n} measurements do not hold: the runtime differs from that of the exercises"
+        ))),
     }
 }
 
 /// Judges the session in `file`, and prints the verdict.
-fn judge_session(exercise: &dyn Exercise, file: &Path) -> Result<(), Error> {
+fn judge_session(exercise: &Exercise, file: &Path) -> Result<(), Error> {
     let brief = exercise.brief();
     if brief.number != RESCUE {
         return Err(Error::BadInput(format!(
@@ -151,5 +153,6 @@ fn judge_session(exercise: &dyn Exercise, file: &Path) -> Result<(), Error> {
         return Error::if_damaged(&recording);
     }
     print_line(&format!("✖ {name}: {text}"))?;
-    Err(Error::NotRescued(name.to_string()))
+    let why = format!("{name} is not accepted as your rescue");
+    Err(Error::Unfinished(why))
 }

@@ -65,15 +65,16 @@ pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {
         false => print_line(&table::text(&graded, &measured, roster.as_ref())),
     }?;
     if stopped {
-        return Err(Error::HalfGraded {
-            graded: graded.len(),
-            of: all,
-        });
+        let graded = graded.len();
+        let why = format!("stopped after {graded} of {all} hand-ins: the result is of these");
+        return Err(Error::Unfinished(why));
     }
     let of = graded.len();
     match graded.iter().filter(|graded| !graded.is_accepted()).count() {
         0 => Ok(()),
-        refused => Err(Error::NotAccepted { refused, of }),
+        refused => Err(Error::Unfinished(format!(
+            "{refused} of {of} hand-ins are not acceptable"
+        ))),
     }
 }
 

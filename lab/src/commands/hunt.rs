@@ -1,8 +1,9 @@
 //! `ratelab hunt`: a short list of faults that loses a run.
 
+mod text;
+
 use std::path::Path;
 
-use ratelab::{ClockKind, Speed, Time};
 use ratelab_study::experiment::{
     Config, Experiment,
     hunt::{Budget, Found, Hunt, Hunted},
@@ -10,33 +11,25 @@ use ratelab_study::experiment::{
 use serde_json::json;
 
 use crate::{
-    cli::{ClockArg, HuntArgs},
+    cli::HuntArgs,
     error::Error,
-    hunt,
     names::good,
     options::{self, Defaults},
-    output::{OutputFile, print_data, print_line, print_recorded, record_error},
+    output::{OutputFile, print_data, print_line, print_recorded},
     program::Program,
-    recording::{Recorder, Source, StopReason},
+    recording::{Destination, StopReason},
     report::line,
+    results::{read_topics, record},
     signals,
 };
 
 /// Defaults of the run.
-const DEFAULTS: Defaults = Defaults {
-    clock: ClockKind::Virtual,
-    end: Time::from_nanos(10_000_000_000),
-    speed: Speed::Unlimited,
-};
+const DEFAULTS: Defaults =
+    Defaults::virtual_only("a hunt runs on the virtual clock: leave --clock real out");
 
 /// Runs the hunt; prints and writes its outcome. Ctrl-C keeps the best list so far.
 pub fn hunt(program: &Program, args: &HuntArgs) -> Result<(), Error> {
-    if args.graph.clock == Some(ClockArg::Real) {
-        let why = "a hunt runs on the virtual clock: leave --clock real out";
-        return Err(Error::BadInput(why.to_owned()));
-    }
-    let like = options::like(program, &args.graph)?;
-    let config = options::graph(program, &args.graph, &DEFAULTS, like.as_ref())?;
+    let (config, _) = options::graph(program, &args.graph, &DEFAULTS)?;
     let budget = budget(program, args, &config)?;
     for (option, path) in [("--save", &args.save), ("--record", &args.record)] {
         refuse_existing(option, path.as_deref())?;
@@ -46,16 +39,16 @@ pub fn hunt(program: &Program, args: &HuntArgs) -> Result<(), Error> {
     hunt.interrupt = signals::interrupt();
     let hunted = hunt.run(&budget, &|| false)?;
     if !args.json {
-        print_line(&line("hunt", &hunt::budget(&budget)))?;
+        print_line(&line("hunt", &text::budget(&budget)))?;
     }
     match hunted {
         Hunted::Held { runs, stopped } => print_held(program, args, runs, stopped),
         Hunted::Lost(found) => {
             let config = hunt.with(&found.knobs);
             if args.json {
-                print_data(&format!("{:#}", hunt::json(&*program.system, &found)))?;
+                print_data(&format!("{:#}", text::json(&*program.system, &found)))?;
             } else {
-                print_line(&hunt::lines(&*program.system, &found).join("\n"))?;
+                print_line(&text::outcome(&*program.system, &found))?;
             }
             write(program, args, &found, &config)
         }
@@ -78,14 +71,7 @@ fn budget(program: &Program, args: &HuntArgs, config: &Config) -> Result<Budget,
 /// The last topic read by a node, in the order in which nodes were added.
 fn last_read(program: &Program, config: &Config) -> Result<String, Error> {
     let experiment = Experiment::new(program.system.clone(), config)?;
-    let topics = experiment.observer().snapshot().topics;
-    let mut read = topics
-        .iter()
-        .rev()
-        .filter(|topic| !topic.subscriptions.is_empty());
-    Ok(read
-        .next()
-        .map_or_else(String::new, |topic| topic.name.to_string()))
+    Ok(read_topics(&experiment).pop().unwrap_or_default())
 }
 
 /// Refuses an existing file before the hunt, which takes long and must not overwrite it.
@@ -119,17 +105,18 @@ fn print_held(program: &Program, args: &HuntArgs, runs: usize, stopped: bool) ->
 /// Writes the requested files.
 fn write(program: &Program, args: &HuntArgs, found: &Found, config: &Config) -> Result<(), Error> {
     if let Some(path) = &args.save {
-        let text = hunt::file(&*program.system, found, &config.knobs);
-        OutputFile::open("--save", path)?.write(text.as_bytes())?;
+        let faults = text::file(&*program.system, found, &config.knobs);
+        OutputFile::open("--save", path)?.write(faults.as_bytes())?;
     }
     let Some(path) = &args.record else {
         return Ok(());
     };
     let experiment = Experiment::new(program.system.clone(), config)?;
-    let recorder = Recorder::from_the_start(path, &Source::of(&experiment));
-    let recorder = recorder.map_err(|why| record_error(path, &why))?;
+    let recorder = record(Some(Destination::new(Some(path.clone()))), &experiment)?;
     let outcome = experiment.run();
-    recorder.end(StopReason::of(&outcome));
-    print_recorded(args.json, &recorder.finish()?)?;
+    if let Some(recorder) = recorder {
+        recorder.end(StopReason::of(&outcome));
+        print_recorded(args.json, &recorder.finish()?)?;
+    }
     outcome.map(drop).map_err(Error::from)
 }

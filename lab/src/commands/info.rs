@@ -49,20 +49,12 @@ fn overview(program: &Program, recording: &Arc<Recording>) -> String {
     }
     let processes = recording.origin.processes.iter();
     lines.extend(processes.map(|process| ("process", process.to_string())));
-    let mut lines: Vec<String> = lines
-        .iter()
-        .map(|(name, text)| report::line(name, text))
-        .collect();
     let context = ReportContext {
         open: open(recording),
         ..ReportContext::default()
     };
-    lines.push(report::text(
-        &**replay.system(),
-        &replay.summary(),
-        &context,
-    ));
-    lines.join("\n")
+    let run = report::text(&**replay.system(), &replay.summary(), &context);
+    format!("{}\n{run}", report::lines(&lines))
 }
 
 /// The reason why the recording lacks the end of its run, if it does.

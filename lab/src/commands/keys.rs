@@ -15,7 +15,7 @@ pub fn print_keys(program: &Program) -> Result<(), Error> {
     let own_world = own_world(&program.system, &Config::default()).is_some();
     let done = |action: &LabAction| match action {
         LabAction::Exercises => program.course,
-        LabAction::Break => program.system.broken().is_some(),
+        LabAction::Break => program.system.about().broken.is_some(),
         LabAction::OtherWorld => own_world,
         _ => true,
     };

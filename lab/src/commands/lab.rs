@@ -4,28 +4,27 @@
 use ratelab_study::experiment::Config;
 use ratelab_study::experiment::Experiment;
 
-#[cfg(feature = "network")]
-use crate::report::ReportContext;
 use crate::{
     cli::LabArgs,
     dashboard::{self, Guide, SessionSetup},
     error::{Error, LabError},
     first_start,
     options::{self, LAB},
-    output::{Outputs, note_defect, print_line, print_recorded, record_error, write_error},
+    output::{Outputs, print_line, record_error, write_error},
     program::Program,
     report,
-    results::{context, destination, plan, print_results},
+    results::{context, destination, plan, print_recordings, print_results},
     screen::{need_terminal, screen},
 };
+#[cfg(feature = "network")]
+use crate::{output::print_recorded, report::ReportContext};
 
 /// Opens the dashboard; on exit writes and prints the summary of the last run.
 pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
     if let Some(address) = &args.attach {
         return attach(program, args, address);
     }
-    let like = options::like(program, &args.run.graph)?;
-    let config = options::config(program, &args.run, &LAB, like.as_ref())?;
+    let (config, like) = options::config(program, &args.run, &LAB)?;
     let experiment = Experiment::new(program.system.clone(), &config)?;
     need_terminal("the lab needs a terminal to draw on", "run")?;
     let outputs = Outputs::beside_csv(&plan(&args.run, &experiment)?)?;
@@ -45,10 +44,7 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
     if guide == Guide::Offer {
         first_start::remember();
     }
-    for recorded in &left.recorded {
-        note_defect(recorded);
-        print_recorded(args.run.json, recorded)?;
-    }
+    print_recordings(args.run.json, &left.recorded)?;
     let ended = left.ended.map_err(|error| unfinished(args, error))?;
     let context = context(&args.run, realtime, ended.csv_lost);
     print_results(

@@ -11,34 +11,47 @@ mod info;
 mod keys;
 mod lab;
 mod man;
+mod network;
 mod new;
-mod node;
 mod picture;
 mod replay;
 mod run;
 mod sweep;
 mod tour;
 mod trace;
-mod up;
 mod verify;
 
-pub use branch::branch;
-pub use completions::completions;
-pub use exercise::exercise;
-pub use export_web::export_web;
-pub use grade::grade;
-pub use hunt::hunt;
-pub use info::info;
-pub use keys::print_keys;
-pub use lab::lab;
-pub use man::man;
-pub use new::new;
-pub use node::node;
-pub use picture::picture;
-pub use replay::replay;
-pub use run::run;
-pub use sweep::sweep;
-pub use tour::tour;
-pub use trace::trace;
-pub use up::up;
-pub use verify::verify;
+use crate::{
+    cli::{Command, CourseCommand},
+    error::Error,
+    program::Program,
+};
+
+/// Executes a command of `program`.
+///
+/// # Errors
+/// [`Error`] with the cause.
+pub fn execute(program: &Program, command: Command) -> Result<(), Error> {
+    match command {
+        Command::Lab(args) => lab::lab(program, &args),
+        Command::Run(args) => run::run(program, &args),
+        Command::Sweep(args) => sweep::sweep(program, &args),
+        Command::Hunt(args) => hunt::hunt(program, &args),
+        Command::New(args) => new::new(&args),
+        Command::Replay(args) => replay::replay(program, &args),
+        Command::Info(args) => info::info(program, &args.file),
+        Command::Verify(args) => verify::verify(program, &args),
+        Command::Branch(args) => branch::branch(program, &args),
+        Command::Trace(args) => trace::trace(program, &args),
+        Command::ExportWeb(args) => export_web::export_web(program, &args),
+        Command::Picture(args) => picture::picture(program, &args),
+        Command::Up(args) => network::up(program, &args),
+        Command::Node(args) => network::node(program, &args),
+        Command::Course(CourseCommand::Exercise(args)) => exercise::exercise(&args),
+        Command::Course(CourseCommand::Grade(args)) => grade::grade(program, &args),
+        Command::Course(CourseCommand::Tour(args)) => tour::tour(program, &args),
+        Command::Keys => keys::print_keys(program),
+        Command::Completions { shell } => completions::completions(program, shell),
+        Command::Man { folder } => man::man(program, folder.as_deref()),
+    }
+}

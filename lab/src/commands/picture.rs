@@ -2,10 +2,8 @@
 
 use std::sync::Arc;
 
-use ratelab::{ClockKind, Speed, Time};
-
 use crate::{
-    cli::{ClockArg, PictureArgs},
+    cli::PictureArgs,
     dashboard::{SessionSetup, picture as pictures},
     error::Error,
     options::{self, Defaults},
@@ -16,11 +14,9 @@ use crate::{
 };
 
 /// Defaults of the run: on the virtual clock, the same picture bit for bit.
-const DEFAULTS: Defaults = Defaults {
-    clock: ClockKind::Virtual,
-    end: Time::from_nanos(10_000_000_000),
-    speed: Speed::Unlimited,
-};
+const DEFAULTS: Defaults = Defaults::virtual_only(
+    "a picture is of the virtual clock: leave --clock real out, or name a recording",
+);
 
 /// Draws a recording or a run, and writes the picture.
 pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
@@ -43,14 +39,9 @@ pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
         output(&picture, Some(file.as_path()))?;
         return Error::if_damaged(&recording);
     }
-    if args.graph.clock == Some(ClockArg::Real) {
-        let why = "a picture is of the virtual clock: leave --clock real out, or name a recording";
-        return Err(Error::BadInput(why.to_owned()));
-    }
     let end = args.at.unwrap_or(DEFAULTS.end);
-    let like = options::like(program, &args.graph)?;
     let defaults = Defaults { end, ..DEFAULTS };
-    let config = options::graph(program, &args.graph, &defaults, like.as_ref())?;
+    let (config, _) = options::graph(program, &args.graph, &defaults)?;
     let setup = SessionSetup::new(program.system.clone(), program.course);
     let picture = pictures::of_run(&config, setup, args.size, &theme)?;
     output(&picture, None)

@@ -12,11 +12,12 @@ use crate::{
     cli::ReplayArgs,
     dashboard::{self, LabOutcome, SessionSetup},
     error::Error,
-    output::{note, note_defect, print_line, print_recorded},
+    output::{note, print_line},
     program::{self, Program},
     reading,
     recording::{ReadError, Recording},
     report,
+    results::print_recordings,
     screen::{need_terminal, screen},
 };
 
@@ -60,10 +61,7 @@ fn play(program: &Program, args: &ReplayArgs, recording: &Arc<Recording>) -> Res
 
 /// Prints what a branch of the recording changed.
 fn print_branch(left: LabOutcome) -> Result<(), Error> {
-    for recorded in &left.recorded {
-        note_defect(recorded);
-        print_recorded(false, recorded)?;
-    }
+    print_recordings(false, &left.recorded)?;
     let verdict = left.ended?.summary.verdict;
     print_line(&report::line("branch", &verdict.to_string()))?;
     if let Some(so) = &left.change {
@@ -101,7 +99,7 @@ fn viewer_version() -> Result<Option<String>, Error> {
     let asked = Command::new(viewer()).arg("--version").output();
     let answer = asked.map_err(|why| {
         let advice = advice();
-        Error::Viewer(format!("the rerun viewer was not found ({why}): {advice}"))
+        Error::Unfinished(format!("the rerun viewer was not found ({why}): {advice}"))
     })?;
     let said = String::from_utf8_lossy(&answer.stdout).into_owned();
     let version = said.split_whitespace().nth(1).map(str::to_owned);
@@ -114,7 +112,7 @@ fn check_viewer() -> Result<(), Error> {
     let (Some(version), ours) = (viewer_version()?, ours()) else {
         let advice = advice();
         let what = format!("the command {VIEWER} is not the rerun viewer: {advice}");
-        return Err(Error::Viewer(what));
+        return Err(Error::Unfinished(what));
     };
     if version != ours {
         let advice = advice();
@@ -132,10 +130,10 @@ fn open_viewer(file: &Path) -> Result<(), Error> {
         .status();
     match ran {
         Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(Error::Viewer(format!(
+        Ok(status) => Err(Error::Unfinished(format!(
             "the rerun viewer ended with {status}: {} replay --terminal needs none",
             program::name()
         ))),
-        Err(why) => Err(Error::Viewer(format!("the rerun viewer: {why}"))),
+        Err(why) => Err(Error::Unfinished(format!("the rerun viewer: {why}"))),
     }
 }

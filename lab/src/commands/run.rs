@@ -1,13 +1,13 @@
 //! `ratelab run`: the graph without a dashboard.
 
-use ratelab::{ClockKind, Command, RealClock, Speed, Time};
+use ratelab::{Command, RealClock};
 use ratelab_study::experiment::Experiment;
 
 use crate::{
     cli::RunArgs,
     csv,
     error::Error,
-    options::{self, Defaults},
+    options::{self, RUN},
     output::{self, Outputs, print_recorded},
     program::Program,
     recording::StopReason,
@@ -15,17 +15,9 @@ use crate::{
     signals,
 };
 
-/// The defaults of a run.
-const DEFAULTS: Defaults = Defaults {
-    clock: ClockKind::Real,
-    end: Time::from_nanos(10_000_000_000),
-    speed: Speed::Unlimited,
-};
-
 /// Runs the graph, then prints and writes its summary.
 pub fn run(program: &Program, args: &RunArgs) -> Result<(), Error> {
-    let like = options::like(program, &args.graph)?;
-    let config = options::config(program, args, &DEFAULTS, like.as_ref())?;
+    let (config, like) = options::config(program, args, &RUN)?;
     let mut experiment = Experiment::new(program.system.clone(), &config)?;
     let realtime = options::realtime(&args.graph);
     let mut real = RealClock::new(realtime.clone().and_then(Result::ok));

@@ -10,7 +10,7 @@ use ratelab_study::experiment::sweep::{Sweep, Swept, all_cores};
 use crate::{
     cli::{ByArg, SweepArgs},
     error::Error,
-    output::{OutputPlan, Outputs, note, print_data, print_line},
+    output::{OutputPlan, Outputs, ProgressLine, note, print_data, print_line},
     program::Program,
     results::input_files,
     screen::theme,
@@ -20,7 +20,6 @@ use crate::{
         csv, json,
         map::{self, MapStyle},
         markdown,
-        progress::Bar,
         record::Record,
         summary::SweepSummary,
         svg,
@@ -34,26 +33,25 @@ const FILE: &str = "sweep.json";
 pub fn sweep(program: &Program, args: &SweepArgs) -> Result<(), Error> {
     let sweep = args.sweep(program)?;
     let cells = sweep.cells()?;
-    let topics = csv::read_topics(&sweep)?;
+    let topics = csv::topics(&sweep)?;
     let header = csv::header(&sweep, &topics);
     let interrupt = signals::interrupt();
     let outputs = Outputs::prepare(&plan(args, &sweep, &header))?;
     note_overload(&sweep, cells);
     let record = args.record.as_deref().map(Record::create).transpose()?;
-    let bar = Bar::new(
-        cells,
-        theme(args.ascii, None).glyph("█▌░", "#>-"),
-        args.json,
-    );
+    let glyphs = theme(args.ascii, None).glyph("█▌░", "#>-");
+    let bar = ProgressLine::of_runs(cells, glyphs, args.json);
     let threads = args.threads.unwrap_or_else(all_cores);
     let swept = sweep.run_until(&interrupt, threads, |_, _| {
         bar.advance();
         ControlFlow::Continue(())
     })?;
-    bar.finish();
+    drop(bar);
     print_results(program, args, &swept, &topics, outputs, record)?;
     match swept.finished().count() {
-        done if done < cells => Err(Error::Stopped { done, cells }),
+        done if done < cells => Err(Error::Unfinished(format!(
+            "stopped after {done} of {cells} runs: the result is of these"
+        ))),
         _ => Ok(()),
     }
 }
@@ -63,7 +61,7 @@ const LOOKED_AT: usize = 1_000;
 
 /// Prints the first overload among the values of the axes, if there is one.
 fn note_overload(sweep: &Sweep, cells: usize) {
-    let settings = sweep.system.settings();
+    let settings = sweep.system.about().setup();
     let indices = (0..cells).step_by(sweep.seeds.len().max(1)).take(LOOKED_AT);
     let overload = indices
         .filter_map(|index| sweep.cell(index))

@@ -5,8 +5,9 @@ use crate::{
     dashboard::{self, Guide, SessionSetup},
     error::Error,
     options::LAB,
-    output::{print_line, print_recorded},
+    output::print_line,
     program::{self, Program},
+    results::print_recordings,
     screen::{need_terminal, screen},
 };
 
@@ -15,9 +16,7 @@ pub fn tour(program: &Program, args: &ScreenArgs) -> Result<(), Error> {
     need_terminal("the tour needs a terminal to draw on", "run")?;
     let setup = SessionSetup::new(program.system.clone(), program.course);
     let left = dashboard::show(&LAB.config(), setup, &screen(args), Guide::Tour)?;
-    for recorded in &left.recorded {
-        print_recorded(false, recorded)?;
-    }
+    print_recordings(false, &left.recorded)?;
     left.ended?;
     let name = program::name();
     print_line(&format!(

@@ -51,10 +51,10 @@ fn verify_several(
     }
     match failed {
         0 => Ok(()),
-        failed => Err(Error::Failed {
-            failed,
-            of: args.files.len(),
-        }),
+        failed => Err(Error::Unfinished(format!(
+            "{failed} of {} recordings were not verified",
+            args.files.len()
+        ))),
     }
 }
 
@@ -75,10 +75,7 @@ fn verify_one(
         progress.look(look.now)
     });
     drop(progress);
-    let identical = verified.map_err(|why| Error::Unverified {
-        file: name.to_string(),
-        why,
-    })?;
+    let identical = verified.map_err(|why| Error::unverified(&name, why))?;
     print_line(&format!("{name}: {identical}"))?;
     Error::if_damaged(&recording)
 }

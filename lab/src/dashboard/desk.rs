@@ -62,7 +62,7 @@ impl<R: RunSource> Desk<R> {
 
     /// The graph and its counters.
     pub fn graph(&self) -> Snapshot {
-        self.run.observer().read_counters()
+        self.run.observer().snapshot()
     }
 
     /// Takes a frame of the run; returns whether it is a new one.
@@ -112,7 +112,7 @@ impl<R: RunSource> Desk<R> {
         let topics = &self.knob_focus.topics;
         let first = topics.first().ok_or(NO_TOPIC)?;
         let graph = self.graph();
-        let runs = || graph.topic(first).map(|topic| topic.depth);
+        let runs = || graph.topic(first).map(|topic| topic.depth.get());
         let wanted = wanted.depth(first).map(|depth| depth.get());
         let Some(depth) = wanted.or_else(runs) else {
             return Ok(Vec::new());

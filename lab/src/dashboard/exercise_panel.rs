@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crossterm::event::{KeyCode, KeyEvent};
 use exercises::{
     framework::{Answers, Exercise, Failure, Findings, Prediction},
-    parts, questions,
+    questions,
 };
 use ratelab_study::experiment::Config;
 
@@ -120,9 +120,9 @@ impl ExercisePanel {
     }
 
     /// The question that is asked, or marked in the list.
-    fn exercise(&self) -> &'static dyn Exercise {
-        let mut rest = questions().skip(self.at);
-        rest.next().unwrap_or(exercises::ALL[0])
+    fn exercise(&self) -> &'static Exercise {
+        let all: Vec<&Exercise> = questions().collect();
+        all[self.at]
     }
 
     /// Shows a measurement that is complete; returns whether there was one.
@@ -202,9 +202,8 @@ impl ExercisePanel {
     fn open(&mut self) {
         let exercise = self.exercise();
         let brief = exercise.brief();
-        let known = |of: &dyn Exercise| self.answers.get(of.brief());
-        let mut parts = exercises::find(brief.number).into_iter().flat_map(parts);
-        let first = parts.find(|part| known(*part).is_none());
+        let known = |of: &Exercise| self.answers.get(of.brief());
+        let first = exercises::parts(brief.number).find(|part| known(part).is_none());
         let earlier = first.filter(|first| first.brief().part < brief.part);
         self.page = match (known(exercise), earlier) {
             (Some(known), _) => measure(exercise, known.clone()),
@@ -214,7 +213,7 @@ impl ExercisePanel {
                 let text = format!(
                     "Begin with {label}: the figures of one question are there for the next."
                 );
-                text_page(brief.title, text)
+                text_page(&brief.title, text)
             }
             (None, None) => PanelPage::Question {
                 typed: String::new(),
@@ -237,7 +236,7 @@ impl ExercisePanel {
         match saved {
             Ok(answers) => self.answers = answers,
             Err(error) => {
-                self.page = text_page(exercise.brief().title, error.to_string());
+                self.page = text_page(&exercise.brief().title, error.to_string());
                 return PanelAction::Stay;
             }
         }
@@ -283,7 +282,7 @@ impl ExercisePanel {
             },
             PanelPage::Question { typed, refused } => self.question(typed, refused.as_deref()),
             PanelPage::Measuring { .. } => {
-                let title = self.exercise().brief().title;
+                let title = &*self.exercise().brief().title;
                 Page::text(title, "measuring …".to_owned(), "Esc back")
             }
             PanelPage::Text { title, text, .. } => {
@@ -300,7 +299,7 @@ impl ExercisePanel {
     fn question(&self, typed: &str, refused: Option<&str>) -> Page {
         let exercise = self.exercise();
         let brief = exercise.brief();
-        let (asked, objective) = (brief.asked(), brief.objective);
+        let (asked, objective) = (brief.asked(), &brief.objective);
         // After an answer that is none, the error and the question come first, so that a
         // small screen shows them.
         let text = match refused {
@@ -308,7 +307,7 @@ impl ExercisePanel {
             None => format!("{objective}\n\n{asked}"),
         };
         let scene = exercise.scene(self.seed).is_ok_and(|scene| scene.is_some());
-        let hint = match (scene, brief.choices) {
+        let hint = match (scene, &brief.choices[..]) {
             (true, _) => "Enter shows the graph; an answer and why, Enter  Esc back",
             (false, []) => "a number and why, then Enter  Esc back",
             (false, _) => "an answer and why, then Enter  Esc back",
@@ -324,7 +323,7 @@ impl ExercisePanel {
             let brief = exercise.brief();
             let mark = if index == self.at { "▶" } else { " " };
             let done = predicted(&self.answers, brief).unwrap_or_default();
-            let (number, title) = (brief.label(), brief.title);
+            let (number, title) = (brief.label(), &brief.title);
             let line = format!("{mark} {number} {title} ({})  {done}", brief.kind);
             line.trim_end().to_owned()
         });
@@ -333,9 +332,9 @@ impl ExercisePanel {
 }
 
 /// The number of the question that is `exercise`.
-fn index(exercise: &dyn Exercise) -> usize {
-    let name = exercise.brief().name;
-    let index = questions().position(|other| other.brief().name == name);
+fn index(exercise: &Exercise) -> usize {
+    let name = &exercise.brief().name;
+    let index = questions().position(|other| other.brief().name == *name);
     index.unwrap_or_default()
 }
 
@@ -355,7 +354,7 @@ fn text_page(title: &str, text: String) -> PanelPage {
 }
 
 /// Measures on a thread of its own: the dashboard goes on.
-fn measure(exercise: &'static dyn Exercise, prediction: Prediction) -> PanelPage {
+fn measure(exercise: &'static Exercise, prediction: Prediction) -> PanelPage {
     let (seed, mut findings) = (prediction.seed(), Asked::default());
     findings.ask((), move || exercise.measure(seed));
     PanelPage::Measuring {
@@ -365,7 +364,7 @@ fn measure(exercise: &'static dyn Exercise, prediction: Prediction) -> PanelPage
 }
 
 fn reveal(
-    exercise: &'static dyn Exercise,
+    exercise: &'static Exercise,
     prediction: &Prediction,
     found: Option<Result<Findings, Failure>>,
 ) -> PanelPage {

@@ -5,7 +5,7 @@
 
 use std::time::{Duration, Instant};
 
-use ratelab_account::{Distribution, NodeView, Observer, Snapshot, TopicView};
+use ratelab_account::{Distribution, NodeAccount, Snapshot, TopicAccount};
 use ratelab_study::system::System;
 
 use super::{
@@ -43,25 +43,18 @@ pub struct NodeFigures {
 
 impl Figures {
     /// Reads the figures again after the interval, or when the graph has come to rest.
-    pub fn refresh(
-        &mut self,
-        system: &dyn System,
-        observer: &Observer,
-        counters: &Snapshot,
-        at_rest: bool,
-    ) {
-        let ticks = counters.nodes.iter().map(|node| node.ticks);
+    pub fn refresh(&mut self, system: &dyn System, graph: &Snapshot, at_rest: bool) {
+        let ticks = graph.nodes.iter().map(|node| node.ticks);
         let ticks = ticks.fold(0, u64::saturating_add);
         let state = Some((ticks, at_rest));
         let waited = self.read.is_none_or(|read| read.elapsed() >= PERIOD);
         if state == self.state || !(waited || at_rest) {
             return;
         }
-        let snapshot = observer.snapshot();
         *self = Self {
-            nodes: snapshot.nodes.iter().map(NodeFigures::of).collect(),
-            ages: snapshot.topics.iter().map(worst_age).collect(),
-            latency: latency(system, &snapshot),
+            nodes: graph.nodes.iter().map(NodeFigures::of).collect(),
+            ages: graph.topics.iter().map(worst_age).collect(),
+            latency: latency(system, graph),
             state,
             read: Some(Instant::now()),
         };
@@ -69,7 +62,7 @@ impl Figures {
 }
 
 impl NodeFigures {
-    fn of(node: &NodeView) -> Self {
+    fn of(node: &NodeAccount) -> Self {
         Self {
             lateness: Quantiles::of(&node.lateness),
             tick_time: Quantiles::of(&node.tick_time),
@@ -78,8 +71,8 @@ impl NodeFigures {
 }
 
 /// Data age of the topic's slowest reader.
-fn worst_age(topic: &TopicView) -> Quantiles {
-    let ages = topic.subscriptions.iter().map(|s| Quantiles::of(&s.ages));
+fn worst_age(topic: &TopicAccount) -> Quantiles {
+    let ages = topic.readers.iter().map(|s| Quantiles::of(&s.ages));
     ages.max_by_key(|age| age.p99).unwrap_or_default()
 }
 

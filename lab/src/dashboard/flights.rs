@@ -1,5 +1,7 @@
 //! Positions of messages in flight on a link.
 
+use std::collections::VecDeque;
+
 use ratelab::Time;
 use ratelab_account::Flight;
 
@@ -10,7 +12,7 @@ const LOST_AT: f64 = 0.5;
 
 /// The messages in flight at run time `now`; `None` for a link without delay. A lost
 /// message goes half the way and stays there for the other half of its time.
-pub fn dots(flights: &[Flight], now: Time) -> Option<Vec<Dot>> {
+pub fn dots(flights: &VecDeque<Flight>, now: Time) -> Option<Vec<Dot>> {
     let took = |flight: &Flight| Some(flight.arrives?.since(flight.released));
     let usual = flights
         .iter()
@@ -50,7 +52,7 @@ mod tests {
     fn a_dot_is_on_its_way_for_as_long_as_its_message() {
         let flights = [flight(0, Some(40)), flight(20, Some(60))];
         let ways = |now| -> Vec<f64> {
-            let dots = dots(&flights, ms(now)).expect("a delay");
+            let dots = dots(&flights.into(), ms(now)).expect("a delay");
             dots.iter().map(|dot| dot.way).collect()
         };
         assert_eq!(ways(10), [0.25]);
@@ -62,7 +64,12 @@ mod tests {
     #[test]
     fn a_lost_message_ends_half_way() {
         let flights = [flight(0, Some(40)), flight(100, None)];
-        let dot = |now| dots(&flights, ms(now)).expect("a delay").first().copied();
+        let dot = |now| {
+            dots(&flights.into(), ms(now))
+                .expect("a delay")
+                .first()
+                .copied()
+        };
         assert_eq!(
             dot(110),
             Some(Dot {
@@ -82,7 +89,10 @@ mod tests {
 
     #[test]
     fn a_link_that_takes_no_time_has_no_dots_of_its_own() {
-        assert_eq!(dots(&[], ms(9)), None);
-        assert_eq!(dots(&[flight(0, None), flight(5, Some(5))], ms(9)), None);
+        assert_eq!(dots(&[].into(), ms(9)), None);
+        assert_eq!(
+            dots(&[flight(0, None), flight(5, Some(5))].into(), ms(9)),
+            None
+        );
     }
 }

@@ -405,7 +405,7 @@ pub const TRACE_S: f64 = 10.0;
 #[derive(Clone, Debug)]
 pub struct SignalTrace {
     /// The signal.
-    pub signal: &'static Signal,
+    pub signal: Signal,
     /// Run time (s) and value, oldest first.
     pub points: Vec<(f64, f64)>,
     /// Run time (s) and push age (ms), oldest first.

@@ -1,7 +1,7 @@
 //! The node and the topics whose knobs keys turn.
 
 use ratelab::KnobKind;
-use ratelab_account::{NodeView, Snapshot, TopicView};
+use ratelab_account::{NodeAccount, Snapshot, TopicAccount};
 use ratelab_study::system::System;
 
 use super::presets::{Direction, neighbour};
@@ -52,13 +52,13 @@ impl KnobFocus {
 
 /// The node of the first alias for a rate; without one the node at a rate with the most
 /// inputs and outputs, the plant last among equals.
-pub fn first_node<'g>(system: &dyn System, graph: &'g Snapshot) -> Option<&'g NodeView> {
+pub fn first_node<'g>(system: &dyn System, graph: &'g Snapshot) -> Option<&'g NodeAccount> {
     if let Some(node) = paced_node(system).and_then(|name| graph.node(name)) {
         return Some(node);
     }
     let ends = |node: usize| {
         let ends = graph.topics.iter().flat_map(|topic| {
-            let readers = topic.subscriptions.iter().map(|reader| reader.node);
+            let readers = topic.readers.iter().map(|reader| reader.node);
             topic.publishers.iter().copied().chain(readers)
         });
         ends.filter(|end| *end == node).count()
@@ -86,9 +86,9 @@ fn first_topics(system: &dyn System, graph: &Snapshot) -> Vec<String> {
     }
 }
 
-fn read(graph: &Snapshot) -> impl Iterator<Item = &TopicView> {
+fn read(graph: &Snapshot) -> impl Iterator<Item = &TopicAccount> {
     graph
         .topics
         .iter()
-        .filter(|topic| !topic.subscriptions.is_empty())
+        .filter(|topic| !topic.readers.is_empty())
 }

@@ -30,9 +30,8 @@ impl LineageTaps {
     pub fn new(experiment: &Experiment) -> Self {
         let observer = experiment.observer();
         let (taps, setup) = (experiment.taps(), &experiment.config().setup);
-        let path = experiment.system().latency_path();
         let lineage = Lineage::new(observer.topology()).keeping(KEPT);
-        let mut lineage = lineage.along(path);
+        let mut lineage = lineage.along(experiment.system().about().latency_path);
         let knobs = setup.iter();
         knobs.for_each(|knob| lineage.knob(Time::ZERO, knob));
         Self {

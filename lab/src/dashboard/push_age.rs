@@ -51,7 +51,11 @@ impl PushAges {
         if self.by_states == Some(true) {
             return;
         }
-        if let Some(view) = graph.nodes.iter().find_map(|node| node.push_age) {
+        if let Some(view) = graph
+            .nodes
+            .iter()
+            .find_map(|node| node.push_age.view(graph.now))
+        {
             self.seen(view);
         }
     }
@@ -174,7 +178,7 @@ mod tests {
 
     #[test]
     fn a_single_sample_has_the_whole_last_second() {
-        let (pushes, mut ages) = (PushAge::default(), PushAges::default());
+        let (mut pushes, mut ages) = (PushAge::default(), PushAges::default());
         pushes.push(ms(100), ms(0)); // 100 to 600 ms old, then
         pushes.push(ms(600), ms(590)); // 10 to 20 ms.
         ages.seen(pushes.view(ms(610)).expect("pushes"));

@@ -27,9 +27,9 @@ pub fn greatest(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Option<
 /// The pushes in force between two run times, oldest first: run time of the first
 /// application, run time of the sensing, and the topic of its message.
 fn pushes(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Vec<(Time, Time, usize)> {
-    let (mut pushes, mut end) = (Vec::new(), to + Time::TICK);
+    let (mut pushes, mut end) = (Vec::new(), to + Time::RESOLUTION);
     while end > from {
-        let Some(push) = lineage.push_at(acts, earlier(end, Time::TICK)) else {
+        let Some(push) = lineage.push_at(acts, earlier(end, Time::RESOLUTION)) else {
             break;
         };
         let age = push.parts(push.since).sum_ns().unsigned_abs();

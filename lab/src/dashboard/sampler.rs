@@ -7,7 +7,7 @@ use std::{
 };
 
 use ratelab::{ClockExit, Event, Head, KnobKind, Time};
-use ratelab_account::{Lineage, NodeView, Observer, Rows, Snapshot, TopicView};
+use ratelab_account::{Lineage, NodeAccount, Observer, Rows, Snapshot, TopicAccount};
 use ratelab_study::{
     experiment::{Config, Summary},
     system::{Setup, Signal, System, Verdict, VerdictKind, verdict},
@@ -60,7 +60,7 @@ pub fn watched(system: &dyn System) -> impl Iterator<Item = &'static str> {
 }
 
 /// The plotted signal.
-pub fn signal(system: &dyn System) -> Option<&'static Signal> {
+pub fn signal(system: &dyn System) -> Option<&Signal> {
     system.signals().first()
 }
 
@@ -162,20 +162,19 @@ impl Sampler {
     /// A frame of `session` as of now, with its new `rows`.
     pub fn frame_data(&mut self, session: &mut impl RunSource, rows: &[WatchedRows]) -> FrameData {
         let (system, observer) = (session.system(), session.observer());
-        self.push_ages.meet(system, || observer.read_counters());
+        self.push_ages.meet(system, || observer.snapshot());
         for (topic, rows) in rows {
             self.remember(session.system(), topic, rows);
         }
         self.follow_knobs(session.observer());
-        let counters = session.observer().read_counters();
+        let counters = session.observer().snapshot();
         self.push_ages.look(&counters);
         let age = self.age(session, &counters);
         let verdict = self.verdict(session, &counters, age);
         let push = push(session, &counters, age);
         let running = session.summary().is_none();
         let at_rest = session.at_rest();
-        self.figures
-            .refresh(session.system(), session.observer(), &counters, at_rest);
+        self.figures.refresh(session.system(), &counters, at_rest);
         let lit = self.lit_nodes(&counters, running, at_rest);
         let hangs = self.hangs(session);
         let figures = &self.figures;
@@ -213,7 +212,7 @@ impl Sampler {
 
     /// Looks at the age of the push between two frames, where it is sampled.
     pub fn look(&mut self, session: &impl RunSource) {
-        let graph = || session.observer().read_counters();
+        let graph = || session.observer().snapshot();
         self.push_ages.meet(session.system(), graph);
         if self.push_ages.is_sampled() {
             self.push_ages.look(&graph());
@@ -253,7 +252,7 @@ impl Sampler {
         let first = self.points.partition_point(|(at, _)| *at < begin);
         let last = self.points.partition_point(|(at, _)| *at <= end);
         Some(SignalTrace {
-            signal: signal(system)?,
+            signal: *signal(system)?,
             points: self.points.range(first..last).copied().collect(),
             ages: self.push_ages.saw(begin, end),
             limits: self.limits.known(),
@@ -464,7 +463,7 @@ impl Sampler {
 
     /// What the nodes are asked for beyond their time, with the knobs in force.
     fn overloads(&self, session: &impl RunSource) -> Vec<String> {
-        let mut setup = session.system().settings();
+        let mut setup = session.system().about().setup();
         setup.extend(self.setup(session).iter().cloned());
         session.system().warnings(&setup)
     }
@@ -537,7 +536,7 @@ impl Sampler {
 
 /// The state of `node` at run time `now`. A hang takes effect at the first tick after its
 /// command.
-fn health(node: &NodeView, hangs: &[Hang], now: Time) -> Health {
+fn health(node: &NodeAccount, hangs: &[Hang], now: Time) -> Health {
     let mut hangs = hangs.iter().filter(|hang| *hang.node == *node.name);
     let hangs = hangs.any(|hang| hang.is_at(now, node.hz.period()));
     match node.crashed {
@@ -557,14 +556,18 @@ fn still(system: &dyn System, graph: &Snapshot) -> Option<Option<Time>> {
 
 /// Whether the plant moves, and nothing has pushed it for long after the start.
 fn is_idle(system: &dyn System, graph: &Snapshot) -> bool {
-    let pushed = acting(system, graph).is_none_or(|acts| graph.nodes[acts].push_age.is_some());
+    let pushed =
+        acting(system, graph).is_none_or(|acts| graph.nodes[acts].push_age.in_force().is_some());
     let periods = graph.nodes.iter().map(|node| node.hz.period());
     let patience = STILL.max(periods.max().unwrap_or_default() * 2);
     !pushed && plant(system).is_some() && graph.now > Time::ZERO + patience
 }
 
 /// The steps of the plant, and the node that makes them.
-fn moves<'g>(system: &dyn System, graph: &'g Snapshot) -> Option<(&'g TopicView, &'g NodeView)> {
+fn moves<'g>(
+    system: &dyn System,
+    graph: &'g Snapshot,
+) -> Option<(&'g TopicAccount, &'g NodeAccount)> {
     let steps = graph.topic(plant(system)?)?;
     let node = graph.nodes.get(*steps.publishers.first()?)?;
     Some((steps, node))
@@ -705,7 +708,7 @@ fn age(head: &Head) -> Option<f64> {
 
 fn node_data(
     session: &impl RunSource,
-    node: &NodeView,
+    node: &NodeAccount,
     figures: NodeFigures,
     (hangs, now): (&[Hang], Time),
 ) -> NodeData {
@@ -713,7 +716,7 @@ fn node_data(
     let gone = place.as_ref().is_some_and(|place| place.absent.is_some());
     NodeData {
         name: node.name.clone(),
-        caption: session.system().caption(&node.name),
+        caption: session.system().about().caption(&node.name),
         hz: node.hz,
         triggered: !node.triggers.is_empty(),
         ticks: node.ticks,
@@ -729,21 +732,21 @@ fn node_data(
     }
 }
 
-fn topic_data(topic: &TopicView, age: Quantiles, now: Time) -> TopicData {
+fn topic_data(topic: &TopicAccount, age: Quantiles, now: Time) -> TopicData {
     TopicData {
         name: topic.name.clone(),
-        depth: topic.depth,
+        depth: topic.depth.get(),
         published: topic.published,
-        per_second: topic.per_second,
+        per_second: topic.per_second(now),
         average: topic.average(now),
         dropped: topic.dropped(),
-        dropped_lately: topic.dropped_lately(),
+        dropped_lately: topic.dropped_lately(now),
         lost: topic.lost,
-        lost_lately: topic.lost_lately,
+        lost_lately: topic.lost_lately(now),
         overtaken: topic.overtaken,
         dots: dots(&topic.flights, now),
         publishers: topic.publishers.clone(),
-        readers: topic.subscriptions.iter().map(|s| s.node).collect(),
+        readers: topic.readers.iter().map(|s| s.node).collect(),
         age,
         held: topic.newest.map(|newest| now.since(newest)),
     }

@@ -250,7 +250,7 @@ impl Session {
 
     /// The nodes in a tick, for which the end of the run waits.
     pub fn busy(&self) -> Vec<String> {
-        let nodes = self.observer.read_counters().nodes.into_iter();
+        let nodes = self.observer.snapshot().nodes.into_iter();
         let busy = nodes.filter(|node| node.busy);
         busy.map(|node| node.name.to_string()).collect()
     }

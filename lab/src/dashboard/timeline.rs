@@ -60,7 +60,7 @@ impl TimelineView {
                     .map(|newer| newer.since)
             }
             (false, _) => {
-                let older = lineage.push_at(node, earlier(push.since, Time::TICK));
+                let older = lineage.push_at(node, earlier(push.since, Time::RESOLUTION));
                 older.map(|older| older.since).or(self.selected)
             }
         };

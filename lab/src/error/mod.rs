@@ -10,7 +10,6 @@ use std::{
 
 use exercises::framework::{AnswersError, Failure};
 use ratelab::{Fault, Time};
-use ratelab_cart_pole::stability::StabilityError;
 use ratelab_study::{
     experiment::{hunt::HuntError, sweep::SweepError},
     system::BuildError,
@@ -39,17 +38,9 @@ pub enum Error {
     /// A hunt that cannot be, or one of its runs failed.
     #[error("{0}")]
     Hunt(#[from] HuntError),
-    /// Ctrl-C ended a sweep.
-    #[error("stopped after {done} of {cells} runs: the result is of these")]
-    Stopped {
-        /// Number of finished runs.
-        done: usize,
-        /// Number of planned runs.
-        cells: usize,
-    },
-    /// Linear theory failed unexpectedly.
+    /// What was asked for is not done, or not to the end.
     #[error("{0}")]
-    Theory(StabilityError),
+    Unfinished(String),
     /// A recording ended early; the run continued.
     #[error("{0}")]
     Record(#[from] RecordError),
@@ -64,57 +55,16 @@ pub enum Error {
         /// The difference.
         why: VerifyError,
     },
-    /// A damaged recording, of which only the intact part was read.
-    #[error("{file}: {defect}")]
-    Damaged {
-        /// Path of the file.
-        file: String,
-        /// The defect.
-        defect: String,
-    },
-    /// Some of several recordings differ from repetitions of their runs.
-    #[error("{failed} of {of} recordings were not verified")]
-    Failed {
-        /// Number of different recordings.
-        failed: usize,
-        /// Number of all recordings.
-        of: usize,
-    },
-    /// A session that does not count as the learner's rescue.
-    #[error("{0} is not accepted as your rescue")]
-    NotRescued(String),
-    /// Hand-ins that are not acceptable.
-    #[error("{refused} of {of} hand-ins are not acceptable")]
-    NotAccepted {
-        /// Number of these hand-ins.
-        refused: usize,
-        /// Number of all hand-ins.
-        of: usize,
-    },
-    /// Ctrl-C ended the grading.
-    #[error("stopped after {graded} of {of} hand-ins: the result is of these")]
-    HalfGraded {
-        /// Number of graded hand-ins.
-        graded: usize,
-        /// Number of all hand-ins.
-        of: usize,
-    },
     /// An exercise that could not be measured.
     #[error("{0}")]
     Exercise(#[from] Failure),
     /// The file of predictions is unusable.
     #[error("{0}")]
     Answers(#[from] AnswersError),
-    /// Measurements differ from the promises of the exercises; contains their number.
-    #[error("{0} measurements do not hold: the runtime differs from that of the exercises")]
-    Broken(usize),
     /// The connection to other processes failed.
     #[cfg(feature = "network")]
     #[error("{0}")]
     Network(String),
-    /// The rerun viewer could not be opened.
-    #[error("{0}")]
-    Viewer(String),
     /// The dashboard ended with an error.
     #[error("{0}")]
     Lab(#[from] LabError),
@@ -129,6 +79,12 @@ pub enum Error {
 }
 
 impl Error {
+    /// A recording, called `file`, whose run did not come again.
+    pub fn unverified(file: impl ToString, why: VerifyError) -> Self {
+        let file = file.to_string();
+        Self::Unverified { file, why }
+    }
+
     /// A file that cannot be opened or read: bad input, with the name of the `option`.
     pub fn file(option: &str, path: &Path, why: &io::Error) -> Self {
         Self::BadInput(format!("{option} {}: {why}", path.display()))
@@ -171,8 +127,8 @@ impl Error {
     pub fn if_damaged(recording: &Recording) -> Result<(), Self> {
         match recording.defect() {
             Some(defect) => {
-                let file = recording.path.display().to_string();
-                Err(Self::Damaged { file, defect })
+                let file = recording.path.display();
+                Err(Self::Unfinished(format!("{file}: {defect}")))
             }
             None => Ok(()),
         }
@@ -180,11 +136,13 @@ impl Error {
 
     /// Whether Ctrl-C ended a verification.
     pub fn is_stop(&self) -> bool {
-        let why = match self {
-            Self::Unverified { why, .. } => Some(why),
-            _ => None,
-        };
-        matches!(why, Some(VerifyError::Stopped))
+        matches!(
+            self,
+            Self::Unverified {
+                why: VerifyError::Stopped,
+                ..
+            }
+        )
     }
 
     /// 2 for bad input, 1 for an unfinished run.

@@ -30,7 +30,7 @@ const MEASURED: [KnobKind; 2] = [KnobKind::Takes, KnobKind::Wakes];
 pub struct Like {
     /// The recording.
     pub file: PathBuf,
-    /// The same run in virtual time, with the measured timing.
+    /// That run in virtual time, with the measured timing.
     pub config: Config,
     /// The summary of the recorded run.
     pub recorded: Summary,

@@ -1,5 +1,8 @@
 //! A comparison of the recorded run with its model.
 
+use std::iter;
+
+use exercises::framework::Table;
 use ratelab_account::Distribution;
 use ratelab_study::{experiment::Summary, system::System};
 use serde_json::{Map, Value, json};
@@ -13,41 +16,30 @@ use crate::{
 /// The compared quantiles.
 const QUANTILES: [(&str, f64); 4] = [("p10", 0.1), ("p50", 0.5), ("p90", 0.9), ("p99", 0.99)];
 
-/// One figure of both runs.
-struct Row {
-    name: String,
-    cells: [String; 2],
-}
-
 /// The table, with one line per figure.
 pub fn text(system: &dyn System, like: &Like, model: &Summary) -> String {
-    let rows = rows(system, [&like.recorded, model]);
-    let head = Row {
-        name: String::new(),
-        cells: ["recorded", "virtual"].map(str::to_owned),
+    let mut rows = rows(system, [&like.recorded, model]);
+    rows.insert(0, ["", "recorded", "virtual"].map(str::to_owned).to_vec());
+    let names = rows.iter().map(|row| row[0].chars().count());
+    let wide = names.max().unwrap_or(0);
+    rows.iter_mut()
+        .for_each(|row| row[0] = format!("{:<wide$}", row[0]));
+    let table = Table {
+        headers: rows.remove(0),
+        rows,
     };
-    let rows: Vec<&Row> = std::iter::once(&head).chain(&rows).collect();
-    let width = |text: fn(&Row) -> usize| rows.iter().map(|row| text(row)).max().unwrap_or(0);
-    let widths = [
-        width(|row| row.name.chars().count()),
-        width(|row| row.cells[0].chars().count()),
-        width(|row| row.cells[1].chars().count()),
-    ];
-    let lines = rows.iter().enumerate().map(|(place, row)| {
-        let (title, [real, model]) = (if place == 0 { "like" } else { "" }, &row.cells);
-        let [name, first, second] = widths;
-        line(
-            title,
-            &format!("{:<name$}  {real:>first$}  {model:>second$}", row.name),
-        )
-    });
+    let titles = ["like"].into_iter().chain(iter::repeat(""));
+    let table = table.to_string();
+    let lines = titles
+        .zip(table.lines())
+        .map(|(title, text)| line(title, text));
     lines.collect::<Vec<_>>().join("\n")
 }
 
-fn rows(system: &dyn System, runs: [&Summary; 2]) -> Vec<Row> {
-    let row = |name: String, cell: &dyn Fn(&Summary) -> String| Row {
-        name,
-        cells: runs.map(cell),
+fn rows(system: &dyn System, runs: [&Summary; 2]) -> Vec<Vec<String>> {
+    let row = |name: String, cell: &dyn Fn(&Summary) -> String| {
+        let [recorded, model] = runs.map(cell);
+        vec![name, recorded, model]
     };
     let mut rows = vec![row("verdict".to_owned(), &|run| {
         format!("{} {}", run.verdict.name(), run.sim_time)
@@ -81,7 +73,7 @@ fn rows(system: &dyn System, runs: [&Summary; 2]) -> Vec<Row> {
     rows
 }
 
-/// The same as JSON.
+/// The comparison as JSON.
 pub fn json(like: &Like, model: &Summary) -> Value {
     json!({
         "file": like.file.display().to_string(),

@@ -1,13 +1,13 @@
 //! What is known of a run of other processes, put together in the order of its run times.
 
-use std::{sync::Arc, time::Duration};
+use std::{collections::BTreeMap, mem, sync::Arc, time::Duration};
 
 use ratelab::{
     ClockExit, ClockKind, Command, Event, EventKind, Head, Speed, Status, Time, Topology,
 };
-use ratelab_account::{Lineage, Observer, ReplayCounters, Rows, Snapshot, TickRecord};
+use ratelab_account::{Lineage, Observer, ReplayAccounts, Rows, Snapshot, TickRecord};
 use ratelab_study::{
-    experiment::{Config, RunEnd, Summary},
+    experiment::{Config, Summary},
     system::{MeanCost, System, verdict},
 };
 use ratelab_wire::telemetry::PublishedMessage;
@@ -31,9 +31,9 @@ pub struct GatheredRun {
     pub start: Snapshot,
     /// Its messages and ticks for a recorder.
     pub relay: Arc<Relay>,
-    counters: ReplayCounters,
+    counters: ReplayAccounts,
     lineage: Lineage,
-    new_rows: Vec<(usize, Rows)>,
+    new_rows: BTreeMap<usize, Rows>,
     ticks: Numbering,
     messages: Numbering,
     overruns: Totals,
@@ -51,9 +51,9 @@ impl GatheredRun {
             paused: false,
             speed: Speed::REAL_TIME,
         };
-        let counters = ReplayCounters::new(&topology, status);
+        let counters = ReplayAccounts::new(&topology, status);
         let lineage = Lineage::new(topology.clone()).keeping(KEPT);
-        let mut lineage = lineage.along(system.latency_path());
+        let mut lineage = lineage.along(system.about().latency_path);
         let setup = config.setup.iter();
         setup.for_each(|knob| lineage.knob(Time::ZERO, knob));
         Self {
@@ -65,7 +65,7 @@ impl GatheredRun {
             lineage,
             config,
             topology,
-            new_rows: Vec::new(),
+            new_rows: BTreeMap::new(),
             ticks: Numbering::default(),
             messages: Numbering::default(),
             overruns: Totals::default(),
@@ -81,8 +81,8 @@ impl GatheredRun {
     }
 
     /// The messages since the last call, by the index of their topic.
-    pub fn take_rows(&mut self) -> Vec<(usize, Rows)> {
-        std::mem::take(&mut self.new_rows)
+    pub fn take_rows(&mut self) -> BTreeMap<usize, Rows> {
+        mem::take(&mut self.new_rows)
     }
 
     /// Adds an event.
@@ -111,9 +111,10 @@ impl GatheredRun {
         self.counters.tick(node, &tick);
         if let Some(push) = tick.push {
             self.counters.push(node, push);
-            let name = self.topology.nodes.get(node).map(|node| node.name.as_str());
-            let meter = self.system.latency();
-            if let Some((_, meter)) = meter.filter(|(acts, _)| Some(*acts) == name) {
+            let name = self.topology.nodes.get(node).map(|node| &*node.name);
+            if let Some((acts, meter)) = self.system.latency()
+                && name == Some(acts)
+            {
                 let age = push.at.since(push.sensed);
                 self.counters.sample(node, meter, age);
             }
@@ -156,13 +157,10 @@ impl GatheredRun {
         if is_chains {
             row.clone_into(&mut self.chains);
         }
-        let place = self.new_rows.iter().position(|(known, _)| *known == topic);
-        let place = place.unwrap_or_else(|| {
-            self.new_rows.push((topic, Rows::new(row.len())));
-            self.new_rows.len() - 1
-        });
+        let rows = self.new_rows.entry(topic);
+        let rows = rows.or_insert_with(|| Rows::new(row.len()));
         // A row of another length is of a hostile sender.
-        let _ = self.new_rows[place].1.push(head, row);
+        let _ = rows.push(head, row);
     }
 
     fn add_state(&mut self, head: &Head, missing: u64, row: &[f64]) {
@@ -222,14 +220,14 @@ impl GatheredRun {
         };
         let [state, chains] =
             [&self.state, &self.chains].map(|row| (!row.is_empty()).then_some(&row[..]));
-        let end = RunEnd {
-            verdict: verdict(&*self.system, exit, at, [state, chains]),
-            sim_time: at,
+        let verdict = verdict(&*self.system, exit, at, [state, chains]);
+        let summary = Summary {
             wall_time: Duration::from_nanos(at.as_nanos()),
             state: self.state.clone(),
             chains: self.chains.clone(),
             cost: self.cost.as_ref().and_then(|mean| mean.until(at)),
+            ..Summary::of(&self.config, verdict)
         };
-        Summary::observed(&*self.system, &self.config, end, &self.observer)
+        summary.observed(&*self.system, &self.observer)
     }
 }

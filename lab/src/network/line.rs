@@ -1,8 +1,6 @@
 //! The traffic of a process with others, as lines of a report.
 
-use std::time::Duration;
-
-use ratelab_account::{Observer, TopicView};
+use ratelab_account::{Observer, TopicAccount};
 use ratelab_wire::{Bridge, Inlet};
 
 use crate::report::line;
@@ -30,29 +28,24 @@ fn refused(inlet: &Inlet) -> String {
     let counts: Vec<String> = counts
         .map(|(why, count)| format!("{count} {why}"))
         .collect();
-    match counts.as_slice() {
-        [] => "0 refused".to_owned(),
-        some => format!("refused: {}", some.join(", ")),
+    match counts.is_empty() {
+        true => "0 refused".to_owned(),
+        false => format!("refused: {}", counts.join(", ")),
     }
 }
 
 /// The messages that its link lost or that were evicted unread, and the ages of those that were read.
-fn read(topic: &TopicView) -> String {
-    let ages = topic.subscriptions.iter().map(|read| &read.ages);
-    let ages = ages.max_by_key(|ages| ages.count());
-    let ms = |share| {
-        let age: Option<Duration> = ages.and_then(|ages| ages.quantile(share));
-        age.map(|age| age.as_secs_f64() * 1e3)
-    };
-    let link = match topic.lost {
+fn read(topic: &TopicAccount) -> String {
+    let mut text = match topic.lost {
         0 => String::new(),
         lost => format!(", {lost} by its link"),
     };
-    let dropped = topic.dropped();
-    match ms(0.5).zip(ms(0.99)) {
-        Some((p50, p99)) => {
-            format!("{link}, {dropped} dropped, age when read p50 {p50:.1} ms, p99 {p99:.1} ms")
-        }
-        None => format!("{link}, {dropped} dropped"),
+    text += &format!(", {} dropped", topic.dropped());
+    let ages = topic.readers.iter().map(|read| &read.ages);
+    let ages = ages.max_by_key(|ages| ages.count());
+    let ms = |share| Some(ages?.quantile(share)?.as_secs_f64() * 1e3);
+    if let (Some(p50), Some(p99)) = (ms(0.5), ms(0.99)) {
+        text += &format!(", age when read p50 {p50:.1} ms, p99 {p99:.1} ms");
     }
+    text
 }

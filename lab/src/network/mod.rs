@@ -24,8 +24,6 @@ use crate::error::Error;
 fn wire_error(error: WireError) -> Error {
     match error {
         WireError::Setting(why) => Error::BadInput(why),
-        error @ (WireError::Taken(_) | WireError::Network { .. }) => {
-            Error::Network(error.to_string())
-        }
+        WireError::Taken(why) | WireError::Network(why) => Error::Network(why),
     }
 }

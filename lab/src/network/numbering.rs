@@ -4,18 +4,29 @@ use std::collections::HashMap;
 
 use ratelab::Time;
 
+/// A count that goes on.
+#[derive(Default)]
+struct Count {
+    process: u64,
+    /// Counted by earlier processes.
+    before: u64,
+    now: u64,
+}
+
+impl Count {
+    /// What `process` calls `count`, after all that earlier processes counted.
+    fn after_others(&mut self, process: u64, count: u64) -> u64 {
+        if self.process != process {
+            self.process = process;
+            self.before = self.now;
+        }
+        self.before.saturating_add(count)
+    }
+}
+
 /// The numbering of each of several series, with their times.
 #[derive(Default)]
-pub struct Numbering(HashMap<usize, SeriesNumbers>);
-
-#[derive(Default)]
-struct SeriesNumbers {
-    process: u64,
-    /// Numbers used by earlier processes.
-    before: u64,
-    next: u64,
-    last: Time,
-}
+pub struct Numbering(HashMap<usize, (Count, Time)>);
 
 /// The place of an item in its series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,45 +50,29 @@ impl Numbering {
         number: u64,
         at: Time,
     ) -> Option<SeriesPlace> {
-        let known = self.0.contains_key(&series);
-        let series = self.0.entry(series).or_default();
-        if series.process != process {
-            series.process = process;
-            series.before = series.next;
-        }
-        let number = series.before.saturating_add(number);
-        let missing = number.checked_sub(series.next)?;
-        series.next = number.saturating_add(1);
-        series.last = series.last.max(at);
+        let is_first = !self.0.contains_key(&series);
+        let (count, last) = self.0.entry(series).or_default();
+        let number = count.after_others(process, number);
+        let missing = number.checked_sub(count.now)?;
+        count.now = number.saturating_add(1);
+        *last = at.max(*last);
         Some(SeriesPlace {
             number,
-            at: series.last,
-            missing: if known { missing } else { 0 },
+            at: *last,
+            missing: if is_first { 0 } else { missing },
         })
     }
 }
 
 /// Totals of several counters.
 #[derive(Default)]
-pub struct Totals(HashMap<usize, Total>);
-
-#[derive(Default)]
-struct Total {
-    process: u64,
-    /// Counted by earlier processes.
-    before: u64,
-    now: u64,
-}
+pub struct Totals(HashMap<usize, Count>);
 
 impl Totals {
     /// The total of `counter`, of which `process` has counted `count`.
     pub fn total(&mut self, counter: usize, process: u64, count: u64) -> u64 {
         let total = self.0.entry(counter).or_default();
-        if total.process != process {
-            total.process = process;
-            total.before = total.now;
-        }
-        total.now = total.before.saturating_add(count).max(total.now);
+        total.now = total.after_others(process, count).max(total.now);
         total.now
     }
 }

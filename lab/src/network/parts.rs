@@ -7,15 +7,18 @@ use ratelab_study::system::System;
 pub fn nodes(system: &dyn System, graph: &Topology, names: &[String]) -> Vec<String> {
     let mut nodes: Vec<String> = Vec::new();
     for name in names {
-        let group = system.groups().iter().find(|group| group.name == name);
-        let members = match group {
-            Some(group) => in_graph(graph, group.nodes),
-            None => vec![name.clone()],
-        };
+        let group = system
+            .about()
+            .groups
+            .iter()
+            .find(|group| group.name == name);
+        let members = group.map_or(vec![name.clone()], |group| {
+            let known = graph.nodes.iter().map(|node| &node.name);
+            let known = known.filter(|name| group.nodes.contains(&name.as_str()));
+            known.cloned().collect()
+        });
         for member in members {
-            if !nodes.contains(&member) {
-                nodes.push(member);
-            }
+            add(&mut nodes, member);
         }
     }
     nodes
@@ -25,20 +28,18 @@ pub fn nodes(system: &dyn System, graph: &Topology, names: &[String]) -> Vec<Str
 pub fn apart(system: &dyn System, graph: &Topology) -> Vec<String> {
     let mut parts: Vec<String> = Vec::new();
     for node in &graph.nodes {
-        let mut groups = system.groups().iter();
+        let mut groups = system.about().groups.iter();
         let group = groups.find(|group| group.nodes.contains(&node.name.as_str()));
-        let part = group.map_or(node.name.clone(), |group| group.name.to_owned());
-        if !parts.contains(&part) {
-            parts.push(part);
-        }
+        let part = group.map_or(node.name.as_str(), |group| group.name);
+        add(&mut parts, part.to_owned());
     }
     parts
 }
 
-fn in_graph(graph: &Topology, names: &[&str]) -> Vec<String> {
-    let known = graph.nodes.iter().map(|node| &node.name);
-    let known = known.filter(|name| names.contains(&name.as_str()));
-    known.cloned().collect()
+fn add(names: &mut Vec<String>, name: String) {
+    if !names.contains(&name) {
+        names.push(name);
+    }
 }
 
 #[cfg(test)]

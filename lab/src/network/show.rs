@@ -45,10 +45,6 @@ pub fn show(
     destination: Option<Destination>,
     options: &Options,
 ) -> Result<SeenRuns, Error> {
-    settings.check().map_err(wire_error)?;
-    if let SessionEnd::Connect(addresses) = &settings.end {
-        note(&format!("connecting to {}", addresses.join(", ")));
-    }
     let experiment = Experiment::new(Arc::clone(&program.system), &Config::default())?;
     let follower = Follower::connect(&settings, program.system.name()).map_err(wire_error)?;
     let recordings = Arc::new(Mutex::new(Recordings::new(destination)));

@@ -1,9 +1,9 @@
 //! A signal ends the present run, or the program where there is none.
 
 use std::{
-    io::{self, Read},
+    io,
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
     thread,
@@ -31,7 +31,7 @@ impl Stop {
         if child {
             let with_parent = stop.clone();
             thread::spawn(move || {
-                let _ = io::stdin().read_to_end(&mut Vec::new());
+                let _ = io::copy(&mut io::stdin(), &mut io::sink());
                 with_parent.ask();
             });
         }
@@ -41,7 +41,7 @@ impl Stop {
     /// Asks the present run to stop; ends the program if there is none.
     fn ask(&self) {
         self.asked.store(true, Ordering::Relaxed);
-        match &*self.lock() {
+        match &*self.commands() {
             Some(commands) => drop(commands.send(Command::Stop)),
             None => signals::end_at_once(),
         }
@@ -54,10 +54,10 @@ impl Stop {
 
     /// Stops by `commands` from now on; by the end of the program without them.
     pub fn by(&self, commands: Option<Sender<Command>>) {
-        *self.lock() = commands;
+        *self.commands() = commands;
     }
 
-    fn lock(&self) -> std::sync::MutexGuard<'_, Option<Sender<Command>>> {
+    fn commands(&self) -> MutexGuard<'_, Option<Sender<Command>>> {
         self.commands.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -2,24 +2,21 @@
 //! terminal.
 
 use std::{
-    env,
-    ffi::OsString,
-    io::{self, Read},
+    env, io,
     net::TcpListener,
-    process::{ChildStdin, ChildStdout, Command, ExitStatus, Stdio},
+    process::{ChildStdin, Command, Output, Stdio},
     thread::{self, JoinHandle},
 };
 
-use clap::{Arg, Args};
 use ratelab::Time;
-use ratelab_study::experiment::Experiment;
+use ratelab_study::experiment::Config;
 
 use super::{
     node, parts,
     show::{attached, show},
 };
 use crate::{
-    cli::{NodeArgs, RosArgs, UpArgs, take_graph_file},
+    cli::{ProcessArgs, UpArgs},
     dashboard::terminal_is_there,
     error::Error,
     output::print_line,
@@ -31,55 +28,57 @@ use crate::{
 /// The port of zenoh's routers, where others on this machine look.
 const USUAL_PORT: u16 = 7447;
 
-/// Runs the parts as processes until the one with the first node ends.
+/// Runs the parts as processes until the one with the first node ends. A child has the same
+/// command line, and its part.
 pub fn up(program: &Program, args: &UpArgs) -> Result<(), Error> {
     let config = node::config(program, &args.graph)?;
-    let whole = Experiment::new(program.system.clone(), &config)?;
-    let graph = whole.observer().topology();
-    let mut parts = parts::apart(&*program.system, &graph).into_iter();
-    let address = format!("tcp/127.0.0.1:{}", free_port(args.port)?);
-    let Some(first) = parts.next() else {
+    let graph = node::topology(program, &config)?;
+    let parts = parts::apart(&*program.system, &graph);
+    let Some(first) = parts.first() else {
         return Err(Error::BadInput("the graph has no nodes".to_owned()));
     };
-    drop(whole);
-    let again = config.end == Time::MAX;
-    let of_up = UpArgs::augment_args(clap::Command::new("up"));
-    let of_node = NodeArgs::augment_args(clap::Command::new("node"));
-    let knows = |arg: &Arg| {
-        of_node
-            .get_arguments()
-            .any(|known| known.get_id() == arg.get_id())
-    };
-    let of_up_alone = of_up.get_arguments().filter(|arg| !knows(arg));
-    let (graph_file, typed) = take_graph_file(env::args_os());
-    let options = without(typed.into_iter().skip(2), of_up_alone);
-    let shown = terminal_is_there();
-    let start = |part: &str, end: [&str; 2], options: &[OsString], again: bool| {
-        let program = env::current_exe();
-        let program = program.map_err(|why| Error::Network(format!("cannot start: {why}")))?;
-        let mut command = Command::new(program);
-        command.args(&graph_file).arg("node").arg(part).args(end);
-        command.arg("--child").args(options);
-        command.args(again.then_some("--again"));
-        ChildProcess::start(part, command, shown)
-    };
-    let mut hub = start(&first, ["--listen", &address], &options, again)?;
-    // The run lasts as long as its first part does, which is the one that ROS sees.
-    let of_ros = RosArgs::augment_args(clap::Command::new("ros"));
-    let duration = of_up
-        .get_arguments()
-        .filter(|arg| arg.get_id() == "duration_s");
-    let options = without(options.into_iter(), of_ros.get_arguments().chain(duration));
-    let others = parts.map(|part| start(&part, ["--connect", &*address], &options, false));
-    let others: Vec<ChildProcess> = others.collect::<Result<_, _>>()?;
-    if !shown {
-        let input = hub.input.take();
-        signals::watch(move || drop(input), || ());
-        let ended = hub.end();
-        drop(others);
-        return ended;
+    if let Some([part, address]) = args.part.as_deref() {
+        return child(program, args, config, (part, part == first), address);
     }
-    show_all(program, args, &address, hub, others)
+    let address = format!("tcp/127.0.0.1:{}", free_port(args.port)?);
+    let shown = terminal_is_there();
+    let start = |part: &String| ChildProcess::start(part, &address, shown);
+    let mut hub = start(first)?;
+    let others = parts.iter().skip(1).map(start);
+    let others: Vec<ChildProcess> = others.collect::<Result<_, _>>()?;
+    if shown {
+        return show_all(program, args, &address, hub, others);
+    }
+    let input = hub.input.take();
+    signals::watch(move || drop(input), || ());
+    let (_, ended) = hub.end();
+    drop(others);
+    ended
+}
+
+/// Runs one part. The run lasts as long as its first part does, which is the one that ROS sees.
+fn child(
+    program: &Program,
+    args: &UpArgs,
+    mut config: Config,
+    (part, is_first): (&String, bool),
+    address: &str,
+) -> Result<(), Error> {
+    let mut process = ProcessArgs {
+        child: true,
+        ..ProcessArgs::default()
+    };
+    let address = vec![address.to_owned()];
+    if is_first {
+        process.network.listen = address;
+        process.ros = args.ros.clone();
+        process.again = config.end == Time::MAX;
+    } else {
+        process.network.connect = address;
+        config.end = Time::MAX;
+    }
+    let part = [part.clone()];
+    node::run(program, &args.graph, &config, &part, &process)
 }
 
 /// Shows the run until the person leaves, then ends all parts.
@@ -94,11 +93,8 @@ fn show_all(
     let left = show(program, settings, None, &screen(&args.screen));
     let ended_before = hub.has_ended();
     // The plant ends first: it would miss the policy.
-    let printed = hub.printed.take();
-    let ended = hub.end();
+    let (printed, ended) = hub.end();
     drop(others);
-    let printed = printed.and_then(|printed| printed.join().ok());
-    let printed = printed.unwrap_or_default();
     if !printed.is_empty() {
         print_line(last_summary(&printed))?;
     }
@@ -117,14 +113,18 @@ struct ChildProcess {
     part: String,
     /// The child stops when this ends.
     input: Option<ChildStdin>,
-    /// What it prints, where the dashboard has the terminal.
-    printed: Option<JoinHandle<String>>,
-    /// Waits for its end, so that nothing is left of it then.
-    ended: Option<JoinHandle<io::Result<ExitStatus>>>,
+    /// Waits for its end, so that nothing is left of it then; takes what it prints, where the
+    /// dashboard has the terminal.
+    ended: Option<JoinHandle<io::Result<Output>>>,
 }
 
 impl ChildProcess {
-    fn start(part: &str, mut command: Command, shown: bool) -> Result<Self, Error> {
+    fn start(part: &str, address: &str, shown: bool) -> Result<Self, Error> {
+        let program = env::current_exe();
+        let program = program.map_err(|why| Error::Network(format!("cannot start: {why}")))?;
+        let mut command = Command::new(program);
+        command.args(env::args_os().skip(1));
+        command.args(["--part", part, address]);
         if shown {
             // The dashboard has the terminal.
             command.stdout(Stdio::piped()).stderr(Stdio::null());
@@ -135,11 +135,7 @@ impl ChildProcess {
         Ok(Self {
             part: part.to_owned(),
             input: child.stdin.take(),
-            printed: child
-                .stdout
-                .take()
-                .map(|output| thread::spawn(|| read(output))),
-            ended: Some(thread::spawn(move || child.wait())),
+            ended: Some(thread::spawn(move || child.wait_with_output())),
         })
     }
 
@@ -148,21 +144,23 @@ impl ChildProcess {
         self.ended.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    /// Asks it to end, unless its input is elsewhere, and waits for that.
-    fn end(&mut self) -> Result<(), Error> {
+    /// Asks it to end, unless its input is elsewhere, and waits for that; returns what it
+    /// printed, and how it ended.
+    fn end(&mut self) -> (String, Result<(), Error>) {
         drop(self.input.take());
-        let Some(Ok(status)) = self.ended.take().map(JoinHandle::join) else {
-            return Ok(());
+        let Some(Ok(ended)) = self.ended.take().map(JoinHandle::join) else {
+            return (String::new(), Ok(()));
         };
-        let why = match status {
-            Ok(status) if status.success() || stop_signal::exit_code().is_some() => return Ok(()),
-            Ok(status) => status.to_string(),
+        let printed = ended.as_ref().map(|output| &output.stdout[..]);
+        let printed = String::from_utf8_lossy(printed.unwrap_or_default()).into_owned();
+        let why = match ended {
+            Ok(output) if output.status.success() => return (printed, Ok(())),
+            _ if stop_signal::exit_code().is_some() => return (printed, Ok(())),
+            Ok(output) => output.status.to_string(),
             Err(why) => why.to_string(),
         };
-        Err(Error::Network(format!(
-            "the process of {}: {why}",
-            self.part
-        )))
+        let why = format!("the process of {}: {why}", self.part);
+        (printed, Err(Error::Network(why)))
     }
 }
 
@@ -171,13 +169,6 @@ impl Drop for ChildProcess {
         // Whoever needs its end has asked for it.
         let _ = self.end();
     }
-}
-
-/// All that a child prints.
-fn read(mut output: ChildStdout) -> String {
-    let mut printed = Vec::new();
-    let _ = output.read_to_end(&mut printed);
-    String::from_utf8_lossy(&printed).into_owned()
 }
 
 /// A port that is free; the `asked` one, if there is one.
@@ -191,50 +182,4 @@ fn free_port(asked: Option<u16>) -> Result<u16, Error> {
             asked.unwrap_or(USUAL_PORT)
         ))
     })
-}
-
-/// The options in `args` without some of them, and without their values.
-fn without<'a>(
-    args: impl Iterator<Item = OsString>,
-    others: impl Iterator<Item = &'a Arg>,
-) -> Vec<OsString> {
-    let others: Vec<&Arg> = others.collect();
-    let (mut options, mut skip) = (Vec::new(), false);
-    for arg in args {
-        if std::mem::take(&mut skip) {
-            continue;
-        }
-        let text = arg.to_string_lossy();
-        let name = text.split('=').next().unwrap_or_default();
-        match others.iter().find(|other| is_called(other, name)) {
-            Some(other) => skip = other.get_action().takes_values() && !text.contains('='),
-            None => options.push(arg),
-        }
-    }
-    options
-}
-
-/// Whether `name` with its two dashes is a name of `option`.
-fn is_called(option: &Arg, name: &str) -> bool {
-    let aliases = option.get_all_aliases().unwrap_or_default();
-    let mut names = option.get_long().into_iter().chain(aliases);
-    name.strip_prefix("--")
-        .is_some_and(|name| names.any(|known| known == name))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::cli::ScreenArgs;
-
-    #[test]
-    fn the_options_of_the_screen_are_not_for_the_parts() {
-        let args = "--seed 3 --fps 10 --ascii --control-hz=20 --theme=dark --port 0 --break";
-        let args = args.split(' ').map(OsString::from);
-        let screen = ScreenArgs::augment_args(clap::Command::new("screen"));
-        let port = [Arg::new("port").long("port")];
-        let kept = without(args, screen.get_arguments().chain(&port));
-        let kept: Vec<_> = kept.iter().map(|arg| arg.to_string_lossy()).collect();
-        assert_eq!(kept.join(" "), "--seed 3 --control-hz=20 --break");
-    }
 }

@@ -86,7 +86,7 @@ impl Outputs {
         Ok(Self { csv, ..outputs })
     }
 
-    /// The same, except for rows that the caller opens.
+    /// Opens the requested files, except for rows, which the caller opens.
     ///
     /// # Errors
     /// [`Error::BadInput`] if a file is not writable.

@@ -20,8 +20,7 @@ pub use kind::OutputKind;
 pub use live::Live;
 pub use pipe::PatientFile;
 pub use print::{
-    error, note, note_defect, print_data, print_line, print_recorded, printed, record_error,
-    write_error,
+    error, note, print_data, print_line, print_recorded, printed, record_error, write_error,
 };
 pub use progress::ProgressLine;
 pub use unfinished::remove_unfinished;

@@ -48,14 +48,6 @@ pub fn note(text: &str) {
     aside(&format!("note: {text}"));
 }
 
-/// Prints why `verify` will refuse a recording, if it will: a dashboard has shown it only
-/// for a moment.
-pub fn note_defect(recorded: &FinishedRecording) {
-    if let Some(defect) = recorded.defect() {
-        note(&defect);
-    }
-}
-
 /// Prints one line to standard error, made safe for a terminal and wrapped to its width.
 fn aside(text: &str) {
     let text = fitted(&one_line(text), room(&io::stderr()));

@@ -1,33 +1,64 @@
 //! A progress bar on standard error.
 
-use std::io::{IsTerminal, stderr};
+use std::{
+    fmt::Write,
+    io::{IsTerminal, stderr},
+};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
-/// Template of the line, which is drawn at most ten times per second.
-const TEMPLATE: &str = "{wide_bar} {percent} % of {msg}  {eta} left";
+/// The line for a share of something.
+const SHARE: &str = "{wide_bar} {percent} % of {msg}  {eta} left";
 
-/// A line with a bar, which ends when it is dropped; hidden without a terminal.
+/// The line for a number of runs.
+const RUNS: &str = "{wide_bar} {human_pos} of {human_len} runs  {rate} runs/s  {eta} left";
+
+/// A line with a bar, drawn at most ten times per second, which ends when it is dropped; hidden
+/// without a terminal.
 pub struct ProgressLine(ProgressBar);
 
 impl ProgressLine {
     /// Creates a bar of this `length`, which is that of `what`.
     pub fn new(length: u64, what: String) -> Self {
-        let bar = if stderr().is_terminal() {
-            let target = ProgressDrawTarget::stderr_with_hz(10);
-            ProgressBar::with_draw_target(Some(length), target)
-        } else {
-            ProgressBar::hidden()
+        Self(bar(length, SHARE, |style| style).with_message(what))
+    }
+
+    /// Creates a bar for so many `runs`, drawn with `glyphs` for the finished part, the next
+    /// position, and the rest; hidden if `quiet`.
+    pub fn of_runs(runs: usize, glyphs: &str, quiet: bool) -> Self {
+        if quiet {
+            return Self(ProgressBar::hidden());
+        }
+        let rate = |state: &ProgressState, out: &mut dyn Write| {
+            let _ = write!(out, "{:.0}", state.per_sec()); // The next drawing tries again.
         };
-        let style = ProgressStyle::with_template(TEMPLATE);
-        let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-        Self(bar.with_style(style).with_message(what))
+        let style = |style: ProgressStyle| style.progress_chars(glyphs).with_key("rate", rate);
+        Self(bar(runs as u64, RUNS, style))
     }
 
     /// Moves on to `position`.
     pub fn set(&self, position: u64) {
         self.0.set_position(position);
     }
+
+    /// Moves on by one.
+    pub fn advance(&self) {
+        self.0.inc(1);
+    }
+}
+
+fn bar(
+    length: u64,
+    template: &str,
+    styled: impl FnOnce(ProgressStyle) -> ProgressStyle,
+) -> ProgressBar {
+    if !stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let target = ProgressDrawTarget::stderr_with_hz(10);
+    let style = ProgressStyle::with_template(template);
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::with_draw_target(Some(length), target).with_style(styled(style))
 }
 
 impl Drop for ProgressLine {

@@ -1,11 +1,11 @@
 //! A run on another runtime as a recording.
 
-use std::{collections::BTreeMap, path::PathBuf, sync::Arc, time::Duration};
+use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
-use ratelab::{ClockExit, ClockKind, Event, EventKind, Time};
+use ratelab::{ClockExit, ClockKind, Event, EventKind};
 use ratelab_account::{Rows, TickRecord};
 use ratelab_study::{
-    experiment::{Config, Experiment, RunEnd},
+    experiment::{Config, Experiment, Summary},
     system::{BuildError, System, verdict},
 };
 
@@ -63,18 +63,19 @@ impl Recording {
             topics.get(names.position(|topic| Some(topic) == name)?)
         };
         let states = named(system.state());
-        let end = end(
-            &**system,
-            &run.exit,
-            until,
-            [states, named(system.chains())],
-        );
-        let steps = states.map_or(0, Rows::len) as u64;
+        let newest = [states, named(system.chains())];
+        let newest = newest.map(|rows| rows.and_then(Rows::last).map(|(_, row)| row));
+        let verdict = verdict(&**system, &run.exit, until, newest);
+        let summary = Summary {
+            steps: states.map_or(0, Rows::len) as u64,
+            state: newest[0].map_or_else(Vec::new, <[f64]>::to_vec),
+            ..Summary::of(&run.config, verdict)
+        };
         let dropped = |rows: &Rows| rows.last().map_or(0, |(head, _)| head.dropped);
         let outcome = RecordingEnd {
             at: until,
             clock: ClockKind::Virtual,
-            end: RunStatus::Ended(RunResult::of(&**system, &end, steps)),
+            end: RunStatus::Ended(RunResult::new(&**system, &summary)),
             messages: topics.iter().map(|rows| rows.len() as u64).collect(),
             ticks: ticks.iter().map(|ticks| ticks.len() as u64).collect(),
             lost: 0,
@@ -95,19 +96,5 @@ impl Recording {
             damage: None,
             altered: false,
         })
-    }
-}
-
-/// The end of a run that stopped with `exit` at run time `until`, from its states and the ages
-/// of its chains.
-fn end(system: &dyn System, exit: &ClockExit, until: Time, rows: [Option<&Rows>; 2]) -> RunEnd {
-    let [state, chains] = rows.map(|rows| rows.and_then(Rows::last).map(|(_, row)| row.to_vec()));
-    RunEnd {
-        verdict: verdict(system, exit, until, [state.as_deref(), chains.as_deref()]),
-        sim_time: until,
-        wall_time: Duration::ZERO,
-        state: state.unwrap_or_default(),
-        chains: chains.unwrap_or_default(),
-        cost: None,
     }
 }

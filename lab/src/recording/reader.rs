@@ -245,7 +245,7 @@ impl Recording {
             graph_file,
             ..
         } = &self.origin;
-        name == system.name() && graph_file.as_deref() == system.graph_file()
+        name == system.name() && graph_file.as_deref() == system.about().graph_file
     }
 
     /// The system of its graph file, which may have `system` in the middle; `None` without an

@@ -3,9 +3,9 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{ClockExit, EventKind, Push, Status, Time};
-use ratelab_account::{Observer, ReplayCounters, Rows};
+use ratelab_account::{Observer, ReplayAccounts, Rows};
 use ratelab_study::{
-    experiment::{Config, RunEnd, Summary},
+    experiment::{Config, Summary},
     system::{MeanCost, System, verdict},
 };
 
@@ -38,7 +38,7 @@ pub struct Replay {
     order: Vec<(Time, ReplayItem)>,
     /// Number of replayed items.
     done: usize,
-    counters: ReplayCounters,
+    counters: ReplayAccounts,
     /// Number of replayed messages per topic, and of those already returned.
     replayed: Vec<usize>,
     handed_out: Vec<usize>,
@@ -268,15 +268,15 @@ impl Replay {
                 (verdict, at, Duration::from_nanos(at.as_nanos()))
             }
         };
-        let end = RunEnd {
-            verdict,
+        let summary = Summary {
             sim_time,
             wall_time,
             state: self.newest(self.state).to_vec(),
             chains: self.newest(self.chains).to_vec(),
             cost: self.cost(sim_time),
+            ..Summary::of(self.config(), verdict)
         };
-        Summary::observed(&*self.system, self.config(), end, &self.observer())
+        summary.observed(&*self.system, &self.observer())
     }
 
     /// The mean cost of the replayed states up to run time `end`.
@@ -306,14 +306,14 @@ impl Replay {
 }
 
 /// Creates counters at zero.
-fn begin(recording: &Recording) -> ReplayCounters {
+fn begin(recording: &Recording) -> ReplayAccounts {
     let origin = &recording.origin;
     let status = Status {
         clock: origin.config.clock,
         paused: false,
         speed: origin.config.speed,
     };
-    ReplayCounters::new(&origin.topology, status)
+    ReplayAccounts::new(&origin.topology, status)
 }
 
 /// All items in order of time. At the same run time commands come first, then nodes by

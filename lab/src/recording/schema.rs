@@ -4,8 +4,8 @@ use std::{collections::BTreeMap, fmt, time::Duration};
 
 use ratelab::{ClockKind, Speed, Time, TimedKnob, Topology};
 use ratelab_study::{
-    experiment::{Config, RunEnd, Summary},
-    system::{Setup, System, Verdict, VerdictKind, WorldKind},
+    experiment::{Config, Summary},
+    system::{About, Setup, System, Verdict, VerdictKind, WorldKind},
 };
 use rerun::{EntityPath, EntityPathPart};
 use serde::{Deserialize, Serialize};
@@ -115,7 +115,7 @@ pub struct Origin {
     pub format: u32,
     /// Version of ratelab.
     pub ratelab: String,
-    /// The engine of the plant, with its version; see [`System::engine`].
+    /// The engine of the plant, with its version; see [`About::engine`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub engine: Option<String>,
     /// Processor and operating system, such as `x86_64-linux`: the last bit of
@@ -184,13 +184,16 @@ struct ConfigRecord {
 impl Origin {
     /// The origin of a run of `system` by this program.
     pub fn new(system: &dyn System, config: Config, topology: Topology) -> Self {
+        let About {
+            engine, graph_file, ..
+        } = system.about();
         Self {
             format: FORMAT,
             ratelab: env!("CARGO_PKG_VERSION").to_owned(),
-            engine: system.engine(),
+            engine: engine.map(|(name, version)| format!("{name} {version}")),
             platform: platform(),
             system: system.name().to_owned(),
-            graph_file: system.graph_file().map(str::to_owned),
+            graph_file: graph_file.map(str::to_owned),
             config,
             topology,
             digest: true,
@@ -283,24 +286,19 @@ pub struct VerdictRecord {
 impl RunResult {
     /// The result of a run of `system` with this `summary`.
     pub fn new(system: &dyn System, summary: &Summary) -> Self {
-        Self::of(system, &summary.end(), summary.steps)
-    }
-
-    /// The result of a run of `system` with this `end` after so many `steps` of the plant.
-    pub fn of(system: &dyn System, end: &RunEnd, steps: u64) -> Self {
-        let finals = system.finals(&end.state).into_iter();
+        let finals = system.finals(&summary.state).into_iter();
         let finals = finals.map(|figure| {
             let finite = Some(figure.value).filter(|value| value.is_finite());
             (figure.name.to_owned(), finite)
         });
         Self {
             verdict: VerdictRecord {
-                name: end.verdict.name().to_owned(),
-                at: end.verdict.at,
+                name: summary.verdict.name().to_owned(),
+                at: summary.verdict.at,
             },
-            steps,
-            sim_time: end.sim_time,
-            wall_time: end.wall_time,
+            steps: summary.steps,
+            sim_time: summary.sim_time,
+            wall_time: summary.wall_time,
             finals: finals.collect(),
         }
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use ratelab::Fault;
-use ratelab_account::{Observer, RowTap, Snapshot, Tap, TickRecord, TopicView};
+use ratelab_account::{Observer, RowTap, Snapshot, Tap, TickRecord, TopicAccount};
 use ratelab_study::{
     experiment::{Experiment, Summary, Taps},
     system::System,
@@ -116,8 +116,8 @@ impl StopReason {
         if matches!(self, Self::Off) {
             return None;
         }
-        let topics = observer.read_counters().topics;
-        Some(topics.iter().map(TopicView::dropped).collect())
+        let topics = observer.snapshot().topics;
+        Some(topics.iter().map(TopicAccount::dropped).collect())
     }
 
     /// The status of a run of `system`, for the file.

@@ -90,7 +90,7 @@ impl AgeTable {
         }
     }
 
-    /// The same as JSON.
+    /// The table as JSON.
     pub fn json(&self) -> Value {
         let ms = |seconds: f64| rounded(seconds * 1e3);
         let bins = self.by_age.bins(self.width_s).into_iter().map(|bin| {

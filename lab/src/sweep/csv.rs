@@ -1,9 +1,6 @@
 //! One row per run.
 
-use std::{
-    borrow::Cow,
-    io::{self, BufWriter, Write},
-};
+use std::io::{self, BufWriter, Write};
 
 use ratelab_study::experiment::{
     Experiment,
@@ -11,22 +8,16 @@ use ratelab_study::experiment::{
 };
 
 use super::columns;
-use crate::{error::Error, names::key};
+use crate::{csv::row_of, error::Error, names::key, results::read_topics};
 
 /// The names of the topics with readers, in the order of a summary.
 ///
 /// # Errors
 /// [`Error::Build`] if the graph cannot be built.
-pub fn read_topics(sweep: &Sweep) -> Result<Vec<String>, Error> {
-    let config = sweep
-        .cell(0)
-        .map_or(sweep.base.clone(), |cell| sweep.config(&cell));
-    let experiment = Experiment::new(sweep.system.clone(), &config)?;
-    let topics = experiment.observer().snapshot().topics;
-    let read = topics
-        .iter()
-        .filter(|topic| !topic.subscriptions.is_empty());
-    Ok(read.map(|topic| topic.name.to_string()).collect())
+pub fn topics(sweep: &Sweep) -> Result<Vec<String>, Error> {
+    let config = sweep.cell(0).map(|cell| sweep.config(&cell));
+    let config = config.as_ref().unwrap_or(&sweep.base);
+    Ok(read_topics(&Experiment::new(sweep.system.clone(), config)?))
 }
 
 /// How old what was done to the world was: on average over the run, and over its last
@@ -83,17 +74,7 @@ pub fn write(file: impl Write, header: &str, swept: &Swept) -> io::Result<()> {
         let late = [age.map(|age| age.run_s), age.map(|age| age.late_s)];
         let late = late.into_iter().chain(cost.then_some(outcome.cost));
         row.extend(late.map(|figure| figure.map_or_else(String::new, |figure| figure.to_string())));
-        let row: Vec<Cow<str>> = row.iter().map(|text| field(text)).collect();
-        writeln!(out, "{}", row.join(","))?;
+        writeln!(out, "{}", row_of(row))?;
     }
     out.flush()
-}
-
-/// Quotes a text by RFC 4180, because it may contain commas.
-fn field(text: &str) -> Cow<'_, str> {
-    if text.contains([',', '"', '\n', '\r']) {
-        Cow::Owned(format!("\"{}\"", text.replace('"', "\"\"")))
-    } else {
-        Cow::Borrowed(text)
-    }
 }

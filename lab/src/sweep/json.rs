@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 
 use super::{
     by_age::AgeTable,
-    columns,
+    columns, figures,
     summary::{RowSummary, SweepSummary},
 };
 use crate::{
@@ -48,17 +48,13 @@ pub fn text(
 
 fn survival(summary: &SweepSummary, row: &RowSummary, theory: bool) -> Value {
     let mut figures = conditions(&summary.sweep, &row.cell);
-    figures.insert(key(&summary.good), json!(row.held));
-    figures.extend(object(json!({
-        "mean_latency_ms": row.mean_latency_s.map(|s| rounded(s * 1e3)),
-        "mean_late_push_age_ms": row.push_age_s.map(|s| rounded(s * 1e3)),
-        "median_lost_at_s": row.lost_at_s.map(rounded),
-        "runs": row.runs,
-        "share": row.share().map(rounded),
-    })));
-    if summary.sweep.system.quadratic_cost().is_some() {
-        figures.insert("mean_quadratic_cost".to_owned(), json!(row.cost));
-    }
+    figures.extend([
+        (key(&summary.good), json!(row.held)),
+        ("runs".to_owned(), json!(row.runs)),
+        ("share".to_owned(), json!(row.share().map(rounded))),
+    ]);
+    let known = figures::of(summary).into_iter();
+    figures.extend(known.map(|figure| (figure.key.to_owned(), figure.json(row))));
     if theory {
         let growth = row.theory.growth.map(rounded);
         figures.insert("growth_per_s".to_owned(), json!(growth));

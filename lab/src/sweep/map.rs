@@ -10,7 +10,7 @@ use super::{
     cliff, columns,
     summary::{RowSummary, SweepSummary},
     survival_level::SurvivalLevel,
-    theory::{Edge, RowTheory},
+    theory::Edge,
 };
 use crate::{
     report::{line, paragraph},
@@ -29,7 +29,7 @@ pub struct MapStyle {
 const THEORY: &str = "of a small deviation (1/s), by linear theory: above 0 it grows, which is no\n\
                       \x20         fall yet: where the motor gives all it has, the pole may swing and stay";
 
-/// The same where delays change at random.
+/// An explanation of it where delays change at random.
 const SURE: &str = "deviations shrink whatever the pattern of the delays, by the jitter margin;\n\
                     \x20         ? is no promise, and no prediction of a fall: the margin is sufficient only";
 
@@ -180,39 +180,6 @@ fn level(row: &RowSummary) -> SurvivalLevel {
     SurvivalLevel::of(row.held, row.runs)
 }
 
-/// A growth rate (1/s), or whether deviations shrink for sure.
-pub fn growth_text(theory: RowTheory) -> String {
-    match (theory.growth, theory.sure) {
-        (Some(growth), _) => format!("{growth:+.2}"),
-        (None, Some(true)) => "sure".to_owned(),
-        (None, Some(false)) => "?".to_owned(),
-        (None, None) => "-".to_owned(),
-    }
-}
-
-/// How many runs were successful.
-pub fn figure(row: &RowSummary) -> String {
-    match row.runs {
-        0 => "-".to_owned(),
-        runs => format!("{} of {runs}", row.held),
-    }
-}
-
-/// Three digits that count.
-pub fn cost_text(cost: Option<f64>) -> String {
-    let places = match cost {
-        Some(cost) if cost < 0.1 => 4,
-        Some(cost) if cost < 1.0 => 3,
-        _ => 2,
-    };
-    decimals(cost, places)
-}
-
-/// A figure that may be unknown.
-pub fn decimals(value: Option<f64>, places: usize) -> String {
-    value.map_or("-".to_owned(), |value| format!("{value:.places$}"))
-}
-
 /// What an edge that theory draws is made of, in a list.
 fn edge_mark(edge: Edge, theme: &Theme) -> &'static str {
     match edge {
@@ -221,7 +188,7 @@ fn edge_mark(edge: Edge, theme: &Theme) -> &'static str {
     }
 }
 
-/// The same between two cells of a map.
+/// What it is made of between two cells of a map.
 fn cell_mark(edge: Edge, theme: &Theme) -> &'static str {
     match edge {
         Edge::Grows => theme.glyph("┊", "|"),

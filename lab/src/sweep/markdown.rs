@@ -1,7 +1,7 @@
 //! The sweep as a table in Markdown.
 
 use super::{
-    map,
+    figures, map,
     summary::{RowSummary, SweepSummary},
 };
 use crate::theme::Theme;
@@ -23,24 +23,15 @@ pub fn text(summary: &SweepSummary, theory: bool, theme: &Theme) -> String {
 
 /// The rows of one group with their figures, below a heading.
 fn figures(summary: &SweepSummary, rows: &[RowSummary], theory: bool) -> Vec<Vec<String>> {
-    let cost = summary.sweep.system.quadratic_cost().is_some();
-    let mut head = vec![
-        summary.main.heading(),
-        summary.good.clone(),
-        "latency ms".to_owned(),
-        "push age ms".to_owned(),
-        "lost at s".to_owned(),
-    ];
-    head.extend(cost.then(|| "cost".to_owned()));
+    let figures = figures::of(summary);
+    let mut head = vec![summary.main.heading(), summary.good.clone()];
+    head.extend(figures.iter().map(|of| format!("{}{}", of.name, of.unit)));
     head.extend(theory.then(|| "growth".to_owned()));
     let line = rule(head.len());
     let rows = rows.iter().map(|row| {
-        let mut cells = vec![row.value.clone(), map::figure(row)];
-        cells.push(map::decimals(row.mean_latency_s.map(|s| s * 1e3), 1));
-        cells.push(map::decimals(row.push_age_s.map(|s| s * 1e3), 1));
-        cells.push(map::decimals(row.lost_at_s, 2));
-        cells.extend(cost.then(|| map::cost_text(row.cost)));
-        cells.extend(theory.then(|| map::growth_text(row.theory)));
+        let mut cells = vec![row.value.clone(), figures::count(row)];
+        cells.extend(figures.iter().map(|figure| figure.text(row)));
+        cells.extend(theory.then(|| figures::growth(row)));
         cells
     });
     [head, line].into_iter().chain(rows).collect()
@@ -54,7 +45,7 @@ fn counts(summary: &SweepSummary) -> Vec<Vec<String>> {
     let line = rule(head.len());
     let rows = summary.groups().map(|rows| {
         let name = [summary.group_name(rows)].into_iter();
-        name.chain(rows.iter().map(map::figure)).collect()
+        name.chain(rows.iter().map(figures::count)).collect()
     });
     [head, line].into_iter().chain(rows).collect()
 }

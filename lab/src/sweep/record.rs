@@ -13,7 +13,7 @@ use rerun::{
 };
 
 use super::{
-    columns,
+    columns, figures,
     summary::{RowSummary, SweepSummary},
 };
 use crate::{
@@ -46,13 +46,10 @@ fn plots(summary: &SweepSummary) -> Vec<Plot> {
         |row| row.share().map(|share| share * 100.0),
     )];
     if let Some((_, meter)) = summary.sweep.system.latency() {
-        plots.push(("latency", format!("mean {meter} latency (ms)"), |row| {
-            row.mean_latency_s.map(|s| s * 1e3)
-        }));
+        let title = format!("mean {meter} latency (ms)");
+        plots.push(("latency", title, figures::LATENCY.value));
         let title = "mean push age in the last second (ms)";
-        plots.push(("age", title.to_owned(), |row| {
-            row.push_age_s.map(|s| s * 1e3)
-        }));
+        plots.push(("age", title.to_owned(), figures::AGE.value));
     }
     if summary.rows().iter().any(|row| row.theory.growth.is_some()) {
         let title = "growth of a small deviation by linear theory (1/s): above 0 is no fall yet";

@@ -5,7 +5,7 @@
 use std::fmt::Write;
 
 use super::{
-    map,
+    figures, map,
     summary::{RowSummary, SweepSummary},
 };
 use crate::{
@@ -123,7 +123,7 @@ impl<'s> HeatMap<'s> {
         let value = self.summary.main.with_unit(&row.value);
         let value = format!("{} {value}", self.summary.main.label());
         let place_name = [name, &value].join(" ");
-        let told = format!("{}: {}", place_name.trim(), map::figure(row));
+        let told = format!("{}: {}", place_name.trim(), figures::count(row));
         let told = escaped(&told);
         let _ = writeln!(
             svg,

@@ -1,6 +1,6 @@
 //! Growth by linear theory for each pair of rates of the cart-pole.
 
-use ratelab_cart_pole::stability::{Expected, NotExpected, StabilityError, expected};
+use ratelab_cart_pole::stability::{Expected, StabilityError, expected};
 use ratelab_study::{
     experiment::Config,
     system::{Setup, WorldKind},
@@ -27,7 +27,7 @@ impl Theory {
     /// The prediction for the run of `config`.
     ///
     /// # Errors
-    /// [`Error::Theory`] if an expected answer is missing.
+    /// [`Error::Unfinished`] if an expected answer is missing.
     pub fn of(&mut self, config: &Config) -> Result<RowTheory, Error> {
         let key = (config.setup.clone(), config.world);
         if let Some((_, known)) = self.0.iter().find(|(of, _)| *of == key) {
@@ -42,8 +42,8 @@ impl Theory {
                 growth: None,
                 sure: Some(sure),
             },
-            Err(NotExpected::Stability(error @ StabilityError::Plant(_))) => {
-                return Err(Error::Theory(error));
+            Err(error @ StabilityError::Plant(_)) => {
+                return Err(Error::Unfinished(error.to_string()));
             }
             Err(_) => RowTheory::default(),
         };

@@ -18,7 +18,7 @@ use crate::{
 
 /// The bytes of a trace of `recording`, a run of `system`.
 pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
-    let lineage = recording.lineage().along(system.latency_path());
+    let lineage = recording.lineage().along(system.about().latency_path);
     let acts = system.latency().map(|(node, _)| node);
     let topology = lineage.topology();
     let mut tracks = Tracks::new();

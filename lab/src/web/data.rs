@@ -145,7 +145,7 @@ fn plant(recording: &Recording, system: &dyn System) -> Value {
 
 /// The mean push age of the last second at each step of the plant (ms).
 fn push_ages(steps: &[Head]) -> Vec<Option<f64>> {
-    let age = PushAge::default();
+    let mut age = PushAge::default();
     let ages = steps.iter().map(|step| {
         if let Some(sensed) = step.origin {
             age.push(step.at, sensed);

@@ -1,88 +1,79 @@
 //! Wakes the threads of the real clock before their deadlines.
 
-use std::collections::VecDeque;
+use std::time::Duration;
 
 use crate::{
     clock::wall::Wall,
     command::Command,
-    sync::{Condvar, Instant, Mutex, lock},
+    graph::Graph,
+    scheduling::Threads,
+    sync::{Arc, Condvar, Instant, Mutex, MutexGuard, lock},
     time::Time,
-    trigger::Arrival,
+    trigger::{Arrival, Wake},
 };
 
-/// A reason to wake a node's thread.
-#[derive(Debug)]
-pub(super) enum Wakeup {
-    /// Start: the relation of run time to wall time.
-    Start(Wall),
-    /// Carry out this command for the node with this index, and log it.
-    Command(usize, Command),
-    /// A message arrives that triggers the node.
-    Arrival(Arrival),
-    /// Stop: run time has stopped here.
-    Stop(Time),
-}
-
-/// A queue of wake-ups with waits up to a deadline. Threads take what is there, and wait for the
-/// number of posts to change: a wake-up ends the wait at once.
+/// What reaches the threads of a crew from outside. They wait for the number of posts to change:
+/// each one ends a wait at once. Its lock is the last that anybody takes.
 #[derive(Debug, Default)]
 pub(super) struct Mailbox {
-    queue: Mutex<Wakeups>,
-    wake: Condvar,
+    mail: Mutex<Mail>,
+    bell: Condvar,
 }
 
+/// What is there.
 #[derive(Debug, Default)]
-struct Wakeups {
-    wakeups: VecDeque<Wakeup>,
-    /// Number of posts and rings so far.
+pub(super) struct Mail {
+    /// The relation of run time to wall time, from the start on.
+    pub(super) wall: Option<Wall>,
+    /// The run time at which the threads are to stop.
+    pub(super) stopped: Option<Time>,
+    /// Messages that no thread has heard of.
+    pub(super) arrivals: Vec<Arrival>,
+    /// Commands for nodes, by their indices.
+    pub(super) commands: Vec<(usize, Command)>,
+    /// Number of posts so far.
     posts: u64,
 }
 
 impl Mailbox {
-    /// Adds a wake-up and wakes all waiting threads.
-    pub(super) fn post(&self, wakeup: Wakeup) {
-        let mut queue = lock(&self.queue);
-        queue.wakeups.push_back(wakeup);
-        queue.posts += 1;
-        drop(queue);
-        self.wake.notify_all();
+    /// Adds some mail and wakes all waiting threads.
+    pub(super) fn post(&self, add: impl FnOnce(&mut Mail)) {
+        let mut mail = self.open();
+        add(&mut mail);
+        mail.posts += 1;
+        drop(mail);
+        self.bell.notify_all();
     }
 
-    /// Wakes all waiting threads.
-    pub(super) fn ring(&self) {
-        lock(&self.queue).posts += 1;
-        self.wake.notify_all();
+    /// The mail, for a look.
+    pub(super) fn open(&self) -> MutexGuard<'_, Mail> {
+        lock(&self.mail)
     }
 
-    /// Number of posts and rings so far.
+    /// Number of posts so far.
     pub(super) fn posts(&self) -> u64 {
-        lock(&self.queue).posts
-    }
-
-    /// Removes all wake-ups.
-    pub(super) fn take_all(&self) -> VecDeque<Wakeup> {
-        std::mem::take(&mut lock(&self.queue).wakeups)
+        self.open().posts
     }
 
     /// Waits for more than the posts that were `seen`.
     pub(super) fn wait_past(&self, seen: u64) {
-        let mut queue = lock(&self.queue);
-        while queue.posts == seen {
-            let woken = self.wake.wait(queue);
-            queue = woken.unwrap_or_else(|poisoned| poisoned.into_inner());
+        let mut mail = self.open();
+        while mail.posts == seen {
+            let woken = self.bell.wait(mail);
+            mail = woken.unwrap_or_else(|poisoned| poisoned.into_inner());
         }
     }
 
     /// The same, until run time `time` at most.
     pub(super) fn wait_past_until(&self, seen: u64, wall: &Wall, time: Time) {
         let deadline = wall.instant_of(time);
-        let mut queue = lock(&self.queue);
-        while queue.posts == seen {
+        let mut mail = self.open();
+        while mail.posts == seen {
             let remaining = deadline.saturating_duration_since(Instant::now());
             if remaining.is_zero() {
                 return;
             }
-            queue = self.park(queue, remaining);
+            mail = self.park(mail, remaining);
         }
     }
 
@@ -95,26 +86,15 @@ impl Mailbox {
         over: impl Fn() -> bool,
     ) {
         let deadline = wall.instant_of(time);
-        while lock(&self.queue).posts == seen && !over() && Instant::now() < deadline {
+        while self.open().posts == seen && !over() && Instant::now() < deadline {
             spin();
         }
     }
 
-    /// The run time of a requested stop; `None` without such a request.
-    pub(super) fn stop_requested(&self) -> Option<Time> {
-        lock(&self.queue)
-            .wakeups
-            .iter()
-            .find_map(|wakeup| match wakeup {
-                Wakeup::Stop(at) => Some(*at),
-                _ => None,
-            })
-    }
-
     #[cfg(not(feature = "model"))]
-    fn park<'q>(&'q self, queue: QueueGuard<'q>, remaining: std::time::Duration) -> QueueGuard<'q> {
-        match self.wake.wait_timeout(queue, remaining) {
-            Ok((queue, _)) => queue,
+    fn park<'m>(&'m self, mail: MutexGuard<'m, Mail>, remaining: Duration) -> MutexGuard<'m, Mail> {
+        match self.bell.wait_timeout(mail, remaining) {
+            Ok((mail, _)) => mail,
             Err(poisoned) => poisoned.into_inner().0,
         }
     }
@@ -122,17 +102,51 @@ impl Mailbox {
     /// The model's condition variables have no time-out, but its wall clock advances with
     /// every read: only a long wait is one.
     #[cfg(feature = "model")]
-    fn park<'q>(&'q self, queue: QueueGuard<'q>, remaining: std::time::Duration) -> QueueGuard<'q> {
-        if remaining > std::time::Duration::from_secs(3600) {
-            return self.wake.wait(queue).expect("no panic");
+    fn park<'m>(&'m self, mail: MutexGuard<'m, Mail>, remaining: Duration) -> MutexGuard<'m, Mail> {
+        if remaining > Duration::from_secs(3600) {
+            return self.bell.wait(mail).expect("no panic");
         }
-        drop(queue);
+        drop(mail);
         crate::sync::thread::yield_now();
-        lock(&self.queue)
+        self.open()
     }
 }
 
-type QueueGuard<'q> = crate::sync::MutexGuard<'q, Wakeups>;
+/// The mailbox of each node's thread; the nodes of an executor have one in common.
+pub(super) fn mailboxes(graph: &Graph) -> Vec<Arc<Mailbox>> {
+    let nodes = graph.seats.iter();
+    let mut mailboxes: Vec<Arc<Mailbox>> = nodes.map(|_| Arc::default()).collect();
+    for crew in graph.stage.crews() {
+        let dispatch = crew.dispatch.as_ref();
+        if dispatch.is_some_and(|d| matches!(d.threads(), Threads::Shared(_))) {
+            let common = Arc::<Mailbox>::default();
+            for member in &crew.members {
+                mailboxes[member.node] = common.clone();
+            }
+        }
+    }
+    mailboxes
+}
+
+/// Posts arrivals to the threads of the nodes.
+pub(super) struct Post(Vec<Option<Arc<Mailbox>>>);
+
+impl Post {
+    /// The way to the mailboxes of the nodes that run here.
+    pub(super) fn new(graph: &Graph, mailboxes: &[Arc<Mailbox>]) -> Self {
+        let nodes = mailboxes.iter().enumerate();
+        let here = nodes.map(|(node, mailbox)| graph.is_here(node).then(|| mailbox.clone()));
+        Self(here.collect())
+    }
+}
+
+impl Wake for Post {
+    fn wake(&self, arrival: Arrival) {
+        if let Some(Some(mailbox)) = self.0.get(arrival.node) {
+            mailbox.post(|mail| mail.arrivals.push(arrival));
+        }
+    }
+}
 
 /// Keeps a core busy for about a microsecond.
 #[cfg(not(feature = "model"))]

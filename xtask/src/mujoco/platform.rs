@@ -3,7 +3,7 @@
 use std::env;
 use std::env::consts::{ARCH, OS};
 
-use super::Error;
+use super::error::{Error, remedy};
 
 /// The wheel of one platform, and the places of its library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,7 +54,11 @@ impl Platform {
             ("linux", "x86_64", "gnu") => Ok(&LINUX_X86_64),
             ("linux", "aarch64", "gnu") => Ok(&LINUX_AARCH64),
             ("macos", "x86_64" | "aarch64", _) => Ok(&MACOS),
-            _ => Err(Error::Platform(format!("{os} {arch} {libc}").trim().into())),
+            _ => {
+                let name = format!("{os} {arch} {libc}");
+                let cause = format!("no library is known for {}.", name.trim());
+                Err(Error::new(cause, remedy::PLATFORM))
+            }
         }
     }
 

@@ -5,7 +5,7 @@ use std::ffi::{OsStr, OsString};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use super::Error;
+use super::error::{Error, remedy};
 
 /// A working Python.
 pub(super) struct Python<'a> {
@@ -23,7 +23,11 @@ impl<'a> Python<'a> {
             .into_iter()
             .map(|program| Self { program, scratch })
             .find(|python| python.run(["--version"]).is_ok())
-            .ok_or(Error::NoPython(tried.to_string_lossy().into()))
+            .ok_or_else(|| {
+                let tried = tried.to_string_lossy();
+                let cause = format!("no Python starts (tried: {tried}).");
+                Error::new(cause, remedy::PYTHON)
+            })
     }
 
     /// Runs it to its end; returns its output on failure.

@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::Error;
+use super::error::{Error, remedy};
 use super::python::Python;
 use super::scratch::Scratch;
 
@@ -36,7 +36,7 @@ pub(super) fn download(
     python
         .run(arguments)
         .map_err(|said| download_error(python, requirements, &said))?;
-    find_wheel(scratch.path()).ok_or_else(|| Error::Download("no wheel came".into()))
+    find_wheel(scratch.path()).ok_or_else(|| Error::download("no wheel came"))
 }
 
 /// Unpacks the file `member`; Python checks its checksum.
@@ -53,9 +53,11 @@ pub(super) fn unpack(
         OsStr::new(member),
         scratch.path().as_os_str(),
     ];
-    python
-        .run(arguments)
-        .map_err(|said| Error::Unpack(last_line(&said)))?;
+    python.run(arguments).map_err(|said| {
+        let said = last_line(&said);
+        let cause = format!("its wheel could not be unpacked ({said}).");
+        Error::new(cause, remedy::SPACE)
+    })?;
     Ok(scratch.path().join(member))
 }
 
@@ -69,17 +71,16 @@ fn find_wheel(folder: &Path) -> Option<PathBuf> {
 /// Distinguishes failures with different remedies.
 fn download_error(python: &Python, requirements: &Path, said: &str) -> Error {
     if said.contains("No module named pip") {
-        Error::NoPip(python.name())
+        Error::new(format!("{} has no pip.", python.name()), remedy::PIP)
     } else if said.contains("DO NOT MATCH THE HASHES") {
-        Error::Hash {
-            requirements: requirements.into(),
-            said: last_line(said),
-        }
+        let (pin, said) = (requirements.display(), last_line(said));
+        let cause = format!("the wheel that came is not the one pinned in {pin} ({said}).");
+        Error::new(cause, remedy::INDEX)
     } else if said.contains("connection broken by") {
         // pip's own last line would name the wrong cause: "No matching distribution".
-        Error::Download("no connection to the package index".into())
+        Error::download("no connection to the package index")
     } else {
-        Error::Download(last_line(said))
+        Error::download(&last_line(said))
     }
 }
 

@@ -21,7 +21,7 @@ use ratelab::{Depth, Head, Knob, ReadOrder, Time, Topology};
 use ratelab_effects::Executor;
 
 use self::meeting::Meeting;
-use super::telemetry::TickRecord;
+use super::node::TickRecord;
 
 /// The messages and ticks of a run, with the reads of each tick.
 ///

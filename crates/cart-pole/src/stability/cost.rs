@@ -7,7 +7,7 @@ use super::{
     control_loop::Loop,
     covariance::{Covariance, Loss, flat, symmetric},
     criterion::{Noise, Weights},
-    monodromy::StabilityError,
+    error::StabilityError,
     passage::{Disturbances, NEWEST, Passage},
     schedule::{ScheduleEvent, events},
     timing::TimedPush,

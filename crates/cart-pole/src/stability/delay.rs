@@ -2,10 +2,7 @@
 
 use std::time::Duration;
 
-use super::{
-    control_loop::Loop,
-    monodromy::{Stability, StabilityError},
-};
+use super::{control_loop::Loop, error::StabilityError, monodromy::Stability};
 
 /// Interval between the tested delays. A window of unstable delays that is narrower may
 /// be missed.

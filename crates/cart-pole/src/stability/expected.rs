@@ -5,18 +5,17 @@ use std::time::Duration;
 use ratelab::{Knob, ReadOrder};
 use ratelab_effects::{Draw, Link, draw};
 use ratelab_study::system::{Setup, WorldKind};
-use thiserror::Error;
 
 use super::{
     control_loop::Loop,
     covariance::{Loss, Lost},
-    gains::{NoTheory, gains},
-    monodromy::StabilityError,
+    error::StabilityError,
+    gains::gains,
     timing::{Cadence, Timing},
     world::WorldModel,
 };
 use crate::{
-    ACTION, ACTUATOR, OBS, OnStale, POLICY, PlantError, SENSOR, actuator_hz,
+    ACTION, ACTUATOR, OBS, OnStale, POLICY, SENSOR, actuator_hz,
     policy::{PolicyKind, PolicySpec},
 };
 
@@ -34,35 +33,15 @@ pub enum Expected {
     Any(bool),
 }
 
-/// The reason why theory does not cover a run.
-#[derive(Clone, Debug, Error)]
-pub enum NotExpected {
-    /// The policy is no linear feedback.
-    #[error(transparent)]
-    Policy(#[from] NoTheory),
-    /// A knob beyond the theory.
-    #[error("{0} is no part of the theory")]
-    Knob(String),
-    /// A setup beyond the scope of the theory.
-    #[error(transparent)]
-    Stability(#[from] StabilityError),
-}
-
-impl From<PlantError> for NotExpected {
-    fn from(error: PlantError) -> Self {
-        Self::Stability(error.into())
-    }
-}
-
 /// The prediction of linear theory for a run of the cart-pole with `setup` in `world`.
 ///
 /// # Errors
-/// [`NotExpected`] with the reason, if there is none.
-pub fn expected(setup: &Setup, world: WorldKind) -> Result<Expected, NotExpected> {
+/// [`StabilityError`] with the reason, if there is none.
+pub fn expected(setup: &Setup, world: WorldKind) -> Result<Expected, StabilityError> {
     let mut read = Reading::new(world);
     for knob in setup.iter() {
         if read.take(knob).is_none() {
-            return Err(NotExpected::Knob(knob.to_string()));
+            return Err(StabilityError::Knob(knob.to_string()));
         }
     }
     read.expected()
@@ -155,7 +134,7 @@ impl Reading {
         Some(())
     }
 
-    fn expected(&self) -> Result<Expected, NotExpected> {
+    fn expected(&self) -> Result<Expected, StabilityError> {
         let gains = gains(&self.policy, self.timing.policy.hz)?;
         let control = Loop::cart_pole(gains, self.world, self.timing)?;
         let changes = self.spread.iter().any(|spread| !spread.is_zero());
@@ -172,18 +151,18 @@ impl Reading {
                     margin.is_some_and(|margin| oldest <= margin.oldest),
                 ))
             }
-            (true, Some(_)) => Err(NotExpected::Knob("loss beside random delays".to_owned())),
+            (true, Some(_)) => Err(StabilityError::Knob("loss beside random delays".to_owned())),
         }
     }
 
     /// The random loss, and the action after a loss.
-    fn lost(&self) -> Result<Option<Loss>, NotExpected> {
+    fn lost(&self) -> Result<Option<Loss>, StabilityError> {
         let lost = match self.stale {
             OnStale::Hold => Lost::Hold,
             OnStale::Zero(limit) if self.applies_once(limit) => Lost::Zero,
             OnStale::Zero(_) => {
                 let knob = format!("send {ACTUATOR} {}", self.stale);
-                return Err(NotExpected::Knob(knob));
+                return Err(StabilityError::Knob(knob));
             }
         };
         let probability = self.loss;

@@ -87,11 +87,10 @@ fn edge(mut low: f64, mut high: f64, louder: impl Fn(f64) -> bool) -> f64 {
     let below = louder(low);
     for _ in 0..HALVINGS {
         let middle = (low * high).sqrt();
-        *(if louder(middle) == below {
-            &mut low
-        } else {
-            &mut high
-        }) = middle;
+        match louder(middle) == below {
+            true => low = middle,
+            false => high = middle,
+        }
     }
     low
 }

@@ -7,8 +7,8 @@ use nalgebra::{Complex, ComplexField, Matrix4, RowVector4};
 use super::{
     control_loop::Loop,
     criterion::{Noise, Weights},
+    error::StabilityError,
     frequency::frequencies,
-    monodromy::StabilityError,
     span::Span,
     timing::Timing,
     world::WorldModel,

@@ -3,7 +3,7 @@
 use super::{
     control_loop::Loop,
     covariance::{Covariance, Loss, Lost},
-    monodromy::StabilityError,
+    error::StabilityError,
     passage::Passage,
     spectral::log_spectral_radius,
 };
@@ -49,11 +49,10 @@ impl Loop {
         }
         for _ in 0..HALVINGS {
             let middle = (stable + margin) / 2.0;
-            *(if shrinks(middle)? {
-                &mut stable
-            } else {
-                &mut margin
-            }) = middle;
+            match shrinks(middle)? {
+                true => stable = middle,
+                false => margin = middle,
+            }
         }
         Ok(margin)
     }

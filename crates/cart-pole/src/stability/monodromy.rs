@@ -3,17 +3,12 @@
 use std::time::Duration;
 
 use nalgebra::{Complex, ComplexField, DMatrix, Schur};
-use thiserror::Error;
 
 use super::{
-    control_loop::Loop,
-    passage::Passage,
-    schedule::{LONGEST, TooLong},
-    spectral::log_spectral_radius,
-    timing::Rates,
-    world::WorldModel,
+    control_loop::Loop, error::StabilityError, passage::Passage, schedule::TooLong,
+    spectral::log_spectral_radius, timing::Rates, world::WorldModel,
 };
-use crate::{PlantError, policy::Scripted};
+use crate::policy::Scripted;
 
 /// Maximum number of rounds until the multipliers converge. A 4×4 matrix takes about ten.
 const ROUNDS: usize = 1_000;
@@ -30,33 +25,6 @@ pub struct Stability {
     log_scale: f64,
     /// The logarithm of the largest modulus of the multipliers.
     log_radius: f64,
-}
-
-/// An error of linear theory.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum StabilityError {
-    /// The hyper-period is too long.
-    #[error(
-        "a sensor at {sensor} and a policy at {control} meet the plant only every {seconds} s: \
-         linear theory is worked out up to {longest} s; use rates with fewer decimals",
-        sensor = rates.sensor, control = rates.control,
-        seconds = hyper_period.as_secs_f64(), longest = LONGEST.as_secs()
-    )]
-    Aperiodic {
-        /// The rates.
-        rates: Rates,
-        /// The hyper-period.
-        hyper_period: Duration,
-    },
-    /// Linearising the plant failed.
-    #[error("the plant cannot be linearised: {0}")]
-    Plant(String),
-}
-
-impl From<PlantError> for StabilityError {
-    fn from(error: PlantError) -> Self {
-        Self::Plant(error.to_string())
-    }
 }
 
 impl Stability {

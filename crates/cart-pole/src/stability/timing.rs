@@ -97,7 +97,9 @@ impl Timing {
     /// The largest age of the reading behind an action when the action is applied.
     pub(super) fn slowest(self) -> Duration {
         let waits = [Some(self.sensor), self.actuator].into_iter().flatten();
-        let waits: Duration = waits.map(|cadence| cadence.hz.period() + Time::TICK).sum();
+        let waits: Duration = waits
+            .map(|cadence| cadence.hz.period() + Time::RESOLUTION)
+            .sum();
         waits.saturating_add(self.constant())
     }
 

@@ -34,8 +34,8 @@ impl WorldModel {
     pub(super) fn unit(self) -> Duration {
         match self {
             Self::Course => actuator_hz().period(),
-            Self::Own(step) => step.max(Time::TICK),
-            Self::Continuous => Time::TICK,
+            Self::Own(step) => step.max(Time::RESOLUTION),
+            Self::Continuous => Time::RESOLUTION,
         }
     }
 

@@ -38,14 +38,14 @@ pub struct Config {
 }
 
 impl Config {
-    /// Returns the same run with the [settings](System::settings) of the system that it does
+    /// Returns the same run with the settings of the system that it does
     /// not replace, and with its messages in recordable form; see [`System::resolve`].
     ///
     /// # Errors
     /// [`BuildError::Setting`] if the system refuses a message.
     pub fn resolved(&self, system: &dyn System) -> Result<Self, BuildError> {
         let mut resolved = self.clone();
-        let mut setup = system.settings();
+        let mut setup = system.about().setup();
         setup.extend(self.setup.iter().cloned());
         resolved.setup = setup.clone();
         for knob in setup.iter() {

@@ -19,6 +19,7 @@
 
 mod config;
 pub mod hunt;
+mod parallel;
 mod part;
 mod summary;
 pub mod sweep;
@@ -34,21 +35,21 @@ use ratelab::{
     Clock, ClockExit, ClockKind, Command, Fault, Graph, Inbox, Interrupt, Knob, RealClock,
     TimedCommand, TimedKnob, run,
 };
-use ratelab_account::{Observer, RecordedTopic, TapHandle};
+use ratelab_account::{Observer, RecordedTopic, Rows, TapHandle};
 use ratelab_replay::RunLog;
 
 pub use config::Config;
-pub use summary::{MeanPushAge, NodeSummary, RunEnd, Summary, TopicSummary};
+pub use summary::{MeanPushAge, NodeSummary, Summary, TopicSummary};
 pub use taps::Taps;
 
-use crate::system::{BuildError, Builder, Built, MeanCost, System, verdict};
+use crate::system::{BuildError, Builder, MeanCost, RecordedTopics, System, verdict};
 
 /// The graph of a system, ready to run once.
 pub struct Experiment {
     system: Arc<dyn System>,
     config: Config,
     graph: Graph,
-    recorded: Vec<Arc<dyn RecordedTopic>>,
+    recorded: RecordedTopics,
     cost: Option<SharedCost>,
     commands: Sender<Command>,
     inbox: Inbox,
@@ -117,7 +118,7 @@ impl Experiment {
         let part = Self::built(system, config, &[], Some(here))?;
         let graph = part.graph.topology();
         let names: Vec<&str> = graph.nodes.iter().map(|node| &*node.name).collect();
-        let refused = part::check(part.system.groups(), &names, here);
+        let refused = part::check(part.system.about().groups, &names, here);
         refused.map_or(Ok(part), |why| Err(BuildError::Setting(why)))
     }
 
@@ -132,13 +133,10 @@ impl Experiment {
         taken: &[TimedKnob],
         here: Option<&[String]>,
     ) -> Result<Self, BuildError> {
-        let builder = Builder::new(config.seed, &config.setup, config.world);
-        let mut builder = builder.again(taken).part(here);
+        let mut builder = Builder::new(config.seed, &config.setup, config.world);
+        (builder.taken, builder.here) = (taken, here);
         system.build(&mut builder)?;
-        let Built {
-            mut graph,
-            recorded,
-        } = builder.finish(&config.knobs)?;
+        let (mut graph, recorded) = builder.finish(&config.knobs)?;
         if let Some(why) = graph.refusal_of(config.clock) {
             return Err(BuildError::Setting(why));
         }
@@ -249,7 +247,9 @@ impl Experiment {
         let wall_time = began.elapsed();
         let [state, chains] = [system.state(), system.chains()].map(|name| {
             let topic = recorded.iter().find(|topic| Some(topic.name()) == name);
-            RunEnd::numbers(topic.and_then(|topic| topic.newest()).as_ref())
+            let rows = topic.and_then(|topic| topic.newest());
+            let newest = rows.as_ref().and_then(Rows::last);
+            newest.map(|(_, row)| row.to_vec())
         });
         // Taps end with the topics, which the nodes hold as well.
         drop((graph, recorded));
@@ -258,18 +258,19 @@ impl Experiment {
             ClockExit::Ended { at, .. } => at,
             _ => observer.now(),
         };
-        let newest = [&state, &chains].map(|row| (!row.is_empty()).then_some(&row[..]));
-        let end = RunEnd {
-            verdict: verdict(&*system, &exit, sim_time, newest),
-            sim_time,
+        let cost = cost.and_then(|mean| {
+            let mean = mean.lock().unwrap_or_else(PoisonError::into_inner);
+            mean.until(sim_time)
+        });
+        let newest = [state.as_deref(), chains.as_deref()];
+        let verdict = verdict(&*system, &exit, sim_time, newest);
+        let summary = Summary {
             wall_time,
-            state,
-            chains,
-            cost: cost.and_then(|mean| {
-                let mean = mean.lock().unwrap_or_else(PoisonError::into_inner);
-                mean.until(sim_time)
-            }),
+            state: state.unwrap_or_default(),
+            chains: chains.unwrap_or_default(),
+            cost,
+            ..Summary::of(&config, verdict)
         };
-        Ok(Summary::observed(&*system, &config, end, &observer))
+        Ok(summary.observed(&*system, &observer))
     }
 }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ratelab::{Event, Hz, Interrupt, Time, TimedKnob};
-use ratelab_account::{Distribution, NodeView, Observer, Rows, Snapshot, TopicView};
+use ratelab_account::{Distribution, NodeAccount, Observer, Snapshot, TopicAccount};
 
 use super::Config;
 use crate::system::{System, Verdict};
@@ -21,10 +21,10 @@ pub struct Summary {
     pub last_step: Option<Time>,
     /// The last state of the plant, as numbers; empty without states.
     pub state: Vec<f64>,
-    /// The last data ages of its [chains](System::chains), as numbers; empty without chains.
+    /// The last data ages of its chains, as numbers; empty without chains.
     pub chains: Vec<f64>,
     /// The mean over run time of the system's
-    /// [quadratic cost](System::quadratic_cost); of a run that was lost, until then.
+    /// quadratic cost; of a run that was lost, until then.
     pub cost: Option<f64>,
     /// Run time at the end.
     pub sim_time: Time,
@@ -38,23 +38,6 @@ pub struct Summary {
     pub nodes: Vec<NodeSummary>,
     /// Commands and ends of the run.
     pub events: Vec<Event>,
-}
-
-/// The end of a run, without the figures of its topics and nodes.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RunEnd {
-    /// Verdict on the run.
-    pub verdict: Verdict,
-    /// Run time at the end.
-    pub sim_time: Time,
-    /// Wall time of the run.
-    pub wall_time: Duration,
-    /// The last state of the plant, as numbers; empty without states.
-    pub state: Vec<f64>,
-    /// The last data ages of its [chains](System::chains), as numbers; empty without chains.
-    pub chains: Vec<f64>,
-    /// The mean of the system's quadratic cost.
-    pub cost: Option<f64>,
 }
 
 /// A topic's figures in a run.
@@ -122,18 +105,6 @@ impl Summary {
         self.events.iter().filter_map(Event::knob).collect()
     }
 
-    /// The end of the run.
-    pub fn end(&self) -> RunEnd {
-        RunEnd {
-            verdict: self.verdict,
-            sim_time: self.sim_time,
-            wall_time: self.wall_time,
-            state: self.state.clone(),
-            chains: self.chains.clone(),
-            cost: self.cost,
-        }
-    }
-
     /// The mean age of the pushes of the run; `None` without a push.
     pub fn push_age(&self) -> Option<MeanPushAge> {
         self.nodes.iter().find_map(|node| node.push_age)
@@ -153,34 +124,47 @@ impl Summary {
         })
     }
 
-    /// Builds the summary of a run of `system` from its `end` and the figures of
-    /// `observer`.
-    pub fn observed(
-        system: &dyn System,
-        config: &Config,
-        end: RunEnd,
-        observer: &Observer,
-    ) -> Self {
-        let snapshot = observer.snapshot_at_end(end.sim_time);
-        let steps = system.state().and_then(|state| snapshot.topic(state));
+    /// An empty summary of a run of `config`, until the `verdict`.
+    pub fn of(config: &Config, verdict: Verdict) -> Self {
         Self {
             config: config.clone(),
-            verdict: end.verdict,
+            verdict,
+            steps: 0,
+            last_step: None,
+            state: Vec::new(),
+            chains: Vec::new(),
+            cost: None,
+            sim_time: verdict.at,
+            wall_time: Duration::ZERO,
+            latency: Distribution::empty(),
+            topics: Vec::new(),
+            nodes: Vec::new(),
+            events: Vec::new(),
+        }
+    }
+
+    /// The same with the figures of `observer`.
+    #[must_use]
+    pub fn observed(self, system: &dyn System, observer: &Observer) -> Self {
+        let mut snapshot = observer.snapshot();
+        // Under the real clock a tick may begin a little later than the one that ends the run.
+        snapshot.now = snapshot.now.min(self.sim_time);
+        let steps = system.state().and_then(|state| snapshot.topic(state));
+        let topics = snapshot.topics.iter();
+        Self {
             steps: steps.map_or(0, |topic| topic.published),
             last_step: steps.and_then(|topic| topic.newest),
-            state: end.state,
-            chains: end.chains,
-            cost: end.cost,
-            sim_time: end.sim_time,
-            wall_time: end.wall_time,
             latency: latency(system, &snapshot),
-            topics: snapshot
-                .topics
-                .iter()
-                .map(|topic| TopicSummary::of(topic, end.sim_time))
+            topics: topics
+                .map(|topic| TopicSummary::of(topic, self.sim_time))
                 .collect(),
-            nodes: snapshot.nodes.iter().map(NodeSummary::of).collect(),
+            nodes: snapshot
+                .nodes
+                .iter()
+                .map(|node| NodeSummary::of(node, snapshot.now))
+                .collect(),
             events: observer.events(0),
+            ..self
         }
     }
 }
@@ -192,31 +176,23 @@ fn latency(system: &dyn System, snapshot: &Snapshot) -> Distribution {
     distribution.cloned().unwrap_or_else(Distribution::empty)
 }
 
-impl RunEnd {
-    /// The newest row.
-    pub(super) fn numbers(rows: Option<&Rows>) -> Vec<f64> {
-        let newest = rows.and_then(Rows::last);
-        newest.map_or_else(Vec::new, |(_, row)| row.to_vec())
-    }
-}
-
 impl TopicSummary {
-    fn of(topic: &TopicView, sim_time: Time) -> Self {
+    fn of(topic: &TopicAccount, sim_time: Time) -> Self {
         Self {
             name: topic.name.to_string(),
             published: topic.published,
             dropped: topic.dropped(),
             lost: topic.lost,
             overtaken: topic.overtaken,
-            in_flight: topic.in_flight,
+            in_flight: topic.in_flight(),
             per_second: topic.average(sim_time),
-            read: !topic.subscriptions.is_empty(),
+            read: !topic.readers.is_empty(),
         }
     }
 }
 
 impl NodeSummary {
-    fn of(node: &NodeView) -> Self {
+    fn of(node: &NodeAccount, now: Time) -> Self {
         Self {
             name: node.name.to_string(),
             hz: node.hz,
@@ -225,7 +201,7 @@ impl NodeSummary {
             lateness: node.lateness.clone(),
             tick_time: node.tick_time.clone(),
             response: node.response.clone(),
-            push_age: node.push_age.and_then(|age| {
+            push_age: node.push_age.view(now).and_then(|age| {
                 Some(MeanPushAge {
                     run_s: age.mean_s()?,
                     late_s: age.late_s?,

@@ -2,8 +2,8 @@
 
 use std::{any::Any, sync::Arc};
 
-use ratelab::{Payload, Topic};
-use ratelab_account::{RecordedTopic, RowTap, Tap, TapHandle, TapMessage, TickRecord};
+use ratelab::Payload;
+use ratelab_account::{NamedTopic, RecordedTopic, RowTap, Tap, TapHandle, TapMessage, TickRecord};
 
 /// Taps the recorded topics and the nodes of an experiment, before and during its run,
 /// from any thread.
@@ -34,8 +34,8 @@ impl Taps {
     pub fn messages<T: Payload>(&self, name: &str, capacity: usize) -> Option<Tap<TapMessage<T>>> {
         let topic = self.topics.iter().find(|topic| topic.name() == name)?;
         let topic: &dyn Any = &**topic;
-        let topic = topic.downcast_ref::<Topic<T>>()?;
-        Some(self.tap_handle.topic(topic, capacity))
+        let named = topic.downcast_ref::<NamedTopic<T>>()?;
+        Some(self.tap_handle.topic(&named.topic, capacity))
     }
 
     /// Copies every tick from now on, with one queue of `capacity` ticks per node, in the

@@ -6,11 +6,13 @@ use ratelab::{Hz, Knob, KnobKind, Release};
 use ratelab_effects::{Callback, Draw, Match, draw, knob};
 
 use super::{
-    CHAINS, ChainSpec, GraphFile, InnerSpec, Limit, MOST_CHAINS, MOST_PARTS, NodeSpec,
-    document::{Block, Placed},
-    error::{GraphFileError, instead},
+    ChainSpec, GraphFile, InnerSpec, MOST_PARTS, NodeSpec,
+    document::Block,
+    error::{Checker, GraphFileError, instead},
     format::Form,
+    place::{Placed, holds},
 };
+use crate::system::{CHAINS, DataChain, Limit, MOST_CHAINS, key};
 
 /// The longest name (characters).
 const LONGEST_NAME: usize = 64;
@@ -25,13 +27,7 @@ pub(super) fn check(text: &str, blocks: &[Block]) -> Result<GraphFile, GraphFile
     };
     let mut file = GraphFile {
         text: text.to_owned(),
-        name: String::new(),
-        nodes: Vec::new(),
-        settings: Vec::new(),
-        topics: Vec::new(),
-        chains: Vec::new(),
-        executors: Vec::new(),
-        inner: None,
+        ..GraphFile::default()
     };
     if let Some(name) = blocks.first().and_then(|top| top.text("name")) {
         checker.name(&name)?;
@@ -65,13 +61,18 @@ pub(super) fn check(text: &str, blocks: &[Block]) -> Result<GraphFile, GraphFile
     Ok(file)
 }
 
-pub(super) struct Checker<'t> {
-    text: &'t str,
-}
-
 impl Checker<'_> {
-    pub(super) fn refuse(&self, at: usize, what: impl Into<String>) -> GraphFileError {
-        GraphFileError::at(self.text, at, what)
+    /// The node called `name`; `None` if it may be one of the system in the middle, which is
+    /// checked when that is known.
+    pub(super) fn node_of<'f>(
+        &self,
+        file: &'f GraphFile,
+        name: &Placed,
+    ) -> Result<Option<&'f NodeSpec>, GraphFileError> {
+        match file.node(&name.text) {
+            None if file.inner.is_none() => self.unknown("no node", name, file.names()),
+            known => Ok(known),
+        }
     }
 
     /// Refuses a name that would be ambiguous in knobs, options and recordings.
@@ -81,8 +82,10 @@ impl Checker<'_> {
             && name.text.starts_with(|c: char| c.is_alphanumeric())
             && name.text.chars().count() <= LONGEST_NAME;
         let expected = "expected letters, digits, _ and -, beginning with a letter or a digit";
-        fits.then_some(())
-            .ok_or_else(|| self.refuse(name.at, format!("{:?} is no name: {expected}", name.text)))
+        match fits {
+            true => Ok(()),
+            false => self.refuse(name.at, format!("{:?} is no name: {expected}", name.text)),
+        }
     }
 
     fn topic_name(&self, name: &Placed) -> Result<(), GraphFileError> {
@@ -94,38 +97,48 @@ impl Checker<'_> {
             });
         if name.text == CHAINS {
             let what = format!("{CHAINS} has the data ages: choose another name");
-            return Err(self.refuse(name.at, what));
+            return self.refuse(name.at, what);
         }
-        fits.then_some(()).ok_or_else(|| {
-            let expected = "expected a slash, then letters, digits, _ and -, such as \"/image\"";
-            self.refuse(name.at, format!("{:?} is no topic: {expected}", name.text))
-        })
+        let expected = "expected a slash, then letters, digits, _ and -, such as \"/image\"";
+        match fits {
+            true => Ok(()),
+            false => self.refuse(name.at, format!("{:?} is no topic: {expected}", name.text)),
+        }
     }
 
     fn topics(&self, block: &Block, key: &str) -> Result<Vec<Placed>, GraphFileError> {
         let topics = block.list(key);
         for (index, topic) in topics.iter().enumerate() {
             self.topic_name(topic)?;
-            if topics[..index].iter().any(|other| other.text == topic.text) {
-                let what = format!("{key}: {:?} is there twice: leave one out", topic.text);
-                return Err(self.refuse(topic.at, what));
-            }
+            self.once(key, topic, &topics[..index])?;
         }
         Ok(topics)
+    }
+
+    /// Refuses a name in a list that has it `before`.
+    pub(super) fn once(
+        &self,
+        key: &str,
+        name: &Placed,
+        before: &[Placed],
+    ) -> Result<(), GraphFileError> {
+        if holds(before, &name.text) {
+            let what = format!("{key}: {:?} is there twice: leave one out", name.text);
+            return self.refuse(name.at, what);
+        }
+        Ok(())
     }
 
     /// The settings in `block`, as knobs.
     fn settings(&self, block: &Block) -> Result<Vec<Knob>, GraphFileError> {
         let mut knobs = Vec::new();
-        for (key, at, text) in block.knobs() {
-            let Form::Knob(kind) = key.form else { continue };
+        for (key, kind, Placed { text, at }) in block.knobs() {
+            let refuse = |why: String| GraphFileError::at(self.text, at, why);
             let knob = knob(kind, &block.name.text, text.trim());
-            let knob = knob.map_err(|error| self.refuse(at, format!("{}: {error}", key.name)))?;
-            let draw = draw(&knob).map_err(|why| self.refuse(at, why))?;
-            if matches!(draw, Some(Draw::Recorded(_))) {
+            let knob = knob.map_err(|error| refuse(format!("{key}: {error}")))?;
+            if let Some(Draw::Recorded(_)) = draw(&knob).map_err(refuse)? {
                 let option = "measured durations are for the command line";
-                let what = format!("{}: {option}: --knob \"{knob}\"", key.name);
-                return Err(self.refuse(at, what));
+                return self.refuse(at, format!("{key}: {option}: --knob \"{knob}\""));
             }
             knobs.push(knob);
         }
@@ -141,13 +154,9 @@ impl Checker<'_> {
         });
         settings.extend(knobs);
         let (triggers, reads) = (self.topics(block, "trigger")?, self.topics(block, "reads")?);
-        let twice = |topic: &&Placed| triggers.iter().any(|known| known.text == topic.text);
-        if let Some(topic) = reads.iter().find(twice) {
-            let what = format!(
-                "{:?} triggers the node, which reads it: leave it out",
-                topic.text
-            );
-            return Err(self.refuse(topic.at, what));
+        if let Some(topic) = reads.iter().find(|topic| holds(&triggers, &topic.text)) {
+            let what = format!("{:?} triggers the node, which reads it", topic.text);
+            return self.refuse(topic.at, format!("{what}: leave it out"));
         }
         let release = match rate {
             Some(hz) => Release::Every(self.without_trigger(block, hz)?),
@@ -169,7 +178,7 @@ impl Checker<'_> {
     fn without_trigger(&self, block: &Block, hz: Hz) -> Result<Hz, GraphFileError> {
         let what = format!("{:?} ticks at a rate: leave match out", block.name.text);
         let at = block.at("match");
-        at.map_or(Ok(hz), |at| Err(self.refuse(at, what)))
+        at.map_or(Ok(hz), |at| self.refuse(at, what))
     }
 
     /// How the messages of the `triggers` of a node are combined.
@@ -177,17 +186,17 @@ impl Checker<'_> {
         let name = &block.name.text;
         if let (true, Some(at)) = (triggers.is_empty(), block.at("trigger")) {
             let expected = Form::Topics.expected();
-            return Err(self.refuse(at, format!("trigger: no topic: expected {expected}")));
+            return self.refuse(at, format!("trigger: no topic: expected {expected}"));
         }
         if let Some(at) = block.at("offset") {
             let what = format!("messages trigger {name:?}: leave offset out");
-            return Err(self.refuse(at, what));
+            return self.refuse(at, what);
         }
-        let Some(text) = block.text("match") else {
+        let Some(matching) = block.text("match") else {
             return Ok(Match::Each);
         };
-        let matching = text.text.parse();
-        matching.map_err(|error: String| self.refuse(text.at, format!("match: {error}")))
+        let parsed: Result<_, String> = matching.text.parse();
+        parsed.or_else(|error| self.refuse(matching.at, format!("match: {error}")))
     }
 
     fn callback(&self, block: &Block) -> Result<Callback, GraphFileError> {
@@ -220,41 +229,41 @@ impl Checker<'_> {
         } else {
             return Ok(());
         };
-        Err(self.refuse(0, what))
+        self.refuse(0, what)
     }
 
     fn topic(&self, block: &Block, file: &mut GraphFile) -> Result<(), GraphFileError> {
         let name = &block.name;
         self.topic_name(name)?;
-        let nodes = || file.nodes.iter();
-        let is_it = |topic: &Placed| topic.text == name.text;
-        let published = nodes().flat_map(|node| &node.publishes).any(is_it);
-        let read = nodes().flat_map(NodeSpec::inputs).any(is_it);
-        if !published && file.inner.is_none() {
-            return Err(self.without_publisher(file, name));
+        let alone = file.inner.is_none();
+        if alone {
+            self.publisher(file, name)?;
         }
         let knobs = self.settings(block)?;
+        let mut inputs = file.nodes.iter().flat_map(NodeSpec::inputs);
+        let unread = alone && !inputs.any(|input| input.text == name.text);
         let of_readers = knobs.iter().find(|knob| knob.kind() != KnobKind::Depth);
-        if let Some(knob) = of_readers.filter(|_| !read && file.inner.is_none()) {
+        if let Some(knob) = of_readers.filter(|_| unread) {
             let key = knob.kind().name();
             let what = format!("{:?} has no reader: leave {key} out", name.text);
-            return Err(self.refuse(name.at, what));
+            return self.refuse(name.at, what);
         }
         file.settings.extend(knobs);
         file.topics.push(name.clone());
         Ok(())
     }
 
-    fn without_publisher(&self, file: &GraphFile, topic: &Placed) -> GraphFileError {
+    /// Checks that a node publishes `topic`.
+    fn publisher(&self, file: &GraphFile, topic: &Placed) -> Result<(), GraphFileError> {
+        if file.published().any(|known| known == topic.text) {
+            return Ok(());
+        }
         // Its own outputs are of no use to a node.
         let reads = |node: &&NodeSpec| node.inputs().any(|input| input.at == topic.at);
         let others = file.nodes.iter().filter(|node| !reads(node));
         let published = others.flat_map(|node| &node.publishes);
-        let instead = instead(&topic.text, published.map(|topic| &*topic.text));
-        self.refuse(
-            topic.at,
-            format!("no node publishes {:?}: {instead}", topic.text),
-        )
+        let published = published.map(|topic| &*topic.text);
+        self.unknown("no node publishes", topic, published)
     }
 
     fn inner(&self, block: &Block) -> Result<InnerSpec, GraphFileError> {
@@ -269,39 +278,13 @@ impl Checker<'_> {
 
     fn chain(&self, block: &Block, file: &GraphFile) -> Result<ChainSpec, GraphFileError> {
         self.name(&block.name)?;
-        let name = &block.name.text;
-        let key = super::judged::key(name);
-        if let Some(like) = file
-            .chains
-            .iter()
-            .find(|chain| super::judged::key(&chain.name) == key)
-        {
-            let what = format!(
-                "{name:?} is too much like {:?}: choose another name",
-                like.name
-            );
-            return Err(self.refuse(block.name.at, what));
+        let Placed { text: name, at } = &block.name;
+        let mut names = file.chains.iter().map(|spec| spec.chain.name);
+        if let Some(like) = names.find(|known| key(known) == key(name)) {
+            let what = format!("{name:?} is too much like {like:?}: choose another name");
+            return self.refuse(*at, what);
         }
-        let path = block.list("path");
-        if path.len() < 2 {
-            let expected = Form::Path.expected();
-            let what = format!("chain {name:?} has no way to go: {expected}");
-            return Err(self.refuse(block.name.at, what));
-        }
-        for (index, place) in path.iter().enumerate() {
-            if path[..index].iter().any(|other| other.text == place.text) {
-                let what = format!("{:?} is in the path twice: end it before", place.text);
-                return Err(self.refuse(place.at, what));
-            }
-        }
-        for step in path.windows(2) {
-            self.step(file, &step[0], &step[1])?;
-        }
-        let first = &path[0];
-        if first.text.starts_with('/') {
-            let what = format!("a path begins with a node, not with {:?}", first.text);
-            return Err(self.refuse(first.at, what));
-        }
+        let path = self.path(block, file)?;
         let share = block.number("share");
         let limit = block.number("age_ms").map(|ms| Limit {
             age: duration(ms),
@@ -309,37 +292,54 @@ impl Checker<'_> {
         });
         if let (Some(_), None) = (share, limit) {
             let what = format!("chain {name:?} has a share without a limit: add age_ms");
-            return Err(self.refuse(block.name.at, what));
+            return self.refuse(*at, what);
         }
-        Ok(ChainSpec {
-            name: name.clone(),
-            path,
-            limit,
-        })
+        let nodes = path.iter().filter(|place| !place.is_topic());
+        let nodes = nodes.map(|node| &*node.text);
+        let chain = DataChain::new(name, file.chains.len(), nodes, limit);
+        Ok(ChainSpec { chain, path })
+    }
+
+    fn path(&self, block: &Block, file: &GraphFile) -> Result<Vec<Placed>, GraphFileError> {
+        let path = block.list("path");
+        let [first, _, ..] = &path[..] else {
+            let expected = Form::Path.expected();
+            let what = format!("chain {:?} has no way to go: {expected}", block.name.text);
+            return self.refuse(block.name.at, what);
+        };
+        for (index, place) in path.iter().enumerate() {
+            if holds(&path[..index], &place.text) {
+                let what = format!("{:?} is in the path twice: end it before", place.text);
+                return self.refuse(place.at, what);
+            }
+        }
+        for step in path.windows(2) {
+            self.step(file, &step[0], &step[1])?;
+        }
+        if first.is_topic() {
+            let what = format!("a path begins with a node, not with {:?}", first.text);
+            return self.refuse(first.at, what);
+        }
+        Ok(path)
     }
 
     /// Checks one step of a path: from a node to a topic that it publishes, or from a topic to
     /// a node that reads it. Nodes and topics of a system are checked when it is known.
     fn step(&self, file: &GraphFile, from: &Placed, to: &Placed) -> Result<(), GraphFileError> {
-        let (node, topic) = match from.text.starts_with('/') {
-            true => (to, from),
-            false => (from, to),
+        let (node, topic) = if from.is_topic() {
+            (to, from)
+        } else {
+            (from, to)
         };
-        if topic.text.starts_with('/') == node.text.starts_with('/') {
-            let what = format!(
-                "{:?} follows {:?}: nodes and topics take turns in a path",
-                to.text, from.text
-            );
-            return Err(self.refuse(to.at, what));
+        if topic.is_topic() == node.is_topic() {
+            let what = format!("{:?} follows {:?}", to.text, from.text);
+            let rule = "nodes and topics take turns in a path";
+            return self.refuse(to.at, format!("{what}: {rule}"));
         }
-        let Some(known) = file.nodes.iter().find(|known| known.name == node.text) else {
-            if file.inner.is_some() {
-                return Ok(());
-            }
-            let instead = instead(&node.text, file.nodes.iter().map(|node| &*node.name));
-            return Err(self.refuse(node.at, format!("no node {:?}: {instead}", node.text)));
+        let Some(known) = self.node_of(file, node)? else {
+            return Ok(());
         };
-        let (topics, verb): (Vec<&Placed>, _) = match std::ptr::eq(node, from) {
+        let (topics, verb): (Vec<&Placed>, _) = match to.is_topic() {
             true => (known.publishes.iter().collect(), "publish"),
             false => (known.inputs().collect(), "read"),
         };
@@ -348,7 +348,7 @@ impl Checker<'_> {
         }
         let instead = instead(&topic.text, topics.iter().map(|topic| &*topic.text));
         let what = format!("{} does not {verb} {:?}: {instead}", node.text, topic.text);
-        Err(self.refuse(to.at, what))
+        self.refuse(to.at, what)
     }
 
     /// Checks the graph as a whole.
@@ -356,20 +356,13 @@ impl Checker<'_> {
         if let Err((topic, circle)) = file.trigger_order() {
             let remedy = "let one of them tick at a rate";
             let what = format!("nodes trigger each other in a circle: {circle}; {remedy}");
-            return Err(self.refuse(topic.at, what));
+            return self.refuse(topic.at, what);
         }
         if file.inner.is_some() {
             return Ok(());
         }
-        let is_published = |topic: &Placed| {
-            let mut published = file.nodes.iter().flat_map(|node| &node.publishes);
-            published.any(|known| known.text == topic.text)
-        };
         let mut read = file.nodes.iter().flat_map(NodeSpec::inputs);
-        match read.find(|topic| !is_published(topic)) {
-            Some(topic) => Err(self.without_publisher(file, topic)),
-            None => Ok(()),
-        }
+        read.try_for_each(|topic| self.publisher(file, topic))
     }
 }
 

@@ -1,21 +1,16 @@
 //! A graph file as sections with known keys, each value in its form.
 
+use ratelab::KnobKind;
 use toml::{
     Spanned,
     de::{DeTable, DeValue},
 };
 
 use super::{
-    error::{GraphFileError, instead},
+    error::{Checker, GraphFileError},
     format::{FileSection, Form, FormatKey, LONGEST_MS, SECTIONS, SHORTEST_MS},
+    place::Placed,
 };
-
-/// A text with its place in the file.
-#[derive(Clone, Debug)]
-pub(super) struct Placed {
-    pub(super) text: String,
-    pub(super) at: usize,
-}
 
 /// A section of the file.
 #[derive(Debug)]
@@ -27,7 +22,7 @@ pub(super) struct Block {
 }
 
 /// A value in the form of its key.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 enum FileValue {
     Text(String),
     Number(f64),
@@ -36,10 +31,10 @@ enum FileValue {
 }
 
 impl Block {
-    fn get(&self, key: &str) -> Option<(usize, &FileValue)> {
+    fn get(&self, key: &str) -> Option<(usize, FileValue)> {
         let mut entries = self.entries.iter();
         let (_, at, value) = entries.find(|(known, ..)| known.name == key)?;
-        Some((*at, value))
+        Some((*at, value.clone()))
     }
 
     /// The place of the value of `key`, if it is there.
@@ -47,43 +42,45 @@ impl Block {
         self.get(key).map(|(at, _)| at)
     }
 
-    /// All texts and numbers for knobs, with their places.
-    pub(super) fn knobs(&self) -> impl Iterator<Item = (&'static FormatKey, usize, String)> {
-        let knobs = self.entries.iter();
-        knobs.filter_map(|(key, at, value)| match (key.form, value) {
-            (Form::Knob(_), FileValue::Text(text)) => Some((*key, *at, text.clone())),
-            (Form::Knob(_), FileValue::Number(number)) => Some((*key, *at, written(*number))),
-            _ => None,
+    /// All texts and numbers for knobs, with their keys.
+    pub(super) fn knobs(&self) -> impl Iterator<Item = (&'static str, KnobKind, Placed)> {
+        self.entries.iter().filter_map(|(key, at, value)| {
+            let Form::Knob(kind) = key.form else {
+                return None;
+            };
+            let text = match value {
+                FileValue::Text(text) => Placed::new(text, *at),
+                FileValue::Number(number) => Placed::new(&written(*number), *at),
+                _ => return None,
+            };
+            Some((key.name, kind, text))
         })
     }
 
     pub(super) fn text(&self, key: &str) -> Option<Placed> {
         match self.get(key)? {
-            (at, FileValue::Text(text)) => Some(Placed {
-                text: text.clone(),
-                at,
-            }),
+            (at, FileValue::Text(text)) => Some(Placed { text, at }),
             _ => None,
         }
     }
 
     pub(super) fn number(&self, key: &str) -> Option<f64> {
         match self.get(key)? {
-            (_, FileValue::Number(number)) => Some(*number),
+            (_, FileValue::Number(number)) => Some(number),
             _ => None,
         }
     }
 
     pub(super) fn list(&self, key: &str) -> Vec<Placed> {
         match self.get(key) {
-            Some((_, FileValue::List(list))) => list.clone(),
+            Some((_, FileValue::List(list))) => list,
             _ => Vec::new(),
         }
     }
 
     pub(super) fn map(&self, key: &str) -> Vec<(Placed, Placed)> {
         match self.get(key) {
-            Some((_, FileValue::Map(map))) => map.clone(),
+            Some((_, FileValue::Map(map))) => map,
             _ => Vec::new(),
         }
     }
@@ -110,7 +107,7 @@ pub(super) fn read(text: &str) -> Result<Vec<Block>, GraphFileError> {
         };
         GraphFileError::at(text, span.start, what)
     })?;
-    let reader = DocumentReader { text };
+    let reader = Checker { text };
     let [top, sections @ ..] = &SECTIONS;
     let mut first = Vec::new();
     let mut blocks = Vec::new();
@@ -131,12 +128,12 @@ pub(super) fn read(text: &str) -> Result<Vec<Block>, GraphFileError> {
         }
     }
     blocks.sort_by_key(|block| block.name.at);
-    let start = Placed {
-        text: String::new(),
-        at: 0,
-    };
-    blocks.insert(0, reader.block(top, start, first)?);
+    blocks.insert(0, reader.block(top, Placed::new("", 0), first)?);
     Ok(blocks)
+}
+
+fn placed(key: KeyOf<'_>) -> Placed {
+    Placed::new(key.get_ref(), key.span().start)
 }
 
 /// The heading of a section.
@@ -157,35 +154,17 @@ fn in_order<'a>(table: &'a DeTable<'a>) -> Vec<(KeyOf<'a>, ValueOf<'a>)> {
     entries
 }
 
-fn placed(key: KeyOf<'_>) -> Placed {
-    Placed {
-        text: key.get_ref().to_string(),
-        at: key.span().start,
-    }
-}
-
-struct DocumentReader<'t> {
-    text: &'t str,
-}
-
-impl DocumentReader<'_> {
-    fn refuse(&self, at: usize, what: impl Into<String>) -> GraphFileError {
-        GraphFileError::at(self.text, at, what)
-    }
-
+impl Checker<'_> {
     fn table<'a>(
         &self,
         key: KeyOf<'a>,
         value: ValueOf<'a>,
         expected: &str,
     ) -> Result<&'a DeTable<'a>, GraphFileError> {
-        value.get_ref().as_table().ok_or_else(|| {
-            let name = key.get_ref();
-            self.refuse(
-                key.span().start,
-                format!("{name:?}: expected a section {expected}"),
-            )
-        })
+        let name = key.get_ref();
+        let what = format!("{name:?}: expected a section {expected}");
+        let table = value.get_ref().as_table();
+        table.map_or_else(|| self.refuse(key.span().start, what), Ok)
     }
 
     fn block(
@@ -196,20 +175,7 @@ impl DocumentReader<'_> {
     ) -> Result<Block, GraphFileError> {
         let mut known = Vec::new();
         for (key, value) in entries {
-            let (word, at): (&str, _) = (key.get_ref(), key.span().start);
-            let found = section.keys.iter().find(|known| known.name == word);
-            let found = found.ok_or_else(|| {
-                let keys = section.keys.iter().map(|key| key.name);
-                let sections = SECTIONS[1..].iter().map(|section| section.name);
-                let sections = sections.filter(|_| section.name.is_empty());
-                let instead = match MEANT.iter().find(|(other, _)| *other == word) {
-                    Some((_, key)) if keys.clone().any(|known| known == *key) => {
-                        format!("did you mean {key:?}?")
-                    }
-                    _ => instead(word, keys.chain(sections)),
-                };
-                self.refuse(at, format!("unknown key {word:?}: {instead}"))
-            })?;
+            let found = self.key(section, &placed(key))?;
             known.push((found, value.span().start, self.value(found, value)?));
         }
         let has = |key: &FormatKey| known.iter().any(|(known, ..)| known.name == key.name);
@@ -219,7 +185,7 @@ impl DocumentReader<'_> {
                 "" => format!("the key {name_of_key} is missing: {expected}"),
                 kind => format!("{kind} {:?} has no {name_of_key}: {expected}", name.text),
             };
-            return Err(self.refuse(name.at, what));
+            return self.refuse(name.at, what);
         }
         let block = Block {
             section,
@@ -228,6 +194,27 @@ impl DocumentReader<'_> {
         };
         self.one_of(&block)?;
         Ok(block)
+    }
+
+    /// The key of `section` with this name.
+    fn key(
+        &self,
+        section: &'static FileSection,
+        name: &Placed,
+    ) -> Result<&'static FormatKey, GraphFileError> {
+        let named = |word: &str| section.keys.iter().find(|key| key.name == word);
+        if let Some(key) = named(&name.text) {
+            return Ok(key);
+        }
+        let meant = MEANT.iter().find(|(other, _)| *other == name.text);
+        if let Some(key) = meant.and_then(|(_, meant)| named(meant)) {
+            let what = format!("unknown key {:?}: did you mean {:?}?", name.text, key.name);
+            return self.refuse(name.at, what);
+        }
+        let sections = SECTIONS[1..].iter().map(|section| section.name);
+        let sections = sections.filter(|_| section.name.is_empty());
+        let keys = section.keys.iter().map(|key| key.name);
+        self.unknown("unknown key", name, keys.chain(sections))
     }
 
     /// Checks that exactly one of some keys is there.
@@ -239,36 +226,31 @@ impl DocumentReader<'_> {
             [] if !block.section.one_of.is_empty() => {
                 let keys = block.section.one_of.join(" and no ");
                 let what = format!("{kind} {:?} has no {keys}: add one of them", name.text);
-                Err(self.refuse(name.at, what))
+                self.refuse(name.at, what)
             }
             [(first, _), (second, at), ..] => {
                 let what = format!("{:?} has both {first} and {second}", name.text);
-                Err(self.refuse(at, format!("{kind} {what}: leave one of them out")))
+                self.refuse(at, format!("{kind} {what}: leave one of them out"))
             }
             _ => Ok(()),
         }
     }
 
     fn value(&self, key: &FormatKey, value: ValueOf<'_>) -> Result<FileValue, GraphFileError> {
-        let form = key.form;
-        let found = match (form, value.get_ref()) {
+        let (form, content) = (key.form, value.get_ref());
+        let number = |fits: &dyn Fn(f64) -> bool| {
+            let number = number(content).filter(|number| fits(*number));
+            number.map(FileValue::Number)
+        };
+        let found = match (form, content) {
             (Form::Name | Form::Knob(_) | Form::Match | Form::Executor, DeValue::String(text)) => {
                 Some(FileValue::Text(text.to_string()))
             }
-            (Form::Knob(_), value) => number(value).map(FileValue::Number),
-            (Form::Number(most), value) => {
-                let number = number(value).filter(|number| *number > 0.0 && *number <= most);
-                number.map(FileValue::Number)
-            }
-            (Form::Milliseconds, value) => {
-                let limits = SHORTEST_MS..=LONGEST_MS;
-                let number = number(value).filter(|number| limits.contains(number));
-                number.map(FileValue::Number)
-            }
-            (Form::Whole(most), value) => {
-                let whole = number(value).filter(|number| number.fract() == 0.0);
-                let number = whole.filter(|number| (0.0..=f64::from(most)).contains(number));
-                number.map(FileValue::Number)
+            (Form::Knob(_), _) => number(&|_| true),
+            (Form::Number(most), _) => number(&|number| number > 0.0 && number <= most),
+            (Form::Milliseconds, _) => number(&|ms| (SHORTEST_MS..=LONGEST_MS).contains(&ms)),
+            (Form::Whole(most), _) => {
+                number(&|number| number.fract() == 0.0 && (0.0..=f64::from(most)).contains(&number))
             }
             (Form::Topics | Form::Nodes | Form::Path, DeValue::Array(items)) => {
                 let texts = items.iter().map(text);
@@ -281,17 +263,14 @@ impl DocumentReader<'_> {
             }
             _ => None,
         };
-        found.ok_or_else(|| {
-            let (name, expected) = (key.name, form.expected());
-            self.refuse(value.span().start, format!("{name}: expected {expected}"))
-        })
+        let what = format!("{}: expected {}", key.name, form.expected());
+        found.map_or_else(|| self.refuse(value.span().start, what), Ok)
     }
 }
 
 fn text(value: ValueOf<'_>) -> Option<Placed> {
-    let text = value.get_ref().as_str()?.to_owned();
-    let at = value.span().start;
-    Some(Placed { text, at })
+    let text = value.get_ref().as_str()?;
+    Some(Placed::new(text, value.span().start))
 }
 
 /// A number as a person writes it: without a hundred zeros.

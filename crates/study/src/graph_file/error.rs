@@ -4,6 +4,8 @@ use std::collections::HashSet;
 
 use thiserror::Error;
 
+use super::place::Placed;
+
 /// An error in a graph file, with its place.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("line {line}, column {column}: {what}")]
@@ -26,6 +28,32 @@ impl GraphFileError {
             column: 1 + line.chars().count(),
             what: what.into(),
         }
+    }
+}
+
+/// Checks the file `text`.
+pub(super) struct Checker<'t> {
+    pub(super) text: &'t str,
+}
+
+impl Checker<'_> {
+    pub(super) fn refuse<T>(
+        &self,
+        at: usize,
+        what: impl Into<String>,
+    ) -> Result<T, GraphFileError> {
+        Err(GraphFileError::at(self.text, at, what))
+    }
+
+    /// Refuses `name`, of which there is `no` such thing among the `known` names.
+    pub(super) fn unknown<'n, T>(
+        &self,
+        no: &str,
+        name: &Placed,
+        known: impl Iterator<Item = &'n str>,
+    ) -> Result<T, GraphFileError> {
+        let instead = instead(&name.text, known);
+        self.refuse(name.at, format!("{no} {:?}: {instead}", name.text))
     }
 }
 

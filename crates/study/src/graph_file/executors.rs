@@ -5,24 +5,23 @@ use ratelab_effects::{Callback, Executor};
 
 use super::{
     ExecutorSpec, GraphFile, NodeSpec,
-    check::Checker,
-    document::{Block, Placed},
-    error::{GraphFileError, instead},
+    document::Block,
+    error::{Checker, GraphFileError},
     format::Form,
+    place::{Placed, holds},
 };
 
 impl GraphFile {
     /// The executor of `node`, if it has one.
     pub(super) fn executor_of(&self, node: &str) -> Option<&ExecutorSpec> {
         let mut executors = self.executors.iter();
-        executors.find(|executor| executor.nodes.iter().any(|known| known.text == node))
+        executors.find(|executor| holds(&executor.nodes, node))
     }
 
     /// The nodes without an executor, with a place for errors.
     fn without_executor(&self, at: usize) -> Vec<Placed> {
-        let nodes = self.nodes.iter().map(|node| node.name.clone());
-        let rest = nodes.filter(|node| self.executor_of(node).is_none());
-        rest.map(|text| Placed { text, at }).collect()
+        let rest = self.names().filter(|node| self.executor_of(node).is_none());
+        rest.map(|node| Placed::new(node, at)).collect()
     }
 
     /// The groups and deadlines of nodes whose executors have no use for them.
@@ -48,7 +47,7 @@ impl GraphFile {
 
     /// A node as its executor knows it; one of the system in the middle is known by its name.
     pub(super) fn callback(&self, node: &str) -> Callback {
-        let known = self.nodes.iter().find(|known| known.name == node);
+        let known = self.node(node);
         known.map_or_else(|| Callback::of(node), |known| known.callback.clone())
     }
 }
@@ -67,62 +66,45 @@ impl Checker<'_> {
         file: &GraphFile,
     ) -> Result<ExecutorSpec, GraphFileError> {
         self.name(&block.name)?;
-        let kind = block.text("kind").unwrap_or_else(|| block.name.clone());
-        let parsed: Result<Executor, String> = kind.text.parse();
-        let executor = ExecutorSpec {
-            name: block.name.text.clone(),
-            kind: parsed.map_err(|error| self.refuse(kind.at, format!("kind: {error}")))?,
-            nodes: match block.at("nodes") {
-                Some(_) => block.list("nodes"),
-                None => file.without_executor(block.name.at),
-            },
+        let Placed { text: name, at } = block.name.clone();
+        let text = block.text("kind").unwrap_or_else(|| block.name.clone());
+        let kind: Result<Executor, String> = text.text.parse();
+        let kind = kind.or_else(|error| self.refuse(text.at, format!("kind: {error}")))?;
+        let listed = block.at("nodes");
+        let nodes = match listed {
+            Some(_) => block.list("nodes"),
+            None => file.without_executor(at),
         };
-        if executor.nodes.is_empty() {
-            let (at, why) = match block.at("nodes") {
-                Some(at) => (at, format!("expected {}", Form::Nodes.expected())),
-                None => (
-                    block.name.at,
-                    "the executors before it have them all".to_owned(),
-                ),
+        if nodes.is_empty() {
+            let why = match listed {
+                Some(_) => format!("expected {}", Form::Nodes.expected()),
+                None => "the executors before it have them all".to_owned(),
             };
-            let what = format!("executor {:?} has no nodes: {why}", executor.name);
-            return Err(self.refuse(at, what));
+            let what = format!("executor {name:?} has no nodes: {why}");
+            return self.refuse(listed.unwrap_or(at), what);
         }
-        for (index, node) in executor.nodes.iter().enumerate() {
-            let before = &executor.nodes[..index];
-            if before.iter().any(|known| known.text == node.text) {
-                let what = format!("nodes: {:?} is there twice: leave one out", node.text);
-                return Err(self.refuse(node.at, what));
-            }
-            self.member(node, &executor, file)?;
+        for (index, node) in nodes.iter().enumerate() {
+            self.once("nodes", node, &nodes[..index])?;
+            self.member(node, kind, file)?;
         }
-        Ok(executor)
+        Ok(ExecutorSpec { name, kind, nodes })
     }
 
-    /// Checks a node of an executor; one of the system in the middle is checked when that is
-    /// known.
+    /// Checks a node of an executor of this kind.
     fn member(
         &self,
         node: &Placed,
-        executor: &ExecutorSpec,
+        kind: Executor,
         file: &GraphFile,
     ) -> Result<(), GraphFileError> {
         let name = &node.text;
         if let Some(other) = file.executor_of(name) {
-            let what = format!(
-                "{name:?} has the executor {:?} already: leave one out",
-                other.name
-            );
-            return Err(self.refuse(node.at, what));
+            let what = format!("{name:?} has the executor {:?} already", other.name);
+            return self.refuse(node.at, format!("{what}: leave one out"));
         }
-        let Some(known) = file.nodes.iter().find(|known| known.name == *name) else {
-            if file.inner.is_some() {
-                return Ok(());
-            }
-            let instead = instead(name, file.nodes.iter().map(|node| &*node.name));
-            return Err(self.refuse(node.at, format!("no node {name:?}: {instead}")));
+        let Some(known) = self.node_of(file, node)? else {
+            return Ok(());
         };
-        let kind = executor.kind;
         let remedy = match kind {
             Executor::Let => "a rate",
             Executor::Edf { .. } if known.callback.deadline().is_none() => "a deadline_ms",
@@ -132,9 +114,27 @@ impl Checker<'_> {
             Release::Every(_) => Ok(()),
             Release::On(_) => {
                 let what = format!("messages trigger {name:?}, so it has no period for {kind}");
-                Err(self.refuse(node.at, format!("{what}: give it {remedy}")))
+                self.refuse(node.at, format!("{what}: give it {remedy}"))
             }
         }
+    }
+
+    /// Checks the settings of a node that only one with an executor has, or without.
+    pub(super) fn placement(
+        &self,
+        block: &Block,
+        node: &NodeSpec,
+        file: &GraphFile,
+    ) -> Result<(), GraphFileError> {
+        self.one_executor_of_group(block, node, file)?;
+        let (keys, why): (&[&str], _) = match file.executor_of(&node.name) {
+            None => (&["group", "deadline_ms"], "is in no executor"),
+            Some(_) => (&["wakes"], "has no thread of its own, only its executor"),
+        };
+        let mut there = keys.iter().filter_map(|key| Some((key, block.at(key)?)));
+        there.next().map_or(Ok(()), |(key, at)| {
+            self.refuse(at, format!("{:?} {why}: leave {key} out", node.name))
+        })
     }
 
     /// Refuses a group whose nodes are in several executors: it would exclude nothing.
@@ -155,31 +155,8 @@ impl Checker<'_> {
         });
         others.map_or(Ok(()), |other| {
             let what = format!("group: {:?} is in {group:?} too, but", other.name);
-            Err(self.refuse(
-                at,
-                format!("{what} in another executor: choose another name"),
-            ))
+            let remedy = "in another executor: choose another name";
+            self.refuse(at, format!("{what} {remedy}"))
         })
-    }
-
-    /// Checks the settings of a node that only one with an executor has, or without.
-    pub(super) fn placement(
-        &self,
-        block: &Block,
-        node: &NodeSpec,
-        file: &GraphFile,
-    ) -> Result<(), GraphFileError> {
-        let name = &node.name;
-        let refuse = |keys: &[&str], why: &str| {
-            let mut there = keys.iter().filter_map(|key| Some((key, block.at(key)?)));
-            there.next().map_or(Ok(()), |(key, at)| {
-                Err(self.refuse(at, format!("{name:?} {why}: leave {key} out")))
-            })
-        };
-        self.one_executor_of_group(block, node, file)?;
-        match file.executor_of(name) {
-            None => refuse(&["group", "deadline_ms"], "is in no executor"),
-            Some(_) => refuse(&["wakes"], "has no thread of its own, only its executor"),
-        }
     }
 }

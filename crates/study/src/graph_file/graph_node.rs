@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ratelab::{GO_ON, MeterRecorder, Node, Publisher, PushRecorder, Shared, Tick, Time};
 use ratelab_account::RowReader;
 
-use super::chain::{ChainAges, Numbers};
+use crate::system::{ChainAges, Numbers};
 
 /// Where a node takes the beginning of a chain's data from.
 #[derive(Clone, Copy, Debug)]
@@ -52,14 +52,21 @@ pub(super) struct Output {
 
 /// The chains that end at a node.
 pub(super) struct ChainEnds {
-    /// The number of each, the beginning of its data, and the meter of its age at each output.
-    pub(super) chains: Vec<(usize, Beginning, MeterRecorder)>,
+    pub(super) chains: Vec<ChainEnd>,
     pub(super) ages: Arc<Shared<ChainAges>>,
     pub(super) publisher: Publisher<Numbers>,
     /// The age of the first chain of the file over time, where no system has one.
     pub(super) push_age: Option<PushRecorder>,
-    /// The beginnings of the data of the current tick.
-    pub(super) pending: Vec<(usize, Option<Time>)>,
+}
+
+/// The end of a chain.
+pub(super) struct ChainEnd {
+    pub(super) number: usize,
+    pub(super) beginning: Beginning,
+    /// The meter of its age at each output.
+    pub(super) meter: MeterRecorder,
+    /// When the data of the current tick began.
+    pub(super) begun: Option<Time>,
 }
 
 impl GraphNode {
@@ -104,10 +111,8 @@ impl Node for GraphNode {
             outputs.for_each(|output| self.publish(output, now));
         }
         let mut ends = self.ends.take();
-        if let Some(ends) = &mut ends {
-            let chains = ends.chains.iter();
-            let pending = chains.map(|(chain, of, _)| (*chain, self.beginning(*of, now)));
-            ends.pending = pending.collect();
+        for end in ends.iter_mut().flat_map(|ends| &mut ends.chains) {
+            end.begun = self.beginning(end.beginning, now);
         }
         self.ends = ends;
         GO_ON
@@ -118,19 +123,20 @@ impl Node for GraphNode {
         let Some(ends) = &mut self.ends else {
             return GO_ON;
         };
-        for ((_, _, meter), (_, begun)) in ends.chains.iter_mut().zip(&ends.pending) {
-            if let Some(begun) = begun {
-                meter.record(now.since(*begun));
+        for end in &mut ends.chains {
+            if let Some(begun) = end.begun {
+                end.meter.record(now.since(begun));
             }
         }
-        let first = ends.pending.iter().find(|(chain, _)| *chain == 0);
-        let first = first.and_then(|(_, begun)| *begun);
+        let first = ends.chains.iter().find(|end| end.number == 0);
+        let first = first.and_then(|end| end.begun);
         if let (Some(age), Some(begun)) = (&ends.push_age, first) {
             age.push(now, begun);
         }
         // The rows are in the order of their times, whichever node publishes them.
         let mut ages = ends.ages.lock();
-        let row = ages.row(now, &ends.pending);
+        let outputs = ends.chains.iter().map(|end| (end.number, end.begun));
+        let row = ages.row(now, outputs);
         ends.publisher.publish(row, now, first);
         GO_ON
     }

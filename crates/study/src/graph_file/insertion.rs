@@ -1,218 +1,232 @@
-//! The nodes of a graph file between a topic of a system and its reader.
+//! The nodes of a graph file around a system, and between a topic of it and its reader.
 
-use ratelab::Topology;
+use std::sync::Arc;
+
+use ratelab::{TopicTopology, Topology};
 
 use super::{
-    ChainSpec, GraphFile, InnerSpec, NodeSpec,
-    document::Placed,
-    error::{GraphFileError, instead},
+    ChainSpec, GraphFile, GraphFileError, InnerSpec, NodeSpec,
+    error::{Checker, instead},
+    place::Placed,
 };
-use crate::system::{ForwardingNode, Setup, Surroundings, System};
+use crate::system::{ForwardingNode, Surroundings, System};
 
-/// Checks the graph of `file` around `system`; returns the nodes between a topic of the system
-/// and its reader, and the graph of the system.
+/// The system in the middle of a graph file.
+pub(super) struct Middle {
+    pub(super) system: Arc<dyn System>,
+    /// Its graph.
+    pub(super) topology: Topology,
+    /// The nodes of the file between its topics and their readers.
+    pub(super) relays: Vec<ForwardingNode>,
+}
+
+/// Checks the graph of `file` around `system`.
 pub(super) fn insert(
     file: &GraphFile,
     inner: &InnerSpec,
-    system: &dyn System,
-) -> Result<(Vec<ForwardingNode>, Topology), GraphFileError> {
-    let refuse = |at: &Placed, what: String| Err(GraphFileError::at(&file.text, at.at, what));
-    let surroundings = match Surroundings::of(system, &Setup::default()) {
-        Ok(surroundings) => surroundings,
-        Err(error) => return refuse(&inner.name, error.to_string()),
+    system: Arc<dyn System>,
+) -> Result<Middle, GraphFileError> {
+    let checker = Checker { text: &file.text };
+    let around = Surroundings::of(&*system);
+    let around = around.or_else(|why| checker.refuse(inner.name.at, why.to_string()))?;
+    let fit = Fit {
+        checker,
+        file,
+        around,
     };
-    let Surroundings {
-        topology,
-        recorded,
-        offered,
-    } = surroundings;
-    let topics = topology.topics.iter().map(|topic| topic.name.as_str());
-    for node in &file.nodes {
-        if topology.nodes.iter().any(|known| known.name == node.name) {
-            let name = &node.name;
-            let what = format!("the system has a node {name:?} already: choose another name");
-            return Err(GraphFileError::at(&file.text, node.at, what));
-        }
-        let taken = |topic: &&Placed| topics.clone().any(|known| known == topic.text);
-        if let Some(topic) = node.publishes.iter().find(taken) {
-            let name = &topic.text;
-            let what = format!("{name:?} is a topic of the system: choose another name");
-            return refuse(topic, what);
-        }
-        let exists = |topic: &&Placed| {
-            let mut published = file.nodes.iter().flat_map(|node| &node.publishes);
-            recorded.contains(&topic.text) || published.any(|known| known.text == topic.text)
-        };
-        if let Some(topic) = node.inputs().find(|topic| !exists(topic)) {
-            let published = file.nodes.iter().flat_map(|node| &node.publishes);
-            let known = published.map(|topic| topic.text.as_str());
-            let known = known.chain(recorded.iter().map(String::as_str));
-            let instead = instead(&topic.text, known);
-            return refuse(
-                topic,
-                format!("no node publishes {:?}: {instead}", topic.text),
-            );
-        }
+    fit.nodes()?;
+    fit.settings()?;
+    let relays = fit.relays(inner)?;
+    for spec in &file.chains {
+        fit.chain(spec, &relays)?;
     }
-    check_executors(file, &topology)?;
-    check_topics(file, &topology)?;
-    let mut relays = Vec::new();
-    for (from, to) in &inner.remap {
-        if !offered.contains(&from.text) {
-            let instead = instead(&from.text, offered.iter().map(String::as_str));
+    Ok(Middle {
+        system,
+        topology: fit.around.topology,
+        relays,
+    })
+}
+
+/// A graph file around a system.
+struct Fit<'f> {
+    checker: Checker<'f>,
+    file: &'f GraphFile,
+    around: Surroundings,
+}
+
+impl Fit<'_> {
+    fn graph(&self) -> &Topology {
+        &self.around.topology
+    }
+
+    /// The index of the system's node called `name`.
+    fn node(&self, name: &str) -> Option<usize> {
+        let mut nodes = self.graph().nodes.iter();
+        nodes.position(|node| node.name == name)
+    }
+
+    /// The system's topic called `name`.
+    fn topic(&self, name: &str) -> Option<&TopicTopology> {
+        let mut topics = self.graph().topics.iter();
+        topics.find(|topic| topic.name == name)
+    }
+
+    /// Checks that the names of the nodes and their topics are new, and their inputs known.
+    fn nodes(&self) -> Result<(), GraphFileError> {
+        let (file, checker) = (self.file, &self.checker);
+        let recorded = || self.around.recorded.iter().map(String::as_str);
+        for node in &file.nodes {
+            if self.node(&node.name).is_some() {
+                let what = format!("the system has a node {:?} already", node.name);
+                return checker.refuse(node.at, format!("{what}: choose another name"));
+            }
+            let mut published = node.publishes.iter();
+            if let Some(topic) = published.find(|topic| self.topic(&topic.text).is_some()) {
+                let what = format!("{:?} is a topic of the system", topic.text);
+                return checker.refuse(topic.at, format!("{what}: choose another name"));
+            }
+            let known = || file.published().chain(recorded());
+            if let Some(topic) = node
+                .inputs()
+                .find(|it| !known().any(|name| name == it.text))
+            {
+                return checker.unknown("no node publishes", topic, known());
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that the nodes of executors and the topics with settings are of the file or of the
+    /// system.
+    fn settings(&self) -> Result<(), GraphFileError> {
+        let nodes = self.graph().nodes.iter().map(|node| &*node.name);
+        let nodes = self.file.names().chain(nodes);
+        for node in self.file.executors.iter().flat_map(|e| &e.nodes) {
+            if !nodes.clone().any(|name| name == node.text) {
+                return self.checker.unknown("no node", node, nodes);
+            }
+        }
+        let topics = self.graph().topics.iter().map(|topic| &*topic.name);
+        let topics = self.file.published().chain(topics);
+        for topic in &self.file.topics {
+            if !topics.clone().any(|name| name == topic.text) {
+                return self.checker.unknown("no topic", topic, topics);
+            }
+        }
+        Ok(())
+    }
+
+    /// The nodes between topics of the system and their readers.
+    fn relays(&self, inner: &InnerSpec) -> Result<Vec<ForwardingNode>, GraphFileError> {
+        let offered = &self.around.offered;
+        let mut relays = Vec::new();
+        for (from, to) in &inner.remap {
+            if !offered.contains(&from.text) {
+                let instead = instead(&from.text, offered.iter().map(String::as_str));
+                let what = format!("{:?} has no reader that can be remapped", from.text);
+                return self.checker.refuse(from.at, format!("{what}: {instead}"));
+            }
+            relays.extend(self.line(from, to)?);
+        }
+        Ok(relays)
+    }
+
+    /// Checks the path of a chain where it goes through nodes of the system, whose messages
+    /// carry only the time of the sensing behind them.
+    fn chain(&self, spec: &ChainSpec, relays: &[ForwardingNode]) -> Result<(), GraphFileError> {
+        let is_relay = |name: &str| relays.iter().any(|relay| relay.node == name);
+        let (first, last, name) = (&spec.path[0], spec.chain.last(), spec.chain.name);
+        let reads = |node: usize| {
+            let mut topics = self.graph().topics.iter();
+            topics.any(|topic| topic.readers.contains(&node))
+        };
+        if is_relay(&first.text) || self.node(&first.text).is_some_and(reads) {
+            let what = format!("the data of {} are older than its tick", first.text);
+            let remedy = format!("begin {name} at the node that senses them");
+            return self.checker.refuse(first.at, format!("{what}: {remedy}"));
+        }
+        if self.node(last).is_some() || is_relay(last) {
             let what = format!(
-                "{:?} has no reader that can be remapped: {instead}",
-                from.text
+                "{name} ends at {last}, a node of the system or before one: expected another node \
+                 of this file; the system measures the ages of its own actions"
             );
-            return refuse(from, what);
+            return self.checker.refuse(first.at, what);
         }
-        relays.extend(line(file, from, to)?);
+        for step in spec.path.windows(2) {
+            let [from, to] = [&step[0], &step[1]];
+            if !self.joins(from, to) {
+                let what = format!("no way from {} to {}", from.text, to.text);
+                return self.checker.refuse(to.at, what);
+            }
+        }
+        Ok(())
     }
-    for chain in &file.chains {
-        check_chain(file, chain, &topology, &relays)?;
-    }
-    Ok((relays, topology))
-}
 
-/// Checks that the nodes of executors are nodes of the file or of the system.
-fn check_executors(file: &GraphFile, topology: &Topology) -> Result<(), GraphFileError> {
-    let names = || {
-        let own = file.nodes.iter().map(|node| node.name.as_str());
-        own.chain(topology.nodes.iter().map(|node| node.name.as_str()))
-    };
-    let mut nodes = file.executors.iter().flat_map(|executor| &executor.nodes);
-    let Some(unknown) = nodes.find(|node| !names().any(|name| name == node.text)) else {
-        return Ok(());
-    };
-    let what = format!(
-        "no node {:?}: {}",
-        unknown.text,
-        instead(&unknown.text, names())
-    );
-    Err(GraphFileError::at(&file.text, unknown.at, what))
-}
-
-/// Checks that the topics with settings are topics of the file or of the system.
-fn check_topics(file: &GraphFile, topology: &Topology) -> Result<(), GraphFileError> {
-    let names = || {
-        let own = file.nodes.iter().flat_map(|node| &node.publishes);
-        let own = own.map(|topic| topic.text.as_str());
-        own.chain(topology.topics.iter().map(|topic| topic.name.as_str()))
-    };
-    let mut topics = file.topics.iter();
-    let Some(unknown) = topics.find(|topic| !names().any(|name| name == topic.text)) else {
-        return Ok(());
-    };
-    let what = format!(
-        "no topic {:?}: {}",
-        unknown.text,
-        instead(&unknown.text, names())
-    );
-    Err(GraphFileError::at(&file.text, unknown.at, what))
-}
-
-/// Checks the path of a chain where it goes through nodes of the system, whose messages carry
-/// only the time of the sensing behind them.
-fn check_chain(
-    file: &GraphFile,
-    chain: &ChainSpec,
-    topology: &Topology,
-    relays: &[ForwardingNode],
-) -> Result<(), GraphFileError> {
-    let refuse = |at: &Placed, what: String| Err(GraphFileError::at(&file.text, at.at, what));
-    let is_relay = |name: &str| relays.iter().any(|relay| relay.node == name);
-    let (first, last) = (&chain.path[0], chain.last());
-    let number = |name: &str| topology.nodes.iter().position(|node| node.name == name);
-    let reads = |node: usize| {
-        let mut topics = topology.topics.iter();
-        topics.any(|topic| topic.readers.contains(&node))
-    };
-    if is_relay(&first.text) || number(&first.text).is_some_and(reads) {
-        let what = format!(
-            "the data of {} are older than its tick: begin {} at the node that senses them",
-            first.text, chain.name
-        );
-        return refuse(first, what);
-    }
-    if number(last).is_some() || is_relay(last) {
-        let what = format!(
-            "{} ends at {last}, a node of the system or before one: expected another node of this \
-             file; the system measures the ages of its own actions",
-            chain.name
-        );
-        return refuse(first, what);
-    }
-    for step in chain.path.windows(2) {
-        let [from, to] = [&step[0], &step[1]];
-        let reading = from.text.starts_with('/');
+    /// Whether a step of a path is one of the system; those of the file were checked before.
+    fn joins(&self, from: &Placed, to: &Placed) -> bool {
+        let reading = from.is_topic();
         let (node, topic) = if reading { (to, from) } else { (from, to) };
-        if file.nodes.iter().any(|known| known.name == node.text) {
-            continue;
+        if self.file.node(&node.text).is_some() {
+            return true;
         }
-        let mut topics = topology.topics.iter();
-        let topic = topics.find(|known| known.name == topic.text);
-        let joined = number(&node.text).zip(topic).is_some_and(|(node, topic)| {
-            let ends = if reading {
-                &topic.readers
-            } else {
-                &topic.publishers
-            };
-            ends.contains(&node)
-        });
-        if !joined {
-            return refuse(to, format!("no way from {} to {}", from.text, to.text));
-        }
+        let known = self.node(&node.text).zip(self.topic(&topic.text));
+        known.is_some_and(|(node, topic)| match reading {
+            true => topic.readers.contains(&node),
+            false => topic.publishers.contains(&node),
+        })
     }
-    Ok(())
-}
 
-/// The nodes on the way from the topic `from` of a system to the topic `to`, in the order of
-/// the data.
-fn line(
-    file: &GraphFile,
-    from: &Placed,
-    to: &Placed,
-) -> Result<Vec<ForwardingNode>, GraphFileError> {
-    let mut relays: Vec<ForwardingNode> = Vec::new();
-    let mut topic = to.text.clone();
-    while topic != from.text {
-        let refuse = |what: String| Err(GraphFileError::at(&file.text, to.at, what));
-        let publishes = |node: &&NodeSpec| node.publishes.iter().any(|known| known.text == topic);
-        let publishers: Vec<&NodeSpec> = file.nodes.iter().filter(publishes).collect();
-        let [node] = publishers[..] else {
-            let count = publishers.len();
-            let way = format!("{:?} is no way from {:?}", to.text, from.text);
-            return refuse(format!(
-                "{way}: {count} nodes publish {topic:?}, expected one"
-            ));
+    /// The nodes on the way from the topic `from` of the system to the topic `to`, in the order
+    /// of the data.
+    fn line(&self, from: &Placed, to: &Placed) -> Result<Vec<ForwardingNode>, GraphFileError> {
+        let mut relays: Vec<ForwardingNode> = Vec::new();
+        let mut topic = &to.text;
+        let no_way = |why: String| {
+            let what = format!("{:?} is no way from {:?}: {why}", to.text, from.text);
+            self.checker.refuse(to.at, what)
         };
-        let inputs: Vec<&Placed> = node.inputs().collect();
-        let ([input], [_]) = (&inputs[..], &node.publishes[..]) else {
-            return refuse(format!(
-                "{} is between {:?} and its reader: expected a node that reads one topic and \
-                 publishes one",
-                node.name, from.text
-            ));
-        };
-        if node.priority.is_some() {
-            let (name, from) = (&node.name, &from.text);
-            let what = format!("{name} ticks right behind the publisher of {from:?}");
-            return refuse(format!("{what}: leave its priority out"));
+        while *topic != from.text {
+            let nodes = self.file.nodes.iter();
+            let publishers: Vec<_> = nodes.filter(|node| node.publishes(topic)).collect();
+            let [node] = publishers[..] else {
+                let count = publishers.len();
+                return no_way(format!("{count} nodes publish {topic:?}, expected one"));
+            };
+            let input = self.single_input(node, from, to)?;
+            if relays.iter().any(|relay| relay.node == node.name) {
+                return no_way("a circle".to_owned());
+            }
+            relays.push(ForwardingNode {
+                node: node.name.clone(),
+                release: node.release.clone(),
+                from: input.text.clone(),
+                to: topic.clone(),
+            });
+            topic = &input.text;
         }
-        if relays.iter().any(|relay| relay.node == node.name) {
-            return refuse(format!(
-                "{:?} is no way from {:?}: a circle",
-                to.text, from.text
-            ));
-        }
-        relays.push(ForwardingNode {
-            node: node.name.clone(),
-            release: node.release.clone(),
-            from: input.text.clone(),
-            to: topic,
-        });
-        topic = input.text.clone();
+        relays.reverse();
+        Ok(relays)
     }
-    relays.reverse();
-    Ok(relays)
+
+    /// The one input of a node between the topic `from` and its reader.
+    fn single_input<'n>(
+        &self,
+        node: &'n NodeSpec,
+        from: &Placed,
+        to: &Placed,
+    ) -> Result<&'n Placed, GraphFileError> {
+        let (name, from) = (&node.name, &from.text);
+        let inputs: Vec<&Placed> = node.inputs().collect();
+        let what = match (&inputs[..], node.publishes.len(), node.priority) {
+            ([input], 1, None) => return Ok(input),
+            ([_], 1, Some(_)) => format!(
+                "{name} ticks right behind the publisher of {from:?}: leave its priority out"
+            ),
+            _ => format!(
+                "{name} is between {from:?} and its reader: expected a node that reads one topic \
+                 and publishes one"
+            ),
+        };
+        self.checker.refuse(to.at, what)
+    }
 }

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use ratelab::{Knob, Release};
+use ratelab::{Knob, Release, Topology};
 use ratelab_effects::{Draw, Executor, draw};
 
 use super::{ExecutorSpec, GraphSystem, NodeSpec};
@@ -69,7 +69,7 @@ impl GraphSystem {
             late: cost(name).map_or(0.0, |draw| draw.share_above(FULL / hz)),
         };
         let mut loads = Loads::new();
-        for node in self.topology.iter().flat_map(|topology| &topology.nodes) {
+        for node in self.middle.iter().flat_map(|middle| &middle.topology.nodes) {
             let hz = setup.rate(&node.name).unwrap_or(node.hz);
             loads.insert(&node.name, load(&node.name, hz.get()));
         }
@@ -92,10 +92,11 @@ impl GraphSystem {
         let own = self.file.nodes.iter();
         let own = own.filter(|node| node.publishes(topic));
         let own = own.map(|node| node.name.as_str());
-        let inner = self.topology.iter().flat_map(|topology| {
-            let topics = topology.topics.iter().filter(|known| known.name == topic);
+        let inner = self.middle.iter().flat_map(|middle| {
+            let Topology { nodes, topics } = &middle.topology;
+            let topics = topics.iter().filter(|known| known.name == topic);
             let publishers = topics.flat_map(|topic| &topic.publishers);
-            publishers.map(|node| topology.nodes[*node].name.as_str())
+            publishers.map(|node| nodes[*node].name.as_str())
         });
         let publishers = own.chain(inner);
         let rates = publishers.filter_map(|name| Some(loads.get(name)?.hz));
@@ -134,7 +135,7 @@ impl GraphSystem {
 
     /// The callback group of a node, or else the node itself.
     fn group(&self, node: &str) -> String {
-        let known = self.file.nodes.iter().find(|known| known.name == node);
+        let known = self.file.node(node);
         let group = known.and_then(|known| known.callback.group_name());
         group.map_or_else(|| node.to_owned(), |group| format!("group {group}"))
     }

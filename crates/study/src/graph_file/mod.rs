@@ -36,7 +36,6 @@
 //! copies it from the message that it read last on the topic before in the chain, so data
 //! ages are exact along the named path.
 
-mod chain;
 mod check;
 mod document;
 mod error;
@@ -44,22 +43,20 @@ mod executors;
 pub mod format;
 mod graph_node;
 mod insertion;
-mod judged;
-mod leaked;
 mod load;
+mod own_topic;
+mod place;
 mod system;
 mod triggers;
-
-use std::time::Duration;
+mod wiring;
 
 use ratelab::{Knob, Release};
 use ratelab_effects::{Callback, Executor};
 
+use crate::system::DataChain;
+
 pub use error::GraphFileError;
 pub use system::GraphSystem;
-
-/// Name of the topic with the data ages of the chains.
-pub const CHAINS: &str = "/chains";
 
 /// The longest text (bytes).
 pub const MOST_BYTES: usize = 1 << 20;
@@ -68,11 +65,8 @@ pub const MOST_BYTES: usize = 1 << 20;
 /// graph stays readable.
 pub const MOST_PARTS: usize = 200;
 
-/// Maximum number of chains.
-pub const MOST_CHAINS: usize = 16;
-
 /// A graph file: its content, checked.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct GraphFile {
     text: String,
     name: String,
@@ -80,7 +74,7 @@ pub struct GraphFile {
     /// The settings of its nodes and topics.
     settings: Vec<Knob>,
     /// The topics with settings.
-    topics: Vec<document::Placed>,
+    topics: Vec<place::Placed>,
     chains: Vec<ChainSpec>,
     executors: Vec<ExecutorSpec>,
     inner: Option<InnerSpec>,
@@ -95,18 +89,22 @@ struct NodeSpec {
     /// Its place among nodes that are due together, if it is set.
     priority: Option<u32>,
     /// The topics that trigger it.
-    triggers: Vec<document::Placed>,
+    triggers: Vec<place::Placed>,
     /// The other topics that it reads.
-    reads: Vec<document::Placed>,
-    publishes: Vec<document::Placed>,
+    reads: Vec<place::Placed>,
+    publishes: Vec<place::Placed>,
     /// The node as its executor knows it.
     callback: Callback,
 }
 
 impl NodeSpec {
     /// All topics that it reads, those first that trigger it.
-    fn inputs(&self) -> impl Iterator<Item = &document::Placed> {
+    fn inputs(&self) -> impl Iterator<Item = &place::Placed> {
         self.triggers.iter().chain(&self.reads)
+    }
+
+    fn publishes(&self, topic: &str) -> bool {
+        place::holds(&self.publishes, topic)
     }
 }
 
@@ -116,31 +114,28 @@ struct ExecutorSpec {
     name: String,
     kind: Executor,
     /// Its nodes, in the order of registration.
-    nodes: Vec<document::Placed>,
+    nodes: Vec<place::Placed>,
 }
 
 /// A chain in a graph file.
 #[derive(Clone, Debug)]
 struct ChainSpec {
-    name: String,
-    path: Vec<document::Placed>,
-    limit: Option<Limit>,
+    chain: DataChain,
+    path: Vec<place::Placed>,
 }
 
-/// A limit of the data age of a chain.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Limit {
-    age: Duration,
-    /// Share of the time for which it holds.
-    share: f64,
+impl ChainSpec {
+    fn place(&self, name: &str) -> Option<usize> {
+        self.path.iter().position(|place| place.text == name)
+    }
 }
 
 /// The system in the middle of a graph file.
 #[derive(Clone, Debug)]
 struct InnerSpec {
-    name: document::Placed,
+    name: place::Placed,
     /// Topics of the system, each with the topic that is read in its place.
-    remap: Vec<(document::Placed, document::Placed)>,
+    remap: Vec<(place::Placed, place::Placed)>,
 }
 
 impl GraphFile {
@@ -159,5 +154,21 @@ impl GraphFile {
     /// Name of the graph.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// The node called `name`.
+    fn node(&self, name: &str) -> Option<&NodeSpec> {
+        self.nodes.iter().find(|node| node.name == name)
+    }
+
+    /// The names of its nodes.
+    fn names(&self) -> impl Iterator<Item = &str> + Clone {
+        self.nodes.iter().map(|node| &*node.name)
+    }
+
+    /// The names of the topics that its nodes publish.
+    fn published(&self) -> impl Iterator<Item = &str> + Clone {
+        let topics = self.nodes.iter().flat_map(|node| &node.publishes);
+        topics.map(|topic| &*topic.text)
     }
 }

@@ -1,52 +1,35 @@
 //! A graph file as a system.
 
-use std::{path::PathBuf, sync::Arc};
+use std::sync::Arc;
 
-use ratelab::{ClockExit, Release, Shared, Time, Topic, Topology};
-use ratelab_account::RecordedTopic;
+use ratelab::{ClockExit, Knob, Release, Time};
 
 use super::{
-    CHAINS, ChainSpec, GraphFile, GraphFileError, NodeSpec,
-    chain::{self, ChainAges, Numbers, PEAKS},
-    document::Placed,
+    ChainSpec, GraphFile, GraphFileError,
     error::instead,
-    graph_node::{Beginning, ChainEnds, GraphNode, NodeInput, Output},
-    insertion::insert,
-    judged::{FIGURES, Judged},
-    leaked::{leaked, leaked_kind, leaked_list},
+    insertion::{Middle, insert},
+    own_topic::{OwnTopic, own_topics},
 };
 use crate::system::{
-    AgeLimits, Alias, BuildError, Builder, Final, ForwardingNode, Group, Joints, Picture,
-    QuadraticCost, Setup, Signal, StateTable, System, Verdict, VerdictKind,
+    About, BuildError, Builder, CHAINS, DataChain, Final, Group, PEAKS, Setup, Signal, System,
+    Verdict, VerdictKind, kept_kind, kept_list, kept_text,
 };
 
 /// The system of a graph file, with another system in its middle if the file names one.
 pub struct GraphSystem {
-    pub(super) file: GraphFile,
-    inner: Option<Arc<dyn System>>,
-    /// Its graph.
-    pub(super) topology: Option<Topology>,
-    relays: Vec<ForwardingNode>,
     name: &'static str,
+    pub(super) file: GraphFile,
+    pub(super) middle: Option<Middle>,
+    /// Its settings, behind those of the system in its middle.
+    settings: Vec<Knob>,
     /// The topics of its own, in the order of the file.
-    topics: Vec<OwnTopic>,
-    /// Names of the numbers on [`CHAINS`].
-    chain_fields: &'static [&'static str],
-    chains: Vec<Judged>,
-    signals: &'static [Signal],
-    groups: &'static [Group],
-    verdicts: &'static [&'static VerdictKind],
-    kept: &'static VerdictKind,
-    stopped: &'static VerdictKind,
+    pub(super) topics: Vec<OwnTopic>,
+    pub(super) chains: Vec<DataChain>,
+    signals: Vec<Signal>,
+    groups: Vec<Group>,
+    verdicts: Vec<&'static VerdictKind>,
     /// The topics before the last node of the first chain.
-    first_path: &'static [&'static str],
-}
-
-/// A topic of a graph file, with the chains through it.
-struct OwnTopic {
-    name: String,
-    chains: Vec<usize>,
-    fields: &'static [&'static str],
+    first_path: Vec<String>,
 }
 
 impl GraphFile {
@@ -56,7 +39,7 @@ impl GraphFile {
     /// [`GraphFileError`] if it names another system, or does not fit around it.
     pub fn system(&self, known: &[Arc<dyn System>]) -> Result<GraphSystem, GraphFileError> {
         let Some(inner) = &self.inner else {
-            return Ok(GraphSystem::new(self, None, Vec::new(), None));
+            return Ok(GraphSystem::new(self, None));
         };
         let system = known.iter().find(|system| system.name() == inner.name.text);
         let Some(system) = system else {
@@ -64,228 +47,89 @@ impl GraphFile {
             let what = format!("unknown system {:?}: {instead}", inner.name.text);
             return Err(GraphFileError::at(&self.text, inner.name.at, what));
         };
-        let (relays, topology) = insert(self, inner, &**system)?;
-        let (inner, topology) = (Some(system.clone()), Some(topology));
-        Ok(GraphSystem::new(self, inner, relays, topology))
-    }
-}
-
-impl ChainSpec {
-    /// Its nodes, in the direction of the data.
-    pub(super) fn nodes(&self) -> impl Iterator<Item = String> {
-        let nodes = self.path.iter().map(|place| &place.text);
-        nodes.filter(|text| !text.starts_with('/')).cloned()
+        let middle = insert(self, inner, system.clone())?;
+        Ok(GraphSystem::new(self, Some(middle)))
     }
 
-    /// The node at its end.
-    pub(super) fn last(&self) -> &str {
-        let mut nodes = self.path.iter().rev();
-        let last = nodes.find(|place| !place.text.starts_with('/'));
-        last.map_or("", |node| &node.text)
+    /// The topics before the last node of the first chain.
+    fn first_path(&self) -> Vec<String> {
+        let of = |spec: &ChainSpec| {
+            let last = spec.place(spec.chain.last()).unwrap_or_default();
+            let topics = spec.path[..last].iter();
+            let topics = topics.filter(|place| place.text.starts_with('/'));
+            topics.map(|topic| topic.text.clone()).collect()
+        };
+        self.chains.first().map_or_else(Vec::new, of)
     }
 
-    /// The topics before that node.
-    fn topics(&self) -> impl Iterator<Item = String> {
-        let last = self.place(self.last()).unwrap_or_default();
-        let topics = self.path[..last].iter();
-        let topics = topics.filter(|place| place.text.starts_with('/'));
-        topics.map(|topic| topic.text.clone())
-    }
-
-    fn place(&self, name: &str) -> Option<usize> {
-        self.path.iter().position(|place| place.text == name)
-    }
-}
-
-impl GraphSystem {
-    fn new(
-        file: &GraphFile,
-        inner: Option<Arc<dyn System>>,
-        relays: Vec<ForwardingNode>,
-        topology: Option<Topology>,
-    ) -> Self {
-        let chains: Vec<Judged> = file.chains.iter().map(Judged::of).collect();
-        let limits = file.chains.iter().filter_map(ChainSpec::within);
+    /// The verdicts where all limits are kept: to the end of the run, and until it was stopped.
+    fn kept(&self) -> [&'static VerdictKind; 2] {
+        let limits = self.chains.iter().filter_map(|spec| spec.chain.within());
         let limits: Vec<String> = limits.collect();
         let limits = match &limits[..] {
             [only] => only.clone(),
             all => format!("{} chains within their limits", all.len()),
         };
-        let kept = leaked_kind("kept", false, &format!("KEPT ({limits})"));
-        let stopped = format!("STOPPED at {{at}} (so far {limits})");
-        let stopped = leaked_kind("stopped", false, &stopped);
-        let limited = chains.iter().filter(|chain| chain.limit.is_some());
-        let missed = limited
-            .clone()
-            .flat_map(|chain| [chain.missed, chain.silent]);
-        let verdicts: Vec<&'static VerdictKind> = match &inner {
-            Some(inner) => inner.verdicts().iter().copied().chain(missed).collect(),
-            None if limited.count() == 0 => VerdictKind::OF_EXITS.to_vec(),
-            None => [kept, stopped].into_iter().chain(missed).collect(),
-        };
-        let of_chains = file.chains.iter().map(|chain| chain.name.as_str());
-        Self {
-            topics: own_topics(file, &relays),
-            chain_fields: leaked_list(chain::fields(of_chains)),
-            signals: signals(file, &chains, inner.as_deref()),
-            groups: groups(file, &chains, inner.as_deref()),
-            name: leaked(&file.name),
-            verdicts: verdicts.leak(),
-            first_path: leaked_list(file.chains.first().into_iter().flat_map(ChainSpec::topics)),
-            file: file.clone(),
-            inner,
-            topology,
-            relays,
-            chains,
-            kept,
-            stopped,
-        }
+        [
+            kept_kind("kept", false, &format!("KEPT ({limits})")),
+            kept_kind(
+                "stopped",
+                false,
+                &format!("STOPPED at {{at}} (so far {limits})"),
+            ),
+        ]
     }
+}
 
-    fn is_relay(&self, node: &str) -> bool {
-        self.relays.iter().any(|relay| relay.node == node)
-    }
-
-    /// Where `node` takes the beginning of chain number `chain` from, for its output to
-    /// `next`, or at the end of the chain.
-    fn beginning(&self, node: &NodeSpec, chain: usize, next: Option<&str>) -> Beginning {
-        let spec = &self.file.chains[chain];
-        let Some(place) = spec.place(&node.name) else {
-            return Beginning::Elsewhere;
-        };
-        if next.is_some_and(|next| spec.place(next) != Some(place + 1)) {
-            return Beginning::Elsewhere;
-        }
-        let Some(before) = place
-            .checked_sub(1)
-            .and_then(|before| spec.path.get(before))
-        else {
-            return Beginning::Tick;
-        };
-        let mut reads = node.inputs();
-        let Some(input) = reads.position(|topic| topic.text == before.text) else {
-            return Beginning::Elsewhere;
-        };
-        let own = self.topics.iter().find(|topic| topic.name == before.text);
-        let place = own.and_then(|own| own.chains.iter().position(|known| *known == chain));
-        place.map_or(Beginning::Sensing { input }, |place| Beginning::Number {
-            input,
-            place,
-        })
-    }
-
-    fn add_node(
-        &self,
-        builder: &mut Builder<'_>,
-        (index, node): (usize, &NodeSpec),
-        topics: &[Topic<Numbers>],
-        (ages, chain_topic): (&Arc<Shared<ChainAges>>, &Topic<Numbers>),
-    ) -> Result<(), BuildError> {
-        let inputs = |topics: &[Placed]| {
-            let topics = topics.iter();
-            let topics = topics.filter_map(|topic| builder.recorded(&topic.text));
-            topics.collect::<Vec<Arc<dyn RecordedTopic>>>()
-        };
-        let (triggers, reads) = (inputs(&node.triggers), inputs(&node.reads));
-        let own = |name: &str| self.topics.iter().position(|topic| topic.name == name);
-        let outputs = node.publishes.iter().filter_map(|topic| {
-            let place = own(&topic.text)?;
-            let chains = self.topics[place].chains.iter();
-            let chains = chains.map(|chain| self.beginning(node, *chain, Some(&topic.text)));
-            Some((topics[place].clone(), chains.collect::<Vec<_>>()))
-        });
-        let outputs: Vec<_> = outputs.collect();
-        let ends = self.chains.iter().enumerate();
-        let ends = ends.filter(|(_, chain)| chain.last() == node.name);
-        let ends = ends.map(|(at, chain)| (at, chain.name, self.beginning(node, at, None)));
-        let ends: Vec<_> = ends.collect();
-        let acts = self.inner.is_none() && ends.iter().any(|(chain, ..)| *chain == 0);
-        let (ages, chain_topic) = (ages.clone(), chain_topic.clone());
-        // After the nodes of a system that are due at the same time.
-        let before = if self.inner.is_some() { 100 } else { 0 };
-        let priority = before + node.priority.unwrap_or(index as u32);
-        let release = node.release.clone();
-        builder.released_node(&node.name, release, priority, move |wiring| {
-            let mut inputs: Vec<NodeInput> = Vec::new();
-            inputs.extend(
-                triggers
-                    .iter()
-                    .map(|topic| NodeInput::new(topic.trigger(wiring))),
-            );
-            inputs.extend(
-                reads
-                    .iter()
-                    .map(|topic| NodeInput::new(topic.reader(wiring))),
-            );
-            GraphNode {
-                inputs,
-                outputs: outputs
-                    .iter()
-                    .map(|(topic, chains)| Output {
-                        publisher: wiring.publisher(topic),
-                        chains: chains.clone(),
-                    })
-                    .collect(),
-                ends: (!ends.is_empty()).then(|| ChainEnds {
-                    chains: ends
-                        .iter()
-                        .map(|(chain, name, of)| (*chain, *of, wiring.meter(name)))
-                        .collect(),
-                    ages: ages.clone(),
-                    publisher: wiring.publisher(&chain_topic),
-                    push_age: acts.then(|| wiring.push_age()),
-                    pending: Vec::new(),
-                }),
+impl GraphSystem {
+    fn new(file: &GraphFile, middle: Option<Middle>) -> Self {
+        let inner = middle.as_ref().map(|middle| &*middle.system);
+        let about = inner.map(System::about).unwrap_or_default();
+        let chains: Vec<DataChain> = file.chains.iter().map(|spec| spec.chain.clone()).collect();
+        let mut verdicts = match inner {
+            Some(inner) => inner.verdicts().to_vec(),
+            None if chains.iter().all(|chain| chain.limit.is_none()) => {
+                VerdictKind::OF_EXITS.to_vec()
             }
-        })
-    }
-}
-
-/// The topics that the nodes of `file` publish, but for those behind a topic of a system.
-fn own_topics(file: &GraphFile, relays: &[ForwardingNode]) -> Vec<OwnTopic> {
-    let mut topics: Vec<OwnTopic> = Vec::new();
-    for topic in file.nodes.iter().flat_map(|node| &node.publishes) {
-        let known = topics.iter().any(|known| known.name == topic.text);
-        if known || relays.iter().any(|relay| relay.to == topic.text) {
-            continue;
-        }
-        let chains = file.chains.iter().enumerate();
-        let through = chains.filter(|(_, chain)| chain.place(&topic.text).is_some());
-        let (chains, names): (Vec<_>, Vec<_>) = through
-            .map(|(index, chain)| (index, format!("{} origin (ns)", chain.name)))
-            .unzip();
-        let fields = match names.is_empty() {
-            true => vec!["origin (ns)".to_owned()],
-            false => names,
+            None => file.kept().to_vec(),
         };
-        topics.push(OwnTopic {
-            name: topic.text.clone(),
+        verdicts.extend(chains.iter().flat_map(DataChain::verdicts));
+        let relays = middle.as_ref().map_or(&[][..], |middle| &middle.relays);
+        let settings = about.settings.iter().chain(&file.settings).cloned();
+        Self {
+            name: kept_text(&file.name),
+            topics: own_topics(file, relays),
+            signals: signals(file, inner),
+            groups: [about.groups, &groups(file, &chains)].concat(),
+            settings: settings.collect(),
+            first_path: match inner {
+                Some(_) => Vec::new(),
+                None => file.first_path(),
+            },
+            file: file.clone(),
+            middle,
             chains,
-            fields: leaked_list(fields),
-        });
+            verdicts,
+        }
     }
-    topics
 }
 
-/// The plots: the data age of each chain, then those of the system.
-fn signals(file: &GraphFile, chains: &[Judged], inner: Option<&dyn System>) -> &'static [Signal] {
+/// The plots: those of the system in the middle, then the data age of each chain.
+fn signals(file: &GraphFile, inner: Option<&dyn System>) -> Vec<Signal> {
     let inner = inner.map_or(&[][..], System::signals).iter().copied();
-    let specs = file.chains.iter().zip(chains).zip(PEAKS);
-    let ages = specs.map(|((spec, chain), value)| {
-        let limit = chain.limit.map(|limit| limit.age.as_secs_f64() * 1e3);
+    let ages = file.chains.iter().zip(PEAKS).map(|(spec, value)| {
+        let limit = spec.chain.limit.map(|limit| limit.ms());
+        let highest = limit.map_or_else(|| usual_age(file, spec), |limit| 1.5 * limit);
         Signal {
-            name: leaked(&format!("{} age", chain.name)),
+            name: kept_text(&format!("{} age", spec.chain.name)),
             unit: "ms",
             topic: CHAINS,
             value,
             limits: limit.map(|limit| [0.0, limit]),
-            range: [
-                0.0,
-                limit.map_or_else(|| usual_age(file, spec), |limit| 1.5 * limit),
-            ],
+            range: [0.0, highest],
         }
     });
-    inner.chain(ages).collect::<Vec<_>>().leak()
+    inner.chain(ages).collect()
 }
 
 /// A bound of the age along `chain` where nothing is late: the periods of its nodes (ms); 100
@@ -303,26 +147,20 @@ fn usual_age(file: &GraphFile, chain: &ChainSpec) -> f64 {
     }
 }
 
-/// The nodes at the ends of chains share the ages, those of an executor its threads, and those
-/// of the system what they share there.
-fn groups(file: &GraphFile, chains: &[Judged], inner: Option<&dyn System>) -> &'static [Group] {
-    let mut nodes: Vec<&'static str> = chains.iter().map(Judged::last).collect();
+/// The nodes at the ends of chains share the ages, and those of an executor its threads.
+fn groups(file: &GraphFile, chains: &[DataChain]) -> Vec<Group> {
+    let mut nodes: Vec<&str> = chains.iter().map(DataChain::last).collect();
     nodes.sort_unstable();
     nodes.dedup();
     let ends = (nodes.len() > 1).then(|| Group {
         name: "ends of chains",
-        nodes: nodes.leak(),
+        nodes: kept_list(nodes),
     });
-    let inner = inner.map_or(&[][..], System::groups).iter().copied();
     let executors = file.executors.iter().map(|executor| Group {
-        name: leaked(&format!("executor {}", executor.name)),
-        nodes: leaked_list(executor.nodes.iter().map(|node| node.text.clone())),
+        name: kept_text(&format!("executor {}", executor.name)),
+        nodes: kept_list(executor.nodes.iter().map(|node| &node.text)),
     });
-    inner
-        .chain(ends)
-        .chain(executors)
-        .collect::<Vec<_>>()
-        .leak()
+    ends.into_iter().chain(executors).collect()
 }
 
 impl System for GraphSystem {
@@ -330,48 +168,12 @@ impl System for GraphSystem {
         self.name
     }
 
-    fn engine(&self) -> Option<String> {
-        self.inner.as_ref()?.engine()
-    }
-
-    fn graph_file(&self) -> Option<&str> {
-        Some(&self.file.text)
-    }
-
-    fn settings(&self) -> Setup {
-        let inner = self.inner.iter().flat_map(|inner| {
-            let settings = inner.settings();
-            settings.iter().cloned().collect::<Vec<_>>()
-        });
-        inner.chain(self.file.settings.iter().cloned()).collect()
-    }
-
-    fn warnings(&self, setup: &Setup) -> Vec<String> {
-        let mut warnings = self.overloads(setup);
-        warnings.extend(self.file.idle_settings());
-        warnings
-    }
-
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
-        if let Some(inner) = &self.inner {
-            builder.insert(self.relays.clone());
-            inner.build(builder)?;
+        if let Some(middle) = &self.middle {
+            builder.insert(middle.relays.clone());
+            middle.system.build(builder)?;
         }
-        let topics = self.topics.iter();
-        let topics = topics.map(|topic| builder.named_topic(&topic.name, topic.fields));
-        let topics: Vec<Topic<Numbers>> = topics.collect();
-        let chain_topic = match self.chains.is_empty() {
-            true => builder.internal_topic(CHAINS),
-            false => builder.named_topic(CHAINS, self.chain_fields),
-        };
-        let limits = self.chains.iter();
-        let limits = limits.map(|chain| chain.limit.map(|limit| limit.age));
-        let ages = Arc::new(Shared::new("data ages of chains", ChainAges::new(limits)));
-        let nodes = self.file.nodes.iter().enumerate();
-        let own = nodes.filter(|(_, node)| !self.is_relay(&node.name));
-        for node in own {
-            self.add_node(builder, node, &topics, (&ages, &chain_topic))?;
-        }
+        self.add_nodes(builder)?;
         for executor in &self.file.executors {
             let nodes = executor.nodes.iter();
             let callbacks = nodes.map(|node| self.file.callback(&node.text));
@@ -380,76 +182,53 @@ impl System for GraphSystem {
         Ok(())
     }
 
-    fn groups(&self) -> &'static [Group] {
-        self.groups
+    fn inner(&self) -> Option<&dyn System> {
+        Some(&*self.middle.as_ref()?.system)
     }
 
-    fn signals(&self) -> &'static [Signal] {
-        self.signals
+    fn about(&self) -> About<'_> {
+        About {
+            groups: &self.groups,
+            settings: &self.settings,
+            graph_file: Some(&self.file.text),
+            chains: &self.chains,
+            latency_path: &self.first_path,
+            ..self.inner().map(System::about).unwrap_or_default()
+        }
     }
 
-    fn chains(&self) -> Option<&'static str> {
-        (!self.chains.is_empty()).then_some(CHAINS)
+    fn signals(&self) -> &[Signal] {
+        &self.signals
     }
 
     fn state(&self) -> Option<&'static str> {
-        match &self.inner {
+        match self.inner() {
             Some(inner) => inner.state(),
-            None => self.chains(),
+            None => (!self.chains.is_empty()).then_some(CHAINS),
         }
     }
 
     fn latency(&self) -> Option<(&'static str, &'static str)> {
-        match &self.inner {
+        match self.inner() {
             Some(inner) => inner.latency(),
             None => self.chains.first().map(|chain| (chain.last(), chain.name)),
         }
     }
 
-    fn latency_path(&self) -> &'static [&'static str] {
-        match self.inner {
-            Some(_) => &[],
-            None => self.first_path,
-        }
-    }
-
     fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
-        match &self.inner {
-            Some(inner) => inner.verdict(exit, at, state),
-            None => Verdict::of_exit(exit, at),
+        if let Some(inner) = self.inner() {
+            return inner.verdict(exit, at, state);
         }
-    }
-
-    fn verdict_on_chains(
-        &self,
-        verdict: Verdict,
-        exit: &ClockExit,
-        at: Time,
-        chains: Option<&[f64]>,
-    ) -> Verdict {
         let limited = self.chains.iter().any(|chain| chain.limit.is_some());
-        if verdict.is_lost() || !limited {
-            return verdict;
-        }
-        let mut each = self.chains.iter().enumerate();
-        let over = *exit != ClockExit::Stopped;
-        let missed = each.find_map(|(index, chain)| chain.missed(index, at, chains, over));
-        match (missed, exit, &self.inner) {
-            (Some(missed), ..) => Verdict::new(missed, at),
-            (None, _, Some(_)) => verdict,
-            (None, ClockExit::Completed, None) => Verdict::new(self.kept, at),
-            (None, _, None) => Verdict::new(self.stopped, at),
+        match exit {
+            _ if !limited => Verdict::of_exit(exit, at),
+            ClockExit::Completed => Verdict::new(self.verdicts[0], at),
+            _ => Verdict::new(self.verdicts[1], at),
         }
     }
 
-    fn verdicts(&self) -> &'static [&'static VerdictKind] {
-        self.verdicts
-    }
-
-    fn chain_lines(&self, at: Time, chains: &[f64], idle: &[&str]) -> Vec<String> {
-        let each = self.chains.iter().enumerate();
-        each.map(|(index, chain)| chain.line(index, at, chains, idle))
-            .collect()
+    fn verdicts(&self) -> &[&'static VerdictKind] {
+        &self.verdicts
     }
 
     fn finals(&self, state: &[f64]) -> Vec<Final> {
@@ -458,71 +237,18 @@ impl System for GraphSystem {
     }
 
     fn finals_at(&self, at: Time, state: &[f64]) -> Vec<Final> {
-        if let Some(inner) = &self.inner {
-            return inner.finals_at(at, state);
-        }
-        let each = self.chains.iter().enumerate();
-        let figures = each.flat_map(|(index, chain)| {
-            let figures = chain.figures_at(index, at, state);
-            let names = chain.figures.iter().zip(FIGURES);
-            names.map(move |(name, (_, unit, value))| Final {
-                name,
-                unit,
-                value: figures.map_or(f64::NAN, value),
-            })
-        });
-        figures.collect()
-    }
-
-    fn joints(&self) -> &'static [Joints] {
-        self.inner.as_ref().map_or(&[], |inner| inner.joints())
-    }
-
-    fn watchdog(&self, setup: &Setup) -> Option<String> {
-        self.inner.as_ref()?.watchdog(setup)
-    }
-
-    fn aliases(&self) -> &'static [Alias] {
-        self.inner.as_ref().map_or(&[], |inner| inner.aliases())
-    }
-
-    fn caption(&self, node: &str) -> Option<&'static str> {
-        self.inner.as_ref()?.caption(node)
-    }
-
-    fn broken(&self) -> Option<&'static str> {
-        self.inner.as_ref()?.broken()
-    }
-
-    fn resolve(&self, seed: u64, setup: &Setup, node: &str, text: &str) -> Result<String, String> {
-        match &self.inner {
-            Some(inner) => inner.resolve(seed, setup, node, text),
-            None => Ok(text.to_owned()),
+        match self.inner() {
+            Some(inner) => inner.finals_at(at, state),
+            None => {
+                let chains = self.chains.iter();
+                chains.flat_map(|chain| chain.finals(at, state)).collect()
+            }
         }
     }
 
-    fn file(&self, node: &str, text: &str) -> Option<PathBuf> {
-        self.inner.as_ref()?.file(node, text)
-    }
-
-    fn table(&self) -> Option<StateTable> {
-        self.inner.as_ref()?.table()
-    }
-
-    fn quadratic_cost(&self) -> Option<QuadraticCost> {
-        self.inner.as_ref()?.quadratic_cost()
-    }
-
-    fn lost_anyway(&self, setup: &Setup) -> Option<String> {
-        self.inner.as_ref()?.lost_anyway(setup)
-    }
-
-    fn age_limits(&self, setup: &Setup) -> AgeLimits {
-        let inner = self.inner.as_ref();
-        inner.map_or_else(AgeLimits::default, |inner| inner.age_limits(setup))
-    }
-
-    fn picture(&self, state: &[f64]) -> Option<Picture> {
-        self.inner.as_ref()?.picture(state)
+    fn warnings(&self, setup: &Setup) -> Vec<String> {
+        let mut warnings = self.overloads(setup);
+        warnings.extend(self.file.idle_settings());
+        warnings
     }
 }

@@ -1,6 +1,6 @@
 //! The order in which messages trigger nodes.
 
-use super::{GraphFile, NodeSpec, document::Placed};
+use super::{GraphFile, place::Placed};
 
 impl GraphFile {
     /// The indices of all nodes, each behind those whose messages trigger it.
@@ -50,11 +50,5 @@ impl GraphFile {
         let nodes = way[begin..].iter().map(|(_, node)| *node).chain([node]);
         let names = nodes.rev().map(|node| self.nodes[node].name.as_str());
         (way[begin].0, names.collect::<Vec<_>>().join(" → "))
-    }
-}
-
-impl NodeSpec {
-    pub(super) fn publishes(&self, topic: &str) -> bool {
-        self.publishes.iter().any(|known| known.text == topic)
     }
 }

@@ -22,9 +22,9 @@ pub struct Builder<'a> {
     /// Whether the system has asked for the kind of world.
     knows_worlds: bool,
     /// Knobs that a recorded run was turned by, if it is run again.
-    taken: &'a [TimedKnob],
+    pub(crate) taken: &'a [TimedKnob],
     graph: Graph,
-    recorded: Vec<Arc<dyn RecordedTopic>>,
+    recorded: RecordedTopics,
     /// Nodes that were built with their configured message.
     answered: Vec<String>,
     /// Nodes to insert before the readers of topics.
@@ -32,7 +32,9 @@ pub struct Builder<'a> {
     /// The topics that were offered for that.
     offered: Vec<String>,
     /// The nodes that run in this process; `None` for all.
-    here: Option<&'a [String]>,
+    pub(crate) here: Option<&'a [String]>,
+    /// Whether nodes may be in the graph that the builder does not know.
+    is_open: bool,
 }
 
 /// A node between a topic and its reader, which forwards the newest message with the time
@@ -49,12 +51,8 @@ pub(crate) struct ForwardingNode {
     pub(crate) to: String,
 }
 
-/// A finished graph.
-pub(crate) struct Built {
-    pub(crate) graph: Graph,
-    /// The recorded topics, in the order of their creation.
-    pub(crate) recorded: Vec<Arc<dyn RecordedTopic>>,
-}
+/// The recorded topics, in the order of their creation.
+pub(crate) type RecordedTopics = Vec<Arc<dyn RecordedTopic>>;
 
 /// The parts of a system that a graph around it can use.
 pub(crate) struct Surroundings {
@@ -67,12 +65,13 @@ pub(crate) struct Surroundings {
 }
 
 impl Surroundings {
-    /// The parts of `system` with `setup`.
+    /// The parts of `system`.
     ///
     /// # Errors
     /// [`BuildError`] if its graph cannot be built.
-    pub(crate) fn of(system: &dyn System, setup: &Setup) -> Result<Self, BuildError> {
-        let mut builder = Builder::new(0, setup, WorldKind::Course);
+    pub(crate) fn of(system: &dyn System) -> Result<Self, BuildError> {
+        let setup = Setup::default();
+        let mut builder = Builder::new(0, &setup, WorldKind::Course);
         system.build(&mut builder)?;
         let recorded = builder.recorded.iter();
         Ok(Self {
@@ -100,7 +99,29 @@ impl<'a> Builder<'a> {
             relays: Vec::new(),
             offered: Vec::new(),
             here: None,
+            is_open: false,
         }
+    }
+
+    /// The graph itself, for nodes and topics that are added as in the library. The rates and
+    /// depths that are set come into force when it is built; such a graph runs in one process.
+    pub fn graph(&mut self) -> &mut Graph {
+        self.is_open = true;
+        &mut self.graph
+    }
+
+    /// Has a topic of the [graph](Self::graph) recorded.
+    pub fn record<T: Fields + Payload>(&mut self, topic: &Topic<T>) {
+        self.record_as(topic, T::FIELDS);
+    }
+
+    fn record_as<T: Fields + Payload>(
+        &mut self,
+        topic: &Topic<T>,
+        fields: &'static [&'static str],
+    ) {
+        let topic = topic.clone();
+        self.recorded.push(Arc::new(NamedTopic { topic, fields }));
     }
 
     /// Seed of the run, for all random numbers.
@@ -120,19 +141,9 @@ impl<'a> Builder<'a> {
         self.world
     }
 
-    /// The same for a run again of one that was turned by `taken` knobs.
-    pub(crate) fn again(self, taken: &'a [TimedKnob]) -> Self {
-        Self { taken, ..self }
-    }
-
-    /// The same with only the nodes named in `here`; the others run in other processes.
-    pub(crate) fn part(self, here: Option<&'a [String]>) -> Self {
-        Self { here, ..self }
-    }
-
     fn is_here(&self, node: &str) -> bool {
-        let names = self.here.map(|names| names.iter().any(|name| name == node));
-        names.unwrap_or(true)
+        let is_named = |names: &[String]| names.iter().any(|name| name == node);
+        self.here.is_none_or(is_named)
     }
 
     /// Whether this is a recorded run, executed again, that was turned by a knob of this
@@ -177,17 +188,14 @@ impl<'a> Builder<'a> {
             let mut look = look(wiring);
             move |now| look(&world.at(now), now)
         };
-        match self.is_here(WORLD) {
-            true => self.graph.node(WORLD, hz, 0, build)?,
-            false => self.graph.remote_node(WORLD, hz, 0, build)?,
-        }
+        self.once(WORLD, hz, 0, build)?;
         Ok(shared)
     }
 
     /// Creates a recorded topic, with a default depth of one.
     pub fn topic<T: Fields + Payload>(&mut self, name: &str) -> Topic<T> {
         let topic = self.internal_topic(name);
-        self.recorded.push(Arc::new(topic.clone()));
+        self.record(&topic);
         topic
     }
 
@@ -198,11 +206,7 @@ impl<'a> Builder<'a> {
         fields: &'static [&'static str],
     ) -> Topic<T> {
         let topic = self.internal_topic(name);
-        let named = NamedTopic {
-            topic: topic.clone(),
-            fields,
-        };
-        self.recorded.push(Arc::new(named));
+        self.record_as(&topic, fields);
         topic
     }
 
@@ -267,10 +271,8 @@ impl<'a> Builder<'a> {
     /// # Errors
     /// [`BuildError`] for an invalid `hz`.
     pub fn rate(&self, node: &str, hz: f64) -> Result<Hz, BuildError> {
-        match self.setup.rate(node) {
-            Some(set) => Ok(set),
-            None => Ok(Hz::new(hz)?),
-        }
+        let set = self.setup.rate(node);
+        Ok(set.map_or_else(|| Hz::new(hz), Ok)?)
     }
 
     /// The configured message for `node`, for systems that use it to build the node.
@@ -360,20 +362,38 @@ impl<'a> Builder<'a> {
         build: impl FnOnce(&mut Wiring<'_>) -> N,
     ) -> Result<(), BuildError> {
         let hz = self.rate(name, hz)?;
+        self.once(name, hz, priority, build)
+    }
+
+    /// Adds a node that is built once, here or in another process.
+    fn once<N: Node + 'static>(
+        &mut self,
+        name: &str,
+        hz: Hz,
+        priority: u32,
+        build: impl FnOnce(&mut Wiring<'_>) -> N,
+    ) -> Result<(), BuildError> {
         match self.is_here(name) {
             true => Ok(self.graph.node(name, hz, priority, build)?),
             false => Ok(self.graph.remote_node(name, hz, priority, build)?),
         }
     }
 
-    /// Sends the configured messages and returns the graph.
+    /// Sends the configured messages and returns the graph and its recorded topics.
     ///
     /// # Errors
     /// [`BuildError::Setting`] if a setting, or a later one in `timed`, has no
     /// counterpart in the graph, or if a node refuses its message.
-    pub(crate) fn finish(mut self, timed: &[TimedKnob]) -> Result<Built, BuildError> {
+    pub(crate) fn finish(
+        mut self,
+        timed: &[TimedKnob],
+    ) -> Result<(Graph, RecordedTopics), BuildError> {
         if !self.knows_worlds && !self.world.is_course() {
             let why = "this system has no world of its own: leave the setting out";
+            return Err(BuildError::Setting(why.to_owned()));
+        }
+        if self.is_open && self.here.is_some() {
+            let why = "a graph of the library runs in one process: run it whole";
             return Err(BuildError::Setting(why.to_owned()));
         }
         for timed in timed {
@@ -383,26 +403,29 @@ impl<'a> Builder<'a> {
             self.check(knob)?;
             self.turn(knob)?;
         }
-        Ok(Built {
-            graph: self.graph,
-            recorded: self.recorded,
-        })
+        Ok((self.graph, self.recorded))
     }
 
     fn check(&self, knob: &Knob) -> Result<(), BuildError> {
         let known = self.graph.check(knob);
-        known.map_err(|why| BuildError::Setting(format!("{knob}: {why}")))
+        known.map_err(|why| refused(knob, &why))
     }
 
     /// Sets a knob that was not used while building the graph.
     fn turn(&mut self, knob: &Knob) -> Result<(), BuildError> {
-        let node = knob.target();
-        let answer = match knob.kind() {
-            KnobKind::Rate | KnobKind::Depth => return Ok(()),
-            KnobKind::Send if self.answered.iter().any(|known| known == node) => return Ok(()),
-            _ => self.graph.turn(knob),
+        let is_built = match knob.kind() {
+            KnobKind::Rate | KnobKind::Depth => !self.is_open,
+            KnobKind::Send => self.answered.iter().any(|known| known == knob.target()),
+            _ => false,
         };
-        answer.map_err(|why| BuildError::Setting(format!("{knob}: {why}")))?;
-        Ok(())
+        if is_built {
+            return Ok(());
+        }
+        let before = self.graph.turn(knob);
+        before.map_or_else(|why| Err(refused(knob, &why)), |_| Ok(()))
     }
+}
+
+fn refused(knob: &Knob, why: &str) -> BuildError {
+    BuildError::Setting(format!("{knob}: {why}"))
 }

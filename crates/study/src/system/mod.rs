@@ -46,12 +46,17 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod about;
 mod age_limits;
 mod alias;
 mod builder;
+mod chain;
+mod chain_ages;
 mod comment;
 mod joints;
+mod kept;
 mod knob_text;
+mod library;
 mod picture;
 mod quadratic_cost;
 mod setup;
@@ -65,12 +70,18 @@ use std::path::PathBuf;
 use ratelab::{ClockExit, GraphError, HzError, Time};
 use thiserror::Error;
 
+pub use about::{About, Group};
 pub use age_limits::AgeLimits;
 pub use alias::Alias;
 pub use builder::{Builder, WORLD};
-pub(crate) use builder::{Built, ForwardingNode, Surroundings};
+pub(crate) use builder::{ForwardingNode, RecordedTopics, Surroundings};
+pub use chain::{CHAINS, DataChain};
+pub(crate) use chain::{Limit, key};
+pub(crate) use chain_ages::{ChainAges, MOST_CHAINS, Numbers, PEAKS, chain_fields};
 pub use joints::{JointValues, Joints};
+pub(crate) use kept::{kept_kind, kept_list, kept_text};
 pub use knob_text::{KnobText, KnobTextError};
+pub use library::LibraryGraph;
 pub use picture::{Picture, Shape, Style};
 pub use quadratic_cost::{MeanCost, QuadraticCost};
 pub use setup::Setup;
@@ -85,28 +96,6 @@ pub trait System: Send + Sync + 'static {
     /// Name, such as `drone`. Recordings contain it.
     fn name(&self) -> &'static str;
 
-    /// The engine of its plant, with the version, such as `MuJoCo 3.9.0`: another version
-    /// may compute other bits. Recordings contain it.
-    fn engine(&self) -> Option<String> {
-        None
-    }
-
-    /// The text of its [graph file](crate::graph_file), if it has one. Recordings contain it.
-    fn graph_file(&self) -> Option<&str> {
-        None
-    }
-
-    /// Its settings. Those of a run replace them.
-    fn settings(&self) -> Setup {
-        Setup::default()
-    }
-
-    /// Defects of a run with `setup` that are known before it begins, each with a remedy.
-    fn warnings(&self, setup: &Setup) -> Vec<String> {
-        let _ = setup;
-        Vec::new()
-    }
-
     /// Adds the system's nodes and topics to an empty graph. Called once per run; builds
     /// the same graph for the same [`Setup`].
     ///
@@ -114,64 +103,26 @@ pub trait System: Send + Sync + 'static {
     /// [`BuildError`] if the graph cannot be built.
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError>;
 
-    /// The nodes that share something beside topics, such as the plant, under a name for
-    /// the group: they run in one process.
-    fn groups(&self) -> &'static [Group] {
-        &[]
-    }
-
-    /// The topics whose messages are joint states for other robot software.
-    fn joints(&self) -> &'static [Joints] {
-        &[]
-    }
-
-    /// A knob, as text, that keeps the plant safe where an action may cease to arrive: a
-    /// setting of runs in several processes. `setup` is that of the run.
-    fn watchdog(&self, setup: &Setup) -> Option<String> {
-        let _ = setup;
+    /// The system in the middle of this one, if there is one. What this one does not say
+    /// itself is as that one says.
+    fn inner(&self) -> Option<&dyn System> {
         None
     }
 
-    /// The system's own names for some knobs, such as `control-hz` for `rate policy`.
-    fn aliases(&self) -> &'static [Alias] {
-        &[]
-    }
-
-    /// The function of a node in a few words that begin with the verb, such as `reads the
-    /// plant`.
-    fn caption(&self, node: &str) -> Option<&'static str> {
-        let _ = node;
-        None
-    }
-
-    /// A knob that makes runs fail, as text, such as `control-hz 5`: the setting of
-    /// `--break`.
-    fn broken(&self) -> Option<&'static str> {
-        None
-    }
-
-    /// Returns the recordable form of a message to `node`, with the same meaning whenever
-    /// the run is repeated, such as a file with the digest of its content. Loads
-    /// everything that the node will need, outside of the node's thread. `seed` and
-    /// `setup` are those of the run.
-    ///
-    /// # Errors
-    /// The reason why the node would refuse the message, with a remedy.
-    fn resolve(&self, seed: u64, setup: &Setup, node: &str, text: &str) -> Result<String, String> {
-        let _ = (seed, setup, node);
-        Ok(text.to_owned())
-    }
-
-    /// The file named by a message to `node`, if any: outputs of the command must not
-    /// replace it.
-    fn file(&self, node: &str, text: &str) -> Option<PathBuf> {
-        let _ = (node, text);
-        None
+    /// Its description.
+    fn about(&self) -> About<'_> {
+        self.inner().map(System::about).unwrap_or_default()
     }
 
     /// The signals to plot, the most important first.
-    fn signals(&self) -> &'static [Signal] {
-        &[]
+    fn signals(&self) -> &[Signal] {
+        self.inner().map_or(&[], System::signals)
+    }
+
+    /// The topic of the plant's steps: each message gives a row of a table, a picture and
+    /// a verdict.
+    fn state(&self) -> Option<&'static str> {
+        self.inner()?.state()
     }
 
     /// The main latency, as a node and the name of its meter. It must measure the age of
@@ -179,89 +130,28 @@ pub trait System: Send + Sync + 'static {
     /// [`state`](Self::state) at its publication, so that it can be computed from a
     /// recording.
     fn latency(&self) -> Option<(&'static str, &'static str)> {
-        None
-    }
-
-    /// The topics on the way of the data to the node of that latency, the sensor first; empty
-    /// if the origin of each message tells it.
-    fn latency_path(&self) -> &'static [&'static str] {
-        &[]
-    }
-
-    /// The topic of the plant's steps: each message gives a row of a table, a picture and
-    /// a verdict.
-    fn state(&self) -> Option<&'static str> {
-        None
-    }
-
-    /// The table format of the messages of [`state`](Self::state), if it differs from run
-    /// time and numbers.
-    fn table(&self) -> Option<StateTable> {
-        None
+        self.inner()?.latency()
     }
 
     /// The verdict on a run that stopped with `exit` at run time `at`. `state` is the
     /// newest message of [`state`](Self::state).
     fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
-        let _ = state;
-        Verdict::of_exit(exit, at)
-    }
-
-    /// The topic with the data ages of its chains, if there are any: its newest message counts
-    /// in the verdict.
-    fn chains(&self) -> Option<&'static str> {
-        None
-    }
-
-    /// The verdict of a run that stopped with `exit` at run time `at`, in view of the newest
-    /// message of [`chains`](Self::chains). `verdict` is that without them.
-    fn verdict_on_chains(
-        &self,
-        verdict: Verdict,
-        exit: &ClockExit,
-        at: Time,
-        chains: Option<&[f64]>,
-    ) -> Verdict {
-        let _ = (exit, at, chains);
-        verdict
-    }
-
-    /// A line with the data age of each chain up to run time `at`, from the newest message of
-    /// [`chains`](Self::chains); `idle` are the names of the nodes that never ticked.
-    fn chain_lines(&self, at: Time, chains: &[f64], idle: &[&str]) -> Vec<String> {
-        let _ = (at, chains, idle);
-        Vec::new()
-    }
-
-    /// The quadratic cost of its states, if it has one: it rates runs that are not lost.
-    fn quadratic_cost(&self) -> Option<QuadraticCost> {
-        None
-    }
-
-    /// The reason why a run with `setup` is lost at any rate, if there is one: a policy
-    /// that does nothing, for example.
-    fn lost_anyway(&self, setup: &Setup) -> Option<String> {
-        let _ = setup;
-        None
-    }
-
-    /// Limits of the mean push age in a run with `setup`. The computation may be slow:
-    /// callers cache it until the setup changes.
-    fn age_limits(&self, setup: &Setup) -> AgeLimits {
-        let _ = setup;
-        AgeLimits::default()
+        match self.inner() {
+            Some(inner) => inner.verdict(exit, at, state),
+            None => Verdict::of_exit(exit, at),
+        }
     }
 
     /// All kinds that [`verdict`](Self::verdict) returns, so that they can be read from a
     /// recording. The first is that of a successful run.
-    fn verdicts(&self) -> &'static [&'static VerdictKind] {
-        VerdictKind::OF_EXITS
+    fn verdicts(&self) -> &[&'static VerdictKind] {
+        self.inner().map_or(VerdictKind::OF_EXITS, System::verdicts)
     }
 
     /// Figures of the last message of [`state`](Self::state) in a run.
     fn finals(&self, state: &[f64]) -> Vec<Final> {
-        let _ = state;
-        Vec::new()
+        self.inner()
+            .map_or_else(Vec::new, |inner| inner.finals(state))
     }
 
     /// The same at run time `at`, the end of a run, for figures that change after the last
@@ -273,13 +163,74 @@ pub trait System: Send + Sync + 'static {
 
     /// A picture of the plant, from the newest message of [`state`](Self::state).
     fn picture(&self, state: &[f64]) -> Option<Picture> {
-        let _ = state;
-        None
+        self.inner()?.picture(state)
+    }
+
+    /// Returns the recordable form of a message to `node`, with the same meaning whenever
+    /// the run is repeated, such as a file with the digest of its content. Loads
+    /// everything that the node will need, outside of the node's thread. `seed` and
+    /// `setup` are those of the run.
+    ///
+    /// # Errors
+    /// The reason why the node would refuse the message, with a remedy.
+    fn resolve(&self, seed: u64, setup: &Setup, node: &str, text: &str) -> Result<String, String> {
+        match self.inner() {
+            Some(inner) => inner.resolve(seed, setup, node, text),
+            None => Ok(text.to_owned()),
+        }
+    }
+
+    /// The file named by a message to `node`, if any: outputs of the command must not
+    /// replace it.
+    fn file(&self, node: &str, text: &str) -> Option<PathBuf> {
+        self.inner()?.file(node, text)
+    }
+
+    /// Defects of a run with `setup` that are known before it begins, each with a remedy.
+    fn warnings(&self, setup: &Setup) -> Vec<String> {
+        self.inner()
+            .map_or_else(Vec::new, |inner| inner.warnings(setup))
+    }
+
+    /// The reason why a run with `setup` is lost at any rate, if there is one: a policy
+    /// that does nothing, for example.
+    fn lost_anyway(&self, setup: &Setup) -> Option<String> {
+        self.inner()?.lost_anyway(setup)
+    }
+
+    /// Limits of the mean push age in a run with `setup`. The computation may be slow:
+    /// callers cache it until the setup changes.
+    fn age_limits(&self, setup: &Setup) -> AgeLimits {
+        let inner = self.inner().map(|inner| inner.age_limits(setup));
+        inner.unwrap_or_default()
+    }
+
+    /// A knob, as text, that keeps the plant safe where an action may cease to arrive: a
+    /// setting of runs in several processes. `setup` is that of the run.
+    fn watchdog(&self, setup: &Setup) -> Option<String> {
+        self.inner()?.watchdog(setup)
+    }
+}
+
+impl dyn System + '_ {
+    /// Its own names for some knobs.
+    pub fn aliases(&self) -> &'static [Alias] {
+        self.about().aliases
+    }
+
+    /// The quadratic cost of its states, if it has one.
+    pub fn quadratic_cost(&self) -> Option<QuadraticCost> {
+        self.about().quadratic_cost
+    }
+
+    /// The topic with the data ages of its chains, if there are any.
+    pub fn chains(&self) -> Option<&'static str> {
+        (!self.about().chains.is_empty()).then_some(CHAINS)
     }
 }
 
 /// The verdict of `system` on a run that stopped with `exit` at run time `at`, from the newest
-/// messages of its [states](System::state) and of its [chains](System::chains).
+/// messages of its [states](System::state) and of its chains.
 pub fn verdict(
     system: &dyn System,
     exit: &ClockExit,
@@ -287,16 +238,13 @@ pub fn verdict(
     [state, chains]: [Option<&[f64]>; 2],
 ) -> Verdict {
     let verdict = system.verdict(exit, at, state);
-    system.verdict_on_chains(verdict, exit, at, chains)
-}
-
-/// Nodes that share something beside topics.
-#[derive(Clone, Copy, Debug)]
-pub struct Group {
-    /// Name of the group, such as `plant`.
-    pub name: &'static str,
-    /// Names of its nodes. A run may lack some of them.
-    pub nodes: &'static [&'static str],
+    if verdict.is_lost() {
+        return verdict;
+    }
+    let over = *exit != ClockExit::Stopped;
+    let mut each = system.about().chains.iter();
+    let missed = each.find_map(|chain| chain.missed(at, chains, over));
+    missed.map_or(verdict, |missed| Verdict::new(missed, at))
 }
 
 /// An error while building a graph.

@@ -5,7 +5,7 @@ use std::fmt;
 use ratelab::{ClockExit, Time};
 
 /// A kind of result of a system's runs.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct VerdictKind {
     /// A one-word name for programs, such as `pole_fell`.
     pub name: &'static str,

@@ -3,7 +3,7 @@
 use ratelab::{GO_ON, Time};
 use ratelab_account::fields;
 use ratelab_study::system::{BuildError, Builder, System};
-use ratelab_wire::clock;
+use ratelab_wire::machine;
 
 pub const TOPIC: &str = "/hop";
 pub const SOURCE: &str = "source";
@@ -32,7 +32,7 @@ impl System for Hop {
         builder.node(SOURCE, f64::from(self.0), 0, move |wiring| {
             let topic = wiring.publisher(&published);
             move |now: Time| {
-                let at = clock::now() as f64;
+                let at = machine::now() as f64;
                 topic.publish(Sent { at }, now, None);
                 GO_ON
             }

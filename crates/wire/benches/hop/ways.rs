@@ -12,7 +12,7 @@ use std::{
 
 use ratelab::{Clock, ClockKind, GO_ON, Graph, Hz, Inbox, RealClock, Time, Wiring};
 use ratelab_study::experiment::{Config, Experiment};
-use ratelab_wire::{Bridge, SessionEnd, Settings, clock};
+use ratelab_wire::{Bridge, SessionEnd, Settings, machine};
 use rustix::time::{ClockId, clock_gettime};
 
 use super::graph::{Hop, READER, SOURCE, TOPIC};
@@ -102,7 +102,7 @@ fn send_datagrams(address: &str, hz: u32) -> f64 {
     let rate = Hz::new(f64::from(hz)).expect("a rate");
     let node = move |_: &mut Wiring<'_>| {
         move |_| {
-            bytes[..8].copy_from_slice(&clock::now().to_le_bytes());
+            bytes[..8].copy_from_slice(&machine::now().to_le_bytes());
             let _ = socket.send(&bytes);
             GO_ON
         }
@@ -124,7 +124,7 @@ fn receive_datagrams(hz: u32, hops: &mut Hops) {
         while sender.try_wait().expect("a child").is_none() {
             while socket.recv(&mut bytes).is_ok() {
                 let sent = bytes.first_chunk().copied().map(i64::from_le_bytes);
-                hops.lasted.extend(sent.map(|sent| clock::now() - sent));
+                hops.lasted.extend(sent.map(|sent| machine::now() - sent));
             }
         }
     });
@@ -143,7 +143,7 @@ fn receive(experiment: Experiment, bridge: Option<Bridge>, hops: &mut Hops) {
     });
     let mut rows = tap.rows();
     while tap.wait(&mut rows) {
-        let now = clock::now();
+        let now = machine::now();
         let sent = rows.iter().map(|(_, row)| row[0] as i64);
         hops.lasted.extend(sent.map(|sent| now - sent));
         rows.clear();

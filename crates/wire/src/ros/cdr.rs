@@ -3,8 +3,8 @@
 /// Encapsulation: plain CDR, little endian.
 const HEADER: [u8; 4] = [0, 1, 0, 0];
 
-/// The most bytes of a message that is read.
-const MOST: usize = 16_384;
+/// The most bytes of a message that is read, after its encapsulation.
+const MOST: usize = 16_380;
 
 /// A time of ROS: seconds and nanoseconds since 1970, or since the start of a simulation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -85,24 +85,21 @@ pub fn encode_clock(clock: Stamp) -> Vec<u8> {
 struct Writer(Vec<u8>);
 
 impl Writer {
-    /// Fills up to a multiple of `size` bytes after the header.
-    fn align(&mut self, size: usize) {
-        let length = (self.0.len() - HEADER.len()).next_multiple_of(size);
+    /// Adds a value at a multiple of its length after the header.
+    fn value<const N: usize>(&mut self, value: [u8; N]) {
+        let length = (self.0.len() - HEADER.len()).next_multiple_of(N);
         self.0.resize(length + HEADER.len(), 0);
-    }
-
-    fn word(&mut self, word: u32) {
-        self.align(4);
-        self.0.extend(word.to_le_bytes());
+        self.0.extend(value);
     }
 
     fn length(&mut self, length: usize) {
-        self.word(u32::try_from(length).unwrap_or(u32::MAX));
+        let length = u32::try_from(length).unwrap_or(u32::MAX);
+        self.value(length.to_le_bytes());
     }
 
     fn stamp(&mut self, stamp: Stamp) {
-        self.word(stamp.sec.cast_unsigned());
-        self.word(stamp.nanosec);
+        self.value(stamp.sec.to_le_bytes());
+        self.value(stamp.nanosec.to_le_bytes());
     }
 
     fn text(&mut self, text: &str) {
@@ -114,8 +111,7 @@ impl Writer {
     fn numbers(&mut self, numbers: &[f64]) {
         self.length(numbers.len());
         for number in numbers {
-            self.align(8);
-            self.0.extend(number.to_le_bytes());
+            self.value(number.to_le_bytes());
         }
     }
 }
@@ -128,41 +124,34 @@ struct CdrReader<'a> {
 
 impl<'a> CdrReader<'a> {
     fn new(bytes: &'a [u8]) -> Option<Self> {
-        let known = bytes.len() <= MOST && bytes.get(..4)? == HEADER;
-        known.then_some(Self {
-            bytes: &bytes[4..],
-            at: 0,
-        })
+        let bytes = bytes.strip_prefix(&HEADER)?;
+        (bytes.len() <= MOST).then_some(Self { bytes, at: 0 })
     }
 
     fn take(&mut self, count: usize) -> Option<&'a [u8]> {
-        let end = self.at.checked_add(count)?;
-        let taken = self.bytes.get(self.at..end)?;
-        self.at = end;
+        let taken = self.bytes.get(self.at..)?.get(..count)?;
+        self.at += count;
         Some(taken)
     }
 
-    fn align(&mut self, size: usize) {
-        self.at = self.at.next_multiple_of(size);
-    }
-
-    fn word(&mut self) -> Option<u32> {
-        self.align(4);
-        Some(u32::from_le_bytes(self.take(4)?.try_into().ok()?))
+    /// The value at the next multiple of its length.
+    fn value<const N: usize>(&mut self) -> Option<[u8; N]> {
+        self.at = self.at.next_multiple_of(N);
+        self.take(N)?.try_into().ok()
     }
 
     /// The number of items of at least `size` bytes each that follow: not more than there
     /// are bytes for, whatever the sender claims.
     fn length(&mut self, size: usize) -> Option<usize> {
-        let length = self.word()? as usize;
+        let length = u32::from_le_bytes(self.value()?) as usize;
         let room = self.bytes.len().saturating_sub(self.at) / size;
         (length <= room).then_some(length)
     }
 
     fn stamp(&mut self) -> Option<Stamp> {
         Some(Stamp {
-            sec: self.word()?.cast_signed(),
-            nanosec: self.word()?,
+            sec: i32::from_le_bytes(self.value()?),
+            nanosec: u32::from_le_bytes(self.value()?),
         })
     }
 
@@ -174,10 +163,7 @@ impl<'a> CdrReader<'a> {
 
     fn numbers(&mut self) -> Option<Vec<f64>> {
         let count = self.length(8)?;
-        let number = |_| {
-            self.align(8);
-            Some(f64::from_le_bytes(self.take(8)?.try_into().ok()?))
-        };
+        let number = |_| Some(f64::from_le_bytes(self.value()?));
         (0..count).map(number).collect()
     }
 

@@ -6,56 +6,59 @@
 mod cdr;
 mod name;
 mod publishers;
-mod stamps;
 
 use std::{
     sync::{
-        Arc,
-        atomic::{AtomicI64, AtomicU32, Ordering},
+        Arc, Mutex,
+        atomic::{AtomicI64, Ordering},
     },
-    thread,
+    time::{SystemTime, UNIX_EPOCH},
 };
 
-use ratelab::{Head, Time};
+use ratelab::Time;
 use ratelab_account::RowTap;
-use ratelab_study::system::{JointValues, Joints};
-use zenoh::{
-    Session, Wait,
-    liveliness::LivelinessToken,
-    pubsub::Publisher,
-    qos::CongestionControl,
-    sample::{Sample, SampleKind},
+use ratelab_study::{
+    experiment::Taps,
+    system::{JointValues, Joints},
 };
+use zenoh::{Wait, liveliness::LivelinessToken, pubsub::Publisher, qos::Priority, sample::Sample};
 
 use self::{
     cdr::{JointState, Stamp, encode_clock},
-    name::{Attachment, CLOCK, EndKind, Entity, JOINT_STATE, Type, key},
+    name::{Attachment, CLOCK, Entity, JOINT_STATE, PUBLISHER, SUBSCRIPTION, Type, key},
     publishers::Publishers,
-    stamps::RosStamps,
 };
 use crate::{
-    error::WireError, inlet::Inlet, peers::Peers, refusal::Refusal, sender::MessageSource,
-    times::Times,
+    error::WireError,
+    inlet::Inlet,
+    machine::{self, ClockMoment},
+    net,
+    outlet::{self, BACKLOG},
+    packet,
+    part::Part,
+    recent::Recent,
+    refusal::Refusal,
 };
 
 /// The side of a process that ROS sees.
 pub(crate) struct Ros {
-    session: Session,
+    part: Arc<Part>,
     domain: u32,
-    times: Arc<Times>,
-    stamps: Arc<RosStamps>,
+    stamps: Arc<Stamps>,
     publishers: Arc<Publishers>,
     /// The keys of the topics that are read here.
     read: Vec<String>,
-    /// Whether ROS nodes subscribe to the topics that are published here.
-    written: Vec<IsRead>,
+    /// The publishers of the topics that are published here.
+    written: Vec<Arc<Out>>,
     /// Number of the next node or endpoint.
-    next: AtomicU32,
+    next: u32,
     tokens: Vec<LivelinessToken>,
 }
 
-/// Tells whether somebody subscribes.
-type IsRead = Box<dyn Fn() -> bool + Send + Sync>;
+/// The newest stamps that were given out. A stamp comes back in the header of an action, and
+/// the system clock may be set at any moment: so it is looked up and not computed, and the age
+/// of the reading stays exact.
+type Stamps = Recent<Stamp, Time>;
 
 /// A publisher with its presence.
 struct Out {
@@ -68,7 +71,7 @@ impl Out {
     fn put(&self, payload: Vec<u8>) {
         let attachment = Attachment {
             seq: self.seq.fetch_add(1, Ordering::Relaxed),
-            stamp: stamps::system_now(),
+            stamp: system_now(),
             gid: self.gid,
         };
         let put = self.publisher.put(payload);
@@ -77,75 +80,100 @@ impl Out {
 }
 
 impl Ros {
-    /// The side of a process in `domain`.
-    pub(crate) fn new(
-        session: &Session,
+    /// Shows the nodes in `domain` the topics of `part` that cross its border as `joints`, and
+    /// takes theirs.
+    pub(crate) fn begin(
         domain: u32,
-        times: Arc<Times>,
-        peers: &Arc<Peers>,
-    ) -> Self {
-        Self {
-            publishers: Publishers::new(peers),
+        part: &Arc<Part>,
+        taps: &Taps,
+        joints: &[Joints],
+    ) -> Result<Self, WireError> {
+        let mut ros = Self {
+            part: part.clone(),
+            domain,
+            stamps: Arc::default(),
+            publishers: Arc::new(Publishers {
+                peers: part.peers.clone(),
+                known: Mutex::default(),
+            }),
             read: Vec::new(),
             written: Vec::new(),
-            session: session.clone(),
-            domain,
-            times,
-            stamps: Arc::default(),
-            next: AtomicU32::new(0),
+            next: 0,
             tokens: Vec::new(),
+        };
+        for joints in joints {
+            ros.cross(joints, taps)?;
+        }
+        ros.follow()?;
+        Ok(ros)
+    }
+
+    /// Begins to publish a topic, and to read it, as far as its nodes are here.
+    fn cross(&mut self, joints: &Joints, taps: &Taps) -> Result<(), WireError> {
+        let part = self.part.clone();
+        let mut topics = part.own.topology.topics.iter();
+        let Some(topic) = topics.find(|topic| topic.name == joints.topic) else {
+            return Ok(());
+        };
+        if let Some(node) = part.own.senders(topic).first()
+            && let Some(tap) = taps.rows(&topic.name, BACKLOG)
+        {
+            self.publish(&node.name, joints, tap)?;
+        }
+        let mut inlets = part.inlets.iter();
+        let inlet = inlets.find(|inlet| inlet.name == topic.name);
+        let (readers, _) = part.own.split(&topic.readers);
+        match (readers.first(), inlet) {
+            (Some(node), Some(inlet)) => self.subscribe(&node.name, joints, inlet),
+            _ => Ok(()),
         }
     }
 
-    fn number(&self) -> u32 {
-        self.next.fetch_add(1, Ordering::Relaxed)
+    fn number(&mut self) -> u32 {
+        self.next += 1;
+        self.next - 1
     }
 
-    fn entity(&self, node: &str) -> Entity {
-        Entity {
+    /// Shows a node.
+    fn entity(&mut self, node: &str) -> Result<Entity, WireError> {
+        let entity = Entity {
             domain: self.domain,
-            session: self.session.zid().to_string(),
+            session: self.part.own.session.clone(),
             number: self.number(),
             node: node.to_owned(),
-        }
+        };
+        self.declare(&entity.token())?;
+        Ok(entity)
     }
 
     fn declare(&mut self, token: &str) -> Result<(), WireError> {
-        let declared = self.session.liveliness().declare_token(token).wait();
-        let declared = declared.map_err(|why| WireError::network("cannot be present", &why))?;
+        let declared = net::be_present(&self.part.peers.session, token)?;
         self.tokens.push(declared);
         Ok(())
     }
 
     /// A publisher of `node` on `topic`.
-    fn out(&mut self, node: &Entity, topic: &str, of: Type) -> Result<Out, WireError> {
-        let token = node.endpoint(self.number(), EndKind::Publisher, topic, of);
+    fn out(&mut self, node: &Entity, topic: &str, of: Type) -> Result<Arc<Out>, WireError> {
+        let token = node.endpoint(self.number(), PUBLISHER, topic, of);
         self.declare(&token)?;
         let key = key(self.domain, topic, of);
-        let what = format!("cannot publish to {key}");
-        let publisher = self.session.declare_publisher(key);
-        let publisher = publisher.congestion_control(CongestionControl::Drop).wait();
-        Ok(Out {
-            publisher: publisher.map_err(|why| WireError::network(&what, &why))?,
+        Ok(Arc::new(Out {
+            publisher: net::publisher(&self.part.peers.session, key, Priority::DEFAULT)?,
             gid: Attachment::gid(&token),
             seq: AtomicI64::new(1),
-        })
+        }))
     }
 
-    /// Follows the publishers, and tells `inlets` of those that are gone.
-    pub(crate) fn follow(&self, inlets: Arc<Vec<Arc<Inlet>>>) -> Result<(), WireError> {
+    /// Follows the publishers, and tells the inlets of those that are gone.
+    fn follow(&self) -> Result<(), WireError> {
         let all = format!("@ros2_lv/{}/*/*/*/MP/**", self.domain);
-        let (liveliness, publishers) = (self.session.liveliness(), self.publishers.clone());
-        let followed = liveliness.declare_subscriber(all).history(true);
-        let followed = followed.callback(move |sample| {
-            let gid = publishers.note(sample.key_expr().as_str(), sample.kind());
-            if sample.kind() == SampleKind::Delete {
-                let gone = publishers::number(gid);
+        let (publishers, inlets) = (self.publishers.clone(), self.part.inlets.clone());
+        let note = move |token: &str, kind| {
+            if let Some(gone) = publishers.note(token, kind) {
                 inlets.iter().for_each(|inlet| inlet.sender().gone(gone));
             }
-        });
-        let followed = followed.background().wait();
-        followed.map_err(|why| WireError::network("cannot watch for ROS nodes", &why))
+        };
+        net::watch(&self.part.peers.session, (&all, "ROS nodes"), note)
     }
 
     /// Whether ROS nodes take the place of the others: they publish to all topics that are
@@ -153,117 +181,74 @@ impl Ros {
     pub(crate) fn has_others(&self) -> bool {
         let mut read = self.read.iter();
         let acts = !self.read.is_empty() && read.all(|key| self.publishers.publish_to(key));
-        acts && self.written.iter().any(|is_read| is_read())
+        let mut written = self.written.iter();
+        acts && written.any(|out| net::is_heard(&out.publisher))
     }
 
     /// Publishes the messages of `node` on a topic as joint states, and the run time of each
     /// as `/clock`.
-    pub(crate) fn publish(
-        &mut self,
-        node: &str,
-        joints: &Joints,
-        tap: RowTap,
-    ) -> Result<(), WireError> {
-        let entity = self.entity(node);
-        self.declare(&entity.token())?;
-        let states = Arc::new(self.out(&entity, joints.topic, JOINT_STATE)?);
+    fn publish(&mut self, node: &str, joints: &Joints, tap: RowTap) -> Result<(), WireError> {
+        let entity = self.entity(node)?;
+        let states = self.out(&entity, joints.topic, JOINT_STATE)?;
         let clock = self.out(&entity, "/clock", CLOCK)?;
-        let (joints, times, stamps) = (*joints, self.times.clone(), self.stamps.clone());
-        let out = states.clone();
-        let name = format!("ros {}", joints.topic);
-        let begun = thread::Builder::new().name(name).spawn(move || {
-            let mut rows = tap.rows();
-            while tap.wait(&mut rows) {
-                for (head, row) in rows.iter() {
-                    let run = i64::try_from(head.at.as_nanos()).unwrap_or(i64::MAX);
-                    clock.put(encode_clock(Stamp::from_nanos(run)));
-                    if let Some(message) = joint_state(&joints, head, row, &times, &stamps) {
-                        out.put(message.encode());
-                    }
-                }
-                rows.clear();
+        self.written.push(states.clone());
+        let (joints, stamps, part) = (*joints, self.stamps.clone(), self.part.clone());
+        let (times, thread) = (part.times.clone(), format!("ros {}", joints.topic));
+        outlet::for_each(tap, thread, move |head, row| {
+            let run = i64::try_from(head.at.as_nanos()).unwrap_or(i64::MAX);
+            clock.put(encode_clock(Stamp::from_nanos(run)));
+            let sensed = head.origin.unwrap_or(head.stamp);
+            if let Some(values) = (joints.of_row)(row)
+                && let Some(moment) = times.moment(sensed)
+            {
+                let stamp = stamp(&stamps, sensed, moment);
+                states.put(joint_state(&joints, values, stamp).encode());
             }
-        });
-        begun.map_err(|why| WireError::network("cannot start a thread", &why))?;
-        self.written.push(Box::new(move || {
-            let status = states.publisher.matching_status().wait();
-            status.is_ok_and(|status| status.matching())
-        }));
-        Ok(())
+        })
     }
 
     /// Takes joint states for `node` as messages of a topic.
-    pub(crate) fn subscribe(
+    fn subscribe(
         &mut self,
         node: &str,
         joints: &Joints,
         inlet: &Arc<Inlet>,
     ) -> Result<(), WireError> {
-        let entity = self.entity(node);
-        self.declare(&entity.token())?;
-        let token = entity.endpoint(
-            self.number(),
-            EndKind::Subscription,
-            joints.topic,
-            JOINT_STATE,
-        );
+        let entity = self.entity(node)?;
+        let token = entity.endpoint(self.number(), SUBSCRIPTION, joints.topic, JOINT_STATE);
         self.declare(&token)?;
         let key = key(self.domain, joints.topic, JOINT_STATE);
-        let what = format!("cannot subscribe to {key}");
         self.read.push(key.clone());
-        let (joints, inlet, stamps) = (*joints, inlet.clone(), self.stamps.clone());
+        let (joints, stamps) = (*joints, self.stamps.clone());
         let publishers = self.publishers.clone();
-        let receive = move |sample: Sample| {
+        inlet.begin(&self.part.peers.session, &key, move |inlet, sample| {
             let attachment = sample.attachment().map(|bytes| bytes.to_bytes());
-            let taken = match attachment.and_then(|bytes| Attachment::decode(&bytes)) {
-                Some(from) => {
-                    let source = publishers.source(from.gid);
-                    take(&joints, &inlet, &stamps, (source, from.seq), &sample)
-                }
-                None => Err(Refusal::Format),
-            };
-            if let Err(why) = taken {
-                inlet.refused.count(why);
-            }
-        };
-        let subscribed = self.session.declare_subscriber(key).callback(receive);
-        let subscribed = subscribed.background().wait();
-        subscribed.map_err(|why| WireError::network(&what, &why))
+            let from = attachment.and_then(|bytes| Attachment::decode(&bytes));
+            let from = from.ok_or(Refusal::Format)?;
+            let (row, stamp) = read(&joints, sample)?;
+            let seq = u64::try_from(from.seq).map_err(|_| Refusal::Format)?;
+            // A stamp of ours is the time of a reading; any other is of an unknown clock.
+            let origin = stamps.find(|known, _| *known == stamp);
+            let at = inlet.check_sender(publishers.source(from.gid), seq)?;
+            inlet.publish(&row, at, at, origin.map(|(_, sensed)| sensed))
+        })
     }
 }
 
 /// A message as a joint state. Its stamp is the time of the sensing, by the system clock.
-fn joint_state(
-    joints: &Joints,
-    head: &Head,
-    row: &[f64],
-    times: &Times,
-    stamps: &RosStamps,
-) -> Option<JointState> {
-    let JointValues {
-        position,
-        velocity,
-        effort,
-    } = (joints.of_row)(row)?;
-    let sensed = head.origin.unwrap_or(head.stamp);
-    Some(JointState {
-        stamp: stamps.stamp(sensed, times.moment(sensed)?),
+fn joint_state(joints: &Joints, values: JointValues, stamp: Stamp) -> JointState {
+    JointState {
+        stamp,
+        frame_id: String::new(),
         name: joints.names.iter().map(|&name| name.to_owned()).collect(),
-        position,
-        velocity,
-        effort,
-        ..JointState::default()
-    })
+        position: values.position,
+        velocity: values.velocity,
+        effort: values.effort,
+    }
 }
 
-/// Takes a joint state from anybody.
-fn take(
-    joints: &Joints,
-    inlet: &Inlet,
-    stamps: &RosStamps,
-    (from, seq): (MessageSource, i64),
-    sample: &Sample,
-) -> Result<(), Refusal> {
+/// The numbers and the stamp of a joint state from anybody.
+fn read(joints: &Joints, sample: &Sample) -> Result<(Vec<f64>, Stamp), Refusal> {
     let payload = sample.payload().to_bytes();
     let message = JointState::decode(&payload).ok_or(Refusal::Format)?;
     let values = JointValues {
@@ -276,12 +261,29 @@ fn take(
         true => Refusal::Length,
         false => Refusal::NotFinite,
     })?;
-    if row.iter().any(|number| !(*number as f32).is_finite()) {
-        return Err(Refusal::NotFinite);
+    match packet::are_finite(&row) {
+        true => Ok((row, message.stamp)),
+        false => Err(Refusal::NotFinite),
     }
-    let seq = u64::try_from(seq).map_err(|_| Refusal::Format)?;
-    // A stamp of ours is the time of a reading; any other is of an unknown clock.
-    let origin: Option<Time> = stamps.sensed(message.stamp);
-    let at = inlet.check_sender(from, seq)?;
-    inlet.publish(&row, at, at, origin)
+}
+
+/// The stamp of run time `sensed`, which is `moment` of our clock.
+fn stamp(stamps: &Stamps, sensed: Time, moment: ClockMoment) -> Stamp {
+    let known = stamps.find(|_, time| *time == sensed);
+    known.map_or_else(
+        || {
+            let ago = machine::now().saturating_sub(moment.at);
+            let stamp = Stamp::from_nanos(system_now().saturating_sub(ago));
+            stamps.keep(stamp, sensed);
+            stamp
+        },
+        |(stamp, _)| stamp,
+    )
+}
+
+/// The system clock (ns since 1970).
+fn system_now() -> i64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    let nanos = since.unwrap_or_default().as_nanos();
+    i64::try_from(nanos).unwrap_or(i64::MAX)
 }

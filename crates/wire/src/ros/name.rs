@@ -26,9 +26,6 @@ pub const CLOCK: Type = Type {
 /// Reliable, volatile, keep the last message: the rest is as by default.
 const QOS: &str = "::,1:,:,:,,";
 
-/// Length of an attachment (bytes).
-const ATTACHMENT: usize = 33;
-
 /// Length of the identity of a publisher (bytes).
 const GID: u8 = 16;
 
@@ -38,14 +35,11 @@ pub fn key(domain: u32, topic: &str, of: Type) -> String {
     format!("{domain}/{topic}/{}/{}", of.name, of.hash)
 }
 
-/// Which end of a topic an endpoint is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EndKind {
-    /// Publisher.
-    Publisher,
-    /// Subscription.
-    Subscription,
-}
+/// The kind of an endpoint that publishes, in its token.
+pub const PUBLISHER: &str = "MP";
+
+/// The kind of one that subscribes.
+pub const SUBSCRIPTION: &str = "MS";
 
 /// A node and its endpoints, as ROS sees them.
 #[derive(Clone, Debug)]
@@ -63,32 +57,24 @@ pub struct Entity {
 impl Entity {
     /// The token of the node.
     pub fn token(&self) -> String {
-        let Self {
-            domain,
-            session,
-            number,
-            node,
-        } = self;
-        format!("@ros2_lv/{domain}/{session}/{number}/{number}/NN/%/%/{node}")
+        self.of(self.number, "NN", "")
     }
 
     /// The token of endpoint `number` of the node.
-    pub fn endpoint(&self, number: u32, kind: EndKind, topic: &str, of: Type) -> String {
+    pub fn endpoint(&self, number: u32, kind: &str, topic: &str, of: Type) -> String {
+        let topic = topic.replace('/', "%");
+        let Type { name, hash } = of;
+        self.of(number, kind, &format!("/{topic}/{name}/{hash}/{QOS}"))
+    }
+
+    fn of(&self, number: u32, kind: &str, rest: &str) -> String {
         let Self {
             domain,
             session,
-            number: node_number,
+            number: own,
             node,
         } = self;
-        let kind = match kind {
-            EndKind::Publisher => "MP",
-            EndKind::Subscription => "MS",
-        };
-        let topic = topic.replace('/', "%");
-        let Type { name, hash } = of;
-        format!(
-            "@ros2_lv/{domain}/{session}/{node_number}/{number}/{kind}/%/%/{node}/{topic}/{name}/{hash}/{QOS}"
-        )
+        format!("@ros2_lv/{domain}/{session}/{own}/{number}/{kind}/%/%/{node}{rest}")
     }
 }
 
@@ -105,22 +91,10 @@ impl PublisherToken {
     /// Reads a token; `None` for one of anything else.
     pub fn parse(token: &str) -> Option<Self> {
         let parts: Vec<&str> = token.split('/').collect();
-        let [
-            "@ros2_lv",
-            domain,
-            session,
-            _,
-            _,
-            "MP",
-            _,
-            _,
-            _,
-            topic,
-            name,
-            hash,
-            _,
-        ] = parts[..]
-        else {
+        let ["@ros2_lv", domain, session, _, _, PUBLISHER, ref of @ ..] = parts[..] else {
+            return None;
+        };
+        let [_, _, _, topic, name, hash, _] = of else {
             return None;
         };
         let topic = topic.trim_start_matches('%').replace('%', "/");
@@ -150,22 +124,19 @@ impl Attachment {
 
     /// Its bytes.
     pub fn encode(&self) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(ATTACHMENT);
-        bytes.extend(self.seq.to_le_bytes());
-        bytes.extend(self.stamp.to_le_bytes());
-        bytes.push(GID);
-        bytes.extend(self.gid);
-        bytes
+        let numbers = [self.seq, self.stamp].map(i64::to_le_bytes).concat();
+        [&numbers[..], &[GID], &self.gid].concat()
     }
 
     /// Reads it from `bytes` of anybody; `None` if they are none.
     pub fn decode(bytes: &[u8]) -> Option<Self> {
-        let known = bytes.len() == ATTACHMENT && bytes.get(16) == Some(&GID);
-        known.then_some(())?;
+        let (seq, rest) = bytes.split_first_chunk()?;
+        let (stamp, rest) = rest.split_first_chunk()?;
+        let gid = rest.strip_prefix(&[GID])?;
         Some(Self {
-            seq: i64::from_le_bytes(bytes.get(..8)?.try_into().ok()?),
-            stamp: i64::from_le_bytes(bytes.get(8..16)?.try_into().ok()?),
-            gid: bytes.get(17..)?.try_into().ok()?,
+            seq: i64::from_le_bytes(*seq),
+            stamp: i64::from_le_bytes(*stamp),
+            gid: gid.try_into().ok()?,
         })
     }
 }
@@ -192,7 +163,7 @@ mod tests {
         };
         assert_eq!(sensor.token(), "@ros2_lv/0/ab12/1/1/NN/%/%/sensor");
         assert_eq!(
-            sensor.endpoint(2, EndKind::Publisher, "/obs", JOINT_STATE),
+            sensor.endpoint(2, PUBLISHER, "/obs", JOINT_STATE),
             "@ros2_lv/0/ab12/1/2/MP/%/%/sensor/%obs/sensor_msgs::msg::dds_::JointState_/RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e/::,1:,:,:,,"
         );
     }

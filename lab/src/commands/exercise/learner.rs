@@ -6,10 +6,7 @@ use std::{
     path::Path,
 };
 
-use exercises::{
-    framework::{Answers, Brief, Exercise, Prediction},
-    parts,
-};
+use exercises::framework::{Answers, Brief, Exercise, Prediction};
 
 use crate::{cli::ExerciseArgs, error::Error, output::print_line, rescue::RESCUE, wrap::readable};
 
@@ -32,9 +29,7 @@ pub fn learn(asked: &[Question], args: &ExerciseArgs, file: &Path) -> Result<(),
         (None, _) => learner.go_through(asked),
     }?;
     let number = asked.first().map(|part| part.brief().number);
-    let whole: Vec<Question> = number
-        .and_then(exercises::find)
-        .map_or(Vec::new(), |first| parts(first).collect());
+    let whole: Vec<Question> = number.into_iter().flat_map(exercises::parts).collect();
     match number.and_then(|number| next_step(number, learner.open(&whole))) {
         Some(next) => print_line(&format!("\n{next}")),
         None => Ok(()),
@@ -42,7 +37,7 @@ pub fn learn(asked: &[Question], args: &ExerciseArgs, file: &Path) -> Result<(),
 }
 
 /// A question of an exercise.
-type Question = &'static dyn Exercise;
+type Question = &'static Exercise;
 
 /// Refuses a number where nothing is drawn.
 fn check_seed(asked: &[Question], args: &ExerciseArgs) -> Result<(), Error> {
@@ -140,7 +135,7 @@ impl Learner<'_> {
     }
 
     /// The learner's number for this question; zero where it does not matter.
-    fn seed(&self, part: &dyn Exercise) -> u64 {
+    fn seed(&self, part: &Exercise) -> u64 {
         let given = self.args.seed.filter(|_| part.draws());
         given.unwrap_or_default()
     }
@@ -156,7 +151,7 @@ impl Learner<'_> {
     }
 
     /// Refuses another number than that of the prediction.
-    fn check_same(&self, part: &dyn Exercise, prediction: &Prediction) -> Result<(), Error> {
+    fn check_same(&self, part: &Exercise, prediction: &Prediction) -> Result<(), Error> {
         let (known, given) = (prediction.seed(), self.args.seed);
         match given.filter(|given| part.draws() && *given != known) {
             None => Ok(()),
@@ -183,7 +178,7 @@ impl Learner<'_> {
     }
 
     /// Prints the text before the prediction, with the figures to look at.
-    fn introduce(&self, part: &dyn Exercise, seed: u64) -> Result<(), Error> {
+    fn introduce(&self, part: &Exercise, seed: u64) -> Result<(), Error> {
         let brief = part.brief();
         let evidence = part.evidence(seed)?;
         let evidence = evidence.map_or_else(String::new, |table| format!("{table}\n"));
@@ -196,7 +191,7 @@ impl Learner<'_> {
             brief.label(),
             brief.title,
             brief.kind,
-            readable(brief.objective),
+            readable(&brief.objective),
             readable(&brief.asked()),
         ))
     }
@@ -252,7 +247,7 @@ fn read(line: &str, brief: &Brief) -> Result<Prediction, Error> {
 /// Asks for a prediction until it is valid.
 fn ask(brief: &Brief) -> Result<Prediction, Error> {
     loop {
-        print!("Your prediction{}, and why: ", in_unit(brief.unit));
+        print!("Your prediction{}, and why: ", in_unit(&brief.unit));
         // A failure is ignored here: printing the answer reports it.
         let _ = io::stdout().flush();
         let line = read_line()?;

@@ -3,8 +3,11 @@
 
 use std::collections::BTreeMap;
 
+use serde::Serialize;
+
 /// The kinds of flags; each is a column of the CSV file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum FlagKind {
     /// The reason, or the entry of the file, is another learner's as well.
     CopiedReason,
@@ -33,20 +36,11 @@ impl FlagKind {
         Self::Scripted,
         Self::NoReason,
     ];
-
-    /// The name for programs.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::CopiedReason => "copied_reason",
-            Self::Edited => "edited",
-            Self::ForeignSeed => "foreign_seed",
-            Self::Redone => "redone",
-            Self::CopiedRescue => "copied_rescue",
-            Self::Scripted => "scripted",
-            Self::NoReason => "no_reason",
-        }
-    }
 }
+
+/// Their columns in the CSV file.
+pub const COLUMNS: &str =
+    "copied_reason,edited,foreign_seed,redone,copied_rescue,scripted,no_reason";
 
 /// Flags of a prediction or a session, with the evidence.
 pub type Flags = BTreeMap<FlagKind, String>;

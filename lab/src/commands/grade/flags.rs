@@ -16,21 +16,19 @@ const TELLING: usize = 4;
 
 /// Flags everything in a class.
 pub fn find(graded: &mut [Graded], roster: Option<&Roster>) {
-    let found: Vec<(Vec<Flags>, Vec<Flags>)> = graded
-        .iter()
-        .map(|of| {
-            let marks = of.marks.iter();
-            let marks = marks.map(|mark| of_prediction(of, mark, graded, roster));
-            let sessions = 0..of.sessions.len();
-            let sessions = sessions.map(|at| of_session(of, at, graded));
-            (marks.collect(), sessions.collect())
-        })
-        .collect();
-    for (graded, (marks, sessions)) in graded.iter_mut().zip(found) {
-        let all = graded.marks.iter_mut().zip(marks);
-        all.for_each(|(mark, flags)| mark.flags = flags);
-        let all = graded.sessions.iter_mut().zip(sessions);
-        all.for_each(|(session, flags)| session.flags = flags);
+    let found = graded.iter().map(|of| {
+        let marks = of.marks.iter();
+        let marks = marks.map(|mark| of_prediction(of, mark, graded, roster));
+        let sessions = 0..of.sessions.len();
+        let sessions = sessions.map(|at| of_session(of, at, graded));
+        marks.chain(sessions).collect()
+    });
+    let found: Vec<Vec<Flags>> = found.collect();
+    for (graded, found) in graded.iter_mut().zip(found) {
+        let marks = graded.marks.iter_mut().map(|mark| &mut mark.flags);
+        let sessions = graded.sessions.iter_mut();
+        let flags = marks.chain(sessions.map(|session| &mut session.flags));
+        flags.zip(found).for_each(|(flags, found)| *flags = found);
     }
 }
 
@@ -59,6 +57,11 @@ fn of_prediction(
         ),
         (FlagKind::NoReason, short),
     ];
+    known(all)
+}
+
+/// The flags with evidence.
+fn known<const N: usize>(all: [(FlagKind, Option<String>); N]) -> Flags {
     let found = all.into_iter();
     found.filter_map(|(kind, why)| Some((kind, why?))).collect()
 }
@@ -128,8 +131,7 @@ fn of_session(of: &Graded, at: usize, class: &[Graded]) -> Flags {
         (FlagKind::CopiedRescue, copied),
         (FlagKind::Scripted, scripted),
     ];
-    let found = all.into_iter();
-    found.filter_map(|(kind, why)| Some((kind, why?))).collect()
+    known(all)
 }
 
 impl Graded {

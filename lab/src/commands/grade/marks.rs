@@ -45,10 +45,10 @@ const LOOK: Duration = Duration::from_millis(50);
 
 /// The measured questions, by name and number of the learner.
 #[derive(Clone, Default)]
-pub struct Measured(BTreeMap<(&'static str, Option<u64>), Findings>);
+pub struct Measured(BTreeMap<(String, Option<u64>), Findings>);
 
 impl Measured {
-    /// The same as [`Measured::marks`], or `None` if `asked` is set meanwhile: then the
+    /// Grades as [`Measured::marks`] does; `None` if `asked` is set meanwhile: then the
     /// measurement is left to a thread that ends with the program.
     ///
     /// # Errors
@@ -113,8 +113,8 @@ impl Measured {
         Ok(marks)
     }
 
-    fn measured(&mut self, question: &dyn Exercise, seed: Option<u64>) -> Result<&Findings, Error> {
-        Ok(match self.0.entry((question.brief().name, seed)) {
+    fn measured(&mut self, question: &Exercise, seed: Option<u64>) -> Result<&Findings, Error> {
+        Ok(match self.0.entry((question.brief().name.clone(), seed)) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(new) => new.insert(question.measure(seed.unwrap_or_default())?),
         })

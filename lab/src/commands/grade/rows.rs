@@ -4,19 +4,19 @@ use serde_json::{Value, json};
 
 use super::{
     Graded,
-    flag::{FlagKind, Flags},
+    flag::{COLUMNS, FlagKind, Flags},
     histogram,
     marks::{GradedPrediction, Measured},
     predictions,
     session::GradedRun,
 };
+use crate::csv::row_of;
 
 /// The first columns of the CSV file; one for each kind of flag follows.
 pub const HEADER: &str = "learner,accepted,item,right,number,unit,text,problem";
 
 /// The result as CSV.
 pub fn csv(graded: &[Graded]) -> String {
-    let flags = FlagKind::ALL.map(FlagKind::name).join(",");
     let rows = graded.iter().flat_map(|graded| {
         let marks = graded.marks.iter();
         let marks = marks.map(|mark| (mark_cells(mark), &mark.flags));
@@ -27,12 +27,11 @@ pub fn csv(graded: &[Graded]) -> String {
         marks.chain(sessions).chain(whole).map(|(cells, flags)| {
             let learner = [graded.learner.clone(), graded.is_accepted().to_string()];
             let flags = FlagKind::ALL.map(|kind| flags.get(&kind).cloned().unwrap_or_default());
-            let cells = learner.iter().chain(&cells).chain(&flags);
-            let cells = cells.map(|cell| quoted(cell));
-            cells.collect::<Vec<_>>().join(",") + "\n"
+            let cells = learner.into_iter().chain(cells).chain(flags);
+            row_of(cells.map(no_formula)) + "\n"
         })
     });
-    format!("{HEADER},{flags}\n{}", rows.collect::<String>())
+    format!("{HEADER},{COLUMNS}\n{}", rows.collect::<String>())
 }
 
 /// A hand-in as a whole has no flags.
@@ -47,11 +46,11 @@ fn mark_cells(mark: &GradedPrediction) -> [String; 6] {
     [
         format!("exercise {}", mark.brief.label()),
         mark.right.to_string(),
-        match mark.brief.choices {
+        match &mark.brief.choices[..] {
             [] => mark.number.to_string(),
             _ => mark.brief.in_unit(mark.number),
         },
-        mark.brief.unit.to_owned(),
+        mark.brief.unit.clone(),
         mark.reason.clone(),
         String::new(),
     ]
@@ -70,16 +69,10 @@ fn session_cells(session: &GradedRun) -> [String; 6] {
 
 /// A cell of a CSV file. A learner's text that a spreadsheet would take for a formula gets
 /// an apostrophe before it.
-fn quoted(cell: &str) -> String {
+fn no_formula(cell: String) -> String {
     let number = cell.parse::<f64>().is_ok();
-    let formula = cell.starts_with(['=', '+', '-', '@', '\t', '\r']) && !number;
-    let cell = if formula {
-        format!("'{cell}")
-    } else {
-        cell.to_owned()
-    };
-    match cell.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", cell.replace('"', "\"\"")),
+    match cell.starts_with(['=', '+', '-', '@', '\t', '\r']) && !number {
+        true => format!("'{cell}"),
         false => cell,
     }
 }
@@ -100,7 +93,7 @@ pub fn json(graded: &[Graded], measured: &Measured) -> Value {
                 "right": mark.right,
                 "error": mark.by,
                 "reason": mark.reason,
-                "flags": named(&mark.flags),
+                "flags": mark.flags,
             })).collect::<Vec<_>>(),
             "sessions": graded.sessions.iter().map(|session| json!({
                 "file": session.file_name(),
@@ -108,7 +101,7 @@ pub fn json(graded: &[Graded], measured: &Measured) -> Value {
                 "rescue": session.rescued,
                 "verified": session.verified,
                 "problems": session.refused,
-                "flags": named(&session.flags),
+                "flags": session.flags,
             })).collect::<Vec<_>>(),
         })
     });
@@ -134,13 +127,6 @@ pub fn json(graded: &[Graded], measured: &Measured) -> Value {
     })
 }
 
-fn named(flags: &Flags) -> Value {
-    let named = flags
-        .iter()
-        .map(|(kind, why)| (kind.name().to_owned(), why.clone().into()));
-    Value::Object(named.collect())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -155,7 +141,7 @@ mod tests {
             ("-1", "-1"),
             ("@SUM(1,2)", "\"'@SUM(1,2)\""),
         ] {
-            assert_eq!(quoted(cell), quoted_cell);
+            assert_eq!(row_of([no_formula(cell.to_owned())]), quoted_cell);
         }
     }
 }

@@ -81,8 +81,7 @@ impl GradedRun {
         match verify(&recording, &program.system, false, watch) {
             Ok(identical) => session.verified = Some(identical.to_string()),
             Err(why @ VerifyError::Stopped) => {
-                let file = file.display().to_string();
-                return Err(Error::Unverified { file, why });
+                return Err(Error::unverified(file.display(), why));
             }
             Err(why) => session.refused.push(format!("not verified: {why}")),
         }

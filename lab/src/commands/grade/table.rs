@@ -97,7 +97,7 @@ fn listed(head: &str, sign: &str, items: impl Iterator<Item = String>) -> Vec<St
 
 /// Number, quantity and unit of a question.
 fn heading(brief: &Brief) -> String {
-    let unit = match brief.unit {
+    let unit = match &*brief.unit {
         "" => String::new(),
         unit => format!(" {unit}"),
     };
@@ -173,7 +173,7 @@ fn sessions(graded: &Graded) -> String {
 
 /// A prediction in the table: with the number, if it is one.
 fn cell(mark: &GradedPrediction) -> String {
-    match mark.brief.choices {
+    match &mark.brief.choices[..] {
         [] => format!("{} {}", sign(mark.right), mark.number),
         _ => sign(mark.right).to_owned(),
     }

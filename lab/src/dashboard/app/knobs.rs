@@ -108,7 +108,7 @@ impl App {
     }
 
     pub(super) fn break_it(&mut self) {
-        let Some(broken) = self.system().broken() else {
+        let Some(broken) = self.system().about().broken else {
             return self
                 .desk
                 .notify("this system has no knob that is known to break it");

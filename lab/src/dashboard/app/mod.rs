@@ -148,7 +148,7 @@ impl App {
             pause: false,
             events: Vec::new(),
             desk: Desk {
-                knob_focus: KnobFocus::new(session.system(), &session.observer().read_counters()),
+                knob_focus: KnobFocus::new(session.system(), &session.observer().snapshot()),
                 ..Desk::new(session)
             },
             next: None,
@@ -418,7 +418,7 @@ impl App {
     fn knows(&self, action: LabAction) -> bool {
         match action {
             LabAction::Exercises | LabAction::Tour => self.setup.course,
-            LabAction::Break => self.system().broken().is_some(),
+            LabAction::Break => self.system().about().broken.is_some(),
             LabAction::Choice(_) => !self.choices.is_empty(),
             LabAction::SecondRate(_) => self.second_node().is_some(),
             LabAction::OtherWorld => self.own_world.is_some(),

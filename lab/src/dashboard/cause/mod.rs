@@ -210,11 +210,11 @@ impl Facts<'_> {
             return None;
         }
         let mut topics = self.graph.topics.iter();
-        let input = topics.find(|topic| topic.subscriptions.iter().any(|r| r.node == node))?;
+        let input = topics.find(|topic| topic.readers.iter().any(|r| r.node == node))?;
         let input_period = input.publishers.iter();
         let input_period = input_period.map(|node| self.graph.nodes[*node].hz.period());
         let slower = input_period.min()? < self.graph.nodes[node].hz.period();
-        match (input.dropped(), input.depth) {
+        match (input.dropped(), input.depth.get()) {
             (0, 1) => None,
             (0, depth) => slower.then(|| format!("a queue of {depth} dropped nothing")),
             (dropped, _) => Some(format!(

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ratelab::{Knob, Time};
-use ratelab_account::{AgeStage, NodeView, Sent, TracedTick};
+use ratelab_account::{AgeStage, NodeAccount, Sent, TracedTick};
 
 use super::{AgeReason, Facts, Hang, Owner};
 
@@ -77,7 +77,7 @@ impl Facts<'_> {
         } else if self.setup.iter().any(|knob| wrong(&knob)) {
             AgeReason::Clock.at(node)
         } else if let Some(knob) = self.setup.iter().find(shifted).filter(|_| waiting) {
-            let named = |view: &NodeView| *knob.target() == *view.name;
+            let named = |view: &NodeAccount| *knob.target() == *view.name;
             AgeReason::Phase.at(self.graph.nodes.iter().position(named).unwrap_or(node))
         } else {
             AgeReason::Rate.at(node)
@@ -125,7 +125,7 @@ impl Facts<'_> {
         let topics = (0..self.graph.topics.len()).filter(|topic| {
             let view = &self.graph.topics[*topic];
             let of_path = view.publishers.iter().any(|node| path.contains(node));
-            of_path && view.published > 0 && view.lost + view.in_flight == view.published
+            of_path && view.published > 0 && view.lost + view.in_flight() == view.published
         });
         nodes
             .chain(topics.map(|topic| AgeReason::Link.at(topic)))

@@ -128,9 +128,8 @@ fn slow_pace(facts: &Facts<'_>, owner: Owner) -> String {
         _ => facts.interval(node),
     };
     let mut topics = facts.graph.topics.iter();
-    let mut read = topics.clone().flat_map(|topic| &topic.subscriptions);
-    let output =
-        topics.find(|topic| topic.publishers.contains(&node) && !topic.subscriptions.is_empty());
+    let mut read = topics.clone().flat_map(|topic| &topic.readers);
+    let output = topics.find(|topic| topic.publishers.contains(&node) && !topic.readers.is_empty());
     let arose = match (read.any(|reader| reader.node == node), output) {
         (true, Some(topic)) => {
             format!("on {}: the {name} decides every {}", topic.name, ms(every))
@@ -281,7 +280,7 @@ impl Facts<'_> {
         let Ok(hz) = Hz::new(node.hz.get() * 1.25) else {
             return true;
         };
-        let mut setup = self.system.settings();
+        let mut setup = self.system.about().setup();
         setup.extend(self.setup.iter().cloned());
         let now = self.system.warnings(&setup);
         let node = node.name.to_string();

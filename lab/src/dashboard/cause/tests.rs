@@ -288,11 +288,11 @@ fn overrunning() -> (Snapshot, Lineage) {
         lineage.tick(sensor, tick(number, at, 0));
         lineage.message(observations, &head(number, at, None));
         if number % 5 == 0 {
-            let decides = at + Time::TICK;
+            let decides = at + Time::RESOLUTION;
             lineage.tick(policy, tick(number / 5, decides, 85));
             lineage.message(actions, &head(number / 5, decides, Some(at)));
         }
-        lineage.tick(actuator, tick(number, at + 2 * Time::TICK, 0));
+        lineage.tick(actuator, tick(number, at + 2 * Time::RESOLUTION, 0));
     }
     lineage.settle();
     graph.nodes[policy].overruns = 120;

@@ -352,7 +352,7 @@ impl Playhead {
             lineage: replay
                 .recording()
                 .lineage()
-                .along(replay.system().latency_path()),
+                .along(replay.system().about().latency_path),
             at: replay.begins(),
             replay,
             held: None,

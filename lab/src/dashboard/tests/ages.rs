@@ -13,7 +13,7 @@ fn session(text: &str, speed: Speed) -> App {
     let config = Config {
         end: Time::from_secs_f64(7.3).expect("a time"),
         speed,
-        setup: system.settings(),
+        setup: system.about().setup(),
         ..Config::default()
     };
     App::new(&config, SessionSetup::new(system, false)).expect("session")

@@ -153,7 +153,7 @@ fn a_plant_that_stands_still_is_said_to_and_goes_on_as_advised() {
     let mut app = running();
     // A crash before the first step would be another case: the plant never moved.
     let has_moved = |app: &App| {
-        let graph = app.desk().run.observer().read_counters();
+        let graph = app.desk().run.observer().snapshot();
         graph
             .topic("/state")
             .is_some_and(|steps| steps.published > 0)

@@ -28,13 +28,13 @@ fn until(app: &mut App, text: &str) {
 }
 
 fn now(app: &App) -> Time {
-    app.desk().run.observer().read_counters().now
+    app.desk().run.observer().snapshot().now
 }
 
 /// Runs one tick of one node, and waits for it.
 fn step(app: &mut App) {
     let ticks = |app: &App| -> u64 {
-        let nodes = app.desk().run.observer().read_counters().nodes;
+        let nodes = app.desk().run.observer().snapshot().nodes;
         nodes.iter().map(|node| node.ticks).sum()
     };
     let before = ticks(app);

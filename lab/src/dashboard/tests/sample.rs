@@ -145,7 +145,7 @@ pub fn trace() -> SignalTrace {
         (time, 0.2 * (time * 4.9).exp() * 1.0_f64.min(time + 0.2))
     });
     SignalTrace {
-        signal: &CartPole::default().signals()[0],
+        signal: CartPole::default().signals()[0],
         points: points.collect(),
         limits: age(0, 0).limits,
         ages: (0..=4)

@@ -40,7 +40,7 @@ const LEAST_AGE_MS: f64 = 40.0;
 
 /// Draws the trace up to `now`, and below it the push age if there is room.
 pub fn render(trace: &SignalTrace, now: Time, sheet: Sheet<'_>) {
-    let (theme, now, signal) = (sheet.theme, now.as_secs_f64(), trace.signal);
+    let (theme, now, signal) = (sheet.theme, now.as_secs_f64(), &trace.signal);
     // A trace may extend beyond a moment in the past.
     let until_now = |points: &'_ [(f64, f64)]| points.partition_point(|point| point.0 <= now);
     let past = &trace.points[..until_now(&trace.points)];
@@ -156,7 +156,7 @@ fn safe_levels(trace: &SignalTrace) -> impl Iterator<Item = Level> {
     ends.map(|at| Level {
         at,
         line: Some(([1, 2], '=')),
-        label: label(trace.signal, at),
+        label: label(&trace.signal, at),
     })
 }
 

@@ -9,6 +9,7 @@ mod shown;
 
 use std::{
     collections::{BTreeMap, HashMap},
+    mem,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant},
 };
@@ -21,14 +22,14 @@ use ratelab_study::{
     system::System,
 };
 use ratelab_wire::{
-    Answer, Follower,
-    clock::{self, Nanos},
-    telemetry::{Batch, Info, PublishedMessage},
+    Follower,
+    machine::{self, Nanos},
+    telemetry::{Answer, Batch, Info, PublishedMessage},
 };
 
 use self::processes::Processes;
 use super::{gathered::GatheredRun, recordings::Recordings, relay::Relay};
-use crate::recording::{Source, StopReason, schema::Origin};
+use crate::recording::{Source, StopReason, Tapped, schema::Origin};
 
 /// How long an item waits for earlier ones of other processes.
 const HOLD: Duration = Duration::from_millis(150);
@@ -104,18 +105,21 @@ impl RemoteRun {
         let mut infos = self.follower.processes();
         let present = infos.iter().map(|info| info.incarnation);
         self.processes.set_present(present);
-        infos.retain(|info| self.follower.estimate(info.clock).is_some());
         // The others' times are those of its run.
         infos.sort_by_key(|info| !info.is_hub);
         let mut new_run = false;
         for info in infos {
+            let Some(estimate) = self.follower.estimate(info.clock) else {
+                continue;
+            };
+            self.processes.set_clock(info.clock, estimate);
+            let new = info.incarnation;
             let old = self.processes.hub().map(|hub| hub.incarnation);
-            if info.is_hub && old != Some(info.incarnation) {
+            if info.is_hub && old != Some(new) {
                 self.begin(&info);
                 new_run = true;
             }
-            if !self.processes.know(info.incarnation) {
-                let new = info.incarnation;
+            if !self.processes.know(new) {
                 self.add(info);
                 let reports = self.early.extract_if(.., |(from, _)| *from == new);
                 let reports: Vec<_> = reports.collect();
@@ -130,9 +134,9 @@ impl RemoteRun {
     /// Adds a process with its events so far.
     fn add(&mut self, mut info: Info) {
         let (from, zero) = (info.incarnation, info.zero);
-        let events = std::mem::take(&mut info.events);
+        let events = mem::take(&mut info.events);
         self.processes.add(info);
-        if let Some((shift, _)) = zero.and_then(|zero| self.shift(from, zero)) {
+        if let Some((shift, _)) = zero.and_then(|zero| self.processes.shift(from, zero)) {
             self.take_events(from, 0, &events, shift);
         }
     }
@@ -150,8 +154,7 @@ impl RemoteRun {
 
     /// Whether the run is over, and `node` was in the process that began it.
     fn has_left_after(&self, node: &str) -> bool {
-        let hub = self.processes.hub();
-        let began = hub.is_some_and(|hub| hub.nodes.iter().any(|name| name == node));
+        let began = self.processes.hub().is_some_and(|hub| hub.runs(node));
         began && self.gathered.exit().is_some()
     }
 
@@ -208,7 +211,7 @@ impl RemoteRun {
 
     fn take(&mut self, from: u64, batch: Batch) {
         self.processes.note_zero(from, batch.zero);
-        let Some((shift, bound)) = self.shift(from, batch.zero) else {
+        let Some((shift, bound)) = self.processes.shift(from, batch.zero) else {
             return;
         };
         let lost = self.processes.report(from, &batch, bound);
@@ -234,13 +237,6 @@ impl RemoteRun {
         }
     }
 
-    /// What is to be added to run times of a process (ns), and the greatest error of that;
-    /// `None` while unknown.
-    fn shift(&self, from: u64, zero: Nanos) -> Option<(Nanos, Nanos)> {
-        let clocks = |clock| self.follower.estimate(clock);
-        self.processes.shift(from, zero, &clocks)
-    }
-
     /// Takes the events that are new, and to be shown.
     fn take_events(&mut self, from: u64, first: usize, events: &[Event], shift: Nanos) {
         for event in self.processes.new_events(from, first, events) {
@@ -259,10 +255,9 @@ impl RemoteRun {
 
     /// The run time now, less what is held back; `None` before the run.
     fn ripe(&self) -> Option<Time> {
-        let clocks = |clock| self.follower.estimate(clock);
-        let (zero, _) = self.processes.zero(&clocks)?;
+        let (zero, _) = self.processes.zero()?;
         let hold = Nanos::try_from(HOLD.as_nanos()).ok()?;
-        let passed = clock::now().saturating_sub(zero).saturating_sub(hold);
+        let passed = machine::now().saturating_sub(zero).saturating_sub(hold);
         Some(Time::from_nanos(u64::try_from(passed).unwrap_or(0)))
     }
 
@@ -296,7 +291,7 @@ impl RemoteRun {
     /// Puts together what happened before run time `until`.
     fn gather_until(&mut self, until: Time) {
         let later = self.pending.split_off(&(until, 0));
-        let due = std::mem::replace(&mut self.pending, later);
+        let due = mem::replace(&mut self.pending, later);
         if !due.is_empty() && self.recordings().is_waiting() {
             let source = self.source();
             self.recordings().begin_of_run(source);
@@ -318,17 +313,16 @@ impl RemoteRun {
     /// When a message reached its reader; `None` if it did not. Within a process it is at
     /// once.
     fn arrives(&mut self, from: u64, message: &PublishedMessage) -> Option<Time> {
-        let topic = self.gathered.topology.topics.get(message.topic)?;
-        let mut readers = topic.readers.iter();
-        let near = |node: &usize| {
-            let node = self.gathered.topology.nodes.get(*node);
-            node.is_none_or(|node| self.processes.runs(from, &node.name))
-        };
-        if readers.all(near) {
+        let graph = &self.gathered.topology;
+        let topic = graph.topics.get(message.topic)?;
+        let mut readers = topic
+            .readers
+            .iter()
+            .filter_map(|node| graph.nodes.get(*node));
+        if readers.all(|node| self.processes.runs(from, &node.name)) {
             return Some(message.at);
         }
-        let arrived = self.arrivals.remove(&(message.topic, from, message.seq));
-        match arrived {
+        match self.arrivals.remove(&(message.topic, from, message.seq)) {
             Some(arrived) => Some(arrived.max(message.at)),
             // Its arrival was reported to nobody.
             None if self.complete.is_none_or(|since| message.at < since) => Some(message.at),
@@ -350,12 +344,7 @@ fn gathered(
     graph: &Topology,
     known: &Taps,
 ) -> GatheredRun {
-    let fields = |name: &str| {
-        let mut topics = known.topics().iter();
-        let topic = topics.find(|topic| topic.name() == name)?;
-        Some(topic.fields())
-    };
-    let relay = Relay::new(graph, fields);
+    let relay = Relay::new(graph, |name| known.fields(name));
     GatheredRun::new(system, config.clone(), graph.clone(), relay)
 }
 

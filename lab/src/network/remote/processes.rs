@@ -7,7 +7,7 @@ use std::{
 
 use ratelab::{Command, Event, EventKind};
 use ratelab_wire::{
-    clock::{ClockId, Nanos},
+    machine::{ClockId, Nanos},
     offset::Estimate,
     telemetry::{Batch, Info, TopicCounts},
 };
@@ -25,6 +25,8 @@ pub struct Processes {
     all: HashMap<u64, Process>,
     /// Those that are connected.
     present: HashSet<u64>,
+    /// How far their clocks are ahead of ours.
+    clocks: HashMap<ClockId, Estimate>,
     /// Messages of this run lost unread in processes that were replaced, by topic.
     dropped_before: HashMap<usize, u64>,
 }
@@ -46,8 +48,16 @@ struct Process {
 }
 
 impl Process {
-    fn runs(&self, node: &str) -> bool {
-        self.info.nodes.iter().any(|name| name == node)
+    fn new(info: Info) -> Self {
+        Self {
+            info,
+            batch: 0,
+            heard: Instant::now(),
+            counts: Vec::new(),
+            dropped_before: HashMap::new(),
+            bound: None,
+            events: 0,
+        }
     }
 
     /// Messages of a topic lost unread in this run.
@@ -57,13 +67,11 @@ impl Process {
         all.saturating_sub(self.dropped_before.get(&topic).copied().unwrap_or(0))
     }
 
-    fn topics(&self) -> impl Iterator<Item = usize> {
-        self.counts.iter().map(|counts| counts.topic)
+    /// Its nodes.
+    fn names(&self) -> String {
+        self.info.nodes.join(" and ")
     }
 }
-
-/// The estimate of a clock, if there is one.
-pub type Clocks<'a> = &'a dyn Fn(ClockId) -> Option<Estimate>;
 
 impl Processes {
     /// The process that listens.
@@ -77,7 +85,7 @@ impl Processes {
         self.dropped_before.clear();
         // What was lost in a run before is none of this one.
         self.all
-            .retain(|_, process| !hub.nodes.iter().any(|node| process.runs(node)));
+            .retain(|_, process| hub.shared(&process.info).is_empty());
         for process in self.all.values_mut() {
             let counts = process.counts.iter();
             process.dropped_before = counts.map(|c| (c.topic, c.dropped)).collect();
@@ -87,6 +95,11 @@ impl Processes {
     /// Notes which processes are connected.
     pub fn set_present(&mut self, present: impl Iterator<Item = u64>) {
         self.present = present.collect();
+    }
+
+    /// Notes how far a clock is ahead of ours.
+    pub fn set_clock(&mut self, clock: ClockId, ahead: Estimate) {
+        self.clocks.insert(clock, ahead);
     }
 
     /// Whether a process is known.
@@ -101,23 +114,14 @@ impl Processes {
 
     /// Adds a process in place of one that ran the same nodes.
     pub fn add(&mut self, info: Info) {
-        let same = |other: &Process| info.nodes.iter().any(|node| other.runs(node));
+        let same = |other: &Process| !info.shared(&other.info).is_empty();
         for (_, replaced) in self.all.extract_if(|_, other| same(other)) {
-            for topic in replaced.topics() {
-                let before = self.dropped_before.entry(topic).or_default();
-                *before = before.saturating_add(replaced.dropped(topic));
+            for TopicCounts { topic, .. } in &replaced.counts {
+                let before = self.dropped_before.entry(*topic).or_default();
+                *before = before.saturating_add(replaced.dropped(*topic));
             }
         }
-        let process = Process {
-            batch: 0,
-            heard: Instant::now(),
-            counts: Vec::new(),
-            dropped_before: HashMap::new(),
-            bound: None,
-            events: 0,
-            info,
-        };
-        self.all.insert(process.info.incarnation, process);
+        self.all.insert(info.incarnation, Process::new(info));
     }
 
     /// Notes a report of process `from`, whose times have at most the error `bound`; returns
@@ -146,21 +150,26 @@ impl Processes {
     }
 
     /// Run time zero by our clock, with its error; `None` before the run.
-    pub fn zero(&self, clocks: Clocks<'_>) -> Option<(Nanos, Nanos)> {
+    pub fn zero(&self) -> Option<(Nanos, Nanos)> {
         let hub = self.hub.as_ref()?;
-        moment(hub, hub.zero?, clocks)
+        self.moment(hub, hub.zero?)
+    }
+
+    /// `moment` of the clock of `process` by our clock, with its error.
+    fn moment(&self, process: &Info, moment: Nanos) -> Option<(Nanos, Nanos)> {
+        let estimate = self.clocks.get(&process.clock)?;
+        Some((estimate.ours(moment), estimate.bound))
     }
 
     /// What is to be added to run times (ns) of process `from`, whose run began at `zero`, and
     /// the greatest error of that; `None` while unknown.
-    pub fn shift(&self, from: u64, zero: Nanos, clocks: Clocks<'_>) -> Option<(Nanos, Nanos)> {
+    pub fn shift(&self, from: u64, zero: Nanos) -> Option<(Nanos, Nanos)> {
         let (hub, process) = (self.hub.as_ref()?, &self.all.get(&from)?.info);
-        let hub_zero = hub.zero?;
         if process.clock == hub.clock {
-            return Some((zero.saturating_sub(hub_zero), 0));
+            return Some((zero.saturating_sub(hub.zero?), 0));
         }
-        let (of_hub, error) = moment(hub, hub_zero, clocks)?;
-        let (of_process, more) = moment(process, zero, clocks)?;
+        let (of_hub, error) = self.zero()?;
+        let (of_process, more) = self.moment(process, zero)?;
         let error = error.saturating_add(more);
         Some((of_process.saturating_sub(of_hub), error))
     }
@@ -179,8 +188,7 @@ impl Processes {
         };
         let skip = process.events.saturating_sub(first);
         process.events = process.events.max(first.saturating_add(events.len()));
-        let process = &*process;
-        let is_shown = |event: &&Event| own || is_of_node(event, |node| process.runs(node));
+        let is_shown = |event: &&Event| own || is_of(event, &process.info);
         events.iter().skip(skip).filter(is_shown).collect()
     }
 
@@ -194,7 +202,7 @@ impl Processes {
     /// Whether process `incarnation` runs `node`.
     pub fn runs(&self, incarnation: u64, node: &str) -> bool {
         let process = self.all.get(&incarnation);
-        process.is_none_or(|process| process.runs(node))
+        process.is_none_or(|process| process.info.runs(node))
     }
 
     /// Whether the process of `node` has reported.
@@ -238,11 +246,10 @@ impl Processes {
     /// Where `node` runs.
     pub fn place(&self, node: &str) -> Place {
         let Some(process) = self.of(node) else {
+            let absent = format!("no process runs the {node}: start one, as ratelab node {node}");
             return Place {
                 text: "nowhere".to_owned(),
-                absent: Some(format!(
-                    "no process runs the {node}: start one, as ratelab node {node}"
-                )),
+                absent: Some(absent),
             };
         };
         Place {
@@ -255,20 +262,15 @@ impl Processes {
     /// through the one that listens.
     fn unheard<'a>(&'a self, process: &'a Process) -> Option<&'a Process> {
         let hub = self.hub_process().filter(|hub| self.is_gone(hub));
-        let own = Some(process).filter(|process| self.is_gone(process));
-        match hub {
-            Some(hub) if process.heard + GONE >= hub.heard => Some(hub),
-            _ => own,
-        }
+        let hub = hub.filter(|hub| process.heard + GONE >= hub.heard);
+        hub.or_else(|| Some(process).filter(|process| self.is_gone(process)))
     }
 
     /// Why nothing is heard of a process, and what to try.
     fn absence(&self, process: &Process) -> String {
-        let Info {
-            pid, host, is_hub, ..
-        } = &process.info;
-        let names = process.info.nodes.join(" and ");
-        let others = match is_hub {
+        let Info { pid, host, .. } = &process.info;
+        let names = process.names();
+        let others = match process.info.is_hub {
             true => ", through which all others are heard",
             false => "",
         };
@@ -291,7 +293,8 @@ impl Processes {
         };
         if over || (hub.zero.is_none() && !self.lack_hub()) {
             let nodes = hub.topology.nodes.iter().map(|node| &*node.name);
-            let away: Vec<&str> = nodes.filter(|node| !self.is_there(node)).collect();
+            let is_there = |node| self.of(node).is_some_and(|of| self.is_present(of));
+            let away: Vec<&str> = nodes.filter(|node| !is_there(node)).collect();
             let away = match away.len() == hub.topology.nodes.len() {
                 true => "all nodes".to_owned(),
                 false => away.join(", "),
@@ -299,10 +302,7 @@ impl Processes {
             return (!away.is_empty()).then(|| format!("waiting for {away}"));
         }
         let gone = self.all.values().filter(|process| self.is_gone(process));
-        let gone = gone.map(|process| {
-            let names = process.info.nodes.join(" and ");
-            (names, process.heard.elapsed().as_secs_f64())
-        });
+        let gone = gone.map(|process| (process.names(), process.heard.elapsed().as_secs_f64()));
         let mut gone: Vec<(String, f64)> = gone.collect();
         gone.sort_by(|one, other| one.0.cmp(&other.0));
         if let (Some((_, seconds)), true) = (gone.first(), gone.len() == self.all.len()) {
@@ -310,16 +310,11 @@ impl Processes {
         }
         let gone = gone.iter();
         let gone = gone.map(|(names, seconds)| format!("{names} gone for {seconds:.1} s"));
-        let refused = total(self.counts().map(|counts| counts.refused));
+        let counts = self.all.values().flat_map(|process| &process.counts);
+        let refused = total(counts.map(|counts| counts.refused));
         let refused = (refused > 0).then(|| format!("{refused} messages refused"));
         let trouble: Vec<String> = gone.chain(refused).collect();
         (!trouble.is_empty()).then(|| trouble.join(", "))
-    }
-
-    /// Whether a process that is connected runs `node`.
-    fn is_there(&self, node: &str) -> bool {
-        self.of(node)
-            .is_some_and(|process| self.is_present(process))
     }
 
     /// How exact ages between them are; `None` where they share a clock.
@@ -333,13 +328,9 @@ impl Processes {
         Some(format!("ages ±{:.1} ms", worst as f64 / 1e6))
     }
 
-    fn counts(&self) -> impl Iterator<Item = &TopicCounts> {
-        self.all.values().flat_map(|process| &process.counts)
-    }
-
     /// The process that runs `node`.
     fn of(&self, node: &str) -> Option<&Process> {
-        self.all.values().find(|process| process.runs(node))
+        self.all.values().find(|process| process.info.runs(node))
     }
 }
 
@@ -348,17 +339,11 @@ fn total(counts: impl Iterator<Item = u64>) -> u64 {
     counts.fold(0, u64::saturating_add)
 }
 
-/// `moment` of the clock of `process` by our clock, with its error.
-fn moment(process: &Info, moment: Nanos, clocks: Clocks<'_>) -> Option<(Nanos, Nanos)> {
-    let estimate = clocks(process.clock)?;
-    Some((estimate.ours(moment), estimate.bound))
-}
-
-/// Whether an event is about a node that is `here`, or about the whole run.
-fn is_of_node(event: &Event, here: impl Fn(&str) -> bool) -> bool {
+/// Whether an event is about a node of `process`, or about the whole run.
+fn is_of(event: &Event, process: &Info) -> bool {
     match &event.what {
         EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => match command {
-            Command::Set(knob) => !knob.kind().is_of_topic() && here(knob.target()),
+            Command::Set(knob) => !knob.kind().is_of_topic() && process.runs(knob.target()),
             _ => false,
         },
         EventKind::Ended { .. } | EventKind::Faulted { .. } => true,
@@ -397,19 +382,11 @@ mod tests {
         let (mut processes, hub) = (Processes::default(), info(1, "plant", 1, 500));
         processes.begin(&hub);
         processes.add(hub);
+        processes.set_clock(ClockId(1), Estimate::SAME);
+        // Clock 2 is 1000 ns ahead of ours.
+        let (ahead, bound) = (1000, 30);
+        processes.set_clock(ClockId(2), Estimate { ahead, bound });
         processes
-    }
-
-    /// Clock 2 is 1000 ns ahead of ours.
-    fn estimate(clock: ClockId) -> Option<Estimate> {
-        match clock {
-            ClockId(1) => Some(Estimate::SAME),
-            ClockId(2) => Some(Estimate {
-                ahead: 1000,
-                bound: 30,
-            }),
-            _ => None,
-        }
     }
 
     #[test]
@@ -418,7 +395,7 @@ mod tests {
         processes.add(info(2, "near", 1, 600));
         processes.add(info(3, "far", 2, 1600));
         processes.add(info(4, "unknown", 3, 0));
-        let shift = |from, zero| processes.shift(from, zero, &estimate);
+        let shift = |from, zero| processes.shift(from, zero);
         assert_eq!(shift(2, 600), Some((100, 0)));
         assert_eq!(shift(3, 1600), Some((100, 30)));
         assert_eq!(shift(4, 0), None);
@@ -468,7 +445,7 @@ mod tests {
             assert_eq!(processes.dropped(7), u64::MAX);
             processes.add(info(2, "policy", 1, Nanos::MAX));
         }
-        assert!(processes.shift(2, Nanos::MIN, &estimate).is_some());
+        assert!(processes.shift(2, Nanos::MIN).is_some());
         assert_eq!(
             processes.new_events(2, usize::MAX, &[]),
             Vec::<&Event>::new()

@@ -34,13 +34,12 @@ impl RunSource for RemoteRun {
     }
 
     fn new_rows(&mut self) -> Vec<WatchedRows> {
-        let new = self.gathered.take_rows();
+        let new = self.gathered.take_rows().into_iter();
         let topics = &self.gathered.topology.topics;
-        let names: Vec<&'static str> = watched(&*self.system).collect();
-        let new = new.into_iter().filter_map(|(topic, rows)| {
+        let new = new.filter_map(|(topic, rows)| {
             let name = &topics.get(topic)?.name;
-            let watched = names.iter().find(|watched| *watched == name)?;
-            Some((*watched, rows))
+            let watched = watched(&*self.system).find(|watched| watched == name)?;
+            Some((watched, rows))
         });
         new.collect()
     }

@@ -47,11 +47,11 @@ impl GraphScene {
         let nodes = snapshot.nodes.iter();
         let nodes = nodes.map(|node| vertex(&node.name, node.hz.to_string()));
         let topics = snapshot.topics.iter();
-        let topics = topics.map(|topic| vertex(&topic.name, depth(topic.depth)));
+        let topics = topics.map(|topic| vertex(&topic.name, depth(topic.depth.get())));
         let first = snapshot.nodes.len();
         let mut edges = Vec::new();
         for (index, topic) in snapshot.topics.iter().enumerate() {
-            let readers = topic.subscriptions.iter().map(|reader| reader.node);
+            let readers = topic.readers.iter().map(|reader| reader.node);
             edges.extend(topic.publishers.iter().map(|&node| (node, first + index)));
             edges.extend(readers.map(|node| (first + index, node)));
         }

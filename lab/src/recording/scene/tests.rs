@@ -69,7 +69,7 @@ fn draw(run: &Run, span: Duration) -> Vec<LogMsg> {
     let (mut topics, mut made, mut from) = (run.topics.clone(), 0, Time::ZERO);
     let end = run.summary.sim_time;
     while from <= end {
-        let until = from + (span - Time::TICK);
+        let until = from + (span - Time::RESOLUTION);
         let events = run.summary.events.iter();
         let events: Vec<_> = events
             .filter(|event| from <= event.at && event.at <= until)

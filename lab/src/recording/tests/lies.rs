@@ -212,7 +212,7 @@ fn assert_found(lies: Lies<'_>) {
 fn every_part_of_the_end_is_compared() {
     assert_found(&[
         ("run time at the end", |r| {
-            result(r).sim_time = result(r).sim_time + Time::TICK;
+            result(r).sim_time = result(r).sim_time + Time::RESOLUTION;
         }),
         ("the end of the run", |r| result(r).steps += 1),
         ("figures of the last state", |r| {
@@ -225,10 +225,10 @@ fn every_part_of_the_end_is_compared() {
             result(r).verdict.name = "balanced".to_owned();
         }),
         ("time of the verdict", |r| {
-            result(r).verdict.at = result(r).verdict.at + Time::TICK;
+            result(r).verdict.at = result(r).verdict.at + Time::RESOLUTION;
         }),
         ("run time at the end", |r| {
-            outcome(r).at = outcome(r).at + Time::TICK;
+            outcome(r).at = outcome(r).at + Time::RESOLUTION;
         }),
         ("the clock at the end", |r| {
             outcome(r).clock = ClockKind::Real

@@ -215,10 +215,7 @@ fn a_run_of_any_system_is_read_as_it_was_and_comes_again() {
 fn a_replay_of_any_system_ends_as_its_run_did() {
     let (recording, summary) = recorded();
     let replayed = replayed(recording, &ball()).summary();
-    let end = |summary: &Summary| {
-        let end = summary.end();
-        (end.verdict, end.sim_time, end.state)
-    };
+    let end = |summary: &Summary| (summary.verdict, summary.sim_time, summary.state.clone());
     assert_eq!(end(&replayed), end(&summary));
     assert_eq!(replayed.verdict.to_string(), "DOWN at 1.000 s");
     // What is not recorded is not counted either.

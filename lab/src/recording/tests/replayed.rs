@@ -19,10 +19,11 @@ fn figures(snapshot: &Snapshot) -> String {
         let quantiles = [0.1, 0.5, 0.9, 0.99].map(|q| d.quantile(q));
         format!("{} {:?} {:?} {quantiles:?}", d.count(), d.sum(), d.max())
     };
-    let mut text = format!("{} {:?}\n", snapshot.now, snapshot.status);
+    let now = snapshot.now;
+    let mut text = format!("{now} {:?}\n", snapshot.status);
     for node in &snapshot.nodes {
         let meters = node.meters.iter();
-        let meters: Vec<_> = meters.map(|m| distribution(&m.distribution)).collect();
+        let meters: Vec<_> = meters.map(|(_, meter)| distribution(meter)).collect();
         text += &format!(
             "{} {} {} {} {} {} {meters:?}\n",
             node.name,
@@ -34,13 +35,17 @@ fn figures(snapshot: &Snapshot) -> String {
         );
     }
     for topic in &snapshot.topics {
-        let readers = topic.subscriptions.iter();
+        let readers = topic.readers.iter();
         let readers: Vec<_> = readers
-            .map(|s| (s.dropped, s.dropped_lately, distribution(&s.ages)))
+            .map(|s| (s.dropped, s.dropped_lately(now), distribution(&s.ages)))
             .collect();
         text += &format!(
             "{} {} {} {} {:?} {readers:?}\n",
-            topic.name, topic.depth, topic.published, topic.per_second, topic.newest,
+            topic.name,
+            topic.depth,
+            topic.published,
+            topic.per_second(now),
+            topic.newest,
         );
     }
     text
@@ -99,7 +104,10 @@ fn a_real_clock_run_is_replayed_and_comes_again() {
     let recording = read(&path);
     verify(&recording).expect("identical");
     let (replayed, summary) = (replayed(recording).summary(), outcome.expect("no fault"));
-    assert_eq!(replayed.end(), summary.end());
+    let times = |summary: &Summary| (summary.verdict, summary.sim_time, summary.wall_time);
+    assert_eq!(times(&replayed), times(&summary));
+    let last = |summary: &Summary| (summary.state.clone(), summary.chains.clone(), summary.cost);
+    assert_eq!(last(&replayed), last(&summary));
     assert_eq!(replayed.topics, summary.topics);
     assert!(snapshot.nodes[1].overruns > 5, "no overruns to tell of");
     for (replayed, node) in replayed.nodes.iter().zip(&snapshot.nodes) {
@@ -145,7 +153,7 @@ fn a_tick_that_pushed_otherwise_is_found() {
     });
     let error = found(&recording, |altered| {
         let push = altered.ticks[3][40].push.as_mut().expect("a push");
-        push.sensed = push.sensed + Time::TICK;
+        push.sensed = push.sensed + Time::RESOLUTION;
     });
     assert_has(&error, "actuator tick 40, what it applied");
 }

@@ -144,7 +144,7 @@ fn another_duration_of_a_tick_of_the_real_clock_is_found_and_named() {
     for node in 0..original.ticks.len() {
         let error = found(&original, |altered| {
             let tick = altered.ticks[node].last_mut().expect("a tick");
-            tick.took = tick.took.map(|took| took + Time::TICK);
+            tick.took = tick.took.map(|took| took + Time::RESOLUTION);
         });
         assert_has(&error, "duration");
     }

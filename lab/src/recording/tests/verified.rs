@@ -78,8 +78,8 @@ fn a_single_bit_that_differs_is_found_and_named() {
 fn a_tick_that_differs_is_found_and_named() {
     type Lie = fn(&mut TickRecord);
     let lies: [(&str, Lie); 3] = [
-        ("run time", |tick| tick.at = tick.at + Time::TICK),
-        ("lateness", |tick| tick.lateness = Some(Time::TICK)),
+        ("run time", |tick| tick.at = tick.at + Time::RESOLUTION),
+        ("lateness", |tick| tick.lateness = Some(Time::RESOLUTION)),
         ("overruns", |tick| tick.overruns += 1),
     ];
     let (mut dice, (original, _)) = (Dice(3), recorded(&turned()));
@@ -97,7 +97,7 @@ fn a_tick_that_differs_is_found_and_named() {
 fn how_long_ticks_took_is_not_compared() {
     let (mut altered, _) = recorded(&turned());
     for tick in altered.ticks.iter_mut().flatten() {
-        tick.took = Some(Time::TICK);
+        tick.took = Some(Time::RESOLUTION);
     }
     verify(&altered).expect("identical");
 }

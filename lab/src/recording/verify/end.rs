@@ -1,7 +1,7 @@
 //! How a run ended when it was recorded, held against how it ends now.
 
 use ratelab::{Fault, Time, Topology};
-use ratelab_account::{Observer, TopicView};
+use ratelab_account::{Observer, TopicAccount};
 
 use super::{difference::Difference, series::nanos};
 use crate::recording::schema::{RecordingEnd, RunResult, RunStatus};
@@ -59,8 +59,8 @@ pub fn compare(
         })
         .or_else(|| {
             let recorded = outcome.dropped.as_ref()?.iter();
-            let topics = observer.read_counters().topics;
-            let computed = topics.iter().map(TopicView::dropped);
+            let topics = observer.snapshot().topics;
+            let computed = topics.iter().map(TopicAccount::dropped);
             let topics = topology.topics.iter().zip(recorded.zip(computed));
             topics
                 .into_iter()

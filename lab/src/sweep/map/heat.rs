@@ -1,8 +1,9 @@
 //! A map with a line per group and a cell per value of the fastest knob.
 
-use super::{MapStyle, cell_mark, edge_mark, growth_text, level};
+use super::{MapStyle, cell_mark, edge_mark, level};
 use crate::{
     sweep::{
+        figures,
         summary::{RowSummary, SweepSummary},
         survival_level::SurvivalLevel,
     },
@@ -38,10 +39,10 @@ pub fn lines(summary: &SweepSummary, theory: bool, style: &MapStyle) -> Vec<Stri
 
 /// The growth by linear theory for each cell, beside the map.
 pub fn growth(summary: &SweepSummary, style: &MapStyle) -> Vec<String> {
-    let texts = summary.rows().iter().map(|row| growth_text(row.theory));
+    let texts = summary.rows().iter().map(figures::growth);
     let widest = texts.map(|text| text.len()).max().unwrap_or(1);
     pieces(summary, style, widest + 1, |rows, place| {
-        format!("{:>widest$} ", growth_text(rows[place].theory))
+        format!("{:>widest$} ", figures::growth(&rows[place]))
     })
 }
 
@@ -145,7 +146,7 @@ fn axis(heading: &str, labels: &[&str], wide: usize, cell: usize) -> Vec<String>
     lines.collect()
 }
 
-/// The same, aligned at their decimal points.
+/// `labels`, aligned at their decimal points.
 fn aligned(labels: &[&str]) -> Vec<String> {
     let whole = |label: &str| label.find('.').unwrap_or(label.len());
     let most = labels.iter().map(|label| whole(label)).max().unwrap_or(0);

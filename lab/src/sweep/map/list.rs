@@ -1,8 +1,9 @@
 //! A line per value, with a bar and figures.
 
-use super::{cost_text, decimals, edge_mark, figure, growth_text};
+use super::edge_mark;
 use crate::{
     sweep::{
+        figures,
         summary::{RowSummary, SweepSummary},
         survival_level::SurvivalLevel,
     },
@@ -12,7 +13,7 @@ use crate::{
 /// Width of a bar (columns).
 const BAR: usize = 14;
 
-/// The same beside more figures.
+/// Width of a bar beside more figures (columns).
 const SHORT_BAR: usize = 6;
 
 /// The rows of one group.
@@ -25,36 +26,27 @@ pub fn lines(
     let (heading, good) = (summary.main.heading(), &summary.good);
     let values = rows.iter().map(|row| row.value.chars().count());
     let wide = values.max().unwrap_or(0).max(heading.chars().count());
-    let most = rows.iter().map(|row| figure(row).len()).max().unwrap_or(0);
-    let counts = most.max(good.len());
-    let cost = summary.sweep.system.quadratic_cost().is_some();
+    let counts = rows.iter().map(|row| figures::count(row).len());
+    let counts = counts.max().unwrap_or(0).max(good.len());
     let bar_width = if theory { SHORT_BAR } else { BAR };
-    let mut head = format!(
-        "{heading:>wide$}  {good:>counts$}  {:bar_width$}  {:>10}  {:>8}  {:>9}",
-        "", "latency ms", "push age", "lost at s"
-    );
-    if cost {
-        head += "    cost";
-    }
+    let figures = figures::of(summary);
+    let line = |value: &str, count: &str, bar: &str, cells: &dyn Fn(&figures::Figure) -> String| {
+        let cells = figures.iter().map(|figure| (cells(figure), figure.width));
+        let cells = cells.map(|(cell, width)| format!("  {cell:>width$}"));
+        let cells: String = cells.collect();
+        format!("{value:>wide$}  {count:>counts$}  {bar}{cells}")
+    };
+    let bar = " ".repeat(bar_width);
+    let mut lines = vec![line(&heading, good, &bar, &|figure| figure.name.to_owned())];
     if theory {
-        head += "  growth";
+        lines[0] += "  growth";
     }
-    let mut lines = vec![head];
     for (place, row) in rows.iter().enumerate() {
-        let mut line = format!(
-            "{:>wide$}  {:>counts$}  {}  {:>10}  {:>8}  {:>9}",
-            row.value,
-            figure(row),
-            SurvivalLevel::bar(row.held, row.runs, bar_width, theme),
-            decimals(row.mean_latency_s.map(|s| s * 1e3), 1),
-            decimals(row.push_age_s.map(|s| s * 1e3), 1),
-            decimals(row.lost_at_s, 2),
-        );
-        if cost {
-            line += &format!("  {:>6}", cost_text(row.cost));
-        }
+        let bar = SurvivalLevel::bar(row.held, row.runs, bar_width, theme);
+        let cells = |figure: &figures::Figure| figure.text(row);
+        let mut line = line(&row.value, &figures::count(row), &bar, &cells);
         if theory {
-            line += &format!("  {:>6}", growth_text(row.theory));
+            line += &format!("  {:>6}", figures::growth(row));
         }
         lines.push(line);
         let next = rows.get(place + 1);

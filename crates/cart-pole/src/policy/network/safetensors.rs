@@ -4,7 +4,7 @@ use safetensors::{Dtype, SafeTensors};
 
 use super::{
     Mlp, WeightsError,
-    tensor::{Float, LARGEST_TENSOR, Tensor},
+    tensor::{Float, Tensor, checked_count},
 };
 
 /// The longest header accepted (bytes): enough for one or two thousand tensors.
@@ -54,13 +54,7 @@ fn tensor(file: &SafeTensors, name: &'static str) -> Result<Tensor, WeightsError
         }
     };
     let count = view.data().len() / float.size();
-    if count > LARGEST_TENSOR {
-        return Err(WeightsError::Shape {
-            name,
-            expected: format!("{LARGEST_TENSOR} numbers at most"),
-            found: view.shape().to_vec(),
-        });
-    }
+    let count = checked_count(name, view.shape(), Some(count))?;
     // The safetensors reader has checked that data and shape agree.
     let values = (0..count).filter_map(|index| float.at(view.data(), index));
     Ok(Tensor {

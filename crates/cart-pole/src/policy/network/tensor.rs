@@ -1,13 +1,29 @@
 //! Tensors from files.
 
+use super::WeightsError;
+
 /// Maximum number of elements in a tensor: a square of the largest width.
-pub(super) const LARGEST_TENSOR: usize = super::LARGEST_WIDTH * super::LARGEST_WIDTH;
+const LARGEST_TENSOR: usize = super::LARGEST_WIDTH * super::LARGEST_WIDTH;
 
 /// A tensor, its numbers row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Tensor {
     pub(super) shape: Vec<usize>,
     pub(super) values: Vec<f32>,
+}
+
+/// The number of elements of the tensor `name`, unless it has too many.
+pub(super) fn checked_count(
+    name: &'static str,
+    shape: &[usize],
+    count: Option<usize>,
+) -> Result<usize, WeightsError> {
+    let few = count.filter(|count| *count <= LARGEST_TENSOR);
+    few.ok_or_else(|| WeightsError::Shape {
+        name,
+        expected: format!("{LARGEST_TENSOR} numbers at most"),
+        found: shape.to_vec(),
+    })
 }
 
 /// Kinds of floating-point numbers in files, little-endian.

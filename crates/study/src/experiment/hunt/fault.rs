@@ -18,39 +18,31 @@ pub(super) enum FaultPart {
     Hang(Time),
 }
 
-/// The topic and node of the faults.
-pub(super) struct Targets {
-    topic: String,
-    node: String,
-}
-
 /// The number of parts in `duration`.
 pub(super) fn parts(duration: Duration) -> usize {
     let parts = duration.as_nanos() / UNIT.as_nanos();
     usize::try_from(parts).unwrap_or(usize::MAX)
 }
 
-impl Targets {
-    /// The targets of `budget`, if they exist.
-    pub fn of(budget: &Budget) -> Result<Self, HuntError> {
-        let hang = budget.hang.as_ref();
-        let counts = [
-            budget.lose,
-            parts(budget.delay),
-            hang.map_or(0, |(_, longest)| parts(*longest)),
-        ];
-        match counts {
+impl Budget {
+    /// The number of parts of each kind: lost and late messages, and those of a hang.
+    pub(super) fn parts(&self) -> [usize; 3] {
+        let hang = self.hang.as_ref();
+        let hang = hang.map_or(0, |(_, longest)| parts(*longest));
+        [self.lose, parts(self.delay), hang]
+    }
+
+    /// Refuses an empty budget, and one with too many parts.
+    pub(super) fn check(&self) -> Result<(), HuntError> {
+        match self.parts() {
             [0, 0, 0] => Err(HuntError::NoBudget),
-            _ if counts.iter().any(|count| *count > MOST_PARTS) => Err(HuntError::TooMuch),
-            _ => Ok(Self {
-                topic: budget.topic.clone(),
-                node: hang.map_or_else(String::new, |(node, _)| node.clone()),
-            }),
+            parts if parts.iter().any(|count| *count > MOST_PARTS) => Err(HuntError::TooMuch),
+            _ => Ok(()),
         }
     }
 
     /// The knobs for the faults of `list`.
-    pub fn knobs(&self, list: &[FaultPart]) -> Vec<TimedKnob> {
+    pub(super) fn knobs(&self, list: &[FaultPart]) -> Vec<TimedKnob> {
         let mut list = list.to_vec();
         list.sort_unstable();
         let same = list.chunk_by(|one, next| one == next);
@@ -60,16 +52,14 @@ impl Targets {
         knobs
     }
 
-    fn knob(&self, part: FaultPart, long: Duration) -> TimedKnob {
+    fn knob(&self, part: FaultPart, delay: Duration) -> TimedKnob {
         let topic = self.topic.clone();
         let (at, knob) = match part {
             FaultPart::Lost(seq) => (Time::ZERO, Knob::Lose { topic, seq }),
-            FaultPart::Late(seq) => {
-                let delay = long;
-                (Time::ZERO, Knob::Postpone { topic, seq, delay })
-            }
+            FaultPart::Late(seq) => (Time::ZERO, Knob::Postpone { topic, seq, delay }),
             FaultPart::Hang(at) => {
-                let (node, cost) = (self.node.clone(), long);
+                let node = self.hang.as_ref().map(|(node, _)| node.clone());
+                let (node, cost) = (node.unwrap_or_default(), delay);
                 (at, Knob::Hang { node, cost })
             }
         };

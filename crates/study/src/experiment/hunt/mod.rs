@@ -49,12 +49,12 @@ use thiserror::Error;
 pub use shrink::MOST_SMALLER;
 pub use windows::RANDOM_LISTS;
 
-use fault::{FaultPart, Targets};
+use fault::FaultPart;
 use ratelab::{ClockKind, Fault, Interrupt, Speed, Time, TimedKnob};
 use trial::{Halt, Trials};
 use windows::Windows;
 
-use super::{Config, Summary, sweep::all_cores};
+use super::{Config, parallel::all_cores};
 use crate::system::{BuildError, System, Verdict};
 
 /// Length of the smallest part of a delay or a hang.
@@ -202,8 +202,8 @@ impl Hunt {
         if self.base.end == Time::MAX {
             return Err(HuntError::Endless);
         }
-        let targets = Targets::of(budget)?;
-        let mut trials = Trials::new(&resolved, &targets, stop);
+        budget.check()?;
+        let mut trials = Trials::new(&resolved, budget, stop);
         let usual = trials.summary(&[])?;
         if self.interrupt.is_asked() {
             let (runs, stopped) = (0, true);
@@ -225,7 +225,7 @@ impl Hunt {
         };
         Ok(Hunted::Lost(Found {
             verdict: trials.verdict(&best)?,
-            knobs: targets.knobs(&best),
+            knobs: budget.knobs(&best),
             proof,
             runs,
         }))
@@ -254,22 +254,10 @@ impl Hunt {
     }
 }
 
-/// Joins `names` with commas.
-fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
-    names.collect::<Vec<_>>().join(", ")
-}
-
 impl HuntError {
-    fn topic(name: &str, why: &'static str, usual: &Summary) -> Self {
-        let read = usual.topics.iter().filter(|topic| topic.read);
-        let known = listed(read.map(|topic| topic.name.as_str()));
-        let name = name.to_owned();
-        Self::Target { name, why, known }
-    }
-
-    fn node(name: &str, why: &'static str, usual: &Summary) -> Self {
-        let known = listed(usual.nodes.iter().map(|node| node.name.as_str()));
-        let name = name.to_owned();
+    fn target<'n>(name: &str, why: &'static str, known: impl Iterator<Item = &'n String>) -> Self {
+        let known: Vec<&str> = known.map(String::as_str).collect();
+        let (name, known) = (name.to_owned(), known.join(", "));
         Self::Target { name, why, known }
     }
 }

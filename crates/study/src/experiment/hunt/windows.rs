@@ -7,7 +7,7 @@ use ratelab_effects::Chance;
 
 use super::{
     Budget, HuntError,
-    fault::{FaultPart, parts},
+    fault::FaultPart,
     shrink,
     trial::{Halt, Trials},
 };
@@ -52,28 +52,23 @@ struct WindowKind<'w> {
 impl Windows {
     /// The windows of `budget` in the run without faults.
     pub fn of(budget: &Budget, usual: &Summary) -> Result<Self, HuntError> {
-        let (lose, late) = (budget.lose, parts(budget.delay));
+        let [lose, late, hang] = budget.parts();
         let topic = usual.topic(&budget.topic);
-        if lose + late > 0 && !topic.read {
-            return Err(HuntError::topic(
-                &budget.topic,
-                "no node reads such a topic",
-                usual,
-            ));
+        if lose + late > 0 && (!topic.read || topic.published == 0) {
+            let why = match topic.read {
+                true => "it carried no message",
+                false => "no node reads such a topic",
+            };
+            let read = usual.topics.iter().filter(|topic| topic.read);
+            let read = read.map(|topic| &topic.name);
+            return Err(HuntError::target(&budget.topic, why, read));
         }
-        if lose + late > 0 && topic.published == 0 {
-            return Err(HuntError::topic(
-                &budget.topic,
-                "it carried no message",
-                usual,
-            ));
-        }
-        let (mut hang, mut period) = (0, Duration::ZERO);
-        if let Some((name, longest)) = &budget.hang {
-            let node = usual.node(name);
-            let node = node.ok_or_else(|| HuntError::node(name, "there is no such node", usual))?;
-            (hang, period) = (parts(*longest), node.hz.period());
-        }
+        let node = budget.hang.as_ref().map(|(name, _)| {
+            let nodes = usual.nodes.iter().map(|node| &node.name);
+            let unknown = || HuntError::target(name, "there is no such node", nodes);
+            usual.node(name).ok_or_else(unknown)
+        });
+        let node = node.transpose()?;
         Ok(Self {
             topic: budget.topic.clone(),
             lose,
@@ -81,7 +76,7 @@ impl Windows {
             hang,
             messages: topic.published,
             end: usual.sim_time,
-            period,
+            period: node.map_or(Duration::ZERO, |node| node.hz.period()),
         })
     }
 

@@ -27,9 +27,8 @@ mod axis;
 mod by_age;
 mod knobs;
 mod result;
-mod work;
 
-use std::sync::Arc;
+use std::{num::NonZeroUsize, ops::ControlFlow, sync::Arc};
 
 use ratelab::{ClockKind, Fault, Interrupt, KnobKind, Speed, Time};
 use thiserror::Error;
@@ -38,9 +37,9 @@ pub use axis::{Axis, AxisError, Decimal, Quantity};
 pub use by_age::{AgeBin, AgeSplit, ByAge};
 pub use knobs::{SweepAxis, SweepValue};
 pub use result::{CellResult, Survival, Swept};
-pub use work::all_cores;
 
-use super::{Config, Experiment};
+pub use super::parallel::all_cores;
+use super::{Config, Experiment, parallel::in_parallel};
 use crate::system::{BuildError, System};
 
 /// The maximum number of cells of a sweep: about twenty minutes on two cores with runs of
@@ -203,6 +202,58 @@ impl Sweep {
             Arc::make_mut(value).knobs = knobs.cloned().collect();
         }
         Ok(resolved)
+    }
+
+    /// Runs all cells on `threads` threads; the results are independent of their number.
+    /// Calls `finished` on the calling thread for each cell, roughly in order. If it
+    /// breaks, no further cell begins, and the finished ones are kept.
+    ///
+    /// # Errors
+    /// [`SweepError`] if the sweep is empty or too large, or if a cell failed.
+    pub fn run(
+        &self,
+        threads: NonZeroUsize,
+        finished: impl FnMut(&Cell, &CellResult) -> ControlFlow<()>,
+    ) -> Result<Swept, SweepError> {
+        self.run_until(&Interrupt::default(), threads, finished)
+    }
+
+    /// The same until `interrupt` is asked for, which stops the runs that go on as well.
+    ///
+    /// # Errors
+    /// [`SweepError`] if the sweep is empty or too large, or if a cell failed.
+    pub fn run_until(
+        &self,
+        interrupt: &Interrupt,
+        threads: NonZeroUsize,
+        mut finished: impl FnMut(&Cell, &CellResult) -> ControlFlow<()>,
+    ) -> Result<Swept, SweepError> {
+        let (cells, sweep) = (self.cells()?, self.resolved()?);
+        let (mut outcomes, mut failed) = (vec![None; cells], None);
+        let run = |index| {
+            let cell = sweep.cell(index).filter(|_| !interrupt.is_asked())?;
+            let outcome = sweep.execute(&cell, interrupt).transpose()?;
+            Some((cell, outcome))
+        };
+        in_parallel(threads, cells, run, |index, (cell, outcome)| {
+            let mut go_on = !interrupt.is_asked();
+            match outcome {
+                Ok(outcome) => {
+                    go_on = go_on && finished(&cell, &outcome).is_continue();
+                    outcomes[index] = Some(outcome);
+                }
+                Err(error) => {
+                    failed.get_or_insert(error);
+                    go_on = false;
+                }
+            }
+            if go_on {
+                return ControlFlow::Continue(());
+            }
+            interrupt.ask();
+            ControlFlow::Break(())
+        });
+        failed.map_or(Ok(Swept { sweep, outcomes }), Err)
     }
 
     /// Runs one cell; `None` if `interrupt` stopped it.

@@ -23,7 +23,7 @@ pub fn around(config: &Config) -> CliffMap {
 pub fn over(axes: MapAxes, config: &Config) -> CliffMap {
     let system: Arc<dyn System> = Arc::new(CartPole::default());
     let experiment = Experiment::new(system.clone(), config).expect("experiment");
-    let graph = experiment.observer().read_counters();
+    let graph = experiment.observer().snapshot();
     let focus = KnobFocus::new(&*system, &graph);
     CliffMap::around(&system, &graph, &focus, axes, config).expect("a map")
 }

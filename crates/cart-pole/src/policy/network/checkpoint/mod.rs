@@ -12,14 +12,11 @@ use std::io::{Cursor, Read};
 
 use zip::{ZipArchive, result::ZipError};
 
-use self::{
-    pickle::Pickle,
-    value::{ElementType, TensorView},
-};
+use self::{pickle::Pickle, value::TensorView};
 use super::{
     Mlp, WeightsError,
     error::quoted,
-    tensor::{LARGEST_TENSOR, Tensor},
+    tensor::{Tensor, checked_count},
 };
 
 /// The signature of an entry in a zip's table of contents.
@@ -49,7 +46,8 @@ impl<'a> Checkpoint<'a> {
             let why = format!("it has more than {MOST_ENTRIES} entries");
             return Err(WeightsError::Zip(why));
         }
-        let archive = ZipArchive::new(Cursor::new(content)).map_err(|why| zip_error(&why))?;
+        let archive = ZipArchive::new(Cursor::new(content))
+            .map_err(|why| WeightsError::Zip(zip_text(&why)))?;
         let folder = archive.file_names().find_map(|name| {
             let name = name.ok()?;
             let folder = name.strip_suffix(PICKLE)?;
@@ -103,18 +101,12 @@ impl<'a> Checkpoint<'a> {
 
     /// Reads the numbers of `view` from its storage.
     fn tensor(&mut self, name: &'static str, view: &TensorView) -> Result<Tensor, WeightsError> {
-        let ElementType::Float(float) = view.storage.kind else {
-            let found = view.storage.kind.to_string();
+        let kind = view.storage.kind;
+        let Some(float) = kind.float else {
+            let found = kind.name.to_owned();
             return Err(WeightsError::Kind { name, found });
         };
-        let count = view.count().filter(|count| *count <= LARGEST_TENSOR);
-        let Some(count) = count else {
-            return Err(WeightsError::Shape {
-                name,
-                expected: format!("{LARGEST_TENSOR} numbers at most"),
-                found: view.shape.clone(),
-            });
-        };
+        let count = checked_count(name, &view.shape, view.count())?;
         let path = format!("data/{}", view.storage.key);
         let bytes = self.entry(&path, crate::policy::LARGEST_FILE)?;
         let values = (0..count).map(|index| float.at(&bytes, view.place(index)?));
@@ -126,10 +118,6 @@ impl<'a> Checkpoint<'a> {
         let shape = view.shape.clone();
         Ok(Tensor { shape, values })
     }
-}
-
-fn zip_error(why: &ZipError) -> WeightsError {
-    WeightsError::Zip(zip_text(why))
 }
 
 fn zip_text(why: &ZipError) -> String {

@@ -1,7 +1,5 @@
 //! The values in a pickle of tensors.
 
-use std::fmt;
-
 use super::super::tensor::Float;
 
 /// Index of a value in the interpreter's list. Values refer to each other by index, so
@@ -65,40 +63,30 @@ impl Callable {
     }
 }
 
-/// Kinds of numbers in a storage.
+/// Kind of the numbers in a storage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum ElementType {
-    Float(Float),
-    /// Unsupported, but harmless in tensors that are never read.
-    Other(&'static str),
+pub(super) struct ElementType {
+    pub(super) name: &'static str,
+    /// How they are read; the others are harmless in tensors that are never read.
+    pub(super) float: Option<Float>,
 }
 
 impl ElementType {
     fn of_storage(name: &str) -> Option<Self> {
-        Some(match name {
-            "HalfStorage" => Self::Float(Float::F16),
-            "FloatStorage" => Self::Float(Float::F32),
-            "DoubleStorage" => Self::Float(Float::F64),
-            "BFloat16Storage" => Self::Other("bfloat16"),
-            "BoolStorage" => Self::Other("bool"),
-            "ByteStorage" => Self::Other("uint8"),
-            "CharStorage" => Self::Other("int8"),
-            "ShortStorage" => Self::Other("int16"),
-            "IntStorage" => Self::Other("int32"),
-            "LongStorage" => Self::Other("int64"),
+        let (name, float) = match name {
+            "HalfStorage" => ("float16", Some(Float::F16)),
+            "FloatStorage" => ("float32", Some(Float::F32)),
+            "DoubleStorage" => ("float64", Some(Float::F64)),
+            "BFloat16Storage" => ("bfloat16", None),
+            "BoolStorage" => ("bool", None),
+            "ByteStorage" => ("uint8", None),
+            "CharStorage" => ("int8", None),
+            "ShortStorage" => ("int16", None),
+            "IntStorage" => ("int32", None),
+            "LongStorage" => ("int64", None),
             _ => return None,
-        })
-    }
-}
-
-impl fmt::Display for ElementType {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Float(Float::F16) => "float16",
-            Self::Float(Float::F32) => "float32",
-            Self::Float(Float::F64) => "float64",
-            Self::Other(name) => name,
-        })
+        };
+        Some(Self { name, float })
     }
 }
 

@@ -1,0 +1,115 @@
+//! Distributions of durations.
+
+use std::{collections::BTreeMap, sync::Arc, time::Duration};
+
+/// Buckets per octave: the width of each is at most 1/1024 of its values.
+const BUCKETS: u64 = 1 << BUCKET_BITS;
+const BUCKET_BITS: u32 = 10;
+
+/// Buckets in a block.
+const BLOCK: u64 = 32;
+
+/// The distribution of a duration. Count, mean and maximum are exact; quantiles are
+/// accurate to 0.1 %, and exact where all samples that close to each other are equal.
+///
+/// A copy is cheap: it shares the blocks of buckets until they grow.
+#[derive(Clone, Debug, Default)]
+pub struct Distribution {
+    /// Neighbouring buckets, by the number of their block: most distributions have few.
+    blocks: BTreeMap<u64, Arc<[Bucket; BLOCK as usize]>>,
+    count: u64,
+    sum: u64,
+    max: u64,
+}
+
+/// Samples that are counted together, represented by their mean: for equal samples it is
+/// their exact value, unlike either end of the bucket.
+#[derive(Clone, Copy, Debug, Default)]
+struct Bucket {
+    count: u64,
+    /// The sum of their excess over the bucket's least value.
+    excess: u64,
+}
+
+impl Distribution {
+    /// A distribution without samples.
+    pub fn empty() -> Self {
+        Self::default()
+    }
+
+    /// Adds a sample.
+    pub fn add(&mut self, sample: Duration) {
+        let nanos = u64::try_from(sample.as_nanos()).unwrap_or(u64::MAX);
+        let place = place(nanos);
+        let block = self.blocks.entry(place / BLOCK).or_default();
+        let bucket = &mut Arc::make_mut(block)[(place % BLOCK) as usize];
+        bucket.count += 1;
+        bucket.excess = bucket.excess.saturating_add(nanos - least(place));
+        self.count += 1;
+        self.sum = self.sum.saturating_add(nanos);
+        self.max = self.max.max(nanos);
+    }
+
+    /// Number of samples.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// The sum of all samples.
+    pub fn sum(&self) -> Duration {
+        Duration::from_nanos(self.sum)
+    }
+
+    /// The mean in seconds, exact except for the last division; `None` without samples.
+    pub fn mean_s(&self) -> Option<f64> {
+        (self.count > 0).then(|| self.sum as f64 / self.count as f64 / 1e9)
+    }
+
+    /// The longest sample; `None` without samples.
+    pub fn max(&self) -> Option<Duration> {
+        (self.count > 0).then(|| Duration::from_nanos(self.max))
+    }
+
+    /// The duration that a share `quantile` (0 to 1) of the samples does not exceed;
+    /// `None` without samples.
+    pub fn quantile(&self, quantile: f64) -> Option<Duration> {
+        let rank = ((quantile * self.count as f64).ceil() as u64).max(1);
+        if rank >= self.count {
+            return self.max();
+        }
+        let mut up_to = 0;
+        let mut bars = self.bars();
+        let bar = bars.find(|(_, count)| {
+            up_to += count;
+            up_to >= rank
+        });
+        bar.map(|(duration, _)| duration)
+    }
+
+    /// The durations in ascending order, each with its number of samples. Samples within
+    /// 0.1 % of each other are combined under their mean.
+    pub fn bars(&self) -> impl Iterator<Item = (Duration, u64)> {
+        let blocks = self.blocks.iter();
+        let buckets = blocks.flat_map(|(block, buckets)| (block * BLOCK..).zip(buckets.iter()));
+        buckets.filter_map(|(place, bucket)| {
+            let mean = least(place) + bucket.excess.checked_div(bucket.count)?;
+            Some((Duration::from_nanos(mean), bucket.count))
+        })
+    }
+}
+
+/// The number of a value's bucket, over all octaves: below [`BUCKETS`] there is one per
+/// nanosecond.
+fn place(value: u64) -> u64 {
+    let octave = u64::from((value | (BUCKETS / 2)).ilog2() + 1 - BUCKET_BITS);
+    octave * BUCKETS + (value >> octave.saturating_sub(1)) % BUCKETS
+}
+
+/// The least value of a bucket.
+fn least(place: u64) -> u64 {
+    let (octave, bucket) = (place / BUCKETS, place % BUCKETS);
+    match octave {
+        0 => bucket,
+        _ => (BUCKETS + bucket) << (octave - 1),
+    }
+}

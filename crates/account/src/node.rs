@@ -1,0 +1,144 @@
+//! The account of a node.
+
+use std::time::Duration;
+
+use ratelab::{Hz, NodeRecord, NodeTopology, Push, TickTimes, Time, sync::Arc};
+use ratelab_effects::Executor;
+
+use super::{distribution::Distribution, saw::PushAge};
+
+/// What the records of a node add up to.
+#[derive(Clone, Debug)]
+pub struct NodeAccount {
+    /// Its name.
+    pub name: Arc<str>,
+    /// Priority among nodes that are due at the same instant, lowest first.
+    pub priority: u32,
+    /// The rate in force; that of the messages for a node that they trigger.
+    pub hz: Hz,
+    /// The topics that trigger it, by their indices; empty for a node at a rate.
+    pub triggers: Arc<[usize]>,
+    /// Its executor; `None` for a thread of its own.
+    pub executor: Option<Executor>,
+    /// Ticks so far, with the one that it is in.
+    pub ticks: u64,
+    /// Periods skipped because the node was still busy.
+    pub overruns: u64,
+    /// Whether it is in a tick. In virtual time ticks take no time unless a duration is
+    /// set.
+    pub busy: bool,
+    /// Whether it crashed without a restart since.
+    pub crashed: bool,
+    /// Whether it runs in another process, which has its figures.
+    pub remote: bool,
+    /// Lateness of ticks. In virtual time it is measured only where a lateness is set.
+    pub lateness: Distribution,
+    /// Duration of ticks: in run time where a duration is set, otherwise in wall time.
+    /// The wall time is not measured while the virtual clock runs at unlimited speed.
+    pub tick_time: Distribution,
+    /// Response time: from the due time to the end of a tick, lateness plus tick time.
+    pub response: Distribution,
+    /// The node's own measurements, by their names.
+    pub meters: Vec<(Arc<str>, Distribution)>,
+    /// Age of the sensing behind the node's pushes on the world, if it makes any.
+    pub push_age: PushAge,
+}
+
+/// A finished tick of a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TickRecord {
+    /// Number of the tick, counted from zero.
+    pub number: u64,
+    /// Run time of its start.
+    pub at: Time,
+    /// Run time at which it published and acted; `None` if the run ended before.
+    pub ends: Option<Time>,
+    /// Lateness of its start; `None` under the virtual clock unless a lateness is set.
+    pub lateness: Option<Duration>,
+    /// Duration; `None` where it was not measured.
+    pub took: Option<Duration>,
+    /// Periods that the node has skipped so far because it was busy.
+    pub overruns: u64,
+    /// What it did to the world; `None` if it did nothing that was sensed for.
+    pub push: Option<Push>,
+}
+
+impl NodeAccount {
+    /// The account of `node` before its first record.
+    pub(crate) fn new(node: &NodeTopology) -> Self {
+        let meters = node.meters.iter();
+        Self {
+            name: node.name.as_str().into(),
+            priority: node.priority,
+            hz: node.hz,
+            triggers: node.triggers.as_slice().into(),
+            executor: node.executor.as_ref().and_then(|name| name.parse().ok()),
+            ticks: 0,
+            overruns: 0,
+            busy: false,
+            crashed: false,
+            remote: false,
+            lateness: Distribution::default(),
+            tick_time: Distribution::default(),
+            response: Distribution::default(),
+            meters: meters
+                .map(|name| (name.as_str().into(), Distribution::default()))
+                .collect(),
+            push_age: PushAge::default(),
+        }
+    }
+
+    /// Adds a record.
+    #[inline]
+    pub(crate) fn add(&mut self, record: &NodeRecord) {
+        match record {
+            NodeRecord::Began { lasting, .. } => {
+                self.ticks += 1;
+                self.busy |= lasting;
+            }
+            NodeRecord::Ended => self.busy = false,
+            NodeRecord::Ticked(times) => self.tick(times),
+            NodeRecord::Skipped(ticks) => self.overruns += ticks,
+            NodeRecord::Rate(hz) => self.hz = *hz,
+            NodeRecord::Crashed => (self.busy, self.crashed) = (false, true),
+            NodeRecord::Restarted => (self.busy, self.crashed) = (false, false),
+            NodeRecord::Measured { meter, sample } => {
+                if let Some((_, distribution)) = self.meters.get_mut(*meter) {
+                    distribution.add(*sample);
+                }
+            }
+            NodeRecord::Pushed(push) => self.push_age.push(push.at, push.sensed),
+        }
+    }
+
+    /// Adds a tick: how late it began and how long it took, where that was measured.
+    fn tick(&mut self, times: &TickTimes) {
+        if let Some(lateness) = times.lateness {
+            self.lateness.add(lateness);
+        }
+        if let Some(took) = times.took {
+            self.tick_time.add(took);
+            self.response.add(times.lateness.unwrap_or_default() + took);
+        }
+    }
+
+    /// The newest tick, which had these `times`.
+    pub(crate) fn newest_tick(&self, times: &TickTimes) -> TickRecord {
+        let push = self.push_age.in_force();
+        TickRecord {
+            number: self.ticks.saturating_sub(1),
+            at: times.at,
+            ends: times.ends,
+            lateness: times.lateness,
+            took: times.took,
+            overruns: self.overruns,
+            push: push.filter(|push| Some(push.at) == times.ends),
+        }
+    }
+
+    /// The node's own measurement `name`.
+    pub fn meter(&self, name: &str) -> Option<&Distribution> {
+        let meter = self.meters.iter().find(|(known, _)| **known == *name);
+        meter.map(|(_, distribution)| distribution)
+    }
+}

@@ -1,0 +1,172 @@
+//! Topics whose messages are recorded as rows of numbers.
+
+use std::any::Any;
+
+use ratelab::{Head, Payload, Subscription, Time, Topic, Wiring};
+
+use super::{fields::Fields, rows::Rows, tap::Tap, tap_handle::TapHandle};
+
+/// A topic whose messages can be kept as rows, whatever their type.
+pub trait RecordedTopic: Any + Send + Sync {
+    /// Name of the topic.
+    fn name(&self) -> &str;
+
+    /// Names of the numbers in a message; see [`Fields::FIELDS`].
+    fn fields(&self) -> &'static [&'static str];
+
+    /// Copies every message from now on, in a queue of `capacity`.
+    fn tap(&self, tap_handle: &TapHandle, capacity: usize) -> RowTap;
+
+    /// Has `watcher` look at every message from now on, with the run time at which it
+    /// is published. It is called by the publisher, so it has to be quick.
+    fn watch(&self, tap_handle: &TapHandle, watcher: RowWatcher);
+
+    /// The newest message, read without a subscription; `None` before the first.
+    fn newest(&self) -> Option<Rows>;
+
+    /// A publisher of rows from another process.
+    fn inlet(&self) -> RowInlet;
+
+    /// A reading end for the node of `wiring`.
+    fn reader(&self, wiring: &mut Wiring<'_>) -> RowReader;
+
+    /// The same for a node that the messages trigger; see [`Wiring::trigger`].
+    fn trigger(&self, wiring: &mut Wiring<'_>) -> RowReader;
+}
+
+/// Reads a message at a run time, as a [`Subscription`] does: replaces
+/// the row by its numbers and returns the run time of the sensing behind it, or `None` before
+/// the first.
+pub type RowReader = Box<dyn FnMut(Time, &mut Vec<f64>) -> Option<Time> + Send>;
+
+/// Publishes a row: the numbers of a message that arrived at run time `now`, was published
+/// at `stamp`, and is derived from a sensing at `origin`. Returns `false` for numbers that
+/// are no message of the topic. Takes: row, `now`, `stamp`, `origin`.
+pub type RowInlet = Box<dyn Fn(&[f64], Time, Time, Option<Time>) -> bool + Send + Sync>;
+
+/// Looks at the run time and the numbers of a message.
+pub type RowWatcher = Box<dyn FnMut(Time, &[f64]) + Send>;
+
+/// A topic with the names of the numbers in its messages: their type alone may not tell how
+/// many there are.
+pub struct NamedTopic<T> {
+    /// The topic.
+    pub topic: Topic<T>,
+    /// The names.
+    pub fields: &'static [&'static str],
+}
+
+impl<T: Fields + Payload> RecordedTopic for NamedTopic<T> {
+    fn name(&self) -> &str {
+        self.topic.name()
+    }
+
+    fn fields(&self) -> &'static [&'static str] {
+        self.fields
+    }
+
+    fn tap(&self, tap_handle: &TapHandle, capacity: usize) -> RowTap {
+        let width = self.fields.len();
+        let row = move |head: &Head, data: &T| (*head, row(data, width));
+        RowTap::of(tap_handle.tap(&self.topic, capacity, row), width)
+    }
+
+    fn watch(&self, tap_handle: &TapHandle, mut watcher: RowWatcher) {
+        let mut row = Vec::with_capacity(self.fields.len());
+        tap_handle.listen(&self.topic, move |head, data: &T| {
+            row.clear();
+            data.append_to(&mut row);
+            watcher(head.at, &row);
+            true
+        });
+    }
+
+    fn newest(&self) -> Option<Rows> {
+        let ((newest, head), width) = (self.topic.peek()?, self.fields.len());
+        let mut rows = Rows::new(width);
+        rows.push(head, row(&newest, width)).then_some(rows)
+    }
+
+    fn inlet(&self) -> RowInlet {
+        let publisher = self.topic.publisher();
+        Box::new(move |row, now, stamp, origin| {
+            let data = T::from_row(row);
+            let fits = data.is_some();
+            if let Some(data) = data {
+                publisher.forward(data, now, stamp, origin);
+            }
+            fits
+        })
+    }
+
+    fn reader(&self, wiring: &mut Wiring<'_>) -> RowReader {
+        row_reader(wiring.subscription(&self.topic))
+    }
+
+    fn trigger(&self, wiring: &mut Wiring<'_>) -> RowReader {
+        row_reader(wiring.trigger(&self.topic))
+    }
+}
+
+/// The numbers of a message: as many as the topic has names for.
+fn row<T: Fields>(data: &T, width: usize) -> Vec<f64> {
+    let mut row = Vec::with_capacity(width);
+    data.append_to(&mut row);
+    row.resize(width, f64::NAN);
+    row
+}
+
+fn row_reader<T: Fields + Payload>(mut subscription: Subscription<T>) -> RowReader {
+    Box::new(move |now, row| {
+        let message = subscription.latest(now)?;
+        row.clear();
+        message.data.append_to(row);
+        Some(message.sensed())
+    })
+}
+
+/// A [`Tap`] whose items are rows, each of the same width.
+pub struct RowTap {
+    width: usize,
+    tap: Tap<(Head, Vec<f64>)>,
+}
+
+impl RowTap {
+    /// The rows of `tap`, each of `width` numbers: a row of another width is no message of the
+    /// topic.
+    pub fn of(tap: Tap<(Head, Vec<f64>)>, width: usize) -> Self {
+        Self { width, tap }
+    }
+
+    /// An empty list for messages of this topic, for [`take`](Self::take) to fill.
+    pub fn rows(&self) -> Rows {
+        Rows::new(self.width)
+    }
+
+    /// Adds the available messages to `rows`; returns their number.
+    pub fn take(&self, rows: &mut Rows) -> usize {
+        // Only those available now: a run without pacing could fill the tap as fast as
+        // this loop empties it.
+        let there = self.tap.items().len();
+        for (head, row) in self.tap.items().try_iter().take(there) {
+            let _ = rows.push(head, row);
+        }
+        there
+    }
+
+    /// Waits for a message and adds all available ones to `rows`; `false` when the tap
+    /// has ended.
+    pub fn wait(&self, rows: &mut Rows) -> bool {
+        let Ok((head, row)) = self.tap.items().recv() else {
+            return false;
+        };
+        let _ = rows.push(head, row);
+        self.take(rows);
+        true
+    }
+
+    /// Number of messages lost because the tap was full.
+    pub fn lost(&self) -> u64 {
+        self.tap.lost()
+    }
+}

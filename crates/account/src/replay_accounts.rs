@@ -1,0 +1,245 @@
+//! The accounts of a run of which messages and ticks are known, from a recording or from the
+//! network.
+
+use std::{collections::BTreeMap, time::Duration};
+
+use ratelab::{
+    Command, Event, EventKind, Head, Knob, NodeRecord, Push, RunState, Status, TickTimes, Time,
+    TopicRecord, Topology, sync::Arc,
+};
+
+use super::{accounts::Accounts, node::TickRecord, observer::Observer, topic::TopicAccount};
+
+/// Adds up the accounts of a run from what is known of it: deliveries and reads follow from its
+/// messages and ticks.
+///
+/// Given all ticks, messages and events in order, its [`Observer`] reads the same values
+/// as the run's own observer: exactly for a run on the virtual clock; on the real clock
+/// the ages of read messages differ by microseconds, because a read is recorded with the
+/// time of its tick.
+///
+/// At the same run time a tick comes before the messages published in it, and nodes are
+/// ordered by priority. Messages lost to a shallower queue appear with the next message,
+/// or with the total passed to [`lost`](Self::lost) at the end.
+pub struct ReplayAccounts {
+    observer: Observer,
+    queues: Vec<ReplayQueue>,
+}
+
+/// What the account of a topic follows from.
+#[derive(Default)]
+struct ReplayQueue {
+    /// The messages in flight, by delivery and sequence number.
+    in_flight: BTreeMap<(Time, u64), InFlight>,
+    /// Sequence number and stamp of the newest delivered message.
+    delivered: Option<(u64, Time)>,
+    /// Messages lost up to the newest one; `None` before the first.
+    dropped: Option<u64>,
+    /// Run time of the last reduction of the queue depth.
+    shrunk: Time,
+}
+
+/// A message in flight.
+struct InFlight {
+    stamp: Time,
+    /// Whether it goes through a link.
+    link: bool,
+}
+
+impl ReplayAccounts {
+    /// The accounts of a graph with this `topology` and `status` before its run.
+    pub fn new(topology: &Topology, status: Status) -> Self {
+        let queues = topology.topics.iter().map(|_| ReplayQueue::default());
+        Self {
+            queues: queues.collect(),
+            observer: Observer {
+                run: Arc::new(RunState::new(status)),
+                accounts: Arc::new(Accounts::new(topology.clone())),
+            },
+        }
+    }
+
+    /// Returns an observer of the run.
+    pub fn observer(&self) -> Observer {
+        self.observer.clone()
+    }
+
+    /// Sets run time to `now`. At the end of a run it may go back: the real clock ends at
+    /// its end time, even if the last tick began a little later.
+    pub fn set_now(&self, now: Time) {
+        self.observer.set_now(now);
+    }
+
+    /// Adds a tick of the node with index `node`, which read the newest message of
+    /// each of its topics.
+    pub fn tick(&mut self, node: usize, tick: &TickRecord) {
+        self.set_now(tick.at);
+        self.each(|queue, account| queue.read_by(node, tick.at, account));
+        let times = TickTimes {
+            at: tick.at,
+            lateness: tick.lateness,
+            took: tick.took,
+            ends: tick.ends,
+        };
+        self.node(node, &NodeRecord::Ticked(times));
+        if let Some(mut account) = self.observer.accounts.node(node) {
+            account.ticks = tick.number.saturating_add(1);
+            account.overruns = tick.overruns;
+        }
+    }
+
+    /// Adds a message of the topic with index `topic`.
+    pub fn message(&mut self, topic: usize, head: &Head) {
+        self.topic(topic, |queue, account| queue.publish(head, account));
+    }
+
+    /// Delivers the messages that arrive by `now`.
+    pub fn deliver(&mut self, now: Time) {
+        self.each(|queue, account| queue.deliver(now, account));
+    }
+
+    /// Adds the total number of messages lost unread on the topic with index `topic`,
+    /// at the end of the run.
+    pub fn lost(&mut self, topic: usize, dropped: u64) {
+        // After the last message only a shallower queue loses messages.
+        self.topic(topic, |queue, account| {
+            queue.lose(queue.shrunk, dropped, account);
+        });
+    }
+
+    /// Adds a `sample` of the measurement `meter` of the node with index `node`.
+    pub fn sample(&mut self, node: usize, meter: &str, sample: Duration) {
+        let nodes = &self.observer.accounts.topology.nodes;
+        let mut meters = nodes.get(node).into_iter().flat_map(|node| &node.meters);
+        if let Some(meter) = meters.position(|name| name == meter) {
+            self.node(node, &NodeRecord::Measured { meter, sample });
+        }
+    }
+
+    /// Adds what the node with index `node` did to the world.
+    pub fn push(&mut self, node: usize, push: Push) {
+        self.node(node, &NodeRecord::Pushed(push));
+    }
+
+    /// Adds an event of the run.
+    pub fn event(&mut self, event: &Event) {
+        self.set_now(event.at);
+        if let EventKind::Applied { command, .. } = &event.what {
+            self.apply(event.at, command);
+        }
+        self.observer.note(event.at, event.what.clone());
+    }
+
+    fn apply(&mut self, at: Time, command: &Command) {
+        let run = &self.observer.run;
+        match command {
+            Command::Set(Knob::Rate { node, hz }) => self.named(node, &NodeRecord::Rate(*hz)),
+            Command::Set(Knob::Crash { node }) => self.named(node, &NodeRecord::Crashed),
+            Command::Set(Knob::Restart { node }) => self.named(node, &NodeRecord::Restarted),
+            Command::Set(Knob::Depth { topic, depth }) => {
+                let mut topics = self.observer.accounts.topology.topics.iter();
+                let index = topics.position(|known| known.name == *topic);
+                self.topic(index.unwrap_or(usize::MAX), |queue, account| {
+                    if *depth < account.depth {
+                        queue.shrunk = at;
+                    }
+                    account.add(&TopicRecord::Depth(*depth));
+                });
+            }
+            Command::Pause | Command::Step => run.update(|status| status.paused = true),
+            Command::Resume => run.update(|status| status.paused = false),
+            Command::Speed(speed) => run.update(|status| status.speed = *speed),
+            Command::HandOver(clock) => run.update(|status| status.clock = *clock),
+            Command::Set(_) | Command::Stop => {}
+        }
+    }
+
+    /// Adds a record of a node, if there is such a node.
+    fn node(&self, node: usize, record: &NodeRecord) {
+        if let Some(mut account) = self.observer.accounts.node(node) {
+            account.add(record);
+        }
+    }
+
+    /// The same by the name of the node.
+    fn named(&self, name: &str, record: &NodeRecord) {
+        let mut nodes = self.observer.accounts.topology.nodes.iter();
+        if let Some(node) = nodes.position(|node| node.name == name) {
+            self.node(node, record);
+        }
+    }
+
+    /// Changes a topic, if there is such a topic.
+    fn topic(&mut self, topic: usize, change: impl FnOnce(&mut ReplayQueue, &mut TopicAccount)) {
+        let account = self.observer.accounts.topic(topic);
+        if let Some((queue, mut account)) = self.queues.get_mut(topic).zip(account) {
+            change(queue, &mut account);
+        }
+    }
+
+    fn each(&mut self, mut change: impl FnMut(&mut ReplayQueue, &mut TopicAccount)) {
+        (0..self.queues.len()).for_each(|topic| self.topic(topic, &mut change));
+    }
+}
+
+impl ReplayQueue {
+    fn publish(&mut self, head: &Head, account: &mut TopicAccount) {
+        let (at, stamp) = (head.at, head.stamp);
+        let link = head.arrives != Some(at);
+        let (head, payload) = (*head, &());
+        account.add(&TopicRecord::Sent {
+            head,
+            link,
+            payload,
+        });
+        if let Some(arrives) = head.arrives {
+            let key = (arrives, head.seq);
+            self.in_flight.insert(key, InFlight { stamp, link });
+        }
+        self.deliver(at, account);
+        self.lose(at, head.dropped, account);
+    }
+
+    /// Delivers the messages that arrive by `now`.
+    fn deliver(&mut self, now: Time, account: &mut TopicAccount) {
+        while let Some(next) = self.in_flight.first_entry()
+            && next.key().0 <= now
+        {
+            let ((_, seq), message) = next.remove_entry();
+            let overtaken = self.delivered.is_some_and(|(newest, _)| seq < newest);
+            if !overtaken {
+                self.delivered = Some((seq, message.stamp));
+            }
+            match message.link {
+                true => account.add(&TopicRecord::Delivered { overtaken }),
+                false => account.overtaken += u64::from(overtaken),
+            }
+        }
+    }
+
+    /// Sets the number of messages lost by `at`.
+    fn lose(&mut self, at: Time, dropped: u64, account: &mut TopicAccount) {
+        // A record has the total losses of all readers only.
+        if let Some(reader) = account.readers.first_mut() {
+            reader.dropped = dropped;
+            // Losses before the start of the record are not recent.
+            let lost = dropped.saturating_sub(self.dropped.unwrap_or(dropped));
+            let lost = u32::try_from(lost).unwrap_or(u32::MAX);
+            reader.drops.count(at, lost);
+        }
+        self.dropped = Some(dropped);
+    }
+
+    fn read_by(&mut self, node: usize, now: Time, account: &mut TopicAccount) {
+        self.deliver(now, account);
+        let Some((_, stamp)) = self.delivered else {
+            return;
+        };
+        for reader in 0..account.readers.len() {
+            if account.readers[reader].node == node {
+                let age = now.since(stamp);
+                account.add(&TopicRecord::Read { reader, age });
+            }
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! Ages over time: of the sensing behind a push, of the data at the end of a chain.
+
+use std::{collections::VecDeque, time::Duration};
+
+use ratelab::{Push, Time};
+
+/// The end of a run whose ages decide whether it is lost.
+const LATE: Duration = Duration::from_secs(1);
+
+/// An age over time: run time now minus the run time of the sensing behind what is in force.
+/// It grows with time and drops when something fresher comes into force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Saw {
+    /// Run time from which the first was in force.
+    pub first: Time,
+    /// Run time of the sensing behind what is in force.
+    pub sensed: Time,
+    since: Time,
+    /// Twice the integral of the age until then (ns²), as a whole number.
+    twice_area: u128,
+    greatest: Duration,
+}
+
+impl Saw {
+    /// The age from run time `now` on, by a sensing at `sensed`.
+    pub fn new(now: Time, sensed: Time) -> Self {
+        Self {
+            first: now,
+            sensed,
+            since: now,
+            twice_area: 0,
+            greatest: Duration::ZERO,
+        }
+    }
+
+    /// The age once something sensed at `sensed` is in force, from run time `now` on.
+    #[must_use]
+    pub fn drop_to(&self, now: Time, sensed: Time) -> Self {
+        Self {
+            first: self.first,
+            sensed,
+            since: now,
+            twice_area: self.twice_area(now),
+            greatest: self.greatest(now),
+        }
+    }
+
+    /// The age at run time `now`.
+    pub fn age(&self, now: Time) -> Duration {
+        now.since(self.sensed)
+    }
+
+    /// The greatest age up to run time `now`.
+    pub fn greatest(&self, now: Time) -> Duration {
+        self.greatest.max(self.age(now))
+    }
+
+    /// Twice the integral of the age from the first to run time `now` (ns²).
+    pub fn twice_area(&self, now: Time) -> u128 {
+        let square = |at: Time| self.age(at).as_nanos().pow(2);
+        // The times of an altered log may be any.
+        let more = square(now.max(self.since)) - square(self.since);
+        self.twice_area.saturating_add(more)
+    }
+}
+
+/// The age of the push in force, with that of the last second.
+#[derive(Clone, Debug, Default)]
+pub struct PushAge {
+    /// The teeth of the last second and the one before, the one in force last.
+    late: VecDeque<Saw>,
+    /// Run time at which the push in force was last applied.
+    applied: Time,
+}
+
+/// The age of the push in force at one moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PushAgeView {
+    /// Run time of this reading.
+    pub at: Time,
+    /// Run time of the first push.
+    pub first: Time,
+    /// The age.
+    pub age: Duration,
+    /// The integral of the age since the first push (s²): between two readings it grows
+    /// by the mean age times the elapsed time.
+    pub area_s2: f64,
+    /// The mean over the last second, or since the first push (s); `None` if no time
+    /// has passed.
+    pub late_s: Option<f64>,
+    /// The greatest age in that time.
+    pub late_greatest: Duration,
+}
+
+impl PushAge {
+    /// Adds a push at run time `now` that was derived from a sensing at `sensed`.
+    pub fn push(&mut self, now: Time, sensed: Time) {
+        self.applied = now;
+        let next = match self.late.back() {
+            Some(before) if before.sensed == sensed => return, // Applied again.
+            Some(before) => before.drop_to(now, sensed),
+            None => Saw::new(now, sensed),
+        };
+        self.late.push_back(next);
+        while self
+            .late
+            .get(1)
+            .is_some_and(|next| next.since + LATE <= now)
+        {
+            self.late.pop_front();
+        }
+    }
+
+    /// The push in force; `None` before the first.
+    pub fn in_force(&self) -> Option<Push> {
+        let sensed = self.late.back()?.sensed;
+        let at = self.applied;
+        Some(Push { at, sensed })
+    }
+
+    /// Reads the age at run time `now`; `None` before the first push.
+    pub fn view(&self, now: Time) -> Option<PushAgeView> {
+        let (oldest, push) = (self.late.front()?, self.late.back()?);
+        let twice_area = push.twice_area(now);
+        let from = Time::from_nanos(now.as_nanos().saturating_sub(LATE.as_nanos() as u64));
+        // A push may be later than this reading: the oldest one that is kept may be, too.
+        let from = from.max(oldest.since);
+        let then = self.late.iter().rev().find(|push| push.since <= from);
+        let before = then.map_or(0, |then| then.twice_area(from));
+        let late = now.since(from).as_secs_f64();
+        let ends = self.late.iter().skip(1).map(|next| next.since);
+        let pushes = self.late.iter().zip(ends.chain([now]));
+        let late_pushes = pushes.filter(|(_, end)| *end >= from);
+        let ages = late_pushes.map(|(push, end)| push.age(end));
+        Some(PushAgeView {
+            at: now,
+            first: push.first,
+            age: push.age(now),
+            area_s2: twice_area as f64 / 2e18,
+            late_s: (late > 0.0).then(|| (twice_area - before) as f64 / 2e18 / late),
+            late_greatest: ages.max().unwrap_or_default(),
+        })
+    }
+}
+
+impl PushAgeView {
+    /// The mean over time since the first push (s); `None` if no time has passed.
+    pub fn mean_s(&self) -> Option<f64> {
+        let time = self.at.since(self.first);
+        (!time.is_zero()).then(|| self.area_s2 / time.as_secs_f64())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ms(ms: u64) -> Time {
+        Time::from_nanos(ms * 1_000_000)
+    }
+
+    #[test]
+    fn a_push_after_the_reading_leaves_the_last_second_as_it_is() {
+        let mut pushes = PushAge::default();
+        for at in (0..5_000).step_by(20) {
+            pushes.push(ms(at), ms(at));
+        }
+        let before = pushes.view(ms(4_985)).and_then(|view| view.late_s);
+        pushes.push(ms(5_001), ms(5_001));
+        let after = pushes.view(ms(4_985)).and_then(|view| view.late_s);
+        let [before, after] = [before, after].map(|mean| mean.expect("a mean"));
+        assert!(
+            after < 0.021 && (before - after).abs() < 0.005,
+            "{before} {after}"
+        );
+    }
+
+    #[test]
+    fn the_mean_is_over_time_and_not_over_pushes() {
+        let mut age = PushAge::default();
+        assert_eq!(age.view(ms(1)), None);
+        age.push(ms(10), ms(0)); // 10 to 30 ms old for 20 ms,
+        age.push(ms(20), ms(0)); // unchanged by applying it again,
+        age.push(ms(30), ms(30)); // then 0 to 10 ms old for 10 ms.
+        let view = age.view(ms(40)).expect("pushes");
+        assert_eq!(view.age, Duration::from_millis(10));
+        let mean = (20.0 * 20.0 + 10.0 * 5.0) / 30.0 / 1e3;
+        assert!((view.mean_s().expect("time passed") - mean).abs() < 1e-15);
+        assert_eq!(view.late_s, view.mean_s());
+    }
+
+    #[test]
+    fn the_last_second_begins_in_the_middle_of_a_push() {
+        let mut age = PushAge::default();
+        age.push(ms(0), ms(0)); // 0 to 600 ms old, then
+        age.push(ms(600), ms(600)); // 0 to 1000 ms old.
+        let late = |now| {
+            let view = age.view(ms(now)).expect("pushes");
+            let greatest = view.late_greatest.as_millis();
+            (view.late_s.expect("time passed"), greatest)
+        };
+        for (now, mean, greatest) in [
+            (600, 0.3, 600),
+            (1_200, 0.4 * 0.4 + 0.6 * 0.3, 600),
+            (1_600, 0.5, 1_000),
+            (1_700, 0.6, 1_100),
+        ] {
+            let (mean_s, greatest_ms) = late(now);
+            assert!((mean_s - mean).abs() < 1e-15, "{mean_s} at {now}");
+            assert_eq!(greatest_ms, greatest, "at {now}");
+        }
+    }
+}

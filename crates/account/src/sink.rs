@@ -1,0 +1,71 @@
+//! The sink of a graph that is looked at: accounts, and copies for taps.
+
+use std::any::Any;
+
+use ratelab::{Graph, Head, NodeRecord, RunState, Sink, TopicRecord, sync::Arc};
+
+use super::{
+    accounts::Accounts,
+    node::TickRecord,
+    tap::{Copies, Listeners},
+};
+
+/// Adds the records of a graph to its accounts, and hands out copies.
+pub(crate) struct AccountSink {
+    pub(crate) run: Arc<RunState>,
+    pub(crate) accounts: Arc<Accounts>,
+    /// The ticks of each node.
+    pub(crate) ticks: Vec<Copies<TickRecord>>,
+    /// Those who listen to each topic.
+    pub(crate) topics: Vec<Listeners<Box<MessageListener>>>,
+}
+
+/// Takes a message with its payload; returns `false` once nobody listens any more.
+pub(crate) type MessageListener = dyn FnMut(&Head, &dyn Any) -> bool + Send;
+
+impl AccountSink {
+    /// The sink of `graph`, from now on if it had none. Covers the nodes and topics that the
+    /// graph has at this moment. Beside a sink of another kind it gets nothing.
+    pub(crate) fn of(graph: &Graph) -> Arc<Self> {
+        let sink: Arc<dyn Any + Send + Sync> = graph.sink_or(|| Arc::new(Self::new(graph)));
+        let known = sink.downcast::<Self>();
+        known.unwrap_or_else(|_| Arc::new(Self::new(graph)))
+    }
+
+    fn new(graph: &Graph) -> Self {
+        let accounts = Accounts::of(graph);
+        let (nodes, topics) = (&accounts.topology.nodes, &accounts.topology.topics);
+        Self {
+            run: graph.state(),
+            ticks: nodes.iter().map(|_| Copies::default()).collect(),
+            topics: topics.iter().map(|_| Listeners::default()).collect(),
+            accounts: accounts.into(),
+        }
+    }
+}
+
+impl Sink for AccountSink {
+    fn node(&self, node: usize, record: &NodeRecord) {
+        let Some(mut account) = self.accounts.node(node) else {
+            return;
+        };
+        account.add(record);
+        if let NodeRecord::Ticked(times) = record {
+            let tick = account.newest_tick(times);
+            // The run may wait for a full tap, but not with a lock.
+            drop(account);
+            self.ticks[node].offer(&tick);
+        }
+    }
+
+    fn topic(&self, topic: usize, record: &TopicRecord<'_>) {
+        let Some(mut account) = self.accounts.topic(topic) else {
+            return;
+        };
+        account.add(record);
+        drop(account);
+        if let TopicRecord::Sent { head, payload, .. } = record {
+            self.topics[topic].each(|listener| listener(head, *payload));
+        }
+    }
+}

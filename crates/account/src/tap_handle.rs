@@ -1,0 +1,75 @@
+//! Taps on a running graph.
+
+use std::{any::Any, fmt};
+
+use ratelab::{Graph, Head, Payload, Topic, sync::Arc};
+
+use super::{
+    node::TickRecord,
+    sink::AccountSink,
+    tap::{Tap, TapMessage, tap},
+};
+
+/// Taps a graph from any thread, before and during its run. Covers the nodes and topics that the
+/// graph had when it was first tapped or observed.
+///
+/// The clock decides whether a full tap blocks: in virtual time it does, because waiting
+/// costs no run time; in real time it loses messages and counts them.
+#[derive(Clone)]
+pub struct TapHandle(Arc<AccountSink>);
+
+impl TapHandle {
+    /// Taps on `graph`.
+    pub fn of(graph: &Graph) -> Self {
+        Self(AccountSink::of(graph))
+    }
+
+    /// Copies every message of `topic` from now on, in a queue of `capacity` messages.
+    pub fn topic<T: Payload>(&self, topic: &Topic<T>, capacity: usize) -> Tap<TapMessage<T>> {
+        self.tap(topic, capacity, |head, data: &T| {
+            TapMessage::new(head, data.clone())
+        })
+    }
+
+    /// Copies every tick from now on, with one queue of `capacity` ticks per node, in the
+    /// order of addition. The taps end with the graph.
+    pub fn ticks(&self, capacity: usize) -> Vec<Tap<TickRecord>> {
+        let nodes = self.0.ticks.iter();
+        nodes
+            .map(|node| node.tap_for(Some(self.0.run.clone()), capacity))
+            .collect()
+    }
+
+    /// Copies what `make` makes of every message of `topic` from now on.
+    pub(crate) fn tap<T: Payload, I: Send + 'static>(
+        &self,
+        topic: &Topic<T>,
+        capacity: usize,
+        mut make: impl FnMut(&Head, &T) -> I + Send + 'static,
+    ) -> Tap<I> {
+        let (end, tap) = tap(capacity, Some(self.0.run.clone()));
+        self.listen(topic, move |head, data| end.offer(make(head, data)));
+        tap
+    }
+
+    /// Calls `hear` with every message of `topic` from now on, when it is published, until that
+    /// returns `false`. It is called by the publisher, so it has to be quick.
+    pub(crate) fn listen<T: Payload>(
+        &self,
+        topic: &Topic<T>,
+        mut hear: impl FnMut(&Head, &T) -> bool + Send + 'static,
+    ) {
+        let index = topic.index();
+        if let Some(listeners) = index.and_then(|index| self.0.topics.get(index)) {
+            listeners.add(Box::new(move |head: &Head, payload: &dyn Any| {
+                payload.downcast_ref().is_some_and(|data| hear(head, data))
+            }));
+        }
+    }
+}
+
+impl fmt::Debug for TapHandle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("TapHandle").finish_non_exhaustive()
+    }
+}

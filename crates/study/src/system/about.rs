@@ -1,0 +1,61 @@
+//! What a system says about itself, as data.
+
+use ratelab::Knob;
+
+use super::{Alias, DataChain, Joints, QuadraticCost, Setup, StateTable};
+
+/// The description of a [`System`](super::System). Each part may be left out.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct About<'s> {
+    /// The engine of its plant, with the version, such as `MuJoCo` and `3.9.0`: another version
+    /// may compute other bits. Recordings contain it.
+    pub engine: Option<(&'static str, &'static str)>,
+    /// Its own names for some knobs, such as `control-hz` for `rate policy`.
+    pub aliases: &'static [Alias],
+    /// The function of nodes in a few words that begin with the verb, such as `sensor` and
+    /// `reads the plant`.
+    pub captions: &'static [(&'static str, &'static str)],
+    /// A knob that makes runs fail, as text, such as `control-hz 5`: the setting of `--break`.
+    pub broken: Option<&'static str>,
+    /// The nodes that share something beside topics, such as the plant: they run in one
+    /// process.
+    pub groups: &'s [Group],
+    /// The topics whose messages are joint states for other robot software.
+    pub joints: &'static [Joints],
+    /// The table format of its states, if it differs from run time and numbers.
+    pub table: Option<StateTable>,
+    /// The quadratic cost of its states: it rates runs that are not lost.
+    pub quadratic_cost: Option<QuadraticCost>,
+    /// Its settings. Those of a run replace them.
+    pub settings: &'s [Knob],
+    /// The text of its [graph file](crate::graph_file). Recordings contain it.
+    pub graph_file: Option<&'s str>,
+    /// Its chains, whose data ages are on the topic [`CHAINS`](super::CHAINS): they count in the
+    /// verdict.
+    pub chains: &'s [DataChain],
+    /// The topics on the way of the data to the node of its latency, the sensor first; empty if
+    /// the origin of each message tells it.
+    pub latency_path: &'s [String],
+}
+
+/// Nodes that share something beside topics.
+#[derive(Clone, Copy, Debug)]
+pub struct Group {
+    /// Name of the group, such as `plant`.
+    pub name: &'static str,
+    /// Names of its nodes. A run may lack some of them.
+    pub nodes: &'static [&'static str],
+}
+
+impl About<'_> {
+    /// The function of `node`.
+    pub fn caption(&self, node: &str) -> Option<&'static str> {
+        let mut captions = self.captions.iter();
+        captions.find(|(of, _)| *of == node).map(|(_, text)| *text)
+    }
+
+    /// Its settings as the knobs of a run.
+    pub fn setup(&self) -> Setup {
+        self.settings.iter().cloned().collect()
+    }
+}

@@ -1,0 +1,165 @@
+//! A chain of nodes and topics, with a limit of its data age: its verdicts, its figures, its
+//! line in a report.
+
+use std::time::Duration;
+
+use ratelab::Time;
+
+use super::{
+    Final, VerdictKind,
+    chain_ages::ChainFigures,
+    kept::{kept_kind, kept_list, kept_text},
+};
+
+/// Name of the topic with the data ages of the chains.
+pub const CHAINS: &str = "/chains";
+
+/// A chain.
+#[derive(Clone, Debug)]
+pub struct DataChain {
+    pub(crate) name: &'static str,
+    /// Its number in the messages on [`CHAINS`].
+    number: usize,
+    /// Its nodes, in the direction of the data.
+    nodes: &'static [&'static str],
+    pub(crate) limit: Option<Limit>,
+    missed: &'static VerdictKind,
+    silent: &'static VerdictKind,
+}
+
+/// A limit of the data age of a chain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Limit {
+    pub(crate) age: Duration,
+    /// Share of the time for which it holds.
+    pub(crate) share: f64,
+}
+
+impl Limit {
+    /// Its age (ms).
+    pub(crate) fn ms(self) -> f64 {
+        self.age.as_secs_f64() * 1e3
+    }
+}
+
+/// A figure of a chain: name, unit and value.
+type Figure = (&'static str, &'static str, fn(ChainFigures) -> f64);
+
+/// The figures of a chain at the end of a run.
+const FIGURES: [Figure; 3] = [
+    ("mean_age", "ms", |figures| figures.mean),
+    ("greatest_age", "ms", |figures| figures.greatest),
+    ("within", "", |figures| figures.share),
+];
+
+/// A name for programs: `see_to_act` of `see-to-act`.
+pub(crate) fn key(name: &str) -> String {
+    let plain = |c: char| if c.is_alphanumeric() { c } else { '_' };
+    name.chars().map(plain).collect()
+}
+
+/// A share in percent, without trailing zeros.
+fn percent(share: f64) -> String {
+    format!("{} %", (share * 1e6).round() / 1e4)
+}
+
+impl DataChain {
+    /// Chain number `number` through `nodes`.
+    pub(crate) fn new<'n>(
+        name: &str,
+        number: usize,
+        nodes: impl Iterator<Item = &'n str>,
+        limit: Option<Limit>,
+    ) -> Self {
+        let key = key(name);
+        let older = limit.map_or_else(String::new, |limit| {
+            let (ms, rest) = (limit.ms(), percent(1.0 - limit.share));
+            match limit.share >= 1.0 {
+                true => format!("older than {ms} ms at times"),
+                false => format!("older than {ms} ms for more than {rest} of the time"),
+            }
+        });
+        let kind = |kind: &str, text: String| {
+            kept_kind(&format!("{kind}_{key}"), true, &format!("MISSED ({text})"))
+        };
+        Self {
+            name: kept_text(name),
+            number,
+            nodes: kept_list(nodes),
+            limit,
+            missed: kind("missed", format!("{name} {older}")),
+            silent: kind("silent", format!("no data came through {name}")),
+        }
+    }
+
+    /// The node at its end.
+    pub(crate) fn last(&self) -> &'static str {
+        self.nodes.last().copied().unwrap_or_default()
+    }
+
+    /// Its limit in words.
+    pub(crate) fn within(&self) -> Option<String> {
+        let limit = self.limit?;
+        let most = format!("{} at most {} ms old", self.name, limit.ms());
+        Some(match limit.share >= 1.0 {
+            true => most,
+            false => format!("{most} for {} of the time", percent(limit.share)),
+        })
+    }
+
+    /// The verdicts on it.
+    pub(crate) fn verdicts(&self) -> impl Iterator<Item = &'static VerdictKind> {
+        let limited = self.limit.map(|_| [self.missed, self.silent]);
+        limited.into_iter().flatten()
+    }
+
+    fn figures(&self, at: Time, row: &[f64]) -> Option<ChainFigures> {
+        ChainFigures::at(row, self.number, self.limit.map(|limit| limit.age), at)
+    }
+
+    /// The verdict on it up to run time `at`, unless its limit is kept. Data may still come
+    /// if the run is not `over`. `row` is the newest message on [`CHAINS`].
+    pub(super) fn missed(
+        &self,
+        at: Time,
+        row: Option<&[f64]>,
+        over: bool,
+    ) -> Option<&'static VerdictKind> {
+        let limit = self.limit?;
+        match row.and_then(|row| self.figures(at, row)) {
+            None => over.then_some(self.silent),
+            Some(figures) => (figures.share < limit.share).then_some(self.missed),
+        }
+    }
+
+    /// Its figures up to run time `at`, from the newest message on [`CHAINS`].
+    pub(crate) fn finals(&self, at: Time, row: &[f64]) -> impl Iterator<Item = Final> {
+        let (figures, key) = (self.figures(at, row), key(self.name));
+        FIGURES.into_iter().map(move |(name, unit, value)| Final {
+            name: kept_text(&format!("{key}_{name}")),
+            unit,
+            value: figures.map_or(f64::NAN, value),
+        })
+    }
+
+    /// Its data age up to run time `at` in words, from the newest message on [`CHAINS`]; `idle`
+    /// are the names of the nodes that never ticked.
+    pub fn line(&self, at: Time, row: &[f64], idle: &[&str]) -> String {
+        let name = self.name;
+        let Some(figures) = self.figures(at, row) else {
+            let stops = self.nodes.iter().find(|node| idle.contains(node));
+            let stops = stops.map(|node| format!(": {node} never ticked"));
+            return format!("{name} no data{}", stops.unwrap_or_default());
+        };
+        let ages = format!(
+            "{name} data age mean {:.1} ms, greatest {:.1} ms",
+            figures.mean, figures.greatest
+        );
+        let Some(limit) = self.limit else {
+            return ages;
+        };
+        let (ms, wanted) = (limit.ms(), percent(limit.share));
+        let kept = (figures.share * 1e4).floor() / 1e2;
+        format!("{ages}, {kept:.2} % of the time within {ms} ms ({wanted} wanted)")
+    }
+}

@@ -1,0 +1,127 @@
+//! This process in a run: what runs here, the other processes, the topics that arrive.
+
+use std::{
+    process,
+    sync::{Arc, Mutex},
+    time::Duration,
+};
+
+use crossbeam_channel::Sender;
+use ratelab_study::experiment::{Experiment, Taps};
+
+use crate::{
+    error::WireError,
+    inlet::Inlet,
+    key::Keys,
+    machine::{self, ClockId},
+    peers::Peers,
+    refusal::Refused,
+    session::Settings,
+    telemetry::{Info, ReceivedMessage},
+    times::Times,
+};
+
+/// Periods of silence after which a node counts as silent.
+const SILENT_PERIODS: u32 = 5;
+
+/// The same at the least, for fast nodes: the scheduler of a busy machine takes that long.
+const LEAST_SILENCE: Duration = Duration::from_millis(50);
+
+/// This process in a run.
+pub(crate) struct Part {
+    /// What runs here.
+    pub(crate) own: Info,
+    /// The other processes.
+    pub(crate) peers: Arc<Peers>,
+    pub(crate) times: Arc<Times>,
+    /// The topics that arrive here.
+    pub(crate) inlets: Vec<Arc<Inlet>>,
+}
+
+impl Part {
+    /// Connects this process, of which nobody knows yet.
+    pub(crate) fn connect(
+        settings: &Settings,
+        experiment: &Experiment,
+        here: &[String],
+        arrivals: &Sender<ReceivedMessage>,
+    ) -> Result<Arc<Self>, WireError> {
+        let offsets = Arc::default();
+        let times = Arc::new(Times::new(experiment.observer(), Arc::clone(&offsets)));
+        let mut own = info(experiment, here);
+        let inlets = inlets(&own, &experiment.taps(), &times, arrivals)?;
+        let session = settings.open()?;
+        own.incarnation = settings.number(&session)?;
+        own.session = session.zid().to_string();
+        let senders = inlets.clone();
+        let gone = move |gone| senders.iter().for_each(|inlet| inlet.sender().gone(gone));
+        let keys = Keys::new(experiment.system().name());
+        let peers = Peers::follow(&session, keys, own.incarnation, &offsets, Box::new(gone))?;
+        Ok(Arc::new(Self {
+            own,
+            peers,
+            times,
+            inlets,
+        }))
+    }
+}
+
+/// What runs here, without the number that the connection gives.
+fn info(experiment: &Experiment, here: &[String]) -> Info {
+    let topology = experiment.observer().topology();
+    let first = topology.nodes.first();
+    Info {
+        ratelab: env!("CARGO_PKG_VERSION").to_owned(),
+        incarnation: 0,
+        host: machine::host(),
+        pid: process::id(),
+        session: String::new(),
+        is_hub: first.is_some_and(|node| here.contains(&node.name)),
+        nodes: here.to_vec(),
+        clock: ClockId::here(),
+        zero: None,
+        config: experiment.config().clone(),
+        topology,
+        events: Vec::new(),
+    }
+}
+
+/// The topics whose publishers run elsewhere, with readers here.
+fn inlets(
+    own: &Info,
+    taps: &Taps,
+    times: &Arc<Times>,
+    arrivals: &Sender<ReceivedMessage>,
+) -> Result<Vec<Arc<Inlet>>, WireError> {
+    let mut inlets = Vec::new();
+    for (index, topic) in own.topology.topics.iter().enumerate() {
+        let (here, away) = own.split(&topic.publishers);
+        if away.is_empty() || own.split(&topic.readers).0.is_empty() {
+            continue;
+        }
+        let known = taps.topics().iter().find(|t| t.name() == topic.name);
+        let refuse = |why: &str| Err(WireError::Setting(format!("{}: {why}", topic.name)));
+        let Some(known) = known else {
+            return refuse("its messages have no numbers, so they cannot leave a process");
+        };
+        if !here.is_empty() {
+            return refuse("its publishers must run in one process");
+        }
+        inlets.extend(away.into_iter().map(|node| {
+            let silence = node.hz.period() * SILENT_PERIODS;
+            Arc::new(Inlet {
+                topic: index,
+                name: topic.name.clone(),
+                node: node.name.clone(),
+                patience: silence.max(LEAST_SILENCE),
+                refused: Refused::default(),
+                width: known.fields().len(),
+                publish: known.inlet(),
+                sender: Mutex::default(),
+                times: times.clone(),
+                arrivals: arrivals.clone(),
+            })
+        }));
+    }
+    Ok(inlets)
+}

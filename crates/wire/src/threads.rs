@@ -1,0 +1,60 @@
+//! Threads and locks.
+
+use std::{
+    sync::{Mutex, MutexGuard, PoisonError},
+    thread::{self, JoinHandle},
+    time::Duration,
+};
+
+use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
+
+use crate::error::{WireError, WireResult};
+
+/// Locks, also after a panic: each value is whole at any time.
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Begins a thread.
+pub(crate) fn thread<T: Send + 'static>(
+    name: impl Into<String>,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Result<JoinHandle<T>, WireError> {
+    let begun = thread::Builder::new().name(name.into()).spawn(work);
+    begun.tried("cannot start a thread")
+}
+
+/// Work that is done again and again, and once more when this is dropped.
+pub(crate) struct Beat {
+    end: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Beat {
+    /// Does `work` at once, and again after each `pause`.
+    pub(crate) fn begin(
+        name: &str,
+        pause: Duration,
+        mut work: impl FnMut() + Send + 'static,
+    ) -> Result<Self, WireError> {
+        let (end, ended) = bounded(0);
+        let thread = thread(name, move || {
+            work();
+            while ended.recv_timeout(pause) == Err(RecvTimeoutError::Timeout) {
+                work();
+            }
+            work();
+        })?;
+        Ok(Self {
+            end: Some(end),
+            thread: Some(thread),
+        })
+    }
+}
+
+impl Drop for Beat {
+    fn drop(&mut self) {
+        self.end = None;
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}

@@ -1,0 +1,141 @@
+//! Runs of the cart-pole: one that is recorded, and one knob with several values.
+
+use std::{ops::ControlFlow, sync::Arc};
+
+use ratelab::{Hz, Message};
+use ratelab_cart_pole::{
+    CONTROL_HZ, CartPole, ControlStep, STATE,
+    policy::Scripted,
+    stability::{Loop, Timing, WorldModel},
+};
+use ratelab_study::{
+    experiment::{
+        Config, Experiment, Summary,
+        sweep::{CellResult, Sweep, SweepAxis, all_cores},
+    },
+    system::WorldKind,
+};
+
+use super::{Failure, mean_ms};
+
+/// The cart-pole.
+pub(crate) fn cart_pole() -> Arc<CartPole> {
+    Arc::default()
+}
+
+/// Ten seconds in the world that does not wait, with the knobs in `setup`.
+pub(crate) fn own_world(setup: &str) -> Result<Config, Failure> {
+    Ok(Config {
+        world: WorldKind::OWN,
+        ..CartPole::config(setup)?
+    })
+}
+
+/// The loop of the scripted policy at 50 Hz in that world, for theory.
+pub(crate) fn control_loop() -> Result<Loop, Failure> {
+    let timing = Timing::direct(Hz::new(CONTROL_HZ)?);
+    let model = WorldModel::Continuous;
+    Ok(Loop::cart_pole(Scripted::GAINS, model, timing)?)
+}
+
+/// A run and its control steps.
+pub(crate) struct RecordedRun {
+    pub(crate) summary: Summary,
+    pub(crate) steps: Vec<Message<ControlStep>>,
+}
+
+/// Runs `config`, which must have an end, and records every control step.
+pub(crate) fn record(config: &Config) -> Result<RecordedRun, Failure> {
+    let experiment = Experiment::new(cart_pole(), config)?;
+    // Enough capacity for all steps, so that the run never waits.
+    let room = (config.end.as_secs_f64() * CONTROL_HZ) as usize + 2;
+    let tap = experiment.taps().messages(STATE, room);
+    let tap = tap.ok_or_else(|| Failure::Unmeasured(format!("{STATE} is not recorded")))?;
+    let summary = experiment.run()?;
+    let steps = tap.items().iter().map(|step| step.message).collect();
+    Ok(RecordedRun { summary, steps })
+}
+
+/// The runs with one value of a knob.
+pub(crate) struct KnobRuns {
+    /// The value.
+    pub(crate) value: String,
+    /// The results, by start.
+    pub(crate) runs: Vec<CellResult>,
+}
+
+impl KnobRuns {
+    /// The value, if it is a number.
+    pub(crate) fn number(&self) -> f64 {
+        self.value.parse().unwrap_or(f64::NAN)
+    }
+
+    /// Number of runs with the pole up at the end.
+    pub(crate) fn up(&self) -> usize {
+        let up = self.runs.iter().filter(|run| !run.verdict.is_lost());
+        up.count()
+    }
+
+    /// Whether the pole was up at the end of all runs.
+    pub(crate) fn all_up(&self) -> bool {
+        self.up() == self.runs.len()
+    }
+
+    /// Such as `3 of 20`.
+    pub(crate) fn up_of(&self) -> String {
+        format!("{} of {}", self.up(), self.runs.len())
+    }
+
+    /// The mean push age of the last second (ms), over all runs; NaN without one.
+    pub(crate) fn push_age_ms(&self) -> f64 {
+        let ages = self.runs.iter().filter_map(|run| run.push_age);
+        let ages: Vec<f64> = ages.map(|age| mean_ms(Some(age.late_s))).collect();
+        ages.iter().sum::<f64>() / ages.len() as f64
+    }
+
+    /// Such as `34.0 ms`.
+    pub(crate) fn push_age(&self) -> String {
+        format!("{:.1} ms", self.push_age_ms())
+    }
+}
+
+/// Runs `base` with each of `values` of `knob`, from the starts of the first seeds.
+pub(crate) fn survey<T: ToString>(
+    base: Config,
+    knob: &str,
+    values: &[T],
+    starts: u64,
+) -> Result<Vec<KnobRuns>, Failure> {
+    let texts = values.iter().map(T::to_string);
+    let sweep = Sweep {
+        axes: vec![SweepAxis::of(CartPole::KNOBS, knob, texts.clone())?],
+        seeds: (0..starts).collect(),
+        ..Sweep::of(cart_pole(), base)
+    };
+    let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()))?;
+    let results: Vec<CellResult> = swept.finished().map(|(_, run)| run.clone()).collect();
+    let groups = texts.zip(results.chunks(starts as usize));
+    let groups = groups.map(|(value, runs)| KnobRuns {
+        value,
+        runs: runs.to_vec(),
+    });
+    Ok(groups.collect())
+}
+
+/// Messages of the first topic with a reader, `/obs`, that were dropped in a run.
+pub(crate) fn obs_dropped(run: &CellResult) -> u64 {
+    run.dropped.first().copied().unwrap_or_default()
+}
+
+/// Of trials in their order, the last that holds and the first that does not.
+pub(crate) fn edge<T>(trials: &[T], holds: impl Fn(&T) -> bool) -> Result<(&T, &T), Failure> {
+    let mut pairs = trials.iter().zip(trials.iter().skip(1));
+    let edge = pairs.find(|(one, next)| holds(one) && !holds(next));
+    edge.ok_or_else(|| Failure::Unmeasured("nothing held and then failed".to_owned()))
+}
+
+/// Of trials the one that the question asks about.
+pub(crate) fn asked<T>(trials: &[T], is_asked: impl Fn(&&T) -> bool) -> Result<&T, Failure> {
+    let asked = trials.iter().find(is_asked);
+    asked.ok_or_else(|| Failure::Unmeasured("the run of the question is missing".to_owned()))
+}

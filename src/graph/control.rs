@@ -1,0 +1,198 @@
+//! What is left of a graph without its nodes: names, topics and the state of its run.
+
+use super::GraphError;
+use crate::{
+    knob::{Knob, KnobKind},
+    message::Payload,
+    record::Records,
+    scheduling::Kit,
+    state::{RunState, Status},
+    sync::Arc,
+    time::Time,
+    topic::{AnyTopic, Topic},
+    topology::{NodeTopology, TopicTopology},
+    trigger::Arrival,
+};
+
+/// The part of a graph that commands change and observers read: everything except the
+/// nodes, which may be away on their threads.
+pub(crate) struct ControlPlane {
+    pub(crate) state: Arc<RunState>,
+    pub(crate) status: Status,
+    pub(super) nodes: Vec<NodeTopology>,
+    /// Whether each of them runs in another process.
+    pub(super) remote: Vec<bool>,
+    pub(super) topics: Vec<WiredTopic>,
+    pub(super) records: Records,
+    /// The seed of every random draw.
+    pub(super) seed: u64,
+    pub(super) kit: Box<dyn Kit>,
+}
+
+/// A topic with the indices of its nodes.
+pub(super) struct WiredTopic {
+    name: Arc<str>,
+    /// Number of its bus, the same for each handle.
+    pub(super) address: usize,
+    pub(super) publishers: Vec<usize>,
+    pub(super) readers: Vec<usize>,
+    topic: Box<dyn AnyTopic>,
+}
+
+impl WiredTopic {
+    pub(super) fn new<T: Payload>(topic: &Topic<T>) -> Self {
+        Self {
+            name: topic.name().into(),
+            address: topic.address(),
+            publishers: Vec::new(),
+            readers: Vec::new(),
+            topic: Box::new(topic.clone()),
+        }
+    }
+
+    pub(super) fn topology(&self) -> TopicTopology {
+        TopicTopology {
+            name: self.name.to_string(),
+            depth: self.topic.depth(),
+            publishers: self.publishers.clone(),
+            readers: self.readers.clone(),
+        }
+    }
+}
+
+impl ControlPlane {
+    pub(crate) fn now(&self) -> Time {
+        self.state.now()
+    }
+
+    pub(crate) fn set_now(&self, now: Time) {
+        self.state.set_now(now);
+    }
+
+    pub(crate) fn update(&mut self, change: impl FnOnce(&mut Status)) {
+        change(&mut self.status);
+        self.state.update(|status| *status = self.status);
+    }
+
+    pub(crate) fn node_index(&self, name: &str) -> Result<usize, String> {
+        let known = self.nodes.iter().position(|node| node.name == name);
+        let names = self.nodes.iter().map(|node| &*node.name);
+        known.ok_or_else(|| nothing_called("node", name, names))
+    }
+
+    /// Name of the node with this index.
+    pub(crate) fn name(&self, node: usize) -> &str {
+        &self.nodes[node].name
+    }
+
+    /// Whether some of the nodes run in other processes.
+    pub(crate) fn is_part(&self) -> bool {
+        self.remote.contains(&true)
+    }
+
+    /// The index of a node called `name` that runs here.
+    ///
+    /// # Errors
+    /// The reason, with the available alternatives.
+    pub(crate) fn local_index(&self, name: &str) -> Result<usize, String> {
+        let index = self.node_index(name)?;
+        match self.remote[index] {
+            true => Err(format!("{name} runs in another process")),
+            false => Ok(index),
+        }
+    }
+
+    /// Changes a knob of a topic at run time `now`; returns the value before.
+    ///
+    /// # Errors
+    /// The reason, with the available alternatives.
+    pub(crate) fn turn(&self, knob: &Knob, now: Time) -> Result<String, String> {
+        self.check(knob)?;
+        let topic = &self.topic(knob.target())?.topic;
+        topic.turn(knob, (&*self.kit, self.seed), now)
+    }
+
+    /// Checks that the topic has this knob.
+    pub(super) fn check(&self, knob: &Knob) -> Result<(), String> {
+        let topic = self.topic(knob.target())?;
+        let read = !topic.readers.is_empty();
+        if read || knob.kind() == KnobKind::Depth {
+            return self.check_value(knob);
+        }
+        let names = self.topics.iter().filter(|t| !t.readers.is_empty());
+        let names: Vec<&str> = names.map(|t| &*t.name).collect();
+        let name = &topic.name;
+        Err(match &names[..] {
+            [] => format!("{name} has no reader, and no topic has one: let a node read it first"),
+            names => format!("{name} has no reader: expected one of {}", names.join(", ")),
+        })
+    }
+
+    /// Checks the value of a knob of a topic.
+    fn check_value(&self, knob: &Knob) -> Result<(), String> {
+        if matches!(knob, Knob::Depth { .. } | Knob::Read { .. }) {
+            return Ok(());
+        }
+        let channel = self.kit.channel(knob.target(), self.seed);
+        let mut channel = channel.ok_or_else(|| knob.not_in_kit())?;
+        channel.turn(knob).map(drop)
+    }
+
+    /// Delivers the messages of all topics that arrive by `now`.
+    pub(crate) fn deliver(&self, now: Time) {
+        self.topics
+            .iter()
+            .for_each(|topic| topic.topic.deliver(now));
+    }
+
+    /// The messages in flight on all topics that arrive after `now`, for the nodes that they
+    /// trigger, in the order of arrival.
+    pub(crate) fn arrivals_after(&self, now: Time) -> Vec<Arrival> {
+        let topics = self.topics.iter();
+        let mut arrivals: Vec<Arrival> = topics
+            .flat_map(|topic| topic.topic.arrivals_after(now))
+            .collect();
+        arrivals.sort_by_key(|arrival| arrival.at);
+        arrivals
+    }
+
+    fn topic(&self, name: &str) -> Result<&WiredTopic, String> {
+        let known = self.topics.iter().find(|t| &*t.name == name);
+        let names = self.topics.iter().map(|t| &*t.name);
+        known.ok_or_else(|| nothing_called("topic", name, names))
+    }
+
+    /// Adds the topics that are `new` with a node, and its edges.
+    pub(super) fn connect(
+        &mut self,
+        node: usize,
+        new: Vec<WiredTopic>,
+        (publishes, reads): (&[usize], &[usize]),
+    ) -> Result<(), GraphError> {
+        for (number, topic) in new.iter().enumerate() {
+            let mut others = self.topics.iter().chain(&new[..number]);
+            if others.any(|other| other.name == topic.name) {
+                return Err(GraphError::DuplicateTopic(topic.name.to_string()));
+            }
+        }
+        for topic in new {
+            topic.topic.set_records(self.records.of(self.topics.len()));
+            self.topics.push(topic);
+        }
+        for topic in publishes {
+            self.topics[*topic].publishers.push(node);
+        }
+        for topic in reads {
+            self.topics[*topic].readers.push(node);
+        }
+        Ok(())
+    }
+}
+
+/// An error message for an unknown name of a `kind`, with the known names.
+fn nothing_called<'n>(kind: &str, name: &str, known: impl Iterator<Item = &'n str>) -> String {
+    match known.collect::<Vec<_>>().join(", ").as_str() {
+        "" => format!("there is no {kind} {name:?}: the graph has none"),
+        known => format!("there is no {kind} {name:?}: expected one of {known}"),
+    }
+}

@@ -1,0 +1,219 @@
+//! How a node gets its ends of topics.
+
+use super::control::WiredTopic;
+use crate::{
+    knob::KnobKind,
+    message::Payload,
+    outbox::Outbox,
+    record::{MeterRecorder, PushRecorder, Records},
+    scheduling::Fixed,
+    sync::Arc,
+    topic::{Publisher, ReadMark, Subscription, Topic},
+    trigger::{Arrivals, Intake},
+};
+
+/// Supplies a node with its ends of topics while it is being built, so that the graph
+/// records all connections.
+///
+/// ```
+/// use ratelab::{Depth, GO_ON, Graph, Hz, Topic};
+///
+/// let (range, alarm) = (Topic::new("/range", Depth::ONE), Topic::new("/alarm", Depth::ONE));
+/// let mut graph = Graph::new();
+/// graph.node("watch", Hz::new(20.0)?, 0, |wiring| {
+///     let mut range = wiring.subscription::<f64>(&range);
+///     let alarm = wiring.publisher(&alarm);
+///     let mut delay = wiring.meter("sense→alarm");
+///     move |now| {
+///         if let Some(near) = range.latest(now).filter(|range| range.data < 0.5) {
+///             alarm.publish((), now, Some(near.stamp));
+///             delay.record(now - near.stamp);
+///         }
+///         GO_ON
+///     }
+/// })?;
+/// let topics = graph.topology().topics;
+/// assert_eq!((topics[0].name.as_str(), &topics[0].readers[..]), ("/range", &[0][..]));
+/// assert_eq!((topics[1].name.as_str(), &topics[1].publishers[..]), ("/alarm", &[0][..]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Wiring<'g> {
+    /// The topics of the graph.
+    known: &'g [WiredTopic],
+    /// Those that are new with this node.
+    pub(super) new: Vec<WiredTopic>,
+    /// The topics that the node publishes to and reads from, in the order of its wishes, and those
+    /// that trigger it; all by their indices.
+    pub(super) publishes: Vec<usize>,
+    pub(super) reads: Vec<usize>,
+    pub(super) triggers: Vec<usize>,
+    pub(super) intakes: Vec<Box<dyn Intake>>,
+    pub(super) fixed: Fixed,
+    pub(super) ends: Ends,
+    /// Where messages that trigger the node are announced; `None` for a node that is built once
+    /// more, with the ends that it had.
+    arrivals: Option<&'g Arc<Arrivals>>,
+}
+
+/// What a node keeps when it is built once more.
+#[derive(Clone)]
+pub(super) struct Ends {
+    /// The way of its records.
+    pub(super) records: Records,
+    pub(super) outbox: Arc<Outbox>,
+    /// Names of its measurements.
+    pub(super) meters: Vec<String>,
+    /// The number of the bus of each topic that it reads, with the position there.
+    marks: Vec<(usize, Arc<ReadMark>)>,
+}
+
+impl<'g> Wiring<'g> {
+    /// For a new node.
+    pub(super) fn new(
+        known: &'g [WiredTopic],
+        arrivals: &'g Arc<Arrivals>,
+        records: Records,
+    ) -> Self {
+        let ends = Ends {
+            records,
+            outbox: Arc::default(),
+            meters: Vec::new(),
+            marks: Vec::new(),
+        };
+        Self {
+            known,
+            arrivals: Some(arrivals),
+            ..Self::again(ends)
+        }
+    }
+
+    /// For a node that is built once more, with its former `ends`.
+    pub(super) fn again(ends: Ends) -> Self {
+        Self {
+            known: &[],
+            new: Vec::new(),
+            publishes: Vec::new(),
+            reads: Vec::new(),
+            triggers: Vec::new(),
+            intakes: Vec::new(),
+            fixed: Fixed::default(),
+            ends,
+            arrivals: None,
+        }
+    }
+
+    /// Connects the node as a publisher of `topic`.
+    pub fn publisher<T: Payload>(&mut self, topic: &Topic<T>) -> Publisher<T> {
+        if self.arrivals.is_some() {
+            let index = self.index_of(topic);
+            self.publishes.push(index);
+        }
+        topic.publisher_through(&self.ends.outbox)
+    }
+
+    /// Connects the node as a reader of `topic`.
+    pub fn subscription<T: Payload>(&mut self, topic: &Topic<T>) -> Subscription<T> {
+        if let Some(mark) = self.former_mark(topic) {
+            return topic.subscribe_again(mark);
+        }
+        let subscription = topic.subscribe_as(Some(self.next_reader(topic)));
+        self.subscribe(topic, &subscription);
+        subscription
+    }
+
+    /// Connects the node as a reader of `topic`, whose messages trigger it; see
+    /// [`Release::On`](crate::Release::On). Each message counts once: in a tick the subscription
+    /// reads the one that the tick is for, whatever the read order of the topic.
+    ///
+    /// ```
+    /// use ratelab::{Depth, GO_ON, Graph, Topic};
+    /// use ratelab_effects::Match;
+    ///
+    /// let (left, right) = (Topic::new("/left", Depth::ONE), Topic::new("/right", Depth::ONE));
+    /// let mut graph = Graph::new();
+    /// graph.node("stereo", "exact:10".parse::<Match>()?, 0, |wiring| {
+    ///     let mut left = wiring.trigger::<u64>(&left);
+    ///     let mut right = wiring.trigger::<u64>(&right);
+    ///     move |now| {
+    ///         let (left, right) = (left.latest(now), right.latest(now));
+    ///         assert_eq!(left.map(|left| left.stamp), right.map(|right| right.stamp));
+    ///         GO_ON
+    ///     }
+    /// })?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn trigger<T: Payload>(&mut self, topic: &Topic<T>) -> Subscription<T> {
+        let Some(arrivals) = self.arrivals else {
+            return self.subscription(topic);
+        };
+        let (node, input) = (self.ends.records.index(), self.intakes.len());
+        let reader = self.next_reader(topic);
+        let (subscription, intake) = topic.trigger(node, input, reader, arrivals);
+        self.intakes.push(intake);
+        self.subscribe(topic, &subscription);
+        self.triggers.extend(self.reads.last());
+        subscription
+    }
+
+    fn subscribe<T: Payload>(&mut self, topic: &Topic<T>, subscription: &Subscription<T>) {
+        let end = (topic.address(), subscription.mark());
+        self.ends.marks.push(end);
+        let index = self.index_of(topic);
+        self.reads.push(index);
+    }
+
+    /// Adds a duration that the node measures, shown under `name`.
+    pub fn meter(&mut self, name: &str) -> MeterRecorder {
+        let is_again = self.arrivals.is_none();
+        let meters = &mut self.ends.meters;
+        let mut known = meters.iter().take_while(|_| is_again);
+        let index = known.position(|known| known == name);
+        let index = index.unwrap_or_else(|| {
+            meters.push(name.to_owned());
+            meters.len() - 1
+        });
+        MeterRecorder::new(self.ends.records.clone(), index)
+    }
+
+    /// Declares that the node acts on the world outside of the graph; it records the age
+    /// of the sensing behind each push.
+    pub fn push_age(&mut self) -> PushRecorder {
+        PushRecorder::new(self.ends.records.clone())
+    }
+
+    /// Removes the knobs of these `kinds` from the node; the refusal shows the `reason`.
+    pub fn fix(&mut self, kinds: &'static [KnobKind], reason: &'static str) {
+        self.fixed = Fixed { kinds, reason };
+    }
+
+    /// The next position from which the former node read `topic`.
+    fn former_mark<T: Payload>(&mut self, topic: &Topic<T>) -> Option<Arc<ReadMark>> {
+        if self.arrivals.is_some() {
+            return None;
+        }
+        let address = topic.address();
+        let mut marks = self.ends.marks.iter();
+        let place = marks.position(|(known, _)| *known == address)?;
+        Some(self.ends.marks.remove(place).1)
+    }
+
+    /// The place of the next reader among those of `topic`.
+    fn next_reader<T: Payload>(&self, topic: &Topic<T>) -> usize {
+        let address = topic.address();
+        let known = self.known.iter().find(|known| known.address == address);
+        let own = self.ends.marks.iter().filter(|(own, _)| *own == address);
+        known.map_or(0, |known| known.readers.len()) + own.count()
+    }
+
+    /// The index of `topic`, which may be new to the graph.
+    fn index_of<T: Payload>(&mut self, topic: &Topic<T>) -> usize {
+        let address = topic.address();
+        let mut topics = self.known.iter().chain(&self.new);
+        topics
+            .position(|known| known.address == address)
+            .unwrap_or_else(|| {
+                self.new.push(WiredTopic::new(topic));
+                self.known.len() + self.new.len() - 1
+            })
+    }
+}

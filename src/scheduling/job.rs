@@ -1,0 +1,61 @@
+//! What a node is to do.
+
+use std::time::Duration;
+
+/// What a node is to do. It has the size of two words, because it is handed from function to
+/// function in every tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Job {
+    lateness: u64,
+    member: u32,
+    /// What it is to do.
+    pub kind: JobKind,
+}
+
+/// The kinds of jobs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JobKind {
+    /// A whole tick.
+    Tick {
+        /// Whether its duration is set, and is zero.
+        is_instant: bool,
+    },
+    /// The begin of a tick that takes run time: its messages are held back.
+    Begin,
+    /// The end of that tick: its messages are published.
+    End,
+}
+
+impl Job {
+    /// An unknown lateness.
+    const UNKNOWN: u64 = u64::MAX;
+
+    /// A job for this member of a crew.
+    pub fn new(member: usize, kind: JobKind) -> Self {
+        Self {
+            lateness: Self::UNKNOWN,
+            member: member as u32,
+            kind,
+        }
+    }
+
+    /// The same for a tick that begins so late, if that is known.
+    #[must_use]
+    pub fn late(self, lateness: Option<Duration>) -> Self {
+        let nanos = lateness.map(|late| u64::try_from(late.as_nanos()).unwrap_or(u64::MAX - 1));
+        Self {
+            lateness: nanos.unwrap_or(Self::UNKNOWN),
+            ..self
+        }
+    }
+
+    /// The node, by its number in the crew.
+    pub fn member(self) -> usize {
+        self.member as usize
+    }
+
+    /// Lateness of its start, if it is known.
+    pub fn lateness(self) -> Option<Duration> {
+        (self.lateness != Self::UNKNOWN).then(|| Duration::from_nanos(self.lateness))
+    }
+}
