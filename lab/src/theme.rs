@@ -1,9 +1,6 @@
 //! Colours and glyphs: every state has both, so that each is enough alone.
 
-use ratatui::{
-    style::{Color, Modifier, Style},
-    symbols::border,
-};
+use ratatui::style::{Color, Modifier, Style};
 
 /// Colours and glyphs. Nearly everybody can distinguish blue and orange. All colours are
 /// from the part of the 256 that looks the same in every terminal, for good contrast with
@@ -89,28 +86,7 @@ impl Theme {
     pub fn glyph(&self, glyph: &'static str, plain: &'static str) -> &'static str {
         if self.ascii { plain } else { glyph }
     }
-
-    /// Lines of boxes.
-    pub fn border(&self) -> border::Set<'static> {
-        if self.ascii {
-            ASCII_BORDER
-        } else {
-            border::PLAIN
-        }
-    }
 }
-
-/// A box in ASCII.
-const ASCII_BORDER: border::Set<'static> = border::Set {
-    top_left: "+",
-    top_right: "+",
-    bottom_left: "+",
-    bottom_right: "+",
-    vertical_left: "|",
-    vertical_right: "|",
-    horizontal_top: "-",
-    horizontal_bottom: "-",
-};
 
 /// The red, green and blue of the colour with this number, from the cube and the greys of
 /// the 256 colours.

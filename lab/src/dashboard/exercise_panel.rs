@@ -33,23 +33,23 @@ pub struct ExercisePanel {
     answers: Answers,
     /// The learner's number, for questions that draw what they measure.
     seed: u64,
+    /// The number of the question that is asked, or marked in the list.
+    at: usize,
     page: PanelPage,
     /// Lines of the text above the first shown.
     scroll: usize,
 }
 
 enum PanelPage {
-    /// The list, with this one marked.
-    List(usize),
+    /// The list.
+    List,
     /// The question, with the prediction typed so far.
     Question {
-        exercise: &'static Exercise,
         typed: String,
         refused: Option<String>,
     },
     /// Waiting for the measurement.
     Measuring {
-        exercise: &'static Exercise,
         prediction: Prediction,
         findings: Asked<(), Result<Findings, Failure>>,
     },
@@ -58,8 +58,6 @@ enum PanelPage {
         title: String,
         text: String,
         by_hand: bool,
-        /// The exercise to mark in the list after it.
-        next: usize,
     },
 }
 
@@ -68,7 +66,7 @@ enum PanelPage {
 pub enum PanelAction {
     /// Keep the panel open.
     Stay,
-    /// The same; the question that covers the cause is answered.
+    /// Keep it open; the question that covers the cause is answered.
     Answered,
     /// Show the graph again.
     Leave,
@@ -84,19 +82,17 @@ impl ExercisePanel {
         Self::with_answers(answers_file(None), seed)
     }
 
-    /// The same, for the predictions in `file`.
+    /// Opens the list for the predictions in `file`.
     fn with_answers(file: PathBuf, seed: u64) -> Self {
         let (answers, page) = match Answers::load(&file) {
-            Ok(answers) => {
-                let open = first_open(&answers, 0);
-                (answers, PanelPage::List(open))
-            }
+            Ok(answers) => (answers, PanelPage::List),
             Err(error) => (
                 Answers::default(),
-                text_page("exercises", error.to_string(), 0),
+                text_page("exercises", error.to_string()),
             ),
         };
         Self {
+            at: first_open(&answers, 0),
             file,
             answers,
             seed,
@@ -113,20 +109,26 @@ impl ExercisePanel {
             Err(error) => error.to_string(),
         };
         Self {
+            at: 0,
             page: PanelPage::Text {
                 title: "5 Rescue it".to_owned(),
                 text: format!("{text}\n\nEnter begins another try."),
                 by_hand: true,
-                next: 0,
             },
             ..Self::new(seed)
         }
     }
 
+    /// The question that is asked, or marked in the list.
+    fn exercise(&self) -> &'static Exercise {
+        let all: Vec<&Exercise> = questions().collect();
+        all[self.at]
+    }
+
     /// Shows a measurement that is complete; returns whether there was one.
     pub fn poll(&mut self) -> bool {
+        let exercise = self.exercise();
         let PanelPage::Measuring {
-            exercise,
             prediction,
             findings,
         } = &mut self.page
@@ -137,39 +139,34 @@ impl ExercisePanel {
         if findings.is_coming() {
             return false;
         }
-        let next = first_open(&self.answers, index(exercise));
-        self.page = reveal(exercise, prediction, found, next);
+        self.page = reveal(exercise, prediction, found);
+        self.at = first_open(&self.answers, self.at);
         self.scroll = 0;
         true
     }
 
     /// Handles a key.
     pub fn key(&mut self, key: &KeyEvent) -> PanelAction {
-        match key.code {
-            KeyCode::Esc => return self.back(),
-            KeyCode::Enter => return self.enter(),
-            code => self.go(code),
-        }
-        PanelAction::Stay
-    }
-
-    fn back(&mut self) -> PanelAction {
-        self.scroll = 0;
-        let marked = match &self.page {
-            PanelPage::List(_) => return PanelAction::Leave,
-            PanelPage::Question { exercise, .. } | PanelPage::Measuring { exercise, .. } => {
-                index(exercise)
+        match (key.code, &self.page) {
+            (KeyCode::Esc, PanelPage::List) => return PanelAction::Leave,
+            (KeyCode::Esc, _) => self.page = PanelPage::List,
+            (KeyCode::Enter, _) => {
+                self.scroll = 0;
+                return self.enter();
             }
-            PanelPage::Text { next, .. } => *next,
-        };
-        self.page = PanelPage::List(marked);
+            (code, _) => {
+                self.go(code);
+                return PanelAction::Stay;
+            }
+        }
+        self.scroll = 0;
         PanelAction::Stay
     }
 
     /// Moves the mark of the list, or the text, or edits what is typed.
     fn go(&mut self, key: KeyCode) {
         let (row, last) = match &mut self.page {
-            PanelPage::List(marked) => (marked, questions().count() - 1),
+            PanelPage::List => (&mut self.at, questions().count() - 1),
             _ => (&mut self.scroll, usize::MAX),
         };
         match scrolled(*row, key) {
@@ -179,40 +176,31 @@ impl ExercisePanel {
     }
 
     fn enter(&mut self) -> PanelAction {
-        self.scroll = 0;
+        let exercise = self.exercise();
         match &mut self.page {
-            PanelPage::List(marked) => {
-                if let Some(exercise) = questions().nth(*marked) {
-                    self.open(exercise);
-                }
-            }
-            PanelPage::Question {
-                exercise, typed, ..
-            } if typed.trim().is_empty()
-                && let Ok(Some(scene)) = exercise.scene(self.seed) =>
+            PanelPage::List => self.open(),
+            PanelPage::Question { typed, .. }
+                if typed.trim().is_empty()
+                    && let Ok(Some(scene)) = exercise.scene(self.seed) =>
             {
                 return PanelAction::Watch(Box::new(scene));
             }
-            PanelPage::Question {
-                exercise,
-                typed,
-                refused,
-            } => match Prediction::read(typed, exercise.brief()) {
-                Ok(prediction) => {
-                    let exercise = *exercise;
-                    return self.predict(exercise, prediction);
+            PanelPage::Question { typed, refused } => {
+                match Prediction::read(typed, exercise.brief()) {
+                    Ok(prediction) => return self.predict(prediction),
+                    Err(error) => *refused = Some(error.to_string()),
                 }
-                Err(error) => *refused = Some(error.to_string()),
-            },
+            }
             PanelPage::Text { by_hand: true, .. } => return PanelAction::ByHand,
-            PanelPage::Text { next, .. } => self.page = PanelPage::List(*next),
+            PanelPage::Text { .. } => self.page = PanelPage::List,
             PanelPage::Measuring { .. } => {}
         }
         PanelAction::Stay
     }
 
     /// Shows the result of an answered question, or asks it.
-    fn open(&mut self, exercise: &'static Exercise) {
+    fn open(&mut self) {
+        let exercise = self.exercise();
         let brief = exercise.brief();
         let known = |of: &Exercise| self.answers.get(of.brief());
         let first = exercises::parts(brief.number).find(|part| known(part).is_none());
@@ -220,24 +208,22 @@ impl ExercisePanel {
         self.page = match (known(exercise), earlier) {
             (Some(known), _) => measure(exercise, known.clone()),
             (None, Some(earlier)) => {
+                self.at = index(earlier);
                 let label = earlier.brief().label();
-                text_page(
-                    &brief.title,
-                    format!(
-                        "Begin with {label}: the figures of one question are there for the next."
-                    ),
-                    index(earlier),
-                )
+                let text = format!(
+                    "Begin with {label}: the figures of one question are there for the next."
+                );
+                text_page(&brief.title, text)
             }
             (None, None) => PanelPage::Question {
-                exercise,
                 typed: String::new(),
                 refused: None,
             },
         };
     }
 
-    fn predict(&mut self, exercise: &'static Exercise, prediction: Prediction) -> PanelAction {
+    fn predict(&mut self, prediction: Prediction) -> PanelAction {
+        let exercise = self.exercise();
         let prediction = match self.seed {
             seed if seed > 0 && exercise.draws() => prediction.about(seed),
             _ => prediction,
@@ -248,19 +234,16 @@ impl ExercisePanel {
             answers.save(&self.file).map(|()| answers)
         });
         match saved {
-            Ok(answers) => {
-                self.answers = answers;
-                self.page = measure(exercise, prediction);
-                match exercise.scene(self.seed) {
-                    Ok(Some(_)) => PanelAction::Answered,
-                    _ => PanelAction::Stay,
-                }
-            }
+            Ok(answers) => self.answers = answers,
             Err(error) => {
-                let marked = index(exercise);
-                self.page = text_page(&exercise.brief().title, error.to_string(), marked);
-                PanelAction::Stay
+                self.page = text_page(&exercise.brief().title, error.to_string());
+                return PanelAction::Stay;
             }
+        }
+        self.page = measure(exercise, prediction);
+        match exercise.scene(self.seed) {
+            Ok(Some(_)) => PanelAction::Answered,
+            _ => PanelAction::Stay,
         }
     }
 
@@ -273,11 +256,11 @@ impl ExercisePanel {
 
     fn edit(&mut self, code: KeyCode) {
         match (&mut self.page, code) {
-            (PanelPage::List(marked), KeyCode::Char(digit)) => {
+            (PanelPage::List, KeyCode::Char(digit)) => {
                 let number = digit.to_digit(10);
                 let mut numbers = questions().map(|exercise| exercise.brief().number);
                 let index = numbers.position(|of| Some(of) == number);
-                *marked = index.unwrap_or(*marked);
+                self.at = index.unwrap_or(self.at);
             }
             (PanelPage::Question { typed, .. }, KeyCode::Char(letter)) => typed.push(letter),
             (PanelPage::Question { typed, .. }, KeyCode::Backspace) => drop(typed.pop()),
@@ -288,20 +271,18 @@ impl ExercisePanel {
     /// The page on the screen.
     pub fn page(&self) -> Page {
         let page = match &self.page {
-            PanelPage::List(marked) => {
-                let keys = "↑ ↓ choose  Enter open  Esc back to the graph";
-                let list = Page::text("exercises", self.list(*marked), keys);
+            PanelPage::List => Page {
                 // The marked line stays in view.
-                let scroll = marked.saturating_sub(JUMP);
-                Page { scroll, ..list }
-            }
-            PanelPage::Question {
-                exercise,
-                typed,
-                refused,
-            } => self.question(exercise, typed, refused.as_deref()),
-            PanelPage::Measuring { exercise, .. } => {
-                let title = &*exercise.brief().title;
+                scroll: self.at.saturating_sub(JUMP),
+                ..Page::text(
+                    "exercises",
+                    self.list(),
+                    "↑ ↓ choose  Enter open  Esc back to the graph",
+                )
+            },
+            PanelPage::Question { typed, refused } => self.question(typed, refused.as_deref()),
+            PanelPage::Measuring { .. } => {
+                let title = &*self.exercise().brief().title;
                 Page::text(title, "measuring …".to_owned(), "Esc back")
             }
             PanelPage::Text { title, text, .. } => {
@@ -315,7 +296,8 @@ impl ExercisePanel {
         }
     }
 
-    fn question(&self, exercise: &Exercise, typed: &str, refused: Option<&str>) -> Page {
+    fn question(&self, typed: &str, refused: Option<&str>) -> Page {
+        let exercise = self.exercise();
         let brief = exercise.brief();
         let (asked, objective) = (brief.asked(), &brief.objective);
         // After an answer that is none, the error and the question come first, so that a
@@ -336,10 +318,10 @@ impl ExercisePanel {
         }
     }
 
-    fn list(&self, marked: usize) -> String {
+    fn list(&self) -> String {
         let lines = questions().enumerate().map(|(index, exercise)| {
             let brief = exercise.brief();
-            let mark = if index == marked { "▶" } else { " " };
+            let mark = if index == self.at { "▶" } else { " " };
             let done = predicted(&self.answers, brief).unwrap_or_default();
             let (number, title) = (brief.label(), &brief.title);
             let line = format!("{mark} {number} {title} ({})  {done}", brief.kind);
@@ -349,6 +331,7 @@ impl ExercisePanel {
     }
 }
 
+/// The number of the question that is `exercise`.
 fn index(exercise: &Exercise) -> usize {
     let name = &exercise.brief().name;
     let index = questions().position(|other| other.brief().name == *name);
@@ -362,12 +345,11 @@ fn first_open(answers: &Answers, from: usize) -> usize {
     from + open.unwrap_or_default()
 }
 
-fn text_page(title: &str, text: String, next: usize) -> PanelPage {
+fn text_page(title: &str, text: String) -> PanelPage {
     PanelPage::Text {
         title: title.to_owned(),
         text,
         by_hand: false,
-        next,
     }
 }
 
@@ -376,7 +358,6 @@ fn measure(exercise: &'static Exercise, prediction: Prediction) -> PanelPage {
     let (seed, mut findings) = (prediction.seed(), Asked::default());
     findings.ask((), move || exercise.measure(seed));
     PanelPage::Measuring {
-        exercise,
         prediction,
         findings,
     }
@@ -386,21 +367,22 @@ fn reveal(
     exercise: &'static Exercise,
     prediction: &Prediction,
     found: Option<Result<Findings, Failure>>,
-    next: usize,
 ) -> PanelPage {
     let brief = exercise.brief();
     let by_hand = brief.number == RESCUE;
-    let hand = "\n\nEnter begins a recorded run at a fifth of the wall's speed: slow the policy \
-                with b, bring it back with ], then press e.";
+    let hand = match by_hand {
+        true => {
+            "\n\nEnter begins a recorded run at a fifth of the wall's speed: slow the policy \
+                 with b, bring it back with ], then press e."
+        }
+        false => "",
+    };
     let text = match found {
         Some(Ok(findings)) => {
-            let hand = if by_hand { hand } else { "" };
             // First, so that a small screen shows it.
             let outcome = findings.outcome(brief, prediction);
-            format!(
-                "{outcome}\n\n{}\n{}{hand}",
-                findings.table, findings.meaning
-            )
+            let (table, meaning) = (findings.table, findings.meaning);
+            format!("{outcome}\n\n{table}\n{meaning}{hand}")
         }
         Some(Err(failure)) => failure.to_string(),
         None => "the measurement panicked, which is a defect: please report it".to_owned(),
@@ -409,100 +391,8 @@ fn reveal(
         title: format!("{} {}", brief.label(), brief.title),
         text,
         by_hand,
-        next,
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use crossterm::event::KeyModifiers;
-
-    use super::*;
-
-    fn press(panel: &mut ExercisePanel, code: KeyCode) -> PanelAction {
-        panel.key(&KeyEvent::new(code, KeyModifiers::NONE))
-    }
-
-    fn answer(panel: &mut ExercisePanel, text: &str) -> PanelAction {
-        panel.paste(text);
-        press(panel, KeyCode::Enter)
-    }
-
-    /// The marked line of the list.
-    fn marked(panel: &ExercisePanel) -> String {
-        let text = panel.page().text;
-        let mut lines = text.lines();
-        let line = lines.find_map(|line| line.strip_prefix("▶ "));
-        line.expect("a mark").to_owned()
-    }
-
-    fn until_measured(panel: &mut ExercisePanel) {
-        while !panel.poll() {
-            std::thread::yield_now();
-        }
-    }
-
-    #[test]
-    fn the_list_begins_at_the_first_open_question_and_goes_on_to_the_next() {
-        let folder = tempfile::tempdir().expect("folder");
-        let panel = || ExercisePanel::with_answers(folder.path().join("answers.toml"), 0);
-        let mut first = panel();
-        assert!(marked(&first).starts_with("1 "));
-        press(&mut first, KeyCode::Enter);
-        let reply = answer(&mut first, "30 because fewer decisions come too late");
-        assert_eq!(reply, PanelAction::Stay);
-        until_measured(&mut first);
-        let text = first.page().text;
-        assert!(text.starts_with("You predicted 30 Hz"), "{text}");
-        press(&mut first, KeyCode::Enter);
-        assert!(marked(&first).starts_with("2 "));
-        assert!(marked(&panel()).starts_with("2 "));
-    }
-
-    #[test]
-    fn the_question_stays_at_the_top_after_an_answer_that_is_none() {
-        let folder = tempfile::tempdir().expect("folder");
-        let file = folder.path().join("answers.toml");
-        let mut panel = ExercisePanel::with_answers(file, 0);
-        let first = (1..=12).filter_map(exercises::find);
-        for exercise in first.filter(|exercise| !exercise.draws()) {
-            panel.open(exercise);
-            press(&mut panel, KeyCode::Enter);
-            let text = panel.page().text;
-            let mut paragraphs = text.split("\n\n");
-            let error = paragraphs.next().expect("an error");
-            assert!(error.starts_with("no prediction yet"), "{text}");
-            assert_eq!(paragraphs.next(), Some(&*exercise.brief().asked()));
-        }
-    }
-
-    #[test]
-    fn page_keys_move_through_the_list() {
-        let folder = tempfile::tempdir().expect("folder");
-        let file = folder.path().join("answers.toml");
-        let mut panel = ExercisePanel::with_answers(file, 0);
-        press(&mut panel, KeyCode::PageDown);
-        assert!(marked(&panel).starts_with("7b "));
-        press(&mut panel, KeyCode::PageDown);
-        assert!(marked(&panel).starts_with("12 "));
-        press(&mut panel, KeyCode::PageUp);
-        press(&mut panel, KeyCode::PageUp);
-        assert!(marked(&panel).starts_with("1 "));
-    }
-
-    #[test]
-    fn an_answer_uncovers_the_cause_of_the_run_that_was_shown_for_it() {
-        let folder = tempfile::tempdir().expect("folder");
-        let file = folder.path().join("answers.toml");
-        let mut panel = ExercisePanel::with_answers(file, 0);
-        panel.page = PanelPage::List(index(exercises::find(10).expect("an exercise")));
-        press(&mut panel, KeyCode::Enter);
-        let shown = press(&mut panel, KeyCode::Enter);
-        assert!(matches!(shown, PanelAction::Watch(_)), "{shown:?}");
-        assert_eq!(answer(&mut panel, "sensor"), PanelAction::Stay);
-        panel.key(&KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE));
-        press(&mut panel, KeyCode::Enter);
-        let reply = answer(&mut panel, "sensor slow because it looks so");
-        assert_eq!(reply, PanelAction::Answered);
-    }
-}
+mod tests;

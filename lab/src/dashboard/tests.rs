@@ -14,6 +14,7 @@ pub mod sample;
 mod sessions;
 mod stuck;
 mod systems;
+pub mod testing;
 mod tour;
 
 use std::{

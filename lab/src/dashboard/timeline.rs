@@ -219,40 +219,24 @@ impl Window {
         let mut marks = Vec::new();
         let mut before: Option<u64> = None;
         for (index, worked) in lineage.ticks_between(node, self.from, self.to) {
-            let TracedTick { tick, .. } = worked;
-            let ends = tick.ends.unwrap_or(self.to);
-            let overruns = tick.overruns;
-            let more = before
-                .replace(overruns)
-                .is_some_and(|before| overruns > before);
+            let overruns = worked.tick.overruns;
+            let before = before.replace(overruns);
+            let ends = worked.tick.ends.unwrap_or(self.to);
             if ends < self.from {
                 continue;
             }
             let bright = chain.ticks.contains(&(node, index));
-            let mark = |at, until, kind, by| Mark {
+            let mut parts = parts(lineage, (node, index), worked, ends);
+            if before.is_some_and(|before| overruns > before) {
+                parts.push((ends, ends, MarkKind::Overrun, None));
+            }
+            marks.extend(parts.into_iter().map(|(at, until, kind, by)| Mark {
                 at,
                 until,
                 kind,
                 bright,
                 by,
-            };
-            let waited = |wait: TickWait, kind| {
-                let by = missing(wait.what, lineage.topology());
-                mark(wait.from, wait.to, kind, by)
-            };
-            marks.extend(lineage.waits(node, index).into_iter().map(|wait| {
-                let late = wait.what == WaitsFor::Thread;
-                let kind = if late {
-                    MarkKind::Late
-                } else {
-                    MarkKind::Waiting
-                };
-                waited(wait, kind)
             }));
-            marks.push(mark(tick.at, ends, MarkKind::Tick, None));
-            let aside = lineage.set_aside(node, index).into_iter();
-            marks.extend(aside.map(|wait| waited(wait, MarkKind::Aside)));
-            marks.extend(more.then(|| mark(ends, ends, MarkKind::Overrun, None)));
         }
         Lane {
             name: lineage.topology().nodes[node].name.clone(),
@@ -302,4 +286,32 @@ fn missing(what: WaitsFor, topology: &Topology) -> Option<String> {
         WaitsFor::Node(node) => Some(topology.nodes[node].name.clone()),
         WaitsFor::Thread => None,
     }
+}
+
+/// A stretch of run time with its kind, and what was waited for.
+type LanePart = (Time, Time, MarkKind, Option<String>);
+
+/// The waits of tick `index` of a node, the tick, and the times for which it was set aside.
+fn parts(
+    lineage: &Lineage,
+    (node, index): (usize, usize),
+    worked: &TracedTick,
+    ends: Time,
+) -> Vec<LanePart> {
+    let part = |wait: TickWait, kind| {
+        let by = missing(wait.what, lineage.topology());
+        (wait.from, wait.to, kind, by)
+    };
+    let waits = lineage.waits(node, index).into_iter().map(|wait| {
+        let kind = match wait.what {
+            WaitsFor::Thread => MarkKind::Late,
+            WaitsFor::Match(_) | WaitsFor::Node(_) => MarkKind::Waiting,
+        };
+        part(wait, kind)
+    });
+    let mut parts: Vec<LanePart> = waits.collect();
+    parts.push((worked.tick.at, ends, MarkKind::Tick, None));
+    let asides = lineage.set_aside(node, index).into_iter();
+    parts.extend(asides.map(|wait| part(wait, MarkKind::Aside)));
+    parts
 }

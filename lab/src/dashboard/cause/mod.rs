@@ -3,9 +3,9 @@
 //! The age of an action is the sum of its parts. The largest part has an owner, a node or
 //! a link, and a knob of the owner is the cure.
 
-mod blame;
 mod hang;
 mod owner;
+mod rules;
 mod trial;
 
 use std::time::Duration;
@@ -14,9 +14,8 @@ use ratelab::{Knob, KnobKind, Time};
 use ratelab_account::{Lineage, Snapshot};
 use ratelab_study::system::{Alias, Setup, System};
 
-use blame::Effect;
 pub use hang::Hang;
-pub use owner::Owner;
+pub use rules::{AgeReason, Owner};
 pub use trial::{CureTrials, Trial, Tried};
 
 use super::{
@@ -48,15 +47,6 @@ pub struct Facts<'a> {
     pub live: bool,
 }
 
-/// The cause of a loss.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Cause {
-    /// The owners of its age, the most important first; empty if age is not the cause.
-    pub owners: Vec<Owner>,
-    /// The cause and its cure, in short lines.
-    pub lines: Vec<String>,
-}
-
 /// Number of causes that are told apart.
 const MOST_CAUSES: usize = 3;
 
@@ -76,32 +66,26 @@ impl Facts<'_> {
         cures.map(|(_, cure)| cure).collect()
     }
 
-    /// The cause of the loss; empty for a system without an age. What was `tried` is what
-    /// the [cures](Self::cures) did.
-    pub fn cause(&self, tried: Option<&Tried>) -> Cause {
+    /// The cause of the loss and its cure, in short lines; empty for a system without an age.
+    /// What was `tried` is what the [cures](Self::cures) did.
+    pub fn cause(&self, tried: Option<&Tried>) -> Vec<String> {
         let Some(acts) = acting(self.system, self.graph) else {
-            return Cause::default();
+            return Vec::new();
         };
         if !self.is_old() {
             let why = self.system.lost_anyway(self.setup);
             let why = why.unwrap_or_else(|| self.unequal());
-            let line = self
-                .fresh()
-                .map_or(why.clone(), |fresh| format!("{fresh}: {why}"));
-            return Cause {
-                lines: vec![line + self.another()],
-                ..Cause::default()
-            };
+            let parts: Vec<String> = self.fresh().into_iter().chain([why]).collect();
+            return vec![parts.join(": ") + self.another()];
         }
         let owners = self.main_owners(acts);
-        let causes = self.causes(acts);
-        let mut lines = self.lines(&owners, &causes, tried);
+        let mut lines = self.lines(&owners, &self.causes(acts), tried);
         if lines.is_empty() {
             lines.push("no action was applied in the last second".to_owned());
         }
         lines.extend(self.how_old());
         lines.extend(owners.iter().find_map(|owner| self.symptom(*owner)));
-        Cause { owners, lines }
+        lines
     }
 
     /// Whether age is to blame.
@@ -135,13 +119,13 @@ impl Facts<'_> {
             path.push(acts);
             return self.unreached(&path);
         };
-        let Owner::Rate(slowest) = first else {
+        if first.reason != AgeReason::Rate {
             return vec![first];
-        };
-        let slow = self.pace(slowest).mul_f64(AS_SLOW);
-        let as_slow = |node: &usize| self.pace(*node) >= slow;
+        }
+        let slow = self.pace(first.place).mul_f64(AS_SLOW);
         let path = before(self.lineage, acts).into_iter();
-        let mut slow: Vec<Owner> = path.filter(as_slow).map(Owner::Rate).collect();
+        let slow = path.filter(|node| self.pace(*node) >= slow);
+        let mut slow: Vec<Owner> = slow.map(|node| AgeReason::Rate.at(node)).collect();
         if !slow.contains(&first) {
             slow.insert(0, first);
         }
@@ -165,8 +149,7 @@ impl Facts<'_> {
         let all: Vec<Owner> = owners.iter().copied().chain(others).collect();
         let line = |(number, owner): (usize, &Owner)| {
             let place = causes.iter().position(|(known, _)| known == owner);
-            let effect = Effect::of(tried, place);
-            let line = self.blame(*owner, effect);
+            let line = self.blame(*owner, tried, place);
             match line.strip_prefix("the age arose") {
                 Some(rest) if number > 0 && !owners.contains(owner) => format!("and{rest}"),
                 _ => line,
@@ -222,9 +205,10 @@ impl Facts<'_> {
 
     /// The symptom at the queue of a slow node.
     fn symptom(&self, owner: Owner) -> Option<String> {
-        let (Owner::Rate(node) | Owner::Cost(node)) = owner else {
+        let node = owner.place;
+        if !matches!(owner.reason, AgeReason::Rate | AgeReason::Cost) {
             return None;
-        };
+        }
         let mut topics = self.graph.topics.iter();
         let input = topics.find(|topic| topic.readers.iter().any(|r| r.node == node))?;
         let input_period = input.publishers.iter();
@@ -237,14 +221,6 @@ impl Facts<'_> {
                 "{dropped} readings were dropped, each for a newer one"
             )),
         }
-    }
-
-    fn node(&self, node: usize) -> &str {
-        &self.graph.nodes[node].name
-    }
-
-    fn topic(&self, topic: usize) -> &str {
-        &self.graph.topics[topic].name
     }
 }
 
@@ -277,7 +253,7 @@ pub fn ms(duration: Duration) -> String {
     format!("{} ms", number(duration))
 }
 
-/// The same without the unit.
+/// Rounds to whole milliseconds, without the unit.
 fn number(duration: Duration) -> String {
     format!("{:.0}", duration.as_secs_f64() * 1e3)
 }

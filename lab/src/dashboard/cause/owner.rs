@@ -5,32 +5,7 @@ use std::time::Duration;
 use ratelab::{Head, Knob, Time};
 use ratelab_account::{AgeStage, NodeAccount, TracedTick};
 
-use super::{Facts, Hang};
-
-/// The owner of an age, as an index of a node or a topic of the graph.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Owner {
-    /// A node with too low a rate.
-    Rate(usize),
-    /// A node with long ticks.
-    Cost(usize),
-    /// A node that hung in one tick.
-    Hang(usize),
-    /// A node with late ticks.
-    Late(usize),
-    /// A node that crashed.
-    Crash(usize),
-    /// A node with a clock error.
-    Clock(usize),
-    /// A node with a phase shift against the others.
-    Phase(usize),
-    /// A link with delay or loss.
-    Link(usize),
-    /// A queue with read order oldest.
-    Order(usize),
-    /// A topic whose messages come late for those that they match, and the node that waits.
-    Match(usize, usize),
-}
+use super::{AgeReason, Facts, Hang, Owner};
 
 impl Facts<'_> {
     /// The owners of the push age of `node`, each with its mean part, the largest first.
@@ -57,11 +32,14 @@ impl Facts<'_> {
     fn owner(&self, stage: AgeStage, ns: f64) -> Option<Owner> {
         Some(match stage {
             AgeStage::Before => return None,
-            AgeStage::Match { topic, node } => Owner::Match(topic, node),
+            AgeStage::Match { topic, node } => Owner {
+                waits: Some(node),
+                ..AgeReason::Match.at(topic)
+            },
             AgeStage::Cost { node } => self.long(node),
-            AgeStage::Link { topic } => Owner::Link(topic),
-            AgeStage::Executor { node } => Owner::Late(node),
-            AgeStage::Queue { topic, .. } => Owner::Order(topic),
+            AgeStage::Link { topic } => AgeReason::Link.at(topic),
+            AgeStage::Executor { node } => self.late(node),
+            AgeStage::Queue { topic, .. } => AgeReason::Order.at(topic),
             AgeStage::Wait { node, .. } | AgeStage::Kept { node, .. } => self.slow(node, true),
             AgeStage::Reuse { topic, .. } | AgeStage::Held { topic, .. } => self.silent(topic, ns),
         })
@@ -71,14 +49,14 @@ impl Facts<'_> {
     fn silent(&self, topic: usize, ns: f64) -> Owner {
         let publishers = &self.graph.topics[topic].publishers;
         let Some(&node) = publishers.first() else {
-            return Owner::Link(topic);
+            return AgeReason::Link.at(topic);
         };
         let sent: Vec<&Head> = self.recent(topic).collect();
         let every = self.time().as_nanos() as f64 / sent.len().max(1) as f64;
         if self.graph.nodes[node].crashed {
-            Owner::Crash(node)
+            AgeReason::Crash.at(node)
         } else if self.has_link(topic) && ns > every {
-            Owner::Link(topic)
+            AgeReason::Link.at(topic)
         } else {
             self.slow(node, false)
         }
@@ -91,26 +69,34 @@ impl Facts<'_> {
         let shifted = |knob: &&Knob| matches!(knob, Knob::Offset { .. });
         let wrong = |knob: &&Knob| matches!(knob, Knob::Clock { node, .. } if **node == *view.name);
         if view.crashed {
-            Owner::Crash(node)
+            AgeReason::Crash.at(node)
         } else if busy * 2 > self.time() {
             self.long(node)
         } else if late * 2 > view.hz.period() {
-            Owner::Late(node)
+            self.late(node)
         } else if self.setup.iter().any(|knob| wrong(&knob)) {
-            Owner::Clock(node)
+            AgeReason::Clock.at(node)
         } else if let Some(knob) = self.setup.iter().find(shifted).filter(|_| waiting) {
             let named = |view: &NodeAccount| *knob.target() == *view.name;
-            Owner::Phase(self.graph.nodes.iter().position(named).unwrap_or(node))
+            AgeReason::Phase.at(self.graph.nodes.iter().position(named).unwrap_or(node))
         } else {
-            Owner::Rate(node)
+            AgeReason::Rate.at(node)
+        }
+    }
+
+    /// The owner of the late ticks of a node.
+    fn late(&self, node: usize) -> Owner {
+        match self.graph.nodes[node].executor {
+            Some(_) => AgeReason::Executor.at(node),
+            None => AgeReason::Late.at(node),
         }
     }
 
     /// The owner of the long ticks of a node.
     fn long(&self, node: usize) -> Owner {
         match self.hang(node) {
-            Some(hung) if hung * 2 > self.busy(node).min(self.time()) => Owner::Hang(node),
-            _ => Owner::Cost(node),
+            Some(hung) if hung * 2 > self.busy(node).min(self.time()) => AgeReason::Hang.at(node),
+            _ => AgeReason::Cost.at(node),
         }
     }
 
@@ -131,7 +117,7 @@ impl Facts<'_> {
         let nodes = path.iter().filter_map(|node| {
             let view = &self.graph.nodes[*node];
             match (view.crashed, view.busy) {
-                (true, _) => Some(Owner::Crash(*node)),
+                (true, _) => Some(AgeReason::Crash.at(*node)),
                 (false, true) => Some(self.long(*node)),
                 (false, false) => None,
             }
@@ -141,7 +127,9 @@ impl Facts<'_> {
             let of_path = view.publishers.iter().any(|node| path.contains(node));
             of_path && view.published > 0 && view.lost + view.in_flight() == view.published
         });
-        nodes.chain(topics.map(Owner::Link)).collect()
+        nodes
+            .chain(topics.map(|topic| AgeReason::Link.at(topic)))
+            .collect()
     }
 
     /// How many of a topic's recent messages were lost on its link, and of how many.

@@ -14,143 +14,110 @@ use ratelab_study::{
 use super::*;
 use crate::{dashboard::lineage_taps::LineageTaps, recording::Recording};
 
-/// A way to lose the pole: the world, knobs from the start, timed knobs, and the owner of
-/// the age, such as `Rate policy`; none if age is not the cause.
-struct Way {
-    world: WorldKind,
-    setup: &'static [&'static str],
-    later: &'static [(f64, &'static str)],
-    owners: &'static [&'static str],
-}
-
-const fn way(
-    world: WorldKind,
-    setup: &'static [&'static str],
-    owners: &'static [&'static str],
-) -> Way {
-    Way {
-        world,
-        setup,
-        later: &[],
-        owners,
-    }
-}
-
-const fn fault(later: &'static [(f64, &'static str)], owners: &'static [&'static str]) -> Way {
-    Way {
-        world: OWN,
-        setup: &[],
-        later,
-        owners,
-    }
-}
-
 const COURSE: WorldKind = WorldKind::Course;
 const OWN: WorldKind = WorldKind::OWN;
 
-/// Ways to lose the pole.
-const WAYS: [Way; 31] = [
-    way(COURSE, &["rate policy 5"], &["Rate policy"]),
-    way(
-        COURSE,
-        &["rate policy 5", "depth /obs 100", "depth /action 100"],
-        &["Rate policy"],
-    ),
-    way(OWN, &["rate policy 5"], &["Rate policy"]),
-    way(COURSE, &["rate sensor 5"], &["Rate sensor"]),
-    way(OWN, &["rate sensor 4", "depth /obs 100"], &["Rate sensor"]),
-    way(
-        OWN,
-        &["rate sensor 5", "rate policy 5"],
-        &["Rate sensor", "Rate policy"],
-    ),
-    way(OWN, &["rate actuator 5"], &["Rate actuator"]),
-    way(OWN, &["takes policy 70"], &["Cost policy"]),
-    way(OWN, &["takes policy 60..110"], &["Cost policy"]),
-    way(OWN, &["takes sensor 90"], &["Cost sensor"]),
-    way(OWN, &["takes actuator 80"], &["Cost actuator"]),
-    way(OWN, &["wakes policy 190"], &["Late policy"]),
-    way(
-        OWN,
-        &["rate policy 8", "offset policy 100", "rate sensor 8"],
-        &["Phase policy"],
-    ),
-    way(OWN, &["link /obs delay:100"], &["Link /obs"]),
-    way(OWN, &["link /action delay:100"], &["Link /action"]),
-    way(OWN, &["link /action delay:0..250"], &["Link /action"]),
-    way(OWN, &["link /action loss:0.9"], &["Link /action"]),
-    way(OWN, &["link /obs loss:0.92"], &["Link /obs"]),
-    way(OWN, &["link /obs burst:0.05,30"], &["Link /obs"]),
-    way(
-        OWN,
-        &["link /action loss:0.3,reliable:150"],
-        &["Link /action"],
-    ),
-    way(
-        COURSE,
-        &["rate policy 45", "read /obs oldest", "depth /obs 10"],
-        &["Order /obs"],
-    ),
-    way(
-        OWN,
-        &["rate policy 10", "clock policy 0 -500000"],
-        &["Clock policy"],
-    ),
-    fault(&[(1.0, "crash policy")], &["Crash policy"]),
-    fault(&[(1.0, "crash sensor")], &["Crash sensor"]),
-    fault(&[(0.1, "hang policy 900")], &["Hang policy"]),
-    fault(&[(0.1, "hang sensor 900")], &["Hang sensor"]),
-    // Without any message.
-    fault(&[(0.0, "crash policy")], &["Crash policy"]),
-    fault(&[(0.0, "crash sensor")], &["Crash sensor"]),
-    way(OWN, &["hang policy 900"], &["Hang policy"]),
-    way(OWN, &["link /obs loss:1"], &["Link /obs"]),
-    // Restored, but too late.
-    fault(
-        &[(0.1, "rate policy 4"), (0.6, "rate policy 50")],
-        &["Rate policy"],
-    ),
-];
+/// Ways to lose the pole: the world, knobs from the start or from a time on (s), and the
+/// owners of the age.
+const WAYS: &str = "\
+course | rate policy 5 | Rate policy
+course | rate policy 5; depth /obs 100; depth /action 100 | Rate policy
+own | rate policy 5 | Rate policy
+course | rate sensor 5 | Rate sensor
+own | rate sensor 4; depth /obs 100 | Rate sensor
+own | rate sensor 5; rate policy 5 | Rate sensor; Rate policy
+own | rate actuator 5 | Rate actuator
+own | takes policy 70 | Cost policy
+own | takes policy 60..110 | Cost policy
+own | takes sensor 90 | Cost sensor
+own | takes actuator 80 | Cost actuator
+own | wakes policy 190 | Late policy
+own | rate policy 8; offset policy 100; rate sensor 8 | Phase policy
+own | link /obs delay:100 | Link /obs
+own | link /action delay:100 | Link /action
+own | link /action delay:0..250 | Link /action
+own | link /action loss:0.9 | Link /action
+own | link /obs loss:0.92 | Link /obs
+own | link /obs burst:0.05,30 | Link /obs
+own | link /action loss:0.3,reliable:150 | Link /action
+course | rate policy 45; read /obs oldest; depth /obs 10 | Order /obs
+own | rate policy 10; clock policy 0 -500000 | Clock policy
+own | 1.0 crash policy | Crash policy
+own | 1.0 crash sensor | Crash sensor
+own | 0.1 hang policy 900 | Hang policy
+own | 0.1 hang sensor 900 | Hang sensor
+own | 0.0 crash policy | Crash policy
+own | 0.0 crash sensor | Crash sensor
+own | hang policy 900 | Hang policy
+own | link /obs loss:1 | Link /obs
+own | 0.1 rate policy 4; 0.6 rate policy 50 | Rate policy";
+
+/// A run of `row`, and the owners of its age: `world | knobs | owners`.
+fn way(row: &'static str) -> (Config, Vec<&'static str>) {
+    let parts: Vec<&str> = row.split(" |").map(str::trim).collect();
+    let [world, knobs, owners] = parts[..] else {
+        panic!("{row}");
+    };
+    let listed = |text: &'static str| text.split("; ").filter(|part| !part.is_empty());
+    let mut config = config(if world == "own" { OWN } else { COURSE }, &[]);
+    for text in listed(knobs) {
+        let timed = text
+            .split_once(' ')
+            .and_then(|(at, rest)| Some((at.parse().ok()?, rest)));
+        match timed {
+            Some((at, rest)) => config.knobs.push(TimedKnob {
+                at: Time::from_secs_f64(at).expect("a time"),
+                knob: knob(rest),
+            }),
+            None => config.setup.set(knob(text)),
+        }
+    }
+    (config, listed(owners).collect())
+}
+
+/// A run of twelve seconds with `setup`.
+fn config(world: WorldKind, setup: &[&str]) -> Config {
+    Config {
+        world,
+        end: Time::from_secs_f64(12.0).expect("a time"),
+        setup: setup.iter().map(|text| knob(text)).collect(),
+        ..Config::default()
+    }
+}
 
 fn knob(text: &str) -> Knob {
     checked(text.parse().expect(text)).expect(text)
 }
 
-impl Way {
-    fn config(&self, seed: u64) -> Config {
-        let later = self.later.iter().map(|(at, text)| TimedKnob {
-            at: Time::from_secs_f64(*at).expect("a time"),
-            knob: knob(text),
-        });
-        Config {
-            seed,
-            world: self.world,
-            end: Time::from_secs_f64(12.0).expect("a time"),
-            setup: self.setup.iter().map(|text| knob(text)).collect(),
-            knobs: later.collect(),
-            ..Config::default()
-        }
-    }
-}
-
-/// The summary of a run, its graph at the end, and the cause if it was lost.
-fn run(config: &Config) -> (Summary, Snapshot, Cause) {
+/// The summary of a run, and the lines about its loss with the owners that they name.
+fn run(config: &Config) -> (Summary, Vec<String>, Vec<String>) {
     let played = Played::of(config);
-    let cause = cause(&played.graph, &played.lineage, &played.setup());
-    (played.summary, played.graph, cause)
+    let (cause, named) = cause(&played.graph, &played.lineage, &played.setup());
+    (played.summary, cause, named)
 }
 
-/// The cause of a loss at the moment of `graph`.
-fn cause(graph: &Snapshot, lineage: &Lineage, setup: &Setup) -> Cause {
-    cause_after(graph, lineage, setup, &Setup::default())
+/// The lines about a loss at the moment of `graph`, and its owners, such as `Rate policy`.
+fn cause(graph: &Snapshot, lineage: &Lineage, setup: &Setup) -> (Vec<String>, Vec<String>) {
+    with_facts(graph, lineage, (setup, &Setup::default()), |facts| {
+        let acts = acting(facts.system, graph).filter(|_| facts.is_old());
+        let owners = acts.map(|acts| facts.main_owners(acts)).unwrap_or_default();
+        let name = |owner: Owner| format!("{:?} {}", owner.reason, facts.name(owner));
+        (facts.cause(None), owners.into_iter().map(name).collect())
+    })
 }
 
-/// The same after some knobs were `turned`.
-fn cause_after(graph: &Snapshot, lineage: &Lineage, setup: &Setup, turned: &Setup) -> Cause {
+/// What `read` reads from the facts about a loss at the moment of `graph`, with a setup in
+/// force and knobs that were turned.
+fn with_facts<R>(
+    graph: &Snapshot,
+    lineage: &Lineage,
+    (setup, turned): (&Setup, &Setup),
+    read: impl FnOnce(Facts<'_>) -> R,
+) -> R {
     let system = CartPole::default();
     let acts = acting(&system, graph).expect("an actuator");
     let late = latest(graph, lineage, acts);
-    let facts = Facts {
+    read(Facts {
         system: &system,
         setup,
         turned,
@@ -160,8 +127,7 @@ fn cause_after(graph: &Snapshot, lineage: &Lineage, setup: &Setup, turned: &Setu
         late,
         hangs: &Hang::at_the_start(setup),
         live: false,
-    };
-    facts.cause(None)
+    })
 }
 
 /// A run that is over, with its chains and all knobs, those of the start first.
@@ -212,81 +178,51 @@ fn age(
     })
 }
 
-/// Whether undoing `knob` is the cure.
-fn is_mended_by(owner: Owner, knob: &Knob, graph: &Snapshot) -> bool {
-    let node = |index: usize| *graph.nodes[index].name == *knob.target();
-    let topic = |index: usize| *graph.topics[index].name == *knob.target();
-    match owner {
-        Owner::Rate(index) => node(index) && matches!(knob, Knob::Rate { .. }),
-        Owner::Cost(index) => node(index) && matches!(knob, Knob::Takes { .. }),
-        Owner::Hang(index) => node(index) && matches!(knob, Knob::Hang { .. }),
-        Owner::Late(index) => node(index) && matches!(knob, Knob::Wakes { .. }),
-        Owner::Crash(index) => node(index) && matches!(knob, Knob::Crash { .. }),
-        Owner::Clock(index) => node(index) && matches!(knob, Knob::Clock { .. }),
-        Owner::Phase(index) => node(index) && matches!(knob, Knob::Offset { .. }),
-        Owner::Link(index) => {
-            topic(index)
-                && matches!(
-                    knob,
-                    Knob::Link { .. } | Knob::Lose { .. } | Knob::Postpone { .. }
-                )
-        }
-        Owner::Order(index) => topic(index) && matches!(knob, Knob::Read { .. }),
-        Owner::Match(..) => false,
-    }
-}
+/// The knobs that bring a reason about.
+const CAUSED_BY: [(AgeReason, &[KnobKind]); 9] = [
+    (AgeReason::Rate, &[KnobKind::Rate]),
+    (AgeReason::Cost, &[KnobKind::Takes]),
+    (AgeReason::Hang, &[KnobKind::Hang]),
+    (AgeReason::Late, &[KnobKind::Wakes]),
+    (AgeReason::Crash, &[KnobKind::Crash]),
+    (AgeReason::Clock, &[KnobKind::Clock]),
+    (AgeReason::Phase, &[KnobKind::Offset]),
+    (
+        AgeReason::Link,
+        &[KnobKind::Link, KnobKind::Lose, KnobKind::Postpone],
+    ),
+    (AgeReason::Order, &[KnobKind::Read]),
+];
 
-fn names(owners: &[Owner], graph: &Snapshot) -> Vec<String> {
-    let node = |what: &str, index: usize| format!("{what} {}", graph.nodes[index].name);
-    let topic = |what: &str, index: usize| format!("{what} {}", graph.topics[index].name);
-    let name = |owner: &Owner| match *owner {
-        Owner::Rate(index) => node("Rate", index),
-        Owner::Cost(index) => node("Cost", index),
-        Owner::Hang(index) => node("Hang", index),
-        Owner::Late(index) => node("Late", index),
-        Owner::Crash(index) => node("Crash", index),
-        Owner::Clock(index) => node("Clock", index),
-        Owner::Phase(index) => node("Phase", index),
-        Owner::Link(index) => topic("Link", index),
-        Owner::Order(index) => topic("Order", index),
-        Owner::Match(index, _) => topic("Match", index),
-    };
-    owners.iter().map(name).collect()
+/// Whether one of the `named` owners is what `knob` brings about.
+fn is_named(named: &[String], knob: &Knob) -> bool {
+    CAUSED_BY.iter().any(|(reason, kinds)| {
+        let name = format!("{reason:?} {}", knob.target());
+        kinds.contains(&knob.kind()) && named.contains(&name)
+    })
 }
 
 #[test]
 fn the_cause_that_is_named_is_the_one_whose_removal_mends_it() {
     let mut wrong = Vec::new();
-    for way in &WAYS {
-        let config = way.config(0);
-        let (summary, graph, cause) = run(&config);
-        let what = (way.setup, way.later);
+    for row in WAYS.lines() {
+        let (config, owners) = way(row);
+        let (summary, cause, named) = run(&config);
         if !summary.verdict.is_lost() {
-            wrong.push(format!("{what:?} stands"));
+            wrong.push(format!("{row} stands"));
             continue;
         }
-        let named = names(&cause.owners, &graph);
-        if named != way.owners {
-            wrong.push(format!("{what:?}: {named:?}, {:?}", cause.lines));
+        if named != owners {
+            wrong.push(format!("{row}: {named:?}, {:?}", cause));
             continue;
         }
-        let stays = |knob: &&Knob| {
-            let mut owners = cause.owners.iter();
-            !owners.any(|owner| is_mended_by(*owner, knob, &graph))
-        };
-        let mended = Config {
-            setup: config.setup.iter().filter(stays).cloned().collect(),
-            knobs: config
-                .knobs
-                .iter()
-                .filter(|timed| stays(&&timed.knob))
-                .cloned()
-                .collect(),
-            ..config
-        };
+        let mut mended = config.clone();
+        let stays = |knob: &&Knob| !is_named(&named, knob);
+        mended.setup = config.setup.iter().filter(stays).cloned().collect();
+        mended.knobs.retain(|timed| stays(&&timed.knob));
         let (summary, ..) = run(&mended);
         if summary.verdict.is_lost() {
-            wrong.push(format!("{what:?} without {named:?}: {}", summary.verdict));
+            wrong.push(format!("{row} without {named:?}: {}", summary.verdict));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -298,18 +234,10 @@ fn where_age_is_not_to_blame_no_node_is() {
         ("send policy zero", "the zero policy"),
         ("send policy random", "the random policy"),
     ] {
-        let way = Way {
-            world: COURSE,
-            setup: &[],
-            later: &[],
-            owners: &[],
-        };
-        let mut config = way.config(0);
-        config.setup.set(knob(setup));
-        let (summary, _, cause) = run(&config);
+        let (summary, cause, named) = run(&config(COURSE, &[setup]));
         assert!(summary.verdict.is_lost(), "{setup}");
-        assert_eq!(cause.owners, [], "{setup}");
-        assert!(cause.lines[0].contains(why), "{:?}", cause.lines);
+        assert!(named.is_empty(), "{setup}: {named:?}");
+        assert!(cause[0].contains(why), "{:?}", cause);
     }
 }
 
@@ -320,15 +248,15 @@ const WEAK_MOTOR: [&str; 2] = ["rate actuator 500", "send actuator zero:5"];
 #[test]
 fn a_network_outside_of_its_training_is_to_blame_and_its_age_is_not() {
     let with = |policy: &str| {
-        let mut config = way(OWN, &WEAK_MOTOR, &[]).config(0);
+        let mut config = config(OWN, &WEAK_MOTOR);
         config.setup.set(knob(&format!("send policy {policy}")));
         run(&config)
     };
-    let (summary, _, cause) = with(&network());
+    let (summary, cause, named) = with(&network());
     assert!(summary.verdict.is_lost());
-    assert_eq!(cause.owners, []);
+    assert!(named.is_empty(), "{named:?}");
     let text = "age is not to blame (10 ms of 104): policy patient.safetensors does not balance it";
-    assert_eq!(cause.lines, [text]);
+    assert_eq!(cause, [text]);
     for linear in ["scripted", "lqr"] {
         assert!(!with(linear).0.verdict.is_lost(), "{linear}");
     }
@@ -398,21 +326,15 @@ fn head(seq: u64, at: Time, origin: Option<Time>) -> Head {
 #[test]
 fn overruns_under_the_real_clock_are_blamed_on_the_long_ticks() {
     let (graph, lineage) = overrunning();
-    let by_itself = cause(&graph, &lineage, &Setup::default());
-    assert_eq!(names(&by_itself.owners, &graph), ["Cost policy"]);
+    let (by_itself, named) = cause(&graph, &lineage, &Setup::default());
+    assert_eq!(named, ["Cost policy"]);
     let text = "the age arose in the policy: its ticks take 85 % of the time and come every 100 \
                 ms. try a faster one";
-    assert_eq!(by_itself.lines[0], text);
-    let by_knob = cause(
-        &graph,
-        &lineage,
-        &[knob("takes policy 85")].into_iter().collect(),
-    );
-    assert!(
-        by_knob.lines[0].ends_with("try takes policy none"),
-        "{:?}",
-        by_knob.lines
-    );
+    assert_eq!(by_itself[0], text);
+    let setup: Setup = [knob("takes policy 85")].into_iter().collect();
+    let (by_knob, _) = cause(&graph, &lineage, &setup);
+    let line = &by_knob[0];
+    assert!(line.ends_with("try takes policy none"), "{line}");
 }
 
 /// Whether the push age ever warned before the end of a run.
@@ -445,24 +367,24 @@ fn warned(lineage: &Lineage, graph: &Snapshot, knobs: &[TimedKnob], end: Time) -
 
 #[test]
 fn a_run_is_warned_before_it_falls_if_and_only_if_age_is_to_blame() {
+    let patient = format!("send policy {}", network());
     let not_age = [
         &["send policy zero"][..],
         &["send policy random"],
-        &[WEAK_MOTOR[0], WEAK_MOTOR[1], "send policy PATIENT"],
+        &[WEAK_MOTOR[0], WEAK_MOTOR[1], &patient],
     ];
-    let others = not_age.map(|setup| way(OWN, setup, &[]));
+    let others = not_age.map(|setup| (config(OWN, setup), Vec::new()));
     let mut wrong = Vec::new();
-    for way in WAYS.iter().chain(&others) {
-        let mut config = way.config(0);
-        for text in way.setup {
-            config.setup.set(knob(&text.replace("PATIENT", &network())));
-        }
+    for (config, owners) in WAYS.lines().map(way).chain(others) {
         let played = Played::of(&config);
         let end = played.summary.verdict.at;
         let warned = warned(&played.lineage, &played.graph, &played.knobs, end);
-        let old = !way.owners.is_empty() && played.summary.push_age().is_some();
+        let old = !owners.is_empty() && played.summary.push_age().is_some();
         if !played.summary.verdict.is_lost() || warned != old {
-            wrong.push(format!("{:?} {:?}: warned {warned}", way.setup, way.later));
+            wrong.push(format!(
+                "{:?} {:?}: warned {warned}",
+                config.setup, config.knobs
+            ));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -472,8 +394,8 @@ fn a_run_is_warned_before_it_falls_if_and_only_if_age_is_to_blame() {
 fn a_healthy_run_is_never_warned() {
     for policy in ["scripted", "lqr", &network()] {
         for world in [COURSE, OWN] {
-            let mut config = way(world, &[], &[]).config(1);
-            config.setup.set(knob(&format!("send policy {policy}")));
+            let mut config = config(world, &[&format!("send policy {policy}")]);
+            config.seed = 1;
             let played = Played::of(&config);
             let end = played.summary.verdict.at;
             let warned = warned(&played.lineage, &played.graph, &played.knobs, end);
@@ -502,13 +424,14 @@ fn the_shipped_recordings_are_warned_where_age_felled_or_endangered_the_pole() {
 
 #[test]
 fn a_slow_lqr_leaves_the_rail_with_the_pole_up_and_its_rate_is_named() {
-    let mut config = WAYS[0].config(1);
+    let mut config = config(COURSE, &[]);
+    config.seed = 1;
     config.setup = CartPole::config("policy lqr, control-hz 0.5")
         .expect("knobs")
         .setup;
-    let (summary, graph, cause) = run(&config);
+    let (summary, _, named) = run(&config);
     assert_eq!(summary.verdict.name(), "cart_left_rail");
-    assert_eq!(names(&cause.owners, &graph), ["Rate policy"]);
+    assert_eq!(named, ["Rate policy"]);
 }
 
 /// Expected to lose the pole, and does not.
@@ -522,9 +445,7 @@ fn these_troubles_it_bears() {
         &["rate policy 49", "depth /obs 10"],
         &["rate actuator 12"],
     ] {
-        let mut config = way(OWN, &[], &[]).config(0);
-        config.setup = setup.iter().map(|text| knob(text)).collect();
-        let (summary, _, _) = run(&config);
+        let (summary, _, _) = run(&config(OWN, setup));
         assert!(!summary.verdict.is_lost(), "{setup:?}: {}", summary.verdict);
     }
 }
@@ -548,8 +469,7 @@ fn a_knob_that_was_turned_too_late_is_no_advice() {
             "control-hz was raised too late",
         ),
     ] {
-        let mut config = way(OWN, &[], &[]).config(0);
-        config.setup.set(knob(setup));
+        let mut config = config(OWN, &[setup]);
         let played = Played::of(&config);
         let fell = played.summary.verdict.at;
         // As it falls: nothing is saved any more.
@@ -559,46 +479,32 @@ fn a_knob_that_was_turned_too_late_is_no_advice() {
         }];
         let played = Played::of(&config);
         assert!(played.summary.verdict.is_lost(), "{setup}");
-        let turned: Setup = config
-            .knobs
-            .iter()
-            .map(|timed| timed.knob.clone())
-            .collect();
-        let cause = cause_after(&played.graph, &played.lineage, &played.setup(), &turned);
-        assert!(cause.lines[0].ends_with(cure), "{:?}", cause.lines);
+        let turned: Setup = [knob(later)].into_iter().collect();
+        let knobs = (&played.setup(), &turned);
+        let lines = with_facts(&played.graph, &played.lineage, knobs, |facts| {
+            facts.cause(None)
+        });
+        assert!(lines[0].ends_with(cure), "{lines:?}");
     }
 }
 
-/// The lines about a run that `config` begins, once its cures were tried.
+/// The lines about a run that begins with `setup`, once its cures were tried.
 fn proven(setup: &[&str]) -> Vec<String> {
-    let mut config = way(OWN, &[], &[]).config(0);
-    config.setup = setup.iter().map(|text| knob(text)).collect();
+    let config = config(OWN, setup);
     let played = Played::of(&config);
     assert!(played.summary.verdict.is_lost(), "{setup:?}");
     let system: Arc<dyn System> = Arc::new(CartPole::default());
-    let acts = acting(&*system, &played.graph).expect("an actuator");
-    let late = latest(&played.graph, &played.lineage, acts);
-    let facts = Facts {
-        system: &*system,
-        setup: &config.setup,
-        turned: &Setup::default(),
-        graph: &played.graph,
-        lineage: &played.lineage,
-        age: age(
-            &played.lineage,
-            acts,
-            late,
-            system.age_limits(&config.setup),
-        ),
-        late,
-        hangs: &Hang::at_the_start(&config.setup),
-        live: true,
-    };
-    let now = played.graph.now;
-    let trial = Trial::new(system.clone(), &config, config.setup.clone(), now);
-    let untried = facts.cause(None).lines;
-    assert!(!untried.join(" ").contains("mends"), "{untried:?}");
-    facts.cause(trial.run(&facts.cures()).as_ref()).lines
+    let trial = Trial::new(system, &config, config.setup.clone(), played.graph.now);
+    let knobs = (&config.setup, &Setup::default());
+    with_facts(&played.graph, &played.lineage, knobs, |facts| {
+        let facts = Facts {
+            live: true,
+            ..facts
+        };
+        let untried = facts.cause(None);
+        assert!(!untried.join(" ").contains("mends"), "{untried:?}");
+        facts.cause(trial.run(&facts.cures()).as_ref())
+    })
 }
 
 #[test]

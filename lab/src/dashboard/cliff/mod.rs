@@ -3,6 +3,8 @@
 
 mod fill;
 mod quantity;
+#[cfg(test)]
+pub mod tests;
 
 use std::sync::Arc;
 
@@ -55,19 +57,20 @@ impl MapAxes {
 
 /// Runs over two quantities, as far as finished, with a cursor.
 pub struct CliffMap {
-    sweep: Sweep,
+    /// The common settings of the runs.
+    pub sweep: Sweep,
     axes: MapAxes,
     x: KnobQuantity,
     y: Option<KnobQuantity>,
-    /// Values of the columns, in the order shown.
-    columns: Vec<Arc<SweepValue>>,
+    /// Values of the columns, ascending.
+    pub columns: Vec<Arc<SweepValue>>,
     rows: Vec<MapRow>,
     /// Column by column, and row by row within a column.
     outcomes: Vec<Option<CellResult>>,
     /// Number of finished runs.
     done: usize,
     /// The cursor: number of the column and number of the row.
-    at: (usize, usize),
+    pub at: (usize, usize),
     fill: Fill,
 }
 
@@ -101,27 +104,16 @@ impl CliffMap {
             Some(axis) => (vec![config.seed], axis.values.iter().map(Some).collect()),
             None => (seeds(config.seed), vec![None]),
         };
-        let row = |value: Option<&Arc<SweepValue>>, seed| MapRow {
-            value: value.cloned(),
-            seed,
+        let rows = rows(&seeds, &values);
+        let base = Config {
+            end: Config::default().end,
+            knobs: Vec::new(),
+            ..config.clone()
         };
-        let rows = values.iter();
-        let rows = rows.flat_map(|value| seeds.iter().map(|seed| row(*value, *seed)));
-        let rows: Vec<MapRow> = rows.collect();
         let sweep = Sweep {
-            axes: [Some(nearest(over_x, now)), over_y]
-                .into_iter()
-                .flatten()
-                .collect(),
+            axes: [nearest(over_x, now)].into_iter().chain(over_y).collect(),
             seeds,
-            ..Sweep::of(
-                system.clone(),
-                Config {
-                    end: Config::default().end,
-                    knobs: Vec::new(),
-                    ..config.clone()
-                },
-            )
+            ..Sweep::of(system.clone(), base)
         };
         let mut map = Self {
             outcomes: vec![None; columns.len() * rows.len()],
@@ -261,11 +253,6 @@ impl CliffMap {
         self.at.1 = moved(self.at.1, direction, self.row_count());
     }
 
-    /// The cursor: number of the column, number of the row.
-    pub fn at(&self) -> (usize, usize) {
-        self.at
-    }
-
     /// The knobs and the seed at the cursor.
     pub fn chosen(&self) -> (Vec<Knob>, u64) {
         (
@@ -279,16 +266,6 @@ impl CliffMap {
         let x = self.columns.get(column);
         let y = self.rows.get(row).and_then(|row| row.value.as_ref());
         x.into_iter().chain(y).flat_map(|value| &value.knobs)
-    }
-
-    /// The values of the columns, ascending.
-    pub fn columns(&self) -> &[Arc<SweepValue>] {
-        &self.columns
-    }
-
-    /// The common settings of the runs.
-    pub fn sweep(&self) -> &Sweep {
-        &self.sweep
     }
 
     /// The result of a run, if it is finished.
@@ -309,6 +286,17 @@ impl CliffMap {
     pub fn progress(&self) -> (usize, usize) {
         (self.done, self.outcomes.len())
     }
+}
+
+/// A row for each seed of each value.
+fn rows(seeds: &[u64], values: &[Option<&Arc<SweepValue>>]) -> Vec<MapRow> {
+    let rows = values.iter().flat_map(|value| {
+        seeds.iter().map(|&seed| MapRow {
+            value: value.cloned(),
+            seed,
+        })
+    });
+    rows.collect()
 }
 
 /// `axis` ordered by distance from `now`, the nearest first.
@@ -342,205 +330,5 @@ fn moved(place: usize, direction: Direction, count: usize) -> usize {
     match direction {
         Direction::Up => (place + 1).min(count.saturating_sub(1)),
         Direction::Down => place.saturating_sub(1),
-    }
-}
-
-#[cfg(test)]
-pub mod sample {
-    //! A map for tests, without its background thread.
-
-    use std::sync::Arc;
-
-    use ratelab::Time;
-    use ratelab_cart_pole::{
-        CartPole,
-        verdict::{BALANCED, POLE_FELL},
-    };
-    use ratelab_study::{
-        experiment::{Config, Experiment, sweep::CellResult},
-        system::{System, Verdict},
-    };
-
-    use super::{CliffMap, Fill, KnobFocus, MapAxes};
-
-    /// The map around a run of the cart-pole.
-    pub fn around(config: &Config) -> CliffMap {
-        over(MapAxes::default(), config)
-    }
-
-    /// The same map, over `axes`.
-    pub fn over(axes: MapAxes, config: &Config) -> CliffMap {
-        let system: Arc<dyn System> = Arc::new(CartPole::default());
-        let experiment = Experiment::new(system.clone(), config).expect("experiment");
-        let graph = experiment.observer().snapshot();
-        let focus = KnobFocus::new(&*system, &graph);
-        CliffMap::around(&system, &graph, &focus, axes, config).expect("a map")
-    }
-
-    /// All runs up to 15 Hz are finished: held from 8 Hz on, and every third at 6 and 7 Hz.
-    pub fn half_filled() -> CliffMap {
-        let mut map = around(&Config {
-            seed: 103,
-            ..CartPole::config("control-hz 7").expect("a knob")
-        });
-        map.fill = Fill::nobody();
-        map.outcomes.fill(None);
-        map.done = 0;
-        for index in 0..15 * map.sweep.seeds.len() {
-            let (rate, seed) = (index / map.sweep.seeds.len(), index % map.sweep.seeds.len());
-            let up = rate >= 7 || rate >= 5 && seed % 3 == 0;
-            map.outcomes[index] = Some(outcome(up));
-            map.done += 1;
-        }
-        map
-    }
-
-    fn outcome(up: bool) -> CellResult {
-        let fell = Time::from_nanos(3_580_000_000);
-        let end = Config::default().end;
-        let (kind, sim_time) = if up {
-            (&BALANCED, end)
-        } else {
-            (&POLE_FELL, fell)
-        };
-        CellResult {
-            push_age: None,
-            cost: None,
-            verdict: Verdict::new(kind, sim_time),
-            steps: 180,
-            sim_time,
-            mean_latency_s: Some(0.0779),
-            dropped: vec![12, 0],
-            state: [].into(),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use ratelab_cart_pole::CartPole;
-
-    use super::{sample::around, *};
-
-    fn filled(config: &Config) -> CliffMap {
-        let mut map = around(config);
-        fill(&mut map);
-        map
-    }
-
-    fn fill(map: &mut CliffMap) {
-        while map.progress().0 < map.progress().1 {
-            map.fill.wait();
-            map.follow().expect("no run fails");
-        }
-    }
-
-    #[test]
-    fn every_cell_is_the_run_that_it_names() {
-        let map = filled(&Config::default());
-        let names = [("5", 0, 43), ("5", 1, 60), ("7", 2, 228), ("10", 0, 501)];
-        for (hz, seed, steps) in names {
-            let rate = map.columns().iter().position(|value| value.text == hz);
-            let outcome = map.outcome(rate.expect("a rate of the map"), seed);
-            assert_eq!(outcome.expect("made").steps, steps, "{hz} Hz, seed {seed}");
-        }
-        assert_eq!(map.survival(4), (0, 100));
-        assert_eq!(map.survival(9), (100, 100));
-    }
-
-    #[test]
-    fn it_begins_where_the_session_is() {
-        let config = Config {
-            seed: 250,
-            ..CartPole::config("control-hz 7").expect("a knob")
-        };
-        let map = around(&config);
-        assert_eq!(map.place(), ("7 Hz".to_owned(), "seed 250".to_owned()));
-        assert_eq!(map.sweep().seeds[0], 200);
-        let (focus, axes) = (focus(), MapAxes::default());
-        assert!(map.is_of(&focus, axes, &config));
-        assert!(!map.is_of(
-            &focus,
-            axes,
-            &Config {
-                seed: 300,
-                ..config
-            }
-        ));
-    }
-
-    #[test]
-    fn it_begins_at_the_rate_in_force_which_has_a_column() {
-        for (hz, columns) in [(50.0, 31), (7.0, 30), (7.5, 31), (200.0, 31)] {
-            let config = CartPole::config(&format!("control-hz {hz}")).expect("a knob");
-            let map = around(&config);
-            assert_eq!(map.place().0, format!("{hz} Hz"));
-            assert_eq!(map.columns().len(), columns, "{hz} Hz");
-            assert!(map.columns().is_sorted_by(|a, b| number(a) < number(b)));
-        }
-        // The digits of a rate are rows of the map.
-        let long = around(&CartPole::config("control-hz 7.654321").expect("a knob"));
-        assert_eq!(long.place().0, "8 Hz");
-    }
-
-    #[test]
-    fn another_rate_is_on_the_same_map_and_another_depth_is_not() {
-        let map = around(&Config::default());
-        let axes = MapAxes::default();
-        let of = |setup| map.is_of(&focus(), axes, &CartPole::config(setup).expect("knobs"));
-        assert!(of("control-hz 3"));
-        assert!(!of("queue-depth 3"));
-    }
-
-    fn focus() -> KnobFocus {
-        KnobFocus {
-            node: "policy".to_owned(),
-            topics: vec!["/action".to_owned()],
-        }
-    }
-
-    #[test]
-    fn two_knobs_are_on_one_map_and_each_cell_is_the_run_of_both() {
-        let config = Config {
-            seed: 3,
-            ..Config::default()
-        };
-        let axes = MapAxes { x: 1, y: Some(0) };
-        let mut map = sample::over(axes, &config);
-        assert_eq!(map.only_seed(), Some(3));
-        assert_eq!(map.heading(), "/obs delay ms");
-        assert_eq!(map.row_heading().as_deref(), Some("control Hz"));
-        fill(&mut map);
-        for (column, row) in [(0, 29), (10, 24), (25, 24), (5, 9)] {
-            let mut alone = config.clone();
-            map.at = (column, row);
-            let (knobs, seed) = map.chosen();
-            alone.setup.extend(knobs);
-            assert_eq!(seed, 3);
-            let system = std::sync::Arc::new(CartPole::default());
-            let alone = ratelab_study::experiment::Experiment::new(system, &alone).expect("a run");
-            let alone = CellResult::from(&alone.run().expect("no fault"));
-            assert_eq!(map.outcome(column, row), Some(&alone));
-        }
-        assert!(!map.is_of(&focus(), MapAxes::default(), &config));
-    }
-
-    #[test]
-    fn the_last_seeds_of_all_have_a_map_too() {
-        let map = around(&Config {
-            seed: u64::MAX,
-            ..Config::default()
-        });
-        assert_eq!(map.chosen().1, u64::MAX);
-    }
-
-    #[test]
-    fn the_edges_are_not_passed() {
-        let mut map = sample::half_filled();
-        for _ in 0..200 {
-            map.move_rate(Direction::Up);
-            map.move_seed(Direction::Down);
-        }
-        assert_eq!(map.at(), (map.columns().len() - 1, 0));
     }
 }

@@ -190,7 +190,7 @@ impl Sampler {
         };
         let tried = self.trials.follow(trial, facts.cures(), over);
         // More load than there is time for comes before the parts of an age, which follow from it.
-        reasons.extend(facts.cause(tried).lines);
+        reasons.extend(facts.cause(tried));
         reasons
     }
 }

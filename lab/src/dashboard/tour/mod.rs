@@ -73,7 +73,10 @@ mod tests {
     use crossterm::event::KeyModifiers;
 
     use super::*;
-    use crate::dashboard::view::testing::{RICH, screen, text};
+    use crate::dashboard::view::{
+        render_page,
+        testing::{RICH, drawn},
+    };
 
     fn key(code: KeyCode) -> KeyEvent {
         KeyEvent::new(code, KeyModifiers::NONE)
@@ -118,11 +121,8 @@ mod tests {
     fn every_text_fits_on_a_screen_of_80_by_24() {
         for (number, run) in (0..STEPS.len()).flat_map(|n| runs().map(move |run| (n, run))) {
             let page = Tour(number).page(&run);
-            let drawn = screen(PLACE.0, PLACE.1, |area, buf| {
-                crate::dashboard::view::render_page(&page, &RICH, area, buf);
-            });
+            let drawn = drawn(PLACE, &RICH, |sheet| render_page(&page, sheet));
             let last = page.text.split_whitespace().next_back().expect("a word");
-            let drawn = text(&drawn);
             assert!(drawn.contains(last), "{last:?} is cut off:\n{drawn}");
             assert!(drawn.contains("Esc leaves"), "{drawn}");
         }

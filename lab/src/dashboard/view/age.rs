@@ -3,12 +3,11 @@
 use std::{cmp::Reverse, time::Duration};
 
 use ratatui::{
-    buffer::Buffer,
-    layout::Rect,
     style::{Modifier, Style},
+    text::Line,
 };
 
-use super::pane::{self, clip, put};
+use super::text::{line, ms, width};
 use crate::{
     dashboard::frame::{AgeData, PartKind, PushData, Strain},
     theme::Theme,
@@ -26,52 +25,53 @@ const NARROW: usize = 60;
 /// The line before the first push.
 const NO_AGE: &str = "push age  none: no action was applied so far";
 
-/// Draws the number, a bar with a tick and a number at each limit, and the mean parts of
-/// the age; without an age, that there was no push.
-pub fn render(
+/// The number, a bar with a tick and a number at each limit, and the mean parts of the age,
+/// in a line of `room` columns; without an age, that there was no push.
+pub fn age_line(
     age: Option<&AgeData>,
     push: Option<&PushData>,
+    room: usize,
     theme: &Theme,
-    area: Rect,
-    buf: &mut Buffer,
-) {
-    let line = pane::row(area, 0);
+) -> Line<'static> {
     let Some(age) = age else {
-        return put(NO_AGE, theme.strong(), 1, line, buf);
+        return line([(format!(" {NO_AGE}"), theme.strong())]);
     };
-    let number = number(age, usize::from(line.width));
+    let number = format!(" {}  ", number(age, room));
+    let begin = width(&number);
     let (sign, word, style) = verdict(age.strain(), theme);
-    put(&number, theme.strong(), 1, line, buf);
-    let begin = pane::width(&number) + 3;
-    let room = usize::from(line.width);
     let mean = push.map(|push| &push.mean[..]).unwrap_or_default();
-    let spent = spent(mean, theme);
+    let spent = spent(mean);
     let free = room.saturating_sub(begin + BAR.1 + 3);
-    let fits = !spent.is_empty() && pane::width(&spent) + 2 <= free;
+    let fits = !spent.is_empty() && width(&spent) + 2 <= free;
     let verdict = format!("{sign} {}", if fits { &spent } else { word });
-    let wide = room
-        .saturating_sub(begin + pane::width(&verdict) + 3)
-        .min(BAR.0);
+    let wide = room.saturating_sub(begin + width(&verdict) + 3).min(BAR.0);
+    let mut parts = vec![(number, theme.strong())];
     match age.limit().filter(|_| wide >= BAR.1) {
-        None => put(verdict.trim_start(), style, begin, line, buf),
+        None => parts.push((verdict.trim_start().to_owned(), style)),
         Some(limit) => {
-            let scale = wide as f64 / (limit.as_secs_f64() * BEYOND);
-            let filled = bar(age.mean, mean, (scale, wide), theme);
+            let scale = (wide as f64 / (limit.as_secs_f64() * BEYOND), wide);
             let plain = style.remove_modifier(Modifier::REVERSED);
-            put(&filled, plain, begin, line, buf);
-            for (column, tick) in ticks(age, (scale, wide), theme) {
-                put(&tick, theme.strong(), begin + column, line, buf);
+            let bar = bar(age.mean, mean, scale);
+            let mut cells: Vec<(String, Style)> = bar
+                .chars()
+                .map(|glyph| (glyph.to_string(), plain))
+                .collect();
+            for (column, tick) in ticks(age, scale) {
+                for (cell, glyph) in cells[column..].iter_mut().zip(tick.chars()) {
+                    *cell = (glyph.to_string(), plain.patch(theme.strong()));
+                }
             }
-            put(&verdict, style, begin + wide + 2, line, buf);
+            parts.extend(cells);
+            parts.extend([("  ".to_owned(), Style::new()), (verdict, style)]);
         }
     }
+    line(parts)
 }
 
-/// Draws the parts of the push in force.
-pub fn push_line(push: &PushData, theme: &Theme, line: Rect, buf: &mut Buffer) {
-    let room = usize::from(line.width).saturating_sub(1);
-    let text = push.sentence.fitting(|text| pane::width(text) <= room);
-    put(&clip(text, room, theme), Style::new(), 1, line, buf);
+/// The parts of the push in force, in a line of `room` columns.
+pub fn push_line(push: &PushData, room: usize) -> Line<'static> {
+    let text = push.sentence.fitting(|text| width(text) < room);
+    Line::raw(format!(" {text}"))
 }
 
 /// The age and the limit, in a constant width for a line of `room` columns.
@@ -84,41 +84,36 @@ fn number(age: &AgeData, room: usize) -> String {
     }
 }
 
-/// Rounds to whole milliseconds.
-pub fn ms(duration: Duration) -> u128 {
-    (duration.as_micros() + 500) / 1_000
-}
-
 fn verdict(strain: Strain, theme: &Theme) -> (&'static str, &'static str, Style) {
     match strain {
         Strain::Unknown => ("", "what this loop bears is unknown", theme.faint()),
-        Strain::Borne => (theme.glyph("✓", "+"), "fresh enough", theme.good()),
-        Strain::Swings => (theme.glyph("⚠", "!"), "swings", theme.alarm_line()),
-        Strain::Falls => (theme.glyph("✖", "x"), "falls", theme.alarm()),
+        Strain::Borne => ("✓", "fresh enough", theme.good()),
+        Strain::Swings => ("⚠", "swings", theme.alarm_line()),
+        Strain::Falls => ("✖", "falls", theme.alarm()),
     }
 }
 
 /// A tick for each limit of `age`, with its number before it if nothing is there, and the
 /// columns of both in a bar of this scale and width.
-fn ticks(age: &AgeData, (scale, wide): (f64, usize), theme: &Theme) -> Vec<(usize, String)> {
+fn ticks(age: &AgeData, (scale, wide): (f64, usize)) -> Vec<(usize, String)> {
     let limits = [age.limits.swings(), age.limits.falls];
     let mut free = 1;
     let ticks = limits.into_iter().flatten().map(|limit| {
         let column = ((limit.as_secs_f64() * scale) as usize).min(wide - 1);
-        let (number, tick) = (ms(limit).to_string(), theme.glyph("┊", "|"));
+        let number = ms(limit).to_string();
         let start = column.checked_sub(number.len());
         let start = start.filter(|start| *start >= free);
         free = column + 2;
         match start {
-            Some(start) => (start, number + tick),
-            None => (column, tick.to_owned()),
+            Some(start) => (start, number + "┊"),
+            None => (column, "┊".to_owned()),
         }
     });
     ticks.collect()
 }
 
 /// The parts of the age, the largest first, each with its glyph in the bar.
-fn spent(mean: &[(PartKind, Duration)], theme: &Theme) -> String {
+fn spent(mean: &[(PartKind, Duration)]) -> String {
     // Rounded as running sums: their sum is the rounded age.
     let (mut sum, mut shown) = (Duration::ZERO, 0);
     let rounded = mean.iter().map(|(kind, took)| {
@@ -129,61 +124,61 @@ fn spent(mean: &[(PartKind, Duration)], theme: &Theme) -> String {
     });
     let mut parts: Vec<_> = rounded.filter(|(_, part)| *part > 0).collect();
     parts.sort_by_key(|(_, part)| Reverse(*part));
-    let words = parts.iter().map(|(kind, part)| {
-        let glyph = glyph(*kind, theme);
-        format!("{glyph} {} {part}", kind.word())
-    });
+    let words = parts.iter();
+    let words = words.map(|(kind, part)| format!("{} {} {part}", glyph(*kind), kind.word()));
     words.collect::<Vec<_>>().join(" + ")
 }
 
 /// The glyph of a part in the bar.
-fn glyph(kind: PartKind, theme: &Theme) -> &'static str {
+fn glyph(kind: PartKind) -> &'static str {
     match kind {
-        PartKind::Waited => theme.glyph("▒", "w"),
-        PartKind::Worked => theme.glyph("█", "#"),
-        PartKind::Travelled => theme.glyph("▄", "-"),
-        PartKind::Held => theme.glyph("▓", "="),
-        PartKind::Elsewhere => theme.glyph("?", "?"),
+        PartKind::Waited => "▒",
+        PartKind::Worked => "█",
+        PartKind::Travelled => "▄",
+        PartKind::Held => "▓",
+        PartKind::Elsewhere => "?",
     }
 }
 
 /// A bar as long as the age with its parts in order, at a given number of cells per
 /// second and of at most a given width.
-fn bar(
-    age: Duration,
-    mean: &[(PartKind, Duration)],
-    (scale, room): (f64, usize),
-    theme: &Theme,
-) -> String {
+fn bar(age: Duration, mean: &[(PartKind, Duration)], (scale, room): (f64, usize)) -> String {
     let cells = |age: Duration| ((age.as_secs_f64() * scale).round() as usize).min(room);
     let mut bar = String::new();
     let (mut sum, mut drawn) = (Duration::ZERO, 0);
     for (kind, took) in mean {
         sum += *took;
         let until = cells(sum.min(age)).max(drawn);
-        bar += &glyph(*kind, theme).repeat(until - drawn);
+        bar += &glyph(*kind).repeat(until - drawn);
         drawn = until;
     }
     let rest = cells(age).max(drawn);
-    bar += &theme.glyph("█", "#").repeat(rest - drawn);
-    bar + &theme.glyph("░", ".").repeat(room - rest)
+    bar + &"█".repeat(rest - drawn) + &"░".repeat(room - rest)
 }
 
 #[cfg(test)]
 mod tests {
+    use ratatui::buffer::Buffer;
+
     use super::*;
     use crate::dashboard::{
         frame::PushSentence,
         view::{
-            pane::testing::{POOR, RICH, screen, styled, text, torture},
             sample,
+            sheet::Sheet,
+            testing::{POOR, RICH, drawn, screen, styled, text, torture},
         },
     };
 
-    fn line(age: &AgeData, width: u16, theme: &Theme) -> Buffer {
-        screen(width, 1, |area, buf| {
-            render(Some(age), None, theme, area, buf)
-        })
+    fn shown(age: &AgeData, width: u16, theme: &Theme) -> Buffer {
+        screen((width, 1), theme, |sheet| both(age, None, sheet))
+    }
+
+    fn both(age: &AgeData, push: Option<&PushData>, mut sheet: Sheet<'_>) {
+        let (room, theme) = (sheet.width(), sheet.theme);
+        let push_line = push.map(|push| push_line(push, room));
+        let lines = [age_line(Some(age), push, room, theme)];
+        sheet.lines(0, 0, lines.into_iter().chain(push_line));
     }
 
     fn push() -> PushData {
@@ -201,22 +196,21 @@ mod tests {
 
     #[test]
     fn the_parts_of_the_age_fill_the_bar_and_stand_beside_it() {
-        let drawn = |width, theme| {
-            screen(width, 2, |area, buf| {
-                render(Some(&sample::age(95, 200)), Some(&push()), theme, area, buf);
-                push_line(&push(), theme, pane::row(area, 1), buf);
+        let shown = |width, theme| {
+            drawn((width, 2), theme, |sheet| {
+                both(&sample::age(95, 200), Some(&push()), sheet);
             })
         };
-        insta::assert_snapshot!(text(&drawn(100, &RICH)));
-        insta::assert_snapshot!(text(&drawn(80, &POOR)));
+        insta::assert_snapshot!(shown(100, &RICH));
+        insta::assert_snapshot!(shown(80, &POOR));
     }
 
     #[test]
     fn the_age_stands_beside_what_the_loop_bears() {
         let ages = [10, 77, 95, 400].map(|mean| sample::age(mean, 2 * mean));
-        let drawn = ages.map(|age| text(&line(&age, 80, &RICH))).join("\n");
+        let drawn = ages.map(|age| text(&shown(&age, 80, &RICH))).join("\n");
         insta::assert_snapshot!(drawn);
-        insta::assert_snapshot!(text(&line(&ages[2], 50, &POOR)));
+        insta::assert_snapshot!(text(&shown(&ages[2], 50, &POOR)));
     }
 
     #[test]
@@ -225,7 +219,7 @@ mod tests {
             limits: Default::default(),
             ..sample::age(95, 200)
         };
-        let buf = line(&unknown, 80, &RICH);
+        let buf = shown(&unknown, 80, &RICH);
         assert_eq!(
             text(&buf),
             " push age  95 ms  what this loop bears is unknown"
@@ -237,7 +231,7 @@ mod tests {
     fn only_an_age_beyond_a_limit_warns() {
         let warned = |mean| {
             styled(
-                &line(&sample::age(mean, mean), 80, &RICH),
+                &shown(&sample::age(mean, mean), 80, &RICH),
                 RICH.alarm_line(),
             )
         };
@@ -249,17 +243,7 @@ mod tests {
     #[test]
     fn any_size_will_do() {
         for mean in [0, 10, 95, 1_000_000] {
-            let push = push();
-            torture(|theme, area, buf| {
-                render(
-                    Some(&sample::age(mean, mean)),
-                    Some(&push),
-                    theme,
-                    area,
-                    buf,
-                );
-                push_line(&push, theme, pane::row(area, 1), buf);
-            });
+            torture(|sheet| both(&sample::age(mean, mean), Some(&push()), sheet));
         }
     }
 }

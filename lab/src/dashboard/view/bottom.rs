@@ -1,18 +1,14 @@
 //! The last line: keys, or the line that is typed; and above it what has no other place.
 
-use ratatui::{
-    buffer::Buffer,
-    layout::Rect,
-    text::{Line, Span},
-    widgets::{Clear, Widget},
-};
+use ratatui::style::Style;
 
 use super::{
     ScreenState, events,
     layout::ScreenLayout,
-    pane::{self, plain, put, row},
+    sheet::Sheet,
+    text::{broken, line, side_by_side, tail, width},
 };
-use crate::{dashboard::focus::Pane, theme::Theme};
+use crate::dashboard::focus::Pane;
 
 /// Blanks between keys.
 const GAP: usize = 2;
@@ -39,23 +35,19 @@ pub struct PromptLine<'a> {
 
 /// Draws the last line, and above it the refusal or the words of the input line; in its
 /// place a notice that fits nowhere else.
-pub fn render(shown: &ScreenState<'_>, layout: &ScreenLayout, theme: &Theme, buf: &mut Buffer) {
+pub fn render(shown: &ScreenState<'_>, layout: &ScreenLayout, mut sheet: Sheet<'_>) {
     let bottom = &shown.bottom;
     let notice = bottom.notice.filter(|_| !notice_fits(shown, layout));
     match (&bottom.prompt, notice) {
         (Some(prompt), _) => {
-            prompt.draw(theme, layout.footer, buf);
-            let sign = theme.glyph("✖", "!");
-            let refusal = prompt.refusal.map(|refusal| format!("{sign} {refusal}"));
-            at_the_bottom(
-                refusal.as_ref().unwrap_or(&prompt.hint),
-                theme,
-                layout.body,
-                buf,
-            );
+            typed(prompt, sheet.part(layout.footer));
+            match prompt.refusal {
+                Some(refusal) => at_the_bottom(&format!("✖ {refusal}"), sheet.part(layout.body)),
+                None => at_the_bottom(&prompt.hint, sheet.part(layout.body)),
+            }
         }
         (None, Some(notice)) => {
-            at_the_bottom(notice, theme, layout.body.union(layout.footer), buf);
+            at_the_bottom(notice, sheet.part(layout.body.union(layout.footer)));
         }
         (None, None) => {
             let of_table = bottom.hints.iter().map(|(key, what)| (key.as_str(), *what));
@@ -66,7 +58,7 @@ pub fn render(shown: &ScreenState<'_>, layout: &ScreenLayout, theme: &Theme, buf
             if layout.verdict.is_some() && hints.len() > 2 {
                 hints.insert(2, ("Tab 1-6", "other panes"));
             }
-            keys(&hints, theme, layout.footer, buf);
+            keys(&hints, sheet.part(layout.footer));
         }
     }
 }
@@ -77,60 +69,52 @@ fn notice_fits(shown: &ScreenState<'_>, layout: &ScreenLayout) -> bool {
     let covered = shown.map.is_some() || shown.page.is_some();
     let mut panes = layout.panes.iter();
     let events = panes.find(|(pane, _)| *pane == Pane::Events);
-    let line = layout.verdict.map_or(0, |area| area.width);
+    let line = layout.verdict.map_or(0, |area| usize::from(area.width));
     let room = events.map_or(line, |(_, area)| events::room(*area));
-    let notice = shown.bottom.notice.unwrap_or_default();
-    !covered && pane::width(notice) <= usize::from(room)
+    !covered && width(shown.bottom.notice.unwrap_or_default()) <= room
 }
 
 /// Draws as many hints, each a key with its action, as there is room for.
-fn keys(hints: &[(&str, &str)], theme: &Theme, area: Rect, buf: &mut Buffer) {
-    let line = row(area.intersection(buf.area), 0);
+fn keys(hints: &[(&str, &str)], mut sheet: Sheet<'_>) {
+    let theme = sheet.theme;
     let hints = hints.iter().map(|(key, what)| {
-        let key = Span::styled(plain(key, theme), theme.strong());
-        let what = Span::styled(plain(what, theme), theme.faint());
-        Line::from_iter([key, Span::raw(" "), what])
+        line([
+            (*key, theme.strong()),
+            (" ", Style::new()),
+            (*what, theme.faint()),
+        ])
     });
-    pane::in_a_row(hints, GAP, (0, usize::from(line.width)), line, buf);
+    let hints = side_by_side(hints, GAP, sheet.width(), theme);
+    sheet.line(0, 0, &hints);
 }
 
-impl PromptLine<'_> {
-    /// The line, with its end visible.
-    fn draw(&self, theme: &Theme, area: Rect, buf: &mut Buffer) {
-        let room = usize::from(area.width).saturating_sub(3);
-        let tail = pane::tail(self.typed, room);
-        let spans = [
-            Span::styled(": ", theme.strong()),
-            Span::raw(plain(&tail, theme)),
-            Span::raw(theme.glyph("▏", "_")),
-        ];
-        Line::from_iter(spans).render(area, buf);
-    }
+/// The input line, with its end visible.
+fn typed(prompt: &PromptLine<'_>, mut sheet: Sheet<'_>) {
+    let tail = tail(prompt.typed, sheet.width().saturating_sub(3));
+    let begin = sheet.put(0, 0, ": ", sheet.theme.strong());
+    sheet.put(begin, 0, &format!("{tail}▏"), Style::new());
 }
 
-/// A wrapped text at the bottom of `area`.
-fn at_the_bottom(text: &str, theme: &Theme, area: Rect, buf: &mut Buffer) {
-    let lines = pane::broken(&plain(text, theme), usize::from(area.width));
-    let first = usize::from(area.height).saturating_sub(lines.len());
+/// A wrapped text at the bottom.
+fn at_the_bottom(text: &str, mut sheet: Sheet<'_>) {
+    let lines = broken(text, sheet.width(), sheet.theme);
+    let first = sheet.height().saturating_sub(lines.len());
+    sheet.rows(first, lines.len()).clear();
     for (number, line) in lines.iter().enumerate() {
-        let place = row(area, first + number);
-        Clear.render(place, buf);
-        put(line, theme.strong(), 0, place, buf);
+        sheet.put(0, first + number, line, sheet.theme.strong());
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use ratatui::layout::Rect;
-
     use super::keys;
-    use crate::dashboard::view::pane::testing::{RICH, screen, styled, text, torture};
+    use crate::dashboard::view::testing::{RICH, screen, styled, text, torture};
 
     const HINTS: [(&str, &str); 3] = [("[ ]", "control rate"), ("> <", "depth"), ("q", "quit")];
 
     #[test]
     fn hints_are_whole() {
-        let footer = |width| screen(width, 1, |area, buf| keys(&HINTS, &RICH, area, buf));
+        let footer = |width| screen((width, 1), &RICH, |sheet| keys(&HINTS, sheet));
         insta::assert_snapshot!(text(&footer(40)), @"[ ] control rate  > < depth  q quit");
         insta::assert_snapshot!(text(&footer(30)), @"[ ] control rate  > < depth");
         assert_eq!(styled(&footer(40), RICH.strong()), "[ ]> <q");
@@ -138,12 +122,6 @@ mod tests {
 
     #[test]
     fn any_size_will_do() {
-        torture(|theme, area, buf| {
-            let last = Rect {
-                y: area.bottom().saturating_sub(1),
-                ..area
-            };
-            keys(&HINTS, theme, last, buf);
-        });
+        torture(|sheet| keys(&HINTS, sheet));
     }
 }

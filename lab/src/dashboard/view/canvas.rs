@@ -31,83 +31,112 @@ pub struct Pen {
     pub ascii: char,
 }
 
+/// One direction of a canvas.
+#[derive(Clone, Copy, Debug)]
+struct DotAxis {
+    /// The values at the middles of the first and the last dot.
+    ends: [f64; 2],
+    /// The first cell, and the number of cells.
+    first: u16,
+    cells: u16,
+    /// Dots per cell, and those of a Braille pattern.
+    each: u16,
+    full: u16,
+}
+
+impl DotAxis {
+    fn dots(&self) -> f64 {
+        f64::from(self.cells) * f64::from(self.each)
+    }
+
+    /// The dot at `value`. Distant ones are moved closer, which limits the time to draw a
+    /// line.
+    fn dot(&self, value: f64) -> f64 {
+        let share = (value - self.ends[0]) / (self.ends[1] - self.ends[0]);
+        (share.clamp(-FAR, FAR) * (self.dots() - 1.0).max(0.0)).round()
+    }
+
+    /// The cell of a dot, and its number there, if it is visible.
+    fn place(&self, dot: f64) -> Option<(u16, usize)> {
+        let dot = dot.round();
+        // Also false for NaN.
+        (0.0..self.dots()).contains(&dot).then(|| {
+            let dot = dot as u16;
+            (self.first + dot / self.each, usize::from(dot % self.each))
+        })
+    }
+
+    /// Begin and end of dashes `from` one value `to` another, with `on` of every `of` Braille
+    /// dots set, or as many fewer ASCII characters as they are larger.
+    fn dashes(
+        &self,
+        [from, to]: [f64; 2],
+        [on, of]: [u32; 2],
+    ) -> impl Iterator<Item = [f64; 2]> + use<> {
+        let scale = u32::from(self.full / self.each);
+        let (dots, last) = (self.dots() as u32, self.dots().max(2.0) - 1.0);
+        let (on, of) = ((on / scale).max(1), (of / scale).max(1));
+        let place = move |dot: u32| from + (to - from) * f64::from(dot.min(dots - 1)) / last;
+        (0..dots.div_ceil(of)).map(move |dash| [dash * of, dash * of + on - 1].map(place))
+    }
+}
+
 /// A part of the screen with coordinates.
 #[derive(Clone, Copy, Debug)]
 pub struct BrailleCanvas {
-    area: Rect,
-    x: [f64; 2],
-    y: [f64; 2],
+    /// From left to right, and from top to bottom.
+    x: DotAxis,
+    y: DotAxis,
     ascii: bool,
 }
 
 impl BrailleCanvas {
     /// A canvas on `area` with `x` from left to right and `y` from bottom to top; the
     /// bounds are the middles of the outermost dots.
-    pub fn new(area: Rect, x: [f64; 2], y: [f64; 2], theme: &Theme) -> Self {
+    pub fn new(area: Rect, x: [f64; 2], [bottom, top]: [f64; 2], theme: &Theme) -> Self {
         let ascii = theme.ascii;
-        Self { area, x, y, ascii }
+        let axis = |ends, first, cells, full| DotAxis {
+            ends,
+            first,
+            cells,
+            each: if ascii { 1 } else { full },
+            full,
+        };
+        Self {
+            x: axis(x, area.x, area.width, 2),
+            y: axis([top, bottom], area.y, area.height, 4),
+            ascii,
+        }
     }
 
     /// Number of dots across and down `area`.
     pub fn dots(area: Rect, theme: &Theme) -> (f64, f64) {
-        let (across, down) = dots_each(theme.ascii);
-        let dots = |cells: u16, each: u16| f64::from(cells) * f64::from(each);
-        (dots(area.width, across), dots(area.height, down))
+        let canvas = Self::new(area, [0.0; 2], [0.0; 2], theme);
+        (canvas.x.dots(), canvas.y.dots())
     }
 
     /// The column of the screen at `x`, if it is visible.
     pub fn column(&self, x: f64) -> Option<u16> {
-        let each = dots_each(self.ascii).0;
-        let dot = visible(self.right(x), self.area.width, each)?;
-        Some(self.area.x + dot / each)
+        Some(self.x.place(self.x.dot(x))?.0)
     }
 
     /// The row of the screen at `y`, if it is visible.
     pub fn row(&self, y: f64) -> Option<u16> {
-        let each = dots_each(self.ascii).1;
-        let dot = visible(self.below(y), self.area.height, each)?;
-        Some(self.area.y + dot / each)
+        Some(self.y.place(self.y.dot(y))?.0)
     }
 
-    /// The dot at `x`, counted from the left.
-    fn right(&self, x: f64) -> f64 {
-        let share = (x - self.x[0]) / (self.x[1] - self.x[0]);
-        dot(share, self.area.width, dots_each(self.ascii).0)
-    }
-
-    /// The dot at `y`, counted from the top.
-    fn below(&self, y: f64) -> f64 {
-        let share = (self.y[1] - y) / (self.y[1] - self.y[0]);
-        dot(share, self.area.height, dots_each(self.ascii).1)
-    }
-
-    /// A dashed horizontal line at `y`, with `on` of every `of` Braille dots set, or half
-    /// as many ASCII characters. In whole dots, so that all dashes look the same.
-    pub fn level(&self, y: f64, on: u32, of: u32) -> Vec<Stroke> {
-        let dashes = self.dashes(self.x, self.area.width * 2, 2, on, of);
-        dashes.map(|(from, to)| [from, y, to, y]).collect()
+    /// A dashed horizontal line at `y`, with `on` of every `of` Braille dots set. In whole
+    /// dots, so that all dashes look the same.
+    pub fn level(&self, y: f64, [on, of]: [u32; 2]) -> impl Iterator<Item = Stroke> {
+        let dashes = self.x.dashes(self.x.ends, [on, of]);
+        dashes.map(move |[from, to]| [from, y, to, y])
     }
 
     /// A vertical line at `x`, as [`BrailleCanvas::level`].
-    pub fn upright(&self, x: f64, on: u32, of: u32) -> Vec<Stroke> {
-        let dashes = self.dashes(self.y, self.area.height * 4, 4, on, of);
-        dashes.map(|(from, to)| [x, from, x, to]).collect()
-    }
-
-    fn dashes(
-        &self,
-        [from, to]: [f64; 2],
-        dots: u16,
-        each: u32,
-        on: u32,
-        of: u32,
-    ) -> impl Iterator<Item = (f64, f64)> {
-        let scale = if self.ascii { each } else { 1 };
-        let dots = u32::from(dots) / scale;
-        let (on, of) = ((on / scale).max(1), (of / scale).max(1));
-        let last = f64::from(dots.max(2) - 1);
-        let place = move |dot: u32| from + (to - from) * f64::from(dot.min(dots - 1)) / last;
-        (0..dots.div_ceil(of)).map(move |dash| (place(dash * of), place(dash * of + on - 1)))
+    pub fn upright(&self, x: f64, [on, of]: [u32; 2]) -> impl Iterator<Item = Stroke> {
+        let [top, bottom] = self.y.ends;
+        let dashes = self.y.dashes([bottom, top], [on, of]);
+        dashes.map(move |[from, to]| [x, from, x, to])
     }
 
     /// Draws `strokes` over the existing drawing.
@@ -121,8 +150,8 @@ impl BrailleCanvas {
 
     /// Draws a line dot by dot, one for each step in its longer direction.
     fn stroke(&self, pen: Pen, [x1, y1, x2, y2]: Stroke, buf: &mut Buffer) {
-        let from = (self.right(x1), self.below(y1));
-        let (across, down) = (self.right(x2) - from.0, self.below(y2) - from.1);
+        let from = (self.x.dot(x1), self.y.dot(y1));
+        let (across, down) = (self.x.dot(x2) - from.0, self.y.dot(y2) - from.1);
         let length = across.abs().max(down.abs()).ceil().max(1.0);
         for step in 0..=length as u32 {
             let share = f64::from(step) / length;
@@ -132,43 +161,16 @@ impl BrailleCanvas {
 
     /// Sets one dot, if it is visible.
     fn put(&self, pen: Pen, right: f64, below: f64, buf: &mut Buffer) {
-        let (across, down) = dots_each(self.ascii);
-        let x = visible(right, self.area.width, across);
-        let Some((x, y)) = x.zip(visible(below, self.area.height, down)) else {
+        let place = self.x.place(right).zip(self.y.place(below));
+        let Some(((column, x), (row, y))) = place else {
             return;
         };
-        let place = (self.area.x + x / across, self.area.y + y / down);
-        if let Some(cell) = buf.cell_mut(place) {
-            let there = if self.ascii {
-                ' '
-            } else {
-                pattern(cell.symbol())
-            };
-            let dot = DOTS[usize::from(y % down)][usize::from(x % across)];
-            let sum = char::from_u32(u32::from(there) | dot).filter(|_| !self.ascii);
-            cell.reset();
-            cell.set_char(sum.unwrap_or(pen.ascii)).set_style(pen.style);
-        }
+        let cell = &mut buf[(column, row)];
+        let dots = u32::from(pattern(cell.symbol())) | DOTS[y][x];
+        let sum = char::from_u32(dots).filter(|_| !self.ascii);
+        cell.reset();
+        cell.set_char(sum.unwrap_or(pen.ascii)).set_style(pen.style);
     }
-}
-
-/// Dots per cell, across and down.
-fn dots_each(ascii: bool) -> (u16, u16) {
-    if ascii { (1, 1) } else { (2, 4) }
-}
-
-/// The dot at `share` of a number of cells. Distant ones are moved closer, which limits the
-/// time to draw a line.
-fn dot(share: f64, cells: u16, each: u16) -> f64 {
-    let last = (f64::from(cells) * f64::from(each) - 1.0).max(0.0);
-    (share.clamp(-FAR, FAR) * last).round()
-}
-
-/// The number of a dot, if it is in one of the cells.
-fn visible(dot: f64, cells: u16, each: u16) -> Option<u16> {
-    let (dot, dots) = (dot.round(), f64::from(cells) * f64::from(each));
-    // Also false for NaN.
-    (0.0..dots).contains(&dot).then_some(dot as u16)
 }
 
 /// The pattern of a cell, or the empty pattern.
@@ -196,7 +198,7 @@ mod tests {
     use ratatui::{layout::Rect, style::Style};
 
     use super::{BrailleCanvas, Pen, dashed};
-    use crate::dashboard::view::pane::testing::{RICH, screen, text};
+    use crate::dashboard::view::testing::{RICH, drawn};
 
     #[test]
     fn dots_of_two_drawings_add_up() {
@@ -204,13 +206,13 @@ mod tests {
             style: Style::new(),
             ascii: '*',
         };
-        let buf = screen(2, 1, |area, buf| {
-            let canvas = BrailleCanvas::new(area, [0.0, 3.0], [0.0, 3.0], &RICH);
-            canvas.draw(pen, [[0.0, 0.0, 3.0, 0.0]], buf);
-            canvas.draw(pen, [[0.0, 0.0, 0.0, 3.0]], buf);
-            canvas.draw(pen, [[f64::NAN, 0.0, 0.0, 3.0]], buf);
+        let drawn = drawn((2, 1), &RICH, |sheet| {
+            let canvas = BrailleCanvas::new(sheet.area, [0.0, 3.0], [0.0, 3.0], &RICH);
+            for end in [[3.0, 0.0], [0.0, 3.0], [f64::NAN, 3.0]] {
+                canvas.draw(pen, [[0.0, 0.0, end[0], end[1]]], sheet.buf);
+            }
         });
-        insta::assert_snapshot!(text(&buf), @"⣇⣀");
+        insta::assert_snapshot!(drawn, @"⣇⣀");
     }
 
     #[test]

@@ -1,14 +1,16 @@
 //! The cliff map: a column per rate, a row per seed, over the panes.
 
+use std::ops::Range;
+
 use ratatui::{
-    buffer::Buffer,
-    layout::Rect,
     style::{Modifier, Style},
-    text::Span,
-    widgets::{Clear, Widget},
+    text::{Line, Span},
 };
 
-use super::pane::{border, clamp, clip, put, row, width};
+use super::{
+    sheet::{Sheet, columns, rows},
+    text::{clip, line, pad, width},
+};
 use crate::{dashboard::cliff::CliffMap, sweep::survival_level::SurvivalLevel, theme::Theme};
 
 /// Maximum number of visible rows of seeds.
@@ -17,39 +19,40 @@ const MOST_SEEDS: usize = 24;
 /// Number of other rows: the total over all seeds, and two lines about the cursor.
 const OTHERS: usize = 3;
 
+/// Rows and columns of the box.
+const BORDERS: usize = 2;
+
 /// Title of the overlay.
 const TITLE: &str = "cliff map";
 
 /// Label of the cells of all seeds.
 const ALL: &str = "all";
 
-/// Draws `map` in the lower right corner of `area`.
-pub fn render(map: &CliffMap, theme: &Theme, area: Rect, buf: &mut Buffer) {
-    let grid = Grid::new(map, area.intersection(buf.area));
-    Clear.render(grid.place, buf);
-    let (done, all) = map.progress();
-    let progress = if done < all {
-        format!("{done} of {all} runs")
-    } else {
-        format!("{all} runs of {} s", map.sweep().base.end.as_secs_f64())
+/// Draws `map` in the lower right corner.
+pub fn render(map: &CliffMap, mut sheet: Sheet<'_>) {
+    sheet.focused = true;
+    let theme = sheet.theme;
+    let grid = Grid::new(map, (sheet.width(), sheet.height()));
+    let right = columns(sheet.area, sheet.width() - grid.size.0, grid.size.0);
+    let place = rows(right, sheet.height() - grid.size.1, grid.size.1);
+    let mut sheet = sheet.part(place);
+    sheet.clear();
+    let progress = match map.progress() {
+        (done, all) if done < all => format!("{done} of {all} runs"),
+        (_, all) => format!("{all} runs of {} s", map.sweep.base.end.as_secs_f64()),
     };
     // The progress has priority over the conditions.
-    let room = usize::from(grid.place.width).saturating_sub(width(&progress) + 4);
+    let room = sheet.width().saturating_sub(width(&progress) + 4);
     let name = clip(&title(map), room.max(TITLE.len()), theme);
-    let right = Span::styled(progress, theme.faint());
-    let inner = border(&name, right, theme, true, grid.place, buf);
-    grid.draw_axis(theme, inner, buf);
-    grid.draw_all(theme, inner, buf);
-    let seeds = grid.seeds();
-    for (number, seed) in seeds.clone().enumerate() {
-        let line = row(inner, grid.digits + 1 + number);
-        grid.draw_seed(seed, theme, line, buf);
-    }
-    let below = grid.digits + 1 + seeds.len();
-    for (number, text) in said(map, theme).iter().enumerate() {
-        let text = clip(text, usize::from(inner.width), theme);
-        put(&text, Style::new(), 0, row(inner, below + number), buf);
-    }
+    let mut sheet = sheet.boxed(&name, Span::styled(progress, theme.faint()));
+    let seeds = grid.seeds().map(|seed| grid.seed(seed, theme));
+    let lines = grid
+        .axis(theme)
+        .into_iter()
+        .chain([grid.all(theme)])
+        .chain(seeds);
+    let said = said(map, theme).map(Line::raw);
+    sheet.lines(0, 0, lines.chain(said));
 }
 
 fn title(map: &CliffMap) -> String {
@@ -68,7 +71,7 @@ fn title(map: &CliffMap) -> String {
 
 /// The result at the cursor, and the results of all seeds at its rate.
 fn said(map: &CliffMap, theme: &Theme) -> [String; 2] {
-    let (column, row) = map.at();
+    let (column, row) = map.at;
     let (x, y) = map.place();
     let run = match map.outcome(column, row) {
         None => "not run yet".to_owned(),
@@ -80,7 +83,7 @@ fn said(map: &CliffMap, theme: &Theme) -> [String; 2] {
         }
     };
     let (well, runs) = map.survival(column);
-    let verdicts = map.sweep().system.verdicts().iter();
+    let verdicts = map.sweep.system.verdicts().iter();
     let word = verdicts.map(|kind| kind.name.replace('_', " ")).next();
     let word = word.unwrap_or_default();
     let all = match map.only_seed() {
@@ -93,8 +96,8 @@ fn said(map: &CliffMap, theme: &Theme) -> [String; 2] {
 /// The layout of the cells.
 struct Grid<'a> {
     map: &'a CliffMap,
-    /// The whole overlay.
-    place: Rect,
+    /// Width and height of the whole overlay.
+    size: (usize, usize),
     /// Columns before the cells.
     label: usize,
     /// Columns of a cell.
@@ -104,26 +107,20 @@ struct Grid<'a> {
 }
 
 impl<'a> Grid<'a> {
-    fn new(map: &'a CliffMap, area: Rect) -> Self {
-        let rows = (0..map.row_count()).map(|row| map.row_label(row).len());
+    /// The layout for an area of some width and height.
+    fn new(map: &'a CliffMap, area: (usize, usize)) -> Self {
+        let labels = (0..map.row_count()).map(|row| map.row_label(row).len());
         // A sign, the number, a blank.
-        let label = rows.max().unwrap_or(0).max(ALL.len()) + 2;
-        let rates = map.columns();
-        let labels = rates.iter().map(|rate| rate.text.len());
-        let digits = labels.max().unwrap_or(1);
-        let room = usize::from(area.width).saturating_sub(label + 2);
+        let label = labels.max().unwrap_or(0).max(ALL.len()) + 2;
+        let rates = &map.columns;
+        let digits = rates.iter().map(|rate| rate.text.len()).max().unwrap_or(1);
+        let room = area.0.saturating_sub(label + BORDERS);
         let cell = if 2 * rates.len() <= room { 2 } else { 1 };
-        let wide = label + cell * rates.len() + 2;
-        let high = digits + MOST_SEEDS.min(map.row_count()) + OTHERS + 2;
-        let (wide, high) = (clamp(wide).min(area.width), clamp(high).min(area.height));
+        let wide = label + cell * rates.len() + BORDERS;
+        let high = digits + MOST_SEEDS.min(map.row_count()) + OTHERS + BORDERS;
         Self {
             map,
-            place: Rect {
-                x: area.right() - wide,
-                y: area.bottom() - high,
-                width: wide,
-                height: high,
-            },
+            size: (wide.min(area.0), high.min(area.1)),
             label,
             cell,
             digits,
@@ -131,106 +128,102 @@ impl<'a> Grid<'a> {
     }
 
     /// The visible seeds, around the one at the cursor.
-    fn seeds(&self) -> std::ops::Range<usize> {
+    fn seeds(&self) -> Range<usize> {
         let count = self.map.row_count();
-        let room = usize::from(self.place.height.saturating_sub(2));
-        let room = room.saturating_sub(self.digits + OTHERS).min(count);
-        let first = self.map.at().1.saturating_sub(room / 2).min(count - room);
+        let others = self.digits + OTHERS + BORDERS;
+        let room = self.size.1.saturating_sub(others).min(count);
+        let first = self.map.at.1.saturating_sub(room / 2).min(count - room);
         first..first + room
     }
 
     /// The rates, written downwards, with the one at the cursor highlighted.
-    fn draw_axis(&self, theme: &Theme, inner: Rect, buf: &mut Buffer) {
+    fn axis(&self, theme: &Theme) -> Vec<Line<'static>> {
         let heading = self.map.heading();
         let unit = heading.rsplit(' ').next().filter(|unit| unit.len() == 2);
-        let line = row(inner, self.digits.saturating_sub(1));
-        put(unit.unwrap_or_default(), theme.faint(), 1, line, buf);
-        for (rate, value) in self.map.columns().iter().enumerate() {
-            let chosen = rate == self.map.at().0;
-            let style = if chosen {
-                theme.strong().add_modifier(Modifier::REVERSED)
-            } else {
-                theme.faint()
-            };
-            let text = format!("{:>width$}", value.text, width = self.digits);
-            for (number, letter) in text.chars().enumerate() {
-                let letter = format!("{letter:<cell$}", cell = self.cell);
-                put(&letter, style, self.column(rate), row(inner, number), buf);
-            }
-        }
+        let rows = (0..self.digits).map(|row| {
+            let unit = unit.filter(|_| row + 1 == self.digits).unwrap_or_default();
+            let label = pad(&format!(" {unit}"), self.label, theme);
+            let columns = self.map.columns.iter().enumerate();
+            let letters = columns.map(|(rate, value)| {
+                let text = format!("{:>digits$}", value.text, digits = self.digits);
+                let style = match rate == self.map.at.0 {
+                    true => theme.strong().add_modifier(Modifier::REVERSED),
+                    false => theme.faint(),
+                };
+                (pad(&text[row..=row], self.cell, theme), style)
+            });
+            line([(label, theme.faint())].into_iter().chain(letters))
+        });
+        rows.collect()
     }
 
     /// The number of runs held over all seeds, by rate.
-    fn draw_all(&self, theme: &Theme, inner: Rect, buf: &mut Buffer) {
-        let line = row(inner, self.digits);
-        put(ALL, theme.strong(), 1, line, buf);
-        for rate in 0..self.map.columns().len() {
-            let (well, runs) = self.map.survival(rate);
-            let level = SurvivalLevel::of(well, runs);
-            self.put_cell(level, rate, false, theme, line, buf);
-        }
+    fn all(&self, theme: &Theme) -> Line<'static> {
+        let label = pad(&format!(" {ALL}"), self.label, theme);
+        let columns = 0..self.map.columns.len();
+        let survivals = columns.map(|rate| (self.map.survival(rate), false));
+        line(
+            [(label, theme.strong())]
+                .into_iter()
+                .chain(self.cells(survivals, theme)),
+        )
     }
 
-    fn draw_seed(&self, seed: usize, theme: &Theme, line: Rect, buf: &mut Buffer) {
-        let here = seed == self.map.at().1;
+    /// The runs of a seed.
+    fn seed(&self, seed: usize, theme: &Theme) -> Line<'static> {
+        let here = seed == self.map.at.1;
+        let (mark, style) = match here {
+            true => ("▸", theme.strong()),
+            false => (" ", theme.faint()),
+        };
         let number = self.map.row_label(seed);
-        let style = if here { theme.strong() } else { theme.faint() };
-        let start = (self.label - 1).saturating_sub(width(&number));
-        put(&number, style, start, line, buf);
-        if here {
-            put(theme.glyph("▸", ">"), theme.strong(), 0, line, buf);
-        }
-        for rate in 0..self.map.columns().len() {
+        let label = format!("{mark}{number:>digits$} ", digits = self.label - 2);
+        let outcomes = (0..self.map.columns.len()).map(|rate| {
             let outcome = self.map.outcome(rate, seed);
-            let well = outcome.map_or(0, |outcome| usize::from(!outcome.verdict.is_lost()));
-            let level = SurvivalLevel::of(well, usize::from(outcome.is_some()));
-            let chosen = here && rate == self.map.at().0;
-            self.put_cell(level, rate, chosen, theme, line, buf);
-        }
+            let well = outcome.is_some_and(|outcome| !outcome.verdict.is_lost());
+            let survival = (usize::from(well), usize::from(outcome.is_some()));
+            (survival, here && rate == self.map.at.0)
+        });
+        line(
+            [(label, style)]
+                .into_iter()
+                .chain(self.cells(outcomes, theme)),
+        )
     }
 
-    fn put_cell(
+    /// Cells of numbers of runs held and of finished runs, with the chosen one highlighted.
+    fn cells(
         &self,
-        level: SurvivalLevel,
-        rate: usize,
-        chosen: bool,
+        survivals: impl Iterator<Item = ((usize, usize), bool)>,
         theme: &Theme,
-        line: Rect,
-        buf: &mut Buffer,
-    ) {
-        let mut style = level.style(theme);
-        if chosen {
-            style = style.add_modifier(Modifier::REVERSED);
-        }
-        let text = level.glyph(theme).repeat(self.cell);
-        put(&text, style, self.column(rate), line, buf);
-    }
-
-    fn column(&self, rate: usize) -> usize {
-        self.label + rate * self.cell
+    ) -> impl Iterator<Item = (String, Style)> {
+        survivals.map(move |((well, runs), chosen)| {
+            let level = SurvivalLevel::of(well, runs);
+            let style = match chosen {
+                true => level.style(theme).add_modifier(Modifier::REVERSED),
+                false => level.style(theme),
+            };
+            (level.glyph(theme).repeat(self.cell), style)
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::render;
-    use crate::{
-        dashboard::{
-            cliff::sample::half_filled,
-            presets::Direction,
-            view::pane::testing::{POOR, RICH, screen, styled, text, torture},
-        },
-        theme::Theme,
+    use super::*;
+    use crate::dashboard::{
+        cliff::tests::sample::half_filled,
+        presets::Direction,
+        view::testing::{POOR, RICH, drawn, screen, styled, torture},
     };
 
-    fn drawn(width: u16, height: u16, theme: &Theme) -> ratatui::buffer::Buffer {
-        let map = half_filled();
-        screen(width, height, |area, buf| render(&map, theme, area, buf))
+    fn shown(map: &CliffMap, size: (u16, u16), theme: &Theme) -> String {
+        drawn(size, theme, |sheet| render(map, sheet))
     }
 
     #[test]
     fn rates_go_across_and_seeds_down() {
-        insta::assert_snapshot!(text(&drawn(80, 14, &RICH)), @"
+        insta::assert_snapshot!(shown(&half_filled(), (80, 14), &RICH), @"
         ┌cliff map───────────────────────────────────────1500 of 3000 runs┐
         │                       1 1 1 1 1 1 1 1 1 1 2 2 2 2 2 2 2 2 2 2 3 │
         │ Hz  1 2 3 4 5 6 7 8 9 0 1 2 3 4 5 6 7 8 9 0 1 2 3 4 5 6 7 8 9 0 │
@@ -250,7 +243,7 @@ mod tests {
 
     #[test]
     fn where_it_is_narrow_a_cell_is_one_column() {
-        insta::assert_snapshot!(text(&drawn(40, 10, &POOR)), @"
+        insta::assert_snapshot!(shown(&half_filled(), (40, 10), &POOR), @"
         +cliff map---------1500 of 3000 runs+
         |              111111111122222222223|
         | Hz  123456789012345678901234567890|
@@ -266,7 +259,8 @@ mod tests {
 
     #[test]
     fn colour_tells_up_from_down_and_so_does_the_glyph() {
-        let buf = drawn(80, 14, &RICH);
+        let map = half_filled();
+        let buf = screen((80, 14), &RICH, |sheet| render(&map, sheet));
         let up = styled(&buf, RICH.good());
         assert!(up.chars().all(|glyph| "▒▓█".contains(glyph)), "{up}");
         let down = styled(&buf, RICH.alarm_line());
@@ -279,13 +273,13 @@ mod tests {
         for _ in 0..200 {
             map.move_seed(Direction::Up);
         }
-        let buf = screen(80, 14, |area, buf| render(&map, &RICH, area, buf));
-        assert!(text(&buf).contains("▸199"), "{}", text(&buf));
+        let shown = shown(&map, (80, 14), &RICH);
+        assert!(shown.contains("▸199"), "{shown}");
     }
 
     #[test]
     fn any_size_will_do() {
         let map = half_filled();
-        torture(|theme, area, buf| render(&map, theme, area, buf));
+        torture(|sheet| render(&map, sheet));
     }
 }

@@ -1,21 +1,20 @@
 //! The verdict with its reasons, and the events of the run.
 
 use ratatui::{
-    buffer::Buffer,
-    layout::{Margin, Rect},
+    layout::Rect,
     style::Style,
     text::{Line, Span},
 };
 use ratelab::{Event, EventKind};
 
-use super::pane::{border, broken, clip, plain, put, row};
+use super::{
+    sheet::Sheet,
+    text::{broken, clip, line},
+};
 use crate::{
     dashboard::frame::{Standing, VerdictData},
     theme::Theme,
 };
-
-/// Title of the pane.
-const TITLE: &str = "5 events";
 
 /// Columns of the run time of an event: up to 9999.999 s.
 const TIME_COLUMNS: usize = 10;
@@ -25,121 +24,91 @@ const LEAST_EVENTS: usize = 1;
 
 /// Draws the verdict, then events with the newest last, then the notice. The line of the
 /// notice is always reserved, for a stable layout.
-pub fn render(
-    verdict: &VerdictData,
-    events: &[Event],
-    notice: Option<&str>,
-    theme: &Theme,
-    focused: bool,
-    area: Rect,
-    buf: &mut Buffer,
-) {
-    let inner = border(TITLE, Span::default(), theme, focused, area, buf);
-    let inner = inner.inner(Margin::new(inset(inner.width), 0));
-    let height = usize::from(inner.height);
-    for part in headline(verdict, theme).spans {
-        let text = clip(&part.content, usize::from(inner.width), theme);
-        put(&text, part.style, 0, row(inner, 0), buf);
-    }
+pub fn render(verdict: &VerdictData, events: &[Event], notice: Option<&str>, sheet: Sheet<'_>) {
+    let sheet = sheet.boxed("5 events", Span::default());
+    let margin = margin(sheet.width());
+    let mut sheet = sheet.inset(margin);
+    let (theme, height) = (sheet.theme, sheet.height());
+    sheet.line(0, 0, &headline(verdict, theme));
     let bottom = height.saturating_sub(1);
     let reserved = usize::from(height >= 4 || (notice.is_some() && height >= 2));
     if let Some(notice) = notice.filter(|_| reserved > 0) {
-        let text = clip(notice, usize::from(inner.width), theme);
-        put(&text, theme.strong(), 0, row(inner, bottom), buf);
+        sheet.put(0, bottom, notice, theme.strong());
     }
     let free = bottom.saturating_sub(reserved);
     let room = free.saturating_sub(LEAST_EVENTS.min(events.len()));
-    let lines = explanation(&verdict.why, inner.width, room, theme);
-    let explained = lines.len();
-    for (at, line) in lines.iter().enumerate() {
-        put(line, Style::new(), 2, row(inner, 1 + at), buf);
-    }
+    let why = explanation(&verdict.why, sheet.width(), room, theme);
+    let explained = why.len();
+    sheet.lines(2, 1, why.into_iter().map(Line::raw));
     let blank = usize::from(explained + events.len() < free);
-    let begin = 1 + explained + blank;
     let shown = events.len().min(free - explained - blank);
-    for (at, event) in events[events.len() - shown..].iter().enumerate() {
-        draw_event(event, theme, row(inner, begin + at), buf);
-    }
+    let events = events[events.len() - shown..].iter();
+    sheet.lines(0, 1 + explained + blank, events.map(|of| event(of, theme)));
 }
 
 /// Width of a line in a pane of the size of `area`.
-pub fn room(area: Rect) -> u16 {
-    let inner = area.width.saturating_sub(2);
-    inner - 2 * inset(inner)
+pub fn room(area: Rect) -> usize {
+    let inner = usize::from(area.width.saturating_sub(2));
+    inner - 2 * margin(inner)
 }
 
-/// Width of the margin at either edge.
-fn inset(width: u16) -> u16 {
-    u16::from(width > 20)
+fn margin(width: usize) -> usize {
+    usize::from(width > 20)
 }
 
 /// The verdict in a line.
 pub fn headline(verdict: &VerdictData, theme: &Theme) -> Line<'static> {
     let (glyph, style) = match verdict.standing {
-        Standing::Good => (theme.glyph("✓", "+"), theme.good()),
-        Standing::Warned => (theme.glyph("⚠", "!"), theme.alarm_line()),
-        Standing::Done => (theme.glyph("■", "="), theme.strong()),
-        Standing::Lost => (theme.glyph("✖", "!"), theme.alarm()),
+        Standing::Good => ("✓", theme.good()),
+        Standing::Warned => ("⚠", theme.alarm_line()),
+        Standing::Done => ("■", theme.strong()),
+        Standing::Lost => ("✖", theme.alarm()),
     };
-    let text = format!("{glyph} {}", plain(&verdict.headline, theme));
-    Line::from(Span::styled(text, style))
+    line([(format!("{glyph} {}", verdict.headline), style)])
 }
 
 /// At most `most` lines of explanation, wrapped to the width below the headline; a cut one
 /// ends with a sign.
-fn explanation(why: &[String], width: u16, most: usize, theme: &Theme) -> Vec<String> {
-    let room = usize::from(width).saturating_sub(2).max(1);
-    let lines = why
-        .iter()
-        .flat_map(|text| broken(&plain(text, theme), room));
+fn explanation(why: &[String], width: usize, most: usize, theme: &Theme) -> Vec<String> {
+    let room = width.saturating_sub(2);
+    let lines = why.iter().flat_map(|text| broken(text, room, theme));
     let mut lines: Vec<String> = lines.collect();
-    if lines.len() > most {
-        lines.truncate(most);
-        if let Some(last) = lines.last_mut() {
-            *last = clip(&format!("{last} …"), room, theme);
-        }
+    let cut = lines.len() > most;
+    lines.truncate(most);
+    if let Some(last) = lines.last_mut().filter(|_| cut) {
+        *last = clip(&format!("{last} …"), room, theme);
     }
     lines
 }
 
 /// An event with its time in a column of its own.
-fn draw_event(event: &Event, theme: &Theme, row: Rect, buf: &mut Buffer) {
+fn event(event: &Event, theme: &Theme) -> Line<'static> {
     let text = event.to_string();
     let (time, what) = text.split_once(": ").unwrap_or(("", &text));
-    let bad = match event.what {
+    let (sign, style) = match event.what {
         EventKind::Refused { .. }
         | EventKind::Faulted { .. }
-        | EventKind::Presence { present: false, .. } => true,
-        EventKind::Applied { .. } | EventKind::Ended { .. } | EventKind::Presence { .. } => false,
+        | EventKind::Presence { present: false, .. } => ("✖ ", theme.alarm()),
+        EventKind::Applied { .. } | EventKind::Ended { .. } | EventKind::Presence { .. } => {
+            ("", Style::new())
+        }
     };
-    let begin = TIME_COLUMNS + 2;
-    let time = format!("{time:>TIME_COLUMNS$}");
-    put(&time, theme.faint(), 0, row, buf);
-    let (text, style) = if bad {
-        let sign = theme.glyph("✖", "!");
-        (format!("{sign} {what}"), theme.alarm())
-    } else {
-        (what.to_owned(), Style::new())
-    };
-    let room = usize::from(row.width).saturating_sub(begin);
-    put(&clip(&text, room, theme), style, begin, row, buf);
+    let time = format!("{time:>TIME_COLUMNS$}  ");
+    line([(time, theme.faint()), (format!("{sign}{what}"), style)])
 }
 
 #[cfg(test)]
 mod tests {
     use ratatui::buffer::Buffer;
-    use ratelab::{Command, Event, EventKind, Hz, Knob, Time};
+    use ratelab::{Command, Hz, Knob, Time};
 
-    use super::render;
-    use crate::{
-        dashboard::{
-            frame::FrameData,
-            view::{
-                pane::testing::{POOR, RICH, screen, styled, text, torture},
-                sample,
-            },
+    use super::*;
+    use crate::dashboard::{
+        frame::FrameData,
+        view::{
+            sample,
+            testing::{POOR, RICH, screen, styled, text, torture},
         },
-        theme::Theme,
     };
 
     const NOTICE: &str = "control rate is at its lowest, 1 Hz";
@@ -171,16 +140,15 @@ mod tests {
         ]
     }
 
-    fn pane(frame: &FrameData, width: u16, height: u16, theme: &Theme) -> Buffer {
-        let (verdict, events) = (&frame.verdict, events());
-        screen(width, height, |area, buf| {
-            render(verdict, &events, Some(NOTICE), theme, false, area, buf);
+    fn pane(frame: &FrameData, size: (u16, u16), theme: &Theme) -> Buffer {
+        screen(size, theme, |sheet| {
+            render(&frame.verdict, &events(), Some(NOTICE), sheet);
         })
     }
 
     #[test]
     fn a_fall_is_explained() {
-        let buf = pane(&sample::broken(), 62, 11, &RICH);
+        let buf = pane(&sample::broken(), (62, 11), &RICH);
         insta::assert_snapshot!(text(&buf), @"
         ┌5 events────────────────────────────────────────────────────┐
         │ ✖ FELL at 0.84 s                                           │
@@ -203,9 +171,9 @@ mod tests {
 
     #[test]
     fn what_is_cut_is_marked() {
-        insta::assert_snapshot!(text(&pane(&sample::broken(), 42, 7, &POOR)), @r"
+        insta::assert_snapshot!(text(&pane(&sample::broken(), (42, 7), &POOR)), @r"
         +5 events--------------------------------+
-        | ! FELL at 0.84 s                       |
+        | x FELL at 0.84 s                       |
         |   policy decides 5 times a second; the |
         |   pole needs about 20 ...              |
         |    0.840 s  actuator ended the run     |
@@ -217,8 +185,8 @@ mod tests {
     #[test]
     fn a_good_run_is_no_alarm() {
         let frame = sample::balanced();
-        let buf = screen(40, 6, |area, buf| {
-            render(&frame.verdict, &events()[..1], None, &RICH, true, area, buf);
+        let buf = screen((40, 6), &RICH, |sheet| {
+            render(&frame.verdict, &events()[..1], None, sheet);
         });
         insta::assert_snapshot!(text(&buf), @"
         ┌5 events──────────────────────────────┐
@@ -235,16 +203,6 @@ mod tests {
     #[test]
     fn any_size_will_do() {
         let (frame, events) = (sample::broken(), events());
-        torture(|theme, area, buf| {
-            render(
-                &frame.verdict,
-                &events,
-                Some(NOTICE),
-                theme,
-                true,
-                area,
-                buf,
-            );
-        });
+        torture(|sheet| render(&frame.verdict, &events, Some(NOTICE), sheet));
     }
 }

@@ -16,7 +16,8 @@ mod tests {
         super::{
             figures::{NODE_COLUMNS, TOPIC_COLUMNS},
             page::{EDGES, KEY_GAP},
-            pane::{plain, testing::POOR, width},
+            testing::POOR,
+            text::{plain, width},
             timeline::LEGEND,
         },
         GLOSSARY, glossary,
@@ -56,8 +57,9 @@ mod tests {
 
     #[test]
     fn every_word_of_the_panes_is_in_the_glossary() {
-        let columns = TOPIC_COLUMNS.iter().chain(&NODE_COLUMNS);
-        let heads = columns.flat_map(|column| column.head.split(' '));
+        let topics = TOPIC_COLUMNS.into_iter().map(|column| column.head);
+        let heads = topics.chain(NODE_COLUMNS.into_iter().map(|column| column.head));
+        let heads = heads.flat_map(|head| head.split(' '));
         let heads = heads.filter(|word| !["ms", "µs", "Hz"].contains(word));
         let parts = PartKind::ALL.into_iter().map(PartKind::word);
         let marks = LEGEND.iter().map(|(_, word)| *word);

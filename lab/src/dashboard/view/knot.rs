@@ -1,67 +1,56 @@
 //! Ticks that overlap: a column for each node, and a row for each operation.
 
 use ratatui::{
-    buffer::Buffer,
-    layout::Rect,
     style::{Modifier, Style},
     text::Span,
 };
 
-use super::pane::{border, clip, put, row};
-use crate::{dashboard::knot::KnotView, theme::Theme};
+use super::{sheet::Sheet, text::clip};
+use crate::dashboard::knot::KnotView;
 
 /// The least width of a column; narrower ones are lines with the name of the node.
 const COLUMN: usize = 20;
 
 /// Draws the operations of `knot` around the last one that is done.
-pub fn render(knot: &KnotView, theme: &Theme, focused: bool, area: Rect, buf: &mut Buffer) {
-    let (done, all) = (knot.done, knot.operations.len());
+pub fn render(knot: &KnotView, sheet: Sheet<'_>) {
+    let (theme, done, all) = (sheet.theme, knot.done, knot.operations.len());
     let about = format!(" ticks that overlap, operation {done} of {all} ");
-    let about = Span::styled(about, theme.faint());
-    let inner = border("6 timeline", about, theme, focused, area, buf);
-    let room = usize::from(inner.width).saturating_sub(3);
-    let column = room / knot.lanes.len().max(1);
+    let mut sheet = sheet.boxed("6 timeline", Span::styled(about, theme.faint()));
+    let column = sheet.width().saturating_sub(3) / knot.lanes.len().max(1);
     let columns = column >= COLUMN;
-    if columns {
-        for (lane, name) in knot.lanes.iter().enumerate() {
-            let name = clip(name, column - 1, theme);
-            put(&name, theme.strong(), 3 + lane * column, row(inner, 0), buf);
-        }
+    let place = |lane: usize| 3 + if columns { lane * column } else { 0 };
+    for (lane, name) in knot.lanes.iter().enumerate().filter(|_| columns) {
+        let name = clip(name, column - 1, theme);
+        sheet.put(place(lane), 0, &name, theme.strong());
     }
     let head = usize::from(columns);
-    let rows = usize::from(inner.height).saturating_sub(head);
-    let first = done
-        .saturating_sub(rows.div_ceil(2))
-        .min(all.saturating_sub(rows));
+    let rows = sheet.height().saturating_sub(head);
+    let first = done.saturating_sub(rows.div_ceil(2));
+    let first = first.min(all.saturating_sub(rows));
     let shown = knot.operations.iter().enumerate().skip(first).take(rows);
     for (number, (lane, what)) in shown {
-        let place = row(inner, head + number - first);
-        let last = number + 1 == done;
-        let style = match number < done {
-            _ if last => theme.active().add_modifier(Modifier::BOLD),
-            true => Style::new(),
-            false => theme.faint(),
+        let row = head + number - first;
+        let style = match number + 1 {
+            next if next == done => {
+                let style = theme.active().add_modifier(Modifier::BOLD);
+                sheet.put(1, row, "▶", style);
+                style
+            }
+            next if next < done => Style::new(),
+            _ => theme.faint(),
         };
-        if last {
-            put(theme.glyph("▶", ">"), style, 1, place, buf);
-        }
-        match columns {
-            true => {
-                let what = clip(what, column - 1, theme);
-                put(&what, style, 3 + lane * column, place, buf);
-            }
-            false => {
-                let what = format!("{} {what}", knot.lanes[*lane]);
-                put(&clip(&what, room, theme), style, 3, place, buf);
-            }
-        }
+        let what = match columns {
+            true => clip(what, column - 1, theme),
+            false => format!("{} {what}", knot.lanes[*lane]),
+        };
+        sheet.put(place(*lane), row, &what, style);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dashboard::view::pane::testing::{POOR, RICH, screen, text, torture};
+    use crate::dashboard::view::testing::{POOR, RICH, drawn, torture};
     use ratelab::Time;
 
     fn sample(lanes: &[&str]) -> KnotView {
@@ -78,9 +67,7 @@ mod tests {
     #[test]
     fn the_last_operation_is_marked_in_the_column_of_its_node() {
         let knot = sample(&["sensor", "policy"]);
-        let drawn = text(&screen(60, 9, |area, buf| {
-            render(&knot, &RICH, true, area, buf);
-        }));
+        let drawn = drawn((60, 9), &RICH, |sheet| render(&knot, sheet));
         let lines: Vec<&str> = drawn.lines().collect();
         assert!(lines[0].contains("operation 7 of 12"), "{drawn}");
         assert!(lines[1].contains("sensor") && lines[1].contains("policy"));
@@ -100,15 +87,13 @@ mod tests {
         let many: Vec<String> = (0..9).map(|node| format!("node {node}")).collect();
         let many: Vec<&str> = many.iter().map(String::as_str).collect();
         let knot = sample(&many);
-        let drawn = text(&screen(60, 9, |area, buf| {
-            render(&knot, &POOR, false, area, buf);
-        }));
+        let drawn = drawn((60, 9), &POOR, |sheet| render(&knot, sheet));
         assert!(drawn.contains("> node 6 /obs, turn 6"), "{drawn}");
     }
 
     #[test]
     fn any_size_draws() {
         let knot = sample(&["sensor", "policy"]);
-        torture(|theme, area, buf| render(&knot, theme, true, area, buf));
+        torture(|sheet| render(&knot, sheet));
     }
 }

@@ -1,8 +1,14 @@
 //! The layout of the screen, by its size.
 
-use ratatui::layout::{Constraint, Layout as Split, Rect, Size};
+use ratatui::layout::{
+    Constraint::{self, Fill, Length, Percentage},
+    Layout, Rect, Size,
+};
 
 use crate::dashboard::focus::Pane;
+
+/// What the others leave.
+const REST: Constraint = Fill(1);
 
 /// The smallest screen with any content but its own size.
 pub const LEAST: Size = Size::new(40, 12);
@@ -47,26 +53,26 @@ impl ScreenLayout {
         [age, scrubber]: [u16; 2],
         exist: impl Fn(Pane) -> bool,
     ) -> Self {
-        let line = Constraint::Length(1);
-        let lines = age;
-        let [age, second] = [age, scrubber].map(Constraint::Length);
-        let parts = [line, age, Constraint::Fill(1), second, line];
-        let [status, age, body, second, footer] = rows(area, parts);
-        let (verdict, panes) = if is_single(area, zoomed) {
-            one_pane(body, focus)
-        } else if lines > 0 && !is_roomy(area) {
-            (None, few_panes(body, focus, exist))
+        let [status, head, body, second, footer] = rows(
+            area,
+            [Length(1), Length(age), REST, Length(scrubber), Length(1)],
+        );
+        let mut verdict = None;
+        let mut panes = if is_single(area, zoomed) {
+            let [pane, line] = rows(body, [REST, Length(u16::from(focus != Pane::Events))]);
+            verdict = Some(line).filter(|line| !line.is_empty());
+            vec![(focus, pane)]
+        } else if age > 0 && !is_roomy(area) {
+            few_panes(body, focus, &exist)
         } else if body.height >= TALL && Pane::ALL.into_iter().all(&exist) {
-            (None, two_columns(body))
+            two_columns(body)
         } else {
-            (
-                None,
-                all_panes(body, focus, is_roomy(area), lines > 0, exist),
-            )
+            all_panes(body, focus, is_roomy(area), &exist)
         };
+        panes.retain(|(pane, _)| *pane == focus || exist(*pane));
         Self {
             status,
-            age,
+            age: head,
             verdict,
             panes,
             body,
@@ -95,23 +101,13 @@ fn fits(size: Size, area: Rect) -> bool {
     area.width >= size.width && area.height >= size.height
 }
 
-fn one_pane(body: Rect, focus: Pane) -> (Option<Rect>, Vec<(Pane, Rect)>) {
-    if focus == Pane::Events {
-        return (None, vec![(focus, body)]);
-    }
-    let [pane, verdict] = rows(body, [Constraint::Fill(1), Constraint::Length(1)]);
-    (Some(verdict), vec![(focus, pane)])
-}
-
 /// The graph on top; below it the plant and the figures on the left, and all panes over
 /// time on the right.
 fn two_columns(body: Rect) -> Vec<(Pane, Rect)> {
-    let rest = Constraint::Fill(1);
-    let [graph, below] = rows(body, [Constraint::Length(11), rest]);
-    let [left, right] = columns(below, [Constraint::Percentage(56), rest]);
-    let [plant, figures] = rows(left, [rest, Constraint::Length(19)]);
-    let lengths = [rest, Constraint::Length(LANES), Constraint::Length(12)];
-    let [signal, timeline, events] = rows(right, lengths);
+    let [graph, below] = rows(body, [Length(11), REST]);
+    let [left, right] = columns(below, 56);
+    let [plant, figures] = rows(left, [REST, Length(19)]);
+    let [signal, timeline, events] = rows(right, [REST, Length(LANES), Length(12)]);
     vec![
         (Pane::Graph, graph),
         (Pane::Plant, plant),
@@ -127,74 +123,61 @@ fn two_columns(body: Rect) -> Vec<(Pane, Rect)> {
 fn few_panes(body: Rect, focus: Pane, exist: impl Fn(Pane) -> bool) -> Vec<(Pane, Rect)> {
     // The tables of the figures need more rows.
     let height = if focus == Pane::Figures { 5 } else { 7 };
-    let [graph, rest] = rows(body, [Constraint::Length(height), Constraint::Fill(1)]);
+    let [graph, rest] = rows(body, [Length(height), REST]);
     if matches!(focus, Pane::Figures | Pane::Events | Pane::Timeline) {
         return vec![(Pane::Graph, graph), (focus, rest)];
     }
-    let widths = [Constraint::Percentage(38), Constraint::Fill(1)];
-    let [left, right] = match (exist(Pane::Plant), exist(Pane::Signal)) {
-        (true, true) => columns(rest, widths),
-        (true, false) => [rest, Rect::default()],
-        (false, _) => [Rect::default(), rest],
-    };
-    let panes = [
+    let [left, right] = columns(rest, share(38, exist));
+    vec![
         (Pane::Graph, graph),
         (Pane::Plant, left),
         (Pane::Signal, right),
-    ];
-    panes.into_iter().filter(|(pane, _)| exist(*pane)).collect()
+    ]
 }
 
 fn all_panes(
     body: Rect,
     focus: Pane,
     roomy: bool,
-    aged: bool,
     exist: impl Fn(Pane) -> bool,
 ) -> Vec<(Pane, Rect)> {
-    let (plant, signal) = (exist(Pane::Plant), exist(Pane::Signal));
-    let rest = Constraint::Fill(1);
-    let (graph, middle) = match (plant || signal, roomy) {
-        (false, _) => (rest, Constraint::Length(0)),
-        (true, true) => (Constraint::Length(11), rest),
-        (true, false) => (Constraint::Length(7), rest),
+    let over_time = exist(Pane::Plant) || exist(Pane::Signal);
+    let (graph, middle) = match (over_time, roomy) {
+        (false, _) => (REST, Length(0)),
+        (true, true) => (Length(11), REST),
+        (true, false) => (Length(7), REST),
     };
-    // With an age, the signal is more important than the figures.
-    let (middle, bottom) = match (aged && middle == rest, roomy) {
-        (true, false) => (Constraint::Fill(4), Constraint::Fill(3)),
-        _ => (middle, rest),
-    };
-    let [graph, middle, bottom] = rows(body, [graph, middle, bottom]);
-    let left = match (plant, signal) {
-        (true, true) => 42,
-        (true, false) => 100,
-        (false, _) => 0,
-    };
-    let [left, right] = columns(middle, [Constraint::Percentage(left), rest]);
-    let [figures, events] = columns(bottom, [Constraint::Percentage(62), rest]);
+    let [graph, middle, bottom] = rows(body, [graph, middle, REST]);
+    let [left, right] = columns(middle, share(42, &exist));
+    let [figures, events] = columns(bottom, 62);
     // The timeline takes the place of the figures.
-    let instead = focus == Pane::Timeline;
-    let panes = [
+    let instead = match focus {
+        Pane::Timeline => Pane::Timeline,
+        _ => Pane::Figures,
+    };
+    vec![
         (Pane::Graph, graph),
         (Pane::Plant, left),
         (Pane::Signal, right),
-        (
-            if instead {
-                Pane::Timeline
-            } else {
-                Pane::Figures
-            },
-            figures,
-        ),
+        (instead, figures),
         (Pane::Events, events),
-    ];
-    panes.into_iter().filter(|(pane, _)| exist(*pane)).collect()
+    ]
 }
 
-fn rows<const N: usize>(area: Rect, constraints: [Constraint; N]) -> [Rect; N] {
-    Split::vertical(constraints).areas(area)
+/// The percentage of the plant beside the signal, `usual` if both exist.
+fn share(usual: u16, exist: impl Fn(Pane) -> bool) -> u16 {
+    match (exist(Pane::Plant), exist(Pane::Signal)) {
+        (true, true) => usual,
+        (true, false) => 100,
+        (false, _) => 0,
+    }
 }
 
-fn columns<const N: usize>(area: Rect, constraints: [Constraint; N]) -> [Rect; N] {
-    Split::horizontal(constraints).areas(area)
+fn rows<const N: usize>(area: Rect, heights: [Constraint; N]) -> [Rect; N] {
+    Layout::vertical(heights).areas(area)
+}
+
+/// Two columns of `area`, the first of some percentage.
+fn columns(area: Rect, first: u16) -> [Rect; 2] {
+    Layout::horizontal([Percentage(first), REST]).areas(area)
 }

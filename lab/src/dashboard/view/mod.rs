@@ -3,6 +3,7 @@
 mod age;
 mod bottom;
 mod canvas;
+mod chart;
 mod cliff;
 mod events;
 mod figures;
@@ -12,29 +13,21 @@ mod histogram;
 mod knot;
 mod layout;
 mod page;
-mod pane;
 mod plant;
 mod scrubber;
+pub(super) mod sheet;
 mod signal;
 mod status;
 mod table;
+mod text;
 mod timeline;
 
-use ratatui::{
-    Frame,
-    buffer::Buffer,
-    layout::Rect,
-    text::Line,
-    widgets::{Paragraph, Widget, Wrap},
-};
+use ratatui::{Frame, layout::Rect, text::Line};
 use ratelab::Event;
 use ratelab_study::system::System;
 
-use self::layout::ScreenLayout;
 #[cfg(test)]
 pub use self::page::render as render_page;
-#[cfg(test)]
-pub use self::pane::testing;
 pub use self::{
     bottom::{Bottom, PromptLine},
     glossary::glossary,
@@ -42,8 +35,9 @@ pub use self::{
     scrubber::Scrubber,
     status::StatusExtra,
 };
+use self::{layout::ScreenLayout, sheet::Sheet, text::broken};
 #[cfg(test)]
-pub use super::tests::sample;
+pub use super::tests::{sample, testing};
 use super::{
     cliff::CliffMap,
     focus::Pane,
@@ -101,39 +95,52 @@ impl ScreenState<'_> {
         }
     }
 
-    /// The state of the run and its cause, across a screen of the size of `area`, if the
-    /// pane of events is too small. Beside several panes always the same number of lines,
-    /// for a stable layout: a long cause takes the line of the push. A
+    /// The lines below the top one on a screen of the size of `area`: the push age, the
+    /// state of the run with its cause, and the parts of the push; none without an age.
+    fn head(&self, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
+        if !self.has_age() {
+            return Vec::new();
+        }
+        let room = usize::from(area.width);
+        let has_parts = area.height >= LEAST_FOR_PARTS;
+        let push = self.frame.push.as_ref().filter(|_| has_parts);
+        let age = age::age_line(self.frame.age.as_ref(), push, room, theme);
+        let mut lines = vec![age];
+        lines.extend(self.verdict_lines(area, theme));
+        // A long cause takes the line of the push.
+        if has_parts && lines.len() <= 1 + VERDICT_LINES {
+            lines.push(push.map_or_else(Line::default, |push| age::push_line(push, room)));
+        }
+        lines
+    }
+
+    /// The state of the run and its cause, across the screen, if the pane of events is too
+    /// small. Beside several panes always the same number of lines, for a stable layout: a
     /// single pane has the verdict below it.
     fn verdict_lines(&self, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
         let single = layout::is_single(area, self.zoomed);
-        if !self.has_age() || (layout::is_roomy(area) && !single) {
+        if layout::is_roomy(area) && !single {
             return Vec::new();
         }
         let room = usize::from(area.width).saturating_sub(1);
         let verdict = &self.frame.verdict;
         let why = verdict.why.iter();
-        let why = why.flat_map(|why| pane::broken(&pane::plain(why, theme), room));
-        let why = why.map(Line::from);
-        match single {
-            true if self.focus == Pane::Events => Vec::new(),
-            true => why.take(VERDICT_LINES - 1).collect(),
-            false => {
-                let mut lines = vec![events::headline(verdict, theme)];
-                lines.extend(why);
-                let more = usize::from(self.has_push(area));
-                lines.resize(
-                    lines.len().clamp(VERDICT_LINES, VERDICT_LINES + more),
-                    Line::default(),
-                );
-                lines
-            }
+        let why = why.flat_map(|why| broken(why, room, theme));
+        let why = why.map(|why| Line::raw(format!(" {why}")));
+        if single {
+            let most = match self.focus {
+                Pane::Events => 0,
+                _ => VERDICT_LINES - 1,
+            };
+            return why.take(most).collect();
         }
-    }
-
-    /// Whether a screen of the size of `area` has room for the parts of an age.
-    fn has_push(&self, area: Rect) -> bool {
-        self.has_age() && area.height >= LEAST_FOR_PARTS
+        let mut headline = events::headline(verdict, theme);
+        headline.spans.insert(0, " ".into());
+        let mut lines: Vec<_> = [headline].into_iter().chain(why).collect();
+        let most = VERDICT_LINES + usize::from(area.height >= LEAST_FOR_PARTS);
+        let count = lines.len().clamp(VERDICT_LINES, most);
+        lines.resize(count, Line::default());
+        lines
     }
 
     /// Whether there is an age, or will be one.
@@ -157,114 +164,91 @@ const VERDICT_LINES: usize = 3;
 /// Draws everything, or only the size of a screen that is too small.
 pub fn render(shown: Option<&ScreenState<'_>>, theme: &Theme, frame: &mut Frame<'_>) {
     let area = frame.area();
-    let buf = frame.buffer_mut();
-    if !layout::is_enough(area) {
-        too_small(area, buf);
-    } else if let Some(shown) = shown {
-        let (panes, scrubber) = ((shown.focus, shown.zoomed), shown.scrubber.is_some());
-        let verdict = shown.verdict_lines(area, theme).len();
-        let push = shown.has_push(area) && verdict <= VERDICT_LINES;
-        let age = [shown.has_age(), push].map(usize::from);
-        let age = pane::clamp(age.iter().sum::<usize>() + verdict);
-        let layout = ScreenLayout::of(area, panes, [age, u16::from(scrubber)], |pane| {
-            shown.has(pane)
-        });
-        render_parts(shown, theme, &layout, buf);
+    let sheet = Sheet::new(theme, false, area, frame.buffer_mut());
+    match shown {
+        _ if !layout::is_enough(area) => too_small(sheet),
+        Some(shown) => render_parts(shown, sheet),
+        None => {}
     }
 }
 
-fn render_parts(shown: &ScreenState<'_>, theme: &Theme, layout: &ScreenLayout, buf: &mut Buffer) {
+fn render_parts(shown: &ScreenState<'_>, mut sheet: Sheet<'_>) {
+    let (area, theme) = (sheet.area, sheet.theme);
+    let head = shown.head(area, theme);
+    let (panes, scrubber) = ((shown.focus, shown.zoomed), shown.scrubber.is_some());
+    let heights = [sheet::clamp(head.len()), u16::from(scrubber)];
+    let layout = ScreenLayout::of(area, panes, heights, |pane| shown.has(pane));
     let name = shown.system.name();
-    status::render(name, shown.frame, &shown.extra, theme, layout.status, buf);
-    render_age(shown, theme, layout.age, buf);
+    status::render(name, shown.frame, &shown.extra, sheet.part(layout.status));
+    sheet.part(layout.age).lines(0, 0, head);
     if let Some(area) = layout.verdict {
-        verdict_line(shown, theme, area, buf);
+        verdict_line(shown, sheet.part(area));
     }
     for (pane, area) in &layout.panes {
-        render_pane(shown, *pane, theme, *area, buf);
+        let mut part = sheet.part(*area);
+        part.focused = *pane == shown.focus;
+        render_pane(shown, *pane, part);
     }
     if let (Some(scrubber), Some(area)) = (&shown.scrubber, layout.scrubber) {
-        scrubber::render(scrubber, theme, area, buf);
+        scrubber::render(scrubber, sheet.part(area));
     }
     if let Some(page) = &shown.aside {
-        let signal = layout.panes.iter().find(|(pane, _)| *pane == Pane::Signal);
-        let several = layout.panes.len() > 1;
-        let place = signal
-            .filter(|_| several)
-            .map_or(layout.body, |(_, area)| *area);
-        page::render(page, theme, place, buf);
+        page::render(page, sheet.part(place_aside(&layout)));
     }
     if let Some(map) = shown.map {
-        cliff::render(map, theme, layout.body, buf);
+        cliff::render(map, sheet.part(layout.body));
     }
     if let Some(page) = &shown.page {
-        page::render(page, theme, layout.body, buf);
+        page::render(page, sheet.part(layout.body));
     }
-    bottom::render(shown, layout, theme, buf);
+    bottom::render(shown, &layout, sheet);
 }
 
-/// The push age with its parts, and the cause of a loss.
-fn render_age(shown: &ScreenState<'_>, theme: &Theme, area: Rect, buf: &mut Buffer) {
-    let lines = shown.verdict_lines(buf.area, theme);
-    let has_push = shown.has_push(buf.area);
-    let parts = shown.frame.push.as_ref().filter(|_| has_push);
-    if shown.has_age() {
-        age::render(shown.frame.age.as_ref(), parts, theme, area, buf);
-    }
-    let push_line = has_push && lines.len() <= VERDICT_LINES;
-    let above = usize::from(shown.has_age());
-    if let Some(push) = parts.filter(|_| push_line) {
-        age::push_line(push, theme, pane::row(area, above + lines.len()), buf);
-    }
-    for (number, line) in lines.into_iter().enumerate() {
-        line.render(pane::from(pane::row(area, above + number), 1), buf);
-    }
+/// The place of a page beside the panes to look at: that of the signal, if there are several.
+fn place_aside(layout: &ScreenLayout) -> Rect {
+    let mut panes = layout.panes.iter();
+    let signal = panes.find(|(pane, _)| *pane == Pane::Signal);
+    let signal = signal.filter(|_| layout.panes.len() > 1);
+    signal.map_or(layout.body, |(_, area)| *area)
 }
 
-fn render_pane(shown: &ScreenState<'_>, pane: Pane, theme: &Theme, area: Rect, buf: &mut Buffer) {
-    let focused = pane == shown.focus;
+fn render_pane(shown: &ScreenState<'_>, pane: Pane, sheet: Sheet<'_>) {
     let frame = shown.frame;
-    let verdict = &frame.verdict;
     match pane {
-        Pane::Graph => graph::render(frame, &shown.knob_focus, theme, focused, area, buf),
+        Pane::Graph => graph::render(frame, &shown.knob_focus, sheet),
         Pane::Plant => {
             let picture = shown.system.picture(&frame.state);
-            plant::render(picture.as_ref(), verdict, theme, focused, area, buf);
+            plant::render(picture.as_ref(), &frame.verdict, sheet);
         }
         Pane::Signal => {
             if let Some(trace) = &shown.trace {
-                signal::render(trace, frame.now, theme, focused, area, buf);
+                signal::render(trace, frame.now, sheet);
             }
         }
-        Pane::Figures => figures::render(frame, theme, focused, area, buf),
+        Pane::Figures => figures::render(frame, sheet),
         Pane::Timeline => match &shown.knot {
-            Some(knot) => knot::render(knot, theme, focused, area, buf),
-            None => timeline::render(shown.timeline.as_ref(), theme, focused, area, buf),
+            Some(knot) => knot::render(knot, sheet),
+            None => timeline::render(shown.timeline.as_ref(), sheet),
         },
-        Pane::Events => {
-            let (events, notice) = (&shown.events, shown.bottom.notice);
-            events::render(verdict, events, notice, theme, focused, area, buf);
-        }
+        Pane::Events => events::render(&frame.verdict, &shown.events, shown.bottom.notice, sheet),
     }
 }
 
 /// The verdict, or the notice, if no pane shows it.
-fn verdict_line(shown: &ScreenState<'_>, theme: &Theme, area: Rect, buf: &mut Buffer) {
+fn verdict_line(shown: &ScreenState<'_>, mut sheet: Sheet<'_>) {
     let line = match shown.bottom.notice {
-        Some(notice) => Line::from(pane::clip(notice, usize::from(area.width), theme)),
-        None => events::headline(&shown.frame.verdict, theme),
+        Some(notice) => Line::raw(notice),
+        None => events::headline(&shown.frame.verdict, sheet.theme),
     };
-    line.render(area, buf);
+    sheet.line(0, 0, &line);
 }
 
-fn too_small(area: Rect, buf: &mut Buffer) {
+fn too_small(mut sheet: Sheet<'_>) {
+    let (least, is) = (layout::LEAST, sheet.area);
     let text = format!(
         "ratelab needs {}x{}, this is {}x{}",
-        layout::LEAST.width,
-        layout::LEAST.height,
-        area.width,
-        area.height
+        least.width, least.height, is.width, is.height
     );
-    let paragraph = Paragraph::new(text).wrap(Wrap { trim: true });
-    paragraph.render(area, buf);
+    let lines = broken(&text, sheet.width(), sheet.theme);
+    sheet.lines(0, 0, lines.into_iter().map(Line::raw));
 }

@@ -2,13 +2,14 @@
 //! the tour.
 
 use ratatui::{
-    buffer::Buffer,
-    layout::Rect,
+    style::Style,
     text::{Line, Span},
-    widgets::{Clear, Widget},
 };
 
-use super::pane::{border, broken, centred, clip, from, plain, put, row, tail, width};
+use super::{
+    sheet::{Sheet, columns, rows},
+    text::{broken, clip, line, pad, plain, tail, width},
+};
 use crate::theme::Theme;
 
 /// Maximum width of a text, and of the box around it.
@@ -46,15 +47,22 @@ pub struct Page {
     pub aside: bool,
 }
 
-/// Draws `page` in `area`, with the height of its content.
-pub fn render(page: &Page, theme: &Theme, area: Rect, buf: &mut Buffer) {
-    let area = area.intersection(buf.area);
-    let (lines, wide) = page.lines(theme, area);
-    let mut place = centred(wide + EDGES, page.height(&lines), area);
-    if page.aside {
-        (place.x, place.y) = (area.x, area.bottom() - place.height);
-    }
-    page.draw(&lines, theme, place, buf);
+/// Draws `page` with the height of its content.
+pub fn render(page: &Page, mut sheet: Sheet<'_>) {
+    sheet.focused = true;
+    let theme = sheet.theme;
+    let (lines, wide) = page.lines(theme, (sheet.width(), sheet.height()));
+    let wide = (wide + EDGES).min(sheet.width());
+    let high = (lines.len() + page.below() + BORDERS).min(sheet.height());
+    let spare = [sheet.width() - wide, sheet.height() - high];
+    let [left, top] = match page.aside {
+        true => [0, spare[1]],
+        false => spare.map(|spare| spare / 2),
+    };
+    let place = rows(columns(sheet.area, left, wide), top, high);
+    let mut sheet = sheet.part(place);
+    sheet.clear();
+    page.fill(lines, sheet.boxed(&page.title, Span::default()));
 }
 
 impl Page {
@@ -80,15 +88,15 @@ impl Page {
         }
     }
 
-    /// The content in lines for `area`, and their width.
-    fn lines(&self, theme: &Theme, area: Rect) -> (Vec<Line<'static>>, usize) {
+    /// The content in lines for an area of `size`, and their width.
+    fn lines(&self, theme: &Theme, size: (usize, usize)) -> (Vec<Line<'static>>, usize) {
         if !self.rows.is_empty() {
-            let (lines, wide) = in_columns(&self.rows, theme, area);
+            let (lines, wide) = in_columns(&self.rows, theme, size);
             return (lines, wide.max(self.title.len()));
         }
-        let room = usize::from(area.width).saturating_sub(EDGES).min(WIDEST);
-        let text = plain(&self.text, theme);
-        let lines = text.lines().flat_map(|line| broken(line, room.max(1)));
+        let room = size.0.saturating_sub(EDGES).min(WIDEST);
+        let lines = self.text.lines();
+        let lines = lines.flat_map(|line| broken(line, room, theme));
         (lines.map(Line::raw).collect(), room)
     }
 
@@ -100,45 +108,36 @@ impl Page {
         }
     }
 
-    /// Rows of the whole box.
-    fn height(&self, lines: &[Line<'_>]) -> usize {
-        lines.len() + self.below() + BORDERS
-    }
-
-    fn draw(&self, lines: &[Line<'_>], theme: &Theme, place: Rect, buf: &mut Buffer) {
-        Clear.render(place, buf);
-        let inner = border(&self.title, Span::default(), theme, true, place, buf);
-        let (height, room) = (usize::from(inner.height), usize::from(inner.width));
+    /// Writes the visible lines, and below them what is typed and the hint.
+    fn fill(&self, lines: Vec<Line<'static>>, mut sheet: Sheet<'_>) {
+        let (theme, height) = (sheet.theme, sheet.height());
         let hidden = lines.len() + self.below() > height;
         let below = self.below().max(usize::from(hidden) * HINT);
         let shown = height.saturating_sub(below);
         // Scrolling ends at the last lines.
         let first = self.scroll.min(lines.len().saturating_sub(shown));
-        for (at, line) in lines.iter().skip(first).take(shown).enumerate() {
-            line.render(from(row(inner, at), 1), buf);
-        }
+        let rest = lines.len().saturating_sub(first + shown);
+        sheet.lines(1, 0, lines.into_iter().skip(first).take(shown));
         if below == 0 {
             return;
         }
-        let room = room.saturating_sub(2);
-        let mut draw = |text: &str, style, above: usize| {
-            let place = row(inner, height.saturating_sub(above));
-            put(text, style, 1, place, buf);
-        };
+        let room = sheet.width().saturating_sub(2);
         if let Some(typed) = &self.typed {
-            let mark = theme.glyph("▏", "_");
             let typed = tail(&plain(typed, theme), room.saturating_sub(3));
-            draw(&format!("> {typed}{mark}"), theme.strong(), 3);
+            sheet.put(
+                1,
+                height.saturating_sub(3),
+                &format!("> {typed}▏"),
+                theme.strong(),
+            );
         }
-        let rest = lines.len().saturating_sub(first + shown);
-        let hint = self.last_line(first, rest, theme);
-        draw(&clip(&hint, room, theme), theme.faint(), 1);
+        let hint = clip(&self.last_line(first, rest), room, theme);
+        sheet.put(1, height.saturating_sub(1), &hint, theme.faint());
     }
 
     /// The hint, or else the numbers of lines above and below those in sight.
-    fn last_line(&self, first: usize, rest: usize, theme: &Theme) -> String {
-        let above = format!("{} {first} above", theme.glyph("↑", "up"));
-        let below = format!("{} {rest} below", theme.glyph("↓", "down"));
+    fn last_line(&self, first: usize, rest: usize) -> String {
+        let (above, below) = (format!("↑ {first} above"), format!("↓ {rest} below"));
         match (self.hint, first, rest) {
             ("", 0, _) => below,
             ("", _, 0) => above,
@@ -149,52 +148,41 @@ impl Page {
     }
 }
 
-/// `rows` in lines for `area`, in one column or in two, and their width.
-fn in_columns(rows: &[(String, String)], theme: &Theme, area: Rect) -> (Vec<Line<'static>>, usize) {
+/// `rows` in lines for an area of `size`, in one column or in two, and their width.
+fn in_columns(
+    rows: &[(String, String)],
+    theme: &Theme,
+    size: (usize, usize),
+) -> (Vec<Line<'static>>, usize) {
     let widest = |text: fn(&(String, String)) -> &String| {
         let widths = rows.iter().map(|row| width(&plain(text(row), theme)));
         widths.max().unwrap_or(0)
     };
-    let keys = widest(|row| &row.0);
-    let column = keys + KEY_GAP + widest(|row| &row.1);
+    let (keys, meanings) = (widest(|row| &row.0), widest(|row| &row.1));
+    let column = keys + KEY_GAP + meanings;
     let both = 2 * column + COLUMN_GAP;
-    let low = rows.len() + BORDERS <= usize::from(area.height);
-    let (columns, wide) = match both + EDGES <= usize::from(area.width) && !low {
+    let low = rows.len() + BORDERS <= size.1;
+    let (columns, wide) = match both + EDGES <= size.0 && !low {
         true => (2, both),
         false => (1, column),
     };
     let high = rows.len().div_ceil(columns);
-    let room = usize::from(area.width).saturating_sub(EDGES - 1);
     let lines = (0..high).map(|down| {
-        let mut line = Line::default();
-        for (key, what) in rows.iter().skip(down).step_by(high) {
-            let start = match line.width() {
-                0 => 0,
-                _ => column + COLUMN_GAP,
-            };
-            line.push_span(" ".repeat(start - line.width()));
-            line.push_span(Span::styled(clip(key, room, theme), theme.strong()));
-            let start = (start + keys + KEY_GAP).min(room);
-            line.push_span(" ".repeat(start.saturating_sub(line.width())));
-            line.push_span(clip(what, room - start, theme));
-        }
-        line
+        let cells = rows.iter().skip(down).step_by(high);
+        line(cells.flat_map(|(key, what)| {
+            [
+                (pad(key, keys + KEY_GAP, theme), theme.strong()),
+                (pad(what, meanings + COLUMN_GAP, theme), Style::new()),
+            ]
+        }))
     });
     (lines.collect(), wide)
 }
 
 #[cfg(test)]
 mod tests {
-    use ratatui::{buffer::Buffer, style::Style};
-
-    use super::{Page, render};
-    use crate::{
-        dashboard::view::pane::{
-            put, row,
-            testing::{POOR, RICH, screen, text, torture},
-        },
-        theme::Theme,
-    };
+    use super::*;
+    use crate::dashboard::view::testing::{POOR, RICH, drawn, torture};
 
     fn page() -> Page {
         Page {
@@ -211,9 +199,8 @@ mod tests {
 
     #[test]
     fn text_is_broken_and_what_is_typed_stays_in_sight() {
-        let drawn =
-            |width, height| screen(width, height, |area, buf| render(&page(), &RICH, area, buf));
-        insta::assert_snapshot!(text(&drawn(50, 12)), @"
+        let shown = |size, theme| drawn(size, theme, |sheet| render(&page(), sheet));
+        insta::assert_snapshot!(shown((50, 12), &RICH), @"
         ┌2 A deeper queue────────────────────────────────┐
         │ The policy is slowed to 5 Hz, where it loses   │
         │ the pole and most readings.                    │
@@ -226,7 +213,7 @@ mod tests {
         │ a number and why, then Enter  Esc back         │
         └────────────────────────────────────────────────┘
         ");
-        insta::assert_snapshot!(text(&drawn(36, 9)), @"
+        insta::assert_snapshot!(shown((36, 9), &RICH), @"
         ┌2 A deeper queue──────────────────┐
         │ The policy is slowed to 5 Hz,    │
         │ where it loses the pole and most │
@@ -237,8 +224,7 @@ mod tests {
         │ PgDn for more  a number and why… │
         └──────────────────────────────────┘
         ");
-        let poor = screen(50, 12, |area, buf| render(&page(), &POOR, area, buf));
-        assert!(text(&poor).is_ascii());
+        assert!(shown((50, 12), &POOR).is_ascii());
     }
 
     fn keys() -> Vec<(String, String)> {
@@ -253,26 +239,20 @@ mod tests {
             .to_vec()
     }
 
-    fn help(width: u16, height: u16, scroll: usize, theme: &Theme) -> Buffer {
-        screen(width, height, |area, buf| {
-            put(
-                &"x".repeat(usize::from(width)),
-                Style::new(),
-                0,
-                row(area, 1),
-                buf,
-            );
-            let page = Page {
-                scroll,
-                ..Page::rows("keys", keys())
-            };
-            render(&page, theme, area, buf);
+    fn help(size: (u16, u16), scroll: usize, theme: &Theme) -> String {
+        let page = Page {
+            scroll,
+            ..Page::rows("keys", keys())
+        };
+        drawn(size, theme, |mut sheet| {
+            sheet.put(0, 1, &"x".repeat(sheet.width()), Style::new());
+            render(&page, sheet);
         })
     }
 
     #[test]
     fn keys_are_in_one_column_over_everything() {
-        insta::assert_snapshot!(text(&help(40, 7, 0, &RICH)), @r"
+        insta::assert_snapshot!(help((40, 7), 0, &RICH), @r"
             ┌keys──────────────────────────┐
         xxxx│ [ ]    control rate down, up │xxxx
             │ < >    depth of the topic    │
@@ -285,7 +265,7 @@ mod tests {
 
     #[test]
     fn keys_are_in_two_columns_where_one_is_too_high() {
-        insta::assert_snapshot!(text(&help(70, 5, 0, &POOR)), @r"
+        insta::assert_snapshot!(help((70, 5), 0, &POOR), @r"
            +keys----------------------------------------------------------+
         xxx| [ ]    control rate down, up    <- ->  look back             |xxx
            | < >    depth of the topic       q      quit                  |
@@ -296,7 +276,7 @@ mod tests {
 
     #[test]
     fn keys_that_do_not_fit_are_scrolled_to() {
-        let drawn = [0, 1, 9].map(|scroll| text(&help(28, 5, scroll, &RICH)));
+        let drawn = [0, 1, 9].map(|scroll| help((28, 5), scroll, &RICH));
         insta::assert_snapshot!(drawn.join("\n"));
     }
 
@@ -315,7 +295,7 @@ mod tests {
                     typed: page.typed.clone().filter(|_| scroll == 0),
                     ..page.clone()
                 };
-                torture(|theme, area, buf| render(&page, theme, area, buf));
+                torture(|sheet| render(&page, sheet));
             }
         }
     }

@@ -1,7 +1,6 @@
 //! The plant, drawn to scale.
 
 use ratatui::{
-    buffer::Buffer,
     layout::Rect,
     style::Style as CellStyle,
     text::{Line, Span},
@@ -10,15 +9,13 @@ use ratelab_study::system::{Picture, Shape, Style};
 
 use super::{
     canvas::{BrailleCanvas, Pen, Stroke, dashed},
-    pane::{self, border, clamp, in_a_row, put, row, rows},
+    sheet::{Sheet, rows},
+    text::{plain, side_by_side, width},
 };
 use crate::{
     dashboard::frame::{Standing, VerdictData},
     theme::Theme,
 };
-
-/// Title of the pane.
-const TITLE: &str = "2 plant";
 
 /// Length (Braille dots) below which one side of a view is too short to show motion. The
 /// shorter side then fills the pane, and the view follows the focus.
@@ -34,52 +31,38 @@ const CAPTION_GAP: usize = 3;
 const MOST_STROKES: f64 = 400.0;
 
 /// Draws a picture, and its captions in the last line.
-pub fn render(
-    picture: Option<&Picture>,
-    verdict: &VerdictData,
-    theme: &Theme,
-    focused: bool,
-    area: Rect,
-    buf: &mut Buffer,
-) {
+pub fn render(picture: Option<&Picture>, verdict: &VerdictData, sheet: Sheet<'_>) {
+    let theme = sheet.theme;
     let lost = picture.is_some() && verdict.standing == Standing::Lost;
-    let word = if lost {
-        let sign = theme.glyph("✖", "!");
-        Span::styled(format!(" {sign} {} ", verdict.word), theme.alarm())
-    } else {
-        Span::default()
+    let word = match lost {
+        true => Span::styled(format!(" ✖ {} ", verdict.word), theme.alarm()),
+        false => Span::default(),
     };
-    let inner = border(TITLE, word, theme, focused, area, buf);
-    let last = usize::from(inner.height.saturating_sub(1));
+    let mut sheet = sheet.boxed("2 plant", word);
+    let last = sheet.height().saturating_sub(1);
     let Some(picture) = picture else {
-        return put("no state yet", theme.faint(), 1, row(inner, last), buf);
+        sheet.put(1, last, "no state yet", theme.faint());
+        return;
     };
     let captions = picture.captions.iter();
-    let captions = captions.map(|caption| Line::raw(with_signs(caption, theme)));
-    let place = (1, usize::from(inner.width));
-    in_a_row(captions, CAPTION_GAP, place, row(inner, last), buf);
-    if let Some(drawing) = Drawing::new(picture, lost, theme, rows(inner, 0, last)) {
-        drawing.draw(picture, buf);
+    let captions = captions.map(|caption| Line::raw(with_signs(caption)));
+    let room = sheet.width().saturating_sub(1);
+    sheet.line(1, last, &side_by_side(captions, CAPTION_GAP, room, theme));
+    if let Some(drawing) = Drawing::new(picture, lost, theme, rows(sheet.area, 0, last)) {
+        drawing.draw(picture, &mut sheet);
     }
 }
 
 /// `text` with minus signs as wide as plus signs.
-fn with_signs(text: &str, theme: &Theme) -> String {
-    if theme.ascii {
-        return pane::plain(text, theme).into_owned();
-    }
-    let mut out = String::with_capacity(text.len());
-    let mut letters = text.chars().peekable();
-    while let Some(letter) = letters.next() {
-        let number = letters.peek().is_some_and(char::is_ascii_digit);
-        let alone = out.chars().next_back().is_none_or(|c| !c.is_alphanumeric());
-        out.push(if letter == '-' && number && alone {
-            '−'
-        } else {
-            letter
-        });
-    }
-    out
+fn with_signs(text: &str) -> String {
+    let letters: Vec<char> = text.chars().collect();
+    let is_minus = |at: usize| {
+        let number = letters.get(at + 1).is_some_and(char::is_ascii_digit);
+        let alone = at == 0 || !letters[at - 1].is_alphanumeric();
+        letters[at] == '-' && number && alone
+    };
+    let letter = |at: usize| if is_minus(at) { '−' } else { letters[at] };
+    (0..letters.len()).map(letter).collect()
 }
 
 /// A view with equal scale on both axes. Moving parts are aligned to whole dots, so that
@@ -136,39 +119,39 @@ impl<'t> Drawing<'t> {
         })
     }
 
-    fn draw(&self, picture: &Picture, buf: &mut Buffer) {
+    fn draw(&self, picture: &Picture, sheet: &mut Sheet<'_>) {
         for (style, shape) in &picture.shapes {
-            self.shape(*style, shape, buf);
+            let (line, strokes) = self.strokes(*style, shape);
+            self.canvas.draw(self.pen(*style, line), strokes, sheet.buf);
         }
         // Characters hide what is behind them.
         for (style, shape) in &picture.shapes {
             if let Shape::Label { at, text } = shape {
-                self.label(*style, *at, text, buf);
+                self.label(*style, *at, text, sheet.part(self.labels));
             }
         }
     }
 
-    fn shape(&self, style: Style, shape: &Shape, buf: &mut Buffer) {
+    /// The direction of a shape, and its lines.
+    fn strokes(&self, style: Style, shape: &Shape) -> (Stroke, Vec<Stroke>) {
         match shape {
             Shape::Segment { from, to } => {
-                let (from, to) = (self.placed(style, *from), self.placed(style, *to));
-                let line = [from[0], from[1], to[0], to[1]];
-                self.canvas
-                    .draw(self.pen(style, line), self.line(style, line), buf);
+                let ([x1, y1], [x2, y2]) = (self.placed(style, *from), self.placed(style, *to));
+                let line = [x1, y1, x2, y2];
+                (line, self.line(style, line))
             }
             Shape::Box {
                 centre,
                 half,
                 angle,
             } => {
-                let strokes = self.filled_box(self.placed(style, *centre), *half, *angle);
-                self.canvas.draw(self.pen(style, [0.0; 4]), strokes, buf);
+                let centre = self.placed(style, *centre);
+                ([0.0; 4], self.filled_box(centre, *half, *angle))
             }
             Shape::Circle { centre, radius } => {
-                let strokes = self.circle(self.placed(style, *centre), *radius);
-                self.canvas.draw(self.pen(style, [0.0; 4]), strokes, buf);
+                ([0.0; 4], self.circle(self.placed(style, *centre), *radius))
             }
-            Shape::Label { .. } => {}
+            Shape::Label { .. } => ([0.0; 4], Vec::new()),
         }
     }
 
@@ -265,17 +248,17 @@ impl<'t> Drawing<'t> {
     }
 
     /// `text` below its place, moved as little as needed to fit.
-    fn label(&self, style: Style, at: [f64; 2], text: &str, buf: &mut Buffer) {
-        let text = with_signs(text, self.theme);
-        let wide = clamp(pane::width(&text));
+    fn label(&self, style: Style, at: [f64; 2], text: &str, mut sheet: Sheet<'_>) {
+        let text = with_signs(text);
+        let wide = width(&plain(&text, self.theme));
         let [x, y] = self.placed(style, at);
         let place = self.canvas.column(x).zip(self.canvas.row(y));
-        let room = self.labels.width.checked_sub(wide);
+        let room = sheet.width().checked_sub(wide);
         if let Some(((column, above), room)) = place.zip(room) {
-            let start = (column - self.labels.x).saturating_sub(wide / 2).min(room);
-            let line = row(self.labels, usize::from(above - self.labels.y) + 1);
+            let start = usize::from(column - sheet.area.x).saturating_sub(wide / 2);
+            let row = usize::from(above - sheet.area.y) + 1;
             let pen = self.pen(style, [0.0; 4]);
-            put(&text, pen.style, usize::from(start), line, buf);
+            sheet.put(start.min(room), row, &text, pen.style);
         }
     }
 }
@@ -302,128 +285,4 @@ fn to_dot(length: f64, dot: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use ratatui::{buffer::Buffer, style::Modifier};
-
-    use super::render;
-    use crate::{
-        dashboard::{
-            frame::FrameData,
-            view::{
-                pane::testing::{POOR, RICH, screen, styled, text, torture},
-                sample,
-            },
-        },
-        theme::Theme,
-    };
-
-    fn pane(frame: &FrameData, width: u16, height: u16, theme: &Theme) -> Buffer {
-        let picture = sample::picture(frame);
-        screen(width, height, |area, buf| {
-            render(picture.as_ref(), &frame.verdict, theme, false, area, buf)
-        })
-    }
-
-    #[test]
-    fn the_whole_rail_is_in_sight() {
-        insta::assert_snapshot!(text(&pane(&sample::balanced(), 62, 13, &RICH)), @"
-        ┌2 plant─────────────────────────────────────────────────────┐
-        │                                                            │
-        │                                                            │
-        │                           ⠸⡀⢰⡆ ⡸                           │
-        │                            ⡇⢸⡇ ⡇                           │
-        │                            ⢸⢸⡇⢸                            │
-        │                             ⡋⣷⡃                            │
-        │                             ⢣⣿⠃                            │
-        │  ⡆                          ⣘⣿⡀                         ⡆  │
-        │  ⠧⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠿⠿⠯⠭⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠇  │
-        │−2.4 m          −1 m        0 m        +1 m           +2.4 m│
-        │ angle   −0.69°   cart +0.04 m   push +0.18 (+1.8 N)        │
-        └────────────────────────────────────────────────────────────┘
-        ");
-        insta::assert_snapshot!(text(&pane(&sample::balanced(), 62, 13, &POOR)), @"
-        +2 plant-----------------------------------------------------+
-        |                                                            |
-        |                           .  *  .                          |
-        |                            . *  .                          |
-        |                            . * .                           |
-        |                              *                             |
-        |                             .*.                            |
-        |   |                          *.                         |  |
-        |   |                         #*#>                        |  |
-        |   |-----------------------------------------------------|  |
-        |-2.4 m           -1 m        0 m       +1 m           +2.4 m|
-        | angle   -0.69 deg   cart +0.04 m   push +0.18 (+1.8 N)     |
-        +------------------------------------------------------------+
-        ");
-    }
-
-    #[test]
-    fn a_narrow_view_follows_the_cart() {
-        insta::assert_snapshot!(text(&pane(&sample::broken(), 34, 10, &RICH)), @"
-        ┌2 plant──────────── ✖ pole fell ┐
-        │             ⢆   ⢀⡆             │
-        │             ⢨   ⣼⠃             │
-        │              ⡇ ⢀⡿              │
-        │              ⢱ ⢸⡇              │
-        │              ⠈⡂⣾⠁              │
-        │              ⢀⣣⣟               │
-        │⠤⠤⠤⠤⠤⠤⠤⠤⠤⠭⠭⠭⠭⠭⠽⠿⠿⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤│
-        │ angle  +12.32°   cart −0.31 m  │
-        └────────────────────────────────┘
-        ");
-        let mut far = sample::balanced();
-        far.state = sample::state(2.3, -0.012, 0.18);
-        insta::assert_snapshot!(text(&pane(&far, 34, 10, &RICH)), @"
-        ┌2 plant─────────────────────────┐
-        │                          ⢆ ⣤ ⢀⠆│
-        │                          ⢨ ⣿ ⢨ │
-        │                           ⡇⣿ ⡇ │
-        │                           ⢱⡏⣶⠁ │
-        │                           ⠈⡇⡏  │
-        │                           ⢀⣧⣷  │
-        │⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠤⠼⠿⠿⠉⠁│
-        │ angle   −0.69°   cart +2.30 m  │
-        └────────────────────────────────┘
-        ");
-    }
-
-    #[test]
-    fn a_fall_is_said_and_seen() {
-        let buf = pane(&sample::broken(), 62, 13, &RICH);
-        assert_eq!(styled(&buf, RICH.alarm()), " ✖ pole fell ");
-        // Above the cart, this style is the pole's.
-        let pole = buf.content[..62 * 8].iter();
-        let pole = pole.filter(|cell| {
-            cell.style().fg == RICH.alarm().fg && !cell.modifier.contains(Modifier::REVERSED)
-        });
-        assert!(pole.count() >= 6);
-        let good = pane(&sample::balanced(), 62, 13, &RICH);
-        assert!(styled(&good, RICH.alarm_line()).is_empty());
-    }
-
-    #[test]
-    fn angles_look_true() {
-        let mut frame = sample::balanced();
-        frame.state = sample::state(0.0, 45_f64.to_radians(), 0.0);
-        let buf = pane(&frame, 90, 20, &POOR);
-        let star = |x: &u16, y: &u16| buf[(*x, *y)].symbol() == "*";
-        let wide = (0..90).filter(|x| (0..20).any(|y| star(x, &y))).count();
-        let high = (0..20).filter(|y| (0..90).any(|x| star(&x, y))).count();
-        // A cell is twice as high as wide.
-        assert!(high > 4 && wide.abs_diff(2 * high) <= 2, "{wide} x {high}");
-    }
-
-    #[test]
-    fn any_size_and_any_pose_will_do() {
-        let mut frame = sample::broken();
-        for (cart, angle) in [(-0.3, 0.2), (9.0, -3.1), (f64::NAN, f64::INFINITY)] {
-            frame.state = sample::state(cart, angle, angle);
-            let picture = sample::picture(&frame);
-            torture(|theme, area, buf| {
-                render(picture.as_ref(), &frame.verdict, theme, true, area, buf);
-            });
-        }
-        torture(|theme, area, buf| render(None, &frame.verdict, theme, true, area, buf));
-    }
-}
+mod tests;

@@ -1,10 +1,9 @@
 //! The position in a recording.
 
-use ratatui::{buffer::Buffer, layout::Rect, style::Style};
+use ratatui::style::Style;
 use ratelab::Time;
 
-use super::pane::{plain, put, row, width};
-use crate::theme::Theme;
+use super::{sheet::Sheet, text::width};
 
 /// A position in a recording.
 pub struct Scrubber {
@@ -23,34 +22,26 @@ pub struct Scrubber {
 }
 
 /// Draws the moment as a position on a line, with a mark per event.
-pub fn render(scrubber: &Scrubber, theme: &Theme, area: Rect, buf: &mut Buffer) {
-    let line = row(area.intersection(buf.area), 0);
-    let mut draw = |text: &str, style, x| put(text, style, x, line, buf);
-    let sign = if scrubber.playing {
-        theme.glyph("▶", ">")
-    } else {
-        theme.glyph("‖", "=")
-    };
+pub fn render(scrubber: &Scrubber, mut sheet: Sheet<'_>) {
+    let theme = sheet.theme;
+    let sign = if scrubber.playing { "▶" } else { "‖" };
     let left = format!(" {sign} {:>8.3} s ", scrubber.at.as_secs_f64());
     let (end, speed) = (scrubber.ends.as_secs_f64(), scrubber.speed);
     let right = format!(" {end:.3} s  {speed}× ");
-    let (left, right) = (plain(&left, theme), plain(&right, theme));
-    draw(&left, theme.strong(), 0);
-    let from = width(&left);
-    let columns = usize::from(line.width).saturating_sub(from + width(&right));
+    let from = sheet.put(0, 0, &left, theme.strong());
+    let columns = sheet.width().saturating_sub(from + width(&right));
     if columns == 0 {
         return;
     }
     let place = |at: Time| from + column(scrubber, at, columns);
     let (here, end) = (place(scrubber.at), from + columns);
-    let (done, ahead) = (theme.glyph("━", "="), theme.glyph("─", "-"));
-    draw(&done.repeat(here - from), theme.active(), from);
-    draw(&ahead.repeat(end - here), theme.faint(), here);
+    sheet.put(from, 0, &"━".repeat(here - from), theme.active());
+    sheet.put(here, 0, &"─".repeat(end - here), theme.faint());
     for at in scrubber.events.iter().filter(|at| **at >= scrubber.begins) {
-        draw(theme.glyph("◆", "*"), theme.strong(), place(*at));
+        sheet.put(place(*at), 0, "◆", theme.strong());
     }
-    draw(theme.glyph("●", "O"), theme.active(), here);
-    draw(&right, Style::new(), end);
+    sheet.put(here, 0, "●", theme.active());
+    sheet.put(end, 0, &right, Style::new());
 }
 
 /// The column of `at`, out of `columns`.

@@ -1,14 +1,12 @@
 //! The line at the top of the screen.
 
-use ratatui::{
-    buffer::Buffer,
-    layout::Rect,
-    style::Style,
-    text::{Line, Span},
-};
+use ratatui::style::Style;
 use ratelab::{ClockKind, Status};
 
-use super::pane::{self, in_a_row, plain, row};
+use super::{
+    sheet::Sheet,
+    text::{line, side_by_side},
+};
 use crate::{dashboard::frame::FrameData, theme::Theme};
 
 /// Blanks between its parts.
@@ -34,45 +32,36 @@ pub struct StatusExtra {
 
 /// Draws the top line, the name of the system first. If it is too narrow, parts are left
 /// out from the right; a loss of measurements has priority.
-pub fn render(
-    name: &str,
-    frame: &FrameData,
-    extra: &StatusExtra,
-    theme: &Theme,
-    area: Rect,
-    buf: &mut Buffer,
-) {
-    let line = row(area.intersection(buf.area), 0);
+pub fn render(name: &str, frame: &FrameData, extra: &StatusExtra, mut sheet: Sheet<'_>) {
+    let (theme, room) = (sheet.theme, sheet.width());
+    let usual = |text: String| (text, Style::new());
     let mut parts = vec![
         (name.to_owned(), theme.strong()),
-        (clock(frame.status), Style::new()),
+        usual(clock(frame.status)),
         state(frame, extra, theme),
     ];
-    parts.extend(extra.recording.map(|lost| recording(lost, theme)));
-    parts.extend(extra.trouble.as_ref().map(|what| trouble(what, theme)));
-    let told = !extra.replay; // A recording has run time only.
-    let wall = told.then(|| (format!("{:>5} s wall", frame.wall_s), Style::new()));
-    let seconds = frame.now.as_secs_f64();
-    parts.push((format!("{seconds:>8.2} s sim"), Style::new()));
-    parts.extend(frame.world.map(|world| (world.to_owned(), Style::new())));
-    parts.push((format!("seed {}", frame.seed), Style::new()));
-    parts.extend(wall);
-    parts.extend(extra.clocks.iter().map(|text| (text.clone(), Style::new())));
-    let settings = frame.settings.iter().cloned();
-    parts.extend(settings.map(|setting| (setting, Style::new())));
+    parts.extend(extra.recording.map(|lost| match lost {
+        0 => ("● rec".to_owned(), theme.strong()),
+        lost => (format!("● rec, {lost} lost"), theme.alarm()),
+    }));
+    let trouble = extra.trouble.iter();
+    parts.extend(trouble.map(|what| (format!("✖ {what}"), theme.alarm())));
+    parts.push(usual(format!("{:>8.2} s sim", frame.now.as_secs_f64())));
+    parts.extend(frame.world.map(|world| usual(world.to_owned())));
+    parts.push(usual(format!("seed {}", frame.seed)));
+    // A recording has run time only.
+    let wall = (!extra.replay).then(|| usual(format!("{:>5} s wall", frame.wall_s)));
+    let texts = extra.clocks.iter().chain(&frame.settings);
+    parts.extend(wall.into_iter().chain(texts.cloned().map(usual)));
     let lost = (frame.telemetry_lost > 0).then(|| {
-        let sign = theme.glyph("✖", "!");
-        let text = format!(" {sign} telemetry lost {} ", frame.telemetry_lost);
-        (text, theme.alarm())
+        let text = format!(" ✖ telemetry lost {} ", frame.telemetry_lost);
+        line([(text, theme.alarm())])
     });
-    let kept = lost.as_ref().map_or(0, |(text, _)| pane::width(text) + GAP);
-    let room = usize::from(line.width);
-    let part = |(text, style): &(String, Style)| {
-        Line::from(Span::styled(plain(text, theme).into_owned(), *style))
-    };
-    let place = (0, room.saturating_sub(kept));
-    let end = in_a_row(parts.iter().map(part), GAP, place, line, buf);
-    in_a_row(lost.iter().map(part), GAP, (end, room), line, buf);
+    let kept = lost.as_ref().map_or(0, |lost| lost.width() + GAP);
+    let parts = parts.into_iter().map(|part| line([part]));
+    let first = side_by_side(parts, GAP, room.saturating_sub(kept), theme);
+    let whole = [first].into_iter().chain(lost);
+    sheet.line(0, 0, &side_by_side(whole, GAP, room, theme));
 }
 
 /// The clock, with its speed if it has one; of the same width for all numeric speeds.
@@ -84,37 +73,20 @@ fn clock(status: Status) -> String {
     format!("{text:<12}")
 }
 
-/// States that a recording is running, with its number of losses.
-fn recording(lost: u64, theme: &Theme) -> (String, Style) {
-    let sign = theme.glyph("●", "*");
-    match lost {
-        0 => (format!("{sign} rec"), theme.strong()),
-        lost => (format!("{sign} rec, {lost} lost"), theme.alarm()),
-    }
-}
-
-fn trouble(what: &str, theme: &Theme) -> (String, Style) {
-    let sign = theme.glyph("✖", "!");
-    (format!("{sign} {what}"), theme.alarm())
-}
-
 fn state(frame: &FrameData, extra: &StatusExtra, theme: &Theme) -> (String, Style) {
     if let Some((at, of)) = extra.back {
         let digits = of.to_string().len();
-        let sign = theme.glyph("◀", "<");
-        let text = format!("{sign} looking back {at:>digits$} of {of}");
-        return (text, theme.strong());
+        return (
+            format!("◀ looking back {at:>digits$} of {of}"),
+            theme.strong(),
+        );
     }
-    let (sign, word, style) = if extra.replay {
-        (theme.glyph("⏵", ">"), "replay", theme.strong())
-    } else if extra.ended {
-        (theme.glyph("■", "#"), "ended", theme.strong())
-    } else if frame.status.paused {
-        (theme.glyph("‖", "="), "paused", theme.strong())
-    } else {
-        (theme.glyph("▶", ">"), "running", theme.active())
-    };
-    (format!("{sign} {word:<7}"), style)
+    match () {
+        () if extra.replay => ("⏵ replay ".to_owned(), theme.strong()),
+        () if extra.ended => ("■ ended  ".to_owned(), theme.strong()),
+        () if frame.status.paused => ("‖ paused ".to_owned(), theme.strong()),
+        () => ("▶ running".to_owned(), theme.active()),
+    }
 }
 
 #[cfg(test)]
@@ -122,20 +94,17 @@ mod tests {
     use ratatui::buffer::Buffer;
     use ratelab::ClockKind;
 
-    use super::{StatusExtra, render};
-    use crate::{
-        dashboard::view::{
-            pane::testing::{POOR, RICH, screen, styled, text, torture},
-            sample,
-        },
-        theme::Theme,
+    use super::*;
+    use crate::dashboard::view::{
+        sample,
+        testing::{POOR, RICH, screen, styled, text, torture},
     };
 
     fn line(width: u16, extra: &StatusExtra, theme: &Theme) -> Buffer {
         let mut frame = sample::broken();
         frame.status.clock = ClockKind::Virtual;
-        screen(width, 1, |area, buf| {
-            render("cart-pole", &frame, extra, theme, area, buf)
+        screen((width, 1), theme, |sheet| {
+            render("cart-pole", &frame, extra, sheet)
         })
     }
 
@@ -167,8 +136,8 @@ mod tests {
         let mut frame = sample::balanced();
         frame.telemetry_lost = 3;
         let extra = StatusExtra::default();
-        let buf = screen(60, 1, |area, buf| {
-            render("cart-pole", &frame, &extra, &RICH, area, buf)
+        let buf = screen((60, 1), &RICH, |sheet| {
+            render("cart-pole", &frame, &extra, sheet)
         });
         insta::assert_snapshot!(text(&buf), @"cart-pole  real          ▶ running   ✖ telemetry lost 3");
         assert_eq!(styled(&buf, RICH.alarm()), " ✖ telemetry lost 3 ");
@@ -178,8 +147,6 @@ mod tests {
     fn any_size_will_do() {
         let frame = sample::broken();
         let extra = StatusExtra::default();
-        torture(|theme, area, buf| {
-            render("cart-pole", &frame, &extra, theme, area, buf);
-        });
+        torture(|sheet| render("cart-pole", &frame, &extra, sheet));
     }
 }

@@ -1,156 +1,139 @@
 //! Tables with fixed columns for changing figures.
 
 use ratatui::{
-    buffer::Buffer,
-    layout::{Constraint, Rect},
+    layout::Constraint,
     style::Style,
     text::{Line, Span},
-    widgets::{Row, Table, Widget},
+    widgets::{Row, Table},
 };
 
-use super::pane::{self, clamp, clip, plain, put, row};
+use super::{
+    sheet::{Sheet, clamp},
+    text::{clip, plain, width},
+};
 use crate::theme::Theme;
 
 /// Blanks between columns.
 const GAP: usize = 2;
 
-/// A column of figures.
-#[derive(Clone, Copy, Debug)]
-pub struct TableColumn {
+/// Maximum width of the names.
+const LONGEST_NAME: usize = 16;
+
+/// A column of figures about a `T`.
+pub struct TableColumn<T> {
     /// Its title, with the unit.
     pub head: &'static str,
     /// Its width, the maximum for head and figures.
     pub width: usize,
     /// Priority: columns with the largest rank are the first to be left out.
     pub rank: u8,
+    /// Its figure.
+    pub figure: fn(&T, &Theme) -> Span<'static>,
 }
 
-/// A figure and its style.
-pub type TableCell = (String, Style);
+/// A column, to be written in one line.
+pub const fn column<T>(
+    head: &'static str,
+    width: usize,
+    rank: u8,
+    figure: fn(&T, &Theme) -> Span<'static>,
+) -> TableColumn<T> {
+    TableColumn {
+        head,
+        width,
+        rank,
+        figure,
+    }
+}
 
-/// A row: its name, and a figure for each column.
-pub type TableRow = (String, Vec<TableCell>);
-
-/// Draws a table called `name`: names on the left, figures on the right. If rows are left
+/// Draws a table called `title`: names on the left, figures on the right. If rows are left
 /// out, the last line gives their number.
-pub fn render(
-    name: &str,
-    columns: &[TableColumn],
-    rows: &[TableRow],
-    theme: &Theme,
-    area: Rect,
-    buf: &mut Buffer,
+pub fn render<T>(
+    title: &str,
+    columns: &[TableColumn<T>],
+    rows: &[T],
+    name: fn(&T) -> &str,
+    mut sheet: Sheet<'_>,
 ) {
-    if area.height < 2 && !rows.is_empty() {
+    let (theme, room, height) = (sheet.theme, sheet.width(), sheet.height());
+    if height < 2 && !rows.is_empty() {
         return;
     }
-    let room = usize::from(area.width);
-    let names = rows.iter().map(|row| pane::width(&row.0));
-    let first = names
-        .chain([pane::width(name)])
-        .max()
-        .unwrap_or(0)
-        .min(16)
-        .min(room);
+    let names = rows.iter().map(name).chain([title]).map(width);
+    let first = names.max().unwrap_or(0).min(LONGEST_NAME).min(room);
     let shown = shown(columns, room - first);
-    let line = |name: &str, style: Style, figures: &[TableCell]| {
-        let name = Line::from(Span::styled(clip(name, first, theme), style));
-        let figures = shown.iter().map(|&column| {
-            let (text, style) = &figures[column];
-            let text = plain(text, theme).into_owned();
-            Line::from(Span::styled(text, *style)).right_aligned()
+    let row = |name: &str, style: Style, figures: Vec<Span<'static>>| {
+        let name = Line::styled(clip(name, first, theme), style);
+        let figures = figures.into_iter().map(|figure| {
+            let text = plain(&figure.content, theme).into_owned();
+            Line::from(Span::styled(text, figure.style)).right_aligned()
         });
-        Row::new(std::iter::once(name).chain(figures))
+        Row::new([name].into_iter().chain(figures))
     };
-    let heads = columns.iter();
-    let heads: Vec<TableCell> = heads
-        .map(|of| (of.head.to_owned(), theme.faint()))
-        .collect();
-    let fit = usize::from(area.height).saturating_sub(1);
+    let fit = height.saturating_sub(1);
     let whole = match rows.len() > fit {
         true => fit.saturating_sub(1),
         false => rows.len(),
     };
-    let lines = rows[..whole].iter();
-    let lines = lines.map(|(name, figures)| line(name, Style::new(), figures));
-    let widths = shown.iter().map(|&column| columns[column].width);
-    let widths = std::iter::once(first).chain(widths).map(clamp);
-    let table = Table::new(lines, widths.map(Constraint::Length));
-    let table = table.header(line(name, theme.faint(), &heads));
-    table.column_spacing(clamp(GAP)).render(area, buf);
-    if whole < rows.len() && fit > 0 {
-        let more = clip(&format!("… {} more", rows.len() - whole), room, theme);
-        put(&more, theme.faint(), 0, row(area, fit), buf);
+    let lines = rows[..whole].iter().map(|of| {
+        let figures = shown.iter().map(|column| (column.figure)(of, theme));
+        row(name(of), Style::new(), figures.collect())
+    });
+    let heads = shown
+        .iter()
+        .map(|column| Span::styled(column.head, theme.faint()));
+    let widths = shown.iter().map(|column| column.width);
+    let widths = [first].into_iter().chain(widths).map(clamp);
+    let table = Table::new(lines, widths.map(Constraint::Length))
+        .header(row(title, theme.faint(), heads.collect()))
+        .column_spacing(clamp(GAP));
+    sheet.widget(table);
+    if whole < rows.len() {
+        let more = format!("… {} more", rows.len() - whole);
+        sheet.put(0, fit, &more, theme.faint());
     }
 }
 
-/// The indices of the columns that fit into `room`.
-fn shown(columns: &[TableColumn], room: usize) -> Vec<usize> {
+/// The columns that fit into `room`.
+fn shown<T>(columns: &[TableColumn<T>], room: usize) -> Vec<&TableColumn<T>> {
     let mut places: Vec<usize> = (0..columns.len()).collect();
     places.sort_by_key(|&place| columns[place].rank);
-    let mut left = room;
-    let fits = |&place: &usize| match left.checked_sub(GAP + columns[place].width) {
-        Some(rest) => {
-            left = rest;
-            true
-        }
-        None => false,
-    };
-    let mut fitting: Vec<usize> = places.into_iter().take_while(fits).collect();
-    fitting.sort_unstable();
-    fitting
+    let mut used = 0;
+    places.retain(|&place| {
+        used += GAP + columns[place].width;
+        used <= room
+    });
+    places.sort_unstable();
+    places.into_iter().map(|place| &columns[place]).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use ratatui::style::Style;
+    use super::*;
+    use crate::dashboard::view::testing::{POOR, RICH, drawn};
 
-    use super::{TableColumn, TableRow, render};
-    use crate::dashboard::view::pane::testing::{POOR, RICH, screen, text};
+    /// Name, rate and ticks.
+    type Sample = (&'static str, &'static str, &'static str);
 
-    const COLUMNS: [TableColumn; 2] = [
-        TableColumn {
-            head: "rate Hz",
-            width: 7,
-            rank: 1,
-        },
-        TableColumn {
-            head: "ticks",
-            width: 5,
-            rank: 0,
-        },
+    const COLUMNS: [TableColumn<Sample>; 2] = [
+        column("rate Hz", 7, 1, |row, _| row.1.into()),
+        column("ticks", 5, 0, |row, _| row.2.into()),
     ];
-
-    fn rows() -> Vec<TableRow> {
-        let row = |name: &str, rate: &str, ticks: &str| {
-            let figures = [rate, ticks].map(|text| (text.to_owned(), Style::new()));
-            (name.to_owned(), figures.to_vec())
-        };
-        vec![
-            row("sensor", "50", "501"),
-            row("µ", "–", "7"),
-            row("x", "5", "9"),
-        ]
-    }
+    const ROWS: [Sample; 3] = [("sensor", "50", "501"), ("µ", "–", "7"), ("x", "5", "9")];
 
     #[test]
-    fn figures_are_aligned_and_missing_rows_counted() {
-        let buf = screen(24, 3, |area, buf| {
-            render("node", &COLUMNS, &rows(), &RICH, area, buf)
-        });
-        insta::assert_snapshot!(text(&buf), @r"
+    fn figures_are_aligned_missing_rows_counted_and_columns_of_little_weight_go_first() {
+        let shown = |size, theme| {
+            drawn(size, theme, |sheet| {
+                render("node", &COLUMNS, &ROWS, |row| row.0, sheet);
+            })
+        };
+        insta::assert_snapshot!(shown((24, 3), &RICH), @r"
         node    rate Hz  ticks
         sensor       50    501
         … 2 more
         ");
-    }
-
-    #[test]
-    fn columns_of_little_weight_go_first() {
-        let buf = screen(14, 4, |area, buf| {
-            render("node", &COLUMNS, &rows(), &POOR, area, buf)
-        });
-        insta::assert_snapshot!(text(&buf), @r"
+        insta::assert_snapshot!(shown((14, 4), &POOR), @r"
         node    ticks
         sensor    501
         u           7

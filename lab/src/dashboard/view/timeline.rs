@@ -1,18 +1,22 @@
 //! The timeline: a lane per node and topic, with the chain behind one push highlighted.
 
 use ratatui::{
-    buffer::Buffer,
-    layout::Rect,
     style::{Modifier, Style},
     text::Span,
 };
 use ratelab::Time;
 
-use super::pane::{self, border, broken, clip, plain, put, row, width};
+use super::{
+    sheet::Sheet,
+    text::{broken, width},
+};
 use crate::{
     dashboard::timeline::{Mark, MarkKind, Timeline},
     theme::Theme,
 };
+
+/// Title of the pane.
+const TITLE: &str = "6 timeline";
 
 /// The meaning of the glyphs in lanes.
 pub(super) const LEGEND: [(MarkKind, &str); 8] = [
@@ -33,152 +37,124 @@ const KEYS: [&str; 2] = ["( ) select", "v V zoom"];
 const SENTENCE_ROWS: usize = 2;
 
 /// Draws `timeline`, or the reason for an empty one.
-pub fn render(
-    timeline: Option<&Timeline>,
-    theme: &Theme,
-    focused: bool,
-    area: Rect,
-    buf: &mut Buffer,
-) {
-    let about = timeline.map_or_else(String::new, |timeline| {
-        let from = timeline.from.as_secs_f64();
-        let to = timeline.to.as_secs_f64();
-        let which = if timeline.newest {
-            "newest push"
-        } else {
-            "selected push"
-        };
-        let more = match timeline.lanes.len() - fitting(timeline, area) {
-            0 => String::new(),
-            hidden => format!(", +{hidden} more"),
-        };
-        format!(" {which}, {from:.3} to {to:.3} s{more} ")
-    });
-    let about = Span::styled(about, theme.faint());
-    let inner = border("6 timeline", about, theme, focused, area, buf);
-    let room = usize::from(inner.width).saturating_sub(1);
+pub fn render(timeline: Option<&Timeline>, sheet: Sheet<'_>) {
+    let theme = sheet.theme;
     let Some(timeline) = timeline else {
+        let mut sheet = sheet.boxed(TITLE, Span::default());
         let text = "nothing was applied yet, or its chain is not known";
-        put(
-            &clip(text, room, theme),
-            theme.faint(),
-            1,
-            row(inner, 0),
-            buf,
-        );
+        sheet.put(1, 0, text, theme.faint());
         return;
     };
+    // A row below the lanes is for the sentence.
+    let rows = sheet.height().saturating_sub(3);
+    let shown = timeline.lanes.len().min(rows);
+    let about = Span::styled(about(timeline, shown), theme.faint());
+    let mut sheet = sheet.boxed(TITLE, about);
     let names = timeline.lanes.iter().map(|lane| width(&lane.name));
     let margin = names.max().unwrap_or(0) + 2;
-    let height = usize::from(inner.height);
-    let lanes = fitting(timeline, area);
-    for (number, lane) in timeline.lanes.iter().take(lanes).enumerate() {
-        let place = row(inner, number);
-        put(&clip(&lane.name, room, theme), Style::new(), 1, place, buf);
-        let columns = LaneColumns {
-            timeline,
-            margin,
-            count: usize::from(inner.width).saturating_sub(margin + 1),
-            place,
-        };
+    let room = sheet.width().saturating_sub(margin + 1);
+    for (row, lane) in timeline.lanes[..shown].iter().enumerate() {
+        sheet.put(1, row, &lane.name, Style::new());
         // Highlighted marks are in front of the others.
         let mut marks: Vec<&Mark> = lane.marks.iter().collect();
         marks.sort_by_key(|mark| mark.bright);
-        marks.iter().for_each(|mark| columns.draw(mark, theme, buf));
+        let mut axis = sheet.cells(margin, row, room);
+        marks
+            .iter()
+            .for_each(|mark| draw(mark, timeline, &mut axis));
     }
-    below(timeline, theme, pane::rows(inner, lanes, height), buf);
+    below(timeline, sheet.rows(shown, usize::MAX));
 }
 
-/// The number of lanes that fit into `area`, with its border and a row for the sentence.
-fn fitting(timeline: &Timeline, area: Rect) -> usize {
-    let rows = usize::from(area.height).saturating_sub(3);
-    timeline.lanes.len().min(rows)
+/// The selected push, the visible run time, and the number of lanes beyond those shown.
+fn about(timeline: &Timeline, shown: usize) -> String {
+    let [from, to] = [timeline.from, timeline.to].map(Time::as_secs_f64);
+    let which = if timeline.newest {
+        "newest"
+    } else {
+        "selected"
+    };
+    let more = match timeline.lanes.len() - shown {
+        0 => String::new(),
+        hidden => format!(", +{hidden} more"),
+    };
+    format!(" {which} push, {from:.3} to {to:.3} s{more} ")
 }
 
 /// The sentence about the push, and as much of the legend of the glyphs as fits.
-fn below(timeline: &Timeline, theme: &Theme, area: Rect, buf: &mut Buffer) {
-    let room = usize::from(area.width).saturating_sub(1);
-    let height = usize::from(area.height);
-    let lines = |text: &str| broken(&plain(text, theme), room);
+fn below(timeline: &Timeline, mut sheet: Sheet<'_>) {
+    let (theme, room) = (sheet.theme, sheet.width().saturating_sub(1));
     // One row at least is for the legend.
-    let most = height.saturating_sub(1).clamp(1, SENTENCE_ROWS);
+    let most = sheet.height().saturating_sub(1).clamp(1, SENTENCE_ROWS);
+    let lines = |text: &str| broken(text, room, theme);
     let sentence = timeline.sentence.fitting(|text| lines(text).len() <= most);
     let sentence = lines(sentence);
+    let sentence = sentence
+        .iter()
+        .take(most)
+        .map(|line| (line, theme.strong()));
+    let legend = legend(timeline, room);
+    let legend = legend.iter().map(|line| (line, theme.faint()));
+    for (row, (line, style)) in sentence.chain(legend).enumerate() {
+        sheet.put(1, row, line, style);
+    }
+}
+
+/// The glyphs and the keys in lines of `room` columns.
+fn legend(timeline: &Timeline, room: usize) -> Vec<String> {
     // Those of executors only where there are some.
     let marks = || timeline.lanes.iter().flat_map(|lane| &lane.marks);
     let of_executors = |kind| matches!(kind, MarkKind::Waiting | MarkKind::Aside);
     let shown = |kind| !of_executors(kind) || marks().any(|mark| mark.kind == kind);
     let entries = LEGEND.into_iter().filter(|(kind, _)| shown(*kind));
-    let entries = entries.map(|(kind, word)| format!("{} {word}", glyph(kind, theme)));
-    let entries = entries.chain(KEYS.map(str::to_owned));
-    let mut legend = vec![String::new()];
-    for entry in entries {
-        let line = legend.last_mut().filter(|line| !line.is_empty());
-        match line.filter(|line| width(line) + 2 + width(&entry) <= room) {
+    let entries = entries.map(|(kind, word)| format!("{} {word}", glyph(kind)));
+    let mut lines: Vec<String> = Vec::new();
+    for entry in entries.chain(KEYS.map(str::to_owned)) {
+        let fits = |line: &&mut String| width(line) + 2 + width(&entry) <= room;
+        match lines.last_mut().filter(fits) {
             Some(line) => *line += &format!("  {entry}"),
-            None => legend.push(entry),
+            None => lines.push(entry),
         }
     }
-    for (number, line) in sentence.iter().take(most).enumerate() {
-        let text = clip(line, room, theme);
-        put(&text, theme.strong(), 1, row(area, number), buf);
-    }
-    for (number, line) in legend.iter().skip(1).enumerate() {
-        let place = row(area, sentence.len().min(most) + number);
-        put(&clip(line, room, theme), theme.faint(), 1, place, buf);
+    lines
+}
+
+/// Draws `mark` on its lane.
+fn draw(mark: &Mark, timeline: &Timeline, axis: &mut Sheet<'_>) {
+    let Some(end) = axis.width().checked_sub(1) else {
+        return;
+    };
+    let span = timeline.to.since(timeline.from).as_secs_f64().max(1e-9);
+    let column = |at: Time| {
+        let share = at.since(timeline.from).as_secs_f64() / span;
+        ((share * (end + 1) as f64) as usize).min(end)
+    };
+    let first = column(mark.at);
+    let last = column(mark.until).max(first);
+    let style = style(mark, axis.theme);
+    let glyph = glyph(mark.kind);
+    let before = match mark.kind {
+        MarkKind::Read | MarkKind::Unread => "─",
+        _ => glyph,
+    };
+    axis.put(first, 0, &before.repeat(last - first), style);
+    axis.put(last, 0, glyph, style);
+    let name = mark.by.as_deref().unwrap_or_default();
+    if width(name) + 2 <= last + 1 - first {
+        axis.put(first + 1, 0, name, style);
     }
 }
 
-/// The columns of a lane.
-struct LaneColumns<'a> {
-    timeline: &'a Timeline,
-    margin: usize,
-    count: usize,
-    place: Rect,
-}
-
-impl LaneColumns<'_> {
-    fn draw(&self, mark: &Mark, theme: &Theme, buf: &mut Buffer) {
-        if self.count == 0 {
-            return;
-        }
-        let (first, last) = (self.column(mark.at), self.column(mark.until));
-        let style = style(mark, theme);
-        let travels = matches!(mark.kind, MarkKind::Read | MarkKind::Unread);
-        for column in first..=last.max(first) {
-            let on_the_way = travels && column < last;
-            let glyph = match on_the_way {
-                true => theme.glyph("─", "-"),
-                false => glyph(mark.kind, theme),
-            };
-            put(glyph, style, self.margin + column, self.place, buf);
-        }
-        let name = mark.by.as_deref().map(|by| plain(by, theme));
-        let room = (last + 1).saturating_sub(first);
-        if let Some(name) = name.filter(|name| width(name) + 2 <= room) {
-            put(&name, style, self.margin + first + 1, self.place, buf);
-        }
-    }
-
-    /// The column of a run time, limited to the first and the last.
-    fn column(&self, at: Time) -> usize {
-        let Timeline { from, to, .. } = self.timeline;
-        let span = to.since(*from).as_secs_f64().max(1e-9);
-        let share = at.since(*from).as_secs_f64() / span;
-        ((share * self.count as f64) as usize).min(self.count - 1)
-    }
-}
-
-fn glyph(kind: MarkKind, theme: &Theme) -> &'static str {
+fn glyph(kind: MarkKind) -> &'static str {
     match kind {
-        MarkKind::Tick => theme.glyph("█", "#"),
-        MarkKind::Late => theme.glyph("▒", "~"),
-        MarkKind::Waiting => theme.glyph("░", "="),
-        MarkKind::Aside => theme.glyph("▁", "_"),
-        MarkKind::Overrun => theme.glyph("×", "x"),
-        MarkKind::Read => theme.glyph("•", "o"),
-        MarkKind::Unread => theme.glyph("·", "."),
-        MarkKind::Lost => theme.glyph("✖", "X"),
+        MarkKind::Tick => "█",
+        MarkKind::Late => "▒",
+        MarkKind::Waiting => "░",
+        MarkKind::Aside => "▁",
+        MarkKind::Overrun => "×",
+        MarkKind::Read => "•",
+        MarkKind::Unread => "·",
+        MarkKind::Lost => "✖",
     }
 }
 
@@ -198,7 +174,7 @@ mod tests {
     use crate::dashboard::{
         frame::PushSentence,
         timeline::Lane,
-        view::pane::testing::{POOR, RICH, screen, styled, text, torture},
+        view::testing::{POOR, RICH, drawn, screen, styled, torture},
     };
 
     fn ms(ms: u64) -> Time {
@@ -206,48 +182,36 @@ mod tests {
     }
 
     fn sample() -> Timeline {
-        let lane = |name: &str, marks: &[(u64, u64, MarkKind, bool)]| Lane {
+        let mark = |at, until, kind, bright| Mark {
+            at: ms(at),
+            until: ms(until),
+            kind,
+            bright,
+            by: None,
+        };
+        let lane = |name: &str, marks: [Mark; 3]| Lane {
             name: name.to_owned(),
-            marks: marks
-                .iter()
-                .map(|&(at, until, kind, bright)| Mark {
-                    at: ms(at),
-                    until: ms(until),
-                    kind,
-                    bright,
-                    by: None,
-                })
-                .collect(),
+            marks: marks.into(),
         };
         use MarkKind::{Late, Lost, Overrun, Read, Tick, Unread};
+        let sensor = [0, 50, 100].map(|at| mark(at, at, Tick, at == 0));
+        let obs = [
+            mark(0, 20, Read, true),
+            mark(50, 50, Unread, false),
+            mark(100, 100, Lost, false),
+        ];
+        let policy = [
+            mark(20, 30, Late, true),
+            mark(30, 110, Tick, true),
+            mark(110, 110, Overrun, false),
+        ];
         Timeline {
             from: ms(0),
             to: ms(200),
             lanes: vec![
-                lane(
-                    "sensor",
-                    &[
-                        (0, 0, Tick, true),
-                        (50, 50, Tick, false),
-                        (100, 100, Tick, false),
-                    ],
-                ),
-                lane(
-                    "/obs",
-                    &[
-                        (0, 20, Read, true),
-                        (50, 50, Unread, false),
-                        (100, 100, Lost, false),
-                    ],
-                ),
-                lane(
-                    "policy",
-                    &[
-                        (20, 30, Late, true),
-                        (30, 110, Tick, true),
-                        (110, 110, Overrun, false),
-                    ],
-                ),
+                lane("sensor", sensor),
+                lane("/obs", obs),
+                lane("policy", policy),
             ],
             sentence: PushSentence(vec![
                 "this push is 110 ms old: 30 waiting for the policy + 80 thinking".to_owned(),
@@ -258,25 +222,19 @@ mod tests {
 
     #[test]
     fn lanes_have_a_time_axis_in_common_and_the_chain_is_bright() {
-        let drawn = |theme| {
-            screen(80, 7, |area, buf| {
-                render(Some(&sample()), theme, true, area, buf)
-            })
-        };
-        insta::assert_snapshot!(text(&drawn(&RICH)));
-        assert!(text(&drawn(&POOR)).is_ascii());
-        let bright = styled(&drawn(&RICH), RICH.active());
+        let shown = |theme| drawn((80, 7), theme, |sheet| render(Some(&sample()), sheet));
+        insta::assert_snapshot!(shown(&RICH));
+        assert!(shown(&POOR).is_ascii());
+        let buf = screen((80, 7), &RICH, |sheet| render(Some(&sample()), sheet));
+        let bright = styled(&buf, RICH.active());
         assert!(bright.contains('█') && !bright.contains('✖'), "{bright}");
     }
 
     #[test]
     fn lanes_without_room_are_counted() {
         for (height, more) in [(6, None), (5, Some("+1 more")), (4, Some("+2 more"))] {
-            let drawn = screen(80, height, |area, buf| {
-                render(Some(&sample()), &RICH, true, area, buf)
-            });
-            let title = text(&drawn);
-            let title = title.lines().next().unwrap_or_default();
+            let shown = drawn((80, height), &RICH, |sheet| render(Some(&sample()), sheet));
+            let title = shown.lines().next().unwrap_or_default();
             assert_eq!(title.contains("more"), more.is_some(), "{title}");
             assert!(more.is_none_or(|more| title.contains(more)), "{title}");
         }
@@ -295,20 +253,16 @@ mod tests {
         let marks = &mut timeline.lanes[2].marks;
         marks.push(mark(120, 160, MarkKind::Waiting));
         marks.push(mark(170, 173, MarkKind::Aside));
-        let drawn = text(&screen(80, 7, |area, buf| {
-            render(Some(&timeline), &RICH, false, area, buf);
-        }));
-        assert!(drawn.contains("░planner░"), "{drawn}");
-        assert!(drawn.contains("░ waiting for  ▁ set aside for"), "{drawn}");
-        let usual = text(&screen(80, 7, |area, buf| {
-            render(Some(&sample()), &RICH, false, area, buf);
-        }));
+        let shown = drawn((80, 7), &RICH, |sheet| render(Some(&timeline), sheet));
+        assert!(shown.contains("░planner░"), "{shown}");
+        assert!(shown.contains("░ waiting for  ▁ set aside for"), "{shown}");
+        let usual = drawn((80, 7), &RICH, |sheet| render(Some(&sample()), sheet));
         assert!(!usual.contains("waiting for  "), "{usual}");
     }
 
     #[test]
     fn any_size_will_do() {
-        torture(|theme, area, buf| render(Some(&sample()), theme, false, area, buf));
-        torture(|theme, area, buf| render(None, theme, false, area, buf));
+        torture(|sheet| render(Some(&sample()), sheet));
+        torture(|sheet| render(None, sheet));
     }
 }

@@ -1,20 +1,17 @@
 //! Text about topics on their lines, where there is room.
 
-use ratatui::{buffer::Buffer, layout::Rect, widgets::Widget};
-
 use super::{
-    GraphView,
-    label_writer::{
-        LabelRow::{self, *},
-        LabelWriter,
-    },
-    list::List,
+    GraphView, list,
     place::GraphLayout,
     route::Route,
-    text::NARROW,
-    wires::{Wires, level},
+    router::Router,
+    text::{plain, width},
+    topic_text::{
+        LabelRow::{self, *},
+        NARROW,
+    },
 };
-use crate::dashboard::view::pane;
+use crate::dashboard::view::sheet::Sheet;
 
 /// Minimum room for figures side by side on a line.
 const WIDE: usize = 18;
@@ -37,118 +34,101 @@ pub(super) struct Labels<'a> {
     pub(super) view: GraphView<'a>,
     /// The places of its boxes.
     pub(super) layout: &'a GraphLayout,
-    /// Its lines.
-    pub(super) wires: &'a Wires,
-    /// The inside of the pane.
-    pub(super) area: Rect,
+    /// The places of its lines.
+    pub(super) router: &'a Router<'a>,
 }
 
 impl Labels<'_> {
     /// Writes as much as there is room for.
-    pub(super) fn draw(&self, buf: &mut Buffer) {
-        let mut rest = Vec::new();
-        let (dangling_edges, read): (Vec<&Route>, Vec<&Route>) = self
-            .layout
-            .routes
-            .all
-            .iter()
-            .partition(|route| route.dangles());
+    pub(super) fn draw(&self, sheet: &mut Sheet<'_>) {
+        let (mut rest, mut unnamed) = (Vec::new(), Vec::new());
+        let routes = self.layout.routes.all.iter();
+        let (dangling, read): (Vec<&Route>, Vec<&Route>) = routes.partition(|r| r.dangles());
         for route in read {
             if !self.layout.roomy {
-                self.tag(route, buf);
+                self.tag(route, sheet);
             }
-            if !self.layout.roomy || !self.write(route, buf) {
+            if !self.layout.roomy || !self.write(route, sheet) {
                 rest.push(self.view.topic(route.topic));
             }
         }
-        let unnamed = dangling_edges
-            .into_iter()
-            .filter(|route| !self.name(route, buf));
-        let unnamed: Vec<_> = unnamed.map(|r| self.view.topic(r.topic)).collect();
-        let free = pane::rows(self.area, usize::from(self.layout.bottom), usize::MAX);
+        for route in dangling {
+            if !self.name(route, sheet) {
+                unnamed.push(self.view.topic(route.topic));
+            }
+        }
+        let mut free = sheet.rows(usize::from(self.layout.bottom), usize::MAX);
         // Topics without readers come last, and only if there is room for all.
         let all = [&rest[..], &unnamed[..]].concat();
-        let list = if List::room(&all, free) >= all.len() {
-            all
-        } else {
-            rest
+        let list = match list::room(&all, free.area) >= all.len() {
+            true => all,
+            false => rest,
         };
-        if !list.is_empty() && blank(free, buf) {
-            let list = List {
-                view: self.view,
-                topics: &list,
-                area: free,
-            };
-            list.draw(buf);
+        if free.shows(" ") {
+            list::draw(&list, &mut free);
         }
     }
 
-    /// The beginning of the line of `route`, and its length up to the first bend.
-    fn trunk(&self, route: &Route) -> Option<(u16, u16, u16)> {
-        let node = *route.publishers.first()?;
-        let row = self.layout.exit(route, node)?;
-        let gap = self.layout.placed(node)?.column + 1;
-        let [start, _] = *self.layout.gaps.get(gap)?;
-        let room = self.wires.limit(gap).saturating_sub(start);
-        Some((start, row, room))
-    }
-
-    /// The place of `width` columns in a row, behind the beginning of a line.
-    fn place(&self, start: u16, row: u16, width: usize) -> Rect {
-        Rect {
-            x: self.area.x + start + 1,
-            width: pane::clamp(width),
-            ..pane::row(self.area, usize::from(row))
-        }
+    /// The first column and the row of the text about `route`, and the length of its line up
+    /// to the first bend.
+    fn trunk(&self, route: &Route) -> Option<(usize, usize, usize)> {
+        let first = route.publishers.first()?;
+        let mut exits = self
+            .layout
+            .exits
+            .iter()
+            .filter(|exit| exit.topic == route.topic);
+        let exit = exits.find(|exit| exit.node == *first)?;
+        let [start, _] = *self.layout.gaps.get(exit.gap)?;
+        let room = self.router.limit(exit.gap).saturating_sub(start);
+        let [start, row, room] = [start, exit.row, room].map(usize::from);
+        Some((start + 1, row, room))
     }
 
     /// Writes the name on a dangling edge.
-    fn name(&self, route: &Route, buf: &mut Buffer) -> bool {
+    fn name(&self, route: &Route, sheet: &mut Sheet<'_>) -> bool {
         let Some((start, row, _)) = self.trunk(route) else {
             return false;
         };
-        let name = pane::plain(&self.view.topic(route.topic).name, self.view.theme);
-        let texts = [format!(" {name} "), name.into_owned()];
-        texts.iter().any(|text| {
-            let place = self.place(start, row, pane::width(text));
-            let line = filled(place, level(self.view.theme), buf);
-            if line {
-                pane::put(text, self.view.theme.strong(), 0, place, buf);
+        let name = plain(&self.view.topic(route.topic).topic.name, self.view.theme).into_owned();
+        [format!(" {name} "), name].iter().any(|text| {
+            let mut place = sheet.cells(start, row, width(text));
+            let is_line = place.shows("─");
+            if is_line {
+                place.put(0, 0, text, self.view.theme.strong());
             }
-            line
+            is_line
         })
     }
 
     /// Writes the name above or below the line of `route`, if there is room for it.
-    fn tag(&self, route: &Route, buf: &mut Buffer) {
+    fn tag(&self, route: &Route, sheet: &mut Sheet<'_>) {
         let Some((start, row, room)) = self.trunk(route) else {
             return;
         };
-        let name = pane::plain(&self.view.topic(route.topic).name, self.view.theme);
-        let width = pane::width(&name);
+        let name = plain(&self.view.topic(route.topic).topic.name, self.view.theme);
+        let wide = width(&name);
         let rows = [row.checked_sub(1), Some(row + 1)].into_iter().flatten();
-        let rows = rows.filter(|row| *row < self.layout.bottom);
-        let mut places = rows.map(|row| self.place(start, row, width));
-        let fits = width + 2 <= usize::from(room);
-        let place = places.find(|place| fits && blank(*place, buf));
-        if let Some(place) = place {
-            pane::put(&name, self.view.theme.strong(), 0, place, buf);
+        for row in rows.filter(|row| *row < usize::from(self.layout.bottom)) {
+            let mut place = sheet.cells(start, row, wide);
+            if wide + 2 <= room && place.shows(" ") {
+                place.put(0, 0, &name, self.view.theme.strong());
+                return;
+            }
         }
     }
 
     /// Writes above and below the line of `route`; returns whether there was room.
-    fn write(&self, route: &Route, buf: &mut Buffer) -> bool {
+    fn write(&self, route: &Route, sheet: &mut Sheet<'_>) -> bool {
         let topic = self.view.topic(route.topic);
         let Some((start, row, room)) = self.trunk(route) else {
             return false;
         };
         // One blank column at either end.
-        let room = usize::from(room.saturating_sub(2));
-        let at = |row: usize| self.place(start, pane::clamp(row), room);
-        let row = usize::from(row);
-        let free = |row: usize| row < usize::from(self.area.height) && blank(at(row), buf);
-        let above = (0..row).rev().take_while(|row| free(*row)).count();
-        let below = (row + 1..).take_while(|row| free(*row)).count();
+        let room = room.saturating_sub(2);
+        let mut free = |row: &usize| sheet.cells(start, *row, room).shows(" ");
+        let above = (0..row).rev().take_while(&mut free).count();
+        let below = (row + 1..).take_while(free).count();
         let fitting = WRITINGS.iter().find(|(up, down, least)| {
             let needed = down.len().min(1);
             up.len() <= above && needed <= below && *least <= room
@@ -157,22 +137,10 @@ impl Labels<'_> {
             return false;
         };
         let rows = (row - up.len()..row).zip(*up);
-        let rows = rows.chain((row + 1..=row + below).zip(*down));
-        let view = self.view;
-        let writer = LabelWriter { view, topic, room };
-        for (row, what) in rows {
-            writer.line(*what).render(at(row), buf);
+        for (row, what) in rows.chain((row + 1..=row + below).zip(*down)) {
+            let line = topic.line(*what, room);
+            sheet.cells(start, row, room).line(0, 0, &line);
         }
         true
     }
-}
-
-/// Whether `area` is not empty and has no drawing.
-fn blank(area: Rect, buf: &Buffer) -> bool {
-    filled(area, " ", buf)
-}
-
-fn filled(area: Rect, symbol: &str, buf: &Buffer) -> bool {
-    let mut cells = area.positions().map(|at| buf.cell(at));
-    !area.is_empty() && cells.all(|cell| cell.is_some_and(|cell| cell.symbol() == symbol))
 }

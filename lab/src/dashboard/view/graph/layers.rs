@@ -117,19 +117,16 @@ impl Flow {
     fn sort(&self, layers: &mut [Vec<usize>]) {
         let mut height: Vec<Option<f64>> = vec![None; self.nodes];
         for layer in layers {
-            let wanted: Vec<(f64, usize)> = layer
-                .iter()
-                .enumerate()
-                .map(|(row, node)| {
-                    let row = relative(row, layer.len());
-                    (self.source_height(*node, &height).unwrap_or(row), *node)
-                })
-                .collect();
-            let mut sorted = wanted;
-            sorted.sort_by(|(a, n), (b, m)| a.total_cmp(b).then(n.cmp(m)));
-            *layer = sorted.into_iter().map(|(_, node)| node).collect();
-            for (row, node) in layer.iter().enumerate() {
-                height[*node] = Some(relative(row, layer.len()));
+            let rows = layer.len();
+            let wanted = layer.iter().enumerate().map(|(row, node)| {
+                let wanted = self.source_height(*node, &height);
+                (wanted.unwrap_or(relative(row, rows)), *node)
+            });
+            let mut wanted: Vec<(f64, usize)> = wanted.collect();
+            wanted.sort_by(|(a, n), (b, m)| a.total_cmp(b).then(n.cmp(m)));
+            for (row, (_, node)) in wanted.into_iter().enumerate() {
+                layer[row] = node;
+                height[node] = Some(relative(row, rows));
             }
         }
     }

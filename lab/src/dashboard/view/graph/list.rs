@@ -1,16 +1,15 @@
 //! A list of the topics without room for text on their lines.
 
-use ratatui::{
-    buffer::Buffer,
-    layout::Rect,
-    text::{Line, Span},
-    widgets::Widget,
-};
+use ratatui::{layout::Rect, style::Style};
 
-use super::{GraphView, label_writer::LabelWriter, route::Routes, text::count};
+use super::{
+    route::Routes,
+    text::{count, fitting, line, pad, width},
+    topic_text::{COUNT, TopicText},
+};
 use crate::dashboard::{
     frame::{FrameData, TopicData},
-    view::pane::{self, fitting},
+    view::sheet::Sheet,
 };
 
 /// Maximum width of a name in the list.
@@ -25,89 +24,66 @@ const LIST_SPACE: usize = 3;
 /// Number of rows of a list of the topics of `routes` in `room` columns.
 pub(super) fn rows(frame: &FrameData, routes: &Routes, room: usize) -> usize {
     let read = routes.all.iter().filter(|route| !route.dangles());
-    let topics: Vec<&TopicData> = read.map(|r| &frame.topics[r.topic]).collect();
-    topics.len().div_ceil(List::side_by_side(&topics, room))
+    let topics: Vec<&TopicData> = read.map(|route| &frame.topics[route.topic]).collect();
+    let name = name_width(topics.iter().copied());
+    topics.len().div_ceil(side_by_side(name, room))
 }
 
-/// Topics side by side and below each other.
-pub(super) struct List<'a> {
-    /// The graph.
-    pub(super) view: GraphView<'a>,
-    /// The topics.
-    pub(super) topics: &'a [&'a TopicData],
-    /// The area of the list.
-    pub(super) area: Rect,
+/// Number of entries about `topics` that fit into `area`.
+pub(super) fn room(topics: &[TopicText<'_>], area: Rect) -> usize {
+    let name = name_width(topics.iter().map(|text| text.topic));
+    side_by_side(name, usize::from(area.width)) * usize::from(area.height)
 }
 
-impl List<'_> {
-    fn name_width(topics: &[&TopicData]) -> usize {
-        let names = topics.iter().map(|topic| pane::width(&topic.name));
-        names.max().unwrap_or(0).min(LIST_NAME)
-    }
+fn name_width<'a>(topics: impl Iterator<Item = &'a TopicData>) -> usize {
+    let names = topics.map(|topic| width(&topic.name));
+    names.max().unwrap_or(0).min(LIST_NAME)
+}
 
-    fn side_by_side(topics: &[&TopicData], room: usize) -> usize {
-        let width = Self::name_width(topics) + LIST_FIGURES;
-        ((room + LIST_SPACE) / (width + LIST_SPACE)).max(1)
-    }
+/// Number of entries with names of this width beside each other.
+fn side_by_side(name: usize, room: usize) -> usize {
+    ((room + LIST_SPACE) / (name + LIST_FIGURES + LIST_SPACE)).max(1)
+}
 
-    /// Number of entries that fit into `area`.
-    pub(super) fn room(topics: &[&TopicData], area: Rect) -> usize {
-        Self::side_by_side(topics, usize::from(area.width)) * usize::from(area.height)
-    }
-
-    /// Draws as many entries as there is room for.
-    pub(super) fn draw(&self, buf: &mut Buffer) {
-        let room = usize::from(self.area.width);
-        let across = Self::side_by_side(self.topics, room);
-        let width = (room + LIST_SPACE) / across - LIST_SPACE.min(room / across);
-        let cells = Self::room(self.topics, self.area);
-        for (number, topic) in self.topics.iter().take(cells).enumerate() {
-            let row = pane::row(self.area, number / across);
-            let skip = number % across * (width + LIST_SPACE);
-            let cell = Rect {
-                x: row.x + pane::clamp(skip),
-                width: pane::clamp(width),
-                ..row
-            };
-            let cell = cell.intersection(self.area);
-            let left = self.topics.len() - number;
-            if number + 1 == cells && left > 1 {
+/// Writes as many `topics` side by side and below each other as there is room for.
+pub(super) fn draw(topics: &[TopicText<'_>], sheet: &mut Sheet<'_>) {
+    let name = name_width(topics.iter().map(|text| text.topic));
+    let room = sheet.width();
+    let across = side_by_side(name, room);
+    let wide = (room + LIST_SPACE) / across - LIST_SPACE.min(room / across);
+    let cells = across * sheet.height();
+    for (number, topic) in topics.iter().take(cells).enumerate() {
+        let x = number % across * (wide + LIST_SPACE);
+        let mut cell = sheet.cells(x, number / across, wide);
+        match topics.len() - number {
+            left if number + 1 == cells && left > 1 => {
                 let text = format!("+{left} topics");
-                pane::put(&text, self.view.theme.faint(), 0, cell, buf);
-            } else {
-                self.entry(topic, cell, buf);
+                cell.put(0, 0, &text, cell.theme.faint());
             }
+            _ => entry(topic, name, &mut cell),
         }
     }
+}
 
-    fn entry(&self, topic: &TopicData, cell: Rect, buf: &mut Buffer) {
-        let room = usize::from(cell.width);
-        let (view, theme) = (self.view, self.view.theme);
-        let writer = LabelWriter { view, topic, room };
-        let name = Self::name_width(self.topics);
-        let text = format!("{:name$}", writer.name(name));
-        let full = name + LIST_FIGURES;
-        let aged = room >= full + LIST_WORD + LIST_AGE;
-        let depth = if room >= full {
-            format!(" {}", writer.depth())
-        } else {
-            String::new()
-        };
-        let mut line = Line::from_iter([
-            Span::styled(text, theme.strong()),
-            Span::styled(writer.mark(" "), theme.strong()),
-            Span::raw(format!("{}{depth} ", writer.rate())),
-        ]);
-        let left = room.saturating_sub(line.width() + if aged { LIST_AGE + 1 } else { 0 });
-        let dropped = count(topic.dropped);
-        let words = ["  {} dropped", "  {} drops", "  {}"];
-        let drops = fitting(words.map(|text| text.replace("{}", &dropped)), left);
-        line.push_span(Span::raw(drops));
-        if aged {
-            let blank = (full + LIST_WORD + 1).saturating_sub(line.width());
-            line.push_span(Span::raw(" ".repeat(blank)));
-            line.extend(writer.age());
-        }
-        line.render(cell, buf);
+fn entry(topic: &TopicText<'_>, name: usize, cell: &mut Sheet<'_>) {
+    let (theme, room) = (cell.theme, cell.width());
+    let full = name + LIST_FIGURES;
+    let aged = room >= full + LIST_WORD + LIST_AGE;
+    let depth = match room >= full {
+        true => format!(" {}", topic.depth()),
+        false => String::new(),
+    };
+    let name = pad(&topic.topic.name, name, theme) + topic.mark(" ");
+    let figures = format!("{}{depth} ", topic.rate());
+    let used = width(&name) + width(&figures);
+    let left = room.saturating_sub(used + if aged { LIST_AGE + 1 } else { 0 });
+    let dropped = count(topic.topic.dropped, COUNT);
+    let words = [" dropped", " drops", ""].map(|word| format!("  {dropped}{word}"));
+    let drops = fitting(words, left);
+    let whole = line([(name, theme.strong()), (figures + &drops, Style::new())]);
+    cell.line(0, 0, &whole);
+    if aged {
+        let x = whole.width().max(full + LIST_WORD + 1);
+        cell.put(x, 0, &topic.age(), Style::new());
     }
 }

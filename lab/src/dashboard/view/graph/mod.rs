@@ -2,24 +2,21 @@
 //! with messages on them.
 
 mod label;
-mod label_writer;
 mod layers;
 mod list;
 mod nodes;
 mod place;
 mod route;
-mod text;
+mod router;
+mod topic_text;
 mod wires;
 
-use ratatui::{buffer::Buffer, layout::Rect, text::Span};
+use ratatui::{layout::Size, text::Span};
 
-use self::{label::Labels, place::GraphLayout, wires::Wires};
-use super::pane;
+use self::{label::Labels, place::GraphLayout, router::Router, topic_text::TopicText};
+use super::{sheet::Sheet, text};
 use crate::{
-    dashboard::{
-        frame::{FrameData, TopicData},
-        knob_focus::KnobFocus,
-    },
+    dashboard::{frame::FrameData, knob_focus::KnobFocus},
     theme::Theme,
 };
 
@@ -33,51 +30,38 @@ struct GraphView<'a> {
 }
 
 impl<'a> GraphView<'a> {
-    fn topic(&self, index: usize) -> &'a TopicData {
-        &self.frame.topics[index]
+    fn topic(self, index: usize) -> TopicText<'a> {
+        TopicText {
+            view: self,
+            topic: &self.frame.topics[index],
+        }
     }
 }
 
 /// Draws the graph, with marks on the node and the topics in `knobs`.
-pub fn render(
-    frame: &FrameData,
-    knobs: &KnobFocus,
-    theme: &Theme,
-    focused: bool,
-    area: Rect,
-    buf: &mut Buffer,
-) {
-    let inside = Rect {
-        width: area.width.saturating_sub(2),
-        height: area.height.saturating_sub(2),
-        ..area
-    };
-    let layout = GraphLayout::of(frame, inside.as_size());
+pub fn render(frame: &FrameData, knobs: &KnobFocus, sheet: Sheet<'_>) {
+    let theme = sheet.theme;
+    let [width, height] = [sheet.area.width, sheet.area.height].map(|edge| edge.saturating_sub(2));
+    let layout = GraphLayout::of(frame, Size::new(width, height));
     let more = match layout.hidden {
         0 => String::new(),
         hidden => format!(" +{hidden} more "),
     };
-    let more = Span::styled(more, theme.faint());
-    let inner = pane::border("1 graph", more, theme, focused, area, buf);
-    // If part of the area is off the screen, the layout does not fit.
-    if inner.as_size() != inside.as_size() {
-        return;
-    }
+    let mut sheet = sheet.boxed("1 graph", Span::styled(more, theme.faint()));
     let view = GraphView {
         frame,
         knobs,
         theme,
     };
-    nodes::draw(view, &layout, inner, buf);
-    let wires = Wires::of(frame, &layout);
-    wires.draw(view, inner, buf);
+    nodes::draw(view, &layout, &mut sheet);
+    let router = Router::new(frame, &layout);
+    wires::draw(frame, &router.wires(), &mut sheet);
     let labels = Labels {
         view,
         layout: &layout,
-        wires: &wires,
-        area: inner,
+        router: &router,
     };
-    labels.draw(buf);
+    labels.draw(&mut sheet);
 }
 
 #[cfg(test)]

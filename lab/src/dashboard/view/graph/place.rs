@@ -5,10 +5,11 @@ use ratatui::layout::{Rect, Size};
 use super::{
     layers::layers,
     list,
-    route::{Route, Routes},
-    text::{NARROW, dangling_width},
+    route::{Route, Routes, dangling_width},
+    text::width,
+    topic_text::NARROW,
 };
-use crate::dashboard::{frame::FrameData, view::pane};
+use crate::dashboard::{frame::FrameData, view::sheet::clamp};
 
 /// Minimum width of a box: room for a rate.
 const LEAST_BOX: usize = 8;
@@ -32,13 +33,30 @@ pub(super) struct PlacedBox {
     pub(super) rect: Rect,
 }
 
-/// The places of everything.
+/// An end of a topic at a box.
 #[derive(Debug)]
+pub(super) struct Port {
+    /// Index of the topic.
+    pub(super) topic: usize,
+    /// Index of the node.
+    pub(super) node: usize,
+    /// Number of the gap.
+    pub(super) gap: usize,
+    /// The row.
+    pub(super) row: u16,
+}
+
+/// The places of everything.
+#[derive(Debug, Default)]
 pub(super) struct GraphLayout {
     /// The visible nodes.
     pub(super) boxes: Vec<PlacedBox>,
     /// The routes of the visible topics.
     pub(super) routes: Routes,
+    /// Where they leave their publishers.
+    pub(super) exits: Vec<Port>,
+    /// Where they reach their readers.
+    pub(super) entries: Vec<Port>,
     /// First column and end of each gap.
     pub(super) gaps: Vec<[u16; 2]>,
     /// Row of the first lane.
@@ -55,52 +73,41 @@ impl GraphLayout {
     /// Lays out `frame` in an area of `size`.
     pub(super) fn of(frame: &FrameData, size: Size) -> Self {
         let room = [size.width, size.height].map(usize::from);
-        let layers = layers(frame);
-        match AreaPlan::best(frame, &layers, room) {
-            Some(plan) => plan.lay_out(frame, room),
-            None => Self::nothing(frame),
-        }
+        let plan = AreaPlan::best(frame, &layers(frame), room);
+        let hidden = frame.nodes.len();
+        let nothing = || Self {
+            hidden,
+            ..Self::default()
+        };
+        plan.map_or_else(nothing, |plan| plan.lay_out(frame, room))
     }
+}
 
-    fn nothing(frame: &FrameData) -> Self {
-        Self {
-            boxes: Vec::new(),
-            routes: Routes::of(frame, &[]),
-            gaps: Vec::new(),
-            lanes: 0,
-            roomy: false,
-            bottom: 0,
-            hidden: frame.nodes.len(),
-        }
-    }
-
-    /// The box of a visible node.
-    pub(super) fn placed(&self, node: usize) -> Option<&PlacedBox> {
-        self.boxes.iter().find(|placed| placed.node == node)
-    }
-
-    /// The row on which `route` leaves `node`.
-    pub(super) fn exit(&self, route: &Route, node: usize) -> Option<u16> {
-        self.port(route, node, |route| &route.publishers)
-    }
-
-    /// The row on which `route` reaches `node`.
-    pub(super) fn entry(&self, route: &Route, node: usize) -> Option<u16> {
-        self.port(route, node, |route| &route.readers)
-    }
-
-    /// The topics of a node share the rows inside its box, from the top.
-    fn port(&self, route: &Route, node: usize, ends: fn(&Route) -> &[usize]) -> Option<u16> {
-        let rect = self.placed(node)?.rect;
-        let there = self.routes.all.iter().filter(|r| ends(r).contains(&node));
-        let mut there: Vec<&Route> = there.collect();
+/// The ends of `routes` at `boxes`. The topics of a box share the rows inside it, from the
+/// top.
+fn ports(boxes: &[PlacedBox], routes: &Routes, leaving: bool) -> Vec<Port> {
+    let ports = boxes.iter().flat_map(|placed| {
+        let is_here = |route: &&Route| match leaving {
+            true => route.publishers.contains(&placed.node),
+            false => route.readers.contains(&placed.node),
+        };
+        let mut there: Vec<&Route> = routes.all.iter().filter(is_here).collect();
         // Topics with a lane come last, as lanes are at the bottom.
-        there.sort_by_key(|r| (r.lane.is_some(), r.dangles()));
-        let order = there.iter().position(|r| r.topic == route.topic)?;
-        let first = rect.y + u16::from(rect.height > 2);
+        there.sort_by_key(|route| (route.lane.is_some(), route.dangles()));
+        let (rect, count) = (placed.rect, there.len());
         let rows = usize::from(rect.height.saturating_sub(2)).max(1);
-        Some(first + pane::clamp(order * rows / there.len()))
-    }
+        let first = rect.y + u16::from(rect.height > 2);
+        there
+            .into_iter()
+            .enumerate()
+            .map(move |(order, route)| Port {
+                topic: route.topic,
+                node: placed.node,
+                gap: placed.column + usize::from(leaving),
+                row: first + clamp(order * rows / count),
+            })
+    });
+    ports.collect()
 }
 
 /// A way to use the area.
@@ -125,41 +132,27 @@ struct BoxLook {
     roomy: bool,
 }
 
+/// The looks from the most spacious to the tightest: the least width of a box, the columns
+/// beside its name, the minimum width of gaps, and the height of a box.
+const LOOKS: [[usize; 4]; 7] = [
+    [18, 4, WIDE_GAP, 4],
+    [15, 4, NARROW + 2, 4],
+    [18, 4, WIDE_GAP, 3],
+    [15, 4, NARROW + 2, 3],
+    [15, 4, LEAST_GAP, 4],
+    [10, 2, LEAST_GAP, 3],
+    [0, 12, LEAST_GAP, 1],
+];
+
 impl BoxLook {
-    /// From the most spacious to the tightest.
-    fn all(name: usize) -> [Self; 7] {
-        let tight = |width: usize, height| Self {
-            width: [width, LEAST_BOX],
-            height,
-            gap: LEAST_GAP,
-            roomy: false,
-        };
-        let (wide, narrow) = (WIDE_GAP, NARROW + 2);
-        [
-            Self::roomy(18.max(name + 4), wide, 4),
-            Self::roomy(15.max(name + 4), narrow, 4),
-            Self::roomy(18.max(name + 4), wide, 3),
-            Self::roomy(15.max(name + 4), narrow, 3),
-            tight((name + 4).max(15), 4),
-            tight((name + 2).max(10), 3),
-            tight(name + 12, 1),
-        ]
-    }
-
-    /// Those with a row for captions, or for the verbs of captions.
-    fn captioned(name: usize, caption: usize) -> [Self; 2] {
-        [
-            Self::roomy((caption + 6).max(name + 4), WIDE_GAP, 5),
-            Self::roomy(15.max(name + 4), NARROW + 2, 5),
-        ]
-    }
-
-    fn roomy(width: usize, gap: usize, height: usize) -> Self {
+    /// A look for names of some width.
+    fn of([least, beside, gap, height]: [usize; 4], name: usize) -> Self {
+        let (width, roomy) = (least.max(name + beside), gap > LEAST_GAP);
         Self {
-            width: [width; 2],
+            width: [width, if roomy { width } else { LEAST_BOX }],
             height,
             gap,
-            roomy: true,
+            roomy,
         }
     }
 }
@@ -170,29 +163,27 @@ impl AreaPlan {
         if layers.is_empty() || room[0] < LEAST_BOX || room[1] == 0 {
             return None;
         }
-        let names = frame.nodes.iter().map(|node| pane::width(&node.name));
+        let names = frame.nodes.iter().map(|node| width(&node.name));
         let name = names.max().unwrap_or(0).min(LONGEST_NAME);
         let captions = frame.nodes.iter().filter_map(|node| node.caption);
-        let caption = captions.map(pane::width).max();
-        let captioned = caption.map(|caption| BoxLook::captioned(name, caption));
-        let looks = BoxLook::all(name);
-        if layers.len() <= room[0] {
-            for look in captioned.into_iter().flatten().chain(looks) {
-                let plan = Self::new(frame, layers.to_vec(), look);
-                let list = if look.roomy {
-                    0
-                } else {
-                    list::rows(frame, &plan.routes, room[0])
-                };
-                let plan = Self { list, ..plan };
-                if plan.fits(room) {
-                    return Some(plan);
-                }
+        let caption = captions.map(width).max();
+        // With a row for captions, or for the verbs of captions.
+        let captioned =
+            caption.map(|caption| [[caption + 6, 4, WIDE_GAP, 5], [15, 4, NARROW + 2, 5]]);
+        let looks = captioned.into_iter().flatten().chain(LOOKS);
+        for look in looks.filter(|_| layers.len() <= room[0]) {
+            let look = BoxLook::of(look, name);
+            let mut plan = Self::new(frame, layers.to_vec(), look);
+            if !look.roomy {
+                plan.list = list::rows(frame, &plan.routes, room[0]);
+            }
+            if plan.fits(room) {
+                return Some(plan);
             }
         }
-        let [.., tight, tightest] = looks;
-        let parts = [tight, tightest].into_iter();
-        let parts = parts.filter_map(|look| Self::part(frame, layers, look, room));
+        let parts = LOOKS[5..].iter();
+        let parts =
+            parts.filter_map(|look| Self::part(frame, layers, BoxLook::of(*look, name), room));
         // The taller one comes first and wins a tie.
         parts.reduce(|a, b| if b.shown() > a.shown() { b } else { a })
     }
@@ -273,7 +264,7 @@ impl AreaPlan {
             let first = top + (stack(tallest) - stack(members.len())) / 2;
             for (row, node) in members.iter().enumerate() {
                 let y = first + row * (height + space);
-                let [x, y, w, h] = [gaps[column][1], y, width, height].map(pane::clamp);
+                let [x, y, w, h] = [gaps[column][1], y, width, height].map(clamp);
                 let rect = Rect::new(x, y, w, h);
                 boxes.push(PlacedBox {
                     node: *node,
@@ -284,11 +275,13 @@ impl AreaPlan {
         }
         let lanes = top + stack(tallest) + away;
         GraphLayout {
+            exits: ports(&boxes, &self.routes, true),
+            entries: ports(&boxes, &self.routes, false),
             boxes,
-            gaps: gaps.iter().map(|gap| gap.map(pane::clamp)).collect(),
-            lanes: pane::clamp(lanes),
+            gaps: gaps.iter().map(|gap| gap.map(clamp)).collect(),
+            lanes: clamp(lanes),
             roomy: self.look.roomy,
-            bottom: pane::clamp(lanes + self.routes.lanes),
+            bottom: clamp(lanes + self.routes.lanes),
             hidden: frame.nodes.len() - self.shown(),
             routes: self.routes,
         }
@@ -301,12 +294,10 @@ impl AreaPlan {
         let least = (count - 1) * self.least_gap();
         let width = self.look.width[0].min((across - least) / count);
         let mut spare = across - count * width;
-        let dangling = self.dangling(frame);
-        let dangling = if spare >= least + dangling {
-            dangling
-        } else {
-            0
-        };
+        let dangling = Some(self.dangling(frame));
+        let dangling = dangling
+            .filter(|dangling| spare >= least + dangling)
+            .unwrap_or(0);
         spare -= dangling;
         let [left, right] = self.routes.margins();
         let mut at = left;

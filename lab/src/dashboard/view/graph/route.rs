@@ -6,6 +6,7 @@
 //! boxes from gap to gap, in a lane: so do topics that skip a column and topics that lead
 //! back.
 
+use super::text::width;
 use crate::dashboard::frame::FrameData;
 
 /// The route of a topic.
@@ -36,7 +37,7 @@ impl Route {
 }
 
 /// The routes of all topics between the visible columns.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Routes {
     /// One for each topic of a visible publisher.
     pub(super) all: Vec<Route>,
@@ -49,7 +50,10 @@ pub(super) struct Routes {
 impl Routes {
     /// Finds the routes through `columns`.
     pub(super) fn of(frame: &FrameData, columns: &[Vec<usize>]) -> Self {
-        let column = column_of(frame.nodes.len(), columns);
+        let mut column = vec![None; frame.nodes.len()];
+        for (number, members) in columns.iter().enumerate() {
+            members.iter().for_each(|node| column[*node] = Some(number));
+        }
         let mut routes = Self {
             all: Vec::new(),
             lanes: 0,
@@ -141,15 +145,21 @@ impl Routes {
     }
 }
 
-/// The column of each node; `None` for hidden ones.
-pub(super) fn column_of(nodes: usize, columns: &[Vec<usize>]) -> Vec<Option<usize>> {
-    let mut column = vec![None; nodes];
-    for (number, members) in columns.iter().enumerate() {
-        for node in members {
-            column[*node] = Some(number);
-        }
+/// Length of a dangling edge with its name.
+pub(super) fn dangling_width(name: &str) -> usize {
+    width(name) + 4
+}
+
+/// Length of such a line in `room` columns: with its name, with or without blanks around
+/// it, or without.
+pub(super) fn dangling_length(name: &str, room: usize) -> Option<usize> {
+    let full = dangling_width(name);
+    match room {
+        0..2 => None,
+        _ if room >= full => Some(full),
+        _ if room >= full - 2 => Some(full - 2),
+        _ => Some(room.min(4)),
     }
-    column
 }
 
 fn shown(nodes: &[usize], column: &[Option<usize>]) -> Vec<usize> {

@@ -9,16 +9,16 @@ use crate::{
         frame::{Dot, FrameData, Health},
         knob_focus::KnobFocus,
         view::{
-            pane::testing::{POOR, RICH, screen, styled, text, torture},
             sample,
+            testing::{POOR, RICH, screen, styled, text, torture},
         },
     },
     theme::Theme,
 };
 
 fn buffer(frame: &FrameData, theme: &Theme, width: u16, height: u16) -> Buffer {
-    screen(width, height, |area, buf| {
-        render(frame, &KnobFocus::default(), theme, true, area, buf)
+    screen((width, height), theme, |sheet| {
+        render(frame, &KnobFocus::default(), sheet);
     })
 }
 
@@ -292,8 +292,8 @@ fn policy_and_obs() -> KnobFocus {
 #[test]
 fn what_keys_turn_is_marked_by_more_than_a_colour() {
     for (theme, mark, height) in [(&RICH, '▸', 9), (&RICH, '▸', 5), (&POOR, '>', 5)] {
-        let drawn = screen(120, height, |area, buf| {
-            render(&sample::broken(), &policy_and_obs(), theme, true, area, buf)
+        let drawn = screen((120, height), theme, |sheet| {
+            render(&sample::broken(), &policy_and_obs(), sheet);
         });
         let drawn = text(&drawn);
         assert!(drawn.contains(&format!("{mark}policy")), "{drawn}");
@@ -312,7 +312,7 @@ fn any_size_will_do() {
         sample::chain(40),
     ] {
         for knobs in [KnobFocus::default(), policy_and_obs()] {
-            torture(|theme, area, buf| render(&frame, &knobs, theme, false, area, buf));
+            torture(|sheet| render(&frame, &knobs, sheet));
         }
     }
     for (width, height) in [(0, 0), (8, 3), (9, 4), (40, 200), (400, 3), (300, 100)] {

@@ -1,0 +1,363 @@
+//! The rules: each reason of an old age with its place, its words and its remedy.
+
+use std::time::Duration;
+
+use ratelab::{Hz, Knob, KnobKind};
+use ratelab_effects::takes_time;
+use ratelab_study::system::System;
+
+use super::{Facts, Tried, acting, ms, number};
+
+/// The keys that raise the rates of the first aliases.
+const RATE_KEYS: [char; 2] = [']', '}'];
+
+/// Recent messages of a link from which on a share of them is told.
+const ENOUGH: usize = 100;
+
+/// Why an age arose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AgeReason {
+    /// A node has too low a rate.
+    Rate,
+    /// A node has long ticks.
+    Cost,
+    /// A node hung in one tick.
+    Hang,
+    /// A node ticks late.
+    Late,
+    /// A node waits for its executor.
+    Executor,
+    /// A node crashed.
+    Crash,
+    /// A node has a clock error.
+    Clock,
+    /// A node has a phase shift against the others.
+    Phase,
+    /// A link delays or loses messages.
+    Link,
+    /// A queue is read from its old end.
+    Order,
+    /// Messages of a topic come late for those that they match.
+    Match,
+}
+
+/// The owner of an age: a reason and its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Owner {
+    /// The reason.
+    pub reason: AgeReason,
+    /// The index of the node or of the topic.
+    pub place: usize,
+    /// The node that waits for messages of a topic that match.
+    pub waits: Option<usize>,
+}
+
+/// Where a reason lies, the knob that takes it away, with `{}` for the name of the place,
+/// and how the age arose.
+struct CauseRule {
+    of_topic: bool,
+    remedy: Option<&'static str>,
+    told: Told,
+}
+
+type Told = fn(&Facts<'_>, Owner) -> String;
+
+impl AgeReason {
+    /// The owner for this reason at a node or a topic.
+    pub fn at(self, place: usize) -> Owner {
+        Owner {
+            reason: self,
+            place,
+            waits: None,
+        }
+    }
+
+    fn rule(self) -> CauseRule {
+        match self {
+            Self::Rate => node(None, slow_pace),
+            Self::Cost => node(Some("takes {} none"), long_ticks),
+            Self::Hang => node(Some("hang {} 0"), |facts, of| {
+                let (name, took) = (facts.name(of), facts.hang(of.place).unwrap_or_default());
+                let took = ms(took);
+                format!("the age arose in the {name}: it hung, one tick took {took}")
+            }),
+            Self::Late => node(Some("wakes {} none"), |facts, of| {
+                format!("the age arose in the {}: it wakes late", facts.name(of))
+            }),
+            Self::Executor => node(None, busy_executor),
+            Self::Crash => node(Some("restart {}"), end_of_messages),
+            Self::Clock => node(Some("clock {} 0 0"), |facts, of| {
+                let (name, every) = (facts.name(of), ms(facts.interval(of.place)));
+                format!("the age arose in the {name}: by its wrong clock it ticks every {every}")
+            }),
+            Self::Phase => node(Some("offset {} 0"), |_, _| {
+                "the age arose as messages wait for ticks".to_owned()
+            }),
+            Self::Link => topic(Some("link {} none"), slow_link),
+            Self::Order => topic(Some("read {} newest"), |facts, of| {
+                let (name, depth) = (facts.name(of), facts.graph.topics[of.place].depth);
+                format!(
+                    "the age arose in the queue of {name}: it is read from the old end, {depth} \
+                     deep"
+                )
+            }),
+            Self::Match => topic(None, late_match),
+        }
+    }
+}
+
+fn node(remedy: Option<&'static str>, told: Told) -> CauseRule {
+    CauseRule {
+        of_topic: false,
+        remedy,
+        told,
+    }
+}
+
+fn topic(remedy: Option<&'static str>, told: Told) -> CauseRule {
+    CauseRule {
+        of_topic: true,
+        ..node(remedy, told)
+    }
+}
+
+fn slow_pace(facts: &Facts<'_>, owner: Owner) -> String {
+    let (name, node) = (facts.name(owner), owner.place);
+    let every = match facts.graph.nodes[node].overruns {
+        0 => facts.pace(node),
+        _ => facts.interval(node),
+    };
+    let mut topics = facts.graph.topics.iter();
+    let mut read = topics.clone().flat_map(|topic| &topic.readers);
+    let output = topics.find(|topic| topic.publishers.contains(&node) && !topic.readers.is_empty());
+    let arose = match (read.any(|reader| reader.node == node), output) {
+        (true, Some(topic)) => {
+            format!("on {}: the {name} decides every {}", topic.name, ms(every))
+        }
+        (true, None) => format!("in the {name}: it acts every {}", ms(every)),
+        (false, _) => {
+            let times = (10.0 / every.as_secs_f64()).round() / 10.0;
+            format!("at the {name}: it looks {times} times a second")
+        }
+    };
+    format!("the age arose {arose}")
+}
+
+fn long_ticks(facts: &Facts<'_>, owner: Owner) -> String {
+    let (name, every) = (facts.name(owner), ms(facts.interval(owner.place)));
+    let time = facts.time().as_secs_f64();
+    let busy = (facts.busy(owner.place).as_secs_f64() / time * 100.0).min(100.0);
+    format!(
+        "the age arose in the {name}: its ticks take {busy:.0} % of the time and come every \
+         {every}"
+    )
+}
+
+fn busy_executor(facts: &Facts<'_>, of: Owner) -> String {
+    let (name, share) = (facts.name(of), facts.share(of));
+    let executor = facts.graph.nodes[of.place].executor.as_ref();
+    let executor = executor.map(ToString::to_string).unwrap_or_default();
+    format!(
+        "the age arose as the {name} waits for its executor {executor}{share}: quicker nodes in it \
+         help, or another executor"
+    )
+}
+
+fn late_match(facts: &Facts<'_>, of: Owner) -> String {
+    let waits = of.waits.map_or("", |node| &*facts.graph.nodes[node].name);
+    let (other, share) = (facts.name(of), facts.share(of));
+    format!(
+        "the age arose as the {waits} waits for {other}, to match{share}: what makes {other} come \
+         sooner helps"
+    )
+}
+
+/// A crash, before the first message or after it.
+fn end_of_messages(facts: &Facts<'_>, owner: Owner) -> String {
+    let name = facts.name(owner);
+    let mut topics = facts.graph.topics.iter();
+    let sent = topics.any(|topic| topic.publishers.contains(&owner.place) && topic.published > 0);
+    match sent {
+        true => format!("the {name} crashed: its last message stays in use"),
+        false => format!("the {name} crashed before its first message"),
+    }
+}
+
+fn slow_link(facts: &Facts<'_>, owner: Owner) -> String {
+    let (name, delay) = (facts.name(owner), facts.delay(owner.place));
+    let takes = format!("takes {}", ms(delay));
+    let what = match (losses(facts.lost(owner.place)), delay.is_zero()) {
+        (Some(loses), true) => loses,
+        (Some(loses), false) => format!("{takes} and {loses}"),
+        (None, _) => takes,
+    };
+    format!("the age arose on {name}: its link {what}")
+}
+
+impl Facts<'_> {
+    /// The name of the node or the topic of `owner`.
+    pub(super) fn name(&self, owner: Owner) -> &str {
+        match owner.reason.rule().of_topic {
+            true => &self.graph.topics[owner.place].name,
+            false => &self.graph.nodes[owner.place].name,
+        }
+    }
+
+    /// The knob that takes the part of `owner` away; `None` where there is none.
+    pub(super) fn cure(&self, owner: Owner) -> Option<Knob> {
+        let name = self.name(owner);
+        let remedy = owner.reason.rule().remedy;
+        let remedy = remedy.and_then(|knob| knob.replace("{}", name).parse().ok());
+        match owner.reason {
+            AgeReason::Rate => self.usual_rate(name),
+            // Without a knob ticks take the time that they need.
+            AgeReason::Cost => remedy.filter(|cure| {
+                let mut knobs = self.setup.iter();
+                let is_set = knobs.any(|knob| knob.target() == name && takes_time(knob));
+                is_set || self.was_turned(cure)
+            }),
+            _ => remedy,
+        }
+    }
+
+    /// The rate of node `name` at the start of a usual run, if it is higher.
+    fn usual_rate(&self, name: &str) -> Option<Knob> {
+        let mut aliases = self.system.aliases().iter();
+        let alias = aliases.find(|alias| alias.knobs == [(KnobKind::Rate, name)])?;
+        let hz: Hz = alias.default.parse().ok()?;
+        let node = name.to_owned();
+        (hz.get() > self.graph.node(name)?.hz.get()).then_some(Knob::Rate { node, hz })
+    }
+
+    /// Whether `knob` was turned since the start, and is in force.
+    pub(super) fn was_turned(&self, knob: &Knob) -> bool {
+        self.turned.iter().any(|turned| turned == knob)
+    }
+
+    /// The stage in which the age arose, and its cure, which has index `place` among those
+    /// that were `tried`.
+    pub(super) fn blame(
+        &self,
+        owner: Owner,
+        tried: Option<&Tried>,
+        place: Option<usize>,
+    ) -> String {
+        let arose = (owner.reason.rule().told)(self, owner);
+        let advice = match (owner.reason, self.cure(owner)) {
+            (AgeReason::Rate, _) => self.faster(owner),
+            (_, Some(cure)) if self.was_turned(&cure) => format!("{cure} came too late"),
+            (_, Some(cure)) => {
+                // Where keys turn knobs, with the key of the prompt.
+                let key = if self.live { ":" } else { "" };
+                effect(&format!("{key}{cure}"), tried, place)
+            }
+            (AgeReason::Cost, None) => "try a faster one".to_owned(),
+            (_, None) => return arose,
+        };
+        format!("{arose}. {advice}")
+    }
+
+    /// How to raise the rate of the node of `owner`.
+    fn faster(&self, owner: Owner) -> String {
+        let name = self.name(owner);
+        let (setting, key) = rate_setting(self.system, name);
+        let mut turned = self.turned.iter();
+        let raised = turned.any(|knob| knob.kind() == KnobKind::Rate && knob.target() == name)
+            && self.pace(owner.place) > self.graph.nodes[owner.place].hz.period();
+        match key.filter(|_| self.live) {
+            _ if !self.has_time(owner.place) => {
+                "There is no time for a higher rate: lower the load first".to_owned()
+            }
+            _ if raised => format!("{setting} was raised too late"),
+            Some(key) => format!("{key} raises {setting}"),
+            None => format!("raise {setting}"),
+        }
+    }
+
+    /// Whether a higher rate of the node asks nothing for more than there is time for.
+    fn has_time(&self, node: usize) -> bool {
+        let node = &self.graph.nodes[node];
+        let Ok(hz) = Hz::new(node.hz.get() * 1.25) else {
+            return true;
+        };
+        let mut setup = self.system.about().setup();
+        setup.extend(self.setup.iter().cloned());
+        let now = self.system.warnings(&setup);
+        let node = node.name.to_string();
+        setup.extend([Knob::Rate { node, hz }]);
+        self.system.warnings(&setup) == now
+    }
+
+    /// The share of `owner` in the age, in parentheses.
+    fn share(&self, owner: Owner) -> String {
+        let owners = acting(self.system, self.graph).map(|acts| self.owners(acts));
+        let owners = owners.unwrap_or_default();
+        let all: Duration = owners.iter().map(|(_, took)| *took).sum();
+        let own = owners.iter().find(|(known, _)| *known == owner);
+        own.filter(|_| !all.is_zero())
+            .map_or_else(String::new, |(_, took)| {
+                let share = took.as_secs_f64() / all.as_secs_f64() * 100.0;
+                format!(" ({share:.0} % of it)")
+            })
+    }
+}
+
+/// What `cure` does, which has index `place` among those that were `tried`.
+fn effect(cure: &str, tried: Option<&Tried>, place: Option<usize>) -> String {
+    let Some((tried, place)) = tried.zip(place) else {
+        return format!("try {cure}");
+    };
+    let needed = tried.needed.as_deref();
+    let helps = place == 0 && needed.is_none_or(|needed| needed.contains(&place));
+    match (needed, tried.ages) {
+        (Some([only]), _) if *only == place => format!("{cure} mends it"),
+        (_, Some([before, after])) if helps && after < before => {
+            let taken = number(before - after);
+            format!("{cure} takes {taken} of {} away", ms(before))
+        }
+        (Some(needed), _) if place > 0 && needed.contains(&place) => {
+            format!("{cure}, too, mends it")
+        }
+        _ => format!("{cure} alone is not enough"),
+    }
+}
+
+/// What a link did to its recent messages, if it lost any: a share of a few of them says
+/// little, so that they are counted.
+fn losses((lost, sent): (usize, usize)) -> Option<String> {
+    let share = || 100.0 * lost as f64 / sent as f64;
+    (lost > 0).then(|| match sent < ENOUGH {
+        true => format!("lost {lost} of {sent}"),
+        false => format!("loses {:.0} % of {sent} messages", share()),
+    })
+}
+
+/// The name of the rate of `node`, and the key that raises it.
+fn rate_setting(system: &dyn System, node: &str) -> (String, Option<char>) {
+    let aliases = system.aliases().iter();
+    let mut rates = aliases
+        .filter(|alias| alias.kind() == KnobKind::Rate)
+        .enumerate();
+    let alias = rates.find(|(_, alias)| alias.knobs == [(KnobKind::Rate, node)]);
+    match alias {
+        Some((number, alias)) => (alias.name.to_owned(), RATE_KEYS.get(number).copied()),
+        None => (format!("rate {node}"), None),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::losses;
+
+    #[test]
+    fn a_share_is_told_of_many_messages_and_few_are_counted() {
+        for (lost, told) in [
+            ((0, 20), None),
+            ((20, 20), Some("lost 20 of 20")),
+            ((90, 99), Some("lost 90 of 99")),
+            ((90, 100), Some("loses 90 % of 100 messages")),
+        ] {
+            assert_eq!(losses(lost).as_deref(), told);
+        }
+    }
+}
