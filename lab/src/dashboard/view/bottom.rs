@@ -12,7 +12,7 @@ use super::{
     layout::ScreenLayout,
     pane::{self, plain, put, row},
 };
-use crate::{dashboard::focus::Pane, theme::Theme};
+use crate::{dashboard::panes::Pane, theme::Theme};
 
 /// Blanks between keys.
 const GAP: usize = 2;

@@ -217,7 +217,7 @@ mod tests {
     use crate::{
         dashboard::{
             cliff::sample::half_filled,
-            presets::Direction,
+            knobs::Direction,
             view::pane::testing::{POOR, RICH, screen, styled, text, torture},
         },
         theme::Theme,

@@ -2,7 +2,7 @@
 
 use ratatui::layout::{Constraint, Layout as Split, Rect, Size};
 
-use crate::dashboard::focus::Pane;
+use crate::dashboard::panes::Pane;
 
 /// The smallest screen with any content but its own size.
 pub const LEAST: Size = Size::new(40, 12);

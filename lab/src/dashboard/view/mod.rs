@@ -9,8 +9,8 @@ mod figures;
 mod glossary;
 mod graph;
 mod histogram;
-mod knot;
 mod layout;
+mod overlap;
 mod page;
 mod pane;
 mod plant;
@@ -46,10 +46,10 @@ pub use self::{
 pub use super::tests::sample;
 use super::{
     cliff::CliffMap,
-    focus::Pane,
     frame::{FrameData, SignalTrace},
-    knob_focus::KnobFocus,
-    knot::KnotView,
+    knobs::KnobFocus,
+    overlap::Overlap,
+    panes::Pane,
     timeline::Timeline,
 };
 use crate::theme::Theme;
@@ -65,7 +65,7 @@ pub struct ScreenState<'a> {
     /// The recent ticks and messages, if the chains behind pushes are known.
     pub timeline: Option<Timeline>,
     /// The operations of ticks that overlap, in its place.
-    pub knot: Option<KnotView>,
+    pub overlap: Option<Overlap>,
     /// The node and the topics of the knob keys.
     pub knob_focus: KnobFocus,
     /// Events up to that moment.
@@ -96,7 +96,7 @@ impl ScreenState<'_> {
             Pane::Signal => self.trace.is_some(),
             Pane::Graph | Pane::Figures | Pane::Events => true,
             Pane::Timeline => {
-                self.frame.age.is_some() || self.timeline.is_some() || self.knot.is_some()
+                self.frame.age.is_some() || self.timeline.is_some() || self.overlap.is_some()
             }
         }
     }
@@ -237,8 +237,8 @@ fn render_pane(shown: &ScreenState<'_>, pane: Pane, theme: &Theme, area: Rect, b
             }
         }
         Pane::Figures => figures::render(frame, theme, focused, area, buf),
-        Pane::Timeline => match &shown.knot {
-            Some(knot) => knot::render(knot, theme, focused, area, buf),
+        Pane::Timeline => match &shown.overlap {
+            Some(overlap) => overlap::render(overlap, theme, focused, area, buf),
             None => timeline::render(shown.timeline.as_ref(), theme, focused, area, buf),
         },
         Pane::Events => {

@@ -18,7 +18,7 @@ use super::pane;
 use crate::{
     dashboard::{
         frame::{FrameData, TopicData},
-        knob_focus::KnobFocus,
+        knobs::KnobFocus,
     },
     theme::Theme,
 };
