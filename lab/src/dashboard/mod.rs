@@ -208,14 +208,13 @@ fn obey_shell<B>(
 where
     B: Backend<Error: std::error::Error + Send + Sync + 'static>,
 {
-    match input.request() {
+    let request = input.request();
+    match request {
         ShellRequest::Stay => return Ok(false),
-        ShellRequest::Stop => {
-            app.rest();
-            input.stop()?;
-        }
-        ShellRequest::GoOn => input.retake()?,
+        ShellRequest::Stop => app.rest(),
+        ShellRequest::GoOn => {}
     }
+    input.obey(request)?;
     app.go_on();
     let size = terminal.size().map_err(io::Error::other)?;
     terminal.resize(size.into()).map_err(io::Error::other)?;

@@ -119,20 +119,12 @@ pub trait Input {
     /// Asks the shell to stop the program, as Ctrl-Z does.
     fn ask_to_stop(&mut self) {}
 
-    /// Gives the terminal back, stops until the shell continues the program, and
-    /// takes the terminal again.
+    /// Stops the program at the shell's request until it is continued, with the terminal given
+    /// back, or takes the terminal again after a stop without notice.
     ///
     /// # Errors
     /// If the terminal refuses.
-    fn stop(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-
-    /// Takes the terminal again after a stop without notice.
-    ///
-    /// # Errors
-    /// If the terminal refuses.
-    fn retake(&mut self) -> io::Result<()> {
+    fn obey(&mut self, _request: ShellRequest) -> io::Result<()> {
         Ok(())
     }
 }
@@ -229,15 +221,12 @@ impl Input for Keyboard {
         Jobs::ask_to_stop();
     }
 
-    fn stop(&mut self) -> io::Result<()> {
-        restore();
-        self.jobs.stop()?;
-        take()
-    }
-
-    fn retake(&mut self) -> io::Result<()> {
+    fn obey(&mut self, request: ShellRequest) -> io::Result<()> {
         // The shell may have set modes of its own meanwhile.
         restore();
+        if request == ShellRequest::Stop {
+            self.jobs.stop()?;
+        }
         take()
     }
 }

@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// What keys turn through presets.
-struct Dial {
+pub(super) struct Dial {
     name: &'static str,
     presets: &'static [f64],
     unit: &'static str,
@@ -35,7 +35,7 @@ const RATE: Dial = Dial {
     knob: |_, node, hz| number(KnobKind::Rate, node, hz),
 };
 
-const DEPTH: Dial = Dial {
+pub(super) const DEPTH: Dial = Dial {
     name: "depth",
     presets: &knobs::DEPTHS,
     unit: "",
@@ -47,7 +47,7 @@ const DEPTH: Dial = Dial {
     knob: |_, topic, depth| number(KnobKind::Depth, topic, depth),
 };
 
-const DELAY: Dial = Dial {
+pub(super) const DELAY: Dial = Dial {
     name: "delay",
     presets: &knobs::DELAYS,
     unit: "",
@@ -55,7 +55,7 @@ const DELAY: Dial = Dial {
     knob: |app, topic, ms| app.linked(topic, &format!("delay:{ms}")),
 };
 
-const LOSS: Dial = Dial {
+pub(super) const LOSS: Dial = Dial {
     name: "loss",
     presets: &knobs::LOSSES,
     unit: "",
@@ -96,22 +96,8 @@ impl App {
         self.turn_dial(&Dial { presets, ..RATE }, &[node], direction);
     }
 
-    /// Turns the depths of the focused topics.
-    pub(super) fn turn_depth(&mut self, direction: Direction) {
-        self.turn_topics(&DEPTH, direction);
-    }
-
-    /// Turns the delays of the focused topics.
-    pub(super) fn turn_delay(&mut self, direction: Direction) {
-        self.turn_topics(&DELAY, direction);
-    }
-
-    /// Turns the losses of the focused topics.
-    pub(super) fn turn_loss(&mut self, direction: Direction) {
-        self.turn_topics(&LOSS, direction);
-    }
-
-    fn turn_topics(&mut self, dial: &Dial, direction: Direction) {
+    /// Turns `dial` of the focused topics.
+    pub(super) fn turn_topics(&mut self, dial: &Dial, direction: Direction) {
         self.turn_dial(dial, &self.shown.knob_focus.topics.clone(), direction);
     }
 

@@ -7,7 +7,10 @@ use super::{
     KeyRow, KeyTable, Need,
 };
 use crate::dashboard::{
-    app::App,
+    app::{
+        App,
+        knobs::{DELAY, DEPTH, LOSS},
+    },
     cliff::MapAxes,
     knobs::Direction::{Down, Up},
     panes::{OverlayContent, Pane},
@@ -64,7 +67,7 @@ const PANES: &[KeyRow] = rows! {
 const RATE_AND_DEPTH: &[KeyRow] = rows! {
     "[ ]" => DownUp(App::turn_rate),
         "rate of the marked node down, up", footer "rate";
-    "< >" => DownUp(App::turn_depth),
+    "< >" => DownUp(|app, by| app.turn_topics(&DEPTH, by)),
         "depth of the marked topics down, up", footer "depth";
 };
 
@@ -89,9 +92,9 @@ pub const LAB: KeyTable = KeyTable(&[
     QUIT,
     RATE_AND_DEPTH,
     rows! {
-        "d D" => UpDown(App::turn_delay),
+        "d D" => UpDown(|app, by| app.turn_topics(&DELAY, by)),
             "delay of the marked topics up, down", footer "delay";
-        "l L" => UpDown(App::turn_loss),
+        "l L" => UpDown(|app, by| app.turn_topics(&LOSS, by)),
             "losses of the marked topics up, down", footer "loss";
         "b" => This(App::break_it),
             "break it, as --break does; again: undo that", footer "break", needs Breakable;
