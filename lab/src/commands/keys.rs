@@ -3,7 +3,7 @@
 use ratelab_study::experiment::Config;
 
 use crate::{
-    dashboard::keys::{self, LabAction},
+    dashboard::keys::{self, Need},
     error::Error,
     output::print_line,
     program::Program,
@@ -13,15 +13,15 @@ use crate::{
 /// Prints the keys of the lab that have an effect for the system.
 pub fn print_keys(program: &Program) -> Result<(), Error> {
     let own_world = own_world(&program.system, &Config::default()).is_some();
-    let done = |action: &LabAction| match action {
-        LabAction::Exercises => program.course,
-        LabAction::Break => program.system.about().broken.is_some(),
-        LabAction::OtherWorld => own_world,
-        _ => true,
+    let has = |need| match need {
+        Need::Course => program.course,
+        Need::Breakable => program.system.about().broken.is_some(),
+        Need::OwnWorld => own_world,
+        Need::Nothing | Need::Choices | Need::SecondRate => true,
     };
     print_line(&format!(
         "{}\nwhile the cliff map is open:\n{}\nwhile a recording plays:\n{}",
-        keys::LAB.text(done),
+        keys::LAB.text(has),
         keys::MAP.text(|_| true),
         keys::REPLAY.text(|_| true).trim_end()
     ))

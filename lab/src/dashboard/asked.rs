@@ -1,8 +1,9 @@
-//! An answer that is computed in the background.
+//! Answers that are computed in the background, and the age limits of a loop among them.
 
-use std::{thread, time::Duration};
+use std::{sync::Arc, thread, time::Duration};
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, bounded};
+use ratelab_study::system::{AgeLimits, Setup, System};
 
 /// Maximum wait of a frame after the end of a run, when no later frame will come.
 const PATIENCE: Duration = Duration::from_millis(100);
@@ -53,5 +54,34 @@ impl<Q: PartialEq, A: Send + 'static> Asked<Q, A> {
     /// Whether an answer is to come.
     pub fn is_coming(&self) -> bool {
         self.coming.is_some()
+    }
+}
+
+/// The age limits with one setup at a time. Until they are computed the previous ones are kept.
+#[derive(Default)]
+pub struct LimitsInForce {
+    limits: AgeLimits,
+    asked: Asked<Setup, AgeLimits>,
+}
+
+impl LimitsInForce {
+    /// The limits of `system` with `setup`, as far as computed; `over` if the run has ended.
+    pub fn follow(&mut self, system: &Arc<dyn System>, setup: Setup, over: bool) -> AgeLimits {
+        if !self.asked.is(&setup) {
+            let (system, of) = (system.clone(), setup.clone());
+            self.asked.ask(setup, move || system.age_limits(&of));
+        }
+        self.limits = self.asked.answer(over).unwrap_or(self.limits);
+        self.limits
+    }
+
+    /// Whether limits are being computed.
+    pub fn are_coming(&self) -> bool {
+        self.asked.is_coming()
+    }
+
+    /// The limits as far as computed.
+    pub fn known(&self) -> AgeLimits {
+        self.limits
     }
 }

@@ -11,7 +11,7 @@ use ratelab_study::experiment::Config;
 
 use super::{
     asked::Asked,
-    overlay::{JUMP, scrolled},
+    panes::{JUMP, scrolled},
     view::Page,
 };
 use crate::{

@@ -2,8 +2,8 @@
 
 use super::{
     cause::ms,
-    focus::Pane,
     frame::{FrameData, NodeData, Strain, TopicData},
+    panes::Pane,
 };
 
 /// A title and a text about `pane`, with the figures of `frame`.

@@ -10,7 +10,7 @@ use ratelab_study::system::System;
 
 use super::{
     frame::{LatencyData, Quantiles},
-    knob_focus::first_node,
+    knobs::first_node,
 };
 use crate::recording::bins::{BINS, width_ms};
 

@@ -1,6 +1,6 @@
 //! The frames of a run, for looking back.
 
-use std::{collections::VecDeque, sync::Arc};
+use std::collections::VecDeque;
 
 use super::frame::FrameData;
 
@@ -8,38 +8,50 @@ use super::frame::FrameData;
 const KEPT: usize = 9_000;
 
 /// The frames of a run so far, and which of them is looked at.
-#[derive(Default)]
 pub struct FrameHistory {
-    frames: VecDeque<Arc<FrameData>>,
+    frames: VecDeque<FrameData>,
+    /// The most that are kept.
+    most: usize,
     /// Index of the frame looked at; `None` for the newest as it changes.
     back: Option<usize>,
 }
 
 impl FrameHistory {
+    /// An empty one; the newest frame alone is kept where nobody can look `back`.
+    pub fn new(back: bool) -> Self {
+        Self {
+            frames: VecDeque::new(),
+            most: if back { KEPT } else { 1 },
+            back: None,
+        }
+    }
+
     /// Keeps `frame` if it differs from the newest; returns whether it does.
     pub fn add(&mut self, frame: FrameData) -> bool {
         if let Some(newest) = self.frames.back_mut() {
-            if **newest == frame {
+            if *newest == frame {
                 return false;
             }
             // A graph at rest adds no frames while wall time passes.
             if newest.differs_in_wall_time_only(&frame) {
-                *newest = Arc::new(frame);
+                *newest = frame;
                 return true;
             }
         }
-        if self.frames.len() == KEPT {
+        if self.frames.len() == self.most {
             self.frames.pop_front();
             self.back = self.back.map(|index| index.saturating_sub(1));
         }
-        self.frames.push_back(Arc::new(frame));
+        self.frames.push_back(frame);
         true
     }
 
     /// The frame looked at; `None` before the first.
-    pub fn shown(&self) -> Option<Arc<FrameData>> {
-        let index = self.back.or_else(|| self.frames.len().checked_sub(1))?;
-        self.frames.get(index).cloned()
+    pub fn shown(&self) -> Option<&FrameData> {
+        match self.back {
+            Some(index) => self.frames.get(index),
+            None => self.frames.back(),
+        }
     }
 
     /// Number of the frame in sight, from one, and the number of frames; `None` live.
@@ -49,20 +61,16 @@ impl FrameHistory {
 
     /// Looks one frame back; false at the oldest.
     pub fn back(&mut self) -> bool {
-        let current = self.back.unwrap_or(self.frames.len().saturating_sub(1));
-        let Some(before) = current.checked_sub(1) else {
-            return false;
-        };
-        self.back = Some(before);
-        true
+        let newest = self.frames.len().saturating_sub(1);
+        let before = self.back.unwrap_or(newest).checked_sub(1);
+        self.back = before.or(self.back);
+        before.is_some()
     }
 
     /// Looks one frame forward; live again at the newest.
     pub fn forward(&mut self) {
-        self.back = self
-            .back
-            .map(|index| index + 1)
-            .filter(|index| index + 1 < self.frames.len());
+        let newest = self.frames.len().saturating_sub(1);
+        self.back = self.back.map(|at| at + 1).filter(|at| *at < newest);
     }
 
     /// Looks at the oldest frame.

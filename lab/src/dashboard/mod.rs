@@ -5,50 +5,36 @@
 //! session ◄── app ◄── keys ◄── terminal           (back)
 //! ```
 
-mod age_limits;
 mod app;
 mod asked;
 mod background;
-mod branch;
 mod cause;
 mod cliff;
-mod desk;
-mod executing;
 mod exercise_panel;
 mod explain;
 mod figures;
 mod flights;
-mod focus;
 pub mod frame;
 mod history;
-mod jobs;
-pub mod keys;
-mod knob_focus;
 mod knobs;
-mod knot;
 mod lineage_taps;
-mod model;
-mod overlay;
+mod overlap;
 mod panes;
 pub mod picture;
-mod player;
-mod presets;
+mod playback;
 mod prompt;
 mod push_age;
 mod reaction;
-#[cfg(feature = "network")]
-mod remote;
+mod run;
 mod sameness;
 mod sampler;
 mod session;
-mod settings;
 mod svg;
 mod terminal;
 #[cfg(test)]
 mod tests;
 mod timeline;
 mod tour;
-mod upstream;
 pub mod view;
 
 use std::{
@@ -65,20 +51,17 @@ use ratatui::{Terminal, backend::Backend};
 use ratelab_study::experiment::Config;
 
 use app::App;
-pub use app::LabOutcome;
+pub use app::{LabOutcome, keys};
 #[cfg(feature = "network")]
 pub use frame::Place;
-use jobs::ShellRequest;
-use model::Model;
-use player::Player;
 #[cfg(feature = "network")]
-pub use remote::Remote;
-#[cfg(feature = "network")]
-pub use sampler::{RunSource, WatchedRows, watched};
+pub use run::{Remote, RunSource, WatchedRows, watched};
 pub use session::SessionSetup;
 pub use terminal::is_there as terminal_is_there;
-use terminal::{Input, Keyboard, Screen};
+use terminal::{Input, Keyboard, Screen, ShellRequest};
 pub use tour::Guide;
+#[cfg(feature = "network")]
+pub use view::StatusExtra;
 
 use crate::{
     error::LabError, output, predictions::answers_file, recording::Recording, signals, theme::Theme,
@@ -110,7 +93,7 @@ pub fn show(
     let mut app = App::new(config, setup)?;
     app.guide(guide);
     app.ask_before_the_map(answers_file(None));
-    Ok(until_left(app, options))
+    until_left(app, options)?.ok_or(LabError::Panicked)
 }
 
 /// Plays a recording until the person leaves, and then its branch, if the person branched
@@ -123,22 +106,10 @@ pub fn play(
     setup: SessionSetup,
     options: &Options,
 ) -> Result<Option<LabOutcome>, LabError> {
-    let mut player = Player::new(recording, &setup.system);
-    player.execute_again();
-    on_screen(&mut player, options)?;
-    let branched = player.into_branch()?;
-    let app = branched.map(|(branch, sampler)| App::of_branch(branch, sampler, setup));
-    Ok(app.map(|app| until_left(app, options)))
-}
-
-/// Shows the lab until the person leaves; returns its results.
-fn until_left(mut app: App, options: &Options) -> LabOutcome {
-    let end = on_screen(&mut app, options);
-    let outcome = app.finish();
-    LabOutcome {
-        ended: end.and(outcome.ended),
-        ..outcome
-    }
+    let mut app = App::of_recording(recording, setup);
+    app.play();
+    app.execute_again();
+    until_left(app, options)
 }
 
 /// Shows a run of other processes until the person leaves.
@@ -146,19 +117,34 @@ fn until_left(mut app: App, options: &Options) -> LabOutcome {
 /// # Errors
 /// [`LabError`] if the terminal failed.
 #[cfg(feature = "network")]
-pub fn watch(run: impl Remote, options: &Options) -> Result<(), LabError> {
-    on_screen(&mut remote::Watcher::new(run), options)
+pub fn watch(run: impl Remote + 'static, options: &Options) -> Result<(), LabError> {
+    until_left(App::of_others(run), options).map(drop)
 }
 
-/// Shows `model` on the terminal, which is back in order in any case.
-fn on_screen(model: &mut impl Model, options: &Options) -> Result<(), LabError> {
+/// Shows `app` on the terminal, which is back in order in any case, until the person leaves;
+/// returns the results of its last session, if it has one.
+///
+/// # Errors
+/// [`LabError`] if the terminal failed, and there is no session.
+fn until_left(mut app: App, options: &Options) -> Result<Option<LabOutcome>, LabError> {
+    let end = on_screen(&mut app, options);
+    let Some(outcome) = app.finish() else {
+        return end.map(|()| None);
+    };
+    Ok(Some(LabOutcome {
+        ended: end.and(outcome.ended),
+        ..outcome
+    }))
+}
+
+fn on_screen(app: &mut App, options: &Options) -> Result<(), LabError> {
     let quit = quit_on_signal();
     let mut screen = Screen::open()?;
     let mut keyboard = Keyboard::open()?;
     if options.ask_background {
         keyboard.ask_background()?;
     }
-    run(&mut screen.0, &mut keyboard, model, options, &quit)
+    run(&mut screen.0, &mut keyboard, app, options, &quit)
 }
 
 /// Time for an orderly end after a signal, before the program ends at once.
@@ -186,7 +172,7 @@ fn quit_on_signal() -> Arc<AtomicBool> {
 fn run<B>(
     terminal: &mut Terminal<B>,
     input: &mut impl Input,
-    model: &mut impl Model,
+    app: &mut App,
     options: &Options,
     quit: &AtomicBool,
 ) -> Result<(), LabError>
@@ -196,19 +182,19 @@ where
     let frame_time = Duration::from_secs(1) / options.fps.max(1);
     let mut theme = options.theme;
     let mut touched = true;
-    while !model.wants_quit() && !quit.load(Ordering::Relaxed) {
+    while !app.quit && !quit.load(Ordering::Relaxed) {
         let frame_ends = Instant::now() + frame_time;
-        touched |= obey_shell(terminal, input, model)?;
+        touched |= obey_shell(terminal, input, app)?;
         if let Some(look) = input.look() {
             theme.look = look;
             touched = true;
         }
-        if model.sample()? || touched {
+        if app.sample()? || touched {
             terminal
-                .draw(|frame| view::render(model.screen().as_ref(), &theme, frame))
+                .draw(|frame| view::render(app.screen().as_ref(), &theme, frame))
                 .map_err(io::Error::other)?;
         }
-        touched = obey_until(frame_ends, input, model)?;
+        touched = obey_until(frame_ends, input, app)?;
     }
     Ok(())
 }
@@ -217,20 +203,19 @@ where
 fn obey_shell<B>(
     terminal: &mut Terminal<B>,
     input: &mut impl Input,
-    model: &mut impl Model,
+    app: &mut App,
 ) -> Result<bool, LabError>
 where
     B: Backend<Error: std::error::Error + Send + Sync + 'static>,
 {
-    match input.turn() {
+    let request = input.request();
+    match request {
         ShellRequest::Stay => return Ok(false),
-        ShellRequest::Stop => {
-            model.rest();
-            input.stop()?;
-        }
-        ShellRequest::GoOn => input.retake()?,
+        ShellRequest::Stop => app.rest(),
+        ShellRequest::GoOn => {}
     }
-    model.go_on();
+    input.obey(request)?;
+    app.go_on();
     let size = terminal.size().map_err(io::Error::other)?;
     terminal.resize(size.into()).map_err(io::Error::other)?;
     Ok(true)
@@ -240,7 +225,7 @@ where
 fn obey_until(
     frame_ends: Instant,
     input: &mut impl Input,
-    model: &mut impl Model,
+    app: &mut App,
 ) -> Result<bool, LabError> {
     let mut touched = false;
     loop {
@@ -250,13 +235,13 @@ fn obey_until(
                 input.ask_to_stop();
                 return Ok(true);
             }
-            Some(Event::Key(key)) if key.kind != KeyEventKind::Release => model.key(&key)?,
-            Some(Event::Paste(text)) => model.paste(&text),
+            Some(Event::Key(key)) if key.kind != KeyEventKind::Release => app.key(&key),
+            Some(Event::Paste(text)) => app.paste(&text),
             Some(_) => {}
             None => return Ok(touched),
         }
         touched = true;
-        if model.wants_quit() || left.is_zero() {
+        if app.quit || left.is_zero() {
             return Ok(touched);
         }
     }

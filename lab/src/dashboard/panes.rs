@@ -1,23 +1,48 @@
-//! The panes' controls, the same on every screen: which pane has the focus, what part of
-//! the timeline is visible, and which page lies over the panes.
+//! The panes and the pages over them: what has the focus, and what part of it is visible.
 
-use crossterm::event::KeyEvent;
-use ratelab::Time;
-use ratelab_study::system::System;
+use crossterm::event::{KeyCode, KeyEvent};
 
-use super::{
-    explain,
-    focus::Pane,
-    frame::FrameData,
-    keys::PaneAction,
-    overlay::{self, Overlay, OverlayContent},
-    sampler::{self, RunSource},
-    timeline::TimelineView,
-    view::{Page, ScreenState, glossary},
-};
+use super::timeline::TimelineView;
+
+/// A part of the screen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Pane {
+    /// The node graph.
+    #[default]
+    Graph,
+    /// The plant, where the system has a picture of it.
+    Plant,
+    /// A signal over time, where the system has one.
+    Signal,
+    /// Topics, latency, nodes.
+    Figures,
+    /// Verdict and events.
+    Events,
+    /// Ticks and messages over a short stretch.
+    Timeline,
+}
+
+impl Pane {
+    /// All of them, in the order of their numbers.
+    pub const ALL: [Self; 6] = [
+        Self::Graph,
+        Self::Plant,
+        Self::Signal,
+        Self::Figures,
+        Self::Events,
+        Self::Timeline,
+    ];
+
+    /// The one after it among those that `exist`.
+    pub fn next(self, exist: impl Fn(Self) -> bool) -> Self {
+        let after = Self::ALL.iter().cycle().skip(self as usize + 1);
+        let mut after = after.take(Self::ALL.len()).copied();
+        after.find(|pane| exist(*pane)).unwrap_or(self)
+    }
+}
 
 /// The state of the panes' controls.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Panes {
     /// The focused pane.
     pub focus: Pane,
@@ -25,75 +50,48 @@ pub struct Panes {
     pub zoomed: bool,
     /// Position and zoom of the timeline.
     pub timeline: TimelineView,
-    /// The page over the panes.
-    pub overlay: Option<Overlay>,
+    /// The page over the panes, and the number of its lines above the first that is shown.
+    pub overlay: Option<(OverlayContent, usize)>,
 }
 
-impl Default for Panes {
-    fn default() -> Self {
-        Self {
-            focus: Pane::Graph,
-            zoomed: false,
-            timeline: TimelineView::default(),
-            overlay: None,
-        }
-    }
+/// What lies over the panes until a key closes it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OverlayContent {
+    /// The keys and what they do.
+    Keys,
+    /// The words on the screen and what they mean.
+    Glossary,
+    /// What the pane in focus shows.
+    Explained,
 }
 
 impl Panes {
-    /// The controls after `action` on a `screen` of `run` at run time `now`.
-    ///
-    /// # Errors
-    /// A notice, if there is no such pane.
-    pub fn after(
-        mut self,
-        action: PaneAction,
-        screen: Option<&ScreenState<'_>>,
-        (run, now): (&impl RunSource, Time),
-    ) -> Result<Self, &'static str> {
-        let has = |pane| screen.is_some_and(|screen| screen.has(pane));
-        match action {
-            PaneAction::Next => self.focus = self.focus.next(has),
-            PaneAction::Focus(pane) if has(pane) => self.focus = pane,
-            PaneAction::Focus(_) => return Err("this system has nothing to show there"),
-            PaneAction::Push(later) => sampler::select(run, &mut self.timeline, now, later),
-            PaneAction::Span(closer) => self.timeline.zoom(closer),
-            PaneAction::Zoom => self.zoomed = !self.zoomed,
-            PaneAction::Open(content) => self.overlay = Some(Overlay::of(content)),
-        }
-        Ok(self)
-    }
-
     /// Sends `key` to the page over the panes; returns whether there is one.
     pub fn scroll(&mut self, key: &KeyEvent) -> bool {
-        let open = self.overlay;
-        self.overlay = open.and_then(|overlay| overlay.after(key));
-        open.is_some()
-    }
-
-    /// The page over the panes, if one is open: of the keys in `rows`, of words, or about the
-    /// focused pane of `system`.
-    pub fn page(
-        &self,
-        rows: impl FnOnce() -> Vec<(String, String)>,
-        system: &dyn System,
-        frame: &FrameData,
-    ) -> Option<Page> {
-        let Overlay { content, scroll } = self.overlay?;
-        let owned = |(word, meaning): (&str, &str)| (word.to_owned(), meaning.to_owned());
-        let page = match content {
-            OverlayContent::Keys => Page::rows("keys", rows()),
-            OverlayContent::Glossary => Page::rows("words", glossary().map(owned).collect()),
-            OverlayContent::Explained => {
-                let signal = sampler::signal(system).map(|signal| signal.name);
-                let (title, text) = explain::explained(self.focus, signal, frame);
-                Page::text(title, text, "any other key closes")
-            }
+        let Some((content, row)) = self.overlay else {
+            return false;
         };
-        Some(Page {
-            keys: overlay::HINTS,
-            scroll,
-            ..page
-        })
+        let code = match key.code {
+            KeyCode::Char('j') => KeyCode::Down,
+            KeyCode::Char('k') => KeyCode::Up,
+            code => code,
+        };
+        self.overlay = scrolled(row, code).map(|row| (content, row));
+        true
     }
+}
+
+/// Rows that PgUp and PgDn move by.
+pub const JUMP: usize = 10;
+
+/// The row after `row` for a key that moves; `None` for all others.
+pub fn scrolled(row: usize, key: KeyCode) -> Option<usize> {
+    Some(match key {
+        KeyCode::Down => row.saturating_add(1),
+        KeyCode::Up => row.saturating_sub(1),
+        KeyCode::PageDown => row.saturating_add(JUMP),
+        KeyCode::PageUp => row.saturating_sub(JUMP),
+        KeyCode::Home => 0,
+        _ => return None,
+    })
 }

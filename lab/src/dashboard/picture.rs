@@ -8,11 +8,9 @@ use ratelab_study::{experiment::Config, system::System};
 
 use super::{
     app::App,
-    model::Model,
-    player::Player,
     session::SessionSetup,
     svg::{moving_svg, svg},
-    view::{self},
+    view,
 };
 use crate::{error::LabError, recording::Recording, theme::Theme};
 
@@ -52,7 +50,9 @@ pub fn of_recording(
     size: Size,
     theme: &Theme,
 ) -> Result<String, LabError> {
-    drawn(&mut Player::still(recording, system, at), size, theme)
+    let mut app = played(recording, system);
+    app.jump(at);
+    drawn(&mut app, size, theme)
 }
 
 /// Frames per second of a moving picture, and the most that it has.
@@ -76,12 +76,12 @@ pub fn moving(
 ) -> Result<String, LabError> {
     let until = until.as_secs_f64();
     let count = (until / speed * FPS).ceil().clamp(1.0, MOST_FRAMES);
-    let mut player = Player::still(recording, system, Time::ZERO);
+    let mut app = played(recording, system);
     let mut frames = Vec::new();
     for number in 0..=count as u32 {
         let at = until * f64::from(number) / count;
-        player.go(Time::from_secs_f64(at).unwrap_or(Time::MAX));
-        frames.push(buffer(&mut player, size, theme)?);
+        app.jump(Time::from_secs_f64(at).unwrap_or(Time::MAX));
+        frames.push(buffer(&mut app, size, theme)?);
     }
     let last = frames.last().cloned();
     frames.extend(last.into_iter().cycle().take(REST));
@@ -89,21 +89,28 @@ pub fn moving(
     Ok(moving_svg(&frames, theme.look, frame_s))
 }
 
-fn drawn(model: &mut impl Model, size: Size, theme: &Theme) -> Result<String, LabError> {
-    Ok(svg(&buffer(model, size, theme)?, theme.look))
+fn played(recording: Arc<Recording>, system: &Arc<dyn System>) -> App {
+    App::of_recording(recording, SessionSetup::new(system.clone(), false))
+}
+
+fn drawn(app: &mut App, size: Size, theme: &Theme) -> Result<String, LabError> {
+    Ok(svg(&buffer(app, size, theme)?, theme.look))
 }
 
 /// The screen, once the background computations for it are done.
-fn buffer(model: &mut impl Model, size: Size, theme: &Theme) -> Result<Buffer, LabError> {
-    model.sample()?;
-    let waits = |model: &_| Model::screen(model).is_some_and(|screen| screen.frame.awaits_limits);
+fn buffer(app: &mut App, size: Size, theme: &Theme) -> Result<Buffer, LabError> {
+    app.sample()?;
+    let waits = |app: &App| {
+        app.screen()
+            .is_some_and(|screen| screen.frame.awaits_limits)
+    };
     let mut waited = Duration::ZERO;
-    while waits(model) && waited < PATIENCE {
+    while waits(app) && waited < PATIENCE {
         thread::sleep(LOOK);
         waited += LOOK;
-        model.sample()?;
+        app.sample()?;
     }
     let Ok(mut terminal) = Terminal::new(TestBackend::new(size.width, size.height));
-    let Ok(drawn) = terminal.draw(|frame| view::render(model.screen().as_ref(), theme, frame));
+    let Ok(drawn) = terminal.draw(|frame| view::render(app.screen().as_ref(), theme, frame));
     Ok(drawn.buffer.clone())
 }

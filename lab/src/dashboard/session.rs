@@ -18,8 +18,9 @@ use ratelab_study::{
 
 use super::{
     lineage_taps::LineageTaps,
+    run::{RunSource, WatchedRows, watched},
     sameness::RunDigest,
-    sampler::{RunSource, WatchedRows, watched},
+    view::StatusExtra,
 };
 use crate::{
     csv,
@@ -125,13 +126,38 @@ impl Prepared {
 
     /// Starts the experiment, with its recorder if it has one.
     pub fn begin(self, recorder: Option<Recorder>) -> Session {
-        let csv = self
-            .csv
-            .map(|mut file| csv::StepWriter::start(file.begin(), &self.experiment));
-        Session {
+        let Self {
+            experiment,
+            source,
             csv,
+            mut real,
+        } = self;
+        let csv = csv.map(|mut file| csv::StepWriter::start(file.begin(), &experiment));
+        let (system, config) = (experiment.system().clone(), experiment.config().clone());
+        let (observer, commands) = (experiment.observer(), experiment.commands());
+        let taps = experiment.taps();
+        let taps = watched(&*system).filter_map(|topic| Some((topic, taps.rows(topic, BACKLOG)?)));
+        let taps = taps.collect();
+        let lineage = LineageTaps::new(&experiment);
+        let (sender, outcome) = bounded(1);
+        std::thread::spawn(move || {
+            // The dashboard may be gone.
+            let _ = sender.send(experiment.run_with(&mut *real));
+        });
+        Session {
+            system,
+            config,
+            observer,
+            commands,
+            taps,
+            lineage,
+            outcome: Some(outcome),
+            summary: None,
+            csv,
+            source: Some(source),
             recorder,
-            ..Session::begin(self.experiment, self.source, self.real)
+            outside: 0,
+            began: Instant::now(),
         }
     }
 }
@@ -159,61 +185,9 @@ pub struct Session {
 }
 
 impl Session {
-    /// Starts an experiment and records it to a new file at `record`, if given.
-    ///
-    /// # Errors
-    /// [`LabError`] if the setup fails, or an output file cannot be opened.
-    pub fn start(
-        config: &Config,
-        setup: &SessionSetup,
-        record: Option<&mut Destination>,
-    ) -> Result<Self, LabError> {
-        let prepared = Prepared::new(config, setup)?;
-        let recorder = record.map(|record| prepared.record(record)).transpose()?;
-        Ok(prepared.begin(recorder))
-    }
-
-    fn begin(experiment: Experiment, source: Source, mut real: Box<dyn Clock + Send>) -> Self {
-        let (system, config) = (experiment.system().clone(), experiment.config().clone());
-        let observer = experiment.observer();
-        let commands = experiment.commands();
-        let taps = experiment.taps();
-        let taps = watched(&*system).filter_map(|topic| Some((topic, taps.rows(topic, BACKLOG)?)));
-        let taps = taps.collect();
-        let lineage = LineageTaps::new(&experiment);
-        let (sender, outcome) = bounded(1);
-        std::thread::spawn(move || {
-            // The dashboard may be gone.
-            let _ = sender.send(experiment.run_with(&mut *real));
-        });
-        Self {
-            system,
-            config,
-            observer,
-            commands,
-            taps,
-            lineage,
-            outcome: Some(outcome),
-            summary: None,
-            csv: None,
-            source: Some(source),
-            recorder: None,
-            outside: 0,
-            began: Instant::now(),
-        }
-    }
-
     /// Sends a command; ignored after the end of the run.
     pub fn send(&self, command: Command) {
         let _ = self.commands.send(command);
-    }
-
-    /// Checks whether the run is over.
-    ///
-    /// # Errors
-    /// [`LabError`] if a node failed or the clock panicked.
-    pub fn poll(&mut self) -> Result<(), LabError> {
-        self.wait(Duration::ZERO).map(drop)
     }
 
     /// What threads outside of the graph wrote to since the last call.
@@ -404,5 +378,13 @@ impl RunSource for Session {
 
     fn summary(&self) -> Option<&Summary> {
         self.summary.as_ref()
+    }
+
+    fn status(&self) -> StatusExtra {
+        StatusExtra {
+            ended: self.summary.is_some(),
+            recording: self.recorder.as_ref().map(Recorder::lost),
+            ..StatusExtra::default()
+        }
     }
 }

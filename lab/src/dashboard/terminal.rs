@@ -1,10 +1,14 @@
-//! The terminal: taken over with care, given back in any case.
+//! The terminal: taken over with care, given back in any case; and the shell's job control:
+//! stopping, and going on in the foreground.
 
 use std::{
     collections::VecDeque,
     io::{self, IsTerminal, Stdout, stdin, stdout},
     panic,
-    sync::Once,
+    sync::{
+        Arc, Once,
+        atomic::{AtomicBool, Ordering},
+    },
     thread,
     time::{Duration, Instant},
 };
@@ -18,11 +22,14 @@ use crossterm::{
     terminal::{EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode},
 };
 use ratatui::{Terminal, backend::CrosstermBackend};
-
-use super::{
-    background::{QUERY, Reply, Sifted},
-    jobs::{Jobs, ShellRequest},
+use rustix::process::{Signal, getpgrp, getsid, kill_current_process_group};
+use signal_hook::{
+    consts::{SIGCONT, SIGTSTP},
+    flag,
+    low_level::emulate_default_handler,
 };
+
+use super::background::{QUERY, Reply, Sifted};
 use crate::theme::Look;
 
 /// Keys that may wait to be obeyed.
@@ -105,27 +112,19 @@ pub trait Input {
     }
 
     /// The newest request of the shell.
-    fn turn(&mut self) -> ShellRequest {
+    fn request(&mut self) -> ShellRequest {
         ShellRequest::Stay
     }
 
     /// Asks the shell to stop the program, as Ctrl-Z does.
     fn ask_to_stop(&mut self) {}
 
-    /// Gives the terminal back, stops until the shell continues the program, and
-    /// takes the terminal again.
+    /// Stops the program at the shell's request until it is continued, with the terminal given
+    /// back, or takes the terminal again after a stop without notice.
     ///
     /// # Errors
     /// If the terminal refuses.
-    fn stop(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-
-    /// Takes the terminal again after a stop without notice.
-    ///
-    /// # Errors
-    /// If the terminal refuses.
-    fn retake(&mut self) -> io::Result<()> {
+    fn obey(&mut self, _request: ShellRequest) -> io::Result<()> {
         Ok(())
     }
 }
@@ -214,23 +213,84 @@ impl Input for Keyboard {
         self.look.take()
     }
 
-    fn turn(&mut self) -> ShellRequest {
-        self.jobs.turn()
+    fn request(&mut self) -> ShellRequest {
+        self.jobs.request()
     }
 
     fn ask_to_stop(&mut self) {
         Jobs::ask_to_stop();
     }
 
-    fn stop(&mut self) -> io::Result<()> {
-        restore();
-        self.jobs.stop()?;
-        take()
-    }
-
-    fn retake(&mut self) -> io::Result<()> {
+    fn obey(&mut self, request: ShellRequest) -> io::Result<()> {
         // The shell may have set modes of its own meanwhile.
         restore();
+        if request == ShellRequest::Stop {
+            self.jobs.stop()?;
+        }
         take()
     }
+}
+
+/// A request of the shell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ShellRequest {
+    /// Nothing.
+    Stay,
+    /// To stop.
+    Stop,
+    /// To go on: the program was stopped, and the terminal in other hands.
+    GoOn,
+}
+
+/// The signals of job control, as flags.
+struct Jobs {
+    stop: Arc<AtomicBool>,
+    go_on: Arc<AtomicBool>,
+}
+
+impl Jobs {
+    /// Takes note of them from now on.
+    fn watch() -> io::Result<Self> {
+        let jobs = Self {
+            stop: Arc::default(),
+            go_on: Arc::default(),
+        };
+        flag::register(SIGTSTP, jobs.stop.clone())?;
+        flag::register(SIGCONT, jobs.go_on.clone())?;
+        Ok(jobs)
+    }
+
+    /// The request since the last call. Without a shell that could continue the
+    /// program, it does not stop.
+    fn request(&self) -> ShellRequest {
+        if self.stop.swap(false, Ordering::Relaxed) && has_shell() {
+            ShellRequest::Stop
+        } else if self.go_on.swap(false, Ordering::Relaxed) {
+            ShellRequest::GoOn
+        } else {
+            ShellRequest::Stay
+        }
+    }
+
+    /// Does what the terminal does on Ctrl-Z: the whole pipeline is to stop.
+    fn ask_to_stop() {
+        if has_shell() {
+            // The process itself may always be sent a signal.
+            let _ = kill_current_process_group(Signal::TSTP);
+        }
+    }
+
+    /// Stops the program; returns when it is continued.
+    fn stop(&self) -> io::Result<()> {
+        emulate_default_handler(SIGTSTP)?;
+        self.go_on.store(false, Ordering::Relaxed);
+        Ok(())
+    }
+}
+
+/// Whether a shell with job control started the program: it gives each job a
+/// process group of its own, which then is not that of the session's first
+/// process.
+fn has_shell() -> bool {
+    getsid(None).is_ok_and(|session| session != getpgrp())
 }

@@ -5,7 +5,7 @@ use std::{collections::HashSet, time::Duration};
 use ratelab::{Head, Time, Topology};
 use ratelab_account::{Chain, Lineage, PushInForce, TickWait, TracedTick, WaitsFor};
 
-use super::{frame::PushSentence, upstream::upstream};
+use super::frame::PushSentence;
 use crate::timing::earlier;
 
 /// Visible stretches of run time (ms).
@@ -205,6 +205,23 @@ fn order(lineage: &Lineage, acts: usize) -> Vec<usize> {
     let others: Vec<usize> = others.map(|(node, _)| node).collect();
     order.extend(others);
     order
+}
+
+/// `last` and the nodes whose messages reach it, the nearest first.
+pub fn upstream(topology: &Topology, last: usize) -> Vec<usize> {
+    let mut path = vec![last];
+    let mut next = 0;
+    while let Some(&reader) = path.get(next) {
+        let topics = topology.topics.iter();
+        let read = topics.filter(|topic| topic.readers.contains(&reader));
+        for node in read.flat_map(|topic| topic.publishers.iter().copied()) {
+            if !path.contains(&node) {
+                path.push(node);
+            }
+        }
+        next += 1;
+    }
+    path
 }
 
 /// The visible run times.

@@ -10,7 +10,7 @@ use ratelab_study::{
 
 use super::App;
 use crate::{
-    dashboard::presets::{Direction, neighbour},
+    dashboard::knobs::{Direction, neighbour},
     names::first_alias,
 };
 
@@ -97,22 +97,16 @@ impl App {
     pub(super) fn choose(&mut self, direction: Direction) {
         let system = &*self.setup.system;
         let alias = first_alias(system, KnobKind::Send);
-        let Some((alias, (node, _))) = alias.zip(sent(system)) else {
-            return self
-                .desk
-                .notify("this system has no messages to choose from");
-        };
-        let current = unpinned(system, node, &alias.value(&self.knobs.wanted()));
-        let at = self.choices.iter().position(|known| *known == current);
-        let next = neighbour(at, self.choices.len(), direction);
-        let Some(text) = next.and_then(|next| self.choices.get(next)) else {
-            return self
-                .desk
-                .notify("this system has no messages to choose from");
-        };
-        match alias.set(text) {
-            Ok(knobs) => self.turn(knobs),
-            Err(error) => self.desk.notify(error.to_string()),
+        let next = alias.zip(sent(system)).and_then(|(alias, (node, _))| {
+            let current = unpinned(system, node, &alias.value(&self.knobs.wanted()));
+            let at = self.choices.iter().position(|known| *known == current);
+            let next = neighbour(at, self.choices.len(), direction)?;
+            Some(alias.set(&self.choices[next]))
+        });
+        match next {
+            Some(Ok(knobs)) => self.turn(knobs),
+            Some(Err(error)) => self.notify(error.to_string()),
+            None => self.notify("this system has no messages to choose from"),
         }
     }
 }

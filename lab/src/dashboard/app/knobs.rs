@@ -1,36 +1,88 @@
 //! Knobs: by presets, by exact values, and by timed knobs.
 
-use ratelab::{Command, Event, EventKind, Knob, KnobKind};
-use ratelab_effects::Link;
+use ratelab::{Command, Event, EventKind, Hz, Knob, KnobKind};
+use ratelab_effects::{Link, knob};
 use ratelab_study::{
     experiment::{Config, Experiment},
-    system::KnobText,
+    system::{KnobText, Setup},
 };
 
-use super::App;
+use super::{App, run::ShownRun};
 use crate::{
-    dashboard::{
-        desk::NO_TOPIC,
-        presets::{self, Direction},
-        sampler::RunSource,
-        settings::listed,
-    },
+    dashboard::knobs::{self, Direction, listed},
     recording::with_durations,
 };
+
+/// What keys turn through presets.
+pub(super) struct Dial {
+    name: &'static str,
+    presets: &'static [f64],
+    unit: &'static str,
+    /// The value of a node or a topic, as wanted or else in force; `None` if it is random.
+    value: fn(&App, &str) -> Option<f64>,
+    /// The knob that sets another one.
+    knob: fn(&App, &str, f64) -> Result<Knob, String>,
+}
+
+const RATE: Dial = Dial {
+    name: "rate",
+    presets: &knobs::RATES,
+    unit: " Hz",
+    value: |app, node| {
+        let runs = || app.shown.graph().node(node).map(|node| node.hz);
+        app.knobs.wanted().rate(node).or_else(runs).map(Hz::get)
+    },
+    knob: |_, node, hz| number(KnobKind::Rate, node, hz),
+};
+
+pub(super) const DEPTH: Dial = Dial {
+    name: "depth",
+    presets: &knobs::DEPTHS,
+    unit: "",
+    value: |app, topic| {
+        let wanted = app.knobs.wanted().depth(topic).map(|depth| depth.get());
+        let runs = || {
+            app.shown
+                .graph()
+                .topic(topic)
+                .map(|topic| topic.depth.get())
+        };
+        wanted.or_else(runs).map(|depth| depth as f64)
+    },
+    knob: |_, topic, depth| number(KnobKind::Depth, topic, depth),
+};
+
+pub(super) const DELAY: Dial = Dial {
+    name: "delay",
+    presets: &knobs::DELAYS,
+    unit: "",
+    value: |app, topic| app.link(topic).delay_ms(),
+    knob: |app, topic, ms| app.linked(topic, &format!("delay:{ms}")),
+};
+
+pub(super) const LOSS: Dial = Dial {
+    name: "loss",
+    presets: &knobs::LOSSES,
+    unit: "",
+    value: |app, topic| Some(app.link(topic).loss()),
+    knob: |app, topic, share| app.linked(topic, &format!("loss:{share}")),
+};
+
+fn number(kind: KnobKind, target: &str, value: f64) -> Result<Knob, String> {
+    knob(kind, target, &value.to_string()).map_err(|error| error.to_string())
+}
 
 impl App {
     /// Turns the rate of the node in focus.
     pub(super) fn turn_rate(&mut self, direction: Direction) {
-        self.turn_rate_of(&self.desk.knob_focus.node.clone(), direction);
+        self.turn_rate_of(self.shown.knob_focus.node.clone(), direction);
     }
 
     /// Turns the rate of the second alias of a rate.
     pub(super) fn turn_second_rate(&mut self, direction: Direction) {
         match self.second_node() {
-            Some(node) => self.turn_rate_of(node, direction),
-            None => {
-                (self.desk).notify("this system has no second rate: ↑ ↓ choose another node");
-            }
+            Some(node) => self.turn_rate_of(node.to_owned(), direction),
+            None => self.notify("this system has no second rate: ↑ ↓ choose another node"),
         }
     }
 
@@ -41,60 +93,38 @@ impl App {
         Some(node)
     }
 
-    fn turn_rate_of(&mut self, node: &str, direction: Direction) {
-        let presets = match self.by_hand {
-            Some(_) => &presets::COARSE_RATES[..],
-            None => &presets::RATES,
+    fn turn_rate_of(&mut self, node: String, direction: Direction) {
+        let presets = match self.course.by_hand {
+            Some(_) => &knobs::COARSE_RATES[..],
+            None => RATE.presets,
         };
-        let wanted = self.knobs.wanted();
-        self.turn_or_notify(self.desk.next_rate(node, &wanted, presets, direction));
+        self.turn_dial(&Dial { presets, ..RATE }, &[node], direction);
     }
 
-    /// Turns the depths of the focused topics.
-    pub(super) fn turn_depth(&mut self, direction: Direction) {
-        self.turn_or_notify(self.desk.next_depth(&self.knobs.wanted(), direction));
+    /// Turns `dial` of the focused topics.
+    pub(super) fn turn_topics(&mut self, dial: &Dial, direction: Direction) {
+        self.turn_dial(dial, &self.shown.knob_focus.topics.clone(), direction);
     }
 
-    /// Turns the delays of the focused topics.
-    pub(super) fn turn_delay(&mut self, direction: Direction) {
-        self.turn_link("delay", &presets::DELAYS, direction, |link| link.delay_ms());
-    }
-
-    /// Turns the losses of the focused topics.
-    pub(super) fn turn_loss(&mut self, direction: Direction) {
-        self.turn_link("loss", &presets::LOSSES, direction, |link| {
-            Some(link.loss())
-        });
-    }
-
-    /// Turns the part called `part` of the links of the focused topics, all to the preset
-    /// next to the `current` value of the first.
-    fn turn_link(
-        &mut self,
-        part: &str,
-        presets: &[f64],
-        direction: Direction,
-        current: impl Fn(&Link) -> Option<f64>,
-    ) {
-        let topics = self.desk.knob_focus.topics.clone();
-        let links: Vec<Link> = topics.iter().map(|topic| self.link(topic)).collect();
-        let Some(first) = links.first() else {
-            return self.desk.notify(NO_TOPIC);
+    /// Turns `dial` of all `targets` to the preset next to the value of the first.
+    fn turn_dial(&mut self, dial: &Dial, targets: &[String], direction: Direction) {
+        let Some(first) = targets.first() else {
+            return self.notify("this system has no topic that is read");
         };
-        let Some(value) = current(first) else {
-            return self
-                .desk
-                .notify(format!("the {part} is drawn: : types another one"));
+        let Dial { name, unit, .. } = dial;
+        let Some(value) = (dial.value)(self, first) else {
+            return self.notify(format!("the {name} is drawn: : types another one"));
         };
-        let Some(next) = presets::next(presets, value, direction) else {
-            let what = format!("the {part} of {}", topics.join(" and "));
-            return self.desk.notify(presets::at_end(&what, direction, value));
+        let Some(next) = knobs::next(dial.presets, value, direction) else {
+            let what = format!("the {name} of {}", targets.join(" and "));
+            let value = format!("{value}{unit}");
+            return self.notify(knobs::at_end(&what, direction, value));
         };
-        let knobs = topics.into_iter().zip(&links).map(|(topic, link)| {
-            let spec = link.with(&format!("{part}:{next}"))?.to_string();
-            Ok(Knob::Link { topic, spec })
-        });
-        self.turn_or_notify(knobs.collect());
+        let knobs = targets.iter().map(|target| (dial.knob)(self, target, next));
+        let turned = knobs
+            .collect::<Result<Vec<Knob>, String>>()
+            .and_then(|knobs| self.try_to_turn(knobs));
+        self.notify_of(turned);
     }
 
     /// The link of the topic called `name`.
@@ -107,36 +137,41 @@ impl App {
         link.unwrap_or(Link::NONE)
     }
 
+    /// The knob of that link with another `part`.
+    fn linked(&self, topic: &str, part: &str) -> Result<Knob, String> {
+        let spec = self.link(topic).with(part)?.to_string();
+        let topic = topic.to_owned();
+        Ok(Knob::Link { topic, spec })
+    }
+
+    /// Turns the knob that breaks the system, or turns it back.
     pub(super) fn break_it(&mut self) {
         let Some(broken) = self.system().about().broken else {
-            return self
-                .desk
-                .notify("this system has no knob that is known to break it");
+            return self.notify("this system has no knob that is known to break it");
         };
-        match KnobText(self.system().aliases()).parse(broken) {
-            Ok(knobs) if knobs.iter().all(|knob| self.is_at(knob)) => {
-                match std::mem::take(&mut self.unbroken) {
-                    before if before.is_empty() => {
-                        self.desk
-                            .notify(format!("it was broken from the start: {broken}"));
-                    }
-                    before => self.turn(before),
-                }
+        let knobs = match KnobText(self.system().aliases()).parse(broken) {
+            Ok(knobs) => knobs,
+            Err(error) => return self.notify(error.to_string()),
+        };
+        let wanted = self.knobs.wanted();
+        let is_broken = |knob| wanted.iter().any(|turned| turned == knob);
+        let before = std::mem::take(&mut self.unbroken);
+        match knobs.iter().all(is_broken) {
+            true if before.is_empty() => {
+                self.notify(format!("it was broken from the start: {broken}"));
             }
-            Ok(knobs) => {
-                self.unbroken = knobs
-                    .iter()
-                    .filter_map(|knob| self.as_it_is(knob))
-                    .collect();
+            true => self.turn(before),
+            false => {
+                let before = knobs.iter().filter_map(|knob| self.as_it_is(knob));
+                self.unbroken = before.collect();
                 self.turn(knobs);
             }
-            Err(error) => self.desk.notify(error.to_string()),
         }
     }
 
     /// The current setting of the rate or depth that `knob` changes.
     fn as_it_is(&self, knob: &Knob) -> Option<Knob> {
-        let graph = self.desk.graph();
+        let graph = self.shown.graph();
         let value = match knob.kind() {
             KnobKind::Rate => graph.node(knob.target())?.hz.get().to_string(),
             KnobKind::Depth => graph.topic(knob.target())?.depth.to_string(),
@@ -145,21 +180,16 @@ impl App {
         knob.kind().set(knob.target(), &value).ok()
     }
 
-    /// Whether `knob` already has its value.
-    fn is_at(&self, knob: &Knob) -> bool {
-        self.knobs.wanted().iter().any(|turned| turned == knob)
+    /// Turns knobs, or gives notice of the reason why this is impossible.
+    pub(in crate::dashboard) fn turn(&mut self, knobs: Vec<Knob>) {
+        let turned = self.try_to_turn(knobs);
+        self.notify_of(turned);
     }
 
-    /// Turns knobs, or prints the reason why this is impossible.
-    pub(super) fn turn(&mut self, knobs: Vec<Knob>) {
-        self.turn_or_notify(Ok(knobs));
-    }
-
-    /// The same for knobs that may be missing for a reason.
-    fn turn_or_notify(&mut self, knobs: Result<Vec<Knob>, String>) {
-        if let Err(reason) = knobs.and_then(|knobs| self.try_to_turn(knobs)) {
-            self.desk.notify(reason);
-        }
+    /// Turns the knobs in `text`.
+    pub(super) fn turn_typed(&mut self, text: &str) -> Result<(), String> {
+        let knobs = KnobText(self.system().aliases()).parse(text);
+        self.try_to_turn(knobs.map_err(|error| error.to_string())?)
     }
 
     /// Turns knobs of the running graph; they also apply to the next session.
@@ -167,22 +197,21 @@ impl App {
     /// # Errors
     /// The accepted values, if one knob is invalid; no knob is turned then.
     fn try_to_turn(&mut self, knobs: Vec<Knob>) -> Result<(), String> {
+        if let ShownRun::Remote(run) = &mut self.shown.run {
+            // The process that has them checks them.
+            knobs.into_iter().for_each(|knob| run.turn(knob));
+            return Ok(());
+        }
         let knobs = knobs.into_iter().map(|knob| self.checked(knob));
         let knobs: Vec<Knob> = knobs.collect::<Result<_, _>>()?;
         if self.ended() {
             return self.turn_for_the_next(knobs);
         }
         for knob in knobs {
-            self.desk.run.send(knob.clone().into());
-            self.knobs.press(knob);
+            self.shown.run.send(knob.clone().into());
+            self.knobs.pending.push(knob);
         }
         Ok(())
-    }
-
-    /// Turns the knobs in `text`.
-    pub(super) fn turn_typed(&mut self, text: &str) -> Result<(), String> {
-        let knobs = KnobText(self.system().aliases()).parse(text);
-        self.try_to_turn(knobs.map_err(|error| error.to_string())?)
     }
 
     fn turn_for_the_next(&mut self, knobs: Vec<Knob>) -> Result<(), String> {
@@ -192,8 +221,8 @@ impl App {
         let built = Experiment::new(self.setup.system.clone(), &next);
         built.map_err(|error| error.to_string())?;
         let turned = listed(self.system(), &knobs);
-        knobs.into_iter().for_each(|knob| self.knobs.set(knob));
-        self.desk.notify(format!(
+        self.knobs.running.extend(knobs);
+        self.notify(format!(
             "the run is over: {turned} counts from the next one, r starts it"
         ));
         Ok(())
@@ -201,7 +230,7 @@ impl App {
 
     /// `knob` in a form the graph accepts.
     fn checked(&self, knob: Knob) -> Result<Knob, String> {
-        let graph = self.desk.graph();
+        let graph = self.shown.graph();
         let (what, known): (_, Vec<&str>) = match knob.kind() {
             kind if kind.is_of_topic() => (
                 "topic",
@@ -223,26 +252,71 @@ impl App {
         }
     }
 
-    /// Processes new events.
-    pub(super) fn follow_events(&mut self) {
-        for event in self.desk.run.observer().events(self.events.len()) {
-            self.follow(&event);
-            self.events.push(event);
-        }
-    }
-
-    /// Updates the state after the graph has turned a knob.
-    pub(super) fn follow(&mut self, event: &Event) {
+    /// Updates the state after the graph has obeyed a command, or refused it.
+    pub(in crate::dashboard) fn follow(&mut self, event: &Event) {
         if let Some(refusal) = self.knobs.follow(event) {
-            self.desk.notify(refusal);
+            self.notify(refusal);
         }
         if let EventKind::Refused {
             command: Command::HandOver(_),
             reason,
         } = &event.what
         {
-            self.stays_on_clock(reason.clone());
+            self.stays_on_clock(reason);
         }
+    }
+}
+
+/// Knobs that were turned, before the run and during it.
+#[derive(Default)]
+pub struct Knobs {
+    /// The knobs of the graph, by its events.
+    running: Setup,
+    /// Turned by keys and not yet answered by the graph, oldest first.
+    pub(in crate::dashboard) pending: Vec<Knob>,
+}
+
+impl Knobs {
+    /// Those of a run that begins with `running`.
+    pub fn new(running: Setup) -> Self {
+        let pending = Vec::new();
+        Self { running, pending }
+    }
+
+    /// The knobs of the graph with those on their way to it.
+    pub fn wanted(&self) -> Setup {
+        let mut wanted = self.running.clone();
+        wanted.extend(self.pending.iter().cloned());
+        wanted
+    }
+
+    /// Follows what the graph did with a knob, be it one that a key turned or one
+    /// that was given its time up front; why it refused, if a key asked for it.
+    fn follow(&mut self, event: &Event) -> Option<String> {
+        match &event.what {
+            EventKind::Applied {
+                command: Command::Set(knob),
+                ..
+            } => {
+                self.answered(knob);
+                self.running.set(knob.clone());
+                None
+            }
+            EventKind::Refused {
+                command: Command::Set(knob),
+                reason,
+            } => self.answered(knob).then(|| format!("{knob}: {reason}")),
+            _ => None,
+        }
+    }
+
+    /// Takes `knob` from those that wait for an answer, if it is the first of its
+    /// kind there. A timed knob of the same value may be taken for it: the one that
+    /// a key turned then comes later, and sets that value all the same.
+    fn answered(&mut self, knob: &Knob) -> bool {
+        let first = self.pending.iter().position(|other| other.is_of(knob));
+        let first = first.filter(|index| self.pending[*index] == *knob);
+        first.map(|index| self.pending.remove(index)).is_some()
     }
 }
 

@@ -1,85 +1,107 @@
 //! The end of a session, and the step after it.
 
-use std::{
-    thread,
-    time::{Duration, Instant},
-};
+use std::{sync::Arc, time::Duration};
 
-use ratelab::{ClockKind, Command};
+use ratelab::Time;
 use ratelab_study::experiment::Config;
 
-use super::{App, choices::as_it_is_now, knobs::without_knobs};
+use super::{
+    App,
+    choices::as_it_is_now,
+    knobs::{Knobs, without_knobs},
+    run::ShownRun,
+};
 use crate::{
-    dashboard::{
-        branch::LeftRun,
-        history::FrameHistory,
-        knobs::Knobs,
-        sampler::RunSource,
-        session::{Prepared, list},
-        timeline::TimelineView,
-    },
+    change::Change,
+    dashboard::session::{Prepared, list},
     error::LabError,
-    recording::RecordError,
+    recording::Recording,
     rescue::RescueTry,
 };
 
 /// Maximum time that a key waits for the end of a session, or for a pause. After that,
 /// the dashboard waits for a busy node frame by frame.
-const PATIENCE: Duration = Duration::from_millis(250);
+pub(super) const PATIENCE: Duration = Duration::from_millis(250);
 
 /// The step after the end of a session.
 pub(super) enum Next {
     /// Quit the dashboard.
     Leave,
     /// Another session.
-    Session {
-        prepared: Box<Prepared>,
-        /// Whether it is a rescue by hand, recorded and judged.
-        by_hand: bool,
-        /// The run that it leaves, if it is a branch.
-        left: Option<LeftRun>,
-    },
+    Session(Box<Start>),
+}
+
+/// The start of a session.
+pub(super) struct Start {
+    pub(super) prepared: Prepared,
+    /// Whether it is a rescue by hand, recorded and judged.
+    pub(super) by_hand: bool,
+    /// The run that it leaves, if it is a branch.
+    pub(super) left: Option<LeftRun>,
+}
+
+/// The run that a branch left.
+pub(super) struct LeftRun {
+    pub(super) recording: Arc<Recording>,
+    /// Run time at which it was to be left.
+    pub(super) asked: Time,
+    /// What was changed there.
+    pub(super) change: Change,
 }
 
 impl App {
-    /// Ends this session and quits.
-    pub(super) fn leave(&mut self) -> Result<(), LabError> {
-        self.end_with(Next::Leave)
+    /// Leaves what is shown: the past of the run here, or the dashboard.
+    pub(super) fn close(&mut self) {
+        if !self.leave_past() {
+            self.leave();
+        }
+    }
+
+    /// Ends the session and quits.
+    pub(super) fn leave(&mut self) {
+        self.leave_past();
+        self.end_with(Next::Leave);
+    }
+
+    /// Starts again with the knobs as they stand.
+    pub(super) fn restart_as_it_stands(&mut self) {
+        match self.course.by_hand {
+            Some(_) => self.try_by_hand(),
+            None => self.restart(self.wanted()),
+        }
     }
 
     /// Ends this session and starts one of `config`, with the current content of files.
     /// If that fails, a notice gives the reason and this session continues.
-    pub(super) fn restart(&mut self, config: Config) -> Result<(), LabError> {
-        self.start(config, false)
+    pub(super) fn restart(&mut self, config: Config) {
+        self.start(config, false);
     }
 
-    /// The same; a session `by_hand` is a rescue, recorded and judged.
-    pub(super) fn start(&mut self, config: Config, by_hand: bool) -> Result<(), LabError> {
-        match self.prepared(config).map(Box::new) {
-            Ok(prepared) => self.end_with(Next::Session {
-                prepared,
-                by_hand,
-                left: None,
-            }),
-            Err(reason) => {
-                self.desk.notify(reason);
-                Ok(())
-            }
-        }
-    }
-
-    fn prepared(&self, config: Config) -> Result<Prepared, String> {
+    /// Does so; a session `by_hand` is a rescue, recorded and judged.
+    pub(super) fn start(&mut self, config: Config, by_hand: bool) {
         let config = Config {
             setup: as_it_is_now(self.system(), &config.setup),
             ..config
         };
-        Prepared::new(&config, &self.setup).map_err(|error| error.to_string())
+        match Prepared::new(&config, &self.setup) {
+            Ok(prepared) => self.end_with(Next::Session(Box::new(Start {
+                prepared,
+                by_hand,
+                left: None,
+            }))),
+            Err(error) => self.notify(error.to_string()),
+        }
     }
 
-    fn end_with(&mut self, next: Next) -> Result<(), LabError> {
-        self.desk.run.stop();
+    /// Ends what is shown, then takes the `next` step.
+    pub(super) fn end_with(&mut self, next: Next) {
+        if let ShownRun::Live(session) = &mut self.shown.run {
+            session.stop();
+        }
         self.next = Some(next);
-        self.follow_end(PATIENCE)
+        if let Err(error) = self.follow_end(PATIENCE) {
+            self.failed = Some(error);
+        }
     }
 
     /// Waits up to `patience` for the end of an ending session, then takes the next step;
@@ -88,93 +110,66 @@ impl App {
         let Some(next) = self.next.take() else {
             return Ok(());
         };
-        if self.desk.run.wait(patience)? {
-            match next {
-                Next::Leave => self.desk.quit = true,
-                Next::Session {
-                    prepared,
-                    by_hand,
-                    left,
-                } => {
-                    self.begin(*prepared, by_hand)?;
-                    self.begin_branch(left);
-                }
-            }
-        } else {
+        if let ShownRun::Live(session) = &mut self.shown.run
+            && !session.wait(patience)?
+        {
+            let busy = list(&session.busy());
             let quit = match next {
                 Next::Leave => "q again",
-                Next::Session { .. } => "q",
+                Next::Session(_) => "q",
             };
-            self.desk.notify(format!(
-                "waiting for {}, still in a tick: {quit} or Ctrl-C ends without it",
-                list(&self.desk.run.busy())
+            self.notify(format!(
+                "waiting for {busy}, still in a tick: {quit} or Ctrl-C ends without it"
             ));
             self.next = Some(next);
+            return Ok(());
+        }
+        match next {
+            Next::Leave => self.quit = true,
+            Next::Session(start) => {
+                self.begin(start.prepared, start.by_hand)?;
+                self.begin_branch(start.left);
+            }
         }
         Ok(())
     }
 
-    /// Starts the prepared session, after the end of the previous one.
+    /// Starts the prepared session, after the end of what was shown.
     fn begin(&mut self, prepared: Prepared, by_hand: bool) -> Result<(), LabError> {
-        let sampler = self.desk.sampler.next(&self.desk.run);
-        match self.desk.run.finish() {
-            // The rows of a session with a successor are discarded.
-            Ok(_) | Err(LabError::Csv(_)) => {}
-            Err(error) => return Err(error),
+        let live = self.is_live();
+        if !live {
+            // The whole recording is there to be compared with.
+            self.jump(Time::MAX);
+            self.shown.frame();
         }
-        (self.desk.notice, self.past) = (None, None);
+        let sampler = self.shown.sampler.next(&*self.shown.run);
+        if let ShownRun::Live(session) = &mut self.shown.run {
+            match session.finish() {
+                // The rows of a session with a successor are discarded.
+                Ok(_) | Err(LabError::Csv(_)) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        (self.notice, self.executing) = (None, None);
         self.follow_recordings();
-        self.record |= by_hand;
-        let record = self.record.then(|| prepared.record(&mut self.destination));
+        self.recordings.wanted |= by_hand;
+        let record = self.recordings.wanted;
+        let record = record.then(|| prepared.record(&mut self.recordings.destination));
         let recorder = record.transpose().unwrap_or_else(|error| {
             self.unrecordable(error);
             None
         });
-        self.desk.run = prepared.begin(recorder);
-        self.config = without_knobs(self.desk.run.config().clone());
+        let run = ShownRun::Live(Box::new(prepared.begin(recorder)));
+        self.shown.go_on_with(run, sampler);
+        self.config = without_knobs(self.shown.run.config().clone());
         self.knobs = Knobs::new(self.config.setup.clone());
-        self.desk.sampler = sampler;
-        self.history = FrameHistory::default();
-        self.desk.panes.timeline = TimelineView::default();
-        self.events.clear();
         self.pause = false;
         // A rescue is judged by its recording.
-        self.by_hand = (by_hand && self.record).then(RescueTry::default);
+        let rescue = by_hand && self.recordings.wanted;
+        self.course.by_hand = rescue.then(RescueTry::default);
+        if !live {
+            self.enter_lab();
+        }
         Ok(())
-    }
-
-    /// Follows a session that began as a branch of the run in `left`, if it did.
-    pub(super) fn begin_branch(&mut self, left: Option<LeftRun>) {
-        if let Some(left) = &left {
-            self.config.clock = ClockKind::Virtual;
-            self.desk
-                .notify(format!("left at {}", left.change.left(left.asked)));
-        }
-        self.left = left;
-    }
-
-    /// Continues the session without a recording; the exit code reports it as well.
-    fn unrecordable(&mut self, error: LabError) {
-        self.desk.notify(error.to_string());
-        self.record = false;
-        if let LabError::Record { path, why } = error {
-            self.unrecorded.get_or_insert(RecordError { path, why });
-        }
-    }
-
-    /// Pauses run time while the program is suspended: under either clock it would
-    /// otherwise jump ahead afterwards, and every period in between would count as an
-    /// overrun.
-    pub(super) fn stand_still(&mut self) {
-        if self.pause || self.resting || self.ended() {
-            return;
-        }
-        self.resting = true;
-        self.desk.run.send(Command::Pause);
-        let asked = Instant::now();
-        // The program is suspended even with a busy graph.
-        while !self.desk.run.observer().status().paused && asked.elapsed() < PATIENCE {
-            thread::sleep(Duration::from_millis(1));
-        }
     }
 }

@@ -20,8 +20,8 @@ pub use trial::{CureTrials, Trial, Tried};
 
 use super::{
     frame::{AgeData, Strain},
-    settings::setting,
-    upstream::upstream,
+    knobs::setting,
+    timeline::upstream,
 };
 use crate::{names, timing::earlier};
 

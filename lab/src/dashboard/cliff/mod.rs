@@ -21,7 +21,7 @@ use ratelab_study::{
 use fill::Fill;
 use quantity::KnobQuantity;
 
-use super::{knob_focus::KnobFocus, presets::Direction, settings::listed};
+use super::knobs::{Direction, KnobFocus, listed};
 
 /// Number of seeds.
 const SEEDS: u64 = 100;

@@ -8,7 +8,7 @@ use ratelab_study::{
     system::{KnobText, Setup, System, paced_node},
 };
 
-use crate::{dashboard::knob_focus::KnobFocus, names};
+use crate::{dashboard::knobs::KnobFocus, names};
 
 /// Number of rates on a map.
 const RATES: u32 = 30;

@@ -6,19 +6,20 @@ use ratelab::{Event, Time};
 use ratelab_account::{NodeAccount, Snapshot, TopicAccount};
 use ratelab_study::system::System;
 
-use super::{RunSource, standing::health};
+use super::standing::health;
 use crate::dashboard::{
     cause::{Hang, acting, latest},
     figures::NodeFigures,
     flights::dots,
     frame::{AgeData, Health, NodeData, PartKind, PushData, PushSentence, Quantiles, TopicData},
+    knobs::in_words,
     reaction,
-    settings::in_words,
+    run::RunSource,
 };
 
 /// The parts of the age of the push in force.
 pub(super) fn push(
-    session: &mut impl RunSource,
+    session: &mut dyn RunSource,
     graph: &Snapshot,
     age: Option<AgeData>,
 ) -> Option<PushData> {
@@ -52,7 +53,7 @@ pub(super) fn push(
 
 /// What is shown of a node.
 pub(super) fn node_data(
-    session: &impl RunSource,
+    session: &dyn RunSource,
     node: &NodeAccount,
     figures: NodeFigures,
     (hangs, now): (&[Hang], Time),

@@ -5,29 +5,24 @@ mod standing;
 
 use std::{
     collections::VecDeque,
-    sync::Arc,
     time::{Duration, Instant},
 };
 
 use ratelab::{ClockExit, Event, Head, KnobKind, Time};
-use ratelab_account::{Lineage, Observer, Rows, Snapshot};
-use ratelab_study::{
-    experiment::{Config, Summary},
-    system::{Setup, Signal, System, Verdict, verdict},
-};
+use ratelab_account::{Observer, Rows, Snapshot};
+use ratelab_study::system::{self, Setup, System, Verdict};
 
 use data::{marks, node_data, push, topic_data};
 
 use super::{
-    age_limits::LimitsInForce,
+    asked::LimitsInForce,
     cause::{CureTrials, Hang},
     figures::Figures,
-    frame::{AgeData, FrameData, Ghost, LatencyData, NodeData, Place, SignalTrace, TRACE_S},
-    knob_focus::first_node,
+    frame::{AgeData, FrameData, Ghost, LatencyData, NodeData, SignalTrace, TRACE_S},
+    knobs::{first_node, setting},
     push_age::PushAges,
+    run::{RunSource, WatchedRows, signal},
     sameness::RunDigest,
-    settings::setting,
-    timeline::{Timeline, TimelineView},
 };
 use crate::{
     names,
@@ -39,79 +34,6 @@ const LIT: Duration = Duration::from_millis(100);
 
 /// Points kept for the chart: an hour at 50 Hz.
 const POINTS_KEPT: usize = 180_000;
-
-/// New messages of a watched topic, with its name.
-pub type WatchedRows = (&'static str, Rows);
-
-/// The topics whose every message is drawn: the topic of states, and that of the first
-/// signal.
-pub fn watched(system: &dyn System) -> impl Iterator<Item = &'static str> {
-    let (state, signal) = (system.state(), signal(system).map(|signal| signal.topic));
-    state
-        .into_iter()
-        .chain(signal.filter(move |topic| Some(*topic) != state))
-}
-
-/// The plotted signal.
-pub fn signal(system: &dyn System) -> Option<&Signal> {
-    system.signals().first()
-}
-
-/// A source of frames: a live run or a replay.
-pub trait RunSource {
-    /// The system.
-    fn shared_system(&self) -> &Arc<dyn System>;
-
-    /// The same as a reference.
-    fn system(&self) -> &dyn System {
-        &**self.shared_system()
-    }
-
-    /// The configuration at the start.
-    fn config(&self) -> &Config;
-
-    /// Reads the graph.
-    fn observer(&self) -> &Observer;
-
-    /// Wall time since the beginning, or of the whole run.
-    fn wall_time(&self) -> Duration;
-
-    /// The chains behind its actions, as of the last update.
-    fn lineage(&self) -> &Lineage;
-
-    /// Brings these chains up to now.
-    fn update_lineage(&mut self) {}
-
-    /// The digest of the run so far, if it is to be compared with another run.
-    fn digest(&self) -> Option<&RunDigest> {
-        None
-    }
-
-    /// The messages on the [`watched`] topics since the last call.
-    fn new_rows(&mut self) -> Vec<WatchedRows>;
-
-    /// Number of messages lost because the dashboard was too slow.
-    fn lost(&self) -> u64;
-
-    /// The summary, once the run is over.
-    fn summary(&self) -> Option<&Summary>;
-
-    /// The process in which the node called `node` runs, if that is another one.
-    fn place(&self, node: &str) -> Option<Place> {
-        let _ = node;
-        None
-    }
-
-    /// Whether its knobs can be turned.
-    fn live(&self) -> bool {
-        true
-    }
-
-    /// Whether it is at rest.
-    fn at_rest(&self) -> bool {
-        self.observer().status().paused || self.summary().is_some()
-    }
-}
 
 /// State kept between frames.
 #[derive(Default)]
@@ -153,7 +75,7 @@ struct LastRun {
 
 impl Sampler {
     /// A frame of `session` as of now, with its new `rows`.
-    pub fn frame_data(&mut self, session: &mut impl RunSource, rows: &[WatchedRows]) -> FrameData {
+    pub fn frame_data(&mut self, session: &mut dyn RunSource, rows: &[WatchedRows]) -> FrameData {
         let (system, observer) = (session.system(), session.observer());
         self.push_ages.meet(system, || observer.snapshot());
         for (topic, rows) in rows {
@@ -204,7 +126,7 @@ impl Sampler {
     }
 
     /// Looks at the age of the push between two frames, where it is sampled.
-    pub fn look(&mut self, session: &impl RunSource) {
+    pub fn look(&mut self, session: &dyn RunSource) {
         let graph = || session.observer().snapshot();
         self.push_ages.meet(session.system(), graph);
         if self.push_ages.is_sampled() {
@@ -213,7 +135,7 @@ impl Sampler {
     }
 
     /// Creates the sampler of the run after `session`.
-    pub fn next(&self, session: &impl RunSource) -> Self {
+    pub fn next(&self, session: &dyn RunSource) -> Self {
         let shared = |points: &mut dyn Iterator<Item = (f64, f64)>| points.collect();
         let ghost = Ghost {
             points: shared(&mut self.points.iter().copied()),
@@ -231,7 +153,7 @@ impl Sampler {
     }
 
     /// Whether `session` equals the previous run so far, bit for bit.
-    fn same(&self, session: &impl RunSource) -> Option<bool> {
+    fn same(&self, session: &dyn RunSource) -> Option<bool> {
         let last = self.last.as_ref()?;
         let whole = session.summary().is_some() && last.ended;
         Some(session.digest()?.is_same(last.digest.as_ref()?, whole))
@@ -270,21 +192,21 @@ impl Sampler {
     }
 
     /// All hangs of `session`.
-    fn hangs(&self, session: &impl RunSource) -> Vec<Hang> {
+    fn hangs(&self, session: &dyn RunSource) -> Vec<Hang> {
         let mut hangs = Hang::at_the_start(&session.config().setup);
         hangs.extend(self.hangs.iter().cloned());
         hangs
     }
 
     /// The setup of `session` in force.
-    fn setup(&self, session: &impl RunSource) -> Setup {
+    fn setup(&self, session: &dyn RunSource) -> Setup {
         let mut setup = session.config().setup.clone();
         setup.extend(self.turned.iter().cloned());
         setup
     }
 
     /// The recent push age and its limits.
-    fn age(&mut self, session: &impl RunSource, graph: &Snapshot) -> Option<AgeData> {
+    fn age(&mut self, session: &dyn RunSource, graph: &Snapshot) -> Option<AgeData> {
         let period = first_node(session.system(), graph).map(|node| node.hz.period());
         let recent = self.push_ages.recent(period.unwrap_or_default())?;
         let (system, setup) = (session.shared_system(), self.setup(session));
@@ -295,7 +217,7 @@ impl Sampler {
         })
     }
 
-    fn settings(&self, session: &impl RunSource) -> Vec<String> {
+    fn settings(&self, session: &dyn RunSource) -> Vec<String> {
         let (system, setup) = (session.system(), self.setup(session));
         let shown = names::shown(system, |alias| names::is_set(alias, &setup)).into_iter();
         let sent = shown.filter(|alias| alias.kind() == KnobKind::Send);
@@ -323,7 +245,7 @@ impl Sampler {
     fn judge(&mut self, system: &dyn System, head: &Head, state: &[f64]) {
         let (exit, at) = (&ClockExit::Stopped, head.at);
         let verdict = match system.chains() == system.state() {
-            true => verdict(system, exit, at, [Some(state); 2]),
+            true => system::verdict(system, exit, at, [Some(state); 2]),
             false => system.verdict(exit, at, Some(state)),
         };
         // A lost run stays lost from its first moment on.
@@ -357,39 +279,18 @@ impl Sampler {
     }
 }
 
-/// The timeline of `session` at run time `now`, as `view` shows it.
-pub fn timeline(session: &impl RunSource, view: TimelineView, now: Time) -> Option<Timeline> {
-    let lineage = session.lineage();
-    let acts = acting_name(session.system(), lineage)?;
-    Timeline::of(lineage, acts, view, now)
-}
-
-/// Selects another push in the timeline of `session`; see [`TimelineView::select`].
-pub fn select(session: &impl RunSource, view: &mut TimelineView, now: Time, later: bool) {
-    let lineage = session.lineage();
-    if let Some(acts) = acting_name(session.system(), lineage) {
-        view.select(lineage, acts, now, later);
-    }
-}
-
-fn acting_name(system: &dyn System, lineage: &Lineage) -> Option<usize> {
-    let (acts, _) = system.latency()?;
-    let nodes = &lineage.topology().nodes;
-    nodes.iter().position(|node| node.name == acts)
-}
-
-/// Age of the sensing behind a message at its publication (s).
-fn age(head: &Head) -> Option<f64> {
-    let sensed = head.origin?.as_secs_f64();
-    Some(head.at.as_secs_f64() - sensed)
-}
-
 /// A note on the world of `session`, where it is relevant.
-fn world(session: &impl RunSource, setup: &Setup) -> Option<&'static str> {
+fn world(session: &dyn RunSource, setup: &Setup) -> Option<&'static str> {
     if !session.config().world.is_course() {
         return Some("world: own");
     }
     plant(session.system())?;
     let asked = setup.iter().any(depends_on_the_world);
     asked.then_some("world: waits")
+}
+
+/// Age of the sensing behind a message at its publication (s).
+fn age(head: &Head) -> Option<f64> {
+    let sensed = head.origin?.as_secs_f64();
+    Some(head.at.as_secs_f64() - sensed)
 }

@@ -1,17 +1,18 @@
 //! Where a run stands, and why.
 
-use std::{collections::HashSet, time::Duration};
+use std::time::Duration;
 
 use ratelab::{ClockExit, KnobKind, Time};
 use ratelab_account::{NodeAccount, Snapshot, TopicAccount};
 use ratelab_study::system::{System, VerdictKind, verdict};
 
-use super::{RunSource, Sampler};
+use super::Sampler;
 use crate::{
     dashboard::{
         cause::{Facts, Hang, Trial, acting, latest},
         frame::{AgeData, Health, Standing, Strain, VerdictData},
-        knob_focus::first_node,
+        knobs::first_node,
+        run::RunSource,
     },
     timing::plant,
 };
@@ -24,113 +25,94 @@ const STILL: Duration = Duration::from_millis(250);
 const PHASE: &str = "turned on the way, ticks meet at another phase: after r the age may differ";
 
 impl Sampler {
-    /// The state of the run, and the reason for its end, in measured figures.
+    /// The state of the run, and the reason for its end.
     pub(super) fn verdict(
         &mut self,
-        session: &mut impl RunSource,
-        snapshot: &Snapshot,
+        session: &mut dyn RunSource,
+        graph: &Snapshot,
         age: Option<AgeData>,
     ) -> VerdictData {
         let ended = session.summary().map(|summary| summary.verdict);
         let Some(verdict) = ended.or(self.lost) else {
-            return self.going_on(session, snapshot, age);
+            return unheard(session, graph)
+                .or_else(|| self.silent(session, graph.now))
+                .or_else(|| self.stands_still(session, graph))
+                .unwrap_or_else(|| self.going_on(session, graph, age));
         };
-        let lost = verdict.is_lost();
-        let why = match still(session.system(), snapshot) {
-            Some(_) => self.waits(session, snapshot),
-            None if lost => self.reasons(session, snapshot, age),
-            None => Vec::new(),
+        let why = match (still(session.system(), graph), verdict.is_lost()) {
+            (Some(_), _) => self.waits(session, graph),
+            (None, true) => self.reasons(session, graph, age),
+            (None, false) => Vec::new(),
         };
-        VerdictData {
-            standing: if lost { Standing::Lost } else { Standing::Done },
-            word: verdict.name().replace('_', " "),
-            headline: format!("{verdict}{}", self.as_before(session)),
-            why,
-        }
+        let standing = match verdict.is_lost() {
+            true => Standing::Lost,
+            false => Standing::Done,
+        };
+        let headline = format!("{verdict}{}", self.as_before(session));
+        state(standing, &verdict.name().replace('_', " "), headline, why)
     }
 
-    /// The state of a running run that is not lost.
-    fn going_on(
-        &mut self,
-        session: &mut impl RunSource,
-        graph: &Snapshot,
-        age: Option<AgeData>,
-    ) -> VerdictData {
-        if let Some(unheard) = unheard(session, graph) {
-            return unheard;
-        }
-        if let Some(silent) = self.silent(session.system(), graph.now) {
-            return VerdictData {
-                standing: Standing::Good,
-                word: String::new(),
-                headline: "RUNNING, no data so far".to_owned(),
-                why: self
-                    .overloads(session)
-                    .into_iter()
-                    .chain([silent])
-                    .collect(),
-            };
-        }
-        if let Some(since) = still(session.system(), graph) {
-            let why = self.waits(session, graph);
-            return VerdictData {
-                standing: Standing::Warned,
-                word: "stands still".to_owned(),
-                headline: since.map_or_else(
-                    || "NOT MOVED: the plant made no step so far".to_owned(),
-                    |last| format!("STANDS STILL: the last step of the plant was at {last}"),
-                ),
-                why,
-            };
-        }
-        let (strain, idle) = (
-            age.map(|age| age.strain()),
-            is_idle(session.system(), graph),
-        );
-        let (standing, why) = match strain {
-            Some(Strain::Swings | Strain::Falls) => {
-                (Standing::Warned, self.reasons(session, graph, age))
-            }
-            None if idle => (Standing::Warned, self.reasons(session, graph, age)),
-            _ => {
-                let mut why = self.overloads(session);
-                why.extend(living(session.system(), graph, age));
-                let turned = self.turned.iter().any(|knob| knob.kind() == KnobKind::Rate);
-                why.extend(age.filter(|_| turned).map(|_| PHASE.to_owned()));
-                (Standing::Good, why)
-            }
-        };
-        VerdictData {
-            standing,
-            word: String::new(),
-            headline: match strain {
-                Some(Strain::Falls) => "NOT LOST YET: pushes are older than it bears".to_owned(),
-                None if idle => "NOT LOST YET: no action was applied so far".to_owned(),
-                _ => so_far(session.system()) + self.as_before(session),
-            },
-            why,
-        }
-    }
-
-    /// The verdict on a chain through which nothing came so far, if the run ended now.
-    fn silent(&self, system: &dyn System, now: Time) -> Option<String> {
+    /// A running run of a chain through which nothing came so far, with the verdict if it
+    /// ended now.
+    fn silent(&self, session: &dyn RunSource, now: Time) -> Option<VerdictData> {
+        let system = session.system();
         if system.chains().is_none() || system.chains() != system.state() {
             return None;
         }
-        let state = (!self.state.is_empty()).then_some(&self.state[..]);
-        let ended = verdict(system, &ClockExit::Completed, now, [state; 2]);
-        ended.is_lost().then(|| format!("if it ended now: {ended}"))
+        let newest = (!self.state.is_empty()).then_some(&self.state[..]);
+        let ended = verdict(system, &ClockExit::Completed, now, [newest; 2]);
+        let mut why = self.overloads(session);
+        why.push(format!("if it ended now: {ended}"));
+        let headline = "RUNNING, no data so far".to_owned();
+        let lost = ended.is_lost();
+        lost.then_some(state(Standing::Good, "", headline, why))
+    }
+
+    /// A running run whose plant stands still.
+    fn stands_still(&self, session: &dyn RunSource, graph: &Snapshot) -> Option<VerdictData> {
+        let headline = match still(session.system(), graph)? {
+            None => "NOT MOVED: the plant made no step so far".to_owned(),
+            Some(last) => format!("STANDS STILL: the last step of the plant was at {last}"),
+        };
+        let why = self.waits(session, graph);
+        Some(state(Standing::Warned, "stands still", headline, why))
+    }
+
+    /// A running run that is not lost.
+    fn going_on(
+        &mut self,
+        session: &mut dyn RunSource,
+        graph: &Snapshot,
+        age: Option<AgeData>,
+    ) -> VerdictData {
+        let system = session.system();
+        let idle = age.is_none() && is_idle(system, graph);
+        let strain = age.map(|age| age.strain());
+        let headline = match strain {
+            Some(Strain::Falls) => "NOT LOST YET: pushes are older than it bears".to_owned(),
+            _ if idle => "NOT LOST YET: no action was applied so far".to_owned(),
+            _ => so_far(system) + self.as_before(session),
+        };
+        if idle || matches!(strain, Some(Strain::Swings | Strain::Falls)) {
+            let why = self.reasons(session, graph, age);
+            return state(Standing::Warned, "", headline, why);
+        }
+        let mut why = self.overloads(session);
+        why.extend(living(system, graph, age));
+        let turned = self.turned.iter().any(|knob| knob.kind() == KnobKind::Rate);
+        why.extend(age.filter(|_| turned).map(|_| PHASE.to_owned()));
+        state(Standing::Good, "", headline, why)
     }
 
     /// What the nodes are asked for beyond their time, with the knobs in force.
-    fn overloads(&self, session: &impl RunSource) -> Vec<String> {
+    fn overloads(&self, session: &dyn RunSource) -> Vec<String> {
         let mut setup = session.system().about().setup();
         setup.extend(self.setup(session).iter().cloned());
         session.system().warnings(&setup)
     }
 
     /// States that the run equals the previous one, if it does.
-    fn as_before(&self, session: &impl RunSource) -> &'static str {
+    fn as_before(&self, session: &dyn RunSource) -> &'static str {
         match (self.same(session), session.summary()) {
             (Some(true), Some(_)) => ": identical to the last run, bit for bit",
             (Some(true), None) => ", as in the last run, bit for bit",
@@ -139,7 +121,7 @@ impl Sampler {
     }
 
     /// Why the plant stands still.
-    fn waits(&self, session: &impl RunSource, graph: &Snapshot) -> Vec<String> {
+    fn waits(&self, session: &dyn RunSource, graph: &Snapshot) -> Vec<String> {
         let gone = gone(session, graph);
         let Some((_, node)) = moves(session.system(), graph).filter(|_| gone.is_empty()) else {
             return gone;
@@ -157,7 +139,7 @@ impl Sampler {
 
     fn reasons(
         &mut self,
-        session: &mut impl RunSource,
+        session: &mut dyn RunSource,
         graph: &Snapshot,
         age: Option<AgeData>,
     ) -> Vec<String> {
@@ -192,6 +174,15 @@ impl Sampler {
         // More load than there is time for comes before the parts of an age, which follow from it.
         reasons.extend(facts.cause(tried));
         reasons
+    }
+}
+
+fn state(standing: Standing, word: &str, headline: String, why: Vec<String>) -> VerdictData {
+    VerdictData {
+        standing,
+        word: word.to_owned(),
+        headline,
+        why,
     }
 }
 
@@ -235,19 +226,22 @@ fn moves<'g>(
 }
 
 /// A line for each process of which nothing is heard.
-fn gone(session: &impl RunSource, graph: &Snapshot) -> Vec<String> {
+fn gone(session: &dyn RunSource, graph: &Snapshot) -> Vec<String> {
     let places = graph
         .nodes
         .iter()
         .filter_map(|node| session.place(&node.name));
-    let mut lines: Vec<String> = places.filter_map(|place| place.absent).collect();
-    let mut seen = HashSet::new();
-    lines.retain(|line| seen.insert(line.clone()));
+    let mut lines = Vec::new();
+    for line in places.filter_map(|place| place.absent) {
+        if !lines.contains(&line) {
+            lines.push(line);
+        }
+    }
     lines
 }
 
 /// The state of a run that has yet to begin elsewhere, or of whose plant nothing is heard.
-fn unheard(session: &impl RunSource, graph: &Snapshot) -> Option<VerdictData> {
+fn unheard(session: &dyn RunSource, graph: &Snapshot) -> Option<VerdictData> {
     let absent = gone(session, graph);
     let plant = moves(session.system(), graph).map(|(_, node)| node);
     let place = session.place(&plant.or(graph.nodes.first())?.name)?;
@@ -261,12 +255,7 @@ fn unheard(session: &impl RunSource, graph: &Snapshot) -> Option<VerdictData> {
             ("unknown", headline)
         }
     };
-    Some(VerdictData {
-        standing: Standing::Warned,
-        word: word.to_owned(),
-        headline,
-        why: absent,
-    })
+    Some(state(Standing::Warned, word, headline, absent))
 }
 
 /// The current activity, in a sentence with current figures.

@@ -1,174 +1,126 @@
 //! A recording whose run is executed again while it is played.
 
-use std::{fs, path::Path};
+use super::{adders::Adders, *};
 
-use ratelab::ClockKind;
-
-use super::{super::player::Player, adders::Adders, *};
-use crate::recording::{Destination, Recording};
-
-fn config(knobs: &str, seconds: f64) -> Config {
+fn config(knobs: &str, until: f64) -> Config {
     Config {
         clock: ClockKind::Real,
-        end: Time::from_secs_f64(seconds).expect("a time"),
+        end: seconds(until),
         ..CartPole::config(knobs).expect("knobs")
     }
 }
 
 /// The recording of a session of `config`, begun at run time `from` (s).
-fn recorded(setup: SessionSetup, config: &Config, from: f64, folder: &Path) -> Recording {
+fn recorded(setup: SessionSetup, config: &Config, from: f64) -> Recording {
+    let folder = tempfile::tempdir().expect("a folder");
     let setup = SessionSetup {
-        record: Some(Destination::new(Some(folder.to_owned()))),
+        record: recording_to(folder.path()).record,
         ..setup
     };
     let mut app = App::new(config, setup).expect("session");
     if from > 0.0 {
         press(&mut app, "w");
-        while app.sample().is_ok() && now(&app) < from {}
+        until(&mut app, |app| {
+            let screen = app.screen();
+            screen.is_some_and(|screen| screen.frame.now >= seconds(from))
+        });
         press(&mut app, "w");
     }
-    while !app.ended() {
-        app.sample().expect("no fault");
-    }
-    let recorded = app.finish().recorded;
-    let newest = recorded.last().expect("a recording");
-    let recording = Recording::read(&newest.path).expect("readable");
-    recorded
-        .iter()
-        .for_each(|recorded| fs::remove_file(&recorded.path).expect("removed"));
-    recording
-}
-
-fn now(app: &App) -> f64 {
-    let screen = app.screen();
-    screen.map_or(0.0, |screen| screen.frame.now.as_secs_f64())
+    end(&mut app);
+    let recorded = left(app).recorded;
+    Recording::read(&recorded.last().expect("a recording").path).expect("readable")
 }
 
 /// Plays `recording`, and begins to execute its run again.
-fn played(setup: &SessionSetup, recording: Recording) -> Player {
-    let mut player = Player::new(Arc::new(recording), &setup.system);
-    player.execute_again();
-    player
+fn played(setup: SessionSetup, recording: Recording) -> App {
+    let mut app = App::of_recording(Arc::new(recording), setup);
+    app.play();
+    app.execute_again();
+    app
 }
 
-/// What the player says once it executes nothing.
-fn settled(player: &mut Player) -> String {
-    loop {
-        player.sample().expect("readable");
-        let notice = player.screen().and_then(|screen| screen.bottom.notice);
-        if let Some(notice) = notice.filter(|notice| !notice.contains("executing")) {
-            return notice.to_owned();
-        }
-    }
+/// What is said once nothing is executed.
+fn settled(app: &mut App) -> String {
+    sample(app);
+    until(app, |app| {
+        !said(app).is_empty() && !said(app).contains("executing")
+    });
+    said(app).to_owned()
 }
 
-fn key(player: &mut Player, code: KeyCode) {
-    let key = KeyEvent::new(code, KeyModifiers::NONE);
-    player.key(&key).expect("obeyed");
-}
-
-/// What the player says after a key.
-fn said(player: &mut Player, letter: char) -> String {
-    key(player, KeyCode::Char(letter));
-    settled(player)
-}
-
-fn ticks(player: &Player) -> u64 {
-    let screen = player.screen().expect("a frame");
-    screen.frame.nodes.iter().map(|node| node.ticks).sum()
+/// What is said after a key.
+fn said_to(app: &mut App, letter: char) -> String {
+    key(app, KeyCode::Char(letter));
+    settled(app)
 }
 
 #[test]
 fn a_recording_that_began_midway_is_played_from_the_start_of_the_run() {
-    let folder = tempfile::tempdir().expect("a folder");
     for clock in [ClockKind::Real, ClockKind::Virtual] {
         let config = Config {
             clock,
             speed: Speed::REAL_TIME,
             ..config("control-hz 25", 0.6)
         };
-        let recording = recorded(setup(), &config, 0.2, folder.path());
+        let recording = recorded(setup(), &config, 0.2);
         let (rows, first) = (recording.ticks[0].len(), recording.ticks[0][0].at);
-        assert!(first > Time::from_nanos(100_000_000));
-        let mut player = played(&setup(), recording);
-        let notice = settled(&mut player);
-        assert!(notice.contains("executed again"), "{notice}");
-        key(&mut player, KeyCode::Home);
-        player.sample().expect("readable");
-        let screen = player.screen().expect("a frame");
-        let begins = screen.scrubber.expect("a position").begins;
+        assert!(first > seconds(0.1));
+        let mut app = played(setup(), recording);
+        shows(&settled(&mut app), &["executed again"]);
+        key(&mut app, KeyCode::Home);
+        sample(&mut app);
+        let begins = app.screen().and_then(|screen| screen.scrubber);
+        let begins = begins.expect("a position").begins;
         // A busy machine begins late under the real clock, but not that late.
         let limit = match clock {
-            ClockKind::Virtual => Time::from_nanos(20_000_000),
+            ClockKind::Virtual => seconds(0.02),
             ClockKind::Real => first,
         };
         assert!(begins < limit, "{begins}");
-        key(&mut player, KeyCode::End);
-        player.sample().expect("readable");
-        let screen = player.screen().expect("a frame");
-        assert!(screen.frame.nodes[0].ticks > rows as u64);
+        key(&mut app, KeyCode::End);
+        sample(&mut app);
+        assert!(frame(&app).nodes[0].ticks > rows as u64);
     }
 }
 
 #[test]
 fn a_recording_that_this_program_runs_differently_is_shown_from_its_rows() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let mut recording = recorded(setup(), &config("", 0.2), 0.0, folder.path());
+    let mut recording = recorded(setup(), &config("", 0.2), 0.0);
     let tick = recording.ticks[1].last_mut().expect("a tick");
     tick.took = tick.took.map(|took| took + Duration::from_nanos(1));
-    let mut player = played(&setup(), recording);
-    let notice = settled(&mut player);
-    assert!(
-        notice.contains("shown from its rows: this program"),
-        "{notice}"
-    );
-    assert!(player.screen().is_some());
+    let mut app = played(setup(), recording);
+    shows(&settled(&mut app), &["shown from its rows: this program"]);
+    assert!(app.screen().is_some());
 }
 
 #[test]
 fn ticks_that_overlap_are_stepped_through_operation_by_operation() {
-    let folder = tempfile::tempdir().expect("a folder");
     let setup = SessionSetup::new(Arc::new(Adders::default()), false);
     let config = Config {
         clock: ClockKind::Real,
-        end: Time::from_nanos(100_000_000),
+        end: seconds(0.1),
         ..Config::default()
     };
-    let recording = recorded(setup.clone(), &config, 0.0, folder.path());
-    let mut player = played(&setup, recording);
+    let recording = recorded(setup.clone(), &config, 0.0);
+    let mut app = played(setup, recording);
     // The first ticks overlap, too.
-    key(&mut player, KeyCode::Home);
+    key(&mut app, KeyCode::Home);
     let first = loop {
-        let first = said(&mut player, 'o');
+        let first = said_to(&mut app, 'o');
         if first != "the run is still executed again" {
             break first;
         }
     };
-    assert!(
-        first.contains(": operation 1 of ") && first.contains(" locks "),
-        "{first}"
-    );
-    let drawn = |player: &Player| {
-        let mut terminal = Terminal::new(TestBackend::new(80, 24)).expect("terminal");
-        let drawn = terminal.draw(|frame| view::render(player.screen().as_ref(), &PLAIN, frame));
-        drawn.expect("drawn");
-        terminal.backend().to_string()
-    };
-    let screen = drawn(&player);
-    assert!(
-        screen.contains("operation 1 of") && screen.contains('▶'),
-        "{screen}"
-    );
-    let before = ticks(&player);
-    let second = said(&mut player, 'o');
-    assert!(second.contains(": operation 2 of "), "{second}");
-    assert_eq!(said(&mut player, 'O'), first);
-    assert_eq!(ticks(&player), before);
+    shows(&first, &[": operation 1 of ", " locks "]);
+    shows(&small(&app), &["operation 1 of", "▶"]);
+    let before = ticks(&app);
+    shows(&said_to(&mut app, 'o'), &[": operation 2 of "]);
+    assert_eq!(said_to(&mut app, 'O'), first);
+    assert_eq!(ticks(&app), before);
     // A step by ticks leaves it.
-    key(&mut player, KeyCode::Char('.'));
-    player.sample().expect("readable");
-    assert!(!drawn(&player).contains("operation 1 of"));
-    key(&mut player, KeyCode::End);
-    let none = said(&mut player, 'o');
-    assert!(none.contains("no ticks overlap after this"), "{none}");
+    press(&mut app, ".");
+    sample(&mut app);
+    assert!(!small(&app).contains("operation 1 of"));
+    key(&mut app, KeyCode::End);
+    shows(&said_to(&mut app, 'o'), &["no ticks overlap after this"]);
 }

@@ -1,17 +1,16 @@
 //! The age in the header and its parts, in graphs with triggers and executors.
 
-use ratelab::{Speed, Time};
-use ratelab_study::{experiment::Config, graph_file::GraphFile, system::System};
+use ratelab_study::{graph_file::GraphFile, system::System};
 
 use super::*;
 
 /// A session with the graph in `text`.
-fn session(text: &str, speed: Speed) -> App {
+fn graph(text: &str, speed: Speed) -> App {
     let known: Arc<dyn System> = Arc::new(CartPole::default());
     let system = GraphFile::parse(text).expect("a graph").system(&[known]);
     let system = Arc::new(system.expect("a graph"));
     let config = Config {
-        end: Time::from_secs_f64(7.3).expect("a time"),
+        end: seconds(7.3),
         speed,
         setup: system.about().setup(),
         ..Config::default()
@@ -19,15 +18,16 @@ fn session(text: &str, speed: Speed) -> App {
     App::new(&config, SessionSetup::new(system, false)).expect("session")
 }
 
+/// A session with the graph in `text` whose run is over.
+fn over(text: &str) -> App {
+    let mut app = graph(text, Speed::Unlimited);
+    end(&mut app);
+    app
+}
+
 /// The age of the header (ms), and the sum of its parts as they are printed.
 fn header(text: &str) -> Option<(u64, u64)> {
-    let mut app = session(text, Speed::Unlimited);
-    while !app.ended() {
-        app.sample().expect("no fault");
-        std::thread::yield_now();
-    }
-    app.sample().expect("no fault");
-    let screen = screen(&app, &PLAIN, 160, 50);
+    let screen = large(&over(text));
     let line = screen.lines().find(|line| line.contains(" held "))?;
     let digits = |text: &str| -> u64 {
         let digits: String = text.chars().filter(char::is_ascii_digit).collect();
@@ -90,21 +90,13 @@ fn the_parts_in_the_header_add_up_to_the_age() {
 fn a_refused_clock_is_not_the_one_shown_and_the_reason_is() {
     let text = PAIR.replace("MATCH", "each").replace("KIND", "edf:1");
     let deadline = "[node.stereo]\ndeadline_ms = 20";
-    let mut app = session(
-        &text.replace("[node.stereo]", deadline),
-        Speed::times(1.0).expect("a speed"),
-    );
+    let mut app = graph(&text.replace("[node.stereo]", deadline), Speed::REAL_TIME);
     // The second time as the first: it asks for the other clock again.
     for _ in 0..2 {
-        app.desk_mut().notice = None;
         press(&mut app, "c");
-        while app.desk().notice.is_none() {
-            app.sample().expect("no fault");
-            std::thread::yield_now();
-        }
-        let notice = app.desk().notice.clone().unwrap_or_default();
-        assert!(notice.contains("no executor edf:1"), "{notice}");
-        assert!(screen(&app, &PLAIN, 80, 24).contains("no executor edf:1"));
+        until(&mut app, |app| app.notice.is_some());
+        shows(said(&app), &["no executor edf:1"]);
+        shows(&small(&app), &["no executor edf:1"]);
     }
 }
 
@@ -133,20 +125,13 @@ age_ms = 120
 #[test]
 fn no_higher_rate_is_advised_where_there_is_no_time_for_it() {
     for (cost, advised) in [("0.1", true), ("178", false)] {
-        let mut app = session(&SHARED.replace("COST", cost), Speed::Unlimited);
-        while !app.ended() {
-            app.sample().expect("no fault");
-            std::thread::yield_now();
+        let verdict = verdict(&over(&SHARED.replace("COST", cost)));
+        for (part, said) in [
+            ("raise rate planner", advised),
+            ("no time for a higher rate", !advised),
+        ] {
+            assert_eq!(verdict.contains(part), said, "{cost}: {part} in {verdict}");
         }
-        app.sample().expect("no fault");
-        let verdict = verdict(&app);
-        assert_eq!(
-            verdict.contains("raise rate planner"),
-            advised,
-            "{cost}: {verdict}"
-        );
-        let none = verdict.contains("no time for a higher rate");
-        assert_eq!(none, !advised, "{cost}: {verdict}");
     }
 }
 
@@ -156,15 +141,11 @@ fn a_limit_is_not_called_kept_before_the_first_data() {
         .replace("COST", "1")
         .replace("rate = 5", "rate = 0.2");
     let text = text.replace("takes = 20", "takes = 20\noffset = 4000");
-    let mut app = session(&text, Speed::times(1.0).expect("a speed"));
-    while app
-        .screen()
-        .is_none_or(|screen| screen.frame.now == Time::ZERO)
-    {
-        app.sample().expect("no fault");
-        std::thread::yield_now();
-    }
-    let verdict = verdict(&app);
-    assert!(verdict.contains("no data so far"), "{verdict}");
-    assert!(verdict.contains("no data came through see"), "{verdict}");
+    let mut app = graph(&text, Speed::REAL_TIME);
+    sample(&mut app);
+    until(&mut app, |app| frame(app).now > Time::ZERO);
+    shows(
+        &verdict(&app),
+        &["no data so far", "no data came through see"],
+    );
 }

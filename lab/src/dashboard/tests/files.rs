@@ -1,28 +1,37 @@
 //! Files that change, or go away, while the lab uses them.
 
-use std::{fs, path::Path};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
-use ratelab::{Command, Knob, Speed, Time};
-use ratelab_study::experiment::Config;
+use ratelab::{Command, Knob};
 
 use super::*;
-use crate::{dashboard::sampler::RunSource, recording::Destination};
+
+/// A folder with a file for the weights of a policy.
+fn folder() -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().expect("folder");
+    let file = folder.path().join("x.safetensors");
+    write(&file, "patient.safetensors");
+    (folder, file)
+}
+
+/// Writes the weights of that name, from the folder of policies.
+fn write(file: &Path, name: &str) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../policies");
+    let weights = fs::read(folder.join(name)).expect("weights");
+    fs::write(file, weights).expect("written");
+}
 
 /// A run that goes on, of the policy in `file`.
 fn config_of(file: &Path) -> Config {
     let knob = format!("policy {}", file.display());
     let config = Config {
-        end: Time::MAX,
-        speed: Speed::REAL_TIME,
-        ..CartPole::config(&knob).expect("a knob")
+        setup: CartPole::config(&knob).expect("a knob").setup,
+        ..endless()
     };
     config.resolved(&CartPole::default()).expect("weights")
-}
-
-/// The weights of that name, from the folder of policies.
-fn weights(name: &str) -> Vec<u8> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../policies");
-    fs::read(folder.join(name)).expect("weights")
 }
 
 /// The policy that a run of `config` begins with.
@@ -30,86 +39,63 @@ fn policy(config: &Config) -> Option<String> {
     config.setup.message("policy").map(str::to_owned)
 }
 
-/// The policy that the session was started with.
-fn started(app: &App) -> Option<String> {
-    policy(app.desk().run.config())
-}
-
-/// Does all that is to be done before `what` is so.
-fn until(app: &mut App, what: impl Fn(&App) -> bool) {
-    while !what(app) {
-        app.sample().expect("no fault");
-        std::thread::yield_now();
-    }
-}
-
 #[test]
 fn a_policy_that_was_written_anew_runs_after_a_restart() {
+    let started = |app: &App| policy(app.shown.run.config());
     for keys in ["r", "n", "m\n"] {
-        let folder = tempfile::tempdir().expect("folder");
-        let file = folder.path().join("x.safetensors");
-        fs::write(&file, weights("patient.safetensors")).expect("written");
-        let mut app = App::new(&config_of(&file), setup()).expect("session");
-        app.sample().expect("no fault");
+        let (_folder, file) = folder();
+        let mut app = session(config_of(&file));
+        sample(&mut app);
         let first = started(&app);
-        fs::write(&file, weights("prompt.safetensors")).expect("written");
+        write(&file, "prompt.safetensors");
         press(&mut app, keys);
         until(&mut app, |app| started(app) != first);
         assert_eq!(started(&app), policy(&config_of(&file)), "{keys:?}");
-        app.finish().ended.expect("no fault");
+        leave(app);
     }
 }
 
 #[test]
 fn a_policy_that_is_gone_leaves_the_run_as_it_is() {
     for keys in ["r", "n", "N", "m\n"] {
-        let folder = tempfile::tempdir().expect("folder");
-        let file = folder.path().join("x.safetensors");
-        fs::write(&file, weights("patient.safetensors")).expect("written");
-        let config = Config {
+        let (_folder, file) = folder();
+        let mut app = session(Config {
             seed: 7,
             ..config_of(&file)
-        };
-        let mut app = App::new(&config, setup()).expect("session");
-        app.sample().expect("no fault");
+        });
+        sample(&mut app);
         fs::remove_file(&file).expect("removed");
         press(&mut app, keys);
-        let notice = app.desk().notice.clone().unwrap_or_default();
-        assert!(notice.contains("x.safetensors"), "{keys:?}: {notice:?}");
+        shows(said(&app), &["x.safetensors"]);
         assert!(!app.ended(), "{keys:?} ended the run");
         // The next restart is not of what was refused.
-        fs::write(&file, weights("patient.safetensors")).expect("written");
+        write(&file, "patient.safetensors");
         press(&mut app, "r");
-        assert_eq!(app.desk().run.config().seed, 7, "{keys:?}");
-        app.finish().ended.expect("no fault");
+        assert_eq!(app.shown.run.config().seed, 7, "{keys:?}");
+        leave(app);
     }
 }
 
 #[test]
 fn a_refused_policy_is_not_what_the_next_key_goes_on_from() {
-    let folder = tempfile::tempdir().expect("folder");
-    let file = folder.path().join("x.safetensors");
-    fs::write(&file, weights("patient.safetensors")).expect("written");
+    let (_folder, file) = folder();
     let refused = policy(&config_of(&file)).expect("a policy");
-    fs::write(&file, weights("prompt.safetensors")).expect("written");
-    let config = Config {
-        end: Time::MAX,
-        speed: Speed::REAL_TIME,
-        ..Config::default()
-    };
-    let mut app = App::new(&config, setup()).expect("session");
-    app.press_unchecked(Knob::Send {
+    write(&file, "prompt.safetensors");
+    let mut app = session(endless());
+    let knob = Knob::Send {
         node: "policy".to_owned(),
         text: refused,
-    });
-    until(&mut app, |app| app.events(Time::MAX).next().is_some());
-    let notice = app.desk().notice.clone().unwrap_or_default();
-    assert!(notice.contains("SHA-256"), "{notice:?}");
+    };
+    // Unchecked.
+    app.shown.run.send(knob.clone().into());
+    app.knobs.pending.push(knob);
+    until(&mut app, |app| !app.shown.events.is_empty());
+    shows(said(&app), &["SHA-256"]);
     press(&mut app, "p");
-    until(&mut app, |app| app.events(Time::MAX).nth(1).is_some());
-    let swapped = app.events(Time::MAX).nth(1).map(ToString::to_string);
-    assert!(swapped.is_some_and(|event| event.contains("policy: lqr (was scripted)")));
-    app.finish().ended.expect("no fault");
+    until(&mut app, |app| app.shown.events.len() > 1);
+    let swapped = app.shown.events[1].to_string();
+    shows(&swapped, &["policy: lqr (was scripted)"]);
+    leave(app);
 }
 
 #[test]
@@ -117,60 +103,40 @@ fn a_recording_that_cannot_begin_lets_the_run_go_on() {
     let folder = tempfile::tempdir().expect("folder");
     let place = folder.path().join("recordings");
     fs::create_dir(&place).expect("a folder");
-    let setup = SessionSetup {
-        record: Some(Destination::new(Some(place.clone()))),
-        ..setup()
-    };
-    let config = Config {
-        end: Time::MAX,
-        speed: Speed::REAL_TIME,
-        ..Config::default()
-    };
-    let mut app = App::new(&config, setup).expect("session");
+    let mut app = App::new(&endless(), recording_to(&place)).expect("session");
     press(&mut app, "w");
-    until(&mut app, |app| {
-        app.desk()
-            .notice
-            .as_deref()
-            .is_some_and(|n| n.contains("recorded"))
-    });
+    until(&mut app, |app| said(app).contains("recorded"));
     press(&mut app, "w");
     // A file is where the folder was: nothing can be recorded there.
     fs::remove_dir_all(&place).expect("removed");
     fs::write(&place, "").expect("a file");
     press(&mut app, "r");
-    let notice = app.desk().notice.clone().unwrap_or_default();
     // The recorder that runs may notice first that its file is gone.
     let noticed = ["cannot record", "the file is gone from its folder"];
+    let notice = said(&app);
     assert!(noticed.iter().any(|why| notice.contains(why)), "{notice:?}");
     assert!(!app.ended());
-    let left = app.finish();
+    let left = left(app);
     left.ended.expect("no fault");
     assert!(left.unrecorded.is_some(), "the exit code tells nothing");
 }
 
 #[test]
 fn rows_go_to_a_file_that_stays_until_the_next_run_begins() {
-    let folder = tempfile::tempdir().expect("folder");
-    let (policy, rows) = (
-        folder.path().join("x.safetensors"),
-        folder.path().join("rows.csv"),
-    );
-    fs::write(&policy, weights("patient.safetensors")).expect("written");
+    let (folder, policy) = folder();
+    let file = folder.path().join("rows.csv");
+    let rows = || fs::read_to_string(&file).map_or(0, |rows| rows.lines().count());
     let setup = SessionSetup {
-        csv: Some(rows.clone()),
+        csv: Some(file.clone()),
         ..setup()
     };
     let mut app = App::new(&config_of(&policy), setup).expect("session");
-    until(&mut app, |_| {
-        fs::read_to_string(&rows).is_ok_and(|rows| rows.lines().count() > 3)
-    });
+    until(&mut app, |_| rows() > 3);
     fs::remove_file(&policy).expect("removed");
     press(&mut app, "r");
-    assert!(fs::read_to_string(&rows).expect("rows").lines().count() > 3);
-    app.desk().run.send(Command::Stop);
+    assert!(rows() > 3);
+    app.shown.run.send(Command::Stop);
     until(&mut app, App::ended);
-    let steps = app.finish().ended.expect("no fault").summary.steps;
-    let written = fs::read_to_string(&rows).expect("rows");
-    assert_eq!(written.lines().count() as u64, steps + 1);
+    let steps = left(app).ended.expect("no fault").summary.steps;
+    assert_eq!(rows() as u64, steps + 1);
 }

@@ -1,20 +1,13 @@
 //! Typing knobs: completion, history, and what is given back.
 
-use ratelab::Knob;
-
 use super::*;
-
-fn key(app: &mut App, code: KeyCode) {
-    app.key(&KeyEvent::new(code, KeyModifiers::NONE))
-        .expect("obeyed");
-}
 
 /// What is typed after `typed` and so many times Tab.
 fn completed(typed: &str, tabs: usize) -> Option<String> {
     let mut app = running();
     press(&mut app, &format!(":{typed}"));
     (0..tabs).for_each(|_| key(&mut app, KeyCode::Tab));
-    app.desk().prompt.typed().map(str::to_owned)
+    app.prompt.typed().map(str::to_owned)
 }
 
 #[test]
@@ -25,6 +18,7 @@ fn tab_completes_names_then_targets_then_choices_and_goes_round() {
         ("rate ", 2, "rate policy "),
         ("rate ", 4, "rate sensor "),
         ("depth /a", 1, "depth /action "),
+        ("takes pol", 1, "takes policy "),
         ("policy l", 1, "policy lqr"),
         ("send policy ", 2, "send policy lqr"),
         // The name is whole, and what follows it is completed.
@@ -41,26 +35,24 @@ fn tab_completes_names_then_targets_then_choices_and_goes_round() {
 fn up_and_down_go_through_what_was_entered() {
     let mut app = running();
     press(&mut app, ":rate policy 20\n:rate sensor 30\n:dep");
-    let mut seen = Vec::new();
-    for code in [
-        KeyCode::Up,
-        KeyCode::Up,
-        KeyCode::Up,
-        KeyCode::Down,
-        KeyCode::Down,
+    let (first, last) = ("rate policy 20", "rate sensor 30");
+    for (code, shown) in [
+        (KeyCode::Up, last),
+        (KeyCode::Up, first),
+        (KeyCode::Up, first),
+        (KeyCode::Down, last),
+        (KeyCode::Down, "dep"),
     ] {
         key(&mut app, code);
-        seen.push(app.desk().prompt.typed().unwrap_or_default().to_owned());
+        assert_eq!(app.prompt.typed(), Some(shown));
     }
-    let (first, last) = ("rate policy 20", "rate sensor 30");
-    assert_eq!(seen, [last, first, first, last, "dep"]);
     assert_eq!(rate(&app, "policy"), Some(20.0));
 }
 
 #[test]
 fn what_is_refused_is_given_back_and_what_is_allowed_is_printed_in_full() {
     for (typed, allowed) in [
-        ("control-hz 0", "control-hz 0"),
+        ("control-hz 0", ""),
         ("rate nobody 5", "expected sensor, policy, actuator"),
         ("depth /nowhere 5", "expected /obs, /action, /state"),
         (
@@ -72,33 +64,22 @@ fn what_is_refused_is_given_back_and_what_is_allowed_is_printed_in_full() {
     ] {
         let mut app = running();
         press(&mut app, &format!(":{typed}\n"));
-        assert_eq!(
-            app.desk().prompt.typed(),
-            Some(typed),
-            "it is not given back"
-        );
-        let refusal = app.desk().prompt.refusal().expect("a refusal").to_owned();
-        if typed != allowed {
-            assert!(refusal.contains(allowed), "{refusal}");
-        }
-        assert!(!app.wanted().setup.iter().any(|_| true), "{typed} stays");
+        assert_eq!(app.prompt.typed(), Some(typed), "it is not given back");
+        let refusal = app.prompt.refusal().expect("a refusal").to_owned();
+        shows(&refusal, &[allowed]);
+        assert_eq!(set(&app), [""; 0], "{typed} stays");
         // All of it is on the screen, in as many lines as it takes.
-        let narrow = screen(&app, &PLAIN, 40, 12).replace(['"', '\n'], " ");
+        let narrow = screen(&app, 40, 12).replace(['"', '\n'], " ");
         let drawn: Vec<&str> = narrow.split_whitespace().collect();
-        for word in refusal
-            .replace('"', " ")
-            .split_whitespace()
-            .filter(|word| word.len() < 30)
-        {
+        let words = refusal.replace('"', " ");
+        for word in words.split_whitespace().filter(|word| word.len() < 30) {
             assert!(drawn.contains(&word), "{word} of {refusal:?} in {narrow}");
         }
         // Edited, it is accepted.
         (0..typed.len()).for_each(|_| key(&mut app, KeyCode::Backspace));
         press(&mut app, "control-hz 7.5\n");
-        assert_eq!(
-            (app.desk().prompt.typed(), rate(&app, "policy")),
-            (None, Some(7.5))
-        );
+        assert_eq!(app.prompt.typed(), None);
+        assert_eq!(rate(&app, "policy"), Some(7.5));
     }
 }
 
@@ -106,46 +87,41 @@ fn what_is_refused_is_given_back_and_what_is_allowed_is_printed_in_full() {
 fn a_knob_that_no_graph_would_take_is_refused_after_the_run_too() {
     let mut app = ended(Config::default());
     press(&mut app, ":send sensor hello\n");
-    assert!(
-        app.desk()
-            .prompt
-            .refusal()
-            .is_some_and(|why| why.contains("sensor"))
-    );
-    assert_eq!(app.wanted().setup.iter().count(), 0);
+    shows(app.prompt.refusal().expect("a refusal"), &["sensor"]);
+    assert_eq!(set(&app), [""; 0]);
     press(&mut app, "r");
-    app.key(&KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE))
-        .expect("obeyed");
+    key(&mut app, KeyCode::Esc);
     press(&mut app, "r");
-    app.sample().expect("no fault");
-    assert_eq!(app.desk().notice, None);
+    sample(&mut app);
+    assert_eq!(app.notice, None);
 }
 
 #[test]
 fn a_knob_of_any_node_counts_for_the_next_run() {
     let mut app = ended(Config::default());
     press(&mut app, ":offset actuator 5\n");
-    assert!(
-        app.desk()
-            .notice
-            .as_deref()
-            .is_some_and(|n| n.contains("offset actuator 5"))
-    );
+    shows(said(&app), &["offset actuator 5"]);
     press(&mut app, "r");
-    let setup = app.wanted().setup;
-    let offset = |knob: &Knob| matches!(knob, Knob::Offset { node, .. } if node == "actuator");
-    assert!(setup.iter().any(offset));
+    assert_eq!(set(&app), ["offset actuator 5"]);
 }
 
 #[test]
-fn knobs_of_time_are_completed_and_turned() {
+fn knobs_of_time_are_turned() {
     let mut app = running();
-    press(&mut app, ":takes pol");
-    key(&mut app, KeyCode::Tab);
-    assert_eq!(app.desk().prompt.typed(), Some("takes policy "));
-    press(&mut app, "30..60\n:offset sensor 5\n:wakes actuator 1\n");
-    let knobs = app.wanted().setup;
-    let knobs: Vec<String> = knobs.iter().map(ToString::to_string).collect();
+    press(&mut app, ":takes policy 30..60\n");
+    press(&mut app, ":offset sensor 5\n:wakes actuator 1\n");
     let expected = ["takes policy 30..60", "offset sensor 5", "wakes actuator 1"];
-    assert_eq!(knobs, expected);
+    assert_eq!(set(&app), expected);
+}
+
+#[test]
+fn a_paste_is_text_where_text_is_typed_and_nothing_elsewhere() {
+    let mut app = ended(Config::default());
+    app.paste("qwe\r");
+    assert!(!app.quit && app.prompt.typed().is_none());
+    press(&mut app, ":");
+    app.paste("control-hz\r\n7.5\n");
+    assert_eq!(app.prompt.typed(), Some("control-hz  7.5 "));
+    press(&mut app, "\n");
+    assert_eq!(rate(&app, "policy"), Some(7.5));
 }

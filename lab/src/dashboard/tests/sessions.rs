@@ -1,20 +1,19 @@
 //! What keys do to a session, and how sessions end.
 
-use std::time::Duration;
+use std::time::Instant;
 
-use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-use ratatui::{Terminal, backend::TestBackend};
-use ratelab::{ClockKind, Speed, Time};
-use ratelab_cart_pole::{Action, CartPole, Observation, policy::Policy};
+use crossterm::event::{KeyEvent, KeyModifiers};
+use ratelab_cart_pole::{Action, Observation, policy::Policy};
 use ratelab_study::{
-    experiment::{Config, Experiment, Summary},
+    experiment::{Experiment, Summary},
     system::Verdict,
 };
 
 use super::*;
 
-/// The knobs that were turned.
-fn turned(summary: &Summary) -> Vec<String> {
+/// The knobs that were turned in a run that goes on.
+fn turned(app: App) -> Vec<String> {
+    let summary = left(app).ended.expect("no fault").summary;
     let knobs = summary.knobs();
     knobs.iter().map(|timed| timed.knob.to_string()).collect()
 }
@@ -34,38 +33,22 @@ impl Policy for Broken {
 }
 
 #[test]
-fn keys_turn_the_knobs_of_the_running_graph() {
-    let config = Config {
-        speed: Speed::times(1.0).expect("speed"),
-        end: Time::MAX,
-        ..Config::default()
-    };
-    let (app, _) = typed(config, &chars("[[}>"));
-    let summary = app.finish().ended.expect("no fault").summary;
-    assert_eq!(
-        turned(&summary),
-        [
-            "rate policy 40",
-            "rate policy 30",
-            "rate sensor 60",
-            "depth /obs 2",
-            "depth /action 2",
-        ]
-    );
-}
-
-#[test]
-fn an_exact_value_can_be_typed() {
-    let config = Config {
-        speed: Speed::REAL_TIME,
-        end: Time::MAX,
-        ..Config::default()
-    };
-    let mut keys = chars(":control-hz 7.5");
-    keys.push(KeyCode::Enter);
-    let (app, _) = typed(config, &keys);
-    let summary = app.finish().ended.expect("no fault").summary;
-    assert_eq!(turned(&summary), ["rate policy 7.5"]);
+fn keys_and_typed_values_turn_the_knobs_of_the_running_graph() {
+    for (keys, knobs) in [
+        (
+            "[[}>",
+            &[
+                "rate policy 40",
+                "rate policy 30",
+                "rate sensor 60",
+                "depth /obs 2",
+                "depth /action 2",
+            ][..],
+        ),
+        (":control-hz 7.5\n", &["rate policy 7.5"]),
+    ] {
+        assert_eq!(turned(typed(endless(), keys)), knobs);
+    }
 }
 
 #[test]
@@ -83,20 +66,10 @@ fn a_node_that_fails_or_panics_ends_the_dashboard_with_its_fault() {
             };
             let policy = policy.clone();
             let system = CartPole::with_policy(move |_| Box::new(policy.clone()));
-            let setup = SessionSetup {
-                system: Arc::new(system),
-                ..setup()
-            };
+            let setup = SessionSetup::new(Arc::new(system), true);
             let mut app = App::new(&config, setup).expect("session");
-            let mut terminal = Terminal::new(TestBackend::new(80, 24)).expect("terminal");
-            let mut nobody = Typist::default();
-            let quit = AtomicBool::new(false);
-            let end = run(&mut terminal, &mut nobody, &mut app, &options(), &quit);
-            let fault = end.expect_err("a fault").to_string();
-            assert!(
-                fault.contains("\"policy\"") && fault.contains(said),
-                "{fault}"
-            );
+            let fault = in_the_loop(&mut app, &[]).expect_err("a fault").to_string();
+            shows(&fault, &["\"policy\"", said]);
             assert_eq!(fault.lines().count(), 1);
         }
     }
@@ -105,141 +78,109 @@ fn a_node_that_fails_or_panics_ends_the_dashboard_with_its_fault() {
 #[test]
 fn a_session_that_nobody_watched_for_long_still_ends_at_once() {
     // Flat out, the taps are full long before this is over.
-    let config = Config {
+    let app = session(Config {
         end: Time::MAX,
         ..Config::default()
-    };
-    let app = App::new(&config, setup()).expect("session");
-    std::thread::sleep(Duration::from_secs(2));
-    app.finish().ended.expect("no fault");
+    });
+    thread::sleep(Duration::from_secs(2));
+    leave(app);
 }
 
 #[test]
 fn keys_go_on_from_where_the_timed_knobs_led() {
-    let config = Config {
+    let mut app = session(Config {
         speed: Speed::times(10.0).expect("speed"),
         end: Time::MAX,
-        knobs: CartPole::KNOBS
-            .parse_list("0 control-hz 20")
-            .expect("knobs"),
-        ..Config::default()
-    };
-    let mut app = App::new(&config, setup()).expect("session");
-    while app.events(Time::MAX).next().is_none() {
-        app.sample().expect("no fault");
-    }
-    app.sample().expect("no fault");
+        ..timed("0 control-hz 20")
+    });
+    until(&mut app, |app| !app.shown.events.is_empty());
+    sample(&mut app);
     press(&mut app, "[");
-    let summary = app.finish().ended.expect("no fault").summary;
-    assert_eq!(turned(&summary), ["rate policy 20", "rate policy 15"]);
+    assert_eq!(turned(app), ["rate policy 20", "rate policy 15"]);
 }
 
 #[test]
 fn keys_count_even_before_the_graph_has_heard_of_the_last() {
-    let config = Config {
-        speed: Speed::REAL_TIME,
-        end: Time::MAX,
-        ..Config::default()
-    };
-    let mut app = App::new(&config, setup()).expect("session");
+    let mut app = session(endless());
     press(&mut app, "  cccc");
-    let summary = app.finish().ended.expect("no fault").summary;
+    let summary = left(app).ended.expect("no fault").summary;
     let told: Vec<String> = summary.events.iter().map(|e| e.to_string()).collect();
-    let count = |what: &str| told.iter().filter(|event| event.contains(what)).count();
-    assert_eq!(
-        (count("pause"), count("resume"), count("refused")),
-        (1, 1, 0),
-        "{told:?}"
-    );
-    assert_eq!(
-        (count("real clock"), count("virtual clock")),
-        (2, 2),
-        "{told:?}"
-    );
+    for (what, count) in [
+        ("pause", 1),
+        ("resume", 1),
+        ("refused", 0),
+        ("real clock", 2),
+        ("virtual clock", 2),
+    ] {
+        let found = told.iter().filter(|event| event.contains(what)).count();
+        assert_eq!(found, count, "{what} in {told:?}");
+    }
 }
 
 #[test]
 fn control_c_leaves_while_a_value_is_being_typed() {
     let mut app = ended(Config::default());
     press(&mut app, ":con");
-    let key = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
-    app.key(&key).expect("obeyed");
-    assert!(app.desk().quit);
+    app.key(&KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL));
+    assert!(app.quit);
 }
 
 #[test]
 fn a_pause_is_one_picture_however_long_it_lasts() {
-    let config = Config {
-        speed: Speed::REAL_TIME,
-        end: Time::MAX,
-        ..Config::default()
-    };
-    let mut app = App::new(&config, setup()).expect("session");
+    let mut app = session(endless());
     press(&mut app, " ");
-    let begun = std::time::Instant::now();
+    let begun = Instant::now();
     while begun.elapsed() < Duration::from_millis(2500) {
-        app.sample().expect("no fault");
-        std::thread::sleep(Duration::from_millis(10));
+        sample(&mut app);
+        thread::sleep(Duration::from_millis(10));
     }
     press(&mut app, ",");
     let kept = app.looking_back().map_or(1, |(_, kept)| kept);
     assert!(kept <= 4, "{kept} pictures of a graph that stood still");
-    app.finish().ended.expect("no fault");
+    leave(app);
 }
 
 #[test]
-fn the_end_of_the_presets_is_printed() {
-    let mut app = ended(Config::default());
-    app.key(&KeyEvent::new(KeyCode::Char('<'), KeyModifiers::NONE))
-        .expect("obeyed");
-    assert!(
-        app.desk()
-            .notice
-            .as_deref()
-            .is_some_and(|notice| notice.contains("lowest, 1"))
-    );
-}
-
-#[test]
-fn the_real_clock_says_that_it_has_no_speed_and_cannot_step() {
-    let config = Config {
-        clock: ClockKind::Real,
-        end: Time::MAX,
-        ..Config::default()
-    };
-    let (mut app, _) = typed(config, &[]);
-    for (key, said) in [('+', "no speed"), ('.', "cannot step")] {
-        app.key(&KeyEvent::new(KeyCode::Char(key), KeyModifiers::NONE))
-            .expect("obeyed");
-        assert!(
-            app.desk()
-                .notice
-                .as_deref()
-                .is_some_and(|notice| notice.contains(said)),
-            "{key}"
-        );
+fn a_key_that_cannot_be_obeyed_says_why() {
+    let mut over = ended(Config::default());
+    for (keys, reason) in [
+        ("<", "the depth of /obs and /action is at its lowest, 1"),
+        (
+            ":control-hz 1000\n]",
+            "the rate of policy is at its highest, 1000 Hz",
+        ),
+    ] {
+        press(&mut over, keys);
+        assert_eq!(said(&over), reason);
     }
-    app.finish().ended.expect("no fault");
+    let mut app = typed(
+        Config {
+            clock: ClockKind::Real,
+            ..endless()
+        },
+        "",
+    );
+    for (key, reason) in [("+", "no speed"), (".", "cannot step")] {
+        press(&mut app, key);
+        shows(said(&app), &[reason]);
+    }
+    leave(app);
 }
 
 #[test]
 fn a_session_with_live_keys_is_the_headless_run_with_its_knobs() {
     let config = Config {
         speed: Speed::times(20.0).expect("speed"),
-        end: Time::from_nanos(30_000_000_000),
+        end: seconds(30.0),
         ..Config::default()
     };
-    let (mut app, _) = typed(config.clone(), &chars("[[ . .. >[[[[  ]]"));
-    while !app.ended() {
-        app.sample().expect("no fault");
-    }
-    app.sample().expect("no fault");
-    let summary = app.finish().ended.expect("no fault").summary;
+    let mut app = typed(config.clone(), "[[ . .. >[[[[  ]]");
+    end(&mut app);
+    let summary = left(app).ended.expect("no fault").summary;
     assert!(
         summary.knobs().len() >= 8,
         "the keys came too late to count"
     );
-
     let headless = Config {
         speed: Speed::Unlimited,
         knobs: summary.knobs(),
@@ -265,24 +206,15 @@ fn figures(summary: &Summary) -> (Verdict, u64, Vec<u64>, Duration, Vec<[u64; 2]
 
 #[test]
 fn a_policy_is_swapped_while_the_run_goes_on_and_the_status_says_so() {
-    let config = Config {
-        end: Time::MAX,
-        speed: Speed::REAL_TIME,
-        ..Config::default()
-    };
-    let mut app = App::new(&config, setup()).expect("session");
-    let key = KeyEvent::new(KeyCode::Char('p'), KeyModifiers::NONE);
-    app.key(&key).expect("no fault");
-    let policy = |app: &App| app.screen().map(|shown| shown.frame.settings.join(", "));
-    while policy(&app).is_none_or(|policy| policy == "policy scripted") {
-        std::thread::sleep(Duration::from_millis(1));
-        app.sample().expect("no fault");
-    }
+    let mut app = session(endless());
+    press(&mut app, "p");
+    sample(&mut app);
+    let policy = |app: &App| frame(app).settings.join(", ");
+    until(&mut app, |app| policy(app) != "policy scripted");
     // Those that drop the pole come last.
-    assert_eq!(policy(&app).as_deref(), Some("policy lqr"));
-    let ended = app.finish().ended.expect("no fault");
-    assert!(!ended.summary.verdict.is_lost());
-    assert_eq!(turned(&ended.summary), ["send policy lqr"]);
+    assert_eq!(policy(&app), "policy lqr");
+    assert!(!verdict(&app).contains("FELL"));
+    assert_eq!(turned(app), ["send policy lqr"]);
 }
 
 #[test]
@@ -293,9 +225,7 @@ fn the_smallest_screen_shows_that_the_world_waits_where_it_matters() {
         ("link /action delay:10", true),
         ("hang policy 50", true),
     ] {
-        let mut app = ended(CartPole::config(knob).expect("a knob"));
-        app.sample().expect("no fault");
-        let drawn = screen(&app, &PLAIN, 80, 24);
+        let drawn = small(&ended(CartPole::config(knob).expect("a knob")));
         assert_eq!(drawn.contains("world: waits"), waits, "{knob}: {drawn}");
     }
 }
@@ -303,18 +233,12 @@ fn the_smallest_screen_shows_that_the_world_waits_where_it_matters() {
 #[test]
 fn a_key_starts_again_in_the_other_world_and_back() {
     let mut app = ended(CartPole::config("control-hz 40").expect("a knob"));
-    assert!(!screen(&app, &PLAIN, 160, 50).contains("world"), "course");
+    assert!(!large(&app).contains("world"), "course");
     press(&mut app, "o");
-    app.sample().expect("no fault");
-    let drawn = screen(&app, &PLAIN, 160, 50);
-    for shown in ["world: own", " world "] {
-        assert!(drawn.contains(shown), "{shown} in {drawn}");
-    }
+    sample(&mut app);
+    shows(&large(&app), &["world: own", " world "]);
     assert_eq!(app.wanted().world.name(), "own");
-    assert_eq!(
-        app.wanted().setup.rate("policy").map(|hz| hz.get()),
-        Some(40.0)
-    );
+    assert_eq!(rate(&app, "policy"), Some(40.0));
     press(&mut app, "o");
     assert_eq!(app.wanted().world.name(), "course");
 }

@@ -1,6 +1,6 @@
 //! Systems other than the cart-pole.
 
-use ratelab::{END, GO_ON, Time};
+use ratelab::{END, GO_ON};
 use ratelab_account::Fields;
 use ratelab_study::system::{
     BuildError, Builder, Picture, Setup as RunSetup, Shape, Signal, Style, System, Verdict,
@@ -8,7 +8,7 @@ use ratelab_study::system::{
 };
 
 use super::{adders::Adders, *};
-use crate::dashboard::age_limits::LimitsInForce;
+use crate::dashboard::asked::LimitsInForce;
 
 /// Height (m) and thrust.
 #[derive(Clone, Copy, Debug)]
@@ -165,36 +165,28 @@ impl System for Counter {
 
 fn lab(system: impl System, config: &Config) -> App {
     let setup = SessionSetup::new(Arc::new(system), false);
-    App::new(config, setup).expect("session")
+    let mut app = App::new(config, setup).expect("session");
+    sample(&mut app);
+    app
 }
 
 /// A run of `system` that ended.
 fn run_of(system: impl System) -> App {
     let mut app = lab(system, &Config::default());
-    while !app.ended() {
-        app.sample().expect("no fault");
-    }
-    app.sample().expect("no fault");
+    end(&mut app);
     app
 }
 
 /// A run of `system` that goes on.
 fn live(system: impl System) -> App {
-    let config = Config {
-        speed: Speed::REAL_TIME,
-        end: Time::MAX,
-        ..Config::default()
-    };
-    let mut app = lab(system, &config);
-    app.sample().expect("no fault");
-    app
+    lab(system, &endless())
 }
 
 #[test]
 fn a_system_without_a_plant_has_no_pane_of_it_and_the_others_take_its_room() {
     let app = run_of(Counter);
-    insta::assert_snapshot!("counter_80x24", screen(&app, &PLAIN, 80, 24));
-    let drawn = screen(&app, &PLAIN, 160, 50);
+    insta::assert_snapshot!("counter_80x24", small(&app));
+    let drawn = large(&app);
     for absent in ["2 plant", "3 ", "sense→act", "exercises"] {
         assert!(!drawn.contains(absent), "{absent} in {drawn}");
     }
@@ -204,28 +196,25 @@ fn a_system_without_a_plant_has_no_pane_of_it_and_the_others_take_its_room() {
 fn a_pane_that_is_not_there_is_never_in_focus() {
     let mut app = run_of(Counter);
     press(&mut app, "2");
-    assert_eq!(app.desk().panes.focus, Pane::Graph);
-    assert!(app.desk().notice.is_some());
-    let mut seen = Vec::new();
-    for _ in 0..3 {
-        app.key(&KeyEvent::new(KeyCode::Tab, KeyModifiers::NONE))
-            .expect("obeyed");
-        seen.push(app.desk().panes.focus);
+    assert_eq!(app.shown.panes.focus, Pane::Graph);
+    assert!(app.notice.is_some());
+    for pane in [Pane::Figures, Pane::Events, Pane::Graph] {
+        key(&mut app, KeyCode::Tab);
+        assert_eq!(app.shown.panes.focus, pane);
     }
-    assert_eq!(seen, [Pane::Figures, Pane::Events, Pane::Graph]);
 }
 
 #[test]
 fn a_system_of_ones_own_is_drawn_with_its_signal_and_its_verdict() {
     let app = run_of(Drone);
-    insta::assert_snapshot!("drone_100x30", screen(&app, &PLAIN, 100, 30));
+    insta::assert_snapshot!("drone_100x30", screen(&app, 100, 30));
 }
 
 #[test]
 fn every_size_shows_every_system() {
     for app in [run_of(Drone), run_of(Counter)] {
         for (width, height) in [(40, 12), (80, 24), (120, 36), (160, 50), (250, 80)] {
-            screen(&app, &PLAIN, width, height);
+            screen(&app, width, height);
         }
     }
 }
@@ -234,52 +223,43 @@ fn every_size_shows_every_system() {
 fn rate_and_depth_keys_turn_what_is_marked() {
     let mut app = live(Drone);
     // The node in the middle of most, and all topics that are read.
-    assert_eq!(app.desk().knob_focus.node, "pilot");
-    assert_eq!(app.desk().knob_focus.topics, ["/thrust", "/flight"]);
+    assert_eq!(app.shown.knob_focus.node, "pilot");
+    assert_eq!(app.shown.knob_focus.topics, ["/thrust", "/flight"]);
     press(&mut app, "[>");
-    let setup = app.wanted().setup;
-    assert_eq!(rate(&app, "pilot"), Some(15.0));
-    let depth = |topic| setup.depth(topic).map(|depth| depth.get());
-    assert_eq!((depth("/thrust"), depth("/flight")), (Some(2), Some(2)));
-    app.key(&KeyEvent::new(KeyCode::Down, KeyModifiers::NONE))
-        .expect("obeyed");
-    press(&mut app, "t]>");
-    let setup = app.wanted().setup;
-    let depth = |topic| setup.depth(topic).map(|depth| depth.get());
-    assert_eq!(rate(&app, "rotors"), Some(60.0));
-    assert_eq!(rate(&app, "pilot"), Some(15.0));
-    let marked = app.desk().knob_focus.topics.clone();
-    assert_eq!(marked.len(), 1);
-    assert_eq!(depth(&marked[0]), Some(5));
-    let drawn = screen(&app, &PLAIN, 160, 50);
-    assert!(
-        drawn.contains("▸rotors") && !drawn.contains("▸pilot"),
-        "{drawn}"
+    assert_eq!(
+        set(&app),
+        ["rate pilot 15", "depth /thrust 2", "depth /flight 2"]
     );
-    assert!(drawn.contains(&format!("▸{}", marked[0])), "{drawn}");
+    key(&mut app, KeyCode::Down);
+    press(&mut app, "t]>");
+    let marked = app.shown.knob_focus.topics.clone();
+    assert_eq!(marked.len(), 1);
+    for knob in [
+        "rate pilot 15",
+        "rate rotors 60",
+        &format!("depth {} 5", marked[0]),
+    ] {
+        assert!(set(&app).contains(&knob.to_owned()), "{knob}");
+    }
+    let drawn = large(&app);
+    shows(&drawn, &["▸rotors", &format!("▸{}", marked[0])]);
+    assert!(!drawn.contains("▸pilot"), "{drawn}");
     // Once round all topics, those of the beginning are marked.
     press(&mut app, "T");
-    assert_eq!(app.desk().knob_focus.topics.len(), 2);
+    assert_eq!(app.shown.knob_focus.topics.len(), 2);
 }
 
 #[test]
 fn the_map_of_a_system_without_aliases_is_over_the_marked_node() {
     let mut app = live(Drone);
-    press(&mut app, "m");
-    app.sample().expect("no fault");
-    let drawn = screen(&app, &PLAIN, 120, 40);
-    assert!(drawn.contains("20 Hz, seed 0"), "{drawn}");
-    press(&mut app, "m");
-    app.key(&KeyEvent::new(KeyCode::Down, KeyModifiers::NONE))
-        .expect("obeyed");
-    press(&mut app, "m");
-    app.sample().expect("no fault");
-    let drawn = screen(&app, &PLAIN, 120, 40);
-    assert!(
-        drawn.contains("cliff map") && drawn.contains("50 Hz, seed 0"),
-        "{drawn}"
-    );
-    app.finish().ended.expect("no fault");
+    for place in ["20 Hz, seed 0", "50 Hz, seed 0"] {
+        press(&mut app, "m");
+        sample(&mut app);
+        shows(&screen(&app, 120, 40), &["cliff map", place]);
+        press(&mut app, "m");
+        key(&mut app, KeyCode::Down);
+    }
+    leave(app);
 }
 
 #[test]
@@ -287,10 +267,9 @@ fn keys_without_a_meaning_here_say_so_and_are_in_no_help() {
     for keys in ["e", "b", "p", "{"] {
         let mut app = live(Counter);
         press(&mut app, keys);
-        let notice = app.desk().notice.clone().unwrap_or_default();
-        assert!(notice.contains("this system"), "{keys}: {notice}");
+        shows(said(&app), &["this system"]);
         press(&mut app, "?");
-        let help = screen(&app, &PLAIN, 160, 50);
+        let help = large(&app);
         assert!(!help.contains(&format!("│ {keys} ")), "{keys} in {help}");
     }
 }
@@ -299,11 +278,10 @@ fn keys_without_a_meaning_here_say_so_and_are_in_no_help() {
 fn a_system_without_a_world_of_its_own_stays_in_the_one_it_has() {
     let mut app = run_of(Counter);
     press(&mut app, "o");
-    let notice = app.desk().notice.clone().unwrap_or_default();
-    assert!(notice.contains("no world of its own"), "{notice}");
+    shows(said(&app), &["no world of its own"]);
     assert!(app.ended(), "it began again");
     press(&mut app, "?");
-    assert!(!screen(&app, &PLAIN, 160, 50).contains("other world"));
+    assert!(!large(&app).contains("other world"));
 }
 
 #[test]
@@ -312,36 +290,23 @@ fn a_write_from_outside_of_the_graph_is_noticed_while_the_run_goes_on_and_once()
     let setup = SessionSetup::new(adders.clone(), false);
     let config = Config {
         clock: ClockKind::Real,
-        end: Time::MAX,
-        ..Config::default()
+        ..endless()
     };
     let mut app = App::new(&config, setup).expect("session");
-    let ticks = |app: &App| {
-        let screen = app.screen().expect("a frame");
-        screen
-            .frame
-            .nodes
-            .iter()
-            .map(|node| node.ticks)
-            .sum::<u64>()
-    };
-    let until = |done: &dyn Fn(&App) -> bool, app: &mut App| {
-        app.sample().expect("no fault");
-        while !done(app) {
-            app.sample().expect("no fault");
-        }
-    };
-    until(&|app| ticks(app) > 4, &mut app);
-    assert_eq!(app.desk().notice, None);
+    sample(&mut app);
+    until(&mut app, |app| ticks(app) > 4);
+    assert_eq!(app.notice, None);
     adders.add(100.0);
-    until(&|app| app.desk().notice.is_some(), &mut app);
-    let notice = app.desk_mut().notice.take().expect("a notice");
-    assert!(notice.contains("wrote to the number"), "{notice}");
+    until(&mut app, |app| app.notice.is_some());
+    shows(
+        &app.notice.take().expect("a notice"),
+        &["wrote to the number"],
+    );
     adders.add(100.0);
     let now = ticks(&app);
-    until(&|app| ticks(app) > now + 8, &mut app);
-    assert_eq!(app.desk().notice, None, "it was noticed before");
-    app.finish().ended.expect("no fault");
+    until(&mut app, |app| ticks(app) > now + 8);
+    assert_eq!(app.notice, None, "it was noticed before");
+    leave(app);
 }
 
 #[test]

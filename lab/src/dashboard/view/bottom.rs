@@ -8,7 +8,7 @@ use super::{
     sheet::Sheet,
     text::{broken, line, side_by_side, tail, width},
 };
-use crate::dashboard::focus::Pane;
+use crate::dashboard::panes::Pane;
 
 /// Blanks between keys.
 const GAP: usize = 2;

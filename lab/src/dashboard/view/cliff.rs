@@ -213,7 +213,7 @@ mod tests {
     use super::*;
     use crate::dashboard::{
         cliff::tests::sample::half_filled,
-        presets::Direction,
+        knobs::Direction,
         view::testing::{POOR, RICH, drawn, screen, styled, torture},
     };
 

@@ -5,7 +5,7 @@ use ratatui::layout::{
     Layout, Rect, Size,
 };
 
-use crate::dashboard::focus::Pane;
+use crate::dashboard::panes::Pane;
 
 /// What the others leave.
 const REST: Constraint = Fill(1);

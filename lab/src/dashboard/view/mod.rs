@@ -10,8 +10,8 @@ mod figures;
 mod glossary;
 mod graph;
 mod histogram;
-mod knot;
 mod layout;
+mod overlap;
 mod page;
 mod plant;
 mod scrubber;
@@ -40,10 +40,10 @@ use self::{layout::ScreenLayout, sheet::Sheet, text::broken};
 pub use super::tests::{sample, testing};
 use super::{
     cliff::CliffMap,
-    focus::Pane,
     frame::{FrameData, SignalTrace},
-    knob_focus::KnobFocus,
-    knot::KnotView,
+    knobs::KnobFocus,
+    overlap::Overlap,
+    panes::Pane,
     timeline::Timeline,
 };
 use crate::theme::Theme;
@@ -59,7 +59,7 @@ pub struct ScreenState<'a> {
     /// The recent ticks and messages, if the chains behind pushes are known.
     pub timeline: Option<Timeline>,
     /// The operations of ticks that overlap, in its place.
-    pub knot: Option<KnotView>,
+    pub overlap: Option<Overlap>,
     /// The node and the topics of the knob keys.
     pub knob_focus: KnobFocus,
     /// Events up to that moment.
@@ -90,7 +90,7 @@ impl ScreenState<'_> {
             Pane::Signal => self.trace.is_some(),
             Pane::Graph | Pane::Figures | Pane::Events => true,
             Pane::Timeline => {
-                self.frame.age.is_some() || self.timeline.is_some() || self.knot.is_some()
+                self.frame.age.is_some() || self.timeline.is_some() || self.overlap.is_some()
             }
         }
     }
@@ -226,8 +226,8 @@ fn render_pane(shown: &ScreenState<'_>, pane: Pane, sheet: Sheet<'_>) {
             }
         }
         Pane::Figures => figures::render(frame, sheet),
-        Pane::Timeline => match &shown.knot {
-            Some(knot) => knot::render(knot, sheet),
+        Pane::Timeline => match &shown.overlap {
+            Some(overlap) => overlap::render(overlap, sheet),
             None => timeline::render(shown.timeline.as_ref(), sheet),
         },
         Pane::Events => events::render(&frame.verdict, &shown.events, shown.bottom.notice, sheet),

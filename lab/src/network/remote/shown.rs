@@ -10,7 +10,7 @@ use ratelab_study::{
 };
 
 use super::RemoteRun;
-use crate::dashboard::{Place, Remote, RunSource, WatchedRows, watched};
+use crate::dashboard::{Place, Remote, RunSource, StatusExtra, WatchedRows, watched};
 
 impl RunSource for RemoteRun {
     fn shared_system(&self) -> &Arc<dyn System> {
@@ -58,6 +58,17 @@ impl RunSource for RemoteRun {
         place.absent = place.absent.filter(|_| !self.has_left_after(node));
         Some(place)
     }
+
+    fn status(&self) -> StatusExtra {
+        let ended = self.gathered.exit().is_some();
+        StatusExtra {
+            ended,
+            recording: self.recordings().lost(),
+            clocks: self.processes.exactness(),
+            trouble: self.processes.trouble(ended),
+            ..StatusExtra::default()
+        }
+    }
 }
 
 impl Remote for RemoteRun {
@@ -84,24 +95,8 @@ impl Remote for RemoteRun {
         self.recordings().toggle(source)
     }
 
-    fn recording(&self) -> Option<u64> {
-        self.recordings().lost()
-    }
-
     fn refusal(&mut self) -> Option<String> {
         let answers = self.answers.1.try_iter();
         answers.filter_map(Result::err).last()
-    }
-
-    fn is_over(&self) -> bool {
-        self.gathered.exit().is_some()
-    }
-
-    fn trouble(&self) -> Option<String> {
-        self.processes.trouble(self.is_over())
-    }
-
-    fn clocks(&self) -> Option<String> {
-        self.processes.exactness()
     }
 }

@@ -16,7 +16,7 @@ use ratatui::{layout::Size, text::Span};
 use self::{label::Labels, place::GraphLayout, router::Router, topic_text::TopicText};
 use super::{sheet::Sheet, text};
 use crate::{
-    dashboard::{frame::FrameData, knob_focus::KnobFocus},
+    dashboard::{frame::FrameData, knobs::KnobFocus},
     theme::Theme,
 };
 

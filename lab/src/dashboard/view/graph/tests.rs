@@ -7,7 +7,7 @@ use super::render;
 use crate::{
     dashboard::{
         frame::{Dot, FrameData, Health},
-        knob_focus::KnobFocus,
+        knobs::KnobFocus,
         view::{
             sample,
             testing::{POOR, RICH, screen, styled, text, torture},

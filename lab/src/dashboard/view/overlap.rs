@@ -6,20 +6,20 @@ use ratatui::{
 };
 
 use super::{sheet::Sheet, text::clip};
-use crate::dashboard::knot::KnotView;
+use crate::dashboard::overlap::Overlap;
 
 /// The least width of a column; narrower ones are lines with the name of the node.
 const COLUMN: usize = 20;
 
-/// Draws the operations of `knot` around the last one that is done.
-pub fn render(knot: &KnotView, sheet: Sheet<'_>) {
-    let (theme, done, all) = (sheet.theme, knot.done, knot.operations.len());
+/// Draws the operations of `overlap` around the last one that is done.
+pub fn render(overlap: &Overlap, sheet: Sheet<'_>) {
+    let (theme, done, all) = (sheet.theme, overlap.done, overlap.operations.len());
     let about = format!(" ticks that overlap, operation {done} of {all} ");
     let mut sheet = sheet.boxed("6 timeline", Span::styled(about, theme.faint()));
-    let column = sheet.width().saturating_sub(3) / knot.lanes.len().max(1);
+    let column = sheet.width().saturating_sub(3) / overlap.lanes.len().max(1);
     let columns = column >= COLUMN;
     let place = |lane: usize| 3 + if columns { lane * column } else { 0 };
-    for (lane, name) in knot.lanes.iter().enumerate().filter(|_| columns) {
+    for (lane, name) in overlap.lanes.iter().enumerate().filter(|_| columns) {
         let name = clip(name, column - 1, theme);
         sheet.put(place(lane), 0, &name, theme.strong());
     }
@@ -27,7 +27,7 @@ pub fn render(knot: &KnotView, sheet: Sheet<'_>) {
     let rows = sheet.height().saturating_sub(head);
     let first = done.saturating_sub(rows.div_ceil(2));
     let first = first.min(all.saturating_sub(rows));
-    let shown = knot.operations.iter().enumerate().skip(first).take(rows);
+    let shown = overlap.operations.iter().enumerate().skip(first).take(rows);
     for (number, (lane, what)) in shown {
         let row = head + number - first;
         let style = match number + 1 {
@@ -41,7 +41,7 @@ pub fn render(knot: &KnotView, sheet: Sheet<'_>) {
         };
         let what = match columns {
             true => clip(what, column - 1, theme),
-            false => format!("{} {what}", knot.lanes[*lane]),
+            false => format!("{} {what}", overlap.lanes[*lane]),
         };
         sheet.put(place(*lane), row, &what, style);
     }
@@ -53,8 +53,8 @@ mod tests {
     use crate::dashboard::view::testing::{POOR, RICH, drawn, torture};
     use ratelab::Time;
 
-    fn sample(lanes: &[&str]) -> KnotView {
-        KnotView {
+    fn sample(lanes: &[&str]) -> Overlap {
+        Overlap {
             from: Time::from_nanos(1_234_567_000),
             lanes: lanes.iter().map(|lane| (*lane).to_owned()).collect(),
             operations: (0..12)
@@ -66,8 +66,8 @@ mod tests {
 
     #[test]
     fn the_last_operation_is_marked_in_the_column_of_its_node() {
-        let knot = sample(&["sensor", "policy"]);
-        let drawn = drawn((60, 9), &RICH, |sheet| render(&knot, sheet));
+        let overlap = sample(&["sensor", "policy"]);
+        let drawn = drawn((60, 9), &RICH, |sheet| render(&overlap, sheet));
         let lines: Vec<&str> = drawn.lines().collect();
         assert!(lines[0].contains("operation 7 of 12"), "{drawn}");
         assert!(lines[1].contains("sensor") && lines[1].contains("policy"));
@@ -86,14 +86,14 @@ mod tests {
     fn many_nodes_are_named_in_each_line() {
         let many: Vec<String> = (0..9).map(|node| format!("node {node}")).collect();
         let many: Vec<&str> = many.iter().map(String::as_str).collect();
-        let knot = sample(&many);
-        let drawn = drawn((60, 9), &POOR, |sheet| render(&knot, sheet));
+        let overlap = sample(&many);
+        let drawn = drawn((60, 9), &POOR, |sheet| render(&overlap, sheet));
         assert!(drawn.contains("> node 6 /obs, turn 6"), "{drawn}");
     }
 
     #[test]
     fn any_size_draws() {
-        let knot = sample(&["sensor", "policy"]);
-        torture(|sheet| render(&knot, sheet));
+        let overlap = sample(&["sensor", "policy"]);
+        torture(|sheet| render(&overlap, sheet));
     }
 }

@@ -1,0 +1,103 @@
+//! What can be read of a run that is shown, and what a run of other processes can do besides.
+
+use std::{sync::Arc, time::Duration};
+
+use ratelab::Knob;
+use ratelab_account::{Lineage, Observer, Rows};
+use ratelab_study::{
+    experiment::{Config, Summary},
+    system::{Signal, System},
+};
+
+use super::{frame::Place, sameness::RunDigest, view::StatusExtra};
+
+/// New messages of a watched topic, with its name.
+pub type WatchedRows = (&'static str, Rows);
+
+/// The topics whose every message is drawn: the topic of states, and that of the first
+/// signal.
+pub fn watched(system: &dyn System) -> impl Iterator<Item = &'static str> {
+    let (state, signal) = (system.state(), signal(system).map(|signal| signal.topic));
+    state
+        .into_iter()
+        .chain(signal.filter(move |topic| Some(*topic) != state))
+}
+
+/// The plotted signal.
+pub fn signal(system: &dyn System) -> Option<&Signal> {
+    system.signals().first()
+}
+
+/// What can be read of a run.
+pub trait RunSource {
+    /// The system.
+    fn shared_system(&self) -> &Arc<dyn System>;
+
+    /// The same as a reference.
+    fn system(&self) -> &dyn System {
+        &**self.shared_system()
+    }
+
+    /// The configuration at the start.
+    fn config(&self) -> &Config;
+
+    /// Reads the graph.
+    fn observer(&self) -> &Observer;
+
+    /// Wall time since the beginning, or of the whole run.
+    fn wall_time(&self) -> Duration;
+
+    /// The chains behind its actions, as of the last update.
+    fn lineage(&self) -> &Lineage;
+
+    /// Brings these chains up to now.
+    fn update_lineage(&mut self) {}
+
+    /// The digest of the run so far, if it is to be compared with another run.
+    fn digest(&self) -> Option<&RunDigest> {
+        None
+    }
+
+    /// The messages on the [`watched`] topics since the last call.
+    fn new_rows(&mut self) -> Vec<WatchedRows>;
+
+    /// Number of messages lost because the dashboard was too slow.
+    fn lost(&self) -> u64;
+
+    /// The summary, once the run is over.
+    fn summary(&self) -> Option<&Summary>;
+
+    /// The process in which the node called `node` runs, if that is another one.
+    fn place(&self, node: &str) -> Option<Place> {
+        let _ = node;
+        None
+    }
+
+    /// Whether its knobs can be turned.
+    fn live(&self) -> bool {
+        true
+    }
+
+    /// Whether it is at rest.
+    fn at_rest(&self) -> bool {
+        self.observer().status().paused || self.summary().is_some()
+    }
+
+    /// What the top line says of it.
+    fn status(&self) -> StatusExtra;
+}
+
+/// A run of other processes.
+pub trait Remote: RunSource {
+    /// Takes what has come; returns whether another run began.
+    fn update(&mut self) -> bool;
+
+    /// Asks for a knob to be turned.
+    fn turn(&mut self, knob: Knob);
+
+    /// Records the run from now on, or ends the recording; returns a notice.
+    fn record(&mut self) -> String;
+
+    /// The last refusal of a knob since the last call.
+    fn refusal(&mut self) -> Option<String>;
+}
