@@ -13,8 +13,9 @@ use super::{
 };
 
 /// A setting of a node or topic of a graph. As text `rate NODE HZ`, `depth TOPIC N`,
-/// `send NODE TEXT` and so on; see [`KnobKind::usage`]. The value of an effect is text here: what
-/// it means is known to those who give the effect, such as `crates/effects`.
+/// `send NODE TEXT` and so on; see [`KnobKind::usage`]. The value of an effect that has many
+/// forms is text here: what it means is known to those who give the effect, such as
+/// `crates/effects`.
 ///
 /// ```
 /// use ratelab::{Hz, Knob};
@@ -155,7 +156,7 @@ pub enum Knob {
 
 impl KnobKind {
     /// All kinds.
-    pub const ALL: [Self; 14] = *Self::VARIANTS.first_chunk().expect("as many");
+    pub const ALL: [Self; Self::VARIANTS.len()] = *Self::VARIANTS.first_chunk().expect("all");
 
     /// The syntax of the knob's text: its name, whose it is, and its value.
     pub fn usage(self) -> &'static str {

@@ -18,7 +18,7 @@
 //! |---|---|---|
 //! | threads | one per node | one for all |
 //! | time | wall time | the schedule's own |
-//! | order of nodes due together | up to the operating system | by priority, always |
+//! | order of nodes due together | up to the operating system | by priority, or as their executor has it |
 //! | late ticks | measured; missed periods skipped and counted | only where configured |
 //! | duration of ticks | measured, or as configured | as configured |
 //! | the same run again | from its [`Journal`], to the bit | to the bit |

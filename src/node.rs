@@ -84,7 +84,7 @@ pub trait Node: Send {
         )
     }
 
-    /// Handles a text sent to the node, between two ticks, and returns the value before,
+    /// Handles a text sent to the node, between two calls of it, and returns the value before,
     /// for the log. Answer and effect must depend only on `text` and the node itself, so
     /// that a run can be repeated exactly.
     ///

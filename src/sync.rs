@@ -4,9 +4,6 @@
 //! can replace the operating system by the shuttle model checker, which tries
 //! interleavings that are rare on a real machine.
 
-/// Whether these are those of the model checker, for which every use costs time.
-pub const MODEL: bool = cfg!(feature = "model");
-
 #[cfg(not(feature = "model"))]
 pub use std::{
     sync::{Arc, Condvar, Mutex, MutexGuard, atomic},

@@ -3,7 +3,7 @@
 use ratelab::Time;
 use ratelab_study::system::{System, Verdict};
 
-use crate::recording::{Recording, schema::RunStatus};
+use ratelab_recording::{Recording, schema::RunStatus};
 
 /// A recorded run, and the change at which a branch left it.
 pub struct Change {

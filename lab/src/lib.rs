@@ -60,7 +60,6 @@ mod predictions;
 mod printable;
 mod program;
 mod reading;
-mod recording;
 mod report;
 mod rescue;
 mod results;
@@ -84,7 +83,7 @@ use ratelab_study::system::System;
 
 use error::Error;
 use program::Program;
-pub use recording::OtherRun;
+pub use ratelab_recording::OtherRun;
 
 /// Runs the whole command for `system`, with the program's arguments: the lab, `run`,
 /// `sweep`, `replay`, `info`, `verify`, and the commands for help.

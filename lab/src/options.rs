@@ -15,8 +15,8 @@ use crate::{
     like::{self, Like},
     output::note,
     program::Program,
-    recording::with_durations,
 };
+use ratelab_recording::with_durations;
 
 /// Defaults of a command.
 #[derive(Clone, Copy)]

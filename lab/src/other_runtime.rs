@@ -9,9 +9,9 @@ use crate::{
     error::Error,
     output::print_line,
     printable::shown,
-    recording::{OtherRun, Recording, verify},
     screen::theme,
 };
+use ratelab_recording::{OtherRun, Recording, verify};
 
 /// Frames per second at the most.
 const FPS: u32 = 30;

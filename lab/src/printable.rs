@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::recording::printable::is_control;
+use ratelab_recording::printable::is_control;
 
 /// Maximum length of an error line (characters): enough for a long path.
 const LONGEST: usize = 1_000;

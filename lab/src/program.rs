@@ -4,7 +4,7 @@ use std::{env, path::Path, sync::Arc};
 
 use ratelab_study::system::{KnobText, System};
 
-use crate::recording::Recording;
+use ratelab_recording::Recording;
 
 /// The command for one system.
 pub struct Program {

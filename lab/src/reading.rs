@@ -2,11 +2,8 @@
 
 use std::path::Path;
 
-use crate::{
-    output::ProgressLine,
-    printable::shown,
-    recording::{ReadError, Recording},
-};
+use crate::{output::ProgressLine, printable::shown};
+use ratelab_recording::{ReadError, Recording};
 
 /// Size of a file from which on it takes seconds (bytes).
 const LARGE: u64 = 16 << 20;

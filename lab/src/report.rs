@@ -12,9 +12,9 @@ use ratelab_study::{
 use crate::{
     names::{self, label, node_label, rate_alias, short_value},
     printable::in_line,
-    recording::FinishedRecording,
     timing::{self, was_late},
 };
+use ratelab_recording::FinishedRecording;
 
 /// Information for a report beside the summary.
 #[derive(Default)]

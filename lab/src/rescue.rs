@@ -8,7 +8,7 @@ use ratelab_account::Rows;
 use ratelab_cart_pole::{BROKEN_HZ, CartPole, ControlStep, POLICY, STATE, actuator_hz, verdict};
 use ratelab_study::system::Verdict;
 
-use crate::recording::{ReadError, Recording, schema::RunStatus};
+use ratelab_recording::{ReadError, Recording, schema::RunStatus};
 
 /// Number of the exercise with a rescue by hand.
 pub const RESCUE: u32 = 5;

@@ -16,9 +16,9 @@ use crate::{
     metrics,
     output::{OutputPlan, Outputs, note, print_data, print_line, print_recorded, record_error},
     program::Program,
-    recording::{Destination, FinishedRecording, Recorder, Source, Viewer},
     report::{self, ReportContext},
 };
+use ratelab_recording::{Destination, FinishedRecording, Recorder, Source, Viewer};
 
 /// Name of the file in `--out`.
 const METRICS: &str = "metrics.json";

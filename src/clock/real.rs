@@ -161,9 +161,9 @@ impl RealClock {
         let end = thread::scope(|scope| {
             for (task_set, board) in task_sets.here().zip(&boards) {
                 let (first, name) = (task_set.first, task_set.name());
-                for (number, hand) in threads(task_set) {
+                for (number, worker) in threads(task_set) {
                     let thread = WallThread {
-                        hand,
+                        worker,
                         board,
                         share: shares.remove(&first),
                         log: state.entries_of(SUPERVISOR + 1 + number),

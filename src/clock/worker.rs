@@ -17,7 +17,7 @@ use crate::{
 /// A node ended the run at this run time, or failed.
 pub type Outcome = Option<Result<Time, Fault>>;
 
-/// A thread of a task set.
+/// What a thread of a task set has to do with its nodes.
 pub struct Worker<'c> {
     task_set: &'c SharedSchedule<'c>,
     /// The messages that it has heard of since its last look.
@@ -119,7 +119,7 @@ impl<'c> Worker<'c> {
 
     /// Refuses such a command for this `reason`.
     pub fn refuse(&mut self, command: &Command, at: Time, reason: &str) -> usize {
-        let _stage = self.task_set.schedule();
+        let _turn = self.task_set.schedule();
         self.task_set.state.advance_to(at);
         self.task_set.state.refused(at, command, reason)
     }

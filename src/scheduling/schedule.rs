@@ -152,7 +152,7 @@ impl Schedule {
         self.task_sets.push(task_set);
     }
 
-    /// Crew and number of a node.
+    /// Task set and number of a node.
     #[inline(always)]
     fn of(&self, node: usize) -> (usize, usize) {
         self.of[node - self.first]

@@ -66,7 +66,7 @@ fn sources(folder: &str) -> Sources {
 }
 
 /// Every crate of the program, by the folder of its sources.
-const CRATES: [&str; 9] = [
+const CRATES: [&str; 10] = [
     "src",
     "crates/account/src",
     "crates/effects/src",
@@ -74,6 +74,7 @@ const CRATES: [&str; 9] = [
     "crates/study/src",
     "crates/cart-pole/src",
     "crates/wire/src",
+    "crates/recording/src",
     "exercises/src",
     "lab/src",
 ];

@@ -5,7 +5,8 @@ use std::{path::PathBuf, time::Duration};
 use clap::Args;
 
 use super::{GraphArgs, heading, values};
-use crate::{recording::VIEWER, theme::Look};
+use crate::theme::Look;
+use ratelab_recording::VIEWER;
 
 /// The arguments of a run. In the lab, files contain the last run.
 #[derive(Debug, Args)]

@@ -10,11 +10,10 @@ use crate::{
     options::read_knob,
     output::{print_line, print_recorded},
     program::Program,
-    reading,
-    recording::{Departure, Destination, StopReason, VerifyError, branch as branched},
-    report,
+    reading, report,
     results::record,
 };
+use ratelab_recording::{Departure, Destination, StopReason, VerifyError, branch as branched};
 
 /// Where and how the branch leaves the recorded run.
 fn departure(program: &Program, args: &BranchArgs) -> Result<Departure, Error> {

@@ -14,9 +14,9 @@ use crate::{
     error::Error,
     output::print_line,
     predictions::{answers_file, predicted},
-    recording::Recording,
     rescue::{RESCUE, accept},
 };
+use ratelab_recording::Recording;
 
 /// Lists the exercises, does one, or checks their promises.
 pub fn exercise(args: &ExerciseArgs) -> Result<(), Error> {

@@ -13,11 +13,11 @@ use crate::{
     output::{OutputKind, print_line, refuse_same, write_whole},
     printable::shown,
     program::Program,
-    recording::Recording,
     screen::theme,
     theme::Look,
     web::{self, RunData},
 };
+use ratelab_recording::Recording;
 
 /// Size of the picture for readers without JavaScript.
 const SIZE: Size = Size::new(120, 35);

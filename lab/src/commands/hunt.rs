@@ -17,11 +17,11 @@ use crate::{
     options::{self, Defaults},
     output::{OutputFile, print_data, print_line, print_recorded},
     program::Program,
-    recording::{Destination, StopReason},
     report::line,
     results::{read_topics, record},
     signals,
 };
+use ratelab_recording::{Destination, StopReason};
 
 /// Defaults of the run.
 const DEFAULTS: Defaults =

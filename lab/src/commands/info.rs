@@ -11,9 +11,9 @@ use crate::{
     printable::shown,
     program::Program,
     reading,
-    recording::{Recording, RecordingEnd, Replay, schema::RunStatus},
     report::{self, ReportContext},
 };
+use ratelab_recording::{Recording, RecordingEnd, Replay, schema::RunStatus};
 
 /// Prints the properties of a recording, and the summary of its run.
 pub fn info(program: &Program, file: &Path) -> Result<(), Error> {

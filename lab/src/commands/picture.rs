@@ -9,9 +9,9 @@ use crate::{
     options::{self, Defaults},
     output::{OutputKind, write_whole},
     program::Program,
-    recording::Recording,
     screen::theme,
 };
+use ratelab_recording::Recording;
 
 /// Defaults of the run: on the virtual clock, the same picture bit for bit.
 const DEFAULTS: Defaults = Defaults::virtual_only(

@@ -14,12 +14,11 @@ use crate::{
     error::Error,
     output::{note, print_line},
     program::{self, Program},
-    reading,
-    recording::{ReadError, Recording},
-    report,
+    reading, report,
     results::print_recordings,
     screen::{need_terminal, screen},
 };
+use ratelab_recording::{ReadError, Recording};
 
 /// The viewer's command.
 const VIEWER: &str = "rerun";

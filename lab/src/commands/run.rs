@@ -10,10 +10,10 @@ use crate::{
     options::{self, RUN},
     output::{self, Outputs, print_recorded},
     program::Program,
-    recording::StopReason,
     results::{context, destination, plan, print_results, record},
     signals,
 };
+use ratelab_recording::StopReason;
 
 /// Runs the graph, then prints and writes its summary.
 pub fn run(program: &Program, args: &RunArgs) -> Result<(), Error> {

@@ -6,9 +6,9 @@ use crate::{
     output::{OutputKind, print_line, write_whole},
     printable::shown,
     program::{self, Program},
-    recording::Recording,
     trace::trace as encoded,
 };
+use ratelab_recording::Recording;
 
 /// Writes a recording as a trace; the intact part of a damaged one.
 pub fn trace(program: &Program, args: &TraceArgs) -> Result<(), Error> {

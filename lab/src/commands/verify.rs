@@ -18,10 +18,9 @@ use crate::{
     output::{self, ProgressLine, print_line},
     printable::shown,
     program::Program,
-    reading,
-    recording::verify as run_again,
-    signals,
+    reading, signals,
 };
+use ratelab_recording::verify as run_again;
 
 /// Repeats and compares the runs of recordings; prints the result of each. Ctrl-C ends
 /// the program normally.

@@ -12,7 +12,7 @@ use super::{
     frame::{LatencyData, Quantiles},
     knobs::first_node,
 };
-use crate::recording::bins::{BINS, width_ms};
+use ratelab_recording::bins::{BINS, width_ms};
 
 /// Interval between two reads while the graph runs (wall time).
 const PERIOD: Duration = Duration::from_millis(150);

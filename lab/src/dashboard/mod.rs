@@ -63,9 +63,8 @@ pub use tour::Guide;
 #[cfg(feature = "network")]
 pub use view::StatusExtra;
 
-use crate::{
-    error::LabError, output, predictions::answers_file, recording::Recording, signals, theme::Theme,
-};
+use crate::{error::LabError, output, predictions::answers_file, signals, theme::Theme};
+use ratelab_recording::Recording;
 
 /// How the dashboard is shown.
 #[derive(Clone, Debug)]

@@ -4,7 +4,7 @@ use ratelab::{Time, Topology};
 use ratelab_account::Observer;
 use ratelab_replay::Knot;
 
-use crate::recording::{Execution, Held};
+use ratelab_recording::{Execution, Held};
 
 /// The thread that supervises the nodes.
 const SUPERVISOR: &str = "supervisor";

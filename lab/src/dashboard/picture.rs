@@ -12,7 +12,8 @@ use super::{
     svg::{moving_svg, svg},
     view,
 };
-use crate::{error::LabError, recording::Recording, theme::Theme};
+use crate::{error::LabError, theme::Theme};
+use ratelab_recording::Recording;
 
 /// Maximum wait for background computations.
 const PATIENCE: Duration = Duration::from_secs(10);

@@ -21,10 +21,8 @@ use super::{
     sampler::Sampler,
     view::{Scrubber, StatusExtra},
 };
-use crate::{
-    recording::{Execution, Recording, Replay},
-    timing::earlier,
-};
+use crate::timing::earlier;
+use ratelab_recording::{Execution, Recording, Replay};
 
 /// Run time between two samples of the push age.
 const LOOK: Duration = Duration::from_millis(10);

@@ -22,12 +22,8 @@ use super::{
     sameness::RunDigest,
     view::StatusExtra,
 };
-use crate::{
-    csv,
-    error::LabError,
-    output::Live,
-    recording::{Branch, Destination, Recorder, Recording, Source, StopReason},
-};
+use crate::{csv, error::LabError, output::Live};
+use ratelab_recording::{Branch, Destination, Recorder, Recording, Source, StopReason};
 
 /// Capacity of a tap between two frames: at full speed the virtual clock makes thousands
 /// of messages per frame.

@@ -34,7 +34,8 @@ use super::{
     session::SessionSetup,
     view,
 };
-use crate::{recording::Recording, theme::Theme};
+use crate::theme::Theme;
+use ratelab_recording::Recording;
 
 #[test]
 fn every_size_shows_the_same_run() {

@@ -18,7 +18,7 @@ use thiserror::Error;
 
 pub use lab::LabError;
 
-use crate::recording::{ReadError, RecordError, Recording, VerifyError};
+use ratelab_recording::{ReadError, RecordError, Recording, VerifyError};
 
 /// An error of a command.
 #[derive(Debug, Error)]

@@ -15,11 +15,8 @@ use ratelab_study::{
     system::System,
 };
 
-use crate::{
-    error::Error,
-    program::Program,
-    recording::{Recording, Replay, durations, schema::RunStatus},
-};
+use crate::{error::Error, program::Program};
+use ratelab_recording::{Recording, Replay, durations, schema::RunStatus};
 
 pub use table::{json, text};
 

@@ -13,9 +13,9 @@ use crate::{
     options::{self, Defaults},
     output::{note, print_line, print_recorded, record_error},
     program::Program,
-    recording::{Destination, ProcessRecord, Recorder, Source, StopReason},
     report::{self, ReportContext},
 };
+use ratelab_recording::{Destination, ProcessRecord, Recorder, Source, StopReason};
 
 /// A process runs on the wall's clock until it is stopped.
 const DEFAULTS: Defaults = Defaults {

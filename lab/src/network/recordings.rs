@@ -5,10 +5,9 @@ use std::path::{Path, PathBuf};
 
 use ratelab_study::experiment::Summary;
 
-use crate::{
-    error::Error,
-    output::record_error,
-    recording::{Destination, FinishedRecording, RecordError, Recorder, Source, StopReason},
+use crate::{error::Error, output::record_error};
+use ratelab_recording::{
+    Destination, FinishedRecording, RecordError, Recorder, Source, StopReason,
 };
 
 /// The recordings so far.

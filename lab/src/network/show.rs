@@ -15,8 +15,8 @@ use crate::{
     error::Error,
     output::note,
     program::Program,
-    recording::{Destination, FinishedRecording, RecordError},
 };
+use ratelab_recording::{Destination, FinishedRecording, RecordError};
 
 /// The connection of a dashboard to the process that listens at `address`.
 pub fn attached(address: &str, file: Option<PathBuf>, wait: Option<Duration>) -> Settings {

@@ -9,10 +9,10 @@ use std::{
 use crate::{
     error::Error,
     printable::{in_lines, one_line},
-    recording::FinishedRecording,
     report,
     wrap::{fitted, room},
 };
+use ratelab_recording::FinishedRecording;
 
 /// Prints lines for people to standard output, made safe for a terminal and wrapped to its
 /// width; a reader that has closed it is no error.

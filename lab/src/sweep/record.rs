@@ -20,15 +20,15 @@ use crate::{
     error::Error,
     names::key,
     output::{record_error, write_error},
-    recording::{
-        RecordingFile,
-        blueprint::{Properties, ViewerLayout},
-        scene::{
-            lines::{self, Line},
-            palette,
-        },
-        schema::SWEEP_APPLICATION,
+};
+use ratelab_recording::{
+    RecordingFile,
+    blueprint::{Properties, ViewerLayout},
+    scene::{
+        lines::{self, Line},
+        palette,
     },
+    schema::SWEEP_APPLICATION,
 };
 
 /// A figure of a row, if available.

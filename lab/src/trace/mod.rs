@@ -10,7 +10,7 @@ use ratelab_account::{Lineage, TickWait, TracedTick, WaitsFor};
 use ratelab_study::system::System;
 use tracks::{EventText, Tracks};
 
-use crate::recording::{Recording, end_of};
+use ratelab_recording::{Recording, end_of};
 
 /// The bytes of a trace of `recording`, a run of `system`.
 pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {

@@ -9,9 +9,9 @@ use serde_json::{Value, json};
 
 use crate::{
     program::Program,
-    recording::{Recording, Replay},
     report::{self, ReportContext},
 };
+use ratelab_recording::{Recording, Replay};
 
 /// Maximum number of steps on the page: those of a minute at 50 Hz. Of a longer run it
 /// shows every second, third … step.

@@ -21,7 +21,7 @@ use crate::{
     time::Time,
 };
 
-/// What the threads of a task set have in hand.
+/// What the threads of a task set have in worker.
 #[derive(Default)]
 pub(super) struct Board {
     mailbox: Arc<Mailbox>,
@@ -45,7 +45,7 @@ impl Board {
 
 /// A thread of the real clock.
 pub(super) struct WallThread<'c> {
-    pub(super) hand: Worker<'c>,
+    pub(super) worker: Worker<'c>,
     pub(super) board: &'c Board,
     /// The cores that it shares with the threads of other nodes.
     pub(super) share: Option<CoreShare>,
@@ -135,7 +135,7 @@ impl WallThread<'_> {
     /// shares cores.
     fn core_time(&self, now: Time) -> Option<Duration> {
         self.share.as_ref()?;
-        Some(realtime::core_time() + self.hand.remaining(now)?)
+        Some(realtime::core_time() + self.worker.remaining(now)?)
     }
 
     /// What to do next. After the end of the run, a thread that had `waited` for it looks once
@@ -148,10 +148,10 @@ impl WallThread<'_> {
             return ThreadStep::Stop;
         }
         // A command may have ended the tick.
-        let goal = goal.filter(|_| self.hand.remaining(now).is_some());
+        let goal = goal.filter(|_| self.worker.remaining(now).is_some());
         if let Some(goal) = goal {
             if realtime::core_time() >= goal
-                && let Some(end) = self.hand.task_set().end_of_first(now)
+                && let Some(end) = self.worker.task_set().end_of_first(now)
             {
                 work.nodes.insert(end.node);
                 return ThreadStep::Work(end, now, None);
@@ -180,7 +180,7 @@ impl WallThread<'_> {
         late: Option<LateLook>,
     ) -> Option<ThreadStep> {
         // A turn is in the log, so it is to be worth that.
-        let task_set = self.hand.task_set();
+        let task_set = self.worker.task_set();
         let shared = task_set.is_shared();
         let arrivals = take(&mut self.board.mailbox.open().arrivals);
         if shared && arrivals.is_empty() && task_set.peek().next_at() > now {
@@ -188,9 +188,9 @@ impl WallThread<'_> {
         }
         for arrival in arrivals {
             self.log.note_alone(Entry::Arrive(arrival));
-            self.hand.arrive(arrival);
+            self.worker.arrive(arrival);
         }
-        let found = self.hand.find(now, late);
+        let found = self.worker.find(now, late);
         if !found.moved && !shared {
             return None;
         }
@@ -208,7 +208,7 @@ impl WallThread<'_> {
 
     /// How to wait for the next event.
     fn wait(&self, work: &mut WorkInHand, now: Time) -> ThreadStep {
-        let schedule = self.hand.task_set().peek();
+        let schedule = self.worker.task_set().peek();
         let next = schedule.next_at().min(self.context.until);
         let busy = schedule.states(now).filter(|task| task.busy).count();
         if busy > work.spinning {
@@ -220,7 +220,7 @@ impl WallThread<'_> {
 
     /// Has the other threads look for work.
     fn ring(&self) {
-        if self.hand.task_set().is_shared() {
+        if self.worker.task_set().is_shared() {
             self.board.mailbox.post(|_| {});
         }
     }
@@ -234,7 +234,7 @@ impl WallThread<'_> {
         let stopped = mail.stopped.is_some();
         drop(mail);
         for (_, command) in commands {
-            if let Some(event) = self.hand.obey(&command, at) {
+            if let Some(event) = self.worker.obey(&command, at) {
                 let event = event as u64;
                 self.log.note(Entry::Obey { at, event });
             }
@@ -249,7 +249,7 @@ impl WallThread<'_> {
         (work, at, late): (Assignment, Time, Option<LateLook>),
     ) -> Option<StretchEnd> {
         let node = work.node;
-        self.hand.work(work, at);
+        self.worker.work(work, at);
         let begun = match self.share.is_some() && work.job.kind == JobKind::End {
             true => Entry::Finish { at, node },
             false => {
@@ -264,7 +264,7 @@ impl WallThread<'_> {
         };
         let mut in_hand = lock(&self.board.work);
         let passed = self.passed(at, ended);
-        let outcome = self.hand.done(ended, passed);
+        let outcome = self.worker.done(ended, passed);
         self.log.note(Entry::Done { at: ended, passed });
         in_hand.nodes.remove(&node);
         drop(in_hand);

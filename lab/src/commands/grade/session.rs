@@ -13,9 +13,9 @@ use super::{file_name, flag::Flags};
 use crate::{
     error::Error,
     program::Program,
-    recording::{Recording, VerifyError, VerifyStatus, verify},
     rescue::{is_shipped, judge_recording},
 };
+use ratelab_recording::{Recording, VerifyError, VerifyStatus, verify};
 
 /// A recording that was handed in.
 #[derive(Default)]

@@ -13,8 +13,8 @@ use super::{
 use crate::{
     change::Change,
     dashboard::{frame::FrameData, session::Prepared},
-    recording::{Departure, Recording, branch},
 };
+use ratelab_recording::{Departure, Recording, branch};
 
 impl App {
     /// Opens the prompt for the knob of a branch at the visible moment; in a branch, for

@@ -8,10 +8,8 @@ use ratelab_study::{
 };
 
 use super::{App, run::ShownRun};
-use crate::{
-    dashboard::knobs::{self, Direction, listed},
-    recording::with_durations,
-};
+use crate::dashboard::knobs::{self, Direction, listed};
+use ratelab_recording::with_durations;
 
 /// What keys turn through presets.
 pub(super) struct Dial {

@@ -44,12 +44,8 @@ use super::{
     session::{Prepared, Session, SessionResult, SessionSetup},
     view::{Bottom, ScreenState, StatusExtra},
 };
-use crate::{
-    error::LabError,
-    recording::{FinishedRecording, RecordError, Recording},
-    rescue::RescueTry,
-    timing::own_world,
-};
+use crate::{error::LabError, rescue::RescueTry, timing::own_world};
+use ratelab_recording::{FinishedRecording, RecordError, Recording};
 
 /// The dashboard: what is shown, and the user before it.
 pub struct App {

@@ -12,10 +12,8 @@ use ratelab_account::Observer;
 use ratelab_study::system::System;
 
 use super::{App, run::ShownRun, shown::Shown};
-use crate::{
-    dashboard::{panes::Panes, playback::Playback, sampler::Sampler},
-    recording::{Executed, Execution, Recording, VerifyError},
-};
+use crate::dashboard::{panes::Panes, playback::Playback, sampler::Sampler};
+use ratelab_recording::{Executed, Execution, Recording, VerifyError};
 
 /// A run that is executed again on a thread of its own.
 pub struct Executing {

@@ -1,9 +1,9 @@
 //! Recordings of sessions, on and off.
 
 use super::{App, run::ShownRun};
-use crate::{
-    error::LabError,
-    recording::{Destination, FinishedRecording, RecordError, Recorder, StopReason, outside},
+use crate::error::LabError;
+use ratelab_recording::{
+    Destination, FinishedRecording, RecordError, Recorder, StopReason, outside,
 };
 
 /// The recordings of all sessions.

@@ -15,9 +15,9 @@ use crate::{
     change::Change,
     dashboard::session::{Prepared, list},
     error::LabError,
-    recording::Recording,
     rescue::RescueTry,
 };
+use ratelab_recording::Recording;
 
 /// Maximum time that a key waits for the end of a session, or for a pause. After that,
 /// the dashboard waits for a busy node frame by frame.

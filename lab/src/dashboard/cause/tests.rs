@@ -12,7 +12,8 @@ use ratelab_study::{
 };
 
 use super::*;
-use crate::{dashboard::lineage_taps::LineageTaps, recording::Recording};
+use crate::dashboard::lineage_taps::LineageTaps;
+use ratelab_recording::Recording;
 
 const COURSE: WorldKind = WorldKind::Course;
 const OWN: WorldKind = WorldKind::OWN;

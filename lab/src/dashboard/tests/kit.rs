@@ -15,7 +15,8 @@ use super::{
     super::{LabOutcome, Options, frame::FrameData, run, terminal::Input},
     *,
 };
-use crate::{error::LabError, recording::Destination, theme::Look};
+use crate::{error::LabError, theme::Look};
+use ratelab_recording::Destination;
 
 pub const PLAIN: Theme = Theme {
     colour: true,

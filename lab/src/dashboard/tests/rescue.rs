@@ -1,7 +1,8 @@
 //! A rescue by hand, and the exercises over a running session.
 
 use super::*;
-use crate::{dashboard::exercise_panel::PanelAction, recording::Destination};
+use crate::dashboard::exercise_panel::PanelAction;
+use ratelab_recording::Destination;
 
 /// Begins a rescue by hand, in steps, recorded to `folder`.
 fn begun(folder: &Path) -> App {

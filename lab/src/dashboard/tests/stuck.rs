@@ -4,7 +4,7 @@ use crossbeam_channel::{Receiver, Sender, bounded};
 use ratelab_cart_pole::{Action, Observation, policy::Policy};
 
 use super::*;
-use crate::recording::Destination;
+use ratelab_recording::Destination;
 
 /// Decides nothing until the sender of `release` is gone.
 struct Stuck {

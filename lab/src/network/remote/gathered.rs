@@ -16,7 +16,7 @@ use super::{
     numbering::{Numbering, Totals},
     relay::Relay,
 };
-use crate::recording::StopReason;
+use ratelab_recording::StopReason;
 
 /// Messages and ticks kept per topic and node, for the timeline.
 const KEPT: usize = 1 << 15;

@@ -12,7 +12,7 @@ use ratelab_wire::{
     telemetry::{Batch, Info, TopicCounts},
 };
 
-use crate::recording::ProcessRecord;
+use ratelab_recording::ProcessRecord;
 
 /// Time without a report after which a process counts as gone.
 pub(super) const GONE: Duration = Duration::from_millis(500);

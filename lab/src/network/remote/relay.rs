@@ -4,7 +4,7 @@ use ratelab::{Head, Topology};
 use ratelab_account::{Copies, RowTap, Tap, TickRecord};
 use ratelab_study::experiment::Taps;
 
-use crate::recording::Tapped;
+use ratelab_recording::Tapped;
 
 /// Passes on messages and ticks to whoever taps them.
 pub struct Relay {

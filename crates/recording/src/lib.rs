@@ -1,0 +1,87 @@
+//! Recordings: runs in rerun's `.rrd` files.
+//!
+//! Stands on the core (`ratelab`), its accounts (`ratelab-account`), reruns (`ratelab-replay`) and
+//! systems (`ratelab-study`); it knows no robot, terminal or command. Begin with `recorder.rs` to
+//! see a run written, with `reader.rs` to see it read, and with `verify/` to see it compared.
+//!
+//! ```text
+//! taps, event log ──► tracks ──► writer ──► columns, scene ──► file    recorder
+//! file ──► frames ──► columns ──► content ──► check ──► Recording ──► replay, verify
+//! ```
+//!
+//! What is recorded of a message and of a tick is described once, in `series`: both are written,
+//! read, digested and compared by the same table of columns.
+//!
+//! A recording holds a run twice: for readers, to the bit, and for the eye.
+//!
+//! | entity | what is in it | for |
+//! |---|---|---|
+//! | `__properties/origin` | system, configuration, graph, versions: [`schema::Origin`] as JSON | readers |
+//! | `__properties/run`, `/outcome` | the same, and the summary, in words | people |
+//! | `/topics/NAME` | a row per message: its numbers, `seq`, `origin_ns`, `dropped`; where they differ `stamp_ns`, `arrives_ns` | both |
+//! | `/nodes/NAME` | a row per tick: lateness (µs), `tick`, `took_ns`, `overruns`; where it acted on the world `pushed_ns`, `sensed_ns` | both |
+//! | `/events` | commands and ends: text, and as JSON | both |
+//! | `/threads` | what the threads of the real clock did, and in which order | readers |
+//! | `/checkpoint` | up to where everything is there, until the file is complete | readers |
+//! | `/end` | how it ended, and how much is in it: [`schema::RecordingEnd`] as JSON | readers |
+//! | `/picture`, `/plot`, `/graph`, `/mode` | what the viewer draws: [`scene`] | the eye |
+//! | `/timeline` | lanes of ticks and messages, added at the end: [`scene::lanes`] | the eye |
+//!
+//! Everything is placed on `run_time` (ns since the run began), `control_step`
+//! (messages on the system's topic of states), and under the real clock
+//! `wall_time`. A file without `/end` was torn.
+
+pub mod bins;
+pub mod blueprint;
+
+mod check;
+mod columns;
+mod compact;
+mod content;
+mod destination;
+mod digest;
+mod durations;
+mod file;
+mod finished;
+mod frames;
+mod limits;
+mod lineage;
+mod other_runtime;
+pub mod printable;
+mod properties;
+mod reader;
+mod recorded;
+mod recorder;
+mod replay;
+pub mod scene;
+pub mod schema;
+mod series;
+mod source;
+#[cfg(test)]
+mod tests;
+mod thread_log;
+mod tick_schedule;
+mod timeline;
+mod tracks;
+mod verify;
+mod viewer;
+mod writer;
+
+pub use destination::Destination;
+pub use durations::{durations, with_durations};
+pub use file::RecordingFile;
+pub use finished::{FinishedRecording, outside};
+pub use lineage::end_of;
+pub use other_runtime::OtherRun;
+pub use reader::ReadError;
+pub use recorded::Recording;
+pub use recorder::{RecordError, Recorder};
+pub use replay::Replay;
+pub use schema::ProcessRecord;
+pub use schema::RecordingEnd;
+pub use source::Tapped;
+pub use source::{Source, StopReason};
+pub use verify::{
+    Branch, Departure, Executed, Execution, Held, VerifyError, VerifyStatus, branch, verify,
+};
+pub use viewer::{VIEWER, Viewer};

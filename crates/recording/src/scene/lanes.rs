@@ -1,0 +1,255 @@
+//! The timeline: a lane per node with its ticks, and a lane per topic with what became of
+//! its messages.
+//!
+//! Which messages were read is known only at the end, so these lanes are made of the
+//! complete recording, with the same [`Lineage`] as the timeline of the dashboard.
+
+use std::{collections::HashSet, time::Duration};
+
+use ratelab::Time;
+use ratelab_account::{Lineage, TickWait, TracedTick};
+use rerun::{Color, EntityPath, RecordingStream, StateChange, TimeColumn};
+
+use super::{
+    modes::colour,
+    palette::{BLUE, GREY, ORANGE},
+};
+use crate::{
+    lineage::{due_of, end_of},
+    recorded::Recording,
+    schema::path,
+    timeline::{RUN_TIME, Written},
+};
+
+/// The lanes.
+pub const TIMELINE: &str = "timeline";
+
+/// A tick, until its end.
+const TICK: &str = "tick";
+/// A tick without a duration: [`INSTANT_WIDTH`] wide, to be seen.
+const INSTANT: &str = "tick without duration";
+/// The delay between the due time of a tick and its start.
+const LATE: &str = "late";
+/// Such a delay, as others had the executor.
+const WAITING: &str = "waiting for the executor";
+/// A part of a tick for which it was set aside for a more urgent one.
+const ASIDE: &str = "set aside";
+/// A tick that was too long, so that the next period was skipped.
+const OVERRUN: &str = "overrun";
+
+/// The newest message, by what became of it.
+const READ: &str = "read";
+const UNREAD: &str = "unread";
+const LOST: &str = "lost on the link";
+
+/// Between two ticks.
+const NOTHING: &str = "";
+
+/// Width of a tick without a duration, unless the next one comes earlier.
+const INSTANT_WIDTH: Duration = Duration::from_millis(1);
+
+/// When a lane changed, and to what.
+type Changes = Vec<(Time, &'static str)>;
+
+/// Logs the lanes of `recording`. They are on the timeline of run time only.
+pub fn add(rec: &RecordingStream, recording: &Recording) -> Written {
+    let lineage = recording.lineage();
+    let topology = lineage.topology();
+    for (node, known) in topology.nodes.iter().enumerate() {
+        let lane = path(&[TIMELINE, "node", &known.name]);
+        let mut looks = vec![
+            (TICK, BLUE),
+            (INSTANT, BLUE),
+            (LATE, GREY),
+            (OVERRUN, ORANGE),
+        ];
+        if known.executor.is_some() {
+            looks[2].0 = WAITING;
+            looks.push((ASIDE, GREY));
+        }
+        let run = lineage.ticks(node).enumerate();
+        let run = run.map(|(index, worked)| (worked, lineage.set_aside(node, index)));
+        send(rec, lane, &looks, &ticks(run, looks[2].0))?;
+    }
+    for (topic, known) in topology.topics.iter().enumerate() {
+        let lane = path(&[TIMELINE, "topic", &known.name]);
+        let looks = [(READ, BLUE), (UNREAD, GREY), (LOST, ORANGE)];
+        if !known.readers.is_empty() {
+            send(
+                rec,
+                lane,
+                &looks,
+                &messages(&lineage, topic, &known.readers),
+            )?;
+        }
+    }
+    Ok(())
+}
+
+/// The lane of a node from its ticks, each with the stretches for which it was set aside;
+/// `waits` is the state before a late one.
+fn ticks<'a>(
+    ticks: impl Iterator<Item = (&'a TracedTick, Vec<TickWait>)>,
+    waits: &'static str,
+) -> Changes {
+    let mut changes = Changes::new();
+    let (mut idle_from, mut overruns) = (Time::ZERO, None);
+    for (TracedTick { tick, .. }, aside) in ticks {
+        let due = due_of(tick);
+        if due < tick.at {
+            change(&mut changes, due.max(idle_from), waits);
+        }
+        let first = (tick.number == 0).then_some(0);
+        let before = overruns.replace(tick.overruns).or(first);
+        let overran = before.is_some_and(|before| before < tick.overruns);
+        let end = end_of(tick);
+        let (state, until) = match tick.ends.map(|_| end > tick.at) {
+            Some(true) if overran => (OVERRUN, Some(end)),
+            Some(true) => (TICK, Some(end)),
+            Some(false) => (INSTANT, Some(tick.at + INSTANT_WIDTH)),
+            // The run ended before.
+            None => (TICK, None),
+        };
+        change(&mut changes, tick.at, state);
+        for part in aside {
+            change(&mut changes, part.from, ASIDE);
+            change(&mut changes, part.to.min(end), state);
+        }
+        if let Some(until) = until {
+            change(&mut changes, until, NOTHING);
+        }
+        idle_from = end;
+    }
+    changes
+}
+
+/// Adds a change; what it comes before or replaces is left out.
+fn change(changes: &mut Changes, at: Time, state: &'static str) {
+    while changes.pop_if(|(before, _)| *before >= at).is_some() {}
+    if changes.last().is_none_or(|(_, before)| *before != state) {
+        changes.push((at, state));
+    }
+}
+
+/// The lane of a topic.
+fn messages(lineage: &Lineage, topic: usize, readers: &[usize]) -> Changes {
+    let reads = readers.iter().flat_map(|&node| lineage.ticks(node));
+    let reads = reads.flat_map(|worked| &worked.reads);
+    let read: HashSet<u64> = reads
+        .filter(|(of, _)| *of == topic)
+        .map(|(_, seq)| *seq)
+        .collect();
+    let mut changes = Changes::new();
+    for sent in lineage.sent(topic) {
+        let state = match sent.arrives {
+            None => LOST,
+            Some(_) if read.contains(&sent.seq) => READ,
+            Some(_) => UNREAD,
+        };
+        change(&mut changes, sent.at, state);
+    }
+    changes
+}
+
+/// Logs a lane with the `looks` of its states.
+fn send(
+    rec: &RecordingStream,
+    lane: EntityPath,
+    looks: &[(&str, Color)],
+    changes: &Changes,
+) -> Written {
+    if changes.is_empty() {
+        return Ok(());
+    }
+    let (states, colours): (Vec<&str>, Vec<Color>) = looks.iter().copied().unzip();
+    colour(rec, lane.clone(), states, colours)?;
+    let times = changes.iter().map(|(at, _)| at.as_nanos() as i64);
+    let times = TimeColumn::new_duration_nanos(RUN_TIME, times);
+    let rows = StateChange::new().with_state(changes.iter().map(|(_, state)| *state));
+    rec.send_columns(lane, [times], rows.columns_of_unit_batches()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use ratelab_account::{TickRecord, WaitsFor};
+
+    use super::*;
+    use crate::tests::ms;
+
+    /// A tick of the real clock: its start, lateness and duration (ms), and the overruns by
+    /// then.
+    fn tick(number: u64, [at, late, took]: [u64; 3], overruns: u64) -> TracedTick {
+        let tick = TickRecord {
+            number,
+            at: ms(at),
+            ends: Some(ms(at)),
+            lateness: Some(Duration::from_millis(late)),
+            took: Some(Duration::from_millis(took)),
+            overruns,
+            push: None,
+        };
+        TracedTick {
+            tick,
+            reads: Vec::new(),
+        }
+    }
+
+    /// The lane of a node with a thread of its own.
+    fn on_thread(run: &[TracedTick]) -> Changes {
+        ticks(run.iter().map(|worked| (worked, Vec::new())), LATE)
+    }
+
+    #[test]
+    fn a_lane_has_the_late_part_of_each_tick_its_duration_and_whether_it_was_too_long() {
+        let run = [
+            tick(0, [3, 3, 4], 0),
+            tick(1, [20, 0, 25], 1),
+            tick(2, [60, 0, 20], 1),
+            tick(3, [81, 1, 0], 1),
+        ];
+        let lane = [
+            (0, LATE),
+            (3, TICK),
+            (7, NOTHING),
+            (20, OVERRUN),
+            (45, NOTHING),
+            (60, TICK),
+            (80, LATE),
+            (81, INSTANT),
+            (82, NOTHING),
+        ];
+        assert_eq!(on_thread(&run), lane.map(|(at, state)| (ms(at), state)));
+    }
+
+    #[test]
+    fn a_lane_of_an_executor_has_the_wait_and_what_was_set_aside() {
+        let run = [tick(0, [3, 3, 9], 0)];
+        let aside = TickWait {
+            from: ms(5),
+            to: ms(8),
+            what: WaitsFor::Node(1),
+        };
+        let lane = [
+            (0, WAITING),
+            (3, TICK),
+            (5, ASIDE),
+            (8, TICK),
+            (12, NOTHING),
+        ];
+        let ticked = run.iter().map(|worked| (worked, vec![aside]));
+        let lane = lane.map(|(at, state)| (ms(at), state));
+        assert_eq!(ticks(ticked, WAITING), lane);
+    }
+
+    #[test]
+    fn ticks_without_a_duration_stay_apart_at_any_rate() {
+        let run = [0, 1].map(|number| {
+            let mut worked = tick(number, [0, 0, 0], 0);
+            worked.tick.at = Time::from_nanos(number * 500_000);
+            worked.tick.ends = Some(worked.tick.at);
+            worked
+        });
+        // The second begins within the width of the first.
+        assert_eq!(on_thread(&run).len(), 2);
+    }
+}

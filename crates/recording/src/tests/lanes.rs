@@ -1,0 +1,80 @@
+//! The lanes of the timeline in a file: what the viewer draws of ticks and messages.
+
+use std::{fs, path::Path};
+
+use ratelab_study::experiment::Config;
+use rerun::StateChange;
+
+use super::{file, ms, record, with_knobs};
+use crate::{frames::Chunks, scene::lanes::TIMELINE, schema::path as entity, timeline::RUN_TIME};
+
+/// The changes in a lane: run time (ms) and state.
+fn lane(path: &Path, kind: &str, name: &str) -> Vec<(i64, String)> {
+    let bytes = fs::read(path).expect("read");
+    let (lane, state) = (
+        entity(&[TIMELINE, kind, name]),
+        StateChange::descriptor_state().component,
+    );
+    let mut changes = Vec::new();
+    for chunk in Chunks::new(&bytes).filter(|chunk| *chunk.entity_path() == lane) {
+        let Some(times) = chunk.timelines().get(&RUN_TIME.into()) else {
+            continue;
+        };
+        let states = chunk.iter_slices::<String>(state);
+        let states = states.map(|row| row.iter().map(|text| text.as_str().to_owned()).collect());
+        let times = times.times_raw().iter().map(|nanos| nanos / 1_000_000);
+        changes.extend(times.zip(states));
+    }
+    changes
+}
+
+/// A recorded run of half a second, set up by `setup`.
+fn recorded(path: &Path, setup: &str) {
+    let config = Config {
+        end: ms(500),
+        ..with_knobs(setup, "")
+    };
+    record(&config, path).0.expect("no fault");
+}
+
+fn states(changes: &[(i64, &str)]) -> Vec<(i64, String)> {
+    let changes = changes.iter();
+    changes
+        .map(|(at, state)| (*at, (*state).to_owned()))
+        .collect()
+}
+
+#[test]
+fn the_lane_of_a_topic_has_what_became_of_each_message() {
+    let (_folder, path) = file("run.rrd");
+    recorded(&path, "control-hz 5, link /action loss:1");
+    let read = [
+        (0, "read"),
+        (20, "unread"),
+        (200, "read"),
+        (220, "unread"),
+        (400, "read"),
+        (420, "unread"),
+    ];
+    assert_eq!(lane(&path, "topic", "/obs"), states(&read));
+    let lost = states(&[(0, "lost on the link")]);
+    assert_eq!(lane(&path, "topic", "/action"), lost);
+    assert_eq!(lane(&path, "topic", "/state"), [], "nobody reads it");
+}
+
+#[test]
+fn the_lane_of_a_node_has_its_ticks() {
+    let (_folder, path) = file("run.rrd");
+    recorded(&path, "takes policy 45, sensor-hz 4");
+    let policy = lane(&path, "node", "policy");
+    let ticks = [(0, "overrun"), (45, ""), (60, "overrun"), (105, "")];
+    assert_eq!(policy[..4], states(&ticks));
+    let sensor = [
+        (0, "tick without duration"),
+        (1, ""),
+        (250, "tick without duration"),
+        (251, ""),
+    ];
+    let lane = lane(&path, "node", "sensor");
+    assert_eq!(lane[..4], states(&sensor));
+}

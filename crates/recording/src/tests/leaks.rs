@@ -1,0 +1,179 @@
+//! What reaches the nodes of a run under the real clock beside their topics, so that it
+//! cannot come back: it is named.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicU64, Ordering},
+    },
+    thread,
+    time::Instant,
+};
+
+use ratelab::{Command, GO_ON, Shared, Time};
+use ratelab_account::fields;
+use ratelab_study::{
+    experiment::Experiment,
+    system::{BuildError, Builder, System},
+};
+
+use super::{assert_has, file, finish, folder, ms, read, real, verify_with};
+use crate::{FinishedRecording, Recorder, Source};
+
+/// A number.
+#[derive(Clone, Copy)]
+pub struct Number {
+    /// The number.
+    pub number: f64,
+}
+fields!(Number { number: "number" });
+
+/// A node that publishes a number, and another one that adds to what the number is made of.
+struct Leaky(Leak);
+
+/// Where the number comes from.
+#[derive(Clone)]
+enum Leak {
+    /// A value that counts its turns: no leak.
+    Shared(Arc<Shared<u64>>),
+    /// A value that outlives the run.
+    Global(Arc<AtomicU64>),
+    /// The wall.
+    Wall(Instant),
+    /// A file.
+    File(PathBuf),
+}
+
+impl Leak {
+    fn read(&self) -> f64 {
+        match self {
+            Self::Shared(shared) => *shared.lock() as f64,
+            Self::Global(global) => global.load(Ordering::Relaxed) as f64,
+            Self::Wall(begin) => begin.elapsed().as_nanos() as f64,
+            Self::File(file) => fs::read(file).map_or(0.0, |bytes| bytes.len() as f64),
+        }
+    }
+
+    fn add(&self) {
+        match self {
+            Self::Shared(shared) => *shared.lock() += 1,
+            Self::Global(global) => drop(global.fetch_add(1, Ordering::Relaxed)),
+            Self::Wall(_) | Self::File(_) => {}
+        }
+    }
+}
+
+impl System for Leaky {
+    fn name(&self) -> &'static str {
+        "leaky"
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        let number = builder.topic::<Number>("/number");
+        let (source, sink) = (self.0.clone(), self.0.clone());
+        builder.node("reads", 200.0, 0, move |wiring| {
+            let (number, source) = (wiring.publisher(&number), source.clone());
+            move |now| {
+                let read = Number {
+                    number: source.read(),
+                };
+                number.publish(read, now, None);
+                GO_ON
+            }
+        })?;
+        builder.node("adds", 200.0, 1, move |_| {
+            let sink = sink.clone();
+            move |_| {
+                sink.add();
+                GO_ON
+            }
+        })
+    }
+}
+
+/// All notices of recorders.
+static NOTICES: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+fn notices_of(name: &str) -> usize {
+    let notices = NOTICES.lock().expect("open");
+    notices.iter().filter(|text| text.contains(name)).count()
+}
+
+/// Records a run of `system`; `meanwhile` sees it tick.
+fn record(system: &Arc<dyn System>, path: &Path, meanwhile: impl FnOnce()) -> FinishedRecording {
+    let experiment = Experiment::new(system.clone(), &real(Time::MAX)).expect("experiment");
+    let source = Source {
+        notice: |text| NOTICES.lock().expect("open").push(text.to_owned()),
+        ..Source::of(&experiment)
+    };
+    let recorder = Recorder::from_the_start(path, &source).expect("a recorder");
+    let (observer, commands) = (experiment.observer(), experiment.commands());
+    let run = thread::spawn(move || experiment.run());
+    while observer.now() < ms(50) {
+        thread::yield_now();
+    }
+    meanwhile();
+    commands.send(Command::Stop).expect("it goes on");
+    finish(recorder, &run.join().expect("no panic"))
+}
+
+#[test]
+fn a_write_from_outside_of_the_graph_is_named_by_the_recording_and_by_verify() {
+    let (_folder, path) = file("run.rrd");
+    let shared = Arc::new(Shared::new("the number", 0));
+    let system: Arc<dyn System> = Arc::new(Leaky(Leak::Shared(shared.clone())));
+    let recorded = record(&system, &path, || {
+        for _ in 0..2 {
+            *shared.lock() += 100;
+            // The run goes on for as long as this takes.
+            while notices_of("wrote to the number") == 0 {
+                thread::yield_now();
+            }
+        }
+    });
+    assert_eq!(notices_of("wrote to the number"), 1);
+    let defect = recorded.defect().expect("it cannot come back");
+    assert_has(&defect, "wrote to the number");
+    let error = verify_with(&read(&path), &system).expect_err("not to be had");
+    assert_has(&error.to_string(), "the number was written to");
+}
+
+#[test]
+fn a_shared_value_that_only_nodes_write_to_is_no_defect() {
+    let (_folder, path) = file("run.rrd");
+    let shared = Arc::new(Shared::new("the number", 0));
+    // Before the run anybody may write.
+    *shared.lock() = 0;
+    let system: Arc<dyn System> = Arc::new(Leaky(Leak::Shared(shared.clone())));
+    let looks = shared.clone();
+    let recorded = record(&system, &path, move || drop(looks.peek()));
+    assert_eq!(recorded.defect(), None);
+    // Another run has another value, which counts from its first turn.
+    let again = Arc::new(Shared::new("the number", 0));
+    let system: Arc<dyn System> = Arc::new(Leaky(Leak::Shared(again)));
+    verify_with(&read(&path), &system).expect("identical");
+}
+
+#[test]
+fn what_a_node_takes_from_elsewhere_makes_a_difference_with_its_likely_reasons() {
+    let folder = folder();
+    let file = folder.path().join("number.txt");
+    let leaks = [
+        Leak::Global(Arc::default()),
+        Leak::Wall(Instant::now()),
+        Leak::File(file.clone()),
+    ];
+    for (number, leak) in leaks.into_iter().enumerate() {
+        let path = folder.path().join(format!("{number}.rrd"));
+        let system: Arc<dyn System> = Arc::new(Leaky(leak));
+        fs::write(&file, "1").expect("written");
+        assert_eq!(record(&system, &path, || {}).defect(), None);
+        fs::write(&file, "another").expect("written");
+        let error = verify_with(&read(&path), &system).expect_err("another run");
+        let text = error.to_string();
+        assert_has(&text, "/number message 0, ");
+        assert_has(&text, "no topic, read a clock, or a file was changed");
+    }
+}

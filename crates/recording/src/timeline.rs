@@ -1,0 +1,120 @@
+//! The timelines of a recording, and the place of rows on them.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use ratelab::{Head, Time};
+use rerun::{
+    EntityPath, RecordingStream, RecordingStreamResult, SerializedComponentColumn, TimeColumn,
+};
+
+/// The result of writing to the stream of a recording.
+pub type Written<T = ()> = RecordingStreamResult<T>;
+
+/// Time since the run began.
+pub const RUN_TIME: &str = "run_time";
+
+/// Number of control steps of the plant.
+pub const CONTROL_STEP: &str = "control_step";
+
+/// Wall time; under the real clock only.
+pub const WALL_TIME: &str = "wall_time";
+
+/// The stream of a recording with a batch of its run, which places rows on the timelines.
+pub struct BatchStream<'a> {
+    /// The stream.
+    pub rec: RecordingStream,
+    /// Wall time at which run time was zero, under the real clock.
+    pub epoch: Option<SystemTime>,
+    /// Number of steps of the plant before this batch.
+    pub before: u64,
+    /// Steps in this batch: messages on the topic of states.
+    pub steps: &'a [Head],
+}
+
+impl BatchStream<'_> {
+    /// Sends `columns`, with a row for each of these run times. Nothing without rows.
+    pub fn send(
+        &self,
+        entity: impl Into<EntityPath>,
+        times: &[Time],
+        columns: impl IntoIterator<Item = SerializedComponentColumn>,
+    ) -> Written {
+        if times.is_empty() {
+            return Ok(());
+        }
+        self.rec
+            .send_columns(entity, self.timelines(times), columns)
+    }
+
+    /// Number of steps by the end of this batch.
+    pub fn made(&self) -> u64 {
+        self.step_at(Time::MAX)
+    }
+
+    /// Number of steps by run time `at`, including `at` itself.
+    fn step_at(&self, at: Time) -> u64 {
+        let made = self.steps.partition_point(|head| head.at <= at);
+        let newest = made
+            .checked_sub(1)
+            .and_then(|newest| self.steps.get(newest));
+        newest.map_or(self.before, |head| head.seq + 1)
+    }
+
+    /// The places of rows at these run times.
+    fn timelines(&self, times: &[Time]) -> impl Iterator<Item = TimeColumn> + use<> {
+        let nanos: Vec<i64> = times.iter().map(|at| signed(at.as_nanos())).collect();
+        let steps = times.iter().map(|at| signed(self.step_at(*at)));
+        let steps = TimeColumn::new_sequence(CONTROL_STEP, steps);
+        let wall = self.epoch.map(|epoch| {
+            let epoch = epoch.duration_since(UNIX_EPOCH).unwrap_or_default();
+            let epoch = signed(epoch.as_nanos());
+            let nanos = nanos.iter().map(|nanos| epoch.saturating_add(*nanos));
+            TimeColumn::new_timestamp_nanos_since_epoch(WALL_TIME, nanos)
+        });
+        let run = TimeColumn::new_duration_nanos(RUN_TIME, nanos);
+        [run, steps].into_iter().chain(wall)
+    }
+}
+
+/// The run times of `rows`.
+pub fn times(heads: &[Head]) -> Vec<Time> {
+    heads.iter().map(|head| head.at).collect()
+}
+
+/// As a signed number for the viewer; constant after 292 years.
+fn signed(count: impl TryInto<i64>) -> i64 {
+    count.try_into().unwrap_or(i64::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+    use crate::tests::stream;
+
+    #[test]
+    fn wall_time_is_run_time_since_the_epoch_and_virtual_time_has_none() {
+        let (rec, _) = stream();
+        let mut batch = BatchStream {
+            rec,
+            epoch: Some(UNIX_EPOCH + Duration::from_secs(1)),
+            before: 7,
+            steps: &[],
+        };
+        let times = [Time::from_nanos(20), Time::MAX];
+        let columns: Vec<_> = batch.timelines(&times).collect();
+        let named: Vec<_> = columns.iter().map(|c| (c.name(), c.times_raw())).collect();
+        let end = i64::MAX;
+        assert_eq!(
+            named,
+            [
+                (RUN_TIME, &[20, end][..]),
+                (CONTROL_STEP, &[7, 7]),
+                (WALL_TIME, &[1_000_000_020, end]),
+            ]
+        );
+        batch.epoch = None;
+        assert_eq!(batch.timelines(&times).count(), 2);
+    }
+}

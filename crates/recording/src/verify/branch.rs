@@ -1,0 +1,167 @@
+//! Leaves a recorded run at a moment, and goes on under the virtual clock with something
+//! changed.
+
+use std::{sync::Arc, time::Duration};
+
+use ratelab::{
+    Clock, ClockExit, Command, Fault, Graph, Inbox, Knob, RealClock, Speed, Time, TimedCommand,
+    TimedKnob,
+};
+use ratelab_replay::Rerun;
+use ratelab_study::{
+    experiment::{Config, Experiment, Summary},
+    system::System,
+};
+
+use super::{VerifyError, again, events, order};
+use crate::recorded::Recording;
+
+/// Run time of a branch that begins at the end of the run, or of an endless one.
+const BRANCH: Duration = Duration::from_secs(10);
+
+/// Where a recorded run is left, and what is changed there.
+#[derive(Clone, Debug)]
+pub struct Departure {
+    /// Run time; the last rest of the nodes before it counts.
+    pub at: Time,
+    /// The knobs that are turned there.
+    pub knobs: Vec<Knob>,
+    /// End of the branch; `None` for that of the recorded run.
+    pub end: Option<Time>,
+    /// Speed of the virtual clock.
+    pub speed: Speed,
+}
+
+/// A branch of a recorded run, ready to run.
+pub struct Branch {
+    /// Run time at which it leaves the recorded run.
+    pub at: Time,
+    /// The graph.
+    pub experiment: Experiment,
+    /// Executes the recorded part.
+    pub clock: BranchClock,
+}
+
+/// Prepares to run `recording` of `system` again up to the `departure`, or to the last rest
+/// of its nodes before; there it turns the knobs, and goes on under the virtual clock. Knobs
+/// that were turned later in the recorded run are turned again.
+///
+/// # Errors
+/// [`VerifyError`] if the run cannot be executed again, or does not have the knobs.
+pub fn branch(
+    recording: &Recording,
+    system: &Arc<dyn System>,
+    departure: &Departure,
+) -> Result<Branch, VerifyError> {
+    super::refuse_foreign(recording, system)?;
+    let mut rerun = order::rerun(recording, &**system)?;
+    let Departure {
+        at, knobs, speed, ..
+    } = departure;
+    let at = *at;
+    let knobs: Vec<Knob> = again::loaded(knobs.iter().cloned())?;
+    let timed = knobs.into_iter().map(|knob| TimedKnob { at, knob });
+    let config = again::with_tables(Config {
+        knobs: timed.collect(),
+        end: departure.end.unwrap_or_else(|| end_of(recording, at)),
+        speed: *speed,
+        ..recording.origin.config.clone()
+    })?;
+    let taken = recording.knobs();
+    let timed = Experiment::again(system.clone(), &config, &taken)?;
+    let clock = recording.origin.config.clock;
+    let rest = rerun
+        .as_ref()
+        .and_then(|rerun| rerun.rest_before(at, clock));
+    let mut experiment = match (&mut rerun, rest) {
+        (Some(rerun), Some(_)) => {
+            let knobs = timed.config().knobs.iter();
+            rerun.branch(at, knobs.map(|timed| timed.knob.clone().into()).collect());
+            let knobs = Vec::new();
+            Experiment::again(system.clone(), &Config { knobs, ..config }, &taken)?
+        }
+        _ => timed,
+    };
+    experiment.schedule(commands(recording, &**system, rerun.as_ref(), at)?);
+    Ok(Branch {
+        at: rest.unwrap_or(at),
+        experiment,
+        clock: BranchClock {
+            rerun,
+            left_at: at,
+            real: RealClock::default(),
+        },
+    })
+}
+
+impl Branch {
+    /// Runs it to its end.
+    ///
+    /// # Errors
+    /// [`VerifyError`] if its recorded part did not come again.
+    pub fn run(self) -> Result<Result<Summary, Fault>, VerifyError> {
+        let mut clock = self.clock;
+        let result = self.experiment.run_with(&mut clock);
+        match clock.rerun.as_ref().and_then(Rerun::difference) {
+            Some(diverged) => Err(VerifyError::Diverged(diverged)),
+            None => Ok(result),
+        }
+    }
+}
+
+/// Executes the recorded part of a branch under the real clock again; later it is the real
+/// clock itself.
+#[derive(Debug)]
+pub struct BranchClock {
+    rerun: Option<Rerun>,
+    left_at: Time,
+    real: RealClock,
+}
+
+impl Clock for BranchClock {
+    fn cores(&self) -> Option<usize> {
+        self.rerun.as_ref().map_or(self.real.cores(), Rerun::cores)
+    }
+
+    fn run(
+        &mut self,
+        graph: &mut Graph,
+        inbox: &mut Inbox,
+        until: Time,
+    ) -> Result<ClockExit, Fault> {
+        let recorded = graph.now() <= self.left_at;
+        match self
+            .rerun
+            .as_mut()
+            .filter(|rerun| recorded && !rerun.has_left())
+        {
+            Some(rerun) => rerun.run(graph, inbox, until),
+            None => self.real.run(graph, inbox, until),
+        }
+    }
+}
+
+/// The configured end, if the run has one and is left before it.
+fn end_of(recording: &Recording, at: Time) -> Time {
+    match recording.origin.config.end {
+        end if end > at && end < Time::MAX => end,
+        _ => recording.until.max(at + BRANCH),
+    }
+}
+
+/// The commands of the virtual clock up to run time `at`, and all knobs of later.
+fn commands(
+    recording: &Recording,
+    system: &dyn System,
+    rerun: Option<&Rerun>,
+    at: Time,
+) -> Result<Vec<TimedCommand>, VerifyError> {
+    let mut commands = events::commands(recording, system, rerun)?;
+    commands.retain(|timed| timed.at <= at || matches!(timed.command, Command::Set(_)));
+    let known = recording.events.iter().enumerate();
+    let known = known.filter(|(index, _)| rerun.is_some_and(|rerun| rerun.knows(*index)));
+    let later = known.filter_map(|(_, event)| event.knob().filter(|timed| timed.at > at));
+    commands.extend(later.map(TimedCommand::from));
+    commands.sort_by_key(|timed| timed.at);
+    Ok(commands)
+}

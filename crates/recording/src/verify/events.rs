@@ -1,0 +1,197 @@
+//! What happened to a run beside its messages and ticks: which of it is given
+//! again, which comes again, and what can be asked of the rest.
+
+use std::iter;
+
+use ratelab::{ClockKind, Command, Event, EventKind, Knob, Time, TimedCommand};
+use ratelab_replay::Rerun;
+use ratelab_study::system::{BuildError, System};
+
+use super::difference::Difference;
+use crate::{durations::with_durations, recorded::Recording};
+
+/// The commands to give again: those that changed the graph, and those that the
+/// graph refused and will refuse again.
+///
+/// # Errors
+/// [`BuildError::Setting`] if durations that a knob draws from cannot be had.
+pub fn commands(
+    recording: &Recording,
+    system: &dyn System,
+    rerun: Option<&Rerun>,
+) -> Result<Vec<TimedCommand>, BuildError> {
+    // A log of threads counts the events of a damaged file too.
+    let threads = recording.threads.as_ref().filter(|_| rerun.is_some());
+    let events = threads.map_or(&recording.events, |threads| &threads.events);
+    let events = events.iter().enumerate();
+    let events = events.filter(|(index, _)| rerun.is_none_or(|rerun| !rerun.knows(*index)));
+    let commands = events.filter_map(|(_, event)| {
+        let again = match &event.what {
+            EventKind::Applied {
+                command: command @ Command::HandOver(_),
+                ..
+            } => command,
+            EventKind::Refused { command, .. } if is_up_to_the_graph(system, command) => command,
+            _ => return event.replayable(),
+        };
+        let (at, command) = (event.at, again.clone());
+        Some(TimedCommand { at, command })
+    });
+    let tabled = commands.map(|mut timed| {
+        load_table(&mut timed.command).map_err(BuildError::Setting)?;
+        Ok(timed)
+    });
+    tabled.collect()
+}
+
+/// Loads the measured durations that the knob of `command` draws from.
+///
+/// # Errors
+/// The reason why they cannot be had.
+pub fn load_table(command: &mut Command) -> Result<(), String> {
+    if let Command::Set(knob) = command {
+        *knob = with_durations(knob.clone())?;
+    }
+    Ok(())
+}
+
+/// Whether the graph alone decides what becomes of `command`. Of files it may be
+/// another thing today, and commands of the other clock change it.
+fn is_up_to_the_graph(system: &dyn System, command: &Command) -> bool {
+    match command {
+        Command::Set(_) => !names_a_file(system, command),
+        Command::HandOver(clock) => *clock == ClockKind::Virtual,
+        Command::Pause | Command::Resume | Command::Step | Command::Speed(_) | Command::Stop => {
+            false
+        }
+    }
+}
+
+/// Whether the content of a file decides what becomes of `command`.
+pub fn names_a_file(system: &dyn System, command: &Command) -> bool {
+    match command {
+        Command::Set(Knob::Send { node, text }) => system.file(node, text).is_some(),
+        _ => false,
+    }
+}
+
+/// Whether `event` comes of running the run again: pauses and speeds are the
+/// wall's, and why a file was refused is up to the file.
+fn comes_again(system: &dyn System, event: &Event) -> bool {
+    match &event.what {
+        EventKind::Applied { command, .. } => !paces(command),
+        EventKind::Refused { command, .. } => !names_a_file(system, command),
+        EventKind::Ended { .. } | EventKind::Faulted { .. } => true,
+        // Only of runs on the real clock.
+        EventKind::Presence { .. } => false,
+    }
+}
+
+/// Whether `command` merely changes how run time passes.
+fn paces(command: &Command) -> bool {
+    matches!(
+        command,
+        Command::Pause | Command::Resume | Command::Step | Command::Speed(_)
+    )
+}
+
+/// The first thing in what was recorded that no run can have: an event before the
+/// one before it, a speed that was not the last one, a knob that was given and
+/// never turned.
+///
+/// Of a run with `threads` the log has the order, which is not that of time.
+pub fn check(recording: &Recording, threads: bool) -> Option<Difference> {
+    let config = &recording.origin.config;
+    let (mut last, mut speed) = (Time::ZERO, config.speed);
+    for event in &recording.events {
+        if event.at < last && !threads {
+            let recorded = format!("{event}");
+            return Some(differs(
+                event.at,
+                recorded,
+                format!("nothing before {last}"),
+            ));
+        }
+        last = event.at;
+        let EventKind::Applied { command, was } = &event.what else {
+            continue;
+        };
+        let before = match command {
+            Command::Speed(next) => Some(std::mem::replace(&mut speed, *next).to_string()),
+            command if paces(command) => None,
+            _ => continue,
+        };
+        if *was != before {
+            let before = before.map_or("none".to_owned(), |before| format!("was {before}"));
+            return Some(differs(event.at, event.to_string(), before));
+        }
+    }
+    match threads {
+        // The wall decides when they come, and whether a node still reads them.
+        true => None,
+        false => first_knob_left_out(recording),
+    }
+}
+
+/// The first knob of the configuration that was due in the run, and that was not turned
+/// by. Those of the last moment may have come too late.
+fn first_knob_left_out(recording: &Recording) -> Option<Difference> {
+    let knobs = recording.origin.config.knobs.iter().cloned();
+    let mut given: Vec<TimedCommand> = knobs.map(TimedCommand::from).collect();
+    given.sort_by_key(|given| given.at);
+    let mut events = recording.events.iter();
+    let mut is_among = |given: &TimedCommand| {
+        events.any(|event| match &event.what {
+            EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => {
+                event.at == given.at && *command == given.command
+            }
+            _ => false,
+        })
+    };
+    let left_out = given
+        .iter()
+        .filter(|given| given.at < recording.until)
+        .find(|given| !is_among(given))?;
+    let what = "a knob that was given".to_owned();
+    let part = (
+        what,
+        "nothing of it".to_owned(),
+        left_out.command.to_string(),
+    );
+    Some(Difference::new(left_out.at, part))
+}
+
+/// The first event that did not come again as it was recorded. Of a run whose
+/// recording is not `complete`, those of its last moment may be missing.
+pub fn compare(
+    recording: &Recording,
+    system: &dyn System,
+    complete: bool,
+    computed: &[Event],
+) -> Option<Difference> {
+    let again = |event: &&Event| comes_again(system, event);
+    let recorded = recording.events.iter().filter(again);
+    let computed = computed.iter().filter(again);
+    let longer = recorded.clone().count().max(computed.clone().count());
+    let recorded = recorded.map(Some).chain(iter::repeat(None));
+    let computed = computed.map(Some).chain(iter::repeat(None));
+    let mut pairs = recorded.zip(computed).take(longer);
+    let (recorded, computed) = pairs.find(|(recorded, computed)| recorded != computed)?;
+    match (recorded, computed) {
+        (None, Some(event)) if !complete && event.at >= recording.until => None,
+        _ => {
+            let at = recorded.or(computed).map_or(Time::ZERO, |event| event.at);
+            Some(differs(at, text(recorded), text(computed)))
+        }
+    }
+}
+
+fn differs(at: Time, recorded: String, computed: String) -> Difference {
+    Difference::new(at, ("an event".to_owned(), recorded, computed))
+}
+
+fn text(event: Option<&Event>) -> String {
+    event.map_or("none".to_owned(), |event| {
+        format!("{event} ({} ns)", event.at.as_nanos())
+    })
+}

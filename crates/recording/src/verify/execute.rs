@@ -1,0 +1,124 @@
+//! Executes a run again for all of its messages and ticks.
+
+use std::{sync::Arc, thread};
+
+use ratelab::Speed;
+use ratelab_account::Observer;
+use ratelab_replay::{Knot, Rerun, Watch};
+use ratelab_study::{
+    experiment::{Config, Experiment},
+    system::System,
+};
+
+use super::{VerifyError, again, compare::Comparison, order};
+use crate::recorded::Recording;
+
+/// A run that is to be executed again.
+pub struct Execution {
+    recording: Arc<Recording>,
+    system: Arc<dyn System>,
+    experiment: Experiment,
+    rerun: Option<Rerun>,
+}
+
+/// A run that was executed again.
+pub struct Executed {
+    /// Its recording, with every message and tick.
+    pub recording: Arc<Recording>,
+    /// Its ticks that overlap.
+    pub knots: Vec<Knot>,
+}
+
+impl Execution {
+    /// Prepares to execute the run of `recording` again.
+    ///
+    /// # Errors
+    /// [`VerifyError`] if it cannot be executed again.
+    pub fn new(recording: Arc<Recording>, system: &Arc<dyn System>) -> Result<Self, VerifyError> {
+        super::refuse_foreign(&recording, system)?;
+        let rerun = order::rerun(&recording, &**system)?;
+        let config = Config {
+            speed: Speed::Unlimited,
+            knobs: Vec::new(),
+            end: recording.until,
+            ..recording.origin.config.clone()
+        };
+        Ok(Self {
+            experiment: again::prepare(&recording, system, config, rerun.as_ref())?,
+            recording,
+            system: system.clone(),
+            rerun,
+        })
+    }
+
+    /// Reads the graph while it runs.
+    pub fn observer(&self) -> Observer {
+        self.experiment.observer()
+    }
+
+    /// Begins to execute the run up to the first `operations` of knot number `knot`, and
+    /// holds it there; `None` for a run without knots.
+    pub fn hold(self, knot: usize, operations: usize) -> Option<Held> {
+        let (experiment, mut rerun) = (self.experiment, self.rerun?);
+        rerun.hold(knot, operations);
+        let (observer, watch) = (experiment.observer(), rerun.watch());
+        // It ends with the hold.
+        thread::spawn(move || drop(experiment.run_with(&mut rerun)));
+        Some(Held { observer, watch })
+    }
+
+    /// Executes the run. Its messages and ticks must be the recorded ones, if the recording
+    /// has any.
+    ///
+    /// # Errors
+    /// [`VerifyError`] if it is another run.
+    pub fn run(self) -> Result<Executed, VerifyError> {
+        let Self {
+            recording,
+            system,
+            experiment,
+            rerun,
+        } = self;
+        let (threads, commands) = (rerun.is_some(), experiment.commands());
+        let knots = rerun.as_ref().map_or_else(Vec::new, Rerun::knots);
+        let comparison = Comparison::new(&recording, threads, commands).keeping();
+        let ran = again::run_again(experiment, rerun, &comparison, |_| false);
+        super::judge(
+            &recording,
+            &system,
+            threads,
+            (comparison.first_difference(), ran.diverged),
+        )?;
+        let recording = Arc::new(recording.with_rows(ran.topics, ran.ticks));
+        Ok(Executed { recording, knots })
+    }
+}
+
+/// A run that is executed again up to an operation, and held there until this is dropped.
+pub struct Held {
+    observer: Observer,
+    watch: Arc<Watch>,
+}
+
+impl Held {
+    /// Reads the graph as it is held.
+    pub fn observer(&self) -> &Observer {
+        &self.observer
+    }
+
+    /// Lets it go on to the first `operations` of the knot.
+    pub fn allow(&self, operations: usize) {
+        self.watch.allow(operations);
+    }
+
+    /// The number of operations done; `None` before all nodes are at rest there.
+    pub fn done(&self) -> Option<usize> {
+        self.watch.held()
+    }
+}
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        self.watch.end();
+    }
+}

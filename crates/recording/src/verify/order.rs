@@ -1,0 +1,60 @@
+//! The order of the threads of a run that was under the real clock.
+
+use ratelab::{ClockKind, Command, Event};
+use ratelab_replay::Rerun;
+use ratelab_study::system::{BuildError, System};
+
+use super::{VerifyError, events};
+use crate::recorded::Recording;
+
+/// Prepares to execute a recorded run again as far as it was under the real clock; `None`
+/// if it never was.
+///
+/// # Errors
+/// [`VerifyError`] if its log is missing or wrong.
+pub fn rerun(recording: &Recording, system: &dyn System) -> Result<Option<Rerun>, VerifyError> {
+    let Some(when) = under_the_real_clock(recording) else {
+        return Ok(None);
+    };
+    let Some(threads) = &recording.threads else {
+        return Err(VerifyError::RealClock(when));
+    };
+    if let Some(damage) = threads.damage {
+        return Err(VerifyError::Log(damage));
+    }
+    let topology = &recording.origin.topology;
+    let read = match is_whole(recording) {
+        true => Rerun::new,
+        false => Rerun::of_torn,
+    };
+    let mut rerun = read(&threads.log, &threads.events, topology)?;
+    rerun.expect_refusals(|command| events::names_a_file(system, command));
+    for command in rerun.commands_mut() {
+        events::load_table(command).map_err(BuildError::Setting)?;
+    }
+    Ok(Some(rerun))
+}
+
+/// Whether the recording goes on to the end of the run; with `threads` it was under the real
+/// clock.
+pub fn is_complete(recording: &Recording, threads: bool) -> bool {
+    recording.end_of_run().is_some() && (!threads || is_whole(recording))
+}
+
+/// Whether the log goes on to the end of the run.
+pub fn is_whole(recording: &Recording) -> bool {
+    let threads = recording.threads.as_ref();
+    let full = threads.is_some_and(|threads| threads.log.is_full());
+    recording.is_whole() && recording.end_of_run().is_some() && !full
+}
+
+/// When a run was under the real clock.
+fn under_the_real_clock(recording: &Recording) -> Option<&'static str> {
+    let handed_over =
+        |event: &Event| matches!(event.applied(), Some(Command::HandOver(ClockKind::Real)));
+    match recording.origin.config.clock {
+        ClockKind::Real => Some("begun"),
+        _ if recording.events.iter().any(handed_over) => Some("for a while"),
+        _ => None,
+    }
+}
