@@ -82,7 +82,7 @@ const CRATES: [&str; 9] = [
 /// Whoever needs more takes something out first; what went out lowers the number.
 const BUDGETS: [(&str, usize); 4] = [
     ("src", 6_190),
-    ("crates/effects/src", 2_600),
+    ("crates/effects/src", 2_420),
     ("crates/replay/src", 1_960),
     ("crates/account/src", 2_300),
 ];

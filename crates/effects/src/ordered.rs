@@ -1,8 +1,6 @@
 //! Nodes that share the threads of an executor, in an order of its own.
 
-use ratelab::{
-    ClockKind, Job, JobKind, Knob, Phase, Scheduler, SchedulerEvent, TaskState, Time, Timetable,
-};
+use ratelab::{Job, JobKind, Knob, Phase, Scheduler, SchedulerEvent, TaskState, Time, Timetable};
 
 use super::task::{Task, moves_due_times};
 
@@ -35,11 +33,11 @@ pub(crate) trait CallbackOrder: Clone + Send + 'static {
 
     /// Forgets that the timer of a node is due, if the call would have set its next due
     /// time: that has changed.
-    fn reschedule(&mut self, member: usize);
+    fn reschedule(&mut self, _member: usize) {}
 }
 
-/// A callback to be called now.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A call of a node; timers come first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Call {
     /// The timer of a node.
     Timer { member: usize },
@@ -47,6 +45,16 @@ pub(crate) enum Call {
     Message { member: usize, input: usize },
     /// Its subscriptions in turn, until a set of messages is complete.
     Messages { member: usize },
+}
+
+impl Call {
+    pub(crate) fn member(self) -> usize {
+        match self {
+            Self::Timer { member } | Self::Message { member, .. } | Self::Messages { member } => {
+                member
+            }
+        }
+    }
 }
 
 /// The nodes at an instant, as an order sees them.
@@ -188,35 +196,18 @@ impl<O: CallbackOrder> Ordered<O> {
         let (order, mut task_set) = self.order(plan);
         let call = order.next(&mut task_set)?;
         plan.look();
-        let (member, due) = match call {
-            Call::Timer { member } => (member, self.call_timer(member, plan)),
-            Call::Message { member, input } => {
-                let trigger = self.tasks[member].trigger.as_mut();
-                (
-                    member,
-                    trigger.and_then(|t| t.take_from(input, member, plan)),
-                )
-            }
-            Call::Messages { member } => {
-                let trigger = self.tasks[member].trigger.as_mut();
-                (
-                    member,
-                    trigger.and_then(|trigger| trigger.take(member, plan)),
-                )
-            }
+        let member = call.member();
+        let due = match (call, &mut self.tasks[member].trigger) {
+            (Call::Message { input, .. }, Some(trigger)) => trigger.take_from(input, member, plan),
+            (Call::Messages { .. }, Some(trigger)) => trigger.take(member, plan),
+            _ => self.call_timer(member, plan),
         };
         let Some(due) = due else {
             let (order, mut task_set) = self.order(plan);
             order.ended(member, &mut task_set);
             return None;
         };
-        let task = &mut self.tasks[member];
-        let cost = task.cost();
-        let takes = match plan.clock() {
-            ClockKind::Virtual => cost.filter(|cost| !cost.is_zero()),
-            ClockKind::Real => cost,
-        };
-        let kind = task.starts(takes, cost.is_some());
+        let kind = self.tasks[member].next_job(plan.clock());
         Some(Job::new(member, kind).late(Some(now.since(due))))
     }
 
