@@ -22,6 +22,7 @@
 //! `run_log.rs` and `rerun.rs`.
 
 mod coder;
+mod events;
 mod hold;
 mod knot;
 mod log;

@@ -33,15 +33,21 @@ use super::{
 #[derive(Debug, Default)]
 pub struct RunLog {
     streams: Mutex<Vec<Arc<Stream>>>,
-    size: Arc<AtomicUsize>,
-    outside: Arc<Mutex<OutsideWrites>>,
+    totals: Arc<LogTotals>,
+}
+
+/// What is of all threads together.
+#[derive(Debug, Default)]
+struct LogTotals {
+    /// Number of bytes.
+    size: AtomicUsize,
+    outside: Mutex<OutsideWrites>,
 }
 
 /// The log of one thread.
 #[derive(Debug, Default)]
 struct Stream {
-    size: Arc<AtomicUsize>,
-    outside: Arc<Mutex<OutsideWrites>>,
+    totals: Arc<LogTotals>,
     content: Mutex<StreamData>,
 }
 
@@ -83,8 +89,7 @@ impl RunLog {
         let mut streams = lock(&self.streams);
         while streams.len() <= thread {
             streams.push(Arc::new(Stream {
-                size: self.size.clone(),
-                outside: self.outside.clone(),
+                totals: self.totals.clone(),
                 content: Mutex::default(),
             }));
         }
@@ -101,7 +106,7 @@ impl RunLog {
     /// graph wrote to while the graph was under the real clock: such a run cannot come back. Each
     /// is known as soon as a node has been there next.
     pub fn written_from_outside(&self) -> Vec<std::sync::Arc<str>> {
-        let outside = lock(&self.outside);
+        let outside = lock(&self.totals.outside);
         outside.taken.iter().map(|name| name.text()).collect()
     }
 
@@ -131,7 +136,7 @@ impl Journal for RunLog {
                 *first = next.max(*first);
             }
         }
-        lock(&self.outside).firsts = firsts;
+        lock(&self.totals.outside).firsts = firsts;
         for thread in 0..=nodes {
             self.stream(thread).add(&Entry::Begin, &[]);
         }
@@ -144,16 +149,18 @@ impl Journal for RunLog {
 
 impl ThreadJournal for Stream {
     fn add(&self, entry: &Entry, turns: &[Operation]) {
-        if self.size.load(Ordering::Relaxed) > Log::MOST {
+        if self.totals.size.load(Ordering::Relaxed) > Log::MOST {
             return;
         }
         for operation in turns.iter().filter(|operation| operation.outside) {
-            lock(&self.outside).note(operation);
+            lock(&self.totals.outside).note(operation);
         }
         let mut content = lock(&self.content);
         let StreamData { coder, bytes } = &mut *content;
         let before = bytes.len();
         coder.put(bytes, entry, turns);
-        self.size.fetch_add(bytes.len() - before, Ordering::Relaxed);
+        self.totals
+            .size
+            .fetch_add(bytes.len() - before, Ordering::Relaxed);
     }
 }

@@ -9,7 +9,7 @@ use super::{
     knot::{Knot, KnotOperation, KnotStep},
     log::{Log, LogError},
     plan::{Plan, PlanPart, Turns},
-    thread::Thread,
+    thread::LoggedEntry,
 };
 
 /// A part of a run under the real clock.
@@ -27,7 +27,7 @@ pub(crate) enum Section {
 #[derive(Debug)]
 pub(crate) struct Stretch {
     /// The supervisor, and the nodes in the order of their addition.
-    pub(crate) threads: Vec<Thread>,
+    pub(crate) threads: Vec<Vec<LoggedEntry>>,
     pub(crate) plan: Plan,
     /// How it ended; `None` where the log is cut off before.
     pub(crate) end: Option<End>,
@@ -115,35 +115,27 @@ struct SectionReader<'a> {
 impl SectionReader<'_> {
     fn read(&mut self, supervisor: Vec<Logged>) -> Result<Vec<Section>, LogError> {
         let mut sections = Vec::new();
-        let mut supervisor = supervisor.into_iter().peekable();
-        while let Some((entry, _)) = supervisor.next() {
-            let section = match entry {
+        let mut entries = supervisor.into_iter().peekable();
+        while let Some((entry, _)) = entries.next() {
+            sections.push(match entry {
                 Entry::Abandoned => Section::Abandoned,
                 Entry::Rest { event } => match self.event(event)? {
                     Some(event) => Section::Rest(event),
                     None => return Ok(sections),
                 },
                 Entry::Begin => {
-                    let mut own = Vec::new();
-                    while let Some(logged) =
-                        supervisor.next_if(|(e, _)| matches!(e, Entry::Obey { .. }))
-                    {
-                        own.push(logged);
+                    let obey = |logged: &Logged| matches!(logged.0, Entry::Obey { .. });
+                    let own = std::iter::from_fn(|| entries.next_if(obey)).collect();
+                    let end = entries.next_if(|logged| matches!(logged.0, Entry::End(_)));
+                    let stretch = self.stretch(own, end.map(|(entry, _)| entry))?;
+                    let may_be_torn = !self.whole && entries.peek().is_none();
+                    if !stretch.is_whole() && !may_be_torn {
+                        return Err(LogError::Damaged("a stretch of it has no end".to_owned()));
                     }
-                    let end = supervisor.next_if(|(entry, _)| matches!(entry, Entry::End(_)));
-                    let end = end.and_then(|(entry, _)| match entry {
-                        Entry::End(end) => Some(end),
-                        _ => None,
-                    });
-                    Section::Stretch(self.stretch(own, end)?)
+                    Section::Stretch(stretch)
                 }
                 other => return Err(impossible(format!("{other:?} between two stretches"))),
-            };
-            let cut = matches!(&section, Section::Stretch(stretch) if !stretch.is_whole());
-            sections.push(section);
-            if cut {
-                return self.end_of_torn(sections, supervisor.next().is_some());
-            }
+            });
         }
         let more = self.nodes.iter_mut().any(|node| node.next().is_some());
         if more && self.whole {
@@ -152,15 +144,7 @@ impl SectionReader<'_> {
         Ok(sections)
     }
 
-    /// The `sections` of a log that is cut off in the last of them.
-    fn end_of_torn(&self, sections: Vec<Section>, more: bool) -> Result<Vec<Section>, LogError> {
-        if self.whole || more {
-            return Err(LogError::Damaged("a stretch of it has no end".to_owned()));
-        }
-        Ok(sections)
-    }
-
-    fn stretch(&mut self, own: Vec<Logged>, end: Option<End>) -> Result<Stretch, LogError> {
+    fn stretch(&mut self, own: Vec<Logged>, end: Option<Entry>) -> Result<Stretch, LogError> {
         let mut threads = vec![self.thread(own, None)?];
         for index in 0..self.nodes.len() {
             let logged = self.nodes[index].next();
@@ -170,11 +154,15 @@ impl SectionReader<'_> {
             }
             threads.push(self.thread(logged.unwrap_or_default(), Some(index))?);
         }
-        if let Some(End::Ended { node, .. } | End::Failed { node, .. } | End::NoThread { node, .. }) =
-            end
-            && node >= self.names.len()
+        let end = match end {
+            Some(Entry::End(end)) => Some(end),
+            _ => None,
+        };
+        if let Some(
+            End::Ended { node, .. } | End::Failed { node, .. } | End::NoThread { node, .. },
+        ) = end
         {
-            return Err(impossible(format!("node {node} ended the run")));
+            self.check_node(node, "ended the run")?;
         }
         let names = std::iter::once("the supervisor").chain(self.names.iter().map(|name| &**name));
         let plan = Plan::new(&threads, names.collect(), &mut self.turns, self.whole)?;
@@ -183,51 +171,61 @@ impl SectionReader<'_> {
 
     /// The entries of the thread of a `node`, or of the supervisor, up to the first that cannot
     /// be known.
-    fn thread(&mut self, logged: Vec<Logged>, node: Option<usize>) -> Result<Thread, LogError> {
-        let mut thread = Thread::default();
-        let supervises = node.is_none();
+    fn thread(
+        &mut self,
+        logged: Vec<Logged>,
+        node: Option<usize>,
+    ) -> Result<Vec<LoggedEntry>, LogError> {
+        let mut entries = Vec::<LoggedEntry>::new();
         for (entry, operations) in logged {
             match entry {
                 Entry::Obey { at, event } => match self.event(event)? {
+                    Some(event) => self.check_command(event, at, node)?,
                     None => break,
-                    Some(event) if self.events[event].at != at => {
-                        let event = &self.events[event];
-                        return Err(impossible(format!("{event}, obeyed at {at}")));
-                    }
-                    Some(event) => self.check_target(event, node)?,
                 },
-                Entry::Look { node, .. } if !supervises => self.check_node(node)?,
-                Entry::Finish { node, .. } if !supervises => self.check_node(Some(node))?,
-                Entry::Arrive(_) | Entry::Done { .. } if !supervises => {}
+                Entry::Arrive(_)
+                | Entry::Look { .. }
+                | Entry::Finish { .. }
+                | Entry::Done { .. }
+                    if node.is_some() => {}
                 other => return Err(impossible(format!("{other:?} within a stretch"))),
             }
-            let last = thread.len().checked_sub(1);
-            let works = last.is_some_and(|last| thread.works_after(last));
+            let last = entries.last();
+            let works = last.is_some_and(LoggedEntry::begins_work);
             if works != matches!(entry, Entry::Done { .. }) {
                 return Err(impossible(format!("{entry:?} in the midst of another one")));
             }
-            thread.push(entry, &operations);
+            let entry = LoggedEntry::after(last, entry, operations);
+            if let Some(node) = entry.node {
+                self.check_node(node, "did some work")?;
+            }
+            entries.push(entry);
         }
-        Ok(thread)
+        Ok(entries)
     }
 
     /// Checks that there is a node with this index.
-    fn check_node(&self, node: Option<usize>) -> Result<(), LogError> {
-        match node.filter(|node| *node >= self.names.len()) {
-            Some(node) => Err(impossible(format!("node {node} did some work"))),
-            None => Ok(()),
+    fn check_node(&self, node: usize, did: &str) -> Result<(), LogError> {
+        match node < self.names.len() {
+            true => Ok(()),
+            false => Err(impossible(format!("node {node} {did}"))),
         }
     }
 
-    /// Checks that a command which the thread of a node obeyed is for a node.
-    fn check_target(&self, event: usize, node: Option<usize>) -> Result<(), LogError> {
+    /// Checks that the thread of a `node`, or of the supervisor, can have obeyed a command at this
+    /// time.
+    fn check_command(&self, event: usize, at: Time, node: Option<usize>) -> Result<(), LogError> {
         let event = &self.events[event];
-        let (EventKind::Applied { command, .. } | EventKind::Refused { command, .. }) = &event.what
-        else {
-            return Ok(());
+        let is_for_a_node = match &event.what {
+            EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => {
+                command.node().is_some()
+            }
+            _ => false,
         };
-        match node.map(|node| &*self.names[node]) {
-            Some(name) if command.node().is_none() => {
+        match node {
+            _ if event.at != at => Err(impossible(format!("{event}, obeyed at {at}"))),
+            Some(node) if !is_for_a_node => {
+                let name = &self.names[node];
                 Err(impossible(format!("{event}, obeyed by {name}")))
             }
             _ => Ok(()),
@@ -256,17 +254,14 @@ impl Stretch {
     /// Its ticks that overlap.
     pub(crate) fn knots(&self) -> Vec<Knot> {
         let mut done = vec![0; self.threads.len()];
-        let knots = self.plan.parts().iter().filter_map(|planned| {
-            let steps = match &planned.part {
-                PlanPart::Knot(steps) => steps,
-                PlanPart::Entry(thread) => {
-                    done[*thread] += 1;
-                    return None;
-                }
-            };
-            Some(self.knot(steps, &mut done))
-        });
-        knots.collect()
+        let mut knots = Vec::new();
+        for planned in self.plan.parts() {
+            match &planned.part {
+                PlanPart::Entry(thread) => done[*thread] += 1,
+                PlanPart::Knot(steps) => knots.push(self.knot(steps, &mut done)),
+            }
+        }
+        knots
     }
 
     /// The knot of these `steps`, after so many entries of each thread are `done`.
@@ -277,13 +272,11 @@ impl Stretch {
             operations: Vec::new(),
         };
         for step in steps {
-            let at = self.threads[step.thread].at(done[step.thread]);
-            (knot.from, knot.to) = (knot.from.min(at), knot.to.max(at));
+            let LoggedEntry { began, node, .. } = self.threads[step.thread][done[step.thread]];
+            (knot.from, knot.to) = (knot.from.min(began), knot.to.max(began));
             let operation = step.takes.map(|(lock, turn)| KnotOperation {
-                node: self.threads[step.thread]
-                    .node(done[step.thread])
-                    .or(step.thread.checked_sub(1)),
-                at,
+                node: node.or(step.thread.checked_sub(1)),
+                at: began,
                 takes: lock.text(),
                 turn,
             });

@@ -1,77 +1,51 @@
-//! What a thread did in a stretch.
+//! What a thread did, entry by entry.
 
 use std::time::Duration;
 
 use ratelab::{Entry, Operation, Time};
 
-/// What a thread did in a stretch.
-#[derive(Debug, Default)]
-pub(crate) struct Thread {
-    entries: Vec<(Entry, usize)>,
-    operations: Vec<Operation>,
+/// An entry of a thread, with what follows from those before it.
+#[derive(Debug)]
+pub(crate) struct LoggedEntry {
+    pub(crate) entry: Entry,
+    pub(crate) operations: Vec<Operation>,
+    /// Run time at which it began: the end of some work began with it. That of the one before for
+    /// an entry without a time.
+    pub(crate) began: Time,
+    /// The node that did its work, if it is about some.
+    pub(crate) node: Option<usize>,
 }
 
-impl Thread {
-    /// Number of entries.
-    pub(crate) fn len(&self) -> usize {
-        self.entries.len()
-    }
-
-    /// Entry number `index` with its operations.
-    pub(crate) fn entry(&self, index: usize) -> Option<(&Entry, &[Operation])> {
-        let (entry, end) = self.entries.get(index)?;
-        let before = index.checked_sub(1).map_or(0, |last| self.entries[last].1);
-        Some((entry, &self.operations[before..*end]))
-    }
-
-    /// Run time at which an entry began: the end of some work began with it. That of the one
-    /// before for an entry without a time.
-    pub(crate) fn at(&self, index: usize) -> Time {
-        let entries = &self.entries[..=index.min(self.len().saturating_sub(1))];
-        let begins = entries
-            .iter()
-            .rev()
-            .filter(|(entry, _)| !matches!(entry, Entry::Done { .. }));
-        let mut known = begins.filter_map(|(entry, _)| entry.at());
-        known.next().unwrap_or_default()
-    }
-
-    /// The node that did the work of entry number `index`, if it is about some.
-    pub(crate) fn node(&self, index: usize) -> Option<usize> {
-        match self.entries.get(index)?.0 {
-            Entry::Look { node, .. } => node,
-            Entry::Finish { node, .. } => Some(node),
-            Entry::Done { .. } => match self.entries.get(index.checked_sub(1)?)?.0 {
-                Entry::Look { node, .. } => node,
-                Entry::Finish { node, .. } => Some(node),
-                _ => None,
-            },
-            _ => None,
-        }
-    }
-
-    /// Whether the thread is in the midst of some work after entry number `index`.
-    pub(crate) fn works_after(&self, index: usize) -> bool {
-        let entry = self.entries.get(index).map(|(entry, _)| entry);
-        let is_done = matches!(entry, Some(Entry::Done { .. }));
-        !is_done && self.node(index).is_some()
-    }
-
-    /// Duration of the work of entry number `index`; zero for an entry without any.
-    pub(crate) fn took(&self, index: usize) -> Duration {
-        let began = match self.entries.get(index) {
-            Some((Entry::Look { at, .. } | Entry::Finish { at, .. }, _)) => *at,
-            _ => return Duration::ZERO,
+impl LoggedEntry {
+    /// The entry after `last`.
+    pub(crate) fn after(last: Option<&Self>, entry: Entry, operations: Vec<Operation>) -> Self {
+        let (at, node) = match entry {
+            Entry::Look { at, node, .. } => (Some(at), node),
+            Entry::Finish { at, node } => (Some(at), Some(node)),
+            Entry::Done { .. } => (None, last.and_then(|last| last.node)),
+            entry => (entry.at(), None),
         };
-        match self.entries.get(index + 1) {
-            Some((Entry::Done { at, .. }, _)) => at.since(began),
-            _ => Duration::ZERO,
+        let began = at.or(last.map(|last| last.began)).unwrap_or_default();
+        Self {
+            entry,
+            operations,
+            began,
+            node,
         }
     }
 
-    /// Adds an entry with its operations.
-    pub(super) fn push(&mut self, entry: Entry, operations: &[Operation]) {
-        self.operations.extend_from_slice(operations);
-        self.entries.push((entry, self.operations.len()));
+    /// Whether it began some work, which is over with the next entry.
+    pub(crate) fn begins_work(&self) -> bool {
+        self.node.is_some() && !matches!(self.entry, Entry::Done { .. })
+    }
+}
+
+/// Duration of the work that the first of these `entries` began; zero for one without any.
+pub(crate) fn took(entries: &[LoggedEntry]) -> Duration {
+    match entries {
+        [first, next, ..] if first.begins_work() => {
+            next.entry.at().unwrap_or_default().since(first.began)
+        }
+        _ => Duration::ZERO,
     }
 }
