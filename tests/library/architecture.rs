@@ -82,8 +82,8 @@ const CRATES: [&str; 9] = [
 /// Whoever needs more takes something out first; what went out lowers the number.
 const BUDGETS: [(&str, usize); 4] = [
     ("src", 6_190),
-    ("crates/effects/src", 2_420),
-    ("crates/replay/src", 1_780),
+    ("crates/effects/src", 2_410),
+    ("crates/replay/src", 1_760),
     ("crates/account/src", 2_300),
 ];
 

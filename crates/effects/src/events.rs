@@ -7,8 +7,6 @@
 
 use std::collections::VecDeque;
 
-use ratelab::Time;
-
 use super::ordered::{Call, CallbackOrder, TaskSetView};
 
 /// The most entries of the queue with messages in them.
@@ -44,10 +42,6 @@ impl CallbackOrder for EventOrder {
         let next = self.queue.pop_front()?;
         self.runs = Some(next.member());
         Some(next)
-    }
-
-    fn began(&mut self, member: usize, ends: Time, task_set: &mut TaskSetView<'_, '_>) {
-        task_set.end_at(member, ends);
     }
 
     fn ended(&mut self, _: usize, _: &mut TaskSetView<'_, '_>) {

@@ -19,8 +19,8 @@ pub(crate) trait CallbackOrder: Clone + Send + 'static {
     /// The callback to call now, if there are one and a thread for it.
     fn next(&mut self, task_set: &mut TaskSetView<'_, '_>) -> Option<Call>;
 
-    /// A callback was called, and its node ticks until `ends`.
-    fn began(&mut self, member: usize, ends: Time, task_set: &mut TaskSetView<'_, '_>);
+    /// A callback was called, and its node ticks.
+    fn began(&mut self, _member: usize, _task_set: &mut TaskSetView<'_, '_>) {}
 
     /// A callback was called and is over.
     fn ended(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>);
@@ -132,12 +132,14 @@ impl<O: CallbackOrder> Ordered<O> {
         }
     }
 
-    fn order<'a, 't>(
-        &'a mut self,
-        plan: &'a mut Timetable<'t>,
-    ) -> (&'a mut O, TaskSetView<'a, 't>) {
+    /// Asks the order, or tells it what has happened.
+    fn with_order<R>(
+        &mut self,
+        plan: &mut Timetable<'_>,
+        ask: impl FnOnce(&mut O, &mut TaskSetView<'_, '_>) -> R,
+    ) -> R {
         let tasks = &mut self.tasks[..];
-        (&mut self.order, TaskSetView { tasks, plan })
+        ask(&mut self.order, &mut TaskSetView { tasks, plan })
     }
 
     /// Plans the due time of the timer of a node.
@@ -163,8 +165,7 @@ impl<O: CallbackOrder> Ordered<O> {
         if anew {
             self.order = self.fresh.clone();
             for member in 0..self.tasks.len() {
-                let (order, mut task_set) = self.order(plan);
-                order.take_over(member, &mut task_set);
+                self.with_order(plan, |order, task_set| order.take_over(member, task_set));
                 self.add_waiting(member, plan);
             }
         }
@@ -182,8 +183,7 @@ impl<O: CallbackOrder> Ordered<O> {
             return;
         }
         self.releases[member] = Time::MAX;
-        let (order, mut task_set) = self.order(plan);
-        order.due(member, &mut task_set);
+        self.with_order(plan, |order, task_set| order.due(member, task_set));
         if O::QUEUES_TIMERS {
             self.release(member, plan);
         }
@@ -193,8 +193,7 @@ impl<O: CallbackOrder> Ordered<O> {
     /// Calls the next callback, if there are one and a thread for it.
     fn call(&mut self, plan: &mut Timetable<'_>) -> Option<Job> {
         let now = plan.now();
-        let (order, mut task_set) = self.order(plan);
-        let call = order.next(&mut task_set)?;
+        let call = self.with_order(plan, |order, task_set| order.next(task_set))?;
         plan.look();
         let member = call.member();
         let due = match (call, &mut self.tasks[member].trigger) {
@@ -203,8 +202,7 @@ impl<O: CallbackOrder> Ordered<O> {
             _ => self.call_timer(member, plan),
         };
         let Some(due) = due else {
-            let (order, mut task_set) = self.order(plan);
-            order.ended(member, &mut task_set);
+            self.with_order(plan, |order, task_set| order.ended(member, task_set));
             return None;
         };
         let kind = self.tasks[member].next_job(plan.clock());
@@ -232,13 +230,12 @@ impl<O: CallbackOrder> Ordered<O> {
         match job.kind {
             JobKind::Begin => {
                 let ends = self.tasks[member].begin(plan.now());
-                let (order, mut task_set) = self.order(plan);
-                order.began(member, ends, &mut task_set);
+                plan.alarm(ends, Phase::End, member);
+                self.with_order(plan, |order, task_set| order.began(member, task_set));
             }
             JobKind::Tick { .. } | JobKind::End => {
                 self.tasks[member].running = None;
-                let (order, mut task_set) = self.order(plan);
-                order.ended(member, &mut task_set);
+                self.with_order(plan, |order, task_set| order.ended(member, task_set));
             }
         }
         plan.look();
@@ -258,8 +255,9 @@ impl<O: CallbackOrder> Scheduler for Ordered<O> {
             },
             SchedulerEvent::Arrived { member, .. } if self.tasks[member].crashed => {}
             SchedulerEvent::Arrived { member, input } => {
-                let (order, mut task_set) = self.order(plan);
-                order.arrived(member, input, &mut task_set);
+                self.with_order(plan, |order, task_set| {
+                    order.arrived(member, input, task_set)
+                });
                 plan.look();
             }
             SchedulerEvent::Look => return self.call(plan),
@@ -299,8 +297,7 @@ impl<O: CallbackOrder> Scheduler for Ordered<O> {
         let times = moves_due_times(knob);
         // Timers that were due before wait in line.
         while times && O::QUEUES_TIMERS && self.tasks[member].due() < now {
-            let (order, mut task_set) = self.order(plan);
-            order.due(member, &mut task_set);
+            self.with_order(plan, |order, task_set| order.due(member, task_set));
         }
         let before = self.tasks[member].turn(member, knob, now, plan)?;
         if times {

@@ -146,10 +146,6 @@ impl CallbackOrder for Preemptive {
         None
     }
 
-    fn began(&mut self, member: usize, ends: Time, task_set: &mut TaskSetView<'_, '_>) {
-        task_set.end_at(member, ends);
-    }
-
     fn ended(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
         self.refresh(member, task_set);
     }

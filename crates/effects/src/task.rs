@@ -196,7 +196,7 @@ impl Task {
         }
         let hang = self.hang.take();
         let asked = !self.takes.draw.is_none();
-        hang.or_else(|| asked.then(|| self.draw(&self.takes.draw, "takes", number)))
+        hang.or_else(|| asked.then(|| self.takes.draw.of(self.chance("takes"), number)))
     }
 
     /// Lateness of the next tick.
@@ -205,18 +205,14 @@ impl Task {
         if !self.is_timed {
             return Duration::ZERO;
         }
-        self.draw(&self.wakes, "wakes", self.number)
+        self.wakes.of(self.chance("wakes"), self.number)
     }
 
-    fn draw(&self, draw: &Draw, what: &str, number: u64) -> Duration {
-        let chance = || Chance {
+    fn chance<'a>(&'a self, what: &'a str) -> Chance<'a> {
+        Chance {
             seed: self.seed,
             what,
             name: &self.name,
-        };
-        match draw {
-            Draw::Constant(duration) => *duration,
-            draw => draw.at(chance().uniform(number)),
         }
     }
 

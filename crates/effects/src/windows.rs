@@ -9,8 +9,6 @@
 
 use std::collections::BTreeSet;
 
-use ratelab::Time;
-
 use super::{
     callback::Callback,
     ordered::{Call, CallbackOrder, TaskSetView},
@@ -112,9 +110,8 @@ impl CallbackOrder for WindowOrder {
         Some(call)
     }
 
-    fn began(&mut self, member: usize, ends: Time, task_set: &mut TaskSetView<'_, '_>) {
+    fn began(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
         self.taken(member, task_set);
-        task_set.end_at(member, ends);
     }
 
     fn ended(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {

@@ -22,6 +22,7 @@
 //! `run_log.rs` and `rerun.rs`.
 
 mod coder;
+mod entry;
 mod events;
 mod hold;
 mod knot;
@@ -32,7 +33,6 @@ mod rerun;
 mod run_log;
 mod script;
 mod section;
-mod thread;
 mod watch;
 
 pub use knot::{Knot, KnotOperation};

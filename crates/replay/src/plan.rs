@@ -13,7 +13,7 @@ use std::{
 
 use ratelab::{LockName, Operation, Time};
 
-use super::{knot::KnotStep, log::LogError, thread::LoggedEntry};
+use super::{entry::LoggedEntry, knot::KnotStep, log::LogError};
 
 /// The next turn of each lock.
 pub(crate) type Turns = BTreeMap<LockName, u64>;

@@ -9,9 +9,9 @@ use ratelab::{
 };
 
 use super::{
+    entry::{LoggedEntry, took},
     events::RecordedEvents,
     script::Script,
-    thread::{LoggedEntry, took},
     watch::Watch,
 };
 

@@ -227,20 +227,6 @@ impl Rerun {
         (clock == ClockKind::Real).then_some(now)
     }
 
-    /// The number of entries of all threads, and of those in knots.
-    pub fn entries(&self) -> (usize, usize) {
-        let (mut all, mut knotted) = (0, 0);
-        for planned in self.stretches().flat_map(|stretch| stretch.plan.parts()) {
-            let knot = match &planned.part {
-                PlanPart::Entry(_) => 0,
-                PlanPart::Knot(steps) => steps.iter().filter(|step| step.ends).count(),
-            };
-            all += knot.max(1);
-            knotted += knot;
-        }
-        (all, knotted)
-    }
-
     /// Watches the run from another thread.
     pub fn watch(&self) -> Arc<Watch> {
         self.watch.clone()

@@ -6,10 +6,10 @@ use ratelab::{End, Entry, Event, EventKind, Operation, Time, sync::Arc};
 
 use super::{
     coder::Coder,
+    entry::LoggedEntry,
     knot::{Knot, KnotOperation, KnotStep},
     log::{Log, LogError},
     plan::{Plan, PlanPart, Turns},
-    thread::LoggedEntry,
 };
 
 /// A part of a run under the real clock.
@@ -66,12 +66,12 @@ impl Sections {
             return Ok(Self::default());
         };
         let mut nodes: Vec<_> = threads.map(stretches).collect();
-        nodes.resize_with(names.len().max(nodes.len()), Vec::new);
-        if nodes.len() != names.len() {
+        if nodes.len() > names.len() {
             let (nodes, names) = (nodes.len(), names.len());
             let why = format!("it has {nodes} nodes, and the graph {names}");
             return Err(LogError::Damaged(why));
         }
+        nodes.resize_with(names.len(), Vec::new);
         let mut reader = SectionReader {
             events,
             names,
