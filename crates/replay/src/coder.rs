@@ -9,9 +9,10 @@ use super::log::LogError;
 /// The first byte of the log of a thread; those of earlier releases begin with a smaller one.
 const FORMAT: u8 = 2;
 
-/// Position between two entries of a thread, for numbers that count from the last one.
+/// The log of a thread up to some entry: numbers count from the last one.
 #[derive(Debug, Default)]
 pub(super) struct Coder {
+    bytes: Vec<u8>,
     last: Time,
     locks: Vec<LockName>,
     /// The next turn of each lock, if no other thread took one.
@@ -42,10 +43,16 @@ impl Coder {
         self.locks.iter().copied().zip(self.turns.iter().copied())
     }
 
-    /// Adds an entry and its operations.
-    pub(super) fn put(&mut self, bytes: &mut Vec<u8>, entry: &Entry, operations: &[Operation]) {
-        if bytes.is_empty() {
-            bytes.push(FORMAT);
+    /// What was put so far.
+    pub(super) fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// Adds an entry and its operations; returns their number of bytes.
+    pub(super) fn put(&mut self, entry: &Entry, operations: &[Operation]) -> usize {
+        let before = self.bytes.len();
+        if before == 0 {
+            self.bytes.push(FORMAT);
         }
         self.line.names.clear();
         self.line.turns.clear();
@@ -68,9 +75,10 @@ impl Coder {
             // Small numbers for times before the last one, too.
             *time = Time::from_nanos((ahead << 1 ^ ahead >> 63) as u64);
         }
-        let line = postcard::to_extend(&self.line, std::mem::take(bytes));
-        *bytes = line.expect("a vector takes every number and text");
+        let bytes = postcard::to_extend(&self.line, std::mem::take(&mut self.bytes));
+        self.bytes = bytes.expect("a vector takes every number and text");
         self.pass(entry, locks);
+        self.bytes.len() - before
     }
 
     /// Moves on behind an entry that took these `locks`.

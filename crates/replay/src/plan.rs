@@ -11,7 +11,7 @@ use std::{
     collections::{BTreeMap, BTreeSet, BinaryHeap},
 };
 
-use ratelab::{LockName, Operation, Time};
+use ratelab::{LockName, Operation, Time, sync::Arc};
 
 use super::{entry::LoggedEntry, knot::KnotStep, log::LogError};
 
@@ -52,7 +52,7 @@ impl Plan {
     /// [`LogError`] if there is no such order.
     pub(crate) fn new(
         threads: &[Vec<LoggedEntry>],
-        names: Vec<&str>,
+        names: &[Arc<str>],
         turns: &mut Turns,
         whole: bool,
     ) -> Result<Self, LogError> {
@@ -132,7 +132,7 @@ impl<'a> ThreadCursor<'a> {
 }
 
 struct Planner<'a> {
-    names: Vec<&'a str>,
+    names: &'a [Arc<str>],
     locks: BTreeMap<LockName, Lock>,
     threads: Vec<ThreadCursor<'a>>,
     /// Threads that may have a whole entry to run, by its run time.
@@ -144,7 +144,7 @@ struct Planner<'a> {
 impl<'a> Planner<'a> {
     fn new(
         threads: &'a [Vec<LoggedEntry>],
-        names: Vec<&'a str>,
+        names: &'a [Arc<str>],
         turns: &Turns,
     ) -> Result<Self, LogError> {
         let mut locks = BTreeMap::<LockName, Lock>::new();
@@ -166,7 +166,7 @@ impl<'a> Planner<'a> {
             turns.sort_unstable();
             let twice = turns.windows(2).find(|pair| pair[0].0 == pair[1].0);
             if let Some(&[(turn, one), (_, other)]) = twice {
-                let (one, other, lock) = (names[one], names[other], lock.text());
+                let (one, other, lock) = (&names[one], &names[other], lock.text());
                 return Err(LogError::Impossible(format!(
                     "{one} and {other} both took turn {turn} of {lock}"
                 )));
@@ -365,7 +365,7 @@ impl<'a> Planner<'a> {
 
     /// Why nothing can go on.
     fn obstacle(&self) -> String {
-        let waits = self.threads.iter().zip(&self.names);
+        let waits = self.threads.iter().zip(self.names);
         let waits = waits.filter_map(|(thread, name)| {
             let Operation { lock, turn, .. } = thread.operation()?;
             let next = self.locks[lock].next;

@@ -148,17 +148,15 @@ impl<'a> Players<'a> {
                 Some(Ok(Some(ClockExit::Completed)))
             }
             End::Stopped | End::HandedOver => exit.map(|exit| Ok(Some(exit))),
-            End::Ended { node, at } => match outcomes.remove(&node) {
-                Some(Ok(ended)) if ended == at => {
-                    let node = name(node);
-                    Some(Ok(Some(ClockExit::Ended { node, at })))
-                }
-                _ => None,
-            },
-            End::Failed { node, at } => match outcomes.remove(&node) {
-                Some(Err(fault)) if fault.at == at => Some(Err(fault)),
-                _ => None,
-            },
+            End::Ended { node, at } => {
+                let ended = outcomes.remove(&node).and_then(Result::ok);
+                let node = name(node);
+                (ended == Some(at)).then_some(Ok(Some(ClockExit::Ended { node, at })))
+            }
+            End::Failed { node, at } => {
+                let fault = outcomes.remove(&node).and_then(Result::err);
+                fault.filter(|fault| fault.at == at).map(Err)
+            }
             End::NoThread { node, at } => {
                 let node = name(node);
                 let cause = "the system gave it no thread in the recorded run".into();

@@ -96,13 +96,10 @@ impl Rerun {
         topology: &Topology,
         whole: bool,
     ) -> Result<Self, LogError> {
-        let names: Vec<Arc<str>> = topology
-            .nodes
-            .iter()
-            .map(|node| (&*node.name).into())
-            .collect();
-        let sections = Sections::read(log, events, &names, whole)?;
+        let nodes = topology.nodes.iter().map(|node| Arc::from(&*node.name));
         let supervisor = std::iter::once(Arc::from("the supervisor"));
+        let names: Vec<Arc<str>> = supervisor.chain(nodes).collect();
+        let sections = Sections::read(log, events, &names, whole)?;
         Ok(Self {
             sections: sections.all.into(),
             events: RecordedEvents {
@@ -114,7 +111,7 @@ impl Rerun {
             branch: None,
             left: false,
             hold: None,
-            watch: Arc::new(Watch::new(supervisor.chain(names))),
+            watch: Arc::new(Watch::new(names)),
         })
     }
 

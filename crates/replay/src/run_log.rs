@@ -48,7 +48,7 @@ struct LogTotals {
 #[derive(Debug, Default)]
 struct Stream {
     totals: Arc<LogTotals>,
-    content: Mutex<StreamData>,
+    coder: Mutex<Coder>,
 }
 
 /// Writes of threads outside of the graph to what its nodes share.
@@ -70,12 +70,6 @@ impl OutsideWrites {
     }
 }
 
-#[derive(Debug, Default)]
-struct StreamData {
-    coder: Coder,
-    bytes: Vec<u8>,
-}
-
 impl RunLog {
     /// The log of a run, from now on if it had none. Beside a journal of another kind it stays
     /// empty.
@@ -90,7 +84,7 @@ impl RunLog {
         while streams.len() <= thread {
             streams.push(Arc::new(Stream {
                 totals: self.totals.clone(),
-                content: Mutex::default(),
+                coder: Mutex::default(),
             }));
         }
         streams[thread].clone()
@@ -118,9 +112,9 @@ impl RunLog {
         position.0.resize(streams.len(), 0);
         let pieces = streams.iter().zip(&mut position.0).enumerate();
         let pieces = pieces.map(|(thread, (stream, known))| {
-            let content = lock(&stream.content);
-            let piece = content.bytes[*known..].to_vec();
-            *known = content.bytes.len();
+            let coder = lock(&stream.coder);
+            let piece = coder.bytes()[*known..].to_vec();
+            *known = coder.bytes().len();
             (thread, piece)
         });
         pieces.filter(|(_, piece)| !piece.is_empty()).collect()
@@ -131,7 +125,7 @@ impl Journal for RunLog {
     fn begin(&self, nodes: usize) {
         let mut firsts = BTreeMap::new();
         for stream in &*lock(&self.streams) {
-            for (name, next) in lock(&stream.content).coder.turns() {
+            for (name, next) in lock(&stream.coder).turns() {
                 let first = firsts.entry(name).or_insert(next);
                 *first = next.max(*first);
             }
@@ -155,12 +149,7 @@ impl ThreadJournal for Stream {
         for operation in turns.iter().filter(|operation| operation.outside) {
             lock(&self.totals.outside).note(operation);
         }
-        let mut content = lock(&self.content);
-        let StreamData { coder, bytes } = &mut *content;
-        let before = bytes.len();
-        coder.put(bytes, entry, turns);
-        self.totals
-            .size
-            .fetch_add(bytes.len() - before, Ordering::Relaxed);
+        let more = lock(&self.coder).put(entry, turns);
+        self.totals.size.fetch_add(more, Ordering::Relaxed);
     }
 }

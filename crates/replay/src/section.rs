@@ -45,7 +45,7 @@ pub(crate) struct Sections {
 type Logged = (Entry, Vec<Operation>);
 
 impl Sections {
-    /// Reads `log`, of a run with these `events` and nodes with these `names`. A log that
+    /// Reads `log`, of a run with these `events` and threads with these `names`. A log that
     /// is not `whole` may end anywhere.
     ///
     /// # Errors
@@ -66,12 +66,14 @@ impl Sections {
             return Ok(Self::default());
         };
         let mut nodes: Vec<_> = threads.map(stretches).collect();
-        if nodes.len() > names.len() {
-            let (nodes, names) = (nodes.len(), names.len());
+        // The supervisor is no node.
+        let named = names.len() - 1;
+        if nodes.len() > named {
+            let (nodes, names) = (nodes.len(), named);
             let why = format!("it has {nodes} nodes, and the graph {names}");
             return Err(LogError::Damaged(why));
         }
-        nodes.resize_with(names.len(), Vec::new);
+        nodes.resize_with(named, Vec::new);
         let mut reader = SectionReader {
             events,
             names,
@@ -145,14 +147,14 @@ impl SectionReader<'_> {
     }
 
     fn stretch(&mut self, own: Vec<Logged>, end: Option<Entry>) -> Result<Stretch, LogError> {
-        let mut threads = vec![self.thread(own, None)?];
-        for index in 0..self.nodes.len() {
-            let logged = self.nodes[index].next();
+        let mut threads = vec![self.thread(own, 0)?];
+        for number in 1..self.names.len() {
+            let logged = self.nodes[number - 1].next();
             if logged.is_none() && self.whole {
-                let name = &self.names[index];
+                let name = &self.names[number];
                 return Err(impossible(format!("{name} is missing in a stretch")));
             }
-            threads.push(self.thread(logged.unwrap_or_default(), Some(index))?);
+            threads.push(self.thread(logged.unwrap_or_default(), number)?);
         }
         let end = match end {
             Some(Entry::End(end)) => Some(end),
@@ -164,30 +166,24 @@ impl SectionReader<'_> {
         {
             self.check_node(node, "ended the run")?;
         }
-        let names = std::iter::once("the supervisor").chain(self.names.iter().map(|name| &**name));
-        let plan = Plan::new(&threads, names.collect(), &mut self.turns, self.whole)?;
+        let plan = Plan::new(&threads, self.names, &mut self.turns, self.whole)?;
         Ok(Stretch { threads, plan, end })
     }
 
-    /// The entries of the thread of a `node`, or of the supervisor, up to the first that cannot
-    /// be known.
-    fn thread(
-        &mut self,
-        logged: Vec<Logged>,
-        node: Option<usize>,
-    ) -> Result<Vec<LoggedEntry>, LogError> {
+    /// The entries of thread number `thread`, up to the first that cannot be known.
+    fn thread(&mut self, logged: Vec<Logged>, thread: usize) -> Result<Vec<LoggedEntry>, LogError> {
         let mut entries = Vec::<LoggedEntry>::new();
         for (entry, operations) in logged {
             match entry {
                 Entry::Obey { at, event } => match self.event(event)? {
-                    Some(event) => self.check_command(event, at, node)?,
+                    Some(event) => self.check_command(event, at, thread)?,
                     None => break,
                 },
                 Entry::Arrive(_)
                 | Entry::Look { .. }
                 | Entry::Finish { .. }
                 | Entry::Done { .. }
-                    if node.is_some() => {}
+                    if thread > 0 => {}
                 other => return Err(impossible(format!("{other:?} within a stretch"))),
             }
             let last = entries.last();
@@ -206,15 +202,14 @@ impl SectionReader<'_> {
 
     /// Checks that there is a node with this index.
     fn check_node(&self, node: usize, did: &str) -> Result<(), LogError> {
-        match node < self.names.len() {
+        match node + 1 < self.names.len() {
             true => Ok(()),
             false => Err(impossible(format!("node {node} {did}"))),
         }
     }
 
-    /// Checks that the thread of a `node`, or of the supervisor, can have obeyed a command at this
-    /// time.
-    fn check_command(&self, event: usize, at: Time, node: Option<usize>) -> Result<(), LogError> {
+    /// Checks that a thread can have obeyed a command at this time.
+    fn check_command(&self, event: usize, at: Time, thread: usize) -> Result<(), LogError> {
         let event = &self.events[event];
         let is_for_a_node = match &event.what {
             EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => {
@@ -222,14 +217,12 @@ impl SectionReader<'_> {
             }
             _ => false,
         };
-        match node {
-            _ if event.at != at => Err(impossible(format!("{event}, obeyed at {at}"))),
-            Some(node) if !is_for_a_node => {
-                let name = &self.names[node];
-                Err(impossible(format!("{event}, obeyed by {name}")))
-            }
-            _ => Ok(()),
-        }
+        let by = match thread {
+            _ if event.at != at => format!("at {at}"),
+            1.. if !is_for_a_node => format!("by {}", self.names[thread]),
+            _ => return Ok(()),
+        };
+        Err(impossible(format!("{event}, obeyed {by}")))
     }
 
     /// The position of an event that a thread mentions; `None` where the events are cut
