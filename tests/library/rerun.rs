@@ -502,14 +502,14 @@ fn state_that_nodes_share_comes_back_in_the_same_order() {
 /// Runs graphs of `build` until ticks overlap in one; its observer.
 fn with_a_knot(build: impl Fn() -> Graph) -> Observer {
     let mut runs = (0..).map(|_| run_really(&mut build(), 0.1));
-    let overlaps = |observer: &Observer| !rerun_of(observer).knots().is_empty();
+    let overlaps = |observer: &Observer| !rerun_of(observer).overlaps().is_empty();
     runs.find(overlaps).expect("one of them")
 }
 
 /// Executes `graph` with `rerun`, held after each operation of knot number `knot` in turn:
 /// `look` sees how many are done.
 fn held_in(mut graph: Graph, mut rerun: Rerun, knot: usize, mut look: impl FnMut(usize)) {
-    let all = rerun.knots()[knot].operations.len();
+    let all = rerun.overlaps()[knot].operations.len();
     rerun.hold(knot, 0);
     let watch = rerun.watch();
     thread::scope(|scope| {
@@ -539,7 +539,7 @@ fn a_run_is_held_between_any_two_operations_of_ticks_that_overlap() {
         adders(&total, &topic)
     };
     let observer = with_a_knot(build);
-    let knots = rerun_of(&observer).knots();
+    let knots = rerun_of(&observer).overlaps();
     for (number, knot) in knots.iter().enumerate().take(5) {
         assert!(knot.from <= knot.to);
         let (total, topic) = total_and_topic();
@@ -583,7 +583,7 @@ fn a_lock_within_another_one_does_not_hang_a_run_that_is_held() {
         graph
     };
     let observer = with_a_knot(build);
-    for (number, knot) in rerun_of(&observer).knots().iter().enumerate().take(20) {
+    for (number, knot) in rerun_of(&observer).overlaps().iter().enumerate().take(20) {
         let mut last = 0;
         held_in(build(), rerun_of(&observer), number, |done| last = done);
         assert_eq!(last, knot.operations.len());

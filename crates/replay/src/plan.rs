@@ -3,7 +3,7 @@
 //!
 //! An entry whose operations are all next in turn can run whole, on any thread. Where two
 //! ticks overlap so that neither can, the smallest group that begins and ends at rest is a
-//! knot: it needs a thread for each of its nodes. Of several entries the one that began
+//! overlap: it needs a thread for each of its nodes. Of several entries the one that began
 //! first comes first.
 
 use std::{
@@ -13,7 +13,7 @@ use std::{
 
 use ratelab::{LockName, Operation, Time, sync::Arc};
 
-use super::{entry::LoggedEntry, knot::KnotStep, log::LogError};
+use super::{entry::LoggedEntry, log::LogError, overlap::OverlapStep};
 
 /// The next turn of each lock.
 pub(crate) type Turns = BTreeMap<LockName, u64>;
@@ -41,7 +41,7 @@ pub(crate) enum PlanPart {
     /// The next entry of this thread.
     Entry(usize),
     /// The next entries of several threads, which overlap, in steps.
-    Knot(Vec<KnotStep>),
+    Overlap(Vec<OverlapStep>),
 }
 
 impl Plan {
@@ -210,7 +210,7 @@ impl<'a> Planner<'a> {
     }
 
     fn next(&mut self) -> Option<Planned> {
-        self.next_whole().or_else(|| self.next_knot())
+        self.next_whole().or_else(|| self.next_overlap())
     }
 
     /// Runs the first whole entry that can run.
@@ -255,21 +255,21 @@ impl<'a> Planner<'a> {
         }
     }
 
-    /// The knot around the entry that began first; of a torn log, the first that is whole.
-    fn next_knot(&mut self) -> Option<Planned> {
+    /// The overlap around the entry that began first; of a torn log, the first that is whole.
+    fn next_overlap(&mut self) -> Option<Planned> {
         let mut starts: Vec<(Time, usize)> = self.unfinished().collect();
         starts.sort_unstable();
-        let knot = starts
+        let overlap = starts
             .into_iter()
-            .find_map(|(at, start)| self.knot(start, at));
+            .find_map(|(at, start)| self.overlap(start, at));
         self.wake_all();
-        knot
+        overlap
     }
 
-    /// The knot around the next entry of `start`, which began at `latest`; `None` if it cannot
+    /// The overlap around the next entry of `start`, which began at `latest`; `None` if it cannot
     /// end.
-    fn knot(&mut self, start: usize, mut latest: Time) -> Option<Planned> {
-        let (mut steps, mut open) = (Vec::<KnotStep>::new(), vec![start]);
+    fn overlap(&mut self, start: usize, mut latest: Time) -> Option<Planned> {
+        let (mut steps, mut open) = (Vec::<OverlapStep>::new(), vec![start]);
         while let Some(first) = open.first() {
             let mut able = open.iter().filter(|thread| self.can_step(**thread).is_ok());
             let able = able.next().copied();
@@ -291,7 +291,7 @@ impl<'a> Planner<'a> {
         }
         let rests = self.rests_after(steps.iter().map(|step| step.thread));
         Some(Planned {
-            part: PlanPart::Knot(steps),
+            part: PlanPart::Overlap(steps),
             at: latest,
             rests,
         })
@@ -320,7 +320,7 @@ impl<'a> Planner<'a> {
     }
 
     /// Takes one step of a thread.
-    fn step(&mut self, thread: usize) -> KnotStep {
+    fn step(&mut self, thread: usize) -> OverlapStep {
         let operation = self.threads[thread].operation();
         if let Some(operation) = operation {
             self.lock(operation.lock).next += 1;
@@ -331,7 +331,7 @@ impl<'a> Planner<'a> {
         if ends {
             (cursor.done, cursor.taken) = (cursor.done + 1, 0);
         }
-        KnotStep {
+        OverlapStep {
             thread,
             takes: operation.map(|operation| (operation.lock, operation.turn)),
             ends,

@@ -10,8 +10,8 @@ use ratelab::{
 use super::{
     events::RecordedEvents,
     hold::Hold,
-    knot::{Knot, KnotStep},
     log::{Log, LogError},
+    overlap::{Overlap, OverlapStep},
     plan::PlanPart,
     players::{Players, RunView, refuse_again},
     section::{Section, Sections, Stretch},
@@ -57,7 +57,7 @@ pub struct Rerun {
     branch: Option<BranchPoint>,
     /// Whether the recorded run was left.
     left: bool,
-    /// The number of knots up to the one to be held in, if there is one.
+    /// The number of overlaps up to the one to be held in, if there is one.
     hold: Option<usize>,
     watch: Arc<Watch>,
 }
@@ -157,18 +157,18 @@ impl Rerun {
         self.left
     }
 
-    /// Executes the run up to knot number `knot` of [`knots`](Self::knots) and the first
-    /// `operations` of it, and holds it there until [`Watch::end`]; [`Watch::allow`] lets it
+    /// Executes the run up to overlap number `overlap` of [`overlaps`](Self::overlaps) and the
+    /// first `operations` of it, and holds it there until [`Watch::end`]; [`Watch::allow`] lets it
     /// go on. Where a node is held with a lock of another operation within its own, the rest
-    /// of the knot goes on at once.
-    pub fn hold(&mut self, knot: usize, operations: usize) {
-        self.hold = Some(knot);
+    /// of the overlap goes on at once.
+    pub fn hold(&mut self, overlap: usize, operations: usize) {
+        self.hold = Some(overlap);
         self.watch.allow(operations);
     }
 
     /// The ticks that overlap, in order.
-    pub fn knots(&self) -> Vec<Knot> {
-        self.stretches().flat_map(Stretch::knots).collect()
+    pub fn overlaps(&self) -> Vec<Overlap> {
+        self.stretches().flat_map(Stretch::overlaps).collect()
     }
 
     fn stretches(&self) -> impl Iterator<Item = &Stretch> {
@@ -330,10 +330,10 @@ impl Rerun {
             }
             match &planned.part {
                 PlanPart::Entry(thread) => players.entry(*thread),
-                PlanPart::Knot(steps) => {
+                PlanPart::Overlap(steps) => {
                     let hold = (self.hold == Some(0)).then(|| self.watch.hold());
                     self.hold = self.hold.and_then(|before| before.checked_sub(1));
-                    play_knot(&mut players, steps, hold);
+                    play_overlap(&mut players, steps, hold);
                 }
             }
         }
@@ -370,8 +370,8 @@ fn at_rest(graph: &mut Graph, command: &Command) -> Obeyed {
     obey_at_rest(graph, ClockKind::Real, command, now)
 }
 
-/// Plays the knot of these `steps`, and waits for the end of its `hold` if it has one.
-fn play_knot(players: &mut Players<'_>, steps: &[KnotStep], hold: Option<&Hold>) {
+/// Plays the overlap of these `steps`, and waits for the end of its `hold` if it has one.
+fn play_overlap(players: &mut Players<'_>, steps: &[OverlapStep], hold: Option<&Hold>) {
     let ends = |thread: usize| {
         let ends = steps
             .iter()

@@ -7,8 +7,8 @@ use ratelab::{End, Entry, Event, EventKind, Operation, Time, sync::Arc};
 use super::{
     coder::Coder,
     entry::LoggedEntry,
-    knot::{Knot, KnotOperation, KnotStep},
     log::{Log, LogError},
+    overlap::{Overlap, OverlapOperation, OverlapStep},
     plan::{Plan, PlanPart, Turns},
 };
 
@@ -245,38 +245,38 @@ impl SectionReader<'_> {
 
 impl Stretch {
     /// Its ticks that overlap.
-    pub(crate) fn knots(&self) -> Vec<Knot> {
+    pub(crate) fn overlaps(&self) -> Vec<Overlap> {
         let mut done = vec![0; self.threads.len()];
-        let mut knots = Vec::new();
+        let mut overlaps = Vec::new();
         for planned in self.plan.parts() {
             match &planned.part {
                 PlanPart::Entry(thread) => done[*thread] += 1,
-                PlanPart::Knot(steps) => knots.push(self.knot(steps, &mut done)),
+                PlanPart::Overlap(steps) => overlaps.push(self.overlap(steps, &mut done)),
             }
         }
-        knots
+        overlaps
     }
 
-    /// The knot of these `steps`, after so many entries of each thread are `done`.
-    fn knot(&self, steps: &[KnotStep], done: &mut [usize]) -> Knot {
-        let mut knot = Knot {
+    /// The overlap of these `steps`, after so many entries of each thread are `done`.
+    fn overlap(&self, steps: &[OverlapStep], done: &mut [usize]) -> Overlap {
+        let mut overlap = Overlap {
             from: Time::MAX,
             to: Time::ZERO,
             operations: Vec::new(),
         };
         for step in steps {
             let LoggedEntry { began, node, .. } = self.threads[step.thread][done[step.thread]];
-            (knot.from, knot.to) = (knot.from.min(began), knot.to.max(began));
-            let operation = step.takes.map(|(lock, turn)| KnotOperation {
+            (overlap.from, overlap.to) = (overlap.from.min(began), overlap.to.max(began));
+            let operation = step.takes.map(|(lock, turn)| OverlapOperation {
                 node: node.or(step.thread.checked_sub(1)),
                 at: began,
                 takes: lock.text(),
                 turn,
             });
-            knot.operations.extend(operation);
+            overlap.operations.extend(operation);
             done[step.thread] += usize::from(step.ends);
         }
-        knot
+        overlap
     }
 
     fn is_whole(&self) -> bool {

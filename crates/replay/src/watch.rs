@@ -106,12 +106,12 @@ impl Watch {
         }
     }
 
-    /// Allows the first `operations` of the knot in which the run is [held](crate::Rerun::hold).
+    /// Allows the first `operations` of the overlap in which the run is [held](crate::Rerun::hold).
     pub fn allow(&self, operations: usize) {
         self.hold.allow(operations);
     }
 
-    /// The number of operations of that knot that are done, once its nodes are at rest.
+    /// The number of operations of that overlap that are done, once its nodes are at rest.
     pub fn held(&self) -> Option<usize> {
         self.hold.done()
     }

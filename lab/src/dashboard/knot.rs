@@ -1,7 +1,7 @@
 //! Ticks that overlap, as far as their operations are done.
 
 use ratelab::{Time, Topology};
-use ratelab_replay::Knot;
+use ratelab_replay::Overlap;
 
 /// The thread that supervises the nodes.
 const SUPERVISOR: &str = "supervisor";
@@ -21,7 +21,7 @@ pub struct KnotView {
 
 impl KnotView {
     /// The first `done` operations of `knot` in a graph of this `topology`.
-    pub fn of(knot: &Knot, topology: &Topology, done: usize) -> Self {
+    pub fn of(knot: &Overlap, topology: &Topology, done: usize) -> Self {
         let mut nodes: Vec<_> = knot.operations.iter().map(|of| of.node).collect();
         nodes.sort_unstable();
         nodes.dedup();
@@ -57,7 +57,7 @@ impl KnotView {
 /// without one, the first of the knot that goes on at run time `at` or comes after it, or the
 /// last of the knot begun there or before.
 pub fn neighbour(
-    knots: &[Knot],
+    knots: &[Overlap],
     here: Option<(usize, usize)>,
     at: Time,
     later: bool,
@@ -78,15 +78,15 @@ pub fn neighbour(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ratelab_replay::KnotOperation;
+    use ratelab_replay::OverlapOperation;
 
     #[test]
     fn operations_follow_each_other_within_and_between_knots() {
-        let knot = |from: u64, operations: usize| Knot {
+        let knot = |from: u64, operations: usize| Overlap {
             from: Time::from_nanos(from),
             to: Time::from_nanos(from + 5),
             operations: vec![
-                KnotOperation {
+                OverlapOperation {
                     node: None,
                     at: Time::ZERO,
                     takes: "/obs".into(),

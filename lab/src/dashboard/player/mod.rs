@@ -11,7 +11,7 @@ use std::{
 use crossterm::event::KeyEvent;
 use ratelab::{Event, Speed, Time};
 use ratelab_account::{Lineage, Observer};
-use ratelab_replay::Knot;
+use ratelab_replay::Overlap;
 use ratelab_study::{
     experiment::{Config, Summary},
     system::System,
@@ -54,7 +54,7 @@ pub struct Player {
     /// The run while it is executed again.
     executing: Option<Executing>,
     /// The ticks that overlap, once it was executed again.
-    knots: Vec<Knot>,
+    knots: Vec<Overlap>,
     begins: Time,
     speed: f64,
     /// The branch to go on with.

@@ -4,7 +4,7 @@ use std::{sync::Arc, thread};
 
 use ratelab::Speed;
 use ratelab_account::Observer;
-use ratelab_replay::{Knot, Rerun, Watch};
+use ratelab_replay::{Overlap, Rerun, Watch};
 use ratelab_study::{
     experiment::{Config, Experiment},
     system::System,
@@ -26,7 +26,7 @@ pub struct Executed {
     /// Its recording, with every message and tick.
     pub recording: Arc<Recording>,
     /// Its ticks that overlap.
-    pub knots: Vec<Knot>,
+    pub knots: Vec<Overlap>,
 }
 
 impl Execution {
@@ -80,7 +80,7 @@ impl Execution {
             rerun,
         } = self;
         let (threads, commands) = (rerun.is_some(), experiment.commands());
-        let knots = rerun.as_ref().map_or_else(Vec::new, Rerun::knots);
+        let knots = rerun.as_ref().map_or_else(Vec::new, Rerun::overlaps);
         let comparison = Comparison::new(&recording, threads, commands).keeping();
         let ran = again::run_again(experiment, rerun, &comparison, |_| false);
         super::judge(
