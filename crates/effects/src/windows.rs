@@ -51,7 +51,8 @@ impl WindowOrder {
         !self.running.iter().any(|runs| self.groups[*runs] == group)
     }
 
-    /// Takes the first callback of a free group out of the window, and drops the messages before it.
+    /// Takes the first callback of a free group out of the window, and drops the messages before
+    /// it.
     fn take(&mut self) -> Option<Call> {
         let mut window = self.window.iter().copied();
         let next = window.find(|call| self.is_free(*call))?;
