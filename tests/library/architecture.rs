@@ -83,8 +83,8 @@ const CRATES: [&str; 10] = [
 /// Whoever needs more takes something out first; what went out lowers the number.
 const BUDGETS: [(&str, usize); 4] = [
     ("src", 6_190),
-    ("crates/effects/src", 2_600),
-    ("crates/replay/src", 1_960),
+    ("crates/effects/src", 2_410),
+    ("crates/replay/src", 1_745),
     ("crates/account/src", 2_300),
 ];
 

@@ -502,15 +502,15 @@ fn state_that_nodes_share_comes_back_in_the_same_order() {
 /// Runs graphs of `build` until ticks overlap in one; its observer.
 fn with_a_knot(build: impl Fn() -> Graph) -> Observer {
     let mut runs = (0..).map(|_| run_really(&mut build(), 0.1));
-    let overlaps = |observer: &Observer| !rerun_of(observer).knots().is_empty();
+    let overlaps = |observer: &Observer| !rerun_of(observer).overlaps().is_empty();
     runs.find(overlaps).expect("one of them")
 }
 
-/// Executes `graph` with `rerun`, held after each operation of knot number `knot` in turn:
+/// Executes `graph` with `rerun`, held after each operation of overlap number `overlap` in turn:
 /// `look` sees how many are done.
-fn held_in(mut graph: Graph, mut rerun: Rerun, knot: usize, mut look: impl FnMut(usize)) {
-    let all = rerun.knots()[knot].operations.len();
-    rerun.hold(knot, 0);
+fn held_in(mut graph: Graph, mut rerun: Rerun, overlap: usize, mut look: impl FnMut(usize)) {
+    let all = rerun.overlaps()[overlap].operations.len();
+    rerun.hold(overlap, 0);
     let watch = rerun.watch();
     thread::scope(|scope| {
         scope.spawn(|| {
@@ -539,18 +539,18 @@ fn a_run_is_held_between_any_two_operations_of_ticks_that_overlap() {
         adders(&total, &topic)
     };
     let observer = with_a_knot(build);
-    let knots = rerun_of(&observer).knots();
-    for (number, knot) in knots.iter().enumerate().take(5) {
-        assert!(knot.from <= knot.to);
+    let overlaps = rerun_of(&observer).overlaps();
+    for (number, overlap) in overlaps.iter().enumerate().take(5) {
+        assert!(overlap.from <= overlap.to);
         let (total, topic) = total_and_topic();
         let graph = adders(&total, &topic);
         let turn = |name: &str, done: usize| {
-            let here = |at: &usize| &*knot.operations[*at].takes == name;
+            let here = |at: &usize| &*overlap.operations[*at].takes == name;
             let before = (0..done).rev().find(here);
-            let next = (done..knot.operations.len()).find(here);
-            let before = before.map(|at| knot.operations[at].turn + 1);
+            let next = (done..overlap.operations.len()).find(here);
+            let before = before.map(|at| overlap.operations[at].turn + 1);
             before
-                .or(next.map(|at| knot.operations[at].turn))
+                .or(next.map(|at| overlap.operations[at].turn))
                 .expect("one")
         };
         held_in(graph, rerun_of(&observer), number, |done| {
@@ -583,10 +583,10 @@ fn a_lock_within_another_one_does_not_hang_a_run_that_is_held() {
         graph
     };
     let observer = with_a_knot(build);
-    for (number, knot) in rerun_of(&observer).knots().iter().enumerate().take(20) {
+    for (number, overlap) in rerun_of(&observer).overlaps().iter().enumerate().take(20) {
         let mut last = 0;
         held_in(build(), rerun_of(&observer), number, |done| last = done);
-        assert_eq!(last, knot.operations.len());
+        assert_eq!(last, overlap.operations.len());
     }
 }
 

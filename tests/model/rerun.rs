@@ -107,11 +107,11 @@ fn a_knot_that_is_held_does_no_operation_before_it_is_allowed_in_every_schedule(
     explore(SOME, || {
         let (first, messages, _) = run(&mut RealClock::default(), Vec::new());
         let mut rerun = rerun_of(&Observer::of(&first));
-        let Some(last) = rerun.knots().len().checked_sub(1) else {
+        let Some(last) = rerun.overlaps().len().checked_sub(1) else {
             return;
         };
         KNOTS.fetch_add(1, Ordering::Relaxed);
-        let operations = rerun.knots()[last].operations.len();
+        let operations = rerun.overlaps()[last].operations.len();
         rerun.hold(last, 0);
         let watch = rerun.watch();
         let again = thread::spawn(move || run(&mut rerun, Vec::new()).1);

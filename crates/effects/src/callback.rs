@@ -15,17 +15,9 @@ use std::time::Duration;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Callback {
     pub(crate) node: String,
-    pub(crate) group: Option<CallbackGroup>,
+    /// The name of its mutually exclusive group, if it is in one.
+    group: Option<String>,
     pub(crate) deadline: Option<Duration>,
-}
-
-/// A callback group of an executor.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum CallbackGroup {
-    /// One callback of it at a time.
-    MutuallyExclusive(String),
-    /// Any number of them at a time.
-    Reentrant,
 }
 
 impl Callback {
@@ -41,23 +33,20 @@ impl Callback {
     /// In the mutually exclusive group called `group`: of its nodes one ticks at a time.
     #[must_use]
     pub fn in_group(self, group: impl Into<String>) -> Self {
-        let group = Some(CallbackGroup::MutuallyExclusive(group.into()));
+        let group = Some(group.into());
         Self { group, ..self }
     }
 
     /// The name of its mutually exclusive group, if it is in one.
     pub fn group_name(&self) -> Option<&str> {
-        match &self.group {
-            Some(CallbackGroup::MutuallyExclusive(name)) => Some(name),
-            Some(CallbackGroup::Reentrant) | None => None,
-        }
+        self.group.as_deref()
     }
 
     /// In a reentrant group: its nodes tick beside each other. A node ticks once at a
-    /// time all the same, because its state is its own.
+    /// time all the same, because its state is its own: so each is as in a group of its own.
     #[must_use]
     pub fn in_reentrant_group(self) -> Self {
-        let group = Some(CallbackGroup::Reentrant);
+        let group = None;
         Self { group, ..self }
     }
 

@@ -9,7 +9,6 @@ use ratelab::{Channel, Knob, Time, millis};
 
 use super::{
     chance::Chance,
-    draw::Draw,
     link::{Burst, Link},
 };
 
@@ -79,13 +78,6 @@ impl LinkChannel {
         self.bad
     }
 
-    fn delay(&self, seq: u64) -> Duration {
-        match &self.link.delay {
-            Draw::Constant(delay) => *delay,
-            delay => delay.at(self.chance("delay").uniform(seq)),
-        }
-    }
-
     fn chance<'a>(&'a self, what: &'a str) -> Chance<'a> {
         Chance {
             seed: self.seed,
@@ -98,7 +90,7 @@ impl LinkChannel {
 impl Channel for LinkChannel {
     fn deliver_at(&mut self, seq: u64, now: Time) -> Option<Time> {
         let late = self.time_lost(seq)?;
-        let mut at = now + late + self.delay(seq);
+        let mut at = now + late + self.link.delay.of(self.chance("delay"), seq);
         if self.link.in_order || self.link.reliable.is_some() {
             at = at.max(self.latest);
         }

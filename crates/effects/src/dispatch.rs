@@ -126,11 +126,10 @@ impl Dispatch for Dispatcher {
 
     fn split(&self, all: Box<dyn Scheduler>) -> Vec<Box<dyn Scheduler>> {
         let all: Box<dyn Any> = all;
-        let tasks = match all.downcast::<Ordered<Preemptive>>() {
-            Ok(all) => all.tasks,
-            Err(_) => Vec::new(),
+        let Ok(all) = all.downcast::<Ordered<Preemptive>>() else {
+            return Vec::new();
         };
-        let parts = tasks.into_iter().zip(&self.callbacks);
+        let parts = all.tasks.into_iter().zip(&self.callbacks);
         let parts = parts.map(|(task, callback)| {
             let order = Preemptive::new(Urgency::Priority, 1, std::slice::from_ref(callback));
             let part: Box<dyn Scheduler> = Box::new(Ordered::new(vec![task], order));

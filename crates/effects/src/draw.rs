@@ -10,7 +10,10 @@ use std::{
 
 use ratelab::millis;
 
-use super::{chance, digest::Digest};
+use super::{
+    chance::{self, Chance},
+    digest::Digest,
+};
 
 /// The 99th percentile of the standard normal distribution.
 const NORMAL_P99: f64 = 2.326_347_874_040_840_8;
@@ -80,6 +83,14 @@ impl Draw {
             }
             Self::Lognormal { .. } => Duration::ZERO,
             Self::Recorded(recorded) => recorded.at(u),
+        }
+    }
+
+    /// Draw number `n` of a chance.
+    pub(crate) fn of(&self, chance: Chance<'_>, n: u64) -> Duration {
+        match self {
+            Self::Constant(duration) => *duration,
+            draw => draw.at(chance.uniform(n)),
         }
     }
 

@@ -7,32 +7,15 @@
 
 use std::collections::VecDeque;
 
-use ratelab::Time;
-
 use super::ordered::{Call, CallbackOrder, TaskSetView};
 
 /// The most entries of the queue with messages in them.
 const MOST_ENTRIES: usize = 100_000;
 
-/// An entry of the queue.
-#[derive(Clone, Copy, Debug)]
-enum Queued {
-    Timer { member: usize },
-    Message { member: usize, input: usize },
-}
-
-impl Queued {
-    fn member(self) -> usize {
-        match self {
-            Self::Timer { member } | Self::Message { member, .. } => member,
-        }
-    }
-}
-
 /// The callbacks of an executor that serves events in order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct EventOrder {
-    queue: VecDeque<Queued>,
+    queue: VecDeque<Call>,
     /// The node that is being executed.
     runs: Option<usize>,
 }
@@ -42,13 +25,13 @@ impl CallbackOrder for EventOrder {
 
     fn due(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
         if task_set.queue_timer(member) {
-            self.queue.push_back(Queued::Timer { member });
+            self.queue.push_back(Call::Timer { member });
         }
     }
 
     fn arrived(&mut self, member: usize, input: usize, _: &mut TaskSetView<'_, '_>) {
         if self.queue.len() < MOST_ENTRIES {
-            self.queue.push_back(Queued::Message { member, input });
+            self.queue.push_back(Call::Message { member, input });
         }
     }
 
@@ -57,16 +40,8 @@ impl CallbackOrder for EventOrder {
             return None;
         }
         let next = self.queue.pop_front()?;
-        let member = next.member();
-        self.runs = Some(member);
-        Some(match next {
-            Queued::Timer { .. } => Call::Timer { member },
-            Queued::Message { input, .. } => Call::Message { member, input },
-        })
-    }
-
-    fn began(&mut self, member: usize, ends: Time, task_set: &mut TaskSetView<'_, '_>) {
-        task_set.end_at(member, ends);
+        self.runs = Some(next.member());
+        Some(next)
     }
 
     fn ended(&mut self, _: usize, _: &mut TaskSetView<'_, '_>) {
@@ -75,7 +50,7 @@ impl CallbackOrder for EventOrder {
 
     fn take_over(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
         let task = task_set.task(member);
-        let timers = task.queued_timers().map(|_| Queued::Timer { member });
+        let timers = task.queued_timers().map(|_| Call::Timer { member });
         self.queue.extend(timers);
         if let Some(running) = task.running {
             self.runs = Some(member);
@@ -87,6 +62,4 @@ impl CallbackOrder for EventOrder {
         self.queue.retain(|waiting| waiting.member() != member);
         self.runs.take_if(|runs| *runs == member);
     }
-
-    fn reschedule(&mut self, _: usize) {}
 }

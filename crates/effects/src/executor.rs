@@ -1,6 +1,6 @@
 //! The kinds of executors, as text.
 
-use std::{fmt, str::FromStr};
+use std::str::FromStr;
 
 /// The accepted texts.
 const EXPECTED: &str =
@@ -52,11 +52,13 @@ const MOST_THREADS: usize = 1024;
 ///      fixed-priority:CORES, edf:CORES or let"
 /// );
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::Display)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Executor {
     /// One thread, by windows.
     Single,
     /// Several threads, by windows.
+    #[strum(to_string = "multi:{threads}")]
     Multi {
         /// Their number, 1 to 1024.
         threads: usize,
@@ -64,30 +66,19 @@ pub enum Executor {
     /// One thread, in the order of the events.
     Events,
     /// Preemptive, by the priorities of the nodes.
+    #[strum(to_string = "fixed-priority:{cores}")]
     FixedPriority {
         /// Number of cores, 1 to 1024.
         cores: usize,
     },
     /// Preemptive, by deadlines.
+    #[strum(to_string = "edf:{cores}")]
     Edf {
         /// Number of cores, 1 to 1024.
         cores: usize,
     },
     /// Logical execution time.
     Let,
-}
-
-impl fmt::Display for Executor {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Single => f.write_str("single"),
-            Self::Multi { threads } => write!(f, "multi:{threads}"),
-            Self::Events => f.write_str("events"),
-            Self::FixedPriority { cores } => write!(f, "fixed-priority:{cores}"),
-            Self::Edf { cores } => write!(f, "edf:{cores}"),
-            Self::Let => f.write_str("let"),
-        }
-    }
 }
 
 impl FromStr for Executor {
@@ -109,14 +100,14 @@ impl FromStr for Executor {
                     ))
                 })
         };
-        match (name, number.is_some()) {
-            ("single", false) => Ok(Self::Single),
-            ("multi", true) => Ok(Self::Multi { threads: count()? }),
-            ("events", false) => Ok(Self::Events),
-            ("fixed-priority", true) => Ok(Self::FixedPriority { cores: count()? }),
-            ("edf", true) => Ok(Self::Edf { cores: count()? }),
-            ("let", false) => Ok(Self::Let),
-            _ => Err(refusal(EXPECTED)),
-        }
+        Ok(match (name, number) {
+            ("single", None) => Self::Single,
+            ("multi", Some(_)) => Self::Multi { threads: count()? },
+            ("events", None) => Self::Events,
+            ("fixed-priority", Some(_)) => Self::FixedPriority { cores: count()? },
+            ("edf", Some(_)) => Self::Edf { cores: count()? },
+            ("let", None) => Self::Let,
+            _ => return Err(refusal(EXPECTED)),
+        })
     }
 }

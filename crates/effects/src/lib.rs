@@ -6,7 +6,7 @@
 //! | [`Effects`]: all of this for the nodes and topics of a graph | `kit.rs` | [`Kit`](ratelab::Kit) |
 //! | a node on its own | `own.rs`, on a `task.rs` | [`Scheduler`](ratelab::Scheduler) |
 //! | the nodes of an [`Executor`] | `ordered.rs`, in the order of `windows.rs`, `events.rs` or `preemptive.rs` | [`Scheduler`](ratelab::Scheduler), [`Dispatch`](ratelab::Dispatch) |
-//! | which messages make a set: a [`Match`] | `trigger.rs`, by `each.rs`, `exact.rs` or `approximate.rs` | [`Matching`](ratelab::Matching) |
+//! | which messages make a set: a [`Match`] | `trigger.rs`, by `matcher.rs` and `approximate.rs` | [`Matching`](ratelab::Matching) |
 //! | a [`Link`] | `channel.rs` | [`Channel`](ratelab::Channel) |
 //! | the values of knobs as text | `spec.rs`: [`Cost`], [`Draw`], [`Link`], [`ClockError`] | |
 //!
@@ -22,11 +22,8 @@ mod cost;
 mod digest;
 mod dispatch;
 mod draw;
-mod each;
 mod events;
-mod exact;
 mod executor;
-mod groups;
 mod kit;
 mod link;
 mod local_clock;

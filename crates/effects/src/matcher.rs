@@ -1,13 +1,11 @@
 //! Which messages of several topics make a set.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
-use ratelab::TakenMessage;
+use ratelab::{TakenMessage, Time};
 
 use super::{
     approximate::Approximate,
-    each::Each,
-    exact::Exact,
     matching::{Choice, Match},
 };
 
@@ -17,8 +15,10 @@ pub struct Matcher(Rule);
 
 #[derive(Clone, Debug)]
 enum Rule {
-    Each(Each),
-    Exact(Exact),
+    /// The fusion node of the Autoware reference system (`fusion.hpp`, `de8f3bc`): all messages
+    /// count as of one stamp, so a set is complete with the newest of each topic.
+    Each(Stamped),
+    Exact(Stamped),
     Approximate(Approximate),
 }
 
@@ -26,8 +26,8 @@ impl Matcher {
     /// A matcher for messages of so many `inputs`, none of which has come.
     pub fn new(matching: Match, inputs: usize) -> Self {
         Self(match matching {
-            Match::Each => Rule::Each(Each::new(inputs)),
-            Match::Exact { queue } => Rule::Exact(Exact::new(inputs, queue.get())),
+            Match::Each => Rule::Each(Stamped::new(inputs, 1)),
+            Match::Exact { queue } => Rule::Exact(Stamped::new(inputs, queue.get())),
             Match::Approximate { queue, interval } => {
                 Rule::Approximate(Approximate::new(inputs, queue.get(), interval))
             }
@@ -42,8 +42,8 @@ impl Matcher {
         more: &mut VecDeque<Choice>,
     ) -> Option<Choice> {
         match &mut self.0 {
-            Rule::Each(each) => each.add(input, taken),
-            Rule::Exact(exact) => exact.add(input, taken),
+            Rule::Each(sets) => sets.add(input, taken.seq, Time::ZERO),
+            Rule::Exact(sets) => sets.add(input, taken.seq, taken.sensed),
             Rule::Approximate(approximate) => {
                 approximate.add(input, taken, more);
                 more.pop_front()
@@ -54,9 +54,47 @@ impl Matcher {
     /// The first message of an input that may still be needed.
     pub fn needs_from(&self, input: usize) -> Option<u64> {
         match &self.0 {
-            Rule::Each(each) => each.needs_from(input),
-            Rule::Exact(exact) => exact.needs_from(input),
+            Rule::Each(sets) | Rule::Exact(sets) => sets.needs_from(input),
             Rule::Approximate(approximate) => approximate.needs_from(input),
         }
+    }
+}
+
+/// Collects messages by their stamps (`exact_time.hpp:88-169`, message_filters `361e42c`).
+#[derive(Clone, Debug)]
+struct Stamped {
+    inputs: usize,
+    /// The most stamps that wait.
+    queue: usize,
+    /// The messages with each stamp.
+    sets: BTreeMap<Time, Vec<Option<u64>>>,
+}
+
+impl Stamped {
+    fn new(inputs: usize, queue: usize) -> Self {
+        Self {
+            inputs,
+            queue,
+            sets: BTreeMap::new(),
+        }
+    }
+
+    fn add(&mut self, input: usize, seq: u64, stamp: Time) -> Option<Choice> {
+        let empty = || vec![None; self.inputs];
+        let set = self.sets.entry(stamp).or_insert_with(empty);
+        set[input] = Some(seq);
+        let all: Option<Choice> = set.iter().copied().collect();
+        if all.is_some() {
+            // Sets with an older stamp stay incomplete.
+            self.sets.retain(|known, _| *known > stamp);
+        }
+        while self.sets.len() > self.queue {
+            self.sets.pop_first();
+        }
+        all
+    }
+
+    fn needs_from(&self, input: usize) -> Option<u64> {
+        self.sets.values().filter_map(|set| set[input]).min()
     }
 }

@@ -1,8 +1,6 @@
 //! Nodes that share the threads of an executor, in an order of its own.
 
-use ratelab::{
-    ClockKind, Job, JobKind, Knob, Phase, Scheduler, SchedulerEvent, TaskState, Time, Timetable,
-};
+use ratelab::{Job, JobKind, Knob, Phase, Scheduler, SchedulerEvent, TaskState, Time, Timetable};
 
 use super::task::{Task, moves_due_times};
 
@@ -21,8 +19,8 @@ pub(crate) trait CallbackOrder: Clone + Send + 'static {
     /// The callback to call now, if there are one and a thread for it.
     fn next(&mut self, task_set: &mut TaskSetView<'_, '_>) -> Option<Call>;
 
-    /// A callback was called, and its node ticks until `ends`.
-    fn began(&mut self, member: usize, ends: Time, task_set: &mut TaskSetView<'_, '_>);
+    /// A callback was called, and its node ticks.
+    fn began(&mut self, _member: usize, _task_set: &mut TaskSetView<'_, '_>) {}
 
     /// A callback was called and is over.
     fn ended(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>);
@@ -35,11 +33,11 @@ pub(crate) trait CallbackOrder: Clone + Send + 'static {
 
     /// Forgets that the timer of a node is due, if the call would have set its next due
     /// time: that has changed.
-    fn reschedule(&mut self, member: usize);
+    fn reschedule(&mut self, _member: usize) {}
 }
 
-/// A callback to be called now.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A call of a node; timers come first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Call {
     /// The timer of a node.
     Timer { member: usize },
@@ -47,6 +45,16 @@ pub(crate) enum Call {
     Message { member: usize, input: usize },
     /// Its subscriptions in turn, until a set of messages is complete.
     Messages { member: usize },
+}
+
+impl Call {
+    pub(crate) fn member(self) -> usize {
+        match self {
+            Self::Timer { member } | Self::Message { member, .. } | Self::Messages { member } => {
+                member
+            }
+        }
+    }
 }
 
 /// The nodes at an instant, as an order sees them.
@@ -124,12 +132,14 @@ impl<O: CallbackOrder> Ordered<O> {
         }
     }
 
-    fn order<'a, 't>(
-        &'a mut self,
-        plan: &'a mut Timetable<'t>,
-    ) -> (&'a mut O, TaskSetView<'a, 't>) {
+    /// Asks the order, or tells it what has happened.
+    fn with_order<R>(
+        &mut self,
+        plan: &mut Timetable<'_>,
+        ask: impl FnOnce(&mut O, &mut TaskSetView<'_, '_>) -> R,
+    ) -> R {
         let tasks = &mut self.tasks[..];
-        (&mut self.order, TaskSetView { tasks, plan })
+        ask(&mut self.order, &mut TaskSetView { tasks, plan })
     }
 
     /// Plans the due time of the timer of a node.
@@ -155,8 +165,7 @@ impl<O: CallbackOrder> Ordered<O> {
         if anew {
             self.order = self.fresh.clone();
             for member in 0..self.tasks.len() {
-                let (order, mut task_set) = self.order(plan);
-                order.take_over(member, &mut task_set);
+                self.with_order(plan, |order, task_set| order.take_over(member, task_set));
                 self.add_waiting(member, plan);
             }
         }
@@ -174,8 +183,7 @@ impl<O: CallbackOrder> Ordered<O> {
             return;
         }
         self.releases[member] = Time::MAX;
-        let (order, mut task_set) = self.order(plan);
-        order.due(member, &mut task_set);
+        self.with_order(plan, |order, task_set| order.due(member, task_set));
         if O::QUEUES_TIMERS {
             self.release(member, plan);
         }
@@ -185,38 +193,19 @@ impl<O: CallbackOrder> Ordered<O> {
     /// Calls the next callback, if there are one and a thread for it.
     fn call(&mut self, plan: &mut Timetable<'_>) -> Option<Job> {
         let now = plan.now();
-        let (order, mut task_set) = self.order(plan);
-        let call = order.next(&mut task_set)?;
+        let call = self.with_order(plan, |order, task_set| order.next(task_set))?;
         plan.look();
-        let (member, due) = match call {
-            Call::Timer { member } => (member, self.call_timer(member, plan)),
-            Call::Message { member, input } => {
-                let trigger = self.tasks[member].trigger.as_mut();
-                (
-                    member,
-                    trigger.and_then(|t| t.take_from(input, member, plan)),
-                )
-            }
-            Call::Messages { member } => {
-                let trigger = self.tasks[member].trigger.as_mut();
-                (
-                    member,
-                    trigger.and_then(|trigger| trigger.take(member, plan)),
-                )
-            }
+        let member = call.member();
+        let due = match (call, &mut self.tasks[member].trigger) {
+            (Call::Message { input, .. }, Some(trigger)) => trigger.take_from(input, member, plan),
+            (Call::Messages { .. }, Some(trigger)) => trigger.take(member, plan),
+            _ => self.call_timer(member, plan),
         };
         let Some(due) = due else {
-            let (order, mut task_set) = self.order(plan);
-            order.ended(member, &mut task_set);
+            self.with_order(plan, |order, task_set| order.ended(member, task_set));
             return None;
         };
-        let task = &mut self.tasks[member];
-        let cost = task.cost();
-        let takes = match plan.clock() {
-            ClockKind::Virtual => cost.filter(|cost| !cost.is_zero()),
-            ClockKind::Real => cost,
-        };
-        let kind = task.starts(takes, cost.is_some());
+        let kind = self.tasks[member].next_job(plan.clock());
         Some(Job::new(member, kind).late(Some(now.since(due))))
     }
 
@@ -241,13 +230,12 @@ impl<O: CallbackOrder> Ordered<O> {
         match job.kind {
             JobKind::Begin => {
                 let ends = self.tasks[member].begin(plan.now());
-                let (order, mut task_set) = self.order(plan);
-                order.began(member, ends, &mut task_set);
+                plan.alarm(ends, Phase::End, member);
+                self.with_order(plan, |order, task_set| order.began(member, task_set));
             }
             JobKind::Tick { .. } | JobKind::End => {
                 self.tasks[member].running = None;
-                let (order, mut task_set) = self.order(plan);
-                order.ended(member, &mut task_set);
+                self.with_order(plan, |order, task_set| order.ended(member, task_set));
             }
         }
         plan.look();
@@ -267,8 +255,9 @@ impl<O: CallbackOrder> Scheduler for Ordered<O> {
             },
             SchedulerEvent::Arrived { member, .. } if self.tasks[member].crashed => {}
             SchedulerEvent::Arrived { member, input } => {
-                let (order, mut task_set) = self.order(plan);
-                order.arrived(member, input, &mut task_set);
+                self.with_order(plan, |order, task_set| {
+                    order.arrived(member, input, task_set)
+                });
                 plan.look();
             }
             SchedulerEvent::Look => return self.call(plan),
@@ -308,8 +297,7 @@ impl<O: CallbackOrder> Scheduler for Ordered<O> {
         let times = moves_due_times(knob);
         // Timers that were due before wait in line.
         while times && O::QUEUES_TIMERS && self.tasks[member].due() < now {
-            let (order, mut task_set) = self.order(plan);
-            order.due(member, &mut task_set);
+            self.with_order(plan, |order, task_set| order.due(member, task_set));
         }
         let before = self.tasks[member].turn(member, knob, now, plan)?;
         if times {

@@ -130,16 +130,14 @@ impl Own {
         let skips = !self.task.is_triggered();
         let known = self.task.is_timed && (now > due || !self.task.wakes.is_none());
         let lateness = (!is_virtual || !skips || known).then(|| now.since(due));
-        let cost = self.task.cost();
-        let takes = match (self.is_let, is_virtual) {
-            (true, _) => {
-                let ends = self.task.end_of_period(now + cost.unwrap_or_default());
-                Some(ends.since(now))
-            }
-            (false, true) => cost.filter(|cost| !cost.is_zero()),
-            (false, false) => cost,
+        let kind = if self.is_let {
+            let free = now + self.task.cost().unwrap_or_default();
+            let takes = self.task.end_of_period(free).since(now);
+            self.task.begins(takes)
+        } else {
+            self.task.next_job(plan.clock())
         };
-        Job::new(0, self.task.starts(takes, cost.is_some())).late(lateness)
+        Job::new(0, kind).late(lateness)
     }
 
     /// A job is done; ticks due before `passed` are missed.

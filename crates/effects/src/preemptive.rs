@@ -35,16 +35,6 @@ struct JobKey {
     member: usize,
 }
 
-/// A job that has begun.
-#[derive(Clone, Copy, Debug)]
-struct CoreJob {
-    key: JobKey,
-    /// Time on a core that it still needs from `since` on.
-    remaining: Duration,
-    /// The run time since which it is on a core.
-    on_core: Option<Time>,
-}
-
 /// A node with its jobs.
 #[derive(Clone, Debug)]
 struct CoreTask {
@@ -52,7 +42,6 @@ struct CoreTask {
     deadline: Option<Duration>,
     /// Releases of its timer that have not begun, each with the deadline.
     released: VecDeque<(Time, Time)>,
-    job: Option<CoreJob>,
     /// The place of its first job, if it has one.
     key: Option<JobKey>,
 }
@@ -72,7 +61,6 @@ impl Preemptive {
         let tasks = callbacks.iter().map(|callback| CoreTask {
             deadline: callback.deadline,
             released: VecDeque::new(),
-            job: None,
             key: None,
         });
         Self {
@@ -83,26 +71,25 @@ impl Preemptive {
         }
     }
 
-    /// Finds the first job of a node again.
-    fn refresh(&mut self, member: usize, task_set: &TaskSetView<'_, '_>) {
+    /// Finds the first job of a node again, unless that has begun.
+    fn refresh(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
+        if task_set.task(member).running.is_some() {
+            return;
+        }
         let task = &self.tasks[member];
-        let next = || {
-            let arrived = || {
-                let released = task_set.oldest(member)?;
-                Some((released, released + task.deadline.unwrap_or(Duration::MAX)))
-            };
-            let (released, deadline) = task.released.front().copied().or_else(arrived)?;
-            let urgency = match self.urgency {
+        let arrived = || {
+            let released = task_set.oldest(member)?;
+            Some((released, released + task.deadline.unwrap_or(Duration::MAX)))
+        };
+        let next = task.released.front().copied().or_else(arrived);
+        let key = next.map(|(released, deadline)| JobKey {
+            urgency: match self.urgency {
                 Urgency::Priority => task_set.priority(member).into(),
                 Urgency::Deadline => deadline.as_nanos(),
-            };
-            Some(JobKey {
-                urgency,
-                released,
-                member,
-            })
-        };
-        let key = task.job.map(|job| job.key).or_else(next);
+            },
+            released,
+            member,
+        });
         self.set_key(member, key);
     }
 
@@ -118,29 +105,6 @@ impl Preemptive {
     fn urgent(&self) -> Vec<usize> {
         let first = self.first.iter().take(self.cores);
         first.map(|key| key.member).collect()
-    }
-
-    /// Takes the jobs off their cores that are not among the most urgent.
-    fn preempt(&mut self, urgent: &[usize], task_set: &mut TaskSetView<'_, '_>) {
-        for (member, task) in self.tasks.iter_mut().enumerate() {
-            let Some(job) = &mut task.job else { continue };
-            if let Some(since) = job.on_core.filter(|_| !urgent.contains(&member)) {
-                job.remaining = job.remaining.saturating_sub(task_set.now().since(since));
-                job.on_core = None;
-                task_set.task(member).suspend(job.remaining);
-            }
-        }
-    }
-
-    /// Puts a job on a core; it ends there unless it is preempted.
-    fn resume(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
-        let task = &mut self.tasks[member];
-        if let Some(job) = &mut task.job {
-            let ends = task_set.now() + job.remaining;
-            job.on_core = Some(task_set.now());
-            task_set.end_at(member, ends);
-            task_set.task(member).resume(ends);
-        }
     }
 }
 
@@ -163,67 +127,49 @@ impl CallbackOrder for Preemptive {
     }
 
     fn next(&mut self, task_set: &mut TaskSetView<'_, '_>) -> Option<Call> {
-        let urgent = self.urgent();
-        self.preempt(&urgent, task_set);
+        let (now, urgent) = (task_set.now(), self.urgent());
+        let others = (0..self.tasks.len()).filter(|member| !urgent.contains(member));
+        others.for_each(|member| task_set.task(member).suspend(now));
         for member in urgent {
-            match self.tasks[member].job {
-                Some(job) if job.on_core.is_some() => {}
-                Some(_) => self.resume(member, task_set),
-                None => {
-                    let released = &mut self.tasks[member].released;
-                    return Some(match released.pop_front() {
-                        Some(_) => Call::Timer { member },
-                        None => Call::Messages { member },
-                    });
-                }
+            let task = task_set.task(member);
+            if task.running.is_none() {
+                let released = &mut self.tasks[member].released;
+                return Some(match released.pop_front() {
+                    Some(_) => Call::Timer { member },
+                    None => Call::Messages { member },
+                });
+            }
+            if let Some(ends) = task.resume(now) {
+                task_set.end_at(member, ends);
             }
         }
         None
     }
 
-    fn began(&mut self, member: usize, ends: Time, task_set: &mut TaskSetView<'_, '_>) {
-        let task = &mut self.tasks[member];
-        if let Some(key) = task.key {
-            let remaining = ends.since(task_set.now());
-            task.job = Some(CoreJob {
-                key,
-                remaining,
-                on_core: None,
-            });
-            self.resume(member, task_set);
-        }
-    }
-
     fn ended(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
-        self.tasks[member].job = None;
         self.refresh(member, task_set);
     }
 
     /// Deadlines do not matter: under the real clock there is no `edf`.
     fn take_over(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
-        let task = &mut self.tasks[member];
         let (now, urgency) = (task_set.now(), task_set.priority(member).into());
         let known = task_set.task(member);
-        let queued = known.queued_timers();
-        task.released.extend(queued.map(|due| (due, Time::MAX)));
-        task.job = known.running.map(|running| CoreJob {
-            key: JobKey {
-                urgency,
-                released: running.began,
-                member,
-            },
-            remaining: running.remaining(now),
-            on_core: None,
-        });
-        self.refresh(member, task_set);
+        let queued = known.queued_timers().map(|due| (due, Time::MAX));
+        self.tasks[member].released.extend(queued);
+        let Some(running) = known.running else {
+            return self.refresh(member, task_set);
+        };
+        known.suspend(now);
+        let key = JobKey {
+            urgency,
+            released: running.began,
+            member,
+        };
+        self.set_key(member, Some(key));
     }
 
     fn forget(&mut self, member: usize) {
-        let task = &mut self.tasks[member];
-        task.job = None;
-        task.released.clear();
+        self.tasks[member].released.clear();
         self.set_key(member, None);
     }
-
-    fn reschedule(&mut self, _: usize) {}
 }

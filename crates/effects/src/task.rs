@@ -2,7 +2,9 @@
 
 use std::{collections::VecDeque, sync::Arc, time::Duration};
 
-use ratelab::{Hz, JobKind, Knob, KnobKind, Rate, TaskSpec, TaskState, Time, Timetable, millis};
+use ratelab::{
+    ClockKind, Hz, JobKind, Knob, KnobKind, Rate, TaskSpec, TaskState, Time, Timetable, millis,
+};
 
 use super::{
     chance::Chance, cost::Cost, draw::Draw, local_clock::LocalClock, spec, trigger::Trigger,
@@ -194,7 +196,7 @@ impl Task {
         }
         let hang = self.hang.take();
         let asked = !self.takes.draw.is_none();
-        hang.or_else(|| asked.then(|| self.draw(&self.takes.draw, "takes", number)))
+        hang.or_else(|| asked.then(|| self.takes.draw.of(self.chance("takes"), number)))
     }
 
     /// Lateness of the next tick.
@@ -203,30 +205,32 @@ impl Task {
         if !self.is_timed {
             return Duration::ZERO;
         }
-        self.draw(&self.wakes, "wakes", self.number)
+        self.wakes.of(self.chance("wakes"), self.number)
     }
 
-    fn draw(&self, draw: &Draw, what: &str, number: u64) -> Duration {
-        let chance = || Chance {
+    fn chance<'a>(&'a self, what: &'a str) -> Chance<'a> {
+        Chance {
             seed: self.seed,
             what,
             name: &self.name,
-        };
-        match draw {
-            Draw::Constant(duration) => *duration,
-            draw => draw.at(chance().uniform(number)),
         }
     }
 
-    /// What a tick begins with that `takes` run time; without, it may be set to take none.
-    pub(crate) fn starts(&mut self, takes: Option<Duration>, is_set: bool) -> JobKind {
-        match takes {
-            Some(takes) => {
-                self.next_takes = takes;
-                JobKind::Begin
-            }
-            None => JobKind::Tick { is_instant: is_set },
+    /// What its next tick begins with, which starts now.
+    #[inline]
+    pub(crate) fn next_job(&mut self, clock: ClockKind) -> JobKind {
+        match self.cost() {
+            Some(cost) if clock == ClockKind::Real || !cost.is_zero() => self.begins(cost),
+            cost => JobKind::Tick {
+                is_instant: cost.is_some(),
+            },
         }
+    }
+
+    /// What a tick begins with that `takes` run time.
+    pub(crate) fn begins(&mut self, takes: Duration) -> JobKind {
+        self.next_takes = takes;
+        JobKind::Begin
     }
 
     /// It has begun a tick that takes run time; returns when it is over.
@@ -243,18 +247,20 @@ impl Task {
         ends
     }
 
-    /// Takes the running tick off its core; it needs `remaining` more.
-    pub(crate) fn suspend(&mut self, remaining: Duration) {
+    /// Takes the running tick off its core.
+    pub(crate) fn suspend(&mut self, now: Time) {
         if let Some(running) = &mut self.running {
-            (running.ends, running.suspended) = (Time::MAX, Some(remaining));
+            running.suspended = Some(running.remaining(now));
+            running.ends = Time::MAX;
         }
     }
 
-    /// Puts the running tick on a core again, where it is over at `ends`.
-    pub(crate) fn resume(&mut self, ends: Time) {
-        if let Some(running) = &mut self.running {
-            (running.ends, running.suspended) = (ends, None);
-        }
+    /// Puts the running tick on a core again; returns when it is over there, or `None` if it is on
+    /// one.
+    pub(crate) fn resume(&mut self, now: Time) -> Option<Time> {
+        let running = self.running.as_mut()?;
+        running.ends = now + running.suspended.take()?;
+        Some(running.ends)
     }
 
     /// Whether its running tick is over at `now`.

@@ -2,16 +2,17 @@
 
 use serde::{Deserialize, Serialize};
 
-use ratelab::{Arrival, End, Entry, LateLook, LockName, Operation, Time};
+use ratelab::{End, Entry, LockName, Operation, Time};
 
 use super::log::LogError;
 
 /// The first byte of the log of a thread; those of earlier releases begin with a smaller one.
 const FORMAT: u8 = 2;
 
-/// Position between two entries of a thread, for numbers that count from the last one.
+/// The log of a thread up to some entry: numbers count from the last one.
 #[derive(Debug, Default)]
 pub(super) struct Coder {
+    bytes: Vec<u8>,
     last: Time,
     locks: Vec<LockName>,
     /// The next turn of each lock, if no other thread took one.
@@ -42,10 +43,16 @@ impl Coder {
         self.locks.iter().copied().zip(self.turns.iter().copied())
     }
 
-    /// Adds an entry and its operations.
-    pub(super) fn put(&mut self, bytes: &mut Vec<u8>, entry: &Entry, operations: &[Operation]) {
-        if bytes.is_empty() {
-            bytes.push(FORMAT);
+    /// What was put so far.
+    pub(super) fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// Adds an entry and its operations; returns their number of bytes.
+    pub(super) fn put(&mut self, entry: &Entry, operations: &[Operation]) -> usize {
+        let before = self.bytes.len();
+        if before == 0 {
+            self.bytes.push(FORMAT);
         }
         self.line.names.clear();
         self.line.turns.clear();
@@ -62,14 +69,16 @@ impl Coder {
         let is_usual = !locks.is_empty() && locks == self.pattern;
         self.line.locks = (!is_usual).then(|| locks.clone());
         let last = self.last.as_nanos();
-        self.line.entry = with_times(*entry, |time| {
+        self.line.entry = *entry;
+        for time in times(&mut self.line.entry) {
             let ahead = time.as_nanos().wrapping_sub(last) as i64;
             // Small numbers for times before the last one, too.
-            (ahead << 1 ^ ahead >> 63) as u64
-        });
-        let line = postcard::to_extend(&self.line, std::mem::take(bytes));
-        *bytes = line.expect("a vector takes every number and text");
+            *time = Time::from_nanos((ahead << 1 ^ ahead >> 63) as u64);
+        }
+        let bytes = postcard::to_extend(&self.line, std::mem::take(&mut self.bytes));
+        self.bytes = bytes.expect("a vector takes every number and text");
         self.pass(entry, locks);
+        self.bytes.len() - before
     }
 
     /// Moves on behind an entry that took these `locks`.
@@ -136,61 +145,31 @@ impl Coder {
             });
         }
         let last = self.last.as_nanos();
-        let entry = with_times(line.entry, |time| {
+        let mut entry = line.entry;
+        for time in times(&mut entry) {
             let ahead = time.as_nanos();
-            last.wrapping_add(ahead >> 1 ^ (ahead & 1).wrapping_neg())
-        });
+            *time = Time::from_nanos(last.wrapping_add(ahead >> 1 ^ (ahead & 1).wrapping_neg()));
+        }
         self.pass(&entry, locks);
         Some((entry, operations))
     }
 }
 
-/// The same entry with other times (ns).
-fn with_times(entry: Entry, other: impl Fn(Time) -> u64) -> Entry {
-    let other = |time| Time::from_nanos(other(time));
-    match entry {
-        Entry::Arrive(arrival) => Entry::Arrive(Arrival {
-            at: other(arrival.at),
-            ..arrival
-        }),
-        Entry::Look { at, late, node } => Entry::Look {
-            at: other(at),
-            late: late.map(|LateLook { until, over }| {
-                let until = other(until);
-                LateLook { until, over }
-            }),
-            node,
-        },
-        Entry::Finish { at, node } => Entry::Finish {
-            at: other(at),
-            node,
-        },
-        Entry::Done { at, passed } => Entry::Done {
-            at: other(at),
-            passed: other(passed),
-        },
-        Entry::Obey { at, event } => Entry::Obey {
-            at: other(at),
-            event,
-        },
-        Entry::End(end) => Entry::End(match end {
-            End::Completed { until } => End::Completed {
-                until: other(until),
-            },
-            End::Ended { node, at } => End::Ended {
-                node,
-                at: other(at),
-            },
-            End::Failed { node, at } => End::Failed {
-                node,
-                at: other(at),
-            },
-            End::NoThread { node, at } => End::NoThread {
-                node,
-                at: other(at),
-            },
-            end => end,
-        }),
-        entry => entry,
-    }
+/// The times of an entry.
+fn times(entry: &mut Entry) -> impl Iterator<Item = &mut Time> {
+    let times = match entry {
+        Entry::Arrive(arrival) => [Some(&mut arrival.at), None],
+        Entry::Look { at, late, .. } => [Some(at), late.as_mut().map(|late| &mut late.until)],
+        Entry::Done { at, passed } => [Some(at), Some(passed)],
+        Entry::Finish { at, .. }
+        | Entry::Obey { at, .. }
+        | Entry::End(
+            End::Completed { until: at }
+            | End::Ended { at, .. }
+            | End::Failed { at, .. }
+            | End::NoThread { at, .. },
+        ) => [Some(at), None],
+        _ => [None, None],
+    };
+    times.into_iter().flatten()
 }

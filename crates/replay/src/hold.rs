@@ -1,13 +1,13 @@
-//! Holds a knot between two of its operations, to be looked at.
+//! Holds an overlap between two of its operations, to be looked at.
 
 use std::sync::PoisonError;
 
 use ratelab::sync::{Condvar, Mutex, MutexGuard, lock};
 
-/// The number of operations of a knot that is not held.
+/// The number of operations of an overlap that is not held.
 const ALL: usize = usize::MAX;
 
-/// A knot whose operations are done one by one, in the order of the plan.
+/// An overlap whose operations are done one by one, in the order of the plan.
 #[derive(Debug, Default)]
 pub(crate) struct Hold {
     state: Mutex<HoldState>,
@@ -22,7 +22,7 @@ struct HoldState {
     allowed: usize,
     /// Operations that were begun.
     done: usize,
-    /// Threads that are neither held nor at the end of the knot.
+    /// Threads that are neither held nor at the end of the overlap.
     running: usize,
     /// Whether nobody looks at it any more.
     ended: bool,
@@ -49,13 +49,13 @@ impl Hold {
         self.allow(ALL);
     }
 
-    /// Whether it holds a knot now.
+    /// Whether it holds an overlap now.
     pub(crate) fn is_on(&self) -> bool {
         let state = lock(&self.state);
         state.order.is_some() && state.allowed != ALL
     }
 
-    /// Begins with a knot of so many `threads`, whose operations are done by the threads in
+    /// Begins with an overlap of so many `threads`, whose operations are done by the threads in
     /// `order`.
     pub(crate) fn begin(&self, order: Vec<usize>, threads: usize) {
         let mut state = lock(&self.state);
@@ -78,7 +78,7 @@ impl Hold {
         self.changed.notify_all();
     }
 
-    /// A thread is at the end of the knot.
+    /// A thread is at the end of the overlap.
     pub(crate) fn leave(&self) {
         let mut state = lock(&self.state);
         state.running = state.running.saturating_sub(1);

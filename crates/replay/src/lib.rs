@@ -12,30 +12,31 @@
 //! * [`RunLog`] is the journal of a graph: it keeps the entries of all threads while the run goes
 //!   on: looks for work and their ends, commands, and the end of each stretch. [`Log`] is the same
 //!   as bytes.
-//! * `Plan` puts whole entries in a row, and into *knots* where they really overlap. A log with a
+//! * `Plan` puts whole entries in a row, and into *overlaps* where they really do. A log with a
 //!   plan is an execution, so it cannot hang. Where no work is between its begin and its end, the
 //!   graph is at rest: there a run can be left.
-//! * [`Rerun`] is a clock that plays the plan. A [`Knot`] can be held between any two of its
+//! * [`Rerun`] is a clock that plays the plan. An [`Overlap`] can be held between any two of its
 //!   operations.
 //!
 //! Stands on the core (`ratelab`) only, by its hooks for journals, turns and clocks. Begin with
 //! `run_log.rs` and `rerun.rs`.
 
 mod coder;
+mod entry;
+mod events;
 mod hold;
-mod knot;
 mod log;
+mod overlap;
 mod plan;
 mod players;
 mod rerun;
 mod run_log;
 mod script;
 mod section;
-mod thread;
 mod watch;
 
-pub use knot::{Knot, KnotOperation};
 pub use log::{Log, LogError, LogPosition};
+pub use overlap::{Overlap, OverlapOperation};
 pub use rerun::Rerun;
 pub use run_log::RunLog;
 pub use watch::{BusyNode, Doing, Watch};

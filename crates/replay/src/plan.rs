@@ -3,7 +3,7 @@
 //!
 //! An entry whose operations are all next in turn can run whole, on any thread. Where two
 //! ticks overlap so that neither can, the smallest group that begins and ends at rest is a
-//! knot: it needs a thread for each of its nodes. Of several entries the one that began
+//! overlap: it needs a thread for each of its nodes. Of several entries the one that began
 //! first comes first.
 
 use std::{
@@ -11,9 +11,9 @@ use std::{
     collections::{BTreeMap, BTreeSet, BinaryHeap},
 };
 
-use ratelab::{LockName, Time};
+use ratelab::{LockName, Operation, Time, sync::Arc};
 
-use super::{knot::KnotStep, log::LogError, thread::Thread};
+use super::{entry::LoggedEntry, log::LogError, overlap::OverlapStep};
 
 /// The next turn of each lock.
 pub(crate) type Turns = BTreeMap<LockName, u64>;
@@ -41,16 +41,7 @@ pub(crate) enum PlanPart {
     /// The next entry of this thread.
     Entry(usize),
     /// The next entries of several threads, which overlap, in steps.
-    Knot(Vec<KnotStep>),
-}
-
-/// The threads of a knot, each with its number of entries.
-pub(crate) fn entries_of(knot: &[KnotStep]) -> Vec<(usize, usize)> {
-    let mut counts = BTreeMap::new();
-    for step in knot {
-        *counts.entry(step.thread).or_insert(0) += usize::from(step.ends);
-    }
-    counts.into_iter().collect()
+    Overlap(Vec<OverlapStep>),
 }
 
 impl Plan {
@@ -60,28 +51,19 @@ impl Plan {
     /// # Errors
     /// [`LogError`] if there is no such order.
     pub(crate) fn new(
-        threads: &[Thread],
-        names: Vec<&str>,
+        threads: &[Vec<LoggedEntry>],
+        names: &[Arc<str>],
         turns: &mut Turns,
         whole: bool,
     ) -> Result<Self, LogError> {
         let mut planner = Planner::new(threads, names, turns)?;
-        let mut parts = Vec::new();
-        loop {
-            if let Some(thread) = planner.next_whole() {
-                parts.push(thread);
-            } else if planner.is_over() {
-                break;
-            } else if let Some(knot) = planner.next_knot() {
-                parts.push(knot);
-            } else if whole {
-                return Err(LogError::Impossible(planner.obstacle()));
-            } else {
-                break;
-            }
+        let parts = std::iter::from_fn(|| planner.next()).collect();
+        let is_over = planner.is_over();
+        if whole && !is_over {
+            return Err(LogError::Impossible(planner.obstacle()));
         }
-        let whole = planner.is_over();
-        planner.hand_on(turns);
+        turns.extend(planner.locks.iter().map(|(name, lock)| (*name, lock.next)));
+        let whole = is_over;
         Ok(Self { parts, whole })
     }
 
@@ -106,8 +88,8 @@ impl Plan {
 }
 
 /// A lock with the order of its turns.
+#[derive(Default)]
 struct Lock {
-    name: LockName,
     next: u64,
     /// All turns with their threads, in order.
     turns: Vec<(u64, usize)>,
@@ -125,38 +107,34 @@ impl Lock {
     }
 }
 
-/// A thread on its way through its entries.
-struct Way<'a> {
-    thread: &'a Thread,
-    /// All operations: the index of the lock, and the turn.
-    operations: Vec<(usize, u64)>,
-    /// The end of the operations of each entry.
-    ends: Vec<usize>,
+/// A thread with its position between two operations.
+struct ThreadCursor<'a> {
+    entries: &'a [LoggedEntry],
     /// Number of entries done.
-    entry: usize,
-    /// Number of operations done.
     done: usize,
+    /// Number of operations done of the next entry.
+    taken: usize,
 }
 
-impl Way<'_> {
-    fn is_over(&self) -> bool {
-        self.entry == self.ends.len()
+impl<'a> ThreadCursor<'a> {
+    fn next(&self) -> Option<&'a LoggedEntry> {
+        self.entries.get(self.done)
     }
 
-    fn at(&self) -> Time {
-        self.thread.at(self.entry)
+    /// The next operation; `None` if the entry has none left.
+    fn operation(&self) -> Option<&'a Operation> {
+        self.next()?.operations.get(self.taken)
     }
 
-    /// Whether it is between two entries.
-    fn rests(&self) -> bool {
-        self.done == self.entry.checked_sub(1).map_or(0, |last| self.ends[last])
+    fn last(&self) -> Option<&'a LoggedEntry> {
+        self.entries.get(self.done.checked_sub(1)?)
     }
 }
 
 struct Planner<'a> {
-    names: Vec<&'a str>,
-    locks: Vec<Lock>,
-    ways: Vec<Way<'a>>,
+    names: &'a [Arc<str>],
+    locks: BTreeMap<LockName, Lock>,
+    threads: Vec<ThreadCursor<'a>>,
     /// Threads that may have a whole entry to run, by its run time.
     ready: BinaryHeap<Reverse<(Time, usize)>>,
     /// Threads in the midst of some work.
@@ -164,167 +142,156 @@ struct Planner<'a> {
 }
 
 impl<'a> Planner<'a> {
-    fn new(threads: &'a [Thread], names: Vec<&'a str>, turns: &Turns) -> Result<Self, LogError> {
+    fn new(
+        threads: &'a [Vec<LoggedEntry>],
+        names: &'a [Arc<str>],
+        turns: &Turns,
+    ) -> Result<Self, LogError> {
+        let mut locks = BTreeMap::<LockName, Lock>::new();
+        for (thread, entries) in threads.iter().enumerate() {
+            for operation in entries.iter().flat_map(|logged| &logged.operations) {
+                let name = operation.lock;
+                let lock = locks.entry(name).or_insert_with(|| Lock {
+                    next: turns.get(&name).copied().unwrap_or(0),
+                    ..Lock::default()
+                });
+                // Before its first turn in a stretch anybody may have been there.
+                if operation.outside && operation.turn != lock.next {
+                    return Err(LogError::Outside(name.text().to_string()));
+                }
+                lock.turns.push((operation.turn, thread));
+            }
+        }
+        for (lock, Lock { turns, .. }) in &mut locks {
+            turns.sort_unstable();
+            let twice = turns.windows(2).find(|pair| pair[0].0 == pair[1].0);
+            if let Some(&[(turn, one), (_, other)]) = twice {
+                let (one, other, lock) = (&names[one], &names[other], lock.text());
+                return Err(LogError::Impossible(format!(
+                    "{one} and {other} both took turn {turn} of {lock}"
+                )));
+            }
+        }
+        let threads = threads.iter().map(|entries| ThreadCursor {
+            entries,
+            done: 0,
+            taken: 0,
+        });
         let mut planner = Self {
             names,
-            locks: Vec::new(),
-            ways: Vec::new(),
+            locks,
+            threads: threads.collect(),
             ready: BinaryHeap::new(),
             working: BTreeSet::new(),
         };
-        let mut known = BTreeMap::new();
-        for (index, thread) in threads.iter().enumerate() {
-            let mut way = Way {
-                thread,
-                operations: Vec::new(),
-                ends: Vec::new(),
-                entry: 0,
-                done: 0,
-            };
-            let mut entries = 0..thread.len();
-            while let Some((_, operations)) = entries.next().and_then(|at| thread.entry(at)) {
-                for operation in operations {
-                    let lock = *known.entry(operation.lock).or_insert_with(|| {
-                        planner.locks.push(Lock {
-                            name: operation.lock,
-                            next: turns.get(&operation.lock).copied().unwrap_or(0),
-                            turns: Vec::new(),
-                            waiting: Vec::new(),
-                        });
-                        planner.locks.len() - 1
-                    });
-                    let lock_of = &mut planner.locks[lock];
-                    // Before its first turn in a stretch anybody may have been there.
-                    if operation.outside && operation.turn != lock_of.next {
-                        return Err(LogError::Outside(lock_of.name.text().to_string()));
-                    }
-                    lock_of.turns.push((operation.turn, index));
-                    way.operations.push((lock, operation.turn));
-                }
-                way.ends.push(way.operations.len());
-            }
-            planner.ways.push(way);
-        }
-        planner.sort_turns()?;
         planner.wake_all();
         Ok(planner)
     }
 
-    fn sort_turns(&mut self) -> Result<(), LogError> {
-        for lock in &mut self.locks {
-            lock.turns.sort_unstable();
-            let twice = lock.turns.windows(2).find(|pair| pair[0].0 == pair[1].0);
-            if let Some(&[(turn, one), (_, other)]) = twice {
-                let (name, names) = (lock.name.text(), &self.names);
-                let (one, other) = (names[one], names[other]);
-                return Err(LogError::Impossible(format!(
-                    "{one} and {other} both took turn {turn} of {name}"
-                )));
-            }
-        }
-        Ok(())
+    /// The threads with entries left, by the run times of these.
+    fn unfinished(&self) -> impl Iterator<Item = (Time, usize)> {
+        let threads = self.threads.iter().enumerate();
+        threads.filter_map(|(index, thread)| Some((thread.next()?.began, index)))
     }
 
     fn is_over(&self) -> bool {
-        self.ways.iter().all(Way::is_over)
+        self.unfinished().next().is_none()
     }
 
     /// Looks at all threads again.
     fn wake_all(&mut self) {
-        self.locks.iter_mut().for_each(|lock| lock.waiting.clear());
-        let unfinished = self
-            .ways
-            .iter()
-            .enumerate()
-            .filter(|(_, way)| !way.is_over());
-        self.ready = unfinished
-            .map(|(index, way)| Reverse((way.at(), index)))
-            .collect();
+        let locks = self.locks.values_mut();
+        locks.for_each(|lock| lock.waiting.clear());
+        self.ready = self.unfinished().map(Reverse).collect();
+    }
+
+    fn lock(&mut self, name: LockName) -> &mut Lock {
+        self.locks.entry(name).or_default()
+    }
+
+    fn next(&mut self) -> Option<Planned> {
+        self.next_whole().or_else(|| self.next_overlap())
     }
 
     /// Runs the first whole entry that can run.
     fn next_whole(&mut self) -> Option<Planned> {
         while let Some(Reverse((at, thread))) = self.ready.pop() {
-            let way = &self.ways[thread];
-            let range = way.done..way.ends[way.entry];
-            match self.take_turns(thread, range.clone()) {
-                Err(lock) => self.locks[lock].waiting.push(thread),
-                Ok(()) => {
-                    for operation in range.clone() {
-                        let lock = self.ways[thread].operations[operation].0;
-                        for other in std::mem::take(&mut self.locks[lock].waiting) {
-                            self.ready.push(Reverse((self.ways[other].at(), other)));
-                        }
-                    }
-                    let way = &mut self.ways[thread];
-                    (way.done, way.entry) = (range.end, way.entry + 1);
-                    if !way.is_over() {
-                        self.ready.push(Reverse((way.at(), thread)));
-                    }
-                    let part = PlanPart::Entry(thread);
-                    let rests = self.rests_after([thread]);
-                    return Some(Planned { part, at, rests });
-                }
+            let Some(entry) = self.threads[thread].next() else {
+                continue;
+            };
+            if let Err(lock) = self.run_whole(thread) {
+                self.lock(lock).waiting.push(thread);
+                continue;
             }
+            let mut woken = vec![thread];
+            for operation in &entry.operations {
+                woken.append(&mut self.lock(operation.lock).waiting);
+            }
+            for thread in woken {
+                let next = self.threads[thread].next();
+                let next = next.map(|entry| Reverse((entry.began, thread)));
+                self.ready.extend(next);
+            }
+            let part = PlanPart::Entry(thread);
+            let rests = self.rests_after([thread]);
+            return Some(Planned { part, at, rests });
         }
         None
     }
 
-    /// Takes the turns of these operations, or none of them and returns the lock that is
-    /// not there yet.
-    fn take_turns(&mut self, thread: usize, range: std::ops::Range<usize>) -> Result<(), usize> {
-        let operations = &self.ways[thread].operations[range];
-        for (index, (lock, turn)) in operations.iter().enumerate() {
-            if self.locks[*lock].next != *turn {
-                for (lock, _) in &operations[..index] {
-                    self.locks[*lock].next -= 1;
+    /// Takes all turns of the next entry of a thread; or none of them, and returns the lock that
+    /// is not there yet.
+    fn run_whole(&mut self, thread: usize) -> Result<(), LockName> {
+        loop {
+            if let Err(lock) = self.can_step(thread) {
+                while self.threads[thread].taken > 0 {
+                    self.step_back(thread);
                 }
-                return Err(*lock);
+                return Err(lock);
             }
-            self.locks[*lock].next += 1;
+            if self.step(thread).ends {
+                return Ok(());
+            }
         }
-        Ok(())
     }
 
-    /// The knot around the entry that began first; of a torn log, the first that is whole.
-    fn next_knot(&mut self) -> Option<Planned> {
-        let mut starts: Vec<(Time, usize)> = self
-            .ways
-            .iter()
-            .enumerate()
-            .filter(|(_, way)| !way.is_over())
-            .map(|(index, way)| (way.at(), index))
-            .collect();
+    /// The overlap around the entry that began first; of a torn log, the first that is whole.
+    fn next_overlap(&mut self) -> Option<Planned> {
+        let mut starts: Vec<(Time, usize)> = self.unfinished().collect();
         starts.sort_unstable();
-        let knot = starts.into_iter().find_map(|(_, start)| self.knot(start));
+        let overlap = starts
+            .into_iter()
+            .find_map(|(at, start)| self.overlap(start, at));
         self.wake_all();
-        knot
+        overlap
     }
 
-    /// The knot around the next entry of `start`; `None` if it cannot end.
-    fn knot(&mut self, start: usize) -> Option<Planned> {
-        let (mut steps, mut open) = (Vec::new(), vec![start]);
-        let mut latest = self.ways[start].at();
-        while !open.is_empty() {
-            let next = match open.iter().copied().find(|thread| self.can_step(*thread)) {
-                Some(thread) => Some(thread),
-                None => self.needed_by(open[0]),
-            };
-            let Some(thread) = next else {
-                self.undo(steps);
+    /// The overlap around the next entry of `start`, which began at `latest`; `None` if it cannot
+    /// end.
+    fn overlap(&mut self, start: usize, mut latest: Time) -> Option<Planned> {
+        let (mut steps, mut open) = (Vec::<OverlapStep>::new(), vec![start]);
+        while let Some(first) = open.first() {
+            let mut able = open.iter().filter(|thread| self.can_step(**thread).is_ok());
+            let able = able.next().copied();
+            let Some(thread) = able.or_else(|| self.needed_by(*first)) else {
+                for step in steps.iter().rev() {
+                    self.step_back(step.thread);
+                }
                 return None;
             };
-            latest = latest.max(self.ways[thread].at());
-            steps.push(self.step(thread));
-            match self.ways[thread].rests() {
-                true => open.retain(|other| *other != thread),
-                false if open.contains(&thread) => {}
-                false => open.push(thread),
+            latest = self.threads[thread]
+                .next()
+                .map_or(latest, |entry| latest.max(entry.began));
+            let step = self.step(thread);
+            steps.push(step);
+            open.retain(|other| *other != thread || !step.ends);
+            if !step.ends && !open.contains(&thread) {
+                open.push(thread);
             }
         }
         let rests = self.rests_after(steps.iter().map(|step| step.thread));
         Some(Planned {
-            part: PlanPart::Knot(steps),
+            part: PlanPart::Overlap(steps),
             at: latest,
             rests,
         })
@@ -333,9 +300,8 @@ impl<'a> Planner<'a> {
     /// Whether no thread is in the midst of some work, after entries of these.
     fn rests_after(&mut self, threads: impl IntoIterator<Item = usize>) -> bool {
         for thread in threads {
-            let way = &self.ways[thread];
-            let last = way.entry.checked_sub(1);
-            match last.is_some_and(|last| way.thread.works_after(last)) {
+            let last = self.threads[thread].last();
+            match last.is_some_and(LoggedEntry::begins_work) {
                 true => self.working.insert(thread),
                 false => self.working.remove(&thread),
             };
@@ -343,83 +309,75 @@ impl<'a> Planner<'a> {
         self.working.is_empty()
     }
 
-    /// The next operation of a thread; `None` if its entry has none left.
-    fn operation(&self, thread: usize) -> Option<(usize, u64)> {
-        let way = &self.ways[thread];
-        let entry = way.operations.get(way.done..*way.ends.get(way.entry)?)?;
-        entry.first().copied()
-    }
-
-    fn can_step(&self, thread: usize) -> bool {
-        match self.operation(thread) {
-            Some((lock, turn)) => self.locks[lock].next == turn,
-            None => !self.ways[thread].is_over(),
+    /// Whether the next operation of a thread is next in turn; the lock if it is not.
+    fn can_step(&self, thread: usize) -> Result<(), LockName> {
+        match self.threads[thread].operation() {
+            Some(operation) if self.locks[&operation.lock].next != operation.turn => {
+                Err(operation.lock)
+            }
+            _ => Ok(()),
         }
     }
 
     /// Takes one step of a thread.
-    fn step(&mut self, thread: usize) -> KnotStep {
-        let operation = self.operation(thread);
-        let way = &mut self.ways[thread];
-        if let Some((lock, _)) = operation {
-            self.locks[lock].next += 1;
-            way.done += 1;
+    fn step(&mut self, thread: usize) -> OverlapStep {
+        let operation = self.threads[thread].operation();
+        if let Some(operation) = operation {
+            self.lock(operation.lock).next += 1;
         }
-        let ends = way.done == way.ends[way.entry];
-        way.entry += usize::from(ends);
-        KnotStep {
+        let cursor = &mut self.threads[thread];
+        cursor.taken += usize::from(operation.is_some());
+        let ends = cursor.operation().is_none();
+        if ends {
+            (cursor.done, cursor.taken) = (cursor.done + 1, 0);
+        }
+        OverlapStep {
             thread,
-            takes: operation.map(|(lock, turn)| (self.locks[lock].name, turn)),
+            takes: operation.map(|operation| (operation.lock, operation.turn)),
             ends,
         }
     }
 
+    /// Takes the last step of a thread back.
+    fn step_back(&mut self, thread: usize) {
+        let cursor = &mut self.threads[thread];
+        if cursor.taken == 0 {
+            cursor.done -= 1;
+            cursor.taken = cursor.entries[cursor.done].operations.len();
+        }
+        cursor.taken = cursor.taken.saturating_sub(1);
+        if let Some(operation) = cursor.operation() {
+            self.lock(operation.lock).next -= 1;
+        }
+    }
+
     /// The thread that can go on, and that `thread` waits for, directly or not.
-    fn needed_by(&self, thread: usize) -> Option<usize> {
-        let mut thread = thread;
-        for _ in 0..=self.ways.len() {
-            let (lock, _) = self.operation(thread)?;
-            thread = self.locks[lock].owner()?;
-            if self.can_step(thread) {
+    fn needed_by(&self, mut thread: usize) -> Option<usize> {
+        for _ in 0..=self.threads.len() {
+            let operation = self.threads[thread].operation()?;
+            thread = self.locks[&operation.lock].owner()?;
+            if self.can_step(thread).is_ok() {
                 return Some(thread);
             }
         }
         None
     }
 
-    /// Takes back the last `steps`.
-    fn undo(&mut self, steps: Vec<KnotStep>) {
-        for step in steps.into_iter().rev() {
-            let way = &mut self.ways[step.thread];
-            way.entry -= usize::from(step.ends);
-            if step.takes.is_some() {
-                way.done -= 1;
-                self.locks[way.operations[way.done].0].next -= 1;
-            }
-        }
-    }
-
     /// Why nothing can go on.
     fn obstacle(&self) -> String {
-        let waiting = (0..self.ways.len()).filter(|thread| !self.ways[*thread].is_over());
-        let waits = waiting.filter_map(|thread| {
-            let (lock, turn) = self.operation(thread)?;
-            let (name, lock) = (self.names[thread], &self.locks[lock]);
-            let missing = match lock.owner() {
+        let waits = self.threads.iter().zip(self.names);
+        let waits = waits.filter_map(|(thread, name)| {
+            let Operation { lock, turn, .. } = thread.operation()?;
+            let next = self.locks[lock].next;
+            let missing = match self.locks[lock].owner() {
                 Some(_) => "",
                 None => ", which nobody took",
             };
-            let next = lock.next;
-            let lock = lock.name.text();
+            let lock = lock.text();
             Some(format!(
                 "{name} took turn {turn} of {lock} after turn {next}{missing}"
             ))
         });
         waits.collect::<Vec<_>>().join(", ")
-    }
-
-    /// Hands the turns on to the next stretch.
-    fn hand_on(self, turns: &mut Turns) {
-        turns.extend(self.locks.into_iter().map(|lock| (lock.name, lock.next)));
     }
 }

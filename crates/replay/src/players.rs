@@ -1,247 +1,182 @@
 //! The threads of a stretch under the real clock, executed again.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use ratelab::{
-    ClockExit, Command, End, Entries, Entry, Event, EventKind, Fault, Outcome, RunState,
-    Supervision, TaskSets, Time, Worker,
+    ClockExit, Command, End, Entries, Entry, Fault, Obeyed, Outcome, RunState, Supervision,
+    TaskSets, Time, Worker,
     sync::{Arc, spawn_named, thread},
 };
 
-use super::{script::Script, thread::Thread, watch::Watch};
+use super::{
+    entry::{LoggedEntry, took},
+    events::RecordedEvents,
+    script::Script,
+    watch::Watch,
+};
 
-fn command(event: &Event) -> Option<&Command> {
-    match &event.what {
-        EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => Some(command),
-        EventKind::Ended { .. } | EventKind::Faulted { .. } | EventKind::Presence { .. } => None,
-    }
-}
-
-/// The events of the recorded run.
+/// What all threads of a run know.
 #[derive(Clone, Copy)]
-pub(super) struct Events<'a> {
-    pub(super) all: &'a [Event],
-    pub(super) refused: &'a BTreeSet<usize>,
+pub(super) struct RunView<'a> {
+    pub(super) events: &'a RecordedEvents,
+    pub(super) watch: &'a Arc<Watch>,
+    pub(super) state: &'a RunState,
 }
 
-impl<'a> Events<'a> {
-    /// Has the command of an event carried out by `obey`, unless it is to be refused as
-    /// recorded; returns its position in the event log of this run.
-    pub(super) fn again(
-        self,
-        index: u64,
-        at: Time,
-        state: &RunState,
-        obey: impl FnOnce(&Command) -> Option<usize>,
-    ) -> Option<u64> {
-        if let Some((command, reason)) = self.refusal(index) {
-            state.advance_to(at);
-            return Some(state.refused(at, command, reason) as u64);
-        }
-        let event = self.all.get(usize::try_from(index).ok()?)?;
-        obey(command(event)?).map(|position| position as u64)
-    }
-
-    /// The command of an event and the reason for its refusal, if it is to be refused as recorded.
-    fn refusal(self, index: u64) -> Option<(&'a Command, &'a str)> {
-        let index = usize::try_from(index).ok()?;
-        match &self.all.get(index)?.what {
-            EventKind::Refused { command, reason } if self.refused.contains(&index) => {
-                Some((command, reason))
-            }
-            _ => None,
-        }
-    }
-}
-
-/// All threads of a stretch.
+/// All threads of a stretch, by their numbers.
 pub(super) struct Players<'a> {
-    events: Events<'a>,
-    watch: &'a Arc<Watch>,
-    state: Arc<RunState>,
-    supervisor: SupervisorAgain<'a>,
-    /// Those of the nodes, by their indices.
-    threads: Vec<ThreadPlayer<'a>>,
+    run: RunView<'a>,
+    all: Vec<ThreadPlayer<'a>>,
     /// The turns of what runs on the calling thread.
-    script: Script,
+    script: std::rc::Rc<Script>,
 }
 
-/// Has the supervisor do again what it did.
-struct SupervisorAgain<'a> {
-    thread: &'a Thread,
-    log: Entries,
+/// Does again what a thread did, and logs it as that did.
+struct ThreadPlayer<'a> {
+    run: RunView<'a>,
+    /// Its number: zero is the supervisor.
+    number: usize,
+    entries: &'a [LoggedEntry],
     /// Number of entries done.
     done: usize,
-    /// What it decided last.
+    role: Role<'a>,
+    log: Entries,
+    /// How its last work ended the run, if it did.
+    outcome: Outcome,
+    /// What its last command ended the stretch with, if it did.
     exit: Option<ClockExit>,
 }
 
-/// Does again what a thread of a task set did, and logs it as that did.
-struct ThreadPlayer<'a> {
-    /// Its number: those of task sets begin with one.
-    number: usize,
-    thread: &'a Thread,
-    /// Its task set; `None` for a node without a thread.
-    hand: Option<Worker<'a>>,
-    log: Entries,
-    /// Number of entries done.
-    done: usize,
-    outcome: Outcome,
-    events: Events<'a>,
-    watch: &'a Watch,
-    state: Arc<RunState>,
+/// Who a thread is.
+enum Role<'a> {
+    Supervisor(Supervision<'a>),
+    Worker(Worker<'a>),
+    /// A node without a thread.
+    Nobody,
+}
+
+/// Refuses a command at rest, as recorded.
+pub(super) fn refuse_again(state: &RunState, command: &Command, at: Time, reason: &str) -> Obeyed {
+    state.advance_to(at);
+    let event = state.refused(at, command, reason);
+    Obeyed { event, exit: None }
 }
 
 impl<'a> Players<'a> {
-    /// The `supervisor` and the `nodes` of a stretch of a run with these `events`, before their
-    /// first entry.
+    /// The `threads` of a stretch of a run, before their first entry.
     pub(super) fn new(
-        supervisor: &'a Thread,
-        nodes: &'a [Thread],
-        events: Events<'a>,
-        watch: &'a Arc<Watch>,
-        (state, task_sets): (Arc<RunState>, &'a TaskSets<'a>),
+        run: RunView<'a>,
+        threads: &'a [Vec<LoggedEntry>],
+        task_sets: &'a TaskSets<'a>,
+        supervision: Supervision<'a>,
     ) -> Self {
-        state.begin_threads(nodes.len());
-        let mut hands: BTreeMap<usize, Worker<'a>> = task_sets.threads().collect();
-        let threads = nodes.iter().enumerate();
-        let threads = threads.map(|(index, thread)| ThreadPlayer {
-            number: index + 1,
-            thread,
-            hand: hands.remove(&index),
-            log: state.entries_of(index + 1),
-            done: 0,
-            outcome: None,
-            events,
-            watch,
-            state: state.clone(),
-        });
-        Self {
-            events,
-            watch,
-            supervisor: SupervisorAgain {
-                thread: supervisor,
-                log: state.entries_of(0),
+        run.state.begin_threads(threads.len() - 1);
+        let workers = task_sets.threads();
+        let workers = workers.map(|(node, worker)| (node + 1, Role::Worker(worker)));
+        let supervisor = [(0, Role::Supervisor(supervision))];
+        let mut roles: BTreeMap<usize, Role<'a>> = supervisor.into_iter().chain(workers).collect();
+        let all = threads
+            .iter()
+            .enumerate()
+            .map(|(number, entries)| ThreadPlayer {
+                run,
+                number,
+                entries,
                 done: 0,
+                role: roles.remove(&number).unwrap_or(Role::Nobody),
+                log: run.state.entries_of(number),
+                outcome: None,
                 exit: None,
-            },
-            threads: threads.collect(),
-            script: Script::new(watch.clone()),
-            state,
+            });
+        Self {
+            run,
+            all: all.collect(),
+            script: Script::new(run.watch),
         }
     }
 
-    /// Runs the next entry of thread number `thread` on the calling thread.
-    pub(super) fn entry(&mut self, supervision: &mut Supervision<'_>, thread: usize) {
-        let Some(index) = thread.checked_sub(1) else {
-            self.supervise(supervision, 1);
-            return;
-        };
-        let _following = self.script.follow();
-        self.threads[index].play(&self.script, 1);
+    /// Their number.
+    pub(super) fn len(&self) -> usize {
+        self.all.len()
     }
 
-    /// Runs the next entries of several threads at the same time.
-    pub(super) fn knot(&mut self, supervision: &mut Supervision<'_>, counts: &[(usize, usize)]) {
-        let count = |thread: usize| {
-            let count = counts.iter().find(|(known, _)| *known == thread);
-            count.map_or(0, |(_, count)| *count)
-        };
-        let own = count(0);
-        let watch = self.watch;
+    /// Runs the next entry of thread number `thread` on the calling thread.
+    pub(super) fn entry(&mut self, thread: usize) {
+        let _following = self.script.follow();
+        self.all[thread].play(&self.script, 1);
+    }
+
+    /// Runs so many of the next entries of each thread at the same time.
+    pub(super) fn together(&mut self, counts: &[usize]) {
+        let watch = self.run.watch;
+        let players = self.all.iter_mut().zip(counts.iter().copied());
+        let mut players = players.filter(|(_, count)| *count > 0).peekable();
         thread::scope(|scope| {
-            for player in &mut self.threads {
-                let (entries, name) = (count(player.number), watch.name(player.number));
-                if entries == 0 {
-                    continue;
-                }
-                let run = move || {
-                    let script = Script::new(watch.clone());
-                    let _following = script.follow();
-                    player.play(&script, entries);
-                    watch.hold().leave();
-                };
-                if let Err(error) = spawn_named(scope, name, run) {
+            let supervisor = players.next_if(|(player, _)| player.number == 0);
+            for (player, count) in players {
+                let name = watch.name(player.number);
+                if let Err(error) = spawn_named(scope, name, move || player.play_alone(count)) {
                     watch.differs(format!("{name} has no thread: {error}"));
                 }
             }
-            if own > 0 {
-                let _following = self.script.follow();
-                let known = (self.events, &**watch, &*self.state, &self.script);
-                self.supervisor.play(supervision, known, own);
-                watch.hold().leave();
+            if let Some((supervisor, count)) = supervisor {
+                supervisor.play_alone(count);
             }
         });
-    }
-
-    fn supervise(&mut self, supervision: &mut Supervision<'_>, entries: usize) {
-        let _following = self.script.follow();
-        let known = (self.events, &**self.watch, &*self.state, &self.script);
-        self.supervisor.play(supervision, known, entries);
     }
 
     /// Comes to the recorded `end`.
     pub(super) fn end(self, end: Option<End>) -> Result<Option<ClockExit>, Fault> {
-        let watch = self.watch;
-        if let Some(end) = end.filter(|_| !watch.is_over()) {
-            self.supervisor.log.note_alone(Entry::End(end));
-        }
-        let name = |node: usize| watch.name(node + 1).to_owned();
-        let outcomes = self.threads.into_iter().filter_map(|player| {
-            let node = player.thread.node(player.done.checked_sub(1)?)?;
-            Some((node, player.outcome?))
+        let RunView { watch, state, .. } = self.run;
+        let Some(end) = end.filter(|_| !watch.is_over()) else {
+            return Ok(Some(ClockExit::Stopped));
+        };
+        let supervisor = &self.all[0];
+        supervisor.log.note_alone(Entry::End(end));
+        let exit = supervisor.exit.clone();
+        let outcomes = self.all.into_iter().filter_map(|player| {
+            let last = player.entries.get(player.done.checked_sub(1)?)?;
+            Some((last.node?, player.outcome?))
         });
         let mut outcomes: BTreeMap<usize, Result<Time, Fault>> = outcomes.collect();
+        let name = |node: usize| watch.name(node + 1).to_owned();
         let recorded = match end {
-            _ if watch.is_over() => return Ok(Some(ClockExit::Stopped)),
-            None => return Ok(Some(ClockExit::Stopped)),
-            Some(End::Paused) => self.state.status().paused.then_some(Ok(None)),
-            Some(End::Left) => Some(Ok(None)),
-            Some(End::Completed { until }) => {
-                self.state.set_now(until);
+            End::Paused => state.status().paused.then_some(Ok(None)),
+            End::Left => Some(Ok(None)),
+            End::Completed { until } => {
+                state.set_now(until);
                 Some(Ok(Some(ClockExit::Completed)))
             }
-            Some(End::Stopped | End::HandedOver) => self.supervisor.exit.map(|exit| Ok(Some(exit))),
-            Some(End::Ended { node, at }) => match outcomes.remove(&node) {
-                Some(Ok(ended)) if ended == at => {
-                    let node = name(node);
-                    Some(Ok(Some(ClockExit::Ended { node, at })))
-                }
-                _ => None,
-            },
-            Some(End::Failed { node, at }) => match outcomes.remove(&node) {
-                Some(Err(fault)) if fault.at == at => Some(Err(fault)),
-                _ => None,
-            },
-            Some(End::NoThread { node, at }) => {
+            End::Stopped | End::HandedOver => exit.map(|exit| Ok(Some(exit))),
+            End::Ended { node, at } => {
+                let ended = outcomes.remove(&node).and_then(Result::ok);
+                let node = name(node);
+                (ended == Some(at)).then_some(Ok(Some(ClockExit::Ended { node, at })))
+            }
+            End::Failed { node, at } => {
+                let fault = outcomes.remove(&node).and_then(Result::err);
+                fault.filter(|fault| fault.at == at).map(Err)
+            }
+            End::NoThread { node, at } => {
                 let node = name(node);
                 let cause = "the system gave it no thread in the recorded run".into();
                 Some(Err(Fault { node, at, cause }))
             }
         };
-        let outweighs = another(end, outcomes.into_values());
-        match (recorded, outweighs) {
-            (Some(end), None) => end,
-            (_, Some(outcome)) => {
-                watch.differs(format!("{outcome}; the recorded run went on"));
-                Ok(Some(ClockExit::Stopped))
-            }
-            (None, None) => {
-                watch.differs(format!("it did not come to its recorded end, {end:?}"));
-                Ok(Some(ClockExit::Stopped))
-            }
-        }
+        watch.differs(match (recorded, another(end, outcomes.into_values())) {
+            (Some(end), None) => return end,
+            (_, Some(outcome)) => format!("{outcome}; the recorded run went on"),
+            (None, None) => format!("it did not come to its recorded end, {:?}", Some(end)),
+        });
+        Ok(Some(ClockExit::Stopped))
     }
 }
 
 /// The first of the `others` that the recorded `end` does not explain.
-fn another(
-    end: Option<End>,
-    mut others: impl Iterator<Item = Result<Time, Fault>>,
-) -> Option<String> {
+fn another(end: End, mut others: impl Iterator<Item = Result<Time, Fault>>) -> Option<String> {
     match end {
-        Some(End::Failed { .. } | End::NoThread { .. }) => None,
-        Some(End::Ended { .. }) => others.find_map(|outcome| Some(outcome.err()?.to_string())),
+        End::Failed { .. } | End::NoThread { .. } => None,
+        End::Ended { .. } => others.find_map(|outcome| Some(outcome.err()?.to_string())),
         _ => others.next().map(|outcome| match outcome {
             Ok(at) => format!("a node ended the run at {at}"),
             Err(fault) => fault.to_string(),
@@ -249,101 +184,83 @@ fn another(
     }
 }
 
-impl SupervisorAgain<'_> {
-    /// Runs the next `entries`.
-    fn play(
-        &mut self,
-        supervision: &mut Supervision<'_>,
-        (events, watch, state, script): (Events<'_>, &Watch, &RunState, &Script),
-        entries: usize,
-    ) {
-        for _ in 0..entries {
-            let Some((entry, operations)) = self.thread.entry(self.done) else {
-                return;
-            };
-            script.expect(0, operations);
-            if let Entry::Obey { at, event } = *entry {
-                let event = events.again(event, at, state, |command| {
-                    let obeyed = supervision.obey(command, at);
-                    self.exit = obeyed.exit;
-                    Some(obeyed.event)
-                });
-                if let Some(event) = event {
-                    self.log.add(&Entry::Obey { at, event }, operations);
-                }
-            }
-            script.finish_entry();
-            watch.finishes(0);
-            self.done += 1;
-        }
-    }
-}
-
 impl ThreadPlayer<'_> {
-    /// Runs the next `entries`.
-    fn play(&mut self, script: &Script, entries: usize) {
-        for _ in 0..entries {
-            let Some((entry, operations)) = self.thread.entry(self.done) else {
-                return;
-            };
-            if self.outcome.is_some() || self.watch.is_over() {
-                self.differs(entry, "it had ended before");
+    /// Runs the next entries on a thread of its own.
+    fn play_alone(&mut self, count: usize) {
+        let script = Script::new(self.run.watch);
+        let _following = script.follow();
+        self.play(&script, count);
+        self.run.watch.hold().leave();
+    }
+
+    /// Runs the next entries.
+    fn play(&mut self, script: &Script, count: usize) {
+        let (watch, entries) = (self.run.watch, self.entries);
+        for logged in entries.iter().skip(self.done).take(count) {
+            if self.outcome.is_some() || watch.is_over() {
+                self.differs(&logged.entry, "it had ended before");
                 return;
             }
-            let (at, took) = (entry.at().unwrap_or_default(), self.thread.took(self.done));
-            let node = self.thread.node(self.done);
-            let seen = node.map_or(self.number, |node| node + 1);
-            self.watch.begins(seen, at, took);
-            script.expect(self.number, operations);
-            let mut done = *entry;
-            self.outcome = self.step(&mut done);
-            self.log.add(&done, operations);
+            let seen = logged.node.map_or(self.number, |node| node + 1);
+            let at = logged.entry.at().unwrap_or_default();
+            watch.begins(seen, at, took(&entries[self.done..]));
+            script.expect(self.number, &logged.operations);
+            let done = self.step(logged.entry);
+            self.log.add(&done, &logged.operations);
             script.finish_entry();
-            self.watch.finishes(seen);
+            watch.finishes(seen);
             self.done += 1;
         }
     }
 
-    /// Does an entry; that of a command gets its position in the event log of this run.
-    fn step(&mut self, entry: &mut Entry) -> Outcome {
-        let Some(hand) = &mut self.hand else {
-            self.differs(entry, "it has no thread, and had one");
-            return None;
-        };
-        match *entry {
-            Entry::Arrive(arrival) => hand.arrive(arrival),
-            Entry::Look { at, late, node } => {
-                let worked = hand.look(at, late);
-                self.check(entry, node, worked);
+    /// Does an entry; returns it, that of a command with the position in the event log of this
+    /// run.
+    fn step(&mut self, entry: Entry) -> Entry {
+        match (&mut self.role, entry) {
+            (Role::Nobody, _) => self.differs(&entry, "it has no thread, and had one"),
+            (_, Entry::Obey { at, event }) => match self.obey(event, at) {
+                Some(event) => return Entry::Obey { at, event },
+                None => self.differs(&entry, "it has no such node"),
+            },
+            (Role::Worker(worker), Entry::Arrive(arrival)) => worker.arrive(arrival),
+            (Role::Worker(worker), Entry::Look { at, late, node }) => {
+                let worked = worker.look(at, late);
+                self.check(&entry, node, worked);
             }
-            Entry::Finish { at, node } => {
-                let worked = hand.finish(at);
-                self.check(entry, Some(node), worked);
+            (Role::Worker(worker), Entry::Finish { at, node }) => {
+                let worked = worker.finish(at);
+                self.check(&entry, Some(node), worked);
             }
-            Entry::Done { at, passed } => return hand.done(at, passed),
-            Entry::Obey { at, event } => {
-                let obeyed = match self.events.refusal(event) {
-                    Some((command, reason)) => Some(hand.refuse(command, at, reason) as u64),
-                    None => {
-                        let obey = |command: &Command| hand.obey(command, at);
-                        self.events.again(event, at, &self.state, obey)
-                    }
-                };
-                match obeyed {
-                    Some(event) => *entry = Entry::Obey { at, event },
-                    None => self.differs(entry, "it has no such node"),
-                }
+            (Role::Worker(worker), Entry::Done { at, passed }) => {
+                self.outcome = worker.done(at, passed);
             }
-            Entry::Begin | Entry::End(_) | Entry::Rest { .. } | Entry::Abandoned => {}
+            _ => {}
         }
-        None
+        entry
+    }
+
+    /// Carries out the command of a recorded event; returns the position of this run's.
+    fn obey(&mut self, event: u64, at: Time) -> Option<u64> {
+        let (command, refusal) = self.run.events.command(usize::try_from(event).ok()?)?;
+        let event = match (&mut self.role, refusal) {
+            (Role::Worker(worker), Some(reason)) => worker.refuse(command, at, reason),
+            (Role::Worker(worker), None) => worker.obey(command, at)?,
+            (Role::Supervisor(supervision), None) => {
+                let obeyed = supervision.obey(command, at);
+                self.exit = obeyed.exit;
+                obeyed.event
+            }
+            (_, Some(reason)) => refuse_again(self.run.state, command, at, reason).event,
+            (Role::Nobody, None) => return None,
+        };
+        Some(event as u64)
     }
 
     /// Checks that the node did some work that did so in the recorded run.
     fn check(&self, entry: &Entry, recorded: Option<usize>, worked: Option<usize>) {
         if worked != recorded {
             let name = |node: Option<usize>| match node {
-                Some(node) => self.watch.name(node + 1),
+                Some(node) => self.run.watch.name(node + 1),
                 None => "nobody",
             };
             let (now, before) = (name(worked), name(recorded));
@@ -355,7 +272,8 @@ impl ThreadPlayer<'_> {
     }
 
     fn differs(&self, entry: &Entry, why: &str) {
-        let (name, at) = (self.watch.name(self.number), entry.at().unwrap_or_default());
-        self.watch.differs(format!("{name} at {at}: {why}"));
+        let (watch, at) = (self.run.watch, entry.at().unwrap_or_default());
+        let name = watch.name(self.number);
+        watch.differs(format!("{name} at {at}: {why}"));
     }
 }

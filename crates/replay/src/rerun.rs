@@ -3,17 +3,17 @@
 use std::collections::{BTreeSet, VecDeque};
 
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, End, Entries, Entry, Event, EventKind, Fault, Graph,
-    Inbox, Obeyed, RunState, Supervision, TaskSets, Time, Topology, note_end, obey_at_rest,
-    sync::Arc,
+    Clock, ClockExit, ClockKind, Command, End, Entries, Entry, Event, Fault, Graph, Inbox, Obeyed,
+    Time, Topology, note_end, obey_at_rest, sync::Arc,
 };
 
 use super::{
+    events::RecordedEvents,
     hold::Hold,
-    knot::{Knot, KnotStep},
     log::{Log, LogError},
-    plan::{PlanPart, entries_of},
-    players::{Events, Players},
+    overlap::{Overlap, OverlapStep},
+    plan::PlanPart,
+    players::{Players, RunView, refuse_again},
     section::{Section, Sections, Stretch},
     watch::Watch,
 };
@@ -51,15 +51,13 @@ use super::{
 #[derive(Debug)]
 pub struct Rerun {
     sections: VecDeque<Section>,
-    events: Vec<Event>,
-    /// Positions of the events that happened under the real clock.
-    known: BTreeSet<usize>,
-    /// Of these, commands that are refused again without a try.
-    refused: BTreeSet<usize>,
+    events: RecordedEvents,
     whole: bool,
     /// The moment at which to leave the recorded run.
     branch: Option<BranchPoint>,
-    /// The number of knots up to the one to be held in, if there is one.
+    /// Whether the recorded run was left.
+    left: bool,
+    /// The number of overlaps up to the one to be held in, if there is one.
     hold: Option<usize>,
     watch: Arc<Watch>,
 }
@@ -71,15 +69,6 @@ struct BranchPoint {
     /// Commands to carry out then, before the graph is handed to the virtual clock; `None`
     /// to stop.
     then: Option<Vec<Command>>,
-    /// Whether the recorded run was left.
-    left: bool,
-}
-
-impl BranchPoint {
-    fn new(at: Time, then: Option<Vec<Command>>) -> Self {
-        let left = false;
-        Self { at, then, left }
-    }
 }
 
 impl Rerun {
@@ -107,57 +96,41 @@ impl Rerun {
         topology: &Topology,
         whole: bool,
     ) -> Result<Self, LogError> {
-        let names: Vec<Arc<str>> = topology
-            .nodes
-            .iter()
-            .map(|node| (&*node.name).into())
-            .collect();
-        let sections = Sections::read(log, events, &names, whole)?;
+        let nodes = topology.nodes.iter().map(|node| Arc::from(&*node.name));
         let supervisor = std::iter::once(Arc::from("the supervisor"));
+        let names: Vec<Arc<str>> = supervisor.chain(nodes).collect();
+        let sections = Sections::read(log, events, &names, whole)?;
         Ok(Self {
             sections: sections.all.into(),
-            events: events.to_vec(),
-            known: sections.events,
-            refused: BTreeSet::new(),
+            events: RecordedEvents {
+                all: events.to_vec(),
+                known: sections.events,
+                refused: BTreeSet::new(),
+            },
             whole,
             branch: None,
+            left: false,
             hold: None,
-            watch: Arc::new(Watch::new(supervisor.chain(names))),
+            watch: Arc::new(Watch::new(names)),
         })
     }
 
     /// Whether the event at this position of the event log happened under the real clock:
     /// the log of the threads has it. All others have to be given again.
     pub fn knows(&self, event: usize) -> bool {
-        self.known.contains(&event)
+        self.events.known.contains(&event)
     }
 
     /// The commands under the real clock that have yet to be carried out, to be loaded
     /// with what they need.
     pub fn commands_mut(&mut self) -> impl Iterator<Item = &mut Command> {
-        let known = &self.known;
-        let events = self.events.iter_mut().enumerate();
-        events
-            .filter(|(index, _)| known.contains(index))
-            .filter_map(|(_, event)| match &mut event.what {
-                EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => {
-                    Some(command)
-                }
-                _ => None,
-            })
+        self.events.commands_mut()
     }
 
     /// Refuses those commands again, for the recorded reason, that were refused and that
     /// `of` selects: a file that was missing may be there now.
     pub fn expect_refusals(&mut self, of: impl Fn(&Command) -> bool) {
-        let events = self
-            .known
-            .iter()
-            .filter(|index| match &self.events[**index].what {
-                EventKind::Refused { command, .. } => of(command),
-                _ => false,
-            });
-        self.refused = events.copied().collect();
+        self.events.expect_refusals(of);
     }
 
     /// Gives every node a thread of its own, which pauses for a random time before each
@@ -169,32 +142,33 @@ impl Rerun {
     /// Stops the run at the last rest at or before run time `at`, if it is under the real
     /// clock then.
     pub fn until(&mut self, at: Time) {
-        self.branch = Some(BranchPoint::new(at, None));
+        self.branch = Some(BranchPoint { at, then: None });
     }
 
     /// Leaves the recorded run at the last rest at or before run time `at`: carries out
     /// `commands` there, and goes on under the virtual clock.
     pub fn branch(&mut self, at: Time, commands: Vec<Command>) {
-        self.branch = Some(BranchPoint::new(at, Some(commands)));
+        let then = Some(commands);
+        self.branch = Some(BranchPoint { at, then });
     }
 
     /// Whether it has left the recorded run, to stop or to go on under the virtual clock.
     pub fn has_left(&self) -> bool {
-        self.branch.as_ref().is_some_and(|branch| branch.left)
+        self.left
     }
 
-    /// Executes the run up to knot number `knot` of [`knots`](Self::knots) and the first
-    /// `operations` of it, and holds it there until [`Watch::end`]; [`Watch::allow`] lets it
+    /// Executes the run up to overlap number `overlap` of [`overlaps`](Self::overlaps) and the
+    /// first `operations` of it, and holds it there until [`Watch::end`]; [`Watch::allow`] lets it
     /// go on. Where a node is held with a lock of another operation within its own, the rest
-    /// of the knot goes on at once.
-    pub fn hold(&mut self, knot: usize, operations: usize) {
-        self.hold = Some(knot);
+    /// of the overlap goes on at once.
+    pub fn hold(&mut self, overlap: usize, operations: usize) {
+        self.hold = Some(overlap);
         self.watch.allow(operations);
     }
 
     /// The ticks that overlap, in order.
-    pub fn knots(&self) -> Vec<Knot> {
-        self.stretches().flat_map(Stretch::knots).collect()
+    pub fn overlaps(&self) -> Vec<Overlap> {
+        self.stretches().flat_map(Stretch::overlaps).collect()
     }
 
     fn stretches(&self) -> impl Iterator<Item = &Stretch> {
@@ -223,45 +197,31 @@ impl Rerun {
     pub fn rest_before(&self, at: Time, first: ClockKind) -> Option<Time> {
         let (mut now, mut clock) = (Time::ZERO, first);
         for section in &self.sections {
-            let stretch = match section {
-                Section::Stretch(stretch) => stretch,
+            match section {
                 Section::Rest(event) => {
-                    let event = self.events.get(*event);
+                    let event = self.events.all.get(*event);
                     if let Some(Command::HandOver(next)) = event.and_then(Event::applied) {
                         clock = *next;
                     }
-                    continue;
                 }
-                Section::Abandoned => continue,
-            };
-            let parts = stretch.plan.parts();
-            let rest = stretch.plan.rest_before(at);
-            for planned in &parts[..rest.unwrap_or(parts.len())] {
-                now = now.max(planned.at);
-                clock = ClockKind::Real;
-            }
-            if rest.is_some() {
-                return (clock == ClockKind::Real).then_some(now);
-            }
-            if stretch.end == Some(End::HandedOver) {
-                clock = ClockKind::Virtual;
+                Section::Abandoned => {}
+                Section::Stretch(stretch) => {
+                    let parts = stretch.plan.parts();
+                    let rest = stretch.plan.rest_before(at);
+                    for planned in &parts[..rest.unwrap_or(parts.len())] {
+                        now = now.max(planned.at);
+                        clock = ClockKind::Real;
+                    }
+                    if rest.is_some() {
+                        break;
+                    }
+                    if stretch.end == Some(End::HandedOver) {
+                        clock = ClockKind::Virtual;
+                    }
+                }
             }
         }
         (clock == ClockKind::Real).then_some(now)
-    }
-
-    /// The number of entries of all threads, and of those in knots.
-    pub fn entries(&self) -> (usize, usize) {
-        let (mut all, mut knotted) = (0, 0);
-        for planned in self.stretches().flat_map(|stretch| stretch.plan.parts()) {
-            let knot = match &planned.part {
-                PlanPart::Entry(_) => 0,
-                PlanPart::Knot(steps) => steps.iter().filter(|step| step.ends).count(),
-            };
-            all += knot.max(1);
-            knotted += knot;
-        }
-        (all, knotted)
     }
 
     /// Watches the run from another thread.
@@ -320,19 +280,15 @@ impl Rerun {
     }
 
     fn rest(&self, graph: &mut Graph, event: usize) -> Option<ClockExit> {
+        let (command, refusal) = self.events.command(event)?;
         let now = graph.now();
-        let events = Events {
-            all: &self.events,
-            refused: &self.refused,
+        let obeyed = match refusal {
+            Some(reason) => refuse_again(&graph.state(), command, now, reason),
+            None => at_rest(graph, command),
         };
-        let (state, mut exit) = (graph.state(), None);
-        let event = events.again(event as u64, now, &state, |command| {
-            let obeyed = at_rest(graph, command);
-            exit = obeyed.exit;
-            Some(obeyed.event)
-        })?;
+        let event = obeyed.event as u64;
         supervisor(graph).note_alone(Entry::Rest { event });
-        exit
+        obeyed.exit
     }
 
     fn stretch(&mut self, graph: &mut Graph, stretch: Stretch) -> Result<Option<ClockExit>, Fault> {
@@ -340,36 +296,27 @@ impl Rerun {
             self.watch.differs("the graph has other nodes".to_owned());
             return Ok(Some(ClockExit::Stopped));
         }
-        let state = graph.state();
-        let (task_sets, mut supervision) = graph.apart();
-        let played = self.play(state, &task_sets, &mut supervision, &stretch);
-        drop(task_sets);
+        let played = self.play(graph, &stretch);
         played.unwrap_or_else(|| Ok(Some(self.leave(graph))))
     }
 
     /// Plays a stretch; `None` where the recorded run is to be left.
     fn play(
         &mut self,
-        state: Arc<RunState>,
-        task_sets: &TaskSets<'_>,
-        supervision: &mut Supervision<'_>,
+        graph: &mut Graph,
         stretch: &Stretch,
     ) -> Option<Result<Option<ClockExit>, Fault>> {
-        let events = Events {
-            all: &self.events,
-            refused: &self.refused,
+        let state = graph.state();
+        let (task_sets, supervision) = graph.apart();
+        let run = RunView {
+            events: &self.events,
+            watch: &self.watch,
+            state: &state,
         };
-        let Some((supervisor, nodes)) = stretch.threads.split_first() else {
-            return Some(Ok(Some(ClockExit::Stopped)));
-        };
-        let known = (state, task_sets);
-        let mut players = Players::new(supervisor, nodes, events, &self.watch, known);
+        let mut players = Players::new(run, &stretch.threads, &task_sets, supervision);
         if self.watch.is_perturbed() && self.branch.is_none() && stretch.end.is_some() {
-            let all = stretch.threads.iter().enumerate();
-            let all: Vec<_> = all
-                .map(|(thread, entries)| (thread, entries.len()))
-                .collect();
-            players.knot(supervision, &all);
+            let all: Vec<usize> = stretch.threads.iter().map(Vec::len).collect();
+            players.together(&all);
             return Some(players.end(stretch.end));
         }
         let branch = self.branch.as_ref();
@@ -382,12 +329,11 @@ impl Rerun {
                 break;
             }
             match &planned.part {
-                PlanPart::Entry(thread) => players.entry(supervision, *thread),
-                PlanPart::Knot(steps) => {
-                    let here = self.hold == Some(0);
+                PlanPart::Entry(thread) => players.entry(*thread),
+                PlanPart::Overlap(steps) => {
+                    let hold = (self.hold == Some(0)).then(|| self.watch.hold());
                     self.hold = self.hold.and_then(|before| before.checked_sub(1));
-                    let hold = here.then(|| self.watch.hold());
-                    knot(&mut players, supervision, steps, hold);
+                    play_overlap(&mut players, steps, hold);
                 }
             }
         }
@@ -396,10 +342,8 @@ impl Rerun {
 
     /// Leaves the recorded run.
     fn leave(&mut self, graph: &mut Graph) -> ClockExit {
-        let then = self.branch.as_mut().and_then(|branch| {
-            branch.left = true;
-            branch.then.take()
-        });
+        self.left = true;
+        let then = self.branch.as_mut().and_then(|branch| branch.then.take());
         let Some(commands) = then else {
             return ClockExit::Stopped;
         };
@@ -426,20 +370,21 @@ fn at_rest(graph: &mut Graph, command: &Command) -> Obeyed {
     obey_at_rest(graph, ClockKind::Real, command, now)
 }
 
-/// Executes the knot of these `steps`, and waits for the end of its `hold` if it has one.
-fn knot(
-    players: &mut Players<'_>,
-    supervision: &mut Supervision<'_>,
-    steps: &[KnotStep],
-    hold: Option<&Hold>,
-) {
-    let counts = entries_of(steps);
-    if let Some(hold) = hold {
-        let takes = steps.iter().filter(|step| step.takes.is_some());
-        hold.begin(takes.map(|step| step.thread).collect(), counts.len());
-    }
-    players.knot(supervision, &counts);
-    if let Some(hold) = hold {
-        hold.wait_for_end();
-    }
+/// Plays the overlap of these `steps`, and waits for the end of its `hold` if it has one.
+fn play_overlap(players: &mut Players<'_>, steps: &[OverlapStep], hold: Option<&Hold>) {
+    let ends = |thread: usize| {
+        let ends = steps
+            .iter()
+            .filter(|step| step.thread == thread && step.ends);
+        ends.count()
+    };
+    let counts: Vec<usize> = (0..players.len()).map(ends).collect();
+    let Some(hold) = hold else {
+        return players.together(&counts);
+    };
+    let takes = steps.iter().filter(|step| step.takes.is_some());
+    let threads = counts.iter().filter(|count| **count > 0).count();
+    hold.begin(takes.map(|step| step.thread).collect(), threads);
+    players.together(&counts);
+    hold.wait_for_end();
 }

@@ -33,16 +33,22 @@ use super::{
 #[derive(Debug, Default)]
 pub struct RunLog {
     streams: Mutex<Vec<Arc<Stream>>>,
-    size: Arc<AtomicUsize>,
-    outside: Arc<Mutex<OutsideWrites>>,
+    totals: Arc<LogTotals>,
+}
+
+/// What is of all threads together.
+#[derive(Debug, Default)]
+struct LogTotals {
+    /// Number of bytes.
+    size: AtomicUsize,
+    outside: Mutex<OutsideWrites>,
 }
 
 /// The log of one thread.
 #[derive(Debug, Default)]
 struct Stream {
-    size: Arc<AtomicUsize>,
-    outside: Arc<Mutex<OutsideWrites>>,
-    content: Mutex<StreamData>,
+    totals: Arc<LogTotals>,
+    coder: Mutex<Coder>,
 }
 
 /// Writes of threads outside of the graph to what its nodes share.
@@ -64,12 +70,6 @@ impl OutsideWrites {
     }
 }
 
-#[derive(Debug, Default)]
-struct StreamData {
-    coder: Coder,
-    bytes: Vec<u8>,
-}
-
 impl RunLog {
     /// The log of a run, from now on if it had none. Beside a journal of another kind it stays
     /// empty.
@@ -83,9 +83,8 @@ impl RunLog {
         let mut streams = lock(&self.streams);
         while streams.len() <= thread {
             streams.push(Arc::new(Stream {
-                size: self.size.clone(),
-                outside: self.outside.clone(),
-                content: Mutex::default(),
+                totals: self.totals.clone(),
+                coder: Mutex::default(),
             }));
         }
         streams[thread].clone()
@@ -101,7 +100,7 @@ impl RunLog {
     /// graph wrote to while the graph was under the real clock: such a run cannot come back. Each
     /// is known as soon as a node has been there next.
     pub fn written_from_outside(&self) -> Vec<std::sync::Arc<str>> {
-        let outside = lock(&self.outside);
+        let outside = lock(&self.totals.outside);
         outside.taken.iter().map(|name| name.text()).collect()
     }
 
@@ -113,9 +112,9 @@ impl RunLog {
         position.0.resize(streams.len(), 0);
         let pieces = streams.iter().zip(&mut position.0).enumerate();
         let pieces = pieces.map(|(thread, (stream, known))| {
-            let content = lock(&stream.content);
-            let piece = content.bytes[*known..].to_vec();
-            *known = content.bytes.len();
+            let coder = lock(&stream.coder);
+            let piece = coder.bytes()[*known..].to_vec();
+            *known = coder.bytes().len();
             (thread, piece)
         });
         pieces.filter(|(_, piece)| !piece.is_empty()).collect()
@@ -126,12 +125,12 @@ impl Journal for RunLog {
     fn begin(&self, nodes: usize) {
         let mut firsts = BTreeMap::new();
         for stream in &*lock(&self.streams) {
-            for (name, next) in lock(&stream.content).coder.turns() {
+            for (name, next) in lock(&stream.coder).turns() {
                 let first = firsts.entry(name).or_insert(next);
                 *first = next.max(*first);
             }
         }
-        lock(&self.outside).firsts = firsts;
+        lock(&self.totals.outside).firsts = firsts;
         for thread in 0..=nodes {
             self.stream(thread).add(&Entry::Begin, &[]);
         }
@@ -144,16 +143,13 @@ impl Journal for RunLog {
 
 impl ThreadJournal for Stream {
     fn add(&self, entry: &Entry, turns: &[Operation]) {
-        if self.size.load(Ordering::Relaxed) > Log::MOST {
+        if self.totals.size.load(Ordering::Relaxed) > Log::MOST {
             return;
         }
         for operation in turns.iter().filter(|operation| operation.outside) {
-            lock(&self.outside).note(operation);
+            lock(&self.totals.outside).note(operation);
         }
-        let mut content = lock(&self.content);
-        let StreamData { coder, bytes } = &mut *content;
-        let before = bytes.len();
-        coder.put(bytes, entry, turns);
-        self.size.fetch_add(bytes.len() - before, Ordering::Relaxed);
+        let more = lock(&self.coder).put(entry, turns);
+        self.totals.size.fetch_add(more, Ordering::Relaxed);
     }
 }

@@ -6,11 +6,8 @@ use ratelab::{Following, LockName, Operation, TurnFollower, sync::Arc};
 
 use super::watch::Watch;
 
-/// The turns of the entries of a thread.
-pub(crate) struct Script(Rc<Lines>);
-
 /// The operations that a thread is to do in its entry.
-struct Lines {
+pub(crate) struct Script {
     watch: Arc<Watch>,
     entry: RefCell<EntryLines>,
 }
@@ -24,19 +21,21 @@ struct EntryLines {
 }
 
 impl Script {
-    pub(crate) fn new(watch: Arc<Watch>) -> Self {
-        let entry = RefCell::default();
-        Self(Rc::new(Lines { watch, entry }))
+    pub(crate) fn new(watch: &Arc<Watch>) -> Rc<Self> {
+        Rc::new(Self {
+            watch: watch.clone(),
+            entry: RefCell::default(),
+        })
     }
 
     /// Has the calling thread keep to these turns, while the result lives.
-    pub(crate) fn follow(&self) -> Following {
-        Following::new(self.0.clone())
+    pub(crate) fn follow(self: &Rc<Self>) -> Following {
+        Following::new(self.clone())
     }
 
     /// Sets the operations of the next entry of this thread, which is number `thread`.
     pub(crate) fn expect(&self, thread: usize, operations: &[Operation]) {
-        let mut entry = self.0.entry.borrow_mut();
+        let mut entry = self.entry.borrow_mut();
         entry.thread = thread;
         entry.expected.clear();
         entry.expected.extend_from_slice(operations);
@@ -45,41 +44,36 @@ impl Script {
 
     /// Checks that the entry has done all its operations.
     pub(crate) fn finish_entry(&self) {
-        let (entry, watch) = (self.0.entry.borrow(), &self.0.watch);
+        let entry = self.entry.borrow();
         if let Some(next) = entry.expected.get(entry.done) {
-            watch.differs(format!(
-                "{} ended its tick where the recorded run took {}",
-                watch.name(entry.thread),
-                next.lock.text()
-            ));
+            let (name, lock) = (self.watch.name(entry.thread), next.lock.text());
+            let why = format!("{name} ended its tick where the recorded run took {lock}");
+            self.watch.differs(why);
         }
     }
 }
 
-impl TurnFollower for Lines {
+impl TurnFollower for Script {
     fn next(&self, lock: LockName) -> Option<u64> {
         if self.watch.is_over() {
             return None;
         }
         let mut entry = self.entry.borrow_mut();
-        match entry.expected.get(entry.done).copied() {
-            Some(operation) if operation.lock == lock => {
-                entry.done += 1;
-                self.watch.perturb();
-                self.watch.hold().pass(entry.thread);
-                Some(operation.turn)
-            }
-            other => {
-                let other = other.map(|operation| operation.lock.text());
-                self.watch.differs(format!(
-                    "{} took {} where the recorded run took {}",
-                    self.watch.name(entry.thread),
-                    lock.text(),
-                    other.as_deref().unwrap_or("nothing more")
-                ));
-                None
-            }
+        let expected = entry.expected.get(entry.done).copied();
+        if let Some(operation) = expected.filter(|operation| operation.lock == lock) {
+            entry.done += 1;
+            self.watch.perturb();
+            self.watch.hold().pass(entry.thread);
+            return Some(operation.turn);
         }
+        let expected = expected.map(|operation| operation.lock.text());
+        self.watch.differs(format!(
+            "{} took {} where the recorded run took {}",
+            self.watch.name(entry.thread),
+            lock.text(),
+            expected.as_deref().unwrap_or("nothing more")
+        ));
+        None
     }
 
     fn missed(&self, lock: LockName, turn: u64) {

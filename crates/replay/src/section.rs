@@ -6,10 +6,10 @@ use ratelab::{End, Entry, Event, EventKind, Operation, Time, sync::Arc};
 
 use super::{
     coder::Coder,
-    knot::{Knot, KnotOperation, KnotStep},
+    entry::LoggedEntry,
     log::{Log, LogError},
+    overlap::{Overlap, OverlapOperation, OverlapStep},
     plan::{Plan, PlanPart, Turns},
-    thread::Thread,
 };
 
 /// A part of a run under the real clock.
@@ -27,7 +27,7 @@ pub(crate) enum Section {
 #[derive(Debug)]
 pub(crate) struct Stretch {
     /// The supervisor, and the nodes in the order of their addition.
-    pub(crate) threads: Vec<Thread>,
+    pub(crate) threads: Vec<Vec<LoggedEntry>>,
     pub(crate) plan: Plan,
     /// How it ended; `None` where the log is cut off before.
     pub(crate) end: Option<End>,
@@ -45,7 +45,7 @@ pub(crate) struct Sections {
 type Logged = (Entry, Vec<Operation>);
 
 impl Sections {
-    /// Reads `log`, of a run with these `events` and nodes with these `names`. A log that
+    /// Reads `log`, of a run with these `events` and threads with these `names`. A log that
     /// is not `whole` may end anywhere.
     ///
     /// # Errors
@@ -66,12 +66,14 @@ impl Sections {
             return Ok(Self::default());
         };
         let mut nodes: Vec<_> = threads.map(stretches).collect();
-        nodes.resize_with(names.len().max(nodes.len()), Vec::new);
-        if nodes.len() != names.len() {
-            let (nodes, names) = (nodes.len(), names.len());
+        // The supervisor is no node.
+        let named = names.len() - 1;
+        if nodes.len() > named {
+            let (nodes, names) = (nodes.len(), named);
             let why = format!("it has {nodes} nodes, and the graph {names}");
             return Err(LogError::Damaged(why));
         }
+        nodes.resize_with(named, Vec::new);
         let mut reader = SectionReader {
             events,
             names,
@@ -115,35 +117,27 @@ struct SectionReader<'a> {
 impl SectionReader<'_> {
     fn read(&mut self, supervisor: Vec<Logged>) -> Result<Vec<Section>, LogError> {
         let mut sections = Vec::new();
-        let mut supervisor = supervisor.into_iter().peekable();
-        while let Some((entry, _)) = supervisor.next() {
-            let section = match entry {
+        let mut entries = supervisor.into_iter().peekable();
+        while let Some((entry, _)) = entries.next() {
+            sections.push(match entry {
                 Entry::Abandoned => Section::Abandoned,
                 Entry::Rest { event } => match self.event(event)? {
                     Some(event) => Section::Rest(event),
                     None => return Ok(sections),
                 },
                 Entry::Begin => {
-                    let mut own = Vec::new();
-                    while let Some(logged) =
-                        supervisor.next_if(|(e, _)| matches!(e, Entry::Obey { .. }))
-                    {
-                        own.push(logged);
+                    let obey = |logged: &Logged| matches!(logged.0, Entry::Obey { .. });
+                    let own = std::iter::from_fn(|| entries.next_if(obey)).collect();
+                    let end = entries.next_if(|logged| matches!(logged.0, Entry::End(_)));
+                    let stretch = self.stretch(own, end.map(|(entry, _)| entry))?;
+                    let may_be_torn = !self.whole && entries.peek().is_none();
+                    if !stretch.is_whole() && !may_be_torn {
+                        return Err(LogError::Damaged("a stretch of it has no end".to_owned()));
                     }
-                    let end = supervisor.next_if(|(entry, _)| matches!(entry, Entry::End(_)));
-                    let end = end.and_then(|(entry, _)| match entry {
-                        Entry::End(end) => Some(end),
-                        _ => None,
-                    });
-                    Section::Stretch(self.stretch(own, end)?)
+                    Section::Stretch(stretch)
                 }
                 other => return Err(impossible(format!("{other:?} between two stretches"))),
-            };
-            let cut = matches!(&section, Section::Stretch(stretch) if !stretch.is_whole());
-            sections.push(section);
-            if cut {
-                return self.end_of_torn(sections, supervisor.next().is_some());
-            }
+            });
         }
         let more = self.nodes.iter_mut().any(|node| node.next().is_some());
         if more && self.whole {
@@ -152,86 +146,83 @@ impl SectionReader<'_> {
         Ok(sections)
     }
 
-    /// The `sections` of a log that is cut off in the last of them.
-    fn end_of_torn(&self, sections: Vec<Section>, more: bool) -> Result<Vec<Section>, LogError> {
-        if self.whole || more {
-            return Err(LogError::Damaged("a stretch of it has no end".to_owned()));
-        }
-        Ok(sections)
-    }
-
-    fn stretch(&mut self, own: Vec<Logged>, end: Option<End>) -> Result<Stretch, LogError> {
-        let mut threads = vec![self.thread(own, None)?];
-        for index in 0..self.nodes.len() {
-            let logged = self.nodes[index].next();
+    fn stretch(&mut self, own: Vec<Logged>, end: Option<Entry>) -> Result<Stretch, LogError> {
+        let mut threads = vec![self.thread(own, 0)?];
+        for number in 1..self.names.len() {
+            let logged = self.nodes[number - 1].next();
             if logged.is_none() && self.whole {
-                let name = &self.names[index];
+                let name = &self.names[number];
                 return Err(impossible(format!("{name} is missing in a stretch")));
             }
-            threads.push(self.thread(logged.unwrap_or_default(), Some(index))?);
+            threads.push(self.thread(logged.unwrap_or_default(), number)?);
         }
-        if let Some(End::Ended { node, .. } | End::Failed { node, .. } | End::NoThread { node, .. }) =
-            end
-            && node >= self.names.len()
+        let end = match end {
+            Some(Entry::End(end)) => Some(end),
+            _ => None,
+        };
+        if let Some(
+            End::Ended { node, .. } | End::Failed { node, .. } | End::NoThread { node, .. },
+        ) = end
         {
-            return Err(impossible(format!("node {node} ended the run")));
+            self.check_node(node, "ended the run")?;
         }
-        let names = std::iter::once("the supervisor").chain(self.names.iter().map(|name| &**name));
-        let plan = Plan::new(&threads, names.collect(), &mut self.turns, self.whole)?;
+        let plan = Plan::new(&threads, self.names, &mut self.turns, self.whole)?;
         Ok(Stretch { threads, plan, end })
     }
 
-    /// The entries of the thread of a `node`, or of the supervisor, up to the first that cannot
-    /// be known.
-    fn thread(&mut self, logged: Vec<Logged>, node: Option<usize>) -> Result<Thread, LogError> {
-        let mut thread = Thread::default();
-        let supervises = node.is_none();
+    /// The entries of thread number `thread`, up to the first that cannot be known.
+    fn thread(&mut self, logged: Vec<Logged>, thread: usize) -> Result<Vec<LoggedEntry>, LogError> {
+        let mut entries = Vec::<LoggedEntry>::new();
         for (entry, operations) in logged {
             match entry {
                 Entry::Obey { at, event } => match self.event(event)? {
+                    Some(event) => self.check_command(event, at, thread)?,
                     None => break,
-                    Some(event) if self.events[event].at != at => {
-                        let event = &self.events[event];
-                        return Err(impossible(format!("{event}, obeyed at {at}")));
-                    }
-                    Some(event) => self.check_target(event, node)?,
                 },
-                Entry::Look { node, .. } if !supervises => self.check_node(node)?,
-                Entry::Finish { node, .. } if !supervises => self.check_node(Some(node))?,
-                Entry::Arrive(_) | Entry::Done { .. } if !supervises => {}
+                Entry::Arrive(_)
+                | Entry::Look { .. }
+                | Entry::Finish { .. }
+                | Entry::Done { .. }
+                    if thread > 0 => {}
                 other => return Err(impossible(format!("{other:?} within a stretch"))),
             }
-            let last = thread.len().checked_sub(1);
-            let works = last.is_some_and(|last| thread.works_after(last));
+            let last = entries.last();
+            let works = last.is_some_and(LoggedEntry::begins_work);
             if works != matches!(entry, Entry::Done { .. }) {
                 return Err(impossible(format!("{entry:?} in the midst of another one")));
             }
-            thread.push(entry, &operations);
+            let entry = LoggedEntry::after(last, entry, operations);
+            if let Some(node) = entry.node {
+                self.check_node(node, "did some work")?;
+            }
+            entries.push(entry);
         }
-        Ok(thread)
+        Ok(entries)
     }
 
     /// Checks that there is a node with this index.
-    fn check_node(&self, node: Option<usize>) -> Result<(), LogError> {
-        match node.filter(|node| *node >= self.names.len()) {
-            Some(node) => Err(impossible(format!("node {node} did some work"))),
-            None => Ok(()),
+    fn check_node(&self, node: usize, did: &str) -> Result<(), LogError> {
+        match node + 1 < self.names.len() {
+            true => Ok(()),
+            false => Err(impossible(format!("node {node} {did}"))),
         }
     }
 
-    /// Checks that a command which the thread of a node obeyed is for a node.
-    fn check_target(&self, event: usize, node: Option<usize>) -> Result<(), LogError> {
+    /// Checks that a thread can have obeyed a command at this time.
+    fn check_command(&self, event: usize, at: Time, thread: usize) -> Result<(), LogError> {
         let event = &self.events[event];
-        let (EventKind::Applied { command, .. } | EventKind::Refused { command, .. }) = &event.what
-        else {
-            return Ok(());
-        };
-        match node.map(|node| &*self.names[node]) {
-            Some(name) if command.node().is_none() => {
-                Err(impossible(format!("{event}, obeyed by {name}")))
+        let is_for_a_node = match &event.what {
+            EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => {
+                command.node().is_some()
             }
-            _ => Ok(()),
-        }
+            _ => false,
+        };
+        let by = match thread {
+            _ if event.at != at => format!("at {at}"),
+            1.. if !is_for_a_node => format!("by {}", self.names[thread]),
+            _ => return Ok(()),
+        };
+        Err(impossible(format!("{event}, obeyed {by}")))
     }
 
     /// The position of an event that a thread mentions; `None` where the events are cut
@@ -254,43 +245,38 @@ impl SectionReader<'_> {
 
 impl Stretch {
     /// Its ticks that overlap.
-    pub(crate) fn knots(&self) -> Vec<Knot> {
+    pub(crate) fn overlaps(&self) -> Vec<Overlap> {
         let mut done = vec![0; self.threads.len()];
-        let knots = self.plan.parts().iter().filter_map(|planned| {
-            let steps = match &planned.part {
-                PlanPart::Knot(steps) => steps,
-                PlanPart::Entry(thread) => {
-                    done[*thread] += 1;
-                    return None;
-                }
-            };
-            Some(self.knot(steps, &mut done))
-        });
-        knots.collect()
+        let mut overlaps = Vec::new();
+        for planned in self.plan.parts() {
+            match &planned.part {
+                PlanPart::Entry(thread) => done[*thread] += 1,
+                PlanPart::Overlap(steps) => overlaps.push(self.overlap(steps, &mut done)),
+            }
+        }
+        overlaps
     }
 
-    /// The knot of these `steps`, after so many entries of each thread are `done`.
-    fn knot(&self, steps: &[KnotStep], done: &mut [usize]) -> Knot {
-        let mut knot = Knot {
+    /// The overlap of these `steps`, after so many entries of each thread are `done`.
+    fn overlap(&self, steps: &[OverlapStep], done: &mut [usize]) -> Overlap {
+        let mut overlap = Overlap {
             from: Time::MAX,
             to: Time::ZERO,
             operations: Vec::new(),
         };
         for step in steps {
-            let at = self.threads[step.thread].at(done[step.thread]);
-            (knot.from, knot.to) = (knot.from.min(at), knot.to.max(at));
-            let operation = step.takes.map(|(lock, turn)| KnotOperation {
-                node: self.threads[step.thread]
-                    .node(done[step.thread])
-                    .or(step.thread.checked_sub(1)),
-                at,
+            let LoggedEntry { began, node, .. } = self.threads[step.thread][done[step.thread]];
+            (overlap.from, overlap.to) = (overlap.from.min(began), overlap.to.max(began));
+            let operation = step.takes.map(|(lock, turn)| OverlapOperation {
+                node: node.or(step.thread.checked_sub(1)),
+                at: began,
                 takes: lock.text(),
                 turn,
             });
-            knot.operations.extend(operation);
+            overlap.operations.extend(operation);
             done[step.thread] += usize::from(step.ends);
         }
-        knot
+        overlap
     }
 
     fn is_whole(&self) -> bool {

@@ -90,7 +90,8 @@ impl Watch {
 
     /// What the run does now.
     pub fn doing(&self) -> Doing {
-        let node = self.threads.iter().find_map(|seen| {
+        // The supervisor is no node.
+        let node = self.threads.iter().skip(1).find_map(|seen| {
             let at = seen.in_entry.load(Ordering::Acquire).checked_sub(1)?;
             let waits = seen.waits.load(Ordering::Relaxed);
             (!waits).then(|| BusyNode {
@@ -105,12 +106,12 @@ impl Watch {
         }
     }
 
-    /// Allows the first `operations` of the knot in which the run is [held](crate::Rerun::hold).
+    /// Allows the first `operations` of the overlap in which the run is [held](crate::Rerun::hold).
     pub fn allow(&self, operations: usize) {
         self.hold.allow(operations);
     }
 
-    /// The number of operations of that knot that are done, once its nodes are at rest.
+    /// The number of operations of that overlap that are done, once its nodes are at rest.
     pub fn held(&self) -> Option<usize> {
         self.hold.done()
     }
@@ -154,31 +155,25 @@ impl Watch {
     }
 
     pub(crate) fn name(&self, thread: usize) -> &str {
-        self.threads.get(thread).map_or("?", |seen| &*seen.name)
+        &self.threads[thread].name
     }
 
     /// Notes that a thread began an entry at run time `at`, which `took` so long in the
     /// recorded run.
     pub(crate) fn begins(&self, thread: usize, at: Time, took: Duration) {
-        if let Some(seen) = self.threads.get(thread) {
-            let took = u64::try_from(took.as_nanos()).unwrap_or(u64::MAX);
-            seen.took.store(took, Ordering::Relaxed);
-            let at = at.as_nanos().saturating_add(1);
-            seen.in_entry.store(at, Ordering::Release);
-        }
+        let (seen, took) = (&self.threads[thread], took.as_nanos() as u64);
+        seen.took.store(took, Ordering::Relaxed);
+        let at = at.as_nanos().saturating_add(1);
+        seen.in_entry.store(at, Ordering::Release);
     }
 
     /// Notes that a thread finished its entry.
     pub(crate) fn finishes(&self, thread: usize) {
-        if let Some(seen) = self.threads.get(thread) {
-            seen.in_entry.store(0, Ordering::Relaxed);
-        }
+        self.threads[thread].in_entry.store(0, Ordering::Relaxed);
         self.finished.fetch_add(1, Ordering::Relaxed);
     }
 
     pub(super) fn waits(&self, thread: usize, waits: bool) {
-        if let Some(seen) = self.threads.get(thread) {
-            seen.waits.store(waits, Ordering::Relaxed);
-        }
+        self.threads[thread].waits.store(waits, Ordering::Relaxed);
     }
 }

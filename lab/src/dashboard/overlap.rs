@@ -2,7 +2,7 @@
 
 use ratelab::{Time, Topology};
 use ratelab_account::Observer;
-use ratelab_replay::Knot;
+use ratelab_replay::Overlap;
 
 use ratelab_recording::{Execution, Held};
 
@@ -11,7 +11,7 @@ const SUPERVISOR: &str = "supervisor";
 
 /// The operations of ticks that overlap, in order, and the position among them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Overlap {
+pub struct OverlapView {
     /// Run time at which the first of the ticks began.
     pub from: Time,
     /// The names of the nodes that take part.
@@ -22,9 +22,9 @@ pub struct Overlap {
     pub done: usize,
 }
 
-impl Overlap {
+impl OverlapView {
     /// The first `done` operations of `ticks` that overlap, in a graph of this `topology`.
-    pub fn of(ticks: &Knot, topology: &Topology, done: usize) -> Self {
+    pub fn of(ticks: &Overlap, topology: &Topology, done: usize) -> Self {
         let mut nodes: Vec<_> = ticks.operations.iter().map(|of| of.node).collect();
         nodes.sort_unstable();
         nodes.dedup();
@@ -60,7 +60,7 @@ impl Overlap {
 /// before it; without one, the first of the ticks that go on at run time `at` or come after it,
 /// or the last of those begun there or before.
 pub fn neighbour(
-    overlaps: &[Knot],
+    overlaps: &[Overlap],
     here: Option<(usize, usize)>,
     at: Time,
     later: bool,
@@ -135,15 +135,15 @@ impl HeldOverlap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ratelab_replay::KnotOperation;
+    use ratelab_replay::OverlapOperation;
 
     #[test]
     fn operations_follow_each_other_within_and_between_overlaps() {
-        let ticks = |from: u64, operations: usize| Knot {
+        let ticks = |from: u64, operations: usize| Overlap {
             from: Time::from_nanos(from),
             to: Time::from_nanos(from + 5),
             operations: vec![
-                KnotOperation {
+                OverlapOperation {
                     node: None,
                     at: Time::ZERO,
                     takes: "/obs".into(),

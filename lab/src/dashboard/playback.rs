@@ -7,7 +7,7 @@ use std::{
 
 use ratelab::Time;
 use ratelab_account::{Lineage, Observer};
-use ratelab_replay::Knot;
+use ratelab_replay::Overlap;
 use ratelab_study::{
     experiment::{Config, Summary},
     system::System,
@@ -16,7 +16,7 @@ use ratelab_study::{
 use super::{
     frame::TRACE_S,
     knobs::Direction,
-    overlap::{HeldOverlap, Overlap, neighbour},
+    overlap::{HeldOverlap, OverlapView, neighbour},
     run::{RunSource, WatchedRows, watched},
     sampler::Sampler,
     view::{Scrubber, StatusExtra},
@@ -32,7 +32,7 @@ const LOOK: Duration = Duration::from_millis(10);
 pub struct Playback {
     replay: Replay,
     /// The ticks that overlap, once the run was executed again.
-    overlaps: Vec<Knot>,
+    overlaps: Vec<Overlap>,
     /// The run itself, held within ticks that overlap.
     held: Option<HeldOverlap>,
     observer: Observer,
@@ -50,7 +50,11 @@ pub struct Playback {
 
 impl Playback {
     /// The beginning of `recording`, at rest, with the ticks in it that overlap, if known.
-    pub fn new(recording: Arc<Recording>, system: &Arc<dyn System>, overlaps: Vec<Knot>) -> Self {
+    pub fn new(
+        recording: Arc<Recording>,
+        system: &Arc<dyn System>,
+        overlaps: Vec<Overlap>,
+    ) -> Self {
         let replay = Replay::new(recording, system);
         let begins = replay.begins();
         let lineage = replay.recording().lineage();
@@ -245,11 +249,15 @@ impl Playback {
     }
 
     /// The ticks that overlap in which the run is held.
-    pub fn overlap(&self) -> Option<Overlap> {
+    pub fn overlap(&self) -> Option<OverlapView> {
         let held = self.held.as_ref()?;
         let topology = &self.replay.recording().origin.topology;
         let (number, _) = held.place();
-        Some(Overlap::of(&self.overlaps[number], topology, held.done?))
+        Some(OverlapView::of(
+            &self.overlaps[number],
+            topology,
+            held.done?,
+        ))
     }
 }
 

@@ -4,7 +4,7 @@ use std::{sync::Arc, thread};
 
 use ratelab::Speed;
 use ratelab_account::Observer;
-use ratelab_replay::{Knot, Rerun, Watch};
+use ratelab_replay::{Overlap, Rerun, Watch};
 use ratelab_study::{
     experiment::{Config, Experiment},
     system::System,
@@ -26,7 +26,7 @@ pub struct Executed {
     /// Its recording, with every message and tick.
     pub recording: Arc<Recording>,
     /// Its ticks that overlap.
-    pub knots: Vec<Knot>,
+    pub overlaps: Vec<Overlap>,
 }
 
 impl Execution {
@@ -56,11 +56,11 @@ impl Execution {
         self.experiment.observer()
     }
 
-    /// Begins to execute the run up to the first `operations` of knot number `knot`, and
-    /// holds it there; `None` for a run without knots.
-    pub fn hold(self, knot: usize, operations: usize) -> Option<Held> {
+    /// Begins to execute the run up to the first `operations` of overlap number `overlap`, and
+    /// holds it there; `None` for a run without overlaps.
+    pub fn hold(self, overlap: usize, operations: usize) -> Option<Held> {
         let (experiment, mut rerun) = (self.experiment, self.rerun?);
-        rerun.hold(knot, operations);
+        rerun.hold(overlap, operations);
         let (observer, watch) = (experiment.observer(), rerun.watch());
         // It ends with the hold.
         thread::spawn(move || drop(experiment.run_with(&mut rerun)));
@@ -80,7 +80,7 @@ impl Execution {
             rerun,
         } = self;
         let (threads, commands) = (rerun.is_some(), experiment.commands());
-        let knots = rerun.as_ref().map_or_else(Vec::new, Rerun::knots);
+        let overlaps = rerun.as_ref().map_or_else(Vec::new, Rerun::overlaps);
         let comparison = Comparison::new(&recording, threads, commands).keeping();
         let ran = again::run_again(experiment, rerun, &comparison, |_| false);
         super::judge(
@@ -90,7 +90,10 @@ impl Execution {
             (comparison.first_difference(), ran.diverged),
         )?;
         let recording = Arc::new(recording.with_rows(ran.topics, ran.ticks));
-        Ok(Executed { recording, knots })
+        Ok(Executed {
+            recording,
+            overlaps,
+        })
     }
 }
 
@@ -106,7 +109,7 @@ impl Held {
         &self.observer
     }
 
-    /// Lets it go on to the first `operations` of the knot.
+    /// Lets it go on to the first `operations` of the overlap.
     pub fn allow(&self, operations: usize) {
         self.watch.allow(operations);
     }

@@ -121,8 +121,14 @@ impl App {
     }
 
     /// Shows the end of the run here as it was executed again, in place of its pictures.
-    fn open_past(&mut self, Executed { recording, knots }: Executed) {
-        let playback = Playback::new(recording, &self.setup.system, knots);
+    fn open_past(
+        &mut self,
+        Executed {
+            recording,
+            overlaps,
+        }: Executed,
+    ) {
+        let playback = Playback::new(recording, &self.setup.system, overlaps);
         let mut past = Shown::new(ShownRun::Recorded(Box::new(playback)));
         past.panes = Panes {
             overlay: None,
@@ -143,12 +149,19 @@ impl App {
     }
 
     /// Plays the run of the recording as it was executed again, from the same moment.
-    fn play_executed(&mut self, Executed { recording, knots }: Executed) {
+    fn play_executed(
+        &mut self,
+        Executed {
+            recording,
+            overlaps,
+        }: Executed,
+    ) {
         let ShownRun::Recorded(before) = &self.shown.run else {
             return;
         };
         let more = ticks(&recording) > ticks(&before.recording());
-        let playback = Playback::new(recording, self.shown.run.shared_system(), knots).like(before);
+        let playback =
+            Playback::new(recording, self.shown.run.shared_system(), overlaps).like(before);
         let at = before.at();
         self.shown.events = playback.recording().events.clone();
         self.shown.run = ShownRun::Recorded(Box::new(playback));

@@ -42,7 +42,7 @@ use super::{
     cliff::CliffMap,
     frame::{FrameData, SignalTrace},
     knobs::KnobFocus,
-    overlap::Overlap,
+    overlap::OverlapView,
     panes::Pane,
     timeline::Timeline,
 };
@@ -59,7 +59,7 @@ pub struct ScreenState<'a> {
     /// The recent ticks and messages, if the chains behind pushes are known.
     pub timeline: Option<Timeline>,
     /// The operations of ticks that overlap, in its place.
-    pub overlap: Option<Overlap>,
+    pub overlap: Option<OverlapView>,
     /// The node and the topics of the knob keys.
     pub knob_focus: KnobFocus,
     /// Events up to that moment.

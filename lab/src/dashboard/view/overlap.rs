@@ -6,13 +6,13 @@ use ratatui::{
 };
 
 use super::{sheet::Sheet, text::clip};
-use crate::dashboard::overlap::Overlap;
+use crate::dashboard::overlap::OverlapView;
 
 /// The least width of a column; narrower ones are lines with the name of the node.
 const COLUMN: usize = 20;
 
 /// Draws the operations of `overlap` around the last one that is done.
-pub fn render(overlap: &Overlap, sheet: Sheet<'_>) {
+pub fn render(overlap: &OverlapView, sheet: Sheet<'_>) {
     let (theme, done, all) = (sheet.theme, overlap.done, overlap.operations.len());
     let about = format!(" ticks that overlap, operation {done} of {all} ");
     let mut sheet = sheet.boxed("6 timeline", Span::styled(about, theme.faint()));
@@ -53,8 +53,8 @@ mod tests {
     use crate::dashboard::view::testing::{POOR, RICH, drawn, torture};
     use ratelab::Time;
 
-    fn sample(lanes: &[&str]) -> Overlap {
-        Overlap {
+    fn sample(lanes: &[&str]) -> OverlapView {
+        OverlapView {
             from: Time::from_nanos(1_234_567_000),
             lanes: lanes.iter().map(|lane| (*lane).to_owned()).collect(),
             operations: (0..12)

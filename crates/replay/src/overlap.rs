@@ -7,18 +7,18 @@ use ratelab::{LockName, Time};
 /// Ticks and commands that overlap, so that none of them can be executed whole before the
 /// others.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Knot {
+pub struct Overlap {
     /// Run time at which the first of them began.
     pub from: Time,
     /// Run time at which the last of them began.
     pub to: Time,
     /// Their operations in order.
-    pub operations: Vec<KnotOperation>,
+    pub operations: Vec<OverlapOperation>,
 }
 
-/// An access to what nodes share, within a [`Knot`].
+/// An access to what nodes share, within an [`Overlap`].
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct KnotOperation {
+pub struct OverlapOperation {
     /// Index of the node in the graph; `None` for the thread that supervises them.
     pub node: Option<usize>,
     /// Run time at which its tick began.
@@ -29,9 +29,9 @@ pub struct KnotOperation {
     pub turn: u64,
 }
 
-/// A step of a thread within a knot.
+/// A step of a thread within an overlap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct KnotStep {
+pub(crate) struct OverlapStep {
     pub(crate) thread: usize,
     /// The lock and its turn; `None` for an entry without any.
     pub(crate) takes: Option<(LockName, u64)>,

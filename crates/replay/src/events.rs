@@ -1,0 +1,51 @@
+//! The events of the recorded run.
+
+use std::collections::BTreeSet;
+
+use ratelab::{Command, Event, EventKind};
+
+/// The events of the recorded run.
+#[derive(Debug)]
+pub(crate) struct RecordedEvents {
+    pub(crate) all: Vec<Event>,
+    /// Positions of those that happened under the real clock.
+    pub(crate) known: BTreeSet<usize>,
+    /// Of these, commands that are refused again without a try.
+    pub(crate) refused: BTreeSet<usize>,
+}
+
+impl RecordedEvents {
+    /// The command at a position, with the reason if it is to be refused as recorded.
+    pub(crate) fn command(&self, event: usize) -> Option<(&Command, Option<&str>)> {
+        match &self.all.get(event)?.what {
+            EventKind::Applied { command, .. } => Some((command, None)),
+            EventKind::Refused { command, reason } => {
+                let again = self.refused.contains(&event);
+                Some((command, again.then_some(&**reason)))
+            }
+            _ => None,
+        }
+    }
+
+    /// The commands under the real clock.
+    pub(crate) fn commands_mut(&mut self) -> impl Iterator<Item = &mut Command> {
+        let known = &self.known;
+        let events = self.all.iter_mut().enumerate();
+        let events = events.filter(|(index, _)| known.contains(index));
+        events.filter_map(|(_, event)| match &mut event.what {
+            EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => {
+                Some(command)
+            }
+            _ => None,
+        })
+    }
+
+    /// Refuses those again that were refused and that `of` selects.
+    pub(crate) fn expect_refusals(&mut self, of: impl Fn(&Command) -> bool) {
+        let was_refused = |index: &&usize| match &self.all[**index].what {
+            EventKind::Refused { command, .. } => of(command),
+            _ => false,
+        };
+        self.refused = self.known.iter().filter(was_refused).copied().collect();
+    }
+}
