@@ -42,11 +42,14 @@ fn beside() {
 
 /// The sources of the program. Watching these causes no extra builds, because a change of
 /// any of them rebuilds the program anyway.
-const SOURCES: [&str; 14] = [
+const SOURCES: [&str; 17] = [
     "Cargo.toml",
     "Cargo.lock",
     "crates/account",
     "crates/cart-pole",
+    "crates/effects",
+    "crates/recording",
+    "crates/replay",
     "crates/study",
     "src",
     "exercises/Cargo.toml",

@@ -11,8 +11,8 @@ use super::{
     time::Time,
 };
 
-/// A request to a running graph, from a person or a script. Takes effect between ticks,
-/// under either clock, and is logged with that run time.
+/// A request to a running graph, from a person or a script. Takes effect between calls
+/// of a node, under either clock, and is logged with that run time.
 ///
 /// ```
 /// use ratelab::{Clock, Command, GO_ON, Graph, Hz, Inbox, Knob, Time, TimedCommand, VirtualClock};

@@ -93,7 +93,7 @@ impl Inbox {
         self.timed.make_contiguous().sort_by_key(|timed| timed.at);
     }
 
-    /// Has `interrupt` stop the run, between two instants under the virtual clock.
+    /// Has `interrupt` stop the run, between two instants of virtual time that nothing paces.
     pub fn stop_on(&mut self, interrupt: &Interrupt) {
         self.interrupt = Some(interrupt.clone());
     }

@@ -12,7 +12,8 @@ impl<T: Clone + Send + 'static> Payload for T {}
 pub struct Message<T> {
     /// The value.
     pub data: T,
-    /// Run time of publication, as the clock of its node shows it.
+    /// Run time of publication, as the clock of its node shows it: that of the tick, or of its
+    /// end if it takes run time.
     pub stamp: Time,
     /// Position in the topic's history, counted from zero.
     pub seq: u64,

@@ -1,6 +1,7 @@
 //! What happens in a run, one record after the other, for those who look on.
 //!
-//! A graph counts, measures and copies nothing itself: it sends records to a [`Sink`], if it has
+//! But for the messages of its topics a graph counts nothing, and it measures and copies nothing:
+//! it sends records to a [`Sink`], if it has
 //! one. Those of a topic come in the order of its operations, those of a node in the order of
 //! its ticks.
 

@@ -177,7 +177,7 @@ impl RunState {
         self.journal.get_or_init(make).clone()
     }
 
-    /// Begins a stretch of `nodes` threads, and one for this process.
+    /// Begins a stretch of threads, for so many `nodes` and for what supervises them.
     pub fn begin_threads(&self, nodes: usize) {
         if let Some(journal) = self.journal.get() {
             journal.begin(nodes);

@@ -22,7 +22,8 @@
 //! | the topic triggers the reader | the message that the tick is for, whatever the read order |
 //! | a link | messages enter the queue on delivery; drops and reads happen there |
 //!
-//! Each row is a test in `tests/library/topic.rs`.
+//! Each row is tested: the first ones in `tests/library/topic.rs`, read order and links in
+//! `tests/library/links.rs`, triggers in `tests/library/graph_executors.rs`.
 
 mod intake;
 
@@ -272,7 +273,7 @@ impl<T: Payload> AnyTopic for Topic<T> {
         }
         let transit = queue.transit.as_mut();
         let before = transit.map(|transit| transit.channel.turn(knob));
-        // A topic without a link is as fast as one that never had a link.
+        // Without a link, and with nothing in flight, it is as fast as a topic that never had one.
         queue.transit.take_if(|transit| transit.is_done());
         before.unwrap_or_else(|| Err(knob.not_in_kit()))
     }

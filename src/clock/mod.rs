@@ -1,13 +1,13 @@
-//! Two clocks behind one interface. Both ask the same schedule for work: one thread jumps from
-//! event to event, many wait for the wall.
+//! Two clocks behind one interface. Both ask a schedule for work, by the same rules: one thread
+//! jumps from event to event, many wait for the wall.
 //!
 //! A clock runs a [`Graph`] until it ends, is stopped, reaches a given run time, or is
 //! handed over to the other clock. All state of the run stays in the graph, so [`run`]
 //! can pass it back and forth.
 //!
-//! Commands take effect *between* ticks. Under the virtual clock that means between
-//! instants: nodes that are due together see the same world, and the run time of a
-//! command is enough to repeat it.
+//! Commands take effect *between* calls of a node; of a tick that takes run time that may be
+//! between its begin and its end. Under the virtual clock they do so between instants: nodes that
+//! are due together see the same world, and the run time of a command is enough to repeat it.
 
 mod obey;
 mod real;

@@ -69,8 +69,8 @@ pub(super) fn refuse(control: &ControlPlane, command: &Command, at: Time, reason
     Obeyed { event, exit: None }
 }
 
-/// Carries out any command under a clock of this `kind`, at run time `at`, while no node is in a
-/// tick.
+/// Carries out any command under a clock of this `kind`, at run time `at`, while no node does any
+/// work.
 pub fn obey_at_rest(graph: &mut Graph, kind: ClockKind, command: &Command, at: Time) -> Obeyed {
     if let Some(knob) = command.knob_of_node() {
         let answer = graph.turn_node(knob, at);

@@ -170,7 +170,7 @@ impl Agenda {
     fn first(&self) -> Option<InstantKey> {
         let instants = self.instants.as_slice();
         let first = match self.is_first_over {
-            // The next one is a child of the root.
+            // The slice is a binary heap, the greatest first: the next is one of its children.
             true => instants.get(1).max(instants.get(2)),
             false => instants.first(),
         };

@@ -79,7 +79,7 @@ fn the_core_stands_on_nothing_and_every_other_crate_on_those_below() {
         ),
         (
             "crates/recording/",
-            "ratelab ratelab-account ratelab-effects ratelab-replay ratelab-study",
+            "ratelab ratelab-account ratelab-cart-pole ratelab-effects ratelab-replay ratelab-study",
         ),
     ] {
         assert_eq!(ours(folder).join(" "), below, "{folder}");

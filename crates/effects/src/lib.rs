@@ -12,7 +12,7 @@
 //!
 //! Stands on the core (`ratelab`) only. Begin with `own.rs`. No schedule owns a node or waits for
 //! anything, so the same one serves both clocks. Another executor is another file like
-//! `windows.rs`, and a line in `dispatch.rs`.
+//! `windows.rs`; `executor.rs` has its name, and `dispatch.rs` makes it.
 
 mod approximate;
 mod callback;
