@@ -61,7 +61,7 @@ fn a_crate_without_a_text_gets_the_standard_ones_of_all_licences_it_names() {
 
 #[test]
 fn the_viewer_has_the_version_of_the_recordings() {
-    let manifest = include_str!("../../../lab/Cargo.toml");
+    let manifest = include_str!("../../../Cargo.toml");
     let version = licences::viewer(&machine()).unwrap();
     let pinned = format!("rerun = {{ version = \"={version}\"");
     assert!(manifest.contains(&pinned), "{version}");
