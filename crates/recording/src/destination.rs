@@ -10,7 +10,7 @@ use super::{schema::Origin, viewer::Viewer};
 /// Default folder of recordings.
 const FOLDER: &str = "recordings";
 
-/// The destination of recordings: a file name, a folder, or the folder [`FOLDER`].
+/// The destination of recordings: a file name, a folder, or the folder `recordings`.
 /// Existing files are never written to.
 #[derive(Clone, Debug, Default)]
 pub struct Destination {
@@ -23,7 +23,7 @@ pub struct Destination {
 
 impl Destination {
     /// A destination at `place`, a new file or an existing folder; by default in
-    /// [`FOLDER`].
+    /// `recordings`.
     pub fn new(place: Option<PathBuf>) -> Self {
         Self {
             named: place,

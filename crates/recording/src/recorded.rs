@@ -26,10 +26,10 @@ pub struct Recording {
     pub bytes: u64,
     /// The run.
     pub origin: Origin,
-    /// The messages of the topics, in the order of the [`Topology`]; empty for topics
+    /// The messages of the topics, in the order of the [`Topology`](ratelab::Topology); empty for topics
     /// that are not recorded.
     pub topics: Vec<Rows>,
-    /// The ticks of the nodes, in the order of the [`Topology`].
+    /// The ticks of the nodes, in the order of the [`Topology`](ratelab::Topology).
     pub ticks: Vec<Vec<TickRecord>>,
     /// Commands and ends.
     pub events: Vec<Event>,

@@ -123,7 +123,7 @@ pub struct Origin {
     pub platform: String,
     /// Name of the system.
     pub system: String,
-    /// The text of its graph file, if it has one; see [`System::graph_file`].
+    /// The text of its graph file, if it has one; see [`About`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub graph_file: Option<String>,
     /// The configuration at the start.

@@ -32,7 +32,8 @@ impl Stability {
     /// exact time.
     ///
     /// # Errors
-    /// [`StabilityError`], usually because the hyper-period is longer than [`LONGEST`].
+    /// [`StabilityError`], usually because the hyper-period is longer than
+    /// [`LONGEST`](super::LONGEST).
     pub fn of(rates: Rates) -> Result<Self, StabilityError> {
         Loop::cart_pole(Scripted::GAINS, WorldModel::Course, rates)?.stability()
     }
@@ -76,7 +77,8 @@ impl Loop {
     /// Computes the stability of small deviations, in exact time.
     ///
     /// # Errors
-    /// [`StabilityError`], usually because the hyper-period is longer than [`LONGEST`].
+    /// [`StabilityError`], usually because the hyper-period is longer than
+    /// [`LONGEST`](super::LONGEST).
     pub fn stability(&self) -> Result<Stability, StabilityError> {
         let (passage, schedule) = Passage::of(self).map_err(|long| self.aperiodic(long))?;
         let (scaled, log_scale) = product(&passage);
