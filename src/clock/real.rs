@@ -146,7 +146,7 @@ impl RealClock {
         in_flight.into_iter().for_each(|arrival| post.wake(arrival));
         let boards: Vec<Board> = task_sets
             .here()
-            .map(|task_set| Board::new(mailboxes[task_set.first].clone()))
+            .map(|schedule| Board::new(mailboxes[schedule.first].clone()))
             .collect();
         let mut supervisor = Supervisor {
             graph: graph_left,
@@ -159,9 +159,9 @@ impl RealClock {
         };
         let noter = log.noter();
         let end = thread::scope(|scope| {
-            for (task_set, board) in task_sets.here().zip(&boards) {
-                let (first, name) = (task_set.first, task_set.name());
-                for (number, worker) in threads(task_set) {
+            for (schedule, board) in task_sets.here().zip(&boards) {
+                let (first, name) = (schedule.first, schedule.name());
+                for (number, worker) in threads(schedule) {
                     let thread = WallThread {
                         worker,
                         board,

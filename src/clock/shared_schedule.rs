@@ -84,7 +84,7 @@ impl<'g> SharedSchedule<'g> {
     }
 
     /// The schedule, for a turn of a thread.
-    pub(crate) fn schedule(&self) -> Turn<'_, Schedule> {
+    pub(crate) fn turn(&self) -> Turn<'_, Schedule> {
         match self.is_shared() {
             true => self.schedule.lock(),
             false => self.schedule.peek(),

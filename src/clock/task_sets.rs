@@ -43,7 +43,7 @@ impl Graph {
         self.apart_with(Arc::new(Unheard))
     }
 
-    /// The same; `wake` gets the arrivals of messages from now on.
+    /// Takes them apart, and has `wake` get the arrivals of messages from now on.
     pub(crate) fn apart_with(&mut self, wake: Arc<dyn Wake>) -> (TaskSets<'_>, Supervision<'_>) {
         let now = self.now();
         self.schedule.leave(wake);
@@ -52,8 +52,8 @@ impl Graph {
             split: Vec::new(),
             home: &mut self.schedule,
         };
-        for task_set in task_sets.home.take_task_sets() {
-            for task_set in task_sets.split(task_set) {
+        for whole in task_sets.home.take_task_sets() {
+            for task_set in task_sets.split(whole) {
                 let state = self.control.state.clone();
                 let schedule = SharedSchedule::new(task_set, &self.slots, state);
                 schedule.peek().open(now, Vec::new);
@@ -81,9 +81,9 @@ impl TaskSets<'_> {
         }
     }
 
-    /// The task sets with threads here.
+    /// The schedules of task sets with threads here.
     pub(crate) fn here(&self) -> impl Iterator<Item = &SharedSchedule<'_>> {
-        self.all.iter().filter(|task_set| task_set.threads > 0)
+        self.all.iter().filter(|schedule| schedule.threads > 0)
     }
 
     /// The threads that nodes have, each with the index of the node that it is numbered by.
@@ -93,11 +93,11 @@ impl TaskSets<'_> {
 }
 
 /// The threads of a task set, each with the index of the node that it is numbered by.
-pub(crate) fn threads<'c>(task_set: &'c SharedSchedule<'c>) -> Vec<(usize, Worker<'c>)> {
-    let schedule = task_set.peek();
-    let nodes = schedule.members().take(task_set.threads);
+pub(crate) fn threads<'c>(schedule: &'c SharedSchedule<'c>) -> Vec<(usize, Worker<'c>)> {
+    let held = schedule.peek();
+    let nodes = held.members().take(schedule.threads);
     nodes
-        .map(|member| (member.node, Worker::new(task_set)))
+        .map(|member| (member.node, Worker::new(schedule)))
         .collect()
 }
 

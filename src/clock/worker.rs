@@ -19,7 +19,8 @@ pub type Outcome = Option<Result<Time, Fault>>;
 
 /// What a thread of a task set has to do with its nodes.
 pub struct Worker<'c> {
-    task_set: &'c SharedSchedule<'c>,
+    /// That of its task set.
+    schedule: &'c SharedSchedule<'c>,
     /// The messages that it has heard of since its last look.
     arrivals: Vec<Arrival>,
     /// The work that is not yet over, with the run time of its begin.
@@ -34,21 +35,21 @@ pub(crate) struct LookResult {
 }
 
 impl<'c> Worker<'c> {
-    pub(crate) fn new(task_set: &'c SharedSchedule<'c>) -> Self {
+    pub(crate) fn new(schedule: &'c SharedSchedule<'c>) -> Self {
         Self {
-            task_set,
+            schedule,
             arrivals: Vec::new(),
             work: None,
         }
     }
 
-    pub(crate) fn task_set(&self) -> &'c SharedSchedule<'c> {
-        self.task_set
+    pub(crate) fn schedule(&self) -> &'c SharedSchedule<'c> {
+        self.schedule
     }
 
     /// Hears that a message arrives for a node of the task set.
     pub fn arrive(&mut self, arrival: Arrival) {
-        if self.task_set.peek().hears(arrival) {
+        if self.schedule.peek().hears(arrival) {
             self.arrivals.push(arrival);
         }
     }
@@ -56,7 +57,7 @@ impl<'c> Worker<'c> {
     /// Looks for work at run time `at`, and does it; returns the index of the node that did
     /// some.
     pub fn look(&mut self, at: Time, late: Option<LateLook>) -> Option<usize> {
-        self.task_set.state.advance_to(at);
+        self.schedule.state.advance_to(at);
         let work = self.find(at, late).work?;
         self.work(work, at);
         Some(work.node)
@@ -64,7 +65,7 @@ impl<'c> Worker<'c> {
 
     /// Looks for work at run time `at`.
     pub(crate) fn find(&mut self, at: Time, late: Option<LateLook>) -> LookResult {
-        let mut schedule = self.task_set.schedule();
+        let mut schedule = self.schedule.turn();
         for arrival in self.arrivals.drain(..) {
             schedule.add_arrival(arrival);
         }
@@ -75,15 +76,15 @@ impl<'c> Worker<'c> {
 
     /// Ends the running tick at run time `at`, if there is one: it has had its time on a core.
     pub fn finish(&mut self, at: Time) -> Option<usize> {
-        let work = self.task_set.end_of_first(at)?;
+        let work = self.schedule.end_of_first(at)?;
         self.work(work, at);
         Some(work.node)
     }
 
     /// Has a node do its work, which begins at run time `began`.
     pub(crate) fn work(&mut self, work: Assignment, began: Time) {
-        self.task_set.state.advance_to(began);
-        let outcome = lock(self.task_set.slot(work.node)).work(work.job, began, true);
+        self.schedule.state.advance_to(began);
+        let outcome = lock(self.schedule.slot(work.node)).work(work.job, began, true);
         self.work = Some((work, began, outcome));
     }
 
@@ -97,8 +98,8 @@ impl<'c> Worker<'c> {
             took: Some(ended.since(began)),
         };
         // Nobody gets the node before its tick is recorded.
-        let mut schedule = self.task_set.schedule();
-        let slot = &mut *lock(self.task_set.slot(work.node));
+        let mut schedule = self.schedule.turn();
+        let slot = &mut *lock(self.schedule.slot(work.node));
         match schedule.done(slot, work, times, outcome) {
             Ok(ControlFlow::Continue(())) => None,
             Ok(ControlFlow::Break(())) => Some(Ok(began)),
@@ -110,25 +111,25 @@ impl<'c> Worker<'c> {
     /// the event, or `None` if the node is not in the task set.
     pub fn obey(&mut self, command: &Command, at: Time) -> Option<usize> {
         let knob = command.knob_of_node()?;
-        let mut schedule = self.task_set.schedule();
+        let mut schedule = self.schedule.turn();
         let node = schedule.node_called(knob.target())?;
-        self.task_set.state.advance_to(at);
-        let answer = schedule.turn(node, &mut lock(self.task_set.slot(node)), knob, at);
-        Some(self.task_set.state.answered(at, command, answer))
+        self.schedule.state.advance_to(at);
+        let answer = schedule.turn(node, &mut lock(self.schedule.slot(node)), knob, at);
+        Some(self.schedule.state.answered(at, command, answer))
     }
 
     /// Refuses such a command for this `reason`.
     pub fn refuse(&mut self, command: &Command, at: Time, reason: &str) -> usize {
-        let _turn = self.task_set.schedule();
-        self.task_set.state.advance_to(at);
-        self.task_set.state.refused(at, command, reason)
+        let _turn = self.schedule.turn();
+        self.schedule.state.advance_to(at);
+        self.schedule.state.refused(at, command, reason)
     }
 
     /// Time on a core that the running tick still needs at `now`, if the node is alone.
     pub(crate) fn remaining(&self, now: Time) -> Option<Duration> {
-        self.task_set
+        self.schedule
             .peek()
-            .state(self.task_set.first, now)
+            .state(self.schedule.first, now)
             .remaining
     }
 }

@@ -42,8 +42,8 @@ pub struct Wiring<'g> {
     known: &'g [WiredTopic],
     /// Those that are new with this node.
     pub(super) new: Vec<WiredTopic>,
-    /// The topics that the node publishes to and reads from, in the order of its wishes, and those
-    /// that trigger it; all by their indices.
+    /// The topics that the node publishes to and reads from, in the order in which it took their
+    /// ends, and those that trigger it; all by their indices.
     pub(super) publishes: Vec<usize>,
     pub(super) reads: Vec<usize>,
     pub(super) triggers: Vec<usize>,

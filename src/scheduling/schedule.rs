@@ -328,8 +328,8 @@ impl Schedule {
         now: Time,
         over: bool,
     ) -> Option<Assignment> {
-        self.with(number, now, over, |task_set, plan| {
-            let job = task_set.on(event, plan)?;
+        self.with(number, now, over, |scheduler, plan| {
+            let job = scheduler.on(event, plan)?;
             let node = plan.members[job.member()].node;
             let task_set = number;
             Some(Assignment {

@@ -103,14 +103,14 @@ fn a_run_comes_back_by_its_gates_in_every_schedule() {
 
 #[test]
 fn a_knot_that_is_held_does_no_operation_before_it_is_allowed_in_every_schedule() {
-    static KNOTS: AtomicUsize = AtomicUsize::new(0);
+    static OVERLAPS: AtomicUsize = AtomicUsize::new(0);
     explore(SOME, || {
         let (first, messages, _) = run(&mut RealClock::default(), Vec::new());
         let mut rerun = rerun_of(&Observer::of(&first));
         let Some(last) = rerun.overlaps().len().checked_sub(1) else {
             return;
         };
-        KNOTS.fetch_add(1, Ordering::Relaxed);
+        OVERLAPS.fetch_add(1, Ordering::Relaxed);
         let operations = rerun.overlaps()[last].operations.len();
         rerun.hold(last, 0);
         let watch = rerun.watch();
@@ -131,5 +131,8 @@ fn a_knot_that_is_held_does_no_operation_before_it_is_allowed_in_every_schedule(
         assert_eq!(watch.difference(), None);
         assert_eq!(messages.get(..again.len()), Some(&again[..]));
     });
-    assert!(KNOTS.load(Ordering::Relaxed) > 0, "no schedule had a knot");
+    assert!(
+        OVERLAPS.load(Ordering::Relaxed) > 0,
+        "no schedule had an overlap"
+    );
 }

@@ -166,7 +166,7 @@ impl<'a> Players<'a> {
         watch.differs(match (recorded, another(end, outcomes.into_values())) {
             (Some(end), None) => return end,
             (_, Some(outcome)) => format!("{outcome}; the recorded run went on"),
-            (None, None) => format!("it did not come to its recorded end, {:?}", Some(end)),
+            (None, None) => format!("it did not come to its recorded end, {end:?}"),
         });
         Ok(Some(ClockExit::Stopped))
     }

@@ -21,7 +21,7 @@ use crate::{
     time::Time,
 };
 
-/// What the threads of a task set have in worker.
+/// What the threads of a task set have in hand.
 #[derive(Default)]
 pub(super) struct Board {
     mailbox: Arc<Mailbox>,
@@ -151,7 +151,7 @@ impl WallThread<'_> {
         let goal = goal.filter(|_| self.worker.remaining(now).is_some());
         if let Some(goal) = goal {
             if realtime::core_time() >= goal
-                && let Some(end) = self.worker.task_set().end_of_first(now)
+                && let Some(end) = self.worker.schedule().end_of_first(now)
             {
                 work.nodes.insert(end.node);
                 return ThreadStep::Work(end, now, None);
@@ -180,10 +180,10 @@ impl WallThread<'_> {
         late: Option<LateLook>,
     ) -> Option<ThreadStep> {
         // A turn is in the log, so it is to be worth that.
-        let task_set = self.worker.task_set();
-        let shared = task_set.is_shared();
+        let schedule = self.worker.schedule();
+        let shared = schedule.is_shared();
         let arrivals = take(&mut self.board.mailbox.open().arrivals);
-        if shared && arrivals.is_empty() && task_set.peek().next_at() > now {
+        if shared && arrivals.is_empty() && schedule.peek().next_at() > now {
             return None;
         }
         for arrival in arrivals {
@@ -202,13 +202,13 @@ impl WallThread<'_> {
         let (at, node) = (now, None);
         self.log.note(Entry::Look { at, late, node });
         // Run time is there, even if no tick begins.
-        task_set.state.advance_to(now);
+        schedule.state.advance_to(now);
         None
     }
 
     /// How to wait for the next event.
     fn wait(&self, work: &mut WorkInHand, now: Time) -> ThreadStep {
-        let schedule = self.worker.task_set().peek();
+        let schedule = self.worker.schedule().peek();
         let next = schedule.next_at().min(self.context.until);
         let busy = schedule.states(now).filter(|task| task.busy).count();
         if busy > work.spinning {
@@ -220,7 +220,7 @@ impl WallThread<'_> {
 
     /// Has the other threads look for work.
     fn ring(&self) {
-        if self.worker.task_set().is_shared() {
+        if self.worker.schedule().is_shared() {
             self.board.mailbox.post(|_| {});
         }
     }

@@ -11,25 +11,13 @@ use crossterm::event::{Event, KeyEvent, KeyModifiers};
 use ratatui::{Terminal, backend::TestBackend};
 use ratelab::Knob;
 
+pub use super::testing::{POOR, RICH};
 use super::{
     super::{LabOutcome, Options, frame::FrameData, run, terminal::Input},
     *,
 };
-use crate::{error::LabError, theme::Look};
+use crate::error::LabError;
 use ratelab_recording::Destination;
-
-pub const PLAIN: Theme = Theme {
-    colour: true,
-    ascii: false,
-    look: Look::Dark,
-};
-
-/// Without colours and other characters than ASCII.
-pub const POOR: Theme = Theme {
-    colour: false,
-    ascii: true,
-    look: Look::Dark,
-};
 
 /// The cart-pole, nothing recorded.
 pub fn setup() -> SessionSetup {
@@ -151,7 +139,7 @@ pub fn drawn(app: &App, theme: &Theme, width: u16, height: u16) -> TestBackend {
 }
 
 pub fn screen(app: &App, width: u16, height: u16) -> String {
-    drawn(app, &PLAIN, width, height).to_string()
+    drawn(app, &RICH, width, height).to_string()
 }
 
 /// The screen of the default terminal.
@@ -224,7 +212,7 @@ impl Input for Typist {
 pub fn in_the_loop(app: &mut App, keys: &[KeyCode]) -> Result<(), LabError> {
     let options = Options {
         fps: 30,
-        theme: PLAIN,
+        theme: RICH,
         ask_background: false,
     };
     let mut typist = Typist {

@@ -14,7 +14,7 @@ fn the_picture_in_the_manual_is_the_screen_as_it_is_drawn() {
         ..timed("4 control-hz 8\n7 control-hz 5")
     };
     let size = Size::new(120, 40);
-    let drawn = picture::of_run(&config, setup(), size, &PLAIN).expect("a picture");
+    let drawn = picture::of_run(&config, setup(), size, &RICH).expect("a picture");
     is_kept("picture.svg", &drawn);
 }
 
@@ -24,7 +24,7 @@ fn the_moving_picture_in_the_manual_is_the_recording_as_it_is_drawn() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/fall-5hz.rrd");
     let recording = Arc::new(Recording::read(file.as_ref()).expect("a recording"));
     let (size, span) = (Size::new(80, 24), (recording.until, 0.2));
-    let drawn = picture::moving(recording, &setup().system, span, size, &PLAIN);
+    let drawn = picture::moving(recording, &setup().system, span, size, &RICH);
     let drawn = drawn.expect("a picture");
     // The title of the graph is in the file once, the run time for each frame.
     assert_eq!(drawn.matches("y=\"123\">g<").count(), 1);
@@ -53,8 +53,8 @@ fn frames(config: Config, mut each: impl FnMut(&App, &str)) {
     loop {
         let over = app.ended();
         sample(&mut app);
-        let drawn = terminal.draw(|frame| view::render(app.screen().as_ref(), &PLAIN, frame));
-        let warned = view::testing::styled(drawn.expect("drawn").buffer, PLAIN.alarm_line());
+        let drawn = terminal.draw(|frame| view::render(app.screen().as_ref(), &RICH, frame));
+        let warned = view::testing::styled(drawn.expect("drawn").buffer, RICH.alarm_line());
         each(&app, &warned);
         if over {
             return;
