@@ -51,16 +51,21 @@ impl Interrupt {
 
 /// How long to wait for a live command.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Wait {
+pub enum Wait {
+    /// Not at all.
     None,
+    /// Until a moment.
     Until(Instant),
+    /// As long as there are senders.
     Forever,
 }
 
 /// Whatever came first.
 #[derive(Debug)]
-pub(crate) enum Received<T> {
+pub enum Received<T> {
+    /// A command.
     Command(Command),
+    /// A message of the other channel.
     Other(T),
     /// The deadline passed.
     Timeout,
@@ -99,13 +104,13 @@ impl Inbox {
     }
 
     /// Time of the next timed command; [`Time::MAX`] if there is none before the end.
-    pub(crate) fn next_timed(&self, end: Time) -> Time {
+    pub fn next_timed(&self, end: Time) -> Time {
         let next = self.timed.front().map(|timed| timed.at);
         next.filter(|at| *at <= end).unwrap_or(Time::MAX)
     }
 
     /// The next timed command, if one is before the end.
-    pub(crate) fn take_timed(&mut self, end: Time) -> Option<TimedCommand> {
+    pub fn take_timed(&mut self, end: Time) -> Option<TimedCommand> {
         self.timed.pop_front_if(|timed| timed.at <= end)
     }
 }
@@ -119,7 +124,7 @@ impl Inbox {
 
     /// Waits for the next live command; `None` if the wait is over, or at once if all
     /// senders are gone and the wait would be forever.
-    pub(crate) fn receive(&self, wait: Wait) -> Option<Command> {
+    pub fn receive(&self, wait: Wait) -> Option<Command> {
         use crossbeam_channel::RecvTimeoutError;
         match wait {
             // Called between any two instants; a check for emptiness costs less than an
@@ -141,7 +146,7 @@ impl Inbox {
     }
 
     /// Waits for the next live command or the next message of `others`.
-    pub(crate) fn receive_or<T>(&self, others: &Receiver<T>, deadline: Instant) -> Received<T> {
+    pub fn receive_or<T>(&self, others: &Receiver<T>, deadline: Instant) -> Received<T> {
         use crossbeam_channel::{TryRecvError, never, select_biased};
         let live = match self.live.try_recv() {
             Ok(command) => return Received::Command(command),
@@ -160,7 +165,8 @@ impl Inbox {
 /// Under the model checker nothing may block outside of its scheduler, so this polls.
 #[cfg(feature = "model")]
 impl Inbox {
-    pub(crate) fn receive(&self, wait: Wait) -> Option<Command> {
+    /// Waits for the next live command.
+    pub fn receive(&self, wait: Wait) -> Option<Command> {
         use super::sync::thread;
         use crossbeam_channel::TryRecvError;
         loop {
@@ -173,7 +179,8 @@ impl Inbox {
         }
     }
 
-    pub(crate) fn receive_or<T>(&self, others: &Receiver<T>, deadline: Instant) -> Received<T> {
+    /// Waits for the next live command or the next message of `others`.
+    pub fn receive_or<T>(&self, others: &Receiver<T>, deadline: Instant) -> Received<T> {
         use super::sync::thread;
         loop {
             if let Ok(other) = others.try_recv() {

@@ -151,7 +151,7 @@ impl Entries {
     }
 
     /// Adds an entry of this thread, with the operations that it noted since its last one.
-    pub(crate) fn note(&self, entry: Entry) {
+    pub fn note(&self, entry: Entry) {
         if let Some(journal) = &self.0 {
             Noter::take(|turns| journal.add(&entry, turns));
         }
@@ -170,7 +170,7 @@ impl Entries {
     }
 
     /// Has the calling thread note its turns for this journal, while the result lives.
-    pub(crate) fn noter(&self) -> Option<Noter> {
+    pub fn noter(&self) -> Option<Noter> {
         self.0.as_ref().map(|_| Noter::new())
     }
 }

@@ -14,7 +14,7 @@
 //!
 //! The same graph runs under either [`Clock`]:
 //!
-//! | | [`RealClock`] | [`VirtualClock`] |
+//! | | the real clock, of `crates/real-clock` | [`VirtualClock`] |
 //! |---|---|---|
 //! | threads | one per node | one for all |
 //! | time | wall time | the schedule's own |
@@ -44,7 +44,7 @@
 //! | another rule for messages of several topics | [`Matching`] | `crates/effects/src/kit.rs` |
 //! | one of these for every node and topic of a graph | [`Kit`] | `crates/effects/src/kit.rs` |
 //! | a log of what the clocks of the threads answered | [`Journal`] | `crates/replay` |
-//! | another clock | [`Clock`]; [`TaskSets`] have the nodes meanwhile | `crates/replay` |
+//! | another clock | [`Clock`]; [`TaskSets`] have the nodes meanwhile | `crates/real-clock`, `crates/replay` |
 //! | another order of the turns of [`Shared`] values | [`TurnFollower`] | `crates/replay` |
 //!
 //! # How a run goes
@@ -105,7 +105,6 @@ mod node;
 mod outbox;
 mod qos;
 mod rate;
-mod realtime;
 mod record;
 mod release;
 mod scheduling;
@@ -120,13 +119,13 @@ mod turns;
 
 pub use channel::Channel;
 pub use clock::{
-    Clock, ClockExit, Obeyed, Outcome, RealClock, RealtimeError, RealtimePriority, RunError,
-    Supervision, TaskSets, VirtualClock, Worker, lower_priority, note_end, obey_at_rest, run,
+    Clock, ClockExit, CoreClaim, LookResult, Obeyed, Outcome, RunError, Supervision, TaskSets,
+    ThreadGroup, VirtualClock, Wall, Worker, note_end, obey_at_rest, run,
 };
 pub use command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand};
 pub use event::{Event, EventKind};
 pub use graph::{Graph, GraphError, Wiring};
-pub use inbox::{Inbox, Interrupt};
+pub use inbox::{Inbox, Interrupt, Received, Wait};
 pub use journal::{End, Entries, Entry, Journal, LateLook, ThreadJournal};
 pub use knob::{Knob, KnobError, KnobKind, TimedKnob};
 pub use message::{Head, Message, Payload};
@@ -145,5 +144,5 @@ pub use state::{RunState, Status};
 pub use time::{Hz, HzError, Time, TimeError};
 pub use topic::{Publisher, Subscription, Topic};
 pub use topology::{NodeTopology, TopicTopology, Topology};
-pub use trigger::{Arrival, Intake, TakenMessage};
-pub use turns::{Following, LockName, Operation, TurnFollower};
+pub use trigger::{Arrival, Intake, TakenMessage, Wake};
+pub use turns::{Following, LockName, Noter, Operation, TurnFollower};

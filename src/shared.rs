@@ -29,7 +29,8 @@ const UNKNOWN: u32 = u32::MAX;
 ///
 /// ```
 /// use std::sync::Arc;
-/// use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, RealClock, Shared, Time};
+/// use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, Shared, Time};
+/// use ratelab_real_clock::RealClock;
 ///
 /// let tank = Arc::new(Shared::new("tank", 10.0));
 /// let mut graph = Graph::new();

@@ -103,7 +103,8 @@ impl RunState {
         *lock(&self.zero)
     }
 
-    pub(crate) fn set_zero(&self, zero: Option<Instant>) {
+    /// Sets that moment.
+    pub fn set_zero(&self, zero: Option<Instant>) {
         *lock(&self.zero) = zero;
     }
 

@@ -111,7 +111,7 @@ pub(crate) fn note(operation: Operation) {
 
 /// While this lives, its thread notes its turns.
 #[derive(Debug)]
-pub(crate) struct Noter {
+pub struct Noter {
     before: Mode,
     noted: Vec<Operation>,
 }

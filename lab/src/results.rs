@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use ratelab::{Knob, RealtimePriority};
+use ratelab::Knob;
+use ratelab_real_clock::RealtimePriority;
 use ratelab_study::{
     experiment::{Experiment, Summary},
     system::System,

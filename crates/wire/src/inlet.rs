@@ -113,8 +113,9 @@ mod tests {
         packet::{PacketHead, encode},
     };
     use crossbeam_channel::{Receiver, bounded, unbounded};
-    use ratelab::{Clock, END, Graph, Hz, Inbox, RealClock, Wiring};
+    use ratelab::{Clock, END, Graph, Hz, Inbox, Wiring};
     use ratelab_account::Observer;
+    use ratelab_real_clock::RealClock;
 
     /// What was published: rows with stamp and origin.
     type Published = Receiver<(Vec<f64>, Time, Option<Time>)>;

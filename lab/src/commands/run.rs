@@ -1,6 +1,7 @@
 //! `ratelab run`: the graph without a dashboard.
 
-use ratelab::{Command, RealClock};
+use ratelab::Command;
+use ratelab_real_clock::RealClock;
 use ratelab_study::experiment::Experiment;
 
 use crate::{

@@ -8,8 +8,9 @@ use std::{
 };
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
-use ratelab::{Clock, Command, Fault, RealClock, RealtimePriority};
+use ratelab::{Clock, Command, Fault};
 use ratelab_account::{Lineage, Observer, RowTap};
+use ratelab_real_clock::{RealClock, RealtimePriority};
 use ratelab_replay::RunLog;
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},

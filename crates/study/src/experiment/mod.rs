@@ -32,10 +32,11 @@ use std::{
 
 use crossbeam_channel::Sender;
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, Fault, Graph, Head, Inbox, Interrupt, Knob, RealClock,
-    TimedCommand, TimedKnob, run,
+    Clock, ClockExit, ClockKind, Command, Fault, Graph, Head, Inbox, Interrupt, Knob, TimedCommand,
+    TimedKnob, run,
 };
 use ratelab_account::{Observer, RecordedTopic, Rows, TapHandle};
+use ratelab_real_clock::RealClock;
 use ratelab_replay::RunLog;
 
 pub use config::Config;

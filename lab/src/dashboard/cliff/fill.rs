@@ -3,7 +3,8 @@
 use std::{num::NonZeroUsize, ops::ControlFlow, thread};
 
 use crossbeam_channel::{Receiver, TryRecvError, unbounded};
-use ratelab::{Interrupt, lower_priority};
+use ratelab::Interrupt;
+use ratelab_real_clock::lower_priority;
 use ratelab_study::experiment::sweep::{Cell, CellResult, Sweep, SweepError};
 
 /// A run and its result.

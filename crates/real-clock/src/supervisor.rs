@@ -2,27 +2,22 @@
 
 use crossbeam_channel::Receiver;
 
-use super::mailbox::Mailbox;
-use crate::{
-    clock::{ClockExit, Supervision, wall::Wall},
-    command::{ClockKind, Command},
-    graph::Graph,
-    inbox::{Inbox, Received},
-    journal::{End, Entries, Entry},
-    node::Fault,
-    sync::Arc,
-    time::Time,
+use ratelab::{
+    ClockExit, ClockKind, Command, End, Entries, Entry, Fault, Graph, Inbox, Received, RunState,
+    Supervision, Time, Wall, sync::Arc,
 };
+
+use crate::mailbox::Post;
 
 /// The report of a thread that ends before it is told to: that its last tick before the end of the
 /// run is over, or why the stretch ends.
-pub(super) type Report = Option<StretchEnd>;
+pub(crate) type Report = Option<StretchEnd>;
 
 /// The reason for the end of a stretch.
-pub(super) struct StretchEnd {
-    pub(super) end: End,
+pub(crate) struct StretchEnd {
+    pub(crate) end: End,
     /// The failure, if it was one.
-    pub(super) fault: Option<Fault>,
+    pub(crate) fault: Option<Fault>,
 }
 
 impl From<End> for StretchEnd {
@@ -34,7 +29,7 @@ impl From<End> for StretchEnd {
 
 impl StretchEnd {
     /// The end after a tick that was the last one of node number `node`.
-    pub(super) fn of(node: usize, outcome: Result<Time, Fault>) -> Self {
+    pub(crate) fn of(node: usize, outcome: Result<Time, Fault>) -> Self {
         match outcome {
             Ok(at) => End::Ended { node, at }.into(),
             Err(fault) => Self {
@@ -45,14 +40,14 @@ impl StretchEnd {
     }
 
     /// What it is for the clock; `None` for a pause.
-    pub(super) fn exit(self, graph: &Graph) -> Result<Option<ClockExit>, Fault> {
+    pub(crate) fn exit(self, graph: &Graph) -> Result<Option<ClockExit>, Fault> {
         if let Some(fault) = self.fault {
             return Err(fault);
         }
         Ok(match self.end {
             End::Completed { .. } => Some(ClockExit::Completed),
             End::Ended { node, at } => Some(ClockExit::Ended {
-                node: graph.control.name(node).to_owned(),
+                node: graph.topology().nodes.swap_remove(node).name,
                 at,
             }),
             End::HandedOver => Some(ClockExit::HandedOver(ClockKind::Virtual)),
@@ -63,33 +58,41 @@ impl StretchEnd {
 }
 
 /// The calling thread: carries out commands and watches the nodes.
-pub(super) struct Supervisor<'a> {
-    pub(super) graph: Supervision<'a>,
-    pub(super) inbox: &'a mut Inbox,
-    pub(super) until: Time,
-    pub(super) mailboxes: &'a [Arc<Mailbox>],
-    pub(super) reports: Receiver<Report>,
+pub(crate) struct Supervisor<'a> {
+    pub(crate) graph: Supervision<'a>,
+    pub(crate) state: Arc<RunState>,
+    pub(crate) inbox: &'a mut Inbox,
+    pub(crate) until: Time,
+    pub(crate) post: &'a Post,
+    pub(crate) reports: Receiver<Report>,
     /// Number of threads with ticks left before the end.
-    pub(super) working: usize,
-    pub(super) log: Entries,
+    pub(crate) working: usize,
+    pub(crate) log: Entries,
 }
 
 impl Supervisor<'_> {
-    /// Starts the nodes; returns when they are to stop.
-    pub(super) fn supervise(&mut self) -> StretchEnd {
-        let wall = Wall::starting_at(self.graph.control.now());
-        self.graph.control.state.set_zero(wall.zero());
-        for mailbox in self.mailboxes {
-            mailbox.post(|mail| mail.wall = Some(wall));
-        }
+    /// Starts the nodes, and stops them in the end.
+    pub(crate) fn supervise(&mut self) -> StretchEnd {
+        let wall = Wall::starting_at(self.state.now());
+        self.state.set_zero(wall.zero());
+        self.post.to_all(|mail| mail.wall = Some(wall));
+        let end = self.watch(&wall);
+        self.state.set_zero(None);
+        let stopped = self.state.now();
+        self.post.to_all(|mail| mail.stopped = Some(stopped));
+        end
+    }
+
+    /// Carries out commands until the nodes are to stop.
+    fn watch(&mut self, wall: &Wall) -> StretchEnd {
         while self.working > 0 || wall.now() < self.until {
-            match self.next_received(&wall) {
+            match self.next_received(wall) {
                 Received::Command(command) => {
                     let exit = self.obey(command, wall.now());
                     match exit {
                         Some(ClockExit::HandedOver(_)) => return End::HandedOver.into(),
                         Some(_) => return End::Stopped.into(),
-                        None if self.graph.control.status.paused => return End::Paused.into(),
+                        None if self.state.status().paused => return End::Paused.into(),
                         None => {}
                     }
                 }
@@ -98,7 +101,7 @@ impl Supervisor<'_> {
                 Received::Timeout => {}
             }
         }
-        self.graph.control.set_now(self.until);
+        self.state.set_now(self.until);
         let until = self.until;
         End::Completed { until }.into()
     }
@@ -122,11 +125,9 @@ impl Supervisor<'_> {
     }
 
     fn obey(&mut self, command: Command, at: Time) -> Option<ClockExit> {
-        let node = command
-            .node()
-            .map(|node| self.graph.control.local_index(node));
-        if let Some(Ok(index)) = node {
-            self.mailboxes[index].post(|mail| mail.commands.push((index, command)));
+        if let Some(node) = self.graph.node_for(&command) {
+            self.post
+                .to(node, |mail| mail.commands.push((node, command)));
             return None;
         }
         let obeyed = self.graph.obey(&command, at);
@@ -137,7 +138,7 @@ impl Supervisor<'_> {
 
     /// Combines the reason for the stop with the nodes' reports: a failure has priority,
     /// then an end.
-    pub(super) fn settle(&self, mut end: StretchEnd) -> StretchEnd {
+    pub(crate) fn settle(&self, mut end: StretchEnd) -> StretchEnd {
         for report in self.reports.try_iter().flatten() {
             if end.fault.is_some() {
                 break;

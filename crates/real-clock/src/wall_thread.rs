@@ -6,24 +6,29 @@
 
 use std::{collections::BTreeSet, mem::take, time::Duration};
 
-use super::{
-    ThreadContext,
+use crossbeam_channel::Sender;
+use ratelab::{
+    Command, Entries, Entry, JobKind, LateLook, RunState, Time, Wall, Worker,
+    sync::{Arc, Mutex, lock},
+};
+
+use crate::{
     mailbox::Mailbox,
+    priority::{self, CoreShare, RealtimePriority},
     supervisor::{Report, StretchEnd},
 };
-use crate::{
-    clock::{wall::Wall, worker::Worker},
-    command::Command,
-    journal::{Entries, Entry, LateLook},
-    realtime::{self, CoreShare},
-    scheduling::{Assignment, JobKind},
-    sync::{Arc, Mutex, lock},
-    time::Time,
-};
+
+/// What all threads have in common until the next pause or end.
+pub(crate) struct ThreadContext {
+    pub(crate) until: Time,
+    pub(crate) realtime: Option<RealtimePriority>,
+    pub(crate) reporter: Sender<Report>,
+    pub(crate) state: Arc<RunState>,
+}
 
 /// What the threads of a task set have in hand.
 #[derive(Default)]
-pub(super) struct Board {
+pub(crate) struct Board {
     mailbox: Arc<Mailbox>,
     work: Mutex<WorkInHand>,
 }
@@ -37,26 +42,30 @@ struct WorkInHand {
 }
 
 impl Board {
-    pub(super) fn new(mailbox: Arc<Mailbox>) -> Self {
-        let work = Mutex::default();
-        Self { mailbox, work }
+    /// What ends the waits of the threads.
+    pub(crate) fn mailbox(&self) -> &Arc<Mailbox> {
+        &self.mailbox
     }
 }
 
 /// A thread of the real clock.
-pub(super) struct WallThread<'c> {
-    pub(super) worker: Worker<'c>,
-    pub(super) board: &'c Board,
+pub(crate) struct WallThread<'c> {
+    pub(crate) worker: Worker<'c>,
+    pub(crate) board: &'c Board,
     /// The cores that it shares with the threads of other nodes.
-    pub(super) share: Option<CoreShare>,
-    pub(super) log: Entries,
-    pub(super) context: &'c ThreadContext,
+    pub(crate) share: Option<CoreShare>,
+    pub(crate) log: Entries,
+    pub(crate) context: &'c ThreadContext,
 }
 
 /// What a thread does next.
 enum ThreadStep {
-    /// A job that begins at this run time, found by a look that may have been late.
-    Work(Assignment, Time, Option<LateLook>),
+    /// Work of a node that begins at this run time, found by a look that may have been late.
+    Work {
+        node: usize,
+        at: Time,
+        late: Option<LateLook>,
+    },
     /// Wait for more until this run time.
     Wait(Time),
     /// The same, with a core kept busy.
@@ -71,10 +80,10 @@ enum ThreadStep {
 
 impl WallThread<'_> {
     /// Ticks until the end.
-    pub(super) fn run(mut self) {
-        realtime::prepare_thread(self.context.realtime.as_ref());
+    pub(crate) fn run(mut self) {
+        priority::prepare_thread(self.context.realtime.as_ref());
         if let Some(share) = &self.share {
-            realtime::share_cores(share);
+            priority::share_cores(share);
         }
         let _noter = self.log.noter();
         if let Some(wall) = self.start()
@@ -108,7 +117,7 @@ impl WallThread<'_> {
         loop {
             let seen = mailbox.posts();
             let step = self.next(wall, waited, goal);
-            waited = !matches!(step, ThreadStep::Work(..));
+            waited = !matches!(step, ThreadStep::Work { .. });
             match step {
                 ThreadStep::Stop => return None,
                 ThreadStep::Finished => return Some(None),
@@ -118,11 +127,11 @@ impl WallThread<'_> {
                     lock(&self.board.work).spinning -= 1;
                 }
                 ThreadStep::Compute(goal) => {
-                    let reached = || realtime::core_time() >= goal;
+                    let reached = || priority::core_time() >= goal;
                     mailbox.spin_past_until(seen, wall, self.context.until, reached);
                 }
-                ThreadStep::Work(work, began, late) => {
-                    if let Some(end) = self.step(wall, (work, began, late)) {
+                ThreadStep::Work { node, at, late } => {
+                    if let Some(end) = self.step(wall, node, at, late) {
                         return Some(Some(end));
                     }
                     goal = self.core_time(wall.now());
@@ -135,7 +144,7 @@ impl WallThread<'_> {
     /// shares cores.
     fn core_time(&self, now: Time) -> Option<Duration> {
         self.share.as_ref()?;
-        Some(realtime::core_time() + self.worker.remaining(now)?)
+        Some(priority::core_time() + self.worker.remaining(now)?)
     }
 
     /// What to do next. After the end of the run, a thread that had `waited` for it looks once
@@ -150,11 +159,12 @@ impl WallThread<'_> {
         // A command may have ended the tick.
         let goal = goal.filter(|_| self.worker.remaining(now).is_some());
         if let Some(goal) = goal {
-            if realtime::core_time() >= goal
-                && let Some(end) = self.worker.schedule().end_of_first(now)
+            if priority::core_time() >= goal
+                && let Some(node) = self.worker.find_end(now)
             {
-                work.nodes.insert(end.node);
-                return ThreadStep::Work(end, now, None);
+                work.nodes.insert(node);
+                let (at, late) = (now, None);
+                return ThreadStep::Work { node, at, late };
             }
             if now < until {
                 return ThreadStep::Compute(goal);
@@ -180,10 +190,9 @@ impl WallThread<'_> {
         late: Option<LateLook>,
     ) -> Option<ThreadStep> {
         // A turn is in the log, so it is to be worth that.
-        let schedule = self.worker.schedule();
-        let shared = schedule.is_shared();
+        let shared = self.worker.is_shared();
         let arrivals = take(&mut self.board.mailbox.open().arrivals);
-        if shared && arrivals.is_empty() && schedule.peek().next_at() > now {
+        if shared && arrivals.is_empty() && self.worker.next_at() > now {
             return None;
         }
         for arrival in arrivals {
@@ -194,24 +203,23 @@ impl WallThread<'_> {
         if !found.moved && !shared {
             return None;
         }
-        if let Some(job) = found.work {
-            work.nodes.insert(job.node);
+        let at = now;
+        if let Some(node) = found.node {
+            work.nodes.insert(node);
             self.ring();
-            return Some(ThreadStep::Work(job, now, late));
+            return Some(ThreadStep::Work { node, at, late });
         }
-        let (at, node) = (now, None);
+        let node = None;
         self.log.note(Entry::Look { at, late, node });
         // Run time is there, even if no tick begins.
-        schedule.state.advance_to(now);
+        self.context.state.advance_to(now);
         None
     }
 
     /// How to wait for the next event.
     fn wait(&self, work: &mut WorkInHand, now: Time) -> ThreadStep {
-        let schedule = self.worker.schedule().peek();
-        let next = schedule.next_at().min(self.context.until);
-        let busy = schedule.states(now).filter(|task| task.busy).count();
-        if busy > work.spinning {
+        let next = self.worker.next_at().min(self.context.until);
+        if self.worker.busy(now) > work.spinning {
             work.spinning += 1;
             return ThreadStep::Spin(next);
         }
@@ -220,7 +228,7 @@ impl WallThread<'_> {
 
     /// Has the other threads look for work.
     fn ring(&self) {
-        if self.worker.schedule().is_shared() {
+        if self.worker.is_shared() {
             self.board.mailbox.post(|_| {});
         }
     }
@@ -246,11 +254,12 @@ impl WallThread<'_> {
     fn step(
         &mut self,
         wall: &Wall,
-        (work, at, late): (Assignment, Time, Option<LateLook>),
+        node: usize,
+        at: Time,
+        late: Option<LateLook>,
     ) -> Option<StretchEnd> {
-        let node = work.node;
-        self.worker.work(work, at);
-        let begun = match self.share.is_some() && work.job.kind == JobKind::End {
+        let kind = self.worker.begin(at)?;
+        let begun = match self.share.is_some() && kind == JobKind::End {
             true => Entry::Finish { at, node },
             false => {
                 let node = Some(node);
@@ -258,7 +267,7 @@ impl WallThread<'_> {
             }
         };
         self.log.note(begun);
-        let ended = match work.job.kind {
+        let ended = match kind {
             JobKind::Tick { .. } => wall.now(),
             _ => at,
         };

@@ -182,7 +182,7 @@ mod system {
 pub use system::lower_priority;
 pub(crate) use system::{core_time, prepare_thread, share_cores, spare_cores};
 
-#[cfg(all(test, target_os = "linux", not(feature = "model")))]
+#[cfg(all(test, target_os = "linux"))]
 mod tests {
     use std::{fs, thread};
 
