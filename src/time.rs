@@ -172,7 +172,7 @@ impl Hz {
     }
 
     /// One period, rounded down to a nanosecond. For display and reference lines only:
-    /// deadlines come from [`Rate`](super::Rate), which rounds once.
+    /// deadlines come from [`Rate`](crate::Rate), which rounds once.
     pub const fn period(self) -> Duration {
         Duration::from_nanos(NANOS * 1_000_000 / self.micro)
     }

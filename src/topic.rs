@@ -25,21 +25,26 @@
 //! Each row is tested: the first ones in `tests/library/topic.rs`, read order and links in
 //! `tests/library/links.rs`, triggers in `tests/library/graph_executors.rs`.
 
+mod channel;
 mod intake;
+mod message;
+mod outbox;
 
 use std::{any::Any, collections::VecDeque};
 
-use self::intake::Triggers;
+pub(crate) use self::outbox::Outbox;
+pub use self::{
+    channel::Channel,
+    message::{Message, Payload},
+    outbox::Stamps,
+};
+use self::{channel::Transit, intake::Triggers};
 
-use super::{
-    channel::Transit,
-    knob::Knob,
-    message::{Head, Message, Payload},
-    outbox::Outbox,
+use crate::{
+    control::knob::Knob,
+    journal::Shared,
     qos::{Depth, ReadOrder},
-    record::{Records, TopicRecord},
-    scheduling::Kit,
-    shared::Shared,
+    record::{Head, Records, TopicRecord},
     sync::{
         Arc,
         atomic::{AtomicU64, Ordering},
@@ -53,7 +58,7 @@ use super::{
 ///
 /// Clones are handles to the same bus. Nodes do not hold a topic: they hold an end of it,
 /// a [`Publisher`] or a [`Subscription`], which they receive from the
-/// [`Graph`](super::Graph).
+/// [`Graph`](crate::Graph).
 ///
 /// ```
 /// use ratelab::{Depth, Time, Topic};
@@ -110,7 +115,7 @@ impl<T> Clone for Topic<T> {
 }
 
 impl<T: Payload> Topic<T> {
-    /// Creates a separate bus. A [`Graph`](super::Graph) checks that names are unique.
+    /// Creates a separate bus. A [`Graph`](crate::Graph) checks that names are unique.
     pub fn new(name: impl Into<String>, depth: Depth) -> Self {
         let queue = Queue {
             messages: VecDeque::new(),
@@ -226,15 +231,18 @@ impl<T: Payload> Topic<T> {
     }
 }
 
+/// Makes what lies between the publishers and the readers of a topic, if the graph has any of it.
+type NewLink<'a> = &'a dyn Fn() -> Option<Box<dyn Channel>>;
+
 /// A topic, regardless of its payload.
 pub(crate) trait AnyTopic: Send {
-    /// Turns a knob of the topic, or of what the kit puts between its publishers and readers, for
+    /// Turns a knob of the topic, or of the `link` between its publishers and readers, for
     /// messages published from run time `now` on; returns the value before.
     ///
     /// # Errors
     /// The reason, for a knob that the kit does not know, and for a message that is published
     /// already.
-    fn turn(&self, knob: &Knob, kit: (&dyn Kit, u64), now: Time) -> Result<String, String>;
+    fn turn(&self, knob: &Knob, link: NewLink<'_>, now: Time) -> Result<String, String>;
 
     /// Queue depth.
     fn depth(&self) -> Depth;
@@ -250,7 +258,7 @@ pub(crate) trait AnyTopic: Send {
 }
 
 impl<T: Payload> AnyTopic for Topic<T> {
-    fn turn(&self, knob: &Knob, (kit, seed): (&dyn Kit, u64), now: Time) -> Result<String, String> {
+    fn turn(&self, knob: &Knob, link: NewLink<'_>, now: Time) -> Result<String, String> {
         match knob {
             Knob::Depth { depth, .. } => return Ok(self.set_depth(*depth, now).to_string()),
             Knob::Read { order, .. } => {
@@ -266,8 +274,7 @@ impl<T: Payload> AnyTopic for Topic<T> {
             None => queue.deliver_before(now),
         }
         if queue.transit.is_none() {
-            let channel = kit.channel(self.name(), seed);
-            let channel = channel.ok_or_else(|| knob.not_in_kit())?;
+            let channel = link().ok_or_else(|| knob.not_in_kit())?;
             let newest = queue.messages.back().cloned();
             queue.transit = Some(Box::new(Transit::new(channel, queue.next_seq, newest)));
         }

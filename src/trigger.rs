@@ -8,7 +8,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::{
+use crate::{
     sync::{
         Arc, Mutex,
         atomic::{AtomicBool, Ordering},

@@ -23,8 +23,11 @@ pub use virtual_time::{RunError, VirtualClock};
 pub use wall::Wall;
 pub use worker::{LookResult, Outcome, Worker};
 
-use super::{
-    command::ClockKind, event::EventKind, graph::Graph, inbox::Inbox, node::Fault, sync::get_mut,
+use crate::{
+    control::{command::ClockKind, event::EventKind, inbox::Inbox},
+    graph::Graph,
+    node::Fault,
+    sync::get_mut,
     time::Time,
 };
 

@@ -2,7 +2,7 @@
 
 use super::ClockExit;
 use crate::{
-    command::{ClockKind, Command},
+    control::command::{ClockKind, Command},
     graph::{ControlPlane, Graph},
     time::Time,
 };

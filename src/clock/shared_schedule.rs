@@ -1,10 +1,10 @@
 //! A task set with a schedule of its own, which its threads share.
 
 use crate::{
-    command::ClockKind,
-    scheduling::{Assignment, NodeSlot, Schedule, TaskSet, Threads},
-    shared::{Shared, Turn},
-    state::RunState,
+    control::{command::ClockKind, state::RunState},
+    journal::{Shared, Turn},
+    node::NodeSlot,
+    scheduling::{Assignment, Schedule, TaskSet, Threads},
     sync::{Arc, Mutex},
     time::Time,
 };

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::{command::Speed, sync::Instant, time::Time};
+use crate::{control::command::Speed, sync::Instant, time::Time};
 
 /// Longer than any wait: a clock with a longer wait wakes and waits again.
 const FAR: Duration = Duration::from_secs(365 * 24 * 3600);

@@ -5,10 +5,10 @@ use std::{ops::ControlFlow, time::Duration};
 
 use super::shared_schedule::SharedSchedule;
 use crate::{
-    command::Command,
+    control::command::Command,
     journal::LateLook,
-    node::{Fault, Tick},
-    scheduling::{Assignment, JobKind, Moment, WorkTimes},
+    node::{Fault, JobKind, Tick},
+    scheduling::{Assignment, Moment, WorkTimes},
     sync::lock,
     time::Time,
     trigger::Arrival,

@@ -2,7 +2,7 @@
 
 use super::{Graph, GraphError};
 use crate::{
-    command::ClockKind,
+    control::command::ClockKind,
     scheduling::{Dispatch, TaskSet, Threads},
     sync::Arc,
 };

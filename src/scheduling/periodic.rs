@@ -2,17 +2,19 @@
 
 use super::{
     agenda::Phase,
-    job::{Job, JobKind},
     kit::{Kit, TaskSpec},
     scheduler::{Scheduler, SchedulerEvent, TaskState, Timetable},
 };
 use crate::{
-    channel::Channel,
-    command::ClockKind,
-    knob::{Knob, KnobKind},
+    control::{
+        command::ClockKind,
+        knob::{Knob, KnobKind},
+    },
+    node::{Job, JobKind},
     rate::Rate,
     sync::Arc,
     time::Time,
+    topic::Channel,
 };
 
 /// Runs a node at a rate as soon as it is due; what is due while it is busy is skipped.

@@ -5,17 +5,14 @@ use std::{collections::BTreeSet, mem::take, time::Duration};
 use super::{
     agenda::{Agenda, AgendaItem, Phase},
     dispatch::Dispatch,
-    job::{Job, JobKind},
     member::Member,
-    node_slot::NodeSlot,
     scheduler::{Scheduler, SchedulerEvent, TaskState, Timetable},
     task_set::TaskSet,
 };
 use crate::{
-    command::ClockKind,
+    control::{command::ClockKind, knob::Knob},
     journal::LateLook,
-    knob::Knob,
-    node::Tick,
+    node::{Job, JobKind, NodeSlot, Tick},
     record::NodeRecord,
     sync::Arc,
     time::Time,

@@ -4,15 +4,14 @@ use std::{any::Any, time::Duration};
 
 use super::{
     agenda::{Agenda, Phase},
-    job::Job,
     member::Member,
 };
 use crate::{
-    command::ClockKind,
-    knob::Knob,
-    outbox::Stamps,
+    control::{command::ClockKind, knob::Knob},
+    node::Job,
     record::NodeRecord,
     time::{Hz, Time},
+    topic::Stamps,
 };
 
 /// Decides when the nodes of a task set run: a node with a thread of its own, or those of an

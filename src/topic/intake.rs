@@ -2,9 +2,11 @@
 
 use std::collections::VecDeque;
 
-use super::{Bus, Queue, ReadMark, Subscription, Topic};
-use crate::{
+use super::{
+    Bus, Queue, ReadMark, Subscription, Topic,
     message::{Message, Payload},
+};
+use crate::{
     sync::{Arc, atomic::Ordering},
     time::Time,
     trigger::{Arrival, Arrivals, Intake, TakenMessage},

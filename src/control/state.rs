@@ -5,8 +5,9 @@ use std::{fmt, sync::OnceLock};
 use super::{
     command::{ClockKind, Command, Speed},
     event::{Event, EventKind},
-    journal::{Entries, Journal},
-    shared::Shared,
+};
+use crate::{
+    journal::{Entries, Journal, Shared},
     sync::{
         Arc, Instant, Mutex,
         atomic::{AtomicBool, AtomicU64, Ordering},

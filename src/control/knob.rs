@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use strum::{EnumDiscriminants, EnumMessage, VariantArray};
 use thiserror::Error;
 
-use super::{
-    millis,
+use super::millis;
+use crate::{
     qos::{Depth, DepthError, ReadOrder},
     time::{Hz, HzError, Time},
 };
@@ -51,7 +51,7 @@ pub enum Knob {
         depth: Depth,
     },
     /// A message to a node, which interprets it; see
-    /// [`Node::on_message`](super::Node::on_message).
+    /// [`Node::on_message`](crate::Node::on_message).
     #[serde(rename = "Tell")]
     #[strum_discriminants(strum(message = "send NODE TEXT"))]
     Send {
@@ -129,7 +129,7 @@ pub enum Knob {
         node: String,
     },
     /// A node starts again from its initial state; see
-    /// [`Node::restart`](super::Node::restart).
+    /// [`Node::restart`](crate::Node::restart).
     #[strum_discriminants(strum(message = "restart NODE"))]
     Restart {
         /// The node's name.

@@ -8,8 +8,8 @@ use thiserror::Error;
 use super::{
     knob::{Knob, TimedKnob},
     millis,
-    time::Time,
 };
+use crate::time::Time;
 
 /// A request to a running graph, from a person or a script. Takes effect between calls
 /// of a node, under either clock, and is logged with that run time.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{
+use crate::{
     sync::{
         Arc, Mutex,
         atomic::{AtomicBool, Ordering},

@@ -3,7 +3,10 @@
 use std::fmt;
 
 use super::{
-    scheduling::{Scheduler, TaskSpec},
+    kit::{Kit, TaskSpec},
+    scheduler::Scheduler,
+};
+use crate::{
     sync::Arc,
     time::{Hz, HzError},
 };
@@ -50,7 +53,7 @@ pub enum Release {
     /// At a rate.
     Every(Hz),
     /// When a message has arrived on each topic that
-    /// [triggers](super::Wiring::trigger) the node.
+    /// [triggers](crate::Wiring::trigger) the node.
     On(Arc<dyn Matching>),
 }
 
@@ -61,7 +64,26 @@ pub trait Matching: fmt::Debug + fmt::Display + Send + Sync {
     fn scheduler(&self, spec: TaskSpec) -> Box<dyn Scheduler>;
 }
 
+/// The name of the matching of a node without several triggers.
+pub(crate) const EACH: &str = "each";
+
 impl Release {
+    /// The scheduler of a node, by its matching or by the `kit` of its graph.
+    pub(crate) fn scheduler(&self, kit: &dyn Kit, spec: TaskSpec) -> Box<dyn Scheduler> {
+        match self {
+            Self::Every(_) => kit.scheduler(spec),
+            Self::On(matching) => matching.scheduler(spec),
+        }
+    }
+
+    /// The name of the matching.
+    pub(crate) fn matching(&self) -> String {
+        match self {
+            Self::Every(_) => EACH.to_owned(),
+            Self::On(matching) => matching.to_string(),
+        }
+    }
+
     /// The rate; the lowest one for a node that has no use for it.
     pub(crate) fn hz(&self) -> Hz {
         match self {

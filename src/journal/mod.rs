@@ -2,16 +2,19 @@
 //!
 //! A graph keeps none of it: it hands each entry to its [`Journal`], if it has one.
 
+mod shared;
+mod turns;
+
 use std::any::Any;
 
 use serde::{Deserialize, Serialize};
 
-use super::{
-    sync::Arc,
-    time::Time,
-    trigger::Arrival,
-    turns::{Noter, Operation},
+pub use self::{
+    shared::{Shared, Turn},
+    turns::{Following, LockName, Noter, Operation, TurnFollower},
 };
+
+use crate::{sync::Arc, time::Time, trigger::Arrival};
 
 /// Keeps the entries of the threads of a run: the one that supervises is number 0; a thread of a
 /// task set has the number of one of its nodes, which count from 1 in the order of their addition.

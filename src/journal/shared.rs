@@ -6,13 +6,11 @@ use std::{
     time::Duration,
 };
 
-use super::{
-    sync::{
-        Mutex, MutexGuard,
-        atomic::{AtomicU32, Ordering},
-        lock, thread,
-    },
-    turns::{self, LockName, Mode, Operation, TurnFollower},
+use super::turns::{self, LockName, Mode, Operation, TurnFollower};
+use crate::sync::{
+    Mutex, MutexGuard,
+    atomic::{AtomicU32, Ordering},
+    lock, thread,
 };
 
 /// Longest wait for a turn without a look at whether the run was given up.

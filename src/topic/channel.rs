@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::{knob::Knob, message::Message, time::Time};
+use super::message::Message;
+use crate::{control::knob::Knob, time::Time};
 
 /// Decides when a message is delivered. It never sees the payload.
 pub trait Channel: Send {

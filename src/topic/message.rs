@@ -1,6 +1,6 @@
 //! Messages on a topic.
 
-use super::time::Time;
+use crate::time::Time;
 
 /// A type that a topic can carry: plain data that can be copied to any thread.
 pub trait Payload: Clone + Send + 'static {}
@@ -28,23 +28,4 @@ impl<T> Message<T> {
     pub fn sensed(&self) -> Time {
         self.origin.unwrap_or(self.stamp)
     }
-}
-
-/// A message without its payload.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Head {
-    /// Run time at which it was published: its stamp, unless a clock is wrong.
-    pub at: Time,
-    /// Run time of publication, as the clock of its node shows it.
-    pub stamp: Time,
-    /// Position in the topic's history, counted from zero.
-    pub seq: u64,
-    /// Run time of the sensing that it was derived from, if known.
-    pub origin: Option<Time>,
-    /// Run time at which it is delivered; `None` if it is lost. A message that arrives after a
-    /// newer one is never read.
-    pub arrives: Option<Time>,
-    /// Messages of the topic lost unread so far, over all subscriptions, including any that this
-    /// message evicted.
-    pub dropped: u64,
 }

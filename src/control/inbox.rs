@@ -7,8 +7,8 @@ use std::{
 
 use crossbeam_channel::{Receiver, Sender};
 
-use super::{
-    command::{Command, TimedCommand},
+use super::command::{Command, TimedCommand};
+use crate::{
     sync::{Arc, Instant},
     time::Time,
 };
@@ -167,7 +167,7 @@ impl Inbox {
 impl Inbox {
     /// Waits for the next live command.
     pub fn receive(&self, wait: Wait) -> Option<Command> {
-        use super::sync::thread;
+        use crate::control::inbox::sync::thread;
         use crossbeam_channel::TryRecvError;
         loop {
             match (self.live.try_recv(), wait) {
@@ -181,7 +181,6 @@ impl Inbox {
 
     /// Waits for the next live command or the next message of `others`.
     pub fn receive_or<T>(&self, others: &Receiver<T>, deadline: Instant) -> Received<T> {
-        use super::sync::thread;
         loop {
             if let Ok(other) = others.try_recv() {
                 return Received::Other(other);

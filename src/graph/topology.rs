@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{qos::Depth, time::Hz};
+use crate::{qos::Depth, scheduling::EACH, time::Hz};
 
 /// Nodes, topics and connections: enough to draw a graph or to replay its run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,12 +55,12 @@ pub struct TopicTopology {
 }
 
 /// The matching of a node without several triggers.
-pub(crate) fn each() -> String {
-    "each".to_owned()
+fn each() -> String {
+    EACH.to_owned()
 }
 
 fn is_each(matching: &String) -> bool {
-    *matching == each()
+    *matching == EACH
 }
 
 impl Topology {

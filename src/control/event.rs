@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::{
     command::{Command, TimedCommand},
     knob::TimedKnob,
-    time::Time,
 };
+use crate::time::Time;
 
 /// An event of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

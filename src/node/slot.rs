@@ -7,14 +7,16 @@ use std::{
     time::Duration,
 };
 
-use super::job::{Job, JobKind};
+use super::{
+    Fault, GO_ON, Node, Panicked, Tick,
+    job::{Job, JobKind},
+};
 use crate::{
-    knob::{Knob, KnobKind},
-    node::{Fault, GO_ON, Node, Panicked, Tick},
-    outbox::Outbox,
+    control::knob::{Knob, KnobKind},
     record::{NodeRecord, Records, TickTimes},
     sync::Arc,
     time::Time,
+    topic::Outbox,
 };
 
 /// A node with its outbox and the way of its records.
