@@ -255,7 +255,7 @@ impl<'a> VirtualStretch<'a> {
             until: self.until,
             over: false,
         };
-        while let Some(work) = self.graph.schedule.look(moment) {
+        while let Some(work) = self.graph.schedule.next_job(moment) {
             let outcome = self.work(work, now);
             self.graph.schedule.collect();
             match outcome {
@@ -359,7 +359,7 @@ mod tests {
             over: false,
         };
         graph.schedule.open(Time::ZERO, Vec::new);
-        while let Some(work) = graph.schedule.look(second) {
+        while let Some(work) = graph.schedule.next_job(second) {
             let times = WorkTimes {
                 began: Time::ZERO,
                 ended: Time::ZERO,

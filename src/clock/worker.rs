@@ -63,7 +63,7 @@ impl<'c> Worker<'c> {
         for arrival in self.arrivals.drain(..) {
             schedule.add_arrival(arrival);
         }
-        self.found = schedule.look(Moment::of(at, late));
+        self.found = schedule.next_job(Moment::of(at, late));
         LookResult {
             node: self.found.map(|work| work.node),
             moved: schedule.has_moved(),

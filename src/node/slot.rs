@@ -174,7 +174,7 @@ impl NodeSlot {
 
     /// Ends that tick.
     fn finish(&mut self, now: Time) -> Tick {
-        self.outbox.release(now);
+        self.outbox.publish_held(now);
         let applied = self.guarded(|node| node.apply(now));
         self.record_end();
         applied

@@ -4,6 +4,7 @@ mod agenda;
 mod dispatch;
 mod kit;
 mod member;
+mod node_knobs;
 mod periodic;
 mod release;
 mod schedule;

@@ -81,7 +81,7 @@ impl Outbox {
     }
 
     /// Publishes all held messages at run time `now`, in order.
-    pub(crate) fn release(&self, now: Time) {
+    pub(crate) fn publish_held(&self, now: Time) {
         let mut state = lock(&self.state);
         let (held, stamp) = (std::mem::take(&mut state.held), state.shows(now));
         drop(state);
