@@ -113,16 +113,20 @@ impl<'a> Players<'a> {
         let mut players = players
             .filter(|(player, end)| *end > player.done)
             .peekable();
+        let play = |player: &mut ThreadPlayer<'_>, end: usize| {
+            player.play(end);
+            watch.leave();
+        };
         thread::scope(|scope| {
             let supervisor = players.next_if(|(player, _)| player.number == 0);
             for (player, end) in players {
                 let name = watch.name(player.number);
-                if let Err(error) = spawn_named(scope, name, move || player.play(end)) {
+                if let Err(error) = spawn_named(scope, name, move || play(player, end)) {
                     watch.differs(format!("{name} has no thread: {error}"));
                 }
             }
             if let Some((supervisor, end)) = supervisor {
-                supervisor.play(end);
+                play(supervisor, end);
             }
         });
     }
@@ -210,13 +214,14 @@ impl ThreadPlayer<'_> {
     /// Runs the next entries up to this `end`.
     fn play(&mut self, end: usize) {
         let watch = self.run.watch;
-        while self.done < end && !watch.is_over() {
+        while self.done < end {
             let logged = &self.entries[self.done];
             let at = logged.entry.at().unwrap_or_default();
-            let seen = logged
-                .node
-                .map_or(self.number, |node| node.saturating_add(1));
-            watch.begins(seen, at, took(&self.entries[self.done..]));
+            let node = logged.node.map(|node| node.saturating_add(1));
+            let seen = node.unwrap_or(self.number);
+            if !watch.begins(seen, at, took(&self.entries[self.done..])) {
+                return;
+            }
             let script = Rc::new(Script {
                 watch: watch.clone(),
                 thread: self.number,
@@ -233,7 +238,6 @@ impl ThreadPlayer<'_> {
             watch.finishes(seen);
             self.done += 1;
         }
-        watch.leave();
     }
 
     /// Does an entry; returns it, that of a command with the position in the event log of this

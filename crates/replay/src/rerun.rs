@@ -313,10 +313,10 @@ impl Rerun {
         }
         for part in &plan.parts {
             let steps = &plan.steps[part.steps.clone()];
-            if self.watch.is_over() {
-                break;
-            } else if !part.overlaps {
+            if !part.overlaps {
                 players.alone(steps);
+            } else if self.watch.is_over() {
+                break;
             } else if self.hold == Some(0) {
                 players.held(steps);
             } else {

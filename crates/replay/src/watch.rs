@@ -36,8 +36,9 @@ struct WatchState {
     perturbed: bool,
     /// Entries that are finished.
     finished: u64,
-    /// The node that each thread is busy with.
-    busy: BTreeMap<usize, BusyNode>,
+    /// Run time at which each thread began the entry that it is in, and how long that took when it
+    /// was recorded.
+    busy: BTreeMap<usize, (Time, Duration)>,
     /// Threads that wait for their turn.
     waiting: BTreeSet<usize>,
     hold: Hold,
@@ -98,7 +99,11 @@ impl Watch {
         let node = nodes.find(|(thread, _)| !state.waiting.contains(thread));
         Doing {
             finished: state.finished,
-            node: node.map(|(_, node)| node.clone()),
+            node: node.map(|(thread, (at, took))| BusyNode {
+                name: self.name(*thread).into(),
+                at: *at,
+                took: *took,
+            }),
         }
     }
 
@@ -169,13 +174,12 @@ impl Watch {
         self.state().over
     }
 
-    /// Notes that a thread began an entry at run time `at`, which `took` so long in the
-    /// recorded run.
-    pub(crate) fn begins(&self, thread: usize, at: Time, took: Duration) {
-        if let Some(name) = self.names.get(thread).cloned() {
-            let node = BusyNode { name, at, took };
-            self.state().busy.insert(thread, node);
-        }
+    /// Notes that a thread begins an entry at run time `at`, which `took` so long in the
+    /// recorded run; `false` if the run was given up.
+    pub(crate) fn begins(&self, thread: usize, at: Time, took: Duration) -> bool {
+        let mut state = self.state();
+        state.busy.insert(thread, (at, took));
+        !state.over
     }
 
     /// Notes that a thread finished its entry.
