@@ -1,6 +1,7 @@
 //! Rescue: break the graph, and repair it before the pole is down.
 
 pub mod judge;
+pub mod session;
 
 use judge::{RescueFailure, RescueSession, Rescued, judge};
 use ratelab::Hz;
