@@ -3,7 +3,7 @@
 
 use std::{collections::BTreeSet, thread, time::Duration};
 
-use crate::{page::ManualPage, root, terminal::Lab};
+use crate::{page::ManualPage, root, support::terminal::Lab};
 
 const HEADING: &str = "## Your first five minutes\n";
 

@@ -1,10 +1,8 @@
 //! A trace for Perfetto, decoded by a reader that shares nothing with its writer.
 
-mod support;
-
 use std::collections::BTreeMap;
 
-use support::{Folder, Said, User};
+use crate::support::{Folder, Said};
 
 /// A field of a protocol buffer.
 #[derive(Clone, Debug)]
@@ -284,15 +282,5 @@ fn who_is_in_the_same_group_is_waited_for_while_a_thread_is_free() {
     assert!(
         waits.iter().all(|wait| wait == "waiting for x"),
         "{waits:?}"
-    );
-}
-
-#[test]
-fn what_cannot_be_traced_is_refused_in_a_line() {
-    Folder::with(&["recordings/fall-5hz.rrd"]).refuses_each(
-        "trace",
-        "fall-5hz.rrd -o fall-5hz.rrd     | this is the file that is read
-         fall-5hz.rrd -o none/run.pftrace | there is no such folder
-         no.rrd                           | no.rrd",
     );
 }
