@@ -1,106 +1,62 @@
-//! A trace for Perfetto, decoded by a reader that shares nothing with its writer.
+//! A trace for Perfetto, decoded by the numbers that its fields have there.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, fs};
 
-use crate::support::{Folder, Said};
+use prost::Message;
 
-/// A field of a protocol buffer.
-#[derive(Clone, Debug)]
-enum Field {
-    Number(u64),
-    Bytes(Vec<u8>),
+use crate::support::Folder;
+
+#[derive(Message)]
+struct Trace {
+    #[prost(message, repeated, tag = "1")]
+    packets: Vec<Packet>,
 }
 
-impl Field {
-    fn number(&self) -> u64 {
-        match self {
-            Self::Number(number) => *number,
-            Self::Bytes(bytes) => panic!("{bytes:?} are no number"),
-        }
-    }
-
-    fn bytes(&self) -> &[u8] {
-        match self {
-            Self::Bytes(bytes) => bytes,
-            Self::Number(number) => panic!("{number} is no text"),
-        }
-    }
-
-    fn text(&self) -> String {
-        Said::of(self.bytes()).0
-    }
+#[derive(Message)]
+struct Packet {
+    #[prost(uint64, tag = "8")]
+    at: u64,
+    #[prost(uint32, tag = "10")]
+    sequence: u32,
+    #[prost(message, optional, tag = "11")]
+    event: Option<TrackEvent>,
+    #[prost(message, optional, tag = "60")]
+    track: Option<Track>,
 }
 
-/// The fields of a message, by number.
-type Fields = BTreeMap<u64, Vec<Field>>;
-
-fn varint(bytes: &mut &[u8]) -> u64 {
-    let (mut value, mut shift) = (0, 0);
-    loop {
-        let (first, rest) = bytes.split_first().expect("a number to its end");
-        *bytes = rest;
-        value |= u64::from(first & 0x7f) << shift;
-        shift += 7;
-        if first & 0x80 == 0 {
-            return value;
-        }
-    }
+#[derive(Message)]
+struct Track {
+    #[prost(uint64, tag = "1")]
+    id: u64,
+    #[prost(string, tag = "2")]
+    name: String,
 }
 
-fn take<'b>(bytes: &mut &'b [u8], count: usize) -> &'b [u8] {
-    let (taken, rest) = bytes.split_at(count);
-    *bytes = rest;
-    taken
+#[derive(Message)]
+struct TrackEvent {
+    #[prost(int32, tag = "9")]
+    kind: i32,
+    #[prost(uint64, tag = "11")]
+    track: u64,
+    #[prost(string, tag = "23")]
+    name: String,
+    #[prost(double, tag = "44")]
+    value: f64,
+    #[prost(fixed64, repeated, tag = "47")]
+    flows: Vec<u64>,
 }
 
-fn fields(mut bytes: &[u8]) -> Fields {
-    let mut fields = Fields::new();
-    while !bytes.is_empty() {
-        let key = varint(&mut bytes);
-        let field = match key & 7 {
-            0 => Field::Number(varint(&mut bytes)),
-            1 => {
-                let fixed = take(&mut bytes, 8).try_into().expect("eight bytes");
-                Field::Number(u64::from_le_bytes(fixed))
-            }
-            2 => {
-                let count = varint(&mut bytes) as usize;
-                Field::Bytes(take(&mut bytes, count).to_vec())
-            }
-            other => panic!("wire type {other}"),
-        };
-        fields.entry(key >> 3).or_default().push(field);
-    }
-    fields
-}
+// Kinds of events.
+const BEGIN: i32 = 1;
+const END: i32 = 2;
+const INSTANT: i32 = 3;
+const COUNTER: i32 = 4;
 
-/// Run time, type, track, and all fields of an event.
-type Event = (u64, u64, u64, Fields);
-
-/// The tracks of a trace by their names, and its events.
-fn decoded(trace: &[u8]) -> (BTreeMap<String, u64>, Vec<Event>) {
-    let (mut tracks, mut events) = (BTreeMap::new(), Vec::new());
-    for packet in fields(trace).remove(&1).unwrap_or_default() {
-        let packet = fields(packet.bytes());
-        assert_eq!(packet[&10][0].number(), 1, "a sequence");
-        if let Some(track) = packet.get(&60) {
-            let track = fields(track[0].bytes());
-            tracks.insert(track[&2][0].text(), track[&1][0].number());
-        }
-        if let Some(event) = packet.get(&11) {
-            let event = fields(event[0].bytes());
-            let (kind, track) = (event[&9][0].number(), event[&11][0].number());
-            events.push((packet[&8][0].number(), kind, track, event));
-        }
-    }
-    (tracks, events)
-}
-
-/// A run: its metrics, and its trace.
+/// A run: its metrics, and its trace: tracks by their names, and events with their run times.
 struct Traced {
     metrics: serde_json::Value,
     tracks: BTreeMap<String, u64>,
-    events: Vec<Event>,
+    events: Vec<(u64, TrackEvent)>,
 }
 
 impl Traced {
@@ -124,9 +80,15 @@ impl Traced {
         // Some graphs miss their goal.
         let ran = folder.does(&format!("run {options} {record}"));
         let metrics = serde_json::from_slice(&ran.stdout).expect("metrics");
-        let said = folder.says("trace run.rrd");
-        said.has("run.pftrace").has("perfetto");
-        let (tracks, events) = decoded(&folder.bytes("run.pftrace"));
+        folder.plays("ratelab trace run.rrd => run.pftrace => perfetto");
+        let trace = fs::read(folder.path("run.pftrace")).expect("a trace");
+        let trace = Trace::decode(&*trace).expect("a protocol buffer");
+        let (mut tracks, mut events) = (BTreeMap::new(), Vec::new());
+        for packet in trace.packets {
+            assert_eq!(packet.sequence, 1);
+            tracks.extend(packet.track.map(|track| (track.name, track.id)));
+            events.extend(packet.event.map(|event| (packet.at, event)));
+        }
         Self {
             metrics,
             tracks,
@@ -135,64 +97,54 @@ impl Traced {
     }
 
     /// The events of this kind on a track.
-    fn on(&self, track: &str, kind: u64) -> impl Iterator<Item = &Event> {
-        let track = self.tracks[track];
+    fn on(&self, track: &str, kind: i32) -> impl Iterator<Item = &(u64, TrackEvent)> {
+        let on = (kind, self.tracks[track]);
         let events = self.events.iter();
-        events.filter(move |(_, known, on, _)| (*known, *on) == (kind, track))
+        events.filter(move |(_, event)| (event.kind, event.track) == on)
     }
 
     /// The names of those events.
-    fn names(&self, track: &str, kind: u64) -> Vec<String> {
+    fn names(&self, track: &str, kind: i32) -> Vec<&str> {
         let events = self.on(track, kind);
-        events.map(|(.., event)| event[&23][0].text()).collect()
+        events.map(|(_, event)| &*event.name).collect()
     }
 }
 
 #[test]
 fn a_trace_holds_what_the_recording_does() {
     let trace = Traced::new();
-    assert!(trace.events.is_sorted_by_key(|(at, ..)| *at));
+    assert!(trace.events.is_sorted_by_key(|(at, _)| *at));
     let count = |track, kind, name: &str| {
         let names = trace.names(track, kind);
-        names.iter().filter(|known| *known == name).count()
+        names.iter().filter(|known| **known == name).count()
     };
     for node in ["sensor", "policy", "actuator"] {
         let ticks = &trace.metrics["nodes"][node]["ticks"];
-        assert_eq!(*ticks, count(node, 1, "tick"), "{node}");
-        let [begun, ended] = [1, 2].map(|kind| trace.on(node, kind).count());
+        assert_eq!(*ticks, count(node, BEGIN, "tick"), "{node}");
+        let [begun, ended] = [BEGIN, END].map(|kind| trace.on(node, kind).count());
         assert_eq!(begun, ended, "{node}");
         let waits = trace.tracks.contains_key(&format!("{node} waits"));
         assert_eq!(waits, node == "sensor", "{node}");
     }
-    assert!(trace.on("sensor waits", 1).count() > 0);
+    assert!(trace.on("sensor waits", BEGIN).count() > 0);
     let published = &trace.metrics["topics"]["/action"]["published"];
-    assert_eq!(*published, count("/action", 3, "sent"));
+    assert_eq!(*published, count("/action", INSTANT, "sent"));
 }
 
 #[test]
 fn messages_flow_from_tick_to_tick_and_the_age_is_that_of_the_run() {
     let trace = Traced::new();
     // A message goes from the tick that published it to the one that read it.
-    let flow = trace.on("/action", 3).next().expect("a message").3[&47][0].number();
-    let passes = |(.., event): &&Event| {
-        let flows = event.get(&47).into_iter().flatten();
-        flows.clone().any(|known| known.number() == flow)
-    };
-    let stops: Vec<u64> = trace
-        .events
-        .iter()
-        .filter(passes)
-        .map(|(_, _, track, _)| *track)
-        .collect();
+    let (_, message) = trace.on("/action", INSTANT).next().expect("a message");
+    let events = trace.events.iter().map(|(_, event)| event);
+    let passed = events.filter(|event| event.flows.contains(&message.flows[0]));
+    let stops: Vec<u64> = passed.map(|event| event.track).collect();
     for stop in ["policy", "/action", "actuator"] {
         assert!(stops.contains(&trace.tracks[stop]), "{stop} in {stops:?}");
     }
-
     // The age is that of the metrics: 30 ms of thought, 12 on the link, and more.
-    let ages = trace
-        .on("age of the push", 4)
-        .map(|(.., event)| f64::from_bits(event[&44][0].number()));
-    let ages: Vec<f64> = ages.collect();
+    let ages = trace.on("age of the push", COUNTER);
+    let ages: Vec<f64> = ages.map(|(_, event)| event.value).collect();
     assert!(ages.iter().all(|age| *age >= 42.0), "{ages:?}");
 }
 
@@ -224,24 +176,24 @@ fn a_message_that_waits_for_a_match_is_a_slice_before_the_tick() {
         ("stereo waits", 5, "waiting for /right to match"),
         ("stereo", 30, "tick"),
     ] {
-        let first = trace.on(track, 1).next().expect("a slice").0;
-        assert_eq!((first / 1_000_000, &*trace.names(track, 1)[0]), (at, name));
+        let (first, slice) = trace.on(track, BEGIN).next().expect("a slice");
+        assert_eq!((first / 1_000_000, &*slice.name), (at, name));
     }
 }
 
 /// The slices of each track that begin within another one and end after it.
-fn overlaps(trace: &Traced) -> Vec<(String, u64)> {
+fn overlaps(trace: &Traced) -> Vec<(&str, u64)> {
     let mut overlaps = Vec::new();
     for (name, track) in &trace.tracks {
         let mut depth = 0;
-        for (at, kind, ..) in trace.events.iter().filter(|(_, _, on, _)| on == track) {
-            depth += match kind {
-                1 => 1,
-                2 => -1,
+        for (at, event) in trace.events.iter().filter(|(_, on)| on.track == *track) {
+            depth += match event.kind {
+                BEGIN => 1,
+                END => -1,
                 _ => 0,
             };
             if depth > 1 {
-                overlaps.push((name.clone(), at / 1_000_000));
+                overlaps.push((&**name, at / 1_000_000));
             }
         }
     }
@@ -277,10 +229,10 @@ fn who_is_in_the_same_group_is_waited_for_while_a_thread_is_free() {
         working("y", 10, 5, "group = \"g\""),
     ];
     let trace = Traced::of_graph(&nodes.concat());
-    let waits = trace.names("y waits", 1);
+    let waits = trace.names("y waits", BEGIN);
     assert!(!waits.is_empty());
     assert!(
-        waits.iter().all(|wait| wait == "waiting for x"),
+        waits.iter().all(|wait| *wait == "waiting for x"),
         "{waits:?}"
     );
 }
