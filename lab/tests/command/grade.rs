@@ -255,17 +255,3 @@ fn the_table_counts_each_question_and_lists_what_to_look_at() {
     let table = class.grades("");
     table.has("numbers   as each hand-in has it, unchecked");
 }
-
-#[test]
-fn a_rounded_prediction_is_right_in_the_exercise_and_in_the_grades() {
-    let class = Class::new();
-    for (number, prediction) in [("3", "10"), ("7a", "5.2"), ("7a", "5"), ("12", "20")] {
-        let text = format!("{prediction} because it is about that");
-        let learner = format!("{number} {prediction}");
-        let said = class.does(&learner, &format!("{number} --predict '{text}'"));
-        said.has("You called it");
-    }
-    for row in rows(&class, "") {
-        assert_eq!(row["right"], "true", "{row}");
-    }
-}
