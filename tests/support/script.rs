@@ -54,17 +54,18 @@ pub fn faults(rows: &str, shell: impl Fn(&str) -> Command) -> Vec<String> {
 /// What is not as this row says.
 fn fault(row: &str, shell: impl Fn(&str) -> Command) -> Option<String> {
     let mut cells = row.split(" => ").map(str::trim);
-    let (code, line) = match cells.next()?.split_at_checked(2) {
+    let command = cells.next()?;
+    let (code, line) = match command.split_at_checked(2) {
         Some(("1 ", line)) => (1, line),
         Some(("2 ", line)) => (2, line),
-        _ => (0, row.split(" => ").next()?),
+        _ => (0, command),
     };
     let output = shell(line).output().expect("sh starts");
     let wrong: Vec<&str> = cells.filter(|text| !has(&output, text)).collect();
     let right = ended(&output, code) && wrong.is_empty();
     let [printed, errors] = [&output.stdout, &output.stderr].map(|bytes| text(bytes));
     let said = format!("{}\n{printed}{errors}", output.status);
-    (!right).then(|| format!("`{line}` => {wrong:?}: {said}"))
+    (!right).then(|| format!("`{command}` => {wrong:?}: {said}"))
 }
 
 /// Whether a command ended with this status, and said as much as it should.
