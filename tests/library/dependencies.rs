@@ -84,8 +84,8 @@ fn the_core_stands_on_nothing_and_every_other_crate_on_those_below() {
         ),
         (
             "crates/screen/",
-            "exercises ratelab ratelab-account ratelab-cart-pole ratelab-effects ratelab-recording \
-             ratelab-replay ratelab-study",
+            "exercises ratelab ratelab-account ratelab-cart-pole ratelab-effects ratelab-real-clock \
+             ratelab-recording ratelab-replay ratelab-study",
         ),
     ] {
         assert_eq!(ours(folder).join(" "), below, "{folder}");

@@ -1,14 +1,14 @@
 //! A run on several machines, as network namespaces of this one.
 
-#[path = "support/part.rs"]
-mod part;
-
 use std::{
     process::{Command, Stdio},
     sync::atomic::{AtomicU32, Ordering},
 };
 
-use part::{Ended, Part, ROS_POLICY, python};
+use crate::{
+    part::{Ended, Part, ROS_POLICY, python},
+    support::RATELAB,
+};
 
 /// Where the first machine listens.
 const ADDRESS: &str = "tcp/10.77.0.1:7447";
@@ -40,7 +40,7 @@ impl Cable {
 
     /// Starts a process on machine `side`.
     fn start(&self, side: usize, line: &str) -> Part {
-        Part::of(self.inside(side, env!("CARGO_BIN_EXE_ratelab")), line)
+        Part::of(self.inside(side, RATELAB), line)
     }
 
     /// Starts `program` there.
@@ -105,7 +105,7 @@ fn clocks_that_differ_by_a_day_make_no_age_wrong() {
         return eprintln!("skipped: no time namespaces");
     }
     let mut ratelab = shifted();
-    ratelab.arg(env!("CARGO_BIN_EXE_ratelab"));
+    ratelab.arg(RATELAB);
     let _policy = Part::of(ratelab, &format!("policy --connect {ADDRESS}"));
     let plant = format!("plant --listen {ADDRESS} --insecure --duration-s 2");
     cable.start(0, &plant).balanced();

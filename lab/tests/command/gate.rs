@@ -1,11 +1,10 @@
 //! No page on the way to an exercise has its answer.
 
-mod support;
-
 use std::{fs, path::Path};
 
 use exercises::framework::{Answer, Exercise};
-use support::{Folder, ROOT, User};
+
+use crate::support::{Folder, ROOT};
 
 /// The pages that a learner reads before an exercise. `docs/age.md` and `docs/theory.md`
 /// warn of their answers at the top; `docs/answers.md` is for teachers.

@@ -1,8 +1,6 @@
 //! Pictures of the dashboard, for slides.
 
-mod support;
-
-use support::{Folder, Said, User};
+use crate::support::{Folder, Said};
 
 fn picture(options: &str) -> Said {
     let folder = Folder::with(&["recordings/fall-5hz.rrd"]);
@@ -27,30 +25,4 @@ fn a_picture_is_that_of_the_moment_and_the_same_every_time() {
     // But for the wall time, in whole seconds.
     assert_eq!(first.lines().count(), again.lines().count());
     letters(&first).has("8Hz");
-}
-
-#[test]
-fn themes_have_papers_of_their_own() {
-    for (theme, paper) in [
-        ("dark", "#16181d"),
-        ("light", "#ffffff"),
-        ("high", "#000000"),
-    ] {
-        let svg = picture(&format!("--at 0.5 --theme {theme}"));
-        svg.has(&format!("rx=\"6\" fill=\"{paper}\""));
-    }
-}
-
-#[test]
-fn what_cannot_be_drawn_is_refused_in_a_line() {
-    let folder = Folder::with(&["recordings/fall-5hz.rrd"]);
-    folder.refuses_each(
-        "picture",
-        "--size 10x10                 | 40x12 to 400x200
-         --size wide                  | such as 120x35
-         --clock real                 | virtual clock
-         fall-5hz.rrd --seed 3        | leave the options of the graph out
-         fall-5hz.rrd --at 9          | choose an earlier moment
-         fall-5hz.rrd -o fall-5hz.rrd | this is the file that is read",
-    );
 }

@@ -1,9 +1,4 @@
 //! The lab in a real terminal: start, keys, resizing, end.
-#![cfg(unix)]
-
-mod support;
-#[path = "support/terminal.rs"]
-mod terminal;
 
 use std::{
     fs,
@@ -13,8 +8,11 @@ use std::{
 };
 
 use portable_pty::{CommandBuilder, PtySize, native_pty_system};
-use support::{Folder, RATELAB, Said, User, send};
-use terminal::{Lab, PATIENCE, assert_given_back};
+
+use crate::support::{
+    Folder, RATELAB, Said, send,
+    terminal::{Lab, PATIENCE, assert_given_back},
+};
 
 /// Ratelab on a large terminal, in a folder of its own.
 fn open(folder: &Folder, line: &str) -> Lab {
@@ -120,11 +118,6 @@ fn the_lab_ends_with_its_terminal() {
     wait_until("it goes on without a terminal", || {
         child.try_wait().expect("a child").is_some()
     });
-}
-
-#[test]
-fn without_a_terminal_the_lab_points_to_the_headless_command() {
-    Folder::new().refuses("").has("ratelab run");
 }
 
 #[test]

@@ -1,10 +1,8 @@
 //! `ratelab run --rerun`: a copy of the recording for a viewer.
 
-mod support;
-
 use std::net::TcpListener;
 
-use support::{Folder, Said, User};
+use crate::support::{Folder, Said, error_line};
 
 /// Somebody who accepts connections and never answers, and their address.
 fn silent_viewer() -> (TcpListener, String) {
@@ -25,7 +23,7 @@ fn without_a_viewer_the_run_goes_on_with_one_line() {
         ("nonsense", "is no address of a viewer"),
     ] {
         let output = folder.does(&format!("{RUN} --rerun {address}"));
-        let note = support::error_line(address, &output, 0);
+        let note = error_line(address, &output, 0);
         assert_eq!(Said::of(&output.stdout), plain);
         assert!(note.starts_with("note: --rerun: "), "{note:?}");
         note.has(why);

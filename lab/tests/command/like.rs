@@ -1,9 +1,8 @@
 //! `--like`: a recorded run on the real clock as a model of its machine.
 
-mod support;
-
 use serde_json::Value;
-use support::{Folder, User};
+
+use crate::support::Folder;
 
 /// Records a second on the real clock to `real.rrd`; its metrics.
 fn real(folder: &Folder, options: &str) -> Value {
@@ -74,52 +73,4 @@ fn a_cost_that_changed_on_the_way_is_as_it_was_asked_for() {
     let metrics = like(&folder, "");
     let cost = &metrics["nodes"]["policy"]["cost"];
     assert_eq!([&cost["p50_ms"], &cost["max_ms"]], [10.0, 40.0]);
-}
-
-#[test]
-fn the_table_has_both_runs_side_by_side() {
-    let folder = Folder::new();
-    real(&folder, "--world own");
-    let said = folder.says("run --like real.rrd");
-    let rows = said.lines().skip_while(|line| !line.starts_with("like "));
-    let rows: Vec<&str> = rows.collect();
-    let names = [
-        "recorded",
-        "verdict",
-        "sense→act p10",
-        "sense→act p50",
-        "sense→act p90",
-        "sense→act p99",
-        "sense→act max",
-        "push age mean",
-        "overruns world",
-        "overruns sensor",
-        "overruns policy",
-        "overruns actuator",
-    ];
-    assert_eq!(rows.len(), names.len(), "{said:?}");
-    for (row, name) in rows.iter().zip(names) {
-        assert!(row.contains(name), "{name:?} in {row:?}");
-    }
-}
-
-#[test]
-fn what_is_no_model_of_a_machine_is_refused() {
-    let folder = Folder::with(&["recordings/fall-5hz.rrd", "graphs/one-thread.toml"]);
-    real(&folder, "");
-    let whole = folder.bytes("real.rrd");
-    folder.write("torn.rrd", &whole[..whole.len() * 9 / 10]);
-    folder.says("run one-thread.toml --clock real --duration-s 0.2 --record graph.rrd");
-    folder.refuses_each(
-        "run --like",
-        "fall-5hz.rrd          | on the virtual clock
-         torn.rrd              | good up to
-         nowhere.rrd           | nowhere.rrd
-         graph.rrd             | the graph file one-thread: give that file, too
-         real.rrd --clock real | leave --clock real out
-         real.rrd --realtime   | --realtime
-         real.rrd --smoke      | cannot be used with
-         real.rrd --csv real.rrd | --csv",
-    );
-    assert_eq!(folder.bytes("real.rrd"), whole);
 }

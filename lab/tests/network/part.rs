@@ -1,11 +1,7 @@
 //! A process of a run in several.
-#![allow(dead_code)] // Each test uses its own part.
 
 #[path = "../../../crates/wire/tests/support/address.rs"]
 pub mod address;
-#[allow(clippy::duplicate_mod)] // Some programs have the other helpers, too.
-#[path = "words.rs"]
-mod words;
 
 use std::{
     io::{BufRead, BufReader, Read},
@@ -13,7 +9,7 @@ use std::{
     process::{Child, ChildStderr, Command, Stdio},
 };
 
-use words::words;
+use crate::support::{RATELAB, send, words};
 
 /// A process of a run; ended when it is dropped.
 pub struct Part {
@@ -24,7 +20,7 @@ pub struct Part {
 impl Part {
     /// Starts `ratelab node` with the options in `line`.
     pub fn start(line: &str) -> Self {
-        Self::of(Command::new(env!("CARGO_BIN_EXE_ratelab")), line)
+        Self::of(Command::new(RATELAB), line)
     }
 
     /// The same by `command`, which starts ratelab.
@@ -74,9 +70,7 @@ impl Part {
     }
 
     pub fn signal(&self, name: &str) {
-        let id = self.child.id().to_string();
-        let sent = Command::new("kill").args([name, &id]).status();
-        assert!(sent.expect("kill").success());
+        send(name, self.child.id());
     }
 }
 

@@ -1,16 +1,11 @@
 //! A run in several processes, from outside: `node` and `up`.
 
-#[path = "support/part.rs"]
-mod part;
-mod support;
-#[path = "support/terminal.rs"]
-mod terminal;
-
 use std::{net::TcpListener, process::Command};
 
-use part::{Ended, Part, ROS_POLICY, address::address, python};
-use support::{Folder, Said, User};
-use terminal::Lab;
+use crate::{
+    part::{Ended, Part, ROS_POLICY, address::address, python},
+    support::{Folder, Said, terminal::Lab},
+};
 
 /// The process of the plant, which listens.
 fn plant(address: &str, options: &str) -> Part {
@@ -63,14 +58,13 @@ fn a_policy_that_hangs_is_connected_and_missed() {
 
 #[test]
 fn parts_that_share_the_plant_or_are_open_to_the_network_are_refused() {
-    Folder::new().refuses_each(
-        "node",
-        "sensor policy                    | run them in one process, as plant
-         polic                            | there is no node \"polic\"
-         plant --listen tcp/0.0.0.0:0     | --insecure
-         plant --listen nonsense          | nonsense
-         plant --clock virtual            | the wall's time
-         policy --zenoh-config /nowhere   | /nowhere",
+    Folder::new().plays(
+        "2 ratelab node sensor policy => run them in one process, as plant
+         2 ratelab node polic => there is no node \"polic\"
+         2 ratelab node plant --listen tcp/0.0.0.0:0 => --insecure
+         2 ratelab node plant --listen nonsense => nonsense
+         2 ratelab node plant --clock virtual => the wall's time
+         2 ratelab node policy --zenoh-config /nowhere => /nowhere",
     );
 }
 
