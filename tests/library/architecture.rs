@@ -87,7 +87,7 @@ const BUDGETS: [(&str, usize); 5] = [
     ("src", 5_550),
     ("crates/effects/src", 2_410),
     ("crates/real-clock/src", 790),
-    ("crates/replay/src", 1_755),
+    ("crates/replay/src", 1_580),
     ("crates/account/src", 2_300),
 ];
 

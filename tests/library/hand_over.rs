@@ -3,7 +3,7 @@
 
 use ratelab::{ClockExit, ClockKind, Command, Depth, GO_ON, Graph, Inbox, Time, Topic, run};
 use ratelab_account::{Observer, TapHandle};
-use ratelab_effects::{Callback, Effects, Executor, Executors, Match};
+use ratelab_effects::{Callback, Effects, Executors, Match};
 use ratelab_real_clock::RealClock;
 
 use crate::support::{TickLog, applied, at, messages_of, metronome, refused, run_virtual, secs};
@@ -86,7 +86,7 @@ fn a_graph_continues_after_an_end_as_if_there_was_none() {
 
 #[test]
 fn messages_in_flight_at_a_hand_over_trigger_their_nodes() {
-    for executor in [None, Some(Executor::Single)] {
+    for executor in [None, Some("single".parse().expect("an executor"))] {
         let (mut graph, far) = (Graph::with(Effects), Topic::new("/far", Depth::ONE));
         let (sender, ticks) = crossbeam_channel::unbounded();
         let reader = graph.node("reader", Match::Each, 0, |wiring| {

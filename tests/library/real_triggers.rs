@@ -66,7 +66,9 @@ fn robot(executor: Option<Executor>) -> Robot {
     });
     added.expect("control");
     let callback = [Callback::of("control")];
-    graph.executor(Executor::Let, callback).expect("a rate");
+    graph
+        .executor("let".parse().expect("an executor"), callback)
+        .expect("a rate");
     let closest: Match = "approximate:4".parse().expect("a text");
     adder(&mut graph, "closest", closest, &[&image, &scan], &close);
     if let Some(executor) = executor {

@@ -4,16 +4,7 @@ use std::{any::Any, sync::Arc};
 
 use ratelab::{Dispatch, Graph, GraphError, Joined, Periodic, Scheduler, Threads};
 
-use super::{
-    callback::Callback,
-    events::EventOrder,
-    executor::Executor,
-    ordered::Ordered,
-    own::Own,
-    preemptive::{Preemptive, Urgency},
-    task::Task,
-    windows::WindowOrder,
-};
+use super::{callback::Callback, executor::Executor, ordered::Ordered, own::Own, task::Task};
 
 /// Gives a graph executors.
 pub trait Executors {
@@ -55,25 +46,31 @@ pub trait Executors {
 impl Executors for Graph {
     fn executor(
         &mut self,
-        kind: Executor,
+        executor: Executor,
         callbacks: impl IntoIterator<Item = Callback>,
     ) -> Result<(), GraphError> {
         let callbacks: Vec<Callback> = callbacks.into_iter().collect();
         let names: Vec<String> = callbacks.iter().map(|c| c.node.clone()).collect();
-        self.dispatch(Arc::new(Dispatcher { kind, callbacks }), &names)
+        self.dispatch(
+            Arc::new(Dispatcher {
+                executor,
+                callbacks,
+            }),
+            &names,
+        )
     }
 }
 
 /// An executor with its nodes.
 struct Dispatcher {
-    kind: Executor,
+    executor: Executor,
     /// In the order of registration.
     callbacks: Vec<Callback>,
 }
 
 impl Dispatch for Dispatcher {
     fn name(&self) -> String {
-        self.kind.to_string()
+        self.executor.to_string()
     }
 
     fn group(&self, number: usize) -> Option<&str> {
@@ -81,12 +78,11 @@ impl Dispatch for Dispatcher {
     }
 
     fn period_remedy(&self, number: usize) -> Option<&'static str> {
-        let deadline = self.callbacks.get(number)?.deadline;
-        match self.kind {
-            Executor::Let => Some("give it a rate"),
-            Executor::Edf { .. } if deadline.is_none() => Some("give it a deadline"),
-            _ => None,
-        }
+        let needs = self.executor.needs_period(self.callbacks.get(number)?);
+        needs.then(|| match self.executor.kind().has_deadlines {
+            true => "give it a deadline",
+            false => "give it a rate",
+        })
     }
 
     fn can_join(&self, own: &dyn Scheduler) -> bool {
@@ -96,64 +92,41 @@ impl Dispatch for Dispatcher {
 
     fn join(&self, own: Vec<Box<dyn Scheduler>>) -> Joined {
         let mut tasks: Vec<Task> = own.into_iter().filter_map(task_of).collect();
-        if self.skips_first() {
+        if self.executor.kind().has_groups {
             tasks.iter_mut().for_each(Task::skip_first);
         }
-        let callbacks = &self.callbacks;
-        let preemptive = |tasks, urgency, cores| {
-            let order = Preemptive::new(urgency, cores, callbacks);
-            Box::new(Ordered::new(tasks, order))
-        };
-        Joined::Together(match self.kind {
-            Executor::Single => Box::new(Ordered::new(tasks, WindowOrder::new(callbacks, 1))),
-            Executor::Multi { threads } => {
-                Box::new(Ordered::new(tasks, WindowOrder::new(callbacks, threads)))
+        match self.executor.kind().order {
+            Some(order) => {
+                let order = order(&self.callbacks, self.executor.number);
+                Joined::Together(Box::new(Ordered::new(tasks, order)))
             }
-            Executor::Events => Box::new(Ordered::new(tasks, EventOrder::default())),
-            Executor::FixedPriority { cores } => preemptive(tasks, Urgency::Priority, cores),
-            Executor::Edf { cores } => preemptive(tasks, Urgency::Deadline, cores),
-            Executor::Let => {
-                let apart = tasks.into_iter().map(|task| {
-                    let own: Box<dyn Scheduler> = Box::new(Own::logical(task));
-                    own
-                });
-                return Joined::Apart(apart.collect());
+            None => {
+                let apart = tasks.into_iter().map(|task| boxed(Own::logical(task)));
+                Joined::Apart(apart.collect())
             }
-        })
+        }
     }
 
     fn split(&self, all: Box<dyn Scheduler>) -> Vec<Box<dyn Scheduler>> {
         let all: Box<dyn Any> = all;
-        let Ok(all) = all.downcast::<Ordered<Preemptive>>() else {
+        let (Ok(all), Some(order)) = (all.downcast::<Ordered>(), self.executor.kind().order) else {
             return Vec::new();
         };
         let parts = all.tasks.into_iter().zip(&self.callbacks);
         let parts = parts.map(|(task, callback)| {
-            let order = Preemptive::new(Urgency::Priority, 1, std::slice::from_ref(callback));
-            let part: Box<dyn Scheduler> = Box::new(Ordered::new(vec![task], order));
-            part
+            let order = order(std::slice::from_ref(callback), 1);
+            boxed(Ordered::new(vec![task], order))
         });
         parts.collect()
     }
 
     fn threads(&self) -> Threads {
-        match self.kind {
-            Executor::Single | Executor::Events | Executor::Let => Threads::Shared(1),
-            Executor::Multi { threads } => Threads::Shared(threads),
-            Executor::FixedPriority { cores } => Threads::Cores(cores),
-            Executor::Edf { .. } => Threads::Virtual,
-        }
+        (self.executor.kind().threads)(self.executor.number)
     }
 }
 
-impl Dispatcher {
-    /// Whether a timer is due one period after its start for the first time, as in ROS.
-    fn skips_first(&self) -> bool {
-        match self.kind {
-            Executor::Single | Executor::Multi { .. } | Executor::Events => true,
-            Executor::FixedPriority { .. } | Executor::Edf { .. } | Executor::Let => false,
-        }
-    }
+fn boxed(scheduler: impl Scheduler) -> Box<dyn Scheduler> {
+    Box::new(scheduler)
 }
 
 /// The task of a node that was on its own; `None` for a scheduler that this crate does not know.
@@ -163,7 +136,7 @@ fn task_of(own: Box<dyn Scheduler>) -> Option<Task> {
         Ok(own) => return Some(own.task),
         Err(other) => other,
     };
-    match own.downcast::<Ordered<Preemptive>>() {
+    match own.downcast::<Ordered>() {
         Ok(part) => part.tasks.into_iter().next(),
         Err(own) => Some(Task::new(own.downcast::<Periodic>().ok()?.into_spec())),
     }

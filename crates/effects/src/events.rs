@@ -13,53 +13,26 @@ use super::ordered::{Call, CallbackOrder, TaskSetView};
 const MOST_ENTRIES: usize = 100_000;
 
 /// The callbacks of an executor that serves events in order.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct EventOrder {
-    queue: VecDeque<Call>,
-    /// The node that is being executed.
-    runs: Option<usize>,
-}
+#[derive(Debug, Default)]
+pub(crate) struct EventOrder(VecDeque<Call>);
 
 impl CallbackOrder for EventOrder {
-    const QUEUES_TIMERS: bool = true;
-
-    fn due(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
-        if task_set.queue_timer(member) {
-            self.queue.push_back(Call::Timer { member });
-        }
+    fn due(&mut self, member: usize, _: &mut TaskSetView<'_, '_>) {
+        self.0.push_back(Call::Timer { member });
     }
 
     fn arrived(&mut self, member: usize, input: usize, _: &mut TaskSetView<'_, '_>) {
-        if self.queue.len() < MOST_ENTRIES {
-            self.queue.push_back(Call::Message { member, input });
+        if self.0.len() < MOST_ENTRIES {
+            self.0.push_back(Call::Message { member, input });
         }
     }
 
-    fn next(&mut self, _: &mut TaskSetView<'_, '_>) -> Option<Call> {
-        if self.runs.is_some() {
-            return None;
-        }
-        let next = self.queue.pop_front()?;
-        self.runs = Some(next.member());
-        Some(next)
-    }
-
-    fn ended(&mut self, _: usize, _: &mut TaskSetView<'_, '_>) {
-        self.runs = None;
-    }
-
-    fn take_over(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
-        let task = task_set.task(member);
-        let timers = task.queued_timers().map(|_| Call::Timer { member });
-        self.queue.extend(timers);
-        if let Some(running) = task.running {
-            self.runs = Some(member);
-            task_set.end_at(member, running.ends);
-        }
+    fn next(&mut self, task_set: &mut TaskSetView<'_, '_>) -> Option<Call> {
+        let is_free = task_set.running.is_empty();
+        is_free.then(|| self.0.pop_front()).flatten()
     }
 
     fn forget(&mut self, member: usize) {
-        self.queue.retain(|waiting| waiting.member() != member);
-        self.runs.take_if(|runs| *runs == member);
+        self.0.retain(|waiting| waiting.member() != member);
     }
 }

@@ -1,13 +1,91 @@
-//! The kinds of executors, as text.
+//! The kinds of executors: a row each.
 
-use std::str::FromStr;
+use std::{fmt, str::FromStr};
 
-/// The accepted texts.
-const EXPECTED: &str =
-    "expected single, multi:THREADS, events, fixed-priority:CORES, edf:CORES or let";
+use ratelab::Threads;
 
-/// The most threads of an executor.
+use super::{
+    callback::Callback,
+    events::EventOrder,
+    ordered::CallbackOrder,
+    preemptive::{Preemptive, Urgency},
+    windows::WindowOrder,
+};
+
+/// The most threads or cores of an executor.
 const MOST_THREADS: usize = 1024;
+
+/// A kind of executor.
+pub struct ExecutorKind {
+    name: &'static str,
+    /// What the number after its name counts, if it has one.
+    counts: Option<&'static str>,
+    /// Whether its callbacks are those of ROS: in mutually exclusive groups, with timers that are
+    /// due one period later for the first time.
+    pub has_groups: bool,
+    /// Whether it has a use for the deadlines of its nodes.
+    pub has_deadlines: bool,
+    /// Its threads under the real clock.
+    pub(crate) threads: fn(usize) -> Threads,
+    /// Makes its order of callbacks, for so many threads or cores; `None` if each node has a core
+    /// of its own, for the whole of its period.
+    pub(crate) order: Option<MakeOrder>,
+}
+
+type MakeOrder = fn(&[Callback], usize) -> Box<dyn CallbackOrder>;
+
+/// One of ROS.
+const ROS: ExecutorKind = ExecutorKind {
+    name: "single",
+    counts: None,
+    has_groups: true,
+    has_deadlines: false,
+    threads: Threads::Shared,
+    order: Some(by_windows),
+};
+
+/// A preemptive one.
+const PREEMPTIVE: ExecutorKind = ExecutorKind {
+    name: "fixed-priority",
+    counts: Some("CORES"),
+    has_groups: false,
+    has_deadlines: false,
+    threads: Threads::Cores,
+    order: Some(|nodes, cores| Box::new(Preemptive::new(Urgency::Priority, cores, nodes))),
+};
+
+/// All of them. Another one is a row here, with an order of callbacks in a file of its own.
+static KINDS: [ExecutorKind; 6] = [
+    ROS,
+    ExecutorKind {
+        name: "multi",
+        counts: Some("THREADS"),
+        ..ROS
+    },
+    ExecutorKind {
+        name: "events",
+        order: Some(|_, _| Box::<EventOrder>::default()),
+        ..ROS
+    },
+    PREEMPTIVE,
+    ExecutorKind {
+        name: "edf",
+        has_deadlines: true,
+        threads: |_| Threads::Virtual,
+        order: Some(|nodes, cores| Box::new(Preemptive::new(Urgency::Deadline, cores, nodes))),
+        ..PREEMPTIVE
+    },
+    ExecutorKind {
+        name: "let",
+        has_groups: false,
+        order: None,
+        ..ROS
+    },
+];
+
+fn by_windows(callbacks: &[Callback], threads: usize) -> Box<dyn CallbackOrder> {
+    Box::new(WindowOrder::new(callbacks, threads))
+}
 
 /// Decides which of the nodes that are due ticks next, and where. A node without an
 /// executor has a thread of its own, always ready.
@@ -45,40 +123,67 @@ const MOST_THREADS: usize = 1024;
 /// ```
 /// use ratelab_effects::Executor;
 ///
-/// assert_eq!("multi:2".parse(), Ok(Executor::Multi { threads: 2 }));
+/// let multi: Executor = "multi:2".parse()?;
+/// assert_eq!(multi.shares(), Some(2));
 /// assert_eq!(
 ///     "multi".parse::<Executor>().unwrap_err(),
 ///     "\"multi\" is not an executor: expected single, multi:THREADS, events, \
 ///      fixed-priority:CORES, edf:CORES or let"
 /// );
+/// # Ok::<(), String>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::Display)]
-#[strum(serialize_all = "kebab-case")]
-pub enum Executor {
-    /// One thread, by windows.
-    Single,
-    /// Several threads, by windows.
-    #[strum(to_string = "multi:{threads}")]
-    Multi {
-        /// Their number, 1 to 1024.
-        threads: usize,
-    },
-    /// One thread, in the order of the events.
-    Events,
-    /// Preemptive, by the priorities of the nodes.
-    #[strum(to_string = "fixed-priority:{cores}")]
-    FixedPriority {
-        /// Number of cores, 1 to 1024.
-        cores: usize,
-    },
-    /// Preemptive, by deadlines.
-    #[strum(to_string = "edf:{cores}")]
-    Edf {
-        /// Number of cores, 1 to 1024.
-        cores: usize,
-    },
-    /// Logical execution time.
-    Let,
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Executor {
+    /// Place of its kind among all.
+    kind: usize,
+    /// Number of its threads or cores.
+    pub(crate) number: usize,
+}
+
+impl Executor {
+    /// Its kind.
+    pub fn kind(&self) -> &'static ExecutorKind {
+        &KINDS[self.kind]
+    }
+
+    /// Number of the threads or cores that its nodes share; `None` if each has a core of its own.
+    pub fn shares(&self) -> Option<usize> {
+        self.kind().order.map(|_| self.number)
+    }
+
+    /// Whether it has no choice but one thread.
+    pub fn is_single_threaded(&self) -> bool {
+        self.kind().counts.is_none() && self.kind().order.is_some()
+    }
+
+    /// Whether a node needs a period there, as this callback has it.
+    pub fn needs_period(&self, callback: &Callback) -> bool {
+        match self.kind().order {
+            Some(_) => self.kind().has_deadlines && callback.deadline().is_none(),
+            None => true,
+        }
+    }
+}
+
+impl fmt::Display for Executor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.kind().name)?;
+        match self.kind().counts {
+            Some(_) => write!(f, ":{}", self.number),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The accepted texts.
+fn expected() -> String {
+    let forms = KINDS.iter().map(|kind| match kind.counts {
+        Some(counts) => format!("{}:{counts}", kind.name),
+        None => kind.name.to_owned(),
+    });
+    let forms: Vec<String> = forms.collect();
+    let (last, others) = forms.split_last().expect("there are kinds");
+    format!("expected {} or {last}", others.join(", "))
 }
 
 impl FromStr for Executor {
@@ -90,24 +195,18 @@ impl FromStr for Executor {
             Some((name, number)) => (name, Some(number)),
             None => (text.trim(), None),
         };
-        let count = || {
-            let count = number.and_then(|number| number.parse().ok());
-            count
-                .filter(|count| (1..=MOST_THREADS).contains(count))
-                .ok_or_else(|| {
-                    refusal(&format!(
-                        "expected {name}:N with N from 1 to {MOST_THREADS}"
-                    ))
-                })
+        let is_it =
+            |kind: &ExecutorKind| kind.name == name && kind.counts.is_some() == number.is_some();
+        let kind = KINDS.iter().position(is_it);
+        let kind = kind.ok_or_else(|| refusal(&expected()))?;
+        let number = number.map_or(Some(1), |number| number.parse().ok());
+        let number = number.filter(|number| (1..=MOST_THREADS).contains(number));
+        let range = || {
+            refusal(&format!(
+                "expected {name}:N with N from 1 to {MOST_THREADS}"
+            ))
         };
-        Ok(match (name, number) {
-            ("single", None) => Self::Single,
-            ("multi", Some(_)) => Self::Multi { threads: count()? },
-            ("events", None) => Self::Events,
-            ("fixed-priority", Some(_)) => Self::FixedPriority { cores: count()? },
-            ("edf", Some(_)) => Self::Edf { cores: count()? },
-            ("let", None) => Self::Let,
-            _ => return Err(refusal(EXPECTED)),
-        })
+        let number = number.ok_or_else(range)?;
+        Ok(Self { kind, number })
     }
 }

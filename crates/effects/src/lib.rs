@@ -11,8 +11,22 @@
 //! | the values of knobs as text | `spec.rs`: [`Cost`], [`Draw`], [`Link`], [`ClockError`] | |
 //!
 //! Stands on the core (`ratelab`) only. Begin with `own.rs`. No schedule owns a node or waits for
-//! anything, so the same one serves both clocks. Another executor is another file like
-//! `windows.rs`; `executor.rs` has its name, and `dispatch.rs` makes it.
+//! anything, so the same one serves both clocks.
+//!
+//! # Another executor
+//!
+//! 1. A file like `events.rs`, the shortest: a type with the trait `CallbackOrder` of `ordered.rs`.
+//!    It hears which timers are due and which messages arrived, and names the callback that is
+//!    called next. Nothing else: threads, triggers, costs, faults and both clocks are common to all.
+//! 2. A row in the table `KINDS` of `executor.rs`: the name that graph files have it by, its
+//!    threads under the real clock, and the function that makes its order.
+//!
+//! # Another kind of loss or delay on a link
+//!
+//! 1. A field of [`Link`], and a row in the table `PARTS` of `link.rs`: its name, and its value from
+//!    and to text.
+//! 2. What it does to a message: `deliver_at` in `channel.rs`. A random duration of another
+//!    distribution is a [`Draw`] instead: links and costs have it at once.
 
 mod approximate;
 mod callback;
@@ -43,9 +57,9 @@ pub use cost::Cost;
 pub use digest::Digest;
 pub use dispatch::Executors;
 pub use draw::{Draw, Recorded};
-pub use executor::Executor;
+pub use executor::{Executor, ExecutorKind};
 pub use kit::Effects;
-pub use link::Link;
+pub use link::{Burst, Link};
 pub use local_clock::ClockError;
 pub use matcher::Matcher;
 pub use matching::{Choice, Match};

@@ -10,6 +10,58 @@ use super::draw::Draw;
 const EXPECTED: &str = "expected none, or parts with commas in between: delay:MS, delay:A..B, \
     delay:lognormal:MEDIAN,P99, in-order, loss:P, burst:P,N, reliable:MS";
 
+/// A part of a link as text.
+struct LinkPart {
+    name: &'static str,
+    /// Sets it to this value.
+    set: fn(&mut Link, &str) -> Result<(), String>,
+    /// Its value; `None` for a link without it.
+    value: fn(&Link) -> Option<String>,
+}
+
+/// All of them in order. Another kind of loss or delay is a row here, a field of the link, and what
+/// a channel does with that.
+static PARTS: [LinkPart; 5] = [
+    LinkPart {
+        name: "delay",
+        set: |link, value| delay(value).map(|delay| link.delay = delay),
+        value: |link| (!link.delay.is_none()).then(|| link.delay.to_string()),
+    },
+    LinkPart {
+        name: "in-order",
+        set: |link, value| match value {
+            "" => {
+                link.in_order = true;
+                Ok(())
+            }
+            _ => Err(no_part("in-order")),
+        },
+        value: |link| link.in_order.then(String::new),
+    },
+    LinkPart {
+        name: "loss",
+        set: |link, value| probability(value).map(|loss| link.loss = loss),
+        value: |link| (link.loss > 0.0).then(|| link.loss.to_string()),
+    },
+    LinkPart {
+        name: "burst",
+        set: |link, value| burst(value).map(|burst| link.burst = Some(burst)),
+        value: |link| {
+            let Burst { start, length } = link.burst?;
+            Some(format!("{start},{length}"))
+        },
+    },
+    LinkPart {
+        name: "reliable",
+        set: |link, value| millis::parse(value).map(|again| link.reliable = Some(again)),
+        value: |link| Some(millis::to_millis(link.reliable?).to_string()),
+    },
+];
+
+fn no_part(name: &str) -> String {
+    format!("{name:?} is no part of a link: {EXPECTED}")
+}
+
 /// The longest mean length of a burst (messages).
 const LONGEST_BURST: f64 = 1e9;
 
@@ -29,23 +81,24 @@ const LONGEST_BURST: f64 = 1e9;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
     /// Time from release to delivery.
-    pub(crate) delay: Draw,
+    pub delay: Draw,
     /// Whether each message waits for the earlier ones.
-    pub(crate) in_order: bool,
-    /// Probability that a message is lost.
-    pub(crate) loss: f64,
-    pub(crate) burst: Option<Burst>,
+    pub in_order: bool,
+    /// Probability that a message is lost, bursts aside.
+    pub loss: f64,
+    /// Losses that occur together.
+    pub burst: Option<Burst>,
     /// Interval after which a lost message is sent again; `None` for no retries.
-    pub(crate) reliable: Option<Duration>,
+    pub reliable: Option<Duration>,
 }
 
 /// Losses that occur together.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Burst {
+pub struct Burst {
     /// Probability that a message starts a burst.
-    pub(crate) start: f64,
+    pub start: f64,
     /// Mean length (messages).
-    pub(crate) length: f64,
+    pub length: f64,
 }
 
 impl Link {
@@ -66,26 +119,6 @@ impl Link {
         }
     }
 
-    /// Time from release to delivery.
-    pub fn delay(&self) -> &Draw {
-        &self.delay
-    }
-
-    /// Whether messages are lost in bursts.
-    pub fn has_bursts(&self) -> bool {
-        self.burst.is_some()
-    }
-
-    /// Whether lost messages are sent again.
-    pub fn is_reliable(&self) -> bool {
-        self.reliable.is_some()
-    }
-
-    /// The share of messages that is lost, bursts aside.
-    pub fn loss(&self) -> f64 {
-        self.loss
-    }
-
     /// The same link with another `part`, such as `delay:30`.
     ///
     /// # Errors
@@ -99,15 +132,8 @@ impl Link {
 
     /// Adds the part called `name`. Returns an error message for an invalid part.
     fn add(&mut self, name: &str, value: &str) -> Result<(), String> {
-        match name {
-            "delay" => self.delay = delay(value)?,
-            "in-order" if value.is_empty() => self.in_order = true,
-            "loss" => self.loss = probability(value)?,
-            "burst" => self.burst = Some(burst(value)?),
-            "reliable" => self.reliable = Some(millis::parse(value)?),
-            _ => return Err(format!("{name:?} is no part of a link: {EXPECTED}")),
-        }
-        Ok(())
+        let part = PARTS.iter().find(|part| part.name == name);
+        (part.ok_or_else(|| no_part(name))?.set)(self, value)
     }
 }
 
@@ -151,22 +177,13 @@ fn first_part(list: &str) -> (&str, Option<&str>) {
 
 impl fmt::Display for Link {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut parts = Vec::new();
-        if !self.delay.is_none() {
-            parts.push(format!("delay:{}", self.delay));
-        }
-        if self.in_order {
-            parts.push("in-order".to_owned());
-        }
-        if self.loss > 0.0 {
-            parts.push(format!("loss:{}", self.loss));
-        }
-        if let Some(Burst { start, length }) = self.burst {
-            parts.push(format!("burst:{start},{length}"));
-        }
-        if let Some(again) = self.reliable {
-            parts.push(format!("reliable:{}", millis::to_millis(again)));
-        }
+        let parts = PARTS.iter().filter_map(|part| {
+            Some(match (part.value)(self)?.as_str() {
+                "" => part.name.to_owned(),
+                value => format!("{}:{value}", part.name),
+            })
+        });
+        let parts: Vec<String> = parts.collect();
         match parts.is_empty() {
             true => f.write_str("none"),
             false => f.write_str(&parts.join(",")),

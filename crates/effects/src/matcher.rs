@@ -15,10 +15,7 @@ pub struct Matcher(Rule);
 
 #[derive(Clone, Debug)]
 enum Rule {
-    /// The fusion node of the Autoware reference system (`fusion.hpp`, `de8f3bc`): all messages
-    /// count as of one stamp, so a set is complete with the newest of each topic.
-    Each(Stamped),
-    Exact(Stamped),
+    Stamped(Stamped),
     Approximate(Approximate),
 }
 
@@ -26,52 +23,45 @@ impl Matcher {
     /// A matcher for messages of so many `inputs`, none of which has come.
     pub fn new(matching: Match, inputs: usize) -> Self {
         Self(match matching {
-            Match::Each => Rule::Each(Stamped::new(inputs, 1)),
-            Match::Exact { queue } => Rule::Exact(Stamped::new(inputs, queue.get())),
+            Match::Each => Rule::Stamped(Stamped::new(inputs, None)),
+            Match::Exact { queue } => Rule::Stamped(Stamped::new(inputs, Some(queue.get()))),
             Match::Approximate { queue, interval } => {
                 Rule::Approximate(Approximate::new(inputs, queue.get(), interval))
             }
         })
     }
 
-    /// Adds a message; returns the set that it completes, and puts any others into `more`.
-    pub fn add(
-        &mut self,
-        input: usize,
-        taken: TakenMessage,
-        more: &mut VecDeque<Choice>,
-    ) -> Option<Choice> {
+    /// Adds a message; puts the sets that it completes into `sets`.
+    pub fn add(&mut self, input: usize, taken: TakenMessage, sets: &mut VecDeque<Choice>) {
         match &mut self.0 {
-            Rule::Each(sets) => sets.add(input, taken.seq, Time::ZERO),
-            Rule::Exact(sets) => sets.add(input, taken.seq, taken.sensed),
-            Rule::Approximate(approximate) => {
-                approximate.add(input, taken, more);
-                more.pop_front()
-            }
+            Rule::Stamped(stamped) => sets.extend(stamped.add(input, taken)),
+            Rule::Approximate(approximate) => approximate.add(input, taken, sets),
         }
     }
 
     /// The first message of an input that may still be needed.
     pub fn needs_from(&self, input: usize) -> Option<u64> {
         match &self.0 {
-            Rule::Each(sets) | Rule::Exact(sets) => sets.needs_from(input),
+            Rule::Stamped(stamped) => stamped.needs_from(input),
             Rule::Approximate(approximate) => approximate.needs_from(input),
         }
     }
 }
 
-/// Collects messages by their stamps (`exact_time.hpp:88-169`, message_filters `361e42c`).
+/// Collects messages by their stamps (`exact_time.hpp:88-169`, message_filters `361e42c`); or as if
+/// all had one stamp, so that a set is complete with the newest of each topic, as in the fusion
+/// node of the Autoware reference system (`fusion.hpp`, `de8f3bc`).
 #[derive(Clone, Debug)]
 struct Stamped {
     inputs: usize,
-    /// The most stamps that wait.
-    queue: usize,
+    /// The most stamps that wait; `None` if all are one.
+    queue: Option<usize>,
     /// The messages with each stamp.
     sets: BTreeMap<Time, Vec<Option<u64>>>,
 }
 
 impl Stamped {
-    fn new(inputs: usize, queue: usize) -> Self {
+    fn new(inputs: usize, queue: Option<usize>) -> Self {
         Self {
             inputs,
             queue,
@@ -79,16 +69,17 @@ impl Stamped {
         }
     }
 
-    fn add(&mut self, input: usize, seq: u64, stamp: Time) -> Option<Choice> {
+    fn add(&mut self, input: usize, taken: TakenMessage) -> Option<Choice> {
+        let stamp = self.queue.map_or(Time::ZERO, |_| taken.sensed);
         let empty = || vec![None; self.inputs];
         let set = self.sets.entry(stamp).or_insert_with(empty);
-        set[input] = Some(seq);
+        set[input] = Some(taken.seq);
         let all: Option<Choice> = set.iter().copied().collect();
         if all.is_some() {
             // Sets with an older stamp stay incomplete.
             self.sets.retain(|known, _| *known > stamp);
         }
-        while self.sets.len() > self.queue {
+        while self.sets.len() > self.queue.unwrap_or(1) {
             self.sets.pop_first();
         }
         all

@@ -2,15 +2,20 @@
 
 use ratelab::{Job, JobKind, Knob, Phase, Scheduler, SchedulerEvent, TaskState, Time, Timetable};
 
-use super::task::{Task, moves_due_times};
+use super::{
+    task::{Task, moves_due_times},
+    trigger::Trigger,
+};
 
 /// Decides which released callback is called now. Its nodes are known by their number in the
 /// order of registration.
-pub(crate) trait CallbackOrder: Clone + Send + 'static {
+pub(crate) trait CallbackOrder: Send {
     /// Whether timers wait in line when they are due, instead of being called once, late.
-    const QUEUES_TIMERS: bool;
+    fn queues_timers(&self) -> bool {
+        true
+    }
 
-    /// The timer of a node is due.
+    /// The timer of a node is due: once more, where timers wait in line.
     fn due(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>);
 
     /// A message has arrived for a node.
@@ -19,16 +24,10 @@ pub(crate) trait CallbackOrder: Clone + Send + 'static {
     /// The callback to call now, if there are one and a thread for it.
     fn next(&mut self, task_set: &mut TaskSetView<'_, '_>) -> Option<Call>;
 
-    /// A callback was called, and its node ticks.
-    fn began(&mut self, _member: usize, _task_set: &mut TaskSetView<'_, '_>) {}
+    /// A callback of a node was called: it takes run time, or is over.
+    fn called(&mut self, _member: usize, _task_set: &mut TaskSetView<'_, '_>) {}
 
-    /// A callback was called and is over.
-    fn ended(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>);
-
-    /// Takes a node over as it is after a change of the clock, but for its messages.
-    fn take_over(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>);
-
-    /// Forgets what is due or runs of a node that crashed.
+    /// Forgets all of a node.
     fn forget(&mut self, member: usize);
 
     /// Forgets that the timer of a node is due, if the call would have set its next due
@@ -60,6 +59,8 @@ impl Call {
 /// The nodes at an instant, as an order sees them.
 pub(crate) struct TaskSetView<'a, 't> {
     tasks: &'a mut [Task],
+    /// The nodes that are being executed.
+    pub(crate) running: &'a [usize],
     plan: &'a mut Timetable<'t>,
 }
 
@@ -79,55 +80,33 @@ impl TaskSetView<'_, '_> {
         self.plan.priority(member)
     }
 
-    /// Number of the topics that trigger a node.
-    pub(crate) fn inputs(&self, member: usize) -> usize {
-        let trigger = self.tasks[member].trigger.as_ref();
-        trigger.map_or(0, |trigger| trigger.inputs())
-    }
-
-    /// Run time of the delivery of the oldest message of an input that waits for a node.
-    pub(crate) fn oldest_of(&self, member: usize, input: usize) -> Option<Time> {
-        let trigger = self.tasks[member].trigger.as_ref()?;
-        trigger.oldest_of(input, self.now())
-    }
-
-    /// The same for all its inputs.
-    pub(crate) fn oldest(&self, member: usize) -> Option<Time> {
-        self.tasks[member].trigger.as_ref()?.oldest(self.now())
+    /// The topics that trigger a node.
+    pub(crate) fn trigger(&self, member: usize) -> Option<&Trigger> {
+        self.tasks[member].trigger.as_ref()
     }
 
     /// Plans the end of a node's tick.
     pub(crate) fn end_at(&mut self, member: usize, at: Time) {
         self.plan.alarm(at, Phase::End, member);
     }
-
-    /// Adds the next due time of a node to those in wait; `false` if they are too many: it is an
-    /// overrun.
-    pub(crate) fn queue_timer(&mut self, member: usize) -> bool {
-        let queued = self.tasks[member].queue_timer();
-        if !queued {
-            self.plan.skipped(member, 1);
-        }
-        queued
-    }
 }
 
 /// The scheduler of an executor.
-pub(crate) struct Ordered<O> {
+pub(crate) struct Ordered {
     pub(crate) tasks: Vec<Task>,
     /// The planned due time of each node's timer.
     releases: Vec<Time>,
-    order: O,
-    /// The order when nothing has happened yet.
-    fresh: O,
+    /// The nodes that are being executed.
+    running: Vec<usize>,
+    order: Box<dyn CallbackOrder>,
 }
 
-impl<O: CallbackOrder> Ordered<O> {
-    pub(crate) fn new(tasks: Vec<Task>, order: O) -> Self {
+impl Ordered {
+    pub(crate) fn new(tasks: Vec<Task>, order: Box<dyn CallbackOrder>) -> Self {
         Self {
             releases: vec![Time::MAX; tasks.len()],
+            running: Vec::new(),
             tasks,
-            fresh: order.clone(),
             order,
         }
     }
@@ -136,10 +115,14 @@ impl<O: CallbackOrder> Ordered<O> {
     fn with_order<R>(
         &mut self,
         plan: &mut Timetable<'_>,
-        ask: impl FnOnce(&mut O, &mut TaskSetView<'_, '_>) -> R,
+        ask: impl FnOnce(&mut dyn CallbackOrder, &mut TaskSetView<'_, '_>) -> R,
     ) -> R {
-        let tasks = &mut self.tasks[..];
-        ask(&mut self.order, &mut TaskSetView { tasks, plan })
+        let mut task_set = TaskSetView {
+            tasks: &mut self.tasks,
+            running: &self.running,
+            plan,
+        };
+        ask(&mut *self.order, &mut task_set)
     }
 
     /// Plans the due time of the timer of a node.
@@ -163,10 +146,9 @@ impl<O: CallbackOrder> Ordered<O> {
 
     fn open(&mut self, anew: bool, plan: &mut Timetable<'_>) {
         if anew {
-            self.order = self.fresh.clone();
+            self.running.clear();
             for member in 0..self.tasks.len() {
-                self.with_order(plan, |order, task_set| order.take_over(member, task_set));
-                self.add_waiting(member, plan);
+                self.take_over(member, plan);
             }
         }
         for member in 0..self.tasks.len() {
@@ -176,15 +158,39 @@ impl<O: CallbackOrder> Ordered<O> {
         plan.look();
     }
 
+    /// Takes a node over as it is after a change of the clock.
+    fn take_over(&mut self, member: usize, plan: &mut Timetable<'_>) {
+        self.order.forget(member);
+        let waiting = self.tasks[member].queued_timers().len();
+        for _ in 0..waiting {
+            self.with_order(plan, |order, task_set| order.due(member, task_set));
+        }
+        if let Some(running) = self.tasks[member].running {
+            self.running.push(member);
+            plan.alarm(running.ends, Phase::End, member);
+            self.with_order(plan, |order, task_set| order.called(member, task_set));
+        }
+        self.add_waiting(member, plan);
+    }
+
+    /// The timer of a node is due.
+    fn due(&mut self, member: usize, plan: &mut Timetable<'_>) {
+        if self.order.queues_timers() && !self.tasks[member].queue_timer() {
+            plan.skipped(member, 1);
+        } else {
+            self.with_order(plan, |order, task_set| order.due(member, task_set));
+        }
+    }
+
     /// The timer that was planned for a time is due.
-    fn due(&mut self, member: usize, at: Time, plan: &mut Timetable<'_>) {
+    fn alarm(&mut self, member: usize, at: Time, plan: &mut Timetable<'_>) {
         // It may have been planned anew since.
         if self.releases[member] != at {
             return;
         }
         self.releases[member] = Time::MAX;
-        self.with_order(plan, |order, task_set| order.due(member, task_set));
-        if O::QUEUES_TIMERS {
+        self.due(member, plan);
+        if self.order.queues_timers() {
             self.release(member, plan);
         }
         plan.look();
@@ -196,13 +202,14 @@ impl<O: CallbackOrder> Ordered<O> {
         let call = self.with_order(plan, |order, task_set| order.next(task_set))?;
         plan.look();
         let member = call.member();
+        self.running.push(member);
         let due = match (call, &mut self.tasks[member].trigger) {
             (Call::Message { input, .. }, Some(trigger)) => trigger.take_from(input, member, plan),
             (Call::Messages { .. }, Some(trigger)) => trigger.take(member, plan),
             _ => self.call_timer(member, plan),
         };
         let Some(due) = due else {
-            self.with_order(plan, |order, task_set| order.ended(member, task_set));
+            self.ended(member, plan);
             return None;
         };
         let kind = self.tasks[member].next_job(plan.clock());
@@ -213,7 +220,7 @@ impl<O: CallbackOrder> Ordered<O> {
     /// have passed, `now` included, are overruns (rcl `c19dab5`, `timer.c:298-319`).
     fn call_timer(&mut self, member: usize, plan: &mut Timetable<'_>) -> Option<Time> {
         let (now, task) = (plan.now(), &mut self.tasks[member]);
-        if O::QUEUES_TIMERS {
+        if self.order.queues_timers() {
             return task.queued_timer();
         }
         let due = task.due();
@@ -231,18 +238,22 @@ impl<O: CallbackOrder> Ordered<O> {
             JobKind::Begin => {
                 let ends = self.tasks[member].begin(plan.now());
                 plan.alarm(ends, Phase::End, member);
-                self.with_order(plan, |order, task_set| order.began(member, task_set));
+                self.with_order(plan, |order, task_set| order.called(member, task_set));
             }
-            JobKind::Tick { .. } | JobKind::End => {
-                self.tasks[member].running = None;
-                self.with_order(plan, |order, task_set| order.ended(member, task_set));
-            }
+            JobKind::Tick { .. } | JobKind::End => self.ended(member, plan),
         }
         plan.look();
     }
+
+    /// A callback of a node is over.
+    fn ended(&mut self, member: usize, plan: &mut Timetable<'_>) {
+        self.tasks[member].running = None;
+        self.running.retain(|runs| *runs != member);
+        self.with_order(plan, |order, task_set| order.called(member, task_set));
+    }
 }
 
-impl<O: CallbackOrder> Scheduler for Ordered<O> {
+impl Scheduler for Ordered {
     fn on(&mut self, event: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job> {
         match event {
             SchedulerEvent::Opened { anew } => self.open(anew, plan),
@@ -250,7 +261,7 @@ impl<O: CallbackOrder> Scheduler for Ordered<O> {
                 Phase::End if self.tasks[member].is_over(plan.now()) => {
                     return Some(Job::new(member, JobKind::End));
                 }
-                Phase::Release => self.due(member, at, plan),
+                Phase::Release => self.alarm(member, at, plan),
                 _ => {}
             },
             SchedulerEvent::Arrived { member, .. } if self.tasks[member].crashed => {}
@@ -264,6 +275,7 @@ impl<O: CallbackOrder> Scheduler for Ordered<O> {
             SchedulerEvent::Done { job, .. } => self.done(job, plan),
             SchedulerEvent::Crashed { member } => {
                 self.tasks[member].crash();
+                self.running.retain(|runs| *runs != member);
                 self.order.forget(member);
                 self.release(member, plan);
                 plan.look();
@@ -296,8 +308,8 @@ impl<O: CallbackOrder> Scheduler for Ordered<O> {
         let now = plan.now();
         let times = moves_due_times(knob);
         // Timers that were due before wait in line.
-        while times && O::QUEUES_TIMERS && self.tasks[member].due() < now {
-            self.with_order(plan, |order, task_set| order.due(member, task_set));
+        while times && self.order.queues_timers() && self.tasks[member].due() < now {
+            self.due(member, plan);
         }
         let before = self.tasks[member].turn(member, knob, now, plan)?;
         if times {

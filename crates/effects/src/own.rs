@@ -74,7 +74,10 @@ impl Own {
         if let Some(running) = self.task.running {
             return plan.alarm(running.ends, Phase::End, 0);
         }
-        if self.waiting.is_none() && self.task.trigger.as_ref().is_some_and(|t| t.waits(now)) {
+        if self.waiting.is_none()
+            && let Some(trigger) = &self.task.trigger
+            && trigger.oldest(now).is_some()
+        {
             let due = now;
             if !asleep || plan.clock() == ClockKind::Real || !self.is_delayed(due, now) {
                 let starts = now;

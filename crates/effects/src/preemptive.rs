@@ -5,10 +5,7 @@
 //! and of equals the first released comes first. A job reads when it begins, and publishes
 //! when it has had its time on a core.
 
-use std::{
-    collections::{BTreeSet, VecDeque},
-    time::Duration,
-};
+use std::{collections::BTreeSet, time::Duration};
 
 use ratelab::Time;
 
@@ -35,19 +32,17 @@ struct JobKey {
     member: usize,
 }
 
-/// A node with its jobs.
-#[derive(Clone, Debug)]
+/// A node with its first job.
+#[derive(Debug)]
 struct CoreTask {
     /// Deadline relative to the release, if not that of its period.
     deadline: Option<Duration>,
-    /// Releases of its timer that have not begun, each with the deadline.
-    released: VecDeque<(Time, Time)>,
-    /// The place of its first job, if it has one.
+    /// The place of the job, if it has one.
     key: Option<JobKey>,
 }
 
 /// The nodes of a preemptive executor.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct Preemptive {
     urgency: Urgency,
     cores: usize,
@@ -60,7 +55,6 @@ impl Preemptive {
     pub(super) fn new(urgency: Urgency, cores: usize, callbacks: &[Callback]) -> Self {
         let tasks = callbacks.iter().map(|callback| CoreTask {
             deadline: callback.deadline,
-            released: VecDeque::new(),
             key: None,
         });
         Self {
@@ -73,19 +67,23 @@ impl Preemptive {
 
     /// Finds the first job of a node again, unless that has begun.
     fn refresh(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
-        if task_set.task(member).running.is_some() {
-            return;
-        }
-        let task = &self.tasks[member];
-        let arrived = || {
-            let released = task_set.oldest(member)?;
-            Some((released, released + task.deadline.unwrap_or(Duration::MAX)))
+        let (now, CoreTask { deadline, key }) = (task_set.now(), &self.tasks[member]);
+        let task = task_set.task(member);
+        let next = match task.running {
+            Some(_) if key.is_some() => return,
+            Some(running) => {
+                task.suspend(now);
+                Some((running.began, Time::MAX))
+            }
+            None => task.queued_timers().next().or_else(|| {
+                let arrived = task.trigger.as_ref()?.oldest(now)?;
+                Some((arrived, Time::MAX))
+            }),
         };
-        let next = task.released.front().copied().or_else(arrived);
-        let key = next.map(|(released, deadline)| JobKey {
+        let key = next.map(|(released, period)| JobKey {
             urgency: match self.urgency {
                 Urgency::Priority => task_set.priority(member).into(),
-                Urgency::Deadline => deadline.as_nanos(),
+                Urgency::Deadline => deadline.map_or(period, |d| released + d).as_nanos(),
             },
             released,
             member,
@@ -109,16 +107,7 @@ impl Preemptive {
 }
 
 impl CallbackOrder for Preemptive {
-    const QUEUES_TIMERS: bool = true;
-
     fn due(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
-        let task = &mut self.tasks[member];
-        let released = task_set.task(member).due();
-        if task_set.queue_timer(member) {
-            let deadline = task.deadline.map(|deadline| released + deadline);
-            let deadline = deadline.unwrap_or_else(|| task_set.task(member).due());
-            task.released.push_back((released, deadline));
-        }
         self.refresh(member, task_set);
     }
 
@@ -133,10 +122,9 @@ impl CallbackOrder for Preemptive {
         for member in urgent {
             let task = task_set.task(member);
             if task.running.is_none() {
-                let released = &mut self.tasks[member].released;
-                return Some(match released.pop_front() {
-                    Some(_) => Call::Timer { member },
-                    None => Call::Messages { member },
+                return Some(match task.queued_timers().len() {
+                    0 => Call::Messages { member },
+                    _ => Call::Timer { member },
                 });
             }
             if let Some(ends) = task.resume(now) {
@@ -146,30 +134,11 @@ impl CallbackOrder for Preemptive {
         None
     }
 
-    fn ended(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
+    fn called(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
         self.refresh(member, task_set);
     }
 
-    /// Deadlines do not matter: under the real clock there is no `edf`.
-    fn take_over(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
-        let (now, urgency) = (task_set.now(), task_set.priority(member).into());
-        let known = task_set.task(member);
-        let queued = known.queued_timers().map(|due| (due, Time::MAX));
-        self.tasks[member].released.extend(queued);
-        let Some(running) = known.running else {
-            return self.refresh(member, task_set);
-        };
-        known.suspend(now);
-        let key = JobKey {
-            urgency,
-            released: running.began,
-            member,
-        };
-        self.set_key(member, Some(key));
-    }
-
     fn forget(&mut self, member: usize) {
-        self.tasks[member].released.clear();
         self.set_key(member, None);
     }
 }

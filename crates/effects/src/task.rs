@@ -33,8 +33,8 @@ pub(crate) struct Task {
     hang: Option<Duration>,
     /// Duration of the tick that is about to begin.
     next_takes: Duration,
-    /// Due times that wait in the line of its executor.
-    backlog: VecDeque<Time>,
+    /// Due times that wait in the line of its executor, each with the one after it.
+    backlog: VecDeque<(Time, Time)>,
     pub(crate) running: Option<Running>,
     pub(crate) crashed: bool,
 }
@@ -145,18 +145,18 @@ impl Task {
         let room = self.backlog.len() < MOST_WAITING;
         let due = self.take_due();
         if room {
-            self.backlog.push_back(due);
+            self.backlog.push_back((due, self.due()));
         }
         room
     }
 
     /// The first due time in wait, which is called now.
     pub(crate) fn queued_timer(&mut self) -> Option<Time> {
-        self.backlog.pop_front()
+        Some(self.backlog.pop_front()?.0)
     }
 
-    /// The due times in wait.
-    pub(crate) fn queued_timers(&self) -> impl ExactSizeIterator<Item = Time> {
+    /// The due times in wait, each with the one after it.
+    pub(crate) fn queued_timers(&self) -> impl ExactSizeIterator<Item = (Time, Time)> {
         self.backlog.iter().copied()
     }
 

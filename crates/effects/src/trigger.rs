@@ -12,30 +12,24 @@ use super::{
 /// The topics that trigger a node.
 pub(crate) struct Trigger {
     inputs: Vec<Box<dyn Intake>>,
-    sets: Matcher,
-    /// The sets that a message completed beyond one, for ticks of their own.
-    more: More,
     matching: Match,
-    /// The input whose turn it is.
-    turn: usize,
-}
-
-/// Sets of one message, for the ticks that follow.
-#[derive(Debug, Default)]
-struct More {
+    matcher: Matcher,
+    /// The sets that the last message completed, but for those that were used.
     sets: VecDeque<Choice>,
     /// The input with that message, and the run time of its delivery.
-    input: usize,
-    arrived: Time,
+    last: (usize, Time),
+    /// The input whose turn it is.
+    turn: usize,
 }
 
 impl Trigger {
     pub(crate) fn new(matching: Match, inputs: Vec<Box<dyn Intake>>) -> Self {
         Self {
-            sets: Matcher::new(matching, inputs.len()),
+            matcher: Matcher::new(matching, inputs.len()),
             inputs,
-            more: More::default(),
             matching,
+            sets: VecDeque::new(),
+            last: (0, Time::ZERO),
             turn: 0,
         }
     }
@@ -47,20 +41,19 @@ impl Trigger {
 
     /// Forgets the messages taken so far.
     pub(crate) fn reset(&mut self) {
-        self.sets = Matcher::new(self.matching, self.inputs.len());
-        self.more = More::default();
+        let inputs = std::mem::take(&mut self.inputs);
+        *self = Self::new(self.matching, inputs);
         let inputs = self.inputs.iter_mut();
         inputs.for_each(|input| input.forget_before(None));
-        self.turn = 0;
     }
 
-    /// Run time of the delivery of the oldest message that an input has not yet taken.
+    /// Run time of the delivery of the oldest message that an input has not yet taken. One that
+    /// has completed several sets is as good as many.
     pub(crate) fn oldest_of(&self, input: usize, now: Time) -> Option<Time> {
-        let more = &self.more;
-        if more.input == input && !more.sets.is_empty() {
-            return Some(more.arrived);
+        match self.last {
+            (last, arrived) if last == input && !self.sets.is_empty() => Some(arrived),
+            _ => self.inputs.get(input)?.oldest(now),
         }
-        self.inputs.get(input)?.oldest(now)
     }
 
     /// The same for all inputs.
@@ -69,46 +62,39 @@ impl Trigger {
         inputs.filter_map(|input| self.oldest_of(input, now)).min()
     }
 
-    /// Whether a message waits.
-    pub(crate) fn waits(&self, now: Time) -> bool {
-        self.oldest(now).is_some()
-    }
-
     /// Number of messages that an input may take at `now`.
     pub(crate) fn waiting_in(&self, input: usize, now: Time) -> usize {
-        let more = match self.more.input == input {
-            true => self.more.sets.len(),
+        let more = match self.last.0 == input {
+            true => self.sets.len(),
             false => 0,
         };
         more + self.inputs[input].waiting(now)
     }
 
-    /// Takes the oldest message of an input. Returns the run time of its delivery if it
-    /// completes a set: the node, which is this member of its task set, is to tick.
+    /// Takes the oldest message of an input, unless one before completed several sets. Returns the
+    /// run time of its delivery if there is a set: the node, which is this member of its task set,
+    /// is to tick.
     pub(crate) fn take_from(
         &mut self,
         input: usize,
         member: usize,
         plan: &mut Timetable<'_>,
     ) -> Option<Time> {
-        let (choice, arrived) = match self.more.sets.pop_front() {
-            // Its own message waits for the next call.
-            Some(choice) => (Some(choice), self.more.arrived),
-            None => {
-                let taken = self.inputs.get_mut(input)?.take(plan.now())?;
-                let choice = self.sets.add(input, taken, &mut self.more.sets);
-                (self.more.input, self.more.arrived) = (input, taken.arrived);
-                (choice, taken.arrived)
-            }
-        };
+        if self.sets.is_empty() {
+            let taken = self.inputs.get_mut(input)?.take(plan.now())?;
+            self.matcher.add(input, taken, &mut self.sets);
+            self.last = (input, taken.arrived);
+        }
+        let choice = self.sets.pop_front();
         for (index, input) in self.inputs.iter_mut().enumerate() {
             if let Some(choice) = &choice {
                 input.choose(choice[index]);
             }
-            let waiting = self.more.sets.front().map(|set| set[index]);
-            input.forget_before(waiting.or_else(|| self.sets.needs_from(index)));
+            let waiting = self.sets.front().map(|set| set[index]);
+            input.forget_before(waiting.or_else(|| self.matcher.needs_from(index)));
         }
-        if input != self.more.input || !self.more.sets.is_empty() {
+        let (last, arrived) = self.last;
+        if input != last || !self.sets.is_empty() {
             // The node is called once more, as if a message arrived.
             plan.arrive(member, input);
         }

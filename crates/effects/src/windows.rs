@@ -16,13 +16,11 @@ use super::{
 
 /// The callbacks of an executor with one thread or several. A window holds timers before
 /// messages, each in the order of registration.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct WindowOrder {
     threads: usize,
     /// The mutually exclusive group of each node, by its first node.
     groups: Vec<usize>,
-    /// The nodes that are being executed.
-    running: Vec<usize>,
     /// The callbacks that are ready now.
     ready: BTreeSet<Call>,
     /// Those that were ready at the last look, and were not yet served.
@@ -39,23 +37,16 @@ impl WindowOrder {
         Self {
             threads,
             groups: groups.collect(),
-            running: Vec::new(),
             ready: BTreeSet::new(),
             window: BTreeSet::new(),
         }
     }
 
-    /// Whether no node of the group of this call runs.
-    fn is_free(&self, call: Call) -> bool {
-        let group = self.groups[call.member()];
-        !self.running.iter().any(|runs| self.groups[*runs] == group)
-    }
-
     /// Takes the first callback of a free group out of the window, and drops the messages before
     /// it.
-    fn take(&mut self) -> Option<Call> {
+    fn take(&mut self, running: &[usize]) -> Option<Call> {
         let mut window = self.window.iter().copied();
-        let next = window.find(|call| self.is_free(*call))?;
+        let next = window.find(|call| is_free(&self.groups, *call, running))?;
         let is_timer = |call: &Call| matches!(call, Call::Timer { .. });
         self.window
             .retain(|call| *call > next || is_timer(call) && *call != next);
@@ -63,74 +54,65 @@ impl WindowOrder {
     }
 
     /// Looks up what is ready in free groups.
-    fn look(&mut self) {
+    fn look(&mut self, running: &[usize]) {
         let ready = self.ready.iter().copied();
-        self.window = ready.filter(|call| self.is_free(*call)).collect();
-    }
-
-    /// A subscription whose last message was taken is ready no more.
-    fn taken(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
-        for input in 0..task_set.inputs(member) {
-            if task_set.oldest_of(member, input).is_none() {
-                self.ready.remove(&Call::Message { member, input });
-            }
-        }
-    }
-
-    /// Frees the thread and the group of a node that was being executed.
-    fn release(&mut self, member: usize) {
-        self.running.retain(|runs| *runs != member);
+        let free = ready.filter(|call| is_free(&self.groups, *call, running));
+        self.window = free.collect();
     }
 }
 
+/// Whether no node of the group of this call runs.
+fn is_free(groups: &[usize], call: Call, running: &[usize]) -> bool {
+    let group = groups[call.member()];
+    !running.iter().any(|runs| groups[*runs] == group)
+}
+
 impl CallbackOrder for WindowOrder {
-    const QUEUES_TIMERS: bool = false;
+    fn queues_timers(&self) -> bool {
+        false
+    }
 
     fn due(&mut self, member: usize, _: &mut TaskSetView<'_, '_>) {
         self.ready.insert(Call::Timer { member });
     }
 
     fn arrived(&mut self, member: usize, input: usize, task_set: &mut TaskSetView<'_, '_>) {
-        if task_set.oldest_of(member, input).is_some() {
+        let now = task_set.now();
+        let trigger = task_set.trigger(member);
+        if trigger.is_some_and(|trigger| trigger.oldest_of(input, now).is_some()) {
             self.ready.insert(Call::Message { member, input });
         }
     }
 
-    fn next(&mut self, _: &mut TaskSetView<'_, '_>) -> Option<Call> {
-        if self.running.len() == self.threads {
+    fn next(&mut self, task_set: &mut TaskSetView<'_, '_>) -> Option<Call> {
+        let running = task_set.running;
+        if running.len() == self.threads {
             return None;
         }
-        let call = self.take().or_else(|| {
-            self.look();
-            self.take()
+        let call = self.take(running).or_else(|| {
+            self.look(running);
+            self.take(running)
         })?;
-        self.running.push(call.member());
         if let Call::Timer { .. } = call {
             self.ready.remove(&call);
         }
         Some(call)
     }
 
-    fn began(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
-        self.taken(member, task_set);
-    }
-
-    fn ended(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
-        self.taken(member, task_set);
-        self.release(member);
-    }
-
-    fn take_over(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
-        if let Some(running) = task_set.task(member).running {
-            self.running.push(member);
-            task_set.end_at(member, running.ends);
+    /// A subscription whose last message was taken is ready no more.
+    fn called(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
+        let now = task_set.now();
+        if let Some(trigger) = task_set.trigger(member) {
+            let inputs = 0..trigger.inputs();
+            for input in inputs.filter(|input| trigger.oldest_of(*input, now).is_none()) {
+                self.ready.remove(&Call::Message { member, input });
+            }
         }
     }
 
     fn forget(&mut self, member: usize) {
         self.ready.retain(|ready| ready.member() != member);
         self.window.retain(|ready| ready.member() != member);
-        self.release(member);
     }
 
     fn reschedule(&mut self, member: usize) {

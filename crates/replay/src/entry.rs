@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use ratelab::{Entry, Operation, Time};
+use ratelab::{Entry, Operation, Time, sync::Arc};
 
 /// An entry of a thread, with what follows from those before it.
 #[derive(Debug)]
 pub(crate) struct LoggedEntry {
     pub(crate) entry: Entry,
-    pub(crate) operations: Vec<Operation>,
+    pub(crate) operations: Arc<[Operation]>,
     /// Run time at which it began: the end of some work began with it. That of the one before for
     /// an entry without a time.
     pub(crate) began: Time,
@@ -25,11 +25,10 @@ impl LoggedEntry {
             Entry::Done { .. } => (None, last.and_then(|last| last.node)),
             entry => (entry.at(), None),
         };
-        let began = at.or(last.map(|last| last.began)).unwrap_or_default();
         Self {
             entry,
-            operations,
-            began,
+            operations: operations.into(),
+            began: at.or(last.map(|last| last.began)).unwrap_or_default(),
             node,
         }
     }

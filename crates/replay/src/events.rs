@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use ratelab::{Command, Event, EventKind};
+use ratelab::{Command, Event, EventKind, Time};
 
-/// The events of the recorded run.
+/// The events of the recorded run, then those that a branch begins with.
 #[derive(Debug)]
 pub(crate) struct RecordedEvents {
     pub(crate) all: Vec<Event>,
@@ -15,6 +15,13 @@ pub(crate) struct RecordedEvents {
 }
 
 impl RecordedEvents {
+    /// Adds a command for run time `at`; returns its position.
+    pub(crate) fn add(&mut self, at: Time, command: Command) -> usize {
+        let what = EventKind::Applied { command, was: None };
+        self.all.push(Event { at, what });
+        self.all.len() - 1
+    }
+
     /// The command at a position, with the reason if it is to be refused as recorded.
     pub(crate) fn command(&self, event: usize) -> Option<(&Command, Option<&str>)> {
         match &self.all.get(event)?.what {

@@ -24,7 +24,6 @@
 mod coder;
 mod entry;
 mod events;
-mod hold;
 mod log;
 mod overlap;
 mod plan;

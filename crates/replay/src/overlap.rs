@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ratelab::{LockName, Time};
+use ratelab::Time;
 
 /// Ticks and commands that overlap, so that none of them can be executed whole before the
 /// others.
@@ -27,14 +27,4 @@ pub struct OverlapOperation {
     pub takes: Arc<str>,
     /// Its turn there, counted from zero.
     pub turn: u64,
-}
-
-/// A step of a thread within an overlap.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct OverlapStep {
-    pub(crate) thread: usize,
-    /// The lock and its turn; `None` for an entry without any.
-    pub(crate) takes: Option<(LockName, u64)>,
-    /// Whether the entry ends with it.
-    pub(crate) ends: bool,
 }

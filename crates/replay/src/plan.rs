@@ -2,51 +2,55 @@
 //! again.
 //!
 //! An entry whose operations are all next in turn can run whole, on any thread. Where two
-//! ticks overlap so that neither can, the smallest group that begins and ends at rest is a
+//! ticks overlap so that neither can, the smallest group that begins and ends at rest is an
 //! overlap: it needs a thread for each of its nodes. Of several entries the one that began
 //! first comes first.
 
 use std::{
     cmp::Reverse,
     collections::{BTreeMap, BTreeSet, BinaryHeap},
+    ops::Range,
 };
 
 use ratelab::{LockName, Operation, Time, sync::Arc};
 
-use super::{entry::LoggedEntry, log::LogError, overlap::OverlapStep};
+use super::{entry::LoggedEntry, log::LogError};
 
 /// The next turn of each lock.
 pub(crate) type Turns = BTreeMap<LockName, u64>;
 
+/// A place in the log of a stretch: an operation of an entry, or an entry without any.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlanStep {
+    pub(crate) thread: usize,
+    pub(crate) entry: usize,
+    pub(crate) operation: usize,
+}
+
 /// The order of a stretch.
 #[derive(Debug, Default)]
 pub(crate) struct Plan {
-    parts: Vec<Planned>,
-    whole: bool,
+    pub(crate) steps: Vec<PlanStep>,
+    /// The steps, divided where no entry is half done.
+    pub(crate) parts: Vec<PlanPart>,
 }
 
-/// A part of the plan: before and after it no node is in a tick.
+/// What runs as one: an entry, or several that overlap.
 #[derive(Debug)]
-pub(crate) struct Planned {
-    pub(crate) part: PlanPart,
+pub(crate) struct PlanPart {
+    /// Its place among the steps.
+    pub(crate) steps: Range<usize>,
+    pub(crate) overlaps: bool,
     /// Run time of its latest entry.
     pub(crate) at: Time,
     /// Whether the graph is at rest after it: the schedulers know of all that was done.
     pub(crate) rests: bool,
 }
 
-/// What runs as one.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum PlanPart {
-    /// The next entry of this thread.
-    Entry(usize),
-    /// The next entries of several threads, which overlap, in steps.
-    Overlap(Vec<OverlapStep>),
-}
-
 impl Plan {
     /// The plan for `threads` with these `names`, whose first operations take these
-    /// `turns`. A log that is not `whole` is planned until an operation is missing.
+    /// `turns`. A log that is not `whole` is planned until an operation is missing: then this
+    /// returns `false` beside the plan.
     ///
     /// # Errors
     /// [`LogError`] if there is no such order.
@@ -55,35 +59,30 @@ impl Plan {
         names: &[Arc<str>],
         turns: &mut Turns,
         whole: bool,
-    ) -> Result<Self, LogError> {
-        let mut planner = Planner::new(threads, names, turns)?;
-        let parts = std::iter::from_fn(|| planner.next()).collect();
-        let is_over = planner.is_over();
+    ) -> Result<(Self, bool), LogError> {
+        let mut planner = Planner::new(threads, turns)?;
+        while let Some(part) = planner.next() {
+            planner.plan.parts.push(part);
+        }
+        let is_over = planner.unfinished().next().is_none();
         if whole && !is_over {
-            return Err(LogError::Impossible(planner.obstacle()));
+            return Err(LogError::Impossible(planner.obstacle(names)));
         }
         turns.extend(planner.locks.iter().map(|(name, lock)| (*name, lock.next)));
-        let whole = is_over;
-        Ok(Self { parts, whole })
+        Ok((planner.plan, is_over))
     }
 
-    pub(crate) fn parts(&self) -> &[Planned] {
-        &self.parts
-    }
-
-    /// Number of the parts up to the last rest at or before run time `at`; `None` if no part is
+    /// Forgets what comes after the last rest at or before run time `at`; `false` if no part is
     /// later.
-    pub(crate) fn rest_before(&self, at: Time) -> Option<usize> {
-        let later = self.parts.iter().position(|planned| planned.at > at)?;
-        let rest = self.parts[..later]
-            .iter()
-            .rposition(|planned| planned.rests);
-        Some(rest.map_or(0, |rest| rest + 1))
-    }
-
-    /// Whether every entry is in it.
-    pub(crate) fn is_whole(&self) -> bool {
-        self.whole
+    pub(crate) fn cut(&mut self, at: Time) -> bool {
+        let Some(later) = self.parts.iter().position(|part| part.at > at) else {
+            return false;
+        };
+        let rest = self.parts[..later].iter().rposition(|part| part.rests);
+        self.parts.truncate(rest.map_or(0, |rest| rest + 1));
+        let steps = self.parts.last().map_or(0, |last| last.steps.end);
+        self.steps.truncate(steps);
+        true
     }
 }
 
@@ -107,49 +106,23 @@ impl Lock {
     }
 }
 
-/// A thread with its position between two operations.
-struct ThreadCursor<'a> {
-    entries: &'a [LoggedEntry],
-    /// Number of entries done.
-    done: usize,
-    /// Number of operations done of the next entry.
-    taken: usize,
-}
-
-impl<'a> ThreadCursor<'a> {
-    fn next(&self) -> Option<&'a LoggedEntry> {
-        self.entries.get(self.done)
-    }
-
-    /// The next operation; `None` if the entry has none left.
-    fn operation(&self) -> Option<&'a Operation> {
-        self.next()?.operations.get(self.taken)
-    }
-
-    fn last(&self) -> Option<&'a LoggedEntry> {
-        self.entries.get(self.done.checked_sub(1)?)
-    }
-}
-
 struct Planner<'a> {
-    names: &'a [Arc<str>],
+    threads: &'a [Vec<LoggedEntry>],
+    /// The next step of each thread.
+    next: Vec<PlanStep>,
     locks: BTreeMap<LockName, Lock>,
-    threads: Vec<ThreadCursor<'a>>,
     /// Threads that may have a whole entry to run, by its run time.
     ready: BinaryHeap<Reverse<(Time, usize)>>,
     /// Threads in the midst of some work.
     working: BTreeSet<usize>,
+    plan: Plan,
 }
 
 impl<'a> Planner<'a> {
-    fn new(
-        threads: &'a [Vec<LoggedEntry>],
-        names: &'a [Arc<str>],
-        turns: &Turns,
-    ) -> Result<Self, LogError> {
+    fn new(threads: &'a [Vec<LoggedEntry>], turns: &Turns) -> Result<Self, LogError> {
         let mut locks = BTreeMap::<LockName, Lock>::new();
         for (thread, entries) in threads.iter().enumerate() {
-            for operation in entries.iter().flat_map(|logged| &logged.operations) {
+            for operation in entries.iter().flat_map(|logged| &*logged.operations) {
                 let name = operation.lock;
                 let lock = locks.entry(name).or_insert_with(|| Lock {
                     next: turns.get(&name).copied().unwrap_or(0),
@@ -162,40 +135,41 @@ impl<'a> Planner<'a> {
                 lock.turns.push((operation.turn, thread));
             }
         }
-        for (lock, Lock { turns, .. }) in &mut locks {
-            turns.sort_unstable();
-            let twice = turns.windows(2).find(|pair| pair[0].0 == pair[1].0);
-            if let Some(&[(turn, one), (_, other)]) = twice {
-                let (one, other, lock) = (&names[one], &names[other], lock.text());
-                return Err(LogError::Impossible(format!(
-                    "{one} and {other} both took turn {turn} of {lock}"
-                )));
-            }
-        }
-        let threads = threads.iter().map(|entries| ThreadCursor {
-            entries,
-            done: 0,
-            taken: 0,
-        });
+        locks
+            .values_mut()
+            .for_each(|lock| lock.turns.sort_unstable());
+        let first = |thread| PlanStep {
+            thread,
+            entry: 0,
+            operation: 0,
+        };
         let mut planner = Self {
-            names,
+            threads,
+            next: (0..threads.len()).map(first).collect(),
             locks,
-            threads: threads.collect(),
             ready: BinaryHeap::new(),
             working: BTreeSet::new(),
+            plan: Plan::default(),
         };
         planner.wake_all();
         Ok(planner)
     }
 
-    /// The threads with entries left, by the run times of these.
-    fn unfinished(&self) -> impl Iterator<Item = (Time, usize)> {
-        let threads = self.threads.iter().enumerate();
-        threads.filter_map(|(index, thread)| Some((thread.next()?.began, index)))
+    /// The next entry of a thread.
+    fn entry(&self, thread: usize) -> Option<&'a LoggedEntry> {
+        self.threads[thread].get(self.next[thread].entry)
     }
 
-    fn is_over(&self) -> bool {
-        self.unfinished().next().is_none()
+    /// The operation of a step; `None` for an entry without any.
+    fn operation(&self, step: PlanStep) -> Option<&'a Operation> {
+        let entry = self.threads[step.thread].get(step.entry)?;
+        entry.operations.get(step.operation)
+    }
+
+    /// The threads with entries left, by the run times of these.
+    fn unfinished(&self) -> impl Iterator<Item = (Time, usize)> {
+        let threads = 0..self.threads.len();
+        threads.filter_map(|thread| Some((self.entry(thread)?.began, thread)))
     }
 
     /// Looks at all threads again.
@@ -209,109 +183,90 @@ impl<'a> Planner<'a> {
         self.locks.entry(name).or_default()
     }
 
-    fn next(&mut self) -> Option<Planned> {
-        self.next_whole().or_else(|| self.next_overlap())
-    }
-
-    /// Runs the first whole entry that can run.
-    fn next_whole(&mut self) -> Option<Planned> {
-        while let Some(Reverse((at, thread))) = self.ready.pop() {
-            let Some(entry) = self.threads[thread].next() else {
-                continue;
-            };
-            if let Err(lock) = self.run_whole(thread) {
-                self.lock(lock).waiting.push(thread);
-                continue;
-            }
-            let mut woken = vec![thread];
-            for operation in &entry.operations {
-                woken.append(&mut self.lock(operation.lock).waiting);
-            }
-            for thread in woken {
-                let next = self.threads[thread].next();
-                let next = next.map(|entry| Reverse((entry.began, thread)));
-                self.ready.extend(next);
-            }
-            let part = PlanPart::Entry(thread);
-            let rests = self.rests_after([thread]);
-            return Some(Planned { part, at, rests });
-        }
-        None
-    }
-
-    /// Takes all turns of the next entry of a thread; or none of them, and returns the lock that
-    /// is not there yet.
-    fn run_whole(&mut self, thread: usize) -> Result<(), LockName> {
-        loop {
-            if let Err(lock) = self.can_step(thread) {
-                while self.threads[thread].taken > 0 {
-                    self.step_back(thread);
+    /// The first whole entry that can run, or else the overlap around the entry that began
+    /// first; of a torn log, the first that is whole.
+    fn next(&mut self) -> Option<PlanPart> {
+        while let Some(Reverse((_, thread))) = self.ready.pop() {
+            match self.part(thread, false) {
+                Ok(part) => {
+                    self.wake(thread, part.steps.clone());
+                    return Some(part);
                 }
-                return Err(lock);
-            }
-            if self.step(thread).ends {
-                return Ok(());
+                Err(lock) => self.lock(lock).waiting.push(thread),
             }
         }
-    }
-
-    /// The overlap around the entry that began first; of a torn log, the first that is whole.
-    fn next_overlap(&mut self) -> Option<Planned> {
         let mut starts: Vec<(Time, usize)> = self.unfinished().collect();
         starts.sort_unstable();
-        let overlap = starts
-            .into_iter()
-            .find_map(|(at, start)| self.overlap(start, at));
+        let mut starts = starts.into_iter();
+        let overlap = starts.find_map(|(_, start)| self.part(start, true).ok());
         self.wake_all();
         overlap
     }
 
-    /// The overlap around the next entry of `start`, which began at `latest`; `None` if it cannot
-    /// end.
-    fn overlap(&mut self, start: usize, mut latest: Time) -> Option<Planned> {
-        let (mut steps, mut open) = (Vec::<OverlapStep>::new(), vec![start]);
-        while let Some(first) = open.first() {
-            let mut able = open.iter().filter(|thread| self.can_step(**thread).is_ok());
-            let able = able.next().copied();
-            let Some(thread) = able.or_else(|| self.needed_by(*first)) else {
-                for step in steps.iter().rev() {
-                    self.step_back(step.thread);
+    /// Looks again at a `thread` that took these `steps`, and at those that waited for it.
+    fn wake(&mut self, thread: usize, steps: Range<usize>) {
+        let mut woken = vec![thread];
+        for step in steps {
+            if let Some(operation) = self.operation(self.plan.steps[step]) {
+                woken.append(&mut self.lock(operation.lock).waiting);
+            }
+        }
+        for thread in woken {
+            let next = self.entry(thread);
+            self.ready
+                .extend(next.map(|entry| Reverse((entry.began, thread))));
+        }
+    }
+
+    /// Takes the steps of the next entry of `start`; if it `overlaps`, with those of other threads
+    /// that it waits for. Takes none if it cannot end, and returns the lock that it waits for.
+    fn part(&mut self, start: usize, overlaps: bool) -> Result<PlanPart, LockName> {
+        let (from, mut open) = (self.plan.steps.len(), vec![start]);
+        while let Some(&first) = open.first() {
+            let thread = match self.can_step(first) {
+                Ok(()) => first,
+                Err(lock) => {
+                    let mut open = open.iter().copied();
+                    let able = open.find(|thread| self.can_step(*thread).is_ok());
+                    let needed = || self.needed_by(first).filter(|_| overlaps);
+                    let Some(thread) = able.or_else(needed) else {
+                        self.back_to(from);
+                        return Err(lock);
+                    };
+                    thread
                 }
-                return None;
             };
-            latest = self.threads[thread]
-                .next()
-                .map_or(latest, |entry| latest.max(entry.began));
-            let step = self.step(thread);
-            steps.push(step);
-            open.retain(|other| *other != thread || !step.ends);
-            if !step.ends && !open.contains(&thread) {
+            let ends = self.step(thread);
+            open.retain(|other| *other != thread || !ends);
+            if !ends && !open.contains(&thread) {
                 open.push(thread);
             }
         }
-        let rests = self.rests_after(steps.iter().map(|step| step.thread));
-        Some(Planned {
-            part: PlanPart::Overlap(steps),
-            at: latest,
-            rests,
-        })
+        Ok(self.ended(from, overlaps))
     }
 
-    /// Whether no thread is in the midst of some work, after entries of these.
-    fn rests_after(&mut self, threads: impl IntoIterator<Item = usize>) -> bool {
-        for thread in threads {
-            let last = self.threads[thread].last();
-            match last.is_some_and(LoggedEntry::begins_work) {
-                true => self.working.insert(thread),
-                false => self.working.remove(&thread),
+    /// The part of the steps after the first `from`.
+    fn ended(&mut self, from: usize, overlaps: bool) -> PlanPart {
+        let mut latest = Time::ZERO;
+        for step in &self.plan.steps[from..] {
+            let entry = &self.threads[step.thread][step.entry];
+            latest = latest.max(entry.began);
+            match entry.begins_work() {
+                true => self.working.insert(step.thread),
+                false => self.working.remove(&step.thread),
             };
         }
-        self.working.is_empty()
+        PlanPart {
+            steps: from..self.plan.steps.len(),
+            overlaps,
+            at: latest,
+            rests: self.working.is_empty(),
+        }
     }
 
     /// Whether the next operation of a thread is next in turn; the lock if it is not.
     fn can_step(&self, thread: usize) -> Result<(), LockName> {
-        match self.threads[thread].operation() {
+        match self.operation(self.next[thread]) {
             Some(operation) if self.locks[&operation.lock].next != operation.turn => {
                 Err(operation.lock)
             }
@@ -319,42 +274,37 @@ impl<'a> Planner<'a> {
         }
     }
 
-    /// Takes one step of a thread.
-    fn step(&mut self, thread: usize) -> OverlapStep {
-        let operation = self.threads[thread].operation();
-        if let Some(operation) = operation {
+    /// Takes one step of a thread; returns whether the entry ends with it.
+    fn step(&mut self, thread: usize) -> bool {
+        let step = self.next[thread];
+        if let Some(operation) = self.operation(step) {
             self.lock(operation.lock).next += 1;
         }
-        let cursor = &mut self.threads[thread];
-        cursor.taken += usize::from(operation.is_some());
-        let ends = cursor.operation().is_none();
-        if ends {
-            (cursor.done, cursor.taken) = (cursor.done + 1, 0);
-        }
-        OverlapStep {
-            thread,
-            takes: operation.map(|operation| (operation.lock, operation.turn)),
-            ends,
-        }
+        self.plan.steps.push(step);
+        let operations = self.threads[thread][step.entry].operations.len();
+        let ends = step.operation + 1 >= operations;
+        let next = &mut self.next[thread];
+        (next.entry, next.operation) = match ends {
+            true => (step.entry + 1, 0),
+            false => (step.entry, step.operation + 1),
+        };
+        ends
     }
 
-    /// Takes the last step of a thread back.
-    fn step_back(&mut self, thread: usize) {
-        let cursor = &mut self.threads[thread];
-        if cursor.taken == 0 {
-            cursor.done -= 1;
-            cursor.taken = cursor.entries[cursor.done].operations.len();
-        }
-        cursor.taken = cursor.taken.saturating_sub(1);
-        if let Some(operation) = cursor.operation() {
-            self.lock(operation.lock).next -= 1;
+    /// Takes back all steps but the first `from`.
+    fn back_to(&mut self, from: usize) {
+        for step in self.plan.steps.split_off(from).into_iter().rev() {
+            if let Some(operation) = self.operation(step) {
+                self.lock(operation.lock).next -= 1;
+            }
+            self.next[step.thread] = step;
         }
     }
 
     /// The thread that can go on, and that `thread` waits for, directly or not.
     fn needed_by(&self, mut thread: usize) -> Option<usize> {
         for _ in 0..=self.threads.len() {
-            let operation = self.threads[thread].operation()?;
+            let operation = self.operation(self.next[thread])?;
             thread = self.locks[&operation.lock].owner()?;
             if self.can_step(thread).is_ok() {
                 return Some(thread);
@@ -363,11 +313,11 @@ impl<'a> Planner<'a> {
         None
     }
 
-    /// Why nothing can go on.
-    fn obstacle(&self) -> String {
-        let waits = self.threads.iter().zip(self.names);
-        let waits = waits.filter_map(|(thread, name)| {
-            let Operation { lock, turn, .. } = thread.operation()?;
+    /// Why nothing can go on, for threads with these `names`.
+    fn obstacle(&self, names: &[Arc<str>]) -> String {
+        let waits = self.next.iter().zip(names);
+        let waits = waits.filter_map(|(next, name)| {
+            let Operation { lock, turn, .. } = self.operation(*next)?;
             let next = self.locks[lock].next;
             let missing = match self.locks[lock].owner() {
                 Some(_) => "",

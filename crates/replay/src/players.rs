@@ -1,16 +1,21 @@
 //! The threads of a stretch under the real clock, executed again.
 
-use std::collections::BTreeMap;
+use std::{
+    cell::Cell,
+    collections::{BTreeMap, BTreeSet},
+    rc::Rc,
+};
 
 use ratelab::{
-    ClockExit, Command, End, Entries, Entry, Fault, Obeyed, Outcome, RunState, Supervision,
-    TaskSets, Time, Worker,
+    ClockExit, Command, End, Entries, Entry, Fault, Following, Obeyed, Outcome, RunState,
+    Supervision, TaskSets, Time, Worker,
     sync::{Arc, spawn_named, thread},
 };
 
 use super::{
     entry::{LoggedEntry, took},
     events::RecordedEvents,
+    plan::PlanStep,
     script::Script,
     watch::Watch,
 };
@@ -27,8 +32,6 @@ pub(super) struct RunView<'a> {
 pub(super) struct Players<'a> {
     run: RunView<'a>,
     all: Vec<ThreadPlayer<'a>>,
-    /// The turns of what runs on the calling thread.
-    script: std::rc::Rc<Script>,
 }
 
 /// Does again what a thread did, and logs it as that did.
@@ -39,7 +42,8 @@ struct ThreadPlayer<'a> {
     entries: &'a [LoggedEntry],
     /// Number of entries done.
     done: usize,
-    role: Role<'a>,
+    /// `None` for a node without a thread.
+    role: Option<Role<'a>>,
     log: Entries,
     /// How its last work ended the run, if it did.
     outcome: Outcome,
@@ -51,8 +55,6 @@ struct ThreadPlayer<'a> {
 enum Role<'a> {
     Supervisor(Supervision<'a>),
     Worker(Worker<'a>),
-    /// A node without a thread.
-    Nobody,
 }
 
 /// Refuses a command at rest, as recorded.
@@ -83,66 +85,94 @@ impl<'a> Players<'a> {
                 number,
                 entries,
                 done: 0,
-                role: roles.remove(&number).unwrap_or(Role::Nobody),
+                role: roles.remove(&number),
                 log: run.state.entries_of(number),
                 outcome: None,
                 exit: None,
             });
-        Self {
-            run,
-            all: all.collect(),
-            script: Script::new(run.watch),
+        let all = all.collect();
+        Self { run, all }
+    }
+
+    /// Takes these `steps`, of one entry, on the calling thread.
+    pub(super) fn alone(&mut self, steps: &[PlanStep]) {
+        if let Some(last) = steps.last() {
+            self.all[last.thread].play(last.entry + 1);
         }
     }
 
-    /// Their number.
-    pub(super) fn len(&self) -> usize {
-        self.all.len()
-    }
-
-    /// Runs the next entry of thread number `thread` on the calling thread.
-    pub(super) fn entry(&mut self, thread: usize) {
-        let _following = self.script.follow();
-        self.all[thread].play(&self.script, 1);
-    }
-
-    /// Runs so many of the next entries of each thread at the same time.
-    pub(super) fn together(&mut self, counts: &[usize]) {
+    /// Takes these `steps`, those of each thread on one of its own; the supervisor's are taken on
+    /// the calling one.
+    pub(super) fn together(&mut self, steps: &[PlanStep]) {
         let watch = self.run.watch;
-        let players = self.all.iter_mut().zip(counts.iter().copied());
-        let mut players = players.filter(|(_, count)| *count > 0).peekable();
+        let mut ends: Vec<usize> = self.all.iter().map(|player| player.done).collect();
+        for step in steps {
+            ends[step.thread] = step.entry + 1;
+        }
+        let players = self.all.iter_mut().zip(ends);
+        let mut players = players
+            .filter(|(player, end)| *end > player.done)
+            .peekable();
         thread::scope(|scope| {
             let supervisor = players.next_if(|(player, _)| player.number == 0);
-            for (player, count) in players {
+            for (player, end) in players {
                 let name = watch.name(player.number);
-                if let Err(error) = spawn_named(scope, name, move || player.play_alone(count)) {
+                if let Err(error) = spawn_named(scope, name, move || player.play(end)) {
                     watch.differs(format!("{name} has no thread: {error}"));
                 }
             }
-            if let Some((supervisor, count)) = supervisor {
-                supervisor.play_alone(count);
+            if let Some((supervisor, end)) = supervisor {
+                supervisor.play(end);
             }
         });
     }
 
-    /// Comes to the recorded `end`.
-    pub(super) fn end(self, end: Option<End>) -> Result<Option<ClockExit>, Fault> {
-        let RunView { watch, state, .. } = self.run;
-        let Some(end) = end.filter(|_| !watch.is_over()) else {
-            return Ok(Some(ClockExit::Stopped));
+    /// The same, held between any two operations until nobody looks on any more.
+    pub(super) fn held(&mut self, steps: &[PlanStep]) {
+        let takes = |step: &&PlanStep| {
+            let entry = &self.all[step.thread].entries[step.entry];
+            !entry.operations.is_empty()
         };
-        let supervisor = &self.all[0];
-        supervisor.log.note_alone(Entry::End(end));
-        let exit = supervisor.exit.clone();
+        let order = steps.iter().filter(takes).map(|step| step.thread);
+        let threads: BTreeSet<usize> = steps.iter().map(|step| step.thread).collect();
+        self.run.watch.hold(order.collect(), threads.len());
+        self.together(steps);
+        self.run.watch.wait_for_end();
+    }
+
+    /// Comes to the recorded `end`, if the log goes on to there.
+    pub(super) fn end(self, end: Option<End>) -> Result<Option<ClockExit>, Fault> {
+        let watch = self.run.watch;
+        if watch.is_over() {
+            return Ok(Some(ClockExit::Stopped));
+        }
+        let Some(end) = end else {
+            return Ok(None);
+        };
+        self.all[0].log.note_alone(Entry::End(end));
+        self.come_to(end).unwrap_or_else(|difference| {
+            watch.differs(difference);
+            Ok(Some(ClockExit::Stopped))
+        })
+    }
+
+    /// Comes to the recorded `end`, or to a difference from it.
+    fn come_to(self, end: End) -> Result<Result<Option<ClockExit>, Fault>, String> {
+        let RunView { watch, state, .. } = self.run;
+        let exit = self.all[0].exit.clone();
         let outcomes = self.all.into_iter().filter_map(|player| {
             let last = player.entries.get(player.done.checked_sub(1)?)?;
             Some((last.node?, player.outcome?))
         });
         let mut outcomes: BTreeMap<usize, Result<Time, Fault>> = outcomes.collect();
-        let name = |node: usize| watch.name(node + 1).to_owned();
-        let recorded = match end {
-            End::Paused => state.status().paused.then_some(Ok(None)),
+        let mut others = outcomes.values();
+        if let Some(other) = others.find_map(|outcome| unexplained(end, outcome)) {
+            return Err(format!("{other}; the recorded run went on"));
+        }
+        let name = |node: usize| watch.name(node.saturating_add(1)).to_owned();
+        let exit = match end {
             End::Left => Some(Ok(None)),
+            End::Paused => state.status().paused.then_some(Ok(None)),
             End::Completed { until } => {
                 state.set_now(until);
                 Some(Ok(Some(ClockExit::Completed)))
@@ -163,86 +193,82 @@ impl<'a> Players<'a> {
                 Some(Err(Fault { node, at, cause }))
             }
         };
-        watch.differs(match (recorded, another(end, outcomes.into_values())) {
-            (Some(end), None) => return end,
-            (_, Some(outcome)) => format!("{outcome}; the recorded run went on"),
-            (None, None) => format!("it did not come to its recorded end, {end:?}"),
-        });
-        Ok(Some(ClockExit::Stopped))
+        exit.ok_or_else(|| format!("it did not come to its recorded end, {end:?}"))
     }
 }
 
-/// The first of the `others` that the recorded `end` does not explain.
-fn another(end: End, mut others: impl Iterator<Item = Result<Time, Fault>>) -> Option<String> {
-    match end {
-        End::Failed { .. } | End::NoThread { .. } => None,
-        End::Ended { .. } => others.find_map(|outcome| Some(outcome.err()?.to_string())),
-        _ => others.next().map(|outcome| match outcome {
-            Ok(at) => format!("a node ended the run at {at}"),
-            Err(fault) => fault.to_string(),
-        }),
+/// What a node did to end the run, if the recorded `end` does not explain that.
+fn unexplained(end: End, outcome: &Result<Time, Fault>) -> Option<String> {
+    match (end, outcome) {
+        (End::Failed { .. } | End::NoThread { .. }, _) | (End::Ended { .. }, Ok(_)) => None,
+        (_, Ok(at)) => Some(format!("a node ended the run at {at}")),
+        (_, Err(fault)) => Some(fault.to_string()),
     }
 }
 
 impl ThreadPlayer<'_> {
-    /// Runs the next entries on a thread of its own.
-    fn play_alone(&mut self, count: usize) {
-        let script = Script::new(self.run.watch);
-        let _following = script.follow();
-        self.play(&script, count);
-        self.run.watch.hold().leave();
-    }
-
-    /// Runs the next entries.
-    fn play(&mut self, script: &Script, count: usize) {
-        let (watch, entries) = (self.run.watch, self.entries);
-        for logged in entries.iter().skip(self.done).take(count) {
-            if self.outcome.is_some() || watch.is_over() {
-                self.differs(&logged.entry, "it had ended before");
-                return;
-            }
-            let seen = logged.node.map_or(self.number, |node| node + 1);
+    /// Runs the next entries up to this `end`.
+    fn play(&mut self, end: usize) {
+        let watch = self.run.watch;
+        while self.done < end && !watch.is_over() {
+            let logged = &self.entries[self.done];
             let at = logged.entry.at().unwrap_or_default();
-            watch.begins(seen, at, took(&entries[self.done..]));
-            script.expect(self.number, &logged.operations);
-            let done = self.step(logged.entry);
-            self.log.add(&done, &logged.operations);
-            script.finish_entry();
+            let seen = logged
+                .node
+                .map_or(self.number, |node| node.saturating_add(1));
+            watch.begins(seen, at, took(&self.entries[self.done..]));
+            let script = Rc::new(Script {
+                watch: watch.clone(),
+                thread: self.number,
+                operations: logged.operations.clone(),
+                done: Cell::new(0),
+            });
+            let following = Following::new(script.clone());
+            match self.step(logged.entry) {
+                Ok(done) => self.log.add(&done, &logged.operations),
+                Err(why) => watch.differs(format!("{} at {at}: {why}", watch.name(self.number))),
+            }
+            drop(following);
+            script.finish();
             watch.finishes(seen);
             self.done += 1;
         }
+        watch.leave();
     }
 
     /// Does an entry; returns it, that of a command with the position in the event log of this
-    /// run.
-    fn step(&mut self, entry: Entry) -> Entry {
+    /// run, or the difference from the recorded run.
+    fn step(&mut self, entry: Entry) -> Result<Entry, String> {
+        if self.outcome.is_some() {
+            return Err("it had ended before".to_owned());
+        }
         match (&mut self.role, entry) {
-            (Role::Nobody, _) => self.differs(&entry, "it has no thread, and had one"),
-            (_, Entry::Obey { at, event }) => match self.obey(event, at) {
-                Some(event) => return Entry::Obey { at, event },
-                None => self.differs(&entry, "it has no such node"),
-            },
-            (Role::Worker(worker), Entry::Arrive(arrival)) => worker.arrive(arrival),
-            (Role::Worker(worker), Entry::Look { at, late, node }) => {
+            (None, _) => return Err("it has no thread, and had one".to_owned()),
+            (_, Entry::Obey { at, event }) => {
+                let event = self.obey(event, at).ok_or("it has no such node")?;
+                return Ok(Entry::Obey { at, event });
+            }
+            (Some(Role::Worker(worker)), Entry::Arrive(arrival)) => worker.arrive(arrival),
+            (Some(Role::Worker(worker)), Entry::Look { at, late, node }) => {
                 let worked = worker.look(at, late);
-                self.check(&entry, node, worked);
+                self.check(node, worked)?;
             }
-            (Role::Worker(worker), Entry::Finish { at, node }) => {
+            (Some(Role::Worker(worker)), Entry::Finish { at, node }) => {
                 let worked = worker.finish(at);
-                self.check(&entry, Some(node), worked);
+                self.check(Some(node), worked)?;
             }
-            (Role::Worker(worker), Entry::Done { at, passed }) => {
+            (Some(Role::Worker(worker)), Entry::Done { at, passed }) => {
                 self.outcome = worker.done(at, passed);
             }
-            _ => {}
+            _ => return Err(format!("no thread can have done {entry:?}")),
         }
-        entry
+        Ok(entry)
     }
 
     /// Carries out the command of a recorded event; returns the position of this run's.
     fn obey(&mut self, event: u64, at: Time) -> Option<u64> {
         let (command, refusal) = self.run.events.command(usize::try_from(event).ok()?)?;
-        let event = match (&mut self.role, refusal) {
+        let event = match (self.role.as_mut()?, refusal) {
             (Role::Worker(worker), Some(reason)) => worker.refuse(command, at, reason),
             (Role::Worker(worker), None) => worker.obey(command, at)?,
             (Role::Supervisor(supervision), None) => {
@@ -250,30 +276,25 @@ impl ThreadPlayer<'_> {
                 self.exit = obeyed.exit;
                 obeyed.event
             }
-            (_, Some(reason)) => refuse_again(self.run.state, command, at, reason).event,
-            (Role::Nobody, None) => return None,
+            (Role::Supervisor(_), Some(reason)) => {
+                refuse_again(self.run.state, command, at, reason).event
+            }
         };
         Some(event as u64)
     }
 
     /// Checks that the node did some work that did so in the recorded run.
-    fn check(&self, entry: &Entry, recorded: Option<usize>, worked: Option<usize>) {
-        if worked != recorded {
-            let name = |node: Option<usize>| match node {
-                Some(node) => self.run.watch.name(node + 1),
-                None => "nobody",
-            };
-            let (now, before) = (name(worked), name(recorded));
-            self.differs(
-                entry,
-                &format!("{now} had something to do where {before} had in the recorded run"),
-            );
+    fn check(&self, recorded: Option<usize>, worked: Option<usize>) -> Result<(), String> {
+        if worked == recorded {
+            return Ok(());
         }
-    }
-
-    fn differs(&self, entry: &Entry, why: &str) {
-        let (watch, at) = (self.run.watch, entry.at().unwrap_or_default());
-        let name = watch.name(self.number);
-        watch.differs(format!("{name} at {at}: {why}"));
+        let name = |node: Option<usize>| match node {
+            Some(node) => self.run.watch.name(node.saturating_add(1)),
+            None => "nobody",
+        };
+        let (now, before) = (name(worked), name(recorded));
+        Err(format!(
+            "{now} had something to do where {before} had in the recorded run"
+        ))
     }
 }

@@ -9,25 +9,16 @@ use ratelab::{
 
 use super::{
     events::RecordedEvents,
-    hold::Hold,
     log::{Log, LogError},
-    overlap::{Overlap, OverlapStep},
-    plan::PlanPart,
+    overlap::Overlap,
     players::{Players, RunView, refuse_again},
-    section::{Section, Sections, Stretch},
+    section::{Section, SectionReader, Stretch},
     watch::Watch,
 };
 
-/// Nobody waits for messages: the log knows when nodes hear of them.
-struct Unheard;
-
-impl Wake for Unheard {
-    fn wake(&self, _: Arrival) {}
-}
-
-/// Executes a run of the real clock again, in the recorded order and with the recorded times: on the same build and kind of machine it is the same
-/// run, to the bit, as long as its nodes share nothing but topics and
-/// [`Shared`](ratelab::Shared) values.
+/// Executes a run of the real clock again, in the recorded order and with the recorded times: on
+/// the same build and kind of machine it is the same run, to the bit, as long as its nodes share
+/// nothing but topics and [`Shared`](ratelab::Shared) values.
 ///
 /// Whole ticks run one after the other on the calling thread, as fast as they can. Ticks
 /// that overlapped, each waiting for the other, run on threads of their own.
@@ -59,23 +50,13 @@ impl Wake for Unheard {
 pub struct Rerun {
     sections: VecDeque<Section>,
     events: RecordedEvents,
+    /// Whether all of the recorded run is to come again.
     whole: bool,
-    /// The moment at which to leave the recorded run.
-    branch: Option<BranchPoint>,
     /// Whether the recorded run was left.
     left: bool,
     /// The number of overlaps up to the one to be held in, if there is one.
     hold: Option<usize>,
     watch: Arc<Watch>,
-}
-
-/// The end of what is executed again.
-#[derive(Debug)]
-struct BranchPoint {
-    at: Time,
-    /// Commands to carry out then, before the graph is handed to the virtual clock; `None`
-    /// to stop.
-    then: Option<Vec<Command>>,
 }
 
 impl Rerun {
@@ -106,16 +87,15 @@ impl Rerun {
         let nodes = topology.nodes.iter().map(|node| Arc::from(&*node.name));
         let supervisor = std::iter::once(Arc::from("the supervisor"));
         let names: Vec<Arc<str>> = supervisor.chain(nodes).collect();
-        let sections = Sections::read(log, events, &names, whole)?;
+        let mut reader = SectionReader::new(log, events, &names, whole)?;
         Ok(Self {
-            sections: sections.all.into(),
+            sections: reader.read()?.into(),
             events: RecordedEvents {
                 all: events.to_vec(),
-                known: sections.events,
+                known: reader.known,
                 refused: BTreeSet::new(),
             },
             whole,
-            branch: None,
             left: false,
             hold: None,
             watch: Arc::new(Watch::new(names)),
@@ -143,23 +123,31 @@ impl Rerun {
     /// Gives every node a thread of its own, which pauses for a random time before each
     /// operation: the result is the same.
     pub fn perturb(&mut self) {
-        self.watch.set_perturbed();
+        self.watch.perturb();
     }
 
-    /// Stops the run at the last rest at or before run time `at`, if it is under the real
-    /// clock then.
-    pub fn until(&mut self, at: Time) {
-        self.branch = Some(BranchPoint { at, then: None });
-    }
-
-    /// Leaves the recorded run at the last rest at or before run time `at`: carries out
-    /// `commands` there, and goes on under the virtual clock.
+    /// Leaves the recorded run at the last rest at or before run time `at`, if it is under the
+    /// real clock then: carries out `commands` there, and goes on under the virtual clock.
     pub fn branch(&mut self, at: Time, commands: Vec<Command>) {
-        let then = Some(commands);
-        self.branch = Some(BranchPoint { at, then });
+        self.whole = false;
+        let mut sections = self.sections.iter_mut();
+        let cut = sections.position(|section| match section {
+            Section::Stretch(stretch) => stretch.cut(at),
+            _ => false,
+        });
+        let Some(cut) = cut else {
+            return;
+        };
+        self.sections.truncate(cut + 1);
+        self.sections.push_back(Section::Left);
+        let on = Command::HandOver(ClockKind::Virtual);
+        for command in commands.into_iter().chain([on]) {
+            let event = self.events.add(at, command);
+            self.sections.push_back(Section::Rest(event));
+        }
     }
 
-    /// Whether it has left the recorded run, to stop or to go on under the virtual clock.
+    /// Whether it has left the recorded run, to go on under the virtual clock.
     pub fn has_left(&self) -> bool {
         self.left
     }
@@ -175,26 +163,19 @@ impl Rerun {
 
     /// The ticks that overlap, in order.
     pub fn overlaps(&self) -> Vec<Overlap> {
-        self.stretches().flat_map(Stretch::overlaps).collect()
-    }
-
-    fn stretches(&self) -> impl Iterator<Item = &Stretch> {
-        self.sections.iter().filter_map(|section| match section {
+        let stretches = self.sections.iter().filter_map(|section| match section {
             Section::Stretch(stretch) => Some(stretch),
-            Section::Rest(_) | Section::Abandoned => None,
-        })
+            _ => None,
+        });
+        stretches.flat_map(Stretch::overlaps).collect()
     }
 
     /// The run times at which the graph rests between two ticks under the real clock, in
-    /// order: where a run can be stopped, and left.
+    /// order: where a run can be left.
     pub fn rests(&self) -> Vec<Time> {
-        let parts = self.stretches().flat_map(|stretch| stretch.plan.parts());
-        let mut now = Time::ZERO;
-        let rests = parts.filter_map(|planned| {
-            now = now.max(planned.at);
-            planned.rests.then_some(now)
-        });
-        let mut rests: Vec<Time> = std::iter::once(Time::ZERO).chain(rests).collect();
+        let rests = self.rests_from(ClockKind::Real).into_iter();
+        let rests = rests.filter(|(_, clock)| *clock == ClockKind::Real);
+        let mut rests: Vec<Time> = rests.map(|(at, _)| at).collect();
         rests.dedup();
         rests
     }
@@ -202,33 +183,35 @@ impl Rerun {
     /// The last of these at or before `at`; `None` if the run, which began under the clock
     /// `first`, was under the virtual clock then.
     pub fn rest_before(&self, at: Time, first: ClockKind) -> Option<Time> {
-        let (mut now, mut clock) = (Time::ZERO, first);
+        let rests = self.rests_from(first).into_iter();
+        let (rest, clock) = rests.take_while(|(rest, _)| *rest <= at).last()?;
+        (clock == ClockKind::Real).then_some(rest)
+    }
+
+    /// The rests of a run that began under the clock `first`, each with the clock after it.
+    fn rests_from(&self, first: ClockKind) -> Vec<(Time, ClockKind)> {
+        let (mut now, mut rests) = (Time::ZERO, vec![(Time::ZERO, first)]);
         for section in &self.sections {
             match section {
                 Section::Rest(event) => {
                     let event = self.events.all.get(*event);
-                    if let Some(Command::HandOver(next)) = event.and_then(Event::applied) {
-                        clock = *next;
+                    if let Some(Command::HandOver(clock)) = event.and_then(Event::applied) {
+                        rests.push((now, *clock));
                     }
                 }
-                Section::Abandoned => {}
                 Section::Stretch(stretch) => {
-                    let parts = stretch.plan.parts();
-                    let rest = stretch.plan.rest_before(at);
-                    for planned in &parts[..rest.unwrap_or(parts.len())] {
-                        now = now.max(planned.at);
-                        clock = ClockKind::Real;
-                    }
-                    if rest.is_some() {
-                        break;
+                    for part in &stretch.plan.parts {
+                        now = now.max(part.at);
+                        rests.extend(part.rests.then_some((now, ClockKind::Real)));
                     }
                     if stretch.end == Some(End::HandedOver) {
-                        clock = ClockKind::Virtual;
+                        rests.push((now, ClockKind::Virtual));
                     }
                 }
+                Section::Abandoned | Section::Left => {}
             }
         }
-        (clock == ClockKind::Real).then_some(now)
+        rests
     }
 
     /// Watches the run from another thread.
@@ -238,7 +221,7 @@ impl Rerun {
 
     /// What was different first, beside messages and events; `None` if nothing was.
     pub fn difference(&self) -> Option<String> {
-        let more = self.whole && self.branch.is_none() && !self.sections.is_empty();
+        let more = self.whole && !self.sections.is_empty();
         let more = more.then(|| "the recorded run went on under the real clock".to_owned());
         self.watch.difference().or(more)
     }
@@ -257,15 +240,7 @@ impl Clock for Rerun {
         // There is no wall to keep up with: those who look on lose nothing.
         graph.state().set_waits(true);
         let end = loop {
-            let end = match self.sections.pop_front() {
-                Some(Section::Stretch(stretch)) => self.stretch(graph, stretch),
-                Some(Section::Rest(event)) => Ok(self.rest(graph, event)),
-                Some(Section::Abandoned) => {
-                    supervisor(graph).note_alone(Entry::Abandoned);
-                    Ok(Some(ClockExit::Stopped))
-                }
-                None => Ok(Some(self.no_more())),
-            };
+            let end = self.section(graph);
             if let Some(end) = end.transpose() {
                 break end;
             }
@@ -278,41 +253,50 @@ impl Clock for Rerun {
 }
 
 impl Rerun {
-    fn no_more(&self) -> ClockExit {
-        if self.whole {
-            let reason = "it is under the real clock, and the recorded run was not";
-            self.watch.differs(reason.to_owned());
+    /// Executes the next section; `None` if the run goes on after it. What is executed again is
+    /// logged as it was, so that a branch can be executed again, too.
+    fn section(&mut self, graph: &mut Graph) -> Result<Option<ClockExit>, Fault> {
+        let log = graph.state().entries_of(0);
+        match self.sections.pop_front() {
+            Some(Section::Stretch(stretch)) => return self.stretch(graph, &stretch),
+            Some(Section::Rest(event)) => return Ok(self.rest(graph, &log, event)),
+            Some(Section::Left) => {
+                self.left = true;
+                log.note_alone(Entry::End(End::Left));
+                return Ok(None);
+            }
+            Some(Section::Abandoned) => log.note_alone(Entry::Abandoned),
+            None if self.whole => {
+                let reason = "it is under the real clock, and the recorded run was not";
+                self.watch.differs(reason.to_owned());
+            }
+            None => {}
         }
-        ClockExit::Stopped
+        Ok(Some(ClockExit::Stopped))
     }
 
-    fn rest(&self, graph: &mut Graph, event: usize) -> Option<ClockExit> {
+    /// Carries out a command between two ticks.
+    fn rest(&self, graph: &mut Graph, log: &Entries, event: usize) -> Option<ClockExit> {
         let (command, refusal) = self.events.command(event)?;
-        let now = graph.now();
-        let obeyed = match refusal {
-            Some(reason) => refuse_again(&graph.state(), command, now, reason),
-            None => at_rest(graph, command),
+        let (now, state) = (graph.now(), graph.state());
+        let Obeyed { event, exit } = match refusal {
+            Some(reason) => refuse_again(&state, command, now, reason),
+            None => obey_at_rest(graph, ClockKind::Real, command, now),
         };
-        let event = obeyed.event as u64;
-        supervisor(graph).note_alone(Entry::Rest { event });
-        obeyed.exit
+        let event = event as u64;
+        log.note_alone(Entry::Rest { event });
+        exit
     }
 
-    fn stretch(&mut self, graph: &mut Graph, stretch: Stretch) -> Result<Option<ClockExit>, Fault> {
+    fn stretch(
+        &mut self,
+        graph: &mut Graph,
+        stretch: &Stretch,
+    ) -> Result<Option<ClockExit>, Fault> {
         if stretch.threads.len() != graph.node_count() + 1 {
             self.watch.differs("the graph has other nodes".to_owned());
             return Ok(Some(ClockExit::Stopped));
         }
-        let played = self.play(graph, &stretch);
-        played.unwrap_or_else(|| Ok(Some(self.leave(graph))))
-    }
-
-    /// Plays a stretch; `None` where the recorded run is to be left.
-    fn play(
-        &mut self,
-        graph: &mut Graph,
-        stretch: &Stretch,
-    ) -> Option<Result<Option<ClockExit>, Fault>> {
         let state = graph.state();
         let (task_sets, supervision) = graph.apart();
         task_sets.wake_by(Arc::new(Unheard));
@@ -322,77 +306,31 @@ impl Rerun {
             state: &state,
         };
         let mut players = Players::new(run, &stretch.threads, &task_sets, supervision);
-        if self.watch.is_perturbed() && self.branch.is_none() && stretch.end.is_some() {
-            let all: Vec<usize> = stretch.threads.iter().map(Vec::len).collect();
-            players.together(&all);
-            return Some(players.end(stretch.end));
+        let plan = &stretch.plan;
+        if self.watch.is_perturbed() {
+            players.together(&plan.steps);
+            return players.end(stretch.end);
         }
-        let branch = self.branch.as_ref();
-        let leaves = branch.and_then(|branch| stretch.plan.rest_before(branch.at));
-        for (index, planned) in stretch.plan.parts().iter().enumerate() {
-            if leaves == Some(index) {
-                return None;
-            }
+        for part in &plan.parts {
+            let steps = &plan.steps[part.steps.clone()];
             if self.watch.is_over() {
                 break;
-            }
-            match &planned.part {
-                PlanPart::Entry(thread) => players.entry(*thread),
-                PlanPart::Overlap(steps) => {
-                    let hold = (self.hold == Some(0)).then(|| self.watch.hold());
-                    self.hold = self.hold.and_then(|before| before.checked_sub(1));
-                    play_overlap(&mut players, steps, hold);
-                }
+            } else if !part.overlaps {
+                players.alone(steps);
+            } else if self.hold == Some(0) {
+                players.held(steps);
+            } else {
+                self.hold = self.hold.and_then(|before| before.checked_sub(1));
+                players.together(steps);
             }
         }
-        Some(players.end(stretch.end))
-    }
-
-    /// Leaves the recorded run.
-    fn leave(&mut self, graph: &mut Graph) -> ClockExit {
-        self.left = true;
-        let then = self.branch.as_mut().and_then(|branch| branch.then.take());
-        let Some(commands) = then else {
-            return ClockExit::Stopped;
-        };
-        let log = supervisor(graph);
-        log.note_alone(Entry::End(End::Left));
-        let on = Command::HandOver(ClockKind::Virtual);
-        for command in commands.iter().chain([&on]) {
-            let event = at_rest(graph, command).event as u64;
-            log.note_alone(Entry::Rest { event });
-        }
-        ClockExit::HandedOver(ClockKind::Virtual)
+        players.end(stretch.end)
     }
 }
 
-/// The log of the thread that supervises the nodes: what is executed again is logged as it
-/// was, so that a branch can be executed again, too.
-fn supervisor(graph: &Graph) -> Entries {
-    graph.state().entries_of(0)
-}
+/// Nobody waits for messages: the log knows when nodes hear of them.
+struct Unheard;
 
-/// Carries out a command between two ticks.
-fn at_rest(graph: &mut Graph, command: &Command) -> Obeyed {
-    let now = graph.now();
-    obey_at_rest(graph, ClockKind::Real, command, now)
-}
-
-/// Plays the overlap of these `steps`, and waits for the end of its `hold` if it has one.
-fn play_overlap(players: &mut Players<'_>, steps: &[OverlapStep], hold: Option<&Hold>) {
-    let ends = |thread: usize| {
-        let ends = steps
-            .iter()
-            .filter(|step| step.thread == thread && step.ends);
-        ends.count()
-    };
-    let counts: Vec<usize> = (0..players.len()).map(ends).collect();
-    let Some(hold) = hold else {
-        return players.together(&counts);
-    };
-    let takes = steps.iter().filter(|step| step.takes.is_some());
-    let threads = counts.iter().filter(|count| **count > 0).count();
-    hold.begin(takes.map(|step| step.thread).collect(), threads);
-    players.together(&counts);
-    hold.wait_for_end();
+impl Wake for Unheard {
+    fn wake(&self, _: Arrival) {}
 }

@@ -1,47 +1,66 @@
-//! Watches a run that is executed again.
+//! Watches a run that is executed again, and holds it.
 
 use std::{
+    collections::{BTreeMap, BTreeSet},
     hash::{BuildHasher, RandomState},
+    sync::PoisonError,
     time::Duration,
 };
 
 use ratelab::{
     Time,
-    sync::{
-        Arc, Mutex,
-        atomic::{AtomicBool, AtomicU64, Ordering},
-        lock, thread,
-    },
+    sync::{Arc, Condvar, Mutex, MutexGuard, lock, thread},
 };
-
-use super::hold::Hold;
 
 /// Longest pause of a thread before an operation that is to be perturbed.
 const LONGEST_PAUSE_US: u64 = 100;
+
+/// The number of operations of an overlap that is not held.
+const ALL: usize = usize::MAX;
 
 /// A run that is executed again, as seen from other threads: its first difference from the
 /// recorded one, and what it is doing.
 #[derive(Debug)]
 pub struct Watch {
-    over: AtomicBool,
-    difference: Mutex<Option<String>>,
-    perturbed: AtomicBool,
-    hold: Hold,
-    /// Entries that are finished.
-    finished: AtomicU64,
-    threads: Vec<SeenThread>,
+    /// The names of the threads.
+    names: Vec<Arc<str>>,
+    state: Mutex<WatchState>,
+    changed: Condvar,
 }
 
-/// A thread of the run.
-#[derive(Debug)]
-struct SeenThread {
-    name: Arc<str>,
-    /// Run time of the entry that it is in, plus one; zero between entries.
-    in_entry: AtomicU64,
-    /// How long that entry took when it was recorded (ns).
-    took: AtomicU64,
-    /// Whether it waits for its turn.
-    waits: AtomicBool,
+#[derive(Debug, Default)]
+struct WatchState {
+    difference: Option<String>,
+    /// Whether it is not the recorded run, or nobody looks at it any more.
+    over: bool,
+    perturbed: bool,
+    /// Entries that are finished.
+    finished: u64,
+    /// The node that each thread is busy with.
+    busy: BTreeMap<usize, BusyNode>,
+    /// Threads that wait for their turn.
+    waiting: BTreeSet<usize>,
+    hold: Hold,
+}
+
+/// An overlap whose operations are done one by one, in the order of the plan.
+#[derive(Debug, Default)]
+struct Hold {
+    /// The threads of the operations, in order; `None` until the run is there.
+    order: Option<Vec<usize>>,
+    /// Operations that may be done.
+    allowed: usize,
+    /// Operations that were begun.
+    done: usize,
+    /// Threads that are neither held nor at the end of the overlap.
+    running: usize,
+}
+
+impl Hold {
+    fn may_go(&self, thread: usize) -> bool {
+        let next = self.order.as_ref().and_then(|order| order.get(self.done));
+        self.allowed == ALL || (self.done < self.allowed && next == Some(&thread))
+    }
 }
 
 /// What a run does at a moment.
@@ -64,116 +83,175 @@ pub struct BusyNode {
     pub took: Duration,
 }
 
+/// For those who look on.
 impl Watch {
-    /// Watches the threads with these `names`.
-    pub(crate) fn new(names: impl IntoIterator<Item = Arc<str>>) -> Self {
-        let threads = names.into_iter().map(|name| SeenThread {
-            name,
-            in_entry: AtomicU64::new(0),
-            took: AtomicU64::new(0),
-            waits: AtomicBool::new(false),
-        });
-        Self {
-            over: AtomicBool::new(false),
-            difference: Mutex::default(),
-            perturbed: AtomicBool::new(false),
-            hold: Hold::default(),
-            finished: AtomicU64::new(0),
-            threads: threads.collect(),
-        }
-    }
-
     /// The first operation that was not the recorded one; `None` if there is none.
     pub fn difference(&self) -> Option<String> {
-        lock(&self.difference).clone()
+        self.state().difference.clone()
     }
 
     /// What the run does now.
     pub fn doing(&self) -> Doing {
+        let state = self.state();
         // The supervisor is no node.
-        let node = self.threads.iter().skip(1).find_map(|seen| {
-            let at = seen.in_entry.load(Ordering::Acquire).checked_sub(1)?;
-            let waits = seen.waits.load(Ordering::Relaxed);
-            (!waits).then(|| BusyNode {
-                name: seen.name.clone(),
-                at: Time::from_nanos(at),
-                took: Duration::from_nanos(seen.took.load(Ordering::Relaxed)),
-            })
-        });
+        let mut nodes = state.busy.range(1..);
+        let node = nodes.find(|(thread, _)| !state.waiting.contains(thread));
         Doing {
-            finished: self.finished.load(Ordering::Relaxed),
-            node,
+            finished: state.finished,
+            node: node.map(|(_, node)| node.clone()),
         }
     }
 
     /// Allows the first `operations` of the overlap in which the run is [held](crate::Rerun::hold).
     pub fn allow(&self, operations: usize) {
-        self.hold.allow(operations);
+        let mut state = self.state();
+        // What is no longer held goes on to the end.
+        state.hold.allowed = state.hold.allowed.max(operations);
+        self.changed.notify_all();
     }
 
     /// The number of operations of that overlap that are done, once its nodes are at rest.
     pub fn held(&self) -> Option<usize> {
-        self.hold.done()
+        let hold = &self.state().hold;
+        let all = hold.order.as_ref()?.len();
+        let rests = hold.running == 0 && hold.done >= hold.allowed.min(all);
+        rests.then_some(hold.done)
     }
 
     /// Ends a run that is held.
     pub fn end(&self) {
-        self.over.store(true, Ordering::Release);
-        self.hold.end();
+        self.state().over = true;
+        self.let_go();
+    }
+}
+
+/// For the run.
+impl Watch {
+    /// Watches the threads with these `names`.
+    pub(crate) fn new(names: Vec<Arc<str>>) -> Self {
+        Self {
+            names,
+            state: Mutex::default(),
+            changed: Condvar::default(),
+        }
     }
 
-    pub(crate) fn hold(&self) -> &Hold {
-        &self.hold
+    fn state(&self) -> MutexGuard<'_, WatchState> {
+        lock(&self.state)
+    }
+
+    /// The name of a thread.
+    pub(crate) fn name(&self, thread: usize) -> &str {
+        self.names.get(thread).map_or("nobody", |name| name)
+    }
+
+    /// Has every thread pause for a random time before each operation.
+    pub(crate) fn perturb(&self) {
+        self.state().perturbed = true;
+    }
+
+    pub(crate) fn is_perturbed(&self) -> bool {
+        self.state().perturbed
     }
 
     /// Gives up: this is not the recorded run. The first reason counts.
     pub(crate) fn differs(&self, reason: String) {
-        lock(&self.difference).get_or_insert(reason);
-        self.over.store(true, Ordering::Release);
-        self.hold.let_go();
+        let mut state = self.state();
+        if !std::mem::replace(&mut state.over, true) {
+            state.difference = Some(reason);
+        }
+        drop(state);
+        self.let_go();
     }
 
     /// Whether the run was given up.
     pub(crate) fn is_over(&self) -> bool {
-        self.over.load(Ordering::Acquire)
-    }
-
-    /// Has every thread pause for a random time before each operation.
-    pub(crate) fn set_perturbed(&self) {
-        self.perturbed.store(true, Ordering::Relaxed);
-    }
-
-    pub(crate) fn is_perturbed(&self) -> bool {
-        self.perturbed.load(Ordering::Relaxed)
-    }
-
-    pub(super) fn perturb(&self) {
-        if self.is_perturbed() {
-            let random = RandomState::new().hash_one(0) % LONGEST_PAUSE_US;
-            thread::sleep(Duration::from_micros(random));
-        }
-    }
-
-    pub(crate) fn name(&self, thread: usize) -> &str {
-        &self.threads[thread].name
+        self.state().over
     }
 
     /// Notes that a thread began an entry at run time `at`, which `took` so long in the
     /// recorded run.
     pub(crate) fn begins(&self, thread: usize, at: Time, took: Duration) {
-        let (seen, took) = (&self.threads[thread], took.as_nanos() as u64);
-        seen.took.store(took, Ordering::Relaxed);
-        let at = at.as_nanos().saturating_add(1);
-        seen.in_entry.store(at, Ordering::Release);
+        if let Some(name) = self.names.get(thread).cloned() {
+            let node = BusyNode { name, at, took };
+            self.state().busy.insert(thread, node);
+        }
     }
 
     /// Notes that a thread finished its entry.
     pub(crate) fn finishes(&self, thread: usize) {
-        self.threads[thread].in_entry.store(0, Ordering::Relaxed);
-        self.finished.fetch_add(1, Ordering::Relaxed);
+        let mut state = self.state();
+        state.finished += 1;
+        state.busy.remove(&thread);
     }
 
-    pub(super) fn waits(&self, thread: usize, waits: bool) {
-        self.threads[thread].waits.store(waits, Ordering::Relaxed);
+    /// Notes whether a thread waits for its turn.
+    pub(crate) fn waits(&self, thread: usize, waits: bool) {
+        let waiting = &mut self.state().waiting;
+        match waits {
+            true => waiting.insert(thread),
+            false => waiting.remove(&thread),
+        };
+    }
+
+    /// Waits until `thread` may do its next operation; `false` if the run was given up.
+    pub(crate) fn pass(&self, thread: usize) -> bool {
+        let mut state = self.state();
+        if state.over {
+            return false;
+        }
+        if state.perturbed {
+            drop(state);
+            let random = RandomState::new().hash_one(0) % LONGEST_PAUSE_US;
+            thread::sleep(Duration::from_micros(random));
+            state = self.state();
+        }
+        if state.hold.order.is_some() {
+            state.hold.running -= 1;
+            while !state.hold.may_go(thread) {
+                state = self.wait(state);
+            }
+            state.hold.running += 1;
+            state.hold.done += 1;
+            // The next one may be allowed, too.
+            self.changed.notify_all();
+        }
+        !state.over
+    }
+
+    /// Holds an overlap of so many `threads`, whose operations are done by the threads in `order`.
+    pub(crate) fn hold(&self, order: Vec<usize>, threads: usize) {
+        let hold = &mut self.state().hold;
+        (hold.order, hold.running) = (Some(order), threads);
+    }
+
+    /// Whether it holds an overlap now.
+    pub(crate) fn holds(&self) -> bool {
+        let hold = &self.state().hold;
+        hold.order.is_some() && hold.allowed != ALL
+    }
+
+    /// Lets all of the overlap go on.
+    pub(crate) fn let_go(&self) {
+        self.allow(ALL);
+    }
+
+    /// A thread is at the end of the overlap.
+    pub(crate) fn leave(&self) {
+        let hold = &mut self.state().hold;
+        hold.running = hold.running.saturating_sub(1);
+    }
+
+    /// Waits until nobody looks at the overlap any more.
+    pub(crate) fn wait_for_end(&self) {
+        let mut state = self.state();
+        while !state.over {
+            state = self.wait(state);
+        }
+    }
+
+    fn wait<'s>(&self, state: MutexGuard<'s, WatchState>) -> MutexGuard<'s, WatchState> {
+        let woken = self.changed.wait(state);
+        woken.unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 
 use ratelab::{Head, TakenMessage, Time};
-use ratelab_effects::{Choice, Executor, Matcher};
+use ratelab_effects::{Choice, Matcher};
 
 use super::{Lineage, sensing_of};
 
@@ -83,7 +83,7 @@ impl Lineage {
     /// When the only thread of the node's executor is free, from `from` on.
     fn looks(&self, node: usize, from: Time, until: Time) -> Time {
         let executor = self.nodes[node].executor;
-        if !matches!(executor, Some(Executor::Single | Executor::Events)) {
+        if !executor.is_some_and(|executor| executor.is_single_threaded()) {
             return from;
         }
         let running = |now: Time| {
@@ -127,11 +127,8 @@ impl Lineage {
                 sensed: sensing_of(sent),
                 arrived: sent.arrives.unwrap_or(now),
             };
-            let set = meeting.sets.add(input, taken, &mut meeting.more);
+            meeting.sets.add(input, taken, &mut meeting.more);
             meeting.completed = taken.arrived;
-            if let Some(set) = set {
-                meeting.more.push_front(set);
-            }
         }
         None
     }

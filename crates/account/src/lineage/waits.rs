@@ -3,7 +3,6 @@
 use std::time::Duration;
 
 use ratelab::Time;
-use ratelab_effects::Executor;
 
 use super::{Lineage, TracedTick};
 
@@ -104,7 +103,8 @@ impl Lineage {
     fn excludes(&self, node: usize, other: usize) -> bool {
         let [one, other] = [node, other].map(|node| &self.topology.nodes[node]);
         let executor = self.nodes[node].executor;
-        let several = matches!(executor, Some(Executor::Multi { threads: 2.. }));
+        let several = executor
+            .is_some_and(|executor| executor.kind().has_groups && executor.shares() > Some(1));
         several && one.group.is_some() && one.group == other.group
     }
 
@@ -123,10 +123,10 @@ impl Lineage {
     /// The stretches for which a tick was set aside for more urgent ones, on a preemptive
     /// executor with one core: on several cores the ticks alone do not tell.
     pub fn set_aside(&self, node: usize, index: usize) -> Vec<TickWait> {
-        let one = Executor::FixedPriority { cores: 1 };
-        let preemptive = [one, Executor::Edf { cores: 1 }].map(Some);
         let own = self.nodes[node].ticks.get(index);
-        let is_preemptive = preemptive.contains(&self.nodes[node].executor);
+        let executor = self.nodes[node].executor;
+        let is_preemptive = executor
+            .is_some_and(|executor| !executor.kind().has_groups && executor.shares() == Some(1));
         let Some(own) = own.filter(|_| is_preemptive) else {
             return Vec::new();
         };

@@ -121,12 +121,12 @@ impl Reading {
     }
 
     fn link(&mut self, topic: &str, link: &Link) -> Option<()> {
-        let delay = bounds(link.delay())?;
-        let lossless = link.loss() == 0.0 && !link.has_bursts();
+        let delay = bounds(&link.delay)?;
+        let lossless = link.loss == 0.0 && link.burst.is_none();
         match topic {
-            ACTION if lossless || (!link.has_bursts() && !link.is_reliable()) => {
+            ACTION if lossless || (link.burst.is_none() && link.reliable.is_none()) => {
                 (self.timing.action_delay, self.spread[2]) = delay;
-                self.loss = link.loss();
+                self.loss = link.loss;
             }
             OBS if lossless => (self.timing.obs_delay, self.spread[0]) = delay,
             _ => return None,

@@ -62,7 +62,7 @@ pub(super) const LOSS: Dial = Dial {
     name: "loss",
     presets: &knobs::LOSSES,
     unit: "",
-    value: |app, topic| Some(app.link(topic).loss()),
+    value: |app, topic| Some(app.link(topic).loss),
     knob: |app, topic, share| app.linked(topic, &format!("loss:{share}")),
 };
 

@@ -92,7 +92,7 @@ impl KnobQuantity {
             Some(Knob::Link { spec, .. }) => {
                 let link: Link = spec.parse().unwrap_or(Link::NONE);
                 match self.number {
-                    2 => link.loss(),
+                    2 => link.loss,
                     _ => link.delay_ms().unwrap_or_default(),
                 }
             }

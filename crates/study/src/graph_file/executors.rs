@@ -30,8 +30,8 @@ impl GraphFile {
         let placed = nodes.filter_map(|node| Some((node, self.executor_of(&node.name)?.kind)));
         let idle = placed.flat_map(|(node, kind)| {
             let callback = &node.callback;
-            let group = !has_groups(kind) && callback.group_name().is_some();
-            let deadline = !matches!(kind, Executor::Edf { .. }) && callback.deadline().is_some();
+            let group = !kind.kind().has_groups && callback.group_name().is_some();
+            let deadline = !kind.kind().has_deadlines && callback.deadline().is_some();
             let name = &node.name;
             let group = group.then(|| {
                 let of = "single, multi and events have";
@@ -50,13 +50,6 @@ impl GraphFile {
         let known = self.node(node);
         known.map_or_else(|| Callback::of(node), |known| known.callback.clone())
     }
-}
-
-fn has_groups(kind: Executor) -> bool {
-    matches!(
-        kind,
-        Executor::Single | Executor::Multi { .. } | Executor::Events
-    )
 }
 
 pub(super) fn executor(block: &Block, file: &GraphFile) -> Checked<ExecutorSpec> {
@@ -95,17 +88,16 @@ fn member(node: &Placed, kind: Executor, file: &GraphFile) -> Checked {
     let Some(known) = check::node_of(file, node)? else {
         return Ok(());
     };
-    let remedy = match kind {
-        Executor::Let => "a rate",
-        Executor::Edf { .. } if known.callback.deadline().is_none() => "a deadline_ms",
-        _ => return Ok(()),
+    let remedy = match kind.kind().has_deadlines {
+        true => "a deadline_ms",
+        false => "a rate",
     };
     match known.release {
-        Release::Every(_) => Ok(()),
-        Release::On(_) => {
+        Release::On(_) if kind.needs_period(&known.callback) => {
             let what = format!("messages trigger {name:?}, so it has no period for {kind}");
             refuse(node.at, format!("{what}: give it {remedy}"))
         }
+        _ => Ok(()),
     }
 }
 

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use ratelab::{Knob, Release, Topology};
-use ratelab_effects::{Draw, Executor, draw};
+use ratelab_effects::{Draw, draw};
 
 use super::{ExecutorSpec, GraphSystem, NodeSpec};
 use crate::system::Setup;
@@ -51,7 +51,7 @@ impl GraphSystem {
     /// Whether a node has a core of its own.
     fn has_core(&self, node: &str) -> bool {
         let executor = self.file.executor_of(node);
-        executor.is_none_or(|executor| executor.kind == Executor::Let)
+        executor.is_none_or(|executor| executor.kind.shares().is_none())
     }
 
     /// The loads of all nodes with `setup`. Messages are taken to arrive at the rates of the
@@ -105,12 +105,7 @@ impl GraphSystem {
 
     fn overload_of(&self, executor: &ExecutorSpec, loads: &Loads<'_>) -> Option<String> {
         let (name, kind) = (&executor.name, executor.kind);
-        let threads = match kind {
-            Executor::Single | Executor::Events => 1,
-            Executor::Multi { threads } => threads,
-            Executor::FixedPriority { cores } | Executor::Edf { cores } => cores,
-            Executor::Let => return None,
-        };
+        let threads = kind.shares()?;
         let share = |node: &str| loads.get(node).map_or(0.0, |load| load.share());
         let total: f64 = executor.nodes.iter().map(|node| share(&node.text)).sum();
         if total > FULL * threads as f64 {
