@@ -61,7 +61,6 @@ mod picture;
 mod quadratic_cost;
 mod setup;
 mod signal;
-mod table;
 mod verdict;
 mod world;
 
@@ -70,7 +69,7 @@ use std::path::PathBuf;
 use ratelab::{ClockExit, GraphError, HzError, Time};
 use thiserror::Error;
 
-pub use about::{About, Group};
+pub use about::{About, Group, StateTable};
 pub use age_limits::AgeLimits;
 pub use alias::{Alias, paced_node};
 pub use builder::{Builder, WORLD};
@@ -86,7 +85,6 @@ pub use picture::{Picture, Shape, Style};
 pub use quadratic_cost::{MeanCost, QuadraticCost};
 pub use setup::Setup;
 pub use signal::{Final, Signal};
-pub use table::StateTable;
 pub use verdict::{Verdict, VerdictKind};
 pub use world::{SharedWorld, StepMs, World, WorldError, WorldKind};
 
