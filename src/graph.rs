@@ -5,6 +5,8 @@
 
 mod control;
 mod executors;
+mod new_node;
+mod topology;
 mod triggers;
 mod wiring;
 
@@ -13,23 +15,25 @@ use std::convert::Infallible;
 use thiserror::Error;
 
 pub(crate) use self::control::ControlPlane;
-pub use self::wiring::Wiring;
-use self::{control::WiredTopic, wiring::Ends};
-use super::{
-    command::{ClockKind, Speed},
-    knob::Knob,
-    message::Payload,
-    node::{GO_ON, Node},
+use self::{control::WiredTopic, new_node::NewNode, wiring::Ends};
+pub use self::{
+    topology::{NodeTopology, TopicTopology, Topology},
+    wiring::Wiring,
+};
+use crate::{
+    control::{
+        command::{ClockKind, Speed},
+        knob::Knob,
+        state::{RunState, Status},
+    },
+    node::{GO_ON, Node, NodeSlot, Rebuild},
     qos::Depth,
     rate::Rate,
     record::{Records, Sink},
-    release::Release,
-    scheduling::{Kit, Member, NodeSlot, Plain, Rebuild, Schedule, TaskSet, TaskSpec},
-    state::{RunState, Status},
+    scheduling::{Kit, Plain, Release, Schedule, TaskSet, TaskSpec},
     sync::{Arc, Mutex, get_mut, lock},
     time::{HzError, Time},
-    topic::Topic,
-    topology::{NodeTopology, Topology, each},
+    topic::{Payload, Topic},
 };
 
 /// An error while building a graph.
@@ -78,7 +82,7 @@ impl From<Infallible> for GraphError {
 /// Nodes, the topics between them, and the progress of their run.
 ///
 /// A graph of three nodes or of a thousand is built by the same calls. It holds all state
-/// of a run, so it can be handed over from one [`Clock`](super::Clock) to another and
+/// of a run, so it can be handed over from one [`Clock`](crate::Clock) to another and
 /// continues there.
 ///
 /// ```
@@ -102,7 +106,7 @@ pub struct Graph {
     pub(crate) slots: Vec<Mutex<NodeSlot>>,
     pub(crate) schedule: Schedule,
     pub(crate) control: ControlPlane,
-    /// [`Clock::cores`](super::Clock::cores) of the real clock, once it is known.
+    /// [`Clock::cores`](crate::Clock::cores) of the real clock, once it is known.
     pub(crate) cores: Option<usize>,
 }
 
@@ -165,8 +169,8 @@ impl Graph {
     where
         GraphError: From<R::Error>,
     {
-        self.add(name, release.try_into()?, priority, false, build)
-            .map(drop)
+        let new = NewNode::here(name, release.try_into()?, priority);
+        self.add(&new, build).map(drop)
     }
 
     /// Adds a node as [`Graph::node`] does; a restart calls `build` once more, and sends the
@@ -185,7 +189,8 @@ impl Graph {
     where
         GraphError: From<R::Error>,
     {
-        let ends = self.add(name, release.try_into()?, priority, false, &mut build)?;
+        let new = NewNode::here(name, release.try_into()?, priority);
+        let ends = self.add(&new, &mut build)?;
         if let Some(slot) = self.slots.last_mut() {
             get_mut(slot).again = Some(Rebuild {
                 build: Box::new(move || Box::new(build(&mut Wiring::again(ends.clone())))),
@@ -215,28 +220,26 @@ impl Graph {
             drop(build(wiring));
             |_: Time| GO_ON
         };
-        self.add(name, release.try_into()?, priority, true, wire)?;
-        Ok(())
+        let new = NewNode::here(name, release.try_into()?, priority);
+        let remote = true;
+        self.add(&NewNode { remote, ..new }, wire).map(drop)
     }
 
     /// Adds a node, and returns the ends that it took.
     fn add<N: Node + 'static>(
         &mut self,
-        name: &str,
-        release: Release,
-        priority: u32,
-        remote: bool,
+        new: &NewNode<'_>,
         build: impl FnOnce(&mut Wiring<'_>) -> N,
     ) -> Result<Ends, GraphError> {
-        if self.control.nodes.iter().any(|node| node.name == name) {
-            return Err(GraphError::DuplicateNode(name.to_owned()));
+        if self.control.nodes.iter().any(|node| node.name == new.name) {
+            return Err(GraphError::DuplicateNode(new.name.to_owned()));
         }
         let (arrivals, index) = (self.schedule.arrivals(), self.slots.len());
         let records = self.control.records.of(index);
-        let mut wiring = Wiring::new(&self.control.topics, arrivals, records.clone());
+        let mut wiring = Wiring::new(&self.control.topics, arrivals, records);
         let node = Box::new(build(&mut wiring));
         let Wiring {
-            new,
+            new: topics,
             publishes,
             reads,
             triggers,
@@ -245,45 +248,23 @@ impl Graph {
             ends,
             ..
         } = wiring;
-        triggers::check(&self.control, name, &release, (&triggers, &publishes))?;
-        self.control.connect(index, new, (&publishes, &reads))?;
-        self.control.nodes.push(NodeTopology {
-            name: name.to_owned(),
-            priority,
-            hz: release.hz(),
-            triggers,
-            matching: match &release {
-                Release::Every(_) => each(),
-                Release::On(matching) => matching.to_string(),
-            },
-            executor: None,
-            executor_index: None,
-            group: None,
-            meters: ends.meters.clone(),
-        });
-        self.control.remote.push(remote);
-        let name = Arc::<str>::from(name);
-        let member = Member {
-            node: index,
-            name: name.clone(),
-            inputs: intakes.len(),
-            priority,
-            remote,
-            records: records.clone(),
-            outbox: ends.outbox.clone(),
-        };
+        triggers::check(&self.control, new, (&triggers, &publishes))?;
+        self.control.connect(index, topics, (&publishes, &reads))?;
+        let topology = new.topology(triggers, ends.meters.clone());
+        self.control.nodes.push(topology);
+        self.control.remote.push(new.remote);
+        let name = Arc::<str>::from(new.name);
+        let member = new.member(name.clone(), index, intakes.len(), &ends);
         let spec = TaskSpec {
             name: name.clone(),
             seed: self.control.seed,
-            rate: Rate::new(release.hz(), self.now()),
+            rate: Rate::new(new.release.hz(), self.now()),
             inputs: intakes,
         };
-        let scheduler = match &release {
-            Release::Every(_) => self.control.kit.scheduler(spec),
-            Release::On(matching) => matching.scheduler(spec),
-        };
+        let scheduler = new.release.scheduler(&*self.control.kit, spec);
         self.schedule.add(TaskSet::of(scheduler, member));
-        let slot = NodeSlot::new(name, records, node, ends.outbox.clone(), fixed);
+        let (records, outbox) = (ends.records.clone(), ends.outbox.clone());
+        let slot = NodeSlot::new(name, records, node, outbox, fixed);
         self.slots.push(Mutex::new(slot));
         Ok(ends)
     }

@@ -14,7 +14,7 @@
 //!
 //! The same graph runs under either [`Clock`]:
 //!
-//! | | [`RealClock`] | [`VirtualClock`] |
+//! | | the real clock, of `crates/real-clock` | [`VirtualClock`] |
 //! |---|---|---|
 //! | threads | one per node | one for all |
 //! | time | wall time | the schedule's own |
@@ -26,9 +26,19 @@
 //! [`Command`]s are the only input of a running graph, records its only output: whatever is
 //! counted, measured or copied of a run, a [`Sink`] makes of them.
 //!
-//! This crate knows no robot, terminal, file or network: those stand on it. To read it, begin
-//! with `topic.rs`, `rate.rs` and `node.rs`; `graph.rs` wires them, `scheduling/` decides what
-//! is next under either clock, and `clock/` has it done.
+//! This crate knows no robot, terminal, file or network: those stand on it.
+//!
+//! # To read it
+//!
+//! | | files | so that you know |
+//! |---|---|---|
+//! | first | `time.rs`, `rate.rs`, `topic.rs`, `node.rs`, `graph.rs`, `graph/wiring.rs` | the three primitives, and how they are wired |
+//! | then | `scheduling/scheduler.rs`, `periodic.rs` and `schedule.rs` there, `clock/virtual_time.rs` | a run |
+//! | for links | `topic/channel.rs` | what is between a publisher and its readers |
+//! | for triggers | `trigger.rs`, `topic/intake.rs` | how messages have a node tick |
+//! | for commands | `control/` | how a run is changed, and what is logged of it |
+//! | for threads | `clock/task_sets.rs`, `clock/worker.rs`, then `crates/real-clock` | the same schedule under another clock |
+//! | for reruns | `journal/`, then `crates/replay` | what must be known to run threads again |
 //!
 //! # Hooks
 //!
@@ -44,7 +54,7 @@
 //! | another rule for messages of several topics | [`Matching`] | `crates/effects/src/kit.rs` |
 //! | one of these for every node and topic of a graph | [`Kit`] | `crates/effects/src/kit.rs` |
 //! | a log of what the clocks of the threads answered | [`Journal`] | `crates/replay` |
-//! | another clock | [`Clock`]; [`TaskSets`] have the nodes meanwhile | `crates/replay` |
+//! | another clock | [`Clock`]; [`TaskSets`] have the nodes meanwhile | `crates/real-clock`, `crates/replay` |
 //! | another order of the turns of [`Shared`] values | [`TurnFollower`] | `crates/replay` |
 //!
 //! # How a run goes
@@ -91,59 +101,47 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod channel;
 mod clock;
-mod command;
-mod event;
+mod control;
 mod graph;
-mod inbox;
 mod journal;
-mod knob;
-mod message;
-pub mod millis;
 mod node;
-mod outbox;
 mod qos;
 mod rate;
-mod realtime;
 mod record;
-mod release;
 mod scheduling;
-mod shared;
-mod state;
 pub mod sync;
 mod time;
 mod topic;
-mod topology;
 mod trigger;
-mod turns;
 
-pub use channel::Channel;
 pub use clock::{
-    Clock, ClockExit, Obeyed, Outcome, RealClock, RealtimeError, RealtimePriority, RunError,
-    Supervision, TaskSets, VirtualClock, Worker, lower_priority, note_end, obey_at_rest, run,
+    Clock, ClockExit, CoreClaim, LookResult, Obeyed, Outcome, RunError, Supervision, TaskSets,
+    ThreadGroup, VirtualClock, Wall, Worker, note_end, obey_at_rest, run,
 };
-pub use command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand};
-pub use event::{Event, EventKind};
-pub use graph::{Graph, GraphError, Wiring};
-pub use inbox::{Inbox, Interrupt};
-pub use journal::{End, Entries, Entry, Journal, LateLook, ThreadJournal};
-pub use knob::{Knob, KnobError, KnobKind, TimedKnob};
-pub use message::{Head, Message, Payload};
-pub use node::{END, Fault, GO_ON, Node, Panicked, Tick};
-pub use outbox::Stamps;
+pub use control::{
+    command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand},
+    event::{Event, EventKind},
+    inbox::{Inbox, Interrupt, Received, Wait},
+    knob::{Knob, KnobError, KnobKind, TimedKnob},
+    millis,
+    state::{RunState, Status},
+};
+pub use graph::{Graph, GraphError, NodeTopology, TopicTopology, Topology, Wiring};
+pub use journal::{
+    End, Entries, Entry, Following, Journal, LateLook, LockName, Noter, Operation, Shared,
+    ThreadJournal, Turn, TurnFollower,
+};
+pub use node::{END, Fault, GO_ON, Job, JobKind, Node, Panicked, Tick};
 pub use qos::{Depth, DepthError, ReadOrder};
 pub use rate::{Rate, hyper_period};
-pub use record::{MeterRecorder, NodeRecord, Push, PushRecorder, Sink, TickTimes, TopicRecord};
-pub use release::{Matching, Release};
+pub use record::{
+    Head, MeterRecorder, NodeRecord, Push, PushRecorder, Sink, TickTimes, TopicRecord,
+};
 pub use scheduling::{
-    Dispatch, Job, JobKind, Joined, Kit, Periodic, Phase, Scheduler, SchedulerEvent, TaskSpec,
+    Dispatch, Joined, Kit, Matching, Periodic, Phase, Release, Scheduler, SchedulerEvent, TaskSpec,
     TaskState, Threads, Timetable,
 };
-pub use shared::{Shared, Turn};
-pub use state::{RunState, Status};
 pub use time::{Hz, HzError, Time, TimeError};
-pub use topic::{Publisher, Subscription, Topic};
-pub use topology::{NodeTopology, TopicTopology, Topology};
-pub use trigger::{Arrival, Intake, TakenMessage};
-pub use turns::{Following, LockName, Operation, TurnFollower};
+pub use topic::{Channel, Message, Payload, Publisher, Stamps, Subscription, Topic};
+pub use trigger::{Arrival, Intake, TakenMessage, Wake};

@@ -1,10 +1,16 @@
 //! Work tied to a rate.
 
+mod job;
+mod slot;
+
 use std::{error::Error, ops::ControlFlow};
 
 use thiserror::Error;
 
-use super::time::Time;
+pub use self::job::{Job, JobKind};
+pub(crate) use self::slot::{Fixed, NodeSlot, Rebuild};
+
+use crate::time::Time;
 
 /// The result of one tick: go on, end the run, or fail.
 ///
@@ -61,7 +67,7 @@ pub trait Node: Send {
 
     /// Applies the decision of a tick to the world outside of the graph, at run time
     /// `now`, when the tick is over. Most nodes only publish, and their messages wait for
-    /// the end of the tick automatically; see [`Knob::Takes`](super::Knob::Takes).
+    /// the end of the tick automatically; see [`Knob::Takes`](crate::Knob::Takes).
     ///
     /// # Errors
     /// Any failure of the node. The run ends with a [`Fault`].
@@ -71,7 +77,7 @@ pub trait Node: Send {
     }
 
     /// Resets the node to its state when it was built, as a restart of a program does.
-    /// Called only for a node that is no [restartable one](super::Graph::restartable_node).
+    /// Called only for a node that is no [restartable one](crate::Graph::restartable_node).
     ///
     /// # Errors
     /// The reason if the node cannot restart. The default refuses, because the initial

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::time::{Hz, Time};
+use crate::time::{Hz, Time};
 
 /// The promise that a node ticks at a fixed rate: tick *k* is due at
 /// `anchor + k / f`, rounded down to a nanosecond.

@@ -12,15 +12,14 @@ use std::{
     time::Duration,
 };
 
-use super::{
-    message::Head,
+use crate::{
     qos::Depth,
     time::{Hz, Time},
 };
 
 /// Gets the records of a run, on the threads of its nodes: it must be quick, and must not
 /// publish, read or turn a knob. Nodes and topics are named by their indices in the
-/// [`Topology`](super::Topology).
+/// [`Topology`](crate::Topology).
 pub trait Sink: Any + Send + Sync {
     /// Takes a record of a node.
     fn node(&self, node: usize, record: &NodeRecord);
@@ -98,6 +97,25 @@ pub enum TopicRecord<'a> {
     Depth(Depth),
 }
 
+/// A message without its payload.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Head {
+    /// Run time at which it was published: its stamp, unless a clock is wrong.
+    pub at: Time,
+    /// Run time of publication, as the clock of its node shows it.
+    pub stamp: Time,
+    /// Position in the topic's history, counted from zero.
+    pub seq: u64,
+    /// Run time of the sensing that it was derived from, if known.
+    pub origin: Option<Time>,
+    /// Run time at which it is delivered; `None` if it is lost. A message that arrives after a
+    /// newer one is never read.
+    pub arrives: Option<Time>,
+    /// Messages of the topic lost unread so far, over all subscriptions, including any that this
+    /// message evicted.
+    pub dropped: u64,
+}
+
 /// How a tick was timed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TickTimes {
@@ -173,7 +191,7 @@ impl fmt::Debug for Records {
     }
 }
 
-/// Takes the durations that a node measures; see [`Wiring::meter`](super::Wiring::meter).
+/// Takes the durations that a node measures; see [`Wiring::meter`](crate::Wiring::meter).
 #[derive(Debug)]
 pub struct MeterRecorder {
     records: Records,
@@ -192,7 +210,7 @@ impl MeterRecorder {
     }
 }
 
-/// Takes what a node does to the world; see [`Wiring::push_age`](super::Wiring::push_age).
+/// Takes what a node does to the world; see [`Wiring::push_age`](crate::Wiring::push_age).
 #[derive(Debug)]
 pub struct PushRecorder(Records);
 

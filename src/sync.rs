@@ -4,6 +4,8 @@
 //! can replace the operating system by the shuttle model checker, which tries
 //! interleavings that are rare on a real machine.
 
+use std::time::Duration;
+
 #[cfg(not(feature = "model"))]
 pub use std::{
     sync::{Arc, Condvar, Mutex, MutexGuard, atomic},
@@ -41,6 +43,45 @@ pub fn get_mut<T>(mutex: &mut Mutex<T>) -> &mut T {
 #[inline]
 pub fn bump(counter: &AtomicU64) {
     counter.store(counter.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
+}
+
+/// Waits for `condvar` while the `guard` of this `mutex` is open, at most so long.
+#[cfg(not(feature = "model"))]
+pub fn wait_timeout<'m, T>(
+    condvar: &Condvar,
+    _: &'m Mutex<T>,
+    guard: MutexGuard<'m, T>,
+    timeout: Duration,
+) -> MutexGuard<'m, T> {
+    match condvar.wait_timeout(guard, timeout) {
+        Ok((guard, _)) => guard,
+        Err(poisoned) => poisoned.into_inner().0,
+    }
+}
+
+/// The model's condition variables have no time-out, but its wall clock advances with
+/// every read: only a long wait is one.
+#[cfg(feature = "model")]
+pub fn wait_timeout<'m, T>(
+    condvar: &Condvar,
+    mutex: &'m Mutex<T>,
+    guard: MutexGuard<'m, T>,
+    timeout: Duration,
+) -> MutexGuard<'m, T> {
+    if timeout > Duration::from_secs(3600) {
+        return condvar.wait(guard).expect("no panic");
+    }
+    drop(guard);
+    thread::yield_now();
+    lock(mutex)
+}
+
+/// Keeps a core busy for about a microsecond.
+pub fn spin() {
+    #[cfg(not(feature = "model"))]
+    (0..64).for_each(|_| std::hint::spin_loop());
+    #[cfg(feature = "model")]
+    thread::yield_now();
 }
 
 /// Spawns a scoped thread that debuggers show under its node's name.

@@ -75,6 +75,11 @@ impl Time {
     pub const fn since(self, earlier: Self) -> Duration {
         Duration::from_nanos(self.0.saturating_sub(earlier.0))
     }
+
+    /// The moment `by` before this one; not before the start of the run.
+    pub fn earlier(self, by: Duration) -> Self {
+        Self::ZERO + self.since(Self::ZERO + by)
+    }
 }
 
 impl Add<Duration> for Time {
@@ -172,7 +177,7 @@ impl Hz {
     }
 
     /// One period, rounded down to a nanosecond. For display and reference lines only:
-    /// deadlines come from [`Rate`](super::Rate), which rounds once.
+    /// deadlines come from [`Rate`](crate::Rate), which rounds once.
     pub const fn period(self) -> Duration {
         Duration::from_nanos(NANOS * 1_000_000 / self.micro)
     }

@@ -8,7 +8,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::{
+use crate::{
     sync::{
         Arc, Mutex,
         atomic::{AtomicBool, Ordering},
@@ -64,7 +64,8 @@ impl fmt::Debug for Arrivals {
 }
 
 /// Wakes a node for a message that has arrived, or will.
-pub(crate) trait Wake: Send + Sync {
+pub trait Wake: Send + Sync {
+    /// On the thread of the publisher, which holds the lock of the topic: it must be quick.
     fn wake(&self, arrival: Arrival);
 }
 

@@ -7,8 +7,9 @@ use nix::{
     sys::{prctl, time::TimeSpec},
     time::{ClockId, ClockNanosleepFlags, clock_gettime, clock_nanosleep},
 };
-use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, RealClock, Time};
+use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, Time};
 use ratelab_account::Observer;
+use ratelab_real_clock::RealClock;
 
 use super::table::{Table, text};
 

@@ -6,10 +6,10 @@ use std::{
 };
 
 use ratelab::{
-    Clock, ClockKind, Depth, Event, GO_ON, Graph, Hz, Inbox, RealClock, Time, Topic, Topology,
-    VirtualClock,
+    Clock, ClockKind, Depth, Event, GO_ON, Graph, Hz, Inbox, Time, Topic, Topology, VirtualClock,
 };
 use ratelab_cart_pole::CartPole;
+use ratelab_real_clock::RealClock;
 use ratelab_replay::{Log, Rerun, RunLog};
 use ratelab_study::experiment::{Config, Experiment};
 

@@ -2,7 +2,8 @@
 
 use std::{fmt, path::Path};
 
-use ratelab::{ClockKind, Knob, RealtimePriority, Speed, Time, TimedKnob};
+use ratelab::{ClockKind, Knob, Speed, Time, TimedKnob};
+use ratelab_real_clock::RealtimePriority;
 use ratelab_study::{
     experiment::{Config, Experiment},
     file::{self, FileError},

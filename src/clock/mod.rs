@@ -10,22 +10,24 @@
 //! are due together see the same world, and the run time of a command is enough to repeat it.
 
 mod obey;
-mod real;
 mod shared_schedule;
 mod task_sets;
 mod virtual_time;
 mod wall;
 mod worker;
 
-pub use super::realtime::{RealtimeError, RealtimePriority, lower_priority};
 pub use obey::{Obeyed, Supervision, obey_at_rest};
-pub use real::RealClock;
-pub use task_sets::TaskSets;
+pub use shared_schedule::CoreClaim;
+pub use task_sets::{TaskSets, ThreadGroup};
 pub use virtual_time::{RunError, VirtualClock};
-pub use worker::{Outcome, Worker};
+pub use wall::Wall;
+pub use worker::{LookResult, Outcome, Worker};
 
-use super::{
-    command::ClockKind, event::EventKind, graph::Graph, inbox::Inbox, node::Fault, sync::get_mut,
+use crate::{
+    control::{command::ClockKind, event::EventKind, inbox::Inbox},
+    graph::Graph,
+    node::Fault,
+    sync::get_mut,
     time::Time,
 };
 
@@ -69,7 +71,7 @@ pub enum ClockExit {
 }
 
 /// Runs a graph to its end, with handovers between the clocks. `real` runs it whenever it
-/// is under the real clock: [`RealClock`], or one of another crate.
+/// is under the real clock.
 ///
 /// # Errors
 /// [`Fault`] if a node failed.
@@ -81,7 +83,7 @@ pub fn run(
     real: &mut dyn Clock,
 ) -> Result<ClockExit, Fault> {
     let mut kind = first;
-    graph.cores = real.cores();
+    graph.set_cores(real.cores());
     loop {
         let exit = match kind {
             ClockKind::Real => real.run(graph, inbox, until),

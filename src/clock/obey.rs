@@ -2,7 +2,7 @@
 
 use super::ClockExit;
 use crate::{
-    command::{ClockKind, Command},
+    control::command::{ClockKind, Command},
     graph::{ControlPlane, Graph},
     time::Time,
 };
@@ -94,6 +94,12 @@ pub struct Supervision<'g> {
 }
 
 impl Supervision<'_> {
+    /// Index of the node that has to carry out a command, if it is here.
+    pub fn node_for(&self, command: &Command) -> Option<usize> {
+        let node = command.node()?;
+        self.control.local_index(node).ok()
+    }
+
     /// Carries out, at run time `at`, a command that no node can.
     pub fn obey(&mut self, command: &Command, at: Time) -> Obeyed {
         let control = &mut *self.control;

@@ -1,13 +1,24 @@
 //! A task set with a schedule of its own, which its threads share.
 
 use crate::{
-    command::ClockKind,
-    scheduling::{Assignment, NodeSlot, Schedule, TaskSet, Threads},
-    shared::{Shared, Turn},
-    state::RunState,
+    control::{command::ClockKind, state::RunState},
+    journal::{Shared, Turn},
+    node::NodeSlot,
+    scheduling::{Assignment, Schedule, TaskSet, Threads},
     sync::{Arc, Mutex},
     time::Time,
 };
+
+/// Where the nodes of an executor take turns by priority.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CoreClaim {
+    /// Number of the executor, among those with cores.
+    pub executor: usize,
+    /// Number of its cores.
+    pub cores: usize,
+    /// Place of the node's priority among those of the executor, the highest first.
+    pub rank: usize,
+}
 
 /// A task set with a schedule of its own.
 pub(crate) struct SharedSchedule<'g> {
@@ -19,11 +30,14 @@ pub(crate) struct SharedSchedule<'g> {
     pub(crate) first: usize,
     /// Number of threads; none if all nodes run in other processes.
     pub(crate) threads: usize,
+    /// The cores that its thread shares with those of other nodes.
+    pub(crate) claim: Option<CoreClaim>,
 }
 
 impl<'g> SharedSchedule<'g> {
     pub(crate) fn new(
         task_set: TaskSet,
+        claim: Option<CoreClaim>,
         slots: &'g [Mutex<NodeSlot>],
         state: Arc<RunState>,
     ) -> Self {
@@ -42,6 +56,7 @@ impl<'g> SharedSchedule<'g> {
         Self {
             // A node ticks once at a time: more threads would have nothing to do.
             threads: threads.min(here),
+            claim,
             first: first.map_or(0, |member| member.node),
             slots,
             state,
@@ -60,13 +75,6 @@ impl<'g> SharedSchedule<'g> {
         task_sets
             .map(|task_set| TaskSet { turns, ..task_set })
             .collect()
-    }
-
-    /// Name of its first node.
-    pub(crate) fn name(&self) -> Arc<str> {
-        let schedule = self.peek();
-        let mut names = schedule.members().map(|member| member.name.clone());
-        names.next().unwrap_or_else(|| "".into())
     }
 
     pub(crate) fn slot(&self, node: usize) -> &Mutex<NodeSlot> {

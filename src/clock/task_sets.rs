@@ -1,9 +1,12 @@
-//! The task sets of a graph, taken apart: each for threads of its own, under the real clock and
-//! when its run is executed again.
+//! The task sets of a graph in the hands of a clock with threads, while it runs.
 
 use std::mem::take;
 
-use super::{obey::Supervision, shared_schedule::SharedSchedule, worker::Worker};
+use super::{
+    obey::Supervision,
+    shared_schedule::{CoreClaim, SharedSchedule},
+    worker::Worker,
+};
 use crate::{
     graph::Graph,
     scheduling::{Dispatch, Schedule, TaskSet, Threads},
@@ -18,6 +21,8 @@ pub struct TaskSets<'g> {
     split: Vec<SplitExecutor>,
     /// The schedule of all of them.
     home: &'g mut Schedule,
+    /// The messages that were in flight when they were taken apart.
+    in_flight: Vec<Arrival>,
 }
 
 /// An executor whose nodes have a task set each.
@@ -29,33 +34,35 @@ struct SplitExecutor {
     nodes: usize,
 }
 
-/// Nobody waits for messages: the log knows when nodes hear of them.
-struct Unheard;
-
-impl Wake for Unheard {
-    fn wake(&self, _: Arrival) {}
+/// The threads of a task set.
+pub struct ThreadGroup<'c> {
+    /// Name of its first node.
+    pub name: Arc<str>,
+    /// The indices of its nodes that run here.
+    pub nodes: Vec<usize>,
+    /// The cores that its one thread shares with those of other nodes.
+    pub claim: Option<CoreClaim>,
+    /// Its threads, each with the index of the node that it is numbered by.
+    pub workers: Vec<(usize, Worker<'c>)>,
 }
 
 impl Graph {
     /// The task sets of the graph, each for threads in the hands of the caller, and what is left
     /// without them.
     pub fn apart(&mut self) -> (TaskSets<'_>, Supervision<'_>) {
-        self.apart_with(Arc::new(Unheard))
-    }
-
-    /// Takes them apart, and has `wake` get the arrivals of messages from now on.
-    pub(crate) fn apart_with(&mut self, wake: Arc<dyn Wake>) -> (TaskSets<'_>, Supervision<'_>) {
         let now = self.now();
-        self.schedule.leave(wake);
+        self.schedule.leave();
+        let in_flight = self.control.arrivals_after(now);
         let mut task_sets = TaskSets {
             all: Vec::new(),
             split: Vec::new(),
             home: &mut self.schedule,
+            in_flight,
         };
         for whole in task_sets.home.take_task_sets() {
-            for task_set in task_sets.split(whole) {
+            for (task_set, claim) in task_sets.split(whole) {
                 let state = self.control.state.clone();
-                let schedule = SharedSchedule::new(task_set, &self.slots, state);
+                let schedule = SharedSchedule::new(task_set, claim, &self.slots, state);
                 schedule.peek().open(now, Vec::new);
                 task_sets.all.push(schedule);
             }
@@ -66,39 +73,65 @@ impl Graph {
 }
 
 impl TaskSets<'_> {
-    /// A task set, or those of its nodes if each has a thread of its own.
-    fn split(&mut self, task_set: TaskSet) -> Vec<TaskSet> {
-        match task_set.dispatch.clone() {
-            Some(dispatch) if matches!(dispatch.threads(), Threads::Cores(_)) => {
-                self.split.push(SplitExecutor {
-                    dispatch: dispatch.clone(),
-                    first: self.all.len(),
-                    nodes: task_set.members.len(),
-                });
-                task_set.split(&*dispatch)
-            }
-            _ => vec![task_set],
-        }
+    /// A task set, or those of its nodes if each has a thread of its own, with what these claim.
+    fn split(&mut self, task_set: TaskSet) -> Vec<(TaskSet, Option<CoreClaim>)> {
+        let threads = task_set.dispatch.as_ref().map(|d| d.threads());
+        let (Some(dispatch), Some(Threads::Cores(cores))) = (task_set.dispatch.clone(), threads)
+        else {
+            return vec![(task_set, None)];
+        };
+        let executor = self.split.len();
+        self.split.push(SplitExecutor {
+            dispatch: dispatch.clone(),
+            first: self.all.len(),
+            nodes: task_set.members.len(),
+        });
+        let ranks = task_set.ranks();
+        let claims = ranks.into_iter().map(|rank| CoreClaim {
+            executor,
+            cores,
+            rank,
+        });
+        let claims: Vec<_> = claims.map(Some).collect();
+        task_set.split(&*dispatch).into_iter().zip(claims).collect()
     }
 
-    /// The schedules of task sets with threads here.
-    pub(crate) fn here(&self) -> impl Iterator<Item = &SharedSchedule<'_>> {
-        self.all.iter().filter(|schedule| schedule.threads > 0)
+    /// Has `wake` get the arrivals of messages, those of all that is in flight first.
+    pub fn wake_by(&self, wake: Arc<dyn Wake>) {
+        let arrivals = self.home.arrivals();
+        arrivals.forward_to(Some(wake.clone()));
+        let known = self.in_flight.iter().copied();
+        known
+            .chain(arrivals.take())
+            .for_each(|arrival| wake.wake(arrival));
+    }
+
+    /// The threads of the task sets that have some here.
+    pub fn groups(&self) -> Vec<ThreadGroup<'_>> {
+        let here = self.all.iter().filter(|schedule| schedule.threads > 0);
+        here.map(group).collect()
     }
 
     /// The threads that nodes have, each with the index of the node that it is numbered by.
     pub fn threads(&self) -> impl Iterator<Item = (usize, Worker<'_>)> {
-        self.here().flat_map(threads)
+        self.groups().into_iter().flat_map(|group| group.workers)
     }
 }
 
-/// The threads of a task set, each with the index of the node that it is numbered by.
-pub(crate) fn threads<'c>(schedule: &'c SharedSchedule<'c>) -> Vec<(usize, Worker<'c>)> {
+/// The threads of a task set.
+fn group<'c>(schedule: &'c SharedSchedule<'c>) -> ThreadGroup<'c> {
     let held = schedule.peek();
-    let nodes = held.members().take(schedule.threads);
-    nodes
-        .map(|member| (member.node, Worker::new(schedule)))
-        .collect()
+    let mut names = held.members().map(|member| member.name.clone());
+    let numbered = held.members().take(schedule.threads);
+    let here = held.members().filter(|member| !member.remote);
+    ThreadGroup {
+        name: names.next().unwrap_or_else(|| "".into()),
+        nodes: here.map(|member| member.node).collect(),
+        claim: schedule.claim,
+        workers: numbered
+            .map(|member| (member.node, Worker::new(schedule)))
+            .collect(),
+    }
 }
 
 impl Drop for TaskSets<'_> {

@@ -6,11 +6,13 @@ use thiserror::Error;
 
 use super::{Clock, ClockExit, note_end, obey::obey_at_rest, wall::Pacer};
 use crate::{
-    command::{ClockKind, Command},
+    control::{
+        command::{ClockKind, Command},
+        inbox::{Inbox, Wait},
+    },
     graph::Graph,
-    inbox::{Inbox, Wait},
-    node::{Fault, Tick},
-    scheduling::{Assignment, JobKind, Moment, WorkTimes},
+    node::{Fault, JobKind, Tick},
+    scheduling::{Assignment, Moment, WorkTimes},
     sync::{Instant, get_mut},
     time::{Time, TimeError},
 };
@@ -253,7 +255,7 @@ impl<'a> VirtualStretch<'a> {
             until: self.until,
             over: false,
         };
-        while let Some(work) = self.graph.schedule.look(moment) {
+        while let Some(work) = self.graph.schedule.next_job(moment) {
             let outcome = self.work(work, now);
             self.graph.schedule.collect();
             match outcome {
@@ -303,7 +305,11 @@ mod tests {
     use crossbeam_channel::Sender;
 
     use super::*;
-    use crate::{command::TimedCommand, event::Event, knob::Knob, node::GO_ON, time::Hz};
+    use crate::{
+        control::{command::TimedCommand, event::Event, knob::Knob},
+        node::GO_ON,
+        time::Hz,
+    };
 
     type Ticks = Vec<(&'static str, Time)>;
 
@@ -353,7 +359,7 @@ mod tests {
             over: false,
         };
         graph.schedule.open(Time::ZERO, Vec::new);
-        while let Some(work) = graph.schedule.look(second) {
+        while let Some(work) = graph.schedule.next_job(second) {
             let times = WorkTimes {
                 began: Time::ZERO,
                 ended: Time::ZERO,

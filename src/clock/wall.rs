@@ -2,14 +2,14 @@
 
 use std::time::Duration;
 
-use crate::{command::Speed, sync::Instant, time::Time};
+use crate::{control::command::Speed, sync::Instant, time::Time};
 
 /// Longer than any wait: a clock with a longer wait wakes and waits again.
 const FAR: Duration = Duration::from_secs(365 * 24 * 3600);
 
 /// The relation of run time to wall time: one common moment and a factor.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wall {
+pub struct Wall {
     wall: Instant,
     run: Time,
     factor: f64,
@@ -17,12 +17,12 @@ pub(crate) struct Wall {
 
 impl Wall {
     /// Run time is `run` now and passes as fast as wall time.
-    pub(crate) fn starting_at(run: Time) -> Self {
+    pub fn starting_at(run: Time) -> Self {
         Self::with_factor(run, 1.0)
     }
 
     /// Run time is `run` now and passes `factor` times as fast as wall time.
-    pub(crate) fn with_factor(run: Time, factor: f64) -> Self {
+    pub fn with_factor(run: Time, factor: f64) -> Self {
         Self {
             wall: Instant::now(),
             run,
@@ -32,18 +32,18 @@ impl Wall {
 
     /// The wall time of run time zero, at the pace of the wall; `None` if that was before
     /// the machine started.
-    pub(crate) fn zero(&self) -> Option<Instant> {
+    pub fn zero(&self) -> Option<Instant> {
         let run = Duration::from_nanos(self.run.as_nanos());
         self.wall.checked_sub(run)
     }
 
     /// The run time now.
-    pub(crate) fn now(&self) -> Time {
+    pub fn now(&self) -> Time {
         self.run + self.scaled(self.wall.elapsed(), self.factor)
     }
 
     /// The wall time at which run time will be `time`.
-    pub(crate) fn instant_of(&self, time: Time) -> Instant {
+    pub fn instant_of(&self, time: Time) -> Instant {
         let wait = self.scaled(time.since(self.run), self.factor.recip());
         self.wall.checked_add(wait.min(FAR)).unwrap_or(self.wall)
     }

@@ -5,9 +5,9 @@ use std::{ops::ControlFlow, time::Duration};
 
 use super::shared_schedule::SharedSchedule;
 use crate::{
-    command::Command,
+    control::command::Command,
     journal::LateLook,
-    node::{Fault, Tick},
+    node::{Fault, JobKind, Tick},
     scheduling::{Assignment, Moment, WorkTimes},
     sync::lock,
     time::Time,
@@ -17,34 +17,37 @@ use crate::{
 /// A node ended the run at this run time, or failed.
 pub type Outcome = Option<Result<Time, Fault>>;
 
-/// What a thread of a task set has to do with its nodes.
+/// What a thread of a task set has to do with its nodes: it finds work, begins it, and is done with
+/// it.
 pub struct Worker<'c> {
     /// That of its task set.
     schedule: &'c SharedSchedule<'c>,
     /// The messages that it has heard of since its last look.
     arrivals: Vec<Arrival>,
+    /// The work that it has found.
+    found: Option<Assignment>,
     /// The work that is not yet over, with the run time of its begin.
-    work: Option<(Assignment, Time, Tick)>,
+    begun: Option<(Assignment, Time, Tick)>,
 }
 
 /// What a look has found.
-pub(crate) struct LookResult {
-    pub(crate) work: Option<Assignment>,
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LookResult {
+    /// Index of the node that has work to do now.
+    pub node: Option<usize>,
     /// Whether anything has happened.
-    pub(crate) moved: bool,
+    pub moved: bool,
 }
 
+/// Its work.
 impl<'c> Worker<'c> {
-    pub(crate) fn new(schedule: &'c SharedSchedule<'c>) -> Self {
+    pub(super) fn new(schedule: &'c SharedSchedule<'c>) -> Self {
         Self {
             schedule,
             arrivals: Vec::new(),
-            work: None,
+            found: None,
+            begun: None,
         }
-    }
-
-    pub(crate) fn schedule(&self) -> &'c SharedSchedule<'c> {
-        self.schedule
     }
 
     /// Hears that a message arrives for a node of the task set.
@@ -54,43 +57,39 @@ impl<'c> Worker<'c> {
         }
     }
 
-    /// Looks for work at run time `at`, and does it; returns the index of the node that did
-    /// some.
-    pub fn look(&mut self, at: Time, late: Option<LateLook>) -> Option<usize> {
-        self.schedule.state.advance_to(at);
-        let work = self.find(at, late).work?;
-        self.work(work, at);
-        Some(work.node)
-    }
-
     /// Looks for work at run time `at`.
-    pub(crate) fn find(&mut self, at: Time, late: Option<LateLook>) -> LookResult {
+    pub fn find(&mut self, at: Time, late: Option<LateLook>) -> LookResult {
         let mut schedule = self.schedule.turn();
         for arrival in self.arrivals.drain(..) {
             schedule.add_arrival(arrival);
         }
-        let work = schedule.look(Moment::of(at, late));
-        let moved = schedule.has_moved();
-        LookResult { work, moved }
+        self.found = schedule.next_job(Moment::of(at, late));
+        LookResult {
+            node: self.found.map(|work| work.node),
+            moved: schedule.has_moved(),
+        }
     }
 
-    /// Ends the running tick at run time `at`, if there is one: it has had its time on a core.
-    pub fn finish(&mut self, at: Time) -> Option<usize> {
-        let work = self.schedule.end_of_first(at)?;
-        self.work(work, at);
-        Some(work.node)
+    /// Finds the end of the running tick at run time `at`, if there is one: it has had its time on
+    /// a core. Returns the index of its node.
+    pub fn find_end(&mut self, at: Time) -> Option<usize> {
+        self.found = self.schedule.end_of_first(at);
+        self.found.map(|work| work.node)
     }
 
-    /// Has a node do its work, which begins at run time `began`.
-    pub(crate) fn work(&mut self, work: Assignment, began: Time) {
-        self.schedule.state.advance_to(began);
-        let outcome = lock(self.schedule.slot(work.node)).work(work.job, began, true);
-        self.work = Some((work, began, outcome));
+    /// Has the node do the work that was found, which begins at run time `at`; returns what it
+    /// was.
+    pub fn begin(&mut self, at: Time) -> Option<JobKind> {
+        let work = self.found.take()?;
+        self.schedule.state.advance_to(at);
+        let outcome = lock(self.schedule.slot(work.node)).work(work.job, at, true);
+        self.begun = Some((work, at, outcome));
+        Some(work.job.kind)
     }
 
     /// That work is over at run time `ended`; ticks due before `passed` are missed.
     pub fn done(&mut self, ended: Time, passed: Time) -> Outcome {
-        let (work, began, outcome) = self.work.take()?;
+        let (work, began, outcome) = self.begun.take()?;
         let times = WorkTimes {
             began,
             ended,
@@ -107,6 +106,25 @@ impl<'c> Worker<'c> {
         }
     }
 
+    /// Looks for work at run time `at`, and does it; returns the index of the node that did
+    /// some.
+    pub fn look(&mut self, at: Time, late: Option<LateLook>) -> Option<usize> {
+        self.schedule.state.advance_to(at);
+        let node = self.find(at, late).node;
+        self.begin(at);
+        node
+    }
+
+    /// Ends the running tick at run time `at`, if there is one: it has had its time on a core.
+    pub fn finish(&mut self, at: Time) -> Option<usize> {
+        let node = self.find_end(at);
+        self.begin(at);
+        node
+    }
+}
+
+/// Commands for its nodes.
+impl Worker<'_> {
     /// Has a node of the task set carry out its command at run time `at`; returns the position of
     /// the event, or `None` if the node is not in the task set.
     pub fn obey(&mut self, command: &Command, at: Time) -> Option<usize> {
@@ -124,12 +142,29 @@ impl<'c> Worker<'c> {
         self.schedule.state.advance_to(at);
         self.schedule.state.refused(at, command, reason)
     }
+}
+
+/// What it waits for.
+impl Worker<'_> {
+    /// Whether other threads share the task set with it.
+    pub fn is_shared(&self) -> bool {
+        self.schedule.is_shared()
+    }
+
+    /// Run time of the next event of the task set; [`Time::MAX`] without one.
+    pub fn next_at(&self) -> Time {
+        self.schedule.peek().next_at()
+    }
+
+    /// Number of ticks that keep a core busy at run time `now`.
+    pub fn busy(&self, now: Time) -> usize {
+        let schedule = self.schedule.peek();
+        schedule.states(now).filter(|task| task.busy).count()
+    }
 
     /// Time on a core that the running tick still needs at `now`, if the node is alone.
-    pub(crate) fn remaining(&self, now: Time) -> Option<Duration> {
-        self.schedule
-            .peek()
-            .state(self.schedule.first, now)
-            .remaining
+    pub fn remaining(&self, now: Time) -> Option<Duration> {
+        let first = self.schedule.first;
+        self.schedule.peek().state(first, now).remaining
     }
 }

@@ -1,16 +1,19 @@
 //! What is left of a graph without its nodes: names, topics and the state of its run.
 
-use super::GraphError;
+use super::{
+    GraphError,
+    topology::{NodeTopology, TopicTopology},
+};
 use crate::{
-    knob::{Knob, KnobKind},
-    message::Payload,
+    control::{
+        knob::{Knob, KnobKind},
+        state::{RunState, Status},
+    },
     record::Records,
     scheduling::Kit,
-    state::{RunState, Status},
     sync::Arc,
     time::Time,
-    topic::{AnyTopic, Topic},
-    topology::{NodeTopology, TopicTopology},
+    topic::{AnyTopic, Payload, Topic},
     trigger::Arrival,
 };
 
@@ -109,7 +112,8 @@ impl ControlPlane {
     pub(crate) fn turn(&self, knob: &Knob, now: Time) -> Result<String, String> {
         self.check(knob)?;
         let topic = &self.topic(knob.target())?.topic;
-        topic.turn(knob, (&*self.kit, self.seed), now)
+        let link = || self.kit.channel(knob.target(), self.seed);
+        topic.turn(knob, &link, now)
     }
 
     /// Checks that the topic has this knob.

@@ -2,7 +2,7 @@
 
 use super::{Graph, GraphError};
 use crate::{
-    command::ClockKind,
+    control::command::ClockKind,
     scheduling::{Dispatch, TaskSet, Threads},
     sync::Arc,
 };
@@ -89,11 +89,11 @@ impl Graph {
     /// Why the graph cannot run under this clock, with the remedy.
     pub fn refusal_of(&self, clock: ClockKind) -> Option<String> {
         let (node, why) = self.needs_virtual_time()?;
-        (clock == ClockKind::Real).then(|| format!("{}: {why}", self.control.name(node)))
+        (clock == ClockKind::Real).then(|| format!("{node}: {why}"))
     }
 
     /// The node that the real clock cannot run, with the reason and the remedy.
-    pub(crate) fn needs_virtual_time(&self) -> Option<(usize, String)> {
+    pub fn needs_virtual_time(&self) -> Option<(String, String)> {
         let mut spare = self.cores.unwrap_or(0);
         self.schedule.task_sets().iter().find_map(|task_set| {
             let dispatch = task_set.dispatch.as_ref()?;
@@ -114,7 +114,8 @@ impl Graph {
                 Threads::Shared(_) => return None,
             };
             let first = task_set.members.first()?;
-            Some((first.node, format!("{why}: choose the virtual clock")))
+            let name = first.name.to_string();
+            Some((name, format!("{why}: choose the virtual clock")))
         })
     }
 }

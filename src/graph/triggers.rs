@@ -1,16 +1,16 @@
 //! Checks of the topics that trigger a node.
 
-use super::{ControlPlane, GraphError};
-use crate::release::Release;
+use super::{ControlPlane, GraphError, new_node::NewNode};
+use crate::scheduling::Release;
 
-/// Checks the topics that trigger a node, which publishes to others.
+/// Checks the topics that trigger a new node, which publishes to others.
 pub(super) fn check(
     graph: &ControlPlane,
-    name: &str,
-    release: &Release,
+    new: &NewNode<'_>,
     (triggers, publishes): (&[usize], &[usize]),
 ) -> Result<(), GraphError> {
-    match (release, triggers) {
+    let name = new.name;
+    match (&new.release, triggers) {
         (Release::On(_), []) => Err(GraphError::NoTrigger(name.to_owned())),
         (Release::Every(_), [_, ..]) => Err(GraphError::TriggerAtRate(name.to_owned())),
         (Release::Every(_), []) => Ok(()),

@@ -2,13 +2,11 @@
 
 use super::control::WiredTopic;
 use crate::{
-    knob::KnobKind,
-    message::Payload,
-    outbox::Outbox,
+    control::knob::KnobKind,
+    node::Fixed,
     record::{MeterRecorder, PushRecorder, Records},
-    scheduling::Fixed,
     sync::Arc,
-    topic::{Publisher, ReadMark, Subscription, Topic},
+    topic::{Outbox, Payload, Publisher, ReadMark, Subscription, Topic},
     trigger::{Arrivals, Intake},
 };
 

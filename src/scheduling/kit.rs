@@ -1,7 +1,7 @@
 //! What gives nodes their schedulers, and topics their channels.
 
 use super::scheduler::Scheduler;
-use crate::{channel::Channel, rate::Rate, sync::Arc, trigger::Intake};
+use crate::{rate::Rate, sync::Arc, topic::Channel, trigger::Intake};
 
 /// A node to be scheduled.
 pub struct TaskSpec {

@@ -1,6 +1,6 @@
 //! A node as its scheduler knows it.
 
-use crate::{outbox::Outbox, record::Records, sync::Arc};
+use crate::{record::Records, sync::Arc, topic::Outbox};
 
 /// A node as its scheduler knows it.
 pub(crate) struct Member {

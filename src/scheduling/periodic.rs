@@ -2,17 +2,19 @@
 
 use super::{
     agenda::Phase,
-    job::{Job, JobKind},
     kit::{Kit, TaskSpec},
     scheduler::{Scheduler, SchedulerEvent, TaskState, Timetable},
 };
 use crate::{
-    channel::Channel,
-    command::ClockKind,
-    knob::{Knob, KnobKind},
+    control::{
+        command::ClockKind,
+        knob::{Knob, KnobKind},
+    },
+    node::{Job, JobKind},
     rate::Rate,
     sync::Arc,
     time::Time,
+    topic::Channel,
 };
 
 /// Runs a node at a rate as soon as it is due; what is due while it is busy is skipped.
@@ -48,27 +50,27 @@ impl Periodic {
     }
 
     #[inline]
-    fn arm(&self, plan: &mut Timetable<'_>) {
+    fn arm(&self, timetable: &mut Timetable<'_>) {
         if !self.crashed {
-            plan.alarm(self.rate.due(), Phase::Start, 0);
+            timetable.alarm(self.rate.due(), Phase::Start, 0);
         }
     }
 
     #[inline]
-    fn skip_before(&mut self, time: Time, plan: &Timetable<'_>) {
+    fn skip_before(&mut self, time: Time, timetable: &Timetable<'_>) {
         if self.rate.due() < time {
-            plan.skipped(0, self.rate.advance_past(time) + 1);
+            timetable.skipped(0, self.rate.advance_past(time) + 1);
         }
     }
 }
 
 impl Scheduler for Periodic {
     #[inline]
-    fn on(&mut self, event: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job> {
-        let now = plan.now();
+    fn on(&mut self, event: SchedulerEvent, timetable: &mut Timetable<'_>) -> Option<Job> {
+        let now = timetable.now();
         match event {
             SchedulerEvent::Alarm { .. } if !self.crashed && self.rate.due() <= now => {
-                let lateness = match plan.clock() {
+                let lateness = match timetable.clock() {
                     ClockKind::Virtual => None,
                     ClockKind::Real => Some(now.since(self.rate.due())),
                 };
@@ -77,15 +79,15 @@ impl Scheduler for Periodic {
                 return Some(Job::new(0, kind).late(lateness));
             }
             SchedulerEvent::Done { passed, .. } => {
-                self.skip_before(passed, plan);
-                self.arm(plan);
+                self.skip_before(passed, timetable);
+                self.arm(timetable);
             }
-            SchedulerEvent::Opened { .. } => self.arm(plan),
+            SchedulerEvent::Opened { .. } => self.arm(timetable),
             SchedulerEvent::Crashed { .. } => self.crashed = true,
             SchedulerEvent::Restarted { .. } => {
                 self.rate.resume(now);
                 self.crashed = false;
-                self.arm(plan);
+                self.arm(timetable);
             }
             SchedulerEvent::Alarm { .. } | SchedulerEvent::Arrived { .. } => {}
             SchedulerEvent::Look | SchedulerEvent::Closed { .. } => {}
@@ -116,14 +118,19 @@ impl Scheduler for Periodic {
         }
     }
 
-    fn turn(&mut self, _: usize, knob: &Knob, plan: &mut Timetable<'_>) -> Result<String, String> {
+    fn turn(
+        &mut self,
+        _: usize,
+        knob: &Knob,
+        timetable: &mut Timetable<'_>,
+    ) -> Result<String, String> {
         let Knob::Rate { hz, .. } = knob else {
             return Err(format!("{knob} is not for a node at a rate"));
         };
         let before = self.rate.hz();
-        self.rate.set_hz(*hz, plan.now());
-        plan.rated(0, *hz);
-        self.arm(plan);
+        self.rate.set_hz(*hz, timetable.now());
+        timetable.rated(0, *hz);
+        self.arm(timetable);
         Ok(before.to_string())
     }
 }

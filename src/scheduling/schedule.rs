@@ -5,27 +5,23 @@ use std::{collections::BTreeSet, mem::take, time::Duration};
 use super::{
     agenda::{Agenda, AgendaItem, Phase},
     dispatch::Dispatch,
-    job::{Job, JobKind},
     member::Member,
-    node_slot::NodeSlot,
     scheduler::{Scheduler, SchedulerEvent, TaskState, Timetable},
     task_set::TaskSet,
 };
 use crate::{
-    command::ClockKind,
+    control::command::ClockKind,
     journal::LateLook,
-    knob::Knob,
-    node::Tick,
-    record::NodeRecord,
+    node::{Job, JobKind, NodeSlot, Tick},
     sync::Arc,
     time::Time,
-    trigger::{Arrival, Arrivals, Wake},
+    trigger::{Arrival, Arrivals},
 };
 
 /// Task sets with their alarms: all of a graph in virtual time, one under the real clock. It
 /// decides what is to be done; whoever asks does it.
 pub(crate) struct Schedule {
-    task_sets: Vec<TaskSet>,
+    pub(super) task_sets: Vec<TaskSet>,
     /// Index of its first node.
     first: usize,
     /// The task set of each node from that one on, and its number there; without a meaning for a
@@ -154,7 +150,7 @@ impl Schedule {
 
     /// Task set and number of a node.
     #[inline(always)]
-    fn of(&self, node: usize) -> (usize, usize) {
+    pub(super) fn of(&self, node: usize) -> (usize, usize) {
         self.of[node - self.first]
     }
 
@@ -208,11 +204,10 @@ impl Schedule {
 
 /// Its time.
 impl Schedule {
-    /// Forgets all that is planned: the nodes run elsewhere, and `wake` gets the arrivals from
-    /// now on.
-    pub(crate) fn leave(&mut self, wake: Arc<dyn Wake>) {
+    /// Forgets all that is planned: the nodes run elsewhere.
+    pub(crate) fn leave(&mut self) {
         self.behind = true;
-        self.arrivals.forward_to(Some(wake));
+        self.arrivals.take();
         self.agenda = Agenda::default();
         self.looking.clear();
     }
@@ -224,6 +219,8 @@ impl Schedule {
         let arrivals = match anew {
             true => {
                 self.arrivals.forward_to(None);
+                // What is delivered waits in the queues.
+                self.arrivals.take();
                 in_flight()
             }
             false => {
@@ -264,7 +261,7 @@ impl Schedule {
     /// The next job at a moment. This and what it calls are one function, because every tick is
     /// handed through all of them: a quarter less a tick.
     #[inline(always)]
-    pub(crate) fn look(&mut self, moment: Moment) -> Option<Assignment> {
+    pub(crate) fn next_job(&mut self, moment: Moment) -> Option<Assignment> {
         let Moment { now, until, over } = moment;
         loop {
             let next = self.agenda.next_at();
@@ -321,16 +318,16 @@ impl Schedule {
     }
 
     #[inline(always)]
-    fn send(
+    pub(super) fn send(
         &mut self,
         number: usize,
         event: SchedulerEvent,
         now: Time,
         over: bool,
     ) -> Option<Assignment> {
-        self.with(number, now, over, |scheduler, plan| {
-            let job = scheduler.on(event, plan)?;
-            let node = plan.members[job.member()].node;
+        self.with(number, now, over, |scheduler, timetable| {
+            let job = scheduler.on(event, timetable)?;
+            let node = timetable.members[job.member()].node;
             let task_set = number;
             Some(Assignment {
                 task_set,
@@ -341,7 +338,7 @@ impl Schedule {
     }
 
     #[inline(always)]
-    fn with<R>(
+    pub(super) fn with<R>(
         &mut self,
         number: usize,
         now: Time,
@@ -350,7 +347,7 @@ impl Schedule {
     ) -> R {
         let task_set = &mut self.task_sets[number];
         let mut looks = false;
-        let mut plan = Timetable {
+        let mut timetable = Timetable {
             now,
             clock: self.clock,
             over,
@@ -358,7 +355,7 @@ impl Schedule {
             agenda: &mut self.agenda,
             looks: &mut looks,
         };
-        let answer = ask(&mut *task_set.scheduler, &mut plan);
+        let answer = ask(&mut *task_set.scheduler, &mut timetable);
         if looks {
             self.noticed = now;
             self.looking.insert(number);
@@ -382,85 +379,5 @@ impl Schedule {
     fn plan_arrivals(&mut self, arrivals: Vec<Arrival>) {
         let arrivals = arrivals.into_iter();
         arrivals.for_each(|arrival| self.add_arrival(arrival));
-    }
-}
-
-/// Knobs of its nodes.
-impl Schedule {
-    /// Checks that a node has this knob.
-    ///
-    /// # Errors
-    /// The reason, with a remedy.
-    pub(crate) fn check(&self, node: usize, slot: &NodeSlot, knob: &Knob) -> Result<(), String> {
-        slot.check(knob)?;
-        match knob {
-            Knob::Send { .. } | Knob::Crash { .. } | Knob::Restart { .. } => Ok(()),
-            knob => {
-                let (task_set, member) = self.of(node);
-                self.task_sets[task_set].scheduler.check(member, knob)
-            }
-        }
-    }
-
-    /// Turns a knob of a node at run time `now`; returns the value before.
-    ///
-    /// # Errors
-    /// The reason and a remedy.
-    pub(crate) fn turn(
-        &mut self,
-        node: usize,
-        slot: &mut NodeSlot,
-        knob: &Knob,
-        now: Time,
-    ) -> Result<String, String> {
-        self.check(node, slot, knob)?;
-        let (task_set, member) = self.of(node);
-        match knob {
-            Knob::Send { text, .. } => slot.send(text),
-            Knob::Crash { .. } => {
-                let was = self.crashed(node);
-                self.crash(node, slot, now);
-                Ok(was)
-            }
-            Knob::Restart { .. } => self.restart(node, slot, now),
-            knob => self.with(task_set, now, false, |scheduler, plan| {
-                scheduler.turn(member, knob, plan)
-            }),
-        }
-    }
-
-    /// Stops the node's ticks. Messages it has not released are lost.
-    fn crash(&mut self, node: usize, slot: &mut NodeSlot, now: Time) {
-        let (task_set, member) = self.of(node);
-        self.send(task_set, SchedulerEvent::Crashed { member }, now, false);
-        slot.abort();
-        self.record(node, NodeRecord::Crashed);
-    }
-
-    fn restart(&mut self, node: usize, slot: &mut NodeSlot, now: Time) -> Result<String, String> {
-        let (task_set, member) = self.of(node);
-        let was = self.crashed(node);
-        if slot.again.is_some() {
-            self.crash(node, slot, now);
-        }
-        slot.begin_anew()?;
-        if !self.state(node, Time::ZERO).crashed {
-            self.crash(node, slot, now);
-        }
-        self.record(node, NodeRecord::Restarted);
-        self.send(task_set, SchedulerEvent::Restarted { member }, now, false);
-        Ok(was)
-    }
-
-    fn crashed(&self, node: usize) -> String {
-        let crashed = self.state(node, Time::ZERO).crashed;
-        if crashed { "crashed" } else { "running" }.to_owned()
-    }
-
-    fn record(&self, node: usize, record: NodeRecord) {
-        let (task_set, member) = self.of(node);
-        self.task_sets[task_set].members[member]
-            .records
-            .node(|| record);
     }
 }

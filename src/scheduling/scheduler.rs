@@ -4,15 +4,14 @@ use std::{any::Any, time::Duration};
 
 use super::{
     agenda::{Agenda, Phase},
-    job::Job,
     member::Member,
 };
 use crate::{
-    command::ClockKind,
-    knob::Knob,
-    outbox::Stamps,
+    control::{command::ClockKind, knob::Knob},
+    node::Job,
     record::NodeRecord,
     time::{Hz, Time},
+    topic::Stamps,
 };
 
 /// Decides when the nodes of a task set run: a node with a thread of its own, or those of an
@@ -37,9 +36,9 @@ use crate::{
 /// Only `Alarm`, `Arrived` and `Look` are answered by a job. See `periodic.rs` for the simplest
 /// one, and `crates/effects/src/own.rs` for one with triggers and ticks that take time.
 pub trait Scheduler: Any + Send {
-    /// Something has happened at `plan.now()`; returns the job to be done now, if there is one.
+    /// Something has happened at `timetable.now()`; returns the job to be done now, if there is one.
     /// An alarm that is no longer of use does no harm.
-    fn on(&mut self, event: SchedulerEvent, plan: &mut Timetable<'_>) -> Option<Job>;
+    fn on(&mut self, event: SchedulerEvent, timetable: &mut Timetable<'_>) -> Option<Job>;
 
     /// Where a node is in its schedule at run time `now`.
     fn state(&self, member: usize, now: Time) -> TaskState;
@@ -58,7 +57,7 @@ pub trait Scheduler: Any + Send {
         &mut self,
         member: usize,
         knob: &Knob,
-        plan: &mut Timetable<'_>,
+        timetable: &mut Timetable<'_>,
     ) -> Result<String, String>;
 }
 

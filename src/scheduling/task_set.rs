@@ -1,5 +1,7 @@
 //! Nodes with one scheduler.
 
+use std::collections::BTreeSet;
+
 use super::{
     dispatch::{Dispatch, Joined},
     member::Member,
@@ -58,6 +60,14 @@ impl TaskSet {
     ) -> Vec<Self> {
         let apart = schedulers.into_iter().zip(members);
         apart.map(|(own, member)| Self::of(own, member)).collect()
+    }
+
+    /// The place of each node's priority among those of all that run here, the highest first.
+    pub(crate) fn ranks(&self) -> Vec<usize> {
+        let here = self.members.iter().filter(|member| !member.remote);
+        let priorities: BTreeSet<u32> = here.map(|member| member.priority).collect();
+        let rank = |member: &Member| priorities.range(..member.priority).count();
+        self.members.iter().map(rank).collect()
     }
 
     /// Whether it is an executor.

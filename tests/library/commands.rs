@@ -5,11 +5,12 @@ use std::thread;
 
 use crossbeam_channel::Sender;
 use ratelab::{
-    Clock, ClockExit, Command, Depth, END, Event, EventKind, GO_ON, Graph, Inbox, RealClock, Speed,
-    Time, Topic, VirtualClock,
+    Clock, ClockExit, Command, Depth, END, Event, EventKind, GO_ON, Graph, Inbox, Speed, Time,
+    Topic, VirtualClock,
 };
 use ratelab_account::Observer;
 use ratelab_effects::Effects;
+use ratelab_real_clock::RealClock;
 
 use crate::support::{
     TickLog, applied, at, metronome, refused, run_timed, run_virtual, secs, set_depth, set_rate,

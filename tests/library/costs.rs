@@ -4,12 +4,13 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{
-    Clock, ClockKind, Command, Depth, GO_ON, Graph, Inbox, Knob, Message, RealClock, Time,
-    TimedCommand, Topic, VirtualClock,
+    Clock, ClockKind, Command, Depth, GO_ON, Graph, Inbox, Knob, Message, Time, TimedCommand,
+    Topic, VirtualClock,
 };
 use ratelab_account::{Observer, TapHandle};
 use ratelab_cart_pole::POLICY;
 use ratelab_effects::{Draw, Effects, draw, with_draw};
+use ratelab_real_clock::RealClock;
 use ratelab_study::experiment::{Config, Experiment, Summary};
 
 use crate::{

@@ -5,11 +5,12 @@ use std::{collections::HashMap, fmt::Write, time::Duration};
 
 use proptest::prelude::*;
 use ratelab::{
-    Clock, GO_ON, Graph, GraphError, Hz, Inbox, Knob, RealClock, Release, Time, TimedCommand,
-    Topic, VirtualClock,
+    Clock, GO_ON, Graph, GraphError, Hz, Inbox, Knob, Release, Time, TimedCommand, Topic,
+    VirtualClock,
 };
 use ratelab_account::{Lineage, TapHandle, TickRecord, TickWait, WaitsFor};
 use ratelab_effects::{Callback, Effects, Executor, Executors, Match};
+use ratelab_real_clock::RealClock;
 
 use crate::support::{depth, fnv1a64};
 

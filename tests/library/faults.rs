@@ -2,11 +2,11 @@
 //! cause.
 
 use ratelab::{
-    Clock, Event, EventKind, Fault, GO_ON, Graph, Inbox, Panicked, RealClock, Tick, Time,
-    VirtualClock,
+    Clock, Event, EventKind, Fault, GO_ON, Graph, Inbox, Panicked, Tick, Time, VirtualClock,
 };
 use ratelab_cart_pole::{Action, NotFinite, Observation, POLICY, Plant, policy::Policy};
 use ratelab_effects::Effects;
+use ratelab_real_clock::RealClock;
 use ratelab_study::experiment::{Config, Experiment};
 
 use crate::support::{TickLog, secs, with_policy};

@@ -1,11 +1,10 @@
 //! A graph contains all state of its run, so it can be handed over from clock to clock,
 //! or run in pieces, and continues where it was.
 
-use ratelab::{
-    ClockExit, ClockKind, Command, Depth, GO_ON, Graph, Inbox, RealClock, Time, Topic, run,
-};
+use ratelab::{ClockExit, ClockKind, Command, Depth, GO_ON, Graph, Inbox, Time, Topic, run};
 use ratelab_account::{Observer, TapHandle};
 use ratelab_effects::{Callback, Effects, Executor, Executors, Match};
+use ratelab_real_clock::RealClock;
 
 use crate::support::{TickLog, applied, at, messages_of, metronome, refused, run_virtual, secs};
 

@@ -11,11 +11,11 @@ use std::{
 
 use crossbeam_channel::Sender;
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, Depth, END, GO_ON, Graph, Hz, Inbox, Rate, RealClock,
-    Time, Topic,
+    Clock, ClockExit, ClockKind, Command, Depth, END, GO_ON, Graph, Hz, Inbox, Rate, Time, Topic,
 };
 use ratelab_account::{Observer, TapHandle};
 use ratelab_cart_pole::{POLICY, verdict};
+use ratelab_real_clock::RealClock;
 use ratelab_study::experiment::{Config, Summary};
 
 use crate::support::{

@@ -3,11 +3,10 @@
 
 use std::{ops::Range, time::Duration};
 
-use ratelab::{
-    Clock, ClockKind, Command, GO_ON, Graph, Inbox, RealClock, Time, TimedCommand, Topic,
-};
+use ratelab::{Clock, ClockKind, Command, GO_ON, Graph, Inbox, Time, TimedCommand, Topic};
 use ratelab_account::{Observer, TapHandle, TickRecord};
 use ratelab_effects::{Callback, Effects, Executor, Executors, Match};
+use ratelab_real_clock::RealClock;
 use ratelab_replay::RunLog;
 
 use crate::support::{self, depth, knob, rerun_of, secs, talker};

@@ -16,10 +16,11 @@ use std::{
 use crossbeam_channel::Sender;
 use ratelab::{
     Clock, ClockExit, ClockKind, Command, Event, EventKind, GO_ON, Graph, Inbox, Node, NodeRecord,
-    RealClock, Shared, Sink, Speed, Tick, Time, TimedCommand, Topic, TopicRecord, Topology, run,
+    Shared, Sink, Speed, Tick, Time, TimedCommand, Topic, TopicRecord, Topology, run,
 };
 use ratelab_account::{Distribution, Observer, RowTap, Tap, TapHandle, TickRecord};
 use ratelab_effects::{Callback, Effects, Executors};
+use ratelab_real_clock::RealClock;
 use ratelab_replay::{Log, LogError, Rerun, RunLog};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},

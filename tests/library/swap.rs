@@ -4,11 +4,11 @@
 use std::{num::NonZeroUsize, ops::ControlFlow, thread, time::Duration};
 
 use ratelab::{
-    ClockKind, Event, GO_ON, Graph, Inbox, Knob, Node, RealClock, Tick, Time, TimedCommand,
-    VirtualClock, run,
+    ClockKind, Event, GO_ON, Graph, Inbox, Knob, Node, Tick, Time, TimedCommand, VirtualClock, run,
 };
 use ratelab_cart_pole::{CartPole, POLICY, policy::Scripted};
 use ratelab_effects::Effects;
+use ratelab_real_clock::RealClock;
 use ratelab_study::experiment::{
     Config, Experiment,
     sweep::{Sweep, SweepAxis},

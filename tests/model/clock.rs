@@ -3,10 +3,11 @@
 use std::sync::Mutex;
 
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, END, Fault, GO_ON, Graph, Inbox, Node, RealClock, Tick,
-    Time, Topic, run,
+    Clock, ClockExit, ClockKind, Command, END, Fault, GO_ON, Graph, Inbox, Node, Tick, Time, Topic,
+    run,
 };
 use ratelab_account::{Observer, TapHandle};
+use ratelab_real_clock::RealClock;
 use shuttle::{sync::Arc, thread};
 
 use crate::{

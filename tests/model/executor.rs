@@ -1,11 +1,11 @@
 //! An executor under the real clock: its threads take turns in any schedule, and lose nothing.
 
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, END, GO_ON, Graph, Inbox, Knob, RealClock, Time, Topic,
-    run,
+    Clock, ClockExit, ClockKind, Command, END, GO_ON, Graph, Inbox, Knob, Time, Topic, run,
 };
 use ratelab_account::{Observer, TapHandle, TickRecord};
 use ratelab_effects::{Callback, Effects, Executor, Executors, Match};
+use ratelab_real_clock::RealClock;
 use ratelab_replay::RunLog;
 use shuttle::{
     sync::{

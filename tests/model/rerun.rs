@@ -2,9 +2,10 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use ratelab::{Clock, GO_ON, Graph, Inbox, RealClock, Shared, Time, TimedCommand, Topic};
+use ratelab::{Clock, GO_ON, Graph, Inbox, Shared, Time, TimedCommand, Topic};
 use ratelab_account::{Observer, TapHandle};
 use ratelab_effects::Match;
+use ratelab_real_clock::RealClock;
 use ratelab_replay::RunLog;
 use shuttle::{sync::Arc, thread};
 

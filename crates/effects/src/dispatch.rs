@@ -19,9 +19,7 @@ use super::{
 pub trait Executors {
     /// Has an executor run these nodes, which were added before, in the order of their
     /// registration. Each executor has threads of its own, under the real clock as well: there
-    /// `fixed-priority` needs
-    /// [`RealtimePriority`](ratelab::RealtimePriority) and cores to spare, and
-    /// `edf` is refused.
+    /// `fixed-priority` needs real-time priority and cores to spare, and `edf` is refused.
     ///
     /// ```
     /// use std::sync::{Arc, atomic::{AtomicU32, Ordering::Relaxed}};

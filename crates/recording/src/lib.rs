@@ -82,6 +82,6 @@ pub use schema::RecordingEnd;
 pub use source::Tapped;
 pub use source::{Source, StopReason};
 pub use verify::{
-    Branch, Departure, Executed, Execution, Held, VerifyError, VerifyStatus, branch, verify,
+    Branch, Change, Departure, Executed, Execution, Held, VerifyError, VerifyStatus, branch, verify,
 };
 pub use viewer::{VIEWER, Viewer};

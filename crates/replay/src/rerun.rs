@@ -3,8 +3,8 @@
 use std::collections::{BTreeSet, VecDeque};
 
 use ratelab::{
-    Clock, ClockExit, ClockKind, Command, End, Entries, Entry, Event, Fault, Graph, Inbox, Obeyed,
-    Time, Topology, note_end, obey_at_rest, sync::Arc,
+    Arrival, Clock, ClockExit, ClockKind, Command, End, Entries, Entry, Event, Fault, Graph, Inbox,
+    Obeyed, Time, Topology, Wake, note_end, obey_at_rest, sync::Arc,
 };
 
 use super::{
@@ -18,8 +18,14 @@ use super::{
     watch::Watch,
 };
 
-/// Executes a run again that was under [`RealClock`](ratelab::RealClock), in the recorded
-/// order and with the recorded times: on the same build and kind of machine it is the same
+/// Nobody waits for messages: the log knows when nodes hear of them.
+struct Unheard;
+
+impl Wake for Unheard {
+    fn wake(&self, _: Arrival) {}
+}
+
+/// Executes a run of the real clock again, in the recorded order and with the recorded times: on the same build and kind of machine it is the same
 /// run, to the bit, as long as its nodes share nothing but topics and
 /// [`Shared`](ratelab::Shared) values.
 ///
@@ -27,7 +33,8 @@ use super::{
 /// that overlapped, each waiting for the other, run on threads of their own.
 ///
 /// ```
-/// use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, RealClock, Time};
+/// use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, Time};
+/// use ratelab_real_clock::RealClock;
 /// use ratelab_replay::{Rerun, RunLog};
 ///
 /// let graph = || {
@@ -308,6 +315,7 @@ impl Rerun {
     ) -> Option<Result<Option<ClockExit>, Fault>> {
         let state = graph.state();
         let (task_sets, supervision) = graph.apart();
+        task_sets.wake_by(Arc::new(Unheard));
         let run = RunView {
             events: &self.events,
             watch: &self.watch,

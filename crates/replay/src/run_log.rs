@@ -20,7 +20,8 @@ use super::{
 /// node. Beyond a limit the rest of the run is not logged.
 ///
 /// ```
-/// use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, RealClock, Time};
+/// use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, Time};
+/// use ratelab_real_clock::RealClock;
 /// use ratelab_replay::RunLog;
 ///
 /// let mut graph = Graph::new();

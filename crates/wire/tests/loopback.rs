@@ -4,9 +4,9 @@ mod support;
 
 use std::{sync::Arc, thread};
 
-use ratelab::RealClock;
 use ratelab_account::Snapshot;
 use ratelab_cart_pole::CartPole;
+use ratelab_real_clock::RealClock;
 use ratelab_study::{
     experiment::{Experiment, Summary},
     system::System,

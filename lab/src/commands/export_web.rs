@@ -3,21 +3,19 @@
 use std::sync::Arc;
 
 use ratatui::layout::Size;
-use ratelab_study::system::{Alias, System};
+use ratelab_recording::Recording;
+use ratelab_screen::{Look, picture};
+use ratelab_study::system::{Alias, System, names};
 
 use crate::{
     cli::ExportWebArgs,
-    dashboard::picture,
     error::Error,
-    names,
     output::{OutputKind, print_line, refuse_same, write_whole},
     printable::shown,
     program::Program,
     screen::theme,
-    theme::Look,
     web::{self, RunData},
 };
-use ratelab_recording::Recording;
 
 /// Size of the picture for readers without JavaScript.
 const SIZE: Size = Size::new(120, 35);

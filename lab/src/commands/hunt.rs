@@ -4,16 +4,19 @@ mod text;
 
 use std::path::Path;
 
-use ratelab_study::experiment::{
-    Config, Experiment,
-    hunt::{Budget, Found, Hunt, Hunted},
+use ratelab_recording::{Destination, StopReason};
+use ratelab_study::{
+    experiment::{
+        Config, Experiment,
+        hunt::{Budget, Found, Hunt, Hunted},
+    },
+    system::names::good,
 };
 use serde_json::json;
 
 use crate::{
     cli::HuntArgs,
     error::Error,
-    names::good,
     options::{self, Defaults},
     output::{OutputFile, print_data, print_line, print_recorded},
     program::Program,
@@ -21,7 +24,6 @@ use crate::{
     results::{read_topics, record},
     signals,
 };
-use ratelab_recording::{Destination, StopReason};
 
 /// Defaults of the run.
 const DEFAULTS: Defaults =

@@ -2,16 +2,17 @@
 
 use std::sync::Arc;
 
+use ratelab_recording::Recording;
+use ratelab_screen::picture as pictures;
+
 use crate::{
     cli::PictureArgs,
-    dashboard::{SessionSetup, picture as pictures},
     error::Error,
     options::{self, Defaults},
     output::{OutputKind, write_whole},
     program::Program,
-    screen::theme,
+    screen::{sessions, theme},
 };
-use ratelab_recording::Recording;
 
 /// Defaults of the run: on the virtual clock, the same picture bit for bit.
 const DEFAULTS: Defaults = Defaults::virtual_only(
@@ -42,7 +43,7 @@ pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
     let end = args.at.unwrap_or(DEFAULTS.end);
     let defaults = Defaults { end, ..DEFAULTS };
     let (config, _) = options::graph(program, &args.graph, &defaults)?;
-    let setup = SessionSetup::new(program.system.clone(), program.course);
+    let setup = sessions(program);
     let picture = pictures::of_run(&config, setup, args.size, &theme)?;
     output(&picture, None)
 }

@@ -2,7 +2,8 @@
 
 use std::{path::Path, process};
 
-use ratelab::{RealClock, Time, Topology};
+use ratelab::{Time, Topology};
+use ratelab_real_clock::RealClock;
 use ratelab_study::experiment::{Config, Experiment, Summary};
 use ratelab_wire::{Bridge, SessionEnd, Settings, USUAL, machine};
 

@@ -4,9 +4,9 @@
 use std::{sync::Arc, time::Duration};
 
 use ratelab::{
-    Clock, ClockExit, Command, Fault, Graph, Inbox, Knob, RealClock, Speed, Time, TimedCommand,
-    TimedKnob,
+    Clock, ClockExit, Command, Fault, Graph, Inbox, Knob, Speed, Time, TimedCommand, TimedKnob,
 };
+use ratelab_real_clock::RealClock;
 use ratelab_replay::Rerun;
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},

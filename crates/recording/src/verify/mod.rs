@@ -2,6 +2,7 @@
 
 mod again;
 mod branch;
+mod change;
 mod compare;
 mod difference;
 mod end;
@@ -19,6 +20,7 @@ use thiserror::Error;
 
 pub use self::again::VerifyStatus;
 pub use self::branch::{Branch, Departure, branch};
+pub use self::change::Change;
 use self::difference::Difference;
 pub use self::execute::{Executed, Execution, Held};
 use super::{recorded::Recording, schema::Origin};

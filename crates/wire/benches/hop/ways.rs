@@ -10,7 +10,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-use ratelab::{Clock, ClockKind, GO_ON, Graph, Hz, Inbox, RealClock, Time, Wiring};
+use ratelab::{Clock, ClockKind, GO_ON, Graph, Hz, Inbox, Time, Wiring};
+use ratelab_real_clock::RealClock;
 use ratelab_study::experiment::{Config, Experiment};
 use ratelab_wire::{Bridge, SessionEnd, Settings, machine};
 use rustix::time::{ClockId, clock_gettime};

@@ -6,9 +6,12 @@ use std::{
     path::Path,
 };
 
-use exercises::framework::{Answers, Brief, Exercise, Prediction};
+use exercises::{
+    framework::{Answers, Brief, Exercise, Prediction},
+    rescue::session::RESCUE,
+};
 
-use crate::{cli::ExerciseArgs, error::Error, output::print_line, rescue::RESCUE, wrap::readable};
+use crate::{cli::ExerciseArgs, error::Error, output::print_line, wrap::readable};
 
 /// Does `asked`, questions of one exercise, with the learner whose predictions are in
 /// `file`: shows what was predicted and measured, and asks the next question.

@@ -1,6 +1,6 @@
 //! What a teacher had better look at, in a whole class.
 
-use exercises::framework::PredictionOrigin;
+use exercises::{framework::PredictionOrigin, rescue::session::alike};
 
 use super::{
     Graded,
@@ -8,7 +8,6 @@ use super::{
     marks::GradedPrediction,
     roster::Roster,
 };
-use crate::rescue::alike;
 
 /// Number of words from which on the same reason is worth a note: fewer are often the same
 /// by chance.

@@ -7,15 +7,12 @@ use std::{
     sync::atomic::{AtomicBool, Ordering},
 };
 
+use exercises::rescue::session::{is_shipped, judge_recording};
 use ratelab::{Event, Time, TimedKnob};
+use ratelab_recording::{Recording, VerifyError, VerifyStatus, verify};
 
 use super::{file_name, flag::Flags};
-use crate::{
-    error::Error,
-    program::Program,
-    rescue::{is_shipped, judge_recording},
-};
-use ratelab_recording::{Recording, VerifyError, VerifyStatus, verify};
+use crate::{error::Error, program::Program};
 
 /// A recording that was handed in.
 #[derive(Default)]

@@ -1,0 +1,210 @@
+//! Thread priorities: real-time for threads that must wake on time, low for background
+//! threads.
+
+use thiserror::Error;
+
+/// Proof that real-time scheduling and locked memory were granted; see
+/// [`RealtimePriority::request`].
+#[derive(Clone, Debug)]
+pub struct RealtimePriority(());
+
+/// Real-time scheduling or locked memory was refused.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error(
+    "{what} was refused ({why}): it needs root or the limits rtprio and memlock; the run goes on without"
+)]
+pub struct RealtimeError {
+    what: &'static str,
+    why: String,
+}
+
+/// The cores that a thread shares with those of other priorities.
+#[derive(Clone, Debug)]
+pub(crate) struct CoreShare {
+    /// Place of its priority among those of the executor, the highest first.
+    pub(crate) rank: usize,
+    /// Numbers of the cores.
+    pub(crate) cores: Vec<usize>,
+}
+
+#[cfg(target_os = "linux")]
+mod system {
+    use std::time::Duration;
+
+    use nix::{
+        sched::{CpuSet, sched_getaffinity, sched_setaffinity},
+        sys::{
+            mman::{MlockAllFlags, mlockall},
+            prctl,
+        },
+        time::{ClockId, clock_gettime},
+        unistd::Pid,
+    };
+    use thread_priority::{
+        NormalThreadSchedulePolicy, RealtimeThreadSchedulePolicy, ThreadPriority,
+        ThreadSchedulePolicy, set_thread_priority_and_policy, thread_native_id,
+    };
+
+    use super::{CoreShare, RealtimeError, RealtimePriority};
+
+    /// Middle of the range of SCHED_FIFO: above every ordinary thread, below the kernel's
+    /// own interrupt threads.
+    const PRIORITY: u8 = 49;
+
+    /// A priority of ordinary threads, of 0 to 99: a niceness of 10, about a tenth of the share
+    /// of a thread with the usual one.
+    const LOW: u8 = 23;
+
+    impl RealtimePriority {
+        /// Requests SCHED_FIFO for the node threads and locks the process in memory, so
+        /// that neither another program nor a page fault delays a tick.
+        ///
+        /// # Errors
+        /// [`RealtimeError`] with the refused request. The run can still go on without
+        /// it.
+        pub fn request() -> Result<Self, RealtimeError> {
+            let probe =
+                std::thread::spawn(|| raise_priority(PRIORITY).map_err(|e| format!("{e:?}")));
+            let raised = probe.join().unwrap_or_else(|_| Err("no thread".to_owned()));
+            raised.map_err(|why| RealtimeError {
+                what: "SCHED_FIFO",
+                why,
+            })?;
+            mlockall(MlockAllFlags::MCL_CURRENT | MlockAllFlags::MCL_FUTURE).map_err(|errno| {
+                RealtimeError {
+                    what: "locked memory",
+                    why: errno.desc().to_owned(),
+                }
+            })?;
+            Ok(Self(()))
+        }
+    }
+
+    /// Makes the calling thread wake as close to its deadlines as possible.
+    pub(crate) fn prepare_thread(realtime: Option<&RealtimePriority>) {
+        // The kernel's default slack of 50 µs would be half of all lateness. A refusal
+        // only costs accuracy, and lateness is measured anyway.
+        let _ = prctl::set_timerslack(1);
+        if realtime.is_some() {
+            // `request` has tested this permission already.
+            let _ = raise_priority(PRIORITY);
+        }
+    }
+
+    /// The cores for executors with priorities: all but the first, which is for the rest.
+    pub(crate) fn spare_cores() -> Vec<usize> {
+        let allowed = sched_getaffinity(Pid::from_raw(0)).unwrap_or_default();
+        let all = 0..CpuSet::count();
+        let allowed = all.filter(|core| allowed.is_set(*core).unwrap_or_default());
+        allowed.skip(1).collect()
+    }
+
+    /// Gives the calling thread its share of cores: below the threads of other nodes, so that
+    /// what comes from outside is on time.
+    pub(crate) fn share_cores(share: &CoreShare) {
+        let below = u8::try_from(share.rank)
+            .unwrap_or(u8::MAX)
+            .saturating_add(1);
+        // `request` has tested this permission already.
+        let _ = raise_priority(PRIORITY.saturating_sub(below).max(1));
+        let mut cores = CpuSet::new();
+        for core in &share.cores {
+            let _ = cores.set(*core);
+        }
+        let _ = sched_setaffinity(Pid::from_raw(0), &cores);
+    }
+
+    /// The time that the calling thread has had on a core.
+    pub(crate) fn core_time() -> Duration {
+        let time = clock_gettime(ClockId::CLOCK_THREAD_CPUTIME_ID);
+        time.map(Duration::from).unwrap_or_default()
+    }
+
+    /// Lowers the priority of the calling thread and of the threads it starts: beside other
+    /// threads they have a small share of a core, and never none, so that their work ends on a
+    /// busy machine as well. Has no effect on systems without such a priority.
+    pub fn lower_priority() {
+        let policy = ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Other);
+        if let Ok(low) = LOW.try_into() {
+            let low = ThreadPriority::Crossplatform(low);
+            // Lowering a priority needs no permission.
+            let _ = set_thread_priority_and_policy(thread_native_id(), low, policy);
+        }
+    }
+
+    fn raise_priority(priority: u8) -> Result<(), thread_priority::Error> {
+        let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+        let priority = ThreadPriority::Crossplatform(
+            priority
+                .try_into()
+                .map_err(|_| thread_priority::Error::Priority("not within 0 to 99"))?,
+        );
+        set_thread_priority_and_policy(thread_native_id(), priority, policy)
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+mod system {
+    use std::time::Duration;
+
+    use super::{CoreShare, RealtimeError, RealtimePriority};
+
+    impl RealtimePriority {
+        /// Requests real-time scheduling, which has no common interface on this system.
+        ///
+        /// # Errors
+        /// Always, on this system.
+        pub fn request() -> Result<Self, RealtimeError> {
+            Err(RealtimeError {
+                what: "SCHED_FIFO",
+                why: "only Linux has it".to_owned(),
+            })
+        }
+    }
+
+    pub(crate) fn prepare_thread(_: Option<&RealtimePriority>) {}
+
+    pub(crate) fn spare_cores() -> Vec<usize> {
+        Vec::new()
+    }
+
+    pub(crate) fn share_cores(_: &CoreShare) {}
+
+    /// Nobody asks without real-time scheduling.
+    pub(crate) fn core_time() -> Duration {
+        Duration::ZERO
+    }
+
+    /// Has no effect on this system.
+    pub fn lower_priority() {}
+}
+
+pub use system::lower_priority;
+pub(crate) use system::{core_time, prepare_thread, share_cores, spare_cores};
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use std::{fs, thread};
+
+    /// Niceness and scheduling policy of the calling thread, by the kernel.
+    fn scheduling() -> (i32, u32) {
+        let stat = fs::read_to_string("/proc/thread-self/stat").expect("Linux");
+        let (_, after) = stat.rsplit_once(") ").expect("a name");
+        let fields: Vec<&str> = after.split(' ').collect();
+        // Fields 19 and 41 of proc(5), whose first two are before.
+        let nice = fields[16].parse().expect("a number");
+        (nice, fields[38].parse().expect("a number"))
+    }
+
+    #[test]
+    fn a_low_priority_is_that_of_an_ordinary_thread_with_a_small_share() {
+        const ORDINARY: u32 = 0;
+        let lowered = thread::spawn(|| {
+            super::lower_priority();
+            scheduling()
+        });
+        let (nice, policy) = lowered.join().expect("a thread");
+        assert_eq!(policy, ORDINARY);
+        assert!((5..=15).contains(&nice), "{nice}");
+    }
+}

@@ -1,0 +1,9 @@
+//! How a run is changed while it goes on, and what is known of it: commands go in, events are
+//! logged.
+
+pub mod command;
+pub mod event;
+pub mod inbox;
+pub mod knob;
+pub mod millis;
+pub mod state;

@@ -1,0 +1,111 @@
+//! The topology of a graph: nodes, topics and their edges, without figures.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{qos::Depth, scheduling::EACH, time::Hz};
+
+/// Nodes, topics and connections: enough to draw a graph or to replay its run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Topology {
+    /// The nodes, in the order of addition.
+    pub nodes: Vec<NodeTopology>,
+    /// The topics, in the order of their first connection.
+    pub topics: Vec<TopicTopology>,
+}
+
+/// A node of a [`Topology`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NodeTopology {
+    /// Its name.
+    pub name: String,
+    /// Priority among nodes that are due at the same instant, lowest first.
+    pub priority: u32,
+    /// Its rate; that of the messages if they trigger it.
+    pub hz: Hz,
+    /// The topics that trigger it, as indices into [`Topology::topics`].
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub triggers: Vec<usize>,
+    /// What a tick needs of several triggers, as text; `each` for the newest of each.
+    #[serde(default = "each", skip_serializing_if = "is_each")]
+    pub matching: String,
+    /// Name of its executor, if it has no thread of its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub executor: Option<String>,
+    /// Number of that executor in the graph, if its nodes share threads.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub executor_index: Option<usize>,
+    /// Its mutually exclusive callback group there, if it shares one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub group: Option<String>,
+    /// Names of its own measurements.
+    pub meters: Vec<String>,
+}
+
+/// A topic of a [`Topology`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TopicTopology {
+    /// Its name.
+    pub name: String,
+    /// Queue depth.
+    pub depth: Depth,
+    /// The nodes that publish to it, as indices into [`Topology::nodes`].
+    pub publishers: Vec<usize>,
+    /// The nodes that read from it, as indices.
+    pub readers: Vec<usize>,
+}
+
+/// The matching of a node without several triggers.
+fn each() -> String {
+    EACH.to_owned()
+}
+
+fn is_each(matching: &String) -> bool {
+    *matching == EACH
+}
+
+impl Topology {
+    /// The rate in force of each node, of which those with a timer have their `own`. For a node
+    /// that messages trigger it is that of the messages: of all publishers of a topic together,
+    /// and of several topics the slowest.
+    pub fn rates(&self, own: impl Fn(usize) -> Hz) -> Vec<Hz> {
+        let nodes = self.nodes.iter().enumerate();
+        let mut known: Vec<Option<u64>> = nodes
+            .map(|(index, node)| node.triggers.is_empty().then(|| own(index).as_micro()))
+            .collect();
+        for node in 0..self.nodes.len() {
+            self.find_rate(node, &mut known);
+        }
+        let rates = known.into_iter().map(|rate| {
+            let micro = rate.unwrap_or_default();
+            Hz::from_micro(micro.clamp(Hz::MIN.as_micro(), Hz::MAX.as_micro()))
+        });
+        rates.collect()
+    }
+
+    /// Finds the rate of a node, after those of all nodes before it in chains of triggers.
+    fn find_rate(&self, node: usize, known: &mut [Option<u64>]) {
+        let mut path = vec![node];
+        while let Some(&node) = path.last() {
+            let triggers = self.nodes[node].triggers.iter();
+            let mut before = triggers.flat_map(|topic| &self.topics[*topic].publishers);
+            // There are no circles of triggers.
+            match before.find(|publisher| known[**publisher].is_none()) {
+                Some(unknown) if known[node].is_none() => path.push(*unknown),
+                _ => {
+                    let rate = self.rate_of_messages(node, known);
+                    known[node].get_or_insert(rate);
+                    path.pop();
+                }
+            }
+        }
+    }
+
+    fn rate_of_messages(&self, node: usize, known: &[Option<u64>]) -> u64 {
+        let topics = self.nodes[node].triggers.iter();
+        let rates = topics.map(|topic| {
+            let publishers = self.topics[*topic].publishers.iter();
+            publishers.filter_map(|publisher| known[*publisher]).sum()
+        });
+        rates.min().unwrap_or_default()
+    }
+}

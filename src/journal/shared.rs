@@ -1,0 +1,236 @@
+//! State that nodes share beside their topics: a lock that counts its turns.
+
+use std::{
+    fmt,
+    ops::{Deref, DerefMut},
+    time::Duration,
+};
+
+use super::turns::{self, LockName, Mode, Operation, TurnFollower};
+use crate::sync::{
+    Mutex, MutexGuard,
+    atomic::{AtomicU32, Ordering},
+    lock, thread,
+};
+
+/// Longest wait for a turn without a look at whether the run was given up.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// The number of a name that nobody has asked for yet.
+const UNKNOWN: u32 = u32::MAX;
+
+/// A value behind a lock that counts its turns, for state that several nodes share beside
+/// their topics: a plant, a map. Under the real clock the log of the run has the turns, so
+/// the run can be executed again; a plain mutex would be in another order then.
+///
+/// Its name must differ from those of all other shared values and topics of the graph.
+///
+/// ```
+/// use std::sync::Arc;
+/// use ratelab::{Clock, GO_ON, Graph, Hz, Inbox, Shared, Time};
+/// use ratelab_real_clock::RealClock;
+///
+/// let tank = Arc::new(Shared::new("tank", 10.0));
+/// let mut graph = Graph::new();
+/// for (name, flow) in [("inlet", 1.0), ("outlet", -0.5)] {
+///     let tank = tank.clone();
+///     graph.node(name, Hz::new(100.0)?, 0, |_| move |_| {
+///         *tank.lock() += flow;
+///         GO_ON
+///     })?;
+/// }
+/// RealClock::default().run(&mut graph, &mut Inbox::default(), Time::from_secs_f64(0.05)?)?;
+/// assert!(*tank.peek() > 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Shared<T> {
+    name: Box<str>,
+    /// [`LockName`] of the name, once it was needed.
+    number: AtomicU32,
+    state: Mutex<SharedState<T>>,
+}
+
+struct SharedState<T> {
+    /// Turns so far.
+    turn: u64,
+    /// Whether a thread that notes no turns was here since the last one that does.
+    outside: bool,
+    /// Threads that wait, each with its turn.
+    waiting: Vec<(u64, thread::Thread)>,
+    value: T,
+}
+
+impl<T> Shared<T> {
+    /// Puts `value` behind a lock called `name`.
+    pub fn new(name: impl Into<Box<str>>, value: T) -> Self {
+        Self {
+            name: name.into(),
+            number: AtomicU32::new(UNKNOWN),
+            state: Mutex::new(SharedState {
+                turn: 0,
+                outside: false,
+                waiting: Vec::new(),
+                value,
+            }),
+        }
+    }
+
+    /// The same after so many `turns`.
+    pub(crate) fn after(turns: u64, name: impl Into<Box<str>>, value: T) -> Self {
+        let shared = Self::new(name, value);
+        lock(&shared.state).turn = turns;
+        shared
+    }
+
+    /// Number of turns so far.
+    pub(crate) fn turns(&self) -> u64 {
+        lock(&self.state).turn
+    }
+
+    /// Name of the lock.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Locks the value for a node, until the guard is dropped. This takes a turn: a run
+    /// that is executed again has all turns in the same order.
+    #[inline]
+    pub fn lock(&self) -> Turn<'_, T> {
+        match turns::mode() {
+            Mode::Off => {
+                let mut turn = self.peek();
+                turn.state.outside = true;
+                turn
+            }
+            Mode::Noting => self.noted(),
+            Mode::Following => self.in_turn(),
+        }
+    }
+
+    /// Locks the value for those that only look on, such as observers and taps, at any
+    /// time and without a turn.
+    #[inline]
+    pub fn peek(&self) -> Turn<'_, T> {
+        Turn {
+            state: lock(&self.state),
+            hands_on: false,
+        }
+    }
+
+    #[inline]
+    fn noted(&self) -> Turn<'_, T> {
+        let lock_name = self.lock_name();
+        let mut turn = self.peek();
+        let state = &mut *turn.state;
+        turns::note(Operation {
+            lock: lock_name,
+            turn: state.turn,
+            outside: std::mem::take(&mut state.outside),
+        });
+        state.turn += 1;
+        turn
+    }
+
+    #[inline]
+    fn lock_name(&self) -> LockName {
+        match self.number.load(Ordering::Relaxed) {
+            UNKNOWN => self.look_name_up(),
+            number => LockName::from_number(number),
+        }
+    }
+
+    #[cold]
+    fn look_name_up(&self) -> LockName {
+        let name = LockName::of(&self.name);
+        self.number.store(name.number(), Ordering::Relaxed);
+        name
+    }
+
+    /// Locks the value as [`Self::peek`] does. Where another thread is held within this lock,
+    /// both go on at once.
+    fn past_held(&self, follower: &dyn TurnFollower) -> Turn<'_, T> {
+        if follower.holds() {
+            if let Ok(state) = self.state.try_lock() {
+                let hands_on = false;
+                return Turn { state, hands_on };
+            }
+            follower.let_go();
+        }
+        self.peek()
+    }
+
+    /// Waits for the turn that this thread had in the recorded run.
+    #[cold]
+    fn in_turn(&self) -> Turn<'_, T> {
+        let follower = turns::follower();
+        let next = follower.as_ref().and_then(|f| f.next(self.lock_name()));
+        let Some((number, follower)) = next.zip(follower.as_deref()) else {
+            return self.peek();
+        };
+        let mut turn = self.past_held(follower);
+        while turn.state.turn != number && !follower.is_free() {
+            if turn.state.turn > number {
+                follower.missed(self.lock_name(), number);
+                break;
+            }
+            turn.state.waiting.push((number, thread::current()));
+            drop(turn);
+            follower.waits(true);
+            thread::park_timeout(LOOK);
+            follower.waits(false);
+            turn = self.past_held(follower);
+            turn.state.waiting.retain(|(waits, _)| *waits != number);
+        }
+        turn.state.turn = number + 1;
+        turn.hands_on = true;
+        turn
+    }
+}
+
+impl<T> fmt::Debug for Shared<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Shared({})", self.name)
+    }
+}
+
+/// A shared value, locked until this is dropped.
+pub struct Turn<'a, T> {
+    state: MutexGuard<'a, SharedState<T>>,
+    /// Whether the thread of the next turn may wait for the end of this one.
+    hands_on: bool,
+}
+
+impl<T> Deref for Turn<'_, T> {
+    type Target = T;
+
+    #[inline]
+    fn deref(&self) -> &T {
+        &self.state.value
+    }
+}
+
+impl<T> DerefMut for Turn<'_, T> {
+    #[inline]
+    fn deref_mut(&mut self) -> &mut T {
+        &mut self.state.value
+    }
+}
+
+impl<T> Drop for Turn<'_, T> {
+    #[inline]
+    fn drop(&mut self) {
+        if self.hands_on {
+            let next = self.state.turn;
+            let mut waiting = self.state.waiting.iter();
+            if let Some((_, thread)) = waiting.find(|(turn, _)| *turn == next) {
+                thread.unpark();
+            }
+        }
+    }
+}
+
+impl<T: fmt::Debug> fmt::Debug for Turn<'_, T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Debug::fmt(&**self, f)
+    }
+}

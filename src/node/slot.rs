@@ -1,0 +1,296 @@
+//! A node in a graph: what does the work, on whatever thread.
+
+use std::{
+    any::Any,
+    ops::ControlFlow,
+    panic::{AssertUnwindSafe, catch_unwind},
+    time::Duration,
+};
+
+use super::{
+    Fault, GO_ON, Node, Panicked, Tick,
+    job::{Job, JobKind},
+};
+use crate::{
+    control::knob::{Knob, KnobKind},
+    record::{NodeRecord, Records, TickTimes},
+    sync::Arc,
+    time::Time,
+    topic::Outbox,
+};
+
+/// A node with its outbox and the way of its records.
+pub(crate) struct NodeSlot {
+    pub(crate) name: Arc<str>,
+    node: Box<dyn Node>,
+    /// The function that builds it again, if there is one.
+    pub(crate) again: Option<Rebuild>,
+    /// The panic while the node handled a text, if there was one.
+    panicked: Option<Panicked>,
+    records: Records,
+    outbox: Arc<Outbox>,
+    fixed: Fixed,
+    /// The tick that has begun and is not yet over.
+    running: Option<RunningTick>,
+}
+
+/// A tick that takes run time.
+#[derive(Clone, Copy)]
+struct RunningTick {
+    began: Time,
+    lateness: Option<Duration>,
+    /// Whether the run ends after it.
+    flow: ControlFlow<()>,
+    /// Whether it is already recorded, because the run ended before it was over.
+    noted: bool,
+}
+
+impl RunningTick {
+    fn times(&self, ends: Option<Time>) -> TickTimes {
+        TickTimes {
+            at: self.began,
+            lateness: self.lateness,
+            took: ends.map(|ends| ends.since(self.began)),
+            ends,
+        }
+    }
+}
+
+/// Kinds of knobs that a node lacks, and the reason.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Fixed {
+    pub(crate) kinds: &'static [KnobKind],
+    pub(crate) reason: &'static str,
+}
+
+/// The function that builds a node again, and the message it is sent afterwards.
+pub(crate) struct Rebuild {
+    pub(crate) build: Box<dyn FnMut() -> Box<dyn Node> + Send>,
+    pub(crate) message: Option<String>,
+}
+
+impl NodeSlot {
+    pub(crate) fn new(
+        name: Arc<str>,
+        records: Records,
+        node: Box<dyn Node>,
+        outbox: Arc<Outbox>,
+        fixed: Fixed,
+    ) -> Self {
+        Self {
+            name,
+            node,
+            again: None,
+            panicked: None,
+            records,
+            outbox,
+            fixed,
+            running: None,
+        }
+    }
+
+    /// Checks that the node lets this knob be turned.
+    pub(crate) fn check(&self, knob: &Knob) -> Result<(), String> {
+        match self.fixed.kinds.contains(&knob.kind()) {
+            true => Err(self.fixed.reason.to_owned()),
+            false => Ok(()),
+        }
+    }
+
+    /// Does a job at run time `now`; by the wall's clock a whole tick is `lasting`.
+    #[inline]
+    pub(crate) fn work(&mut self, job: Job, now: Time, lasting: bool) -> Tick {
+        match job.kind {
+            JobKind::Tick { .. } => self.tick(now, lasting),
+            JobKind::Begin => self.start(now, job.lateness()),
+            JobKind::End => self.finish(now),
+        }
+    }
+
+    /// Records what that job has ended, and returns whether it ends the run. The job began at
+    /// `began`, and if that was measured, `took` so long.
+    #[inline]
+    pub(crate) fn done(
+        &mut self,
+        job: Job,
+        began: Time,
+        took: Option<Duration>,
+        outcome: Tick,
+    ) -> Tick {
+        match job.kind {
+            JobKind::Tick { is_instant } => {
+                self.record(|| TickTimes {
+                    at: began,
+                    lateness: job.lateness(),
+                    took: if is_instant {
+                        Some(Duration::ZERO)
+                    } else {
+                        took
+                    },
+                    ends: Some(began),
+                });
+                outcome
+            }
+            JobKind::End => self.over(began, outcome),
+            JobKind::Begin => outcome,
+        }
+    }
+
+    /// Runs a whole tick; by the wall's clock it is `lasting`.
+    fn tick(&mut self, now: Time, lasting: bool) -> Tick {
+        self.record_begin(now, lasting);
+        let outcome = self.begin(|node| {
+            let flow = node.tick(now)?;
+            Ok(end_of(flow, node.apply(now)?))
+        });
+        if lasting {
+            self.record_end();
+        }
+        outcome
+    }
+
+    /// Begins a tick that takes time: its messages wait for the end.
+    fn start(&mut self, now: Time, lateness: Option<Duration>) -> Tick {
+        self.record_begin(now, true);
+        self.outbox.hold(true);
+        let outcome = self.begin(|node| node.tick(now));
+        self.outbox.hold(false);
+        match outcome {
+            Ok(flow) => {
+                self.running = Some(RunningTick {
+                    began: now,
+                    lateness,
+                    flow,
+                    noted: false,
+                });
+                GO_ON
+            }
+            Err(_) => {
+                self.record_end();
+                outcome
+            }
+        }
+    }
+
+    /// Ends that tick.
+    fn finish(&mut self, now: Time) -> Tick {
+        self.outbox.publish_held(now);
+        let applied = self.guarded(|node| node.apply(now));
+        self.record_end();
+        applied
+    }
+
+    /// Records that tick, which is over at `now`, and returns whether it ends the run.
+    fn over(&mut self, now: Time, applied: Tick) -> Tick {
+        let Some(running) = self.running.take() else {
+            return applied;
+        };
+        if !running.noted {
+            self.record(|| running.times(Some(now)));
+        }
+        Ok(end_of(running.flow, applied?))
+    }
+
+    /// Records that tick as unfinished, once.
+    pub(crate) fn cut_off(&mut self) {
+        if let Some(running) = self.running.filter(|running| !running.noted) {
+            self.record(|| running.times(None));
+            self.running = Some(RunningTick {
+                noted: true,
+                ..running
+            });
+        }
+    }
+
+    /// Forgets that tick, with the messages that it has not released.
+    pub(crate) fn abort(&mut self) {
+        self.cut_off();
+        self.outbox.clear();
+        self.running = None;
+    }
+
+    #[inline]
+    fn record_begin(&self, at: Time, lasting: bool) {
+        self.records.node(|| NodeRecord::Began { at, lasting });
+    }
+
+    fn record_end(&self) {
+        self.records.node(|| NodeRecord::Ended);
+    }
+
+    /// Begins a tick with `work`, or fails after a panic over a text.
+    fn begin(&mut self, work: impl FnOnce(&mut dyn Node) -> Tick) -> Tick {
+        match self.panicked.take() {
+            Some(panicked) => Err(panicked.into()),
+            None => self.guarded(work),
+        }
+    }
+
+    /// Runs `work` and turns a panic into an error.
+    fn guarded(&mut self, work: impl FnOnce(&mut dyn Node) -> Tick) -> Tick {
+        let outcome = catch_unwind(AssertUnwindSafe(|| work(&mut *self.node)));
+        outcome.unwrap_or_else(|panic| Err(Box::new(Panicked(panic_message(&*panic)))))
+    }
+
+    /// Sends the node a text. After a panic its state may be inconsistent, so its next
+    /// tick fails.
+    pub(crate) fn send(&mut self, text: &str) -> Result<String, String> {
+        let answer = catch_unwind(AssertUnwindSafe(|| self.node.on_message(text)));
+        answer.unwrap_or_else(|panic| {
+            let panicked = Panicked(panic_message(&*panic));
+            let reason = panicked.to_string();
+            self.panicked = Some(panicked);
+            Err(reason)
+        })
+    }
+
+    /// Builds the node once more, or has it begin anew.
+    ///
+    /// # Errors
+    /// The reason if it cannot.
+    pub(crate) fn begin_anew(&mut self) -> Result<(), String> {
+        let began = catch_unwind(AssertUnwindSafe(|| self.rebuild()));
+        began.unwrap_or_else(|panic| Err(Panicked(panic_message(&*panic)).to_string()))?;
+        self.panicked = None;
+        Ok(())
+    }
+
+    fn rebuild(&mut self) -> Result<(), String> {
+        let Some(again) = &mut self.again else {
+            return self.node.restart();
+        };
+        // The ends of a topic are released with their node.
+        self.node = Box::new(|_: Time| GO_ON);
+        self.node = (again.build)();
+        match &again.message {
+            Some(text) => self.node.on_message(text).map(drop),
+            None => Ok(()),
+        }
+    }
+
+    /// Records the measurements of a tick, after the node has moved on to the next one.
+    #[inline]
+    fn record(&self, times: impl FnOnce() -> TickTimes) {
+        self.records.node(|| NodeRecord::Ticked(times()));
+    }
+
+    /// The fault for a tick at `at` that returned an error.
+    pub(crate) fn fault(&self, at: Time, cause: Box<dyn std::error::Error + Send + Sync>) -> Fault {
+        let node = self.name.to_string();
+        Fault { node, at, cause }
+    }
+}
+
+/// Ends the run if either part of a tick does.
+fn end_of(first: ControlFlow<()>, second: ControlFlow<()>) -> ControlFlow<()> {
+    match first {
+        ControlFlow::Break(()) => first,
+        ControlFlow::Continue(()) => second,
+    }
+}
+
+fn panic_message(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    text.or_else(|| panic.downcast_ref::<String>().cloned())
+        .unwrap_or_else(|| "without a message".to_owned())
+}

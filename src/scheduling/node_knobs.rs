@@ -1,0 +1,83 @@
+//! Knobs of nodes: some are of the node, all others of its schedule.
+
+use super::{schedule::Schedule, scheduler::SchedulerEvent};
+use crate::{control::knob::Knob, node::NodeSlot, record::NodeRecord, time::Time};
+
+impl Schedule {
+    /// Checks that a node has this knob.
+    ///
+    /// # Errors
+    /// The reason, with a remedy.
+    pub(crate) fn check(&self, node: usize, slot: &NodeSlot, knob: &Knob) -> Result<(), String> {
+        slot.check(knob)?;
+        match knob {
+            Knob::Send { .. } | Knob::Crash { .. } | Knob::Restart { .. } => Ok(()),
+            knob => {
+                let (task_set, member) = self.of(node);
+                self.task_sets[task_set].scheduler.check(member, knob)
+            }
+        }
+    }
+
+    /// Turns a knob of a node at run time `now`; returns the value before.
+    ///
+    /// # Errors
+    /// The reason and a remedy.
+    pub(crate) fn turn(
+        &mut self,
+        node: usize,
+        slot: &mut NodeSlot,
+        knob: &Knob,
+        now: Time,
+    ) -> Result<String, String> {
+        self.check(node, slot, knob)?;
+        let (task_set, member) = self.of(node);
+        match knob {
+            Knob::Send { text, .. } => slot.send(text),
+            Knob::Crash { .. } => {
+                let was = self.crashed(node);
+                self.crash(node, slot, now);
+                Ok(was)
+            }
+            Knob::Restart { .. } => self.restart(node, slot, now),
+            knob => self.with(task_set, now, false, |scheduler, timetable| {
+                scheduler.turn(member, knob, timetable)
+            }),
+        }
+    }
+
+    /// Stops the node's ticks. Messages it has not released are lost.
+    fn crash(&mut self, node: usize, slot: &mut NodeSlot, now: Time) {
+        let (task_set, member) = self.of(node);
+        self.send(task_set, SchedulerEvent::Crashed { member }, now, false);
+        slot.abort();
+        self.record(node, NodeRecord::Crashed);
+    }
+
+    fn restart(&mut self, node: usize, slot: &mut NodeSlot, now: Time) -> Result<String, String> {
+        let (task_set, member) = self.of(node);
+        let was = self.crashed(node);
+        if slot.again.is_some() {
+            self.crash(node, slot, now);
+        }
+        slot.begin_anew()?;
+        if !self.state(node, Time::ZERO).crashed {
+            self.crash(node, slot, now);
+        }
+        self.record(node, NodeRecord::Restarted);
+        self.send(task_set, SchedulerEvent::Restarted { member }, now, false);
+        Ok(was)
+    }
+
+    fn crashed(&self, node: usize) -> String {
+        let crashed = self.state(node, Time::ZERO).crashed;
+        if crashed { "crashed" } else { "running" }.to_owned()
+    }
+
+    fn record(&self, node: usize, record: NodeRecord) {
+        let (task_set, member) = self.of(node);
+        self.task_sets[task_set].members[member]
+            .records
+            .node(|| record);
+    }
+}

@@ -1,0 +1,108 @@
+//! When a node ticks.
+
+use std::fmt;
+
+use super::{
+    kit::{Kit, TaskSpec},
+    scheduler::Scheduler,
+};
+use crate::{
+    sync::Arc,
+    time::{Hz, HzError},
+};
+
+/// When a node ticks: at a rate, or when messages arrive.
+///
+/// | | at a rate | on messages |
+/// |---|---|---|
+/// | a tick is due | at `offset + k / f` | when the message arrives that completes its inputs |
+/// | lateness | start − due | start − due: the wait behind earlier messages and for the executor |
+/// | response time | end − due | end − due |
+/// | still busy when due | an overrun: the tick is skipped | the message waits in the queue of its topic |
+/// | loss | counted as overruns of the node | a full queue drops its oldest: a drop of the topic |
+///
+/// ```
+/// use ratelab::{Clock, Depth, GO_ON, Graph, Hz, Inbox, Time, Topic, VirtualClock};
+/// use ratelab_effects::Match;
+///
+/// let image = Topic::new("/image", Depth::ONE);
+/// let mut graph = Graph::new();
+/// graph.node("camera", Hz::new(30.0)?, 0, |wiring| {
+///     let image = wiring.publisher(&image);
+///     move |now| {
+///         image.publish((), now, None);
+///         GO_ON
+///     }
+/// })?;
+/// let detected = Topic::new("/detected", Depth::ONE);
+/// graph.node("detector", Match::Each, 1, |wiring| {
+///     let (mut image, detected) = (wiring.trigger(&image), wiring.publisher(&detected));
+///     move |now| {
+///         assert_eq!(image.latest(now).expect("the image that arrived").stamp, now);
+///         detected.publish((), now, None);
+///         GO_ON
+///     }
+/// })?;
+/// let end = Time::from_secs_f64(1.0)?;
+/// VirtualClock.run(&mut graph, &mut Inbox::default(), end)?;
+/// assert_eq!(detected.published(), 31);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub enum Release {
+    /// At a rate.
+    Every(Hz),
+    /// When a message has arrived on each topic that
+    /// [triggers](crate::Wiring::trigger) the node.
+    On(Arc<dyn Matching>),
+}
+
+/// How the messages of the topics that trigger a node become the inputs of its ticks; as text its
+/// name in a [`NodeTopology`](crate::NodeTopology).
+pub trait Matching: fmt::Debug + fmt::Display + Send + Sync {
+    /// The scheduler of a node whose ticks have these inputs.
+    fn scheduler(&self, spec: TaskSpec) -> Box<dyn Scheduler>;
+}
+
+/// The name of the matching of a node without several triggers.
+pub(crate) const EACH: &str = "each";
+
+impl Release {
+    /// The scheduler of a node, by its matching or by the `kit` of its graph.
+    pub(crate) fn scheduler(&self, kit: &dyn Kit, spec: TaskSpec) -> Box<dyn Scheduler> {
+        match self {
+            Self::Every(_) => kit.scheduler(spec),
+            Self::On(matching) => matching.scheduler(spec),
+        }
+    }
+
+    /// The name of the matching.
+    pub(crate) fn matching(&self) -> String {
+        match self {
+            Self::Every(_) => EACH.to_owned(),
+            Self::On(matching) => matching.to_string(),
+        }
+    }
+
+    /// The rate; the lowest one for a node that has no use for it.
+    pub(crate) fn hz(&self) -> Hz {
+        match self {
+            Self::Every(hz) => *hz,
+            Self::On(_) => Hz::MIN,
+        }
+    }
+}
+
+impl TryFrom<f64> for Release {
+    type Error = HzError;
+
+    fn try_from(hz: f64) -> Result<Self, HzError> {
+        Hz::new(hz).map(Self::Every)
+    }
+}
+
+impl From<Hz> for Release {
+    fn from(hz: Hz) -> Self {
+        Self::Every(hz)
+    }
+}

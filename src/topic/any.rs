@@ -1,0 +1,84 @@
+//! A topic, regardless of its payload.
+
+use super::{
+    Topic,
+    channel::{Channel, Transit},
+    message::Payload,
+};
+use crate::{control::knob::Knob, qos::Depth, record::Records, time::Time, trigger::Arrival};
+
+/// Makes what lies between the publishers and the readers of a topic, if the graph has any of it.
+type NewLink<'a> = &'a dyn Fn() -> Option<Box<dyn Channel>>;
+
+/// A topic, regardless of its payload.
+pub(crate) trait AnyTopic: Send {
+    /// Turns a knob of the topic, or of the `link` between its publishers and readers, for
+    /// messages published from run time `now` on; returns the value before.
+    ///
+    /// # Errors
+    /// The reason, for a knob that the kit does not know, and for a message that is published
+    /// already.
+    fn turn(&self, knob: &Knob, link: NewLink<'_>, now: Time) -> Result<String, String>;
+
+    /// Queue depth.
+    fn depth(&self) -> Depth;
+
+    /// Sends its records on this way.
+    fn set_records(&self, records: Records);
+
+    /// Delivers the messages that arrive by `now`. Publishing and reading do the same.
+    fn deliver(&self, now: Time);
+
+    /// The messages in flight that arrive after `now`, for the nodes that they trigger.
+    fn arrivals_after(&self, now: Time) -> Vec<Arrival>;
+}
+
+impl<T: Payload> AnyTopic for Topic<T> {
+    fn turn(&self, knob: &Knob, link: NewLink<'_>, now: Time) -> Result<String, String> {
+        match knob {
+            Knob::Depth { depth, .. } => return Ok(self.set_depth(*depth, now).to_string()),
+            Knob::Read { order, .. } => {
+                let before = std::mem::replace(&mut self.0.lock().order, *order);
+                return Ok(before.to_string());
+            }
+            _ => {}
+        }
+        let mut turn = self.0.lock();
+        let queue = &mut *turn;
+        match knob.message() {
+            Some(seq) => queue.is_still_to_come(seq)?,
+            None => queue.deliver_before(now),
+        }
+        if queue.transit.is_none() {
+            let channel = link().ok_or_else(|| knob.not_in_kit())?;
+            let newest = queue.messages.back().cloned();
+            queue.transit = Some(Box::new(Transit::new(channel, queue.next_seq, newest)));
+        }
+        let transit = queue.transit.as_mut();
+        let before = transit.map(|transit| transit.channel.turn(knob));
+        // Without a link, and with nothing in flight, it is as fast as a topic that never had one.
+        queue.transit.take_if(|transit| transit.is_done());
+        before.unwrap_or_else(|| Err(knob.not_in_kit()))
+    }
+
+    fn depth(&self) -> Depth {
+        Topic::depth(self)
+    }
+
+    fn set_records(&self, records: Records) {
+        self.0.peek().records = Some(records);
+    }
+
+    fn deliver(&self, now: Time) {
+        self.0.peek().deliver(now);
+    }
+
+    fn arrivals_after(&self, now: Time) -> Vec<Arrival> {
+        let queue = self.0.peek();
+        let Some((triggers, transit)) = queue.triggers.as_ref().zip(queue.transit.as_ref()) else {
+            return Vec::new();
+        };
+        let times = transit.arrivals_after(now);
+        times.flat_map(|at| triggers.arrivals(at)).collect()
+    }
+}

@@ -1,0 +1,55 @@
+//! The end of a topic that a node publishes to.
+
+use super::{message::Payload, outbox::Outbox, queue::Bus};
+use crate::{sync::Arc, time::Time};
+
+/// The end of a topic that a node publishes to.
+///
+/// ```
+/// use ratelab::{Depth, Time, Topic};
+///
+/// let (obs, action) = (Topic::new("/obs", Depth::ONE), Topic::new("/action", Depth::ONE));
+/// let (sensed, decided) = (Time::from_nanos(10), Time::from_nanos(30));
+/// obs.publisher().publish(0.02, sensed, None);
+///
+/// // The origin of an action is the time of the reading behind it.
+/// let reading = obs.subscribe().latest(decided).expect("published");
+/// action.publisher().publish(-5.0 * reading.data, decided, Some(reading.sensed()));
+/// assert_eq!(action.subscribe().latest(decided).expect("published").origin, Some(sensed));
+/// ```
+#[derive(Debug)]
+pub struct Publisher<T> {
+    pub(super) bus: Arc<Bus<T>>,
+    pub(super) outbox: Option<Arc<Outbox>>,
+}
+
+impl<T: Payload> Publisher<T> {
+    /// Publishes `data` at run time `stamp`. `origin` is the run time of the sensing that
+    /// `data` was derived from, if any; see [`Message::sensed`].
+    ///
+    /// Never waits for a subscription: a full buffer evicts its oldest message. In a tick that
+    /// takes time the message waits for the end of the tick, and is stamped then.
+    pub fn publish(&self, data: T, stamp: Time, origin: Option<Time>) {
+        match &self.outbox {
+            Some(outbox) if outbox.is_needed() => self.put(outbox, data, stamp, origin),
+            _ => self.bus.lock().publish(data, stamp, stamp, origin),
+        }
+    }
+
+    /// Publishes a message that arrived at run time `now` from another process, where it
+    /// was published at `stamp`.
+    pub fn forward(&self, data: T, now: Time, stamp: Time, origin: Option<Time>) {
+        self.bus.lock().publish(data, now, stamp, origin);
+    }
+
+    /// Publishes through the outbox, needed by few nodes.
+    #[cold]
+    fn put(&self, outbox: &Outbox, data: T, stamp: Time, origin: Option<Time>) {
+        let (bus, began) = (self.bus.clone(), outbox.shows(stamp));
+        let publish = move |now, shown| {
+            let sensed = (shown != began).then_some(began);
+            bus.lock().publish(data, now, shown, origin.or(sensed));
+        };
+        outbox.put(stamp, Box::new(publish));
+    }
+}

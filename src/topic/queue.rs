@@ -1,0 +1,213 @@
+//! The messages of a topic, and who has read how far.
+
+use std::{any::Any, collections::VecDeque};
+
+use super::{
+    channel::Transit,
+    mark::ReadMark,
+    message::{Message, Payload},
+    triggers::Triggers,
+};
+use crate::{
+    journal::Shared,
+    qos::{Depth, ReadOrder},
+    record::{Head, Records, TopicRecord},
+    sync::{Arc, atomic::Ordering, bump},
+    time::Time,
+};
+
+/// What the handles of a topic and its ends share.
+pub(super) type Bus<T> = Shared<Queue<T>>;
+
+/// The messages of a topic.
+pub(super) struct Queue<T> {
+    pub(super) messages: VecDeque<Message<T>>,
+    pub(super) depth: Depth,
+    pub(super) next_seq: u64,
+    /// Run time of the newest publication.
+    pub(super) newest_at: Time,
+    pub(super) order: ReadOrder,
+    /// Messages in flight, while the topic has a link.
+    pub(super) transit: Option<Box<Transit<T>>>,
+    /// What the nodes need that its messages trigger, if there are any.
+    pub(super) triggers: Option<Box<Triggers<T>>>,
+    pub(super) marks: Vec<Arc<ReadMark>>,
+    /// Where its records go, once it is in a graph.
+    pub(super) records: Option<Records>,
+}
+
+impl<T: Payload> Queue<T> {
+    /// An empty one.
+    pub(super) fn new(depth: Depth) -> Self {
+        Self {
+            messages: VecDeque::new(),
+            depth,
+            next_seq: 0,
+            newest_at: Time::ZERO,
+            order: ReadOrder::Newest,
+            transit: None,
+            triggers: None,
+            marks: Vec::new(),
+            records: None,
+        }
+    }
+
+    /// One more than the highest sequence number that a reader may have seen.
+    pub(super) fn next_delivered(&self) -> u64 {
+        let transit = self.transit.as_ref();
+        transit.map_or(self.next_seq, |transit| transit.next_delivered)
+    }
+
+    /// Publishes at run time `now`, with the stamp of the publisher's clock.
+    #[inline]
+    pub(super) fn publish(&mut self, data: T, now: Time, stamp: Time, origin: Option<Time>) {
+        let seq = self.next_seq;
+        self.next_seq += 1;
+        self.newest_at = now;
+        let message = Message {
+            data,
+            stamp,
+            seq,
+            origin,
+        };
+        let arrives = match self.transit {
+            None => {
+                self.push(message, now);
+                Some(now)
+            }
+            Some(_) => self.send(message, now),
+        };
+        if let Some((triggers, arrives)) = self.triggers.as_ref().zip(arrives) {
+            triggers.announce(arrives);
+        }
+        self.record_newest();
+    }
+
+    /// Refuses a message that is already published.
+    pub(super) fn is_still_to_come(&self, seq: u64) -> Result<(), String> {
+        match self.next_seq {
+            next if next > seq => Err(format!(
+                "message {seq} is under way already: expected {next} or more"
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// Sends `message`, released at run time `now`, through the link; returns when it
+    /// arrives.
+    #[cold]
+    pub(super) fn send(&mut self, message: Message<T>, now: Time) -> Option<Time> {
+        let transit = self.transit.as_mut();
+        let arrives = transit.and_then(|transit| transit.send(message, now));
+        self.deliver(now);
+        arrives
+    }
+
+    /// Delivers the messages that arrive before `now`.
+    pub(super) fn deliver_before(&mut self, now: Time) {
+        if let Some(before) = now.as_nanos().checked_sub(1) {
+            self.deliver(Time::from_nanos(before));
+        }
+    }
+
+    /// Delivers the messages that arrive by `now`, in the order of arrival.
+    #[cold]
+    pub(super) fn deliver(&mut self, now: Time) {
+        let Some(mut transit) = self.transit.take() else {
+            return;
+        };
+        while let Some((at, message)) = transit.arrived(now) {
+            let overtaken = message.seq < transit.next_delivered;
+            if !overtaken {
+                transit.next_delivered = message.seq + 1;
+                self.push(message, at);
+            }
+            self.send_record(|| TopicRecord::Delivered { overtaken });
+        }
+        self.transit = Some(transit);
+    }
+
+    /// The newest message, and what its record holds.
+    pub(super) fn newest(&self) -> Option<(&Message<T>, Head)> {
+        let (message, arrives) = match &self.transit {
+            Some(transit) => transit.newest.as_ref().map(|(m, at)| (m, *at))?,
+            None => (self.messages.back()?, Some(self.newest_at)),
+        };
+        let marks = self.marks.iter();
+        let head = Head {
+            at: self.newest_at,
+            stamp: message.stamp,
+            seq: message.seq,
+            origin: message.origin,
+            arrives,
+            dropped: marks.map(|mark| mark.dropped.load(Ordering::Relaxed)).sum(),
+        };
+        Some((message, head))
+    }
+
+    /// Sends the record of the newest message.
+    #[inline]
+    pub(super) fn record_newest(&self) {
+        let Some(records) = self.records.as_ref().filter(|records| records.are_heard()) else {
+            return;
+        };
+        if let Some((message, head)) = self.newest() {
+            let (link, payload) = (self.transit.is_some(), &message.data as &dyn Any);
+            records.topic(|| TopicRecord::Sent {
+                head,
+                link,
+                payload,
+            });
+        }
+    }
+}
+
+impl<T> Queue<T> {
+    /// Adds a message that is delivered at run time `now`.
+    #[inline]
+    pub(super) fn push(&mut self, message: Message<T>, now: Time) {
+        if self.messages.len() >= self.depth.get() {
+            self.evict_oldest(now);
+        }
+        self.messages.push_back(message);
+        if let Some(triggers) = &mut self.triggers {
+            triggers.push(now);
+        }
+    }
+
+    /// The message that a subscription with read position `mark` reads next.
+    #[inline]
+    pub(super) fn to_read(&self, mark: &ReadMark) -> Option<&Message<T>> {
+        match self.order {
+            ReadOrder::Newest => self.messages.back(),
+            ReadOrder::Oldest => {
+                let unread = mark.next_unread.load(Ordering::Relaxed);
+                let read = self.messages.partition_point(|m| m.seq < unread);
+                self.messages.get(read).or(self.messages.back())
+            }
+        }
+    }
+
+    /// Evicts the oldest message at run time `now`.
+    pub(super) fn evict_oldest(&mut self, now: Time) {
+        if let Some(evicted) = self.messages.pop_front() {
+            if let Some(triggers) = &mut self.triggers {
+                triggers.evict();
+            }
+            for mark in &self.marks {
+                if mark.next_unread.load(Ordering::Relaxed) <= evicted.seq {
+                    bump(&mark.dropped);
+                    let (reader, at) = (mark.reader, now);
+                    self.send_record(|| TopicRecord::Dropped { reader, at });
+                }
+            }
+        }
+    }
+
+    #[inline]
+    pub(super) fn send_record<'a>(&self, record: impl FnOnce() -> TopicRecord<'a>) {
+        if let Some(records) = &self.records {
+            records.topic(record);
+        }
+    }
+}
