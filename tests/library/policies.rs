@@ -41,7 +41,7 @@ fn spec(text: &str) -> PolicySpec {
 /// `text`, pinned to the current content of its file.
 fn pinned(text: &str) -> PolicySpec {
     let pinned = PolicyCache::default().pin(&spec(text));
-    pinned.expect("a policy")
+    pinned.expect("a policy").spec().clone()
 }
 
 fn policy(text: &str) -> Box<dyn Policy> {

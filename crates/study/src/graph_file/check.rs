@@ -8,15 +8,13 @@ use ratelab_effects::{Callback, Draw, Match, draw, knob};
 use super::{
     ChainSpec, GraphFile, InnerSpec, MOST_PARTS, NodeSpec,
     document::Block,
-    error::{Checked, Refusal, instead, refuse, unknown},
+    error::{Checked, GraphRefusal, instead, refuse, unknown},
     executors,
     format::{PATH, TOPICS},
+    names::{name, node_of, once, topic_name},
     place::{Placed, holds},
 };
-use crate::system::{CHAINS, DataChain, Limit, MOST_CHAINS, key};
-
-/// The longest name (characters).
-const LONGEST_NAME: usize = 64;
+use crate::system::{DataChain, Limit, MOST_CHAINS, key};
 
 /// Checks the sections of `text`.
 pub(super) fn check(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
@@ -29,9 +27,9 @@ pub(super) fn check(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
         text: text.to_owned(),
         ..GraphFile::default()
     };
-    if let Some(name) = blocks.first().and_then(|top| top.text("name")) {
-        self::name(name)?;
-        file.name = name.text.clone();
+    if let Some(own) = blocks.first().and_then(|top| top.text("name")) {
+        name(own)?;
+        file.name.clone_from(&own.text);
     }
     for block in of("node") {
         let node = node(block, &mut file.settings)?;
@@ -61,45 +59,6 @@ pub(super) fn check(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
     Ok(file)
 }
 
-/// The node called `name`; `None` if it may be one of the system in the middle, which is
-/// checked when that is known.
-pub(super) fn node_of<'f>(file: &'f GraphFile, name: &Placed) -> Checked<Option<&'f NodeSpec>> {
-    match file.node(&name.text) {
-        None if file.inner.is_none() => unknown("no node", name, file.names()),
-        known => Ok(known),
-    }
-}
-
-/// Refuses a name that would be ambiguous in knobs, options and recordings.
-pub(super) fn name(name: &Placed) -> Checked {
-    let plain = |c: char| c.is_alphanumeric() || "_-.".contains(c);
-    let fits = name.text.chars().all(plain)
-        && name.text.starts_with(|c: char| c.is_alphanumeric())
-        && name.text.chars().count() <= LONGEST_NAME;
-    let expected = "expected letters, digits, _ and -, beginning with a letter or a digit";
-    match fits {
-        true => Ok(()),
-        false => refuse(name.at, format!("{:?} is no name: {expected}", name.text)),
-    }
-}
-
-fn topic_name(name: &Placed) -> Checked {
-    let parts = name.text.strip_prefix('/').map(|rest| rest.split('/'));
-    let plain = |c: char| c.is_alphanumeric() || "_-".contains(c);
-    let fits = name.text.chars().count() <= LONGEST_NAME
-        && parts
-            .is_some_and(|mut parts| parts.all(|part| !part.is_empty() && part.chars().all(plain)));
-    if name.text == CHAINS {
-        let what = format!("{CHAINS} has the data ages: choose another name");
-        return refuse(name.at, what);
-    }
-    let expected = "expected a slash, then letters, digits, _ and -, such as \"/image\"";
-    match fits {
-        true => Ok(()),
-        false => refuse(name.at, format!("{:?} is no topic: {expected}", name.text)),
-    }
-}
-
 fn topics(block: &Block, key: &str) -> Checked<Vec<Placed>> {
     let topics = block.list(key);
     for (index, topic) in topics.iter().enumerate() {
@@ -109,20 +68,11 @@ fn topics(block: &Block, key: &str) -> Checked<Vec<Placed>> {
     Ok(topics.to_vec())
 }
 
-/// Refuses a name in a list that has it `before`.
-pub(super) fn once(key: &str, name: &Placed, before: &[Placed]) -> Checked {
-    if holds(before, &name.text) {
-        let what = format!("{key}: {:?} is there twice: leave one out", name.text);
-        return refuse(name.at, what);
-    }
-    Ok(())
-}
-
 /// The settings in `block`, as knobs.
 fn settings(block: &Block) -> Checked<Vec<Knob>> {
     let mut knobs = Vec::new();
     for (key, kind, Placed { text, at }) in block.knobs() {
-        let refused = |why: String| Refusal::new(*at, why);
+        let refused = |why: String| GraphRefusal::new(*at, why);
         let knob = knob(kind, &block.name.text, text.trim());
         let knob = knob.map_err(|error| refused(format!("{key}: {error}")))?;
         if let Some(Draw::Recorded(_)) = draw(&knob).map_err(refused)? {

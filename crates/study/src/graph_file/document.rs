@@ -7,7 +7,7 @@ use toml::{
 };
 
 use super::{
-    error::{Checked, Refusal, refuse, unknown},
+    error::{Checked, GraphRefusal, refuse, unknown},
     format::{FileSection, Form, FormatKey, SECTIONS},
     place::Placed,
 };
@@ -18,12 +18,12 @@ pub(super) struct Block {
     pub(super) section: &'static FileSection,
     /// Its own name; that of the kind of section if it has none.
     pub(super) name: Placed,
-    entries: Vec<Entry>,
+    entries: Vec<BlockEntry>,
 }
 
 /// A key with its value in the form of the key.
 #[derive(Debug)]
-struct Entry {
+struct BlockEntry {
     key: &'static FormatKey,
     at: usize,
     /// The texts and numbers of the value, as texts; keys and values of a table in turn.
@@ -31,7 +31,7 @@ struct Entry {
 }
 
 impl Block {
-    fn get(&self, key: &str) -> Option<&Entry> {
+    fn get(&self, key: &str) -> Option<&BlockEntry> {
         self.entries.iter().find(|entry| entry.key.name == key)
     }
 
@@ -82,7 +82,7 @@ pub(super) fn read(text: &str) -> Checked<Vec<Block>> {
             ("duplicate key", Some(key)) => format!("{key:?} is here twice: remove one"),
             (message, _) => format!("not TOML: {message}"),
         };
-        Refusal::new(span.start, what)
+        GraphRefusal::new(span.start, what)
     })?;
     let [top, sections @ ..] = &SECTIONS;
     let mut first = Vec::new();
@@ -114,10 +114,10 @@ fn placed(key: KeyOf<'_>) -> Placed {
 
 type KeyOf<'a> = &'a Spanned<DeString<'a>>;
 type ValueOf<'a> = &'a Spanned<DeValue<'a>>;
-type Content<'a> = Vec<(KeyOf<'a>, ValueOf<'a>)>;
+type TableEntries<'a> = Vec<(KeyOf<'a>, ValueOf<'a>)>;
 
 /// The entries of a table in the order of the file.
-fn in_order<'a>(table: &'a DeTable<'a>) -> Content<'a> {
+fn in_order<'a>(table: &'a DeTable<'a>) -> TableEntries<'a> {
     let mut entries: Vec<_> = table.iter().collect();
     entries.sort_by_key(|(key, _)| key.span().start);
     entries
@@ -127,7 +127,7 @@ fn section_table<'a>(
     section: &FileSection,
     key: KeyOf<'a>,
     value: ValueOf<'a>,
-) -> Checked<Content<'a>> {
+) -> Checked<TableEntries<'a>> {
     let own = if section.named { ".NAME" } else { "" };
     let (name, kind) = (key.get_ref(), section.name);
     let what = format!("{name:?}: expected a section [{kind}{own}]");
@@ -138,12 +138,12 @@ fn section_table<'a>(
     )
 }
 
-fn block(section: &'static FileSection, name: Placed, content: Content<'_>) -> Checked<Block> {
+fn block(section: &'static FileSection, name: Placed, content: TableEntries<'_>) -> Checked<Block> {
     let mut entries = Vec::new();
     for (name, value) in content {
         let key = key_of(section, &placed(name))?;
         let (at, texts) = (value.span().start, texts(key, value)?);
-        entries.push(Entry { key, at, texts });
+        entries.push(BlockEntry { key, at, texts });
     }
     let block = Block {
         section,

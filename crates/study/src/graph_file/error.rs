@@ -20,15 +20,15 @@ pub struct GraphFileError {
 
 /// The reason why the text is refused from one of its bytes on.
 #[derive(Debug)]
-pub(super) struct Refusal {
+pub(super) struct GraphRefusal {
     at: usize,
     what: String,
 }
 
 /// A part of a file that is as it should be.
-pub(super) type Checked<T = ()> = Result<T, Refusal>;
+pub(super) type Checked<T = ()> = Result<T, GraphRefusal>;
 
-impl Refusal {
+impl GraphRefusal {
     pub(super) fn new(at: usize, what: impl Into<String>) -> Self {
         let what = what.into();
         Self { at, what }
@@ -47,7 +47,7 @@ impl Refusal {
 }
 
 pub(super) fn refuse<T>(at: usize, what: impl Into<String>) -> Checked<T> {
-    Err(Refusal::new(at, what))
+    Err(GraphRefusal::new(at, what))
 }
 
 /// Refuses `name`, of which there is `no` such thing among the `known` names.

@@ -4,10 +4,11 @@ use ratelab::Release;
 use ratelab_effects::{Callback, Executor};
 
 use super::{
-    ExecutorSpec, GraphFile, NodeSpec, check,
+    ExecutorSpec, GraphFile, NodeSpec,
     document::Block,
     error::{Checked, refuse},
     format::NODES,
+    names::{name, node_of, once},
     place::{Placed, holds},
 };
 
@@ -53,7 +54,7 @@ impl GraphFile {
 }
 
 pub(super) fn executor(block: &Block, file: &GraphFile) -> Checked<ExecutorSpec> {
-    check::name(&block.name)?;
+    name(&block.name)?;
     let Placed { text: name, at } = block.name.clone();
     let text = block.text("kind").unwrap_or(&block.name);
     let kind: Result<Executor, String> = text.text.parse();
@@ -72,7 +73,7 @@ pub(super) fn executor(block: &Block, file: &GraphFile) -> Checked<ExecutorSpec>
         return refuse(listed.unwrap_or(at), what);
     }
     for (index, node) in nodes.iter().enumerate() {
-        check::once("nodes", node, &nodes[..index])?;
+        once("nodes", node, &nodes[..index])?;
         member(node, kind, file)?;
     }
     Ok(ExecutorSpec { name, kind, nodes })
@@ -85,7 +86,7 @@ fn member(node: &Placed, kind: Executor, file: &GraphFile) -> Checked {
         let what = format!("{name:?} has the executor {:?} already", other.name);
         return refuse(node.at, format!("{what}: leave one out"));
     }
-    let Some(known) = check::node_of(file, node)? else {
+    let Some(known) = node_of(file, node)? else {
         return Ok(());
     };
     let remedy = match kind.kind().has_deadlines {

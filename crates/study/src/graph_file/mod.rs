@@ -44,7 +44,7 @@ pub mod format;
 mod graph_node;
 mod insertion;
 mod load;
-mod own_topic;
+mod names;
 mod place;
 mod system;
 mod triggers;

@@ -8,7 +8,6 @@ use super::{
     ChainSpec, GraphFile, GraphFileError,
     error::unknown,
     insertion::{Middle, insert},
-    own_topic::{OwnTopic, own_topics},
 };
 use crate::system::{
     About, BuildError, Builder, CHAINS, DataChain, Final, Group, PEAKS, Setup, Signal, System,
@@ -22,8 +21,6 @@ pub struct GraphSystem {
     pub(super) middle: Option<Middle>,
     /// Its settings, behind those of the system in its middle.
     settings: Vec<Knob>,
-    /// The topics of its own, in the order of the file.
-    pub(super) topics: Vec<OwnTopic>,
     pub(super) chains: Vec<DataChain>,
     signals: Vec<Signal>,
     groups: Vec<Group>,
@@ -96,11 +93,9 @@ impl GraphSystem {
             None => file.kept().to_vec(),
         };
         verdicts.extend(chains.iter().flat_map(DataChain::verdicts));
-        let relays = middle.as_ref().map_or(&[][..], |middle| &middle.relays);
         let settings = about.settings.iter().chain(&file.settings).cloned();
         Self {
             name: kept_text(&file.name),
-            topics: own_topics(file, relays),
             signals: signals(file, inner),
             groups: [about.groups, &groups(file, &chains)].concat(),
             settings: settings.collect(),

@@ -62,7 +62,6 @@ mod picture;
 mod quadratic_cost;
 mod setup;
 mod signal;
-mod table;
 mod verdict;
 mod world;
 
@@ -71,7 +70,7 @@ use std::path::PathBuf;
 use ratelab::{ClockExit, GraphError, HzError, Time};
 use thiserror::Error;
 
-pub use about::{About, Group};
+pub use about::{About, Group, StateTable};
 pub use age_limits::AgeLimits;
 pub use alias::{Alias, paced_node};
 pub use builder::{Builder, WORLD};
@@ -87,7 +86,6 @@ pub use picture::{Picture, Shape, Style};
 pub use quadratic_cost::{MeanCost, QuadraticCost};
 pub use setup::Setup;
 pub use signal::{Final, Signal};
-pub use table::StateTable;
 pub use verdict::{Verdict, VerdictKind};
 pub use world::{SharedWorld, StepMs, World, WorldError, WorldKind, depends_on_the_world};
 
