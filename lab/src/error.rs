@@ -82,11 +82,6 @@ impl Error {
         Self::Unverified { file, why }
     }
 
-    /// A file that cannot be opened or read: bad input, with the name of the `option`.
-    pub fn file(option: &str, path: &Path, why: &io::Error) -> Self {
-        Self::BadInput(format!("{option} {}: {why}", path.display()))
-    }
-
     /// An error if `--at` is a moment after the end of `recording`.
     pub fn if_after_end(at: Time, recording: &Recording) -> Result<(), Self> {
         let end = recording.until;
@@ -144,34 +139,17 @@ impl Error {
 
     /// 2 for bad input, 1 for an unfinished run.
     pub fn exit_code(&self) -> ExitCode {
-        match self {
-            Self::BadInput(_)
-            | Self::Read(_)
-            | Self::Answers(_)
-            | Self::Build(BuildError::Setting(_))
-            | Self::Unverified {
-                why: VerifyError::OtherSystem { .. },
-                ..
-            }
-            | Self::Hunt(
-                HuntError::NoBudget
-                | HuntError::TooMuch
-                | HuntError::Endless
-                | HuntError::Target { .. }
-                | HuntError::LostAnyway(_)
-                | HuntError::Build(BuildError::Setting(_)),
-            )
-            | Self::Sweep(
-                SweepError::Setting(_)
-                | SweepError::Empty(_)
-                | SweepError::TooMany(_)
-                | SweepError::Endless
-                | SweepError::Build {
-                    source: BuildError::Setting(_),
-                    ..
-                },
-            ) => ExitCode::from(2),
-            _ => ExitCode::FAILURE,
-        }
+        let is_setting = |why: &BuildError| matches!(why, BuildError::Setting(_));
+        let bad_input = match self {
+            Self::BadInput(_) | Self::Read(_) | Self::Answers(_) => true,
+            Self::Build(why)
+            | Self::Hunt(HuntError::Build(why))
+            | Self::Sweep(SweepError::Build { source: why, .. }) => is_setting(why),
+            Self::Unverified { why, .. } => matches!(why, VerifyError::OtherSystem { .. }),
+            Self::Hunt(why) => !matches!(why, HuntError::Fault(_)),
+            Self::Sweep(why) => !matches!(why, SweepError::Fault { .. }),
+            _ => false,
+        };
+        ExitCode::from(if bad_input { 2 } else { 1 })
     }
 }

@@ -10,7 +10,7 @@ use ratelab_study::system::{Alias, System, names};
 use crate::{
     cli::ExportWebArgs,
     error::Error,
-    output::{OutputKind, print_line, refuse_same, write_whole},
+    output::{OutputKind, print_line, write_whole},
     printable::shown,
     program::Program,
     screen::theme,
@@ -22,11 +22,9 @@ const SIZE: Size = Size::new(120, 35);
 
 /// Writes the page; of damaged recordings with their intact part.
 pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> {
-    let mut recordings = Vec::new();
-    for file in &args.files {
-        refuse_same("--output", &args.output, file)?;
-        recordings.push(Arc::new(Recording::read(file)?));
-    }
+    let recordings = args.files.iter();
+    let recordings = recordings.map(|file| Ok(Arc::new(Recording::read(file)?)));
+    let recordings = recordings.collect::<Result<Vec<_>, Error>>()?;
     let program = &program.of(&recordings[0]);
     refuse_strangers(program, &recordings)?;
     let system = &*program.system;
@@ -54,7 +52,7 @@ pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> 
         "--output",
         &args.output,
         OutputKind::Page,
-        None,
+        &args.files,
         page.as_bytes(),
     )?;
     let file = shown(&args.output);

@@ -28,7 +28,7 @@ pub fn run(program: &Program, args: &RunArgs) -> Result<(), Error> {
     signals::watch(move || drop(commands.send(Command::Stop)), || ());
     let mut outputs = Outputs::prepare(&plan(args, &experiment)?)?;
     let recorder = record(destination(args), &experiment)?;
-    let mut csv = outputs.take_csv();
+    let mut csv = outputs.csv.take();
     let rows = csv.as_mut().map(output::OutputFile::begin).transpose()?;
     let rows = rows.map(|file| StepWriter::start(Ok(file), &experiment));
     let outcome = experiment.run_with(&mut real);
