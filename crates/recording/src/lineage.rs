@@ -42,7 +42,7 @@ impl Recording {
     pub(super) fn find_ends(&mut self) {
         let knobs = self.knobs();
         let nodes = self.origin.topology.nodes.iter();
-        for (node, ticks) in nodes.zip(&mut self.ticks) {
+        for (node, ticks) in nodes.zip(&mut self.run.ticks) {
             let knobs = knobs.iter();
             let mut mine = knobs
                 .filter(|timed| timed.knob.target() == node.name)
