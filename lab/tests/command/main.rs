@@ -43,8 +43,23 @@ mod scripts {
     use crate::support::{names, script::play, shell};
 
     scripts!(
-        exercise, export_web, grade, help, hunt, installed, like, outputs, own_system, picture,
-        recordings, replay, run, sweep, trace, verify
+        exercise,
+        exercise_check,
+        export_web,
+        grade,
+        help,
+        hunt,
+        installed,
+        like,
+        outputs,
+        own_system,
+        picture,
+        recordings,
+        replay,
+        run,
+        sweep,
+        trace,
+        verify
     );
 }
 

@@ -30,9 +30,8 @@ pub struct Lab {
 impl Lab {
     /// Opens ratelab with the options in `line`.
     pub fn open(line: &str, rows: u16, cols: u16) -> Self {
-        let folder = std::env::temp_dir();
-        assert_outside(&folder);
-        Self::open_in(&folder, line, rows, cols)
+        assert_outside();
+        Self::open_in(&std::env::temp_dir(), line, rows, cols)
     }
 
     pub fn open_in(folder: &Path, line: &str, rows: u16, cols: u16) -> Self {
