@@ -221,7 +221,7 @@ fn ticks_know_whom_they_waited_for_and_were_set_aside_for() {
     let apart = [Callback::of("apart")];
     bench
         .graph
-        .executor(Executor::Single, apart)
+        .executor("single".parse().expect("an executor"), apart)
         .expect("a node");
     let lineage = Lineage::new(bench.graph.topology());
     let lineage = settled(lineage, &bench.tick_taps(until));

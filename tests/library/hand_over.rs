@@ -78,7 +78,7 @@ fn a_graph_continues_after_an_end_as_if_there_was_none() {
 
 #[test]
 fn messages_in_flight_at_a_hand_over_trigger_their_nodes() {
-    for executor in [None, Some(Executor::Single)] {
+    for executor in [None, Some("single".parse().expect("an executor"))] {
         let (mut graph, far) = (Graph::with(Effects), Topic::new("/far", Depth::ONE));
         let (sender, ticks) = crossbeam_channel::unbounded();
         let reader = graph.node("reader", Match::Each, 0, |wiring| {

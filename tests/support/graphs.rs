@@ -9,9 +9,10 @@ use std::{
 use crossbeam_channel::{Receiver, Sender};
 use ratelab::{
     Clock, ClockExit, ClockKind, Command, Depth, Event, EventKind, GO_ON, Graph, Hz, Inbox,
-    Message, Payload, RealClock, Tick, Time, TimedCommand, Topic, VirtualClock,
+    Message, Payload, Tick, Time, TimedCommand, Topic, VirtualClock,
 };
 use ratelab_account::{Lineage, Observer, Snapshot, Tap, TapMessage, TickRecord};
+use ratelab_real_clock::RealClock;
 use ratelab_replay::{Rerun, RunLog};
 
 /// A valid rate.
