@@ -42,7 +42,7 @@ fn beside() {
 
 /// The sources of the program. Watching these causes no extra builds, because a change of
 /// any of them rebuilds the program anyway.
-const SOURCES: [&str; 17] = [
+const SOURCES: [&str; 18] = [
     "Cargo.toml",
     "Cargo.lock",
     "crates/account",
@@ -50,6 +50,7 @@ const SOURCES: [&str; 17] = [
     "crates/effects",
     "crates/recording",
     "crates/replay",
+    "crates/screen",
     "crates/study",
     "src",
     "exercises/Cargo.toml",

@@ -11,8 +11,8 @@ use ratelab_cart_pole::{
     CartPole, ControlStep, LinearPlant, STATE, generator,
     policy::Scripted,
     stability::{
-        Cadence, Dynamics, Loop, Loss, Lost, Noise, Rates, TimedPush, Timing, Weights, WorldModel,
-        age_limit, gains,
+        Cadence, Dynamics, JitterMargin, Loop, Loss, Lost, Noise, Rates, TimedPush, Timing,
+        Weights, WorldModel, age_limit, gains,
     },
 };
 use ratelab_study::{
@@ -57,28 +57,42 @@ fn shortest_unstable_delay(control: &Loop) -> Duration {
     margin.expect("a margin").delay
 }
 
-/// `dx/dt = rate·x + u` for one coordinate, `u = −gain·x`; the others shrink.
-fn scalar(rate: f64, gain: f64, timing: Timing) -> Loop {
+/// `u` in a linear plant whose other coordinates shrink.
+fn control(gains: [f64; 4], timing: Timing, plant: impl FnOnce(&mut Matrix4<f64>)) -> Loop {
     let mut f = -Matrix4::identity();
-    f[(2, 2)] = rate;
+    plant(&mut f);
     Loop {
         dynamics: Dynamics { f, g: Vector4::z() },
-        gains: [0.0, 0.0, -gain, 0.0],
+        gains,
         world: WorldModel::Continuous,
         timing,
     }
 }
 
-/// `d²x/dt² = u`, `u = −stiffness·x − damping·dx/dt`; the other coordinates shrink.
+/// `dx/dt = rate·x + u` for one coordinate, `u = −gain·x`.
+fn scalar(rate: f64, gain: f64, timing: Timing) -> Loop {
+    control([0.0, 0.0, -gain, 0.0], timing, |f| f[(2, 2)] = rate)
+}
+
+/// `d²x/dt² = u`, `u = −stiffness·x − damping·dx/dt`.
 fn double_integrator(stiffness: f64, damping: f64, timing: Timing) -> Loop {
-    let mut f = -Matrix4::identity();
-    (f[(0, 0)], f[(0, 2)], f[(2, 2)]) = (0.0, 1.0, 0.0);
-    Loop {
-        dynamics: Dynamics { f, g: Vector4::z() },
-        gains: [-stiffness, 0.0, -damping, 0.0],
-        world: WorldModel::Continuous,
-        timing,
-    }
+    control([-stiffness, 0.0, -damping, 0.0], timing, |f| {
+        (f[(0, 0)], f[(0, 2)], f[(2, 2)]) = (0.0, 1.0, 0.0);
+    })
+}
+
+/// A duration in milliseconds.
+fn millis(duration: Duration) -> f64 {
+    duration.as_secs_f64() * 1e3
+}
+
+fn jitter(control: &Loop) -> JitterMargin {
+    control.jitter_margin().expect("short").expect("stable")
+}
+
+/// What noise costs, if it is bounded.
+fn cost(control: &Loop, noise: &Noise, weights: &Weights, loss: Loss) -> Option<f64> {
+    control.expected_cost(noise, weights, loss).expect("short")
 }
 
 fn cases(cases: u32) -> ProptestConfig {
@@ -148,11 +162,7 @@ impl Graph {
         };
         for now in 0..to {
             let deliver = |queue: &mut Vec<(u64, States)>| {
-                let newest = queue
-                    .iter()
-                    .rev()
-                    .find(|(at, _)| *at <= now)
-                    .map(|(_, x)| *x);
+                let newest = queue.iter().rfind(|(at, _)| *at <= now).map(|(_, x)| *x);
                 queue.retain(|(at, _)| *at > now);
                 newest
             };
@@ -229,30 +239,18 @@ fn the_margins_of_the_continuous_loop_match_another_program() {
 fn delay_plus_half_a_period_is_the_margin_at_every_rate() {
     // Results of another program: the first delay, in whole milliseconds, at which
     // deviations grow, and half a period.
-    const KNOWN: [(f64, f64); 5] = [
-        (500.0, 60.0),
-        (100.0, 60.0),
-        (50.0, 61.0),
-        (25.0, 60.0),
-        (20.0, 62.0),
-    ];
-    for (rate, expected) in KNOWN {
-        let continuous = scripted(WorldModel::Continuous, Timing::direct(hz(rate)));
-        let delay = shortest_unstable_delay(&continuous).as_secs_f64() * 1e3;
+    let rates = [500.0, 100.0, 50.0, 25.0, 20.0];
+    for (rate, expected) in rates.into_iter().zip([60.0, 60.0, 61.0, 60.0, 62.0]) {
+        let [continuous, own] = [WorldModel::Continuous, WorldModel::Own(ms(1))]
+            .map(|world| scripted(world, Timing::direct(hz(rate))));
+        let delay = millis(shortest_unstable_delay(&continuous));
         assert_eq!(delay.ceil() + 500.0 / rate, expected, "{rate} Hz: {delay}");
         // In a world of steps an action waits for the next step.
-        let own = scripted(WorldModel::Own(ms(1)), Timing::direct(hz(rate)));
-        let stepped = shortest_unstable_delay(&own).as_secs_f64() * 1e3;
-        assert!(
-            (stepped - delay.floor()).abs() < 1e-3,
-            "{rate} Hz: {stepped}"
-        );
+        let stepped = millis(shortest_unstable_delay(&own)) - delay.floor();
+        assert!(stepped.abs() < 1e-3, "{rate} Hz: {stepped}");
         let margin = continuous.delay_margin().expect("short").expect("margin");
-        let age = margin.there.mean_push_age.as_secs_f64() * 1e3;
-        assert!(
-            (age - delay - 500.0 / rate).abs() < 1e-5,
-            "{rate} Hz: {age}"
-        );
+        let age = millis(margin.there.mean_push_age) - delay - 500.0 / rate;
+        assert!(age.abs() < 1e-5, "{rate} Hz: {age}");
     }
 }
 
@@ -274,11 +272,11 @@ fn swing(rate: f64, delay: u64) -> f64 {
     let tap = experiment.taps().messages::<ControlStep>(STATE, 4_096);
     let tap = tap.expect(STATE);
     experiment.run().expect("no fault");
-    let steps = tap.items();
-    let angles: Vec<f64> = steps
+    let angles = tap
+        .items()
         .iter()
-        .map(|step| step.message.data.qpos[1].abs())
-        .collect();
+        .map(|step| step.message.data.qpos[1].abs());
+    let angles: Vec<f64> = angles.collect();
     assert_eq!(angles.len(), 3_000, "{rate} Hz, {delay} ms: it fell");
     angles[2_950..].iter().copied().fold(0.0, f64::max)
 }
@@ -293,10 +291,9 @@ fn in_runs_deviations_grow_from_the_delay_on_that_theory_tells() {
         let [shrunk, grown] = [first - 2, first + 1].map(|delay| swing(rate, delay));
         println!("{rate} Hz: from {first} ms on; 2 ms before {shrunk} rad, 1 ms after {grown} rad");
         assert!(
-            shrunk < 1e-3,
-            "{rate} Hz, 2 ms before {first}: {shrunk} rad"
+            shrunk < 1e-3 && grown > 1e-2,
+            "{rate} Hz: {shrunk}, {grown} rad"
         );
-        assert!(grown > 1e-2, "{rate} Hz, 1 ms after {first}: {grown} rad");
     }
 }
 
@@ -358,9 +355,7 @@ fn a_policy_that_overruns_is_a_slower_one_with_a_delay() {
 fn the_age_limit_is_given_or_the_reason_for_its_absence() {
     let limit = |policy: &str, control: f64| {
         let limit = age_limit(&policy.parse().expect("policy"), rates(control, control));
-        limit
-            .map(|age| age.as_secs_f64() * 1e3)
-            .map_err(|error| error.to_string())
+        limit.map(millis).map_err(|error| error.to_string())
     };
     assert!((59.0..=62.0).contains(&limit("scripted", 50.0).expect("limit")));
     // At 10 Hz the hold alone is too long.
@@ -385,14 +380,11 @@ fn the_age_limit_of_rates_that_seldom_meet_is_near_the_exact_one() {
         };
         let exact = scripted(WorldModel::Continuous, timing).delay_margin();
         let exact = exact.expect("a short hyper-period").expect("a margin");
-        let exact = exact.there.mean_push_age.as_secs_f64() * 1e3;
+        let exact = millis(exact.there.mean_push_age);
         let policy = "scripted".parse().expect("policy");
-        let limit = age_limit(&policy, rates(50.0, control)).expect("limit");
-        let limit = limit.as_secs_f64() * 1e3;
-        assert!(
-            (limit - exact).abs() < 1.0,
-            "{control} Hz: {limit}, exactly {exact}"
-        );
+        let limit = millis(age_limit(&policy, rates(50.0, control)).expect("limit"));
+        let apart = (limit - exact).abs();
+        assert!(apart < 1.0, "{control} Hz: {limit}, exactly {exact}");
     }
 }
 
@@ -402,16 +394,13 @@ fn the_jitter_margins_of_an_integrator_match_their_closed_forms() {
     // rate, 2kT / (2 − kT).
     for gain in [0.5, 2.0, 8.0] {
         let control = scalar(0.0, gain, Timing::direct(hz(10.0)));
-        near(
-            control.oldest_push().expect("stable").as_secs_f64(),
-            1.0 / gain,
-            1e-6,
-        );
+        let oldest = control.oldest_push().expect("stable");
+        near(oldest.as_secs_f64(), 1.0 / gain, 1e-6);
         let kt = gain * 0.1;
         let most = (2.0 - kt) / (2.0 * kt);
         let whole = most.floor();
         let periods = whole + (most * most - whole * whole) / (2.0 * whole + 1.0);
-        let margin = control.jitter_margin().expect("short").expect("stable");
+        let margin = jitter(&control);
         near(margin.jitter.as_secs_f64(), periods * 0.1, 1e-6);
         assert_eq!(margin.oldest, margin.jitter + ms(100));
     }
@@ -429,14 +418,13 @@ fn the_jitter_margins_match_another_program() {
         (100.0, 20, 25.808),
         (25.0, 10, 15.172),
     ];
-    for (rate, constant, jitter) in KNOWN {
+    for (rate, constant, expected) in KNOWN {
         let control = scripted(WorldModel::Continuous, delayed(rate, constant));
-        let margin = control.jitter_margin().expect("short").expect("stable");
-        near(margin.jitter.as_secs_f64() * 1e3, jitter, 2e-4);
+        near(millis(jitter(&control).jitter), expected, 2e-4);
     }
     let control = scripted(WorldModel::Continuous, Timing::direct(hz(50.0)));
     near(
-        control.oldest_push().expect("stable").as_secs_f64() * 1e3,
+        millis(control.oldest_push().expect("stable")),
         47.5245,
         1e-5,
     );
@@ -503,8 +491,7 @@ proptest! {
     ) {
         let rate = [25.0, 50.0, 100.0][rate];
         let control = scripted(WorldModel::Continuous, Timing::direct(hz(rate)));
-        let margin = control.jitter_margin().expect("short").expect("stable");
-        let most = margin.jitter.as_secs_f64() * 1e4 - 1.0;
+        let most = jitter(&control).jitter.as_secs_f64() * 1e4 - 1.0;
         let period = (1e4 / rate) as u64;
         let sensed = (0..).map(|tick| tick * period).take_while(|sensed| *sensed < 150_000);
         let pushes = sensed.zip(pattern.iter().cycle());
@@ -539,10 +526,8 @@ fn the_loss_margin_matches_another_program() {
             let control = scripted(world, Timing::direct(hz(50.0)));
             let margin = control.loss_margin(lost).expect("short");
             // The first unstable share, in steps of 0.02.
-            assert!(
-                (expected - 0.02..=expected).contains(&margin),
-                "{lost:?}: {margin}"
-            );
+            let known = expected - 0.02..=expected;
+            assert!(known.contains(&margin), "{lost:?}: {margin}");
         }
     }
 }
@@ -595,9 +580,7 @@ fn the_cost_of_a_sampled_integrator_matches_its_closed_form() {
         + error * period * period / 3.0
         + 0.3 * period / 2.0;
     let expected = 2.0 * between + 0.5 * (gain * gain * square + error);
-    let cost = control
-        .expected_cost(&noise, &weights, Loss::NONE)
-        .expect("short");
+    let cost = cost(&control, &noise, &weights, Loss::NONE);
     near(cost.expect("bounded"), expected, 1e-9);
 }
 
@@ -611,27 +594,25 @@ fn the_cost_of_a_double_integrator_matches_its_closed_form() {
     };
     let (velocity, position) = (0.3 / (2.0 * damping), 0.3 / (2.0 * damping * stiffness));
     let action = stiffness.powi(2) * position + damping.powi(2) * velocity;
-    let cost = control
-        .expected_cost(&PUSHED, &weights, Loss::NONE)
-        .expect("short");
-    near(
-        cost.expect("bounded"),
-        position + 2.0 * velocity + 0.5 * action,
-        1e-3,
-    );
+    let cost = cost(&control, &PUSHED, &weights, Loss::NONE);
+    let expected = position + 2.0 * velocity + 0.5 * action;
+    near(cost.expect("bounded"), expected, 1e-3);
 }
 
 #[test]
 fn a_loop_that_grows_has_no_bound_to_its_cost() {
     let control = scripted(WorldModel::Own(ms(10)), Timing::direct(hz(50.0)));
-    let cost = |probability, lost| {
-        let loss = Loss { probability, lost };
-        control
-            .expected_cost(&PUSHED, &Weights::default(), loss)
-            .expect("short")
-    };
-    assert_eq!(cost(0.6, Lost::Hold), None);
-    let costs = [0.0, 0.2, 0.4, 0.5].map(|probability| cost(probability, Lost::Hold));
+    let costs = [0.0, 0.2, 0.4, 0.5, 0.6].map(|probability| {
+        let lost = Lost::Hold;
+        cost(
+            &control,
+            &PUSHED,
+            &Weights::default(),
+            Loss { probability, lost },
+        )
+    });
+    let [costs @ .., beyond] = costs;
+    assert_eq!(beyond, None);
     assert!(costs.is_sorted_by(|a, b| a.is_some() && a < b));
 }
 
@@ -678,8 +659,7 @@ fn the_cost_of_random_loss_matches_the_mean_of_a_long_run() {
             probability: 0.3,
             lost,
         };
-        let cost = control.expected_cost(&PUSHED, &Weights::default(), loss);
-        let cost = cost.expect("short").expect("bounded");
+        let cost = cost(&control, &PUSHED, &Weights::default(), loss);
         let mut random = generator(&[seed]);
         let mut lottery = generator(&[seed, 1]);
         let run = run_cost(2_000_000, &mut random, |states, before| {
@@ -691,7 +671,7 @@ fn the_cost_of_random_loss_matches_the_mean_of_a_long_run() {
                 (true, true) => 0.0,
             }
         });
-        near(run, cost, 0.04);
+        near(run, cost.expect("bounded"), 0.04);
     }
 }
 
@@ -708,9 +688,9 @@ fn the_cost_of_drawn_delays_matches_the_mean_of_many_runs() {
         })
         .collect();
     let at = |step: u64| Time::ZERO + ms(10) * step as u32;
-    let timed = pushes.iter().map(|(sensed, applied)| TimedPush {
-        sensed: at(*sensed),
-        applied: at(*applied),
+    let timed = pushes.iter().map(|(sensed, applied)| {
+        let (sensed, applied) = (at(*sensed), at(*applied));
+        TimedPush { sensed, applied }
     });
     let timed: Vec<_> = timed.collect();
     let control = scripted(WorldModel::Own(ms(10)), Timing::direct(hz(50.0)));
@@ -731,16 +711,15 @@ fn the_cost_of_drawn_delays_matches_the_mean_of_many_runs() {
 #[test]
 fn the_cost_of_a_long_uniform_run_matches_its_steady_state() {
     let control = scripted(WorldModel::Own(ms(1)), Timing::direct(hz(50.0)));
-    let steady = control.expected_cost(&PUSHED, &Weights::default(), Loss::NONE);
-    let pushes: Vec<_> = (0..20_000_u32)
-        .map(|tick| Time::ZERO + ms(20) * tick)
-        .map(|at| TimedPush {
-            sensed: at,
-            applied: at,
-        })
-        .collect();
+    let steady = cost(&control, &PUSHED, &Weights::default(), Loss::NONE);
+    let pushes = (0..20_000_u32).map(|tick| {
+        let sensed = Time::ZERO + ms(20) * tick;
+        let applied = sensed;
+        TimedPush { sensed, applied }
+    });
+    let pushes: Vec<_> = pushes.collect();
     let along = control.cost_along(&pushes, &PUSHED, &Weights::default());
-    near(along, steady.expect("short").expect("bounded"), 0.01);
+    near(along, steady.expect("bounded"), 0.01);
 }
 
 /// The table of figures on the page about theory.
@@ -752,43 +731,36 @@ fn table() -> Vec<String> {
         let timing = Timing::direct(rates.control);
         Loop::cart_pole(gains, WorldModel::Continuous, timing).expect("plant")
     });
-    let margins = loops.map(|control| control.continuous_margins().expect("margins"));
-    let jitter = loops.map(|control| control.jitter_margin().expect("short").expect("stable"));
-    let loss = |lost| loops.map(|control| control.loss_margin(lost).expect("short"));
-    let age = policies.map(|policy| age_limit(&policy, rates).expect("limit"));
-    let oldest = loops.map(|control| control.oldest_push().expect("stable"));
-    let milli = |age: Duration| format!("{:.1} ms", age.as_secs_f64() * 1e3);
-    let share = |share: f64| format!("{:.1} %", share * 100.0);
-    let row = |name: &str, [scripted, lqr]: [String; 2]| format!("| {name} | {scripted} | {lqr} |");
-    let in_radians = |value: f64| format!("{value:.1} rad/s");
-    let in_degrees = |value: f64| format!("{:.0}°", value.to_degrees());
+    let continuous = |control: &Loop| control.continuous_margins().expect("margins");
+    let row = |name: &str, figures: [String; 2]| format!("| {name} | {} |", figures.join(" | "));
+    let of_loops = |name, figure: &dyn Fn(&Loop) -> String| row(name, loops.each_ref().map(figure));
+    let in_millis = |age: Duration| format!("{:.1} ms", millis(age));
+    let share = |control: &Loop, lost| {
+        let share = control.loss_margin(lost).expect("short");
+        format!("{:.1} %", share * 100.0)
+    };
+    let age = policies.map(|policy| in_millis(age_limit(&policy, rates).expect("limit")));
     vec![
-        row(
-            "crossover, in continuous time",
-            margins.map(|known| in_radians(known.crossover)),
-        ),
-        row(
-            "phase margin",
-            margins.map(|known| in_degrees(known.phase_margin)),
-        ),
-        row("delay margin", margins.map(|known| milli(known.delay))),
-        row(
-            "mean push age where deviations grow, at 50 Hz",
-            age.map(milli),
-        ),
-        row("oldest push, whatever the timing", oldest.map(milli)),
-        row(
-            "jitter margin, at 50 Hz",
-            jitter.map(|known| milli(known.jitter)),
-        ),
-        row(
-            "random loss where squares grow, held",
-            loss(Lost::Hold).map(share),
-        ),
-        row(
-            "random loss where squares grow, no force",
-            loss(Lost::Zero).map(share),
-        ),
+        of_loops("crossover, in continuous time", &|known| {
+            format!("{:.1} rad/s", continuous(known).crossover)
+        }),
+        of_loops("phase margin", &|known| {
+            format!("{:.0}°", continuous(known).phase_margin.to_degrees())
+        }),
+        of_loops("delay margin", &|known| in_millis(continuous(known).delay)),
+        row("mean push age where deviations grow, at 50 Hz", age),
+        of_loops("oldest push, whatever the timing", &|known| {
+            in_millis(known.oldest_push().expect("stable"))
+        }),
+        of_loops("jitter margin, at 50 Hz", &|known| {
+            in_millis(jitter(known).jitter)
+        }),
+        of_loops("random loss where squares grow, held", &|known| {
+            share(known, Lost::Hold)
+        }),
+        of_loops("random loss where squares grow, no force", &|known| {
+            share(known, Lost::Zero)
+        }),
     ]
 }
 

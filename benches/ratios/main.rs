@@ -10,9 +10,6 @@
 //! A missed goal is a word in the table and no failure: a build must not depend on the
 //! load of a machine.
 
-#[allow(dead_code)] // Names are for tables.
-#[path = "../../examples/age/causes.rs"]
-mod causes;
 mod graphs;
 #[cfg(target_os = "linux")]
 mod lateness;

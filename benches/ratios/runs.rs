@@ -2,7 +2,6 @@
 
 use std::{
     hint::black_box,
-    num::NonZeroUsize,
     ops::ControlFlow,
     sync::{
         Arc, LazyLock,
@@ -26,7 +25,6 @@ use ratelab_study::{
 };
 
 use super::{
-    causes,
     paired::{Nanos, nanos, paired, time},
     table::Table,
 };
@@ -87,7 +85,6 @@ pub fn measure(table: &mut Table) {
     sweep(table);
     own_world(table);
     links(table);
-    ages(table);
 }
 
 /// Fills in the rows about runs in a world that moves by itself, in ten times as many steps.
@@ -250,36 +247,6 @@ fn links(table: &mut Table) {
     };
     let linked = paired(LINKED_ROUNDS, || run(&LINKS), || run(&[]));
     table.row("every kind of link, beside none", &linked, Some(1.1));
-}
-
-/// Fills in the row about the sweeps of `docs/age.md`, with one start of each
-/// configuration: on all cores beside one, times the cores.
-fn ages(table: &mut Table) {
-    let base = causes::base("scripted").expect("configuration");
-    let sweeps: Vec<Sweep> = causes::CAUSES
-        .iter()
-        .map(|cause| causes::sweep(&cart_pole(), &base, cause, 1).expect("sweep"))
-        .collect();
-    let runs: usize = sweeps
-        .iter()
-        .map(|sweep| sweep.cells().expect("cells"))
-        .sum();
-    let per_run = |threads: NonZeroUsize| {
-        let whole = time(|| {
-            for sweep in &sweeps {
-                let swept = sweep.run(threads, |_, _| ControlFlow::Continue(()));
-                assert!(swept.expect("swept").is_complete());
-            }
-        });
-        whole / runs as f64
-    };
-    let cores = all_cores().get() as f64;
-    let rates = paired(
-        3,
-        || per_run(all_cores()),
-        || per_run(NonZeroUsize::MIN) / cores,
-    );
-    table.rates("runs/s of docs/age.md, beside one core's", &rates, SHARE);
 }
 
 /// Wall time per piece of `work` while `threads` threads run it.

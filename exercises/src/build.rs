@@ -23,9 +23,8 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
     let depth = Depth::new(DEPTH).map_err(|error| Failure::Unmeasured(error.to_string()))?;
     let topic = Topic::new("/numbers", depth);
     let (publisher, mut subscription) = (topic.publisher(), topic.subscribe());
-    let mut table = Table::new(["event", "published", "dropped"]);
-    let (mut published, mut measurements) = (0_u32, Vec::new());
-    for (number, event) in (1..).zip(EVENTS) {
+    let (mut published, mut rows) = (0_u32, Vec::new());
+    for event in EVENTS {
         let event = match event {
             TopicEvent::Publish(count) => {
                 for _ in 0..count {
@@ -39,16 +38,24 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
                 format!("number {} read", newest.unwrap_or_default())
             }
         };
-        let dropped = subscription.dropped();
-        table.row([event, published.to_string(), dropped.to_string()]);
-        let name = format!("after event {number}: dropped");
-        measurements.push(Measurement::new(name, dropped as f64));
+        rows.push((event, published, subscription.dropped()));
     }
+    let measurements = (1..).zip(&rows).map(|(number, (_, _, dropped))| {
+        let name = format!("after event {number}: dropped");
+        Measurement::new(name, *dropped as f64)
+    });
     Ok(Findings {
-        table,
+        table: Table::of(
+            &rows,
+            &[
+                ("event", &|(event, _, _)| event.clone()),
+                ("published", &|(_, published, _)| published.to_string()),
+                ("dropped", &|(_, _, dropped)| dropped.to_string()),
+            ],
+        ),
         answer: Answer::Exactly(subscription.dropped() as f64),
         meaning: MEANING.to_owned(),
-        measurements,
+        measurements: measurements.collect(),
     })
 }
 

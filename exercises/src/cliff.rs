@@ -39,31 +39,35 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
 }
 
 fn table(rates: &[KnobRuns]) -> Table {
-    let mut table = Table::new(["control", "balanced", "steps", "push age"]);
-    for rate in rates {
-        let steps: Vec<String> = rate.runs.iter().map(|run| run.steps.to_string()).collect();
-        table.row([
-            format!("{} Hz", rate.value),
-            rate.up_of(),
-            steps.join(" "),
-            rate.push_age(),
-        ]);
-    }
-    table
+    let steps = |rate: &KnobRuns| {
+        let steps = rate.runs.iter().map(|run| run.steps.to_string());
+        steps.collect::<Vec<_>>().join(" ")
+    };
+    Table::of(
+        rates,
+        &[
+            ("control", &|rate| format!("{} Hz", rate.value)),
+            ("balanced", &KnobRuns::up_of),
+            ("steps", &steps),
+            ("push age", &KnobRuns::push_age),
+        ],
+    )
 }
 
 fn measurements(rates: &[KnobRuns]) -> Vec<Measurement> {
     let mut measured = Vec::new();
     for rate in rates {
-        let name = format!("{} Hz: starts balanced", rate.value);
-        measured.push(Measurement::new(name, rate.up() as f64));
+        let hz = format!("{} Hz", rate.value);
+        measured.extend(Measurement::of(
+            &hz,
+            [("starts balanced", rate.up() as f64)],
+        ));
         for (seed, run) in rate.runs.iter().enumerate() {
-            let name = |what| format!("{} Hz, seed {seed}: {what}", rate.value);
-            let latency_ms = mean_ms(run.mean_latency_s);
-            measured.extend([
-                Measurement::new(name("steps"), run.steps as f64),
-                Measurement::new(name("mean latency (ms)"), latency_ms),
-            ]);
+            let figures = [
+                ("steps", run.steps as f64),
+                ("mean latency (ms)", mean_ms(run.mean_latency_s)),
+            ];
+            measured.extend(Measurement::of(format_args!("{hz}, seed {seed}"), figures));
         }
     }
     let latency = |rate: &KnobRuns| -> f64 {

@@ -86,19 +86,21 @@ fn ends(values: impl Iterator<Item = f64>) -> (f64, f64) {
 
 /// A row for each depth, so that the head stays in sight.
 fn table(groups: &[KnobRuns]) -> Table {
-    let mut table = Table::new(["depth", "stay up", "until", "dropped", "push age"]);
-    for group in groups {
+    let until = |group: &KnobRuns| {
         let until = group.runs.iter().map(|run| run.sim_time.as_secs_f64());
-        let drops = group.runs.iter().map(|run| obs_dropped(run) as f64);
-        table.row([
-            group.value.clone(),
-            group.up_of(),
-            format!("{} s", span(until, 2)),
-            span(drops, 0),
-            group.push_age(),
-        ]);
-    }
-    table
+        format!("{} s", span(until, 2))
+    };
+    let drops = |group: &KnobRuns| span(group.runs.iter().map(|run| obs_dropped(run) as f64), 0);
+    Table::of(
+        groups,
+        &[
+            ("depth", &|group| group.value.clone()),
+            ("stay up", &KnobRuns::up_of),
+            ("until", &until),
+            ("dropped", &drops),
+            ("push age", &KnobRuns::push_age),
+        ],
+    )
 }
 
 /// The least and the greatest of `values`, or one number where they are the same.
@@ -111,14 +113,15 @@ fn span(values: impl Iterator<Item = f64>, decimals: usize) -> String {
     }
 }
 
-fn measurements(group: &KnobRuns) -> Vec<Measurement> {
-    let mut measured = Vec::new();
-    for (start, run) in group.runs.iter().enumerate() {
-        let name = |what| format!("depth {}, seed {start}: {what}", group.value);
-        measured.extend([
-            Measurement::new(name("until (s)"), run.sim_time.as_secs_f64()),
-            Measurement::new(name("/obs dropped"), obs_dropped(run) as f64),
-        ]);
-    }
-    measured
+fn measurements(group: &KnobRuns) -> impl Iterator<Item = Measurement> {
+    let runs = group.runs.iter().enumerate();
+    runs.flat_map(|(start, run)| {
+        Measurement::of(
+            format_args!("depth {}, seed {start}", group.value),
+            [
+                ("until (s)", run.sim_time.as_secs_f64()),
+                ("/obs dropped", obs_dropped(run) as f64),
+            ],
+        )
+    })
 }

@@ -48,36 +48,31 @@ fn unchanged(shallow: &KnobRuns, deep: &KnobRuns) -> usize {
 }
 
 fn table(depths: &[KnobRuns]) -> Table {
-    let mut table = Table::new([
-        "depth",
-        "seed",
-        "/obs dropped",
-        "verdict",
-        "steps",
-        "push age",
-    ]);
-    for (depth, seed, run) in depths.iter().flat_map(runs) {
-        let age_ms = run.push_age.map_or(f64::NAN, |age| age.late_s * 1e3);
-        table.row([
-            depth.to_owned(),
-            seed.to_string(),
-            obs_dropped(run).to_string(),
-            run.verdict.name().to_owned(),
-            run.steps.to_string(),
-            format!("{age_ms:.1} ms"),
-        ]);
-    }
-    table
+    let runs: Vec<_> = depths.iter().flat_map(runs).collect();
+    let age_ms = |run: &CellResult| run.push_age.map_or(f64::NAN, |age| age.late_s * 1e3);
+    Table::of(
+        &runs,
+        &[
+            ("depth", &|(depth, _, _)| (*depth).to_owned()),
+            ("seed", &|(_, seed, _)| seed.to_string()),
+            ("/obs dropped", &|(_, _, run)| obs_dropped(run).to_string()),
+            ("verdict", &|(_, _, run)| run.verdict.name().to_owned()),
+            ("steps", &|(_, _, run)| run.steps.to_string()),
+            ("push age", &|(_, _, run)| format!("{:.1} ms", age_ms(run))),
+        ],
+    )
 }
 
 fn measurements(depth: &KnobRuns) -> impl Iterator<Item = Measurement> {
     runs(depth).flat_map(|(depth, seed, run)| {
-        let name = |what| format!("depth {depth}, seed {seed}: {what}");
-        [
-            Measurement::new(name("/obs dropped"), obs_dropped(run) as f64),
-            Measurement::new(name("balanced"), u32::from(!run.verdict.is_lost())),
-            Measurement::new(name("steps"), run.steps as f64),
-        ]
+        Measurement::of(
+            format_args!("depth {depth}, seed {seed}"),
+            [
+                ("/obs dropped", obs_dropped(run) as f64),
+                ("balanced", f64::from(!run.verdict.is_lost())),
+                ("steps", run.steps as f64),
+            ],
+        )
     })
 }
 

@@ -68,19 +68,17 @@ fn losses(on_stale: &str) -> Result<Vec<KnobRuns>, Failure> {
 }
 
 fn table(ways: &[(&str, &[KnobRuns])]) -> Table {
-    let mut table = Table::new(["loss", "between two actions", "stay up", "push age"]);
-    for place in 0..LOSSES.len() {
-        for (way, groups) in ways {
-            let group = &groups[place];
-            table.row([
-                group.value.clone(),
-                (*way).to_owned(),
-                group.up_of(),
-                group.push_age(),
-            ]);
-        }
-    }
-    table
+    let rows = (0..LOSSES.len()).flat_map(|at| ways.iter().map(move |(way, all)| (way, &all[at])));
+    let rows: Vec<(&&str, &KnobRuns)> = rows.collect();
+    Table::of(
+        &rows,
+        &[
+            ("loss", &|(_, group)| group.value.clone()),
+            ("between two actions", &|(way, _)| (**way).to_owned()),
+            ("stay up", &|(_, group)| group.up_of()),
+            ("push age", &|(_, group)| group.push_age()),
+        ],
+    )
 }
 
 fn measurements(way: &str, groups: &[KnobRuns]) -> Vec<Measurement> {

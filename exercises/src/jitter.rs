@@ -21,13 +21,17 @@ fn delayed(delays: &[String]) -> Result<Vec<KnobRuns>, Failure> {
     survey(own_world("")?, "link /action delay:{}", delays, STARTS)
 }
 
-fn table(labels: impl Iterator<Item = String>, groups: &[KnobRuns]) -> Table {
-    let mut table = Table::new(["jitter", "delay", "stay up", "push age"]);
-    for (label, group) in labels.zip(groups) {
-        let delay = format!("{} ms", group.value);
-        table.row([label, delay, group.up_of(), group.push_age()]);
-    }
-    table
+fn table(labels: &[String], groups: &[KnobRuns]) -> Table {
+    let rows: Vec<_> = labels.iter().zip(groups).collect();
+    Table::of(
+        &rows,
+        &[
+            ("jitter", &|(label, _)| (*label).clone()),
+            ("delay", &|(_, group)| format!("{} ms", group.value)),
+            ("stay up", &|(_, group)| group.up_of()),
+            ("push age", &|(_, group)| group.push_age()),
+        ],
+    )
 }
 
 fn measurements(groups: &[KnobRuns]) -> impl Iterator<Item = Measurement> {
@@ -49,9 +53,8 @@ fn around(spread: u32) -> String {
 pub(crate) fn same_mean() -> Result<Findings, Failure> {
     let groups = delayed(&SPREADS.map(around))?;
     let asked = asked(&groups, |group| group.value == around(ASKED))?;
-    let labels = SPREADS.iter().map(|spread| format!("±{spread} ms"));
     Ok(Findings {
-        table: table(labels, &groups),
+        table: table(&SPREADS.map(|spread| format!("±{spread} ms")), &groups),
         answer: Answer::Exactly(asked.up() as f64),
         meaning: format!(
             "{} with the constant delay, {} with the same mean at random. The actuator acts every \
@@ -83,7 +86,7 @@ pub(crate) fn margin() -> Result<Findings, Failure> {
     let own = Measurement::new("jitter margin (ms)", margin_ms);
     let fell = twice.runs.len() - twice.up();
     Ok(Findings {
-        table: table(labels.map(str::to_owned).into_iter(), &groups),
+        table: table(&labels.map(str::to_owned), &groups),
         answer: Answer::Exactly(fell as f64),
         meaning: format!(
             "The margin of {margin_ms:.1} ms is a promise and no prediction: below it nothing can \

@@ -120,21 +120,21 @@ impl LimitTrial {
     }
 
     fn measurements(&self) -> Vec<Measurement> {
-        let measurement =
-            |what, value: f64| Measurement::new(format!("{}: {what}", self.hz), value);
-        let mut measured = vec![
-            measurement("predicted growth (1/s)", self.theory.growth()),
-            measurement("starts up after 10 s", self.up() as f64),
-            measurement("starts up after 60 s", self.still_up() as f64),
+        let off = self.growth.map(|growth| growth - self.theory.growth());
+        let figures = [
+            ("predicted growth (1/s)", Some(self.theory.growth())),
+            ("starts up after 10 s", Some(self.up() as f64)),
+            ("starts up after 60 s", Some(self.still_up() as f64)),
+            ("measured growth (1/s)", self.growth),
+            ("measured off predicted (1/s)", off.map(f64::abs)),
+            ("swing after 60 s (degrees)", self.swing_deg()),
         ];
-        if let Some(growth) = self.growth {
-            let off = (growth - self.theory.growth()).abs();
-            measured.push(measurement("measured growth (1/s)", growth));
-            measured.push(measurement("measured off predicted (1/s)", off));
-        }
-        let swing = self.swing_deg();
-        measured.extend(swing.map(|swing| measurement("swing after 60 s (degrees)", swing)));
-        measured
+        let known = figures
+            .into_iter()
+            .filter_map(|(what, figure)| Some((what, figure?)));
+        known
+            .flat_map(|figure| Measurement::of(self.hz, [figure]))
+            .collect()
     }
 }
 
@@ -146,28 +146,28 @@ fn clipped_s(run: &RecordedRun, slowed: Time) -> Option<f64> {
 }
 
 fn table(trials: &[LimitTrial]) -> Table {
-    let mut table = Table::new([
-        "control",
-        "growth in theory",
-        "measured",
-        "clips after",
-        "up 10 s",
-        "up 60 s",
-        "swing",
-    ]);
     let or_dash = |text: Option<String>| text.unwrap_or_else(|| "–".to_owned());
-    for trial in trials {
-        table.row([
-            trial.hz.to_string(),
-            format!("{:+.2}/s", trial.theory.growth()),
-            or_dash(trial.growth.map(|growth| format!("{growth:+.2}/s"))),
-            or_dash(trial.clipped_s.map(|seconds| format!("{seconds:.2} s"))),
-            format!("{} of {}", trial.up(), trial.minutes.len()),
-            format!("{} of {}", trial.still_up(), trial.minutes.len()),
-            or_dash(trial.swing_deg().map(|swing| format!("±{swing:.2}°"))),
-        ]);
-    }
-    table
+    let of_starts = |up: usize, trial: &LimitTrial| format!("{up} of {}", trial.minutes.len());
+    Table::of(
+        trials,
+        &[
+            ("control", &|trial| trial.hz.to_string()),
+            ("growth in theory", &|trial| {
+                format!("{:+.2}/s", trial.theory.growth())
+            }),
+            ("measured", &|trial| {
+                or_dash(trial.growth.map(|growth| format!("{growth:+.2}/s")))
+            }),
+            ("clips after", &|trial| {
+                or_dash(trial.clipped_s.map(|seconds| format!("{seconds:.2} s")))
+            }),
+            ("up 10 s", &|trial| of_starts(trial.up(), trial)),
+            ("up 60 s", &|trial| of_starts(trial.still_up(), trial)),
+            ("swing", &|trial| {
+                or_dash(trial.swing_deg().map(|swing| format!("±{swing:.2}°")))
+            }),
+        ],
+    )
 }
 
 fn meaning(trials: &[LimitTrial]) -> String {

@@ -50,18 +50,20 @@ impl ClockPair {
     }
 
     fn measurements(&self) -> [Measurement; 2] {
-        let name = |what| format!("{} Hz, the lab: {what}", self.hz);
-        [
-            Measurement::new(name("mean latency (ms)"), self.lab.latency_ms),
-            Measurement::new(name("steps"), self.lab.steps as f64),
-        ]
+        Measurement::of(
+            format_args!("{} Hz, the lab", self.hz),
+            [
+                ("mean latency (ms)", self.lab.latency_ms),
+                ("steps", self.lab.steps as f64),
+            ],
+        )
     }
 }
 
 /// A run on the clock of the exercise.
 fn on_the_clock(config: &Config, control_hz: u64) -> Result<TimedRun, Failure> {
     let plant_hz = CONTROL_HZ as u64;
-    let run = nodes::run(config.seed, |nodes| {
+    nodes::run(config.seed, |nodes| {
         let mut failure = None;
         let rates = [plant_hz, control_hz, plant_hz];
         mend_it::run(rates, config.end.as_nanos(), |node, now| {
@@ -73,30 +75,22 @@ fn on_the_clock(config: &Config, control_hz: u64) -> Result<TimedRun, Failure> {
                 })
         });
         failure.map_or(Ok(()), Err)
-    })?;
-    Ok(run.into())
+    })
 }
 
 fn table(pairs: &[ClockPair]) -> Table {
-    let mut table = Table::new([
-        "control",
-        "this clock",
-        "the lab's",
-        "reading age",
-        "in the lab",
-        "",
-    ]);
-    for pair in pairs {
-        table.row([
-            format!("{} Hz", pair.hz),
-            format!("{:.4} ms", pair.clock.latency_ms),
-            format!("{:.4} ms", pair.lab.latency_ms),
-            format!("{:.1} ms", pair.clock.reading_age_ms),
-            format!("{:.1} ms", pair.lab.reading_age_ms),
-            if pair.differs() { "✖" } else { "✓" }.to_owned(),
-        ]);
-    }
-    table
+    let sign = |pair: &ClockPair| if pair.differs() { "✖" } else { "✓" }.to_owned();
+    Table::of(
+        pairs,
+        &[
+            ("control", &|pair| format!("{} Hz", pair.hz)),
+            ("this clock", &|pair| pair.clock.latency()),
+            ("the lab's", &|pair| pair.lab.latency()),
+            ("reading age", &|pair| pair.clock.reading_age()),
+            ("in the lab", &|pair| pair.lab.reading_age()),
+            ("", &sign),
+        ],
+    )
 }
 
 fn meaning(pairs: &[ClockPair]) -> String {

@@ -1,80 +1,4 @@
-//! Rows with commas in between: of any table, and one per control step.
-
-use std::{
-    io::{self, BufWriter, Write},
-    thread::{self, JoinHandle},
-};
-
-use ratelab::Time;
-use ratelab_account::RowTap;
-use ratelab_study::{experiment::Experiment, system::StateTable};
-
-use crate::{names::key, output::PatientFile};
-
-/// Number of control steps that may wait to be written before a real clock, which never
-/// waits, loses rows: minutes at 50 Hz.
-const BACKLOG: usize = 16_384;
-
-/// The first line of a table of `experiment`; `None` if its system has no states.
-pub fn header(experiment: &Experiment) -> Option<String> {
-    let system = experiment.system();
-    let state = system.state()?;
-    if let Some(table) = system.about().table {
-        return Some(table.header.to_owned());
-    }
-    let taps = experiment.taps();
-    let topic = taps.topics().iter().find(|topic| topic.name() == state)?;
-    let fields = topic.fields().iter().map(|field| key(field));
-    Some(
-        ["time_s".to_owned()]
-            .into_iter()
-            .chain(fields)
-            .collect::<Vec<_>>()
-            .join(","),
-    )
-}
-
-/// Writes the control steps of an experiment on a separate thread.
-pub struct StepWriter(JoinHandle<io::Result<u64>>);
-
-impl StepWriter {
-    /// Writes to `file` from the first step of `experiment` to its last. If the file
-    /// could not be opened, no rows are written and [`finish`](Self::finish) returns the
-    /// error.
-    pub fn start(file: io::Result<PatientFile>, experiment: &Experiment) -> Self {
-        let header = header(experiment).unwrap_or_default();
-        let state = experiment.system().state();
-        let tap = state.and_then(|state| experiment.taps().rows(state, BACKLOG));
-        let table = experiment.system().about().table;
-        Self(thread::spawn(move || {
-            let mut out = BufWriter::new(file?);
-            writeln!(out, "{header}")?;
-            let lost = tap.map_or(Ok(0), |tap| write(&mut out, &tap, table));
-            out.flush().and(lost)
-        }))
-    }
-
-    /// Waits for the end of the experiment and of the writing; returns the number of lost
-    /// rows.
-    pub fn finish(self) -> io::Result<u64> {
-        let written = self.0.join();
-        written.unwrap_or_else(|_| Err(io::Error::other("the writer panicked")))
-    }
-}
-
-/// Writes rows until the tap ends; returns the number of lost ones.
-fn write(out: &mut impl Write, tap: &RowTap, table: Option<StateTable>) -> io::Result<u64> {
-    let row = table.map_or(plain as fn(Time, &[f64]) -> String, |table| table.row);
-    let mut rows = tap.rows();
-    while tap.wait(&mut rows) {
-        for (head, values) in rows.iter() {
-            writeln!(out, "{}", row(head.at, values))?;
-        }
-        rows.clear();
-        out.flush()?; // So that `tail -f` shows the current run.
-    }
-    Ok(tap.lost())
-}
+//! Rows with commas in between.
 
 /// A row with these cells, quoted by RFC 4180 where a comma, a quote or the end of a line is in
 /// one.
@@ -86,17 +10,4 @@ pub fn row_of(cells: impl IntoIterator<Item = String>) -> String {
             false => cell,
         });
     cells.collect::<Vec<_>>().join(",")
-}
-
-/// Run time and the numbers; NaN and infinity give empty fields.
-fn plain(at: Time, row: &[f64]) -> String {
-    let values = row.iter().map(|value| match value {
-        value if value.is_nan() => String::new(),
-        value => value.to_string(),
-    });
-    let row: Vec<String> = [at.as_secs_f64().to_string()]
-        .into_iter()
-        .chain(values)
-        .collect();
-    row.join(",")
 }

@@ -53,7 +53,7 @@ fn property(key: &FormatKey) -> Value {
 fn values(form: Form) -> Value {
     let texts = json!({ "type": "array", "items": { "type": "string" } });
     match form {
-        Form::Name | Form::Match | Form::Executor => json!({ "type": "string" }),
+        Form::Text(_) => json!({ "type": "string" }),
         Form::Knob(KnobKind::Rate) => {
             json!({ "type": "number", "minimum": Hz::MIN.get(), "maximum": Hz::MAX.get() })
         }
@@ -63,7 +63,7 @@ fn values(form: Form) -> Value {
         Form::Knob(KnobKind::Read) => json!({ "enum": ["newest", "oldest"] }),
         Form::Knob(KnobKind::Link) => json!({ "type": "string" }),
         Form::Knob(_) => json!({ "type": ["number", "string"] }),
-        Form::Topics | Form::Nodes | Form::Path => texts,
+        Form::List(_) => texts,
         Form::Whole(most) => json!({ "type": "integer", "minimum": 0, "maximum": most }),
         Form::Number(most) => json!({ "type": "number", "exclusiveMinimum": 0, "maximum": most }),
         Form::Milliseconds => {

@@ -33,24 +33,21 @@
 //! }
 //! ```
 //!
-//! Inside, `commands/` has one file for each command, on options (`cli/`), `dashboard/`,
-//! `recording/` and `sweep/`; begin with `program.rs`.
+//! Inside, `commands/` has one file for each command, on options (`cli/`), `output/` and `sweep/`;
+//! begin with `program.rs`.
 
 // Errors go through `output`, which makes them safe to print on a terminal.
 #![warn(clippy::print_stderr)]
 
-mod change;
 mod cli;
 mod commands;
 mod csv;
-mod dashboard;
 mod error;
 mod first_start;
 mod graph_file;
 mod graph_schema;
 mod like;
 mod metrics;
-mod names;
 #[cfg(feature = "network")]
 mod network;
 mod options;
@@ -61,20 +58,17 @@ mod printable;
 mod program;
 mod reading;
 mod report;
-mod rescue;
 mod results;
 mod screen;
 mod signals;
 mod stop_signal;
 mod sweep;
-mod theme;
 mod timing;
 mod trace;
 mod usage_error;
 mod version;
 mod web;
 mod wrap;
-mod xml;
 
 use std::{env, process::ExitCode, sync::Arc};
 

@@ -2,15 +2,18 @@
 
 use std::time::Duration;
 
+use ratelab::KnobKind;
 use ratelab_account::{Distribution, NodeAccount};
 use ratelab_study::{
     experiment::{Summary, TopicSummary},
-    system::{KnobText, System, WorldKind},
+    system::{
+        KnobText, System, WorldKind,
+        names::{self, good, key},
+    },
 };
 use serde_json::{Map, Value, json};
 
 use crate::{
-    names::{self, good, key},
     report::{ReportContext, saw_the_wall},
     timing::{is_timed, was_late},
 };
@@ -82,8 +85,8 @@ fn system_keys(system: &dyn System, summary: &Summary) -> Map<String, Value> {
     let setup = &summary.config.setup;
     let aliases = names::shown(system, |alias| names::is_set(alias, setup)).into_iter();
     let aliases = aliases.map(|alias| {
-        let value = alias.value(setup);
-        let value = match names::value(alias.kind(), &value) {
+        let text = alias.value(setup);
+        let value = match value(alias.kind(), &text) {
             Value::Number(number) if number.is_f64() => json!(number.as_f64().map(rounded)),
             value => value,
         };
@@ -178,5 +181,18 @@ pub fn object(value: Value) -> Map<String, Value> {
     match value {
         Value::Object(map) => map,
         _ => Map::new(),
+    }
+}
+
+/// The value of a knob for programs.
+pub fn value(kind: KnobKind, text: &str) -> Value {
+    match kind {
+        KnobKind::Rate => json!(text.parse::<f64>().ok()),
+        KnobKind::Depth => json!(text.parse::<usize>().ok()),
+        KnobKind::Send => json!(text),
+        _ => match text.parse::<f64>() {
+            Ok(number) if number.is_finite() => json!(number),
+            _ => json!(text),
+        },
     }
 }

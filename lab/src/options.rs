@@ -57,9 +57,7 @@ impl Defaults {
             ..RUN
         }
     }
-}
 
-impl Defaults {
     /// The configuration without options.
     pub fn config(&self) -> Config {
         Config {
@@ -243,7 +241,7 @@ fn read_knobs(program: &Program, config: &Config, path: &Path) -> Result<Vec<Tim
     let refused =
         |why: &dyn fmt::Display| Error::BadInput(format!("--knobs {}: {why}", path.display()));
     let content = file::read(path, MOST_KNOBS).map_err(|error| match error {
-        FileError::Unreadable(why) => Error::file("--knobs", path, &why),
+        FileError::Unreadable(why) => refused(&why),
         other => refused(&format!(
             "expected a text file of {MOST_KNOBS} bytes at most, {other}"
         )),

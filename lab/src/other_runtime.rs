@@ -2,16 +2,16 @@
 
 use std::{ops::ControlFlow, sync::Arc};
 
+use ratelab_recording::{OtherRun, Recording, verify};
+use ratelab_screen::{Options, SessionSetup};
 use ratelab_study::system::System;
 
 use crate::{
-    dashboard::{self, Options, SessionSetup},
     error::Error,
     output::print_line,
     printable::shown,
-    screen::theme,
+    screen::{quit_on_signal, theme},
 };
-use ratelab_recording::{OtherRun, Recording, verify};
 
 /// Frames per second at the most.
 const FPS: u32 = 30;
@@ -20,14 +20,15 @@ const FPS: u32 = 30;
 /// with those of our runtime, and prints the result.
 pub fn show(system: &Arc<dyn System>, run: OtherRun) -> Result<(), Error> {
     let recording = Arc::new(Recording::of_other_runtime(run, system)?);
-    if dashboard::terminal_is_there() {
+    if ratelab_screen::terminal_is_there() {
         let options = Options {
             fps: FPS,
             theme: theme(false, None),
             ask_background: false,
+            quit_on_signal,
         };
-        let setup = SessionSetup::new(system.clone(), false);
-        dashboard::play(recording.clone(), setup, &options)?;
+        let setup = SessionSetup::new(system.clone(), None);
+        ratelab_screen::play(recording.clone(), setup, &options)?;
     }
     let name = shown(&recording.path);
     let identical = verify(&recording, system, false, |_| ControlFlow::Continue(()));

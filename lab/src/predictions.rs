@@ -1,4 +1,4 @@
-//! A learner's predictions: their file, and their text.
+//! The file of a learner's predictions.
 
 use std::{
     env,
@@ -6,7 +6,6 @@ use std::{
 };
 
 use directories::ProjectDirs;
-use exercises::framework::{Answers, Brief};
 
 /// Name of the file.
 pub const FILE: &str = "answers.toml";
@@ -36,23 +35,4 @@ fn in_the_clone() -> Option<PathBuf> {
 fn of_the_user() -> Option<PathBuf> {
     let folders = ProjectDirs::from("", "", "ratelab")?;
     Some(folders.data_dir().join(FILE))
-}
-
-/// The prediction for an exercise as text, if there is one.
-pub fn predicted(answers: &Answers, brief: &Brief) -> Option<String> {
-    let prediction = answers.get(brief)?;
-    let number = brief.in_unit(prediction.number());
-    let first = answers.redone(brief).and_then(|_| answers.first(brief));
-    let first = first.map(|first| format!(", first {}", brief.in_unit(first.number())));
-    Some(format!(
-        "you predicted {number}{}",
-        first.unwrap_or_default()
-    ))
-}
-
-/// Whether the file `answers` has a prediction for the exercise of this number.
-pub fn is_predicted(answers: &Path, number: u32) -> bool {
-    let exercise = exercises::find(number);
-    let known = |answers: Answers| exercise.is_some_and(|of| answers.get(of.brief()).is_some());
-    Answers::load(answers).is_ok_and(known)
 }

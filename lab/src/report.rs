@@ -4,17 +4,20 @@ use std::time::Duration;
 
 use ratelab::{ClockKind, Command, Event, EventKind, Hz, Knob, KnobKind};
 use ratelab_account::{Distribution, NodeAccount};
+use ratelab_recording::FinishedRecording;
 use ratelab_study::{
     experiment::{MeanPushAge, Summary, TopicSummary},
-    system::{Alias, DataChain, KnobText, System},
+    system::{
+        Alias, DataChain, KnobText, System,
+        names::{self, label, node_label, rate_alias, short_value},
+        plant,
+    },
 };
 
 use crate::{
-    names::{self, label, node_label, rate_alias, short_value},
     printable::in_line,
     timing::{self, was_late},
 };
-use ratelab_recording::FinishedRecording;
 
 /// Information for a report beside the summary.
 #[derive(Default)]
@@ -200,7 +203,7 @@ fn rates(system: &dyn System, summary: &Summary) -> String {
 }
 
 fn verdict(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
-    let steps = match timing::plant(system) {
+    let steps = match plant(system) {
         Some(_) => plant_steps(summary) + " in ",
         None => String::new(),
     };

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use ratelab::Knob;
 use ratelab_real_clock::RealtimePriority;
+use ratelab_recording::{Destination, FinishedRecording, Recorder, Source, Viewer};
 use ratelab_study::{
-    experiment::{Experiment, Summary},
+    experiment::{Experiment, Summary, header},
     system::System,
 };
 
 use crate::{
     cli::RunArgs,
-    csv,
     error::Error,
     like::{self, Like},
     metrics,
@@ -19,7 +19,6 @@ use crate::{
     program::Program,
     report::{self, ReportContext},
 };
-use ratelab_recording::{Destination, FinishedRecording, Recorder, Source, Viewer};
 
 /// Name of the file in `--out`.
 const METRICS: &str = "metrics.json";
@@ -36,7 +35,7 @@ pub fn plan<'a>(args: &'a RunArgs, experiment: &Experiment) -> Result<OutputPlan
     inputs.extend(knobs.map(|path| ("--knobs".to_owned(), path)));
     let like = args.graph.like.clone();
     inputs.extend(like.map(|path| ("--like".to_owned(), path)));
-    let header = csv::header(experiment);
+    let header = header(experiment);
     if let (Some(path), None) = (&args.csv, &header) {
         let name = experiment.system().name();
         return Err(Error::BadInput(format!(

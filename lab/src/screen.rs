@@ -1,16 +1,31 @@
 //! Settings of the terminal, from options and environment.
 
+use std::{
+    path::PathBuf,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread,
+    time::Duration,
+};
+
+use ratelab_screen::{
+    Look, OpenRows, Options, SessionSetup, Theme, restore_terminal, terminal_is_there,
+};
+
 use crate::{
     cli::ScreenArgs,
-    dashboard::{self, Options},
     error::Error,
-    program,
-    theme::{Look, Theme},
+    output::{self, Live},
+    predictions::answers_file,
+    program::{self, Program},
+    signals,
 };
 
 /// Returns the error `why` if there is no terminal; `instead` is a command to try.
 pub fn need_terminal(why: &str, instead: &str) -> Result<(), Error> {
-    if dashboard::terminal_is_there() {
+    if terminal_is_there() {
         return Ok(());
     }
     let program = program::name();
@@ -25,7 +40,43 @@ pub fn screen(args: &ScreenArgs) -> Options {
         fps: args.fps,
         theme,
         ask_background: args.theme.is_none() && theme.colour && !SIMPLE.contains(&&*term),
+        quit_on_signal,
     }
+}
+
+/// Sessions of the program's system; in the course, with the learner's predictions.
+pub fn sessions(program: &Program) -> SessionSetup {
+    let course = program.course.then(|| answers_file(None));
+    SessionSetup::new(program.system.clone(), course)
+}
+
+/// Opens the file at `path` for the rows of a session, each time that one begins.
+pub fn rows_to(path: PathBuf) -> OpenRows {
+    Arc::new(move || {
+        let mut file = Live::open(&path)?;
+        Ok(Box::new(move || Ok(Box::new(file.begin()?) as _)))
+    })
+}
+
+/// Time for an orderly end after a signal, before the program ends at once.
+const GRACE: Duration = Duration::from_secs(2);
+
+/// SIGTERM and similar signals end the screen as the key does. If the terminal is
+/// blocked or a node is stuck, the program ends at once, as it does at a second signal.
+pub fn quit_on_signal() -> Arc<AtomicBool> {
+    let quit = Arc::new(AtomicBool::new(false));
+    let asked = quit.clone();
+    let first = move || {
+        asked.store(true, Ordering::Relaxed);
+        thread::spawn(|| {
+            thread::sleep(GRACE);
+            restore_terminal();
+            output::error(&"the run did not end in order: a node is still busy");
+            signals::end_at_once();
+        });
+    };
+    signals::watch(first, restore_terminal);
+    quit
 }
 
 /// Terminals that would print the query for their background.

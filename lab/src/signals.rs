@@ -1,10 +1,8 @@
 //! Signals that stop the program, and the one for the limit of file sizes.
 
 use std::{
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
+    ops::ControlFlow,
+    sync::{Arc, atomic::AtomicBool},
     thread,
 };
 
@@ -43,14 +41,6 @@ pub fn watch(first: impl FnOnce() + Send + 'static, last: impl FnOnce() + Send +
     });
 }
 
-/// Returns a flag that the first signal sets; the next signal ends the program at once.
-pub fn stop_flag() -> Arc<AtomicBool> {
-    let flag = Arc::<AtomicBool>::default();
-    let stop = flag.clone();
-    watch(move || stop.store(true, Ordering::Relaxed), || ());
-    flag
-}
-
 /// Returns an interrupt that the first signal asks for; the next signal ends the program at
 /// once.
 pub fn interrupt() -> Interrupt {
@@ -58,6 +48,14 @@ pub fn interrupt() -> Interrupt {
     let asked = interrupt.clone();
     watch(move || asked.ask(), || ());
     interrupt
+}
+
+/// Whether what goes on is to go on, or somebody has asked for a stop.
+pub fn unless(asked: &Interrupt) -> ControlFlow<()> {
+    match asked.is_asked() {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
+    }
 }
 
 /// Ends the program immediately after a signal.

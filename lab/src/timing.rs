@@ -1,33 +1,19 @@
 //! The configured timing of nodes.
 
-use std::{sync::Arc, time::Duration};
+use std::time::Duration;
 
-use ratelab::{Knob, KnobKind, Time};
+use ratelab::{Knob, KnobKind};
 use ratelab_account::NodeAccount;
 use ratelab_study::{
-    experiment::{Config, Experiment, Summary},
-    system::{System, WorldKind},
+    experiment::Summary,
+    system::{System, WorldKind, depends_on_the_world, plant},
 };
-
-/// The run time `by` before `at`; not before the start.
-pub fn earlier(at: Time, by: Duration) -> Time {
-    Time::ZERO + at.since(Time::ZERO + by)
-}
 
 /// Whether `knob` sets the duration, lateness or offset of a node's ticks.
 pub fn is_of_time(knob: &Knob) -> bool {
     matches!(
         knob.kind(),
         KnobKind::Takes | KnobKind::Offset | KnobKind::Wakes
-    )
-}
-
-/// Whether the effect of `knob` depends on the world: a cost, a link or a fault has less
-/// effect in a world that waits.
-pub fn depends_on_the_world(knob: &Knob) -> bool {
-    !matches!(
-        knob.kind(),
-        KnobKind::Rate | KnobKind::Depth | KnobKind::Send | KnobKind::Read
     )
 }
 
@@ -62,24 +48,4 @@ pub fn world(system: &dyn System, summary: &Summary) -> Option<String> {
             Some("course: it waits for the actuator, whatever is late or lost".to_owned())
         }
     }
-}
-
-/// The topic of the states of a plant; `None` for a graph around data only.
-pub fn plant(system: &dyn System) -> Option<&'static str> {
-    let state = system.state();
-    state.filter(|state| Some(*state) != system.chains())
-}
-
-/// A world that moves by itself for a run of `system`: that of `config`, or one with the
-/// default step; `None` if the system has none.
-pub fn own_world(system: &Arc<dyn System>, config: &Config) -> Option<WorldKind> {
-    if !config.world.is_course() {
-        return Some(config.world);
-    }
-    let own = Config {
-        world: WorldKind::OWN,
-        ..config.clone()
-    };
-    let built = Experiment::new(system.clone(), &own);
-    built.is_ok().then_some(WorldKind::OWN)
 }

@@ -24,8 +24,8 @@ mod checkpoint;
 mod load;
 #[path = "../support/memory.rs"]
 mod memory;
-#[path = "../../lab/tests/support/terminal.rs"]
-mod terminal;
+#[path = "../../lab/tests/support/mod.rs"]
+mod support;
 
 use std::path::Path;
 

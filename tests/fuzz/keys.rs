@@ -13,7 +13,7 @@ use vt100::MouseProtocolMode;
 use crate::{
     cases::{RandomSource, chance, pick, pick_from, run},
     root,
-    terminal::{Lab, PATIENCE, assert_given_back},
+    support::terminal::{Lab, PATIENCE, assert_given_back},
 };
 
 /// Keys with an effect, and text for the prompt, separated by `|`.

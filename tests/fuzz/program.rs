@@ -11,7 +11,7 @@ use std::{
     time::Duration,
 };
 
-use crate::terminal::words::words;
+use crate::support::words;
 
 /// Limit of a command's processor time (s).
 const MOST_SECONDS: u64 = 20;

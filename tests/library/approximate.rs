@@ -2,21 +2,17 @@
 
 use std::sync::{Arc, Mutex};
 
-use ratelab::{Clock, Depth, GO_ON, Graph, Hz, Inbox, Time, Topic, VirtualClock};
-use ratelab_effects::{Callback, Effects, Executor, Executors, Match};
+use crate::support::*;
 
 const GOLDEN: &str = include_str!("../golden/approximate.txt");
 
 /// The sets of a sequence of messages, of which one is published each millisecond; `executor`
 /// calls the node, or a thread of its own.
 fn sets(matching: Match, inputs: usize, messages: &[(usize, u64)], executor: &str) -> String {
-    let mut graph = Graph::with(Effects);
-    let depth = Depth::new(1000).expect("a depth");
-    let topics: Vec<_> = (0..inputs)
-        .map(|input| Topic::new(format!("/t{input}"), depth))
-        .collect();
-    let (khz, messages) = (Hz::new(1000.0).expect("a rate"), messages.to_vec());
-    let sender = graph.node("sender", khz, 0, |wiring| {
+    let (mut graph, messages) = (Graph::with(Effects), messages.to_vec());
+    let topics = (0..inputs).map(|input| Topic::new(format!("/t{input}"), depth(1000)));
+    let topics: Vec<_> = topics.collect();
+    let sender = graph.node("sender", 1000.0, 0, |wiring| {
         let to: Vec<_> = topics.iter().map(|topic| wiring.publisher(topic)).collect();
         let mut counts = vec![0u64; inputs];
         move |now: Time| {
@@ -52,9 +48,7 @@ fn sets(matching: Match, inputs: usize, messages: &[(usize, u64)], executor: &st
         let nodes = graph.executor(executor, [Callback::of("matcher")]);
         nodes.expect("nodes");
     }
-    let end = Time::from_nanos(100_000_000);
-    let exit = VirtualClock.run(&mut graph, &mut Inbox::default(), end);
-    exit.expect("no fault");
+    run_virtual(&mut graph, "", secs(0.1));
     let sets = sets.lock().expect("no panic");
     sets.join(",")
 }
@@ -67,10 +61,8 @@ fn approximate_time_finds_the_sets_of_an_independent_model() {
     let cases = file.as_deref().unwrap_or(GOLDEN).trim().split("\n\n");
     for (number, case) in cases.enumerate() {
         let (line, expected) = case.split_once('\n').expect("two lines");
-        let words = line
-            .split(' ')
-            .filter_map(|word| Some(word.split_once('=')?.1));
-        let words: Vec<&str> = words.collect();
+        let words = line.split(' ').filter_map(|word| word.split_once('='));
+        let words: Vec<&str> = words.map(|(_, value)| value).collect();
         let [inputs, queue, interval, messages] = words[..] else {
             panic!("{line}");
         };
@@ -94,14 +86,9 @@ fn approximate_time_finds_the_sets_of_an_independent_model() {
 
 #[test]
 fn invalid_intervals_of_approximate_time_are_refused() {
-    for text in [
-        "approximate",
-        "approximate:0",
-        "approximate:5:-1",
-        "approximate:5:x",
-        "approximate:5:1:1",
-    ] {
-        let error = text.parse::<Match>().expect_err(text);
+    for numbers in ["", ":0", ":5:-1", ":5:x", ":5:1:1"] {
+        let text = format!("approximate{numbers}");
+        let error = text.parse::<Match>().expect_err(&text);
         assert!(error.contains("is no way to match messages: "), "{error}");
     }
 }

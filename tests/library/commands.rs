@@ -4,21 +4,12 @@
 use std::thread;
 
 use crossbeam_channel::Sender;
-use ratelab::{
-    Clock, ClockExit, Command, Depth, END, Event, EventKind, GO_ON, Graph, Inbox, Speed, Time,
-    Topic, VirtualClock,
-};
-use ratelab_account::Observer;
-use ratelab_effects::Effects;
-use ratelab_real_clock::RealClock;
 
-use crate::support::{
-    TickLog, applied, at, metronome, refused, run_timed, run_virtual, secs, set_depth, set_rate,
-    talker,
-};
+use crate::{support::*, table::rows};
 
-fn seconds(times: &[Time]) -> Vec<f64> {
-    times.iter().map(|time| time.as_secs_f64()).collect()
+fn seconds(times: &[Time]) -> String {
+    let times = times.iter().map(|time| time.as_secs_f64().to_string());
+    times.collect::<Vec<_>>().join(" ")
 }
 
 /// Three nodes at 10 Hz in the order a, b, c, the first of which gives
@@ -38,53 +29,32 @@ fn trio(commander: Sender<Command>, commands: Vec<Command>) -> (TickLog, Graph) 
 }
 
 #[test]
-fn a_timed_rate_takes_effect_before_the_tick_that_is_due_then() {
-    let (log, mut graph) = metronome();
-    let slower = at(0.3, set_rate("a", 4.0));
-    run_virtual(&mut graph, vec![slower], secs(0.75));
-    assert_eq!(seconds(&log.of("a")), [0.0, 0.1, 0.2, 0.45, 0.7]);
-}
-
-#[test]
-fn a_timed_depth_takes_effect_before_the_message_that_is_published_then() {
-    let (topic, mut graph) = (Topic::new("/count", Depth::ONE), Graph::with(Effects));
-    talker(&mut graph, "source", 10.0, 0, &topic, |_| Some(()));
-    let subscription = topic.subscribe();
-    // Published at 0, 0.1 … 0.5; the message at 0.3 finds room already.
-    let deeper = at(0.3, set_depth("/count", 100));
-    run_virtual(&mut graph, vec![deeper], secs(0.5));
-    assert_eq!((topic.published(), subscription.dropped()), (6, 2));
-}
-
-#[test]
-fn timed_commands_of_one_time_take_effect_in_the_order_given() {
-    let (log, mut graph) = metronome();
-    let timed = [2.0, 1.0, 5.0].map(|rate| at(0.0, set_rate("a", rate)));
-    run_virtual(&mut graph, timed.to_vec(), secs(0.5));
-    assert_eq!(seconds(&log.of("a")), [0.0, 0.2, 0.4]);
-    let rates = applied(&graph.state().events(0));
-    assert_eq!(rates, timed.map(|t| (t.at, t.command)).to_vec());
-}
-
-#[test]
-fn a_timed_command_takes_effect_at_the_end_but_not_after_it() {
-    let (_, mut graph) = metronome();
-    let timed = [0.5, 0.6].map(|time| at(time, set_rate("a", 5.0)));
-    assert_eq!(
-        run_virtual(&mut graph, timed.to_vec(), secs(0.5)),
-        ClockExit::Completed
-    );
-    let applied = applied(&graph.state().events(0));
-    assert_eq!(applied, [(secs(0.5), set_rate("a", 5.0))]);
-}
-
-#[test]
-fn a_stop_ends_the_run_before_the_ticks_due_then() {
-    let (log, mut graph) = metronome();
-    let exit = run_virtual(&mut graph, vec![at(0.3, Command::Stop)], Time::MAX);
-    assert_eq!(exit, ClockExit::Stopped);
-    assert_eq!(graph.now(), secs(0.3));
-    assert_eq!(seconds(&log.of("a")), [0.0, 0.1, 0.2]);
+fn timed_commands_take_effect_before_what_is_due_then() {
+    for [case, commands, until, ticks, dropped, events] in rows(
+        r"
+        a rate           | 0.3 rate a 4        | 0.75 | 0 0.1 0.2 0.45 0.7    | 4 | 0.300 s: a at 4 Hz (was 10 Hz)
+        a depth          | 0.3 depth /said 100 | 0.5  | 0 0.1 0.2 0.3 0.4 0.5 | 2 | 0.300 s: /said depth 100 (was 1)
+        the order given  | 0 rate a 2; 0 rate a 1; 0 rate a 5 | 0.5 | 0 0.2 0.4 | 2 | 0.000 s: a at 2 Hz (was 10 Hz)\n0.000 s: a at 1 Hz (was 2 Hz)\n0.000 s: a at 5 Hz (was 1 Hz)
+        the end          | 0.2 rate a 5; 0.3 rate a 5 | 0.2 | 0 0.1           | 1 | 0.200 s: a at 5 Hz (was 10 Hz)
+        a stop           | 0.3 stop            | 9    | 0 0.1 0.2             | 2 | 0.300 s: stop
+        ",
+    ) {
+        let (topic, mut graph) = (Topic::new("/said", Depth::ONE), Graph::with(Effects));
+        talker(&mut graph, "a", 10.0, 0, &topic, Some);
+        let (subscription, tap) = (topic.subscribe(), TapHandle::of(&graph).topic(&topic, 100));
+        let until = secs(until.parse().expect(&case));
+        let exit = run_virtual(&mut graph, &commands, until);
+        let said: Vec<Time> = tapped(&tap).iter().map(|message| message.data).collect();
+        assert_eq!(seconds(&said), ticks, "{case}");
+        assert_eq!(subscription.dropped().to_string(), dropped, "{case}");
+        assert_eq!(self::events(&graph).join("\n"), events, "{case}");
+        let end = if commands.ends_with("stop") {
+            (ClockExit::Stopped, secs(0.3))
+        } else {
+            (ClockExit::Completed, until)
+        };
+        assert_eq!((exit, graph.now()), end, "{case}");
+    }
 }
 
 #[test]
@@ -92,15 +62,14 @@ fn a_command_from_within_an_instant_takes_effect_after_the_whole_of_it() {
     // Also where a single step had it begin.
     for first in [None, Some(Command::Step)] {
         let (commander, mut inbox) = Inbox::new(Vec::new());
-        first
-            .iter()
-            .for_each(|step| commander.send(step.clone()).expect("open"));
-        let (log, mut graph) = trio(commander, vec![set_rate("b", 5.0), Command::Stop]);
+        let first = first.map(|step| commander.send(step).expect("open"));
+        let commands = vec![command("rate b 5"), Command::Stop];
+        let (log, mut graph) = trio(commander, commands.clone());
         let exit = VirtualClock.run(&mut graph, &mut inbox, secs(1.0));
         assert_eq!(exit.expect("run"), ClockExit::Stopped);
         assert_eq!(log.all(), ["a", "b", "c"].map(|node| (node, Time::ZERO)));
         let after = Time::ZERO + Time::RESOLUTION;
-        let expected = [(after, set_rate("b", 5.0)), (after, Command::Stop)];
+        let expected: Vec<_> = commands.into_iter().map(|known| (after, known)).collect();
         let applied = applied(&graph.state().events(0));
         assert_eq!(applied[usize::from(first.is_some())..], expected);
     }
@@ -108,54 +77,40 @@ fn a_command_from_within_an_instant_takes_effect_after_the_whole_of_it() {
 
 #[test]
 fn a_command_that_arrives_after_the_last_instant_comes_too_late() {
-    for too_late in [Command::Stop, Command::Pause, set_rate("a", 1.0)] {
+    for too_late in ["stop", "pause", "rate a 1"] {
         let (commander, mut inbox) = Inbox::new(Vec::new());
-        let (_, mut graph) = trio(commander, vec![too_late]);
-        let exit = VirtualClock
-            .run(&mut graph, &mut inbox, Time::ZERO)
-            .expect("run");
-        assert_eq!((exit, graph.now()), (ClockExit::Completed, Time::ZERO));
+        let (_, mut graph) = trio(commander, vec![command(too_late)]);
+        let exit = VirtualClock.run(&mut graph, &mut inbox, Time::ZERO);
+        let end = (exit.expect("run"), graph.now());
+        assert_eq!(end, (ClockExit::Completed, Time::ZERO));
         assert_eq!(graph.state().events(0), []);
     }
 }
 
 #[test]
-fn a_pause_without_senders_ends_the_run() {
-    for clock in [
-        &mut VirtualClock as &mut dyn Clock,
-        &mut RealClock::default(),
-    ] {
-        let (_, mut graph) = metronome();
-        let (_, mut inbox) = Inbox::new(vec![at(0.05, Command::Pause)]);
-        let exit = clock.run(&mut graph, &mut inbox, Time::MAX).expect("run");
-        assert_eq!(exit, ClockExit::Stopped);
-        assert!(graph.now() >= secs(0.05));
-    }
-}
-
-#[test]
-fn commands_for_unknown_nodes_and_topics_are_refused_by_name() {
-    for clock in [
-        &mut VirtualClock as &mut dyn Clock,
-        &mut RealClock::default(),
-    ] {
-        let (_, mut graph) = metronome();
-        let timed = vec![
-            at(0.0, set_rate("nobody", 1.0)),
-            at(0.0, set_depth("/none", 1)),
-        ];
-        let (_, mut inbox) = Inbox::new(timed);
-        let exit = clock.run(&mut graph, &mut inbox, secs(0.02)).expect("run");
+fn both_clocks_end_alike() {
+    for mut clock in clocks() {
+        let mut run = |graph: &mut Graph, commands, until| {
+            let exit = run_timed(&mut *clock, graph, commands, until);
+            (exit, graph.now())
+        };
+        // An empty graph, a stop, and a pause that nobody can end.
+        let (exit, _) = run(&mut Graph::with(Effects), "", secs(0.01));
         assert_eq!(exit, ClockExit::Completed);
-        let refused = refused(&graph.state().events(0));
-        let reasons: Vec<&str> = refused.iter().map(|(_, reason)| reason.as_str()).collect();
-        assert_eq!(
-            reasons,
-            [
-                "there is no node \"nobody\": expected one of a",
-                "there is no topic \"/none\": the graph has none"
-            ]
-        );
+        for last in ["0.05 stop", "0.05 pause"] {
+            let (exit, now) = run(&mut metronome().1, last, Time::MAX);
+            assert_eq!(exit, ClockExit::Stopped, "{last}");
+            assert!(now >= secs(0.05), "{last}: {now}");
+        }
+        // A node that is or has what a command names.
+        let (_, mut graph) = metronome();
+        let unknown = "0 rate nobody 1; 0 depth /none 1";
+        assert_eq!(run(&mut graph, unknown, secs(0.02)).0, ClockExit::Completed);
+        let reasons = [
+            "there is no node \"nobody\": expected one of a",
+            "there is no topic \"/none\": the graph has none",
+        ];
+        assert_eq!(refused(&graph.state().events(0)), reasons);
     }
 }
 
@@ -163,28 +118,19 @@ fn commands_for_unknown_nodes_and_topics_are_refused_by_name() {
 fn the_real_clock_refuses_commands_for_virtual_time() {
     let (_, mut graph) = metronome();
     let only_virtual = [Command::Speed(Speed::Unlimited), Command::Step];
-    let timed = only_virtual
-        .clone()
-        .map(|command| at(0.0, command))
-        .to_vec();
-    run_timed(&mut RealClock::default(), &mut graph, timed, secs(0.02));
-    let refused = refused(&graph.state().events(0));
-    let commands: Vec<Command> = refused.iter().map(|(command, _)| command.clone()).collect();
-    assert_eq!(commands, only_virtual);
-    assert!(
-        refused
-            .iter()
-            .all(|(_, reason)| reason.contains("virtual clock"))
-    );
-}
-
-#[test]
-fn an_empty_graph_completes() {
-    let exit = run_virtual(&mut Graph::with(Effects), Vec::new(), Time::MAX);
-    assert_eq!(exit, ClockExit::Completed);
-    let (real, mut graph) = (&mut RealClock::default(), Graph::with(Effects));
-    let exit = run_timed(real, &mut graph, Vec::new(), secs(0.01));
-    assert_eq!(exit, ClockExit::Completed);
+    let timed = only_virtual.map(|command| TimedCommand {
+        at: Time::ZERO,
+        command,
+    });
+    let (_, mut inbox) = Inbox::new(timed.to_vec());
+    let exit = RealClock::default().run(&mut graph, &mut inbox, secs(0.02));
+    exit.expect("no fault");
+    let events = graph.state().events(0);
+    let commands = events.iter().map(|event| match &event.what {
+        EventKind::Refused { command, reason } if reason.contains("virtual clock") => command,
+        _ => panic!("{event}"),
+    });
+    assert!(commands.eq(timed.iter().map(|timed| &timed.command)));
 }
 
 #[test]
@@ -194,25 +140,18 @@ fn a_node_that_ends_the_run_is_named_with_the_time() {
         if now < secs(0.2) { GO_ON } else { END }
     });
     let (node, at) = ("judge".to_owned(), secs(0.2));
-    let exit = run_virtual(&mut graph, Vec::new(), Time::MAX);
-    assert_eq!(
-        exit,
-        ClockExit::Ended {
-            node: node.clone(),
-            at
-        }
-    );
-    let what = EventKind::Ended { node };
+    let exit = run_virtual(&mut graph, "", Time::MAX);
+    let what = EventKind::Ended { node: node.clone() };
+    assert_eq!(exit, ClockExit::Ended { node, at });
     assert_eq!(graph.state().events(0), [Event { at, what }]);
 }
 
 #[test]
 fn a_paused_run_stands_still_until_it_is_resumed() {
     let (log, mut graph) = metronome();
-    let (commander, mut inbox) = Inbox::new(vec![at(0.0, Command::Pause)]);
-    let observer = Observer::of(&graph);
+    let (commander, mut inbox) = Inbox::new(timed("0 pause"));
+    let (observer, paused) = (Observer::of(&graph), log.clone());
     thread::scope(|scope| {
-        let paused = log.clone();
         scope.spawn(move || {
             while !observer.snapshot().status.paused {
                 thread::yield_now();

@@ -12,7 +12,7 @@ fn read(file: &str) -> String {
 
 /// The crates of this workspace that others depend on.
 const OURS: &str = "exercises mend-it ratelab ratelab-account ratelab-cart-pole ratelab-effects \
-    ratelab-real-clock ratelab-recording ratelab-replay ratelab-study ratelab-wire xtask";
+    ratelab-real-clock ratelab-recording ratelab-replay ratelab-screen ratelab-study ratelab-wire xtask";
 
 fn is_ours(name: &str) -> bool {
     OURS.split(' ').any(|known| known == name)
@@ -34,7 +34,7 @@ fn crates(manifest: &str, kinds: &[&str]) -> BTreeSet<String> {
 fn every_crate_that_a_manifest_names_has_its_reason_in_the_manual_and_no_other() {
     let kinds = ["dependencies", "dev-dependencies", "build-dependencies"];
     let folders = "|crates/account/|crates/cart-pole/|crates/effects/|crates/real-clock/|crates/recording/|crates/replay/|\
-        crates/study/|crates/wire/|exercises/|lab/|tests/|xtask/|xtask/dist/";
+        crates/screen/|crates/study/|crates/wire/|exercises/|lab/|tests/|xtask/|xtask/dist/";
     let manifests: Vec<_> = folders
         .split('|')
         .map(|at| format!("{at}Cargo.toml"))
@@ -81,6 +81,11 @@ fn the_core_stands_on_nothing_and_every_other_crate_on_those_below() {
         (
             "crates/recording/",
             "ratelab ratelab-account ratelab-cart-pole ratelab-effects ratelab-real-clock ratelab-replay ratelab-study",
+        ),
+        (
+            "crates/screen/",
+            "exercises ratelab ratelab-account ratelab-cart-pole ratelab-effects ratelab-real-clock \
+             ratelab-recording ratelab-replay ratelab-study",
         ),
     ] {
         assert_eq!(ours(folder).join(" "), below, "{folder}");

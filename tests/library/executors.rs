@@ -1,18 +1,11 @@
 //! Triggers and executors under the virtual clock, against timelines worked out by hand, an
 //! independent model of random graphs, and the textbooks of scheduling.
 
-use std::{collections::HashMap, fmt::Write, time::Duration};
+use std::{collections::HashMap, fmt::Write};
 
 use proptest::prelude::*;
-use ratelab::{
-    Clock, GO_ON, Graph, GraphError, Hz, Inbox, Knob, Release, Time, TimedCommand, Topic,
-    VirtualClock,
-};
-use ratelab_account::{Lineage, TapHandle, TickRecord, TickWait, WaitsFor};
-use ratelab_effects::{Callback, Effects, Executor, Executors, Match};
-use ratelab_real_clock::RealClock;
 
-use crate::support::{depth, fnv1a64};
+use crate::{support::*, table::rows};
 
 /// A graph whose nodes take time, in milliseconds.
 struct Bench {
@@ -117,8 +110,8 @@ impl Bench {
         let rounded = |ms: f64| (ms * 1e3).round() / 1e3;
         let ms = |time: Time| time.as_nanos() as f64 / 1e6;
         let mut all = Vec::new();
-        for (name, ticks) in self.names.clone().iter().zip(self.tick_records(until)) {
-            all.extend(ticks.into_iter().map(|tick| {
+        for (name, ticks) in self.names.clone().iter().zip(self.tick_taps(until)) {
+            all.extend(ticks.items().try_iter().map(|tick| {
                 let late = tick.lateness.unwrap_or(Duration::ZERO).as_nanos() as f64 / 1e6;
                 let (start, end) = (ms(tick.at), tick.ends.map_or(f64::NAN, ms));
                 let [due, start, end] = [start - late, start, end].map(rounded);
@@ -130,19 +123,12 @@ impl Bench {
     }
 
     /// The ticks of each node that begin by run time `until` (ms).
-    fn tick_records(mut self, until: f64) -> Vec<Vec<TickRecord>> {
+    fn tick_taps(mut self, until: f64) -> Vec<Tap<TickRecord>> {
         let taps = TapHandle::of(&self.graph).ticks(4096);
-        let commands = self.knobs.iter().map(|knob| TimedCommand {
-            at: Time::ZERO,
-            command: knob.parse::<Knob>().expect(knob).into(),
-        });
-        let (_commander, mut inbox) = Inbox::new(commands.collect());
+        let knobs = self.knobs.iter().map(|knob| format!("0 {knob}; "));
         let end = Time::from_nanos((until * 1e6) as u64);
-        let exit = VirtualClock.run(&mut self.graph, &mut inbox, end);
-        exit.expect("no fault");
-        drop(self.graph);
-        let ticks = taps.iter().map(|tap| tap.items().try_iter().collect());
-        ticks.collect()
+        run_virtual(&mut self.graph, &knobs.collect::<String>(), end);
+        taps
     }
 }
 
@@ -153,15 +139,14 @@ fn split(list: &str, by: char) -> Vec<&str> {
         .collect()
 }
 
-fn every(period: f64) -> Release {
-    Release::Every(Hz::new(1000.0 / period).expect("a rate"))
-}
-
 /// When a node ticks, and the topics that trigger it.
 fn read_release(text: &str) -> (Release, Vec<&str>) {
     let (kind, topics) = text.rsplit_once(':').expect("a kind");
     match kind {
-        "every" => (every(topics.parse().expect("a period")), Vec::new()),
+        "every" => {
+            let period: f64 = topics.parse().expect("a period");
+            (Release::Every(hz(1000.0 / period)), Vec::new())
+        }
         kind => {
             let matching: Match = kind.parse().expect(kind);
             (matching.into(), split(topics, '+'))
@@ -238,11 +223,8 @@ fn ticks_know_whom_they_waited_for_and_were_set_aside_for() {
         .graph
         .executor("single".parse().expect("an executor"), apart)
         .expect("a node");
-    let mut lineage = Lineage::new(bench.graph.topology());
-    for (node, ticks) in bench.tick_records(until).into_iter().enumerate() {
-        ticks.into_iter().for_each(|tick| lineage.tick(node, tick));
-    }
-    lineage.settle();
+    let lineage = Lineage::new(bench.graph.topology());
+    let lineage = settled(lineage, &bench.tick_taps(until));
     let ms = |time: Time| time.as_nanos() / 1_000_000;
     let told = |waits: Vec<TickWait>| -> Vec<_> {
         let waits = waits.iter();
@@ -260,57 +242,43 @@ fn ticks_know_whom_they_waited_for_and_were_set_aside_for() {
 #[test]
 fn invalid_triggers_and_executors_are_refused_with_a_remedy() {
     let mut bench = Bench::new();
-    let mut node = |name, from: &[&str], to: &[&str]| {
-        let added = bench.node(name, 0, Match::Each.into(), from, 0.0, to);
-        added.map_err(|error| error.to_string())
-    };
-    node("a", &["/x"], &["/y"]).expect("a node");
-    node("b", &["/y"], &["/z"]).expect("a node");
-    let circle =
-        "nodes trigger each other in a circle: c → a → b → c; let one of them tick at a rate";
-    assert_eq!(node("c", &["/z"], &["/x"]), Err(circle.to_owned()));
-    for (from, to, part) in [
-        (&["/s"][..], &["/s"][..], "in a circle: d → d"),
-        (&[], &[], "no topic triggers \"d\""),
-    ] {
-        let error = node("d", from, to).expect_err("no trigger");
-        assert!(error.contains(part), "{error}");
+    for [name, from, to, expected] in rows(
+        "a | /x | /y |
+         b | /y | /z |
+         c | /z | /x | nodes trigger each other in a circle: c → a → b → c; let one of them tick at a rate
+         d | /s | /s | nodes trigger each other in a circle: d → d; let one of them tick at a rate
+         d |    |    | no topic triggers \"d\": take one with Wiring::trigger, or give the node a rate",
+    ) {
+        let (from, to) = (split(&from, '+'), split(&to, '+'));
+        let added = bench.node(&name, 0, Match::Each.into(), &from, 0.0, &to);
+        let said = added.map_err(|error| error.to_string()).err();
+        assert_eq!(said.unwrap_or_default(), expected, "{name}");
     }
-    let mut refused = |executor: &str, node: &str| {
-        let executor: Executor = executor.parse().expect(executor);
-        let refused = bench.graph.executor(executor, [Callback::of(node)]);
-        refused
-            .map_err(|error| error.to_string())
-            .err()
-            .unwrap_or_default()
-    };
-    for (executor, node, part) in [
-        ("single", "nobody", "there is no node \"nobody\""),
-        ("let", "a", "give it a rate"),
-        ("edf:1", "a", "give it a deadline"),
-        ("single", "a", ""),
-        ("events", "a", "\"a\" has an executor already"),
-    ] {
-        let said = refused(executor, node);
+    for [executor, node, part] in rows(
+        "single | nobody | there is no node \"nobody\"
+         let    | a      | give it a rate
+         edf:1  | a      | give it a deadline
+         single | a      |
+         events | a      | \"a\" has an executor already",
+    ) {
+        let kind: Executor = executor.parse().expect(&executor);
+        let refused = bench.graph.executor(kind, [Callback::of(&node)]);
+        let said = refused.map_err(|error| error.to_string()).err();
+        let said = said.unwrap_or_default();
         assert!(
-            said.contains(part) && said.is_empty() == part.is_empty(),
-            "{said}"
+            said.contains(&part) && said.is_empty() == part.is_empty(),
+            "{executor}: {said}"
         );
     }
-    for text in [
-        "", "multi", "multi:0", "multi:x", "single:2", "rm:1", "edf:9999",
-    ] {
+}
+
+#[test]
+fn an_executor_is_read_from_its_name_or_refused() {
+    for text in " multi multi:0 multi:x single:2 rm:1 edf:9999".split(' ') {
         let error = text.parse::<Executor>().expect_err(text);
         assert!(error.contains("is not an executor: expected"), "{error}");
     }
-    for text in [
-        "single",
-        "multi:3",
-        "events",
-        "fixed-priority:2",
-        "edf:1",
-        "let",
-    ] {
+    for text in "single multi:3 events fixed-priority:2 edf:1 let".split(' ') {
         assert_eq!(text.parse::<Executor>().expect(text).to_string(), text);
     }
 }

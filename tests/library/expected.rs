@@ -1,32 +1,20 @@
 //! What linear theory says of a run by its setup: the loops that it reads from knobs
 //! are those that are written down by hand, and what it does not know it says.
 
-use std::time::Duration;
-
-use ratelab_cart_pole::{
-    CartPole,
-    policy::Scripted,
-    stability::{Cadence, Expected, Loop, Loss, Lost, Timing, WorldModel, expected},
+use ratelab_cart_pole::stability::{
+    Cadence, Expected, Loop, Loss, Lost, Timing, WorldModel, expected,
 };
-use ratelab_study::system::WorldKind;
 
-use crate::support::hz;
+use crate::support::*;
 
-/// What is expected of a setup, with `; ` between its knobs.
+/// What is expected of a setup.
 fn said(setup: &str) -> Result<Expected, String> {
-    let knobs = setup
-        .split("; ")
-        .flat_map(|knob| CartPole::KNOBS.parse(knob).expect(knob));
-    let said = expected(&knobs.collect(), WorldKind::OWN);
+    let said = expected(&config(setup).setup, WorldKind::OWN);
     said.map_err(|error| error.to_string())
 }
 
 fn of(setup: &str) -> Expected {
     said(setup).expect(setup)
-}
-
-fn ms(ms: u64) -> Duration {
-    Duration::from_millis(ms)
 }
 
 /// The usual graph, and what `change` makes of it.
@@ -98,14 +86,10 @@ fn a_range_of_delays_is_sure_within_the_jitter_margin_and_no_further() {
     assert_eq!(range(most), Expected::Any(true));
     assert_eq!(range(most + 1), Expected::Any(false));
     // A decision that takes longer than a period skips one.
-    assert_eq!(
-        of("takes policy 0..10; rate actuator 1000"),
-        Expected::Any(true)
-    );
-    assert_eq!(
-        of("takes policy 0..25; rate actuator 1000"),
-        Expected::Any(false)
-    );
+    for (most, sure) in [(10, true), (25, false)] {
+        let setup = format!("takes policy 0..{most}; rate actuator 1000");
+        assert_eq!(of(&setup), Expected::Any(sure));
+    }
 }
 
 #[test]

@@ -1,68 +1,9 @@
 //! Graphs as text files: data ages along chains, verdicts, settings as knobs, a system in the
 //! middle, and errors with their places.
 
-use std::sync::Arc;
+use ratelab_study::graph_file::{GraphFile, MOST_PARTS};
 
-use ratelab_cart_pole::CartPole;
-use ratelab_study::{
-    experiment::{Config, Experiment, Summary},
-    graph_file::{GraphFile, GraphFileError, MOST_PARTS},
-    system::System,
-};
-
-/// The system of a graph file, which may have the cart-pole in its middle.
-pub fn system(text: &str) -> Result<Arc<dyn System>, GraphFileError> {
-    let known: Arc<dyn System> = Arc::new(CartPole::default());
-    let system = GraphFile::parse(text)?.system(&[known])?;
-    Ok(Arc::new(system))
-}
-
-/// A run of ten seconds in virtual time with `knobs`.
-fn run(text: &str, knobs: &[&str]) -> Summary {
-    let knobs = knobs.iter().map(|knob| knob.parse().expect("a knob"));
-    let config = Config {
-        setup: knobs.collect(),
-        ..Config::default()
-    };
-    run_with(text, &config)
-}
-
-/// A run in virtual time.
-pub fn run_with(text: &str, config: &Config) -> Summary {
-    let system = system(text).expect("a graph");
-    let experiment = Experiment::new(system, config).expect("a graph");
-    experiment.run().expect("no fault")
-}
-
-fn chains(text: &str, knobs: &[&str]) -> Vec<String> {
-    chain_lines(text, &run(text, knobs))
-}
-
-/// The lines about chains at the end of a run.
-pub fn chain_lines(text: &str, summary: &Summary) -> Vec<String> {
-    let system = system(text).expect("a graph");
-    let chains = system.about().chains.iter();
-    let lines = chains.map(|chain| chain.line(summary.sim_time, &summary.chains, &[]));
-    lines.collect()
-}
-
-const PAIR: &str = r#"
-name = "pair"
-[node.camera]
-rate = 10
-takes = 20
-publishes = ["/image"]
-[node.control]
-rate = 10
-offset = 50
-takes = 10
-reads = ["/image"]
-publishes = ["/cmd"]
-[chain.see]
-path = ["camera", "/image", "control", "/cmd"]
-age_ms = 110
-share = 0.5
-"#;
+use crate::support::*;
 
 #[test]
 fn the_age_of_a_chain_is_over_time_and_ends_with_the_run() {
@@ -74,163 +15,80 @@ fn the_age_of_a_chain_is_over_time_and_ends_with_the_run() {
         "see data age mean {mean:.1} ms, greatest 160.0 ms, {within:.2} % of the time within \
          110 ms (50 % wanted)"
     );
-    assert_eq!(chains(PAIR, &[]), [wanted]);
-    let summary = run(PAIR, &[]);
-    let verdict = summary.verdict.to_string();
-    assert_eq!(
-        verdict,
-        "KEPT (see at most 110 ms old for 50 % of the time)"
-    );
-    let graph = system(PAIR).expect("a graph");
-    let figures = graph.finals_at(summary.sim_time, &summary.state);
-    assert_eq!(figures[0].name, "see_mean_age");
+    let pair = graph_text("pair", "");
+    let summary = run_graph(&pair, 10.0, "");
+    assert_eq!(chain_lines(&pair, &summary), [wanted]);
+    let kept = "KEPT (see at most 110 ms old for 50 % of the time)";
+    assert_eq!(summary.verdict.to_string(), kept);
     assert!((summary.latency.mean_s().expect("outputs") - 0.06).abs() < 1e-9);
+    let missed = run_graph(&pair, 10.0, "link /image loss:1").verdict;
+    assert_eq!(missed.to_string(), "MISSED (no data came through see)");
 }
 
 #[test]
-fn a_chain_whose_last_node_crashes_grows_old_until_the_end() {
-    let config = Config {
-        knobs: crate::support::knobs("2 crash control"),
-        ..Config::default()
-    };
-    let summary = run_with(PAIR, &config);
-    let crashed = chain_lines(PAIR, &summary);
-    // The image of 1.9 s is the last one that came through.
-    assert!(crashed[0].contains("greatest 8100.0 ms"), "{crashed:?}");
-    assert_eq!(summary.verdict.name(), "missed_see");
-    // For programs, the same figure.
-    let graph = system(PAIR).expect("a graph");
-    let figures = graph.finals_at(summary.sim_time, &summary.state);
-    let mut figures = figures.iter();
-    let greatest = figures.find(|figure| figure.name == "see_greatest_age");
-    assert_eq!(greatest.map(|figure| figure.value), Some(8100.0));
-}
-
-#[test]
-fn a_chain_without_data_is_missed() {
-    let summary = run(PAIR, &["link /image loss:1"]);
-    let verdict = summary.verdict.to_string();
-    assert_eq!(verdict, "MISSED (no data came through see)");
-}
-
-/// Two ways to `fuse`; the chains name one each.
-const TWO_WAYS: &str = r#"
-name = "fusion"
-[node.fast]
-rate = 100
-publishes = ["/fast"]
-[node.slow]
-rate = 1
-publishes = ["/slow"]
-[node.fuse]
-rate = 100
-reads = ["/fast", "/slow"]
-publishes = ["/fused"]
-[node.act]
-rate = 100
-reads = ["/fused"]
-[chain.by-fast]
-path = ["fast", "/fast", "fuse", "/fused", "act"]
-[chain.by-slow]
-path = ["slow", "/slow", "fuse", "/fused", "act"]
-"#;
-
-#[test]
-fn a_chain_follows_its_named_path_where_several_topics_are_read() {
-    let lines = chains(TWO_WAYS, &[]);
-    assert_eq!(
-        lines,
-        [
-            "by-fast data age mean 5.0 ms, greatest 10.0 ms",
-            "by-slow data age mean 500.0 ms, greatest 1000.0 ms"
-        ]
+fn chains_have_the_ages_that_follow_from_rates_costs_and_triggers() {
+    // With a crash: the image of 1.9 s is the last one that came through. In the middle of the
+    // cart-pole: sensed at 0, an image at 10, read at 20, a pose at 35, decided and applied at 40.
+    // Triggered: out at 60 + 100 k, of the image begun at 100 k; the last one for 40 ms only. A
+    // slower detector loses images in its queue, and its ticks are those of the newest kept. The
+    // fusion: at 50 both arrive; the slow one is taken first, so the fast one of 40 is the newest.
+    // On messages in the middle: an image at 10, a pose at 25, decided at 40, when the actuator has
+    // ticked already: executors look last at an instant. Applied at 60. One thread has 20 ms per
+    // period for 25 ms of work.
+    check_graphs(
+        r#"
+        pair         |                           | 10 | takes control none  | see_greatest_age 150.0
+        pair         |                           | 10 | rate camera 50      | published /image 500
+        pair         |                           | 10 | 2 crash control     | see_greatest_age 8100.0; verdict missed_see
+        two-ways     |                           | 10 |                     | by_fast_mean_age 5.0; by_fast_greatest_age 10.0; by_slow_mean_age 500.0; by_slow_greatest_age 1000.0; verdict completed
+        circle       |                           | 10 |                     | published /a 0
+        middle       |                           | 10 |                     | latency 40; age 50; verdict balanced
+        middle       |                           | 10 | takes detector 110  | verdict pole_fell
+        middle+blink |                           | 10 |                     | verdict missed_blink
+        middle+blink |                           | 10 | takes detector 110  | verdict pole_fell
+        middle+blink | age_ms = 100 → age_ms = 600 | 10 |                   | verdict balanced
+        triggered    |                           | 10 |                     | see_mean_age 109.9; see_greatest_age 160.0
+        triggered    | takes = 30 → takes = 150  | 10 |                     | dropped /image 33; ticks detector 67
+        fusion       |                           | 10 |                     | ticks fuse 401; by_fast_greatest_age 35.0; by_slow_greatest_age 25.0; by_map_greatest_age 1000.0
+        fusion       | each → exact:10           | 10 |                     | ticks fuse 201; by_fast_greatest_age 50.0
+        triggered-middle |                       | 10 |                     | latency 60; verdict balanced
+        triggered-middle | multi:3 → single      | 10 |                     | dropped /image 166
+        "#,
     );
-    // Without a limit there is nothing to miss.
-    assert_eq!(run(TWO_WAYS, &[]).verdict.name(), "completed");
+    let slow = run_graph(&graph_text("middle", ""), 1.0, "takes detector 110");
+    assert!(slow.topic("/pose").read);
 }
 
 #[test]
 fn settings_are_knobs_that_those_of_a_run_replace() {
-    let settings = system(PAIR).expect("a graph").about().setup();
+    let pair = graph_system(&graph_text("pair", "")).expect("a graph");
+    let settings = pair.about().setup();
     let knobs: Vec<String> = settings.iter().map(ToString::to_string).collect();
-    assert_eq!(
-        knobs,
-        [
-            "rate camera 10",
-            "takes camera 20",
-            "rate control 10",
-            "offset control 50",
-            "takes control 10"
-        ]
-    );
-    let quicker = chains(PAIR, &["takes control none"]);
-    assert!(quicker[0].contains("greatest 150.0 ms"), "{quicker:?}");
-    let summary = run(PAIR, &["rate camera 50"]);
-    assert_eq!(summary.node("camera").expect("a node").hz.get(), 50.0);
+    let expected = "rate camera 10; takes camera 20; rate control 10; offset control 50; \
+                    takes control 10";
+    assert_eq!(knobs.join("; "), expected);
 }
 
 #[test]
 fn nodes_that_are_due_together_tick_in_the_order_of_the_file() {
-    let order = |first: &str, second: &str| {
-        let node = |name: &str| match name {
-            "source" => "[node.source]\nrate = 10\npublishes = [\"/x\"]\n",
-            _ => "[node.sink]\nrate = 10\nreads = [\"/x\"]\n",
-        };
+    let source = "[node.source]\nrate = 10\npublishes = [\"/x\"]\n";
+    let sink = "[node.sink]\nrate = 10\nreads = [\"/x\"]\n";
+    for (nodes, ages) in [
+        ([source, sink], "mean 50.0 ms, greatest 100.0 ms"),
+        ([sink, source], "mean 150.0 ms, greatest 200.0 ms"),
+    ] {
         let chain = "[chain.c]\npath = [\"source\", \"/x\", \"sink\"]\n";
-        let text = format!("name = \"two\"\n{}{}{chain}", node(first), node(second));
-        chains(&text, &[]).remove(0)
-    };
-    let ages = [
-        "c data age mean 50.0 ms, greatest 100.0 ms",
-        "c data age mean 150.0 ms, greatest 200.0 ms",
-    ];
-    assert_eq!(order("source", "sink"), ages[0]);
-    assert_eq!(order("sink", "source"), ages[1]);
-}
-
-/// A camera and a detector between the sensor and the policy of the cart-pole.
-const IN_THE_MIDDLE: &str = r#"
-name = "camera-pole"
-[system]
-name = "cart-pole"
-remap = { "/obs" = "/pose" }
-[node.camera]
-rate = 50
-takes = 10
-reads = ["/obs"]
-publishes = ["/image"]
-[node.detector]
-rate = 50
-takes = 15
-reads = ["/image"]
-publishes = ["/pose"]
-[node.logger]
-rate = 100
-reads = ["/image", "/state"]
-takes = 2
-"#;
-
-#[test]
-fn nodes_before_the_policy_add_their_time_to_the_age_of_the_actions() {
-    // Sensed at 0, an image at 10, read at 20, a pose at 35, decided and applied at 40.
-    let summary = run(IN_THE_MIDDLE, &[]);
-    let latency = summary.latency.quantile(0.5).expect("actions");
-    assert!((latency.as_secs_f64() - 0.04).abs() < 0.001, "{latency:?}");
-    assert_eq!(summary.verdict.name(), "balanced");
-    let age = summary.push_age().expect("pushes");
-    assert!((age.run_s - 0.05).abs() < 0.001, "{age:?}");
-    let slow = run(IN_THE_MIDDLE, &["takes detector 110"]);
-    assert_eq!(slow.verdict.name(), "pole_fell");
-    assert!(slow.topic("/pose").read);
+        let text = format!("name = \"two\"\n{}{chain}", nodes.concat());
+        let lines = chain_lines(&text, &run_graph(&text, 10.0, ""));
+        assert_eq!(lines, [format!("c data age {ages}")]);
+    }
 }
 
 #[test]
 fn without_nodes_before_the_policy_the_runs_are_those_of_the_system() {
     let alone = "name = \"alone\"\n[system]\nname = \"cart-pole\"\n[node.load]\nrate = 100\n";
-    let summary = run(alone, &["rate policy 5"]);
-    let config = CartPole::config("control-hz 5").expect("knobs");
-    let known = Experiment::new(Arc::new(CartPole::default()), &config).expect("a graph");
-    let known = known.run().expect("no fault");
+    let summary = run_graph(alone, 10.0, "rate policy 5");
+    let known = run(&config("control-hz 5"));
     assert_eq!(
         (summary.state, summary.verdict.at),
         (known.state, known.verdict.at)
@@ -238,52 +96,31 @@ fn without_nodes_before_the_policy_the_runs_are_those_of_the_system() {
 }
 
 #[test]
-fn a_verdict_counts_the_pole_and_the_chains() {
-    let chain = "[node.light]\nrate = 2\npublishes = [\"/lamp\"]\n[node.eye]\nrate = 2\n\
-                 reads = [\"/lamp\"]\n[chain.blink]\npath = [\"light\", \"/lamp\", \"eye\"]\n\
-                 age_ms = 100\n";
-    let text = format!("{IN_THE_MIDDLE}{chain}");
-    assert_eq!(run(&text, &[]).verdict.name(), "missed_blink");
-    let slow = run(&text, &["takes detector 110"]);
-    assert_eq!(slow.verdict.name(), "pole_fell");
-    let loose = text.replace("age_ms = 100\n", "age_ms = 600\n");
-    assert_eq!(run(&loose, &[]).verdict.name(), "balanced");
-}
-
-#[test]
 fn a_chain_from_the_sensor_of_a_system_counts_from_its_sensing() {
-    let chain = |path: &str| format!("{IN_THE_MIDDLE}[chain.log]\npath = [{path}]\n");
-    let path = r#""sensor", "/obs", "camera", "/image", "logger""#;
+    let middle = graph_text("middle", "");
+    let chain = |path: &str| format!("{middle}[chain.log]\npath = [{path}]\n");
+    let text = chain(r#""sensor", "/obs", "camera", "/image", "logger""#);
     // An image of 0 ms is there at 10 and logged at 12; then one every 20 ms.
     let wanted = "log data age mean 22.0 ms, greatest 32.0 ms";
-    assert_eq!(chains(&chain(path), &[]), [wanted]);
-    #[rustfmt::skip]
-    let refused = [
+    assert_eq!(chain_lines(&text, &run_graph(&text, 10.0, "")), [wanted]);
+    for (path, what) in [
         (r#""camera", "/image", "logger""#, "are older than its tick"),
-        (r#""actuator", "/state", "logger""#, "are older than its tick"),
-        (r#""sensor", "/obs", "camera", "/image""#, "log ends at camera"),
-        (r#""sensor", "/state", "logger""#, "no way from sensor to /state"),
-    ];
-    for (path, what) in refused {
-        let error = system(&chain(path)).map(|_| "no error").expect_err(path);
+        (
+            r#""actuator", "/state", "logger""#,
+            "are older than its tick",
+        ),
+        (
+            r#""sensor", "/obs", "camera", "/image""#,
+            "log ends at camera",
+        ),
+        (
+            r#""sensor", "/state", "logger""#,
+            "no way from sensor to /state",
+        ),
+    ] {
+        let error = graph_system(&chain(path)).err().expect(path);
         assert!(error.what.contains(what), "{error}");
     }
-}
-
-#[test]
-fn overload_is_known_before_the_run() {
-    let system = system(PAIR).expect("a graph");
-    assert_eq!(
-        system.warnings(&system.about().setup()),
-        Vec::<String>::new()
-    );
-    let knob = "takes camera 120".parse().expect("a knob");
-    let warnings = system.warnings(&system.about().setup().with(knob));
-    assert_eq!(warnings.len(), 1, "{warnings:?}");
-    assert!(
-        warnings[0].contains("120 ms at 10 Hz is 120 %"),
-        "{warnings:?}"
-    );
 }
 
 #[test]
@@ -293,21 +130,21 @@ fn errors_have_a_place_and_a_remedy() {
     for case in cases.skip(1) {
         let (said, text) = case.split_once('\n').expect("a file");
         let (place, what) = said.split_once(": ").expect("a place");
-        let error = system(text)
-            .map(|_| "no error")
-            .expect_err(case)
-            .to_string();
+        let error = graph_system(text).err().expect(case).to_string();
         let rest = error.strip_prefix(&format!("{place}: "));
-        assert!(
-            rest.is_some_and(|rest| rest.contains(what)),
-            "{error}, not {case}"
-        );
+        let known = rest.is_some_and(|rest| rest.contains(what));
+        assert!(known, "{error}, not {case}");
         count += 1;
     }
     assert_eq!(count, 67);
     let large = GraphFile::parse(&"x".repeat(2 << 20)).expect_err("too large");
     let said = "line 1, column 1: 2097152 bytes: expected up to 1048576";
     assert_eq!(large.to_string(), said);
+    // A topic that a node misses is none of its own.
+    let text = graph_text("circle", "reads = [\"/b\"] → reads = [\"/zz\"]");
+    let error = graph_system(&text).err().expect("an error").to_string();
+    let other = error.contains("expected /b") && !error.contains("/a");
+    assert!(other, "{error}");
 }
 
 #[test]
@@ -316,16 +153,8 @@ fn graphs_up_to_the_limit_run_and_larger_ones_are_refused() {
         let nodes = (0..nodes).map(|node| format!("[node.n{node}]\nrate = 10\n"));
         format!("name = \"many\"\n{}", nodes.collect::<String>())
     };
-    let text = graph(MOST_PARTS);
-    assert_eq!(run(&text, &[]).nodes.len(), MOST_PARTS);
+    let summary = run_graph(&graph(MOST_PARTS), 1.0, "");
+    assert_eq!(summary.nodes.len(), MOST_PARTS);
     let error = GraphFile::parse(&graph(10_000)).expect_err("too large");
     assert!(error.what.contains("10000 parts"), "{error}");
-}
-
-#[test]
-fn a_circle_of_nodes_runs() {
-    let text = "name = \"circle\"\n[node.a]\nrate = 10\nreads = [\"/b\"]\npublishes = [\"/a\"]\n\
-                [node.b]\nrate = 10\nreads = [\"/a\"]\npublishes = [\"/b\"]\n";
-    let summary = run(text, &[]);
-    assert_eq!(summary.topic("/a").published, 0, "each waits for the other");
 }

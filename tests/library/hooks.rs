@@ -1,11 +1,7 @@
 //! What a graph can do is given to it through traits: a link and a schedule that no crate of this
 //! workspace has.
 
-use ratelab::{
-    Channel, GO_ON, Graph, Job, JobKind, Kit, Knob, Phase, Scheduler, SchedulerEvent, TaskSpec,
-    TaskState, Time, Timetable,
-};
-use ratelab_effects::{Callback, Executors};
+use crate::{support::*, table::rows};
 
 /// Nodes tick at 0, 1, 3, 7, 15 ... ms; every second message of a topic is lost.
 struct Strange;
@@ -84,62 +80,39 @@ impl Scheduler for Doubling {
 fn a_graph_ticks_and_delivers_by_the_kit_that_it_was_given() {
     let mut graph = Graph::with(Strange);
     let beat = graph.topic::<u64>("/beat");
-    let added = graph.node("source", 50.0, 0, |wiring| {
-        let beat = wiring.publisher(&beat);
-        move |now: Time| {
-            beat.publish(now.as_nanos() / 1_000_000, now, None);
-            GO_ON
-        }
+    talker(&mut graph, "source", 50.0, 0, &beat, |now| {
+        Some(now.as_nanos() / 1_000_000)
     });
-    added.expect("a node");
-    let (sender, read) = crossbeam_channel::unbounded();
-    let added = graph.node("reader", 50.0, 1, |wiring| {
-        let mut beat = wiring.subscription(&beat);
-        move |now| {
-            sender.send(beat.latest(now).map(|message| message.data))?;
-            GO_ON
-        }
-    });
-    added.expect("a node");
-    let link = "link /beat whatever".parse().expect("a knob");
-    assert_eq!(graph.turn(&link).expect("a link"), "every message");
-    let rate = "rate source 5".parse().expect("a knob");
-    assert_eq!(
-        graph.turn(&rate).expect_err("no rate"),
-        "rate source 5: this schedule has no knobs"
-    );
+    let read = reader(&mut graph, "reader", 50.0, 1, &beat);
+    let mut turn = |text: &str| graph.turn(&text.parse().expect(text));
+    assert_eq!(turn("link /beat whatever").as_deref(), Ok("every message"));
+    let refused = "rate source 5: this schedule has no knobs".to_owned();
+    assert_eq!(turn("rate source 5"), Err(refused));
     let executor = graph.executor("single".parse().expect("one"), [Callback::of("source")]);
     let error = executor.expect_err("a schedule of its own").to_string();
     assert!(error.contains("does not know the schedule"), "{error}");
     graph.run_virtual(0.02).expect("a run");
-    let read: Vec<u64> = read.try_iter().flatten().collect();
-    assert_eq!(read, [0, 0, 3, 3, 15]);
+    let read = read.try_iter().map(|(_, message)| message.data);
+    assert!(read.eq([0, 0, 3, 3, 15]));
 }
 
 #[test]
 fn a_plain_graph_has_rates_and_depths_and_says_where_the_rest_is() {
     let mut graph = Graph::new();
     let topic = graph.topic::<u64>("/topic");
-    let added = graph.node("reader", 50.0, 0, |wiring| {
-        let _ = wiring.subscription(&topic);
-        |_: Time| GO_ON
-    });
-    added.expect("a node");
-    for (knob, answer) in [
-        ("rate reader 5", Ok("50 Hz")),
-        ("depth /topic 3", Ok("1")),
-        ("crash reader", Ok("running")),
-        ("takes reader 5", Err("this graph has no takes")),
-        ("clock reader 5 0", Err("this graph has no clock")),
-        ("link /topic delay:5", Err("this graph has no link")),
-        ("lose /topic 3", Err("this graph has no lose")),
-    ] {
-        let turned = graph.turn(&knob.parse().expect(knob));
-        match (turned, answer) {
-            (Ok(before), Ok(expected)) => assert_eq!(before, expected, "{knob}"),
-            (Err(why), Err(expected)) => assert!(why.starts_with(expected), "{knob}: {why}"),
-            (turned, _) => panic!("{knob}: {turned:?}"),
-        }
+    reader(&mut graph, "reader", 50.0, 0, &topic);
+    for [text, answer] in rows(
+        "rate reader 5        | was 50 Hz
+         depth /topic 3       | was 1
+         crash reader         | was running
+         takes reader 5       | this graph has no takes
+         clock reader 5 0     | this graph has no clock
+         link /topic delay:5  | this graph has no link
+         lose /topic 3        | this graph has no lose",
+    ) {
+        let turned = graph.turn(&text.parse().expect(&text));
+        let said = turned.map_or_else(|why| why, |before| format!("was {before}"));
+        assert_eq!(said.split(':').next(), Some(&*answer), "{text}");
     }
     let error = graph.node("late", -1.0, 0, |_| |_: Time| GO_ON);
     assert!(error.expect_err("no rate").to_string().contains("-1"));

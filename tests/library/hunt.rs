@@ -4,20 +4,11 @@
 use std::{
     num::NonZeroUsize,
     sync::atomic::{AtomicUsize, Ordering},
-    time::Duration,
 };
 
-use ratelab::{Knob, Time, TimedKnob};
-use ratelab_study::experiment::{
-    Config,
-    hunt::{Budget, Found, Hunt, HuntError, Hunted, Proof, UNIT},
-};
+use ratelab_study::experiment::hunt::{Budget, Found, Hunt, HuntError, Hunted, Proof, UNIT};
 
-use crate::support::{cart_pole, config, own, run, secs, with};
-
-fn ms(ms: u64) -> Duration {
-    Duration::from_millis(ms)
-}
+use crate::support::*;
 
 /// Six seconds of the cart-pole.
 fn short(setup: &str) -> Config {
@@ -61,21 +52,24 @@ fn is_lost(hunt: &Hunt, faults: &[TimedKnob]) -> bool {
     run(&hunt.with(faults)).verdict.is_lost()
 }
 
-/// The same fault, smaller and smaller, and at last none.
+/// How large a fault is, if it may be smaller.
+fn size(fault: &mut TimedKnob) -> Option<&mut Duration> {
+    match &mut fault.knob {
+        Knob::Postpone { delay, .. } => Some(delay),
+        Knob::Hang { cost, .. } => Some(cost),
+        _ => None,
+    }
+}
+
+/// A fault as it is, smaller and smaller, and at last none.
 fn smaller(fault: &TimedKnob) -> Vec<Option<TimedKnob>> {
-    let whole = match &fault.knob {
-        Knob::Postpone { delay, .. } => *delay,
-        Knob::Hang { cost, .. } => *cost,
-        _ => UNIT,
-    };
+    let whole = size(&mut fault.clone()).map_or(UNIT, |size| *size);
     let count = whole.as_millis() / UNIT.as_millis();
     let sizes = (1..=count as u32).rev().map(|count| {
         let mut fault = fault.clone();
-        match &mut fault.knob {
-            Knob::Postpone { delay, .. } => *delay = UNIT * count,
-            Knob::Hang { cost, .. } => *cost = UNIT * count,
-            _ => {}
-        }
+        size(&mut fault)
+            .into_iter()
+            .for_each(|size| *size = UNIT * count);
         Some(fault)
     });
     sizes.chain([None]).collect()
@@ -101,7 +95,7 @@ fn every_list_that_is_part_of_the_result_leaves_the_run_as_it_was() {
         ("control-hz 15", losses(8), 6),
         ("control-hz 10", delay(ms(500)), 6),
         ("control-hz 12", hang("policy", ms(600)), 15),
-        ("control-hz 10, policy lqr", losses(8), 14),
+        ("control-hz 10; policy lqr", losses(8), 14),
     ];
     for (setup, budget, count) in cases {
         let hunt = hunt(setup);
@@ -153,14 +147,14 @@ fn what_was_found_is_kept_when_a_hunt_is_stopped() {
 fn delays_that_differ_are_found_within_the_budget() {
     let base = Config {
         end: secs(3.0),
-        ..with(&["rate policy 20"], own(2))
+        ..own(2, "rate policy 20")
     };
     let hunt = Hunt::new(cart_pole(), base);
     let found = found(&hunt, &delay(ms(400)));
-    let delays = found.knobs.iter().map(|timed| match timed.knob {
-        Knob::Postpone { delay, .. } => delay,
-        _ => panic!("{found:?}"),
-    });
+    let mut delays = found.knobs.clone();
+    let delays = delays
+        .iter_mut()
+        .map(|fault| *size(fault).expect("a delay"));
     assert!(delays.sum::<Duration>() <= ms(400), "{found:?}");
     assert!(is_lost(&hunt, &found.knobs), "{found:?}");
 }
@@ -168,10 +162,16 @@ fn delays_that_differ_are_found_within_the_budget() {
 #[test]
 fn nothing_is_found_where_the_budget_is_too_small() {
     let hunted = hunt("").run(&losses(1), &|| false).expect("a hunt");
-    let Hunted::Held { runs, stopped } = hunted else {
-        panic!("{hunted:?}");
-    };
-    assert!(runs > 1_000 && !stopped);
+    assert!(
+        matches!(
+            hunted,
+            Hunted::Held {
+                runs: 1_001..,
+                stopped: false
+            }
+        ),
+        "{hunted:?}"
+    );
 }
 
 #[test]

@@ -1,18 +1,10 @@
 //! Knobs as text and as JSON: whatever is written is refused in one line, or means what it prints;
 //! a printed list of timed knobs is read again.
 
-use std::sync::Arc;
-
 use proptest::prelude::*;
-use ratelab::{Command, Knob, Time, TimedKnob};
-use ratelab_cart_pole::CartPole;
-use ratelab_study::{
-    experiment::{Config, Experiment},
-    system::{KnobText, KnobTextError, WorldKind},
-};
 
 use crate::{
-    support::{checked_knob, depth, hz, knobs, secs, specs::almost_knob},
+    support::{specs::almost_knob, *},
     table::rows,
 };
 
@@ -116,6 +108,7 @@ fn an_invalid_knob_is_refused_in_one_line_with_the_accepted_values() {
 
 #[test]
 fn an_invalid_timed_knob_is_refused_with_line_value_and_expected_form() {
+    let shape = "is not a timed knob: expected seconds, knob and value, such as 2.5 rate NODE 10";
     let rate = "is not a rate: expected 0.001 to 10000 ticks per second";
     let depth = "is not a queue depth: expected a whole number from 1 to 1000000";
     let known = "control-hz, sensor-hz, queue-depth, policy, think-ms, on-stale, rate, depth, send, \
@@ -138,37 +131,38 @@ fn an_invalid_timed_knob_is_refused_with_line_value_and_expected_form() {
         1 sensor-hz 1e9        | 1e9              | RATE
         1 sensor-hz fast       | fast             | RATE
         1 queue-depth 0        | 0                | DEPTH
+        1 queue-depth 1000001  | 1000001          | DEPTH
+        1 queue-depth ten      | ten              | DEPTH
         1 queue-depth 1.5      | 1.5              | DEPTH
         1 queue-depth -1       | -1               | DEPTH
         ",
     );
     for [line, value, expected] in cases {
-        let expected = expected
-            .replace(
-                "SHAPE",
-                "is not a timed knob: expected seconds, knob and value, such as 2.5 rate NODE 10",
-            )
-            .replace("TIME", "is not a time: expected seconds, zero or more")
-            .replace("KNOWN", known)
-            .replace("RATE", rate)
-            .replace("DEPTH", depth);
+        let names = [
+            ("SHAPE", shape),
+            ("TIME", "is not a time: expected seconds, zero or more"),
+            ("KNOWN", known),
+            ("RATE", rate),
+            ("DEPTH", depth),
+        ];
+        let expected = names
+            .iter()
+            .fold(expected, |text, (name, said)| text.replace(name, said));
         let error = parse(&format!("# first\n0 control-hz 10\n{line}")).expect_err(&line);
         assert_eq!(error.to_string(), format!("line 3: {value:?} {expected}"));
     }
-}
-
-fn rate(seconds: f64, node: &str, rate: f64) -> TimedKnob {
-    let (node, hz) = (node.to_owned(), hz(rate));
-    let (at, knob) = (secs(seconds), Knob::Rate { node, hz });
-    TimedKnob { at, knob }
 }
 
 #[test]
 fn comments_and_empty_lines_are_ignored_and_underscores_accepted_for_dashes() {
     let text =
         "# all of it\n\n  0 control-hz 10 # slow\r\n\t\n2.5\tsensor-hz  33.3\n#3 queue-depth 0";
-    let expected = vec![rate(0.0, "policy", 10.0), rate(2.5, "sensor", 33.3)];
-    assert_eq!(parse(text), Ok(expected));
+    let expected = [(0.0, "rate policy 10"), (2.5, "rate sensor 33.3")];
+    let expected = expected.map(|(seconds, text)| TimedKnob {
+        at: secs(seconds),
+        knob: knob(text),
+    });
+    assert_eq!(parse(text), Ok(expected.to_vec()));
     assert_eq!(parse(""), Ok(Vec::new()));
     let text = "1 control_hz 10\n1 sensor_hz 20\n1 queue_depth 3";
     assert_eq!(parse(text), parse(&text.replace('_', "-")));

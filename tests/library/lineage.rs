@@ -1,15 +1,10 @@
 //! Where the age of an action arose: the chain behind it, and its parts.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 
 use proptest::prelude::*;
-use ratelab::{
-    ClockExit, GO_ON, Graph, Node, Publisher, PushRecorder, Subscription, Tick, Time, Topic,
-};
-use ratelab_account::{Lineage, Observer, TapHandle, sensing_of};
-use ratelab_effects::Effects;
 
-use crate::support::{at, depth, knob, run_virtual, secs};
+use crate::support::*;
 
 /// The messages behind a message: topics and sequence numbers, from the sensing on.
 type Chain = Vec<(usize, u64)>;
@@ -145,19 +140,14 @@ fn built(plan: &Plan, seed: u64) -> (Graph, Vec<Topic<Chain>>, Applied) {
 
 /// The lineage of a second of a plan, what was applied, and its mean age (s).
 fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, Option<f64>) {
-    const ROOM: usize = 4_096;
     let (mut graph, topics, applied) = built(plan, seed);
     let taps = TapHandle::of(&graph);
-    let (ticks, messages) = (
-        taps.ticks(ROOM),
-        topics.iter().map(|topic| taps.topic(topic, ROOM)),
-    );
-    let messages: Vec<_> = messages.collect();
+    let ticks = taps.ticks(ROOM);
+    let messages: Vec<_> = topics.iter().map(|topic| taps.topic(topic, ROOM)).collect();
     let mut lineage = Lineage::new(graph.topology());
     let commands = plan.knobs.iter();
-    let commands = commands.map(|(ms, text)| at(*ms as f64 / 1e3, knob(text).into()));
-    let exit = run_virtual(&mut graph, commands.collect(), secs(1.0));
-    assert_eq!(exit, ClockExit::Completed);
+    let commands = commands.map(|(ms, text)| format!("{} {text}; ", *ms as f64 / 1e3));
+    run_virtual(&mut graph, &commands.collect::<String>(), secs(1.0));
     let observer = Observer::of(&graph);
     for timed in observer.events(0).iter().filter_map(|event| event.knob()) {
         lineage.knob(timed.at, &timed.knob);
@@ -165,18 +155,10 @@ fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, Option<
     let names = observer.topology().topics;
     for (topic, tap) in topics.iter().zip(&messages) {
         let index = names.iter().position(|known| known.name == topic.name());
-        let index = index.expect("a topic");
-        for tapped in tap.items().try_iter() {
-            lineage.message(index, &tapped.head);
-        }
+        let items = tap.items().try_iter();
+        items.for_each(|tapped| lineage.message(index.expect("a topic"), &tapped.head));
     }
-    for (node, ticks) in ticks.iter().enumerate() {
-        ticks
-            .items()
-            .try_iter()
-            .for_each(|tick| lineage.tick(node, tick));
-    }
-    lineage.settle();
+    let lineage = settled(lineage, &ticks);
     let snapshot = observer.snapshot();
     let acts = snapshot.nodes.last();
     let age = acts.and_then(|acts| acts.push_age.saw()?.mean_s(snapshot.now));
@@ -192,13 +174,11 @@ fn chain(lineage: &Lineage, topic: usize, seq: u64) -> Chain {
         let sent = lineage.sent(topic).find(|sent| sent.seq == seq);
         let sent = *sent.expect("the message");
         let (node, tick) = lineage.made_by(topic, seq).expect("a tick");
-        match lineage
-            .derived_from(node, tick, sensing_of(&sent))
-            .filter(|_| sent.origin.is_some())
-        {
-            Some(before) => chain.insert(0, before),
-            None => break,
-        }
+        let before = lineage.derived_from(node, tick, sensing_of(&sent));
+        let Some(before) = before.filter(|_| sent.origin.is_some()) else {
+            break;
+        };
+        chain.insert(0, before);
     }
     let name = |topic: usize| lineage.topology().topics[topic].name[2..].parse();
     let named = chain
@@ -241,23 +221,32 @@ fn sums_are_exact(plan: &Plan, seed: u64, chains: bool) -> Result<(), TestCaseEr
 }
 
 #[test]
-fn a_reading_that_took_long_is_told_from_one_at_its_end() {
-    let knobs = ["link /t0 delay:0..20,in-order", "hang n0 45"];
-    let plan = Plan {
-        nodes: vec![(100, 0, vec![0]), (8, 0, vec![0])],
-        knobs: knobs.map(|knob| (0, knob.to_owned())).to_vec(),
-    };
-    // The first push is of the first reading, which was published at the time of the second.
-    sums_are_exact(&plan, 33, true).expect("exact");
-}
-
-#[test]
-fn what_a_tick_applied_decides_where_two_readings_came_at_once() {
-    let plan = Plan {
-        nodes: vec![(20, 1, vec![0]), (20, 0, vec![0])],
-        knobs: vec![(0, "hang n0 75".to_owned())],
-    };
-    sums_are_exact(&plan, 0, true).expect("exact");
+fn the_reading_behind_a_push_is_told_from_others_that_are_near() {
+    for (case, first, last, knobs, seed) in [
+        // The first push is of the first reading, which was published at the time of the second.
+        (
+            "one that took long from one at its end",
+            (100, 0),
+            (8, 0),
+            &["link /t0 delay:0..20,in-order", "hang n0 45"][..],
+            33,
+        ),
+        (
+            "two that came at once",
+            (20, 1),
+            (20, 0),
+            &["hang n0 75"],
+            0,
+        ),
+    ] {
+        let nodes = [first, last].map(|(rate, priority)| (rate, priority, vec![0]));
+        let knobs = knobs.iter().map(|knob| (0, (*knob).to_owned()));
+        let plan = Plan {
+            nodes: nodes.to_vec(),
+            knobs: knobs.collect(),
+        };
+        sums_are_exact(&plan, seed, true).expect(case);
+    }
 }
 
 proptest! {

@@ -1,21 +1,17 @@
 //! Files of weights from any source: for any content, reading ends without a panic and
 //! takes little memory; a decision takes none.
 
-use ratelab_cart_pole::{
-    Observation,
-    policy::{LARGEST_FILE, read_weights},
-};
-
 use crate::{
     checkpoint::{content, entries, fixture, zipped},
     clone::root,
     memory::{MOST_MEMORY, allocations, peak},
+    support::*,
 };
 
 #[test]
 fn deciding_allocates_nothing() {
     let file = fixture(&root(), "actor.pt").display().to_string();
-    let mut policy = crate::support::policy(&crate::support::config(&format!("policy {file}")));
+    let mut policy = policy(&config(&format!("policy {file}")));
     let seen = Observation {
         cart_position: 0.1,
         cart_velocity: -0.2,

@@ -1,37 +1,19 @@
 //! A run has the requested policy or none: only numbers are read from files, and invalid
 //! policies are refused by name.
 
-use std::{fs, path::Path, path::PathBuf};
+use std::{fs, ops::ControlFlow, path::Path, path::PathBuf};
 
 use rand_pcg::rand_core::RngCore;
-use ratelab_cart_pole::{
-    Observation, generator,
-    policy::{Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec},
-};
-use ratelab_study::experiment::{
-    Config,
-    sweep::{Axis, Sweep, all_cores},
-};
+use ratelab_study::experiment::sweep::{Axis, Sweep, all_cores};
 use tempfile::TempDir;
 
-use crate::{
-    checkpoint,
-    clone::root,
-    support::{cart_pole, config, hz, run},
-};
+use crate::{checkpoint, clone::root, support::*, table::rows};
 
 /// Observations with known answers; see `tests/fixtures/policies/make.py`.
 const OBSERVATIONS: usize = 1_000;
 
 fn fixture(name: &str) -> String {
     checkpoint::fixture(&root(), name).display().to_string()
-}
-
-fn context() -> PolicyContext {
-    PolicyContext {
-        seed: 0,
-        control_hz: hz(50.0),
-    }
 }
 
 fn spec(text: &str) -> PolicySpec {
@@ -41,12 +23,15 @@ fn spec(text: &str) -> PolicySpec {
 /// `text`, pinned to the current content of its file.
 fn pinned(text: &str) -> PolicySpec {
     let pinned = PolicyCache::default().pin(&spec(text));
-    pinned.expect("a policy")
+    pinned.expect("a policy").spec().clone()
 }
 
 fn policy(text: &str) -> Box<dyn Policy> {
+    let (seed, control_hz) = (0, hz(50.0));
     let loaded = spec(text).load().expect(text);
-    loaded.policy(context()).expect(text)
+    loaded
+        .policy(PolicyContext { seed, control_hz })
+        .expect(text)
 }
 
 /// The values of numpy's `default_rng(0).uniform(-1, 1, (1000, 5))`.
@@ -66,10 +51,20 @@ fn observations() -> Vec<Observation> {
     (0..OBSERVATIONS).map(|_| observation()).collect()
 }
 
-fn answers(name: &str) -> Vec<f32> {
-    let mut policy = policy(&fixture(name));
+/// What the policy in `file` answers to them.
+fn answers(file: &str) -> Vec<f32> {
+    let mut policy = policy(file);
     let observations = observations();
     observations.iter().map(|seen| policy.act(seen).0).collect()
+}
+
+/// The largest difference between two lists of answers.
+fn apart(ours: &[f32], others: impl IntoIterator<Item = f64>) -> f64 {
+    let pairs = ours.iter().zip(others);
+    let worst = pairs.map(|(one, other)| (f64::from(*one) - other).abs());
+    let worst = worst.fold(0.0, f64::max);
+    println!("largest difference: {worst:e}");
+    worst
 }
 
 #[test]
@@ -77,34 +72,20 @@ fn a_network_agrees_with_double_precision_to_a_millionth() {
     let expected = include_str!("../fixtures/policies/answers.txt").lines();
     let expected: Vec<f64> = expected.map(|line| line.parse().expect("number")).collect();
     assert_eq!(expected.len(), OBSERVATIONS);
-    let answers = answers("actor.safetensors");
-    let errors = answers.iter().zip(expected);
-    let worst = errors.map(|(ours, exact)| (f64::from(*ours) - exact).abs());
-    let worst = worst.fold(0.0, f64::max);
-    println!("largest difference: {worst:e}");
+    let worst = apart(&answers(&fixture("actor.safetensors")), expected);
     assert!(worst < 1e-6, "{worst:e}");
 }
 
 #[test]
 fn the_same_weights_are_the_same_policy_from_any_kind_of_file() {
-    let bits = |name| {
-        answers(name)
-            .into_iter()
-            .map(f32::to_bits)
-            .collect::<Vec<_>>()
-    };
-    let expected = bits("actor.safetensors");
-    assert_eq!(bits("actor.pt"), expected);
+    let [expected, same, parameters, half] =
+        ["actor.safetensors", "actor.pt", "parameters.pt", "half.pt"]
+            .map(|name| answers(&fixture(name)));
+    assert!(expected == same);
     // Float64, column by column, in one storage, as parameters, protocol 4.
-    assert_eq!(bits("parameters.pt"), expected);
-}
-
-#[test]
-fn half_precision_is_read_within_its_accuracy() {
-    let pairs = answers("half.pt").into_iter().zip(answers("actor.pt"));
-    let worst = pairs
-        .map(|(half, single)| (half - single).abs())
-        .fold(0.0, f32::max);
+    assert!(expected == parameters);
+    // Half precision within its accuracy.
+    let worst = apart(&half, expected.into_iter().map(f64::from));
     assert!(worst > 0.0 && worst < 0.02, "{worst}");
 }
 
@@ -124,10 +105,8 @@ fn a_written_policy_is_read_again() {
     {
         assert_eq!(spec.to_string().parse(), Ok(spec.clone()));
         let json = serde_json::to_string(&spec).expect("JSON");
-        assert_eq!(
-            serde_json::from_str::<PolicySpec>(&json).expect(&json),
-            spec
-        );
+        let read: PolicySpec = serde_json::from_str(&json).expect(&json);
+        assert_eq!(read, spec);
     }
     // The format in recordings of earlier versions.
     let old: PolicySpec = serde_json::from_str("\"Scripted\"").expect("JSON");
@@ -191,34 +170,30 @@ fn invalid_files_of_weights_are_refused_with_the_expected_and_actual_content() {
     ];
     for (text, found) in cases {
         let error = refusal(&text);
-        assert!(
-            error.contains("expected") || error.contains("never code"),
-            "{error}"
-        );
-        assert!(error.contains(found), "{error}");
+        let remedy = error.contains("expected") || error.contains("never code");
+        assert!(remedy && error.contains(found), "{error}");
     }
 }
 
-/// Name and shape of a float32 tensor, and the value of all its elements.
-type Filled<'t> = (&'t str, &'t [usize], f32);
-
-/// A safetensors file of these tensors.
-fn safetensors(folder: &Path, tensors: &[Filled]) -> String {
+/// A safetensors file of float32 tensors: each with its name, its shape and the value of all its
+/// elements.
+fn safetensors(folder: &Path, tensors: &str) -> String {
     use safetensors::{Dtype, serialize, tensor::TensorView};
-    let bytes = |shape: &[usize], value: f32| -> Vec<u8> {
-        (0..shape.iter().product())
-            .flat_map(|_| value.to_le_bytes())
-            .collect()
-    };
-    let data: Vec<_> = tensors
-        .iter()
-        .map(|(_, shape, value)| bytes(shape, *value))
-        .collect();
-    let views = tensors.iter().zip(&data).map(|((name, shape, _), data)| {
-        (
-            *name,
-            TensorView::new(Dtype::F32, shape.to_vec(), data).expect("a tensor"),
-        )
+    let tensors = tensors.split(';').filter(|tensor| !tensor.is_empty());
+    let tensors = tensors.map(|tensor| {
+        let words: Vec<&str> = tensor.split_whitespace().collect();
+        let [name, shape, value] = words[..] else {
+            panic!("{tensor}");
+        };
+        let shape = shape.split('x').map(|side| side.parse().expect(side));
+        let (shape, value) = (shape.collect::<Vec<usize>>(), value.parse().expect(value));
+        let data = f32::to_le_bytes(value).repeat(shape.iter().product());
+        (name, shape, data)
+    });
+    let tensors: Vec<_> = tensors.collect();
+    let views = tensors.iter().map(|(name, shape, data)| {
+        let view = TensorView::new(Dtype::F32, shape.clone(), data);
+        (*name, view.expect("a tensor"))
     });
     let path = folder.join("made.safetensors");
     fs::write(&path, serialize(views, None).expect("a file")).expect("written");
@@ -228,21 +203,19 @@ fn safetensors(folder: &Path, tensors: &[Filled]) -> String {
 #[test]
 fn tensors_that_are_no_actor_for_this_robot_are_refused_by_name() {
     let folder = TempDir::new().expect("folder");
-    let weight = |shape: &'static [usize], value| ("actor_mean.0.weight", shape, value);
-    let bias = |shape: &'static [usize], value| ("actor_mean.0.bias", shape, value);
-    #[rustfmt::skip]
-    let cases: [(&[Filled], &str); 7] = [
-        (&[("critic", &[1], 0.0)], "expected a tensor \"actor_mean.0.weight\", found \"critic\""),
-        (&[], "found no tensors"),
-        (&[weight(&[8, 4], 0.0)], "of shape [width, 5] with a width of 1 to 1024, found [8, 4]"),
-        (&[weight(&[2000, 5], 0.0)], "found [2000, 5]"),
-        (&[weight(&[8, 5], 0.0), bias(&[7], 0.0)], "\"actor_mean.0.bias\" of shape [8], found [7]"),
-        (&[weight(&[8, 5], f32::NAN)], "found NaN in \"actor_mean.0.weight\" at 0"),
-        (&[weight(&[8, 5], 0.0), bias(&[8], f32::INFINITY)], "found inf in \"actor_mean.0.bias\""),
-    ];
-    for (tensors, found) in cases {
-        let error = refusal(&safetensors(folder.path(), tensors));
-        assert!(error.contains(found), "{error}");
+    for [tensors, found] in rows(
+        "critic 1 0              | expected a tensor \"actor_mean.0.weight\", found \"critic\"
+                                 | found no tensors
+         WEIGHT 8x4 0            | of shape [width, 5] with a width of 1 to 1024, found [8, 4]
+         WEIGHT 2000x5 0         | found [2000, 5]
+         WEIGHT 8x5 0;BIAS 7 0   | \"actor_mean.0.bias\" of shape [8], found [7]
+         WEIGHT 8x5 NaN          | found NaN in \"actor_mean.0.weight\" at 0
+         WEIGHT 8x5 0;BIAS 8 inf | found inf in \"actor_mean.0.bias\"",
+    ) {
+        let named = tensors.replace("WEIGHT", "actor_mean.0.weight");
+        let named = named.replace("BIAS", "actor_mean.0.bias");
+        let error = refusal(&safetensors(folder.path(), &named));
+        assert!(error.contains(&found), "{tensors}: {error}");
     }
 }
 
@@ -252,93 +225,64 @@ fn balanced(spec: &PolicySpec) -> usize {
         seeds: "0..99".parse::<Axis<u64>>().expect("seeds").into(),
         ..Sweep::of(cart_pole(), config(&format!("policy {spec}")))
     };
-    let swept = sweep.run(all_cores(), |_, _| std::ops::ControlFlow::Continue(()));
+    let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()));
     let swept = swept.expect("a sweep");
     swept.survival().map(|survival| survival.held).sum()
 }
 
 #[test]
-fn the_regulator_balances_every_start() {
-    assert_eq!(balanced(&PolicyKind::Lqr.into()), 100);
-}
-
-#[test]
-fn every_policy_in_policies_balances_every_start_and_is_small() {
-    let folder = root().join("policies");
-    let files = fs::read_dir(folder)
-        .expect("policies")
-        .map(|entry| entry.expect("entry").path());
-    let specs: Vec<_> = files
-        .filter(|path| {
-            path.extension()
-                .is_some_and(|extension| extension == "safetensors")
-        })
-        .collect();
-    assert!(!specs.is_empty());
-    for path in specs {
+fn the_regulator_and_every_policy_in_policies_balance_every_start() {
+    let files = fs::read_dir(root().join("policies")).expect("policies");
+    let files = files.map(|entry| entry.expect("entry").path());
+    let learned = files.filter(|path| path.extension().is_some_and(|kind| kind == "safetensors"));
+    let learned = learned.map(|path| {
         let size = fs::metadata(&path).expect("file").len();
         assert!(size < 100_000, "{}: {size} bytes", path.display());
-        let spec = spec(path.to_str().expect("UTF-8"));
+        spec(path.to_str().expect("UTF-8"))
+    });
+    let specs: Vec<_> = learned.chain([PolicyKind::Lqr.into()]).collect();
+    assert!(specs.len() > 1);
+    for spec in specs {
         assert_eq!(balanced(&spec), 100, "{spec}");
     }
 }
 
-/// The folder of an agent trained by the course, in all its formats.
-fn course() -> Option<PathBuf> {
-    let folder = std::env::var_os("RATELAB_FIXTURES").map(PathBuf::from);
-    if folder.is_none() {
-        eprintln!("SKIPPED: set RATELAB_FIXTURES to the folder of ppo_agent.pt");
-    }
-    folder
-}
+/// Number of steps until the fall of an agent trained by the course, seeds 0 to 9.
+const COURSE_STEPS: [u64; 10] = [293, 164, 263, 280, 195, 172, 246, 165, 163, 228];
 
-/// The formats that this build can run.
-fn formats() -> Vec<&'static str> {
+#[test]
+fn an_agent_trained_by_the_course_runs_and_answers_as_it_does_there_from_any_format() {
+    let Some(folder) = std::env::var_os("RATELAB_FIXTURES").map(PathBuf::from) else {
+        eprintln!("SKIPPED: set RATELAB_FIXTURES to the folder of ppo_agent.pt");
+        return;
+    };
     let mut formats = vec!["pt", "safetensors"];
     if cfg!(feature = "onnx") && std::env::var_os("ORT_DYLIB_PATH").is_some() {
         formats.push("onnx");
     } else {
         eprintln!("SKIPPED in part: set ORT_DYLIB_PATH to an ONNX Runtime library");
     }
-    formats
-}
-
-/// Number of steps until the agent's fall, seeds 0 to 9.
-const COURSE_STEPS: [u64; 10] = [293, 164, 263, 280, 195, 172, 246, 165, 163, 228];
-
-#[test]
-fn an_agent_trained_by_the_course_runs_as_it_does_there() {
-    let Some(folder) = course() else { return };
+    let file = |format: &str| {
+        folder
+            .join(format!("ppo_agent.{format}"))
+            .display()
+            .to_string()
+    };
     let steps = |format: &str, rate: f64| -> Vec<u64> {
-        let path = folder.join(format!("ppo_agent.{format}"));
-        let setup = format!("control-hz {rate}, policy {}", path.display());
         let config = |seed| Config {
             seed,
-            ..config(&setup)
+            ..config(&format!("control-hz {rate}; policy {}", file(format)))
         };
         (0..10).map(|seed| run(&config(seed)).steps).collect()
     };
-    for format in formats() {
+    let expected = answers(&file("pt"));
+    for format in formats {
         assert_eq!(steps(format, 50.0), COURSE_STEPS, "{format}");
         assert_eq!(steps(format, 25.0), steps("pt", 25.0), "{format}");
-    }
-}
-
-#[test]
-fn an_agent_trained_by_the_course_answers_the_same_from_any_format() {
-    let Some(folder) = course() else { return };
-    let answers = |format: &str| -> Vec<f32> {
-        let path = folder.join(format!("ppo_agent.{format}"));
-        let mut policy = policy(path.to_str().expect("UTF-8"));
-        observations()
-            .iter()
-            .map(|seen| policy.act(seen).0)
-            .collect()
-    };
-    for format in formats() {
-        let pairs = answers(format).into_iter().zip(answers("pt"));
-        let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-        println!("{format}: largest difference {worst:e}");
+        let worst = apart(
+            &answers(&file(format)),
+            expected.iter().copied().map(f64::from),
+        );
         assert!(worst < 1e-6, "{format}: {worst:e}");
     }
 }

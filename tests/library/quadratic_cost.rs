@@ -1,16 +1,7 @@
 //! The quadratic cost of a run: the mean over run time of the weighted squares of its
 //! states, worked out here again from what the run publishes.
 
-use std::sync::Arc;
-
-use ratelab::GO_ON;
-use ratelab_cart_pole::{CART_LIMIT_M, POLE_LIMIT_RAD, STATE, pole_angle};
-use ratelab_study::{
-    experiment::{Config, Experiment},
-    system::{BuildError, Builder, System},
-};
-
-use crate::support::{config, experiment, own, run, with};
+use crate::support::*;
 
 /// The cost of a run by its rows: each counts until the next.
 fn by_rows(config: &Config) -> (f64, f64) {
@@ -36,11 +27,7 @@ fn by_rows(config: &Config) -> (f64, f64) {
 
 #[test]
 fn it_is_the_mean_of_weighted_squares_over_run_time() {
-    for config in [
-        config(""),
-        config("control-hz 5"),
-        with(&["rate policy 20"], own(0)),
-    ] {
+    for config in [config(""), config("control-hz 5"), own(0, "rate policy 20")] {
         let (expected, cost) = by_rows(&config);
         assert!(
             (cost - expected).abs() < 1e-9 * expected,
@@ -52,7 +39,7 @@ fn it_is_the_mean_of_weighted_squares_over_run_time() {
 #[test]
 fn it_grows_long_before_the_pole_falls() {
     let cost = |delay: u32| {
-        let summary = run(&with(&[&format!("link /action delay:{delay}")], own(0)));
+        let summary = run(&own(0, &format!("link /action delay:{delay}")));
         assert!(!summary.verdict.is_lost(), "{delay} ms");
         summary.cost.expect("a cost")
     };
@@ -63,21 +50,8 @@ fn it_grows_long_before_the_pole_falls() {
     );
 }
 
-/// A system that judges nothing.
-struct Idle;
-
-impl System for Idle {
-    fn name(&self) -> &'static str {
-        "idle"
-    }
-
-    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
-        builder.node("idler", 10.0, 0, |_| |_| GO_ON)
-    }
-}
-
 #[test]
 fn a_system_that_states_none_has_none() {
-    let experiment = Experiment::new(Arc::new(Idle), &Config::default()).expect("experiment");
-    assert_eq!(experiment.run().expect("run").cost, None);
+    let idle = system(|builder| builder.node("idler", 10.0, 0, |_| |_| GO_ON));
+    assert_eq!(run_of(idle, &Config::default()).cost, None);
 }

@@ -2,9 +2,8 @@
 //! rates and times.
 
 use proptest::prelude::*;
-use ratelab::{Hz, Rate, Speed, Time};
 
-use crate::support::{hz, secs};
+use crate::support::*;
 
 /// Nanoseconds in a second times microhertz in a hertz.
 const NANOS_TIMES_MICRO: u128 = 1_000_000_000_000_000;
@@ -69,10 +68,12 @@ proptest! {
 
     #[test]
     fn moving_past_a_moment_skips_exactly_the_ticks_before_it(
-        micro in rates(),
-        now in 0..1u64 << 50,
+        (micro, now) in rates().prop_flat_map(|micro| {
+            // Also right now.
+            let on_grid = (1..1_000u64).prop_map(move |tick| due(micro, tick));
+            (Just(micro), prop_oneof![(0..1u64 << 50).prop_map(Time::from_nanos), on_grid])
+        }),
     ) {
-        let now = Time::from_nanos(now);
         let mut rate = Rate::new(micro_hz(micro), Time::ZERO);
         let skipped = rate.advance_past(now);
         let next = skipped + 1;
@@ -119,27 +120,18 @@ fn on_grid(micro: u64, anchor: Time, time: Time) -> bool {
 }
 
 #[test]
-fn ten_kilohertz_do_not_drift_in_a_week() {
-    let mut rate = Rate::new(Hz::MAX, Time::ZERO);
-    let hours = 7 * 24;
-    rate.advance_past(secs(f64::from(hours * 3_600)));
-    assert_eq!(rate.due(), secs(f64::from(hours * 3_600)));
-    (0..10_000).for_each(|_| rate.advance());
-    assert_eq!(rate.due(), secs(f64::from(hours * 3_600 + 1)));
-}
-
-#[test]
-fn a_third_of_a_hertz_short_of_a_hundred_does_not_drift_tick_by_tick() {
-    let mut rate = Rate::new(hz(33.3), Time::ZERO);
-    (0..333 * 360).for_each(|_| rate.advance());
-    assert_eq!(rate.due(), secs(3_600.0));
-}
-
-#[test]
-fn a_tick_that_is_due_right_now_is_not_missed() {
-    let mut rate = ticked(50.0, Time::ZERO);
-    assert_eq!(rate.advance_past(secs(0.04)), 0);
-    assert_eq!(rate.due(), secs(0.04));
+fn no_rate_drifts_in_a_week_or_tick_by_tick() {
+    let week = 7 * 24 * 3_600;
+    for (rate, before, ticks, seconds) in [
+        (10_000.0, week, 10_000, week + 1),
+        (33.3, 10, 333 * 359, 3_600),
+    ] {
+        let mut rate = Rate::new(hz(rate), Time::ZERO);
+        rate.advance_past(secs(f64::from(before)));
+        assert_eq!(rate.due(), secs(f64::from(before)));
+        (0..ticks).for_each(|_| rate.advance());
+        assert_eq!(rate.due(), secs(f64::from(seconds)));
+    }
 }
 
 #[test]
@@ -196,6 +188,9 @@ fn the_slowest_and_the_fastest_of_each_are_accepted() {
     assert_eq!(Hz::new(0.001), Ok(Hz::MIN));
     assert_eq!(Hz::new(10_000.0), Ok(Hz::MAX));
     assert_eq!(" 33.3 ".parse(), Hz::new(33.3));
+    assert_eq!(Depth::new(1), Ok(Depth::ONE));
+    assert_eq!(Depth::new(1_000_000), Ok(Depth::MAX));
+    assert!(Depth::new(0).is_err() && Depth::new(1_000_001).is_err());
     assert!(Speed::times(0.1).is_ok() && Speed::times(100.0).is_ok());
     assert_eq!(Speed::times(1.0), Ok(Speed::REAL_TIME));
 }
@@ -209,14 +204,15 @@ fn times_saturate_instead_of_wrapping() {
 
 #[test]
 fn nodes_that_are_due_together_are_due_together_again_after_a_hyper_period() {
-    let seconds = |rates: &[f64]| {
-        let rates = rates.iter().map(|&rate| hz(rate));
-        ratelab::hyper_period(rates).as_secs_f64()
-    };
-    assert_eq!(seconds(&[50.0]), 0.02);
-    assert_eq!(seconds(&[50.0, 50.0, 10.0]), 0.1);
-    assert_eq!(seconds(&[50.0, 8.0]), 0.5);
-    assert_eq!(seconds(&[50.0, 7.0]), 1.0);
-    assert_eq!(seconds(&[33.3, 50.0]), 10.0);
-    assert_eq!(seconds(&[]), 0.0);
+    for (rates, seconds) in [
+        (&[50.0][..], 0.02),
+        (&[50.0, 50.0, 10.0], 0.1),
+        (&[50.0, 8.0], 0.5),
+        (&[50.0, 7.0], 1.0),
+        (&[33.3, 50.0], 10.0),
+        (&[], 0.0),
+    ] {
+        let period = hyper_period(rates.iter().map(|&rate| hz(rate)));
+        assert_eq!(period.as_secs_f64(), seconds, "{rates:?}");
+    }
 }

@@ -4,48 +4,31 @@
 //! No test asserts a speed: on a busy machine these tests are slower but still correct.
 
 use std::{
-    sync::{Arc, Mutex, OnceLock},
+    sync::{Mutex, OnceLock},
     thread,
-    time::Duration,
 };
 
 use crossbeam_channel::Sender;
-use ratelab::{
-    Clock, ClockExit, ClockKind, Command, Depth, END, GO_ON, Graph, Hz, Inbox, Rate, Time, Topic,
-};
-use ratelab_account::{Observer, TapHandle};
-use ratelab_cart_pole::{POLICY, verdict};
-use ratelab_real_clock::RealClock;
-use ratelab_study::experiment::{Config, Summary};
 
-use crate::support::{
-    TickLog, applied, at, config, hz, knobs, run_timed, secs, set_depth, set_rate, ticks,
-};
+use crate::support::*;
 
 /// Runs the cart-pole under the real clock.
 fn run_experiment(config: Config) -> Summary {
-    crate::support::run(&Config {
+    run(&Config {
         clock: ClockKind::Real,
         ..config
     })
 }
 
-fn run_real(graph: &mut Graph, until: Time) -> ClockExit {
-    run_timed(&mut RealClock::default(), graph, Vec::new(), until)
+fn run_real(graph: &mut Graph, commands: &str, until: Time) -> ClockExit {
+    run_timed(&mut RealClock::default(), graph, commands, until)
 }
 
-/// Runs `graph` without an end while `person` observes it and gives commands.
 fn run_watched(
     graph: &mut Graph,
     person: impl FnOnce(Sender<Command>, Observer) + Send,
 ) -> ClockExit {
-    let (commander, mut inbox) = Inbox::new(Vec::new());
-    let observer = Observer::of(graph);
-    thread::scope(|scope| {
-        scope.spawn(|| person(commander, observer));
-        let exit = RealClock::default().run(graph, &mut inbox, Time::MAX);
-        exit.expect("no fault")
-    })
+    crate::support::run_watched(&mut RealClock::default(), graph, person)
 }
 
 fn wait_until(mut happened: impl FnMut() -> bool) {
@@ -72,8 +55,7 @@ fn the_pole_balances_and_every_period_is_accounted_for() {
         end,
         ..Config::default()
     });
-    assert_eq!(*summary.verdict.kind, verdict::BALANCED);
-    assert_eq!(summary.sim_time, end);
+    check("2 s", &summary, "verdict balanced; end 2");
     assert!(summary.steps > 80, "{} steps", summary.steps);
     assert_eq!(summary.steps, summary.nodes[2].ticks);
     for node in &summary.nodes {
@@ -87,7 +69,7 @@ fn the_pole_balances_and_every_period_is_accounted_for() {
 #[test]
 fn the_pole_falls_when_control_is_slow() {
     let summary = run_experiment(config("control-hz 5"));
-    assert_eq!(*summary.verdict.kind, verdict::POLE_FELL);
+    check("5 Hz", &summary, "verdict pole_fell");
 }
 
 /// One tick of a slow node, as recorded by the node itself.
@@ -100,41 +82,36 @@ struct Start {
 #[test]
 fn a_node_that_overruns_skips_the_periods_it_missed_and_counts_them() {
     const BUSY: Duration = Duration::from_millis(30);
-    let until = secs(1.0);
+    let until = secs(0.5);
     let mut graph = Graph::new();
     let observer = Arc::new(OnceLock::<Observer>::new());
     let starts = Arc::new(Mutex::new(Vec::new()));
     let (own_observer, own_starts) = (observer.clone(), starts.clone());
-    let slow = move |began| {
+    worker(&mut graph, "slow", 50.0, 0, move |began| {
         let snapshot = own_observer.get().expect("set").snapshot();
         let node = &snapshot.nodes[0];
         let place = (node.ticks - 1 + node.overruns) as usize;
-        own_starts
-            .lock()
-            .expect("starts")
-            .push(Start { place, began });
+        let mut starts = own_starts.lock().expect("starts");
+        starts.push(Start { place, began });
         thread::sleep(BUSY);
         GO_ON
-    };
-    graph.node("slow", hz(50.0), 0, |_| slow).expect("node");
+    });
     observer.set(Observer::of(&graph)).expect("once");
-    assert_eq!(run_real(&mut graph, until), ClockExit::Completed);
+    assert_eq!(run_real(&mut graph, "", until), ClockExit::Completed);
 
-    let node = &Observer::of(&graph).snapshot().nodes[0];
+    let node = &snapshot(&graph).nodes[0];
     assert!(node.overruns > 0);
     assert!(node.ticks + node.overruns >= grid(node.hz, until).len() as u64);
     let starts = starts.lock().expect("starts");
-    let due = |start: &Start| Time::ZERO + Duration::from_millis(20) * start.place as u32;
+    let due = |start: &Start| Time::ZERO + ms(20) * start.place as u32;
     assert_eq!(starts.len() as u64, node.ticks);
     for start in starts.iter() {
         assert!(start.began >= due(start), "began before it was due");
     }
     for pair in starts.windows(2) {
         assert!(pair[1].place > pair[0].place, "two starts in one period");
-        assert!(
-            due(&pair[1]) >= pair[0].began + BUSY,
-            "a missed period was made up for"
-        );
+        let after = pair[0].began + BUSY;
+        assert!(due(&pair[1]) >= after, "a missed period was made up for");
     }
 }
 
@@ -160,11 +137,13 @@ fn a_new_rate_reaches_a_node_that_waits_for_its_next_tick() {
     });
     let exit = run_watched(&mut graph, |commander, observer| {
         wait_until(|| ticks(&observer) > 0);
-        commander.send(set_rate("sleeper", 100.0)).expect("running");
+        commander
+            .send(command("rate sleeper 100"))
+            .expect("running");
     });
     assert!(matches!(exit, ClockExit::Ended { node, .. } if node == "sleeper"));
     let set = applied(&graph.state().events(0));
-    assert_eq!(set[0].1, set_rate("sleeper", 100.0));
+    assert_eq!(set[0].1, command("rate sleeper 100"));
     let times = log.of("sleeper");
     assert!(times[1] >= set[0].0, "ticked before the rate was set");
 }
@@ -175,31 +154,25 @@ fn run_time_stands_still_while_paused() {
     log.node(&mut graph, "a", 200.0, 0);
     log.node(&mut graph, "b", 333.0, 0);
     let topic = Topic::<()>::new("/unused", Depth::ONE);
-    let c = graph.node("c", hz(0.001), 0, |wiring| {
-        let _end = wiring.publisher(&topic);
-        |_| GO_ON
-    });
-    c.expect("node");
+    talker(&mut graph, "c", 0.001, 0, &topic, |_| None);
     let exit = run_watched(&mut graph, |commander, observer| {
-        let send = |command| commander.send(command).expect("running");
+        let send = |text| commander.send(command(text)).expect("running");
         let events = || observer.events(0).len();
         wait_until(|| ticks(&observer) > 10);
-        send(Command::Pause);
-        send(set_depth("/unused", 2));
+        send("pause");
+        send("depth /unused 2");
         wait_until(|| events() == 2);
         let (now, done) = (observer.now(), ticks(&observer));
-        thread::sleep(Duration::from_millis(50));
+        thread::sleep(ms(50));
         assert_eq!((observer.now(), ticks(&observer)), (now, done));
-        send(set_depth("/unused", 3));
-        send(Command::Resume);
+        send("depth /unused 3");
+        send("resume");
         wait_until(|| ticks(&observer) > done + 10);
-        send(Command::Stop);
+        send("stop");
     });
     assert_eq!(exit, ClockExit::Stopped);
-    let times: Vec<Time> = applied(&graph.state().events(0))
-        .iter()
-        .map(|a| a.0)
-        .collect();
+    let applied = applied(&graph.state().events(0));
+    let times: Vec<Time> = applied.iter().map(|(at, _)| *at).collect();
     let [paused, first, second, resumed, stopped] = times[..] else {
         panic!("{times:?}");
     };
@@ -221,12 +194,8 @@ fn run_time_never_goes_back_through_pauses() {
     run_watched(&mut graph, |commander, observer| {
         let mut now = Time::ZERO;
         for round in 0..100 {
-            let command = if round % 2 == 0 {
-                Command::Pause
-            } else {
-                Command::Resume
-            };
-            commander.send(command).expect("running");
+            let text = ["pause", "resume"][round % 2];
+            commander.send(command(text)).expect("running");
             wait_until(|| {
                 let later = observer.now();
                 assert!(later >= now, "from {now:?} to {later:?}");
@@ -247,48 +216,30 @@ fn timed_knobs_take_effect_under_the_real_clock() {
         knobs: knobs("0.1 control-hz 25"),
         ..Config::default()
     });
-    let [(when, command)] = &applied(&summary.events)[..] else {
+    let [(when, applied)] = &applied(&summary.events)[..] else {
         panic!("{:?}", summary.events);
     };
-    assert_eq!(*command, set_rate(POLICY, 25.0));
+    assert_eq!(*applied, command("rate policy 25"));
     assert!(*when >= secs(0.1));
     assert_eq!(summary.nodes[1].hz, hz(25.0));
 }
 
 #[test]
-fn a_timed_stop_ends_the_run() {
-    let (_, mut graph) = (TickLog::default(), Graph::new());
-    let stop = vec![at(0.05, Command::Stop)];
-    let exit = run_timed(&mut RealClock::default(), &mut graph, stop, Time::MAX);
-    assert_eq!(exit, ClockExit::Stopped);
-    assert!(graph.now() >= secs(0.05));
-}
-
-#[test]
 fn a_full_tap_loses_and_counts_and_blocks_no_node() {
-    const MESSAGES: u64 = 50;
-    let topic = Topic::new("/busy", Depth::ONE);
-    let mut graph = Graph::new();
-    let node = graph.node("talker", hz(1_000.0), 0, |wiring| {
-        let publisher = wiring.publisher(&topic);
-        let mut said = 0;
-        move |now| {
-            publisher.publish((), now, None);
-            said += 1;
-            if said < MESSAGES { GO_ON } else { END }
-        }
+    let (mut graph, topic) = (Graph::new(), Topic::new("/busy", Depth::ONE));
+    let mut left = 50;
+    talker(&mut graph, "talker", 1_000.0, 0, &topic, move |_| {
+        left -= 1;
+        (left >= 0).then_some(())
     });
-    node.expect("node");
-    let tap = TapHandle::of(&graph).topic(&topic, 4);
-    let exit = run_real(&mut graph, Time::MAX);
-    assert!(matches!(exit, ClockExit::Ended { .. }));
-    assert_eq!((topic.published(), tap.lost()), (MESSAGES, MESSAGES - 4));
-    let kept: Vec<u64> = tap
-        .items()
-        .try_iter()
-        .map(|tapped| tapped.message.seq)
-        .collect();
-    assert_eq!(kept, [0, 1, 2, 3]);
+    let (tap, all) = (TapHandle::of(&graph).topic(&topic, 4), topic.clone());
+    let exit = run_watched(&mut graph, |commander, _| {
+        wait_until(|| all.published() == 50);
+        commander.send(Command::Stop).expect("running");
+    });
+    assert_eq!(exit, ClockExit::Stopped);
+    assert_eq!((topic.published(), tap.lost()), (50, 46));
+    assert_eq!(seqs(&tap), [0, 1, 2, 3]);
 }
 
 #[test]
@@ -308,7 +259,7 @@ fn a_slow_node_on_its_own_thread_delays_no_other() {
         }
         GO_ON
     });
-    let exit = run_real(&mut graph, Time::MAX);
+    let exit = run_real(&mut graph, "", Time::MAX);
     assert!(matches!(exit, ClockExit::Ended { node, .. } if node == "waits"));
     assert_eq!(log.of("waits").len(), 1);
 }
@@ -316,32 +267,16 @@ fn a_slow_node_on_its_own_thread_delays_no_other() {
 #[test]
 fn a_pause_stops_the_schedule_of_a_node_that_is_busy() {
     let mut graph = Graph::new();
-    graph
-        .node("busy", hz(50.0), 0, |_| {
-            |_| {
-                thread::sleep(Duration::from_millis(500));
-                GO_ON
-            }
-        })
-        .expect("node");
+    worker(&mut graph, "busy", 50.0, 0, |_| {
+        thread::sleep(ms(300));
+        GO_ON
+    });
     // The pause comes during the first tick, and nothing ends it.
-    let pause = ratelab::TimedCommand {
-        at: secs(0.05),
-        command: Command::Pause,
-    };
-    let exit = run_timed(
-        &mut RealClock::default(),
-        &mut graph,
-        vec![pause],
-        Time::MAX,
-    );
+    let exit = run_real(&mut graph, "0.05 pause", Time::MAX);
     assert_eq!(exit, ClockExit::Stopped);
-    let node = Observer::of(&graph).snapshot().nodes.remove(0);
+    let node = &snapshot(&graph).nodes[0];
     let periods = grid(hz(50.0), graph.now()).len() as u64;
     assert_eq!(node.ticks, 1);
-    assert!(
-        node.ticks + node.overruns <= periods,
-        "{} overruns",
-        node.overruns
-    );
+    let overruns = node.overruns;
+    assert!(node.ticks + overruns <= periods, "{overruns} overruns");
 }

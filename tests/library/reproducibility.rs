@@ -1,22 +1,12 @@
 //! A repeated session is identical to the bit: its commands are logged with their run
 //! times, and nothing else affects it.
 
-use std::{thread, time::Duration};
+use std::thread;
 
 use crossbeam_channel::Sender;
 use proptest::prelude::*;
-use ratelab::{Command, Depth, Event, Graph, Speed, TimedCommand, Topic};
-use ratelab_account::TapHandle;
-use ratelab_cart_pole::{
-    ACTION, ACTUATOR, Actuator, ActuatorInput, CONTROL_HZ, OBS, POLICY, Plant, PolicyNode, SENSOR,
-    STATE, Sensor, SharedPlant,
-};
-use ratelab_study::experiment::Config;
 
-use crate::support::{
-    RunBytes, applied, collect, config, experiment, hz, knobs, message_bytes, messages_of, policy,
-    run_bytes, run_virtual, secs, send_to, set_depth, set_rate, ticks,
-};
+use crate::support::*;
 
 /// Runs an experiment while `person` gives commands.
 fn run_live(config: &Config, person: impl FnOnce(Sender<Command>) + Send) -> RunBytes {
@@ -53,19 +43,14 @@ fn replay(config: &Config, timed: Vec<TimedCommand>) -> Vec<u8> {
         steps: wiring.publisher(&steps),
     });
     sensor.and(policy).and(actuator).expect("graph");
-    let room = 1_000_000;
-    let taps = (
-        TapHandle::of(&graph).topic(&observations, room),
-        TapHandle::of(&graph).topic(&actions, room),
-        TapHandle::of(&graph).topic(&steps, room),
-    );
-    run_virtual(&mut graph, timed, config.end);
-    drop((graph, observations, actions, steps));
-    message_bytes(
-        &messages_of(&taps.0),
-        &messages_of(&taps.1),
-        &messages_of(&taps.2),
-    )
+    let (taps, room) = (TapHandle::of(&graph), 1_000_000);
+    let observed = taps.topic(&observations, room);
+    let decided = taps.topic(&actions, room);
+    let stepped = taps.topic(&steps, room);
+    let (_, mut inbox) = Inbox::new(timed);
+    let exit = VirtualClock.run(&mut graph, &mut inbox, config.end);
+    exit.expect("no fault");
+    message_bytes(&tapped(&observed), &tapped(&decided), &tapped(&stepped))
 }
 
 fn replayable(events: &[Event]) -> Vec<TimedCommand> {
@@ -81,22 +66,25 @@ fn live_config() -> Config {
 }
 
 fn any_command() -> impl Strategy<Value = Command> {
-    let node = prop_oneof![Just(SENSOR), Just(POLICY), Just(ACTUATOR)];
-    let policy = prop_oneof![
-        Just("scripted"),
-        Just("lqr"),
-        Just("random"),
-        Just("no policy")
+    let one_of = |words: &'static str| {
+        let words: Vec<_> = words.split('|').collect();
+        prop::sample::select(words)
+    };
+    let (nodes, topics) = (
+        one_of("sensor|policy|actuator"),
+        one_of("/obs|/action|/state"),
+    );
+    let policies = one_of("scripted|lqr|random|no policy");
+    let text = prop_oneof![
+        3 => (nodes, 10.0..200.0f64).prop_map(|(node, rate)| format!("rate {node} {rate}")),
+        2 => policies.prop_map(|policy| format!("send policy {policy}")),
+        2 => (topics, 1..20usize).prop_map(|(topic, depth)| format!("depth {topic} {depth}")),
+        5 => one_of("pause|resume|resume|step|step").prop_map(str::to_owned),
     ];
-    let topic = prop_oneof![Just(OBS), Just(ACTION), Just(STATE)];
+    let speed = (30.0..100.0f64).prop_map(|speed| Speed::times(speed).expect("speed"));
     prop_oneof![
-        3 => (node, 10.0..200.0f64).prop_map(|(node, rate)| set_rate(node, rate)),
-        2 => policy.prop_map(|policy| send_to(POLICY, policy)),
-        2 => (topic, 1..20usize).prop_map(|(topic, messages)| set_depth(topic, messages)),
-        1 => Just(Command::Pause),
-        2 => Just(Command::Resume),
-        2 => Just(Command::Step),
-        1 => (30.0..100.0f64).prop_map(|f| Command::Speed(Speed::times(f).expect("speed"))),
+        12 => text.prop_map(|text| command(&text)),
+        1 => speed.prop_map(Command::Speed),
     ]
 }
 
@@ -132,9 +120,9 @@ proptest! {
 #[test]
 fn a_stopped_session_ends_at_the_same_message_when_repeated() {
     let live = run_live(&live_config(), |commander| {
-        for command in [set_rate(POLICY, 20.0), set_depth(OBS, 3), Command::Stop] {
-            thread::sleep(Duration::from_millis(5));
-            let _ = commander.send(command);
+        for text in ["rate policy 20", "depth /obs 3", "stop"] {
+            thread::sleep(ms(5));
+            let _ = commander.send(command(text));
         }
     });
     let timed = replayable(&live.summary.events);
@@ -144,17 +132,17 @@ fn a_stopped_session_ends_at_the_same_message_when_repeated() {
 #[test]
 fn timed_knobs_and_live_commands_replay_together() {
     let config = Config {
-        knobs: knobs("1 control-hz 20\n2 queue-depth 5"),
+        knobs: knobs("1 control-hz 20; 2 queue-depth 5"),
         ..live_config()
     };
     let live = run_live(&config, |commander| {
-        for rate in [100.0, 25.0, 60.0] {
-            thread::sleep(Duration::from_millis(8));
-            let _ = commander.send(set_rate(SENSOR, rate));
+        for text in ["rate sensor 100", "rate sensor 25", "rate sensor 60"] {
+            thread::sleep(ms(8));
+            let _ = commander.send(command(text));
         }
     });
     let events = &live.summary.events;
-    assert!(applied(events).contains(&(secs(1.0), set_rate(POLICY, 20.0))));
+    assert!(applied(events).contains(&(secs(1.0), command("rate policy 20"))));
     assert!(live.bytes() == replay(&live_config(), replayable(events)));
 }
 
@@ -166,17 +154,16 @@ fn the_graph_of_an_experiment_is_the_one_that_replays_it() {
 
 #[test]
 fn the_pace_of_a_run_leaves_it_unchanged() {
-    let paced = Config {
-        setup: config("control-hz 15").setup,
-        ..live_config()
-    };
-    let flat_out = Config {
-        speed: Speed::Unlimited,
-        ..paced.clone()
-    };
-    let paced = run_bytes(&paced).bytes();
-    assert!(!paced.is_empty());
-    assert!(paced == run_bytes(&flat_out).bytes());
+    let [paced, flat_out] = [live_config().speed, Speed::Unlimited].map(|speed| {
+        let setup = config("control-hz 15").setup;
+        run_bytes(&Config {
+            setup,
+            speed,
+            ..live_config()
+        })
+        .bytes()
+    });
+    assert!(!paced.is_empty() && paced == flat_out);
 }
 
 #[test]

@@ -2,12 +2,8 @@
 //! cutting keeps messages whole.
 
 use proptest::prelude::*;
-use ratelab::{Head, Time};
-use ratelab_account::{Fields, Rows};
-use ratelab_cart_pole::{ControlStep, STATE};
-use ratelab_study::experiment::Config;
 
-use crate::support::{experiment, run_bytes};
+use crate::support::*;
 
 /// Messages with stamps in order, including some of a wrong width.
 fn any_messages(width: usize) -> impl Strategy<Value = Vec<(u64, Vec<f64>)>> {

@@ -1,27 +1,11 @@
 //! Nodes take messages while they run, and a policy node can switch to another policy:
 //! between ticks, with a log entry, and reproducibly.
 
-use std::{num::NonZeroUsize, ops::ControlFlow, thread, time::Duration};
+use std::{fs, num::NonZeroUsize, ops::ControlFlow, thread};
 
-use ratelab::{
-    ClockKind, Event, GO_ON, Graph, Inbox, Knob, Node, Tick, Time, TimedCommand, VirtualClock, run,
-};
-use ratelab_cart_pole::{CartPole, POLICY, policy::Scripted};
-use ratelab_effects::Effects;
-use ratelab_real_clock::RealClock;
-use ratelab_study::experiment::{
-    Config, Experiment,
-    sweep::{Sweep, SweepAxis},
-};
+use ratelab_study::experiment::sweep::{Sweep, SweepAxis};
 
-use crate::{
-    checkpoint::fixture,
-    clone::root,
-    support::{
-        applied, at, cart_pole, collect, config, experiment, hz, knobs, refusal, refused,
-        run_bytes, run_timed, secs, send_to, with_policy,
-    },
-};
+use crate::{checkpoint::fixture, clone::root, support::*};
 
 /// Keeps the last text, refuses "no" and panics at "boom".
 struct Listener(String);
@@ -43,60 +27,46 @@ impl Node for Listener {
 fn listener() -> Graph {
     let mut graph = Graph::with(Effects);
     let silent = Listener("nothing".to_owned());
-    graph.node("a", hz(100.0), 0, |_| silent).expect("graph");
-    graph
-        .node("deaf", hz(100.0), 1, |_| |_| GO_ON)
-        .expect("graph");
+    graph.node("a", 100.0, 0, |_| silent).expect("graph");
+    worker(&mut graph, "deaf", 100.0, 1, |_| GO_ON);
     graph
 }
 
 #[test]
 fn a_node_handles_messages_under_either_clock_and_they_are_logged() {
-    let said = || vec![at(0.01, send_to("a", "one")), at(0.02, send_to("a", "two"))];
-    for real in [false, true] {
+    let said = "0.01 send a one; 0.02 send a two";
+    for (mut clock, exact) in clocks().into_iter().zip([true, false]) {
         let mut graph = listener();
-        if real {
-            run_timed(&mut RealClock::default(), &mut graph, said(), secs(0.05));
-        } else {
-            run_timed(&mut VirtualClock, &mut graph, said(), secs(0.05));
-        }
-        let events = graph.state().events(0);
-        let lines: Vec<String> = events.iter().map(ToString::to_string).collect();
+        run_timed(&mut *clock, &mut graph, said, secs(0.05));
+        let lines = events(&graph);
         assert_eq!(lines.len(), 2, "{lines:?}");
         assert!(lines[0].ends_with("a: one (was nothing)"), "{lines:?}");
         assert!(lines[1].ends_with("a: two (was one)"), "{lines:?}");
+        let events = graph.state().events(0);
         let again: Vec<TimedCommand> = events.iter().filter_map(Event::replayable).collect();
         assert_eq!(again.len(), 2);
-        assert!(real || again == said(), "{again:?}");
+        assert!(!exact || again == timed(said), "{again:?}");
     }
 }
 
 #[test]
 fn a_refused_message_is_logged_with_the_reason() {
-    let said = vec![
-        at(0.01, send_to("a", "no")),
-        at(0.01, send_to("deaf", "one")),
-        at(0.01, send_to("nobody", "one")),
-    ];
+    let said = "0.01 send a no; 0.01 send deaf one; 0.01 send nobody one";
     let mut graph = listener();
-    run_timed(&mut VirtualClock, &mut graph, said, secs(0.05));
-    let refused = refused(&graph.state().events(0));
-    let reasons: Vec<&str> = refused.iter().map(|(_, reason)| &**reason).collect();
+    run_virtual(&mut graph, said, secs(0.05));
     let expected = [
         "not that",
         "this node takes no orders",
         "there is no node \"nobody\": expected one of a, deaf",
     ];
-    assert_eq!(reasons, expected);
+    assert_eq!(refused(&graph.state().events(0)), expected);
 }
 
 #[test]
 fn a_node_that_panics_over_a_message_is_a_fault_with_its_name() {
-    for kind in [ClockKind::Virtual, ClockKind::Real] {
-        let mut graph = listener();
-        let (_commands, mut inbox) = Inbox::new(vec![at(0.01, send_to("a", "boom"))]);
-        let mut real = RealClock::default();
-        let end = run(&mut graph, &mut inbox, secs(0.2), kind, &mut real);
+    for mut clock in clocks() {
+        let (_commands, mut inbox) = Inbox::new(timed("0.01 send a boom"));
+        let end = clock.run(&mut listener(), &mut inbox, secs(0.2));
         let fault = end.expect_err("a fault");
         assert_eq!(fault.node, "a");
         assert!(fault.cause.to_string().contains("boom it is"), "{fault}");
@@ -107,25 +77,28 @@ fn actor() -> String {
     fixture(&root(), "actor.pt").display().to_string()
 }
 
-/// Ten seconds of the cart-pole with these timed knobs.
-fn timed(list: &str) -> Config {
-    let knobs = knobs(list);
+/// A copy of it in `folder`.
+fn copied(folder: &tempfile::TempDir, name: &str) -> String {
+    let file = folder.path().join(name);
+    fs::copy(actor(), &file).expect("copied");
+    file.display().to_string()
+}
+
+/// Seconds of the cart-pole with these knobs, some of them timed.
+fn turned(seconds: f64, setup: &str, list: &str) -> Config {
     Config {
-        knobs,
-        ..Config::default()
+        end: secs(seconds),
+        knobs: knobs(list),
+        ..config(setup)
     }
 }
 
 #[test]
 fn a_run_that_swaps_policies_is_reproducible() {
     let actor = actor();
-    let config = Config {
-        end: secs(4.0),
-        knobs: knobs(&format!(
-            "0.5 policy lqr\n1 policy random\n1.1 policy scripted\n3 policy {actor}\n3.1 policy lqr"
-        )),
-        ..config("control-hz 25")
-    };
+    let list = "0.5 policy lqr; 1 policy random; 1.1 policy scripted";
+    let list = format!("{list}; 3 policy {actor}; 3.1 policy lqr");
+    let config = turned(4.0, "control-hz 25", &list);
     let first = run_bytes(&config);
     assert_eq!(applied(&first.summary.events).len(), 5);
     assert_eq!(first.bytes(), run_bytes(&config).bytes());
@@ -147,25 +120,17 @@ fn a_run_that_swaps_policies_is_reproducible() {
 
 #[test]
 fn a_swap_to_the_same_policy_changes_nothing() {
-    let bytes = |list| {
-        let knobs = knobs(list);
-        let config = config("control-hz 10");
-        run_bytes(&Config { knobs, ..config }).bytes()
-    };
+    let bytes = |list| run_bytes(&turned(10.0, "control-hz 10", list)).bytes();
     assert_eq!(bytes("2.503 policy scripted"), bytes(""));
 }
 
 #[test]
 fn an_unavailable_or_impossible_policy_of_a_timed_swap_is_refused_before_the_run() {
-    let missing = timed("9 policy no/such.pt");
+    let missing = turned(10.0, "", "9 policy no/such.pt");
     let error = refusal(&missing);
     assert!(error.starts_with("no/such.pt: expected"), "{error}");
     assert!(missing.resolved(&*cart_pole()).is_err());
-    let slow = Config {
-        setup: config("control-hz 0.001").setup,
-        ..timed("9 policy lqr")
-    };
-    let error = refusal(&slow);
+    let error = refusal(&turned(10.0, "control-hz 0.001", "9 policy lqr"));
     assert!(
         error.starts_with("lqr: ") && error.contains("0.001 Hz"),
         "{error}"
@@ -175,10 +140,11 @@ fn an_unavailable_or_impossible_policy_of_a_timed_swap_is_refused_before_the_run
 #[test]
 fn a_resolved_configuration_names_the_content_of_every_file() {
     let actor = actor();
-    let config = Config {
-        knobs: knobs(&format!("1 policy lqr\n2 policy {actor}")),
-        ..config(&format!("policy {actor}"))
-    };
+    let [setup, list] = [
+        format!("policy {actor}"),
+        format!("1 policy lqr; 2 policy {actor}"),
+    ];
+    let config = turned(10.0, &setup, &list);
     let resolved = config.resolved(&*cart_pole()).expect("resolved");
     let turned = resolved.setup.iter();
     let turned = turned.chain(resolved.knobs.iter().map(|timed| &timed.knob));
@@ -199,18 +165,16 @@ fn a_resolved_configuration_names_the_content_of_every_file() {
 #[test]
 fn a_file_is_read_only_once() {
     let folder = tempfile::tempdir().expect("folder");
-    let file = folder.path().join("actor.pt");
-    std::fs::copy(actor(), &file).expect("copied");
+    let file = copied(&folder, "actor.pt");
+    let [setup, list] = [
+        format!("policy {file}"),
+        format!("0.1 policy lqr; 0.2 policy {file}"),
+    ];
     let system = cart_pole();
-    let config = Config {
-        knobs: knobs(&format!("0.1 policy lqr\n0.2 policy {}", file.display())),
-        end: secs(0.3),
-        ..config(&format!("policy {}", file.display()))
-    };
-    let config = config.resolved(&*system).expect("weights");
-    std::fs::remove_file(&file).expect("removed");
-    let known = Experiment::new(system, &config).expect("experiment");
-    let summary = known.run().expect("run");
+    let config = turned(0.3, &setup, &list).resolved(&*system);
+    let config = config.expect("weights");
+    fs::remove_file(&file).expect("removed");
+    let summary = run_of(system, &config);
     assert_eq!(summary.knobs().len(), 2, "{:?}", summary.events);
     // A new system has not read it yet.
     assert!(refusal(&config).contains("actor.pt"));
@@ -219,25 +183,17 @@ fn a_file_is_read_only_once() {
 #[test]
 fn a_sweep_reads_the_file_of_a_policy_once_before_its_first_run() {
     let folder = tempfile::tempdir().expect("folder");
-    let [base, listed] = ["base.pt", "listed.pt"].map(|name| {
-        let file = folder.path().join(name);
-        std::fs::copy(actor(), &file).expect("copied");
-        file
-    });
-    let policies = format!("{},lqr", listed.display());
-    let knobs = format!("0.1 policy {}", base.display());
-    let config = Config {
-        end: secs(0.2),
-        ..timed(&knobs)
-    };
+    let [base, listed] = ["base.pt", "listed.pt"].map(|name| copied(&folder, name));
+    let policies = SweepAxis::parse(CartPole::KNOBS, "policy", &format!("{listed},lqr"));
+    let config = turned(0.2, "", &format!("0.1 policy {base}"));
     let sweep = Sweep {
-        axes: vec![SweepAxis::parse(CartPole::KNOBS, "policy", &policies).expect("an axis")],
+        axes: vec![policies.expect("an axis")],
         seeds: (0..3).collect(),
         ..Sweep::of(cart_pole(), config)
     };
     let swept = sweep.run(NonZeroUsize::MIN, |_, _| {
         for file in [&base, &listed] {
-            let _ = std::fs::remove_file(file);
+            let _ = fs::remove_file(file);
         }
         ControlFlow::Continue(())
     });
@@ -246,28 +202,25 @@ fn a_sweep_reads_the_file_of_a_policy_once_before_its_first_run() {
 
 #[test]
 fn a_swap_that_fails_leaves_the_policy_as_it_is() {
-    let config = Config {
-        end: secs(2.0),
-        ..Config::default()
-    };
+    let config = turned(2.0, "", "");
     let mut swapped = experiment(&config);
-    swapped.schedule(vec![at(1.0, send_to(POLICY, "no/such.pt"))]);
+    swapped.schedule(timed("1 send policy no/such.pt"));
     let swapped = collect(swapped);
-    let [(_, reason)] = &refused(&swapped.summary.events)[..] else {
-        panic!("{:?}", swapped.summary.events);
-    };
-    assert!(reason.contains("no/such.pt"), "{reason}");
+    let reasons = refused(&swapped.summary.events);
+    assert!(
+        reasons.len() == 1 && reasons[0].contains("no/such.pt"),
+        "{reasons:?}"
+    );
     assert_eq!(swapped.bytes(), run_bytes(&config).bytes());
 }
 
 #[test]
 fn a_policy_of_the_callers_own_is_not_swapped() {
-    let own = Experiment::new(with_policy(Scripted), &Config::default());
+    let own = Experiment::new(with_policy(|_| 0.0), &Config::default());
     let mut own = own.expect("experiment");
-    own.schedule(vec![at(1.0, send_to(POLICY, "lqr"))]);
-    let summary = own.run().expect("run");
-    let (_, reason) = &refused(&summary.events)[0];
-    assert!(reason.contains("cannot be swapped"), "{reason}");
+    own.schedule(timed("0.1 send policy lqr"));
+    let reasons = refused(&own.run().expect("run").events);
+    assert!(reasons[0].contains("cannot be swapped"), "{reasons:?}");
 }
 
 #[test]
@@ -280,8 +233,9 @@ fn policies_are_swapped_under_the_real_clock_while_the_pole_stays_up() {
     let commands = experiment.commands();
     let person = thread::spawn(move || {
         for policy in ["lqr", "scripted", "lqr"] {
-            thread::sleep(Duration::from_millis(100));
-            commands.send(send_to(POLICY, policy)).expect("a run");
+            thread::sleep(ms(100));
+            let swap = command(&format!("send policy {policy}"));
+            commands.send(swap).expect("a run");
         }
     });
     let summary = experiment.run().expect("run");

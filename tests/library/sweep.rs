@@ -4,23 +4,12 @@
 use std::{collections::HashSet, num::NonZeroUsize, ops::ControlFlow, sync::LazyLock};
 
 use proptest::prelude::*;
-use ratelab::{ClockKind, Depth, Hz, Interrupt, Time};
-use ratelab_cart_pole::CartPole;
-use ratelab_study::{
-    experiment::{
-        Config,
-        sweep::{
-            Axis, AxisError, Cell, CellResult, MAX_CELLS, Quantity, Sweep, SweepAxis, SweepError,
-            Swept, all_cores,
-        },
-    },
-    system::Verdict,
+use ratelab_study::experiment::sweep::{
+    Axis, AxisError, Cell, CellResult, MAX_CELLS, Quantity, Sweep, SweepAxis, SweepError, Swept,
+    all_cores,
 };
 
-use crate::{
-    support::{cart_pole, config, depth, knobs, own, secs, with},
-    table::rows,
-};
+use crate::{support::*, table::rows};
 
 /// 30 rates × 200 seeds, on all cores.
 static CLIFF: LazyLock<Swept> = LazyLock::new(|| run(&cliff(), all_cores()));
@@ -58,16 +47,9 @@ fn run(sweep: &Sweep, threads: NonZeroUsize) -> Swept {
     swept.expect("a sweep")
 }
 
-/// The bits of a cell's whole result.
-fn bits(outcome: &CellResult) -> (Verdict, u64, Time, Option<u64>, Vec<u64>, Vec<u64>) {
-    (
-        outcome.verdict,
-        outcome.steps,
-        outcome.sim_time,
-        outcome.mean_latency_s.map(f64::to_bits),
-        outcome.dropped.clone(),
-        outcome.state.iter().copied().map(f64::to_bits).collect(),
-    )
+/// A cell's whole result, exact to the bit.
+fn bits(outcome: &CellResult) -> String {
+    format!("{outcome:?}")
 }
 
 /// The control rate of a cell (Hz).
@@ -76,7 +58,7 @@ fn rate(cell: &Cell) -> f64 {
     rate.parse().expect("a rate")
 }
 
-fn all_bits(swept: &Swept) -> Vec<(Cell, impl PartialEq + use<>)> {
+fn all_bits(swept: &Swept) -> Vec<(Cell, String)> {
     let cells = swept.finished();
     cells.map(|(cell, outcome)| (cell, bits(outcome))).collect()
 }
@@ -112,15 +94,22 @@ fn survival_is_not_monotone_between_whole_rates() {
     assert_eq!(held, [199, 58]);
 }
 
+/// Checks that a cell is the run of `config` with its seed.
+fn is_alone(cell: &Cell, outcome: &CellResult, config: Config) {
+    let seed = cell.seed;
+    let alone = crate::support::run(&Config { seed, ..config });
+    assert_eq!(bits(outcome), bits(&CellResult::from(&alone)), "{cell:?}");
+}
+
 #[test]
 fn a_cell_equals_a_separate_run_to_the_bit() {
     let mut compared = 0;
     for (cell, outcome) in CLIFF.finished().step_by(37) {
-        let alone = crate::support::run(&Config {
-            seed: cell.seed,
-            ..config(&format!("control-hz {}", rate(&cell)))
-        });
-        assert_eq!(bits(outcome), bits(&CellResult::from(&alone)), "{cell:?}");
+        is_alone(
+            &cell,
+            outcome,
+            config(&format!("control-hz {}", rate(&cell))),
+        );
         compared += 1;
     }
     assert!(compared > 150);
@@ -128,35 +117,31 @@ fn a_cell_equals_a_separate_run_to_the_bit() {
 
 #[test]
 fn a_cell_of_any_knob_is_the_run_that_it_would_be_alone_to_the_bit() {
-    let base = Config {
+    const AXES: [(&str, &str); 4] = [
+        ("link /action delay:{}", "0..90:30"),
+        ("takes policy", "0..30:15,5..20"),
+        ("on-stale zero:{}", "50,100"),
+        ("offset sensor", "0..10:10"),
+    ];
+    let short = |setup: &str| Config {
         end: secs(3.0),
-        ..own(0)
+        ..own(0, setup)
     };
     let sweep = Sweep {
-        axes: axes(&[
-            ("link /action delay:{}", "0..90:30"),
-            ("takes policy", "0..30:15,5..20"),
-            ("on-stale zero:{}", "50,100"),
-            ("offset sensor", "0..10:10"),
-        ]),
+        axes: axes(&AXES),
         seeds: axis("0..1"),
-        ..of(base.clone())
+        ..of(short(""))
     };
     let (swept, mut compared) = (run(&sweep, all_cores()), 0);
     for (cell, outcome) in swept.finished().step_by(5) {
-        let value = |axis| cell.value(axis).expect("an axis");
-        let knobs = [
-            format!("link /action delay:{}", value("link /action delay:{}")),
-            format!("takes policy {}", value("takes policy")),
-            format!("send actuator zero:{}", value("on-stale zero:{}")),
-            format!("offset sensor {}", value("offset sensor")),
-        ];
-        let alone = Config {
-            seed: cell.seed,
-            ..base.clone()
-        };
-        let alone = crate::support::run(&with(&knobs.each_ref().map(String::as_str), alone));
-        assert_eq!(bits(outcome), bits(&CellResult::from(&alone)), "{cell:?}");
+        let knobs = AXES.map(|(axis, _)| {
+            let value = cell.value(axis).expect("an axis");
+            match axis.contains("{}") {
+                true => axis.replace("{}", value),
+                false => format!("{axis} {value}"),
+            }
+        });
+        is_alone(&cell, outcome, short(&knobs.join("; ")));
         compared += 1;
     }
     assert_eq!(
@@ -247,10 +232,10 @@ fn every_cell_is_run_and_reported_once() {
     assert!(swept.is_complete());
     assert_eq!(told.len(), sweep.cells().expect("cells"));
     for (cell, outcome) in swept.finished() {
-        let same = told
+        let known = told
             .iter()
-            .filter(|(told, came_to)| (told, came_to) == (&cell, outcome));
-        assert_eq!(same.count(), 1, "{cell:?}");
+            .filter(|(told, came)| (told, came) == (&cell, outcome));
+        assert_eq!(known.count(), 1, "{cell:?}");
     }
 }
 
@@ -319,53 +304,61 @@ fn a_sweep_runs_on_the_virtual_clock_whatever_its_base_says() {
 
 #[test]
 fn an_invalid_sweep_is_refused() {
-    let sweep = of(Config::default());
-    let refused = |sweep: Sweep| sweep.cells().expect_err("refused").to_string();
+    let base = of(Config::default());
     let none = Sweep {
         seeds: Vec::new(),
-        ..sweep.clone()
+        ..base.clone()
     };
-    let said = "a sweep without seeds has no runs: list at least one";
-    assert_eq!(refused(none), said);
     let many = Sweep {
         axes: axes(&[("control-hz", "1..3000")]),
         seeds: (0..3_000).collect(),
-        ..sweep.clone()
+        ..base.clone()
     };
-    let said = "9000000 runs are too many for a sweep: list fewer values, 2000000 runs at most";
-    assert_eq!(refused(many), said);
+    let unknown = Sweep {
+        axes: axes(&[("rate planner", "5")]),
+        ..base
+    };
+    for (sweep, said) in [
+        (none, "a sweep without seeds has no runs: list at least one"),
+        (
+            many,
+            "9000000 runs are too many for a sweep: list fewer values, 2000000 runs at most",
+        ),
+        (
+            unknown,
+            "rate planner 5, seed 0: rate planner 5: there is no node \"planner\": expected one \
+             of sensor, policy, actuator",
+        ),
+    ] {
+        let refused = sweep.run(threads(1), |_, _| ControlFlow::Continue(()));
+        assert_eq!(
+            refused.err().map(|error| error.to_string()).as_deref(),
+            Some(said)
+        );
+    }
     let endless = of(Config {
         end: Time::MAX,
         ..Config::default()
     });
     let run = endless.run(threads(1), |_, _| ControlFlow::Continue(()));
     assert!(matches!(run, Err(SweepError::Endless)));
-    let unknown = Sweep {
-        axes: axes(&[("rate planner", "5")]),
-        ..sweep
-    };
-    let run = unknown.run(threads(1), |_, _| ControlFlow::Continue(()));
-    let said = "rate planner 5, seed 0: rate planner 5: there is no node \"planner\": expected one \
-                of sensor, policy, actuator";
-    assert_eq!(
-        run.err().map(|error| error.to_string()),
-        Some(said.to_owned())
-    );
 }
 
 #[test]
 fn lists_and_ranges_have_both_their_ends_and_exact_steps() {
-    let rates = |text| -> Vec<f64> { axis::<Hz>(text).iter().map(|hz| hz.get()).collect() };
-    assert_eq!(rates("7"), [7.0]);
-    assert_eq!(rates("1..3"), [1.0, 2.0, 3.0]);
-    assert_eq!(rates(" 50, 25 ,0.5 "), [50.0, 25.0, 0.5]);
-    assert_eq!(rates("1 .. 2 : 0.25"), [1.0, 1.25, 1.5, 1.75, 2.0]);
-    assert_eq!(rates("1..30:4").last(), Some(&29.0));
-    assert_eq!(
-        rates("0.1..1:0.1"),
-        [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]
-    );
-    assert_eq!(rates("5..5"), [5.0]);
+    let rates = |text: &str| -> Vec<f64> { axis::<Hz>(text).iter().map(|hz| hz.get()).collect() };
+    for [text, expected] in rows(
+        "7                | 7
+         1..3             | 1 2 3
+         50, 25 ,0.5      | 50 25 0.5
+         1 .. 2 : 0.25    | 1 1.25 1.5 1.75 2
+         1..30:4          | 1 5 9 13 17 21 25 29
+         0.1..1:0.1       | 0.1 0.2 0.3 0.4 0.5 0.6 0.7 0.8 0.9 1
+         5..5             | 5",
+    ) {
+        let expected = expected.split(' ').map(|rate| rate.parse().expect(rate));
+        assert_eq!(rates(&text), expected.collect::<Vec<f64>>(), "{text}");
+    }
     assert_eq!(axis::<u64>("0..199"), (0..200).collect::<Vec<_>>());
     assert_eq!(axis::<u64>("0..10:5,7"), [0, 5, 10, 7]);
     assert_eq!(axis::<u64>(&format!("{0}..{0}", u64::MAX)), [u64::MAX]);
@@ -387,14 +380,11 @@ fn an_invalid_list_is_refused_with_its_value_and_the_expected_form() {
         let error = list.parse::<Axis<Hz>>().expect_err(&list).to_string();
         assert_eq!(error, format!("{value:?} {rate}"));
     }
-    for (list, said) in [
-        ("30..1", "\"30..1\" goes down: write the smaller end first"),
-        (
-            "1..3,2",
-            "\"2\" has a value that the list has before it: give each value once",
-        ),
-    ] {
-        assert_eq!(list.parse::<Axis<Hz>>().expect_err(list).to_string(), said);
+    for [list, said] in rows(
+        r#"30..1  | "30..1" goes down: write the smaller end first
+           1..3,2 | "2" has a value that the list has before it: give each value once"#,
+    ) {
+        assert_eq!(list.parse::<Axis<Hz>>().expect_err(&list).to_string(), said);
     }
     let error = |text: &str| text.parse::<Axis<u64>>().expect_err(text);
     let seed = format!("\"-1\" is not a seed: expected a whole number from 0; {lists}");

@@ -1,25 +1,12 @@
 //! A graph as a value: it is built according to its setup, or refused with the available
 //! names, and a custom system runs and is swept like the cart-pole.
 
-use std::{num::NonZeroUsize, ops::ControlFlow, sync::Arc, thread};
+use std::{num::NonZeroUsize, ops::ControlFlow, thread};
 
 use proptest::prelude::*;
-use ratelab::{
-    ClockExit, END, GO_ON, Knob, KnobKind, Node, Publisher, Subscription, Tick, Time, Topic,
-};
-use ratelab_account::{Fields, Rows};
-use ratelab_study::{
-    experiment::{
-        Config, Experiment, Summary,
-        sweep::{Axis, Sweep, SweepAxis, Swept},
-    },
-    system::{
-        About, Alias, BuildError, Builder, Final, KnobText, LibraryGraph, Setup, System, Verdict,
-        VerdictKind,
-    },
-};
+use ratelab_study::experiment::sweep::{Axis, Sweep, SweepAxis, Swept};
 
-use crate::support::{depth, hz};
+use crate::{support::*, table::rows};
 
 /// An oven after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,11 +42,7 @@ struct Thermostat {
 impl Node for Thermostat {
     fn tick(&mut self, now: Time) -> Tick {
         if let Some(step) = self.steps.latest(now) {
-            let heat = if step.data.temperature < self.target {
-                1.0
-            } else {
-                0.0
-            };
+            let heat = f64::from(u8::from(step.data.temperature < self.target));
             self.heat.publish(heat, now, Some(step.stamp));
         }
         GO_ON
@@ -81,28 +64,29 @@ const OVERHEATED: VerdictKind = VerdictKind {
     text: "OVERHEATED at {at}",
 };
 
+const fn alias(
+    name: &'static str,
+    knobs: &'static [(KnobKind, &'static str)],
+    default: &'static str,
+) -> Alias {
+    let (choices, help): (&[_], _) = (&[], "");
+    Alias {
+        name,
+        knobs,
+        default,
+        choices,
+        help,
+    }
+}
+
 const KNOBS: KnobText = KnobText(&[
-    Alias {
-        name: "thermostat-hz",
-        knobs: &[(KnobKind::Rate, "thermostat")],
-        default: "10",
-        choices: &[],
-        help: "How often the thermostat decides",
-    },
-    Alias {
-        name: "target",
-        knobs: &[(KnobKind::Send, "thermostat")],
-        default: "80",
-        choices: &[],
-        help: "The temperature to keep (°C)",
-    },
-    Alias {
-        name: "queues",
-        knobs: &[(KnobKind::Depth, "/step"), (KnobKind::Depth, "/heat")],
-        default: "1",
-        choices: &[],
-        help: "How many messages the topics keep",
-    },
+    alias("thermostat-hz", &[(KnobKind::Rate, "thermostat")], "10"),
+    alias("target", &[(KnobKind::Send, "thermostat")], "80"),
+    alias(
+        "queues",
+        &[(KnobKind::Depth, "/step"), (KnobKind::Depth, "/heat")],
+        "1",
+    ),
 ]);
 
 impl System for Oven {
@@ -151,12 +135,8 @@ impl System for Oven {
     }
 
     fn finals(&self, state: &[f64]) -> Vec<Final> {
-        let value = state.first().copied().unwrap_or(f64::NAN);
-        vec![Final {
-            name: "final_temperature",
-            unit: "°C",
-            value,
-        }]
+        let (name, unit, value) = ("final_temperature", "°C", state[0]);
+        vec![Final { name, unit, value }]
     }
 }
 
@@ -170,16 +150,14 @@ fn config(setup: &[&str]) -> Config {
 }
 
 fn experiment(config: &Config) -> Experiment {
-    Experiment::new(Arc::new(Oven), config).expect("experiment")
+    Experiment::new(oven(), config).expect("experiment")
 }
 
 /// Runs the oven; returns its steps as well.
 fn run(config: &Config) -> (Summary, Rows) {
     let experiment = experiment(config);
-    let tap = experiment
-        .taps()
-        .rows("/step", 4)
-        .expect("a recorded topic");
+    let tap = experiment.taps().rows("/step", 4);
+    let tap = tap.expect("a recorded topic");
     thread::scope(|scope| {
         let reader = scope.spawn(move || {
             let mut rows = tap.rows();
@@ -191,10 +169,8 @@ fn run(config: &Config) -> (Summary, Rows) {
     })
 }
 
-/// The error for an oven that cannot be built.
-fn refusal(config: &Config) -> String {
-    let refused = Experiment::new(Arc::new(Oven), config).err();
-    refused.expect("no experiment").to_string()
+fn oven() -> Arc<Oven> {
+    Arc::new(Oven)
 }
 
 #[test]
@@ -209,10 +185,8 @@ fn a_custom_system_runs_and_gives_its_verdict() {
     assert_eq!(*summary.verdict.kind, OVERHEATED);
     assert!(summary.verdict.is_lost() && summary.state[0] > 100.0);
     let (head, _) = rows.last().expect("steps");
-    assert_eq!(
-        (head.stamp, head.seq + 1),
-        (summary.sim_time, summary.steps)
-    );
+    let last = (head.stamp, head.seq + 1);
+    assert_eq!(last, (summary.sim_time, summary.steps));
 }
 
 #[test]
@@ -236,7 +210,7 @@ fn sweep(threads: usize) -> Swept {
     let sweep = Sweep {
         axes: axes.into(),
         seeds: "0..4".parse::<Axis<u64>>().expect("seeds").into(),
-        ..Sweep::of(Arc::new(Oven), Config::default())
+        ..Sweep::of(oven(), Config::default())
     };
     let threads = NonZeroUsize::new(threads).expect("not zero");
     let swept = sweep.run(threads, |_, _| ControlFlow::Continue(()));
@@ -268,11 +242,8 @@ fn a_graph_begins_with_its_setup_and_the_systems_defaults() {
     let depths = snapshot.topics.iter().map(|topic| topic.depth.get());
     assert_eq!(depths.collect::<Vec<_>>(), [7, 7]);
     let summary = experiment.run().expect("run");
-    assert!(
-        (55.0..65.0).contains(&summary.state[0]),
-        "{:?}",
-        summary.state
-    );
+    let state = summary.state;
+    assert!((55.0..65.0).contains(&state[0]), "{state:?}");
     assert_eq!(summary.events, [], "a setup is no event of the run");
 }
 
@@ -287,41 +258,24 @@ fn only_topics_with_fields_are_recorded() {
 }
 
 #[test]
-fn a_knob_of_an_unknown_target_is_refused_with_the_known_ones() {
-    for (knob, reason) in [
-        (
-            "rate planner 5",
-            "there is no node \"planner\": expected one of oven, thermostat",
-        ),
-        (
-            "depth /map 2",
-            "there is no topic \"/map\": expected one of /step, /heat",
-        ),
-        (
-            "send planner stop",
-            "there is no node \"planner\": expected one of oven, thermostat",
-        ),
-    ] {
+fn a_knob_that_the_graph_refuses_fails_the_build_with_the_reason() {
+    for [knob, reason] in rows(
+        "rate planner 5       | there is no node \"planner\": expected one of oven, thermostat
+         depth /map 2         | there is no topic \"/map\": expected one of /step, /heat
+         send planner stop    | there is no node \"planner\": expected one of oven, thermostat
+         send thermostat hot  | \"hot\" is not a temperature
+         send oven open       | this node takes no orders",
+    ) {
         let expected = format!("{knob}: {reason}");
-        assert_eq!(refusal(&config(&[knob])), expected);
-        let timed = Config {
-            knobs: KNOBS.parse_list(&format!("3 {knob}")).expect(knob),
-            ..Config::default()
-        };
-        assert_eq!(refusal(&timed), expected);
+        assert_eq!(refusal_of(oven(), &config(&[&knob])), expected);
+        if reason.starts_with("there is no") {
+            let timed = Config {
+                knobs: KNOBS.parse_list(&format!("3 {knob}")).expect(&knob),
+                ..Config::default()
+            };
+            assert_eq!(refusal_of(oven(), &timed), expected);
+        }
     }
-}
-
-#[test]
-fn a_message_that_a_node_refuses_fails_the_build_with_its_reason() {
-    assert_eq!(
-        refusal(&config(&["target hot"])),
-        "send thermostat hot: \"hot\" is not a temperature"
-    );
-    assert_eq!(
-        refusal(&config(&["send oven open"])),
-        "send oven open: this node takes no orders"
-    );
 }
 
 #[test]
@@ -338,18 +292,9 @@ fn an_alias_has_its_set_value_or_its_default() {
 }
 
 fn any_knob() -> impl Strategy<Value = Knob> {
-    let name = || proptest::sample::select(vec!["a", "b", "c"]).prop_map(str::to_owned);
-    prop_oneof![
-        (name(), 1..9u8).prop_map(|(node, rate)| Knob::Rate {
-            node,
-            hz: hz(f64::from(rate))
-        }),
-        (name(), 1..9usize).prop_map(|(topic, messages)| Knob::Depth {
-            topic,
-            depth: depth(messages)
-        }),
-        (name(), "[a-z]{0,3}").prop_map(|(node, text)| Knob::Send { node, text }),
-    ]
+    let (name, value) = (prop::sample::select(vec!["a", "b", "c"]), 1..9u8);
+    let kind = prop::sample::select(vec!["rate", "depth", "send"]);
+    (kind, name, value).prop_map(|(kind, name, value)| knob(&format!("{kind} {name} {value}")))
 }
 
 proptest! {
@@ -381,38 +326,23 @@ proptest! {
     }
 }
 
-/// One node, which uses its message while it is built and takes none afterwards.
-struct Clock;
-
-impl System for Clock {
-    fn name(&self) -> &'static str {
-        "clock"
-    }
-
-    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
-        let alarm = builder.message("clock").unwrap_or("9").parse();
-        let alarm: f64 = alarm.map_err(|_| BuildError::Setting("no time".to_owned()))?;
-        builder.node("clock", 10.0, 0, move |_| {
-            move |now: Time| {
-                if now.as_secs_f64() < alarm {
-                    GO_ON
-                } else {
-                    END
-                }
-            }
-        })
-    }
-}
-
 #[test]
 fn a_message_used_to_build_a_node_is_not_sent_to_it() {
-    let run = |setup| Experiment::new(Arc::new(Clock), &config(setup));
-    let summary = run(&["send clock 2"]).expect("experiment").run();
-    let summary = summary.expect("run");
+    // It takes none after it is built.
+    let clock = || {
+        system(|builder| {
+            let alarm = builder.message("clock").unwrap_or("9").parse();
+            let alarm = alarm.map_err(|_| BuildError::Setting("no time".to_owned()))?;
+            builder.node("clock", 10.0, 0, move |_| {
+                move |now| if now < secs(alarm) { GO_ON } else { END }
+            })
+        })
+    };
+    let summary = run_of(clock(), &config(&["send clock 2"]));
     assert_eq!(summary.verdict.to_string(), "ENDED at 2.000 s (by a node)");
     assert_eq!((summary.steps, &summary.state[..]), (0, &[][..]));
-    let refused = run(&["send clock noon"]).err().expect("no experiment");
-    assert_eq!(refused.to_string(), "no time");
+    let noon = config(&["send clock noon"]);
+    assert_eq!(refusal_of(clock(), &noon), "no time");
 }
 
 #[test]
@@ -421,42 +351,30 @@ fn a_graph_of_the_library_runs_with_its_settings_and_is_recorded() {
         let steps = Topic::new("/step", depth(1));
         builder.record(&steps);
         let graph = builder.graph();
-        graph.node("oven", hz(10.0), 0, |wiring| {
-            let steps = wiring.publisher(&steps);
-            move |now: Time| {
-                let (temperature, heat) = (now.as_secs_f64(), 0.0);
-                steps.publish(Step { temperature, heat }, now, None);
-                GO_ON
-            }
-        })?;
-        Ok(graph.node("thermostat", hz(1.0), 1, |wiring| {
-            let mut steps = wiring.subscription(&steps);
-            move |now| {
-                steps.latest(now);
-                GO_ON
-            }
-        })?)
+        talker(graph, "oven", 10.0, 0, &steps, |now| {
+            let (temperature, heat) = (now.as_secs_f64(), 0.0);
+            Some(Step { temperature, heat })
+        });
+        reader(graph, "thermostat", 1.0, 1, &steps);
+        Ok(())
     };
-    let system = Arc::new(LibraryGraph::new("library", wire));
-    let setup = ["rate thermostat 2", "depth /step 3", "takes oven 5"];
-    let config = config(&setup);
-    let experiment = Experiment::new(system.clone(), &config).expect("experiment");
+    let library = system(wire);
+    let config = config(&["rate thermostat 2", "depth /step 3", "takes oven 5"]);
+    let experiment = Experiment::new(library.clone(), &config).expect("experiment");
     assert!(experiment.taps().rows("/step", 4).is_some());
     let summary = experiment.run().expect("run");
     // The message of the last tick would come after the end.
-    assert_eq!(summary.topic("/step").published, 100);
-    assert_eq!(summary.node("thermostat").map(|node| node.ticks), Some(21));
-    assert!(
-        summary
-            .node("oven")
-            .is_some_and(|oven| oven.tick_time.count() > 90)
+    check(
+        "library",
+        &summary,
+        "published /step 100; ticks thermostat 21",
     );
+    let oven = summary.node("oven").expect("a node");
+    assert!(oven.tick_time.count() > 90);
     // Five messages between two ticks, three of which are kept.
-    assert!(
-        (30..50).contains(&summary.topic("/step").dropped),
-        "{summary:?}"
-    );
-    let part = Experiment::part(system, &config, &["oven".to_owned()]);
+    let dropped = summary.topic("/step").dropped;
+    assert!((30..50).contains(&dropped), "{dropped}");
+    let part = Experiment::part(library, &config, &["oven".to_owned()]);
     let refused = part.err().expect("no experiment").to_string();
     assert!(refused.contains("one process"), "{refused}");
 }

@@ -4,14 +4,11 @@
 use std::{
     sync::atomic::{AtomicBool, Ordering},
     thread,
-    time::Duration,
 };
 
 use proptest::prelude::*;
-use ratelab::{Depth, GO_ON, Graph, Time, Topic};
-use ratelab_account::{Distribution, Observer, ReplayAccounts, TickRecord};
 
-use crate::support::{at, depth, hz, run_virtual, secs, set_depth, talker};
+use crate::support::*;
 
 fn recorded(samples: &[u64]) -> Distribution {
     let mut distribution = Distribution::empty();
@@ -21,155 +18,90 @@ fn recorded(samples: &[u64]) -> Distribution {
     distribution
 }
 
-#[test]
-fn a_distribution_without_samples_has_no_figures() {
-    let empty = recorded(&[]);
-    assert_eq!((empty.count(), empty.sum()), (0, Duration::ZERO));
-    assert_eq!(empty.mean_s(), None);
-    assert_eq!((empty.max(), empty.quantile(0.5)), (None, None));
+/// So many samples below `most` (ns), sorted.
+fn samples(least: usize, most: u64) -> impl Strategy<Value = Vec<u64>> {
+    let samples = proptest::collection::vec(0..most, least..200);
+    samples.prop_map(|mut samples| {
+        samples.sort_unstable();
+        samples
+    })
+}
+
+/// Whether a figure is that of the sample `exact` (ns), to 0.1 %.
+fn is_near(figure: Duration, exact: u64) -> bool {
+    (figure.as_nanos() as f64 - exact as f64).abs() <= exact as f64 / 1e3
 }
 
 proptest! {
     #[test]
-    fn count_sum_mean_and_maximum_are_exact(
-        samples in proptest::collection::vec(0..1u64 << 40, 1..200),
-    ) {
+    fn count_sum_mean_and_maximum_are_exact(samples in samples(0, 1 << 40)) {
         let distribution = recorded(&samples);
-        let sum: u64 = samples.iter().sum();
-        prop_assert_eq!(distribution.count(), samples.len() as u64);
+        let (sum, count) = (samples.iter().sum::<u64>(), samples.len());
+        prop_assert_eq!(distribution.count(), count as u64);
         prop_assert_eq!(distribution.sum(), Duration::from_nanos(sum));
-        let mean = sum as f64 / samples.len() as f64 / 1e9;
-        prop_assert_eq!(distribution.mean_s(), Some(mean));
-        let max = samples.iter().max().copied().map(Duration::from_nanos);
+        let mean = (count > 0).then(|| sum as f64 / count as f64 / 1e9);
+        prop_assert_eq!(distribution.mean_s(), mean);
+        let max = samples.last().copied().map(Duration::from_nanos);
         prop_assert_eq!(distribution.max(), max);
+        prop_assert_eq!(distribution.quantile(1.0), max);
     }
 
     #[test]
-    fn quantiles_are_true_to_a_tenth_of_a_percent(
-        mut samples in proptest::collection::vec(1..1u64 << 40, 1..200),
-        quantile in 0.01..=1.0f64,
+    fn quantiles_are_true_to_a_tenth_of_a_percent_and_rise(
+        samples in samples(1, 1 << 40), quantile in 0.01..=1.0f64,
     ) {
-        let measured = recorded(&samples).quantile(quantile).expect("samples");
-        samples.sort_unstable();
+        let distribution = recorded(&samples);
+        let quantile_at = |share| distribution.quantile(share).expect("samples");
         let rank = (quantile * samples.len() as f64).ceil() as usize;
-        let exact = samples[rank - 1] as f64;
-        let error = (measured.as_nanos() as f64 - exact).abs() / exact;
-        prop_assert!(error <= 1e-3, "{measured:?} for {exact} ns");
+        let (measured, exact) = (quantile_at(quantile), samples[rank - 1]);
+        prop_assert!(is_near(measured, exact), "{measured:?} for {exact} ns");
+        let all = (0..=100).map(|percent| quantile_at(f64::from(percent) / 100.0));
+        let all: Vec<_> = all.collect();
+        prop_assert!(all.is_sorted() && all[0] >= Duration::from_nanos(samples[0]), "{all:?}");
     }
-}
 
-fn ms(milliseconds: f64) -> Duration {
-    Duration::from_secs_f64(milliseconds / 1e3)
+    #[test]
+    fn bars_count_every_sample_once_within_a_tenth_of_a_percent(samples in samples(1, 1 << 40)) {
+        let bars: Vec<(Duration, u64)> = recorded(&samples).bars().collect();
+        prop_assert!(bars.is_sorted_by(|a, b| a.0 < b.0), "{bars:?}");
+        let counted = bars.iter().flat_map(|(at, count)| vec![*at; *count as usize]);
+        let counted: Vec<_> = counted.collect();
+        prop_assert_eq!(counted.len(), samples.len());
+        prop_assert!(counted.iter().zip(samples).all(|(bar, exact)| is_near(*bar, exact)));
+    }
 }
 
 #[test]
 fn quantiles_of_durations_on_a_grid_are_these_durations() {
-    for exact in [140.0, 19.99, 40.0, 100.0, 180.0, 0.02, 3_600_000.0].map(ms) {
-        let samples = vec![exact.as_nanos() as u64; 7];
-        // One longer sample, so that none of them is the maximum.
-        let distribution = recorded(&[samples, vec![1 << 45]].concat());
+    for exact in [140.0, 19.99, 40.0, 100.0, 180.0, 0.02, 3_600_000.0] {
+        let exact = Duration::from_secs_f64(exact / 1e3);
+        // And the longest, so that none of them is the maximum.
+        let samples = [vec![exact.as_nanos() as u64; 7], vec![u64::MAX]].concat();
+        let distribution = recorded(&samples);
         for quantile in [0.0, 0.01, 0.5, 0.8] {
             assert_eq!(distribution.quantile(quantile), Some(exact));
         }
+        let longest = Some(Duration::from_nanos(u64::MAX));
+        assert_eq!((distribution.count(), distribution.max()), (8, longest));
     }
-}
-
-proptest! {
-    #[test]
-    fn quantiles_rise_from_the_shortest_sample_to_the_longest(
-        samples in proptest::collection::vec(0..1u64 << 20, 1..200),
-    ) {
-        let distribution = recorded(&samples);
-        let quantiles = (0..=100).map(|percent| {
-            let quantile = distribution.quantile(f64::from(percent) / 100.0);
-            quantile.expect("samples").as_nanos() as u64
-        });
-        let quantiles: Vec<u64> = quantiles.collect();
-        prop_assert!(quantiles.is_sorted(), "{quantiles:?}");
-        prop_assert!(quantiles[0] >= samples.iter().copied().min().unwrap_or(0));
-        prop_assert_eq!(Some(quantiles[100]), samples.iter().copied().max());
-    }
-
-    #[test]
-    fn bars_count_every_sample_once_within_a_tenth_of_a_percent(
-        mut samples in proptest::collection::vec(0..1u64 << 40, 1..200),
-    ) {
-        samples.sort_unstable();
-        let bars: Vec<(Duration, u64)> = recorded(&samples).bars().collect();
-        prop_assert!(bars.is_sorted_by(|a, b| a.0 < b.0), "{bars:?}");
-        let repeated = |(at, count): &(Duration, u64)| {
-            std::iter::repeat_n(at.as_nanos() as f64, *count as usize)
-        };
-        let counted: Vec<f64> = bars.iter().flat_map(repeated).collect();
-        prop_assert_eq!(counted.len(), samples.len());
-        for (counted, exact) in counted.iter().zip(samples) {
-            prop_assert!((counted - exact as f64).abs() <= exact as f64 / 1e3);
-        }
-    }
-}
-
-#[test]
-fn samples_of_any_length_are_counted() {
-    let longest = u64::MAX;
-    let distribution = recorded(&[0, 1, 1_000_000, longest]);
-    assert_eq!(distribution.count(), 4);
-    assert_eq!(distribution.max(), Some(Duration::from_nanos(longest)));
-}
-
-#[test]
-fn all_samples_are_counted_during_continuous_reading() {
-    const SAMPLES: u64 = 200_000;
-    let (mut graph, mut meter) = (Graph::new(), None);
-    let node = graph.node("steady", hz(50.0), 0, |wiring| {
-        meter = Some(wiring.meter("wait"));
-        |_| GO_ON
-    });
-    node.expect("a node");
-    let (observer, mut meter) = (Observer::of(&graph), meter.expect("a meter"));
-    let count = || {
-        let snapshot = observer.snapshot();
-        snapshot.meter("steady", "wait").expect("a meter").count()
-    };
-    let done = AtomicBool::new(false);
-    thread::scope(|scope| {
-        for _ in 0..2 {
-            scope.spawn(|| {
-                let mut seen = 0;
-                while !done.load(Ordering::Relaxed) {
-                    let before = std::mem::replace(&mut seen, count());
-                    assert!(seen >= before, "a count went back");
-                }
-            });
-        }
-        for sample in 0..SAMPLES {
-            meter.record(Duration::from_nanos(sample));
-        }
-        done.store(true, Ordering::Relaxed);
-    });
-    assert_eq!(count(), SAMPLES);
 }
 
 #[test]
 fn the_snapshot_of_a_finished_run_is_its_summary() {
-    let experiment = crate::support::experiment(&crate::support::config("control-hz 15"));
+    let experiment = experiment(&config("control-hz 15"));
     let observer = experiment.observer();
     let summary = experiment.run().expect("run");
     let snapshot = observer.snapshot();
     assert_eq!(snapshot.now, summary.sim_time);
-    for (topic, summary) in snapshot.topics.iter().zip(&summary.topics) {
-        assert_eq!(*topic.name, summary.name);
-        assert_eq!(
-            (topic.published, topic.dropped()),
-            (summary.published, summary.dropped)
-        );
-    }
-    for (node, summary) in snapshot.nodes.iter().zip(&summary.nodes) {
-        assert_eq!((&*node.name, node.hz), (&*summary.name, summary.hz));
-        assert_eq!(
-            (node.ticks, node.overruns),
-            (summary.ticks, summary.overruns)
-        );
-    }
+    let topics = snapshot.topics.iter();
+    let topics = topics.map(|topic| (&*topic.name, topic.published, topic.dropped()));
+    let known = summary.topics.iter();
+    assert!(topics.eq(known.map(|topic| (&*topic.name, topic.published, topic.dropped))));
+    let [nodes, known] = [&snapshot.nodes, &summary.nodes].map(|nodes| {
+        let figures = |node: &NodeAccount| (node.name.clone(), node.hz, node.ticks, node.overruns);
+        nodes.iter().map(figures).collect::<Vec<_>>()
+    });
+    assert_eq!(nodes, known);
     let (_, latency) = &snapshot.nodes[2].meters[0];
     assert_eq!(latency.count(), summary.latency.count());
     assert_eq!(latency.sum(), summary.latency.sum());
@@ -179,9 +111,7 @@ fn the_snapshot_of_a_finished_run_is_its_summary() {
 #[test]
 fn a_replay_ends_at_the_end_of_the_run_even_after_a_later_tick() {
     let mut graph = Graph::new();
-    graph
-        .node("late", hz(50.0), 0, |_| |_| GO_ON)
-        .expect("a node");
+    worker(&mut graph, "late", 50.0, 0, |_| GO_ON);
     let observer = Observer::of(&graph);
     let mut replay = ReplayAccounts::new(&observer.topology(), observer.status());
     let late = TickRecord {
@@ -199,9 +129,9 @@ fn a_replay_ends_at_the_end_of_the_run_even_after_a_later_tick() {
 }
 
 #[test]
-fn observing_a_run_leaves_it_unchanged() {
-    let config = crate::support::config("control-hz 15");
-    let experiment = crate::support::experiment(&config);
+fn neither_taps_nor_an_observer_change_a_run() {
+    let config = config("control-hz 15");
+    let experiment = experiment(&config);
     let (observer, done) = (experiment.observer(), AtomicBool::new(false));
     let watched = thread::scope(|scope| {
         scope.spawn(|| {
@@ -209,11 +139,15 @@ fn observing_a_run_leaves_it_unchanged() {
                 observer.snapshot();
             }
         });
-        let watched = crate::support::collect(experiment);
+        let watched = collect(experiment);
         done.store(true, Ordering::Relaxed);
         watched
     });
-    assert!(watched.bytes() == crate::support::run_bytes(&config).bytes());
+    let (bare, tapped) = (run(&config), run_bytes(&config));
+    assert!(watched.bytes() == tapped.bytes());
+    let tapped = tapped.summary;
+    assert_eq!((bare.state, bare.topics), (tapped.state, tapped.topics));
+    assert_eq!(bare.latency.sum(), tapped.latency.sum());
 }
 
 /// The rate at run time `now` (s) of a topic with a message every 20 ms from zero until `end`.
@@ -245,19 +179,12 @@ fn the_rate_of_a_steady_topic_is_its_rate_until_it_is_silent() {
 fn what_a_shallower_queue_loses_is_lost_at_that_moment_however_old_it_is() {
     let (mut graph, topic) = (Graph::new(), Topic::new("/count", depth(10)));
     talker(&mut graph, "source", 10.0, 0, &topic, |now| {
-        (now < secs(0.5)).then_some(())
+        (now < secs(0.6)).then_some(())
     });
-    let idle = graph.node("idle", 10.0, 1, |wiring| {
-        let unread = wiring.subscription(&topic);
-        move |_: Time| {
-            let _ = &unread;
-            GO_ON
-        }
-    });
-    idle.expect("a node");
-    let observer = Observer::of(&graph);
-    run_virtual(&mut graph, vec![at(3.0, set_depth("/count", 1))], secs(3.5));
-    let snapshot = observer.snapshot();
+    // It reads the first message, and no other.
+    reader(&mut graph, "idle", 0.001, 1, &topic);
+    run_virtual(&mut graph, "3 depth /count 1", secs(3.5));
+    let snapshot = snapshot(&graph);
     let topic = &snapshot.topics[0];
     let lately = topic.dropped_lately(snapshot.now);
     assert_eq!((topic.dropped(), lately), (4, 4));

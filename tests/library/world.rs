@@ -1,14 +1,7 @@
 //! A world that does not wait for the robot, in any system: a plant that advances to a
 //! given run time.
 
-use std::sync::Arc;
-
-use ratelab::{ClockKind, END, GO_ON, Knob, Time};
-use ratelab_cart_pole::CartPole;
-use ratelab_study::{
-    experiment::{Config, Experiment, Summary},
-    system::{BuildError, Builder, System, WORLD, World, WorldKind},
-};
+use crate::support::*;
 
 /// Falls from ten metres by itself.
 struct Stone {
@@ -23,18 +16,11 @@ impl World for Stone {
     }
 }
 
-struct Fall;
-
-impl System for Fall {
-    fn name(&self) -> &'static str {
-        "fall"
-    }
-
-    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+#[test]
+fn any_plant_that_advances_to_a_run_time_is_a_world() {
+    let fall = system(|builder| {
         let heights = builder.internal_topic("/height");
-        if builder.world().is_course() {
-            return Err(BuildError::Setting("a stone does not wait".to_owned()));
-        }
+        assert!(!builder.world().is_course(), "a stone does not wait");
         let stone = Stone {
             height: 10.0,
             brought_to: Time::ZERO,
@@ -49,48 +35,19 @@ impl System for Fall {
                 GO_ON
             }
         })
-    }
-}
-
-fn own(config: Config) -> Config {
-    Config {
-        world: WorldKind::OWN,
-        ..config
-    }
-}
-
-fn run(system: impl System, config: &Config) -> Summary {
-    let experiment = Experiment::new(Arc::new(system), config).expect("an experiment");
-    experiment.run().expect("a run")
-}
-
-#[test]
-fn any_plant_that_advances_to_a_run_time_is_a_world() {
-    let summary = run(Fall, &own(Config::default()));
+    });
+    let summary = run_of(fall, &own(0, ""));
     // √(2 · 10 / 9.81) s, seen at the next reading.
-    assert_eq!(summary.sim_time, Time::from_nanos(1_440_000_000));
+    check("fall", &summary, "end 1.44; published /height 11");
     assert_eq!(&*summary.nodes[0].name, WORLD);
-    assert_eq!(summary.topic("/height").published, 11);
     assert_eq!(summary.verdict.to_string(), "ENDED at 1.440 s (by a node)");
-}
-
-/// A system that never asks for the kind of world.
-struct Plain;
-
-impl System for Plain {
-    fn name(&self) -> &'static str {
-        "plain"
-    }
-
-    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
-        builder.node("node", 1.0, 0, |_| |_| GO_ON)
-    }
 }
 
 #[test]
 fn a_system_without_a_world_of_its_own_refuses_it() {
-    let refused = Experiment::new(Arc::new(Plain), &own(Config::default())).err();
-    let refused = refused.expect("a refusal").to_string();
+    // It never asks for the kind of world.
+    let plain = system(|builder| builder.node("node", 1.0, 0, |_| |_| GO_ON));
+    let refused = refusal_of(plain, &own(0, ""));
     assert!(refused.contains("no world of its own"), "{refused}");
 }
 
@@ -116,44 +73,38 @@ fn worlds_and_steps_are_read_from_text() {
 
 #[test]
 fn the_setting_is_part_of_a_config_and_absent_in_the_course_s_world() {
-    let course = serde_json::to_value(Config::default()).expect("json");
+    let [course, own] = [config(""), own(0, "")].map(|config| {
+        let json = serde_json::to_value(&config).expect("json");
+        let read: Config = serde_json::from_value(json.clone()).expect("a config");
+        assert_eq!(read, config);
+        json
+    });
     assert_eq!(course.get("world"), None);
-    let config = own(Config::default());
-    let json = serde_json::to_value(&config).expect("json");
-    assert_eq!(json["world"]["own"]["step_ms"], 1);
-    assert_eq!(
-        serde_json::from_value::<Config>(json).expect("a config"),
-        config
-    );
-    let old: Config = serde_json::from_value(course).expect("a config");
-    assert_eq!(old.world, WorldKind::Course);
+    assert_eq!(own["world"]["own"]["step_ms"], 1);
 }
 
 #[test]
 fn the_pole_falls_without_any_action() {
     // In the course's world an actuator that never ticks stops the plant's time.
-    let knob: Knob = "offset actuator 1000000".parse().expect("a knob");
-    let mut config = Config::default();
-    config.setup.set(knob);
-    let course = run(CartPole::default(), &config);
-    assert_eq!((course.verdict.name(), course.steps), ("never_moved", 0));
-    let own = run(CartPole::default(), &own(config));
-    assert_eq!(own.verdict.name(), "pole_fell");
+    let idle = "offset actuator 1000000";
+    check(
+        "course",
+        &run(&config(idle)),
+        "verdict never_moved; steps 0",
+    );
+    let own = run(&own(0, idle));
+    check("own", &own, "verdict pole_fell");
     assert!(own.steps > 10 && own.latency.count() == 0);
 }
 
 #[test]
 fn the_own_world_follows_the_wall_under_the_real_clock() {
-    let config = Config {
-        clock: ClockKind::Real,
-        end: Time::from_nanos(300_000_000),
-        ..own(Config::default())
-    };
-    let mut late = config.clone();
-    late.setup
-        .set("offset actuator 1000".parse().expect("a knob"));
     // The plant moves without any action.
-    let summary = run(CartPole::default(), &late);
+    let summary = run(&Config {
+        clock: ClockKind::Real,
+        end: secs(0.3),
+        ..own(0, "offset actuator 1000")
+    });
     assert!(summary.steps >= 5, "{} steps", summary.steps);
     assert_ne!(summary.state[6], 0.0);
 }

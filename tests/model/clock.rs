@@ -6,13 +6,13 @@ use ratelab::{
     Clock, ClockExit, ClockKind, Command, END, Fault, GO_ON, Graph, Inbox, Node, Tick, Time, Topic,
     run,
 };
-use ratelab_account::{Observer, TapHandle};
+use ratelab_account::TapHandle;
 use ratelab_real_clock::RealClock;
-use shuttle::{sync::Arc, thread};
+use shuttle::sync::Arc;
 
 use crate::{
-    SOME, explore,
-    support::{applied, depth, hz, send_to, set_depth, set_rate},
+    SOME, explore, person,
+    support::{applied, command, depth, hz, seqs, snapshot, worker},
 };
 
 /// Ticks of three nodes under the real clock, as the nodes saw them.
@@ -72,54 +72,29 @@ fn trio(rates: [f64; 3], end: Time) -> Trio {
 }
 
 impl Trio {
-    /// Runs while another thread sends `commands`, and checks what must hold in any
-    /// order.
-    fn run(
-        &mut self,
-        first: ClockKind,
-        commands: Vec<Command>,
-        until: Time,
-    ) -> Result<ClockExit, Fault> {
+    /// Runs under the real clock while another thread sends `commands`, and checks what must hold
+    /// in any order.
+    fn run(&mut self, commands: &'static str, until: Time) -> Result<ClockExit, Fault> {
+        let taps = TapHandle::of(&self.graph);
         let taps: Vec<_> = self
             .topics
             .iter()
-            .map(|topic| TapHandle::of(&self.graph).topic(topic, 1_000))
+            .map(|topic| taps.topic(topic, 1_000))
             .collect();
         let (commander, mut inbox) = Inbox::new(Vec::new());
-        let person = thread::spawn(move || {
-            for command in commands {
-                thread::yield_now();
-                // The run may be over by now.
-                let _ = commander.send(command);
-            }
-        });
+        let person = person(commander, commands);
         let real = &mut RealClock::default();
-        let exit = run(&mut self.graph, &mut inbox, until, first, real);
-        let snapshot = Observer::of(&self.graph).snapshot();
+        let exit = run(&mut self.graph, &mut inbox, until, ClockKind::Real, real);
+        let ended = snapshot(&self.graph);
         person.join().expect("person");
         for (index, tap) in taps.iter().enumerate() {
-            let seqs: Vec<u64> = tap
-                .items()
-                .try_iter()
-                .map(|tapped| tapped.message.seq)
-                .collect();
-            assert_eq!(
-                seqs,
-                Vec::from_iter(0..snapshot.nodes[index].ticks),
-                "{}",
-                NAMES[index]
-            );
-            assert_eq!(snapshot.topics[index].published, seqs.len() as u64);
+            let (seqs, ticks) = (seqs(tap), ended.nodes[index].ticks);
+            assert_eq!(seqs, Vec::from_iter(0..ticks), "{}", NAMES[index]);
+            assert_eq!(ended.topics[index].published, ticks);
         }
-        let after = Observer::of(&self.graph).snapshot();
-        let ticks = |node: &ratelab_account::NodeAccount| node.ticks;
-        assert!(
-            after
-                .nodes
-                .iter()
-                .map(ticks)
-                .eq(snapshot.nodes.iter().map(ticks))
-        );
+        let after = snapshot(&self.graph).nodes;
+        let pairs = after.iter().zip(&ended.nodes);
+        pairs.for_each(|(after, node)| assert_eq!(after.ticks, node.ticks));
         self.check_resumptions();
         exit
     }
@@ -139,14 +114,9 @@ impl Trio {
     fn check_periods(&self, index: usize) {
         let period = hz(RATES[index]).period().as_nanos();
         let starts = &self.starts.lock().expect("starts")[index];
-        let periods: Vec<u128> = starts
-            .iter()
-            .map(|start| start.since(Time::ZERO).as_nanos() / period)
-            .collect();
-        assert!(
-            periods.is_sorted_by(|a, b| a < b),
-            "two ticks in a period: {starts:?}"
-        );
+        let number = |start: &Time| start.since(Time::ZERO).as_nanos() / period;
+        let apart = starts.is_sorted_by(|a, b| number(a) < number(b));
+        assert!(apart, "two ticks in a period: {starts:?}");
     }
 }
 
@@ -158,17 +128,14 @@ fn milliseconds(milliseconds: u64) -> Time {
 fn the_real_clock_reaches_its_end_with_every_period_accounted_for() {
     explore(SOME, || {
         let (mut trio, until) = (trio(RATES, Time::MAX), milliseconds(60));
-        let exit = trio.run(ClockKind::Real, Vec::new(), until).expect("run");
+        let exit = trio.run("", until).expect("run");
         assert_eq!(exit, ClockExit::Completed);
-        let nodes = Observer::of(&trio.graph).snapshot().nodes;
+        let nodes = snapshot(&trio.graph).nodes;
         for (index, node) in nodes.iter().enumerate() {
             let period = node.hz.period().as_nanos() as u64;
             let periods = until.as_nanos() / period + 1;
-            assert!(
-                node.ticks + node.overruns >= periods,
-                "{} of {periods}",
-                node.ticks
-            );
+            let (ticks, overruns) = (node.ticks, node.overruns);
+            assert!(ticks + overruns >= periods, "{ticks} of {periods}");
             trio.check_periods(index);
         }
     });
@@ -176,30 +143,16 @@ fn the_real_clock_reaches_its_end_with_every_period_accounted_for() {
 
 #[test]
 fn every_command_that_was_given_before_a_stop_takes_effect() {
+    const COMMANDS: &str = "rate a 40; depth /a 3; send b one; pause; rate b 75; send c two; \
+        resume; rate a 110; stop";
     explore(SOME, || {
         let mut trio = trio(RATES, Time::MAX);
-        let commands = vec![
-            set_rate("a", 40.0),
-            set_depth("/a", 3),
-            send_to("b", "one"),
-            Command::Pause,
-            set_rate("b", 75.0),
-            send_to("c", "two"),
-            Command::Resume,
-            set_rate("a", 110.0),
-            Command::Stop,
-        ];
-        let exit = trio
-            .run(ClockKind::Real, commands.clone(), Time::MAX)
-            .expect("run");
+        let exit = trio.run(COMMANDS, Time::MAX).expect("run");
         assert_eq!(exit, ClockExit::Stopped);
         let applied = applied(&trio.graph.state().events(0));
-        for command in &commands {
-            let times = applied
-                .iter()
-                .filter(|(_, applied)| applied == command)
-                .count();
-            assert_eq!(times, 1, "{command} in {applied:?}");
+        for command in COMMANDS.split("; ").map(command) {
+            let times = applied.iter().filter(|(_, applied)| *applied == command);
+            assert_eq!(times.count(), 1, "{command} in {applied:?}");
         }
         trio.check_periods(2);
     });
@@ -209,11 +162,9 @@ fn every_command_that_was_given_before_a_stop_takes_effect() {
 fn a_stop_ends_an_endless_wait() {
     explore(SOME, || {
         let mut graph = Graph::new();
-        graph
-            .node("sleeper", hz(0.001), 0, |_| |_| GO_ON)
-            .expect("node");
+        worker(&mut graph, "sleeper", 0.001, 0, |_| GO_ON);
         let (commander, mut inbox) = Inbox::new(Vec::new());
-        let person = thread::spawn(move || commander.send(Command::Stop).expect("running"));
+        let person = person(commander, "stop");
         let exit = RealClock::default().run(&mut graph, &mut inbox, Time::MAX);
         assert_eq!(exit.expect("run"), ClockExit::Stopped);
         person.join().expect("person");
@@ -224,15 +175,8 @@ fn a_stop_ends_an_endless_wait() {
 fn a_node_that_ends_the_run_ends_it_through_pauses_and_hand_overs() {
     explore(SOME, || {
         let mut trio = trio(RATES, milliseconds(20));
-        let commands = vec![
-            Command::Pause,
-            Command::Resume,
-            Command::HandOver(ClockKind::Virtual),
-            Command::HandOver(ClockKind::Real),
-            Command::Pause,
-            Command::Resume,
-        ];
-        let exit = trio.run(ClockKind::Real, commands, Time::MAX).expect("run");
+        let commands = "pause; resume; virtual; real; pause; resume";
+        let exit = trio.run(commands, Time::MAX).expect("run");
         assert!(
             matches!(&exit, ClockExit::Ended { node, .. } if node == "c"),
             "{exit:?}"
@@ -247,18 +191,12 @@ fn a_node_that_ends_the_run_ends_it_through_pauses_and_hand_overs() {
 fn a_graph_that_is_handed_over_loses_and_doubles_no_tick() {
     explore(SOME, || {
         let (mut trio, until) = (trio(BUSY, Time::MAX), milliseconds(80));
-        let commands = vec![
-            Command::HandOver(ClockKind::Virtual),
-            set_rate("b", 90.0),
-            Command::HandOver(ClockKind::Real),
-            set_depth("/c", 2),
-            Command::HandOver(ClockKind::Virtual),
-        ];
-        let exit = trio.run(ClockKind::Real, commands, until).expect("run");
+        let commands = "virtual; rate b 90; real; depth /c 2; virtual";
+        let exit = trio.run(commands, until).expect("run");
         assert_eq!(exit, ClockExit::Completed);
         let all_starts = trio.starts.lock().expect("starts");
         for index in [0, 2] {
-            let node = &Observer::of(&trio.graph).snapshot().nodes[index];
+            let node = &snapshot(&trio.graph).nodes[index];
             let period = node.hz.period().as_nanos() as u64;
             assert!(node.ticks + node.overruns > until.as_nanos() / period);
             // Virtual time stands still between a tick that is late from the real clock
@@ -279,28 +217,15 @@ fn a_fault_is_reported_through_a_pause() {
         let mut graph = Graph::new();
         // It fails only once, so a missed fault would not recur.
         let mut sound = true;
-        let sick = graph.node("sick", hz(100.0), 0, |_| {
-            move |now| {
-                if now < milliseconds(10) || !std::mem::take(&mut sound) {
-                    return GO_ON;
-                }
-                Err("broken".into())
+        worker(&mut graph, "sick", 100.0, 0, move |now| {
+            if now < milliseconds(10) || !std::mem::take(&mut sound) {
+                return GO_ON;
             }
+            Err("broken".into())
         });
-        let well = graph.node("well", hz(70.0), 0, |_| |_| GO_ON);
-        sick.and(well).expect("nodes");
+        worker(&mut graph, "well", 70.0, 0, |_| GO_ON);
         let (commander, mut inbox) = Inbox::new(Vec::new());
-        let person = thread::spawn(move || {
-            for command in [
-                Command::Pause,
-                Command::Resume,
-                Command::Pause,
-                Command::Resume,
-            ] {
-                let _ = commander.send(command);
-                thread::yield_now();
-            }
-        });
+        let person = person(commander, "pause; resume; pause; resume");
         let fault = RealClock::default().run(&mut graph, &mut inbox, milliseconds(100));
         assert_eq!(fault.expect_err("a fault").node, "sick");
         person.join().expect("person");

@@ -1,8 +1,6 @@
 //! An executor under the real clock: its threads take turns in any schedule, and lose nothing.
 
-use ratelab::{
-    Clock, ClockExit, ClockKind, Command, END, GO_ON, Graph, Inbox, Knob, Time, Topic, run,
-};
+use ratelab::{Clock, ClockExit, ClockKind, END, GO_ON, Graph, Inbox, Time, Topic, run};
 use ratelab_account::{Observer, TapHandle, TickRecord};
 use ratelab_effects::{Callback, Effects, Executor, Executors, Match};
 use ratelab_real_clock::RealClock;
@@ -16,8 +14,8 @@ use shuttle::{
 };
 
 use crate::{
-    SOME, explore,
-    support::{depth, hz, rerun_of, set_rate, talker},
+    SOME, explore, person,
+    support::{depth, rerun_of, run_timed, snapshot, talker, worker},
 };
 
 const EXECUTORS: [&str; 3] = ["single", "multi:2", "events"];
@@ -30,7 +28,10 @@ fn graph(executor: Executor) -> Graph {
     let mut graph = Graph::with(Effects);
     let topic = Topic::new("/messages", depth(2));
     talker(&mut graph, "source", 100.0, 0, &topic, |_| Some(0_u64));
-    let most = executor.shares().expect("one with threads");
+    let most = match executor {
+        Executor::Multi { threads } => threads,
+        _ => 1,
+    };
     let all = Arc::new(AtomicUsize::new(0));
     let grouped = Arc::new(AtomicUsize::new(0));
     for name in ["sink", "second"] {
@@ -52,18 +53,15 @@ fn graph(executor: Executor) -> Graph {
         });
         added.expect("node");
     }
-    let timer = graph.node("timer", hz(50.0), 0, |_| {
-        move |_| {
-            assert!(
-                all.fetch_add(1, Ordering::SeqCst) < most,
-                "too many threads"
-            );
-            thread::yield_now();
-            all.fetch_sub(1, Ordering::SeqCst);
-            GO_ON
-        }
+    worker(&mut graph, "timer", 50.0, 0, move |_| {
+        assert!(
+            all.fetch_add(1, Ordering::SeqCst) < most,
+            "too many threads"
+        );
+        thread::yield_now();
+        all.fetch_sub(1, Ordering::SeqCst);
+        GO_ON
     });
-    timer.expect("node");
     let callbacks = ["sink", "second"].map(|name| Callback::of(name).in_group("group"));
     let timer = Callback::of("timer");
     let added = graph.executor(executor, callbacks.into_iter().chain([timer]));
@@ -82,10 +80,9 @@ fn executors(check: impl Fn(Executor) + Send + Sync + Clone + 'static) {
 fn every_message_is_taken_dropped_or_waits_and_no_due_time_is_called_twice() {
     executors(|executor| {
         let mut graph = graph(executor);
-        let observer = Observer::of(&graph);
-        let exit = RealClock::default().run(&mut graph, &mut Inbox::default(), UNTIL);
-        assert_eq!(exit.expect("run"), ClockExit::Completed);
-        let snapshot = observer.snapshot();
+        let exit = run_timed(&mut RealClock::default(), &mut graph, "", UNTIL);
+        assert_eq!(exit, ClockExit::Completed);
+        let snapshot = snapshot(&graph);
         let topic = &snapshot.topics[0];
         for (sink, subscription) in snapshot.nodes[1..3].iter().zip(&topic.readers) {
             let left = topic.published - sink.ticks - subscription.dropped;
@@ -101,22 +98,9 @@ fn commands_and_the_other_clock_leave_no_thread_behind() {
     executors(|executor| {
         let mut graph = graph(executor);
         let (commander, mut inbox) = Inbox::new(Vec::new());
-        let person = thread::spawn(move || {
-            let sink = || "sink".to_owned();
-            for command in [
-                Command::Set(Knob::Crash { node: sink() }),
-                set_rate("timer", 70.0),
-                Command::Pause,
-                Command::Set(Knob::Restart { node: sink() }),
-                Command::Resume,
-                Command::HandOver(ClockKind::Virtual),
-                Command::HandOver(ClockKind::Real),
-                Command::Stop,
-            ] {
-                thread::yield_now();
-                let _ = commander.send(command);
-            }
-        });
+        let commands =
+            "crash sink; rate timer 70; pause; restart sink; resume; virtual; real; stop";
+        let person = person(commander, commands);
         let real = &mut RealClock::default();
         let exit = run(&mut graph, &mut inbox, Time::MAX, ClockKind::Real, real);
         assert_eq!(exit.expect("run"), ClockExit::Stopped);
@@ -160,8 +144,8 @@ fn a_message_wakes_a_thread_that_waits_for_nothing_else() {
             sink.expect("node");
             let added = graph.executor(executor, [Callback::of("sink")]);
             added.expect("a node");
-            let exit = RealClock::default().run(&mut graph, &mut Inbox::default(), Time::MAX);
-            assert!(matches!(exit.expect("run"), ClockExit::Ended { .. }));
+            let exit = run_timed(&mut RealClock::default(), &mut graph, "", Time::MAX);
+            assert!(matches!(exit, ClockExit::Ended { .. }));
         };
         shuttle::check_random(check, SOME);
     }
@@ -171,23 +155,19 @@ fn a_message_wakes_a_thread_that_waits_for_nothing_else() {
 fn ticks(graph: &mut Graph, clock: &mut dyn Clock) -> Vec<Vec<TickRecord>> {
     let taps = TapHandle::of(graph).ticks(1_000);
     RunLog::of(&graph.state());
-    let ended = clock.run(graph, &mut Inbox::default(), UNTIL);
-    assert_eq!(ended.expect("no fault"), ClockExit::Completed);
+    assert_eq!(run_timed(clock, graph, "", UNTIL), ClockExit::Completed);
     let ticks = taps.iter().map(|tap| tap.items().try_iter().collect());
     ticks.collect()
 }
 
 #[test]
 fn the_ticks_of_its_threads_come_back_with_their_overruns_in_every_schedule() {
-    for executor in EXECUTORS {
-        explore(SOME, move || {
-            let executor: Executor = executor.parse().expect("an executor");
-            let mut first = graph(executor);
-            let recorded = ticks(&mut first, &mut RealClock::default());
-            let mut rerun = rerun_of(&Observer::of(&first));
-            let again = ticks(&mut graph(executor), &mut rerun);
-            assert_eq!(rerun.difference(), None);
-            assert_eq!(again, recorded);
-        });
-    }
+    executors(|executor| {
+        let mut first = graph(executor);
+        let recorded = ticks(&mut first, &mut RealClock::default());
+        let mut rerun = rerun_of(&Observer::of(&first));
+        let again = ticks(&mut graph(executor), &mut rerun);
+        assert_eq!(rerun.difference(), None);
+        assert_eq!(again, recorded);
+    });
 }

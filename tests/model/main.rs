@@ -21,6 +21,20 @@ fn explore(schedules: usize, check: impl Fn() + Send + Sync + Clone + 'static) {
     shuttle::check_pct(check, schedules, 3);
 }
 
+/// A person who gives `commands` while other threads run.
+fn person(
+    commander: crossbeam_channel::Sender<ratelab::Command>,
+    commands: &'static str,
+) -> shuttle::thread::JoinHandle<()> {
+    shuttle::thread::spawn(move || {
+        for text in commands.split("; ").filter(|text| !text.is_empty()) {
+            shuttle::thread::yield_now();
+            // The run may be over by now.
+            let _ = commander.send(support::command(text));
+        }
+    })
+}
+
 /// Schedules for a check of one topic or meter.
 const MANY: usize = 2_000;
 

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use ratelab::{Clock, GO_ON, Graph, Inbox, Shared, Time, TimedCommand, Topic};
+use ratelab::{Clock, GO_ON, Graph, Shared, Time, Topic};
 use ratelab_account::{Observer, TapHandle};
 use ratelab_effects::Match;
 use ratelab_real_clock::RealClock;
@@ -11,7 +11,7 @@ use shuttle::{sync::Arc, thread};
 
 use crate::{
     SOME, explore,
-    support::{depth, hz, rerun_of, set_depth, set_rate},
+    support::{depth, reader, rerun_of, run_timed, snapshot},
 };
 
 /// Two nodes that count their ticks, add to a shared number and publish the sum, one that
@@ -23,7 +23,7 @@ fn graph() -> (Graph, Topic<u64>) {
     let topic = Topic::new("/sum", depth(2));
     for (name, rate) in [("a", 100.0), ("b", 50.0)] {
         let (ticks, total) = (ticks.clone(), total.clone());
-        let added = graph.node(name, hz(rate), 0, |wiring| {
+        let added = graph.node(name, rate, 0, |wiring| {
             let sum = wiring.publisher(&topic);
             move |now| {
                 // Another thread may come between this and the rest.
@@ -37,14 +37,7 @@ fn graph() -> (Graph, Topic<u64>) {
         });
         added.expect("node");
     }
-    let added = graph.node("c", hz(70.0), 0, |wiring| {
-        let mut sum = wiring.subscription(&topic);
-        move |now| {
-            let _ = sum.latest(now);
-            GO_ON
-        }
-    });
-    added.expect("node");
+    reader(&mut graph, "c", 70.0, 0, &topic);
     // Its thread may get a message before it has started.
     let added = graph.node("d", Match::Each, 0, |wiring| {
         let mut sum = wiring.trigger(&topic);
@@ -60,32 +53,28 @@ fn graph() -> (Graph, Topic<u64>) {
 }
 
 /// Every message, and the losses of the reader.
-fn run(clock: &mut dyn Clock, timed: Vec<TimedCommand>) -> (Graph, Vec<(u64, u64, Time)>, u64) {
+fn run(clock: &mut dyn Clock, commands: &str) -> (Graph, Vec<(u64, u64, Time)>, u64) {
     let (mut graph, topic) = graph();
     let tap = TapHandle::of(&graph).topic(&topic, 1_000);
     RunLog::of(&graph.state());
-    let (_, mut inbox) = Inbox::new(timed);
-    let end = Time::from_nanos(60_000_000);
-    clock.run(&mut graph, &mut inbox, end).expect("no fault");
+    run_timed(clock, &mut graph, commands, Time::from_nanos(60_000_000));
     let messages = tap.items().try_iter();
     let messages = messages.map(|tapped| (tapped.message.data, tapped.message.seq, tapped.head.at));
     let messages = messages.collect();
-    let dropped = Observer::of(&graph).snapshot().topics[0].dropped();
+    let dropped = snapshot(&graph).topics[0].dropped();
     (graph, messages, dropped)
 }
 
 fn comes_back(perturb: bool) {
     explore(SOME, move || {
-        let at = Time::from_nanos(20_000_000);
-        let commands = [set_rate("a", 80.0), set_depth("/sum", 1)];
-        let timed = commands.map(|command| TimedCommand { at, command });
-        let (first, messages, dropped) = run(&mut RealClock::default(), timed.to_vec());
+        let commands = "0.02 rate a 80; 0.02 depth /sum 1";
+        let (first, messages, dropped) = run(&mut RealClock::default(), commands);
         let state = first.state();
         let mut rerun = rerun_of(&Observer::of(&first));
         if perturb {
             rerun.perturb();
         }
-        let again = run(&mut rerun, Vec::new());
+        let again = run(&mut rerun, "");
         assert_eq!(rerun.difference(), None);
         assert_eq!((again.1, again.2), (messages, dropped));
         assert_eq!(again.0.state().events(0), state.events(0));
@@ -106,7 +95,7 @@ fn a_run_comes_back_by_its_gates_in_every_schedule() {
 fn a_knot_that_is_held_does_no_operation_before_it_is_allowed_in_every_schedule() {
     static OVERLAPS: AtomicUsize = AtomicUsize::new(0);
     explore(SOME, || {
-        let (first, messages, _) = run(&mut RealClock::default(), Vec::new());
+        let (first, messages, _) = run(&mut RealClock::default(), "");
         let mut rerun = rerun_of(&Observer::of(&first));
         let Some(last) = rerun.overlaps().len().checked_sub(1) else {
             return;
@@ -115,7 +104,7 @@ fn a_knot_that_is_held_does_no_operation_before_it_is_allowed_in_every_schedule(
         let operations = rerun.overlaps()[last].operations.len();
         rerun.hold(last, 0);
         let watch = rerun.watch();
-        let again = thread::spawn(move || run(&mut rerun, Vec::new()).1);
+        let again = thread::spawn(move || run(&mut rerun, "").1);
         for allowed in (0..operations).step_by(2).chain([operations]) {
             watch.allow(allowed);
             let done = loop {

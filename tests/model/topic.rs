@@ -1,12 +1,12 @@
 //! Topics: no message is torn, and every one is accounted for.
 
-use ratelab::{GO_ON, Graph, Subscription, Time, Topic};
+use ratelab::{Graph, Subscription, Time, Topic};
 use ratelab_account::TapHandle;
 use shuttle::thread;
 
 use crate::{
     MANY, explore,
-    support::{depth, hz},
+    support::{depth, seqs, talker},
 };
 
 /// Reads `times` times; returns the sequence numbers, newest message last.
@@ -36,29 +36,35 @@ fn losses(seen: &[u64], depth: u64) -> u64 {
     losses.sum()
 }
 
+/// All that `reader` saw in the end, in order and up to the last of `messages`; its losses.
+fn seen_by(reader: thread::JoinHandle<(Subscription<u64>, Vec<u64>)>) -> (Vec<u64>, u64) {
+    let (mut subscription, mut seen) = reader.join().expect("reader");
+    seen.extend(read(&mut subscription, 1));
+    assert!(
+        seen.is_sorted(),
+        "a message came after a newer one: {seen:?}"
+    );
+    seen.dedup();
+    (seen, subscription.dropped())
+}
+
+/// Reads `times` times on a thread of its own.
+fn reader(topic: &Topic<u64>, times: usize) -> thread::JoinHandle<(Subscription<u64>, Vec<u64>)> {
+    let mut subscription = topic.subscribe();
+    thread::spawn(move || {
+        let seen = read(&mut subscription, times);
+        (subscription, seen)
+    })
+}
+
 fn check_two_readers(messages: u64, reads: usize, queue: usize) {
     let topic = Topic::new("/test", depth(queue));
-    let readers = [topic.subscribe(), topic.subscribe()].map(|mut subscription| {
-        thread::spawn(move || {
-            let seen = read(&mut subscription, reads);
-            (subscription, seen)
-        })
-    });
+    let readers = [(); 2].map(|()| reader(&topic, reads));
     publish(&topic, messages);
     for reader in readers {
-        let (mut subscription, mut seen) = reader.join().expect("reader");
-        seen.extend(read(&mut subscription, 1));
-        assert!(
-            seen.is_sorted(),
-            "a message came after a newer one: {seen:?}"
-        );
+        let (seen, dropped) = seen_by(reader);
         assert_eq!(seen.last(), Some(&(messages - 1)));
-        seen.dedup();
-        assert_eq!(
-            subscription.dropped(),
-            losses(&seen, queue as u64),
-            "{seen:?}"
-        );
+        assert_eq!(dropped, losses(&seen, queue as u64), "{seen:?}");
     }
     assert_eq!(topic.published(), messages);
 }
@@ -74,14 +80,7 @@ fn two_publishers_share_one_history_without_gaps() {
     explore(MANY, || {
         let (topic, mut graph) = (Topic::new("/test", depth(1)), Graph::new());
         let idle = topic.subscribe();
-        let node = graph.node("talker", hz(1.0), 0, |wiring| {
-            let publisher = wiring.publisher(&topic);
-            move |_| {
-                let _ = &publisher;
-                GO_ON
-            }
-        });
-        node.expect("a node");
+        talker(&mut graph, "talker", 1.0, 0, &topic, |_| None);
         let tap = TapHandle::of(&graph).topic(&topic, 100);
         let publishers = [0, 1].map(|_| {
             let publisher = topic.publisher();
@@ -90,12 +89,7 @@ fn two_publishers_share_one_history_without_gaps() {
         for publisher in publishers {
             publisher.join().expect("publisher");
         }
-        let seqs: Vec<u64> = tap
-            .items()
-            .try_iter()
-            .map(|tapped| tapped.message.seq)
-            .collect();
-        assert_eq!(seqs, Vec::from_iter(0..6));
+        assert_eq!(seqs(&tap), Vec::from_iter(0..6));
         assert_eq!((topic.published(), idle.dropped()), (6, 5));
     });
 }
@@ -106,25 +100,15 @@ fn a_depth_change_during_traffic_keeps_the_counts_exact() {
     explore(MANY, || {
         let topic = Topic::new("/test", depth(3));
         let idle = topic.subscribe();
-        let mut subscription = topic.subscribe();
-        let reader = thread::spawn(move || {
-            let seen = read(&mut subscription, 3);
-            (subscription, seen)
-        });
+        let reader = reader(&topic, 3);
         let tuned = topic.clone();
         let tuner =
             thread::spawn(move || [1, 4, 2].map(|d| tuned.set_depth(depth(d), Time::ZERO).get()));
         publish(&topic, MESSAGES);
         assert_eq!(tuner.join().expect("tuner"), [3, 1, 4]);
-        let (mut subscription, mut seen) = reader.join().expect("reader");
-        seen.extend(read(&mut subscription, 1));
-        assert!(
-            seen.is_sorted(),
-            "a message came after a newer one: {seen:?}"
-        );
-        seen.dedup();
+        let (seen, dropped) = seen_by(reader);
         let (least, most) = (losses(&seen, 4), losses(&seen, 1));
-        assert!((least..=most).contains(&subscription.dropped()), "{seen:?}");
+        assert!((least..=most).contains(&dropped), "{seen:?}");
         topic.set_depth(depth(1), Time::ZERO);
         assert_eq!(idle.dropped(), MESSAGES - 1);
     });

@@ -1,14 +1,18 @@
 //! Short names for graphs of the core, and nodes that record their ticks.
 #![allow(dead_code)] // Each test uses its own part.
 
-use std::sync::{Arc, Mutex};
-
-use crossbeam_channel::Receiver;
-use ratelab::{
-    Clock, ClockExit, Command, Depth, Event, EventKind, GO_ON, Graph, Hz, Inbox, Knob, Message,
-    Payload, Tick, Time, TimedCommand, Topic, VirtualClock,
+use std::{
+    sync::{Arc, Mutex},
+    thread,
 };
-use ratelab_account::{Observer, Tap, TapMessage};
+
+use crossbeam_channel::{Receiver, Sender};
+use ratelab::{
+    Clock, ClockExit, ClockKind, Command, Depth, Event, EventKind, GO_ON, Graph, Hz, Inbox,
+    Message, Payload, Tick, Time, TimedCommand, Topic, VirtualClock,
+};
+use ratelab_account::{Lineage, Observer, Snapshot, Tap, TapMessage, TickRecord};
+use ratelab_real_clock::RealClock;
 use ratelab_replay::{Rerun, RunLog};
 
 /// A valid rate.
@@ -26,26 +30,47 @@ pub fn secs(seconds: f64) -> Time {
     Time::from_secs_f64(seconds).expect("a time")
 }
 
-/// `command` at the run time `seconds`.
-pub fn at(seconds: f64, command: Command) -> TimedCommand {
-    let at = secs(seconds);
-    TimedCommand { at, command }
+/// The command `text`: `pause`, `resume`, `step`, `stop`, the clock to go on under, or a knob.
+pub fn command(text: &str) -> Command {
+    match text {
+        "pause" => Command::Pause,
+        "resume" => Command::Resume,
+        "step" => Command::Step,
+        "stop" => Command::Stop,
+        "real" => Command::HandOver(ClockKind::Real),
+        "virtual" => Command::HandOver(ClockKind::Virtual),
+        knob => Command::Set(knob.parse().expect(knob)),
+    }
 }
 
-pub fn set_rate(node: &str, rate: f64) -> Command {
-    let (node, hz) = (node.to_owned(), hz(rate));
-    Command::Set(Knob::Rate { node, hz })
+/// Commands at run times (s), such as `0.1 rate a 20; 0.2 stop`.
+pub fn timed(list: &str) -> Vec<TimedCommand> {
+    let commands = list
+        .split(';')
+        .map(str::trim)
+        .filter(|text| !text.is_empty());
+    let commands = commands.map(|text| {
+        let (seconds, text) = text.split_once(' ').expect("a time");
+        let (at, command) = (secs(seconds.parse().expect(seconds)), command(text));
+        TimedCommand { at, command }
+    });
+    commands.collect()
 }
 
-pub fn set_depth(topic: &str, messages: usize) -> Command {
-    let (topic, depth) = (topic.to_owned(), depth(messages));
-    Command::Set(Knob::Depth { topic, depth })
+/// Both clocks.
+pub fn clocks() -> [Box<dyn Clock>; 2] {
+    [Box::new(VirtualClock), Box::<RealClock>::default()]
 }
 
-/// Sends `text` to `node`.
-pub fn send_to(node: &str, text: &str) -> Command {
-    let (node, text) = (node.to_owned(), text.to_owned());
-    Command::Set(Knob::Send { node, text })
+/// Adds a node that does `work` in each tick.
+pub fn worker(
+    graph: &mut Graph,
+    name: &str,
+    rate: f64,
+    priority: u32,
+    work: impl FnMut(Time) -> Tick + Send + 'static,
+) {
+    graph.node(name, rate, priority, |_| work).expect(name);
 }
 
 /// Adds a node that publishes what it `says` in a tick.
@@ -97,6 +122,35 @@ pub fn tapped<T>(tap: &Tap<TapMessage<T>>) -> Vec<Message<T>> {
     items.map(|tapped| tapped.message).collect()
 }
 
+/// The sequence numbers of the messages of a tap so far.
+pub fn seqs<T>(tap: &Tap<TapMessage<T>>) -> Vec<u64> {
+    tapped(tap).iter().map(|message| message.seq).collect()
+}
+
+/// The figures of `graph`.
+pub fn snapshot(graph: &Graph) -> Snapshot {
+    Observer::of(graph).snapshot()
+}
+
+/// The events of `graph` so far, as text.
+pub fn events(graph: &Graph) -> Vec<String> {
+    let events = graph.state().events(0);
+    events.iter().map(ToString::to_string).collect()
+}
+
+/// More than any topic publishes or any node ticks in a test.
+pub const ROOM: usize = 20_000;
+
+/// `lineage` with these ticks, too.
+pub fn settled(mut lineage: Lineage, ticks: &[Tap<TickRecord>]) -> Lineage {
+    for (node, ticks) in ticks.iter().enumerate() {
+        let ticks = ticks.items().try_iter();
+        ticks.for_each(|tick| lineage.tick(node, tick));
+    }
+    lineage.settle();
+    lineage
+}
+
 /// The run that `observer` saw and that has a log, to be executed again.
 pub fn rerun_of(observer: &Observer) -> Rerun {
     let log = RunLog::of(observer).log();
@@ -105,19 +159,33 @@ pub fn rerun_of(observer: &Observer) -> Rerun {
 
 /// Runs `graph` with these commands only, and observes it.
 pub fn run_timed(
-    clock: &mut impl Clock,
+    clock: &mut dyn Clock,
     graph: &mut Graph,
-    timed: Vec<TimedCommand>,
+    commands: &str,
     until: Time,
 ) -> ClockExit {
-    let (_, mut inbox) = Inbox::new(timed);
+    let (_, mut inbox) = Inbox::new(timed(commands));
     Observer::of(graph);
     clock.run(graph, &mut inbox, until).expect("no fault")
 }
 
-/// The same on the virtual clock.
-pub fn run_virtual(graph: &mut Graph, timed: Vec<TimedCommand>, until: Time) -> ClockExit {
-    run_timed(&mut VirtualClock, graph, timed, until)
+/// Runs `graph` on the virtual clock.
+pub fn run_virtual(graph: &mut Graph, commands: &str, until: Time) -> ClockExit {
+    run_timed(&mut VirtualClock, graph, commands, until)
+}
+
+/// Runs `graph` without an end while `person` observes it and gives commands.
+pub fn run_watched(
+    clock: &mut dyn Clock,
+    graph: &mut Graph,
+    person: impl FnOnce(Sender<Command>, Observer) + Send,
+) -> ClockExit {
+    let (commander, mut inbox) = Inbox::new(Vec::new());
+    let observer = Observer::of(graph);
+    thread::scope(|scope| {
+        scope.spawn(|| person(commander, observer));
+        clock.run(graph, &mut inbox, Time::MAX).expect("no fault")
+    })
 }
 
 /// The commands of a run that took effect, with their times.
@@ -127,10 +195,10 @@ pub fn applied(events: &[Event]) -> Vec<(Time, Command)> {
     applied.collect()
 }
 
-/// The refused commands of a run, with the reasons.
-pub fn refused(events: &[Event]) -> Vec<(Command, String)> {
+/// Why commands of a run were refused.
+pub fn refused(events: &[Event]) -> Vec<String> {
     let refused = events.iter().filter_map(|event| match &event.what {
-        EventKind::Refused { command, reason } => Some((command.clone(), reason.clone())),
+        EventKind::Refused { reason, .. } => Some(reason.clone()),
         _ => None,
     });
     refused.collect()
@@ -138,12 +206,8 @@ pub fn refused(events: &[Event]) -> Vec<(Command, String)> {
 
 /// The ticks of all nodes so far.
 pub fn ticks(observer: &Observer) -> u64 {
-    observer
-        .snapshot()
-        .nodes
-        .iter()
-        .map(|node| node.ticks)
-        .sum()
+    let snapshot = observer.snapshot();
+    snapshot.nodes.iter().map(|node| node.ticks).sum()
 }
 
 /// The ticks of nodes, in their order.
@@ -166,12 +230,10 @@ impl TickLog {
         mut work: impl FnMut(Time) -> Tick + Send + 'static,
     ) {
         let log = self.0.clone();
-        let node = move |now| {
+        worker(graph, name, rate, priority, move |now| {
             log.lock().expect("log").push((name, now));
             work(now)
-        };
-        let added = graph.node(name, hz(rate), priority, |_| node);
-        added.expect("a name of its own");
+        });
     }
 
     /// All ticks so far.

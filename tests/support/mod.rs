@@ -1,34 +1,48 @@
-//! Shared helpers: short names, nodes that record their ticks, and a run with all its
-//! messages.
+//! What tests of the library begin with: its names, short ones for its values, and runs of the
+//! cart-pole with all their messages.
 #![allow(dead_code)] // Each test uses its own part.
 
+mod figures;
+mod graph_files;
 mod graphs;
 pub mod specs;
 
-use std::sync::Arc;
+pub use std::{sync::Arc, time::Duration};
 
-use ratelab::{Knob, Message, Payload, TimedKnob};
-use ratelab_account::{Tap, TapMessage};
-use ratelab_cart_pole::{
-    ACTION, Action, CONTROL_HZ, CartPole, ControlStep, OBS, Observation, POLICY, STATE,
-    policy::{Policy, PolicyCache, PolicyContext, SwappablePolicy},
-};
-use ratelab_effects::checked;
-use ratelab_study::{
-    experiment::{Config, Experiment, Summary},
-    system::WorldKind,
-};
+pub use ratelab::*;
+pub use ratelab_account::*;
+pub use ratelab_cart_pole::{policy::*, *};
+pub use ratelab_effects::*;
+pub use ratelab_real_clock::*;
+pub use ratelab_replay::*;
+pub use ratelab_study::{experiment::*, system::*};
 
-pub use graphs::*;
+pub use self::{figures::*, graph_files::*, graphs::*};
 
 /// The cart-pole.
 pub fn cart_pole() -> Arc<CartPole> {
     Arc::default()
 }
 
-/// The cart-pole with a custom policy.
-pub fn with_policy<P: Policy + Clone + Sync + 'static>(policy: P) -> Arc<CartPole> {
-    let make = move |_| Box::new(policy.clone()) as Box<dyn Policy>;
+/// A policy that answers by a function.
+#[derive(Clone)]
+struct Own<F>(F);
+
+impl<F: FnMut(&Observation) -> f32 + Send> Policy for Own<F> {
+    fn name(&self) -> &str {
+        "own"
+    }
+
+    fn act(&mut self, seen: &Observation) -> Action {
+        Action((self.0)(seen))
+    }
+}
+
+/// The cart-pole with a policy that answers by `act`.
+pub fn with_policy(
+    act: impl FnMut(&Observation) -> f32 + Clone + Send + Sync + 'static,
+) -> Arc<CartPole> {
+    let make = move |_| Box::new(Own(act.clone())) as Box<dyn Policy>;
     Arc::new(CartPole::with_policy(make))
 }
 
@@ -43,9 +57,29 @@ pub fn policy(config: &Config) -> Box<dyn Policy> {
     Box::new(policy.expect("a policy"))
 }
 
-/// Ten seconds of the cart-pole, set up with knobs such as `control-hz 5`.
+/// Milliseconds.
+pub fn ms(ms: u64) -> Duration {
+    Duration::from_millis(ms)
+}
+
+/// Ten seconds of the cart-pole, set up with knobs such as `control-hz 5; queue-depth 3`.
 pub fn config(setup: &str) -> Config {
-    CartPole::config(setup).expect(setup)
+    let knobs = setup.split(';').map(str::trim);
+    let knobs = knobs.filter(|knob| !knob.is_empty());
+    let knobs = knobs.flat_map(|knob| CartPole::KNOBS.parse(knob).expect(knob));
+    Config {
+        setup: knobs.collect(),
+        ..Config::default()
+    }
+}
+
+/// Ten seconds of the cart-pole in a world that does not wait.
+pub fn own(seed: u64, setup: &str) -> Config {
+    Config {
+        seed,
+        world: WorldKind::OWN,
+        ..config(setup)
+    }
 }
 
 /// The knob `text`, or why it is none.
@@ -59,24 +93,17 @@ pub fn knob(text: &str) -> Knob {
     checked_knob(text).expect(text)
 }
 
-/// Timed knobs of the cart-pole, one a line.
+/// Timed knobs of the cart-pole, such as `1 control-hz 20; 2 crash sensor`.
 pub fn knobs(list: &str) -> Vec<TimedKnob> {
-    CartPole::KNOBS.parse_list(list).expect(list)
+    let lines = list.replace(';', "\n");
+    CartPole::KNOBS.parse_list(&lines).expect(list)
 }
 
-/// `config` with these knobs, too.
-pub fn with(knobs: &[&str], mut config: Config) -> Config {
-    config.setup.extend(knobs.iter().map(|text| knob(text)));
-    config
-}
-
-/// Ten seconds of the cart-pole in a world that does not wait.
-pub fn own(seed: u64) -> Config {
-    Config {
-        seed,
-        world: WorldKind::OWN,
-        ..Config::default()
-    }
+/// A system with the graph that `build` adds.
+pub fn system(
+    build: impl Fn(&mut Builder<'_>) -> Result<(), BuildError> + Send + Sync + 'static,
+) -> Arc<dyn System> {
+    Arc::new(LibraryGraph::new("made", build))
 }
 
 /// The cart-pole, ready to run.
@@ -84,15 +111,26 @@ pub fn experiment(config: &Config) -> Experiment {
     Experiment::new(cart_pole(), config).expect("experiment")
 }
 
+/// Runs `system`.
+pub fn run_of(system: Arc<dyn System>, config: &Config) -> Summary {
+    let experiment = Experiment::new(system, config).expect("experiment");
+    experiment.run().expect("run")
+}
+
 /// Runs the cart-pole.
 pub fn run(config: &Config) -> Summary {
-    experiment(config).run().expect("run")
+    run_of(cart_pole(), config)
+}
+
+/// The error for an invalid run of `system`.
+pub fn refusal_of(system: Arc<dyn System>, config: &Config) -> String {
+    let refused = Experiment::new(system, config).err();
+    refused.expect("no experiment").to_string()
 }
 
 /// The error for an invalid run of the cart-pole.
 pub fn refusal(config: &Config) -> String {
-    let refused = Experiment::new(cart_pole(), config).err();
-    refused.expect("no experiment").to_string()
+    refusal_of(cart_pole(), config)
 }
 
 /// Every message of a run, and its summary.
@@ -110,7 +148,7 @@ impl RunBytes {
     }
 }
 
-/// All messages as bytes, to be compared between runs.
+/// All messages as bytes, in the format of the reference hashes; see `tests/golden/honest.py`.
 pub fn message_bytes(
     observations: &[Message<Observation>],
     actions: &[Message<Action>],
@@ -120,15 +158,17 @@ pub fn message_bytes(
         let values = message.data.to_array().map(f32::to_le_bytes);
         stamped(message, values.as_flattened())
     });
-    let actions = actions
-        .iter()
-        .flat_map(|message| stamped(message, &message.data.0.to_le_bytes()));
-    let steps = steps.iter().flat_map(step_bytes);
+    let actions = actions.iter();
+    let actions = actions.flat_map(|message| stamped(message, &message.data.0.to_le_bytes()));
+    let steps = steps.iter().flat_map(|message| {
+        let step = message.data.step.to_le_bytes();
+        stamped(message, &[&step[..], &state_bytes(&message.data)].concat())
+    });
     observations.chain(actions).chain(steps).collect()
 }
 
 /// A message as bytes: time, number, time of the sensing, and its payload.
-pub fn stamped<T>(message: &Message<T>, payload: &[u8]) -> Vec<u8> {
+fn stamped<T>(message: &Message<T>, payload: &[u8]) -> Vec<u8> {
     let origin = message.origin.map_or(u64::MAX, |origin| origin.as_nanos());
     let head = [message.stamp.as_nanos(), message.seq, origin].map(u64::to_le_bytes);
     [head.as_flattened(), payload].concat()
@@ -173,7 +213,7 @@ pub fn step_bytes(message: &Message<ControlStep>) -> Vec<u8> {
 }
 
 /// What a control step says of the plant, in the format of the reference hashes.
-pub fn state_bytes(step: &ControlStep) -> Vec<u8> {
+fn state_bytes(step: &ControlStep) -> Vec<u8> {
     let latency = step.latency.map_or(-1, |latency| latency.as_nanos() as i64);
     let seen = step.observation.to_array().map(f32::to_le_bytes);
     let state = [step.qpos, step.qvel].concat();
@@ -187,19 +227,4 @@ pub fn fnv1a64(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
         (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
     })
-}
-
-/// The figures of the messages of a run, with their names in the reference data.
-pub fn traffic(summary: &Summary) -> [(&'static str, String); 7] {
-    let (obs, action) = (summary.topic(OBS), summary.topic(ACTION));
-    let latency = &summary.latency;
-    [
-        ("steps", summary.steps.to_string()),
-        ("obs_published", obs.published.to_string()),
-        ("obs_dropped", obs.dropped.to_string()),
-        ("action_published", action.published.to_string()),
-        ("action_dropped", action.dropped.to_string()),
-        ("latency_count", latency.count().to_string()),
-        ("latency_sum_ns", latency.sum().as_nanos().to_string()),
-    ]
 }

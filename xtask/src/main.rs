@@ -2,12 +2,11 @@
 //! recordings` generates the reference recordings again, `cargo xtask dist` makes
 //! packages.
 
-mod dist;
 mod recordings;
 
 use std::env;
 use std::path::Path;
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
 use xtask::mujoco::{self, Error, Platform, SetupResult, Source};
 
@@ -31,10 +30,35 @@ fn main() -> ExitCode {
         ([command], Some(package)) if command == "recordings" => {
             recordings::make(&Path::new(&package).join(".."))
         }
-        ([command, options @ ..], Some(_)) if command == "dist" => dist::run(options),
+        // A crate of its own, because it has dependencies, and set-up needs none; optimised,
+        // because it compresses tens of megabytes.
+        ([command, options @ ..], Some(_)) if command == "dist" => {
+            run(cargo(&["--release", "--package", "dist"]).args(options))
+        }
         _ => {
             eprintln!("{USAGE}");
             ExitCode::from(2)
+        }
+    }
+}
+
+/// A program of the workspace, compiled and run by cargo with these options.
+fn cargo(options: &[&str]) -> Command {
+    let mut cargo = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    cargo.args(["run", "--quiet"]).args(options).arg("--");
+    cargo
+}
+
+/// Runs `command` to its end; returns its exit code.
+fn run(command: &mut Command) -> ExitCode {
+    match command.status() {
+        Ok(status) => {
+            let code = status.code().and_then(|code| u8::try_from(code).ok());
+            code.map_or(ExitCode::FAILURE, ExitCode::from)
+        }
+        Err(error) => {
+            eprintln!("error: cargo cannot be run: {error}");
+            ExitCode::FAILURE
         }
     }
 }

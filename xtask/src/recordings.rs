@@ -1,10 +1,8 @@
 //! Generates the reference recordings again.
 
-use std::{
-    env, fs, io,
-    path::Path,
-    process::{Command, ExitCode},
-};
+use std::{fs, io, path::Path, process::ExitCode};
+
+use crate::cargo;
 
 /// Name of each file, with the arguments of its run.
 const RUNS: [(&str, &[&str]); 3] = [
@@ -20,35 +18,20 @@ const RUNS: [(&str, &[&str]); 3] = [
 pub fn make(root: &Path) -> ExitCode {
     for (name, options) in RUNS {
         let file = format!("recordings/{name}");
-        if let Err(error) = remove(&root.join(&file)) {
-            eprintln!("error: {file}: {error}");
-            return ExitCode::FAILURE;
+        match fs::remove_file(root.join(&file)) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                eprintln!("error: {file}: {error}");
+                return ExitCode::FAILURE;
+            }
+            _ => {}
         }
-        let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-        let run = Command::new(cargo)
-            .current_dir(root)
-            .args(["run", "--quiet", "--package", "ratelab-lab", "--"])
-            .args(["run", "--clock", "virtual", "--record", &file])
-            .args(options)
-            .status();
-        match run {
-            Ok(status) if status.success() => {}
-            Ok(status) => {
-                eprintln!("error: {file}: ratelab run ended with {status}");
-                return ExitCode::FAILURE;
-            }
-            Err(error) => {
-                eprintln!("error: cargo cannot be run: {error}");
-                return ExitCode::FAILURE;
-            }
+        let mut run = cargo(&["--package", "ratelab-lab"]);
+        run.current_dir(root);
+        run.args(["run", "--clock", "virtual", "--record", &file]);
+        let ended = crate::run(run.args(options));
+        if ended != ExitCode::SUCCESS {
+            return ended;
         }
     }
     ExitCode::SUCCESS
-}
-
-fn remove(file: &Path) -> io::Result<()> {
-    match fs::remove_file(file) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-        _ => Ok(()),
-    }
 }

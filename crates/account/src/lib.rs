@@ -39,5 +39,5 @@ pub use replay_accounts::ReplayAccounts;
 pub use rows::Rows;
 pub use saw::{LateAge, PushAge, Saw};
 pub use tap::{Copies, Tap, TapMessage};
-pub use tap_handle::TapHandle;
+pub use tap_handle::{RunRow, TapHandle};
 pub use topic::{Flight, ReaderAccount, TopicAccount};

@@ -23,7 +23,8 @@ pub trait RecordedTopic: Any + Send + Sync {
         let (end, tap) = tap_handle.tap(capacity);
         let copy = move |head: &Head, row: &[f64]| end.offer((*head, row.to_vec()));
         self.listen(tap_handle, Box::new(copy));
-        RowTap::of(tap, self.fields().len())
+        let width = self.fields().len();
+        RowTap { width, tap }
     }
 
     /// The newest message, read without a subscription; `None` before the first.
@@ -129,12 +130,6 @@ pub struct RowTap {
 }
 
 impl RowTap {
-    /// The rows of `tap`, each of `width` numbers: a row of another width is no message of the
-    /// topic.
-    pub fn of(tap: Tap<(Head, Vec<f64>)>, width: usize) -> Self {
-        Self { width, tap }
-    }
-
     /// An empty list for messages of this topic, for [`take`](Self::take) to fill.
     pub fn rows(&self) -> Rows {
         Rows::new(self.width)

@@ -4,24 +4,23 @@ use std::any::Any;
 
 use ratelab::{Graph, Head, NodeRecord, RunState, Sink, TopicRecord, sync::Arc};
 
-use super::{
-    accounts::Accounts,
-    node::TickRecord,
-    tap::{Copies, Listeners},
-};
+use super::{accounts::Accounts, node::TickRecord, tap::Listeners};
 
 /// Adds the records of a graph to its accounts, and hands out copies.
 pub(crate) struct AccountSink {
     pub(crate) run: Arc<RunState>,
     pub(crate) accounts: Arc<Accounts>,
-    /// The ticks of each node.
-    pub(crate) ticks: Vec<Copies<TickRecord>>,
+    /// Those who listen to the ticks of each node.
+    pub(crate) ticks: Vec<Listeners<Box<TickListener>>>,
     /// Those who listen to each topic.
     pub(crate) topics: Vec<Listeners<Box<MessageListener>>>,
 }
 
 /// Takes a message with its payload; returns `false` once nobody listens any more.
 pub(crate) type MessageListener = dyn FnMut(&Head, &dyn Any) -> bool + Send;
+
+/// Takes a tick; returns `false` once nobody listens any more.
+pub(crate) type TickListener = dyn FnMut(&TickRecord) -> bool + Send;
 
 impl AccountSink {
     /// The sink of `graph`, from now on if it had none. Covers the nodes and topics that the
@@ -37,7 +36,7 @@ impl AccountSink {
         let (nodes, topics) = (&accounts.topology.nodes, &accounts.topology.topics);
         Self {
             run: graph.state(),
-            ticks: nodes.iter().map(|_| Copies::default()).collect(),
+            ticks: nodes.iter().map(|_| Listeners::default()).collect(),
             topics: topics.iter().map(|_| Listeners::default()).collect(),
             accounts: accounts.into(),
         }
@@ -54,7 +53,7 @@ impl Sink for AccountSink {
             let tick = account.newest_tick(times);
             // The run may wait for a full tap, but not with a lock.
             drop(account);
-            self.ticks[node].offer(&tick);
+            self.ticks[node].each(|listener| listener(&tick));
         }
     }
 

@@ -74,7 +74,7 @@ impl<T> Tap<T> {
 }
 
 /// The sending end of a tap.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct TapSender<T> {
     sender: Sender<T>,
     lost: Arc<AtomicU64>,
@@ -149,10 +149,9 @@ impl<L> Listeners<L> {
     }
 }
 
-/// Copies of a series of items for any number of taps: the ticks of a node, or whatever is
-/// received of a run elsewhere.
+/// Copies of a series of items for any number of taps: whatever is received of a run elsewhere.
 #[derive(Debug)]
-pub struct Copies<T>(pub(crate) Listeners<TapSender<T>>);
+pub struct Copies<T>(Listeners<TapSender<T>>);
 
 impl<T> Default for Copies<T> {
     fn default() -> Self {
@@ -163,12 +162,7 @@ impl<T> Default for Copies<T> {
 impl<T: Clone> Copies<T> {
     /// A tap for all items from now on. A full one, of `capacity` items, loses and counts.
     pub fn tap(&self, capacity: usize) -> Tap<T> {
-        self.tap_for(None, capacity)
-    }
-
-    /// The same, but `run` may wait for a full one.
-    pub(crate) fn tap_for(&self, run: Option<Arc<RunState>>, capacity: usize) -> Tap<T> {
-        let (end, tap) = tap(capacity, run);
+        let (end, tap) = tap(capacity, None);
         self.0.add(end);
         tap
     }

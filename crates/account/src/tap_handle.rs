@@ -6,9 +6,19 @@ use ratelab::{Graph, Head, Payload, Topic, sync::Arc};
 
 use super::{
     node::TickRecord,
+    recorded::RecordedTopic,
     sink::AccountSink,
     tap::{Tap, TapMessage, TapSender, tap},
 };
+
+/// A row of a run, of the topic or the node with an index.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RunRow {
+    /// A message with its numbers.
+    Message(usize, Head, Vec<f64>),
+    /// A tick.
+    Tick(usize, TickRecord),
+}
 
 /// Taps a graph from any thread, before and during its run. Covers the nodes and topics that the
 /// graph had when it was first tapped or observed.
@@ -36,10 +46,33 @@ impl TapHandle {
     /// Copies every tick from now on, with one queue of `capacity` ticks per node, in the
     /// order of addition. The taps end with the graph.
     pub fn ticks(&self, capacity: usize) -> Vec<Tap<TickRecord>> {
-        let nodes = self.0.ticks.iter();
-        nodes
-            .map(|node| node.tap_for(Some(self.0.run.clone()), capacity))
-            .collect()
+        let taps = self.0.ticks.iter().map(|node| {
+            let (end, tap) = self.tap(capacity);
+            node.add(Box::new(move |tick: &TickRecord| end.offer(*tick)));
+            tap
+        });
+        taps.collect()
+    }
+
+    /// Copies every message of `topics` and every tick from now on, in one queue of `capacity`:
+    /// a tick comes after its messages.
+    pub fn all(&self, topics: &[&dyn RecordedTopic], capacity: usize) -> Tap<RunRow> {
+        let (all, tap) = self.tap(capacity);
+        for (node, ticks) in self.0.ticks.iter().enumerate() {
+            let end = all.clone();
+            ticks.add(Box::new(move |tick| end.offer(RunRow::Tick(node, *tick))));
+        }
+        for topic in topics {
+            let mut known = self.0.accounts.topology.topics.iter();
+            if let Some(index) = known.position(|known| known.name == topic.name()) {
+                let end = all.clone();
+                let copy = move |head: &Head, row: &[f64]| {
+                    end.offer(RunRow::Message(index, *head, row.to_vec()))
+                };
+                topic.listen(self, Box::new(copy));
+            }
+        }
+        tap
     }
 
     /// A tap for `capacity` items, with the end to be filled by a listener.

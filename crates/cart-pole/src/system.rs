@@ -314,12 +314,10 @@ impl System for CartPole {
         let context = context(seed, setup).map_err(|error| error.to_string())?;
         let policy: PolicySpec = text.parse().map_err(|error| format!("{error}"))?;
         let pinned = self.policies.pin(&policy);
-        let pinned = pinned.map_err(|error| error.to_string())?;
-        let loaded = self.policies.fetch(&pinned);
         // The node would refuse a policy that cannot be created.
-        let made = loaded.and_then(|loaded| loaded.policy(context));
-        made.map_err(|error| error.to_string())?;
-        Ok(pinned.to_string())
+        let made = pinned.and_then(|pinned| pinned.policy(context).map(|_| pinned));
+        let pinned = made.map_err(|error| error.to_string())?;
+        Ok(pinned.spec().to_string())
     }
 
     fn file(&self, node: &str, text: &str) -> Option<PathBuf> {

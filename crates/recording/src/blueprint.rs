@@ -10,7 +10,7 @@ use ratelab_account::Snapshot;
 use ratelab_study::system::{Signal, System, paced_node};
 use rerun::{
     AsComponents, EntityPath, RecordingStream, RecordingStreamBuilder, SerializedComponentBatch,
-    StoreKind,
+    StoreKind, TimePoint, Timeline,
     blueprint::{
         BarChartView, Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, GraphView,
         Horizontal, SelectionPanel, Spatial2DView, StateTimelineView, TextLogView, TimePanel,
@@ -19,15 +19,11 @@ use rerun::{
     },
     components::Range1D,
     datatypes::{TimeRange, TimeRangeBoundary},
-    external::{
-        re_log_types::BlueprintActivationCommand,
-        re_sdk_types::blueprint::{
-            archetypes::{Background, PlotLegend, ScalarAxis, TextLogColumns, TimeAxis},
-            datatypes::{TextLogColumn, TextLogColumnKind, TimelineColumn},
-        },
+    external::re_sdk_types::blueprint::{
+        archetypes::{Background, PlotLegend, ScalarAxis, TextLogColumns, TimeAxis},
+        datatypes::{TextLogColumn, TextLogColumnKind, TimelineColumn},
     },
-    log::{Chunk, ChunkError, LogMsg},
-    sink::MemorySinkStorage,
+    log::{Chunk, ChunkError, LogMsg, RowId},
 };
 
 use super::{
@@ -75,9 +71,8 @@ pub fn send(rec: &RecordingStream, subject: &Subject<'_>) -> Written {
         };
         made.insert(key.clone(), layout.messages(rec)?);
     }
-    let messages = made.get(&key).cloned().unwrap_or_default();
-    drop(made);
-    activate(messages, rec);
+    let messages = made.get(&key).into_iter().flatten().cloned();
+    messages.for_each(|message| rec.record_msg(message));
     Ok(())
 }
 
@@ -98,11 +93,16 @@ pub struct ViewerLayout {
 impl ViewerLayout {
     /// Shows the layout in the viewer. To be called before the recording itself.
     pub fn send(self, rec: &RecordingStream) -> Written {
-        activate(self.messages(rec)?, rec);
+        let messages = self.messages(rec)?.into_iter();
+        messages.for_each(|message| rec.record_msg(message));
         Ok(())
     }
 
+    /// The messages of the layout, the last of which activates it; none for a disabled stream.
     fn messages(self, rec: &RecordingStream) -> Written<Vec<LogMsg>> {
+        let Some(info) = rec.store_info() else {
+            return Ok(Vec::new());
+        };
         let time = TimePanel::new()
             .with_state(PanelState::Collapsed)
             .with_timeline(self.timeline)
@@ -114,7 +114,15 @@ impl ViewerLayout {
             .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Hidden))
             .with_selection_panel(SelectionPanel::from_state(PanelState::Hidden))
             .with_time_panel(time);
-        self.properties.messages_with(&blueprint, rec)
+        let stream = RecordingStreamBuilder::new(info.application_id().clone());
+        let (stream, storage) = stream.memory()?;
+        blueprint.send(&stream, BlueprintActivation::default())?;
+        let messages = storage.take().into_iter();
+        // The two refer to each other, and would never be freed if the stream stayed connected.
+        stream.disconnect();
+        let messages = messages.filter(|message| message.store_id().kind() == StoreKind::Blueprint);
+        let messages = messages.map(on_one_timeline).collect::<Result<_, _>>()?;
+        self.properties.among(messages)
     }
 }
 
@@ -139,27 +147,14 @@ impl Subject<'_> {
             Horizontal::new([graph.into()])
         };
         let signals = self.system.signals().iter();
-        let signals: Vec<_> = signals
-            .map(|signal| self.signal(properties, signal))
-            .collect();
-        let latency = self.system.latency().map(|(_, meter)| meter);
-        let mut middle = vec![self.per_second(properties), self.drops(properties)];
-        let mut right = vec![
-            lanes(properties, "clock and rates in force", MODES),
-            events(properties),
+        let signals = signals.map(|signal| self.signal(properties, signal));
+        let columns = [
+            signals.collect(),
+            self.plots(properties),
+            self.states(properties),
         ];
-        if let Some(meter) = latency {
-            middle.insert(0, self.latency(properties, meter));
-            right.insert(0, histogram(properties, meter));
-        }
-        if self.clock == ClockKind::Real {
-            right.insert(0, self.lateness(properties));
-        }
-        let columns = [signals, middle, right].into_iter();
-        let columns = columns
-            .filter(|views| !views.is_empty())
-            .map(|views| Vertical::new(views).into());
-        let columns = Horizontal::new(columns);
+        let columns = columns.into_iter().filter(|views| !views.is_empty());
+        let columns = Horizontal::new(columns.map(|views| Vertical::new(views).into()));
         let name = "timeline: ticks of nodes, and what became of messages";
         let timeline = lanes(properties, name, TIMELINE);
         let rows = Vertical::new([top.into(), columns.into(), timeline]);
@@ -175,35 +170,37 @@ impl Subject<'_> {
         properties.plot(view, Some(signal.range))
     }
 
-    fn latency(&self, properties: &mut Properties, meter: &str) -> ContainerLike {
-        let period = paced_node(self.system);
-        let period = period.map_or(String::new(), |node| format!(", {node} period orange"));
-        let view = TimeSeriesView::new(format!("{meter} latency blue{period} (ms)"))
-            .with_origin(LATENCY)
-            .with_override(LATENCY, stepped().visualizer());
-        properties.plot(view, None)
+    /// Latency, messages and drops over time.
+    fn plots(&self, properties: &mut Properties) -> Vec<ContainerLike> {
+        let latency = self.system.latency().map(|(_, meter)| {
+            let period = paced_node(self.system);
+            let period = period.map_or(String::new(), |node| format!(", {node} period orange"));
+            TimeSeriesView::new(format!("{meter} latency blue{period} (ms)"))
+                .with_origin(LATENCY)
+                .with_override(LATENCY, stepped().visualizer())
+        });
+        let key = palette::key(self.start.topics.iter().map(|topic| &*topic.name));
+        let sent = TimeSeriesView::new(format!("messages/s: {key}")).with_origin(PER_SECOND);
+        let dropped = TimeSeriesView::new(format!("dropped so far: {key}"))
+            .with_origin(DROPPED)
+            .with_contents([DROPPED, LINKS].map(|entity| format!("/{entity}")));
+        let views = latency.into_iter().chain([sent, dropped]);
+        views.map(|view| properties.plot(view, None)).collect()
     }
 
-    fn per_second(&self, properties: &mut Properties) -> ContainerLike {
-        let view = TimeSeriesView::new(format!("messages/s: {}", self.topic_key()));
-        properties.plot(view.with_origin(PER_SECOND), None)
-    }
-
-    fn drops(&self, properties: &mut Properties) -> ContainerLike {
-        let view = TimeSeriesView::new(format!("dropped so far: {}", self.topic_key()));
-        let contents = [DROPPED, LINKS].map(|entity| format!("/{entity}"));
-        let view = view.with_origin(DROPPED).with_contents(contents);
-        properties.plot(view, None)
-    }
-
-    fn topic_key(&self) -> String {
-        palette::key(self.start.topics.iter().map(|topic| &*topic.name))
-    }
-
-    fn lateness(&self, properties: &mut Properties) -> ContainerLike {
-        let nodes = palette::key(self.start.nodes.iter().map(|node| &*node.name));
-        let view = TimeSeriesView::new(format!("µs late: {nodes}"));
-        properties.plot(view.with_origin(NODES), None)
+    /// Lateness, the distribution of latency, modes and events.
+    fn states(&self, properties: &mut Properties) -> Vec<ContainerLike> {
+        let mut views = Vec::new();
+        if self.clock == ClockKind::Real {
+            let nodes = palette::key(self.start.nodes.iter().map(|node| &*node.name));
+            let late = TimeSeriesView::new(format!("µs late: {nodes}")).with_origin(NODES);
+            views.push(properties.plot(late, None));
+        }
+        let latency = self.system.latency();
+        views.extend(latency.map(|(_, meter)| histogram(properties, meter)));
+        views.push(lanes(properties, "clock and rates in force", MODES));
+        views.push(events(properties));
+        views
     }
 }
 
@@ -291,42 +288,20 @@ impl Properties {
         self.set(view, &properties)
     }
 
-    /// `blueprint` and the properties of its views.
-    fn messages_with(&self, blueprint: &Blueprint, rec: &RecordingStream) -> Written<Vec<LogMsg>> {
-        let mut messages = messages_of(blueprint, rec)?;
-        let Some(id) = messages.first().map(|message| message.store_id().clone()) else {
-            return Ok(messages); // A disabled stream.
+    /// `messages` of a blueprint, with the properties before the last one, its activation.
+    fn among(self, mut messages: Vec<LogMsg>) -> Written<Vec<LogMsg>> {
+        let Some(activation) = messages.pop() else {
+            return Ok(messages);
         };
-        let (stream, storage) = RecordingStreamBuilder::from_store_id(&id).memory()?;
-        stream.set_time_sequence(BLUEPRINT, 0);
-        for (entity, property) in &self.0 {
-            stream.log_serialized_batches(entity.clone(), false, property.iter().cloned())?;
+        for (entity, batches) in self.0 {
+            let time = TimePoint::default().with(Timeline::new_sequence(BLUEPRINT), 0);
+            let row = Chunk::builder(entity).with_serialized_batches(RowId::new(), time, batches);
+            let data = row.build()?.to_arrow_msg()?;
+            messages.push(LogMsg::ArrowMsg(activation.store_id().clone(), data));
         }
-        let data = taken(&stream, &storage).into_iter();
-        messages.extend(data.filter(|message| matches!(message, LogMsg::ArrowMsg(..))));
-        let messages = messages.into_iter().map(on_one_timeline);
-        Ok(messages.collect::<Result<_, ChunkError>>()?)
+        messages.push(activation);
+        Ok(messages)
     }
-}
-
-/// Sends the messages of a blueprint, then activates it in the viewer.
-fn activate(messages: Vec<LogMsg>, rec: &RecordingStream) {
-    if let Some(first) = messages.first() {
-        let activation = BlueprintActivationCommand {
-            blueprint_id: first.store_id().clone(),
-            make_active: true,
-            make_default: true,
-        };
-        rec.send_blueprint(messages, activation);
-    }
-}
-
-/// Takes the messages of `stream` from `storage`. The two refer to each other, and would
-/// never be freed if the stream stayed connected.
-fn taken(stream: &RecordingStream, storage: &MemorySinkStorage) -> Vec<LogMsg> {
-    let messages = storage.take();
-    stream.disconnect();
-    messages
 }
 
 /// `message` without the timelines that a blueprint does not need, a third of its size.
@@ -338,20 +313,4 @@ fn on_one_timeline(message: LogMsg) -> Result<LogMsg, ChunkError> {
         }
         other => other,
     })
-}
-
-/// The messages of `blueprint`, without its activation.
-fn messages_of(blueprint: &Blueprint, rec: &RecordingStream) -> Written<Vec<LogMsg>> {
-    let Some(info) = rec.store_info() else {
-        return Ok(Vec::new());
-    };
-    let application = info.application_id().clone();
-    let (stream, storage) = RecordingStreamBuilder::new(application).memory()?;
-    blueprint.send(&stream, BlueprintActivation::default())?;
-    let messages = taken(&stream, &storage).into_iter();
-    let of_blueprint = messages.filter(|message| {
-        message.store_id().kind() == StoreKind::Blueprint
-            && !matches!(message, LogMsg::BlueprintActivationCommand(_))
-    });
-    Ok(of_blueprint.collect())
 }

@@ -33,7 +33,7 @@ impl Recording {
             }
             Some(outcome) if outcome.end == RunStatus::WentOn => self.cut(self.last_known()),
             Some(_) => {}
-            None => self.cut(self.until.min(self.last_row())),
+            None => self.cut(self.until.min(self.newest().unwrap_or_default())),
         }
     }
 
@@ -79,7 +79,7 @@ impl Recording {
         let false_end = self.last_item() > outcome.at
             || !is_sound(outcome, &self.origin.topology)
             || (outcome.end != RunStatus::WentOn && !self.may_rest_until(outcome.at));
-        false_end.then(|| self.last_row())
+        false_end.then(|| self.newest().unwrap_or_default())
     }
 
     fn schedule(&self, node: &NodeTopology) -> TickSchedule {
@@ -101,7 +101,7 @@ impl Recording {
     fn last_known(&self) -> Time {
         let event = self.events.iter().map(|event| event.at).max();
         let event = event.filter(|event| self.may_rest_until(*event));
-        self.last_row().max(event.unwrap_or_default())
+        self.newest().max(event).unwrap_or_default()
     }
 
     /// Whether items counted in `outcome` are missing, or differ from it.
@@ -139,10 +139,7 @@ impl Recording {
     /// Removes everything later than `until`.
     fn cut(&mut self, until: Time) {
         self.until = until;
-        self.topics.iter_mut().for_each(|topic| topic.cut(until));
-        for ticks in &mut self.ticks {
-            ticks.retain(|tick| tick.at <= until);
-        }
+        self.run = self.run.take_until(until);
         self.events.retain(|event| event.at <= until);
     }
 }

@@ -13,12 +13,15 @@ use rerun::{
 };
 
 use super::{
-    schema::{JSON, message::LOST},
+    schema::JSON,
     timeline::{RUN_TIME, Written},
 };
 
 /// Nanoseconds in a microsecond.
 const NANOS_PER_MICRO: f64 = 1e3;
+
+/// In place of the delivery of a lost message.
+const LOST: u64 = u64::MAX;
 
 /// Upper bound of a time in 64 bits of nanoseconds (µs).
 const LATEST: f64 = u64::MAX as f64 / NANOS_PER_MICRO;
@@ -76,7 +79,7 @@ pub enum ColumnForm {
     Rare,
     /// A time, unless it is that of the row. The column may be missing.
     Stamp,
-    /// As [`Stamp`](Self::Stamp), or [`LOST`] if there is none.
+    /// As [`Stamp`](Self::Stamp), or `LOST` if there is none.
     Delivery,
     /// A duration, to be plotted (µs): exact to the nanosecond up to 26 days. NaN without one.
     Plot,

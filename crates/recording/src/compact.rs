@@ -10,7 +10,7 @@ use std::{
 };
 
 use rerun::{
-    EntityPath,
+    EntityPath, StoreId,
     external::re_log_encoding::{DecoderApp, Encoder, EncodingOptions},
     log::{Chunk, LogMsg, RowId},
 };
@@ -57,9 +57,15 @@ pub fn compact(recording: &RecordingFile) -> Result<u64, Box<dyn Error>> {
 /// Messages in order, with chunks merged where possible.
 #[derive(Default)]
 struct Merged {
-    messages: Vec<LogMsg>,
-    /// The growing chunk per entity and components, and the position of its message.
-    growing: HashMap<ChunkKey, (usize, Chunk)>,
+    parts: Vec<Part>,
+    /// The newest chunk per entity and components: its place among the parts.
+    newest: HashMap<ChunkKey, usize>,
+}
+
+/// A part of the file.
+enum Part {
+    Message(LogMsg),
+    Rows(StoreId, Chunk),
 }
 
 /// The properties that chunks must share to be merged: readers could not match values to
@@ -69,7 +75,7 @@ type ChunkKey = (EntityPath, Vec<String>);
 impl Merged {
     fn add(&mut self, message: LogMsg) -> Result<(), Box<dyn Error>> {
         let LogMsg::ArrowMsg(store, data) = &message else {
-            self.messages.push(message);
+            self.parts.push(Part::Message(message));
             return Ok(());
         };
         let chunk = Chunk::from_arrow_msg(data)?;
@@ -77,46 +83,36 @@ impl Merged {
             return Ok(()); // The end record states that the file is complete.
         }
         if store.is_blueprint() || chunk.is_static() {
-            self.messages.push(message);
+            self.parts.push(Part::Message(message));
             return Ok(());
         }
-        let mut components: Vec<String> = chunk
-            .components_identifiers()
-            .map(|component| component.to_string())
-            .collect();
+        let components = chunk.components_identifiers();
+        let mut components: Vec<String> = components.map(|name| name.to_string()).collect();
         components.sort_unstable();
         let key = (chunk.entity_path().clone(), components);
-        match self.growing.remove(&key) {
-            Some((place, before)) if before.concatenable(&chunk) && before.num_rows() < ROWS => {
-                let chunk = Chunk::concat_and_sort(&before, &chunk)?;
-                self.growing.insert(key, (place, chunk));
-            }
-            full => {
-                if let Some((place, chunk)) = full {
-                    self.settle(place, &chunk)?;
-                }
-                let place = self.messages.len();
-                self.messages.push(message);
-                self.growing.insert(key, (place, chunk));
-            }
+        let newest = self.newest.get(&key).map(|place| &mut self.parts[*place]);
+        if let Some(Part::Rows(_, before)) = newest
+            && before.concatenable(&chunk)
+            && before.num_rows() < ROWS
+        {
+            *before = Chunk::concat_and_sort(before, &chunk)?;
+        } else {
+            self.newest.insert(key, self.parts.len());
+            self.parts.push(Part::Rows(store.clone(), chunk));
         }
         Ok(())
     }
 
-    fn settle(&mut self, place: usize, chunk: &Chunk) -> Result<(), Box<dyn Error>> {
-        let first = chunk.row_ids().next().unwrap_or_else(RowId::new);
-        // Consecutive row numbers need no space.
-        let chunk = chunk.clone_as(chunk.id(), first);
-        if let Some(LogMsg::ArrowMsg(_, data)) = self.messages.get_mut(place) {
-            *data = chunk.to_arrow_msg()?;
-        }
-        Ok(())
-    }
-
-    fn finish(mut self) -> Result<Vec<LogMsg>, Box<dyn Error>> {
-        for (place, chunk) in std::mem::take(&mut self.growing).into_values() {
-            self.settle(place, &chunk)?;
-        }
-        Ok(self.messages)
+    fn finish(self) -> Result<Vec<LogMsg>, Box<dyn Error>> {
+        let messages = self.parts.into_iter().map(|part| match part {
+            Part::Message(message) => Ok(message),
+            Part::Rows(store, chunk) => {
+                // Consecutive row numbers need no space.
+                let first = chunk.row_ids().next().unwrap_or_else(RowId::new);
+                let chunk = chunk.clone_as(chunk.id(), first);
+                Ok(LogMsg::ArrowMsg(store, chunk.to_arrow_msg()?))
+            }
+        });
+        messages.collect()
     }
 }

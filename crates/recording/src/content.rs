@@ -1,5 +1,7 @@
 //! Converts the chunks of a file to messages, ticks and events.
 
+use std::collections::HashMap;
+
 use ratelab::{Event, Time, Topology};
 use ratelab_effects::{Executor, Match};
 use ratelab_study::system::Setup;
@@ -25,11 +27,23 @@ use super::{
 /// The defect of a file with an impossible row.
 pub const DAMAGED_ROW: &str = "a row in it is damaged";
 
+/// A part of a recording, by its entity.
+#[derive(Clone, Copy)]
+enum Part {
+    Topic(usize),
+    Node(usize),
+    Events,
+    End,
+    Checkpoint,
+    Threads,
+}
+
 /// The content of a file so far.
 #[derive(Default)]
 pub struct Content {
     /// The run. Until its description is read, the rest of the file is ignored.
     pub recording: Option<Recording>,
+    parts: HashMap<EntityPath, Part>,
     /// What the threads of the real clock did.
     threads: LogPieces,
     /// Run time up to which all of this is complete; `None` before the first checkpoint.
@@ -45,62 +59,44 @@ impl Content {
     /// # Errors
     /// A text, if the recording's description of itself is not understood.
     pub fn add(&mut self, chunk: &Chunk) -> Result<(), String> {
-        let entity = chunk.entity_path().to_string();
-        let describes = entity.ends_with(&format!("__properties/{ORIGIN}"));
+        let path = chunk.entity_path();
+        let describes = path
+            .to_string()
+            .ends_with(&format!("__properties/{ORIGIN}"));
         let recording = match &mut self.recording {
             Some(recording) if !describes || recording.outcome.is_some() => recording,
             _ if describes => return self.begin(chunk),
             _ => return Ok(()),
         };
         // Static chunks contain styles.
-        if chunk.is_static() {
-            return Ok(());
-        }
-        let Topology { topics, nodes } = &recording.origin.topology;
-        let is_of = |path: EntityPath| path == *chunk.entity_path();
-        let topic = topics
-            .iter()
-            .position(|topic| is_of(topic_entity(&topic.name)));
-        let node = nodes.iter().position(|node| is_of(node_entity(&node.name)));
-        let ours = describes || [EVENTS, END, CHECKPOINT, THREADS].contains(&&*entity);
+        let part = self.parts.get(path).filter(|_| !chunk.is_static());
         if recording.outcome.is_some() {
-            let more = ours || topic.is_some() || node.is_some();
+            let more = part.is_some() || (describes && !chunk.is_static());
             recording.damage = more.then_some(MORE).or(recording.damage);
-            return Ok(());
-        }
-        if let Err(Damaged { after }) = self.add_rows(chunk, &entity, [topic, node]) {
+        } else if let Some(part) = part
+            && let Err(Damaged { after }) = self.add_part(chunk, *part)
+        {
             self.sound = Some(self.sound.map_or(after, |sound| sound.min(after)));
         }
         Ok(())
     }
 
-    /// Adds the rows of `chunk`, of the topic or the node with an index, or of another `entity`.
-    fn add_rows(
-        &mut self,
-        chunk: &Chunk,
-        entity: &str,
-        [topic, node]: [Option<usize>; 2],
-    ) -> Result<(), Damaged> {
+    /// Adds the rows of `chunk`, of a `part` of the recording.
+    fn add_part(&mut self, chunk: &Chunk, part: Part) -> Result<(), Damaged> {
         let (Some(recording), digest) = (&mut self.recording, &mut self.digest) else {
             return Ok(());
         };
-        match (topic, node, entity) {
-            (Some(topic), ..) => add_rows(
-                &mut recording.topics[topic],
-                chunk,
-                &mut digest.topics[topic],
-            ),
-            (_, Some(node), _) => {
-                add_rows(&mut recording.ticks[node], chunk, &mut digest.nodes[node])
-            }
-            (.., EVENTS) => add_events(&mut recording.events, chunk, digest),
-            (.., END) => self.end(chunk),
-            (.., CHECKPOINT) => self.check_in(chunk),
-            (.., THREADS) => {
+        let run = &mut recording.run;
+        match part {
+            Part::Topic(of) => add_rows(&mut run.topics[of], chunk, &mut digest.topics[of]),
+            Part::Node(of) => add_rows(&mut run.ticks[of], chunk, &mut digest.nodes[of]),
+            Part::Events => add_events(&mut recording.events, chunk, digest),
+            Part::End => self.end(chunk),
+            Part::Checkpoint => self.check_in(chunk),
+            Part::Threads => {
                 self.threads.add(chunk);
                 Ok(())
             }
-            _ => Ok(()),
         }
     }
 
@@ -145,6 +141,7 @@ impl Content {
             .ok_or_else(damaged)?;
         check_graph(&origin.topology)?;
         self.digest = ContentDigest::new(&text, &origin.topology);
+        self.parts = parts(&origin.topology);
         self.recording = Some(Recording::empty(origin));
         Ok(())
     }
@@ -178,6 +175,25 @@ impl Content {
         }
         Ok(())
     }
+}
+
+/// The parts of a recording of a graph with this `topology`.
+fn parts(topology: &Topology) -> HashMap<EntityPath, Part> {
+    let topics = topology
+        .topics
+        .iter()
+        .map(|topic| topic_entity(&topic.name));
+    let nodes = topology.nodes.iter().map(|node| node_entity(&node.name));
+    let rows = topics.zip((0..).map(Part::Topic));
+    let rows = rows.chain(nodes.zip((0..).map(Part::Node)));
+    let others = [
+        (EVENTS, Part::Events),
+        (END, Part::End),
+        (CHECKPOINT, Part::Checkpoint),
+        (THREADS, Part::Threads),
+    ];
+    let others = others.map(|(entity, part)| (entity.into(), part));
+    rows.chain(others).collect()
 }
 
 /// Whether every setting of a run occurs at most once.

@@ -19,12 +19,17 @@ pub struct ContentDigest {
 
 /// The digest of the messages of a topic, or of the ticks of a node.
 #[derive(Clone, Default)]
-pub struct RowDigest(Xxh3);
+pub struct RowDigest {
+    hash: Xxh3,
+    /// Number of rows.
+    pub rows: u64,
+}
 
 impl RowDigest {
     /// Adds a row with its payload.
     pub fn add<R: RecordRow>(&mut self, row: &R, payload: &[f64]) {
-        let mut add = |word: u64| self.0.update(&word.to_le_bytes());
+        self.rows += 1;
+        let mut add = |word: u64| self.hash.update(&word.to_le_bytes());
         for (column, cell) in R::COLUMNS.iter().zip(row.cells()) {
             if !column.is_full() {
                 add(cell.is_some().into());
@@ -59,11 +64,8 @@ impl ContentDigest {
             digest: None,
             ..end.clone()
         };
-        let series = self
-            .topics
-            .iter()
-            .chain(&self.nodes)
-            .map(|RowDigest(digest)| digest);
+        let series = self.topics.iter().chain(&self.nodes);
+        let series = series.map(|series| &series.hash);
         let parts = [&self.origin, &self.events].into_iter().chain(series);
         let mut whole = Xxh3::new();
         parts.for_each(|part| whole.update(&part.digest().to_le_bytes()));

@@ -5,7 +5,7 @@
 //! see a run written, with `reader.rs` to see it read, and with `verify/` to see it compared.
 //!
 //! ```text
-//! taps, event log ──► tracks ──► writer ──► columns, scene ──► file    recorder
+//! tap, event log ──► rows of the run ──► writer ──► columns, scene ──► file    recorder
 //! file ──► frames ──► columns ──► content ──► check ──► Recording ──► replay, verify
 //! ```
 //!
@@ -17,7 +17,6 @@
 //! | entity | what is in it | for |
 //! |---|---|---|
 //! | `__properties/origin` | system, configuration, graph, versions: [`schema::Origin`] as JSON | readers |
-//! | `__properties/run`, `/outcome` | the same, and the summary, in words | people |
 //! | `/topics/NAME` | a row per message: its numbers, `seq`, `origin_ns`, `dropped`; where they differ `stamp_ns`, `arrives_ns` | both |
 //! | `/nodes/NAME` | a row per tick: lateness (µs), `tick`, `took_ns`, `overruns`; where it acted on the world `pushed_ns`, `sensed_ns` | both |
 //! | `/events` | commands and ends: text, and as JSON | both |
@@ -42,7 +41,6 @@ mod destination;
 mod digest;
 mod durations;
 mod file;
-mod finished;
 mod frames;
 mod limits;
 mod lineage;
@@ -53,6 +51,7 @@ mod reader;
 mod recorded;
 mod recorder;
 mod replay;
+mod run_rows;
 pub mod scene;
 pub mod schema;
 mod series;
@@ -62,7 +61,6 @@ mod tests;
 mod thread_log;
 mod tick_schedule;
 mod timeline;
-mod tracks;
 mod verify;
 mod viewer;
 mod writer;
@@ -70,18 +68,19 @@ mod writer;
 pub use destination::Destination;
 pub use durations::{durations, with_durations};
 pub use file::RecordingFile;
-pub use finished::{FinishedRecording, outside};
 pub use lineage::end_of;
 pub use other_runtime::OtherRun;
 pub use reader::ReadError;
 pub use recorded::Recording;
 pub use recorder::{RecordError, Recorder};
 pub use replay::Replay;
+pub use run_rows::RunRows;
 pub use schema::ProcessRecord;
 pub use schema::RecordingEnd;
 pub use source::Tapped;
 pub use source::{Source, StopReason};
 pub use verify::{
-    Branch, Departure, Executed, Execution, Held, VerifyError, VerifyStatus, branch, verify,
+    Branch, Change, Departure, Executed, Execution, Held, VerifyError, VerifyStatus, branch, verify,
 };
 pub use viewer::{VIEWER, Viewer};
+pub use writer::{FinishedRecording, outside};

@@ -42,7 +42,7 @@ impl Recording {
     pub(super) fn find_ends(&mut self) {
         let knobs = self.knobs();
         let nodes = self.origin.topology.nodes.iter();
-        for (node, ticks) in nodes.zip(&mut self.ticks) {
+        for (node, ticks) in nodes.zip(&mut self.run.ticks) {
             let knobs = knobs.iter();
             let mut mine = knobs
                 .filter(|timed| timed.knob.target() == node.name)
@@ -69,7 +69,7 @@ impl Recording {
 /// Run time at which a tick was due; not before the start.
 pub fn due_of(tick: &TickRecord) -> Time {
     let late = tick.lateness.unwrap_or_default();
-    Time::ZERO + tick.at.since(Time::ZERO + late)
+    tick.at.earlier(late)
 }
 
 /// The end of a tick; under the real clock in wall time.

@@ -11,6 +11,7 @@ use ratelab_study::{
 
 use super::{
     recorded::Recording,
+    run_rows::RunRows,
     schema::{Origin, RecordingEnd, RunResult, RunStatus},
 };
 
@@ -46,7 +47,10 @@ impl Recording {
         let topics = topics.map(|topic| run.topics.remove(&topic.name).unwrap_or_default());
         let nodes = topology.nodes.iter();
         let ticks = nodes.map(|node| run.ticks.remove(&node.name).unwrap_or_default());
-        let (topics, ticks) = (topics.collect::<Vec<_>>(), ticks.collect::<Vec<_>>());
+        let run_rows = RunRows {
+            topics: topics.collect(),
+            ticks: ticks.collect(),
+        };
         let ended = match &run.exit {
             ClockExit::Ended { node, at } => Some((node.clone(), *at)),
             _ => None,
@@ -59,8 +63,7 @@ impl Recording {
         let origin = Origin::new(&**system, run.config, topology);
         let mut recording = Self {
             path: PathBuf::from(NAME),
-            topics,
-            ticks,
+            run: run_rows,
             events: events.collect(),
             until,
             ..Self::empty(origin)

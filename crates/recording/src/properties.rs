@@ -1,34 +1,24 @@
-//! The beginning of a recording: its layout, and its description for people in the viewer's
-//! panel, and in one piece for readers.
+//! The beginning of a recording: its layout, its description in one piece for readers, and the
+//! names of the numbers in messages.
 
 use std::sync::Arc;
 
-use ratelab::TimedKnob;
-use ratelab_study::{
-    experiment::Summary,
-    system::{KnobText, System},
-};
 use rerun::{
-    AnyValues, RecordingStream, RecordingStreamBuilder,
-    external::arrow::array::{ArrayRef, Float64Array, StringArray, UInt64Array},
+    AnyValues, RecordingStream, RecordingStreamBuilder, SeriesLines,
+    external::arrow::array::{ArrayRef, StringArray},
 };
 
 use super::{
     blueprint::{self, Subject},
     file::RecordingFile,
-    schema::{APPLICATION, JSON, ORIGIN, Origin},
+    schema::{APPLICATION, JSON, ORIGIN, topic_entity},
     source::Source,
     timeline::Written,
-    tracks::AttachedTaps,
     viewer::FileAndViewer,
 };
 
 /// A stream to `file` with its layout and description.
-pub fn begin(
-    file: &RecordingFile,
-    taps: &AttachedTaps,
-    source: &Source,
-) -> Written<RecordingStream> {
+pub fn begin(file: &RecordingFile, source: &Source) -> Written<RecordingStream> {
     let Source { system, origin, .. } = source;
     let config = &origin.config;
     let name = format!(
@@ -44,7 +34,10 @@ pub fn begin(
         Some(viewer) => rec.set_sink(Box::new(FileAndViewer::new(file.clone(), viewer))),
     }
     // Readers need this first, and columns overtake logged messages.
-    send_origin(&rec, &**system, origin)?;
+    let json = serde_json::to_string(origin).unwrap_or_default();
+    let json: ArrayRef = Arc::new(StringArray::from(vec![json]));
+    let description = AnyValues::default().with_component_from_data(JSON, json);
+    rec.send_property(ORIGIN, &description)?;
     let _ = rec.flush_blocking();
     let layout = Subject {
         system: &**system,
@@ -53,61 +46,11 @@ pub fn begin(
         clock: source.observer.status().clock,
     };
     blueprint::send(&rec, &layout)?;
-    taps.begin(&rec, source)?;
-    Ok(rec)
-}
-
-/// Sends the description of a run of `system`.
-fn send_origin(rec: &RecordingStream, system: &dyn System, origin: &Origin) -> Written {
-    rec.send_property("run", &run(system, origin))?;
-    let json = serde_json::to_string(origin).unwrap_or_default();
-    let values = AnyValues::default().with_component_from_data(JSON, text(json));
-    rec.send_property(ORIGIN, &values)
-}
-
-fn run(system: &dyn System, origin: &Origin) -> AnyValues {
-    let config = &origin.config;
-    let settings = config.setup.iter().map(ToString::to_string);
-    let settings: Vec<String> = settings.collect();
-    AnyValues::default()
-        .with_component_from_data("system", text(origin.system.clone()))
-        .with_component_from_data("seed", count(config.seed))
-        .with_component_from_data("clock", text(config.clock.to_string()))
-        .with_component_from_data("settings", text(settings.join("\n")))
-        .with_component_from_data("made_by", text(origin.made_by()))
-        .with_component_from_data("knobs_given", text(lines(system, &config.knobs)))
-}
-
-/// Sends the summary of the run.
-pub fn send_summary(rec: &RecordingStream, system: &dyn System, summary: &Summary) -> Written {
-    let dropped = summary.topics.iter().filter(|topic| topic.read);
-    let dropped = dropped.map(|topic| format!("{} {}", topic.name, topic.dropped));
-    let dropped: Vec<String> = dropped.collect();
-    let mut values = AnyValues::default()
-        .with_component_from_data("verdict", text(summary.verdict.to_string()))
-        .with_component_from_data("steps", count(summary.steps))
-        .with_component_from_data("run_time_s", number(summary.sim_time.as_secs_f64()))
-        .with_component_from_data("dropped", text(dropped.join("\n")))
-        .with_component_from_data("knobs_turned", text(lines(system, &summary.knobs())));
-    if let Some(mean) = summary.latency.mean_s() {
-        values = values.with_component_from_data("mean_latency_ms", number(mean * 1e3));
+    for topic in &origin.topology.topics {
+        if let Some(fields) = source.taps.fields(&topic.name) {
+            let names = SeriesLines::new().with_names(fields.iter().copied());
+            rec.log_static(topic_entity(&topic.name), &names)?;
+        }
     }
-    rec.send_property("outcome", &values)
-}
-
-/// Knobs as text for `--knobs`.
-fn lines(system: &dyn System, knobs: &[TimedKnob]) -> String {
-    KnobText(system.aliases()).lines(knobs).join("\n")
-}
-
-fn text(text: String) -> ArrayRef {
-    Arc::new(StringArray::from(vec![text]))
-}
-
-fn number(number: f64) -> ArrayRef {
-    Arc::new(Float64Array::from(vec![number]))
-}
-
-fn count(count: u64) -> ArrayRef {
-    Arc::new(UInt64Array::from(vec![count]))
+    Ok(rec)
 }

@@ -1,9 +1,13 @@
 //! A recorded run.
 
-use std::{path::PathBuf, sync::Arc};
+use std::{
+    ops::{Deref, DerefMut},
+    path::PathBuf,
+    sync::Arc,
+};
 
 use ratelab::{Event, Message, Time};
-use ratelab_account::{Fields, Rows, TickRecord};
+use ratelab_account::{Fields, Rows};
 use ratelab_replay::RunLog;
 use ratelab_study::{
     graph_file::GraphFile,
@@ -11,8 +15,8 @@ use ratelab_study::{
 };
 
 use super::{
+    run_rows::RunRows,
     schema::{Origin, RecordingEnd, RunStatus},
-    series::Series,
     source::{Source, StopReason},
     thread_log::ThreadLog,
 };
@@ -26,11 +30,8 @@ pub struct Recording {
     pub bytes: u64,
     /// The run.
     pub origin: Origin,
-    /// The messages of the topics, in the order of the [`Topology`](ratelab::Topology); empty for topics
-    /// that are not recorded.
-    pub topics: Vec<Rows>,
-    /// The ticks of the nodes, in the order of the [`Topology`](ratelab::Topology).
-    pub ticks: Vec<Vec<TickRecord>>,
+    /// Its messages and ticks, which can be had of the recording itself.
+    pub run: RunRows,
     /// Commands and ends.
     pub events: Vec<Event>,
     /// What the threads of the real clock did, and in which order; `None` if the run was
@@ -51,30 +52,19 @@ impl Recording {
     /// again. `end` is how it ended, if it did.
     pub fn of_run(source: &Source, end: &StopReason) -> Self {
         let (origin, observer) = (source.origin.clone(), &source.observer);
-        let [topics, nodes] = [origin.topology.topics.len(), origin.topology.nodes.len()];
         // The events after the log, which mentions some.
-        let (log, until) = (RunLog::of(observer).log(), observer.now());
+        let log = RunLog::of(observer).log();
+        let outcome = end.end(&*source.system, observer);
         let events = observer.events(0);
         let threads = (!log.is_empty()).then(|| ThreadLog {
             log,
             events: events.clone(),
             damage: None,
         });
-        let outcome = RecordingEnd {
-            at: until,
-            clock: observer.status().clock,
-            end: end.status(&*source.system),
-            messages: vec![0; topics],
-            ticks: vec![0; nodes],
-            lost: 0,
-            dropped: end.losses(observer),
-            threads: None,
-            digest: None,
-        };
         Self {
             events,
             threads,
-            until,
+            until: outcome.at,
             outcome: Some(outcome),
             ..Self::empty(origin)
         }
@@ -82,13 +72,11 @@ impl Recording {
 
     /// A recording of the run of `origin` without anything in it.
     pub(super) fn empty(origin: Origin) -> Self {
-        let [topics, nodes] = [origin.topology.topics.len(), origin.topology.nodes.len()];
         Self {
             path: PathBuf::new(),
             bytes: 0,
+            run: RunRows::empty(&origin.topology),
             origin,
-            topics: vec![Rows::default(); topics],
-            ticks: vec![Vec::new(); nodes],
             events: Vec::new(),
             threads: None,
             until: Time::ZERO,
@@ -98,14 +86,13 @@ impl Recording {
         }
     }
 
-    /// This recording with other messages and ticks, and none lost.
-    pub(super) fn with_rows(&self, topics: Vec<Rows>, ticks: Vec<Vec<TickRecord>>) -> Self {
+    /// This recording with all rows of its run, and none lost.
+    pub(super) fn with_rows(&self, run: RunRows) -> Self {
         let outcome = self.outcome.clone();
         Self {
             path: self.path.clone(),
             origin: self.origin.clone(),
-            topics,
-            ticks,
+            run,
             events: self.events.clone(),
             threads: self.threads.clone(),
             outcome: outcome.map(|outcome| RecordingEnd { lost: 0, ..outcome }),
@@ -113,25 +100,11 @@ impl Recording {
         }
     }
 
-    /// Number of messages of each topic, and of ticks of each node.
-    pub(super) fn counts(&self) -> [Vec<u64>; 2] {
-        let messages = self.topics.iter().map(|rows| rows.len() as u64);
-        let ticks = self.ticks.iter().map(|ticks| ticks.len() as u64);
-        [messages.collect(), ticks.collect()]
-    }
-
-    /// Run time of the last message or tick.
-    pub(super) fn last_row(&self) -> Time {
-        let messages = self.topics.iter().map(Series::newest);
-        let rows = messages.chain(self.ticks.iter().map(Series::newest));
-        rows.flatten().max().unwrap_or_default()
-    }
-
     /// Run time of the last message, tick or event: under the real clock it may be late, and
     /// come after the end.
     pub(super) fn last_item(&self) -> Time {
         let events = self.events.iter().map(|event| event.at);
-        events.fold(self.last_row(), Time::max)
+        events.chain(self.newest()).max().unwrap_or_default()
     }
 
     /// All messages of the topic called `name`, in order of publication.
@@ -202,6 +175,20 @@ impl Recording {
             "this file is good up to {} only: {why}",
             self.until
         ))
+    }
+}
+
+impl Deref for Recording {
+    type Target = RunRows;
+
+    fn deref(&self) -> &RunRows {
+        &self.run
+    }
+}
+
+impl DerefMut for Recording {
+    fn deref_mut(&mut self) -> &mut RunRows {
+        &mut self.run
     }
 }
 

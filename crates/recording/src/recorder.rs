@@ -16,14 +16,13 @@ use std::{
 };
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
+use ratelab_account::{RunRow, Tap};
 use thiserror::Error;
 
 use super::{
     file::RecordingFile,
-    finished::FinishedRecording,
     source::{Source, StopReason},
-    tracks::AttachedTaps,
-    writer::RecordingWriter,
+    writer::{BACKLOG, FinishedRecording, RecordingWriter},
 };
 
 /// Interval between two checks of the taps (wall time).
@@ -55,8 +54,8 @@ impl Recorder {
     /// # Errors
     /// The system's error for the file.
     pub fn from_the_start(path: &Path, source: &Source) -> io::Result<Self> {
-        let attached = AttachedTaps::new(source);
-        Self::start(path, source, move |_| attached)
+        let tap = source.taps.all(BACKLOG);
+        Self::start(path, source, move |_| tap)
     }
 
     /// Records a run that may have begun, from a moment soon after the call. Never waits
@@ -67,13 +66,13 @@ impl Recorder {
     pub fn midway(path: &Path, source: &Source) -> io::Result<Self> {
         // A topic that waits for a full tap is locked, and the caller may be the one to
         // empty that tap.
-        Self::start(path, source, AttachedTaps::new)
+        Self::start(path, source, |source| source.taps.all(BACKLOG))
     }
 
     fn start(
         path: &Path,
         source: &Source,
-        attach: impl FnOnce(&Source) -> AttachedTaps + Send + 'static,
+        attach: impl FnOnce(&Source) -> Tap<RunRow> + Send + 'static,
     ) -> io::Result<Self> {
         let file = RecordingFile::create(path)?;
         let (reason, asked) = bounded(1);
@@ -81,11 +80,9 @@ impl Recorder {
         let (source, losses) = (source.clone(), lost.clone());
         let thread = thread::Builder::new().name("recorder".to_owned());
         let thread = thread.spawn(move || {
-            let attached = attach(&source);
-            record(
-                RecordingWriter::start(file, attached, source, losses)?,
-                &asked,
-            )
+            let tap = attach(&source);
+            let writer = RecordingWriter::start(file, tap, source, losses)?;
+            record(writer, &asked)
         })?;
         Ok(Self {
             path: path.to_owned(),

@@ -42,10 +42,10 @@ pub struct Replay {
     /// Number of replayed messages per topic, and of those already returned.
     replayed: Vec<usize>,
     handed_out: Vec<usize>,
-    /// The topic of states, and the node that measures the age of the sensing behind each
+    /// The topic of states, and the node and meter of the age of the sensing behind each
     /// push.
     state: Option<usize>,
-    latency: Option<usize>,
+    latency: Option<(usize, &'static str)>,
     /// The topic with the data ages of chains.
     chains: Option<usize>,
 }
@@ -58,10 +58,11 @@ impl Replay {
         let topology = &recording.origin.topology;
         let (topics, nodes) = (&topology.topics, &topology.nodes);
         let [state, chains] = [system.state(), system.chains()].map(|name| recording.topic(name?));
+        let place = |name: &str| nodes.iter().position(|node| node.name == name);
         let latency = system.latency();
-        let latency = latency.and_then(|(node, _)| nodes.iter().position(|n| n.name == node));
+        let latency = latency.and_then(|(node, meter)| Some((place(node)?, meter)));
         Self {
-            order: order(&recording, state.zip(latency)),
+            order: order(&recording, state.zip(latency.map(|(node, _)| node))),
             done: 0,
             counters: begin(&recording),
             replayed: vec![0; topics.len()],
@@ -220,10 +221,9 @@ impl Replay {
 
     fn push(&mut self, node: usize, push: Push) {
         self.counters.push(node, push);
-        let meter = self.system.latency().filter(|_| self.latency == Some(node));
-        if let Some((_, meter)) = meter {
-            self.counters
-                .sample(node, meter, push.at.since(push.sensed));
+        if let Some((_, meter)) = self.latency.filter(|(of, _)| *of == node) {
+            let age = push.at.since(push.sensed);
+            self.counters.sample(node, meter, age);
         }
     }
 

@@ -40,49 +40,6 @@ pub const UNTIL: &str = "until_ns";
 /// Component with a value as JSON.
 pub const JSON: &str = "json";
 
-/// Components of a message, in addition to its numbers.
-pub mod message {
-    /// Position in the topic's history.
-    pub const SEQ: &str = "seq";
-    /// Run time of the sensing it was derived from (ns).
-    pub const ORIGIN: &str = "origin_ns";
-    /// Its stamp (ns), if different from the run time of its publication.
-    pub const STAMP: &str = "stamp_ns";
-    /// Run time of its delivery (ns), if different from that of its publication; [`LOST`]
-    /// if it was lost.
-    pub const ARRIVES: &str = "arrives_ns";
-    /// The delivery of a lost message.
-    pub const LOST: u64 = u64::MAX;
-    /// Messages of the topic lost unread so far.
-    pub const DROPPED: &str = "dropped";
-}
-
-/// Components of a piece of a thread's log.
-pub mod piece {
-    /// Number of the piece, counted from zero.
-    pub const ROW: &str = "piece";
-    /// Number of the thread: the supervisor's is 0, then come the nodes.
-    pub const THREAD: &str = "thread";
-    /// The piece.
-    pub const BYTES: &str = "bytes";
-    /// Digest of this piece and all before it.
-    pub const DIGEST: &str = "digest";
-}
-
-/// Components of a tick.
-pub mod tick {
-    /// Number of the tick.
-    pub const NUMBER: &str = "tick";
-    /// Duration of the tick (ns).
-    pub const TOOK: &str = "took_ns";
-    /// Periods skipped so far.
-    pub const OVERRUNS: &str = "overruns";
-    /// Run time of its action on the world, if it had one (ns).
-    pub const PUSHED: &str = "pushed_ns";
-    /// Run time of the sensing behind that action (ns).
-    pub const SENSED: &str = "sensed_ns";
-}
-
 /// The entity with these parts of a path, with any characters.
 pub fn path(parts: &[&str]) -> EntityPath {
     EntityPath::new(

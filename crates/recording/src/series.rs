@@ -4,25 +4,23 @@
 use std::time::Duration;
 
 use ratelab::{Head, Push, Time};
-use ratelab_account::{RowTap, Rows, Tap, TickRecord};
+use ratelab_account::{Rows, TickRecord};
+use rerun::EntityPath;
 
 use super::{
     columns::{
+        self,
         ColumnForm::{Count, Delivery, Nanos, Plot, Rare, RunTime, Stamp, Wall},
         RecordColumn as Column, RecordRow,
     },
-    schema::{message, tick},
+    digest::RowDigest,
+    timeline::{BatchStream, Written},
 };
 
 /// The messages of a topic or the ticks of a node, in the order of their numbers.
-pub trait Series: Clone + Default + Send + Sync {
+pub trait Series {
     /// A row.
     type Row: RecordRow;
-    /// Gives the rows of a run.
-    type Tap: Send + 'static;
-
-    /// An empty series for the rows of `tap`.
-    fn of(tap: &Self::Tap) -> Self;
 
     /// The rows without their payloads.
     fn rows(&self) -> &[Self::Row];
@@ -33,18 +31,25 @@ pub trait Series: Clone + Default + Send + Sync {
     /// Adds a row; returns `false` for a payload of another length.
     fn add(&mut self, row: Self::Row, payload: &[f64]) -> bool;
 
-    /// Takes the rows up to run time `until` out of these.
-    fn take_until(&mut self, until: Time) -> Self;
-
-    /// Adds the rows that are in `tap`; returns their number.
-    fn receive(&mut self, tap: &Self::Tap) -> usize;
-
-    /// Waits for a row and adds all that are in `tap`; `false` at its end.
-    fn wait(&mut self, tap: &Self::Tap) -> bool;
-
     /// Run time of the newest row. Those of several publishers may come out of order.
     fn newest(&self) -> Option<Time> {
         self.rows().iter().map(RecordRow::at).max()
+    }
+
+    /// Writes the rows to `entity`, and adds them to `digest`.
+    fn write(&self, stream: &BatchStream, entity: EntityPath, digest: &mut RowDigest) -> Written {
+        let rows = self.rows();
+        for (index, row) in rows.iter().enumerate() {
+            digest.add(row, self.payload(index));
+        }
+        let mut columns = columns::write(rows)?;
+        if Self::Row::HAS_PAYLOAD && !rows.is_empty() {
+            let payloads = (0..rows.len()).flat_map(|index| self.payload(index));
+            let (values, width) = (payloads.copied().collect(), self.payload(0).len());
+            columns.push(columns::series(values, width, rows.len())?);
+        }
+        let times: Vec<Time> = rows.iter().map(RecordRow::at).collect();
+        stream.send(entity, &times, columns)
     }
 }
 
@@ -52,12 +57,15 @@ impl RecordRow for Head {
     const KIND: &'static str = "message";
     const HAS_PAYLOAD: bool = true;
     const COLUMNS: &'static [Column] = &[
-        Column::new(message::SEQ, "sequence number", Count),
+        // Position in the topic's history.
+        Column::new("seq", "sequence number", Count),
         Column::new("", "run time", RunTime),
-        Column::new(message::STAMP, "stamp", Stamp),
-        Column::new(message::DROPPED, "messages dropped by then", Count),
-        Column::new(message::ORIGIN, "origin", Nanos),
-        Column::new(message::ARRIVES, "delivery", Delivery),
+        Column::new("stamp_ns", "stamp", Stamp),
+        // Messages of the topic lost unread.
+        Column::new("dropped", "messages dropped by then", Count),
+        // Run time of the sensing it was derived from.
+        Column::new("origin_ns", "origin", Nanos),
+        Column::new("arrives_ns", "delivery", Delivery),
     ];
 
     fn number(&self) -> u64 {
@@ -106,13 +114,15 @@ impl RecordRow for TickRecord {
     const KIND: &'static str = "tick";
     const HAS_PAYLOAD: bool = false;
     const COLUMNS: &'static [Column] = &[
-        Column::new(tick::NUMBER, "number", Count),
+        Column::new("tick", "number", Count),
         Column::new("", "run time", RunTime),
-        Column::new(tick::OVERRUNS, "overruns by then", Count),
+        // Periods skipped.
+        Column::new("overruns", "overruns by then", Count),
         Column::new("", "lateness", Plot),
-        Column::new(tick::TOOK, "duration", Wall),
-        Column::new(tick::PUSHED, "what it applied, at", Rare),
-        Column::new(tick::SENSED, "what it applied, sensed at", Rare),
+        Column::new("took_ns", "duration", Wall),
+        // Its action on the world, if it had one, and the sensing behind that.
+        Column::new("pushed_ns", "what it applied, at", Rare),
+        Column::new("sensed_ns", "what it applied, sensed at", Rare),
     ];
 
     fn number(&self) -> u64 {
@@ -167,11 +177,6 @@ impl RecordRow for TickRecord {
 
 impl Series for Rows {
     type Row = Head;
-    type Tap = RowTap;
-
-    fn of(tap: &RowTap) -> Self {
-        tap.rows()
-    }
 
     fn rows(&self) -> &[Head] {
         self.heads()
@@ -187,27 +192,10 @@ impl Series for Rows {
         }
         self.push(head, payload.iter().copied())
     }
-
-    fn take_until(&mut self, until: Time) -> Self {
-        self.take_until(until)
-    }
-
-    fn receive(&mut self, tap: &RowTap) -> usize {
-        tap.take(self)
-    }
-
-    fn wait(&mut self, tap: &RowTap) -> bool {
-        tap.wait(self)
-    }
 }
 
 impl Series for Vec<TickRecord> {
     type Row = TickRecord;
-    type Tap = Tap<TickRecord>;
-
-    fn of(_: &Tap<TickRecord>) -> Self {
-        Self::new()
-    }
 
     fn rows(&self) -> &[TickRecord] {
         self
@@ -220,25 +208,5 @@ impl Series for Vec<TickRecord> {
     fn add(&mut self, tick: TickRecord, _: &[f64]) -> bool {
         self.push(tick);
         true
-    }
-
-    fn take_until(&mut self, until: Time) -> Self {
-        let count = self.partition_point(|tick| tick.at <= until);
-        let later = self.split_off(count);
-        std::mem::replace(self, later)
-    }
-
-    fn receive(&mut self, tap: &Tap<TickRecord>) -> usize {
-        // Only those present now: a run without pacing fills it as fast as it is emptied.
-        let there = tap.items().len();
-        self.extend(tap.items().try_iter().take(there));
-        there
-    }
-
-    fn wait(&mut self, tap: &Tap<TickRecord>) -> bool {
-        let first = tap.items().recv();
-        self.extend(first);
-        self.receive(tap);
-        first.is_ok()
     }
 }

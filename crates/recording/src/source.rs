@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use ratelab::Fault;
-use ratelab_account::{Observer, RowTap, Snapshot, Tap, TickRecord, TopicAccount};
+use ratelab_account::{Observer, RunRow, Snapshot, Tap, TopicAccount};
 use ratelab_study::{
     experiment::{Experiment, Summary, Taps},
     system::System,
 };
 
 use super::{
-    schema::{Origin, RunResult, RunStatus},
+    schema::{Origin, RecordingEnd, RunResult, RunStatus},
     viewer::Viewer,
 };
 
@@ -21,11 +21,8 @@ pub trait Tapped: Send + Sync {
     /// recorded.
     fn fields(&self, topic: &str) -> Option<&'static [&'static str]>;
 
-    /// Its messages from now on, in a queue of `capacity`; `None` if it is not recorded.
-    fn rows(&self, topic: &str, capacity: usize) -> Option<RowTap>;
-
-    /// All ticks from now on, with one queue of `capacity` ticks per node.
-    fn ticks(&self, capacity: usize) -> Vec<Tap<TickRecord>>;
+    /// All messages of recorded topics and all ticks from now on, in a queue of `capacity`.
+    fn all(&self, capacity: usize) -> Tap<RunRow>;
 }
 
 impl Tapped for Taps {
@@ -36,12 +33,8 @@ impl Tapped for Taps {
             .map(|known| known.fields())
     }
 
-    fn rows(&self, topic: &str, capacity: usize) -> Option<RowTap> {
-        self.rows(topic, capacity)
-    }
-
-    fn ticks(&self, capacity: usize) -> Vec<Tap<TickRecord>> {
-        self.ticks(capacity)
+    fn all(&self, capacity: usize) -> Tap<RunRow> {
+        self.all(capacity)
     }
 }
 
@@ -111,17 +104,25 @@ impl StopReason {
         }
     }
 
-    /// Messages lost unread so far, per topic; `None` if the run goes on.
-    pub(super) fn losses(&self, observer: &Observer) -> Option<Vec<u64>> {
-        if matches!(self, Self::Off) {
-            return None;
-        }
+    /// The end of a run of `system` for this reason, without what is in the file.
+    pub(super) fn end(&self, system: &dyn System, observer: &Observer) -> RecordingEnd {
         let topics = observer.snapshot().topics;
-        Some(topics.iter().map(TopicAccount::dropped).collect())
+        let dropped = topics.iter().map(TopicAccount::dropped).collect();
+        RecordingEnd {
+            at: observer.now(),
+            clock: observer.status().clock,
+            end: self.status(system),
+            messages: Vec::new(),
+            ticks: Vec::new(),
+            lost: 0,
+            dropped: (!matches!(self, Self::Off)).then_some(dropped),
+            threads: None,
+            digest: None,
+        }
     }
 
     /// The status of a run of `system`, for the file.
-    pub(super) fn status(&self, system: &dyn System) -> RunStatus {
+    fn status(&self, system: &dyn System) -> RunStatus {
         match self {
             Self::Run(summary) => RunStatus::Ended(RunResult::new(system, summary)),
             Self::Fault(fault) => RunStatus::Failed {

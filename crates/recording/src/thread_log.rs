@@ -12,9 +12,16 @@ use rerun::log::Chunk;
 
 use super::{
     columns,
-    schema::{THREADS, piece},
+    schema::THREADS,
     timeline::{BatchStream, Written},
 };
+
+/// Components of a piece: its number from zero, that of its thread (the supervisor's is 0, then
+/// come the nodes), the piece, and the digest of it and all before.
+const ROW: &str = "piece";
+const THREAD: &str = "thread";
+const BYTES: &str = "bytes";
+const DIGEST: &str = "digest";
 
 /// What is wrong with a log whose digests do not fit.
 const CHANGED: &str = "a piece of it is missing or was changed";
@@ -50,10 +57,10 @@ impl ThreadTrack {
         let digests: Vec<u64> = digests.collect();
         let threads = pieces.iter().map(|(thread, _)| *thread as u64);
         let columns = [
-            columns::numbers(piece::ROW, first..self.written)?,
-            columns::numbers(piece::THREAD, threads)?,
-            columns::bytes(piece::BYTES, pieces.iter().map(|(_, bytes)| &**bytes))?,
-            columns::numbers(piece::DIGEST, digests)?,
+            columns::numbers(ROW, first..self.written)?,
+            columns::numbers(THREAD, threads)?,
+            columns::bytes(BYTES, pieces.iter().map(|(_, bytes)| &**bytes))?,
+            columns::numbers(DIGEST, digests)?,
         ];
         stream.send(THREADS, &vec![now; pieces.len()], columns)
     }
@@ -92,10 +99,8 @@ impl LogPieces {
     /// Adds the rows in `chunk`.
     pub fn add(&mut self, chunk: &Chunk) {
         let [rows, threads, digests] =
-            [piece::ROW, piece::THREAD, piece::DIGEST].map(|name| columns::cells(chunk, name));
-        let bytes = columns::read_bytes(chunk, piece::BYTES)
-            .into_iter()
-            .enumerate();
+            [ROW, THREAD, DIGEST].map(|name| columns::cells(chunk, name));
+        let bytes = columns::read_bytes(chunk, BYTES).into_iter().enumerate();
         self.0.extend(bytes.map(|(index, bytes)| {
             let number = |cells: &[Option<Option<u64>>]| cells[index].flatten();
             let numbers = [number(&rows)?, number(&threads)?, number(&digests)?];

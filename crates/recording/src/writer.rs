@@ -3,6 +3,7 @@
 
 use std::{
     fs, io,
+    path::PathBuf,
     sync::{
         Arc,
         atomic::{AtomicU64, Ordering},
@@ -11,7 +12,7 @@ use std::{
 };
 
 use ratelab::{ClockKind, Command, Event, Head, Time, Topology};
-use ratelab_account::{Observer, Rows};
+use ratelab_account::{Observer, RunRow, Tap};
 use ratelab_replay::RunLog;
 use ratelab_study::system::System;
 use rerun::RecordingStream;
@@ -19,19 +20,22 @@ use rerun::RecordingStream;
 use super::{
     columns,
     compact::{LARGEST, compact},
-    digest::ContentDigest,
+    digest::{ContentDigest, RowDigest},
     file::RecordingFile,
-    finished::{FinishedRecording, outside},
     properties,
     recorded::Recording,
-    scene::{Scene, SceneBatch, lanes},
-    schema::{CHECKPOINT, END, EVENTS, RecordingEnd, UNTIL},
+    run_rows::RunRows,
+    scene::{Scene, SceneBatch, add_lanes, events},
+    schema::{CHECKPOINT, END, RecordingEnd, UNTIL, node_entity, topic_entity},
     series::Series,
     source::{Source, StopReason},
     thread_log::ThreadTrack,
     timeline::{BatchStream, Written},
-    tracks::{AttachedTaps, BACKLOG},
 };
+
+/// Rows that may wait to be written: minutes at 50 Hz, and more than any real clock produces
+/// within the 50 ms between two looks.
+pub const BACKLOG: usize = 1 << 16;
 
 /// Wall time between two batches. A kill loses the messages since the last one.
 const BATCH: Duration = Duration::from_millis(900);
@@ -39,11 +43,42 @@ const BATCH: Duration = Duration::from_millis(900);
 /// Number of items that makes a batch at any time, for a run at full speed.
 const LARGE_BATCH: usize = 100_000;
 
+/// A complete recording.
+#[derive(Clone, Debug)]
+pub struct FinishedRecording {
+    /// The file.
+    pub path: PathBuf,
+    /// Its size in bytes.
+    pub bytes: u64,
+    /// Number of messages.
+    pub messages: u64,
+    /// Number of messages and ticks lost because the recorder was too slow.
+    pub lost: u64,
+    /// What threads outside of the graph wrote to, so that the run cannot come back.
+    pub written_from_outside: Vec<Arc<str>>,
+}
+
+impl FinishedRecording {
+    /// The reason why `verify` will refuse the recording, if there is one.
+    pub fn defect(&self) -> Option<String> {
+        let names = &self.written_from_outside;
+        (!names.is_empty()).then(|| outside(&names.join(" and ")))
+    }
+}
+
+/// The notice that a thread outside of the graph wrote to `name`.
+pub fn outside(name: &str) -> String {
+    format!(
+        "a thread outside of the graph wrote to {name}: verify will refuse a recording of this run"
+    )
+}
+
 /// Writes batches to a file.
 pub struct RecordingWriter {
     rec: RecordingStream,
     file: RecordingFile,
-    taps: AttachedTaps,
+    tap: Tap<RunRow>,
+    waiting: RunRows,
     system: Arc<dyn System>,
     topology: Topology,
     observer: Observer,
@@ -61,6 +96,8 @@ pub struct RecordingWriter {
     /// than the end of the run.
     latest: Time,
     last_batch: Instant,
+    /// Number of rows that came since then.
+    new_rows: usize,
     lost: Arc<AtomicU64>,
     notice: fn(&str),
     /// Number of writes from outside of the graph of which there was a notice.
@@ -71,11 +108,12 @@ impl RecordingWriter {
     /// Writes the beginning of a recording.
     pub fn start(
         file: RecordingFile,
-        taps: AttachedTaps,
+        tap: Tap<RunRow>,
         source: Source,
         lost: Arc<AtomicU64>,
     ) -> io::Result<Self> {
-        let rec = properties::begin(&file, &taps, &source).map_err(io::Error::other)?;
+        let rec = properties::begin(&file, &source).map_err(io::Error::other)?;
+        let waiting = RunRows::of(&*source.taps, &source.origin.topology);
         // Without its handle to the taps, which would keep other taps open.
         let Source {
             system,
@@ -91,7 +129,8 @@ impl RecordingWriter {
             topology: origin.topology,
             rec,
             file,
-            taps,
+            tap,
+            waiting,
             scene: Scene::new(&system, &start),
             threads: ThreadTrack::default(),
             system,
@@ -102,6 +141,7 @@ impl RecordingWriter {
             newest: None,
             latest: Time::ZERO,
             last_batch: Instant::now(),
+            new_rows: 0,
             lost,
             notice,
             noticed: 0,
@@ -113,22 +153,23 @@ impl RecordingWriter {
         Ok(writer)
     }
 
-    /// Empties the taps, and writes a batch when one is due. Returns whether there is so
+    /// Empties the tap, and writes a batch when one is due. Returns whether there is so
     /// much data that it should be called again at once.
     pub fn look(&mut self) -> io::Result<bool> {
-        let fullest = self.drain();
-        if self.last_batch.elapsed() >= BATCH || self.taps.waiting() >= LARGE_BATCH {
+        let came = self.drain();
+        self.new_rows += came;
+        if self.last_batch.elapsed() >= BATCH || self.new_rows >= LARGE_BATCH {
             let until = self.drain_before_newest();
             self.batch(until)?;
         }
-        Ok(fullest > BACKLOG / 8)
+        Ok(came > BACKLOG / 8)
     }
 
-    /// Empties the taps while the run goes on; returns the run time up to which all items have
-    /// arrived. A tick arrives after its messages, and all items before the newest have arrived
-    /// when all taps are drained once more.
+    /// Empties the tap while the run goes on; returns the run time up to which all rows have
+    /// arrived. A tick arrives after its messages, and all rows before the newest have arrived
+    /// when the tap is emptied once more.
     fn drain_before_newest(&mut self) -> Time {
-        let newest = self.taps.newest();
+        let newest = self.waiting.newest();
         self.drain();
         Time::from_nanos(newest.map_or(0, |newest| newest.as_nanos().saturating_sub(1)))
     }
@@ -149,8 +190,8 @@ impl RecordingWriter {
         self.flush()?;
         // Nothing may follow the end of the file.
         self.rec.disconnect();
-        // The run no longer waits for them.
-        drop(self.taps);
+        // The run no longer waits for it.
+        drop(self.tap);
         let bytes = self.file.complete()?;
         Ok(FinishedRecording {
             path: self.file.path(),
@@ -164,42 +205,35 @@ impl RecordingWriter {
 
     /// The end record.
     fn outcome(&self, reason: &StopReason) -> RecordingEnd {
-        let observer = &self.observer;
-        let mut messages = vec![0; self.topology.topics.len()];
-        for track in &self.taps.topics {
-            messages[track.index] = track.written;
-        }
-        let newest = self.newest.unwrap_or_default();
+        let rows = |series: &[RowDigest]| series.iter().map(|digest| digest.rows).collect();
+        let end = reason.end(&*self.system, &self.observer);
         let mut outcome = RecordingEnd {
-            at: observer.now().max(newest).max(self.latest),
-            clock: observer.status().clock,
-            end: reason.status(&*self.system),
-            messages,
-            ticks: self.taps.nodes.iter().map(|track| track.written).collect(),
-            lost: self.taps.lost(),
-            dropped: reason.losses(observer),
+            at: end.at.max(self.newest.unwrap_or_default()).max(self.latest),
+            messages: rows(&self.digest.topics),
+            ticks: rows(&self.digest.nodes),
+            lost: self.tap.lost(),
             threads: self.threads.digest(),
-            digest: None,
+            ..end
         };
         outcome.digest = Some(self.digest.with_end(&outcome));
         outcome
     }
 
     fn drain(&mut self) -> usize {
-        let fullest = self.taps.drain();
-        self.lost.store(self.taps.lost(), Ordering::Relaxed);
+        let came = self.waiting.receive(&self.tap);
+        self.lost.store(self.tap.lost(), Ordering::Relaxed);
         // A notice of what a thread outside of the graph wrote to, once for each.
         let names = RunLog::of(&self.observer).written_from_outside();
         for name in names.iter().skip(self.noticed) {
             (self.notice)(&outside(name));
         }
         self.noticed = names.len();
-        fullest
+        came
     }
 
     /// Writes the waiting items up to run time `until`.
     fn batch(&mut self, until: Time) -> io::Result<()> {
-        self.last_batch = Instant::now();
+        (self.last_batch, self.new_rows) = (Instant::now(), 0);
         // The log has all that is in the ticks before, and mentions no later event.
         let threads = self.threads.take(&self.observer);
         let events = self.observer.events(self.events);
@@ -249,29 +283,28 @@ impl RecordingWriter {
     }
 
     fn write(&mut self, until: Time, events: &[Event]) -> Written {
-        let topics: Vec<Rows> = self.taps.topics.iter_mut().map(|t| t.take(until)).collect();
-        let names = self
-            .taps
+        let rows = self.waiting.take_until(until);
+        let topology = &self.topology;
+        let state = self.system.state();
+        let states = topology
             .topics
             .iter()
-            .map(|t| &*self.topology.topics[t.index].name);
-        let topics: Vec<(&str, Rows)> = names.zip(topics).collect();
-        let state = self.system.state();
-        let states = topics.iter().find(|(name, _)| Some(*name) == state);
-        let stream = self.stream(states.map_or(&[], |(_, rows)| rows.heads()));
+            .position(|topic| Some(&*topic.name) == state);
+        let stream = self.stream(states.map_or(&[], |states| rows.topics[states].heads()));
         let (made, digest) = (stream.made(), &mut self.digest);
-        for (track, (_, rows)) in self.taps.topics.iter().zip(&topics) {
-            track.write(&stream, rows, &mut digest.topics[track.index])?;
-            self.latest = self.latest.max(rows.newest().unwrap_or_default());
+        let topics = topology.topics.iter().zip(&rows.topics);
+        for ((topic, messages), digest) in topics.zip(&mut digest.topics) {
+            messages.write(&stream, topic_entity(&topic.name), digest)?;
+            self.latest = self.latest.max(messages.newest().unwrap_or_default());
         }
-        for track in &mut self.taps.nodes {
-            let ticks = track.take(until);
-            track.write(&stream, &ticks, &mut digest.nodes[track.index])?;
+        let nodes = topology.nodes.iter().zip(&rows.ticks);
+        for ((node, ticks), digest) in nodes.zip(&mut digest.nodes) {
+            ticks.write(&stream, node_entity(&node.name), digest)?;
             self.newest = self.newest.max(ticks.newest());
         }
-        write_events(&stream, events, digest)?;
+        events::add(&stream, events, digest)?;
         let batch = SceneBatch {
-            topics: &topics,
+            topics: &rows.topics,
             events,
             until: until.min(self.newest.unwrap_or_default()),
         };
@@ -285,15 +318,12 @@ impl RecordingWriter {
         let path = self.file.path();
         let small = fs::metadata(&path).is_ok_and(|file| file.len() <= LARGEST);
         let recording = small.then(|| Recording::read(&path).ok()).flatten();
-        recording.map_or(Ok(()), |recording| lanes::add(&self.rec, &recording))
+        recording.map_or(Ok(()), |recording| add_lanes(&self.rec, &recording))
     }
 
     fn end(&mut self, outcome: &RecordingEnd, reason: &StopReason) -> Written {
         let (verdict, lost) = match reason {
-            StopReason::Run(summary) => {
-                properties::send_summary(&self.rec, &*self.system, summary)?;
-                (summary.verdict.to_string(), summary.verdict.is_lost())
-            }
+            StopReason::Run(summary) => (summary.verdict.to_string(), summary.verdict.is_lost()),
             StopReason::Fault(fault) => (fault.clone(), true),
             StopReason::Off => ("the recording ends; the run went on".to_owned(), false),
         };
@@ -320,57 +350,9 @@ impl RecordingWriter {
     }
 }
 
-/// Events for readers; the scene shows them to people.
-fn write_events(stream: &BatchStream, events: &[Event], digest: &mut ContentDigest) -> Written {
-    // A chunk sorts its rows by time, and events of different threads may be out of order.
-    for ordered in events.chunk_by(|before, after| before.at <= after.at) {
-        let times: Vec<Time> = ordered.iter().map(|event| event.at).collect();
-        let texts = ordered
-            .iter()
-            .map(|event| serde_json::to_string(event).unwrap_or_default())
-            .inspect(|json| digest.add_event(json));
-        stream.send(EVENTS, &times, [columns::texts(texts)?])?;
-    }
-    Ok(())
-}
-
 fn moves_the_wall(event: &Event) -> bool {
     matches!(
         event.applied(),
         Some(Command::Resume | Command::HandOver(_))
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use ratelab::EventKind;
-
-    use super::*;
-    use crate::tests::{chunks, stream};
-
-    #[test]
-    fn events_of_different_threads_keep_their_order() {
-        let (rec, storage) = stream();
-        let event = |at| Event {
-            at: Time::from_nanos(at),
-            what: EventKind::Ended {
-                node: "actuator".to_owned(),
-            },
-        };
-        let events = [3, 5, 4, 4, 9, 1].map(event);
-        let stream = BatchStream {
-            rec,
-            epoch: None,
-            before: 0,
-            steps: &[],
-        };
-        let mut digest = ContentDigest::default();
-        write_events(&stream, &events, &mut digest).expect("written");
-        let messages = storage.take();
-        let texts = chunks(&messages).flat_map(|chunk| columns::read_texts(&chunk));
-        let texts = texts.map(|text| text.expect("JSON"));
-        let read = texts.map(|text| serde_json::from_str::<Event>(&text).expect("an event"));
-        let read: Vec<Event> = read.collect();
-        assert_eq!(read, events);
-    }
 }

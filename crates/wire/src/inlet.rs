@@ -165,29 +165,11 @@ mod tests {
             let good = encode(&head(5, ClockMoment::now()), &[0.5]);
             assert_eq!(inlet.take(&good), Ok(()));
             let of = |row: &[f64]| encode(&head(6, ClockMoment::now()), row);
-            let at = |at| {
-                encode(
-                    &head(
-                        6,
-                        ClockMoment {
-                            at,
-                            ..ClockMoment::now()
-                        },
-                    ),
-                    &[1.0],
-                )
-            };
-            let clock = ClockId(1);
-            let foreign = head(
-                6,
-                ClockMoment {
-                    clock,
-                    ..ClockMoment::now()
-                },
-            );
+            let (now, clock) = (ClockMoment::now(), ClockId(1));
+            let of_time = |stamp| encode(&head(6, stamp), &[1.0]);
             let second = PacketHead {
                 incarnation: 2,
-                ..head(0, ClockMoment::now())
+                ..head(0, now)
             };
             for (bytes, why) in [
                 (good.clone(), Refusal::Repeated),
@@ -197,9 +179,21 @@ mod tests {
                 (of(&[f64::NAN]), Refusal::NotFinite),
                 (of(&[f64::INFINITY]), Refusal::NotFinite),
                 (encode(&second, &[1.0]), Refusal::Sender),
-                (at(ClockMoment::now().at + 1_000_000_000), Refusal::Future),
-                (encode(&foreign, &[1.0]), Refusal::Clock),
-                (at(i64::MIN + 1), Refusal::Early),
+                (
+                    of_time(ClockMoment {
+                        at: now.at + 1_000_000_000,
+                        ..now
+                    }),
+                    Refusal::Future,
+                ),
+                (of_time(ClockMoment { clock, ..now }), Refusal::Clock),
+                (
+                    of_time(ClockMoment {
+                        at: i64::MIN + 1,
+                        ..now
+                    }),
+                    Refusal::Early,
+                ),
             ] {
                 let before = inlet.refused.hostile();
                 assert_eq!(inlet.take(&bytes), Err(why));

@@ -211,7 +211,12 @@ fn first<'a, T: PartialEq>(here: &'a [T], there: &'a [T]) -> Option<(&'a T, &'a 
 }
 
 #[cfg(test)]
+#[path = "../../../tests/support/table.rs"]
+mod table;
+
+#[cfg(test)]
 mod tests {
+    use super::table::rows;
     use super::*;
     use ratelab_cart_pole::CartPole;
     use ratelab_study::experiment::Experiment;
@@ -227,31 +232,24 @@ mod tests {
         info
     }
 
-    /// The first knob is the one that a process has, the second that of the other.
+    /// The knobs of a process, those of the other, and how they differ.
     #[test]
     fn processes_with_other_knobs_are_told_which() {
-        let many = "control-hz 20, sensor-hz 20, queue-depth 3, think-ms 30";
-        for (own, other, expected) in [
-            ("", "", None),
-            ("", "policy scripted, control-hz 50", None),
-            (
-                "",
-                "control-hz 20",
-                Some("\"rate policy 20\" there, \"rate policy 50\" here"),
-            ),
-            (
-                "policy lqr",
-                "",
-                Some("\"send policy scripted\" there, \"send policy lqr\" here"),
-            ),
-            ("takes sensor 3", "", Some("\"takes sensor 3\" only here")),
-            (many, "", Some("2 more")),
-        ] {
-            let difference = of(&info(own, |_| ()), &info(other, |_| ()));
-            check(&format!("{own}, {other}"), difference, expected);
+        for [own, other, expected] in rows(
+            r#"
+            |                                |
+            | policy scripted, control-hz 50 |
+            | control-hz 20                  | "rate policy 20" there, "rate policy 50" here
+            policy lqr     | | "send policy scripted" there, "send policy lqr" here
+            takes sensor 3 | | "takes sensor 3" only here
+            control-hz 20, sensor-hz 20, queue-depth 3, think-ms 30 | | 2 more
+            "#,
+        ) {
+            check(&info(&own, |_| ()), &info(&other, |_| ()), &expected);
         }
     }
 
+    /// Knobs that name a file are the same where its content is.
     #[test]
     fn processes_that_are_set_up_differently_are_told_how() {
         let policy = |text: &'static str| {
@@ -261,54 +259,34 @@ mod tests {
             }
         };
         let own_world = WorldKind::parse("own", None).expect("a world");
-        let changed = |change: &dyn Fn(&mut Info)| info("", change);
-        let here = changed(&policy("a/p@sha256:12"));
-        for (other, expected) in [
-            (changed(&policy("b/p@sha256:12")), None),
-            (
-                changed(&policy("a/p@sha256:13")),
-                Some("\"send policy a/p@sha256:13\" there"),
-            ),
-        ] {
-            check("a file", of(&here, &other), expected);
-        }
-        let here = changed(&|_| ());
-        for (other, expected) in [
-            (changed(&|info| info.config.seed = 7), None),
-            (
-                changed(&|info| info.ratelab = "2".to_owned()),
-                Some("ratelab 2 there, 1 here"),
-            ),
-            (
-                changed(&|info| info.config.world = own_world),
-                Some("a world of its own with steps of 1 ms there"),
-            ),
-            (
-                changed(&|info| info.topology.nodes[1].name = "planner".to_owned()),
-                Some("a node planner there, policy here"),
-            ),
-            (
-                changed(&|info| drop(info.topology.topics.pop())),
-                Some("topics there"),
-            ),
-        ] {
-            check("another setting", of(&here, &other), expected);
-        }
-    }
-
-    fn of(own: &Info, other: &Info) -> Option<String> {
-        difference(own, other, CartPole::KNOBS.0)
-    }
-
-    fn check(case: &str, found: Option<String>, expected: Option<&str>) {
-        let Some(text) = expected else {
-            return assert_eq!(found, None, "{case}");
+        let file = info("", policy("a/p@sha256:12"));
+        let there = "\"send policy a/p@sha256:13\" there";
+        check(&file, &info("", policy("b/p@sha256:12")), "");
+        check(&file, &info("", policy("a/p@sha256:13")), there);
+        let here = info("", |_| ());
+        let differs = |change: &dyn Fn(&mut Info), expected: &str| {
+            check(&here, &info("", change), expected);
         };
-        let found = found.unwrap_or_else(|| panic!("{case}: no difference"));
-        assert!(found.contains(text), "{case}: {found}");
-        assert!(
-            found.ends_with("start both with the same options"),
-            "{case}: {found}"
+        differs(&|info| info.config.seed = 7, "");
+        differs(
+            &|info| info.ratelab = "2".to_owned(),
+            "ratelab 2 there, 1 here",
         );
+        let world = "a world of its own with steps of 1 ms there";
+        differs(&|info| info.config.world = own_world, world);
+        let planner = |info: &mut Info| info.topology.nodes[1].name = "planner".to_owned();
+        differs(&planner, "a node planner there, policy here");
+        differs(&|info| drop(info.topology.topics.pop()), "topics there");
+    }
+
+    /// Checks how two processes differ; not at all where nothing is expected.
+    #[track_caller]
+    fn check(own: &Info, other: &Info, expected: &str) {
+        let Some(found) = difference(own, other, CartPole::KNOBS.0) else {
+            return assert_eq!(expected, "", "no difference");
+        };
+        let told = !expected.is_empty() && found.contains(expected);
+        let remedy = found.ends_with("start both with the same options");
+        assert!(told && remedy, "{expected:?}: {found}");
     }
 }

@@ -216,10 +216,8 @@ mod tests {
             // The new offset counts at once, and alone.
             let now = offset.at(SECOND + 1_000_000).expect("the last trip");
             assert!((now.ahead - 50 - step).abs() <= now.bound, "{now:?}");
-            assert_eq!(
-                offset.add(trip(2 * SECOND, 50 + step, 90_000, 20_000)),
-                None
-            );
+            let next = trip(2 * SECOND, 50 + step, 90_000, 20_000);
+            assert_eq!(offset.add(next), None);
         }
     }
 }

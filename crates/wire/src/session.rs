@@ -254,12 +254,7 @@ mod tests {
         for address in ["tcp/127.0.0.1:7447", "tcp/[::1]:0", "tcp/localhost:1"] {
             assert!(listen(address, None).config().is_ok(), "{address}");
         }
-        for address in [
-            "tcp/0.0.0.0:7447",
-            "tcp/[::]:0",
-            "tcp/10.0.0.1:7447",
-            "tcp/robot:7447",
-        ] {
+        for address in "tcp/0.0.0.0:7447 tcp/[::]:0 tcp/10.0.0.1:7447 tcp/robot:7447".split(' ') {
             let mut open = listen(address, None);
             let refused = open.config().map(drop).expect_err(address).to_string();
             assert!(refused.contains("--insecure"), "{refused}");

@@ -1,36 +1,85 @@
-//! The graph with a fault, drawn from the learner's number.
+//! The graph with a fault, drawn from the learner's number: each of its settings is a suspect.
 
-use ratelab_cart_pole::{CartPole, POLICY, SENSOR};
+use std::collections::BTreeMap;
+
+use ratelab_cart_pole::CartPole;
 use ratelab_study::experiment::Config;
 
-use super::suspect::{SUSPECTS, Suspect};
 use crate::framework::{Failure, SplitMix, own_world};
 
-/// Delay (ms) and loss of a link.
-#[derive(Clone, Copy, Debug, Default)]
-struct LinkParts {
-    delay_ms: f64,
-    loss: f64,
-}
+/// A setting that may be the fault: its knob, with `{}` where its number goes, the least and
+/// the greatest number of a fault, and what it then did. The time of a crash stands before it.
+type Suspect = (&'static str, [f64; 2], &'static str);
 
-/// The settings of the graph. Those that differ from the default are the fault, or
-/// harmless.
-#[derive(Clone, Debug)]
-pub struct FaultyGraph {
-    /// The fault.
-    pub fault: Suspect,
-    seed: u64,
-    sensor_hz: f64,
-    policy_hz: f64,
-    actuator_hz: f64,
-    sensor_takes_ms: f64,
-    policy_takes_ms: f64,
-    obs: LinkParts,
-    action: LinkParts,
-    oldest: bool,
-    /// A node that crashes, and when (s).
-    crash: Option<(&'static str, f64)>,
-}
+/// All suspects. The question names them in this order.
+pub const SUSPECTS: [Suspect; 12] = [
+    ("rate sensor {}", [3.5, 4.5], "The sensor looks too seldom."),
+    (
+        "takes sensor {}",
+        [122.0, 139.0],
+        "The sensor's ticks take so long that most of its periods are overruns.",
+    ),
+    (
+        "{} crash sensor",
+        [1.0, 4.0],
+        "The sensor crashed, and its last reading was used again and again.",
+    ),
+    (
+        "rate policy {}",
+        [3.5, 4.5],
+        "The policy decides too seldom.",
+    ),
+    (
+        "takes policy {}",
+        [102.0, 139.0],
+        "The policy's ticks take so long that most of its periods are overruns.",
+    ),
+    (
+        "{} crash policy",
+        [1.0, 4.0],
+        "The policy crashed, and its last action was held.",
+    ),
+    (
+        "rate actuator {}",
+        [3.5, 4.5],
+        "The actuator applies too few of the actions.",
+    ),
+    (
+        "link /obs delay:{}",
+        [122.0, 160.0],
+        "Readings are under way on /obs for too long.",
+    ),
+    (
+        "link /obs loss:{}",
+        [0.94, 0.96],
+        "The link of /obs loses most of the readings.",
+    ),
+    (
+        "read /obs oldest",
+        [52.0, 54.0],
+        "The queue of /obs is read from its old end, by a policy a little slower than the sensor.",
+    ),
+    (
+        "link /action delay:{}",
+        [122.0, 160.0],
+        "Actions are under way on /action for too long.",
+    ),
+    (
+        "link /action loss:{}",
+        [0.94, 0.96],
+        "The link of /action loses most of the actions.",
+    ),
+];
+
+/// Something that looks odd and does no harm: a knob and its number. One of the first three
+/// and one of the others is in each graph.
+const ODDITIES: [(&str, f64); 5] = [
+    ("takes policy {}", 4.0),
+    ("rate sensor {}", 60.0),
+    ("link /action delay:{}", 3.0),
+    ("link /obs loss:{}", 0.06),
+    ("link /action loss:{}", 0.05),
+];
 
 /// The rate of all nodes without a fault (Hz).
 const USUAL_HZ: f64 = 50.0;
@@ -38,120 +87,90 @@ const USUAL_HZ: f64 = 50.0;
 /// Depth of the queues: deep enough for one that is read from its old end.
 const DEPTH: u32 = 40;
 
+/// The settings of the graph. Those that differ from the default are the fault, or
+/// harmless.
+#[derive(Clone, Debug)]
+pub struct FaultyGraph {
+    /// The place of the fault among the suspects.
+    pub fault: usize,
+    seed: u64,
+    /// The number of each suspect; zero where it does nothing.
+    settings: [f64; SUSPECTS.len()],
+}
+
+/// The place of the suspect with this knob.
+fn place(of: &str) -> usize {
+    let known = SUSPECTS.iter().position(|(knob, ..)| *knob == of);
+    known.unwrap_or_default()
+}
+
+/// The number of a suspect that does nothing.
+fn usual((knob, ..): &Suspect) -> f64 {
+    match knob.starts_with("rate") {
+        true => USUAL_HZ,
+        false => 0.0,
+    }
+}
+
 impl FaultyGraph {
     /// The graph of the learner's number `seed`.
     pub fn drawn(seed: u64) -> Self {
         let chance = &mut SplitMix::new(seed, u64::from_le_bytes(*b"a fault "), 0);
-        let mut graph = Self {
-            fault: SUSPECTS[chance.below(SUSPECTS.len())],
+        let fault = chance.below(SUSPECTS.len());
+        let mut settings = SUSPECTS.each_ref().map(usual);
+        for (knob, number) in [ODDITIES[chance.below(3)], ODDITIES[3 + chance.below(2)]] {
+            settings[place(knob)] = number;
+        }
+        let (knob, [from, to], _) = SUSPECTS[fault];
+        let drawn = (chance.within(from, to) * 100.0).round() / 100.0;
+        settings[fault] = drawn;
+        if knob == "read /obs oldest" {
+            // Nothing but the queue makes the readings fewer.
+            settings[place("link /obs loss:{}")] = 0.0;
+            settings[place("rate sensor {}")] = drawn;
+        }
+        Self {
+            fault,
             seed,
-            sensor_hz: USUAL_HZ,
-            policy_hz: USUAL_HZ,
-            actuator_hz: USUAL_HZ,
-            sensor_takes_ms: 0.0,
-            policy_takes_ms: 0.0,
-            obs: LinkParts::default(),
-            action: LinkParts::default(),
-            oldest: false,
-            crash: None,
-        };
-        graph.add_oddity(chance.below(3));
-        graph.add_oddity(3 + chance.below(2));
-        graph.add_fault(chance);
-        graph
-    }
-
-    /// Something that looks odd and does no harm.
-    fn add_oddity(&mut self, number: usize) {
-        match number {
-            0 => self.policy_takes_ms = 4.0,
-            1 => self.sensor_hz = 60.0,
-            2 => self.action.delay_ms = 3.0,
-            3 => self.obs.loss = 0.06,
-            _ => self.action.loss = 0.05,
+            settings,
         }
     }
 
-    fn add_fault(&mut self, chance: &mut SplitMix) {
-        let mut drawn = |from, to| (chance.within(from, to) * 100.0).round() / 100.0;
-        match self.fault {
-            Suspect::SensorSlow => self.sensor_hz = drawn(3.5, 4.5),
-            Suspect::SensorThinks => self.sensor_takes_ms = drawn(122.0, 139.0),
-            Suspect::SensorCrashed => self.crash = Some((SENSOR, drawn(1.0, 4.0))),
-            Suspect::PolicySlow => self.policy_hz = drawn(3.5, 4.5),
-            Suspect::PolicyThinks => self.policy_takes_ms = drawn(102.0, 139.0),
-            Suspect::PolicyCrashed => self.crash = Some((POLICY, drawn(1.0, 4.0))),
-            Suspect::ActuatorSlow => self.actuator_hz = drawn(3.5, 4.5),
-            Suspect::ObsDelays => self.obs.delay_ms = drawn(122.0, 160.0),
-            Suspect::ObsLoses => self.obs.loss = drawn(0.94, 0.96),
-            Suspect::ObsQueues => {
-                self.oldest = true;
-                self.obs.loss = 0.0;
-                self.sensor_hz = drawn(52.0, 54.0);
-            }
-            Suspect::ActionDelays => self.action.delay_ms = drawn(122.0, 160.0),
-            Suspect::ActionLoses => self.action.loss = drawn(0.94, 0.96),
-        }
-    }
-
-    /// This graph with what `suspect` does mended.
-    pub fn mended(&self, suspect: Suspect) -> Self {
+    /// This graph with what the suspect at `place` does mended. A rate above the usual one is
+    /// no fault.
+    pub fn mended(&self, place: usize) -> Self {
         let mut graph = self.clone();
-        let crashed = |node| self.crash.filter(|(name, _)| *name != node);
-        match suspect {
-            Suspect::SensorSlow => graph.sensor_hz = self.sensor_hz.max(USUAL_HZ),
-            Suspect::SensorThinks => graph.sensor_takes_ms = 0.0,
-            Suspect::SensorCrashed => graph.crash = crashed(SENSOR),
-            Suspect::PolicySlow => graph.policy_hz = USUAL_HZ,
-            Suspect::PolicyThinks => graph.policy_takes_ms = 0.0,
-            Suspect::PolicyCrashed => graph.crash = crashed(POLICY),
-            Suspect::ActuatorSlow => graph.actuator_hz = USUAL_HZ,
-            Suspect::ObsDelays => graph.obs.delay_ms = 0.0,
-            Suspect::ObsLoses => graph.obs.loss = 0.0,
-            Suspect::ObsQueues => graph.oldest = false,
-            Suspect::ActionDelays => graph.action.delay_ms = 0.0,
-            Suspect::ActionLoses => graph.action.loss = 0.0,
-        }
+        let usual = usual(&SUSPECTS[place]);
+        graph.settings[place] = match usual > 0.0 {
+            true => usual.max(self.settings[place]),
+            false => usual,
+        };
         graph
     }
 
     /// A run of ten seconds in the world that does not wait.
     pub fn config(&self) -> Result<Config, Failure> {
-        let mut knobs = format!(
-            "rate sensor {}, rate policy {}, rate actuator {}, queue-depth {DEPTH}",
-            self.sensor_hz, self.policy_hz, self.actuator_hz
-        );
-        for (node, takes_ms) in [
-            (SENSOR, self.sensor_takes_ms),
-            (POLICY, self.policy_takes_ms),
-        ] {
-            if takes_ms > 0.0 {
-                knobs += &format!(", takes {node} {takes_ms}");
+        let mut config = own_world(&format!("queue-depth {DEPTH}"))?;
+        // The parts of a link stand in one knob.
+        let mut knobs = BTreeMap::<&str, Vec<String>>::new();
+        let turned = SUSPECTS.iter().zip(self.settings);
+        for ((knob, ..), number) in turned.filter(|(_, number)| *number > 0.0) {
+            match knob.rsplit_once(' ') {
+                Some((name, value)) if !knob.starts_with("{}") => {
+                    let value = value.replace("{}", &number.to_string());
+                    knobs.entry(name).or_default().push(value);
+                }
+                _ => {
+                    let crash = knob.replace("{}", &number.to_string());
+                    config.knobs.extend(CartPole::KNOBS.parse_timed(&crash)?);
+                }
             }
         }
-        if self.oldest {
-            knobs += ", read /obs oldest";
-        }
-        let mut config = own_world(&knobs)?;
-        for (topic, parts) in [("/obs", self.obs), ("/action", self.action)] {
-            if let Some(link) = parts.link(topic) {
-                config.setup.extend(CartPole::KNOBS.parse(&link)?);
-            }
-        }
-        if let Some((node, at)) = self.crash {
-            config.knobs = CartPole::KNOBS.parse_timed(&format!("{at} crash {node}"))?;
+        for (knob, values) in knobs {
+            let knob = format!("{knob} {}", values.join(","));
+            config.setup.extend(CartPole::KNOBS.parse(&knob)?);
         }
         config.seed = self.seed;
         Ok(config)
-    }
-}
-
-impl LinkParts {
-    /// The knob of this link on `topic`; `None` for a perfect one.
-    fn link(self, topic: &str) -> Option<String> {
-        let delay = (self.delay_ms > 0.0).then(|| format!("delay:{}", self.delay_ms));
-        let loss = (self.loss > 0.0).then(|| format!("loss:{}", self.loss));
-        let parts: Vec<String> = delay.into_iter().chain(loss).collect();
-        (!parts.is_empty()).then(|| format!("link {topic} {}", parts.join(",")))
     }
 }

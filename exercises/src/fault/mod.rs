@@ -1,12 +1,12 @@
 //! Whose fault is it? One fault in a graph, to be found from its figures.
 
 mod graph;
-mod suspect;
 
-use graph::FaultyGraph;
+use std::iter;
+
+use graph::{FaultyGraph, SUSPECTS};
 use ratelab_account::{NodeAccount, Snapshot, TopicAccount};
 use ratelab_study::experiment::{Config, Experiment, Summary};
-use suspect::SUSPECTS;
 
 use crate::framework::{Answer, Brief, Failure, Findings, Measurement, Table, cart_pole, mean_ms};
 
@@ -24,10 +24,9 @@ pub(crate) fn scene(seed: u64) -> Result<Config, Failure> {
 pub(crate) fn measure(brief: &Brief, seed: u64) -> Result<Findings, Failure> {
     let (graph, names) = (FaultyGraph::drawn(seed), &brief.choices);
     let as_it_is = Run::of(&graph)?;
-    let mended = SUSPECTS.map(|suspect| Run::of(&graph.mended(suspect)));
-    let mended = mended.into_iter().collect::<Result<Vec<_>, _>>()?;
-    let culprit = SUSPECTS.iter().position(|suspect| *suspect == graph.fault);
-    let culprit = culprit.unwrap_or_default();
+    let mended = (0..SUSPECTS.len()).map(|place| Run::of(&graph.mended(place)));
+    let mended = mended.collect::<Result<Vec<_>, _>>()?;
+    let (culprit, (_, _, what_it_did)) = (graph.fault, SUSPECTS[graph.fault]);
     let refuted = names.iter().zip(&mended).map(|(name, run)| {
         format!(
             "You named {name}: with that mended it {} all the same, with pushes {:.0} ms old.",
@@ -42,11 +41,10 @@ pub(crate) fn measure(brief: &Brief, seed: u64) -> Result<Findings, Failure> {
             refuted: refuted.collect(),
         },
         meaning: format!(
-            "{} With the fault the pushes were {:.0} ms old in the last second and the pole {}; \
-             with nothing but that mended they were {:.0} ms old, and it {}. The oddities beside \
-             it are still there: not everything that looks odd is to blame. Follow the age: find \
-             where a reading grows old, and who owns that place.",
-            graph.fault.sentence(),
+            "{what_it_did} With the fault the pushes were {:.0} ms old in the last second and the \
+             pole {}; with nothing but that mended they were {:.0} ms old, and it {}. The oddities \
+             beside it are still there: not everything that looks odd is to blame. Follow the \
+             age: find where a reading grows old, and who owns that place.",
             as_it_is.push_age_ms(),
             as_it_is.did(),
             mended[culprit].push_age_ms(),
@@ -88,73 +86,70 @@ impl Run {
 
     /// What the screen shows of the graph, without its settings.
     fn evidence(&self) -> Table {
-        let mut table = Table::new([
-            "part",
-            "per second",
-            "last at",
-            "takes",
-            "overruns",
-            "lost",
-            "dropped",
-            "age when read",
-        ]);
         let nodes = self.summary.nodes.iter();
         let nodes = nodes.filter(|node| &*node.name != "world");
-        nodes.for_each(|node| table.row(self.node(node)));
         let topics = self.end.topics.iter().filter(|topic| is_read(topic));
-        topics.for_each(|topic| table.row(self.topic(topic)));
-        let end = self.summary.sim_time.to_string();
-        table.row(row(
-            "the run",
-            [self.summary.verdict.name().to_owned(), end],
-        ));
-        table
+        let parts = nodes.map(|node| self.node(node));
+        let mut parts: Vec<[Option<String>; 8]> =
+            parts.chain(topics.map(|topic| self.topic(topic))).collect();
+        let mut run = [const { None }; 8];
+        run[0] = Some("the run".to_owned());
+        run[1] = Some(self.summary.verdict.name().to_owned());
+        run[2] = Some(self.summary.sim_time.to_string());
+        parts.push(run);
+        let cells = |part: [Option<String>; 8]| part.map(|cell| cell.unwrap_or("-".to_owned()));
+        Table {
+            headers: EVIDENCE.map(str::to_owned).to_vec(),
+            rows: parts.into_iter().map(|part| cells(part).to_vec()).collect(),
+        }
     }
 
     fn per_second(&self, count: u64) -> f64 {
         count as f64 / self.summary.sim_time.as_secs_f64()
     }
 
-    fn node(&self, node: &NodeAccount) -> [String; 8] {
-        let takes = node.tick_time.mean_s();
-        row(
-            &node.name,
-            [
-                format!("{:.1} ticks", self.per_second(node.ticks)),
-                none(),
-                takes.map_or_else(none, |takes| format!("{:.0} ms", takes * 1e3)),
-                node.overruns.to_string(),
-            ],
-        )
+    fn node(&self, node: &NodeAccount) -> [Option<String>; 8] {
+        [
+            Some(node.name.to_string()),
+            Some(format!("{:.1} ticks", self.per_second(node.ticks))),
+            None,
+            node.tick_time.mean_s().map(whole_ms),
+            Some(node.overruns.to_string()),
+            None,
+            None,
+            None,
+        ]
     }
 
-    fn topic(&self, topic: &TopicAccount) -> [String; 8] {
-        let readers = topic.readers.first();
-        let age = readers.and_then(|read| read.ages.mean_s());
-        row(
-            &topic.name,
-            [
-                format!("{:.1} sent", self.per_second(topic.published)),
-                topic.newest.map_or_else(none, |at| at.to_string()),
-                none(),
-                none(),
-                topic.lost.to_string(),
-                topic.dropped().to_string(),
-                age.map_or_else(none, |age| format!("{:.0} ms", age * 1e3)),
-            ],
-        )
+    fn topic(&self, topic: &TopicAccount) -> [Option<String>; 8] {
+        let reader = topic.readers.first();
+        [
+            Some(topic.name.to_string()),
+            Some(format!("{:.1} sent", self.per_second(topic.published))),
+            topic.newest.map(|at| at.to_string()),
+            None,
+            None,
+            Some(topic.lost.to_string()),
+            Some(topic.dropped().to_string()),
+            reader.and_then(|reader| reader.ages.mean_s()).map(whole_ms),
+        ]
     }
 }
 
-/// A cell without a figure.
-fn none() -> String {
-    "-".to_owned()
-}
+/// The columns of the evidence.
+const EVIDENCE: [&str; 8] = [
+    "part",
+    "per second",
+    "last at",
+    "takes",
+    "overruns",
+    "lost",
+    "dropped",
+    "age when read",
+];
 
-/// The row of a part, whose last cells may be without a figure.
-fn row<const N: usize>(part: &str, cells: [String; N]) -> [String; 8] {
-    let mut cells = [part.to_owned()].into_iter().chain(cells);
-    std::array::from_fn(|_| cells.next().unwrap_or_else(none))
+fn whole_ms(seconds: f64) -> String {
+    format!("{:.0} ms", seconds * 1e3)
 }
 
 fn is_read(topic: &TopicAccount) -> bool {
@@ -163,25 +158,29 @@ fn is_read(topic: &TopicAccount) -> bool {
 
 /// Two runs in each row, so that the head stays in sight.
 fn table(names: &[String], as_it_is: &Run, mended: &[Run]) -> Table {
-    let names = ["nothing"]
-        .into_iter()
-        .chain(names.iter().map(String::as_str));
-    let runs = names.zip([as_it_is].into_iter().chain(mended));
-    let cells = |(name, run): (&str, &Run)| {
-        let age = format!("{:.0} ms", run.push_age_ms());
-        let end = match run.fell() {
-            true => format!("fell {:.2} s", run.summary.sim_time.as_secs_f64()),
-            false => "stood".to_owned(),
-        };
-        [name.to_owned(), end, age]
+    let names = iter::once("nothing").chain(names.iter().map(String::as_str));
+    let runs: Vec<(&str, &Run)> = names.zip(iter::once(as_it_is).chain(mended)).collect();
+    let end = |run: &Run| match run.fell() {
+        true => format!("fell {:.2} s", run.summary.sim_time.as_secs_f64()),
+        false => "stood".to_owned(),
     };
-    let cells: Vec<[String; 3]> = runs.map(cells).collect();
-    let half = cells.len().div_ceil(2);
-    let mut table = Table::new(["mended", "run", "age", "mended", "run", "age"]);
-    for (at, [a, b, c]) in cells[..half].iter().cloned().enumerate() {
-        let [d, e, f] = cells.get(half + at).cloned().unwrap_or_default();
-        table.row([a, b, c, d, e, f]);
-    }
+    let mut table = Table::of(
+        &runs,
+        &[
+            ("mended", &|(name, _)| (*name).to_owned()),
+            ("run", &|(_, run)| end(run)),
+            ("age", &|(_, run)| format!("{:.0} ms", run.push_age_ms())),
+        ],
+    );
+    let half = table.rows.len().div_ceil(2);
+    let beside = table.rows.split_off(half).into_iter();
+    let beside = beside.chain(iter::repeat_with(|| vec![String::new(); 3]));
+    table
+        .rows
+        .iter_mut()
+        .zip(beside)
+        .for_each(|(row, beside)| row.extend(beside));
+    table.headers.extend_from_within(..);
     table
 }
 
@@ -219,16 +218,16 @@ mod tests {
         let mut found = HashSet::new();
         for seed in 0..60 {
             let graph = FaultyGraph::drawn(seed);
-            found.insert(graph.fault);
+            let (knob, ..) = SUSPECTS[graph.fault];
+            found.insert(knob);
             let broken = Run::of(&graph).expect("run");
-            assert!(broken.fell(), "{seed}: {:?}", graph.fault);
-            for suspect in SUSPECTS {
-                let mended = Run::of(&graph.mended(suspect)).expect("run");
+            assert!(broken.fell(), "{seed}: {knob}");
+            for (place, (mended, ..)) in SUSPECTS.iter().enumerate() {
+                let run = Run::of(&graph.mended(place)).expect("run");
                 assert_eq!(
-                    mended.fell(),
-                    suspect != graph.fault,
-                    "{seed}: {:?}, mended {suspect:?}",
-                    graph.fault
+                    run.fell(),
+                    *mended != knob,
+                    "{seed}: {knob}, mended {mended}"
                 );
             }
         }

@@ -82,6 +82,17 @@ impl Answers {
         Some(&again.prediction)
     }
 
+    /// The prediction for this exercise as text, if there is one.
+    pub fn predicted(&self, exercise: &Brief) -> Option<String> {
+        let number = exercise.in_unit(self.get(exercise)?.number());
+        let first = self.redone(exercise).and_then(|_| self.first(exercise));
+        let first = first.map(|first| format!(", first {}", exercise.in_unit(first.number())));
+        Some(format!(
+            "you predicted {number}{}",
+            first.unwrap_or_default()
+        ))
+    }
+
     /// How the predictions for this exercise came into the file.
     pub fn origin(&self, exercise: &Brief) -> Option<PredictionOrigin> {
         let entry = self.0.get(&exercise.name)?;

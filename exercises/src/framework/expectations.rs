@@ -24,6 +24,14 @@ impl Measurement {
             value: value.into(),
         }
     }
+
+    /// The figures of `subject`, each with its name.
+    pub(crate) fn of<const N: usize>(
+        subject: impl fmt::Display,
+        figures: [(&str, f64); N],
+    ) -> [Self; N] {
+        figures.map(|(what, value)| Self::new(format!("{subject}: {what}"), value))
+    }
 }
 
 /// The bands of all exercises, from `bands.toml`.
@@ -63,27 +71,10 @@ pub struct Check {
     pub band: Option<Expectation>,
 }
 
-/// An unusable file of bands.
+/// An unusable file of bands: the reason, and what to do.
 #[derive(Clone, Debug, Error)]
-pub enum ExpectationsError {
-    /// An invalid file.
-    #[error("bands.toml cannot be read: {0}")]
-    Unreadable(String),
-    /// A band without conditions.
-    #[error("the band of {0:?} holds for every value: give it equals, reads, at_least or at_most")]
-    Boundless(String),
-    /// A band without a known source.
-    #[error("the band of {name:?} comes from {from:?}, which is none of the sources: add it there")]
-    UnknownSource {
-        /// Name of the measurement.
-        name: String,
-        /// The unknown source.
-        from: String,
-    },
-    /// An exercise without bands.
-    #[error("exercise {0:?} has no bands: add [exercises.{0}] to bands.toml")]
-    NoExercise(String),
-}
+#[error("{0}")]
+pub struct ExpectationsError(String);
 
 impl Expectations {
     /// Loads the bands included with the exercises.
@@ -99,15 +90,22 @@ impl Expectations {
     /// # Errors
     /// [`ExpectationsError`] if it is invalid, or a band lacks bounds or a source.
     pub fn parse(text: &str) -> Result<Self, ExpectationsError> {
-        let bands: Self = toml::from_str(text)
-            .map_err(|error| ExpectationsError::Unreadable(error.to_string()))?;
+        let bands: Result<Self, _> = toml::from_str(text);
+        let bands =
+            bands.map_err(|why| ExpectationsError(format!("bands.toml cannot be read: {why}")))?;
         for (name, band) in bands.exercises.values().flatten() {
-            if *band == Expectation::boundless(&band.source) {
-                return Err(ExpectationsError::Boundless(name.clone()));
+            if band.bounds().is_empty() {
+                return Err(ExpectationsError(format!(
+                    "the band of {name:?} holds for every value: give it equals, reads, at_least \
+                     or at_most"
+                )));
             }
             if !bands.sources.contains_key(&band.source) {
-                let (name, from) = (name.clone(), band.source.clone());
-                return Err(ExpectationsError::UnknownSource { name, from });
+                return Err(ExpectationsError(format!(
+                    "the band of {name:?} comes from {:?}, which is none of the sources: add it \
+                     there",
+                    band.source
+                )));
             }
         }
         Ok(bands)
@@ -117,14 +115,18 @@ impl Expectations {
     /// bands without a measurement.
     ///
     /// # Errors
-    /// [`ExpectationsError::NoExercise`] if the file lacks the exercise.
+    /// [`ExpectationsError`] if the file lacks the exercise.
     pub fn compare(
         &self,
         exercise: &Brief,
         measurements: &[Measurement],
     ) -> Result<Vec<Check>, ExpectationsError> {
         let bands = self.exercises.get(&exercise.name);
-        let bands = bands.ok_or_else(|| ExpectationsError::NoExercise(exercise.name.clone()))?;
+        let bands = bands.ok_or_else(|| {
+            let name = &exercise.name;
+            let what_to_do = format!("add [exercises.{name}] to bands.toml");
+            ExpectationsError(format!("exercise {name:?} has no bands: {what_to_do}"))
+        })?;
         let measured = measurements.iter().map(|measurement| Check {
             name: measurement.name.clone(),
             measured: Some(measurement.value),
@@ -142,16 +144,6 @@ impl Expectations {
 }
 
 impl Expectation {
-    fn boundless(source: &str) -> Self {
-        Self {
-            equals: None,
-            reads: None,
-            at_least: None,
-            at_most: None,
-            source: source.to_owned(),
-        }
-    }
-
     /// Whether `value` lies in the band.
     pub fn holds(&self, value: f64) -> bool {
         let reads = |text: &str| {
@@ -166,18 +158,22 @@ impl Expectation {
             && self.at_least.is_none_or(|least| value >= least)
             && self.at_most.is_none_or(|most| value <= most)
     }
-}
 
-impl fmt::Display for Expectation {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// Its conditions, in words.
+    fn bounds(&self) -> Vec<String> {
         let bounds = [
             self.equals.map(|value| format!("exactly {value}")),
             self.reads.clone(),
             self.at_least.map(|value| format!("at least {value}")),
             self.at_most.map(|value| format!("at most {value}")),
         ];
-        let bounds: Vec<String> = bounds.into_iter().flatten().collect();
-        f.write_str(&bounds.join(", "))
+        bounds.into_iter().flatten().collect()
+    }
+}
+
+impl fmt::Display for Expectation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.bounds().join(", "))
     }
 }
 

@@ -11,19 +11,17 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
 }
 
-impl Table {
-    /// A table without rows.
-    pub fn new<const COLUMNS: usize>(headers: [&str; COLUMNS]) -> Self {
-        Self {
-            headers: headers.map(str::to_owned).to_vec(),
-            rows: Vec::new(),
-        }
-    }
+/// A column of a table: its header, and its cell in the row of an item.
+pub type Column<'c, T> = (&'c str, &'c dyn Fn(&T) -> String);
 
-    /// Adds a row.
-    pub fn row<const COLUMNS: usize>(&mut self, cells: [String; COLUMNS]) {
-        debug_assert_eq!(COLUMNS, self.headers.len());
-        self.rows.push(cells.to_vec());
+impl Table {
+    /// A table with a row for each of `items`.
+    pub fn of<T>(items: &[T], columns: &[Column<'_, T>]) -> Self {
+        let row = |item| columns.iter().map(|(_, cell)| cell(item)).collect();
+        Self {
+            headers: columns.iter().map(|(head, _)| (*head).to_owned()).collect(),
+            rows: items.iter().map(row).collect(),
+        }
     }
 }
 

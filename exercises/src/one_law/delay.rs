@@ -53,21 +53,22 @@ fn at(hz: f64, meaning: &str) -> Result<Findings, Failure> {
 }
 
 fn table(delays: &[KnobRuns]) -> Table {
-    let mut table = Table::new(["delay", "balanced", "push age"]);
-    for delay in delays {
-        table.row([
-            format!("{} ms", delay.value),
-            delay.up_of(),
-            delay.push_age(),
-        ]);
-    }
-    table
+    Table::of(
+        delays,
+        &[
+            ("delay", &|delay| format!("{} ms", delay.value)),
+            ("balanced", &KnobRuns::up_of),
+            ("push age", &KnobRuns::push_age),
+        ],
+    )
 }
 
 fn measurements(delay: &KnobRuns) -> [Measurement; 2] {
-    let name = |what| format!("{} ms: {what}", delay.value);
-    [
-        Measurement::new(name("starts balanced"), delay.up() as f64),
-        Measurement::new(name("push age (ms)"), delay.push_age_ms()),
-    ]
+    Measurement::of(
+        format_args!("{} ms", delay.value),
+        [
+            ("starts balanced", delay.up() as f64),
+            ("push age (ms)", delay.push_age_ms()),
+        ],
+    )
 }

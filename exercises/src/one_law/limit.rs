@@ -7,9 +7,6 @@ use ratelab_study::experiment::sweep::ByAge;
 use super::causes::AgeCause;
 use crate::framework::{Answer, Failure, Findings, Measurement, Table, asked};
 
-/// Width of the rows of the table (ms).
-const BIN_MS: f64 = 20.0;
-
 /// The runs of a cause.
 struct OfCause {
     cause: AgeCause,
@@ -40,24 +37,14 @@ impl OfCause {
         format!("{up} of {}", runs.len())
     }
 
-    fn row(&self, limit_ms: f64) -> [String; 7] {
-        [
-            self.cause.name().to_owned(),
-            self.up(0.0, 80.0 - BIN_MS),
-            self.up(80.0 - BIN_MS, 80.0),
-            self.up(80.0, 80.0 + BIN_MS),
-            self.up(80.0 + BIN_MS, f64::INFINITY),
-            format!("{:.0} ms", self.limit_ms()),
-            format!("{} of {}", self.wrong(limit_ms), self.runs.len()),
-        ]
-    }
-
     fn measurements(&self, limit_ms: f64) -> [Measurement; 2] {
-        let name = |what| format!("{}: {what}", self.cause.name());
-        [
-            Measurement::new(name("limit of its own (ms)"), self.limit_ms()),
-            Measurement::new(name("runs on the wrong side"), self.wrong(limit_ms) as f64),
-        ]
+        Measurement::of(
+            self.cause.name(),
+            [
+                ("limit of its own (ms)", self.limit_ms()),
+                ("runs on the wrong side", self.wrong(limit_ms) as f64),
+            ],
+        )
     }
 }
 
@@ -75,18 +62,20 @@ fn limit_ms(causes: &[OfCause]) -> Result<f64, Failure> {
 }
 
 /// A row for each of `causes`.
-fn table<'c>(causes: impl Iterator<Item = &'c OfCause>, limit_ms: f64) -> Table {
-    let mut table = Table::new([
-        "cause",
-        "up below 60",
-        "60 to 80",
-        "80 to 100",
-        "above",
-        "own limit",
-        "wrong side",
-    ]);
-    causes.for_each(|of| table.row(of.row(limit_ms)));
-    table
+fn table(causes: &[OfCause], limit_ms: f64) -> Table {
+    let wrong = |of: &OfCause| format!("{} of {}", of.wrong(limit_ms), of.runs.len());
+    Table::of(
+        causes,
+        &[
+            ("cause", &|of| of.cause.name().to_owned()),
+            ("up below 60", &|of| of.up(0.0, 60.0)),
+            ("60 to 80", &|of| of.up(60.0, 80.0)),
+            ("80 to 100", &|of| of.up(80.0, 100.0)),
+            ("above", &|of| of.up(100.0, f64::INFINITY)),
+            ("own limit", &|of| format!("{:.0} ms", of.limit_ms())),
+            ("wrong side", &wrong),
+        ],
+    )
 }
 
 /// The third question: one number for five causes.
@@ -102,7 +91,7 @@ pub(crate) fn law(seed: u64) -> Result<Findings, Failure> {
     ];
     measurements.extend(causes.iter().flat_map(|of| of.measurements(limit)));
     Ok(Findings {
-        table: table(causes.iter(), limit),
+        table: table(&causes, limit),
         answer: Answer::Exactly(limit.round()),
         meaning: format!(
             "One number tells {} of {runs} runs apart, and asks of none what made it old: below \
@@ -117,7 +106,7 @@ pub(crate) fn law(seed: u64) -> Result<Findings, Failure> {
 
 /// The fourth question: the cause that breaks the law.
 pub(crate) fn jitter(seed: u64) -> Result<Findings, Failure> {
-    let causes = lawful(seed)?;
+    let mut causes = lawful(seed)?;
     let limit = limit_ms(&causes)?;
     let jitter = OfCause::of(AgeCause::Jitter, seed)?;
     let constant = asked(&causes, |of| of.cause == AgeCause::Delay)?.limit_ms();
@@ -125,8 +114,9 @@ pub(crate) fn jitter(seed: u64) -> Result<Findings, Failure> {
     let earlier = constant - own;
     let mut measurements = jitter.measurements(limit).to_vec();
     measurements.push(Measurement::new("earlier than a delay (ms)", earlier));
+    causes.push(jitter);
     Ok(Findings {
-        table: table(causes.iter().chain([&jitter]), limit),
+        table: table(&causes, limit),
         answer: Answer::Exactly(earlier.round()),
         meaning: format!(
             "A constant delay fells the pole from {constant:.0} ms on, jitter from {own:.0} ms. A \

@@ -1,6 +1,7 @@
 //! Rescue: break the graph, and repair it before the pole is down.
 
 pub mod judge;
+pub mod session;
 
 use judge::{RescueFailure, RescueSession, Rescued, judge};
 use ratelab::Hz;
@@ -74,30 +75,31 @@ impl Rehearsal {
     }
 
     fn measurements(&self) -> [Measurement; 2] {
-        let name = |what| format!("{} s slow: {what}", self.slow_s);
-        [
-            Measurement::new(name("balanced"), u32::from(!self.fell())),
-            Measurement::new(name("rescued"), u32::from(self.judged.is_ok())),
-        ]
+        Measurement::of(
+            format_args!("{} s slow", self.slow_s),
+            [
+                ("balanced", f64::from(!self.fell())),
+                ("rescued", f64::from(self.judged.is_ok())),
+            ],
+        )
     }
 }
 
 fn table(rehearsals: &[Rehearsal]) -> Table {
-    let mut table = Table::new(["at 5 Hz for", "widest angle", "verdict", "judged"]);
-    for rehearsal in rehearsals {
-        let judged = match &rehearsal.judged {
-            Ok(_) => "rescued",
-            Err(RescueFailure::Danger { .. }) => "not in danger",
-            Err(_) => "not rescued",
-        };
-        table.row([
-            format!("{:.1} s", rehearsal.slow_s),
-            format!("{:.1}°", rehearsal.widest_deg()),
-            rehearsal.run.summary.verdict.name().to_owned(),
-            judged.to_owned(),
-        ]);
-    }
-    table
+    let judged = |rehearsal: &Rehearsal| match &rehearsal.judged {
+        Ok(_) => "rescued",
+        Err(RescueFailure::Danger { .. }) => "not in danger",
+        Err(_) => "not rescued",
+    };
+    Table::of(
+        rehearsals,
+        &[
+            ("at 5 Hz for", &|of| format!("{:.1} s", of.slow_s)),
+            ("widest angle", &|of| format!("{:.1}°", of.widest_deg())),
+            ("verdict", &|of| of.run.summary.verdict.name().to_owned()),
+            ("judged", &|of| judged(of).to_owned()),
+        ],
+    )
 }
 
 fn meaning(saved: &Rehearsal, lost: &Rehearsal) -> String {

@@ -4,10 +4,9 @@ mod accumulating;
 pub mod nodes;
 
 use accumulating::schedule;
-use nodes::ScheduledRun;
 use ratelab::Hz;
-use ratelab_account::Distribution;
-use ratelab_cart_pole::{ACTION, CartPole, OBS};
+use ratelab_account::{Distribution, Snapshot};
+use ratelab_cart_pole::{ACTION, ACTUATOR, CartPole, OBS, SENSE_TO_ACT};
 use ratelab_study::experiment::{Config, Experiment};
 
 use crate::framework::{
@@ -34,45 +33,51 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
 
 /// The result of a run, under any scheduler.
 pub(crate) struct TimedRun {
+    /// Mean latency from sensing to acting.
     pub(crate) latency_ms: f64,
     /// Mean age of readings when the policy used them.
-    pub(crate) reading_age_ms: f64,
+    reading_age_ms: f64,
     /// Mean age of actions when they were applied.
     action_age_ms: f64,
+    /// Readings lost unread.
     dropped: u64,
+    /// Control steps of the plant.
     pub(crate) steps: u64,
 }
 
 impl TimedRun {
+    /// Runs `config` under the lab's scheduler.
     pub(crate) fn exact(config: &Config) -> Result<Self, Failure> {
         let experiment = Experiment::new(cart_pole(), config)?;
         let observer = experiment.observer();
         let summary = experiment.run()?;
-        let snapshot = observer.snapshot();
-        let age_ms = |topic| {
-            let readers = snapshot.topic(topic).map(|topic| &topic.readers);
-            mean_ms(readers.and_then(|readers| readers.first()?.ages.mean_s()))
-        };
-        Ok(Self {
-            latency_ms: mean_ms(summary.latency.mean_s()),
+        Ok(Self::of(&observer.snapshot(), summary.steps))
+    }
+
+    /// The result of a run with these accounts and plant steps.
+    fn of(run: &Snapshot, steps: u64) -> Self {
+        let reader = |topic| run.topic(topic).and_then(|topic| topic.readers.first());
+        let age_ms = |topic| mean_ms(reader(topic).and_then(|reader| reader.ages.mean_s()));
+        let latency = run.meter(ACTUATOR, SENSE_TO_ACT);
+        Self {
+            latency_ms: mean_ms(latency.and_then(Distribution::mean_s)),
             reading_age_ms: age_ms(OBS),
             action_age_ms: age_ms(ACTION),
-            dropped: summary.topic(OBS).dropped,
-            steps: summary.steps,
-        })
-    }
-}
-
-impl From<ScheduledRun> for TimedRun {
-    fn from(run: ScheduledRun) -> Self {
-        let mean = |distribution: &Distribution| mean_ms(distribution.mean_s());
-        Self {
-            latency_ms: mean(&run.latency),
-            reading_age_ms: mean(&run.reading_age),
-            action_age_ms: mean(&run.action_age),
-            dropped: run.dropped,
-            steps: run.steps,
+            dropped: reader(OBS).map_or(0, |reader| reader.dropped),
+            steps,
         }
+    }
+
+    pub(crate) fn latency(&self) -> String {
+        format!("{:.4} ms", self.latency_ms)
+    }
+
+    pub(crate) fn reading_age(&self) -> String {
+        format!("{:.1} ms", self.reading_age_ms)
+    }
+
+    fn action_age(&self) -> String {
+        format!("{:.1} ms", self.action_age_ms)
     }
 }
 
@@ -92,7 +97,7 @@ impl Pair {
         })?;
         Ok(Self {
             hz: control_hz,
-            added: added.into(),
+            added,
             exact: TimedRun::exact(&config)?,
         })
     }
@@ -119,45 +124,33 @@ impl Pair {
         )
     }
 
-    /// The two runs with the names of their schedules.
-    fn runs(&self) -> [(&'static str, &TimedRun); 2] {
-        [("periods added", &self.added), ("exact time", &self.exact)]
-    }
-
-    fn measurements(&self) -> Vec<Measurement> {
-        let each = self.runs().into_iter().flat_map(|(how, run)| {
-            let name = |what| format!("{}, {how}: {what}", self.hz);
-            [
-                Measurement::new(name("mean latency (ms)"), run.latency_ms),
-                Measurement::new(name("/obs dropped"), run.dropped as f64),
-                Measurement::new(name("steps"), run.steps as f64),
-            ]
-        });
-        each.collect()
+    fn measurements(&self) -> impl Iterator<Item = Measurement> {
+        let runs = [("periods added", &self.added), ("exact time", &self.exact)];
+        runs.into_iter().flat_map(|(how, run)| {
+            Measurement::of(
+                format_args!("{}, {how}", self.hz),
+                [
+                    ("mean latency (ms)", run.latency_ms),
+                    ("/obs dropped", run.dropped as f64),
+                    ("steps", run.steps as f64),
+                ],
+            )
+        })
     }
 }
 
 /// A row for each rate, with both schedules side by side.
 fn table(pairs: &[Pair]) -> Table {
-    let mut table = Table::new([
-        "rate",
-        "periods added",
-        "exact time",
-        "reading age",
-        "exact",
-        "action age",
-        "exact",
-    ]);
-    for Pair { hz, added, exact } in pairs {
-        table.row([
-            hz.to_string(),
-            format!("{:.4} ms", added.latency_ms),
-            format!("{:.4} ms", exact.latency_ms),
-            format!("{:.1} ms", added.reading_age_ms),
-            format!("{:.1} ms", exact.reading_age_ms),
-            format!("{:.1} ms", added.action_age_ms),
-            format!("{:.1} ms", exact.action_age_ms),
-        ]);
-    }
-    table
+    Table::of(
+        pairs,
+        &[
+            ("rate", &|pair| pair.hz.to_string()),
+            ("periods added", &|pair| pair.added.latency()),
+            ("exact time", &|pair| pair.exact.latency()),
+            ("reading age", &|pair| pair.added.reading_age()),
+            ("exact", &|pair| pair.exact.reading_age()),
+            ("action age", &|pair| pair.added.action_age()),
+            ("exact", &|pair| pair.exact.action_age()),
+        ],
+    )
 }

@@ -4,28 +4,15 @@
 //! somebody else's.
 
 use ratelab::{Depth, GO_ON, Graph, GraphError, Hz, Node, Time, Topic, Wiring};
-use ratelab_account::{Distribution, Observer};
+use ratelab_account::Observer;
 use ratelab_cart_pole::{
     ACTION, ACTUATOR, Action, Actuator, ActuatorInput, ControlStep, OBS, Observation, POLICY,
-    Plant, PolicyNode, SENSE_TO_ACT, SENSOR, STATE, Sensor, SharedPlant, policy::Scripted,
+    Plant, PolicyNode, SENSOR, STATE, Sensor, SharedPlant, policy::Scripted,
 };
 use ratelab_study::system::BuildError;
 
+use super::TimedRun;
 use crate::framework::Failure;
-
-/// The result of a run under some schedule.
-pub struct ScheduledRun {
-    /// Sense→act latency.
-    pub latency: Distribution,
-    /// Ages of readings when the policy used them.
-    pub reading_age: Distribution,
-    /// Ages of actions when the actuator applied them.
-    pub action_age: Distribution,
-    /// Readings lost unread.
-    pub dropped: u64,
-    /// Control steps of the plant.
-    pub steps: u64,
-}
 
 /// The nodes by priority: sensor, policy and actuator.
 pub struct Nodes {
@@ -56,22 +43,13 @@ impl Nodes {
 pub fn run(
     seed: u64,
     schedule: impl FnOnce(&mut Nodes) -> Result<(), Failure>,
-) -> Result<ScheduledRun, Failure> {
+) -> Result<TimedRun, Failure> {
     let plant = SharedPlant::new(Plant::new(seed)?);
     let (graph, mut nodes) = wired(&plant)?;
     let observer = Observer::of(&graph);
     schedule(&mut nodes)?;
-    let run = observer.snapshot();
-    let readings = run.topic(OBS).map(|topic| &topic.readers[0]);
-    let actions = run.topic(ACTION).map(|topic| &topic.readers[0]);
-    let measured = |known: Option<&Distribution>| known.cloned().unwrap_or(Distribution::empty());
-    Ok(ScheduledRun {
-        latency: measured(run.meter(ACTUATOR, SENSE_TO_ACT)),
-        reading_age: measured(readings.map(|readings| &readings.ages)),
-        action_age: measured(actions.map(|actions| &actions.ages)),
-        dropped: readings.map_or(0, |readings| readings.dropped),
-        steps: plant.at(Time::ZERO).steps(),
-    })
+    let steps = plant.at(Time::ZERO).steps();
+    Ok(TimedRun::of(&observer.snapshot(), steps))
 }
 
 /// The nodes, with their ends of topics from a graph that only measures: it never runs.

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 use ratatui::layout::Size;
 use ratelab::Time;
+use ratelab_screen::Look;
 
 use super::{GraphArgs, heading, values};
-use crate::theme::Look;
 
 /// What is drawn, and how.
 #[derive(Debug, Args)]

@@ -3,10 +3,10 @@
 use std::{path::PathBuf, time::Duration};
 
 use clap::Args;
+use ratelab_recording::VIEWER;
+use ratelab_screen::Look;
 
 use super::{GraphArgs, heading, values};
-use crate::theme::Look;
-use ratelab_recording::VIEWER;
 
 /// The arguments of a run. In the lab, files contain the last run.
 #[derive(Debug, Args)]

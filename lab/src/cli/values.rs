@@ -46,11 +46,8 @@ pub fn milliseconds(text: &str) -> Result<Duration, String> {
 
 /// What one tick of a node takes.
 pub fn hang(text: &str) -> Result<(String, Duration), String> {
-    let parts = text
-        .split_once('=')
-        .filter(|(node, _)| !node.trim().is_empty());
-    let (node, ms) = parts.ok_or_else(|| "expected NODE=MS".to_owned())?;
-    Ok((node.trim().to_owned(), milliseconds(ms)?))
+    let (node, ms) = of_node(text, "MS")?;
+    Ok((node.to_owned(), milliseconds(ms)?))
 }
 
 pub fn step_ms(text: &str) -> Result<u64, String> {
@@ -60,21 +57,26 @@ pub fn step_ms(text: &str) -> Result<u64, String> {
 
 /// Duration of a node's ticks.
 pub fn takes(text: &str) -> Result<Knob, String> {
-    of_node(KnobKind::Takes, text)
+    node_knob(KnobKind::Takes, text)
 }
 
 /// Offset of a node's due times.
 pub fn offset(text: &str) -> Result<Knob, String> {
-    of_node(KnobKind::Offset, text)
+    node_knob(KnobKind::Offset, text)
 }
 
-fn of_node(kind: KnobKind, text: &str) -> Result<Knob, String> {
-    let (node, value) = text
+fn node_knob(kind: KnobKind, text: &str) -> Result<Knob, String> {
+    let (node, value) = of_node(text, kind.value_name())?;
+    knob(kind, node, value).map_err(|error| error.to_string())
+}
+
+/// A node and what is set of it, whose form is called `value_name`.
+fn of_node<'t>(text: &'t str, value_name: &str) -> Result<(&'t str, &'t str), String> {
+    let parts = text
         .split_once('=')
-        .filter(|(node, _)| !node.trim().is_empty())
-        .ok_or_else(|| format!("expected NODE={}", kind.value_name()))?;
-    let knob = knob(kind, node.trim(), value);
-    knob.map_err(|error| error.to_string())
+        .map(|(node, value)| (node.trim(), value));
+    let named = parts.filter(|(node, _)| !node.is_empty());
+    named.ok_or_else(|| format!("expected NODE={value_name}"))
 }
 
 pub fn speed(text: &str) -> Result<Speed, String> {

@@ -1,10 +1,12 @@
 //! `ratelab branch`: a recorded run, left at a moment with something changed.
 
 use ratelab::Speed;
+use ratelab_recording::{
+    Change, Departure, Destination, StopReason, VerifyError, branch as branched,
+};
 use ratelab_study::system::BuildError;
 
 use crate::{
-    change::Change,
     cli::BranchArgs,
     error::Error,
     options::read_knob,
@@ -13,7 +15,6 @@ use crate::{
     reading, report,
     results::record,
 };
-use ratelab_recording::{Departure, Destination, StopReason, VerifyError, branch as branched};
 
 /// Where and how the branch leaves the recorded run.
 fn departure(program: &Program, args: &BranchArgs) -> Result<Departure, Error> {

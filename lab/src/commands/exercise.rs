@@ -7,16 +7,16 @@ use std::path::Path;
 use exercises::{
     framework::{Answers, Exercise},
     questions,
+    rescue::session::{RESCUE, accept},
 };
+use ratelab_recording::Recording;
 
 use crate::{
     cli::{ExerciseArgs, Label, Wanted},
     error::Error,
     output::print_line,
-    predictions::{answers_file, predicted},
-    rescue::{RESCUE, accept},
+    predictions::answers_file,
 };
-use ratelab_recording::Recording;
 
 /// Lists the exercises, does one, or checks their promises.
 pub fn exercise(args: &ExerciseArgs) -> Result<(), Error> {
@@ -68,7 +68,7 @@ fn find(Label(label): &Label) -> Result<Vec<&'static Exercise>, Error> {
 fn list(answers: &Answers, file: &Path) -> String {
     let lines = questions().map(|exercise| {
         let brief = exercise.brief();
-        let done = predicted(answers, brief);
+        let done = answers.predicted(brief);
         let kind = done.unwrap_or_else(|| brief.kind.clone());
         format!("{:<3} {:<38} {kind}\n", brief.label(), brief.title)
     });

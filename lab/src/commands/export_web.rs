@@ -3,32 +3,28 @@
 use std::sync::Arc;
 
 use ratatui::layout::Size;
-use ratelab_study::system::{Alias, System};
+use ratelab_recording::Recording;
+use ratelab_screen::{Look, picture};
+use ratelab_study::system::{Alias, System, names};
 
 use crate::{
     cli::ExportWebArgs,
-    dashboard::picture,
     error::Error,
-    names,
-    output::{OutputKind, print_line, refuse_same, write_whole},
+    output::{OutputKind, print_line, write_whole},
     printable::shown,
     program::Program,
     screen::theme,
-    theme::Look,
     web::{self, RunData},
 };
-use ratelab_recording::Recording;
 
 /// Size of the picture for readers without JavaScript.
 const SIZE: Size = Size::new(120, 35);
 
 /// Writes the page; of damaged recordings with their intact part.
 pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> {
-    let mut recordings = Vec::new();
-    for file in &args.files {
-        refuse_same("--output", &args.output, file)?;
-        recordings.push(Arc::new(Recording::read(file)?));
-    }
+    let recordings = args.files.iter();
+    let recordings = recordings.map(|file| Ok(Arc::new(Recording::read(file)?)));
+    let recordings = recordings.collect::<Result<Vec<_>, Error>>()?;
     let program = &program.of(&recordings[0]);
     refuse_strangers(program, &recordings)?;
     let system = &*program.system;
@@ -56,7 +52,7 @@ pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> 
         "--output",
         &args.output,
         OutputKind::Page,
-        None,
+        &args.files,
         page.as_bytes(),
     )?;
     let file = shown(&args.output);

@@ -7,7 +7,6 @@
 //! ```
 
 mod files;
-mod flag;
 mod flags;
 mod histogram;
 mod marks;
@@ -17,11 +16,12 @@ mod rows;
 mod session;
 mod table;
 
-use std::{path::Path, sync::atomic::AtomicBool};
+use std::path::Path;
 
 use exercises::framework::Brief;
 use files::HandIn;
 use marks::{GradedPrediction, Measured};
+use ratelab::Interrupt;
 use roster::Roster;
 use session::GradedRun;
 
@@ -38,7 +38,7 @@ use crate::{
 pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {
     let roster = args.roster.as_deref().map(Roster::read).transpose()?;
     let hand_ins = files::hand_ins(&args.dir)?;
-    let asked = signals::stop_flag();
+    let asked = signals::interrupt();
     let mut measured = Measured::default();
     let mut graded = Vec::new();
     let all = hand_ins.len();
@@ -56,7 +56,7 @@ pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {
             "--csv",
             file,
             OutputKind::Rows(rows::HEADER),
-            None,
+            &[],
             rows.as_bytes(),
         )?;
     }
@@ -99,7 +99,7 @@ impl Graded {
         hand_in: HandIn,
         measured: &mut Measured,
         program: &Program,
-        asked: &AtomicBool,
+        asked: &Interrupt,
     ) -> Result<Option<Self>, Error> {
         let Some(marks) = measured.marks_unless(asked, &hand_in.answers)? else {
             return Ok(None);
@@ -144,7 +144,7 @@ impl Graded {
 /// The predictions of a class for a question, each with whether it is right.
 fn predictions(graded: &[Graded], brief: &Brief) -> impl Iterator<Item = (f64, bool)> {
     let marks = graded.iter().filter_map(|graded| graded.mark(brief));
-    marks.map(|mark| (mark.number, mark.right))
+    marks.map(|mark| (mark.prediction.number(), mark.right))
 }
 
 /// The last part of a path, as text.

@@ -2,26 +2,26 @@
 
 mod text;
 
-use std::path::Path;
-
-use ratelab_study::experiment::{
-    Config, Experiment,
-    hunt::{Budget, Found, Hunt, Hunted},
+use ratelab_recording::{Destination, StopReason};
+use ratelab_study::{
+    experiment::{
+        Config, Experiment,
+        hunt::{Budget, Found, Hunt, Hunted},
+    },
+    system::names::good,
 };
 use serde_json::json;
 
 use crate::{
     cli::HuntArgs,
     error::Error,
-    names::good,
     options::{self, Defaults},
-    output::{OutputFile, print_data, print_line, print_recorded},
+    output::{OutputFile, print_data, print_line, print_recorded, refuse_existing},
     program::Program,
     report::line,
     results::{read_topics, record},
     signals,
 };
-use ratelab_recording::{Destination, StopReason};
 
 /// Defaults of the run.
 const DEFAULTS: Defaults =
@@ -31,8 +31,10 @@ const DEFAULTS: Defaults =
 pub fn hunt(program: &Program, args: &HuntArgs) -> Result<(), Error> {
     let (config, _) = options::graph(program, &args.graph, &DEFAULTS)?;
     let budget = budget(program, args, &config)?;
+    // The hunt takes long and must not overwrite a file.
     for (option, path) in [("--save", &args.save), ("--record", &args.record)] {
-        refuse_existing(option, path.as_deref())?;
+        path.as_deref()
+            .map_or(Ok(()), |path| refuse_existing(option, path))?;
     }
     let mut hunt = Hunt::new(program.system.clone(), config);
     hunt.threads = args.threads.unwrap_or(hunt.threads);
@@ -72,17 +74,6 @@ fn budget(program: &Program, args: &HuntArgs, config: &Config) -> Result<Budget,
 fn last_read(program: &Program, config: &Config) -> Result<String, Error> {
     let experiment = Experiment::new(program.system.clone(), config)?;
     Ok(read_topics(&experiment).pop().unwrap_or_default())
-}
-
-/// Refuses an existing file before the hunt, which takes long and must not overwrite it.
-fn refuse_existing(option: &str, path: Option<&Path>) -> Result<(), Error> {
-    match path {
-        Some(path) if path.exists() => Err(Error::BadInput(format!(
-            "{option} {}: there is such a file: choose another name",
-            path.display()
-        ))),
-        _ => Ok(()),
-    }
 }
 
 fn print_held(program: &Program, args: &HuntArgs, runs: usize, stopped: bool) -> Result<(), Error> {

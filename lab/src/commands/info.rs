@@ -68,11 +68,8 @@ fn open(recording: &Recording) -> Option<String> {
 }
 
 fn lost(outcome: Option<&RecordingEnd>) -> String {
-    match outcome {
-        None => String::new(),
-        Some(outcome) if outcome.lost > 0 => {
-            format!(", {} more came too fast", outcome.lost)
-        }
-        Some(_) => String::new(),
+    match outcome.map(|outcome| outcome.lost) {
+        None | Some(0) => String::new(),
+        Some(lost) => format!(", {lost} more came too fast"),
     }
 }

@@ -1,14 +1,9 @@
 //! `ratelab keys`: the keys of the lab.
 
-use ratelab_study::experiment::Config;
+use ratelab_screen::keys::{self, Need};
+use ratelab_study::experiment::{Config, own_world};
 
-use crate::{
-    dashboard::keys::{self, Need},
-    error::Error,
-    output::print_line,
-    program::Program,
-    timing::own_world,
-};
+use crate::{error::Error, output::print_line, program::Program};
 
 /// Prints the keys of the lab that have an effect for the system.
 pub fn print_keys(program: &Program) -> Result<(), Error> {

@@ -1,20 +1,20 @@
 //! `ratelab lab`: the dashboard over a running graph.
 
+use ratelab_screen::{Guide, ScreenError, SessionSetup};
 #[cfg(feature = "network")]
 use ratelab_study::experiment::Config;
 use ratelab_study::experiment::Experiment;
 
 use crate::{
     cli::LabArgs,
-    dashboard::{self, Guide, SessionSetup},
-    error::{Error, LabError},
+    error::Error,
     first_start,
     options::{self, LAB},
     output::{Outputs, print_line, record_error, write_error},
     program::Program,
     report,
     results::{context, destination, plan, print_recordings, print_results},
-    screen::{need_terminal, screen},
+    screen::{need_terminal, rows_to, screen, sessions},
 };
 #[cfg(feature = "network")]
 use crate::{output::print_recorded, report::ReportContext};
@@ -31,15 +31,15 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
     let realtime = options::realtime(&args.run.graph);
     let setup = SessionSetup {
         realtime: realtime.clone().and_then(Result::ok),
-        csv: args.run.csv.clone(),
+        csv: args.run.csv.clone().map(rows_to),
         record: destination(&args.run),
-        ..SessionSetup::new(program.system.clone(), program.course)
+        ..sessions(program)
     };
     let guide = match program.course && first_start::is_first() {
         true => Guide::Offer,
         false => Guide::Nobody,
     };
-    let left = dashboard::show(&config, setup, &screen(&args.screen), guide);
+    let left = ratelab_screen::show(&config, setup, &screen(&args.screen), guide);
     let left = left.map_err(|error| refusal(args, error))?;
     if guide == Guide::Offer {
         first_start::remember();
@@ -92,18 +92,18 @@ fn attach(_: &Program, _: &LabArgs, _: &str) -> Result<(), Error> {
 }
 
 /// Adds the name of the file to an error of writing rows.
-fn unfinished(args: &LabArgs, error: LabError) -> Error {
+fn unfinished(args: &LabArgs, error: ScreenError) -> Error {
     match (error, &args.run.csv) {
-        (LabError::Csv(why), Some(path)) => write_error(path, why),
+        (ScreenError::Csv(why), Some(path)) => write_error(path, why),
         (error, _) => error.into(),
     }
 }
 
 /// Turns errors of creating files into errors of the input.
-fn refusal(args: &LabArgs, error: LabError) -> Error {
+fn refusal(args: &LabArgs, error: ScreenError) -> Error {
     match (error, &args.run.csv) {
-        (LabError::Record { path, why }, _) => record_error(&path, &why),
-        (LabError::Csv(why), Some(path)) => Error::unwritable("--csv", path, &why),
+        (ScreenError::Record { path, why }, _) => record_error(&path, &why),
+        (ScreenError::Csv(why), Some(path)) => Error::unwritable("--csv", path, &why),
         (error, _) => error.into(),
     }
 }

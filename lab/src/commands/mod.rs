@@ -11,7 +11,6 @@ mod info;
 mod keys;
 mod lab;
 mod man;
-mod network;
 mod new;
 mod picture;
 mod replay;
@@ -45,8 +44,14 @@ pub fn execute(program: &Program, command: Command) -> Result<(), Error> {
         Command::Trace(args) => trace::trace(program, &args),
         Command::ExportWeb(args) => export_web::export_web(program, &args),
         Command::Picture(args) => picture::picture(program, &args),
-        Command::Up(args) => network::up(program, &args),
-        Command::Node(args) => network::node(program, &args),
+        #[cfg(feature = "network")]
+        Command::Up(args) => crate::network::up(program, &args),
+        #[cfg(feature = "network")]
+        Command::Node(args) => crate::network::node(program, &args),
+        #[cfg(not(feature = "network"))]
+        Command::Up(_) => Err(Error::without_network("up")),
+        #[cfg(not(feature = "network"))]
+        Command::Node(_) => Err(Error::without_network("node")),
         Command::Course(CourseCommand::Exercise(args)) => exercise::exercise(&args),
         Command::Course(CourseCommand::Grade(args)) => grade::grade(program, &args),
         Command::Course(CourseCommand::Tour(args)) => tour::tour(program, &args),

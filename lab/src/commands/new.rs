@@ -1,12 +1,12 @@
 //! `ratelab new`: an example of a graph file, and the schema of such files.
 
-use std::{fs::OpenOptions, io::Write, path::Path};
+use std::path::Path;
 
 use crate::{
     cli::{NewArgs, is_graph_file},
     error::Error,
     graph_schema::schema,
-    output::{print_data, print_line, write_error},
+    output::{OutputFile, print_data, print_line, refuse_existing},
     printable::shown,
     program,
 };
@@ -28,14 +28,8 @@ fn write(path: &Path) -> Result<(), Error> {
         let why = format!("new {file}: a graph file ends in .toml: choose another name");
         return Err(Error::BadInput(why));
     }
-    if path.exists() {
-        let why = format!("new {file}: there is such a file: choose another name");
-        return Err(Error::BadInput(why));
-    }
-    let created = OpenOptions::new().write(true).create_new(true).open(path);
-    let mut created = created.map_err(|why| Error::unwritable("new", path, &why))?;
-    let written = created.write_all(EXAMPLE.as_bytes());
-    written.map_err(|why| write_error(path, why))?;
+    refuse_existing("new", path)?;
+    OutputFile::open("new", path)?.write(EXAMPLE.as_bytes())?;
     let program = program::name();
     print_line(&format!("{file}: {program} {file} opens the lab on it"))
 }

@@ -1,17 +1,18 @@
 //! `ratelab picture`: the dashboard at a moment, as an SVG file.
 
-use std::sync::Arc;
+use std::{path::PathBuf, slice, sync::Arc};
+
+use ratelab_recording::Recording;
+use ratelab_screen::picture as pictures;
 
 use crate::{
     cli::PictureArgs,
-    dashboard::{SessionSetup, picture as pictures},
     error::Error,
     options::{self, Defaults},
     output::{OutputKind, write_whole},
     program::Program,
-    screen::theme,
+    screen::{sessions, theme},
 };
-use ratelab_recording::Recording;
 
 /// Defaults of the run: on the virtual clock, the same picture bit for bit.
 const DEFAULTS: Defaults = Defaults::virtual_only(
@@ -21,7 +22,7 @@ const DEFAULTS: Defaults = Defaults::virtual_only(
 /// Draws a recording or a run, and writes the picture.
 pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
     let theme = theme(args.ascii, Some(args.theme));
-    let output = |picture: &str, read| {
+    let output = |picture: &str, read: &[PathBuf]| {
         let bytes = picture.as_bytes();
         write_whole("--output", &args.output, OutputKind::Drawing, read, bytes)
     };
@@ -36,15 +37,15 @@ pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
             None => pictures::of_recording(recording.clone(), system, at, size, &theme),
             Some(speed) => pictures::moving(recording.clone(), system, (at, speed), size, &theme),
         }?;
-        output(&picture, Some(file.as_path()))?;
+        output(&picture, slice::from_ref(file))?;
         return Error::if_damaged(&recording);
     }
     let end = args.at.unwrap_or(DEFAULTS.end);
     let defaults = Defaults { end, ..DEFAULTS };
     let (config, _) = options::graph(program, &args.graph, &defaults)?;
-    let setup = SessionSetup::new(program.system.clone(), program.course);
+    let setup = sessions(program);
     let picture = pictures::of_run(&config, setup, args.size, &theme)?;
-    output(&picture, None)
+    output(&picture, &[])
 }
 
 /// Refuses options of a run beside a recording, whose run is given.

@@ -8,17 +8,18 @@ use std::{
     sync::Arc,
 };
 
+use ratelab_recording::{ReadError, Recording};
+use ratelab_screen::LabOutcome;
+
 use crate::{
     cli::ReplayArgs,
-    dashboard::{self, LabOutcome, SessionSetup},
     error::Error,
     output::{note, print_line},
     program::{self, Program},
     reading, report,
     results::print_recordings,
-    screen::{need_terminal, screen},
+    screen::{need_terminal, screen, sessions},
 };
-use ratelab_recording::{ReadError, Recording};
 
 /// The viewer's command.
 const VIEWER: &str = "rerun";
@@ -40,7 +41,7 @@ pub fn replay(program: &Program, args: &ReplayArgs) -> Result<(), Error> {
     } else {
         match check_viewer() {
             Ok(()) => open_viewer(&args.file)?,
-            Err(why) if dashboard::terminal_is_there() => {
+            Err(why) if ratelab_screen::terminal_is_there() => {
                 note(&format!("{why}; it played in this terminal"));
                 play(program, args, &recording)?;
             }
@@ -53,8 +54,8 @@ pub fn replay(program: &Program, args: &ReplayArgs) -> Result<(), Error> {
 /// Plays a recording in the panes of the lab.
 fn play(program: &Program, args: &ReplayArgs, recording: &Arc<Recording>) -> Result<(), Error> {
     let program = program.of(recording);
-    let setup = SessionSetup::new(program.system.clone(), program.course);
-    let branch = dashboard::play(recording.clone(), setup, &screen(&args.screen))?;
+    let setup = sessions(&program);
+    let branch = ratelab_screen::play(recording.clone(), setup, &screen(&args.screen))?;
     branch.map_or(Ok(()), print_branch)
 }
 

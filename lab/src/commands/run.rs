@@ -2,11 +2,11 @@
 
 use ratelab::Command;
 use ratelab_real_clock::RealClock;
-use ratelab_study::experiment::Experiment;
+use ratelab_recording::StopReason;
+use ratelab_study::experiment::{Experiment, StepWriter};
 
 use crate::{
     cli::RunArgs,
-    csv,
     error::Error,
     options::{self, RUN},
     output::{self, Outputs, print_recorded},
@@ -14,7 +14,6 @@ use crate::{
     results::{context, destination, plan, print_results, record},
     signals,
 };
-use ratelab_recording::StopReason;
 
 /// Runs the graph, then prints and writes its summary.
 pub fn run(program: &Program, args: &RunArgs) -> Result<(), Error> {
@@ -29,9 +28,9 @@ pub fn run(program: &Program, args: &RunArgs) -> Result<(), Error> {
     signals::watch(move || drop(commands.send(Command::Stop)), || ());
     let mut outputs = Outputs::prepare(&plan(args, &experiment)?)?;
     let recorder = record(destination(args), &experiment)?;
-    let mut csv = outputs.take_csv();
+    let mut csv = outputs.csv.take();
     let rows = csv.as_mut().map(output::OutputFile::begin).transpose()?;
-    let rows = rows.map(|file| csv::StepWriter::start(Ok(file), &experiment));
+    let rows = rows.map(|file| StepWriter::start(Ok(file), &experiment));
     let outcome = experiment.run_with(&mut real);
     let recorded = recorder.map(|recorder| {
         recorder.end(StopReason::of(&outcome));

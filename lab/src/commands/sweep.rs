@@ -106,12 +106,12 @@ fn print_results(
     let theory = args.system.theory;
     let wanted = theory || (record.is_some() && program.course);
     let summary = SweepSummary::of(swept, wanted)?;
-    if let Some(mut csv) = outputs.take_csv() {
+    if let Some(mut csv) = outputs.csv.take() {
         let file = csv.begin()?;
         let header = csv::header(swept.sweep(), topics);
         csv.complete(csv::write(file, &header, swept))?;
     }
-    if let Some(file) = outputs.take_svg() {
+    if let Some(file) = outputs.svg.take() {
         file.write(svg::svg(&summary).as_bytes())?;
     }
     let by_age = args.by.map(|ByArg::Age| AgeTable::of(swept, &summary));
@@ -119,7 +119,7 @@ fn print_results(
     outputs.write(&json)?;
     if args.json {
         print_data(&json)?;
-    } else if args.markdown && by_age.is_none() {
+    } else if args.markdown {
         print_data(&markdown::text(&summary, theory, &style(args).theme))?;
     } else {
         let style = style(args);

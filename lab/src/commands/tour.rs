@@ -1,21 +1,22 @@
 //! `ratelab tour`: the lab with a guide.
 
+use ratelab_screen::Guide;
+
 use crate::{
     cli::ScreenArgs,
-    dashboard::{self, Guide, SessionSetup},
     error::Error,
     options::LAB,
     output::print_line,
     program::{self, Program},
     results::print_recordings,
-    screen::{need_terminal, screen},
+    screen::{need_terminal, screen, sessions},
 };
 
 /// Opens the lab at the beginning of the tour.
 pub fn tour(program: &Program, args: &ScreenArgs) -> Result<(), Error> {
     need_terminal("the tour needs a terminal to draw on", "run")?;
-    let setup = SessionSetup::new(program.system.clone(), program.course);
-    let left = dashboard::show(&LAB.config(), setup, &screen(args), Guide::Tour)?;
+    let setup = sessions(program);
+    let left = ratelab_screen::show(&LAB.config(), setup, &screen(args), Guide::Tour)?;
     print_recordings(false, &left.recorded)?;
     left.ended?;
     let name = program::name();

@@ -1,5 +1,7 @@
 //! `ratelab trace`: a recording for Perfetto.
 
+use std::slice;
+
 use crate::{
     cli::TraceArgs,
     error::Error,
@@ -20,7 +22,7 @@ pub fn trace(program: &Program, args: &TraceArgs) -> Result<(), Error> {
         "--output",
         &path,
         OutputKind::Trace,
-        Some(args.file.as_path()),
+        slice::from_ref(&args.file),
         &encoded(&recording, &*system),
     )?;
     print_line(&format!(

@@ -1,15 +1,8 @@
 //! `ratelab verify`: repeats the runs of recordings and compares them, bit for bit.
 
-use std::{
-    ops::ControlFlow,
-    path::Path,
-    process,
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
-};
+use std::{path::Path, process};
 
+use ratelab::Interrupt;
 use ratelab_replay::BusyNode;
 
 use crate::{
@@ -25,18 +18,14 @@ use ratelab_recording::verify as run_again;
 /// Repeats and compares the runs of recordings; prints the result of each. Ctrl-C ends
 /// the program normally.
 pub fn verify(program: &Program, args: &VerifyArgs) -> Result<(), Error> {
-    let asked = signals::stop_flag();
+    let asked = signals::interrupt();
     let [file] = &*args.files else {
         return verify_several(program, args, &asked);
     };
     verify_one(program, file, args.perturb, &asked)
 }
 
-fn verify_several(
-    program: &Program,
-    args: &VerifyArgs,
-    asked: &Arc<AtomicBool>,
-) -> Result<(), Error> {
+fn verify_several(program: &Program, args: &VerifyArgs, asked: &Interrupt) -> Result<(), Error> {
     let mut failed = 0;
     for file in &args.files {
         match verify_one(program, file, args.perturb, asked) {
@@ -61,7 +50,7 @@ fn verify_one(
     program: &Program,
     file: &Path,
     perturb: bool,
-    asked: &Arc<AtomicBool>,
+    asked: &Interrupt,
 ) -> Result<(), Error> {
     let recording = reading::read(file)?;
     let name = shown(file);
@@ -73,10 +62,7 @@ fn verify_one(
             give_up(file, node);
         }
         bar.set(look.now.as_nanos());
-        match asked.load(Ordering::Relaxed) {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
+        signals::unless(asked)
     });
     drop(bar);
     let identical = verified.map_err(|why| Error::unverified(&name, why))?;

@@ -6,17 +6,13 @@ use std::{
     time::Duration,
 };
 
+use ratelab_recording::{Destination, FinishedRecording, RecordError};
+use ratelab_screen::Options;
 use ratelab_study::experiment::{Config, Experiment, Summary};
 use ratelab_wire::{Follower, SessionEnd, Settings};
 
 use super::{recordings::Recordings, remote::RemoteRun};
-use crate::{
-    dashboard::{self, Options},
-    error::Error,
-    output::note,
-    program::Program,
-};
-use ratelab_recording::{Destination, FinishedRecording, RecordError};
+use crate::{error::Error, output::note, program::Program};
 
 /// The connection of a dashboard to the process that listens at `address`.
 pub fn attached(address: &str, file: Option<PathBuf>, wait: Option<Duration>) -> Settings {
@@ -49,7 +45,7 @@ pub fn show(
     let recordings = Arc::new(Mutex::new(Recordings::new(destination)));
     let run = RemoteRun::new(follower, &experiment, recordings.clone());
     drop(experiment);
-    let left = dashboard::watch(run, options).map_err(Error::from);
+    let left = ratelab_screen::watch(run, options).map_err(Error::from);
     let mut recordings = recordings.lock().unwrap_or_else(PoisonError::into_inner);
     let recorded = recordings.finish()?;
     left.map(|()| SeenRuns {

@@ -9,6 +9,7 @@ use std::{
 };
 
 use ratelab::Time;
+use ratelab_screen::terminal_is_there;
 use ratelab_study::experiment::Config;
 
 use super::{
@@ -17,7 +18,6 @@ use super::{
 };
 use crate::{
     cli::{ProcessArgs, UpArgs},
-    dashboard::terminal_is_there,
     error::Error,
     output::print_line,
     program::Program,

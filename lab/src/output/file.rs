@@ -100,8 +100,8 @@ impl Target {
     }
 }
 
-/// Writes `bytes` to the file at `path`, which `option` named. It is not the file that is
-/// `read`, and replaces files of its `kind` only.
+/// Writes `bytes` to the file at `path`, which `option` named. It is none of the files that
+/// are `read`, and replaces files of its `kind` only.
 ///
 /// # Errors
 /// [`Error::BadInput`] if nothing can be written there, or there is another file,
@@ -110,24 +110,27 @@ pub fn write_whole(
     option: &str,
     path: &Path,
     kind: OutputKind,
-    read: Option<&Path>,
+    read: &[PathBuf],
     bytes: &[u8],
 ) -> Result<(), Error> {
-    if let Some(read) = read {
-        refuse_same(option, path, read)?;
+    if read.iter().any(|read| is_same(path, read)) {
+        return Err(Error::BadInput(format!(
+            "{option} {}: this is the file that is read: choose another name",
+            path.display()
+        )));
     }
     kind.check(option, path)?;
     OutputFile::open(option, path)?.write(bytes)
 }
 
-/// Refuses to write to the file at `path`, which `option` named, if it is `read`.
+/// Refuses a file that is at `path`, which `option` named, already.
 ///
 /// # Errors
-/// [`Error::BadInput`] if it is.
-pub fn refuse_same(option: &str, path: &Path, read: &Path) -> Result<(), Error> {
-    match is_same(path, read) {
+/// [`Error::BadInput`] if there is one.
+pub fn refuse_existing(option: &str, path: &Path) -> Result<(), Error> {
+    match path.exists() {
         true => Err(Error::BadInput(format!(
-            "{option} {}: this is the file that is read: choose another name",
+            "{option} {}: there is such a file: choose another name",
             path.display()
         ))),
         false => Ok(()),

@@ -31,29 +31,25 @@ impl OutputPlan<'_> {
     /// something else.
     fn check(&self) -> Result<(), Error> {
         let metrics = self.out.map(|folder| folder.join(self.metrics));
-        let outputs = [
-            ("--out", "writes", metrics.as_deref()),
-            ("--csv", "writes", self.csv),
-            ("--svg", "writes", self.svg),
-            ("--record", "writes", self.record),
-        ];
         let inputs = self.inputs.iter();
-        let inputs = inputs.map(|(option, path)| (option.as_str(), "reads", Some(path.as_path())));
-        let files: Vec<_> = inputs.chain(outputs).collect();
-        for (place, (option, verb, path)) in files.iter().enumerate() {
-            let before = &files[..place];
-            let taken = |(_, _, other): &&(_, _, Option<&Path>)| {
-                path.zip(*other)
-                    .is_some_and(|(one, other)| is_same(one, other))
-            };
-            if let (Some(path), "writes", Some((other, does, _))) =
-                (path, *verb, before.iter().find(taken))
-            {
+        let inputs = inputs.map(|(option, path)| (option.as_str(), path.as_path(), "reads"));
+        let mut taken: Vec<(&str, &Path, &str)> = inputs.collect();
+        let outputs = [
+            ("--out", metrics.as_deref()),
+            ("--csv", self.csv),
+            ("--svg", self.svg),
+            ("--record", self.record),
+        ];
+        for (option, path) in outputs {
+            let Some(path) = path else { continue };
+            let before = taken.iter().find(|(_, other, _)| is_same(path, other));
+            if let Some((other, _, does)) = before {
                 return Err(Error::BadInput(format!(
                     "{option} {}: this is the file that {other} {does}: choose another name",
                     path.display()
                 )));
             }
+            taken.push((option, path, "writes"));
         }
         let rows = self
             .csv
@@ -68,8 +64,10 @@ impl OutputPlan<'_> {
 /// are written, nothing is left behind.
 pub struct Outputs {
     metrics: Option<OutputFile>,
-    csv: Option<OutputFile>,
-    svg: Option<OutputFile>,
+    /// The file for rows.
+    pub csv: Option<OutputFile>,
+    /// The file for a drawing.
+    pub svg: Option<OutputFile>,
     /// Dropped last, because the other files are in these folders.
     _folders: NewFolders,
 }
@@ -107,16 +105,6 @@ impl Outputs {
             svg: svg.transpose()?,
             _folders: folders,
         })
-    }
-
-    /// The file for rows; `None` on later calls.
-    pub fn take_csv(&mut self) -> Option<OutputFile> {
-        self.csv.take()
-    }
-
-    /// The file for a drawing; `None` on later calls.
-    pub fn take_svg(&mut self) -> Option<OutputFile> {
-        self.svg.take()
     }
 
     /// Writes `metrics`, if there is a file for them.

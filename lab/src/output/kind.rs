@@ -32,38 +32,32 @@ impl OutputKind<'_> {
         if !path.is_file() || must_be_live(path) {
             return Ok(());
         }
-        let beginning = self.beginning();
+        let (name, beginning) = self.about();
         let found = first_bytes(path, beginning.len());
         let found = found.map_err(|why| Error::unwritable(option, path, &why))?;
         if beginning.starts_with(&found) {
             return Ok(());
         }
         Err(Error::BadInput(format!(
-            "{option} {}: there is such a file, and it is no {} of this command: choose another name",
-            path.display(),
-            self.name()
+            "{option} {}: there is such a file, and it is no {name} of this command: choose another name",
+            path.display()
         )))
     }
 
-    fn name(self) -> &'static str {
+    /// Its name, and the first bytes of every file of it.
+    fn about(&self) -> (&'static str, &[u8]) {
         match self {
-            Self::Rows(_) => "CSV",
-            Self::Drawing => "SVG",
-            Self::Page => "page",
-            Self::Trace => "trace",
-        }
-    }
-
-    /// The first bytes of every file of this kind.
-    fn beginning(&self) -> &[u8] {
-        match self {
-            Self::Rows(header) => header.as_bytes(),
-            Self::Drawing => b"<svg xmlns=\"http://www.w3.org/2000/svg\" ",
-            Self::Page => {
-                b"<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-            }
+            Self::Rows(header) => ("CSV", header.as_bytes()),
+            Self::Drawing => ("SVG", b"<svg xmlns=\"http://www.w3.org/2000/svg\" "),
+            Self::Page => (
+                "page",
+                b"<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n",
+            ),
             // The packet that describes the track of the nodes.
-            Self::Trace => b"\x0a\x12\x50\x01\xe2\x03\x0d\x08\x01\x12\x05nodes",
+            Self::Trace => (
+                "trace",
+                b"\x0a\x12\x50\x01\xe2\x03\x0d\x08\x01\x12\x05nodes",
+            ),
         }
     }
 }

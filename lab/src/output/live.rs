@@ -28,34 +28,24 @@ impl Live {
     /// # Errors
     /// The error of the operating system.
     pub fn open(path: &Path) -> io::Result<Self> {
-        if let Some(file) = standard_stream(path) {
+        let open = match standard_stream(path) {
+            None if pipe::is_pipe(path) => Some(pipe::open(path)?),
+            stream => stream,
+        };
+        if let Some(file) = open {
             return Ok(Self {
                 file,
                 replaces: false,
                 made: None,
             });
         }
-        if pipe::is_pipe(path) {
-            return Ok(Self {
-                file: pipe::open(path)?,
-                replaces: false,
-                made: None,
-            });
-        }
-        let new = if path.exists() {
-            None
-        } else {
-            Some(resolved(path)?)
-        };
+        let made = (!path.exists()).then(|| resolved(path)).transpose()?;
         let mut options = File::options();
-        let file = options
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .open(path)?;
+        options.write(true).create(true).truncate(false);
+        let file = options.open(path)?;
         Ok(Self {
             replaces: file.metadata()?.is_file(),
-            made: new,
+            made,
             file,
         })
     }

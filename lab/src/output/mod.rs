@@ -14,11 +14,10 @@ mod print;
 mod progress;
 mod unfinished;
 
-pub use file::{OutputFile, refuse_same, write_whole};
+pub use file::{OutputFile, refuse_existing, write_whole};
 pub use files::{OutputPlan, Outputs};
 pub use kind::OutputKind;
 pub use live::Live;
-pub use pipe::PatientFile;
 pub use print::{
     error, note, print_data, print_line, print_recorded, printed, record_error, write_error,
 };

@@ -20,7 +20,7 @@ pub struct ProgressLine(ProgressBar);
 impl ProgressLine {
     /// Creates a bar of this `length`, which is that of `what`.
     pub fn new(length: u64, what: String) -> Self {
-        Self(bar(length, SHARE, |style| style).with_message(what))
+        Self(bar(length, SHARE).with_message(what))
     }
 
     /// Creates a bar for so many `runs`, drawn with `glyphs` for the finished part, the next
@@ -32,8 +32,9 @@ impl ProgressLine {
         let rate = |state: &ProgressState, out: &mut dyn Write| {
             let _ = write!(out, "{:.0}", state.per_sec()); // The next drawing tries again.
         };
-        let style = |style: ProgressStyle| style.progress_chars(glyphs).with_key("rate", rate);
-        Self(bar(runs as u64, RUNS, style))
+        let bar = bar(runs as u64, RUNS);
+        let style = bar.style().progress_chars(glyphs).with_key("rate", rate);
+        Self(bar.with_style(style))
     }
 
     /// Moves on to `position`.
@@ -47,18 +48,14 @@ impl ProgressLine {
     }
 }
 
-fn bar(
-    length: u64,
-    template: &str,
-    styled: impl FnOnce(ProgressStyle) -> ProgressStyle,
-) -> ProgressBar {
+fn bar(length: u64, template: &str) -> ProgressBar {
     if !stderr().is_terminal() {
         return ProgressBar::hidden();
     }
     let target = ProgressDrawTarget::stderr_with_hz(10);
     let style = ProgressStyle::with_template(template);
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::with_draw_target(Some(length), target).with_style(styled(style))
+    ProgressBar::with_draw_target(Some(length), target).with_style(style)
 }
 
 impl Drop for ProgressLine {

@@ -1,10 +1,14 @@
 //! A sweep by mean push age, for any axes.
 
-use ratelab_study::experiment::sweep::{ByAge, Swept};
+use ratelab_screen::{SurvivalLevel, Theme};
+use ratelab_study::{
+    experiment::sweep::{ByAge, Swept},
+    system::names::key,
+};
 use serde_json::{Value, json};
 
-use super::{summary::SweepSummary, survival_level::SurvivalLevel};
-use crate::{metrics::rounded, names::key, report::line, theme::Theme};
+use super::summary::SweepSummary;
+use crate::{metrics::rounded, report::line};
 
 /// Bin widths to choose from (ms).
 const WIDTHS_MS: [f64; 6] = [5.0, 10.0, 20.0, 50.0, 100.0, 1_000.0];

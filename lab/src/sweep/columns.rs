@@ -3,10 +3,8 @@
 use ratelab::{Knob, KnobKind};
 use ratelab_study::{
     experiment::sweep::{Cell, Sweep},
-    system::Alias,
+    system::{Alias, names},
 };
-
-use crate::names;
 
 /// A knob of the runs of a sweep, swept or fixed.
 #[derive(Clone)]

@@ -2,13 +2,16 @@
 
 use std::io::{self, BufWriter, Write};
 
-use ratelab_study::experiment::{
-    Experiment,
-    sweep::{Sweep, Swept},
+use ratelab_study::{
+    experiment::{
+        Experiment,
+        sweep::{Sweep, Swept},
+    },
+    system::names::key,
 };
 
 use super::columns;
-use crate::{csv::row_of, error::Error, names::key, results::read_topics};
+use crate::{csv::row_of, error::Error, results::read_topics};
 
 /// The names of the topics with readers, in the order of a summary.
 ///

@@ -1,6 +1,9 @@
 //! The results of a sweep, for programs.
 
-use ratelab_study::experiment::sweep::{Cell, CellResult, Sweep, Swept};
+use ratelab_study::{
+    experiment::sweep::{Cell, CellResult, Sweep, Swept},
+    system::names::key,
+};
 use serde_json::{Map, Value, json};
 
 use super::{
@@ -8,10 +11,7 @@ use super::{
     columns, figures,
     summary::{RowSummary, SweepSummary},
 };
-use crate::{
-    metrics::{object, rounded},
-    names::{self, key},
-};
+use crate::metrics::{object, rounded, value};
 
 /// The sweep as JSON: how often the runs were not lost, then every run. It holds
 /// nothing of the wall's, so the same sweep gives the same bytes.
@@ -105,7 +105,7 @@ fn run(summary: &SweepSummary, topics: &[String], cell: &Cell, outcome: &CellRes
 fn conditions(sweep: &Sweep, cell: &Cell) -> Map<String, Value> {
     let columns = columns::of(sweep).into_iter();
     let values = columns.map(|column| {
-        let value = names::value(column.kind, &column.short(sweep, cell));
+        let value = value(column.kind, &column.short(sweep, cell));
         (key(&column.name), value)
     });
     values.collect()

@@ -3,19 +3,16 @@
 mod heat;
 mod list;
 
+use ratelab_screen::{SurvivalLevel, Theme};
 use ratelab_study::experiment::sweep::Sweep;
 
 use super::{
     by_age::AgeTable,
     cliff, columns,
     summary::{RowSummary, SweepSummary},
-    survival_level::SurvivalLevel,
     theory::Edge,
 };
-use crate::{
-    report::{line, paragraph},
-    theme::Theme,
-};
+use crate::report::{line, paragraph};
 
 /// The style of a map.
 pub struct MapStyle {

@@ -1,10 +1,11 @@
 //! The sweep as a table in Markdown.
 
+use ratelab_screen::Theme;
+
 use super::{
     figures, map,
     summary::{RowSummary, SweepGrid, SweepSummary},
 };
-use crate::theme::Theme;
 
 /// The runs in a line, and a table: a row per value with its figures if one knob is swept,
 /// otherwise a row per combination of the slower knobs and a column per value of the

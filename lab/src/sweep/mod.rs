@@ -16,6 +16,5 @@ pub mod markdown;
 pub mod options;
 pub mod record;
 pub mod summary;
-pub mod survival_level;
 pub mod svg;
 pub mod theory;

@@ -6,6 +6,16 @@ use std::{
 };
 
 use ratelab::KnobKind;
+use ratelab_recording::{
+    RecordingFile,
+    blueprint::{Properties, ViewerLayout},
+    scene::{
+        lines::{self, Line},
+        palette,
+    },
+    schema::SWEEP_APPLICATION,
+};
+use ratelab_study::system::names::key;
 use rerun::{
     RecordingStream, RecordingStreamBuilder, RecordingStreamResult, Scalars, TimeColumn,
     TimelineName,
@@ -18,17 +28,7 @@ use super::{
 };
 use crate::{
     error::Error,
-    names::key,
     output::{record_error, write_error},
-};
-use ratelab_recording::{
-    RecordingFile,
-    blueprint::{Properties, ViewerLayout},
-    scene::{
-        lines::{self, Line},
-        palette,
-    },
-    schema::SWEEP_APPLICATION,
 };
 
 /// A figure of a row, if available.

@@ -1,12 +1,15 @@
 //! The runs of a sweep, combined over the seeds.
 
-use ratelab_study::experiment::sweep::{Cell, CellResult, Sweep, Swept};
+use ratelab_study::{
+    experiment::sweep::{Cell, CellResult, Sweep, Swept},
+    system::names,
+};
 
 use super::{
     columns::{self, Column},
     theory::{Edge, RowTheory, Theory},
 };
-use crate::{error::Error, names};
+use crate::error::Error;
 
 /// All rows of a sweep, and its progress.
 pub struct SweepSummary {

@@ -4,13 +4,11 @@
 
 use std::fmt::Write;
 
+use ratelab_screen::{Look, Theme, escaped};
+
 use super::{
     figures, map,
     summary::{RowSummary, SweepGrid, SweepSummary},
-};
-use crate::{
-    theme::{Look, Theme},
-    xml::escaped,
 };
 
 /// Height of a cell and of a line of text, width of a character (pixels).

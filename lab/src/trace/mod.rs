@@ -22,10 +22,8 @@ pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
     for (node, known) in topology.nodes.iter().enumerate() {
         let lane = tracks.lane(nodes, &known.name);
         let ticks = (0..).zip(lineage.ticks(node));
-        let mut waits = Waits::default();
         let mut overruns = 0;
         for (index, worked) in ticks {
-            waits.of_tick(&lineage, node, index);
             tick(&mut tracks, lane, &lineage, (node, index, worked));
             let more = worked.tick.overruns.saturating_sub(overruns);
             overruns = worked.tick.overruns;
@@ -34,7 +32,7 @@ pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
                 tracks.instant(lane, &*name, end_of(&worked.tick));
             }
         }
-        waits.add_to(&mut tracks, nodes, &known.name);
+        waits(&mut tracks, nodes, &lineage, node);
     }
     let topics = tracks.group("topics");
     for (topic, known) in topology.topics.iter().enumerate() {
@@ -47,44 +45,28 @@ pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
     tracks.finish().encode_to_vec()
 }
 
-/// What the ticks of a node waited for: on a lane of its own, because a viewer draws what
-/// overlaps as a part of what began before. The next tick may wait while one runs, and others
+/// What the ticks of a node waited for, if anything: on a lane of its own, because a viewer draws
+/// what overlaps as a part of what began before. The next tick may wait while one runs, and others
 /// behind it: each wait is shown from the end of the one before.
-#[derive(Default)]
-struct Waits(Vec<(String, Time, Time)>);
-
-impl Waits {
-    /// Adds the waits of a tick.
-    fn of_tick(&mut self, lineage: &Lineage, node: usize, index: usize) {
-        let topology = lineage.topology();
-        for TickWait { from, to, what } in lineage.waits(node, index) {
-            let what = match what {
-                WaitsFor::Match(topic) => {
-                    format!("waiting for {} to match", topology.topics[topic].name)
-                }
-                WaitsFor::Node(by) => format!("waiting for {}", topology.nodes[by].name),
-                WaitsFor::Thread => "late".to_owned(),
-            };
-            self.add(what, from, to);
+fn waits(tracks: &mut Tracks, group: u64, lineage: &Lineage, node: usize) {
+    let topology = lineage.topology();
+    let ticks = 0..lineage.ticks(node).count();
+    let (mut lane, mut before) = (None, Time::ZERO);
+    for TickWait { from, to, what } in ticks.flat_map(|index| lineage.waits(node, index)) {
+        if to <= before {
+            continue;
         }
-    }
-
-    fn add(&mut self, what: String, from: Time, to: Time) {
-        let before = self.0.last().map_or(Time::ZERO, |(.., to)| *to);
-        if before < to {
-            self.0.push((what, from.max(before), to));
-        }
-    }
-
-    /// Adds the lane, if there are any.
-    fn add_to(self, tracks: &mut Tracks, group: u64, node: &str) {
-        if self.0.is_empty() {
-            return;
-        }
-        let lane = tracks.lane(group, &format!("{node} waits"));
-        for (what, from, to) in self.0 {
-            tracks.slice(lane, &*what, [from, to]);
-        }
+        let what = match what {
+            WaitsFor::Match(topic) => {
+                format!("waiting for {} to match", topology.topics[topic].name)
+            }
+            WaitsFor::Node(by) => format!("waiting for {}", topology.nodes[by].name),
+            WaitsFor::Thread => "late".to_owned(),
+        };
+        let name = format!("{} waits", topology.nodes[node].name);
+        let lane = *lane.get_or_insert_with(|| tracks.lane(group, &name));
+        tracks.slice(lane, &*what, [from.max(before), to]);
+        before = to;
     }
 }
 

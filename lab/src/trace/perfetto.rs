@@ -88,9 +88,6 @@ pub struct DebugAnnotation {
     /// A number.
     #[prost(int64, optional, tag = "4")]
     pub int_value: Option<i64>,
-    /// A text.
-    #[prost(string, optional, tag = "6")]
-    pub string_value: Option<String>,
     /// Its name.
     #[prost(string, optional, tag = "10")]
     pub name: Option<String>,

@@ -125,7 +125,6 @@ fn told(track: u64, kind: EventType, text: EventText<'_>) -> TrackEvent {
     let annotation = |(name, value): (&str, u64)| DebugAnnotation {
         name: Some(name.to_owned()),
         int_value: Some(i64::try_from(value).unwrap_or(i64::MAX)),
-        ..DebugAnnotation::default()
     };
     TrackEvent {
         name: Some(text.name.to_owned()),

@@ -4,9 +4,10 @@
 
 mod data;
 
+use ratelab_screen::escaped;
 use serde_json::Value;
 
-use crate::{program, xml::escaped};
+use crate::program;
 pub use data::RunData;
 
 /// The page, with places for its parts.

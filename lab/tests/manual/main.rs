@@ -11,8 +11,8 @@
 mod page;
 mod shell;
 mod steps;
-#[path = "../support/terminal.rs"]
-mod terminal;
+#[path = "../support/mod.rs"]
+mod support;
 mod tour;
 mod words;
 

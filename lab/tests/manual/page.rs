@@ -10,9 +10,10 @@
 
 use std::{fs, ops::Range, path::Path};
 
-use pulldown_cmark::{CodeBlockKind, Event, Options, Parser, Tag, TagEnd};
+use pulldown_cmark::{CodeBlockKind, Event, Options, Parser, Tag};
 
 /// A page.
+#[derive(Default)]
 pub struct ManualPage {
     /// Path in the clone.
     pub name: String,
@@ -47,14 +48,8 @@ pub enum ShownOutput {
     Generated(Range<usize>),
 }
 
-/// The current part while parsing.
-#[derive(Default)]
-enum Within {
-    #[default]
-    Prose,
-    Fence(String, Option<Range<usize>>),
-    Generated(String, usize),
-}
+/// The command of a generated part while it is parsed, and where the part begins.
+type Generated = Option<(String, usize)>;
 
 impl ManualPage {
     pub fn read(root: &Path, name: &str) -> Self {
@@ -62,17 +57,13 @@ impl ManualPage {
         let mut page = Self {
             name: name.to_owned(),
             text: text.clone(),
-            steps: Vec::new(),
-            links: Vec::new(),
-            pictures: Vec::new(),
-            code: Vec::new(),
-            unknown: Vec::new(),
+            ..Self::default()
         };
-        let mut within = Within::Prose;
+        let mut generated = None;
         for (event, range) in Parser::new_ext(&text, Options::ENABLE_TABLES).into_offset_iter() {
-            within = page.take(within, event, range);
+            generated = page.take(generated, event, range);
         }
-        assert!(matches!(within, Within::Prose), "{name}: no <!-- end -->");
+        assert_eq!(generated, None, "{name}: no <!-- end -->");
         page
     }
 
@@ -91,37 +82,23 @@ impl ManualPage {
         anchors.any(|known| known == anchor)
     }
 
-    fn take(&mut self, within: Within, event: Event<'_>, range: Range<usize>) -> Within {
+    fn take(&mut self, within: Generated, event: Event<'_>, range: Range<usize>) -> Generated {
         match (within, event) {
-            (Within::Generated(command, start), Event::Html(html)) if html.trim() == END => {
+            (Some((command, start)), Event::Html(html)) if html.trim() == END => {
                 let shown = ShownOutput::Generated(start..range.start);
                 self.steps.push(Step { command, shown });
-                Within::Prose
             }
-            (within @ Within::Generated(..), _) => within,
-            (Within::Fence(info, so_far), Event::Text(_)) => {
-                let start = so_far.map_or(range.start, |so_far| so_far.start);
-                Within::Fence(info, Some(start..range.end))
-            }
-            (Within::Fence(info, content), Event::End(TagEnd::CodeBlock)) => {
-                self.block(&info, content.unwrap_or_default());
-                Within::Prose
-            }
-            (Within::Prose, Event::Start(Tag::CodeBlock(CodeBlockKind::Fenced(info)))) => {
-                Within::Fence(info.to_string(), None)
-            }
-            (Within::Prose, Event::Html(html)) => match generator(&html) {
-                Some(command) => Within::Generated(command, range.end),
-                None => {
-                    self.unknown.push(html.trim().to_owned());
-                    Within::Prose
-                }
+            (within @ Some(_), _) => return within,
+            (None, Event::Html(html)) => match generator(&html) {
+                Some(command) => return Some((command, range.end)),
+                None => self.unknown.push(html.trim().to_owned()),
             },
-            (within, event) => {
-                self.inline(event);
-                within
+            (None, Event::Start(Tag::CodeBlock(CodeBlockKind::Fenced(info)))) => {
+                self.block(&info, within_fences(&self.text, range));
             }
+            (None, event) => self.inline(event),
         }
+        None
     }
 
     fn inline(&mut self, event: Event<'_>) {
@@ -156,19 +133,14 @@ impl ManualPage {
                 });
                 continue;
             }
-            match (text.strip_prefix("> "), self.steps[before..].last_mut()) {
-                (Some(more), Some(Step { command, shown })) => {
-                    *command = format!("{command}\n{more}");
-                    *shown = ShownOutput::Output(line.end..line.end);
-                }
-                (
-                    None,
-                    Some(Step {
-                        shown: ShownOutput::Output(output),
-                        ..
-                    }),
-                ) => output.end = line.end,
-                _ => panic!("{}: output of no command: {text}", self.name),
+            let Some(Step { command, shown }) = self.steps[before..].last_mut() else {
+                panic!("{}: output of no command: {text}", self.name);
+            };
+            if let Some(more) = text.strip_prefix("> ") {
+                *command = format!("{command}\n{more}");
+                *shown = ShownOutput::Output(line.end..line.end);
+            } else if let ShownOutput::Output(output) = shown {
+                output.end = line.end;
             }
         }
     }
@@ -182,6 +154,15 @@ impl ManualPage {
             command: command.to_owned(),
             shown: ShownOutput::Success,
         }));
+    }
+}
+
+/// A block without its first and last line.
+fn within_fences(text: &str, block: Range<usize>) -> Range<usize> {
+    let lines = lines(text, block);
+    match lines.as_slice() {
+        [first, .., last] => first.end..last.start,
+        _ => panic!("a block without an end"),
     }
 }
 

@@ -11,7 +11,7 @@ use std::{
 use portable_pty::CommandBuilder;
 use tempfile::TempDir;
 
-use crate::terminal::Lab;
+use crate::support::{RATELAB, terminal::Lab};
 
 /// A stand-in for cargo: the real one runs this check and has built everything already.
 const CARGO: &str = r#"#!/bin/sh
@@ -81,8 +81,7 @@ impl Shell {
         };
         fs::create_dir(shell.programs()).expect("folder");
         fs::create_dir(shell.clone()).expect("folder");
-        let ratelab = env!("CARGO_BIN_EXE_ratelab");
-        symlink(ratelab, shell.programs().join("ratelab")).expect("ratelab");
+        symlink(RATELAB, shell.programs().join("ratelab")).expect("ratelab");
         shell.program("cargo", CARGO);
         shell.program("rerun", VIEWER);
         shell.program("hyperfine", HYPERFINE);
@@ -177,7 +176,7 @@ impl Shell {
 
 /// The folder of cargo's output.
 fn built() -> PathBuf {
-    Path::new(env!("CARGO_BIN_EXE_ratelab")).with_file_name("")
+    Path::new(RATELAB).with_file_name("")
 }
 
 /// Checks that each example is newer than its source.

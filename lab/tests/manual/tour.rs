@@ -1,9 +1,9 @@
 //! The first five minutes, played in a terminal of the usual size: the keys in the README, and the
 //! expected texts on the screen.
 
-use std::{collections::BTreeSet, thread, time::Duration};
+use std::collections::BTreeSet;
 
-use crate::{page::ManualPage, root, terminal::Lab};
+use crate::{page::ManualPage, root, support::terminal::Lab};
 
 const HEADING: &str = "## Your first five minutes\n";
 
@@ -62,11 +62,7 @@ fn the_first_five_minutes_of_the_manual_are_played_with_the_keys_that_they_name(
 fn the_first_five_minutes_of_the_manual_are_true() {
     let mut lab = Lab::open("", 24, 80);
     for (keys, sees, gone) in MOMENTS {
-        for key in keys.chars() {
-            lab.type_keys(&key.to_string());
-            // At the speed of a fast reader.
-            thread::sleep(Duration::from_millis(70));
-        }
+        lab.type_keys(keys);
         sees.iter().for_each(|seen| lab.wait_for(seen));
         if let Some(gone) = gone {
             lab.wait_without(gone);

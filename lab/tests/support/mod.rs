@@ -1,11 +1,12 @@
 //! Shared helpers for tests of the command: folders that it runs in, and what it says there.
-#![allow(dead_code)] // Each test uses its own part.
+#![allow(dead_code)] // Each program uses its own part.
 
-pub mod outside;
-mod words;
+#[path = "../../../tests/support/script.rs"]
+pub mod script;
+pub mod terminal;
 
 use std::{
-    fs,
+    env, fs,
     ops::Deref,
     path::{Path, PathBuf},
     process::{Command, Output, Stdio},
@@ -13,7 +14,6 @@ use std::{
 
 use serde_json::Value;
 use tempfile::TempDir;
-use words::words;
 
 /// The folder of the clone.
 pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
@@ -53,65 +53,6 @@ impl Deref for Said {
     }
 }
 
-/// Somebody who uses ratelab by command lines.
-pub trait User {
-    /// The command, without its arguments.
-    fn program(&self) -> Command;
-
-    fn command(&self, line: &str) -> Command {
-        let mut command = self.program();
-        command.args(words(line)).stdin(Stdio::null());
-        command
-    }
-
-    fn does(&self, line: &str) -> Output {
-        self.command(line).output().expect("it starts")
-    }
-
-    /// What a command prints, which must succeed.
-    #[track_caller]
-    fn says(&self, line: &str) -> Said {
-        let output = self.does(line);
-        assert!(output.status.success(), "{line}: {output:?}");
-        Said::of(&output.stdout)
-    }
-
-    /// The JSON that it prints, and nothing else.
-    #[track_caller]
-    fn json(&self, line: &str) -> Value {
-        serde_json::from_str(&self.says(line)).expect("JSON and nothing else")
-    }
-
-    /// The only error line of a command that ends with this status, and what it printed.
-    #[track_caller]
-    fn fails(&self, line: &str, code: i32) -> (Said, Said) {
-        let output = self.does(line);
-        (error_line(line, &output, code), Said::of(&output.stdout))
-    }
-
-    /// The error line for bad input, on which nothing is printed.
-    #[track_caller]
-    fn refuses(&self, line: &str) -> Said {
-        let (said, printed) = self.fails(line, 2);
-        assert_eq!(&*printed, "", "{line}");
-        said
-    }
-
-    /// Checks a table of bad input: in each row the rest of a command line that begins with
-    /// `command`, and the parts of its error line, separated by ` | `.
-    #[track_caller]
-    fn refuses_each(&self, command: &str, table: &str) {
-        for row in table.lines().filter(|row| !row.trim().is_empty()) {
-            let mut cells = row.split(" | ").map(str::trim);
-            let line = format!("{command} {}", cells.next().expect("a command line"));
-            let said = self.refuses(&line);
-            for part in cells {
-                assert!(said.contains(part), "{line}: no {part:?} in {}", said.0);
-            }
-        }
-    }
-}
-
 /// The only error line of a command that has ended, with this status.
 #[track_caller]
 pub fn error_line(line: &str, output: &Output, code: i32) -> Said {
@@ -122,7 +63,7 @@ pub fn error_line(line: &str, output: &Output, code: i32) -> Said {
 }
 
 /// A folder that ratelab runs in, removed after the test.
-pub struct Folder(pub TempDir);
+pub struct Folder(TempDir);
 
 impl Folder {
     pub fn new() -> Self {
@@ -132,16 +73,11 @@ impl Folder {
     /// With copies of these files of the clone.
     pub fn with(files: &[&str]) -> Self {
         let folder = Self::new();
-        folder.copy(files);
-        folder
-    }
-
-    /// Copies these files of the clone into it.
-    pub fn copy(&self, files: &[&str]) {
         for file in files {
             let name = Path::new(file).file_name().expect("a name");
-            fs::copy(Path::new(ROOT).join(file), self.0.path().join(name)).expect("copied");
+            fs::copy(Path::new(ROOT).join(file), folder.0.path().join(name)).expect("copied");
         }
+        folder
     }
 
     pub fn path(&self, name: &str) -> PathBuf {
@@ -163,41 +99,99 @@ impl Folder {
         fs::read(self.path(name)).expect("read")
     }
 
-    /// Makes a pipe with a name.
-    pub fn make_pipe(&self, name: &str) {
-        let made = Command::new("mkfifo").arg(self.path(name)).status();
-        assert!(made.expect("mkfifo").success());
-    }
-
-    /// Runs a line of the shell.
-    pub fn shell(&self, line: &str) -> Output {
-        let mut shell = Command::new("sh");
-        shell.args(["-c", line]).current_dir(self.0.path());
-        shell.output().expect("sh starts")
-    }
-
     /// Names in the folder `name`, sorted.
     pub fn names(&self, name: &str) -> Vec<String> {
-        let entries = fs::read_dir(self.path(name)).expect("a folder");
-        let names = entries.map(|entry| entry.expect("an entry").file_name());
-        let mut names: Vec<_> = names.map(|name| name.to_string_lossy().into()).collect();
-        names.sort();
-        names
+        names(self.path(name))
+    }
+
+    /// Ratelab with the words of `line`.
+    pub fn command(&self, line: &str) -> Command {
+        shell(self.0.path(), &format!("exec ratelab {line}"))
+    }
+
+    pub fn does(&self, line: &str) -> Output {
+        self.command(line).output().expect("it starts")
+    }
+
+    /// What a command prints, which must succeed.
+    #[track_caller]
+    pub fn says(&self, line: &str) -> Said {
+        let output = self.does(line);
+        assert!(output.status.success(), "{line}: {output:?}");
+        Said::of(&output.stdout)
+    }
+
+    /// The JSON that it prints, and nothing else.
+    #[track_caller]
+    pub fn json(&self, line: &str) -> Value {
+        serde_json::from_str(&self.says(line)).expect("JSON and nothing else")
+    }
+
+    /// The only error line of a command that ends with this status, and what it printed.
+    #[track_caller]
+    pub fn fails(&self, line: &str, code: i32) -> (Said, Said) {
+        let output = self.does(line);
+        (error_line(line, &output, code), Said::of(&output.stdout))
+    }
+
+    /// Plays rows of a script.
+    #[track_caller]
+    pub fn plays(&self, rows: &str) {
+        let faults = script::faults(rows, |line| shell(self.0.path(), line));
+        assert!(faults.is_empty(), "{}", faults.join("\n"));
     }
 }
 
-impl User for Folder {
-    fn program(&self) -> Command {
-        let mut program = Command::new(RATELAB);
-        program.current_dir(self.0.path());
-        program
-    }
+/// A line of the shell in `folder`, which finds ratelab as `$RATELAB` and on its path, where its
+/// examples are as well, the clone as `$CLONE`, and no files of the user.
+pub fn shell(folder: &Path, line: &str) -> Command {
+    assert_outside();
+    let built = Path::new(RATELAB).with_file_name("");
+    let path = env::var("PATH").unwrap_or_default();
+    let path = format!("{0}:{0}/examples:{path}", built.display());
+    let mut shell = Command::new("sh");
+    shell.args(["-c", line]).current_dir(folder);
+    shell.env("PATH", path).env("HOME", folder.join("home"));
+    shell
+        .env_remove("XDG_DATA_HOME")
+        .env_remove("XDG_STATE_HOME");
+    shell.env("RATELAB", RATELAB).env("CLONE", ROOT);
+    shell.stdin(Stdio::null());
+    shell
+}
+
+/// Names in a folder, sorted.
+pub fn names(folder: impl AsRef<Path>) -> Vec<String> {
+    let entries = fs::read_dir(folder).expect("a folder");
+    let names = entries.map(|entry| entry.expect("an entry").file_name());
+    let mut names: Vec<_> = names.map(|name| name.to_string_lossy().into()).collect();
+    names.sort();
+    names
+}
+
+/// The words of a command line; `'` around a word keeps its blanks.
+pub fn words(line: &str) -> impl Iterator<Item = &str> {
+    let parts = line.split('\'').zip([false, true].into_iter().cycle());
+    parts.flat_map(|(part, quoted)| match quoted {
+        true => vec![part],
+        false => part.split_whitespace().collect(),
+    })
 }
 
 /// Sends `signal` to process `pid`.
 pub fn send(signal: &str, pid: u32) {
-    let kill = Command::new("kill")
-        .args([signal, &pid.to_string()])
-        .status();
-    assert!(kill.expect("kill").success());
+    let mut kill = Command::new("kill");
+    let sent = kill.args([signal, &pid.to_string()]).status();
+    assert!(sent.expect("kill").success());
+}
+
+/// The file by which the exercises recognise a clone.
+const MARK: &str = "exercises/bands.toml";
+
+/// # Panics
+/// If folders for temporary files lie in a clone: ratelab would then use the files there.
+fn assert_outside() {
+    let folder = env::temp_dir();
+    let clone = folder.ancestors().find(|folder| folder.join(MARK).exists());
+    assert_eq!(clone, None, "set TMPDIR to a folder outside of this clone");
 }

@@ -1,12 +1,4 @@
 //! A terminal with ratelab in it, controlled by a test.
-#![allow(dead_code)] // Each test uses its own part.
-
-#[allow(clippy::duplicate_mod)] // Some programs have the other helpers, too.
-#[path = "outside.rs"]
-mod outside;
-#[allow(clippy::duplicate_mod)]
-#[path = "words.rs"]
-pub mod words;
 
 use std::{
     fs,
@@ -17,9 +9,9 @@ use std::{
     time::{Duration, Instant},
 };
 
-use outside::assert_outside;
 use portable_pty::{Child, CommandBuilder, ExitStatus, MasterPty, PtySize, native_pty_system};
-use words::words;
+
+use super::{RATELAB, assert_outside, words};
 
 /// Time limit for output that usually takes a fraction of a second.
 pub const PATIENCE: Duration = Duration::from_secs(60);
@@ -38,13 +30,12 @@ pub struct Lab {
 impl Lab {
     /// Opens ratelab with the options in `line`.
     pub fn open(line: &str, rows: u16, cols: u16) -> Self {
-        let folder = std::env::temp_dir();
-        assert_outside(&folder);
-        Self::open_in(&folder, line, rows, cols)
+        assert_outside();
+        Self::open_in(&std::env::temp_dir(), line, rows, cols)
     }
 
     pub fn open_in(folder: &Path, line: &str, rows: u16, cols: u16) -> Self {
-        let mut command = CommandBuilder::new(env!("CARGO_BIN_EXE_ratelab"));
+        let mut command = CommandBuilder::new(RATELAB);
         command.args(words(line));
         command.cwd(folder);
         // Protects the predictions of the user who runs the test.

@@ -17,7 +17,7 @@ mod wheel;
 pub use error::Error;
 pub use machine::Machine;
 pub use platform::{glibc, wheel_tag};
-pub use program::{Linker, Program};
+pub use program::Linker;
 pub use share::share;
 pub use tarball::tarball;
 pub use tree::{File, Tree};

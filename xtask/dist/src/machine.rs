@@ -30,19 +30,16 @@ impl Machine {
     /// # Errors
     /// If there is no rustc.
     pub fn ask(root: &Path) -> Result<Self, Error> {
-        let silent = |what| Error::Silent {
-            tool: "rustc",
-            what,
-        };
-        let about = said(Command::new("rustc").arg("-vV")).ok_or(silent("version"))?;
+        let silent = |what| Error::silent("rustc", what);
+        let about = said(Command::new("rustc").arg("-vV")).ok_or_else(|| silent("version"))?;
         let target = about.lines().find_map(|line| line.strip_prefix("host: "));
         let sysroot = said(Command::new("rustc").args(["--print", "sysroot"]));
         let cargo_home = env::var_os("CARGO_HOME").map(PathBuf::from);
         Ok(Self {
             root: root.canonicalize().map_err(Error::io("find", root))?,
-            sysroot: sysroot.ok_or(silent("sysroot"))?.into(),
+            sysroot: sysroot.ok_or_else(|| silent("sysroot"))?.into(),
             cargo_home: cargo_home.unwrap_or_else(|| home().join(".cargo")),
-            target: target.ok_or(silent("host"))?.to_owned(),
+            target: target.ok_or_else(|| silent("host"))?.to_owned(),
             time: time(root),
         })
     }

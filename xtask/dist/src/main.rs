@@ -8,9 +8,7 @@ use std::{
     process::ExitCode,
 };
 
-use dist::{
-    Error, Linker, Machine, Program, Tree, Wheel, licences, share, tarball, wheel, wheel_tag,
-};
+use dist::{Error, Linker, Machine, Tree, Wheel, licences, share, tarball, wheel, wheel_tag};
 use sha2::{Digest, Sha256};
 use xtask::mujoco::{self, Platform};
 
@@ -77,7 +75,7 @@ fn pack(root: &Path, linker: Linker) -> Result<(), Error> {
 fn tree(machine: &Machine, linker: Linker) -> Result<(Tree, String), Error> {
     let (platform, folder) = (Platform::host()?, machine.mujoco());
     mujoco::ensure(&folder, platform)?;
-    let program = Program::build(machine, linker)?.bytes;
+    let program = linker.build(machine)?;
     let library = platform.places[0];
     let file = folder.join(library);
     let bytes = fs::read(&file).map_err(Error::io("read", &file))?;

@@ -34,45 +34,34 @@ impl Linker {
     /// With the missing tool, and how to install it.
     pub fn check(self) -> Result<(), Error> {
         if self == Self::Zig && said(Command::new("cargo-zigbuild").arg("-V")).is_none() {
-            return Err(Error::Missing {
-                tool: "cargo-zigbuild",
-                remedy: "python3 -m pip install cargo-zigbuild brings it, and zig with it; cargo \
-                         xtask dist --native links for the glibc of this machine instead",
-            });
+            let why = "cargo-zigbuild is missing: python3 -m pip install cargo-zigbuild brings it, \
+                       and zig with it; cargo xtask dist --native links for the glibc of this \
+                       machine instead";
+            return Err(Error::Unfit(why.to_owned()));
         }
         Ok(())
     }
-}
 
-/// A finished program.
-#[derive(Clone, Debug)]
-pub struct Program {
-    /// Content of the file.
-    pub bytes: Vec<u8>,
-}
-
-impl Program {
     /// Builds `ratelab` in a separate folder, because its flags differ from other builds.
     /// The first time takes minutes.
     ///
     /// # Errors
     /// If cargo fails, or the program it built is unsuitable.
-    pub fn build(machine: &Machine, linker: Linker) -> Result<Self, Error> {
+    pub fn build(self, machine: &Machine) -> Result<Vec<u8>, Error> {
         let folder = machine.packages().join("build");
-        succeed("cargo", build(machine, linker, &folder).status())?;
+        succeed("cargo", command(machine, self, &folder).status())?;
         let file = folder.join(&machine.target).join("dist/ratelab");
         let bytes = fs::read(&file).map_err(Error::io("read", &file))?;
         match glibc(&bytes) {
-            needs if linker == Linker::Zig && needs > GLIBC => Err(Error::Glibc {
-                needs,
-                wanted: GLIBC,
-            }),
-            _ => Ok(Self { bytes }),
+            needs if self == Self::Zig && needs > GLIBC => Err(Error::Unfit(format!(
+                "the program needs glibc 2.{needs}, and was to be linked for 2.{GLIBC}"
+            ))),
+            _ => Ok(bytes),
         }
     }
 }
 
-fn build(machine: &Machine, linker: Linker, folder: &PathBuf) -> Command {
+fn command(machine: &Machine, linker: Linker, folder: &PathBuf) -> Command {
     let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let (build, target) = match linker {
         Linker::Zig => ("zigbuild", format!("{}.2.{GLIBC}", machine.target)),
@@ -119,10 +108,7 @@ fn flags(machine: &Machine) -> OsString {
 pub(crate) fn succeed(what: &str, ended: std::io::Result<ExitStatus>) -> Result<(), Error> {
     match ended {
         Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(Error::Ended {
-            what: what.to_owned(),
-            status,
-        }),
+        Ok(status) => Err(Error::Unfit(format!("{what} ended with {status}"))),
         Err(why) => Err(Error::Io {
             what: format!("cannot run {what}"),
             why,

@@ -2,6 +2,7 @@
 
 use std::{
     fs,
+    os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
     process::Command,
 };
@@ -70,20 +71,10 @@ fn unpack(tree: &Tree, folder: &Path) -> Result<PathBuf, Error> {
         let parent = path.parent().unwrap_or(folder);
         fs::create_dir_all(parent).map_err(Error::io("create", parent))?;
         fs::write(&path, &file.bytes).map_err(Error::io("write", &path))?;
-        allow(&path, file.mode()).map_err(Error::io("write", &path))?;
+        let permissions = fs::Permissions::from_mode(file.mode());
+        fs::set_permissions(&path, permissions).map_err(Error::io("write", &path))?;
     }
     Ok(folder.join("bin/ratelab"))
-}
-
-#[cfg(unix)]
-fn allow(file: &Path, mode: u32) -> std::io::Result<()> {
-    use std::os::unix::fs::PermissionsExt;
-    fs::set_permissions(file, fs::Permissions::from_mode(mode))
-}
-
-#[cfg(not(unix))]
-fn allow(_: &Path, _: u32) -> std::io::Result<()> {
-    Ok(())
 }
 
 /// The names of the files in `folder`.

@@ -55,10 +55,9 @@ impl Tree {
         let built_here = |path: &str| !path.starts_with("lib/");
         for (path, file) in self.files().filter(|(path, _)| built_here(path)) {
             if let Some(folder) = folders.iter().find(|folder| names(&file.bytes, folder)) {
-                return Err(Error::NamesFolder {
-                    file: path.to_owned(),
-                    folder: folder.clone(),
-                });
+                return Err(Error::Unfit(format!(
+                    "{path} names {folder}, a folder of this machine: nothing was written"
+                )));
             }
         }
         Ok(())

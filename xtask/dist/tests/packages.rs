@@ -183,7 +183,7 @@ fn a_folder_of_the_builder_in_a_file_is_refused_by_name() {
         let checked = tree.check_names_none_of(&folders);
         assert_eq!(checked.is_err(), is_refused, "{text:?}");
         if let Err(why) = checked {
-            assert!(matches!(why, Error::NamesFolder { .. }));
+            assert!(matches!(why, Error::Unfit(_)));
             assert!(why.to_string().starts_with("bin/ratelab names /"), "{why}");
         }
     }

@@ -9,7 +9,6 @@ use super::{DYNAMIC_LINK_DIR, VERSION};
 pub struct Error {
     cause: String,
     remedy: &'static str,
-    source: Option<io::Error>,
 }
 
 /// The remedies.
@@ -34,7 +33,6 @@ impl Error {
         Self {
             cause: cause.into(),
             remedy,
-            source: None,
         }
     }
 
@@ -46,17 +44,16 @@ impl Error {
 
     /// An error of the operating system during an `action` on `path`, as in "cannot write".
     pub(super) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
-        move |source| Self {
-            cause: format!("cannot {action} {} ({source}).", path.display()),
-            remedy: remedy::FOLDER,
-            source: Some(source),
+        move |why| {
+            let cause = format!("cannot {action} {} ({why}).", path.display());
+            Self::new(cause, remedy::FOLDER)
         }
     }
 }
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { cause, remedy, .. } = self;
+        let Self { cause, remedy } = self;
         write!(
             f,
             "MuJoCo {VERSION} is not set up: {cause}\n{remedy}\n\
@@ -66,8 +63,4 @@ impl fmt::Display for Error {
     }
 }
 
-impl error::Error for Error {
-    fn source(&self) -> Option<&(dyn error::Error + 'static)> {
-        self.source.as_ref().map(|source| source as _)
-    }
-}
+impl error::Error for Error {}

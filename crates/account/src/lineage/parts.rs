@@ -275,7 +275,7 @@ impl Lineage {
         let tick = &self.nodes[node].ticks[index].tick;
         let waits = self.topology.nodes[node].executor.is_some();
         let late = tick.lateness.filter(|_| waits).unwrap_or_default();
-        Time::ZERO + tick.at.since(Time::ZERO + late)
+        tick.at.earlier(late)
     }
 
     /// The first tick of a node in the unbroken series of reads of this message that ends

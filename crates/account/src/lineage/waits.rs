@@ -69,7 +69,7 @@ impl Lineage {
     fn waited(&self, node: usize, index: usize) -> Option<TickWait> {
         let to = self.nodes[node].ticks.get(index)?.tick.at;
         let from = self.released(node, index);
-        let late = from.max(Time::ZERO + to.since(Time::ZERO + LOOKED_AT));
+        let late = from.max(to.earlier(LOOKED_AT));
         let longest = self
             .companions(node)
             .map(|other| (self.ran(other, late, to), other))
@@ -86,7 +86,7 @@ impl Lineage {
     fn late(&self, node: usize, index: usize) -> Option<TickWait> {
         let tick = &self.nodes[node].ticks.get(index)?.tick;
         let late = tick.lateness.filter(|late| !late.is_zero())?;
-        let (from, to) = (Time::ZERO + tick.at.since(Time::ZERO + late), tick.at);
+        let (from, to) = (tick.at.earlier(late), tick.at);
         let what = WaitsFor::Thread;
         Some(TickWait { from, to, what })
     }

@@ -24,18 +24,18 @@ impl PolicyCache {
         Ok(loaded)
     }
 
-    /// Loads the file of `spec` into the cache and returns `spec` pinned to the file's
-    /// current content. A pinned `spec` is returned unchanged.
+    /// Loads the file of `spec` into the cache, with the digest of its current content; a pinned
+    /// `spec` stays as it is.
     ///
     /// # Errors
     /// [`PolicyError`] if it cannot be loaded.
-    pub fn pin(&self, spec: &PolicySpec) -> Result<PolicySpec, PolicyError> {
+    pub fn pin(&self, spec: &PolicySpec) -> Result<LoadedPolicy, PolicyError> {
         if spec.is_pinned() {
-            return self.fetch(spec).map(|_| spec.clone());
+            return self.fetch(spec);
         }
         let loaded = spec.load()?;
         self.put(loaded.spec(), &loaded);
-        Ok(loaded.spec().clone())
+        Ok(loaded)
     }
 
     fn get(&self, spec: &PolicySpec) -> Option<LoadedPolicy> {

@@ -1,11 +1,11 @@
 //! The file of a policy.
 
-use std::{fmt, path::Path};
+use std::{fmt, io::ErrorKind, path::Path};
 
-use ratelab_study::file;
+use ratelab_study::file::{self, FileError};
 use serde::{Deserialize, Serialize};
 
-use super::{Digest, LARGEST_FILE, error::PolicyErrorKind};
+use super::{Digest, LARGEST_FILE};
 
 /// Separator between path and digest in a text, as in pinned container images.
 const PIN: &str = "@sha256:";
@@ -45,15 +45,32 @@ impl PolicyFile {
     }
 
     /// Reads its content.
-    pub(super) fn read(&self) -> Result<(Vec<u8>, Digest), PolicyErrorKind> {
-        let content = file::read(Path::new(&self.path), LARGEST_FILE)?;
+    pub(super) fn read(&self) -> Result<(Vec<u8>, Digest), String> {
+        let content = file::read(Path::new(&self.path), LARGEST_FILE).map_err(unread)?;
         let found = Digest::of(&content);
         match self.sha256 {
-            Some(expected) if expected != found => {
-                Err(PolicyErrorKind::Changed { expected, found })
-            }
+            Some(expected) if expected != found => Err(format!(
+                "expected the content with the SHA-256 {expected}, found another one: {found}"
+            )),
             _ => Ok((content, found)),
         }
+    }
+}
+
+fn unread(why: FileError) -> String {
+    match why {
+        FileError::Unreadable(why) if why.kind() == ErrorKind::NotFound => {
+            "expected scripted, zero, random, lqr or a file of weights; found neither a policy nor \
+             a file of that name"
+                .to_owned()
+        }
+        FileError::Unreadable(why) => {
+            format!("expected a file of weights, found one that cannot be read: {why}")
+        }
+        FileError::NoFile(what) => format!("expected a file of weights, found {what}"),
+        FileError::TooLarge(bytes) => format!(
+            "expected a file of weights of {LARGEST_FILE} bytes at most, found {bytes} bytes"
+        ),
     }
 }
 

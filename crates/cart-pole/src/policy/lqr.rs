@@ -4,7 +4,7 @@ use nalgebra::{Matrix4, RowVector1, RowVector4, Vector4};
 use ratelab::Hz;
 use thiserror::Error;
 
-use super::{Policy, feedback::feedback, riccati::solve_riccati};
+use super::{Policy, scripted::feedback};
 use crate::{
     Action, CART_LIMIT_M, CONTROL_HZ, LinearPlant, Observation, POLE_LIMIT_RAD, PlantError,
 };
@@ -12,6 +12,13 @@ use crate::{
 /// The largest action, which costs as much as the largest deviations: the full force of
 /// the motor.
 const ACTION_LIMIT: f64 = 1.0;
+
+/// Maximum number of doublings until convergence. Each squares the remaining error; about
+/// a dozen is usual.
+const ROUNDS: usize = 60;
+
+/// Relative change that counts as converged.
+const STILL: f64 = 1e-14;
 
 /// The linear-quadratic regulator: the linear feedback that minimises `Σ xᵀ·Q·x + u·R·u`
 /// over all future decisions.
@@ -91,6 +98,34 @@ fn gains(plant: &LinearPlant) -> Option<[f64; 4]> {
         -(r + b.transpose() * x * b).try_inverse()? * b.transpose() * x * a;
     let finite = feedback.iter().all(|gain| gain.is_finite());
     finite.then(|| feedback.into())
+}
+
+/// The stabilising solution X of `X = AᵀXA − AᵀXB (R + BᵀXB)⁻¹ BᵀXA + Q`, by the
+/// structure-preserving doubling algorithm: after `k` rounds `h` is the cost of the best
+/// `2ᵏ` decisions. `None` if it does not converge.
+///
+/// Source: Chu, Fan, Lin and Wang, *Structure-preserving algorithms for periodic
+/// discrete-time algebraic Riccati equations*, Int. J. Control 77 (2004).
+fn solve_riccati(
+    a: &Matrix4<f64>,
+    b: &Vector4<f64>,
+    q: &Matrix4<f64>,
+    r: f64,
+) -> Option<Matrix4<f64>> {
+    let (mut a, mut g, mut h) = (*a, b * b.transpose() / r, *q);
+    for _ in 0..ROUNDS {
+        let inverse = (Matrix4::identity() + g * h).try_inverse()?;
+        let more = a.transpose() * h * inverse * a;
+        (g, h) = (g + a * inverse * g * a.transpose(), h + more);
+        a = a * inverse * a;
+        if !h.iter().all(|entry| entry.is_finite()) {
+            return None;
+        }
+        if more.amax() <= STILL * h.amax() {
+            return Some((h + h.transpose()) / 2.0);
+        }
+    }
+    None
 }
 
 impl Policy for Lqr {

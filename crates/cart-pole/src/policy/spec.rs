@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Lqr, Policy, PolicyFile, PolicyKind, Random, Scripted, UnknownPolicy, Zero,
-    error::{PolicyError, PolicyErrorKind},
+    error::PolicyError,
     network::{Mlp, Network, read_weights},
     onnx::{OnnxModel, is_onnx},
 };
@@ -63,9 +63,9 @@ impl PolicySpec {
                 spec: self.clone(),
                 content: SpecContent::BuiltIn(*kind),
             }),
-            Self::File(file) => load(file).map_err(|kind| PolicyError {
+            Self::File(file) => load(file).map_err(|why| PolicyError {
                 spec: file.path().to_owned(),
-                kind,
+                why,
             }),
         }
     }
@@ -80,7 +80,7 @@ impl PolicySpec {
     }
 }
 
-fn load(file: &PolicyFile) -> Result<LoadedPolicy, PolicyErrorKind> {
+fn load(file: &PolicyFile) -> Result<LoadedPolicy, String> {
     let (content, digest) = file.read()?;
     let content = if is_onnx(&content) {
         SpecContent::Graph(OnnxModel::open(&content)?)
@@ -159,7 +159,7 @@ impl LoadedPolicy {
             SpecContent::BuiltIn(PolicyKind::Lqr) => {
                 let lqr = Lqr::at(context.control_hz).map_err(|why| PolicyError {
                     spec: self.spec.to_string(),
-                    kind: why.into(),
+                    why: why.to_string(),
                 })?;
                 Box::new(lqr)
             }

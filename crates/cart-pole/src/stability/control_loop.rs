@@ -1,7 +1,12 @@
 //! A plant and linear feedback, with the timing between them.
 
-use super::{dynamics::Dynamics, timing::Timing, world::WorldModel};
-use crate::PlantError;
+use ratelab::Hz;
+
+use super::{dynamics::Dynamics, error::StabilityError, timing::Timing, world::WorldModel};
+use crate::{
+    PlantError,
+    policy::{Lqr, PolicyKind, PolicySpec, Scripted},
+};
 
 /// A control loop with an unlimited motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,5 +37,22 @@ impl Loop {
             world,
             timing: timing.into(),
         })
+    }
+}
+
+/// The gains of a policy with the initial control rate `control`, in the order of the
+/// plant's state: cart position (1/m), pole angle (1/rad), cart velocity (s/m), pole
+/// velocity (s/rad).
+///
+/// # Errors
+/// [`StabilityError`] if it is no linear feedback, with the reason.
+pub fn gains(policy: &PolicySpec, control: Hz) -> Result<[f64; 4], StabilityError> {
+    match policy {
+        PolicySpec::BuiltIn(PolicyKind::Scripted) => Ok(Scripted::GAINS),
+        PolicySpec::BuiltIn(PolicyKind::Lqr) => Ok(Lqr::at(control)?.gains()),
+        PolicySpec::BuiltIn(kind @ (PolicyKind::Zero | PolicyKind::Random)) => {
+            Err(StabilityError::Blind(*kind))
+        }
+        PolicySpec::File(_) => Err(StabilityError::Network(policy.name().to_owned())),
     }
 }

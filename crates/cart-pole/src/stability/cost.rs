@@ -6,10 +6,10 @@ use ratelab::Time;
 use super::{
     control_loop::Loop,
     covariance::{Covariance, Loss, flat, symmetric},
-    criterion::{Noise, Weights},
     error::StabilityError,
     passage::{Disturbances, NEWEST, Passage},
     schedule::{ScheduleEvent, events},
+    span::{Noise, Weights},
     timing::TimedPush,
 };
 
@@ -30,7 +30,7 @@ impl Loop {
         weights: &Weights,
         loss: Loss,
     ) -> Result<Option<f64>, StabilityError> {
-        let (passage, schedule) = Passage::of(self).map_err(|long| self.aperiodic(long))?;
+        let (passage, schedule) = Passage::of(self)?;
         if self.mean_square_growth(loss)? >= 0.0 {
             return Ok(None);
         }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use thiserror::Error;
 
-use super::{schedule::LONGEST, timing::Rates};
+use super::timing::{LONGEST, Rates};
 use crate::{
     PlantError,
     policy::{LqrError, PolicyKind},

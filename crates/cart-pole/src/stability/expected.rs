@@ -7,10 +7,9 @@ use ratelab_effects::{Draw, Link, draw};
 use ratelab_study::system::{Setup, WorldKind};
 
 use super::{
-    control_loop::Loop,
+    control_loop::{Loop, gains},
     covariance::{Loss, Lost},
     error::StabilityError,
-    gains::gains,
     timing::{Cadence, Timing},
     world::WorldModel,
 };

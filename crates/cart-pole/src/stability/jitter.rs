@@ -6,10 +6,9 @@ use nalgebra::{Complex, ComplexField, Matrix4, RowVector4};
 
 use super::{
     control_loop::Loop,
-    criterion::{Noise, Weights},
     error::StabilityError,
     frequency::frequencies,
-    span::Span,
+    span::{Noise, Span, Weights},
     timing::Timing,
     world::WorldModel,
 };

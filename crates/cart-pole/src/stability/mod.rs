@@ -49,41 +49,33 @@
 //! multipliers: Bittanti and Colaneri, *Periodic Systems*, chapters 1 and 3. All others
 //! are listed at the methods and in `docs/theory.md`.
 
-mod age;
 mod control_loop;
 mod cost;
 mod covariance;
-mod criterion;
 mod delay;
 mod dynamics;
 mod error;
 mod expected;
 mod frequency;
-mod gains;
 mod growth;
 mod jitter;
-mod loss;
 mod monodromy;
 mod passage;
 mod schedule;
 mod span;
-mod spectral;
 mod timing;
 mod world;
 
-pub use age::age_limit;
-pub use control_loop::Loop;
+pub use control_loop::{Loop, gains};
 pub use covariance::{Loss, Lost};
-pub use criterion::{Noise, Weights};
-pub use delay::DelayMargin;
+pub use delay::{DelayMargin, age_limit};
 pub use dynamics::Dynamics;
 pub use error::StabilityError;
 pub use expected::{Expected, expected};
 pub use frequency::ContinuousMargins;
-pub use gains::gains;
 pub use growth::measured_growth;
 pub use jitter::JitterMargin;
 pub use monodromy::Stability;
-pub use schedule::LONGEST;
-pub use timing::{Cadence, Rates, TimedPush, Timing};
+pub use span::{Noise, Weights};
+pub use timing::{Cadence, LONGEST, Rates, TimedPush, Timing};
 pub use world::WorldModel;

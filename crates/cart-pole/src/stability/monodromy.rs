@@ -5,13 +5,15 @@ use std::time::Duration;
 use nalgebra::{Complex, ComplexField, DMatrix, Schur};
 
 use super::{
-    control_loop::Loop, error::StabilityError, passage::Passage, schedule::TooLong,
-    spectral::log_spectral_radius, timing::Rates, world::WorldModel,
+    control_loop::Loop, error::StabilityError, passage::Passage, timing::Rates, world::WorldModel,
 };
 use crate::policy::Scripted;
 
 /// Maximum number of rounds until the multipliers converge. A 4×4 matrix takes about ten.
 const ROUNDS: usize = 1_000;
+
+/// Number of squarings; each halves the remaining error.
+const SQUARINGS: u32 = 50;
 
 /// Stability of a loop by linear theory.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,7 +82,7 @@ impl Loop {
     /// [`StabilityError`], usually because the hyper-period is longer than
     /// [`LONGEST`](super::LONGEST).
     pub fn stability(&self) -> Result<Stability, StabilityError> {
-        let (passage, schedule) = Passage::of(self).map_err(|long| self.aperiodic(long))?;
+        let (passage, schedule) = Passage::of(self)?;
         let (scaled, log_scale) = product(&passage);
         Ok(Stability {
             hyper_period: schedule.period,
@@ -89,17 +91,6 @@ impl Loop {
             scaled,
             log_scale,
         })
-    }
-
-    /// The error for a hyper-period that is too long.
-    pub(super) fn aperiodic(&self, TooLong(hyper_period): TooLong) -> StabilityError {
-        StabilityError::Aperiodic {
-            rates: Rates {
-                sensor: self.timing.sensor.hz,
-                control: self.timing.policy.hz,
-            },
-            hyper_period,
-        }
     }
 }
 
@@ -117,4 +108,38 @@ fn product(passage: &Passage) -> (DMatrix<f64>, f64) {
         }
     }
     (states, log_scale)
+}
+
+/// The logarithm of the largest modulus of the eigenvalues of `matrix`, from the size of
+/// its powers: Gelfand's formula, which needs no iteration for eigenvalues and therefore
+/// always converges. Minus infinity if a power is zero.
+pub(super) fn log_spectral_radius(mut matrix: DMatrix<f64>) -> f64 {
+    let (mut log_radius, mut weight) = (0.0, 1.0);
+    for _ in 0..SQUARINGS {
+        let size = matrix.amax();
+        if size == 0.0 {
+            return f64::NEG_INFINITY;
+        }
+        log_radius += size.ln() * weight;
+        matrix /= size;
+        matrix = &matrix * &matrix;
+        weight /= 2.0;
+    }
+    log_radius
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_radius_matches_the_eigenvalues() {
+        let rows = |size, rows: &[f64]| DMatrix::from_row_slice(size, size, rows);
+        let turn = rows(3, &[0.6, -0.8, 5.0, 0.8, 0.6, 7.0, 0.0, 0.0, 0.5]);
+        assert!(log_spectral_radius(turn).abs() < 1e-13);
+        let real = rows(2, &[-3.0, 100.0, 0.0, 2.0]);
+        assert!((log_spectral_radius(real) - 3.0_f64.ln()).abs() < 1e-13);
+        let gone = rows(3, &[0.0, 1.0, 4.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]);
+        assert_eq!(log_spectral_radius(gone), f64::NEG_INFINITY);
+    }
 }

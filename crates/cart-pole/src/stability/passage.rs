@@ -6,9 +6,9 @@ use nalgebra::{DMatrix, Matrix5, RowVector4};
 
 use super::{
     control_loop::Loop,
-    criterion::{Noise, Weights},
-    schedule::{LoopSchedule, ScheduleEvent, TooLong, readings},
-    span::Span,
+    error::StabilityError,
+    schedule::{LoopSchedule, ScheduleEvent, readings},
+    span::{Noise, Span, Weights},
 };
 
 /// Row of the action in force, below the plant's state.
@@ -33,7 +33,10 @@ pub(super) struct Disturbances(BTreeMap<u64, Span>);
 
 impl Passage {
     /// The passage of one hyper-period of `control`.
-    pub fn of(control: &Loop) -> Result<(Self, LoopSchedule), TooLong> {
+    ///
+    /// # Errors
+    /// [`StabilityError::Aperiodic`] if it is too long.
+    pub fn of(control: &Loop) -> Result<(Self, LoopSchedule), StabilityError> {
         let schedule = LoopSchedule::of(control.timing, control.world)?;
         let passage = Self::through(control, schedule.events.clone());
         Ok((passage, schedule))

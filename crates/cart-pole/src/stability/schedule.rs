@@ -5,13 +5,10 @@ use std::{collections::HashMap, time::Duration};
 use ratelab::{Hz, Time, hyper_period};
 
 use super::{
-    timing::{Rates, TimedPush, Timing},
+    error::StabilityError,
+    timing::{LONGEST, Rates, TimedPush, Timing},
     world::WorldModel,
 };
-
-/// The longest hyper-period supported: 1000 s, enough for all rates with up to three
-/// decimals.
-pub const LONGEST: Duration = Duration::from_secs(1_000);
 
 /// The longest stretch in one map: over longer ones the numbers of an unstable plant
 /// leave the range of an `f64`.
@@ -39,10 +36,6 @@ pub(super) struct LoopSchedule {
     pub mean_age: f64,
 }
 
-/// The hyper-period is too long; contains its length.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct TooLong(pub Duration);
-
 impl Rates {
     /// The time after which all three nodes are due together again.
     pub fn hyper_period(self) -> Duration {
@@ -52,7 +45,7 @@ impl Rates {
 
 impl LoopSchedule {
     /// The schedule of `timing` in `world`, after all nodes have started.
-    pub fn of(timing: Timing, world: WorldModel) -> Result<Self, TooLong> {
+    pub fn of(timing: Timing, world: WorldModel) -> Result<Self, StabilityError> {
         let grid = grid(timing, world);
         let (begin, period) = repetition(timing, grid)?;
         let settled = timing.slowest() + world.unit();
@@ -105,12 +98,19 @@ fn least_common_multiple(a: u128, b: u128) -> u128 {
 
 /// A decision from which on the schedule repeats, and its period. With a policy that
 /// takes time this may be several periods of the grid.
-fn repetition(timing: Timing, grid: Duration) -> Result<(Time, Duration), TooLong> {
+fn repetition(timing: Timing, grid: Duration) -> Result<(Time, Duration), StabilityError> {
     let offsets = timing.cadences().map(|cadence| cadence.offset);
     let offset = offsets.max().unwrap_or_default();
     let longest = grid.max(offset).max(timing.slowest());
+    let aperiodic = |hyper_period| StabilityError::Aperiodic {
+        rates: Rates {
+            sensor: timing.sensor.hz,
+            control: timing.policy.hz,
+        },
+        hyper_period,
+    };
     if longest > LONGEST {
-        return Err(TooLong(longest));
+        return Err(aperiodic(longest));
     }
     let settled = Time::ZERO + offset;
     let mut seen = HashMap::new();
@@ -123,7 +123,7 @@ fn repetition(timing: Timing, grid: Duration) -> Result<(Time, Duration), TooLon
             break;
         }
     }
-    Err(TooLong(2 * LONGEST))
+    Err(aperiodic(2 * LONGEST))
 }
 
 /// The events of `pushes` in `world` between two moments.

@@ -1,14 +1,12 @@
-//! The motion of the plant over a stretch of time with a constant action.
+//! The motion of the plant over a stretch of time with a constant action; its disturbances,
+//! and the cost of its deviations.
 
 use std::time::Duration;
 
 use nalgebra::{Matrix4, Matrix5, Vector4, Vector5};
 
-use super::{
-    criterion::{Noise, Weights},
-    dynamics::Dynamics,
-};
-use crate::LinearPlant;
+use super::dynamics::Dynamics;
+use crate::{CART_LIMIT_M, LinearPlant, POLE_LIMIT_RAD};
 
 /// Number of terms of the series, for a stretch so short that each term is less than a
 /// tenth of the previous one.
@@ -16,6 +14,39 @@ const TERMS: i32 = 16;
 
 /// Largest product of the dynamics and a stretch for which the series is used.
 const SHORT: f64 = 0.1;
+
+/// Random disturbance of a loop, white and with mean zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Noise {
+    /// Intensity of the disturbance added to the action in force (actions² · s): over a
+    /// time `t` its integral has the variance `intensity · t`. In a world of steps it is
+    /// constant during each.
+    pub push: f64,
+    /// Variance of the error of each coordinate in a reading: cart position
+    /// (m²), pole angle (rad²), cart velocity (m²/s²), pole velocity (rad²/s²).
+    pub reading: [f64; 4],
+}
+
+/// The cost of a deviation per second: the sum of weighted squares.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Weights {
+    /// Weights of cart position (1/m²), pole angle (1/rad²), cart velocity (s²/m²) and
+    /// pole velocity (s²/rad²).
+    pub state: [f64; 4],
+    /// Weight of the action in force.
+    pub action: f64,
+}
+
+impl Default for Weights {
+    /// The weights of the regulator `lqr`: each of cart position, pole angle and action
+    /// costs 1 per second at the limit of a lost run or at the motor's full force.
+    fn default() -> Self {
+        Self {
+            state: [CART_LIMIT_M.powi(-2), POLE_LIMIT_RAD.powi(-2), 0.0, 0.0],
+            action: 1.0,
+        }
+    }
+}
 
 /// A stretch of time for `z`: the plant's state `x` and the action in force `u`.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,6 +6,10 @@ use ratelab::{Hz, Rate, Time};
 
 use crate::actuator_hz;
 
+/// The longest hyper-period supported: 1000 s, enough for all rates with up to three
+/// decimals.
+pub const LONGEST: Duration = Duration::from_secs(1_000);
+
 /// The rates that a run can set; the actuator's rate is that of the plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rates {

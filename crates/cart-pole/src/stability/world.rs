@@ -6,9 +6,8 @@ use nalgebra::Matrix5;
 use ratelab::Time;
 
 use super::{
-    criterion::{Noise, Weights},
     dynamics::Dynamics,
-    span::Span,
+    span::{Noise, Span, Weights},
 };
 use crate::{SUBSTEPS, actuator_hz};
 

@@ -1,18 +1,30 @@
-//! The event log.
+//! The event log: text for people, JSON for readers.
 
 use ratelab::{Event, EventKind, Time};
-use rerun::{TextLog, TextLogLevel};
+use rerun::{SerializedComponentColumn, TextLog, TextLogLevel};
 
 use crate::{
+    columns,
+    digest::ContentDigest,
     schema::EVENTS,
     timeline::{BatchStream, Written},
 };
 
-/// Logs `events`, each at the time at which it took effect.
-pub fn add(stream: &BatchStream, events: &[Event]) -> Written {
-    let times: Vec<Time> = events.iter().map(|event| event.at).collect();
-    let levels = events.iter().map(|event| level(&event.what));
-    log(stream, &times, events.iter().map(text), levels)
+/// Logs `events`, each at the time at which it took effect, and adds them to `digest`.
+pub fn add(stream: &BatchStream, events: &[Event], digest: &mut ContentDigest) -> Written {
+    // A chunk sorts its rows by time, and events of different threads may be out of order.
+    for ordered in events.chunk_by(|before, after| before.at <= after.at) {
+        let times: Vec<Time> = ordered.iter().map(|event| event.at).collect();
+        let json = ordered
+            .iter()
+            .map(|event| serde_json::to_string(event).unwrap_or_default())
+            .inspect(|json| digest.add_event(json));
+        let json = columns::texts(json)?;
+        let levels = ordered.iter().map(|event| level(&event.what));
+        let texts = columns_of(ordered.iter().map(text), levels)?;
+        stream.send(EVENTS, &times, texts.chain([json]))?;
+    }
+    Ok(())
 }
 
 /// Logs the verdict of the run at run time `at`.
@@ -21,20 +33,15 @@ pub fn verdict(stream: &BatchStream, at: Time, text: &str, lost: bool) -> Writte
         true => TextLogLevel::ERROR,
         false => TextLogLevel::INFO,
     };
-    log(stream, &[at], [text.to_owned()], [level])
+    stream.send(EVENTS, &[at], columns_of([text.to_owned()], [level])?)
 }
 
-fn log(
-    stream: &BatchStream,
-    times: &[Time],
+fn columns_of(
     texts: impl IntoIterator<Item = String>,
     levels: impl IntoIterator<Item = &'static str>,
-) -> Written {
-    let columns = TextLog::update_fields()
-        .with_many_text(texts)
-        .with_many_level(levels)
-        .columns_of_unit_batches()?;
-    stream.send(EVENTS, times, columns)
+) -> Written<impl Iterator<Item = SerializedComponentColumn>> {
+    let log = TextLog::update_fields().with_many_text(texts);
+    Ok(log.with_many_level(levels).columns_of_unit_batches()?)
 }
 
 /// The event without its time, which has a column of its own.
@@ -48,10 +55,39 @@ fn text(event: &Event) -> String {
 
 fn level(what: &EventKind) -> &'static str {
     match what {
-        EventKind::Applied { .. } => TextLogLevel::INFO,
-        EventKind::Refused { .. } => TextLogLevel::WARN,
-        EventKind::Presence { present: true, .. } => TextLogLevel::INFO,
-        EventKind::Presence { .. } => TextLogLevel::WARN,
+        EventKind::Applied { .. } | EventKind::Presence { present: true, .. } => TextLogLevel::INFO,
+        EventKind::Refused { .. } | EventKind::Presence { .. } => TextLogLevel::WARN,
         EventKind::Ended { .. } | EventKind::Faulted { .. } => TextLogLevel::ERROR,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::{chunks, stream};
+
+    #[test]
+    fn events_of_different_threads_keep_their_order() {
+        let (rec, storage) = stream();
+        let event = |at| Event {
+            at: Time::from_nanos(at),
+            what: EventKind::Ended {
+                node: "actuator".to_owned(),
+            },
+        };
+        let events = [3, 5, 4, 4, 9, 1].map(event);
+        let stream = BatchStream {
+            rec,
+            epoch: None,
+            before: 0,
+            steps: &[],
+        };
+        add(&stream, &events, &mut ContentDigest::default()).expect("written");
+        let messages = storage.take();
+        let texts = chunks(&messages).flat_map(|chunk| columns::read_texts(&chunk));
+        let texts = texts.map(|text| text.expect("JSON"));
+        let read = texts.map(|text| serde_json::from_str::<Event>(&text).expect("an event"));
+        let read: Vec<Event> = read.collect();
+        assert_eq!(read, events);
     }
 }

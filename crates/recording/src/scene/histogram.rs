@@ -2,12 +2,13 @@
 
 use std::time::Duration;
 
-use ratelab::{Head, Time};
+use ratelab::Time;
+use ratelab_account::Distribution;
 use rerun::{BarChart, RecordingStream, TensorData};
 
 use super::palette::BLUE;
 use crate::{
-    bins::{BINS, WIDEST_MS, width_ms},
+    bins::{BINS, width_ms},
     timeline::{BatchStream, Written},
 };
 
@@ -17,12 +18,12 @@ pub const HISTOGRAM: &str = "plot/latency_histogram";
 /// Run time between two of them.
 const PERIOD: Duration = Duration::from_secs(1);
 
-/// Counts latencies by the millisecond.
+/// Counts latencies.
 #[derive(Default)]
 pub struct Histogram {
-    counts: Vec<u64>,
+    latencies: Distribution,
     /// Width of a bar as it was last logged (ms); zero before that.
-    width: usize,
+    width: u64,
     next: Option<Time>,
 }
 
@@ -44,7 +45,9 @@ impl Histogram {
                 next = next + PERIOD;
             }
             self.next = Some(next);
-            self.count(step);
+            if let Some(origin) = step.origin {
+                self.latencies.add(step.at.since(origin));
+            }
         }
         log_heights(stream, &times, rows)
     }
@@ -55,29 +58,17 @@ impl Histogram {
         log_heights(stream, &[at], vec![self.heights()])
     }
 
-    fn count(&mut self, step: &Head) {
-        let Some(latency) = step.origin.map(|origin| step.at.since(origin)) else {
-            return;
-        };
-        let last = BINS * WIDEST_MS as usize - 1;
-        let ms = usize::try_from(latency.as_millis()).map_or(last, |ms| ms.min(last));
-        if self.counts.len() <= ms {
-            self.counts.resize(ms + 1, 0);
-        }
-        self.counts[ms] += 1;
-    }
-
     /// Takes the narrowest width with which all latencies fit, and logs where
     /// the bars are if that has changed.
     fn widen(&mut self, stream: &BatchStream, at: Time) -> Written {
-        let fits = |width: u64| self.counts.len() as u64 <= BINS as u64 * width;
-        let width = width_ms(fits) as usize;
+        let longest = self.latencies.max().unwrap_or_default();
+        let width = width_ms(|width| longest < Duration::from_millis(BINS as u64 * width));
         if width == self.width {
             return Ok(());
         }
         self.width = width;
         // The viewer wants the left end of each.
-        let places: Vec<f64> = (0..BINS).map(|bar| (bar * width) as f64).collect();
+        let places: Vec<f64> = (0..BINS).map(|bar| (bar as u64 * width) as f64).collect();
         let place = BarChart::update_fields().with_abscissa(places);
         let widths = BarChart::update_fields().with_widths([width as f32; BINS]);
         let columns = place.columns([1])?.chain(widths.columns([BINS])?);
@@ -87,8 +78,9 @@ impl Histogram {
     /// Steps per bar.
     fn heights(&self) -> TensorData {
         let mut bars = vec![0; BINS];
-        for (ms, count) in self.counts.iter().enumerate() {
-            bars[ms / self.width.max(1)] += count;
+        for (latency, count) in self.latencies.bars() {
+            let bar = latency.as_millis() / u128::from(self.width.max(1));
+            bars[(bar as usize).min(BINS - 1)] += count;
         }
         bars.into()
     }
@@ -103,7 +95,7 @@ fn log_heights(stream: &BatchStream, times: &[Time], rows: Vec<TensorData>) -> W
 mod tests {
     use rerun::{TensorBuffer, TensorData};
 
-    use super::{BINS, Histogram};
+    use super::{BINS, Duration, Histogram};
 
     fn bars(data: TensorData) -> Vec<u64> {
         match data.buffer {
@@ -115,11 +107,12 @@ mod tests {
     #[test]
     fn bars_widen_and_none_is_lost() {
         let mut histogram = Histogram {
-            counts: vec![0; 181],
+            width: 10,
             ..Histogram::default()
         };
-        (histogram.counts[0], histogram.counts[180]) = (3, 2);
-        histogram.width = 10;
+        for ms in [0, 0, 0, 180, 180] {
+            histogram.latencies.add(Duration::from_millis(ms));
+        }
         let counted = bars(histogram.heights());
         assert_eq!((counted.len(), counted[0], counted[18]), (BINS, 3, 2));
     }

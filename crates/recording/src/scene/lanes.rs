@@ -8,12 +8,9 @@ use std::{collections::HashSet, time::Duration};
 
 use ratelab::Time;
 use ratelab_account::{Lineage, TickWait, TracedTick};
-use rerun::{Color, EntityPath, RecordingStream, StateChange, TimeColumn};
+use rerun::{Color, EntityPath, RecordingStream, StateChange, StateConfiguration, TimeColumn};
 
-use super::{
-    modes::colour,
-    palette::{BLUE, GREY, ORANGE},
-};
+use super::palette::{BLUE, GREY, ORANGE};
 use crate::{
     lineage::{due_of, end_of},
     recorded::Recording,
@@ -56,32 +53,32 @@ pub fn add(rec: &RecordingStream, recording: &Recording) -> Written {
     let lineage = recording.lineage();
     let topology = lineage.topology();
     for (node, known) in topology.nodes.iter().enumerate() {
-        let lane = path(&[TIMELINE, "node", &known.name]);
+        let waits = match known.executor {
+            Some(_) => WAITING,
+            None => LATE,
+        };
         let mut looks = vec![
             (TICK, BLUE),
             (INSTANT, BLUE),
-            (LATE, GREY),
+            (waits, GREY),
             (OVERRUN, ORANGE),
         ];
-        if known.executor.is_some() {
-            looks[2].0 = WAITING;
-            looks.push((ASIDE, GREY));
-        }
+        looks.extend(known.executor.as_ref().map(|_| (ASIDE, GREY)));
         let run = lineage.ticks(node).enumerate();
         let run = run.map(|(index, worked)| (worked, lineage.set_aside(node, index)));
-        send(rec, lane, &looks, &ticks(run, looks[2].0))?;
+        let lane = path(&[TIMELINE, "node", &known.name]);
+        send(rec, lane, &looks, &ticks(run, waits))?;
     }
-    for (topic, known) in topology.topics.iter().enumerate() {
+    let read = topology.topics.iter().enumerate();
+    for (topic, known) in read.filter(|(_, topic)| !topic.readers.is_empty()) {
         let lane = path(&[TIMELINE, "topic", &known.name]);
         let looks = [(READ, BLUE), (UNREAD, GREY), (LOST, ORANGE)];
-        if !known.readers.is_empty() {
-            send(
-                rec,
-                lane,
-                &looks,
-                &messages(&lineage, topic, &known.readers),
-            )?;
-        }
+        send(
+            rec,
+            lane,
+            &looks,
+            &messages(&lineage, topic, &known.readers),
+        )?;
     }
     Ok(())
 }
@@ -151,21 +148,23 @@ fn messages(lineage: &Lineage, topic: usize, readers: &[usize]) -> Changes {
     changes
 }
 
-/// Logs a lane with the `looks` of its states.
-fn send(
+/// Logs when a lane changed, and to what, with the `looks` of its states. Nothing without changes.
+pub fn send(
     rec: &RecordingStream,
     lane: EntityPath,
-    looks: &[(&str, Color)],
-    changes: &Changes,
+    looks: &[(impl AsRef<str>, Color)],
+    changes: &[(Time, impl AsRef<str>)],
 ) -> Written {
     if changes.is_empty() {
         return Ok(());
     }
-    let (states, colours): (Vec<&str>, Vec<Color>) = looks.iter().copied().unzip();
-    colour(rec, lane.clone(), states, colours)?;
+    let states = StateConfiguration::new()
+        .with_values(looks.iter().map(|(state, _)| state.as_ref()))
+        .with_colors(looks.iter().map(|(_, colour)| *colour));
+    rec.log_static(lane.clone(), &states)?;
     let times = changes.iter().map(|(at, _)| at.as_nanos() as i64);
     let times = TimeColumn::new_duration_nanos(RUN_TIME, times);
-    let rows = StateChange::new().with_state(changes.iter().map(|(_, state)| *state));
+    let rows = StateChange::new().with_state(changes.iter().map(|(_, state)| state.as_ref()));
     rec.send_columns(lane, [times], rows.columns_of_unit_batches()?)
 }
 

@@ -1,156 +1,82 @@
-//! The clock and the rate of each node over time, as lanes.
+//! The clock, the rate of each node and whether it runs, over time, as lanes.
 
 use ratelab::{ClockKind, Command, Event, Knob, Time};
-use ratelab_account::Snapshot;
-use rerun::{Color, EntityPath, RecordingStream, StateChange, StateConfiguration};
+use rerun::{Color, RecordingStream};
 
-use super::palette::{BLUE, GREY, ORANGE, series};
-use crate::{
-    schema::path,
-    timeline::{BatchStream, Written},
+use super::{
+    lanes,
+    palette::{BLUE, GREY, ORANGE, series},
 };
+use crate::{recorded::Recording, schema::path, timeline::Written};
 
 /// The lanes.
 pub const MODES: &str = "mode";
-
-const CLOCK: &str = "mode/clock";
 
 /// States of a node.
 const RUNS: &str = "runs";
 const CRASHED: &str = "crashed";
 const HANGS: &str = "hangs";
 
-/// The lane of the rates of each node.
-pub struct Modes(Vec<RateLane>);
-
-struct RateLane {
-    node: String,
-    entity: EntityPath,
-    /// Every rate that there was, in the order of its first use.
-    rates: Vec<String>,
-}
-
-impl Modes {
-    /// The lanes at the beginning.
-    pub fn new(start: &Snapshot) -> Self {
-        let lanes = start.nodes.iter().map(|node| RateLane {
-            node: node.name.to_string(),
-            entity: path(&["mode", "rate", &node.name]),
-            rates: vec![node.hz.to_string()],
-        });
-        Self(lanes.collect())
-    }
-
-    /// Logs the beginning of the lanes.
-    pub fn begin(&self, stream: &BatchStream, start: &Snapshot) -> Written {
-        let clocks = [ClockKind::Virtual, ClockKind::Real].map(|clock| clock.to_string());
-        colour(&stream.rec, CLOCK, &clocks, [BLUE, ORANGE])?;
-        let clock = start.status.clock.to_string();
-        log(stream, CLOCK, &[(Time::ZERO, clock)])?;
-        for lane in &self.0 {
-            let first = lane.rates.iter().map(|rate| (Time::ZERO, rate));
-            log(stream, lane.entity.clone(), &first.collect::<Vec<_>>())?;
-            lane.colour(&stream.rec)?;
-        }
-        Ok(())
-    }
-
-    /// Logs what `events` changed: a column per lane, and the colours once. A node has a
-    /// lane of its state from its first fault on.
-    pub fn add(&mut self, stream: &BatchStream, events: &[Event]) -> Written {
-        let clocks = changes(events, |command| match command {
-            Command::HandOver(clock) => Some(clock.to_string()),
+/// Logs the lanes of `recording`. A node that never had a fault has no lane of its state.
+pub fn add(rec: &RecordingStream, recording: &Recording) -> Written {
+    let (origin, events) = (&recording.origin, &recording.events);
+    let looks = [(ClockKind::Virtual, BLUE), (ClockKind::Real, ORANGE)];
+    let looks = looks.map(|(clock, colour)| (clock.to_string(), colour));
+    let handed_over = |command: &Command| match command {
+        Command::HandOver(clock) => Some(clock.to_string()),
+        _ => None,
+    };
+    let clocks = changes(origin.config.clock.to_string(), events, handed_over);
+    lanes::send(rec, path(&[MODES, "clock"]), &looks, &clocks)?;
+    for node in &origin.topology.nodes {
+        let turned = |command: &Command| match command {
+            Command::Set(Knob::Rate { node: of, hz }) if *of == node.name => Some(hz.to_string()),
             _ => None,
-        });
-        log(stream, CLOCK, &clocks)?;
-        for lane in &mut self.0 {
-            let rates = changes(events, |command| match command {
-                Command::Set(Knob::Rate { node, hz }) if *node == lane.node => Some(hz.to_string()),
-                _ => None,
-            });
-            log(stream, lane.entity.clone(), &rates)?;
-            lane.learn(&stream.rec, rates)?;
-            log_faults(stream, &lane.node, events)?;
-        }
-        Ok(())
+        };
+        let rates = changes(node.hz.to_string(), events, turned);
+        let lane = path(&[MODES, "rate", &node.name]);
+        lanes::send(rec, lane, &looks_of(&rates), &rates)?;
+        let lane = path(&[MODES, "state", &node.name]);
+        let looks = [(RUNS, BLUE), (CRASHED, ORANGE), (HANGS, GREY)];
+        lanes::send(rec, lane, &looks, &faults(&node.name, events))?;
     }
+    Ok(())
 }
 
-/// Logs whether `node` runs, crashed or hangs, where one of `events` is about that.
-fn log_faults(stream: &BatchStream, node: &str, events: &[Event]) -> Written {
+/// The `first` mode, then each that a command among `events` brought.
+fn changes(
+    first: String,
+    events: &[Event],
+    mode: impl Fn(&Command) -> Option<String>,
+) -> Vec<(Time, String)> {
+    let later = events.iter().filter_map(|event| {
+        let mode = mode(event.applied()?)?;
+        Some((event.at, mode))
+    });
+    [(Time::ZERO, first)].into_iter().chain(later).collect()
+}
+
+/// A colour for each rate, in the order of their first use.
+fn looks_of(rates: &[(Time, String)]) -> Vec<(&str, Color)> {
+    let mut names: Vec<&str> = Vec::new();
+    for (_, rate) in rates {
+        if !names.contains(&&**rate) {
+            names.push(rate);
+        }
+    }
+    let colours = series(names.len());
+    names.into_iter().zip(colours).collect()
+}
+
+/// When `node` crashed, hung and ran again.
+fn faults(node: &str, events: &[Event]) -> Vec<(Time, &'static str)> {
     let knobs = events.iter().filter_map(Event::knob);
     let changes = knobs.filter(|timed| timed.knob.target() == node);
-    let changes = changes.flat_map(|timed| {
-        let at = timed.at;
-        match timed.knob {
-            Knob::Crash { .. } => vec![(at, CRASHED)],
-            Knob::Restart { .. } => vec![(at, RUNS)],
-            Knob::Hang { cost, .. } => vec![(at, HANGS), (at + cost, RUNS)],
-            _ => Vec::new(),
-        }
+    let changes = changes.flat_map(|timed| match timed.knob {
+        Knob::Crash { .. } => vec![(timed.at, CRASHED)],
+        Knob::Restart { .. } => vec![(timed.at, RUNS)],
+        Knob::Hang { cost, .. } => vec![(timed.at, HANGS), (timed.at + cost, RUNS)],
+        _ => Vec::new(),
     });
-    let changes: Vec<_> = changes.collect();
-    if changes.is_empty() {
-        return Ok(());
-    }
-    let lane = path(&["mode", "state", node]);
-    let states = [RUNS, CRASHED, HANGS];
-    colour(&stream.rec, lane.clone(), states, [BLUE, ORANGE, GREY])?;
-    log(stream, lane, &changes)
-}
-
-impl RateLane {
-    /// Takes in `rates`, some of which may be new.
-    fn learn(&mut self, rec: &RecordingStream, rates: Vec<(Time, String)>) -> Written {
-        let before = self.rates.len();
-        for (_, rate) in rates {
-            if !self.rates.contains(&rate) {
-                self.rates.push(rate);
-            }
-        }
-        match self.rates.len() > before {
-            true => self.colour(rec),
-            false => Ok(()),
-        }
-    }
-
-    /// A colour for each rate, in place of the earlier ones.
-    fn colour(&self, rec: &RecordingStream) -> Written {
-        let colours = series(self.rates.len());
-        colour(rec, self.entity.clone(), &self.rates, colours)
-    }
-}
-
-/// When `mode` has a value for a command among `events`, and which.
-fn changes(events: &[Event], mode: impl Fn(&Command) -> Option<String>) -> Vec<(Time, String)> {
-    let changes = events.iter();
-    changes
-        .filter_map(|event| Some((event.at, mode(event.applied()?)?)))
-        .collect()
-}
-
-/// Logs the colours of the `states` of a lane.
-pub fn colour<S: AsRef<str>>(
-    rec: &RecordingStream,
-    lane: impl Into<EntityPath>,
-    states: impl IntoIterator<Item = S>,
-    colours: impl IntoIterator<Item = Color>,
-) -> Written {
-    let states: Vec<S> = states.into_iter().collect();
-    let looks = StateConfiguration::new()
-        .with_values(states.iter().map(AsRef::as_ref))
-        .with_colors(colours);
-    rec.log_static(lane, &looks)
-}
-
-/// Logs when a lane changed, and to what.
-fn log(
-    stream: &BatchStream,
-    lane: impl Into<EntityPath>,
-    changes: &[(Time, impl AsRef<str>)],
-) -> Written {
-    let times: Vec<Time> = changes.iter().map(|(at, _)| *at).collect();
-    let states = changes.iter().map(|(_, state)| state.as_ref());
-    let rows = StateChange::new().with_state(states);
-    stream.send(lane, &times, rows.columns_of_unit_batches()?)
+    changes.collect()
 }

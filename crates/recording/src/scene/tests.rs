@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, time::Duration};
 
 use ratelab::{ClockKind, Head, Time};
-use ratelab_account::{Rows, Snapshot};
+use ratelab_account::Snapshot;
 use ratelab_cart_pole::{CartPole, POLICY, STATE};
 use ratelab_study::experiment::{Config, Experiment, Summary};
 use rerun::{
@@ -13,18 +13,19 @@ use rerun::{
 
 use super::{Scene, SceneBatch, latency::LATENCY};
 use crate::{
+    RunRows,
     blueprint::{self, Subject},
     tests::{cart_pole, chunks, stream},
     timeline::{BatchStream, RUN_TIME},
 };
 
-/// More messages than any run here has.
-const ROOM: usize = 4096;
+/// More rows than any run here has.
+const ROOM: usize = 1 << 14;
 
 /// All that a run gave.
 struct Run {
     start: Snapshot,
-    topics: Vec<(String, Rows)>,
+    rows: RunRows,
     summary: Summary,
 }
 
@@ -41,20 +42,13 @@ fn run_with(knobs: &str) -> Run {
     };
     let experiment = Experiment::new(cart_pole(), &config).expect("a plant");
     let start = experiment.observer().snapshot();
-    let taps = experiment.taps();
-    let names = taps.topics().iter().map(|topic| topic.name().to_owned());
-    let tapped = names.map(|name| (taps.rows(&name, ROOM).expect("a topic"), name));
-    let tapped: Vec<_> = tapped.collect();
-    drop(taps);
+    let tap = experiment.taps().all(ROOM);
+    let mut rows = RunRows::of(&experiment.taps(), &experiment.observer().topology());
     let summary = experiment.run().expect("no fault");
-    let topics = tapped.into_iter().map(|(tap, name)| {
-        let mut rows = tap.rows();
-        tap.take(&mut rows);
-        (name, rows)
-    });
+    rows.receive(&tap);
     Run {
         start,
-        topics: topics.collect(),
+        rows,
         summary,
     }
 }
@@ -65,8 +59,9 @@ fn draw(run: &Run, span: Duration) -> Vec<LogMsg> {
     let mut scene = Scene::new(&cart_pole(), &run.start);
     let beginning = scene.begin(&batch_stream(&rec, 0, &[]), &run.start);
     beginning.expect("the beginning");
-    let topics = run.topics.iter().map(|(_, rows)| rows.clone());
-    let (mut topics, mut made, mut from) = (topics.collect::<Vec<_>>(), 0, Time::ZERO);
+    let (mut rest, mut made, mut from) = (run.rows.clone(), 0, Time::ZERO);
+    let mut names = run.start.topics.iter().map(|topic| &*topic.name);
+    let state = names.position(|name| name == STATE).expect("states");
     let end = run.summary.sim_time;
     while from <= end {
         let until = from + (span - Time::RESOLUTION);
@@ -75,17 +70,11 @@ fn draw(run: &Run, span: Duration) -> Vec<LogMsg> {
             .filter(|event| from <= event.at && event.at <= until)
             .cloned()
             .collect();
-        let news: Vec<Rows> = topics
-            .iter_mut()
-            .map(|rows| rows.take_until(until))
-            .collect();
-        let names = run.topics.iter().map(|(name, _)| &**name);
-        let news: Vec<(&str, Rows)> = names.zip(news).collect();
-        let states = news.iter().find(|(name, _)| *name == STATE);
-        let stream = batch_stream(&rec, made, states.expect("states").1.heads());
+        let news = rest.take_until(until);
+        let stream = batch_stream(&rec, made, news.topics[state].heads());
         made = stream.made();
         let batch = SceneBatch {
-            topics: &news,
+            topics: &news.topics,
             events: &events,
             until: until.min(end),
         };
@@ -192,30 +181,4 @@ fn knobs_of_a_batch_take_no_chunks_of_their_own() {
     };
     let chunks = |run: &Run| draw(run, Duration::from_secs(1000)).len();
     assert_eq!(chunks(&knobs(500)), chunks(&knobs(1)));
-}
-
-#[test]
-fn every_rate_has_a_row_and_a_colour() {
-    let run = run_with("1 control-hz 40\n2 control-hz 30\n3 control-hz 40\n4 sensor-hz 40");
-    let messages = draw(&run, Duration::from_secs(1000));
-    let texts = |chunk: &Chunk, name: &str| {
-        let component = chunk
-            .components_identifiers()
-            .find(|c| c.as_str().ends_with(name));
-        let rows = component.map(|component| chunk.iter_slices::<String>(component));
-        rows.into_iter()
-            .flatten()
-            .flatten()
-            .map(|text| text.to_string())
-            .collect::<Vec<_>>()
-    };
-    let (mut rows, mut coloured) = (Vec::new(), Vec::new());
-    let chunks = chunks(&messages);
-    for chunk in chunks.filter(|c| c.entity_path().to_string() == "/mode/rate/policy") {
-        rows.extend(texts(&chunk, "state"));
-        coloured.extend(texts(&chunk, "values"));
-    }
-    assert_eq!(rows, ["50 Hz", "40 Hz", "30 Hz", "40 Hz"]);
-    // The last table replaces the one before.
-    assert!(coloured.ends_with(&["50 Hz", "40 Hz", "30 Hz"].map(str::to_owned)));
 }

@@ -3,6 +3,7 @@
 use std::{collections::VecDeque, time::Duration};
 
 use ratelab::{Head, Time};
+use ratelab_account::Rows;
 use rerun::RecordingStream;
 
 use super::{
@@ -42,61 +43,45 @@ pub struct Traffic {
 /// A topic.
 struct TopicTraffic {
     name: String,
-    /// The messages in the window, then those that no sample has reached yet.
-    messages: VecDeque<Head>,
+    /// The messages that no sample has reached yet.
+    ahead: VecDeque<Head>,
+    /// Run times of the messages in the window.
+    recent: VecDeque<Time>,
+    /// Deliveries of messages in flight.
+    in_flight: Vec<Time>,
     dropped: u64,
-    /// Messages to which the link did something: in flight, or not reached yet.
-    linked: VecDeque<Head>,
     /// Messages lost by the link.
     lost: usize,
 }
 
 impl TopicTraffic {
-    /// Takes in messages; returns whether the link did something to one.
-    fn count(&mut self, heads: &[Head]) -> bool {
-        self.messages.extend(heads);
-        let before = self.linked.len();
-        let linked = heads.iter().filter(|head| head.arrives != Some(head.at));
-        self.linked.extend(linked);
-        self.linked.len() > before
-    }
-
-    /// The number of messages in the `window` that ends with `now`. Sets the number of those
-    /// dropped so far.
+    /// Takes in the messages up to run time `now`; returns the number of those in the `window`
+    /// that ends with it.
     fn advance_to(&mut self, now: Time, window: Duration) -> usize {
-        let sent = self.messages.partition_point(|head| head.at <= now);
-        let newest = sent
-            .checked_sub(1)
-            .and_then(|newest| self.messages.get(newest));
-        self.dropped = newest.map_or(self.dropped, |head| head.dropped);
-        let before = |head: &Head| head.at <= now && now.since(head.at) >= window;
-        let old = self.messages.partition_point(before);
-        self.messages.drain(..old);
-        sent - old
-    }
-
-    /// Messages lost by the link until `now`, and in flight.
-    fn advance_link_to(&mut self, now: Time) -> [usize; 2] {
-        let is_over = |head: &Head| head.arrives.unwrap_or(head.at) <= now;
-        let lost = self
-            .linked
-            .iter()
-            .filter(|head| head.arrives.is_none() && is_over(head));
-        self.lost += lost.count();
-        self.linked.retain(|head| !is_over(head));
-        let in_flight = self.linked.iter().filter(|head| head.at <= now).count();
-        [self.lost, in_flight]
+        while let Some(head) = self.ahead.pop_front_if(|head| head.at <= now) {
+            self.dropped = head.dropped;
+            self.recent.push_back(head.at);
+            match head.arrives {
+                None => self.lost += 1,
+                Some(at) => self.in_flight.push(at),
+            }
+        }
+        self.in_flight.retain(|arrives| *arrives > now);
+        let is_old = |at: &mut Time| now.since(*at) >= window;
+        while self.recent.pop_front_if(is_old).is_some() {}
+        self.recent.len()
     }
 }
 
 impl Traffic {
-    /// Nothing was published yet.
-    pub fn new(topics: impl Iterator<Item = String>) -> Self {
-        let topics = topics.map(|name| TopicTraffic {
-            name,
-            messages: VecDeque::new(),
+    /// Nothing was published yet on `topics`.
+    pub fn new(topics: &[String]) -> Self {
+        let topics = topics.iter().map(|name| TopicTraffic {
+            name: name.clone(),
+            ahead: VecDeque::new(),
+            recent: VecDeque::new(),
+            in_flight: Vec::new(),
             dropped: 0,
-            linked: VecDeque::new(),
             lost: 0,
         });
         Self {
@@ -126,14 +111,19 @@ impl Traffic {
         lines.collect()
     }
 
-    /// Takes in messages of the topic called `name`.
-    pub fn count(&mut self, name: &str, messages: &[Head]) {
-        let mut topics = self.topics.iter_mut();
-        if let Some(topic) = topics.find(|topic| topic.name == name) {
-            self.linked |= topic.count(messages);
+    /// Takes in the messages of each topic.
+    pub fn count(&mut self, topics: &[Rows]) {
+        for (topic, messages) in self.topics.iter_mut().zip(topics) {
+            let heads = messages.heads();
+            topic.ahead.extend(heads);
+            self.linked |= heads.iter().any(|head| head.arrives != Some(head.at));
         }
-        let first = messages.first().map(|head| head.at);
-        if let Some(first) = first.filter(|first| self.begun.is_none_or(|begun| *first < begun)) {
+        let firsts = topics
+            .iter()
+            .filter_map(|messages| messages.heads().first());
+        if self.begun.is_none()
+            && let Some(first) = firsts.map(|head| head.at).min()
+        {
             self.begun = Some(first);
             self.next = Time::ZERO + PERIOD * (periods(first) + 1);
         }
@@ -151,7 +141,7 @@ impl Traffic {
                 let sent = topic.advance_to(self.next, window);
                 rates.push(sent as f64 / window.as_secs_f64());
                 drops.push(topic.dropped as f64);
-                links.extend(topic.advance_link_to(self.next).map(|count| count as f64));
+                links.extend([topic.lost as f64, topic.in_flight.len() as f64]);
             }
             self.next = self.next + PERIOD;
         }
@@ -188,23 +178,27 @@ fn periods(at: Time) -> u32 {
 #[cfg(test)]
 mod tests {
     use ratelab::Head;
+    use ratelab_account::Rows;
 
     use super::{Traffic, WINDOW};
     use crate::tests::ms;
 
     #[test]
     fn the_second_before_is_counted() {
-        let mut traffic = Traffic::new(std::iter::once("/obs".to_owned()));
-        let head = |k| Head {
-            at: ms(20 * k),
-            stamp: ms(20 * k),
-            seq: k,
-            origin: None,
-            arrives: Some(ms(20 * k)),
-            dropped: k / 2,
-        };
-        let messages: Vec<_> = (0..500).map(head).collect();
-        traffic.count("/obs", &messages);
+        let mut traffic = Traffic::new(&["/obs".to_owned()]);
+        let mut messages = Rows::new(0);
+        for k in 0..500 {
+            let head = Head {
+                at: ms(20 * k),
+                stamp: ms(20 * k),
+                seq: k,
+                origin: None,
+                arrives: Some(ms(20 * k)),
+                dropped: k / 2,
+            };
+            assert!(messages.push(head, []));
+        }
+        traffic.count(&[messages]);
         let topic = &mut traffic.topics[0];
         let mut seen = |at| (topic.advance_to(at, WINDOW), topic.dropped);
         assert_eq!(seen(ms(100)), (6, 2));

@@ -3,18 +3,25 @@
 use std::{fs, path::Path};
 
 use ratelab_study::experiment::Config;
-use rerun::StateChange;
+use rerun::{StateChange, StateConfiguration};
 
 use super::{file, ms, record, with_knobs};
-use crate::{frames::Chunks, scene::lanes::TIMELINE, schema::path as entity, timeline::RUN_TIME};
+use crate::{
+    frames::Chunks,
+    scene::{lanes::TIMELINE, modes::MODES},
+    schema::path as entity,
+    timeline::RUN_TIME,
+};
 
-/// The changes in a lane: run time (ms) and state.
+/// The changes in a lane of the timeline: run time (ms) and state.
 fn lane(path: &Path, kind: &str, name: &str) -> Vec<(i64, String)> {
+    changes(path, &[TIMELINE, kind, name])
+}
+
+/// The changes in the lane at `place`.
+fn changes(path: &Path, place: &[&str]) -> Vec<(i64, String)> {
     let bytes = fs::read(path).expect("read");
-    let (lane, state) = (
-        entity(&[TIMELINE, kind, name]),
-        StateChange::descriptor_state().component,
-    );
+    let (lane, state) = (entity(place), StateChange::descriptor_state().component);
     let mut changes = Vec::new();
     for chunk in Chunks::new(&bytes).filter(|chunk| *chunk.entity_path() == lane) {
         let Some(times) = chunk.timelines().get(&RUN_TIME.into()) else {
@@ -77,4 +84,32 @@ fn the_lane_of_a_node_has_its_ticks() {
     ];
     let lane = lane(&path, "node", "sensor");
     assert_eq!(lane[..4], states(&sensor));
+}
+
+#[test]
+fn every_clock_rate_and_fault_has_a_row_and_every_rate_a_colour() {
+    let (_folder, path) = file("run.rrd");
+    let knobs = "0.1 control-hz 40\n0.2 control-hz 30\n0.3 control-hz 40\n0.35 sensor-hz 40\n\
+                 0.4 crash sensor\n0.45 restart sensor";
+    let config = Config {
+        end: ms(500),
+        ..with_knobs("", knobs)
+    };
+    record(&config, &path).0.expect("no fault");
+    let rates = [(0, "50 Hz"), (100, "40 Hz"), (200, "30 Hz"), (300, "40 Hz")];
+    let lane = [MODES, "rate", "policy"];
+    assert_eq!(changes(&path, &lane), states(&rates));
+    let clock = changes(&path, &[MODES, "clock"]);
+    assert_eq!(clock, states(&[(0, "virtual")]));
+    let faults = changes(&path, &[MODES, "state", "sensor"]);
+    assert_eq!(faults, states(&[(400, "crashed"), (450, "runs")]));
+    assert_eq!(changes(&path, &[MODES, "state", "policy"]), []);
+    let bytes = fs::read(&path).expect("read");
+    let values = StateConfiguration::descriptor_values().component;
+    let looks = Chunks::new(&bytes).filter(|chunk| *chunk.entity_path() == entity(&lane));
+    let named = looks.flat_map(|chunk| {
+        let rows = chunk.iter_slices::<String>(values).flatten();
+        rows.map(|text| text.to_string()).collect::<Vec<_>>()
+    });
+    assert_eq!(named.collect::<Vec<_>>(), ["50 Hz", "40 Hz", "30 Hz"]);
 }

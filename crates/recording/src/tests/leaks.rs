@@ -16,10 +16,10 @@ use ratelab::{Command, GO_ON, Shared, Time};
 use ratelab_account::fields;
 use ratelab_study::{
     experiment::Experiment,
-    system::{BuildError, Builder, System},
+    system::{Builder, System},
 };
 
-use super::{assert_has, file, finish, folder, ms, read, real, verify_with};
+use super::{Made, assert_has, file, finish, folder, ms, read, real, verify_with};
 use crate::{FinishedRecording, Recorder, Source};
 
 /// A number.
@@ -29,9 +29,6 @@ pub struct Number {
     pub number: f64,
 }
 fields!(Number { number: "number" });
-
-/// A node that publishes a number, and another one that adds to what the number is made of.
-struct Leaky(Leak);
 
 /// Where the number comes from.
 #[derive(Clone)]
@@ -65,21 +62,16 @@ impl Leak {
     }
 }
 
-impl System for Leaky {
-    fn name(&self) -> &'static str {
-        "leaky"
-    }
-
-    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+/// A node that publishes a number, and another one that adds to what the number is made of.
+fn leaky(leak: Leak) -> Arc<dyn System> {
+    let build = move |builder: &mut Builder<'_>| {
         let number = builder.topic::<Number>("/number");
-        let (source, sink) = (self.0.clone(), self.0.clone());
+        let (source, sink) = (leak.clone(), leak.clone());
         builder.node("reads", 200.0, 0, move |wiring| {
             let (number, source) = (wiring.publisher(&number), source.clone());
             move |now| {
-                let read = Number {
-                    number: source.read(),
-                };
-                number.publish(read, now, None);
+                let read = source.read();
+                number.publish(Number { number: read }, now, None);
                 GO_ON
             }
         })?;
@@ -90,7 +82,8 @@ impl System for Leaky {
                 GO_ON
             }
         })
-    }
+    };
+    Arc::new(Made("leaky", build))
 }
 
 /// All notices of recorders.
@@ -123,7 +116,7 @@ fn record(system: &Arc<dyn System>, path: &Path, meanwhile: impl FnOnce()) -> Fi
 fn a_write_from_outside_of_the_graph_is_named_by_the_recording_and_by_verify() {
     let (_folder, path) = file("run.rrd");
     let shared = Arc::new(Shared::new("the number", 0));
-    let system: Arc<dyn System> = Arc::new(Leaky(Leak::Shared(shared.clone())));
+    let system = leaky(Leak::Shared(shared.clone()));
     let recorded = record(&system, &path, || {
         for _ in 0..2 {
             *shared.lock() += 100;
@@ -146,13 +139,13 @@ fn a_shared_value_that_only_nodes_write_to_is_no_defect() {
     let shared = Arc::new(Shared::new("the number", 0));
     // Before the run anybody may write.
     *shared.lock() = 0;
-    let system: Arc<dyn System> = Arc::new(Leaky(Leak::Shared(shared.clone())));
+    let system = leaky(Leak::Shared(shared.clone()));
     let looks = shared.clone();
     let recorded = record(&system, &path, move || drop(looks.peek()));
     assert_eq!(recorded.defect(), None);
     // Another run has another value, which counts from its first turn.
     let again = Arc::new(Shared::new("the number", 0));
-    let system: Arc<dyn System> = Arc::new(Leaky(Leak::Shared(again)));
+    let system = leaky(Leak::Shared(again));
     verify_with(&read(&path), &system).expect("identical");
 }
 
@@ -167,7 +160,7 @@ fn what_a_node_takes_from_elsewhere_makes_a_difference_with_its_likely_reasons()
     ];
     for (number, leak) in leaks.into_iter().enumerate() {
         let path = folder.path().join(format!("{number}.rrd"));
-        let system: Arc<dyn System> = Arc::new(Leaky(leak));
+        let system = leaky(leak);
         fs::write(&file, "1").expect("written");
         assert_eq!(record(&system, &path, || {}).defect(), None);
         fs::write(&file, "another").expect("written");

@@ -16,7 +16,7 @@ use super::{
     recorder, verify,
 };
 use crate::{
-    Recorder, Source, StopReason,
+    Recorder, Recording, Source, StopReason,
     frames::Chunks,
     schema::node_entity,
     timeline::{RUN_TIME, WALL_TIME},
@@ -46,15 +46,26 @@ fn endless(config: Config) -> Config {
     }
 }
 
+/// The recording of a run of `config` that got the `first` commands, then the others; it begins
+/// before the run, or `late`: between the two.
+fn session(config: &Config, late: bool, first: Command, groups: Vec<Vec<Command>>) -> Recording {
+    let (_folder, path) = file("live.rrd");
+    let experiment = experiment(config);
+    let (source, commands) = (Source::of(&experiment), experiment.commands());
+    let start = || Recorder::midway(&path, &source).expect("recorder");
+    let early = (!late).then(start);
+    let run = thread::spawn(move || experiment.run());
+    send(&commands, vec![vec![first]]);
+    let recorder = early.unwrap_or_else(start);
+    send(&commands, groups);
+    finish(recorder, &run.join().expect("no panic"));
+    read(&path)
+}
+
 #[test]
 fn a_session_with_knobs_turned_live_comes_again() {
-    let (_folder, path) = file("live.rrd");
-    let experiment = experiment(&endless(paced(20.0)));
-    let commands = experiment.commands();
-    let recorder = recorder(&experiment, &path);
-    let run = thread::spawn(move || experiment.run());
+    let first = knobs("control-hz 12").remove(0);
     let groups = vec![
-        knobs("control-hz 12"),
         vec![Command::Pause, Command::Step, Command::Step],
         knobs("rate sensor 40"),
         knobs("depth /action 1"),
@@ -64,9 +75,7 @@ fn a_session_with_knobs_turned_live_comes_again() {
         knobs("control-hz 50"),
         vec![Command::Stop],
     ];
-    send(&commands, groups);
-    finish(recorder, &run.join().expect("no panic"));
-    let recording = read(&path);
+    let recording = session(&endless(paced(20.0)), false, first, groups);
     assert!(recording.events.len() >= 8, "{:?}", recording.events);
     verify(&recording).expect("identical");
 }
@@ -112,16 +121,7 @@ fn pauses_speeds_and_refusals_come_again_whenever_the_recording_begins() {
         ..endless(paced(20.0))
     };
     for late in [false, true] {
-        let folder = folder();
-        let path = folder.path().join("run.rrd");
-        let experiment = experiment(&config);
-        let (source, commands) = (Source::of(&experiment), experiment.commands());
-        let start = || Recorder::midway(&path, &source).expect("recorder");
-        let early = (!late).then(start);
-        let run = thread::spawn(move || experiment.run());
         let faster = Command::Speed(Speed::times(50.0).expect("a speed"));
-        send(&commands, vec![vec![faster]]);
-        let recorder = early.unwrap_or_else(start);
         let on_to_virtual = Command::HandOver(ClockKind::Virtual);
         let files = ["send policy lqr", "send policy missing.pt", "rate nobody 3"];
         let groups = vec![
@@ -133,9 +133,7 @@ fn pauses_speeds_and_refusals_come_again_whenever_the_recording_begins() {
             vec![Command::Resume, Command::Speed(Speed::REAL_TIME)],
             vec![Command::Stop],
         ];
-        send(&commands, groups);
-        finish(recorder, &run.join().expect("no panic"));
-        let recording = read(&path);
+        let recording = session(&config, late, faster, groups);
         assert_eq!(recording.defect(), None);
         assert_eq!(recording.events.len(), 15, "{:?}", recording.events);
         verify(&recording).expect("identical");

@@ -24,7 +24,7 @@ use ratelab_account::Snapshot;
 use ratelab_cart_pole::{CartPole, policy::PolicyKind};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
-    system::System,
+    system::{BuildError, Builder, System},
 };
 use rerun::{
     RecordingStream, RecordingStreamBuilder,
@@ -104,6 +104,22 @@ fn with_knobs(setup: &str, knobs: &str) -> Config {
     Config {
         knobs: CartPole::KNOBS.parse_list(knobs).expect("knobs"),
         ..CartPole::config(setup).expect("a setup")
+    }
+}
+
+/// A system with this name, made by a function.
+struct Made<B>(&'static str, B);
+
+impl<B> System for Made<B>
+where
+    B: Fn(&mut Builder<'_>) -> Result<(), BuildError> + Send + Sync + 'static,
+{
+    fn name(&self) -> &'static str {
+        self.0
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        (self.1)(builder)
     }
 }
 

@@ -8,33 +8,25 @@ use ratelab_study::{
     system::{BuildError, Builder, System},
 };
 
-use super::{file, leaks::Number, ms, read, real, record_run, verify_with};
+use super::{Made, file, leaks::Number, ms, read, real, record_run, verify_with};
 use crate::{Recording, Replay};
 
-/// One that works for milliseconds before it publishes, and one that publishes at once.
-struct Pair;
-
-impl System for Pair {
-    fn name(&self) -> &'static str {
-        "pair"
+/// A node that works for milliseconds before it publishes, and one that publishes at once.
+fn pair(builder: &mut Builder<'_>) -> Result<(), BuildError> {
+    let topic = builder.topic::<Number>("/number");
+    for (name, hz, work) in [("slow", 50.0, 300_000), ("fast", 500.0, 1)] {
+        let topic = topic.clone();
+        builder.node(name, hz, 0, move |wiring| {
+            let numbers = wiring.publisher(&topic);
+            move |now| {
+                let sum = |sum: f64, n| black_box(sum + f64::from(n)).sqrt();
+                let number = (0..work).fold(0.0, sum);
+                numbers.publish(Number { number }, now, None);
+                GO_ON
+            }
+        })?;
     }
-
-    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
-        let topic = builder.topic::<Number>("/number");
-        for (name, hz, work) in [("slow", 50.0, 300_000), ("fast", 500.0, 1)] {
-            let topic = topic.clone();
-            builder.node(name, hz, 0, move |wiring| {
-                let numbers = wiring.publisher(&topic);
-                move |now| {
-                    let sum = |sum: f64, n| black_box(sum + f64::from(n)).sqrt();
-                    let number = (0..work).fold(0.0, sum);
-                    numbers.publish(Number { number }, now, None);
-                    GO_ON
-                }
-            })?;
-        }
-        Ok(())
-    }
+    Ok(())
 }
 
 /// A run of the pair under the real clock.
@@ -52,7 +44,7 @@ fn goes_back(recording: &Recording) -> bool {
 
 #[test]
 fn messages_out_of_the_order_of_time_are_read_in_that_of_their_numbers() {
-    let system: Arc<dyn System> = Arc::new(Pair);
+    let system: Arc<dyn System> = Arc::new(Made("pair", pair));
     let mut runs = (0..20).map(|_| recorded(&system));
     let recording = runs.find(goes_back).expect("a message that came late");
     assert_eq!(recording.defect(), None);

@@ -4,13 +4,13 @@ use std::{
     ops::ControlFlow,
     panic::resume_unwind,
     sync::Arc,
-    thread::{self, ScopedJoinHandle},
+    thread,
     time::{Duration, Instant},
 };
 
-use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
-use ratelab::{Event, Fault, Knob, Speed, Time, Topology};
-use ratelab_account::{Observer, Rows, TickRecord};
+use crossbeam_channel::{RecvTimeoutError, Sender};
+use ratelab::{Command, Event, Fault, Knob, Speed, Time};
+use ratelab_account::{Observer, RunRow, Tap};
 use ratelab_replay::{BusyNode, Doing, Rerun, Watch};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
@@ -18,12 +18,11 @@ use ratelab_study::{
 };
 
 use super::{
-    Identical, VerifyError,
-    compare::{Comparison, RecordedSeries},
-    difference::Difference,
-    end, events, topology,
+    Identical, VerifyError, compare::Comparison, difference::Difference, end, events, topology,
 };
-use crate::{durations::with_durations, recorded::Recording, schema::RunResult, source::Tapped};
+use crate::{
+    durations::with_durations, recorded::Recording, schema::RecordingEnd, source::StopReason,
+};
 
 /// Run time that a run may go on after it ended when it was recorded, until that
 /// is what is different.
@@ -36,8 +35,8 @@ const SILENCE: Duration = Duration::from_secs(1_000);
 /// Wall time between two looks at the progress of the run.
 const PERIOD: Duration = Duration::from_millis(100);
 
-/// Messages or ticks that may wait to be compared.
-const BACKLOG: usize = 1024;
+/// Rows that may wait to be compared.
+const BACKLOG: usize = 4096;
 
 /// Wall time that a node may be in one tick beyond its recorded duration.
 const LONGEST_TICK: Duration = Duration::from_secs(10);
@@ -53,62 +52,66 @@ pub struct VerifyStatus {
 
 /// What came of a recorded run.
 pub struct RanAgain {
-    /// The messages of its topics, if they are kept.
-    pub topics: Vec<Rows>,
-    /// The ticks of its nodes, if they are kept.
-    pub ticks: Vec<Vec<TickRecord>>,
     /// Its end.
     pub end: Result<Summary, Fault>,
+    /// The first difference in its rows.
+    pub difference: Option<Difference>,
     /// Where the nodes left the recorded order, if they did.
     pub diverged: Option<String>,
     /// Whether it was stopped by who watched it.
     pub stopped: bool,
 }
 
-/// Runs `experiment`, in the order of `rerun` where it was under the real clock, and compares
-/// every topic and every node, each on a thread of its own. `watch` looks on until the run is
-/// over; then it returns false.
+/// Runs `experiment`, in the order of `rerun` where it was under the real clock. `compare` gets
+/// its rows as they come, until one differs; `watch` looks on now and then. Each may end it.
 pub fn run_again(
     experiment: Experiment,
     mut rerun: Option<Rerun>,
-    comparison: &Comparison<'_>,
-    watch: impl FnOnce(&Receiver<()>) -> bool + Send,
+    compare: impl FnMut(RunRow) -> Option<Difference> + Send,
+    watch: impl FnMut() -> ControlFlow<()> + Send,
 ) -> RanAgain {
-    let recording = comparison.recording;
-    let Topology { topics, nodes } = &recording.origin.topology;
-    let taps = experiment.taps();
-    let (over, watched) = bounded(0);
+    let (tap, commands) = (experiment.taps().all(BACKLOG), experiment.commands());
     thread::scope(|scope| {
-        // A tap that is never emptied would block the run for ever.
-        let nodes = nodes.iter().zip(&recording.ticks).zip(taps.ticks(BACKLOG));
-        let nodes = nodes.map(|((node, series), tap)| {
-            let recorded = RecordedSeries::new(&node.name, &[], series);
-            scope.spawn(move || comparison.check(&recorded, tap))
-        });
-        let nodes: Vec<_> = nodes.collect();
-        let topics = topics.iter().zip(&recording.topics).map(|(topic, series)| {
-            let name = &*topic.name;
-            let recorded = RecordedSeries::new(name, Tapped::fields(&taps, name)?, series);
-            let tap = taps.rows(name, BACKLOG)?;
-            Some(scope.spawn(move || comparison.check(&recorded, tap)))
-        });
-        let topics: Vec<_> = topics.collect();
-        drop(taps);
-        let watch = scope.spawn(move || watch(&watched));
+        let follower = scope.spawn(move || follow(&tap, &commands, compare, watch));
         let end = match &mut rerun {
             Some(rerun) => experiment.run_with(rerun),
             None => experiment.run(),
         };
-        drop::<Sender<()>>(over);
-        let topics = topics.into_iter().map(|topic| topic.map(joined));
+        // A panic is passed on: it must not count as no difference.
+        let (difference, stopped) = follower.join().unwrap_or_else(|panic| resume_unwind(panic));
         RanAgain {
-            ticks: nodes.into_iter().map(joined).collect(),
-            topics: topics.map(Option::unwrap_or_default).collect(),
             end,
+            difference,
             diverged: rerun.as_ref().and_then(Rerun::difference),
-            stopped: joined(watch),
+            stopped,
         }
     })
+}
+
+/// Empties `tap` to its end: the run waits for it. Returns the first difference, and whether the
+/// watcher stopped the run.
+fn follow(
+    tap: &Tap<RunRow>,
+    commands: &Sender<Command>,
+    mut compare: impl FnMut(RunRow) -> Option<Difference>,
+    mut watch: impl FnMut() -> ControlFlow<()>,
+) -> (Option<Difference>, bool) {
+    let (mut difference, mut stopped, mut looked) = (None, false, Instant::now());
+    loop {
+        let before = (difference.is_some(), stopped);
+        match tap.items().recv_timeout(PERIOD) {
+            Ok(row) if before == (false, false) => difference = compare(row),
+            Ok(_) | Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return (difference, stopped),
+        }
+        if !stopped && looked.elapsed() >= PERIOD {
+            stopped = watch().is_break();
+            looked = Instant::now();
+        }
+        if before != (difference.is_some(), stopped) {
+            let _ = commands.send(Command::Stop); // It may be over.
+        }
+    }
 }
 
 /// The run of `recording`, prepared to be executed again with `config`.
@@ -131,7 +134,7 @@ pub fn compare(
     system: &Arc<dyn System>,
     rerun: Option<Rerun>,
     watch: impl FnMut(&VerifyStatus) -> ControlFlow<()> + Send,
-) -> Result<Outcome, VerifyError> {
+) -> Result<Identical, VerifyError> {
     let threads = rerun.is_some();
     let config = with_tables(config_again(recording))?;
     // Missing files are errors before the comparison begins.
@@ -145,34 +148,25 @@ pub fn compare(
     let topology = &recording.origin.topology;
     let before = topology::compare(topology, &observer.topology())
         .or_else(|| events::check(recording, threads));
-    if before.is_some() {
-        return Ok(Outcome {
-            difference: before,
-            ..Outcome::default()
-        });
-    }
-    let comparison = Comparison::new(recording, threads, experiment.commands());
-    let watcher = RunWatcher {
+    super::judge(recording, system, threads, (before, None))?;
+    let mut comparison = Comparison::new(recording, threads, &experiment.taps());
+    let mut watcher = RunWatcher {
         observer: observer.clone(),
         rerun: rerun.as_ref().map(Rerun::watch),
         last: None,
         watch,
     };
-    let ran = run_again(experiment, rerun, &comparison, |over| {
-        watcher.stops(over, &comparison)
-    });
+    let compare = |row| comparison.row(&row);
+    let ran = run_again(experiment, rerun, compare, || watcher.look());
     if ran.stopped {
         return Err(VerifyError::Stopped);
     }
-    let mut difference = comparison.first_difference();
+    let mut difference = ran.difference.or_else(|| comparison.missing());
     if difference.is_none() && ran.diverged.is_none() {
-        difference = compare_rest(&comparison, system, &observer, ran.end);
+        difference = compare_rest(&comparison, system, &observer, &ran.end);
     }
-    Ok(Outcome {
-        difference,
-        diverged: ran.diverged,
-        identical: comparison.identical(observer.now()),
-    })
+    super::judge(recording, system, threads, (difference, ran.diverged))?;
+    Ok(comparison.identical(observer.now()))
 }
 
 /// The first difference in what is no row: an event, or the end.
@@ -180,28 +174,21 @@ fn compare_rest(
     comparison: &Comparison<'_>,
     system: &Arc<dyn System>,
     observer: &Observer,
-    ended: Result<Summary, Fault>,
+    ended: &Result<Summary, Fault>,
 ) -> Option<Difference> {
-    let (recording, complete) = (comparison.recording, comparison.complete);
+    let (recording, gaps) = (comparison.recording, &comparison.gaps);
     let events = observer.events(0);
-    events::compare(recording, &**system, complete, &events).or_else(|| {
-        let end = recording.end_of_run().filter(|_| complete)?;
-        let result = |run: Summary| RunResult::new(&**system, &run);
-        let rest = (recording.last_item(), comparison.lacks());
-        let topology = &recording.origin.topology;
-        end::compare(end, topology, &ended.map(result), observer, rest)
+    events::compare(recording, &**system, gaps.complete, &events).or_else(|| {
+        let recorded = recording.end_of_run().filter(|_| gaps.complete)?;
+        let end = StopReason::of(ended).end(&**system, observer);
+        let computed = RecordingEnd {
+            at: end.at.max(recording.last_item()),
+            // What came too fast for the recorder came again.
+            lost: gaps.lacks,
+            ..end
+        };
+        end::compare([recorded, &computed], &recording.origin.topology)
     })
-}
-
-/// The result of a comparison.
-#[derive(Default)]
-pub struct Outcome {
-    /// The first difference.
-    pub difference: Option<Difference>,
-    /// Where the nodes left the recorded order, if they did.
-    pub diverged: Option<String>,
-    /// What is the same.
-    pub identical: Identical,
 }
 
 /// Looks on.
@@ -214,17 +201,6 @@ struct RunWatcher<W> {
 }
 
 impl<W: FnMut(&VerifyStatus) -> ControlFlow<()>> RunWatcher<W> {
-    /// Looks on until the run is over, or until it is to stop: then it returns true.
-    fn stops(mut self, over: &Receiver<()>, comparison: &Comparison<'_>) -> bool {
-        while over.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
-            if self.look().is_break() {
-                comparison.stop();
-                return true;
-            }
-        }
-        false
-    }
-
     fn look(&mut self) -> ControlFlow<()> {
         let doing = self.rerun.as_ref().map(|rerun| rerun.doing());
         let stuck = doing.and_then(|doing| match &self.last {
@@ -258,11 +234,6 @@ pub fn loaded<K: FromIterator<Knob>>(knobs: impl Iterator<Item = Knob>) -> Resul
     knobs.map_err(BuildError::Setting)
 }
 
-/// The result of a thread. A panic is passed on: it must not count as no difference.
-fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
-    thread.join().unwrap_or_else(|panic| resume_unwind(panic))
-}
-
 /// The configuration of the new run: no longer than the recording, as a run that ended
 /// early may not end now.
 fn config_again(recording: &Recording) -> Config {
@@ -272,7 +243,7 @@ fn config_again(recording: &Recording) -> Config {
         knobs: Vec::new(),
         end: match recording.end_of_run() {
             Some(outcome) => {
-                let silent = recording.last_row() + SILENCE;
+                let silent = recording.newest().unwrap_or_default() + SILENCE;
                 given.end.min(outcome.at.min(silent) + GRACE)
             }
             None => recording.until.min(recording.last_item()),

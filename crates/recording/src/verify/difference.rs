@@ -1,11 +1,11 @@
 //! A difference and its place.
 
-use std::fmt;
-
 use ratelab::Time;
+use thiserror::Error;
 
 /// The first thing that is not the same.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("differs at {at}: {what}: recorded {recorded}, computed {computed}")]
 pub struct Difference {
     /// Run time of it.
     pub at: Time,
@@ -17,27 +17,10 @@ pub struct Difference {
     pub computed: String,
 }
 
-impl fmt::Display for Difference {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            at,
-            what,
-            recorded,
-            computed,
-        } = self;
-        write!(
-            f,
-            "differs at {at}: {what}: recorded {recorded}, computed {computed}"
-        )
-    }
-}
-
-/// A part of a run in words: its name, as it was recorded, and as it was computed.
-pub type ComparedPart = (String, String, String);
-
 impl Difference {
-    /// It was `recorded` and is `computed`, at run time `at`.
-    pub fn new(at: Time, (what, recorded, computed): ComparedPart) -> Self {
+    /// Of what was `recorded` and is `computed`, at run time `at`.
+    pub fn new(at: Time, what: impl Into<String>, [recorded, computed]: [String; 2]) -> Self {
+        let what = what.into();
         Self {
             at,
             what,
@@ -46,11 +29,10 @@ impl Difference {
         }
     }
 
-    /// The first of `parts` that is not as it was recorded, at run time `at`.
-    pub fn first(at: Time, parts: impl IntoIterator<Item = ComparedPart>) -> Option<Self> {
+    /// The first of `parts` that is not as it was recorded.
+    pub fn first(parts: impl IntoIterator<Item = Self>) -> Option<Self> {
         let mut parts = parts.into_iter();
-        let part = parts.find(|(_, recorded, computed)| recorded != computed)?;
-        Some(Self::new(at, part))
+        parts.find(|part| part.recorded != part.computed)
     }
 }
 

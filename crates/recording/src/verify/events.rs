@@ -60,10 +60,7 @@ pub fn load_table(command: &mut Command) -> Result<(), String> {
 fn is_up_to_the_graph(system: &dyn System, command: &Command) -> bool {
     match command {
         Command::Set(_) => !names_a_file(system, command),
-        Command::HandOver(clock) => *clock == ClockKind::Virtual,
-        Command::Pause | Command::Resume | Command::Step | Command::Speed(_) | Command::Stop => {
-            false
-        }
+        command => *command == Command::HandOver(ClockKind::Virtual),
     }
 }
 
@@ -105,12 +102,8 @@ pub fn check(recording: &Recording, threads: bool) -> Option<Difference> {
     let (mut last, mut speed) = (Time::ZERO, config.speed);
     for event in &recording.events {
         if event.at < last && !threads {
-            let recorded = format!("{event}");
-            return Some(differs(
-                event.at,
-                recorded,
-                format!("nothing before {last}"),
-            ));
+            let before = format!("nothing before {last}");
+            return Some(differs(event.at, event.to_string(), before));
         }
         last = event.at;
         let EventKind::Applied { command, was } = &event.what else {
@@ -152,13 +145,12 @@ fn first_knob_left_out(recording: &Recording) -> Option<Difference> {
         .iter()
         .filter(|given| given.at < recording.until)
         .find(|given| !is_among(given))?;
-    let what = "a knob that was given".to_owned();
-    let part = (
-        what,
-        "nothing of it".to_owned(),
-        left_out.command.to_string(),
-    );
-    Some(Difference::new(left_out.at, part))
+    let values = ["nothing of it".to_owned(), left_out.command.to_string()];
+    Some(Difference::new(
+        left_out.at,
+        "a knob that was given",
+        values,
+    ))
 }
 
 /// The first event that did not come again as it was recorded. Of a run whose
@@ -187,7 +179,7 @@ pub fn compare(
 }
 
 fn differs(at: Time, recorded: String, computed: String) -> Difference {
-    Difference::new(at, ("an event".to_owned(), recorded, computed))
+    Difference::new(at, "an event", [recorded, computed])
 }
 
 fn text(event: Option<&Event>) -> String {

@@ -1,9 +1,9 @@
 //! Executes a run again for all of its messages and ticks.
 
-use std::{sync::Arc, thread};
+use std::{ops::ControlFlow, sync::Arc, thread};
 
 use ratelab::Speed;
-use ratelab_account::Observer;
+use ratelab_account::{Observer, RunRow};
 use ratelab_replay::{Overlap, Rerun, Watch};
 use ratelab_study::{
     experiment::{Config, Experiment},
@@ -11,7 +11,7 @@ use ratelab_study::{
 };
 
 use super::{VerifyError, again, compare::Comparison, order};
-use crate::recorded::Recording;
+use crate::{recorded::Recording, run_rows::RunRows};
 
 /// A run that is to be executed again.
 pub struct Execution {
@@ -79,17 +79,24 @@ impl Execution {
             experiment,
             rerun,
         } = self;
-        let (threads, commands) = (rerun.is_some(), experiment.commands());
+        let threads = rerun.is_some();
         let overlaps = rerun.as_ref().map_or_else(Vec::new, Rerun::overlaps);
-        let comparison = Comparison::new(&recording, threads, commands).keeping();
-        let ran = again::run_again(experiment, rerun, &comparison, |_| false);
-        super::judge(
-            &recording,
-            &system,
-            threads,
-            (comparison.first_difference(), ran.diverged),
-        )?;
-        let recording = Arc::new(recording.with_rows(ran.topics, ran.ticks));
+        let taps = experiment.taps();
+        let mut rows = RunRows::of(&taps, &recording.origin.topology);
+        let mut comparison = Comparison::new(&recording, threads, &taps);
+        drop(taps);
+        // A recording without any tick has nothing to compare them with.
+        let compares = recording.ticks.iter().any(|ticks| !ticks.is_empty());
+        let keep = |row: RunRow| {
+            let difference = compares.then(|| comparison.row(&row)).flatten();
+            rows.add(row);
+            difference
+        };
+        let ran = again::run_again(experiment, rerun, keep, || ControlFlow::Continue(()));
+        let missing = || comparison.missing().filter(|_| compares);
+        let difference = ran.difference.or_else(missing);
+        super::judge(&recording, &system, threads, (difference, ran.diverged))?;
+        let recording = Arc::new(recording.with_rows(rows));
         Ok(Executed {
             recording,
             overlaps,

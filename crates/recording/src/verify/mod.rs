@@ -2,6 +2,7 @@
 
 mod again;
 mod branch;
+mod change;
 mod compare;
 mod difference;
 mod end;
@@ -19,6 +20,7 @@ use thiserror::Error;
 
 pub use self::again::VerifyStatus;
 pub use self::branch::{Branch, Departure, branch};
+pub use self::change::Change;
 use self::difference::Difference;
 pub use self::execute::{Executed, Execution, Held};
 use super::{recorded::Recording, schema::Origin};
@@ -190,20 +192,13 @@ pub fn verify(
     refuse_foreign(recording, system)?;
     refuse_nothing(recording)?;
     let mut rerun = order::rerun(recording, &**system)?;
-    let threads = rerun.is_some();
     if let Some(rerun) = rerun.as_mut().filter(|_| perturb) {
         rerun.perturb();
     }
-    let outcome = again::compare(recording, system, rerun, watch)?;
-    judge(
-        recording,
-        system,
-        threads,
-        (outcome.difference, outcome.diverged),
-    )?;
+    let identical = again::compare(recording, system, rerun, watch)?;
     match recording.altered && recording.is_whole() {
         true => Err(VerifyError::Altered),
-        false => Ok(outcome.identical),
+        false => Ok(identical),
     }
 }
 

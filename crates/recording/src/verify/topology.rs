@@ -2,22 +2,22 @@
 
 use ratelab::{NodeTopology, Time, TopicTopology, Topology};
 
-use super::difference::{ComparedPart, Difference};
+use super::difference::Difference;
 
 /// The first node or topic that is another one.
 pub fn compare(recorded: &Topology, computed: &Topology) -> Option<Difference> {
     let nodes = [recorded, computed].map(|graph| graph.nodes.iter().map(node).collect());
     let topics = [recorded, computed].map(|graph| graph.topics.iter().map(topic).collect());
     let parts = pairs("node", nodes).chain(pairs("topic", topics));
-    Difference::first(Time::ZERO, parts)
+    Difference::first(parts)
 }
 
 /// What is recorded and what is computed, one after the other.
-fn pairs(kind: &str, [recorded, computed]: [Vec<String>; 2]) -> impl Iterator<Item = ComparedPart> {
-    let told = |items: &[String], index| items.get(index).map_or("none".to_owned(), String::clone);
-    (0..recorded.len().max(computed.len())).map(move |index| {
+fn pairs(kind: &str, runs: [Vec<String>; 2]) -> impl Iterator<Item = Difference> {
+    (0..runs[0].len().max(runs[1].len())).map(move |index| {
+        let told = |items: &Vec<String>| items.get(index).map_or("none".to_owned(), String::clone);
         let what = format!("{kind} {index} of the graph");
-        (what, told(&recorded, index), told(&computed, index))
+        Difference::new(Time::ZERO, what, runs.each_ref().map(told))
     })
 }
 

@@ -21,6 +21,7 @@ mod config;
 pub mod hunt;
 mod parallel;
 mod part;
+mod step_rows;
 mod summary;
 pub mod sweep;
 mod taps;
@@ -40,10 +41,11 @@ use ratelab_real_clock::RealClock;
 use ratelab_replay::RunLog;
 
 pub use config::Config;
+pub use step_rows::{StepWriter, header};
 pub use summary::{MeanPushAge, Summary, TopicSummary};
 pub use taps::Taps;
 
-use crate::system::{BuildError, Builder, MeanCost, RecordedTopics, System, verdict};
+use crate::system::{BuildError, Builder, MeanCost, RecordedTopics, System, WorldKind, verdict};
 
 /// The graph of a system, ready to run once.
 pub struct Experiment {
@@ -275,4 +277,18 @@ impl Experiment {
         };
         Ok(summary.observed(&*system, &observer))
     }
+}
+
+/// A world that moves by itself for a run of `system`: that of `config`, or one with the
+/// default step; `None` if the system has none.
+pub fn own_world(system: &Arc<dyn System>, config: &Config) -> Option<WorldKind> {
+    if !config.world.is_course() {
+        return Some(config.world);
+    }
+    let own = Config {
+        world: WorldKind::OWN,
+        ..config.clone()
+    };
+    let built = Experiment::new(system.clone(), &own);
+    built.is_ok().then_some(WorldKind::OWN)
 }

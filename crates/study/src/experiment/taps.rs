@@ -3,7 +3,9 @@
 use std::{any::Any, sync::Arc};
 
 use ratelab::Payload;
-use ratelab_account::{NamedTopic, RecordedTopic, RowTap, Tap, TapHandle, TapMessage, TickRecord};
+use ratelab_account::{
+    NamedTopic, RecordedTopic, RowTap, RunRow, Tap, TapHandle, TapMessage, TickRecord,
+};
 
 /// Taps the recorded topics and the nodes of an experiment, before and during its run,
 /// from any thread.
@@ -36,6 +38,13 @@ impl Taps {
         let topic: &dyn Any = &**topic;
         let named = topic.downcast_ref::<NamedTopic<T>>()?;
         Some(self.tap_handle.topic(&named.topic, capacity))
+    }
+
+    /// Copies every message of the recorded topics and every tick from now on, in one queue of
+    /// `capacity`: a tick comes after its messages.
+    pub fn all(&self, capacity: usize) -> Tap<RunRow> {
+        let topics: Vec<_> = self.topics.iter().map(|topic| &**topic).collect();
+        self.tap_handle.all(&topics, capacity)
     }
 
     /// Copies every tick from now on, with one queue of `capacity` ticks per node, in the

@@ -2,24 +2,22 @@
 
 use std::time::Duration;
 
-use ratelab::{Hz, Knob, KnobKind, Release};
+use ratelab::{Knob, KnobKind, Release};
 use ratelab_effects::{Callback, Draw, Match, draw, knob};
 
 use super::{
     ChainSpec, GraphFile, InnerSpec, MOST_PARTS, NodeSpec,
     document::Block,
-    error::{Checker, GraphFileError, instead},
-    format::Form,
+    error::{Checked, GraphRefusal, instead, refuse, unknown},
+    executors,
+    format::{PATH, TOPICS},
+    names::{name, node_of, once, topic_name},
     place::{Placed, holds},
 };
-use crate::system::{CHAINS, DataChain, Limit, MOST_CHAINS, key};
-
-/// The longest name (characters).
-const LONGEST_NAME: usize = 64;
+use crate::system::{DataChain, Limit, MOST_CHAINS, key};
 
 /// Checks the sections of `text`.
-pub(super) fn check(text: &str, blocks: &[Block]) -> Result<GraphFile, GraphFileError> {
-    let checker = Checker { text };
+pub(super) fn check(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
     let of = |kind: &'static str| {
         blocks
             .iter()
@@ -29,341 +27,281 @@ pub(super) fn check(text: &str, blocks: &[Block]) -> Result<GraphFile, GraphFile
         text: text.to_owned(),
         ..GraphFile::default()
     };
-    if let Some(name) = blocks.first().and_then(|top| top.text("name")) {
-        checker.name(&name)?;
-        file.name = name.text;
+    if let Some(own) = blocks.first().and_then(|top| top.text("name")) {
+        name(own)?;
+        file.name.clone_from(&own.text);
     }
     for block in of("node") {
-        let node = checker.node(block, &mut file.settings)?;
+        let node = node(block, &mut file.settings)?;
         file.nodes.push(node);
     }
-    checker.size(&file, of("chain").count())?;
+    size(&file, of("chain").count())?;
     for block in of("system") {
-        file.inner = Some(checker.inner(block)?);
+        file.inner = Some(inner(block)?);
     }
     // One without a list gets the nodes that the others leave.
     let listed = |listed: bool| of("executor").filter(move |e| e.at("nodes").is_some() == listed);
     for block in listed(true).chain(listed(false)) {
-        let executor = checker.executor(block, &file)?;
+        let executor = executors::executor(block, &file)?;
         file.executors.push(executor);
     }
     for (block, node) in of("node").zip(&file.nodes) {
-        checker.placement(block, node, &file)?;
+        executors::placement(block, node, &file)?;
     }
     for block in of("topic") {
-        checker.topic(block, &mut file)?;
+        topic(block, &mut file)?;
     }
     for block in of("chain") {
-        let chain = checker.chain(block, &file)?;
+        let chain = chain(block, &file)?;
         file.chains.push(chain);
     }
-    checker.whole(&file)?;
+    whole(&file)?;
     Ok(file)
 }
 
-impl Checker<'_> {
-    /// The node called `name`; `None` if it may be one of the system in the middle, which is
-    /// checked when that is known.
-    pub(super) fn node_of<'f>(
-        &self,
-        file: &'f GraphFile,
-        name: &Placed,
-    ) -> Result<Option<&'f NodeSpec>, GraphFileError> {
-        match file.node(&name.text) {
-            None if file.inner.is_none() => self.unknown("no node", name, file.names()),
-            known => Ok(known),
-        }
+fn topics(block: &Block, key: &str) -> Checked<Vec<Placed>> {
+    let topics = block.list(key);
+    for (index, topic) in topics.iter().enumerate() {
+        topic_name(topic)?;
+        once(key, topic, &topics[..index])?;
     }
+    Ok(topics.to_vec())
+}
 
-    /// Refuses a name that would be ambiguous in knobs, options and recordings.
-    pub(super) fn name(&self, name: &Placed) -> Result<(), GraphFileError> {
-        let plain = |c: char| c.is_alphanumeric() || "_-.".contains(c);
-        let fits = name.text.chars().all(plain)
-            && name.text.starts_with(|c: char| c.is_alphanumeric())
-            && name.text.chars().count() <= LONGEST_NAME;
-        let expected = "expected letters, digits, _ and -, beginning with a letter or a digit";
-        match fits {
-            true => Ok(()),
-            false => self.refuse(name.at, format!("{:?} is no name: {expected}", name.text)),
+/// The settings in `block`, as knobs.
+fn settings(block: &Block) -> Checked<Vec<Knob>> {
+    let mut knobs = Vec::new();
+    for (key, kind, Placed { text, at }) in block.knobs() {
+        let refused = |why: String| GraphRefusal::new(*at, why);
+        let knob = knob(kind, &block.name.text, text.trim());
+        let knob = knob.map_err(|error| refused(format!("{key}: {error}")))?;
+        if let Some(Draw::Recorded(_)) = draw(&knob).map_err(refused)? {
+            let option = "measured durations are for the command line";
+            return refuse(*at, format!("{key}: {option}: --knob \"{knob}\""));
         }
+        knobs.push(knob);
     }
+    Ok(knobs)
+}
 
-    fn topic_name(&self, name: &Placed) -> Result<(), GraphFileError> {
-        let parts = name.text.strip_prefix('/').map(|rest| rest.split('/'));
-        let plain = |c: char| c.is_alphanumeric() || "_-".contains(c);
-        let fits = name.text.chars().count() <= LONGEST_NAME
-            && parts.is_some_and(|mut parts| {
-                parts.all(|part| !part.is_empty() && part.chars().all(plain))
-            });
-        if name.text == CHAINS {
-            let what = format!("{CHAINS} has the data ages: choose another name");
-            return self.refuse(name.at, what);
-        }
-        let expected = "expected a slash, then letters, digits, _ and -, such as \"/image\"";
-        match fits {
-            true => Ok(()),
-            false => self.refuse(name.at, format!("{:?} is no topic: {expected}", name.text)),
-        }
+/// A node; its knobs go to `all`.
+fn node(block: &Block, all: &mut Vec<Knob>) -> Checked<NodeSpec> {
+    name(&block.name)?;
+    let knobs = settings(block)?;
+    let rate = knobs.iter().find_map(|knob| match knob {
+        Knob::Rate { hz, .. } => Some(*hz),
+        _ => None,
+    });
+    all.extend(knobs);
+    let (triggers, reads) = (topics(block, "trigger")?, topics(block, "reads")?);
+    if let Some(topic) = reads.iter().find(|topic| holds(&triggers, &topic.text)) {
+        let what = format!("{:?} triggers the node, which reads it", topic.text);
+        return refuse(topic.at, format!("{what}: leave it out"));
     }
-
-    fn topics(&self, block: &Block, key: &str) -> Result<Vec<Placed>, GraphFileError> {
-        let topics = block.list(key);
-        for (index, topic) in topics.iter().enumerate() {
-            self.topic_name(topic)?;
-            self.once(key, topic, &topics[..index])?;
+    let release = match (rate, block.at("match")) {
+        (None, _) => matching(block, &triggers)?.into(),
+        (Some(hz), None) => Release::Every(hz),
+        (Some(_), Some(at)) => {
+            let what = format!("{:?} ticks at a rate: leave match out", block.name.text);
+            return refuse(at, what);
         }
-        Ok(topics)
+    };
+    Ok(NodeSpec {
+        name: block.name.text.clone(),
+        at: block.name.at,
+        release,
+        priority: block.number("priority").map(|number| number as u32),
+        triggers,
+        reads,
+        publishes: topics(block, "publishes")?,
+        callback: callback(block)?,
+    })
+}
+
+/// How the messages of the `triggers` of a node are combined.
+fn matching(block: &Block, triggers: &[Placed]) -> Checked<Match> {
+    let name = &block.name.text;
+    if let (true, Some(at)) = (triggers.is_empty(), block.at("trigger")) {
+        let expected = TOPICS.expected();
+        return refuse(at, format!("trigger: no topic: expected {expected}"));
     }
-
-    /// Refuses a name in a list that has it `before`.
-    pub(super) fn once(
-        &self,
-        key: &str,
-        name: &Placed,
-        before: &[Placed],
-    ) -> Result<(), GraphFileError> {
-        if holds(before, &name.text) {
-            let what = format!("{key}: {:?} is there twice: leave one out", name.text);
-            return self.refuse(name.at, what);
-        }
-        Ok(())
+    if let Some(at) = block.at("offset") {
+        let what = format!("messages trigger {name:?}: leave offset out");
+        return refuse(at, what);
     }
+    let Some(matching) = block.text("match") else {
+        return Ok(Match::Each);
+    };
+    let parsed: Result<_, String> = matching.text.parse();
+    parsed.or_else(|error| refuse(matching.at, format!("match: {error}")))
+}
 
-    /// The settings in `block`, as knobs.
-    fn settings(&self, block: &Block) -> Result<Vec<Knob>, GraphFileError> {
-        let mut knobs = Vec::new();
-        for (key, kind, Placed { text, at }) in block.knobs() {
-            let refuse = |why: String| GraphFileError::at(self.text, at, why);
-            let knob = knob(kind, &block.name.text, text.trim());
-            let knob = knob.map_err(|error| refuse(format!("{key}: {error}")))?;
-            if let Some(Draw::Recorded(_)) = draw(&knob).map_err(refuse)? {
-                let option = "measured durations are for the command line";
-                return self.refuse(at, format!("{key}: {option}: --knob \"{knob}\""));
-            }
-            knobs.push(knob);
-        }
-        Ok(knobs)
-    }
-
-    fn node(&self, block: &Block, settings: &mut Vec<Knob>) -> Result<NodeSpec, GraphFileError> {
-        self.name(&block.name)?;
-        let knobs = self.settings(block)?;
-        let rate = knobs.iter().find_map(|knob| match knob {
-            Knob::Rate { hz, .. } => Some(*hz),
-            _ => None,
-        });
-        settings.extend(knobs);
-        let (triggers, reads) = (self.topics(block, "trigger")?, self.topics(block, "reads")?);
-        if let Some(topic) = reads.iter().find(|topic| holds(&triggers, &topic.text)) {
-            let what = format!("{:?} triggers the node, which reads it", topic.text);
-            return self.refuse(topic.at, format!("{what}: leave it out"));
-        }
-        let release = match rate {
-            Some(hz) => Release::Every(self.without_trigger(block, hz)?),
-            None => self.matching(block, &triggers)?.into(),
+fn callback(block: &Block) -> Checked<Callback> {
+    let mut callback = Callback::of(&*block.name.text);
+    if let Some(group) = block.text("group") {
+        name(group)?;
+        callback = match &*group.text {
+            "reentrant" => callback.in_reentrant_group(),
+            name => callback.in_group(name),
         };
-        Ok(NodeSpec {
-            name: block.name.text.clone(),
-            at: block.name.at,
-            release,
-            priority: block.number("priority").map(|number| number as u32),
-            triggers,
-            reads,
-            publishes: self.topics(block, "publishes")?,
-            callback: self.callback(block)?,
-        })
     }
+    Ok(match block.number("deadline_ms") {
+        Some(ms) => callback.with_deadline(duration(ms)),
+        None => callback,
+    })
+}
 
-    /// The rate `hz` of a node that no message triggers.
-    fn without_trigger(&self, block: &Block, hz: Hz) -> Result<Hz, GraphFileError> {
-        let what = format!("{:?} ticks at a rate: leave match out", block.name.text);
-        let at = block.at("match");
-        at.map_or(Ok(hz), |at| self.refuse(at, what))
-    }
+fn size(file: &GraphFile, chains: usize) -> Checked {
+    let ends = |node: &NodeSpec| 1 + node.inputs().count() + 2 * node.publishes.len();
+    let parts = file.nodes.iter().map(ends).sum::<usize>() + 2 * chains;
+    let what = if parts > MOST_PARTS {
+        format!(
+            "the graph has {parts} parts (nodes, topics, their ends, chains): expected up to \
+             {MOST_PARTS}"
+        )
+    } else if chains > MOST_CHAINS {
+        format!("{chains} chains: expected up to {MOST_CHAINS}")
+    } else if file.nodes.is_empty() {
+        "the graph has no nodes: add a section such as [node.camera]".to_owned()
+    } else {
+        return Ok(());
+    };
+    refuse(0, what)
+}
 
-    /// How the messages of the `triggers` of a node are combined.
-    fn matching(&self, block: &Block, triggers: &[Placed]) -> Result<Match, GraphFileError> {
-        let name = &block.name.text;
-        if let (true, Some(at)) = (triggers.is_empty(), block.at("trigger")) {
-            let expected = Form::Topics.expected();
-            return self.refuse(at, format!("trigger: no topic: expected {expected}"));
-        }
-        if let Some(at) = block.at("offset") {
-            let what = format!("messages trigger {name:?}: leave offset out");
-            return self.refuse(at, what);
-        }
-        let Some(matching) = block.text("match") else {
-            return Ok(Match::Each);
-        };
-        let parsed: Result<_, String> = matching.text.parse();
-        parsed.or_else(|error| self.refuse(matching.at, format!("match: {error}")))
+fn topic(block: &Block, file: &mut GraphFile) -> Checked {
+    let name = &block.name;
+    topic_name(name)?;
+    let alone = file.inner.is_none();
+    if alone {
+        publisher(file, name)?;
     }
+    let knobs = settings(block)?;
+    let mut inputs = file.nodes.iter().flat_map(NodeSpec::inputs);
+    let unread = alone && !inputs.any(|input| input.text == name.text);
+    let of_readers = knobs.iter().find(|knob| knob.kind() != KnobKind::Depth);
+    if let Some(knob) = of_readers.filter(|_| unread) {
+        let key = knob.kind().name();
+        let what = format!("{:?} has no reader: leave {key} out", name.text);
+        return refuse(name.at, what);
+    }
+    file.settings.extend(knobs);
+    file.topics.push(name.clone());
+    Ok(())
+}
 
-    fn callback(&self, block: &Block) -> Result<Callback, GraphFileError> {
-        let mut callback = Callback::of(&*block.name.text);
-        if let Some(group) = block.text("group") {
-            self.name(&group)?;
-            callback = match &*group.text {
-                "reentrant" => callback.in_reentrant_group(),
-                name => callback.in_group(name),
-            };
-        }
-        Ok(match block.number("deadline_ms") {
-            Some(ms) => callback.with_deadline(duration(ms)),
-            None => callback,
-        })
+/// Checks that a node publishes `topic`.
+fn publisher(file: &GraphFile, topic: &Placed) -> Checked {
+    if file.published().any(|known| known == topic.text) {
+        return Ok(());
     }
+    // Its own outputs are of no use to a node.
+    let reads = |node: &&NodeSpec| node.inputs().any(|input| input.at == topic.at);
+    let others = file.nodes.iter().filter(|node| !reads(node));
+    let published = others.flat_map(|node| &node.publishes);
+    let published = published.map(|topic| &*topic.text);
+    unknown("no node publishes", topic, published)
+}
 
-    fn size(&self, file: &GraphFile, chains: usize) -> Result<(), GraphFileError> {
-        let ends = |node: &NodeSpec| 1 + node.inputs().count() + 2 * node.publishes.len();
-        let parts = file.nodes.iter().map(ends).sum::<usize>() + 2 * chains;
-        let what = if parts > MOST_PARTS {
-            format!(
-                "the graph has {parts} parts (nodes, topics, their ends, chains): expected up to \
-                 {MOST_PARTS}"
-            )
-        } else if chains > MOST_CHAINS {
-            format!("{chains} chains: expected up to {MOST_CHAINS}")
-        } else if file.nodes.is_empty() {
-            "the graph has no nodes: add a section such as [node.camera]".to_owned()
-        } else {
-            return Ok(());
-        };
-        self.refuse(0, what)
-    }
+fn inner(block: &Block) -> Checked<InnerSpec> {
+    let remap = block.list("remap");
+    remap.iter().try_for_each(topic_name)?;
+    let pairs = remap.chunks_exact(2);
+    Ok(InnerSpec {
+        name: block.text("name").unwrap_or(&block.name).clone(),
+        remap: pairs
+            .map(|pair| (pair[0].clone(), pair[1].clone()))
+            .collect(),
+    })
+}
 
-    fn topic(&self, block: &Block, file: &mut GraphFile) -> Result<(), GraphFileError> {
-        let name = &block.name;
-        self.topic_name(name)?;
-        let alone = file.inner.is_none();
-        if alone {
-            self.publisher(file, name)?;
-        }
-        let knobs = self.settings(block)?;
-        let mut inputs = file.nodes.iter().flat_map(NodeSpec::inputs);
-        let unread = alone && !inputs.any(|input| input.text == name.text);
-        let of_readers = knobs.iter().find(|knob| knob.kind() != KnobKind::Depth);
-        if let Some(knob) = of_readers.filter(|_| unread) {
-            let key = knob.kind().name();
-            let what = format!("{:?} has no reader: leave {key} out", name.text);
-            return self.refuse(name.at, what);
-        }
-        file.settings.extend(knobs);
-        file.topics.push(name.clone());
-        Ok(())
+fn chain(block: &Block, file: &GraphFile) -> Checked<ChainSpec> {
+    name(&block.name)?;
+    let Placed { text: name, at } = &block.name;
+    let mut names = file.chains.iter().map(|spec| spec.chain.name);
+    if let Some(like) = names.find(|known| key(known) == key(name)) {
+        let what = format!("{name:?} is too much like {like:?}: choose another name");
+        return refuse(*at, what);
     }
+    let path = path(block, file)?;
+    let share = block.number("share");
+    let limit = block.number("age_ms").map(|ms| Limit {
+        age: duration(ms),
+        share: share.unwrap_or(1.0),
+    });
+    if let (Some(_), None) = (share, limit) {
+        let what = format!("chain {name:?} has a share without a limit: add age_ms");
+        return refuse(*at, what);
+    }
+    let nodes = path.iter().filter(|place| !place.is_topic());
+    let nodes = nodes.map(|node| &*node.text);
+    let chain = DataChain::new(name, file.chains.len(), nodes, limit);
+    Ok(ChainSpec { chain, path })
+}
 
-    /// Checks that a node publishes `topic`.
-    fn publisher(&self, file: &GraphFile, topic: &Placed) -> Result<(), GraphFileError> {
-        if file.published().any(|known| known == topic.text) {
-            return Ok(());
+fn path(block: &Block, file: &GraphFile) -> Checked<Vec<Placed>> {
+    let path = block.list("path");
+    let [first, _, ..] = path else {
+        let expected = PATH.expected();
+        let what = format!("chain {:?} has no way to go: {expected}", block.name.text);
+        return refuse(block.name.at, what);
+    };
+    for (index, place) in path.iter().enumerate() {
+        if holds(&path[..index], &place.text) {
+            let what = format!("{:?} is in the path twice: end it before", place.text);
+            return refuse(place.at, what);
         }
-        // Its own outputs are of no use to a node.
-        let reads = |node: &&NodeSpec| node.inputs().any(|input| input.at == topic.at);
-        let others = file.nodes.iter().filter(|node| !reads(node));
-        let published = others.flat_map(|node| &node.publishes);
-        let published = published.map(|topic| &*topic.text);
-        self.unknown("no node publishes", topic, published)
     }
+    for pair in path.windows(2) {
+        step(file, &pair[0], &pair[1])?;
+    }
+    if first.is_topic() {
+        let what = format!("a path begins with a node, not with {:?}", first.text);
+        return refuse(first.at, what);
+    }
+    Ok(path.to_vec())
+}
 
-    fn inner(&self, block: &Block) -> Result<InnerSpec, GraphFileError> {
-        let name = block.text("name").unwrap_or_else(|| block.name.clone());
-        let remap = block.map("remap");
-        for (from, to) in &remap {
-            self.topic_name(from)?;
-            self.topic_name(to)?;
-        }
-        Ok(InnerSpec { name, remap })
+/// Checks one step of a path: from a node to a topic that it publishes, or from a topic to
+/// a node that reads it. Nodes and topics of a system are checked when it is known.
+fn step(file: &GraphFile, from: &Placed, to: &Placed) -> Checked {
+    let (node, topic) = if from.is_topic() {
+        (to, from)
+    } else {
+        (from, to)
+    };
+    if topic.is_topic() == node.is_topic() {
+        let what = format!("{:?} follows {:?}", to.text, from.text);
+        let rule = "nodes and topics take turns in a path";
+        return refuse(to.at, format!("{what}: {rule}"));
     }
+    let Some(known) = node_of(file, node)? else {
+        return Ok(());
+    };
+    let (topics, verb): (Vec<&Placed>, _) = match to.is_topic() {
+        true => (known.publishes.iter().collect(), "publish"),
+        false => (known.inputs().collect(), "read"),
+    };
+    if topics.iter().any(|known| known.text == topic.text) {
+        return Ok(());
+    }
+    let instead = instead(&topic.text, topics.iter().map(|topic| &*topic.text));
+    let what = format!("{} does not {verb} {:?}: {instead}", node.text, topic.text);
+    refuse(to.at, what)
+}
 
-    fn chain(&self, block: &Block, file: &GraphFile) -> Result<ChainSpec, GraphFileError> {
-        self.name(&block.name)?;
-        let Placed { text: name, at } = &block.name;
-        let mut names = file.chains.iter().map(|spec| spec.chain.name);
-        if let Some(like) = names.find(|known| key(known) == key(name)) {
-            let what = format!("{name:?} is too much like {like:?}: choose another name");
-            return self.refuse(*at, what);
-        }
-        let path = self.path(block, file)?;
-        let share = block.number("share");
-        let limit = block.number("age_ms").map(|ms| Limit {
-            age: duration(ms),
-            share: share.unwrap_or(1.0),
-        });
-        if let (Some(_), None) = (share, limit) {
-            let what = format!("chain {name:?} has a share without a limit: add age_ms");
-            return self.refuse(*at, what);
-        }
-        let nodes = path.iter().filter(|place| !place.is_topic());
-        let nodes = nodes.map(|node| &*node.text);
-        let chain = DataChain::new(name, file.chains.len(), nodes, limit);
-        Ok(ChainSpec { chain, path })
+/// Checks the graph as a whole.
+fn whole(file: &GraphFile) -> Checked {
+    if let Err((topic, circle)) = file.trigger_order() {
+        let remedy = "let one of them tick at a rate";
+        let what = format!("nodes trigger each other in a circle: {circle}; {remedy}");
+        return refuse(topic.at, what);
     }
-
-    fn path(&self, block: &Block, file: &GraphFile) -> Result<Vec<Placed>, GraphFileError> {
-        let path = block.list("path");
-        let [first, _, ..] = &path[..] else {
-            let expected = Form::Path.expected();
-            let what = format!("chain {:?} has no way to go: {expected}", block.name.text);
-            return self.refuse(block.name.at, what);
-        };
-        for (index, place) in path.iter().enumerate() {
-            if holds(&path[..index], &place.text) {
-                let what = format!("{:?} is in the path twice: end it before", place.text);
-                return self.refuse(place.at, what);
-            }
-        }
-        for step in path.windows(2) {
-            self.step(file, &step[0], &step[1])?;
-        }
-        if first.is_topic() {
-            let what = format!("a path begins with a node, not with {:?}", first.text);
-            return self.refuse(first.at, what);
-        }
-        Ok(path)
+    if file.inner.is_some() {
+        return Ok(());
     }
-
-    /// Checks one step of a path: from a node to a topic that it publishes, or from a topic to
-    /// a node that reads it. Nodes and topics of a system are checked when it is known.
-    fn step(&self, file: &GraphFile, from: &Placed, to: &Placed) -> Result<(), GraphFileError> {
-        let (node, topic) = if from.is_topic() {
-            (to, from)
-        } else {
-            (from, to)
-        };
-        if topic.is_topic() == node.is_topic() {
-            let what = format!("{:?} follows {:?}", to.text, from.text);
-            let rule = "nodes and topics take turns in a path";
-            return self.refuse(to.at, format!("{what}: {rule}"));
-        }
-        let Some(known) = self.node_of(file, node)? else {
-            return Ok(());
-        };
-        let (topics, verb): (Vec<&Placed>, _) = match to.is_topic() {
-            true => (known.publishes.iter().collect(), "publish"),
-            false => (known.inputs().collect(), "read"),
-        };
-        if topics.iter().any(|known| known.text == topic.text) {
-            return Ok(());
-        }
-        let instead = instead(&topic.text, topics.iter().map(|topic| &*topic.text));
-        let what = format!("{} does not {verb} {:?}: {instead}", node.text, topic.text);
-        self.refuse(to.at, what)
-    }
-
-    /// Checks the graph as a whole.
-    fn whole(&self, file: &GraphFile) -> Result<(), GraphFileError> {
-        if let Err((topic, circle)) = file.trigger_order() {
-            let remedy = "let one of them tick at a rate";
-            let what = format!("nodes trigger each other in a circle: {circle}; {remedy}");
-            return self.refuse(topic.at, what);
-        }
-        if file.inner.is_some() {
-            return Ok(());
-        }
-        let mut read = file.nodes.iter().flat_map(NodeSpec::inputs);
-        read.try_for_each(|topic| self.publisher(file, topic))
-    }
+    let mut read = file.nodes.iter().flat_map(NodeSpec::inputs);
+    read.try_for_each(|topic| publisher(file, topic))
 }
 
 /// A duration of `ms` milliseconds.

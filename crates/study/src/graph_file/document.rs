@@ -3,12 +3,12 @@
 use ratelab::KnobKind;
 use toml::{
     Spanned,
-    de::{DeTable, DeValue},
+    de::{DeString, DeTable, DeValue},
 };
 
 use super::{
-    error::{Checker, GraphFileError},
-    format::{FileSection, Form, FormatKey, LONGEST_MS, SECTIONS, SHORTEST_MS},
+    error::{Checked, GraphRefusal, refuse, unknown},
+    format::{FileSection, Form, FormatKey, SECTIONS},
     place::Placed,
 };
 
@@ -18,71 +18,48 @@ pub(super) struct Block {
     pub(super) section: &'static FileSection,
     /// Its own name; that of the kind of section if it has none.
     pub(super) name: Placed,
-    entries: Vec<(&'static FormatKey, usize, FileValue)>,
+    entries: Vec<BlockEntry>,
 }
 
-/// A value in the form of its key.
-#[derive(Clone, Debug)]
-enum FileValue {
-    Text(String),
-    Number(f64),
-    List(Vec<Placed>),
-    Map(Vec<(Placed, Placed)>),
+/// A key with its value in the form of the key.
+#[derive(Debug)]
+struct BlockEntry {
+    key: &'static FormatKey,
+    at: usize,
+    /// The texts and numbers of the value, as texts; keys and values of a table in turn.
+    texts: Vec<Placed>,
 }
 
 impl Block {
-    fn get(&self, key: &str) -> Option<(usize, FileValue)> {
-        let mut entries = self.entries.iter();
-        let (_, at, value) = entries.find(|(known, ..)| known.name == key)?;
-        Some((*at, value.clone()))
+    fn get(&self, key: &str) -> Option<&BlockEntry> {
+        self.entries.iter().find(|entry| entry.key.name == key)
     }
 
     /// The place of the value of `key`, if it is there.
     pub(super) fn at(&self, key: &str) -> Option<usize> {
-        self.get(key).map(|(at, _)| at)
+        Some(self.get(key)?.at)
     }
 
     /// All texts and numbers for knobs, with their keys.
-    pub(super) fn knobs(&self) -> impl Iterator<Item = (&'static str, KnobKind, Placed)> {
-        self.entries.iter().filter_map(|(key, at, value)| {
-            let Form::Knob(kind) = key.form else {
-                return None;
-            };
-            let text = match value {
-                FileValue::Text(text) => Placed::new(text, *at),
-                FileValue::Number(number) => Placed::new(&written(*number), *at),
-                _ => return None,
-            };
-            Some((key.name, kind, text))
-        })
+    pub(super) fn knobs(&self) -> impl Iterator<Item = (&'static str, KnobKind, &Placed)> {
+        self.entries
+            .iter()
+            .filter_map(|entry| match entry.key.form {
+                Form::Knob(kind) => Some((entry.key.name, kind, entry.texts.first()?)),
+                _ => None,
+            })
     }
 
-    pub(super) fn text(&self, key: &str) -> Option<Placed> {
-        match self.get(key)? {
-            (at, FileValue::Text(text)) => Some(Placed { text, at }),
-            _ => None,
-        }
+    pub(super) fn text(&self, key: &str) -> Option<&Placed> {
+        self.list(key).first()
     }
 
     pub(super) fn number(&self, key: &str) -> Option<f64> {
-        match self.get(key)? {
-            (_, FileValue::Number(number)) => Some(number),
-            _ => None,
-        }
+        self.text(key)?.text.parse().ok()
     }
 
-    pub(super) fn list(&self, key: &str) -> Vec<Placed> {
-        match self.get(key) {
-            Some((_, FileValue::List(list))) => list,
-            _ => Vec::new(),
-        }
-    }
-
-    pub(super) fn map(&self, key: &str) -> Vec<(Placed, Placed)> {
-        match self.get(key) {
-            Some((_, FileValue::Map(map))) => map,
-            _ => Vec::new(),
-        }
+    pub(super) fn list(&self, key: &str) -> &[Placed] {
+        self.get(key).map_or(&[], |entry| &entry.texts)
     }
 }
 
@@ -97,7 +74,7 @@ const MEANT: [(&str, &str); 5] = [
 
 /// Reads the sections of `text`, in the order of the file; the first has the keys before all
 /// sections.
-pub(super) fn read(text: &str) -> Result<Vec<Block>, GraphFileError> {
+pub(super) fn read(text: &str) -> Checked<Vec<Block>> {
     let document = DeTable::parse(text).map_err(|error| {
         let span = error.span().unwrap_or_default();
         let key = text.get(span.clone()).filter(|key| !key.trim().is_empty());
@@ -105,9 +82,8 @@ pub(super) fn read(text: &str) -> Result<Vec<Block>, GraphFileError> {
             ("duplicate key", Some(key)) => format!("{key:?} is here twice: remove one"),
             (message, _) => format!("not TOML: {message}"),
         };
-        GraphFileError::at(text, span.start, what)
+        GraphRefusal::new(span.start, what)
     })?;
-    let reader = Checker { text };
     let [top, sections @ ..] = &SECTIONS;
     let mut first = Vec::new();
     let mut blocks = Vec::new();
@@ -117,18 +93,18 @@ pub(super) fn read(text: &str) -> Result<Vec<Block>, GraphFileError> {
             first.push((key, value));
             continue;
         };
-        let table = reader.table(key, value, &format!("[{}]", heading(section)))?;
+        let content = section_table(section, key, value)?;
         if !section.named {
-            blocks.push(reader.block(section, placed(key), in_order(table))?);
+            blocks.push(block(section, placed(key), content)?);
             continue;
         }
-        for (name, value) in in_order(table) {
-            let table = reader.table(name, value, &format!("[{}]", heading(section)))?;
-            blocks.push(reader.block(section, placed(name), in_order(table))?);
+        for (name, value) in content {
+            let content = section_table(section, name, value)?;
+            blocks.push(block(section, placed(name), content)?);
         }
     }
     blocks.sort_by_key(|block| block.name.at);
-    blocks.insert(0, reader.block(top, Placed::new("", 0), first)?);
+    blocks.insert(0, block(top, Placed::new("", 0), first)?);
     Ok(blocks)
 }
 
@@ -136,136 +112,112 @@ fn placed(key: KeyOf<'_>) -> Placed {
     Placed::new(key.get_ref(), key.span().start)
 }
 
-/// The heading of a section.
-fn heading(section: &FileSection) -> String {
-    match section.named {
-        true => format!("{}.NAME", section.name),
-        false => section.name.to_owned(),
-    }
-}
-
-type KeyOf<'a> = &'a Spanned<toml::de::DeString<'a>>;
+type KeyOf<'a> = &'a Spanned<DeString<'a>>;
 type ValueOf<'a> = &'a Spanned<DeValue<'a>>;
+type TableEntries<'a> = Vec<(KeyOf<'a>, ValueOf<'a>)>;
 
 /// The entries of a table in the order of the file.
-fn in_order<'a>(table: &'a DeTable<'a>) -> Vec<(KeyOf<'a>, ValueOf<'a>)> {
+fn in_order<'a>(table: &'a DeTable<'a>) -> TableEntries<'a> {
     let mut entries: Vec<_> = table.iter().collect();
     entries.sort_by_key(|(key, _)| key.span().start);
     entries
 }
 
-impl Checker<'_> {
-    fn table<'a>(
-        &self,
-        key: KeyOf<'a>,
-        value: ValueOf<'a>,
-        expected: &str,
-    ) -> Result<&'a DeTable<'a>, GraphFileError> {
-        let name = key.get_ref();
-        let what = format!("{name:?}: expected a section {expected}");
-        let table = value.get_ref().as_table();
-        table.map_or_else(|| self.refuse(key.span().start, what), Ok)
-    }
+fn section_table<'a>(
+    section: &FileSection,
+    key: KeyOf<'a>,
+    value: ValueOf<'a>,
+) -> Checked<TableEntries<'a>> {
+    let own = if section.named { ".NAME" } else { "" };
+    let (name, kind) = (key.get_ref(), section.name);
+    let what = format!("{name:?}: expected a section [{kind}{own}]");
+    let table = value.get_ref().as_table();
+    table.map_or_else(
+        || refuse(key.span().start, what),
+        |table| Ok(in_order(table)),
+    )
+}
 
-    fn block(
-        &self,
-        section: &'static FileSection,
-        name: Placed,
-        entries: Vec<(KeyOf<'_>, ValueOf<'_>)>,
-    ) -> Result<Block, GraphFileError> {
-        let mut known = Vec::new();
-        for (key, value) in entries {
-            let found = self.key(section, &placed(key))?;
-            known.push((found, value.span().start, self.value(found, value)?));
-        }
-        let has = |key: &FormatKey| known.iter().any(|(known, ..)| known.name == key.name);
-        if let Some(missing) = section.keys.iter().find(|key| key.required && !has(key)) {
-            let (name_of_key, expected) = (missing.name, missing.form.expected());
-            let what = match section.name {
-                "" => format!("the key {name_of_key} is missing: {expected}"),
-                kind => format!("{kind} {:?} has no {name_of_key}: {expected}", name.text),
-            };
-            return self.refuse(name.at, what);
-        }
-        let block = Block {
-            section,
-            name,
-            entries: known,
+fn block(section: &'static FileSection, name: Placed, content: TableEntries<'_>) -> Checked<Block> {
+    let mut entries = Vec::new();
+    for (name, value) in content {
+        let key = key_of(section, &placed(name))?;
+        let (at, texts) = (value.span().start, texts(key, value)?);
+        entries.push(BlockEntry { key, at, texts });
+    }
+    let block = Block {
+        section,
+        name,
+        entries,
+    };
+    let mut required = section.keys.iter().filter(|key| key.required);
+    if let Some(missing) = required.find(|key| block.get(key.name).is_none()) {
+        let (key, expected) = (missing.name, missing.form.expected());
+        let what = match section.name {
+            "" => format!("the key {key} is missing: {expected}"),
+            kind => format!("{kind} {:?} has no {key}: {expected}", block.name.text),
         };
-        self.one_of(&block)?;
-        Ok(block)
+        return refuse(block.name.at, what);
     }
+    one_of(&block)?;
+    Ok(block)
+}
 
-    /// The key of `section` with this name.
-    fn key(
-        &self,
-        section: &'static FileSection,
-        name: &Placed,
-    ) -> Result<&'static FormatKey, GraphFileError> {
-        let named = |word: &str| section.keys.iter().find(|key| key.name == word);
-        if let Some(key) = named(&name.text) {
-            return Ok(key);
-        }
-        let meant = MEANT.iter().find(|(other, _)| *other == name.text);
-        if let Some(key) = meant.and_then(|(_, meant)| named(meant)) {
-            let what = format!("unknown key {:?}: did you mean {:?}?", name.text, key.name);
-            return self.refuse(name.at, what);
-        }
-        let sections = SECTIONS[1..].iter().map(|section| section.name);
-        let sections = sections.filter(|_| section.name.is_empty());
-        let keys = section.keys.iter().map(|key| key.name);
-        self.unknown("unknown key", name, keys.chain(sections))
+/// The key of `section` with this name.
+fn key_of(section: &'static FileSection, name: &Placed) -> Checked<&'static FormatKey> {
+    let named = |word: &str| section.keys.iter().find(|key| key.name == word);
+    if let Some(key) = named(&name.text) {
+        return Ok(key);
     }
+    let meant = MEANT.iter().find(|(other, _)| *other == name.text);
+    if let Some(key) = meant.and_then(|(_, meant)| named(meant)) {
+        let what = format!("unknown key {:?}: did you mean {:?}?", name.text, key.name);
+        return refuse(name.at, what);
+    }
+    let sections = SECTIONS[1..].iter().map(|section| section.name);
+    let sections = sections.filter(|_| section.name.is_empty());
+    let keys = section.keys.iter().map(|key| key.name);
+    unknown("unknown key", name, keys.chain(sections))
+}
 
-    /// Checks that exactly one of some keys is there.
-    fn one_of(&self, block: &Block) -> Result<(), GraphFileError> {
-        let keys = block.section.one_of.iter();
-        let there: Vec<_> = keys.filter_map(|key| Some((key, block.at(key)?))).collect();
-        let (kind, name) = (block.section.name, &block.name);
-        match there[..] {
-            [] if !block.section.one_of.is_empty() => {
-                let keys = block.section.one_of.join(" and no ");
-                let what = format!("{kind} {:?} has no {keys}: add one of them", name.text);
-                self.refuse(name.at, what)
-            }
-            [(first, _), (second, at), ..] => {
-                let what = format!("{:?} has both {first} and {second}", name.text);
-                self.refuse(at, format!("{kind} {what}: leave one of them out"))
-            }
-            _ => Ok(()),
+/// Checks that exactly one of some keys is there.
+fn one_of(block: &Block) -> Checked {
+    let (keys, kind, name) = (block.section.one_of, block.section.name, &block.name);
+    let there = keys.iter().filter_map(|key| Some((key, block.at(key)?)));
+    match there.collect::<Vec<_>>()[..] {
+        [] if !keys.is_empty() => {
+            let keys = keys.join(" and no ");
+            let what = format!("{kind} {:?} has no {keys}: add one of them", name.text);
+            refuse(name.at, what)
         }
+        [(first, _), (second, at), ..] => {
+            let what = format!("{:?} has both {first} and {second}", name.text);
+            refuse(at, format!("{kind} {what}: leave one of them out"))
+        }
+        _ => Ok(()),
     }
+}
 
-    fn value(&self, key: &FormatKey, value: ValueOf<'_>) -> Result<FileValue, GraphFileError> {
-        let (form, content) = (key.form, value.get_ref());
-        let number = |fits: &dyn Fn(f64) -> bool| {
-            let number = number(content).filter(|number| fits(*number));
-            number.map(FileValue::Number)
-        };
-        let found = match (form, content) {
-            (Form::Name | Form::Knob(_) | Form::Match | Form::Executor, DeValue::String(text)) => {
-                Some(FileValue::Text(text.to_string()))
-            }
-            (Form::Knob(_), _) => number(&|_| true),
-            (Form::Number(most), _) => number(&|number| number > 0.0 && number <= most),
-            (Form::Milliseconds, _) => number(&|ms| (SHORTEST_MS..=LONGEST_MS).contains(&ms)),
-            (Form::Whole(most), _) => {
-                number(&|number| number.fract() == 0.0 && (0.0..=f64::from(most)).contains(&number))
-            }
-            (Form::Topics | Form::Nodes | Form::Path, DeValue::Array(items)) => {
-                let texts = items.iter().map(text);
-                texts.collect::<Option<_>>().map(FileValue::List)
-            }
-            (Form::Remap, DeValue::Table(table)) => {
-                let pairs = in_order(table).into_iter();
-                let pairs = pairs.map(|(key, value)| Some((placed(key), text(value)?)));
-                pairs.collect::<Option<_>>().map(FileValue::Map)
-            }
-            _ => None,
-        };
-        let what = format!("{}: expected {}", key.name, form.expected());
-        found.map_or_else(|| self.refuse(value.span().start, what), Ok)
-    }
+/// The texts and numbers in the value of `key`.
+fn texts(key: &FormatKey, value: ValueOf<'_>) -> Checked<Vec<Placed>> {
+    let (at, form) = (value.span().start, key.form);
+    let texts = match (form, value.get_ref()) {
+        (Form::Text(_) | Form::Knob(_), DeValue::String(text)) => Some(vec![Placed::new(text, at)]),
+        (Form::List(_), DeValue::Array(items)) => items.iter().map(text).collect(),
+        (Form::Remap, DeValue::Table(table)) => {
+            let pairs = in_order(table).into_iter();
+            let pairs = pairs.map(|(key, value)| Some([placed(key), text(value)?]));
+            pairs
+                .collect::<Option<Vec<_>>>()
+                .map(|pairs| pairs.concat())
+        }
+        (_, content) => {
+            let number = number(content).filter(|number| form.has(*number));
+            number.map(|number| vec![Placed::new(&written(number), at)])
+        }
+    };
+    let what = || format!("{}: expected {}", key.name, form.expected());
+    texts.map_or_else(|| refuse(at, what()), Ok)
 }
 
 fn text(value: ValueOf<'_>) -> Option<Placed> {

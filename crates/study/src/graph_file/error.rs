@@ -18,43 +18,46 @@ pub struct GraphFileError {
     pub what: String,
 }
 
-impl GraphFileError {
-    /// An error at byte `offset` of `text`.
-    pub(super) fn at(text: &str, offset: usize, what: impl Into<String>) -> Self {
-        let before = text.get(..offset).unwrap_or(text);
+/// The reason why the text is refused from one of its bytes on.
+#[derive(Debug)]
+pub(super) struct GraphRefusal {
+    at: usize,
+    what: String,
+}
+
+/// A part of a file that is as it should be.
+pub(super) type Checked<T = ()> = Result<T, GraphRefusal>;
+
+impl GraphRefusal {
+    pub(super) fn new(at: usize, what: impl Into<String>) -> Self {
+        let what = what.into();
+        Self { at, what }
+    }
+
+    /// The error in `text`, with line and column.
+    pub(super) fn in_text(self, text: &str) -> GraphFileError {
+        let before = text.get(..self.at).unwrap_or(text);
         let line = before.rsplit('\n').next().unwrap_or_default();
-        Self {
+        GraphFileError {
             line: 1 + before.matches('\n').count(),
             column: 1 + line.chars().count(),
-            what: what.into(),
+            what: self.what,
         }
     }
 }
 
-/// Checks the file `text`.
-pub(super) struct Checker<'t> {
-    pub(super) text: &'t str,
+pub(super) fn refuse<T>(at: usize, what: impl Into<String>) -> Checked<T> {
+    Err(GraphRefusal::new(at, what))
 }
 
-impl Checker<'_> {
-    pub(super) fn refuse<T>(
-        &self,
-        at: usize,
-        what: impl Into<String>,
-    ) -> Result<T, GraphFileError> {
-        Err(GraphFileError::at(self.text, at, what))
-    }
-
-    /// Refuses `name`, of which there is `no` such thing among the `known` names.
-    pub(super) fn unknown<'n, T>(
-        &self,
-        no: &str,
-        name: &Placed,
-        known: impl Iterator<Item = &'n str>,
-    ) -> Result<T, GraphFileError> {
-        let instead = instead(&name.text, known);
-        self.refuse(name.at, format!("{no} {:?}: {instead}", name.text))
-    }
+/// Refuses `name`, of which there is `no` such thing among the `known` names.
+pub(super) fn unknown<'n, T>(
+    no: &str,
+    name: &Placed,
+    known: impl Iterator<Item = &'n str>,
+) -> Checked<T> {
+    let instead = instead(&name.text, known);
+    refuse(name.at, format!("{no} {:?}: {instead}", name.text))
 }
 
 /// The word of `known` that is most like `word`, if one is; all of them otherwise.

@@ -6,8 +6,9 @@ use ratelab_effects::{Callback, Executor};
 use super::{
     ExecutorSpec, GraphFile, NodeSpec,
     document::Block,
-    error::{Checker, GraphFileError},
-    format::Form,
+    error::{Checked, refuse},
+    format::NODES,
+    names::{name, node_of, once},
     place::{Placed, holds},
 };
 
@@ -52,103 +53,82 @@ impl GraphFile {
     }
 }
 
-impl Checker<'_> {
-    pub(super) fn executor(
-        &self,
-        block: &Block,
-        file: &GraphFile,
-    ) -> Result<ExecutorSpec, GraphFileError> {
-        self.name(&block.name)?;
-        let Placed { text: name, at } = block.name.clone();
-        let text = block.text("kind").unwrap_or_else(|| block.name.clone());
-        let kind: Result<Executor, String> = text.text.parse();
-        let kind = kind.or_else(|error| self.refuse(text.at, format!("kind: {error}")))?;
-        let listed = block.at("nodes");
-        let nodes = match listed {
-            Some(_) => block.list("nodes"),
-            None => file.without_executor(at),
+pub(super) fn executor(block: &Block, file: &GraphFile) -> Checked<ExecutorSpec> {
+    name(&block.name)?;
+    let Placed { text: name, at } = block.name.clone();
+    let text = block.text("kind").unwrap_or(&block.name);
+    let kind: Result<Executor, String> = text.text.parse();
+    let kind = kind.or_else(|error| refuse(text.at, format!("kind: {error}")))?;
+    let listed = block.at("nodes");
+    let nodes = match listed {
+        Some(_) => block.list("nodes").to_vec(),
+        None => file.without_executor(at),
+    };
+    if nodes.is_empty() {
+        let why = match listed {
+            Some(_) => format!("expected {}", NODES.expected()),
+            None => "the executors before it have them all".to_owned(),
         };
-        if nodes.is_empty() {
-            let why = match listed {
-                Some(_) => format!("expected {}", Form::Nodes.expected()),
-                None => "the executors before it have them all".to_owned(),
-            };
-            let what = format!("executor {name:?} has no nodes: {why}");
-            return self.refuse(listed.unwrap_or(at), what);
-        }
-        for (index, node) in nodes.iter().enumerate() {
-            self.once("nodes", node, &nodes[..index])?;
-            self.member(node, kind, file)?;
-        }
-        Ok(ExecutorSpec { name, kind, nodes })
+        let what = format!("executor {name:?} has no nodes: {why}");
+        return refuse(listed.unwrap_or(at), what);
     }
+    for (index, node) in nodes.iter().enumerate() {
+        once("nodes", node, &nodes[..index])?;
+        member(node, kind, file)?;
+    }
+    Ok(ExecutorSpec { name, kind, nodes })
+}
 
-    /// Checks a node of an executor of this kind.
-    fn member(
-        &self,
-        node: &Placed,
-        kind: Executor,
-        file: &GraphFile,
-    ) -> Result<(), GraphFileError> {
-        let name = &node.text;
-        if let Some(other) = file.executor_of(name) {
-            let what = format!("{name:?} has the executor {:?} already", other.name);
-            return self.refuse(node.at, format!("{what}: leave one out"));
+/// Checks a node of an executor of this kind.
+fn member(node: &Placed, kind: Executor, file: &GraphFile) -> Checked {
+    let name = &node.text;
+    if let Some(other) = file.executor_of(name) {
+        let what = format!("{name:?} has the executor {:?} already", other.name);
+        return refuse(node.at, format!("{what}: leave one out"));
+    }
+    let Some(known) = node_of(file, node)? else {
+        return Ok(());
+    };
+    let remedy = match kind.kind().has_deadlines {
+        true => "a deadline_ms",
+        false => "a rate",
+    };
+    match known.release {
+        Release::On(_) if kind.needs_period(&known.callback) => {
+            let what = format!("messages trigger {name:?}, so it has no period for {kind}");
+            refuse(node.at, format!("{what}: give it {remedy}"))
         }
-        let Some(known) = self.node_of(file, node)? else {
-            return Ok(());
-        };
-        let remedy = match kind.kind().has_deadlines {
-            true => "a deadline_ms",
-            false => "a rate",
-        };
-        match known.release {
-            Release::On(_) if kind.needs_period(&known.callback) => {
-                let what = format!("messages trigger {name:?}, so it has no period for {kind}");
-                self.refuse(node.at, format!("{what}: give it {remedy}"))
-            }
-            _ => Ok(()),
-        }
+        _ => Ok(()),
     }
+}
 
-    /// Checks the settings of a node that only one with an executor has, or without.
-    pub(super) fn placement(
-        &self,
-        block: &Block,
-        node: &NodeSpec,
-        file: &GraphFile,
-    ) -> Result<(), GraphFileError> {
-        self.one_executor_of_group(block, node, file)?;
-        let (keys, why): (&[&str], _) = match file.executor_of(&node.name) {
-            None => (&["group", "deadline_ms"], "is in no executor"),
-            Some(_) => (&["wakes"], "has no thread of its own, only its executor"),
-        };
-        let mut there = keys.iter().filter_map(|key| Some((key, block.at(key)?)));
-        there.next().map_or(Ok(()), |(key, at)| {
-            self.refuse(at, format!("{:?} {why}: leave {key} out", node.name))
-        })
-    }
+/// Checks the settings of a node that only one with an executor has, or without.
+pub(super) fn placement(block: &Block, node: &NodeSpec, file: &GraphFile) -> Checked {
+    one_executor_of_group(block, node, file)?;
+    let (keys, why): (&[&str], _) = match file.executor_of(&node.name) {
+        None => (&["group", "deadline_ms"], "is in no executor"),
+        Some(_) => (&["wakes"], "has no thread of its own, only its executor"),
+    };
+    let mut there = keys.iter().filter_map(|key| Some((key, block.at(key)?)));
+    there.next().map_or(Ok(()), |(key, at)| {
+        refuse(at, format!("{:?} {why}: leave {key} out", node.name))
+    })
+}
 
-    /// Refuses a group whose nodes are in several executors: it would exclude nothing.
-    fn one_executor_of_group(
-        &self,
-        block: &Block,
-        node: &NodeSpec,
-        file: &GraphFile,
-    ) -> Result<(), GraphFileError> {
-        let (group, at) = (node.callback.group_name(), block.at("group"));
-        let (Some(group), Some(at)) = (group, at) else {
-            return Ok(());
-        };
-        let executor = |node: &NodeSpec| file.executor_of(&node.name).map(|e| &e.name);
-        let mut others = file.nodes.iter();
-        let others = others.find(|other| {
-            other.callback.group_name() == Some(group) && executor(other) != executor(node)
-        });
-        others.map_or(Ok(()), |other| {
-            let what = format!("group: {:?} is in {group:?} too, but", other.name);
-            let remedy = "in another executor: choose another name";
-            self.refuse(at, format!("{what} {remedy}"))
-        })
-    }
+/// Refuses a group whose nodes are in several executors: it would exclude nothing.
+fn one_executor_of_group(block: &Block, node: &NodeSpec, file: &GraphFile) -> Checked {
+    let (group, at) = (node.callback.group_name(), block.at("group"));
+    let (Some(group), Some(at)) = (group, at) else {
+        return Ok(());
+    };
+    let executor = |node: &NodeSpec| file.executor_of(&node.name).map(|e| &e.name);
+    let mut others = file.nodes.iter();
+    let others = others.find(|other| {
+        other.callback.group_name() == Some(group) && executor(other) != executor(node)
+    });
+    others.map_or(Ok(()), |other| {
+        let what = format!("group: {:?} is in {group:?} too, but", other.name);
+        let remedy = "in another executor: choose another name";
+        refuse(at, format!("{what} {remedy}"))
+    })
 }

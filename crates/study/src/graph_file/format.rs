@@ -2,7 +2,7 @@
 
 use ratelab::KnobKind::{self, Depth, Link, Offset, Rate, Read, Takes, Wakes};
 
-use Form::{Executor, Knob, Match, Milliseconds, Name, Nodes, Number, Path, Remap, Topics, Whole};
+use Form::{Knob, List, Milliseconds, Number, Remap, Text, Whole};
 
 /// A kind of section, such as `[node.NAME]`.
 #[derive(Clone, Copy, Debug)]
@@ -35,22 +35,14 @@ pub struct FormatKey {
 /// The form of a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Form {
-    /// A name.
-    Name,
+    /// A text, with what it should be.
+    Text(&'static str),
     /// The value of a knob, as a number or as the text that `--knob` takes.
     Knob(KnobKind),
-    /// A list of topics.
-    Topics,
-    /// A list of nodes.
-    Nodes,
-    /// How messages of several topics are combined.
-    Match,
-    /// A kind of executor.
-    Executor,
+    /// A list of texts, with what it should be.
+    List(&'static str),
     /// A whole number from zero on, up to this one.
     Whole(u32),
-    /// A list of nodes and topics in turn.
-    Path,
     /// A number above zero, up to this one.
     Number(f64),
     /// A number of milliseconds, from [`SHORTEST_MS`] to [`LONGEST_MS`].
@@ -63,30 +55,49 @@ impl Form {
     /// The expected values, for errors.
     pub fn expected(self) -> String {
         match self {
-            Self::Name => "a name in quotes".to_owned(),
-            Self::Knob(kind) => format!(
+            Text(what) | List(what) => what.to_owned(),
+            Knob(kind) => format!(
                 "a number or a text in quotes, as in the knob {}",
                 kind.usage()
             ),
-            Self::Topics => r#"a list of topics, such as ["/image"]"#.to_owned(),
-            Self::Nodes => r#"a list of nodes, such as ["camera", "detector"]"#.to_owned(),
-            Self::Match => {
-                r#""each", "exact:10" with a number of stamps, or "approximate:10" of messages"#
-                    .to_owned()
-            }
-            Self::Executor => {
-                r#""single", "multi:2", "events", "fixed-priority:1", "edf:1" or "let""#.to_owned()
-            }
-            Self::Whole(most) => format!("a whole number from 0 to {most}"),
-            Self::Path => {
-                r#"a list of nodes and topics, such as ["camera", "/image", "detector"]"#.to_owned()
-            }
-            Self::Number(most) => format!("a number above 0, up to {most}"),
-            Self::Milliseconds => format!("milliseconds from {SHORTEST_MS} to {LONGEST_MS}"),
-            Self::Remap => r#"topics, such as { "/obs" = "/pose" }"#.to_owned(),
+            Whole(most) => format!("a whole number from 0 to {most}"),
+            Number(most) => format!("a number above 0, up to {most}"),
+            Milliseconds => format!("milliseconds from {SHORTEST_MS} to {LONGEST_MS}"),
+            Remap => r#"topics, such as { "/obs" = "/pose" }"#.to_owned(),
+        }
+    }
+
+    /// Whether `number` is one of its values.
+    pub(super) fn has(self, number: f64) -> bool {
+        match self {
+            Knob(_) => true,
+            Whole(most) => number.fract() == 0.0 && (0.0..=f64::from(most)).contains(&number),
+            Number(most) => number > 0.0 && number <= most,
+            Milliseconds => (SHORTEST_MS..=LONGEST_MS).contains(&number),
+            Text(_) | List(_) | Remap => false,
         }
     }
 }
+
+const NAME: Form = Text("a name in quotes");
+
+/// A list of topics.
+pub(super) const TOPICS: Form = List(r#"a list of topics, such as ["/image"]"#);
+
+/// A list of nodes.
+pub(super) const NODES: Form = List(r#"a list of nodes, such as ["camera", "detector"]"#);
+
+/// A list of nodes and topics in turn.
+pub(super) const PATH: Form =
+    List(r#"a list of nodes and topics, such as ["camera", "/image", "detector"]"#);
+
+/// How messages of several topics are combined.
+const MATCH: Form =
+    Text(r#""each", "exact:10" with a number of stamps, or "approximate:10" of messages"#);
+
+/// A kind of executor.
+const EXECUTOR: Form =
+    Text(r#""single", "multi:2", "events", "fixed-priority:1", "edf:1" or "let""#);
 
 /// The shortest limit of an age (ms).
 pub const SHORTEST_MS: f64 = 1e-3;
@@ -118,7 +129,7 @@ pub const SECTIONS: [FileSection; 6] = [
     FileSection {
         name: "",
         named: false,
-        keys: &[required("name", Name, "Name of the graph")],
+        keys: &[required("name", NAME, "Name of the graph")],
         one_of: &[],
         help: "The graph",
     },
@@ -129,12 +140,12 @@ pub const SECTIONS: [FileSection; 6] = [
             optional("rate", Knob(Rate), "Ticks per second (Hz)"),
             optional(
                 "trigger",
-                Topics,
+                TOPICS,
                 "The topics whose messages make it tick; it reads them too",
             ),
             optional(
                 "match",
-                Match,
+                MATCH,
                 "What a tick needs of several triggers: each (the newest of each), \
                  exact:10 (equal times of sensing; 10 of them wait) or approximate:10 (the closest) [default: each]",
             ),
@@ -151,12 +162,12 @@ pub const SECTIONS: [FileSection; 6] = [
             ),
             optional(
                 "reads",
-                Topics,
+                TOPICS,
                 "Other topics that it reads at the beginning of a tick",
             ),
             optional(
                 "publishes",
-                Topics,
+                TOPICS,
                 "The topics that get a message at the end of a tick",
             ),
             optional(
@@ -167,7 +178,7 @@ pub const SECTIONS: [FileSection; 6] = [
             ),
             optional(
                 "group",
-                Name,
+                NAME,
                 "Its callback group in a single, multi or events executor: of its nodes one ticks \
                  at a time; reentrant excludes none [default: a group of its own]",
             ),
@@ -187,12 +198,12 @@ pub const SECTIONS: [FileSection; 6] = [
         keys: &[
             required(
                 "kind",
-                Executor,
+                EXECUTOR,
                 "single, multi:THREADS, events, fixed-priority:CORES, edf:CORES or let",
             ),
             optional(
                 "nodes",
-                Nodes,
+                NODES,
                 "Its nodes, in the order in which they register [default: all nodes of the file \
                  that are in no other executor]",
             ),
@@ -229,7 +240,7 @@ pub const SECTIONS: [FileSection; 6] = [
         keys: &[
             required(
                 "path",
-                Path,
+                PATH,
                 "The way of the data: node, topic, node, topic and so on",
             ),
             optional(
@@ -250,7 +261,7 @@ pub const SECTIONS: [FileSection; 6] = [
         name: "system",
         named: false,
         keys: &[
-            required("name", Name, "Name of the system, such as cart-pole"),
+            required("name", NAME, "Name of the system, such as cart-pole"),
             optional(
                 "remap",
                 Remap,

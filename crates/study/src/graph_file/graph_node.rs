@@ -25,6 +25,8 @@ pub(super) struct GraphNode {
     pub(super) inputs: Vec<NodeInput>,
     pub(super) outputs: Vec<Output>,
     pub(super) ends: Option<ChainEnds>,
+    /// When the data of the current tick began, for each of the chains that end here.
+    pub(super) begun: Vec<Option<Time>>,
 }
 
 /// An input, with what was read last.
@@ -65,8 +67,6 @@ pub(super) struct ChainEnd {
     pub(super) beginning: Beginning,
     /// The meter of its age at each output.
     pub(super) meter: MeterRecorder,
-    /// When the data of the current tick began.
-    pub(super) begun: Option<Time>,
 }
 
 impl GraphNode {
@@ -110,11 +110,9 @@ impl Node for GraphNode {
             let outputs = self.outputs.iter();
             outputs.for_each(|output| self.publish(output, now));
         }
-        let mut ends = self.ends.take();
-        for end in ends.iter_mut().flat_map(|ends| &mut ends.chains) {
-            end.begun = self.beginning(end.beginning, now);
-        }
-        self.ends = ends;
+        let ends = self.ends.iter().flat_map(|ends| &ends.chains);
+        let begun = ends.map(|end| self.beginning(end.beginning, now));
+        self.begun = begun.collect();
         GO_ON
     }
 
@@ -123,20 +121,22 @@ impl Node for GraphNode {
         let Some(ends) = &mut self.ends else {
             return GO_ON;
         };
-        for end in &mut ends.chains {
-            if let Some(begun) = end.begun {
-                end.meter.record(now.since(begun));
+        let mut first = None;
+        for (end, begun) in ends.chains.iter_mut().zip(&self.begun) {
+            if let Some(begun) = begun {
+                end.meter.record(now.since(*begun));
+            }
+            if end.number == 0 {
+                first = *begun;
             }
         }
-        let first = ends.chains.iter().find(|end| end.number == 0);
-        let first = first.and_then(|end| end.begun);
         if let (Some(age), Some(begun)) = (&ends.push_age, first) {
             age.push(now, begun);
         }
         // The rows are in the order of their times, whichever node publishes them.
         let mut ages = ends.ages.lock();
-        let outputs = ends.chains.iter().map(|end| (end.number, end.begun));
-        let row = ages.row(now, outputs);
+        let numbers = ends.chains.iter().map(|end| end.number);
+        let row = ages.row(now, numbers.zip(self.begun.iter().copied()));
         ends.publisher.publish(row, now, first);
         GO_ON
     }

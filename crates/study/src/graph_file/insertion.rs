@@ -5,8 +5,8 @@ use std::sync::Arc;
 use ratelab::{TopicTopology, Topology};
 
 use super::{
-    ChainSpec, GraphFile, GraphFileError, InnerSpec, NodeSpec,
-    error::{Checker, instead},
+    ChainSpec, GraphFile, InnerSpec, NodeSpec,
+    error::{Checked, instead, refuse, unknown},
     place::Placed,
 };
 use crate::system::{ForwardingNode, Surroundings, System};
@@ -25,15 +25,10 @@ pub(super) fn insert(
     file: &GraphFile,
     inner: &InnerSpec,
     system: Arc<dyn System>,
-) -> Result<Middle, GraphFileError> {
-    let checker = Checker { text: &file.text };
+) -> Checked<Middle> {
     let around = Surroundings::of(&*system);
-    let around = around.or_else(|why| checker.refuse(inner.name.at, why.to_string()))?;
-    let fit = Fit {
-        checker,
-        file,
-        around,
-    };
+    let around = around.or_else(|why| refuse(inner.name.at, why.to_string()))?;
+    let fit = Fit { file, around };
     fit.nodes()?;
     fit.settings()?;
     let relays = fit.relays(inner)?;
@@ -49,7 +44,6 @@ pub(super) fn insert(
 
 /// A graph file around a system.
 struct Fit<'f> {
-    checker: Checker<'f>,
     file: &'f GraphFile,
     around: Surroundings,
 }
@@ -72,25 +66,25 @@ impl Fit<'_> {
     }
 
     /// Checks that the names of the nodes and their topics are new, and their inputs known.
-    fn nodes(&self) -> Result<(), GraphFileError> {
-        let (file, checker) = (self.file, &self.checker);
+    fn nodes(&self) -> Checked {
+        let file = self.file;
         let recorded = || self.around.recorded.iter().map(String::as_str);
         for node in &file.nodes {
             if self.node(&node.name).is_some() {
                 let what = format!("the system has a node {:?} already", node.name);
-                return checker.refuse(node.at, format!("{what}: choose another name"));
+                return refuse(node.at, format!("{what}: choose another name"));
             }
             let mut published = node.publishes.iter();
             if let Some(topic) = published.find(|topic| self.topic(&topic.text).is_some()) {
                 let what = format!("{:?} is a topic of the system", topic.text);
-                return checker.refuse(topic.at, format!("{what}: choose another name"));
+                return refuse(topic.at, format!("{what}: choose another name"));
             }
             let known = || file.published().chain(recorded());
             if let Some(topic) = node
                 .inputs()
                 .find(|it| !known().any(|name| name == it.text))
             {
-                return checker.unknown("no node publishes", topic, known());
+                return unknown("no node publishes", topic, known());
             }
         }
         Ok(())
@@ -98,33 +92,33 @@ impl Fit<'_> {
 
     /// Checks that the nodes of executors and the topics with settings are of the file or of the
     /// system.
-    fn settings(&self) -> Result<(), GraphFileError> {
+    fn settings(&self) -> Checked {
         let nodes = self.graph().nodes.iter().map(|node| &*node.name);
         let nodes = self.file.names().chain(nodes);
         for node in self.file.executors.iter().flat_map(|e| &e.nodes) {
             if !nodes.clone().any(|name| name == node.text) {
-                return self.checker.unknown("no node", node, nodes);
+                return unknown("no node", node, nodes);
             }
         }
         let topics = self.graph().topics.iter().map(|topic| &*topic.name);
         let topics = self.file.published().chain(topics);
         for topic in &self.file.topics {
             if !topics.clone().any(|name| name == topic.text) {
-                return self.checker.unknown("no topic", topic, topics);
+                return unknown("no topic", topic, topics);
             }
         }
         Ok(())
     }
 
     /// The nodes between topics of the system and their readers.
-    fn relays(&self, inner: &InnerSpec) -> Result<Vec<ForwardingNode>, GraphFileError> {
+    fn relays(&self, inner: &InnerSpec) -> Checked<Vec<ForwardingNode>> {
         let offered = &self.around.offered;
         let mut relays = Vec::new();
         for (from, to) in &inner.remap {
             if !offered.contains(&from.text) {
                 let instead = instead(&from.text, offered.iter().map(String::as_str));
                 let what = format!("{:?} has no reader that can be remapped", from.text);
-                return self.checker.refuse(from.at, format!("{what}: {instead}"));
+                return refuse(from.at, format!("{what}: {instead}"));
             }
             relays.extend(self.line(from, to)?);
         }
@@ -133,7 +127,7 @@ impl Fit<'_> {
 
     /// Checks the path of a chain where it goes through nodes of the system, whose messages
     /// carry only the time of the sensing behind them.
-    fn chain(&self, spec: &ChainSpec, relays: &[ForwardingNode]) -> Result<(), GraphFileError> {
+    fn chain(&self, spec: &ChainSpec, relays: &[ForwardingNode]) -> Checked {
         let is_relay = |name: &str| relays.iter().any(|relay| relay.node == name);
         let (first, last, name) = (&spec.path[0], spec.chain.last(), spec.chain.name);
         let reads = |node: usize| {
@@ -143,20 +137,20 @@ impl Fit<'_> {
         if is_relay(&first.text) || self.node(&first.text).is_some_and(reads) {
             let what = format!("the data of {} are older than its tick", first.text);
             let remedy = format!("begin {name} at the node that senses them");
-            return self.checker.refuse(first.at, format!("{what}: {remedy}"));
+            return refuse(first.at, format!("{what}: {remedy}"));
         }
         if self.node(last).is_some() || is_relay(last) {
             let what = format!(
                 "{name} ends at {last}, a node of the system or before one: expected another node \
                  of this file; the system measures the ages of its own actions"
             );
-            return self.checker.refuse(first.at, what);
+            return refuse(first.at, what);
         }
         for step in spec.path.windows(2) {
             let [from, to] = [&step[0], &step[1]];
             if !self.joins(from, to) {
                 let what = format!("no way from {} to {}", from.text, to.text);
-                return self.checker.refuse(to.at, what);
+                return refuse(to.at, what);
             }
         }
         Ok(())
@@ -178,12 +172,12 @@ impl Fit<'_> {
 
     /// The nodes on the way from the topic `from` of the system to the topic `to`, in the order
     /// of the data.
-    fn line(&self, from: &Placed, to: &Placed) -> Result<Vec<ForwardingNode>, GraphFileError> {
+    fn line(&self, from: &Placed, to: &Placed) -> Checked<Vec<ForwardingNode>> {
         let mut relays: Vec<ForwardingNode> = Vec::new();
         let mut topic = &to.text;
         let no_way = |why: String| {
             let what = format!("{:?} is no way from {:?}: {why}", to.text, from.text);
-            self.checker.refuse(to.at, what)
+            refuse(to.at, what)
         };
         while *topic != from.text {
             let nodes = self.file.nodes.iter();
@@ -214,7 +208,7 @@ impl Fit<'_> {
         node: &'n NodeSpec,
         from: &Placed,
         to: &Placed,
-    ) -> Result<&'n Placed, GraphFileError> {
+    ) -> Checked<&'n Placed> {
         let (name, from) = (&node.name, &from.text);
         let inputs: Vec<&Placed> = node.inputs().collect();
         let what = match (&inputs[..], node.publishes.len(), node.priority) {
@@ -227,6 +221,6 @@ impl Fit<'_> {
                  and publishes one"
             ),
         };
-        self.checker.refuse(to.at, what)
+        refuse(to.at, what)
     }
 }

@@ -44,7 +44,7 @@ pub mod format;
 mod graph_node;
 mod insertion;
 mod load;
-mod own_topic;
+mod names;
 mod place;
 mod system;
 mod triggers;
@@ -144,11 +144,12 @@ impl GraphFile {
     /// # Errors
     /// [`GraphFileError`] with the place of the first error.
     pub fn parse(text: &str) -> Result<Self, GraphFileError> {
-        if text.len() > MOST_BYTES {
-            let what = format!("{} bytes: expected up to {MOST_BYTES}", text.len());
-            return Err(GraphFileError::at(text, 0, what));
-        }
-        check::check(text, &document::read(text)?)
+        let blocks = match text.len() {
+            ..=MOST_BYTES => document::read(text),
+            bytes => error::refuse(0, format!("{bytes} bytes: expected up to {MOST_BYTES}")),
+        };
+        let file = blocks.and_then(|blocks| check::check(text, &blocks));
+        file.map_err(|refusal| refusal.in_text(text))
     }
 
     /// Name of the graph.

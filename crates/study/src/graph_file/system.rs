@@ -6,9 +6,8 @@ use ratelab::{ClockExit, Knob, Release, Time};
 
 use super::{
     ChainSpec, GraphFile, GraphFileError,
-    error::instead,
+    error::unknown,
     insertion::{Middle, insert},
-    own_topic::{OwnTopic, own_topics},
 };
 use crate::system::{
     About, BuildError, Builder, CHAINS, DataChain, Final, Group, PEAKS, Setup, Signal, System,
@@ -22,8 +21,6 @@ pub struct GraphSystem {
     pub(super) middle: Option<Middle>,
     /// Its settings, behind those of the system in its middle.
     settings: Vec<Knob>,
-    /// The topics of its own, in the order of the file.
-    pub(super) topics: Vec<OwnTopic>,
     pub(super) chains: Vec<DataChain>,
     signals: Vec<Signal>,
     groups: Vec<Group>,
@@ -38,17 +35,19 @@ impl GraphFile {
     /// # Errors
     /// [`GraphFileError`] if it names another system, or does not fit around it.
     pub fn system(&self, known: &[Arc<dyn System>]) -> Result<GraphSystem, GraphFileError> {
-        let Some(inner) = &self.inner else {
-            return Ok(GraphSystem::new(self, None));
-        };
-        let system = known.iter().find(|system| system.name() == inner.name.text);
-        let Some(system) = system else {
-            let instead = instead(&inner.name.text, known.iter().map(|system| system.name()));
-            let what = format!("unknown system {:?}: {instead}", inner.name.text);
-            return Err(GraphFileError::at(&self.text, inner.name.at, what));
-        };
-        let middle = insert(self, inner, system.clone())?;
-        Ok(GraphSystem::new(self, Some(middle)))
+        let middle = self.inner.as_ref().map(|inner| {
+            let system = known.iter().find(|system| system.name() == inner.name.text);
+            match system {
+                Some(system) => insert(self, inner, system.clone()),
+                None => {
+                    let known = known.iter().map(|system| system.name());
+                    unknown("unknown system", &inner.name, known)
+                }
+            }
+        });
+        let middle = middle.transpose();
+        let middle = middle.map_err(|refusal| refusal.in_text(&self.text))?;
+        Ok(GraphSystem::new(self, middle))
     }
 
     /// The topics before the last node of the first chain.
@@ -94,11 +93,9 @@ impl GraphSystem {
             None => file.kept().to_vec(),
         };
         verdicts.extend(chains.iter().flat_map(DataChain::verdicts));
-        let relays = middle.as_ref().map_or(&[][..], |middle| &middle.relays);
         let settings = about.settings.iter().chain(&file.settings).cloned();
         Self {
             name: kept_text(&file.name),
-            topics: own_topics(file, relays),
             signals: signals(file, inner),
             groups: [about.groups, &groups(file, &chains)].concat(),
             settings: settings.collect(),

@@ -5,15 +5,17 @@ use std::sync::Arc;
 use ratelab::{Shared, Topic, Wiring};
 
 use super::{
-    GraphSystem, NodeSpec,
+    GraphFile, GraphSystem, NodeSpec,
     graph_node::{Beginning, ChainEnd, ChainEnds, GraphNode, NodeInput, Output},
     place::Placed,
 };
 use crate::system::{
-    BuildError, Builder, CHAINS, ChainAges, Numbers, RecordedTopics, chain_fields, kept_list,
+    BuildError, Builder, CHAINS, ChainAges, ForwardingNode, Numbers, RecordedTopics, chain_fields,
+    kept_list,
 };
 
 /// What the nodes share: their topics, and the ages of the chains.
+#[derive(Clone)]
 struct GraphWires {
     topics: Vec<Topic<Numbers>>,
     ages: Arc<Shared<ChainAges>>,
@@ -22,38 +24,70 @@ struct GraphWires {
 
 impl GraphWires {
     fn of(system: &GraphSystem, builder: &mut Builder<'_>) -> Self {
-        let topics = system.topics.iter();
-        let topics = topics.map(|topic| builder.named_topic(&topic.name, topic.fields));
-        let topics = topics.collect();
-        let names = system.chains.iter().map(|chain| chain.name);
+        let mut topics: Vec<Topic<Numbers>> = Vec::new();
+        for name in system.file.published().filter(|name| system.is_own(name)) {
+            if topics.iter().all(|known| known.name() != name) {
+                let topic = builder.internal_topic(name);
+                builder.record_as(topic.clone(), system.file.fields(name));
+                topics.push(topic);
+            }
+        }
+        let chains = builder.internal_topic(CHAINS);
+        if !system.chains.is_empty() {
+            let names = system.chains.iter().map(|chain| chain.name);
+            builder.record_as(chains.clone(), kept_list(chain_fields(names)));
+        }
         let limits = system.chains.iter();
         let limits = limits.map(|chain| chain.limit.map(|limit| limit.age));
+        let ages = Arc::new(Shared::new("data ages of chains", ChainAges::new(limits)));
         Self {
             topics,
-            ages: Arc::new(Shared::new("data ages of chains", ChainAges::new(limits))),
-            chains: match system.chains.is_empty() {
-                true => builder.internal_topic(CHAINS),
-                false => builder.named_topic(CHAINS, kept_list(chain_fields(names))),
-            },
+            ages,
+            chains,
+        }
+    }
+}
+
+impl GraphFile {
+    /// The numbers of the chains through `topic`.
+    fn through(&self, topic: &str) -> impl Iterator<Item = usize> {
+        let chains = self.chains.iter().enumerate();
+        chains.filter_map(move |(number, chain)| chain.place(topic).map(|_| number))
+    }
+
+    /// Names of the numbers in the messages of `topic`.
+    fn fields(&self, topic: &str) -> &'static [&'static str] {
+        let through = self.through(topic).map(|number| &self.chains[number]);
+        let names = through.map(|spec| format!("{} origin (ns)", spec.chain.name));
+        match kept_list(names) {
+            [] => &["origin (ns)"],
+            names => names,
         }
     }
 }
 
 impl GraphSystem {
+    /// The nodes of the file between a topic of the system and its reader.
+    pub(super) fn relays(&self) -> &[ForwardingNode] {
+        self.middle.as_ref().map_or(&[], |middle| &middle.relays)
+    }
+
+    /// Whether `topic` is one that the nodes of the file publish, and none behind a topic of the
+    /// system.
+    fn is_own(&self, topic: &str) -> bool {
+        let published = self.file.published().any(|known| known == topic);
+        published && self.relays().iter().all(|relay| relay.to != topic)
+    }
+
     /// Adds the nodes of the file, but for those before a reader of the system.
     pub(super) fn add_nodes(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
         let wires = GraphWires::of(self, builder);
-        let nodes = self.file.nodes.iter().enumerate();
-        for (index, node) in nodes.filter(|(_, node)| !self.is_relay(&node.name)) {
-            self.add_node(builder, index, node, &wires)?;
+        for (index, node) in self.file.nodes.iter().enumerate() {
+            if self.relays().iter().all(|relay| relay.node != node.name) {
+                self.add_node(builder, index, node, &wires)?;
+            }
         }
         Ok(())
-    }
-
-    /// Whether a node of the file is between a topic of the system and its reader.
-    fn is_relay(&self, node: &str) -> bool {
-        let mut relays = self.middle.iter().flat_map(|middle| &middle.relays);
-        relays.any(|relay| relay.node == node)
     }
 
     /// Adds node number `index` of the file.
@@ -64,30 +98,33 @@ impl GraphSystem {
         node: &NodeSpec,
         wires: &GraphWires,
     ) -> Result<(), BuildError> {
-        let inputs = |topics: &[Placed]| {
+        let inputs = |topics: &[Placed]| -> RecordedTopics {
             let topics = topics.iter();
             let topics = topics.filter_map(|topic| builder.recorded(&topic.text));
             topics.collect()
         };
-        let ends = self.chains.iter().enumerate();
-        let ends = ends.filter(|(_, chain)| chain.last() == node.name);
-        let ends = ends.map(|(at, chain)| (at, chain.name, self.beginning(node, at, None)));
-        let alone = self.middle.is_none();
-        let plan = NodePlan {
-            triggers: inputs(&node.triggers),
-            reads: inputs(&node.reads),
-            outputs: self.outputs(node, wires),
-            ends: ends.collect(),
-            alone,
-            ages: wires.ages.clone(),
-            chains: wires.chains.clone(),
-        };
+        let (triggers, reads) = (inputs(&node.triggers), inputs(&node.reads));
+        let (outputs, ends) = (self.outputs(node, wires), self.ends(node));
+        let (alone, wires) = (self.middle.is_none(), wires.clone());
         // After the nodes of a system that are due at the same time.
         let before = if alone { 0 } else { 100 };
         let priority = before + node.priority.unwrap_or(index as u32);
         let release = node.release.clone();
         builder.released_node(&node.name, release, priority, move |wiring| {
-            plan.wire(wiring)
+            let triggers = triggers.iter().map(|topic| topic.trigger(wiring));
+            let mut inputs: Vec<_> = triggers.map(NodeInput::new).collect();
+            let reads = reads.iter().map(|topic| topic.reader(wiring));
+            inputs.extend(reads.map(NodeInput::new));
+            let outputs = outputs.iter().map(|(topic, chains)| Output {
+                publisher: wiring.publisher(topic),
+                chains: chains.clone(),
+            });
+            GraphNode {
+                inputs,
+                outputs: outputs.collect(),
+                ends: (!ends.is_empty()).then(|| wires.ends(wiring, &ends, alone)),
+                begun: Vec::new(),
+            }
         })
     }
 
@@ -97,14 +134,22 @@ impl GraphSystem {
         node: &NodeSpec,
         wires: &GraphWires,
     ) -> Vec<(Topic<Numbers>, Vec<Beginning>)> {
-        let outputs = node.publishes.iter().filter_map(|topic| {
-            let mut own = self.topics.iter().zip(&wires.topics);
-            let (own, wire) = own.find(|(own, _)| own.name == topic.text)?;
-            let chains = own.chains.iter();
-            let chains = chains.map(|chain| self.beginning(node, *chain, Some(&topic.text)));
-            Some((wire.clone(), chains.collect()))
+        let outputs = node.publishes.iter().filter_map(|Placed { text, .. }| {
+            let mut topics = wires.topics.iter();
+            let topic = topics.find(|topic| topic.name() == text)?;
+            let chains = self.file.through(text);
+            let chains = chains.map(|chain| self.beginning(node, chain, Some(text)));
+            Some((topic.clone(), chains.collect()))
         });
         outputs.collect()
+    }
+
+    /// The chains that end at `node`.
+    fn ends(&self, node: &NodeSpec) -> Vec<EndOf> {
+        let ends = self.chains.iter().enumerate();
+        let ends = ends.filter(|(_, chain)| chain.last() == node.name);
+        ends.map(|(at, chain)| (at, chain.name, self.beginning(node, at, None)))
+            .collect()
     }
 
     /// Where `node` takes the beginning of chain number `chain` from, for its output to
@@ -125,59 +170,32 @@ impl GraphSystem {
         let Some(input) = reads.position(|topic| topic.text == *before) else {
             return Beginning::Elsewhere;
         };
-        let own = self.topics.iter().find(|topic| topic.name == *before);
-        let place = own.and_then(|own| own.chains.iter().position(|known| *known == chain));
-        place.map_or(Beginning::Sensing { input }, |place| Beginning::Number {
-            input,
-            place,
-        })
+        if !self.is_own(before) {
+            return Beginning::Sensing { input };
+        }
+        let place = self
+            .file
+            .through(before)
+            .take_while(|other| *other != chain);
+        let place = place.count();
+        Beginning::Number { input, place }
     }
 }
 
-/// A node before it gets its ends of topics.
-struct NodePlan {
-    triggers: RecordedTopics,
-    reads: RecordedTopics,
-    outputs: Vec<(Topic<Numbers>, Vec<Beginning>)>,
-    /// The chains that end here: number, name, and beginning of the data.
-    ends: Vec<(usize, &'static str, Beginning)>,
-    /// Whether there is no system in the middle, which measures what it does itself.
-    alone: bool,
-    ages: Arc<Shared<ChainAges>>,
-    chains: Topic<Numbers>,
-}
+/// A chain that ends at a node: number, name, and beginning of the data.
+type EndOf = (usize, &'static str, Beginning);
 
-impl NodePlan {
-    fn wire(&self, wiring: &mut Wiring<'_>) -> GraphNode {
-        let mut inputs = Vec::new();
-        for topic in &self.triggers {
-            inputs.push(NodeInput::new(topic.trigger(wiring)));
-        }
-        for topic in &self.reads {
-            inputs.push(NodeInput::new(topic.reader(wiring)));
-        }
-        let mut outputs = Vec::new();
-        for (topic, chains) in &self.outputs {
-            let (publisher, chains) = (wiring.publisher(topic), chains.clone());
-            outputs.push(Output { publisher, chains });
-        }
-        let ends = (!self.ends.is_empty()).then(|| self.ends(wiring));
-        GraphNode {
-            inputs,
-            outputs,
-            ends,
-        }
-    }
-
-    fn ends(&self, wiring: &mut Wiring<'_>) -> ChainEnds {
-        let ends = self.ends.iter().map(|(number, name, beginning)| ChainEnd {
+impl GraphWires {
+    /// What the chains with these ends take. A system in the middle measures itself what it does:
+    /// the nodes are `alone` without one.
+    fn ends(&self, wiring: &mut Wiring<'_>, ends: &[EndOf], alone: bool) -> ChainEnds {
+        let chains = ends.iter().map(|(number, name, beginning)| ChainEnd {
             number: *number,
             beginning: *beginning,
             meter: wiring.meter(name),
-            begun: None,
         });
-        let chains: Vec<_> = ends.collect();
-        let acts = self.alone && chains.iter().any(|chain| chain.number == 0);
+        let chains: Vec<_> = chains.collect();
+        let acts = alone && chains.iter().any(|chain| chain.number == 0);
         ChainEnds {
             chains,
             ages: self.ages.clone(),

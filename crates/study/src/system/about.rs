@@ -1,8 +1,8 @@
 //! What a system says about itself, as data.
 
-use ratelab::Knob;
+use ratelab::{Knob, Time};
 
-use super::{Alias, DataChain, Joints, QuadraticCost, Setup, StateTable};
+use super::{Alias, DataChain, Joints, QuadraticCost, Setup};
 
 /// The description of a [`System`](super::System). Each part may be left out.
 #[derive(Clone, Copy, Debug, Default)]
@@ -45,6 +45,16 @@ pub struct Group {
     pub name: &'static str,
     /// Names of its nodes. A run may lack some of them.
     pub nodes: &'static [&'static str],
+}
+
+/// The format of a system's states as comma-separated values, for systems with a format
+/// of their own.
+#[derive(Clone, Copy, Debug)]
+pub struct StateTable {
+    /// Comma-separated names of the columns.
+    pub header: &'static str,
+    /// Writes a row from run time and state.
+    pub row: fn(Time, &[f64]) -> String,
 }
 
 impl About<'_> {

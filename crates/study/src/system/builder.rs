@@ -7,7 +7,7 @@ use ratelab::{
     Topology, Wiring,
 };
 use ratelab_account::{Fields, NamedTopic, RecordedTopic};
-use ratelab_effects::{Callback, Effects, Executor, Executors, Match};
+use ratelab_effects::{Callback, Effects, Executor, Executors};
 
 use super::{BuildError, Setup, SharedWorld, System, World, WorldKind};
 
@@ -112,15 +112,15 @@ impl<'a> Builder<'a> {
 
     /// Has a topic of the [graph](Self::graph) recorded.
     pub fn record<T: Fields + Payload>(&mut self, topic: &Topic<T>) {
-        self.record_as(topic, T::FIELDS);
+        self.record_as(topic.clone(), T::FIELDS);
     }
 
-    fn record_as<T: Fields + Payload>(
+    /// The same with a name for each number of a message.
+    pub(crate) fn record_as<T: Fields + Payload>(
         &mut self,
-        topic: &Topic<T>,
+        topic: Topic<T>,
         fields: &'static [&'static str],
     ) {
-        let topic = topic.clone();
         self.recorded.push(Arc::new(NamedTopic { topic, fields }));
     }
 
@@ -168,7 +168,7 @@ impl<'a> Builder<'a> {
     where
         F: FnMut(&W, Time) -> Tick + Send + 'static,
     {
-        let (world, hz) = (SharedWorld::new(world), Hz::new(hz)?);
+        let world = SharedWorld::new(world);
         let shared = world.clone();
         let build = |wiring: &mut Wiring<'_>| {
             const TIMES: &[KnobKind] = &[
@@ -188,7 +188,7 @@ impl<'a> Builder<'a> {
             let mut look = look(wiring);
             move |now| look(&world.at(now), now)
         };
-        self.once(WORLD, hz, 0, build)?;
+        self.single_node(WORLD, hz, 0, build)?;
         Ok(shared)
     }
 
@@ -196,17 +196,6 @@ impl<'a> Builder<'a> {
     pub fn topic<T: Fields + Payload>(&mut self, name: &str) -> Topic<T> {
         let topic = self.internal_topic(name);
         self.record(&topic);
-        topic
-    }
-
-    /// The same for messages with as many numbers as there are `fields`.
-    pub(crate) fn named_topic<T: Fields + Payload>(
-        &mut self,
-        name: &str,
-        fields: &'static [&'static str],
-    ) -> Topic<T> {
-        let topic = self.internal_topic(name);
-        self.record_as(&topic, fields);
         topic
     }
 
@@ -300,24 +289,13 @@ impl<'a> Builder<'a> {
         self.released_node(name, hz.into(), priority, build)
     }
 
-    /// The same for a node that ticks on messages; see
-    /// [`Release::On`](ratelab::Release::On).
+    /// The same for a node that ticks at a rate, unless set otherwise, or on messages; see
+    /// [`Release`].
     ///
     /// # Errors
     /// [`BuildError`] as of [`Builder::node`], and if nodes would trigger each other in a
     /// circle.
-    pub fn triggered_node<N: Node + 'static>(
-        &mut self,
-        name: &str,
-        matching: Match,
-        priority: u32,
-        build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
-    ) -> Result<(), BuildError> {
-        self.released_node(name, matching.into(), priority, build)
-    }
-
-    /// The same for a node that ticks at a rate, unless set otherwise, or on messages.
-    pub(crate) fn released_node<N: Node + 'static>(
+    pub fn released_node<N: Node + 'static>(
         &mut self,
         name: &str,
         release: Release,
@@ -362,17 +340,6 @@ impl<'a> Builder<'a> {
         build: impl FnOnce(&mut Wiring<'_>) -> N,
     ) -> Result<(), BuildError> {
         let hz = self.rate(name, hz)?;
-        self.once(name, hz, priority, build)
-    }
-
-    /// Adds a node that is built once, here or in another process.
-    fn once<N: Node + 'static>(
-        &mut self,
-        name: &str,
-        hz: Hz,
-        priority: u32,
-        build: impl FnOnce(&mut Wiring<'_>) -> N,
-    ) -> Result<(), BuildError> {
         match self.is_here(name) {
             true => Ok(self.graph.node(name, hz, priority, build)?),
             false => Ok(self.graph.remote_node(name, hz, priority, build)?),

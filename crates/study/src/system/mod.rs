@@ -57,11 +57,11 @@ mod joints;
 mod kept;
 mod knob_text;
 mod library;
+pub mod names;
 mod picture;
 mod quadratic_cost;
 mod setup;
 mod signal;
-mod table;
 mod verdict;
 mod world;
 
@@ -70,7 +70,7 @@ use std::path::PathBuf;
 use ratelab::{ClockExit, GraphError, HzError, Time};
 use thiserror::Error;
 
-pub use about::{About, Group};
+pub use about::{About, Group, StateTable};
 pub use age_limits::AgeLimits;
 pub use alias::{Alias, paced_node};
 pub use builder::{Builder, WORLD};
@@ -86,9 +86,8 @@ pub use picture::{Picture, Shape, Style};
 pub use quadratic_cost::{MeanCost, QuadraticCost};
 pub use setup::Setup;
 pub use signal::{Final, Signal};
-pub use table::StateTable;
 pub use verdict::{Verdict, VerdictKind};
-pub use world::{SharedWorld, StepMs, World, WorldError, WorldKind};
+pub use world::{SharedWorld, StepMs, World, WorldError, WorldKind, depends_on_the_world};
 
 /// Everything a program needs to run a robot, or any other graph, to show and record it,
 /// and to repeat the run of a recording.
@@ -227,6 +226,12 @@ impl dyn System + '_ {
     pub fn chains(&self) -> Option<&'static str> {
         (!self.about().chains.is_empty()).then_some(CHAINS)
     }
+}
+
+/// The topic of the states of a plant; `None` for a graph around data only.
+pub fn plant(system: &dyn System) -> Option<&'static str> {
+    let state = system.state();
+    state.filter(|state| Some(*state) != system.chains())
 }
 
 /// The verdict of `system` on a run that stopped with `exit` at run time `at`, from the newest

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ratelab::{Shared, Time, Turn};
+use ratelab::{Knob, KnobKind, Shared, Time, Turn};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -52,6 +52,15 @@ impl WorldKind {
     pub fn is_course(&self) -> bool {
         *self == Self::Course
     }
+}
+
+/// Whether the effect of `knob` depends on the world: a cost, a link or a fault has less
+/// effect in a world that waits.
+pub fn depends_on_the_world(knob: &Knob) -> bool {
+    !matches!(
+        knob.kind(),
+        KnobKind::Rate | KnobKind::Depth | KnobKind::Send | KnobKind::Read
+    )
 }
 
 /// A step of physics that divides 20 ms (ms): 1, 2, 5 or 10.

@@ -6,9 +6,12 @@ use std::{
     path::Path,
 };
 
-use exercises::framework::{Answers, Brief, Exercise, Prediction};
+use exercises::{
+    framework::{Answers, Brief, Exercise, Prediction},
+    rescue::session::RESCUE,
+};
 
-use crate::{cli::ExerciseArgs, error::Error, output::print_line, rescue::RESCUE, wrap::readable};
+use crate::{cli::ExerciseArgs, error::Error, output::print_line, wrap::readable};
 
 /// Does `asked`, questions of one exercise, with the learner whose predictions are in
 /// `file`: shows what was predicted and measured, and asks the next question.
@@ -64,56 +67,53 @@ impl Learner<'_> {
         asked.iter().copied().find(is_open)
     }
 
-    /// Shows the answered questions, and asks the others.
+    /// Shows the answered questions, and asks the others: a person all of them, each when the
+    /// result before it is read, and a script the first one.
     fn go_through(&mut self, asked: &[Question]) -> Result<(), Error> {
-        match io::stdin().is_terminal() {
-            true => self.with_a_person(asked),
-            false => self.with_a_script(asked),
-        }
-    }
-
-    /// Goes through all questions, and waits after each result until it is read.
-    fn with_a_person(&mut self, asked: &[Question]) -> Result<(), Error> {
+        let is_person = io::stdin().is_terminal();
         for (index, part) in asked.iter().copied().enumerate() {
-            if index > 0 && !goes_on(part.brief())? {
+            let is_later = index > 0;
+            if is_person && is_later && !goes_on(part.brief())? {
                 return Ok(());
             }
-            if self.answers.get(part.brief()).is_some() {
-                self.show(part)?;
-                continue;
+            let is_open = self.answers.get(part.brief()).is_none();
+            match (is_open, is_person) {
+                (true, true) => self.ask(part)?,
+                (true, false) => return self.read_answer(part, is_later),
+                (false, _) => {
+                    if !is_person && is_later {
+                        print_line("")?;
+                    }
+                    self.show(part)?;
+                }
             }
-            // Checks that the file is writable before the learner types a prediction.
-            Answers::try_place(self.file)?;
-            self.introduce(part, self.seed(part))?;
-            self.keep(part, ask(part.brief())?)?;
-            self.reveal(part)?;
         }
         Ok(())
     }
 
-    /// Shows what is answered; the input answers one question, or none where some are
-    /// answered.
-    fn with_a_script(&mut self, asked: &[Question]) -> Result<(), Error> {
-        for (index, part) in asked.iter().copied().enumerate() {
-            if self.answers.get(part.brief()).is_some() {
-                if index > 0 {
-                    print_line("")?;
-                }
-                self.show(part)?;
-                continue;
-            }
-            let line = read_line()?;
-            let empty = line.trim().is_empty();
-            if empty && index > 0 {
+    /// Asks a person one question.
+    fn ask(&mut self, part: Question) -> Result<(), Error> {
+        // Checks that the file is writable before the learner types a prediction.
+        Answers::try_place(self.file)?;
+        self.introduce(part, self.seed(part))?;
+        self.keep(part, ask(part.brief())?)?;
+        self.reveal(part)
+    }
+
+    /// Takes the answer to one question from the input of a script, which may be empty where
+    /// something `is_shown` above it.
+    fn read_answer(&mut self, part: Question, is_shown: bool) -> Result<(), Error> {
+        let line = read_line()?;
+        if line.trim().is_empty() {
+            if is_shown {
                 return Ok(());
             }
-            if empty && part.evidence(self.seed(part))?.is_some() {
+            if part.evidence(self.seed(part))?.is_some() {
                 self.introduce(part, self.seed(part))?;
             }
-            self.keep(part, read(&line, part.brief())?)?;
-            return self.show(part);
         }
-        Ok(())
+        self.keep(part, read(&line, part.brief())?)?;
+        self.show(part)
     }
 
     /// Shows an answered question and its result.
@@ -221,12 +221,21 @@ impl Learner<'_> {
 /// Waits until the learner goes on to the question of `brief`; returns whether that
 /// happened.
 fn goes_on(brief: &Brief) -> Result<bool, Error> {
-    print!("\nEnter goes on to {} ({}) ", brief.label(), brief.title);
-    // A failure is ignored here: printing the question reports it.
-    let _ = io::stdout().flush();
-    let read = !read_line()?.is_empty();
+    let line = prompted(&format!(
+        "\nEnter goes on to {} ({}) ",
+        brief.label(),
+        brief.title
+    ))?;
     print_line("")?;
-    Ok(read)
+    Ok(!line.is_empty())
+}
+
+/// The line that is typed behind `prompt`.
+fn prompted(prompt: &str) -> Result<String, Error> {
+    print!("{prompt}");
+    // A failure is ignored here: whatever is printed next reports it.
+    let _ = io::stdout().flush();
+    read_line()
 }
 
 fn read_line() -> Result<String, Error> {
@@ -246,11 +255,12 @@ fn read(line: &str, brief: &Brief) -> Result<Prediction, Error> {
 
 /// Asks for a prediction until it is valid.
 fn ask(brief: &Brief) -> Result<Prediction, Error> {
+    let unit = match &*brief.unit {
+        "" => String::new(),
+        unit => format!(" in {unit}"),
+    };
     loop {
-        print!("Your prediction{}, and why: ", in_unit(&brief.unit));
-        // A failure is ignored here: printing the answer reports it.
-        let _ = io::stdout().flush();
-        let line = read_line()?;
+        let line = prompted(&format!("Your prediction{unit}, and why: "))?;
         match Prediction::read(&line, brief) {
             Ok(prediction) => {
                 print_line("")?;
@@ -262,14 +272,6 @@ fn ask(brief: &Brief) -> Result<Prediction, Error> {
     }
 }
 
-fn in_unit(unit: &str) -> String {
-    if unit.is_empty() {
-        String::new()
-    } else {
-        format!(" in {unit}")
-    }
-}
-
 /// The next step after exercise `number`: its next question, or the next exercise.
 fn next_step(number: u32, open: Option<Question>) -> Option<String> {
     if number == RESCUE {
@@ -277,16 +279,12 @@ fn next_step(number: u32, open: Option<Question>) -> Option<String> {
                    ratelab exercise 5 --session rescue.rrd";
         return Some(how.to_owned());
     }
-    if let Some(open) = open.map(Exercise::brief) {
-        return Some(format!(
-            "Next: ratelab exercise {} ({})",
-            open.label(),
-            open.title
-        ));
-    }
-    let next = exercises::find(number + 1)?.brief();
-    Some(format!(
-        "Next: ratelab exercise {} ({})",
-        next.number, next.title
-    ))
+    let (label, title) = match open.map(Exercise::brief) {
+        Some(open) => (open.label(), &open.title),
+        None => {
+            let next = exercises::find(number + 1)?.brief();
+            (next.number.to_string(), &next.title)
+        }
+    };
+    Some(format!("Next: ratelab exercise {label} ({title})"))
 }

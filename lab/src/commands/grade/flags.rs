@@ -1,14 +1,23 @@
-//! What a teacher had better look at, in a whole class.
+//! What a teacher had better look at, in a whole class. A flag is no judgement: of two copies
+//! nobody knows which is the original, and an early version wrote files without marks.
 
-use exercises::framework::PredictionOrigin;
+use exercises::{framework::PredictionOrigin, rescue::session::alike};
 
-use super::{
-    Graded,
-    flag::{FlagKind, Flags},
-    marks::GradedPrediction,
-    roster::Roster,
-};
-use crate::rescue::alike;
+use super::{Graded, marks::GradedPrediction, roster::Roster};
+
+/// The kinds of flags; each is a column of the CSV file.
+pub const KINDS: [&str; 7] = [
+    "copied_reason",
+    "edited",
+    "foreign_seed",
+    "redone",
+    "copied_rescue",
+    "scripted",
+    "no_reason",
+];
+
+/// The evidence for each kind of flag that a prediction or a session has.
+pub type Flags = [Option<String>; KINDS.len()];
 
 /// Number of words from which on the same reason is worth a note: fewer are often the same
 /// by chance.
@@ -46,24 +55,13 @@ fn of_prediction(
         PredictionOrigin::Edited => Some("changed after ratelab wrote it".to_owned()),
     };
     let redone = mark.redone.as_ref();
-    let short = (!mark.reasoned).then(|| format!("{:?} is no reason", mark.reason));
-    let all = [
-        (FlagKind::CopiedReason, copied(of, mark, class)),
-        (FlagKind::Edited, edited),
-        (FlagKind::ForeignSeed, foreign(of, mark, roster)),
-        (
-            FlagKind::Redone,
-            redone.map(|then| format!("later {then}: the first one counts")),
-        ),
-        (FlagKind::NoReason, short),
-    ];
-    known(all)
-}
-
-/// The flags with evidence.
-fn known<const N: usize>(all: [(FlagKind, Option<String>); N]) -> Flags {
-    let found = all.into_iter();
-    found.filter_map(|(kind, why)| Some((kind, why?))).collect()
+    let redone = redone.map(|then| mark.brief.in_unit(then.number()));
+    let redone = redone.map(|then| format!("later {then}: the first one counts"));
+    let (reason, is_one) = (mark.prediction.reason(), mark.prediction.is_reasoned());
+    let short = (!is_one).then(|| format!("{reason:?} is no reason"));
+    let copied = copied(of, mark, class);
+    let foreign = foreign(of, mark, roster);
+    [copied, edited, foreign, redone, None, None, short]
 }
 
 /// The others in whose hand-in the entry, or the words, are the same.
@@ -74,7 +72,7 @@ fn copied(of: &Graded, mark: &GradedPrediction, class: &[Graded]) -> Option<Stri
     for (learner, theirs) in others {
         if matches!(mark.origin, PredictionOrigin::Written(_)) && mark.origin == theirs.origin {
             files.push(learner);
-        } else if is_worded_alike(&mark.reason, &theirs.reason) {
+        } else if is_worded_alike(mark.prediction.reason(), theirs.prediction.reason()) {
             words.push(learner);
         }
     }
@@ -127,11 +125,7 @@ fn of_session(of: &Graded, at: usize, class: &[Graded]) -> Flags {
     let scripted = session
         .scripted
         .then(|| "played from a list of knobs and not by hand".to_owned());
-    let all = [
-        (FlagKind::CopiedRescue, copied),
-        (FlagKind::Scripted, scripted),
-    ];
-    known(all)
+    [None, None, None, None, copied, scripted, None]
 }
 
 impl Graded {
@@ -147,7 +141,7 @@ impl Graded {
             .map(|session| (session.file_name(), &session.flags));
         let mut found: Vec<(String, &str)> = Vec::new();
         for (item, flags) in marks.chain(sessions) {
-            for why in flags.values() {
+            for why in flags.iter().flatten() {
                 match found.iter_mut().find(|(_, known)| known == why) {
                     Some((items, _)) => *items = format!("{items}, {item}"),
                     None => found.push((item.clone(), why)),

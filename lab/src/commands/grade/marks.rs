@@ -3,37 +3,33 @@
 
 use std::{
     collections::{BTreeMap, btree_map::Entry},
-    sync::{
-        atomic::{AtomicBool, Ordering},
-        mpsc::{RecvTimeoutError, channel},
-    },
+    sync::mpsc::{RecvTimeoutError, channel},
     thread,
     time::Duration,
 };
 
-use exercises::framework::{Answers, Brief, Exercise, Failure, Findings, PredictionOrigin};
+use exercises::framework::{
+    Answers, Brief, Exercise, Failure, Findings, Prediction, PredictionOrigin,
+};
+use ratelab::Interrupt;
 
-use super::flag::Flags;
+use super::flags::Flags;
 use crate::error::Error;
 
 /// A graded prediction.
 pub struct GradedPrediction {
     /// The question.
     pub brief: &'static Brief,
-    /// The predicted number, in the unit of the question.
-    pub number: f64,
+    /// The prediction: the first one, if there is a later one.
+    pub prediction: Prediction,
     /// The learner's number, if it decides what is measured.
     pub seed: Option<u64>,
-    /// The reason in the learner's words.
-    pub reason: String,
     /// Whether the prediction is right.
     pub right: bool,
     /// Its deviation, as text.
     pub by: String,
-    /// The later prediction, if there is one: the first is graded.
-    pub redone: Option<String>,
-    /// Whether the reason is one.
-    pub reasoned: bool,
+    /// The later prediction, if there is one.
+    pub redone: Option<Prediction>,
     /// How it came into the file.
     pub origin: PredictionOrigin,
     /// What to look at.
@@ -55,7 +51,7 @@ impl Measured {
     /// [`Error`] if a question cannot be measured.
     pub fn marks_unless(
         &mut self,
-        asked: &AtomicBool,
+        asked: &Interrupt,
         answers: &Answers,
     ) -> Result<Option<Vec<GradedPrediction>>, Error> {
         let (mut known, answers) = (self.clone(), answers.clone());
@@ -65,7 +61,7 @@ impl Measured {
             // Nobody waits for it any more if this fails.
             let _ = sender.send((known, marks));
         });
-        while !asked.load(Ordering::Relaxed) {
+        while !asked.is_asked() {
             match done.recv_timeout(LOOK) {
                 Ok((known, marks)) => {
                     *self = known;
@@ -97,17 +93,13 @@ impl Measured {
             let (right, by) = findings.judge(brief, prediction);
             marks.push(GradedPrediction {
                 brief,
-                number: prediction.number(),
+                prediction: prediction.clone(),
                 seed,
-                reason: prediction.reason().to_owned(),
                 right,
                 by,
-                redone: answers
-                    .redone(brief)
-                    .map(|then| brief.in_unit(then.number())),
-                reasoned: prediction.is_reasoned(),
+                redone: answers.redone(brief).cloned(),
                 origin,
-                flags: Flags::new(),
+                flags: Flags::default(),
             });
         }
         Ok(marks)
@@ -133,8 +125,6 @@ impl Measured {
 
 #[cfg(test)]
 mod tests {
-    use exercises::framework::Prediction;
-
     use super::*;
 
     #[test]
@@ -144,13 +134,15 @@ mod tests {
         let prediction = Prediction::read("4 because I counted", brief);
         answers.set(brief, prediction.expect("a prediction"));
         let mut measured = Measured::default();
-        let marks = |measured: &mut Measured, asked| {
-            let marks = measured.marks_unless(&AtomicBool::new(asked), &answers);
+        let marks = |measured: &mut Measured, asked: &Interrupt| {
+            let marks = measured.marks_unless(asked, &answers);
             marks.expect("measured").map(|marks| marks.len())
         };
-        assert_eq!(marks(&mut measured, true), None);
+        let asked = Interrupt::default();
+        asked.ask();
+        assert_eq!(marks(&mut measured, &asked), None);
         assert_eq!(measured.questions().count(), 0);
-        assert_eq!(marks(&mut measured, false), Some(1));
+        assert_eq!(marks(&mut measured, &Interrupt::default()), Some(1));
         assert_eq!(measured.questions().count(), 1);
     }
 }

@@ -1,11 +1,11 @@
 //! The result for programs: a row per prediction and per recording, and JSON.
 
 use exercises::framework::Brief;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::{
     Graded,
-    flag::{COLUMNS, FlagKind, Flags},
+    flags::{Flags, KINDS},
     histogram,
     marks::{GradedPrediction, Measured},
     predictions,
@@ -24,19 +24,20 @@ pub fn csv(graded: &[Graded]) -> String {
         let sessions = graded.sessions.iter();
         let sessions = sessions.map(|session| (session_cells(session), &session.flags));
         let whole = graded.refused.iter();
-        let whole = whole.map(|why| (whole_cells(why), NONE));
+        let whole = whole.map(|why| (whole_cells(why), &NONE));
         marks.chain(sessions).chain(whole).map(|(cells, flags)| {
             let learner = [graded.learner.clone(), graded.is_accepted().to_string()];
-            let flags = FlagKind::ALL.map(|kind| flags.get(&kind).cloned().unwrap_or_default());
+            let flags = flags.iter().map(|why| why.clone().unwrap_or_default());
             let cells = learner.into_iter().chain(cells).chain(flags);
             row_of(cells.map(no_formula)) + "\n"
         })
     });
-    format!("{HEADER},{COLUMNS}\n{}", rows.collect::<String>())
+    let kinds = KINDS.join(",");
+    format!("{HEADER},{kinds}\n{}", rows.collect::<String>())
 }
 
 /// A hand-in as a whole has no flags.
-const NONE: &Flags = &Flags::new();
+const NONE: Flags = [const { None }; KINDS.len()];
 
 fn whole_cells(why: &str) -> [String; 6] {
     let cells = ["hand-in", "false", "", "", "", why];
@@ -48,11 +49,11 @@ fn mark_cells(mark: &GradedPrediction) -> [String; 6] {
         format!("exercise {}", mark.brief.label()),
         mark.right.to_string(),
         match &mark.brief.choices[..] {
-            [] => mark.number.to_string(),
-            _ => mark.brief.in_unit(mark.number),
+            [] => mark.prediction.number().to_string(),
+            _ => mark.brief.in_unit(mark.prediction.number()),
         },
         mark.brief.unit.clone(),
-        mark.reason.clone(),
+        mark.prediction.reason().to_owned(),
         String::new(),
     ]
 }
@@ -88,18 +89,25 @@ pub fn json(graded: &[Graded], measured: &Measured) -> Value {
     })
 }
 
+/// The flags with evidence, by kind.
+fn known(flags: &Flags) -> Map<String, Value> {
+    let all = KINDS.iter().zip(flags);
+    let known = all.filter_map(|(kind, why)| Some(((*kind).to_owned(), json!(why.as_ref()?))));
+    known.collect()
+}
+
 fn hand_in(graded: &Graded) -> Value {
     let predictions = graded.marks.iter().map(|mark| {
         json!({
             "exercise": mark.brief.label(),
             "seed": mark.seed,
             "name": mark.brief.name,
-            "number": mark.number,
+            "number": mark.prediction.number(),
             "unit": mark.brief.unit,
             "right": mark.right,
             "error": mark.by,
-            "reason": mark.reason,
-            "flags": mark.flags,
+            "reason": mark.prediction.reason(),
+            "flags": known(&mark.flags),
         })
     });
     let sessions = graded.sessions.iter().map(|session| {
@@ -109,7 +117,7 @@ fn hand_in(graded: &Graded) -> Value {
             "rescue": session.rescued,
             "verified": session.verified,
             "problems": session.refused,
-            "flags": session.flags,
+            "flags": known(&session.flags),
         })
     });
     json!({

@@ -1,21 +1,14 @@
 //! The recording of a rescue: whether it is one, verified bit for bit, and the learner's
 //! own.
 
-use std::{
-    ops::ControlFlow,
-    path::{Path, PathBuf},
-    sync::atomic::{AtomicBool, Ordering},
-};
+use std::path::{Path, PathBuf};
 
-use ratelab::{Event, Time, TimedKnob};
-
-use super::{file_name, flag::Flags};
-use crate::{
-    error::Error,
-    program::Program,
-    rescue::{is_shipped, judge_recording},
-};
+use exercises::rescue::session::{is_shipped, judge_recording};
+use ratelab::{Event, Interrupt, Time, TimedKnob};
 use ratelab_recording::{Recording, VerifyError, VerifyStatus, verify};
+
+use super::{file_name, flags::Flags};
+use crate::{error::Error, program::Program, signals};
 
 /// A recording that was handed in.
 #[derive(Default)]
@@ -42,7 +35,7 @@ impl GradedRun {
     ///
     /// # Errors
     /// [`Error`] after Ctrl-C, which sets `asked`.
-    pub fn of(file: &Path, program: &Program, asked: &AtomicBool) -> Result<Self, Error> {
+    pub fn of(file: &Path, program: &Program, asked: &Interrupt) -> Result<Self, Error> {
         let mut session = Self {
             file: file.to_owned(),
             ..Self::default()
@@ -63,7 +56,7 @@ impl GradedRun {
         &mut self,
         recording: &Recording,
         program: &Program,
-        asked: &AtomicBool,
+        asked: &Interrupt,
     ) -> Result<(), Error> {
         self.commands = recording.events.iter().filter_map(Event::knob).collect();
         self.commands.retain(|command| command.at > Time::ZERO);
@@ -78,10 +71,7 @@ impl GradedRun {
             Ok(rescued) => self.rescued = Some(rescued.to_string()),
             Err(failure) => self.refused.push(format!("no rescue: {failure}")),
         }
-        let watch = |_: &VerifyStatus| match asked.load(Ordering::Relaxed) {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        };
+        let watch = |_: &VerifyStatus| signals::unless(asked);
         match verify(recording, &program.system, false, watch) {
             Ok(identical) => self.verified = Some(identical.to_string()),
             Err(why @ VerifyError::Stopped) => {

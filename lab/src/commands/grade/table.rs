@@ -3,9 +3,7 @@
 use exercises::framework::{Brief, Findings, Table, Tolerance};
 
 use super::{
-    Graded,
-    flag::FlagKind,
-    histogram,
+    Graded, histogram,
     marks::{GradedPrediction, Measured},
     natural, predictions,
     roster::Roster,
@@ -174,7 +172,7 @@ fn sessions(graded: &Graded) -> String {
 /// A prediction in the table: with the number, if it is one.
 fn cell(mark: &GradedPrediction) -> String {
     match &mark.brief.choices[..] {
-        [] => format!("{} {}", sign(mark.right), mark.number),
+        [] => format!("{} {}", sign(mark.right), mark.prediction.number()),
         _ => sign(mark.right).to_owned(),
     }
 }
@@ -196,16 +194,16 @@ fn title(brief: &Brief, findings: Option<&Findings>) -> String {
 fn reasons<'g>(graded: &'g [Graded], brief: &'g Brief) -> impl Iterator<Item = String> + 'g {
     let marks = graded.iter().filter_map(|g| Some((g, g.mark(brief)?)));
     marks.map(|(of, mark)| {
-        let twin = mark.flags.get(&FlagKind::CopiedReason);
-        let twin = twin.map(|others| format!(" ({others})"));
+        let [twin, ..] = &mark.flags;
+        let twin = twin.as_ref().map(|others| format!(" ({others})"));
         let drawn = mark.seed.map(|seed| format!(" (number {seed})"));
         one_line(&format!(
             "  {} {}{}: {}, {}{}",
             sign(mark.right),
             of.learner,
             drawn.unwrap_or_default(),
-            brief.in_unit(mark.number),
-            mark.reason,
+            brief.in_unit(mark.prediction.number()),
+            mark.prediction.reason(),
             twin.unwrap_or_default(),
         ))
     })

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use ratelab::{Knob, TimedKnob};
 use ratelab_study::{
     experiment::hunt::{Budget, Found, Proof},
-    system::{KnobText, System},
+    system::{KnobText, System, names::good},
 };
 use serde_json::{Value, json};
 
-use crate::{names::good, report::lines};
+use crate::report::lines;
 
 /// A description of the budget.
 pub fn budget(budget: &Budget) -> String {

@@ -4,13 +4,13 @@ use std::{sync::Arc, thread, time::Duration};
 
 use ratelab::Knob;
 use ratelab_account::{Lineage, Observer};
+use ratelab_screen::{Place, Remote, RunSource, StatusExtra, WatchedRows, watched};
 use ratelab_study::{
     experiment::{Config, Summary},
     system::System,
 };
 
 use super::RemoteRun;
-use crate::dashboard::{Place, Remote, RunSource, StatusExtra, WatchedRows, watched};
 
 impl RunSource for RemoteRun {
     fn shared_system(&self) -> &Arc<dyn System> {

@@ -1,9 +1,9 @@
 //! What is told of the processes of a run: where a node is, what is wrong, how exact ages are.
 
+use ratelab_screen::Place;
 use ratelab_wire::{machine::Nanos, telemetry::Info};
 
 use super::processes::{GONE, Process, Processes, total};
-use crate::dashboard::Place;
 
 impl Processes {
     /// Where `node` runs.

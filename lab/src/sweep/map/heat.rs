@@ -2,14 +2,12 @@
 
 use std::iter;
 
+use ratelab_screen::{SurvivalLevel, Theme};
+
 use super::{MapStyle, cell_mark, edge_mark, level};
-use crate::{
-    sweep::{
-        figures,
-        summary::{RowSummary, SweepSummary},
-        survival_level::SurvivalLevel,
-    },
-    theme::Theme,
+use crate::sweep::{
+    figures,
+    summary::{RowSummary, SweepSummary},
 };
 
 /// Columns of a cell: a glyph and a digit.

@@ -1,13 +1,11 @@
 //! A line per value, with a bar and figures.
 
+use ratelab_screen::{SurvivalLevel, Theme};
+
 use super::edge_mark;
-use crate::{
-    sweep::{
-        figures,
-        summary::{RowSummary, SweepSummary},
-        survival_level::SurvivalLevel,
-    },
-    theme::Theme,
+use crate::sweep::{
+    figures,
+    summary::{RowSummary, SweepSummary},
 };
 
 /// Width of a bar (columns).

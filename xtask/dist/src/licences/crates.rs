@@ -87,10 +87,7 @@ pub fn viewer(machine: &Machine) -> Result<String, Error> {
     let metadata = metadata(machine)?;
     let rerun = metadata.packages.iter().find(|p| p.name == "rerun");
     let version = rerun.map(|package| package.version.to_string());
-    version.ok_or(Error::Silent {
-        tool: "cargo metadata",
-        what: "version of rerun",
-    })
+    version.ok_or_else(|| Error::silent("cargo metadata", "version of rerun"))
 }
 
 fn metadata(machine: &Machine) -> Result<Metadata, Error> {
@@ -104,11 +101,7 @@ fn metadata(machine: &Machine) -> Result<Metadata, Error> {
 /// The metadata covers all crates of the workspace; the tree covers those of this
 /// program.
 fn linked(machine: &Machine) -> Result<Vec<Package>, Error> {
-    let silent = Error::Silent {
-        tool: "cargo tree",
-        what: "crates",
-    };
-    let tree = tree(machine).ok_or(silent)?;
+    let tree = tree(machine).ok_or_else(|| Error::silent("cargo tree", "crates"))?;
     let in_tree: BTreeSet<_> = tree.lines().filter_map(name_and_version).collect();
     let mut packages = metadata(machine)?.packages;
     packages.retain(|p| in_tree.contains(&(p.name.as_str(), &*p.version.to_string())));
@@ -150,9 +143,10 @@ fn texts_of(package: &Package, root: &Path) -> Result<Vec<String>, Error> {
     if texts.iter().all(|text| text.len() < SHORTEST) {
         let expression = package.license.clone().unwrap_or_default();
         let standard = standard(&expression).filter(|texts| !texts.is_empty());
-        let standard = standard.ok_or_else(|| Error::Licence {
-            name: package.name.to_string(),
-            expression,
+        let standard = standard.ok_or_else(|| {
+            let (name, unknown) = (&package.name, "is not known by SPDX");
+            let why = format!("no licence text is in the crate, and {expression:?} {unknown}");
+            Error::Unfit(format!("{name}: {why}"))
         })?;
         texts.extend(standard.into_iter().map(plain));
     }

@@ -23,11 +23,8 @@ pub(super) fn rust(sysroot: &Path) -> Result<Texts, Error> {
 /// The licences of the parts linked by zig.
 pub(super) fn zig(root: &Path) -> Result<Texts, Error> {
     const TEXTS: [&str; 2] = ["libunwind/LICENSE.TXT", "libc/glibc/LICENSES"];
-    let silent = Error::Silent {
-        tool: "zig env",
-        what: "lib_dir",
-    };
-    let library = root.join(library(root).ok_or(silent)?);
+    let library = library(root).ok_or_else(|| Error::silent("zig env", "lib_dir"))?;
+    let library = root.join(library);
     let mut all = texts(&library, &TEXTS)?;
     all.extend(texts(library.parent().unwrap_or(&library), &["LICENSE"])?);
     Ok(all)

@@ -1,97 +1,37 @@
-//! Errors in a file of weights.
+//! The errors in a file of weights, as text: the expected and the actual content. Texts from the
+//! file are quoted, so that each error stays one line.
 
-use thiserror::Error;
-
-/// An invalid file of weights for this robot. Texts from the file are quoted, so that the
-/// message always stays one line.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum WeightsError {
-    /// An unknown file format.
-    #[error("expected a PyTorch checkpoint (.pt), safetensors or ONNX, found none of them: {0}")]
-    Format(String),
-    /// A checkpoint in the format before PyTorch used zips.
-    #[error(
-        "expected a PyTorch checkpoint that is a zip, found a bare pickle, as PyTorch wrote before \
-         1.6: load it there and save it again"
-    )]
-    Legacy,
-    /// A zip that is no checkpoint, or is damaged.
-    #[error("expected a PyTorch checkpoint, found a zip that is none: {0}")]
-    Zip(String),
-    /// The pickle names something other than tensors.
-    #[error(
-        "only tensors are read from a checkpoint, never code; this one asks for {0}: \
-         save the state_dict alone"
-    )]
-    Forbidden(String),
-    /// The pickle is invalid.
-    #[error("expected a PyTorch checkpoint, found an invalid pickle: {0}")]
-    Pickle(String),
-    /// A missing tensor.
-    #[error("expected a tensor {name:?}, found {found}")]
-    Missing {
-        /// Name of the tensor.
-        name: &'static str,
-        /// The tensors in the file.
-        found: String,
-    },
-    /// A tensor of the wrong shape.
-    #[error("expected {name:?} of shape {expected}, found {found:?}")]
-    Shape {
-        /// Name of the tensor.
-        name: &'static str,
-        /// The expected shape.
-        expected: String,
-        /// The shape found.
-        found: Vec<usize>,
-    },
-    /// A tensor with an unsupported element type.
-    #[error("expected {name:?} of float16, float32 or float64, found {found}")]
-    Kind {
-        /// Name of the tensor.
-        name: &'static str,
-        /// The type found.
-        found: String,
-    },
-    /// A truncated tensor.
-    #[error("expected all numbers of {name:?}, found {found}")]
-    Short {
-        /// Name of the tensor.
-        name: &'static str,
-        /// The size found.
-        found: String,
-    },
-    /// A weight that is NaN or infinite.
-    #[error("expected finite numbers, found {value} in {name:?} at {index}")]
-    NotFinite {
-        /// Name of the tensor.
-        name: &'static str,
-        /// Index of the weight, row by row.
-        index: usize,
-        /// Its value.
-        value: f32,
-    },
+/// A tensor is missing; the file has something else of its name, or other tensors.
+pub(super) fn missing(name: &str, found: &str) -> String {
+    format!("expected a tensor {name:?}, found {found}")
 }
 
-impl WeightsError {
-    /// An error for a tensor missing among `names`.
-    pub(super) fn missing<'n>(
-        name: &'static str,
-        names: impl ExactSizeIterator<Item = &'n str>,
-    ) -> Self {
-        /// Maximum number of names in a message.
-        const TOLD: usize = 6;
-        let count = names.len();
-        let mut told: Vec<String> = names.take(TOLD).map(quoted).collect();
-        if count > TOLD {
-            told.push(format!("{} more", count - TOLD));
-        }
-        let found = match count {
-            0 => "no tensors".to_owned(),
-            _ => told.join(", "),
-        };
-        Self::Missing { name, found }
+/// A tensor is missing among those called `names`.
+pub(super) fn missing_among<'n>(
+    name: &str,
+    names: impl ExactSizeIterator<Item = &'n str>,
+) -> String {
+    /// Maximum number of names in a message.
+    const TOLD: usize = 6;
+    let count = names.len();
+    let mut told: Vec<String> = names.take(TOLD).map(quoted).collect();
+    if count > TOLD {
+        told.push(format!("{} more", count - TOLD));
     }
+    match count {
+        0 => missing(name, "no tensors"),
+        _ => missing(name, &told.join(", ")),
+    }
+}
+
+/// A tensor has another shape.
+pub(super) fn shape(name: &str, expected: &str, found: &[usize]) -> String {
+    format!("expected {name:?} of shape {expected}, found {found:?}")
+}
+
+/// A tensor has elements of another type.
+pub(super) fn kind(name: &str, found: &str) -> String {
+    format!("expected {name:?} of float16, float32 or float64, found {found}")
 }
 
 /// Quotes a text from a file, safe to print and shortened if necessary.

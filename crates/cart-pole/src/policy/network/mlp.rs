@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{WeightsError, tensor::Tensor};
+use super::{error, tensor::Tensor};
 use crate::{Action, Observation, policy::Policy};
 
 /// Numbers in an observation.
@@ -34,15 +34,12 @@ struct Layer {
 impl Mlp {
     /// Builds the actor from the tensors that `read` returns by name.
     pub(super) fn from_tensors(
-        mut read: impl FnMut(&'static str) -> Result<Tensor, WeightsError>,
-    ) -> Result<Self, WeightsError> {
+        mut read: impl FnMut(&'static str) -> Result<Tensor, String>,
+    ) -> Result<Self, String> {
         let first = read("actor_mean.0.weight")?;
         let [width @ 1..=LARGEST_WIDTH, INPUTS] = first.shape[..] else {
-            return Err(WeightsError::Shape {
-                name: "actor_mean.0.weight",
-                expected: format!("[width, {INPUTS}] with a width of 1 to {LARGEST_WIDTH}"),
-                found: first.shape,
-            });
+            let expected = format!("[width, {INPUTS}] with a width of 1 to {LARGEST_WIDTH}");
+            return Err(error::shape("actor_mean.0.weight", &expected, &first.shape));
         };
         let mut numbers = |name, shape: &[usize]| checked(name, read(name)?, shape);
         Ok(Self {
@@ -70,17 +67,15 @@ impl Mlp {
 }
 
 /// The numbers of `tensor`, if it has this shape and all are finite.
-fn checked(name: &'static str, tensor: Tensor, shape: &[usize]) -> Result<Vec<f32>, WeightsError> {
+fn checked(name: &'static str, tensor: Tensor, shape: &[usize]) -> Result<Vec<f32>, String> {
     if tensor.shape != shape {
-        return Err(WeightsError::Shape {
-            name,
-            expected: format!("{shape:?}"),
-            found: tensor.shape,
-        });
+        return Err(error::shape(name, &format!("{shape:?}"), &tensor.shape));
     }
     let mut values = tensor.values.iter().copied().enumerate();
     match values.find(|(_, value)| !value.is_finite()) {
-        Some((index, value)) => Err(WeightsError::NotFinite { name, index, value }),
+        Some((index, value)) => Err(format!(
+            "expected finite numbers, found {value} in {name:?} at {index}"
+        )),
         None => Ok(tensor.values),
     }
 }

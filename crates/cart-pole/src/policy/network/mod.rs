@@ -9,7 +9,6 @@ mod mlp;
 mod safetensors;
 mod tensor;
 
-pub use error::WeightsError;
 pub use mlp::{LARGEST_WIDTH, Mlp, Network};
 
 /// The signature of a zip's local header.
@@ -25,12 +24,14 @@ const PICKLE: u8 = 0x80;
 /// [`LARGEST_FILE`](super::LARGEST_FILE), and no code is run.
 ///
 /// # Errors
-/// [`WeightsError`] with the expected and the actual content.
-pub fn read_weights(content: &[u8]) -> Result<Mlp, WeightsError> {
+/// The expected and the actual content, in a line.
+pub fn read_weights(content: &[u8]) -> Result<Mlp, String> {
     if content.starts_with(ZIP) {
         checkpoint::Checkpoint::open(content)?.mlp()
     } else if content.first() == Some(&PICKLE) {
-        Err(WeightsError::Legacy)
+        let legacy = "expected a PyTorch checkpoint that is a zip, found a bare pickle, as PyTorch \
+                      wrote before 1.6: load it there and save it again";
+        Err(legacy.to_owned())
     } else {
         safetensors::read(content)
     }

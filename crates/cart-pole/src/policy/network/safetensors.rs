@@ -3,7 +3,7 @@
 use safetensors::{Dtype, SafeTensors};
 
 use super::{
-    Mlp, WeightsError,
+    Mlp, error,
     tensor::{Float, Tensor, checked_count},
 };
 
@@ -11,20 +11,23 @@ use super::{
 const LONGEST_HEADER: u64 = 1 << 18;
 
 /// Reads the actor from a safetensors file.
-pub(super) fn read(content: &[u8]) -> Result<Mlp, WeightsError> {
+pub(super) fn read(content: &[u8]) -> Result<Mlp, String> {
     check_header(content)?;
-    let file = SafeTensors::deserialize(content).map_err(|why| {
-        WeightsError::Format(format!(
-            "as safetensors, {}",
-            why.to_string().escape_debug()
-        ))
+    let file = SafeTensors::deserialize(content);
+    let file = file.map_err(|why| {
+        let why = why.to_string();
+        no_format(&format!("as safetensors, {}", why.escape_debug()))
     })?;
     Mlp::from_tensors(|name| tensor(&file, name))
 }
 
+fn no_format(why: &str) -> String {
+    format!("expected a PyTorch checkpoint (.pt), safetensors or ONNX, found none of them: {why}")
+}
+
 /// Checks the length of the header: as JSON it takes many times its length in memory.
-fn check_header(content: &[u8]) -> Result<(), WeightsError> {
-    let refuse = |why: String| Err(WeightsError::Format(why));
+fn check_header(content: &[u8]) -> Result<(), String> {
+    let refuse = |why: String| Err(no_format(&why));
     let Some((length, header)) = content.split_first_chunk() else {
         return refuse(format!("{} bytes are all there is", content.len()));
     };
@@ -40,18 +43,15 @@ fn check_header(content: &[u8]) -> Result<(), WeightsError> {
     }
 }
 
-fn tensor(file: &SafeTensors, name: &'static str) -> Result<Tensor, WeightsError> {
+fn tensor(file: &SafeTensors, name: &'static str) -> Result<Tensor, String> {
     let view = file
         .tensor(name)
-        .map_err(|_| WeightsError::missing(name, file.names().into_iter()))?;
+        .map_err(|_| error::missing_among(name, file.names().into_iter()))?;
     let float = match view.dtype() {
         Dtype::F16 => Float::F16,
         Dtype::F32 => Float::F32,
         Dtype::F64 => Float::F64,
-        other => {
-            let found = format!("{other:?}");
-            return Err(WeightsError::Kind { name, found });
-        }
+        other => return Err(error::kind(name, &format!("{other:?}"))),
     };
     let count = view.data().len() / float.size();
     let count = checked_count(name, view.shape(), Some(count))?;

@@ -1,6 +1,6 @@
 //! Tensors from files.
 
-use super::WeightsError;
+use super::error;
 
 /// Maximum number of elements in a tensor: a square of the largest width.
 const LARGEST_TENSOR: usize = super::LARGEST_WIDTH * super::LARGEST_WIDTH;
@@ -17,13 +17,9 @@ pub(super) fn checked_count(
     name: &'static str,
     shape: &[usize],
     count: Option<usize>,
-) -> Result<usize, WeightsError> {
+) -> Result<usize, String> {
     let few = count.filter(|count| *count <= LARGEST_TENSOR);
-    few.ok_or_else(|| WeightsError::Shape {
-        name,
-        expected: format!("{LARGEST_TENSOR} numbers at most"),
-        found: shape.to_vec(),
-    })
+    few.ok_or_else(|| error::shape(name, &format!("{LARGEST_TENSOR} numbers at most"), shape))
 }
 
 /// Kinds of floating-point numbers in files, little-endian.

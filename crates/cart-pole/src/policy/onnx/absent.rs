@@ -1,6 +1,5 @@
 //! A placeholder without ONNX Runtime, for builds without the feature `onnx`.
 
-use super::OnnxError;
 use crate::policy::Policy;
 
 /// A type without values.
@@ -8,8 +7,10 @@ use crate::policy::Policy;
 pub(in crate::policy) enum OnnxModel {}
 
 impl OnnxModel {
-    pub(in crate::policy) fn open(_: &[u8]) -> Result<Self, OnnxError> {
-        Err(OnnxError::NotBuilt)
+    pub(in crate::policy) fn open(_: &[u8]) -> Result<Self, String> {
+        let why =
+            "it takes the ONNX Runtime, without which this was built: build with --features onnx";
+        Err(why.to_owned())
     }
 
     pub(in crate::policy) fn policy(&self, _: &str) -> Box<dyn Policy> {

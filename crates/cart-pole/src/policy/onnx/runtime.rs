@@ -13,7 +13,6 @@ use ort::{
     value::{Outlet, TensorElementType, TensorRef, ValueType},
 };
 
-use super::OnnxError;
 use crate::{Action, Observation, policy::Policy};
 
 /// Environment variable with the path of the library, if it is outside of the system's
@@ -32,13 +31,19 @@ impl fmt::Debug for OnnxModel {
 
 impl OnnxModel {
     /// Loads the graph in `content`.
-    pub(in crate::policy) fn open(content: &[u8]) -> Result<Self, OnnxError> {
+    pub(in crate::policy) fn open(content: &[u8]) -> Result<Self, String> {
         let session = session(environment()?, content);
-        let session = session.map_err(|why| OnnxError::Refused(one_line(&why)))?;
+        let session = session.map_err(|why| {
+            let why = one_line(&why);
+            format!("expected an ONNX graph, found one that the ONNX Runtime refuses: {why}")
+        })?;
         let (inputs, outputs) = (session.inputs(), session.outputs());
         if !(takes(inputs, 5) && takes(outputs, 1)) {
-            let found = format!("{} to {}", types(inputs), types(outputs));
-            return Err(OnnxError::Signature(found));
+            return Err(format!(
+                "expected a graph from float32[1, 5] to float32[1, 1], found {} to {}",
+                types(inputs),
+                types(outputs)
+            ));
         }
         Ok(Self(Arc::new(Mutex::new(session))))
     }
@@ -60,7 +65,7 @@ impl OnnxModel {
 }
 
 /// Loads the runtime on first use.
-fn environment() -> Result<&'static Environment, OnnxError> {
+fn environment() -> Result<&'static Environment, String> {
     static LOADED: OnceLock<Environment> = OnceLock::new();
     if let Some(loaded) = LOADED.get() {
         return Ok(loaded);
@@ -68,12 +73,21 @@ fn environment() -> Result<&'static Environment, OnnxError> {
     let usual = || format!("{}onnxruntime{}", consts::DLL_PREFIX, consts::DLL_SUFFIX).into();
     let path = env::var_os(LIBRARY).filter(|path| !path.is_empty());
     let loaded = ort::init_from(path.unwrap_or_else(usual));
-    let loaded = loaded.map_err(|why| OnnxError::NoRuntime(one_line(&why)))?;
+    let loaded = loaded.map_err(no_runtime)?;
     let built = loaded.with_telemetry(false).build();
-    let built = built.map_err(|why| OnnxError::NoRuntime(one_line(&why)))?;
+    let built = built.map_err(no_runtime)?;
     // By default it logs to the terminal, which belongs to the dashboard.
     built.set_log_level(LogLevel::Fatal);
     Ok(LOADED.get_or_init(|| built))
+}
+
+fn no_runtime(why: impl fmt::Display) -> String {
+    format!(
+        "it takes the ONNX Runtime, which was not found ({}): the Python wheel carries it (python3 \
+         -m pip install onnxruntime); set ORT_DYLIB_PATH to its libonnxruntime, in the folder \
+         onnxruntime/capi",
+        one_line(&why)
+    )
 }
 
 /// Uses one thread, so that sums are always added in the same order.

@@ -32,6 +32,17 @@ impl Budget {
         [self.lose, parts(self.delay), hang]
     }
 
+    /// Whether `list` is within it.
+    pub(super) fn allows(&self, list: &[FaultPart]) -> bool {
+        let kinds: [fn(&FaultPart) -> bool; 3] = [
+            |part| matches!(part, FaultPart::Lost(_)),
+            |part| matches!(part, FaultPart::Late(_)),
+            |part| matches!(part, FaultPart::Hang(_)),
+        ];
+        let mut kinds = kinds.iter().zip(self.parts());
+        kinds.all(|(kind, most)| list.iter().filter(|part| kind(part)).count() <= most)
+    }
+
     /// Refuses an empty budget, and one with too many parts.
     pub(super) fn check(&self) -> Result<(), HuntError> {
         match self.parts() {

@@ -49,7 +49,6 @@ use thiserror::Error;
 pub use shrink::MOST_SMALLER;
 pub use windows::RANDOM_LISTS;
 
-use fault::FaultPart;
 use ratelab::{ClockKind, Fault, Interrupt, Speed, Time, TimedKnob};
 use trial::{Halt, Trials};
 use windows::Windows;
@@ -213,44 +212,37 @@ impl Hunt {
             return Err(HuntError::LostAnyway(usual.verdict));
         }
         let windows = Windows::of(budget, &usual)?;
-        let mut best = None;
-        let proof = match resolved.search(&windows, &mut trials, &mut best) {
+        let proof = match resolved.search(&windows, &mut trials) {
             Ok(proof) => proof,
             Err(Halt::Stopped) => Proof::Stopped,
             Err(Halt::Failed(why)) => return Err(why),
         };
         let (stopped, runs) = (proof == Proof::Stopped, trials.runs());
-        let Some(best) = best else {
-            return Ok(Hunted::Held { runs, stopped });
-        };
-        Ok(Hunted::Lost(Found {
-            verdict: trials.verdict(&best)?,
-            knobs: budget.knobs(&best),
-            proof,
-            runs,
-        }))
+        Ok(match trials.best() {
+            None => Hunted::Held { runs, stopped },
+            Some((best, verdict)) => Hunted::Lost(Found {
+                knobs: budget.knobs(best),
+                verdict: *verdict,
+                proof,
+                runs,
+            }),
+        })
     }
 
-    /// Stores ever smaller lists that lose the run in `best`; returns the evidence about
-    /// the last one.
-    fn search(
-        &self,
-        windows: &Windows,
-        trials: &mut Trials<'_>,
-        best: &mut Option<Vec<FaultPart>>,
-    ) -> Result<Proof, Halt> {
-        windows.search(trials, best)?;
-        if best.is_none() {
-            let lists = windows.random(self.base.seed);
-            *best = trials.first_lost(&lists)?.map(|index| lists[index].clone());
+    /// Tries ever smaller lists; returns the evidence about the last one that loses the run.
+    fn search(&self, windows: &Windows, trials: &mut Trials<'_>) -> Result<Proof, Halt> {
+        windows.search(trials)?;
+        if trials.best().is_none() {
+            trials.first_lost(&windows.random(self.base.seed))?;
         }
-        if best.is_none() {
-            windows.search_beyond(trials, best)?;
+        if trials.best().is_none() {
+            windows.search_beyond(trials)?;
         }
-        match best {
-            Some(best) => shrink::shrink(best, |lists| trials.first_lost(lists)),
-            None => Ok(Proof::EachPart(0)),
-        }
+        let Some((best, _)) = trials.best() else {
+            return Ok(Proof::EachPart(0));
+        };
+        let mut best = best.clone();
+        shrink::shrink(&mut best, |lists| trials.first_lost(lists))
     }
 }
 

@@ -52,12 +52,12 @@ impl<'h> Trials<'h> {
         Ok(experiment.run()?)
     }
 
-    /// The verdict on the run with the faults of `list`.
-    pub fn verdict(&self, list: &[FaultPart]) -> Result<Verdict, HuntError> {
-        match self.lost.iter().rev().find(|(known, _)| known == list) {
-            Some((_, verdict)) => Ok(*verdict),
-            None => Ok(self.summary(list)?.verdict),
-        }
+    /// The first of the smallest lists within the budget that were found to lose the run, with
+    /// its verdict.
+    pub fn best(&self) -> Option<&(Vec<FaultPart>, Verdict)> {
+        let lost = self.lost.iter();
+        let allowed = lost.filter(|(list, _)| self.budget.allows(list));
+        allowed.min_by_key(|(list, _)| list.len())
     }
 
     /// The verdict on a run to its end; `None` if it was stopped.

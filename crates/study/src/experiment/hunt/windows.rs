@@ -80,50 +80,29 @@ impl Windows {
         })
     }
 
-    /// Stores the smallest window that loses the run in `best`.
-    pub fn search(
-        &self,
-        trials: &mut Trials<'_>,
-        best: &mut Option<Vec<FaultPart>>,
-    ) -> Result<(), Halt> {
+    /// Looks for the smallest window that loses the run.
+    pub fn search(&self, trials: &mut Trials<'_>) -> Result<(), Halt> {
         let kinds = self.kinds();
         for kind in &kinds {
-            kind.search(0..kind.most, trials, best)?;
+            kind.search(0..kind.most, trials)?;
         }
-        if best.is_none() && kinds.len() > 1 {
+        if trials.best().is_none() && kinds.len() > 1 {
             let together = self.together();
-            together.search(0..together.most, trials, best)?;
+            together.search(0..together.most, trials)?;
         }
         Ok(())
     }
 
-    /// Stores the smallest list within the budget in `best` to which a larger window shrinks:
-    /// its faults are uneven, as those of no window are.
-    pub fn search_beyond(
-        &self,
-        trials: &mut Trials<'_>,
-        best: &mut Option<Vec<FaultPart>>,
-    ) -> Result<(), Halt> {
+    /// Looks for lists within the budget to which larger windows shrink: their faults are uneven,
+    /// as those of no window are.
+    pub fn search_beyond(&self, trials: &mut Trials<'_>) -> Result<(), Halt> {
         for kind in self.kinds() {
-            let mut window = None;
-            kind.search(kind.most..kind.most * BEYOND, trials, &mut window)?;
-            let Some(mut list) = window else {
-                continue;
-            };
-            shrink::delta_debug(&mut list, &mut |lists| trials.first_lost(lists))?;
-            if self.allow(&list) && is_smaller(&list, best.as_ref()) {
-                *best = Some(list);
+            let window = kind.search(kind.most..kind.most * BEYOND, trials)?;
+            if let Some(mut list) = window {
+                shrink::delta_debug(&mut list, &mut |lists| trials.first_lost(lists))?;
             }
         }
         Ok(())
-    }
-
-    /// Whether `list` is within the budget.
-    fn allow(&self, list: &[FaultPart]) -> bool {
-        let count = |kind: fn(&FaultPart) -> bool| list.iter().filter(|part| kind(part)).count();
-        count(|part| matches!(part, FaultPart::Lost(_))) <= self.lose
-            && count(|part| matches!(part, FaultPart::Late(_))) <= self.late
-            && count(|part| matches!(part, FaultPart::Hang(_))) <= self.hang
     }
 
     /// Losses; delays of 1, 2, 4, … messages by the same time; hangs.
@@ -228,39 +207,28 @@ impl Windows {
 }
 
 impl WindowKind<'_> {
-    /// Finds by bisection the smallest size that is enough anywhere, with its first
-    /// beginning, above the start of `sizes` and up to its end; stores the list in `best` if
-    /// it is smaller.
+    /// Finds by bisection the smallest size that is enough anywhere, above the start of `sizes`
+    /// and up to its end; returns the list with its first beginning.
     fn search(
         &self,
         sizes: Range<usize>,
         trials: &mut Trials<'_>,
-        best: &mut Option<Vec<FaultPart>>,
-    ) -> Result<(), Halt> {
+    ) -> Result<Option<Vec<FaultPart>>, Halt> {
         let mut try_size = |size: usize| {
             let lists = self.lists(size);
             let first = trials.first_lost(&lists)?;
             Ok::<_, Halt>(first.map(|index| lists[index].clone()))
         };
         let (mut too_small, mut enough) = (sizes.start, sizes.end);
-        let Some(list) = try_size(enough)? else {
-            return Ok(());
-        };
-        let mut mine = list;
-        while enough - too_small > 1 {
-            if is_smaller(&mine, best.as_ref()) {
-                *best = Some(mine.clone());
-            }
+        let mut smallest = try_size(enough)?;
+        while smallest.is_some() && enough - too_small > 1 {
             let middle = usize::midpoint(too_small, enough);
             match try_size(middle)? {
-                Some(list) => (mine, enough) = (list, middle),
                 None => too_small = middle,
+                list => (smallest, enough) = (list, middle),
             }
         }
-        if is_smaller(&mine, best.as_ref()) {
-            *best = Some(mine);
-        }
-        Ok(())
+        Ok(smallest)
     }
 
     /// All lists of a size, by their beginnings.
@@ -272,9 +240,4 @@ impl WindowKind<'_> {
             .map(|place| (self.list)(size, start(place)))
             .collect()
     }
-}
-
-/// Whether `list` is smaller than the best so far.
-fn is_smaller(list: &[FaultPart], best: Option<&Vec<FaultPart>>) -> bool {
-    best.is_none_or(|best| list.len() < best.len())
 }

@@ -2,14 +2,14 @@
 
 use std::fmt::Display;
 
-use super::super::WeightsError;
-
 /// The result of one step through a pickle.
-pub(super) type PickleResult<T = ()> = Result<T, WeightsError>;
+pub(super) type PickleResult<T = ()> = Result<T, String>;
 
 /// An error for an invalid pickle, with the reason.
 pub(super) fn nonsense<T>(why: impl Display) -> PickleResult<T> {
-    Err(WeightsError::Pickle(why.to_string()))
+    Err(format!(
+        "expected a PyTorch checkpoint, found an invalid pickle: {why}"
+    ))
 }
 
 /// The unread bytes.

@@ -8,14 +8,17 @@ mod bytes;
 mod pickle;
 mod value;
 
-use std::io::{Cursor, Read};
+use std::{
+    fmt::Display,
+    io::{Cursor, Read},
+};
 
-use zip::{ZipArchive, result::ZipError};
+use zip::ZipArchive;
 
 use self::{pickle::Pickle, value::TensorView};
 use super::{
-    Mlp, WeightsError,
-    error::quoted,
+    Mlp,
+    error::{self, quoted},
     tensor::{Tensor, checked_count},
 };
 
@@ -40,26 +43,25 @@ pub(super) struct Checkpoint<'a> {
 
 impl<'a> Checkpoint<'a> {
     /// Opens `content` as a zip.
-    pub(super) fn open(content: &'a [u8]) -> Result<Self, WeightsError> {
+    pub(super) fn open(content: &'a [u8]) -> Result<Self, String> {
         let entries = content.windows(ENTRY.len()).filter(|bytes| *bytes == ENTRY);
         if entries.count() > MOST_ENTRIES {
-            let why = format!("it has more than {MOST_ENTRIES} entries");
-            return Err(WeightsError::Zip(why));
+            return Err(no_zip(&format!("it has more than {MOST_ENTRIES} entries")));
         }
-        let archive = ZipArchive::new(Cursor::new(content))
-            .map_err(|why| WeightsError::Zip(zip_text(&why)))?;
+        let archive = ZipArchive::new(Cursor::new(content));
+        let archive = archive.map_err(|why| no_zip(&one_line(why)))?;
         let folder = archive.file_names().find_map(|name| {
             let name = name.ok()?;
             let folder = name.strip_suffix(PICKLE)?;
             folder.ends_with('/').then(|| folder.to_owned())
         });
-        let folder =
-            folder.ok_or_else(|| WeightsError::Zip(format!("there is no {PICKLE} in a folder")))?;
+        let missing = || no_zip(&format!("there is no {PICKLE} in a folder"));
+        let folder = folder.ok_or_else(missing)?;
         Ok(Self { archive, folder })
     }
 
     /// The actor in the checkpoint.
-    pub(super) fn mlp(mut self) -> Result<Mlp, WeightsError> {
+    pub(super) fn mlp(mut self) -> Result<Mlp, String> {
         self.check_byte_order()?;
         let pickle = self.entry(PICKLE, LONGEST_PICKLE)?;
         let state = Pickle::read(&pickle)?;
@@ -71,28 +73,28 @@ impl<'a> Checkpoint<'a> {
 
     /// Checkpoints contain their byte order since PyTorch 2.0; before that it was always
     /// this one.
-    fn check_byte_order(&mut self) -> Result<(), WeightsError> {
+    fn check_byte_order(&mut self) -> Result<(), String> {
         match self.entry("byteorder", 16) {
             Ok(order) if order != b"little" => {
                 let order = quoted(&String::from_utf8_lossy(&order));
                 let why = format!("its byte order is {order}, expected \"little\"");
-                Err(WeightsError::Zip(why))
+                Err(no_zip(&why))
             }
             _ => Ok(()),
         }
     }
 
     /// The content of the entry `name` of the folder.
-    fn entry(&mut self, name: &str, longest: u64) -> Result<Vec<u8>, WeightsError> {
-        let about = |why: &str| WeightsError::Zip(format!("{}: {why}", quoted(name)));
+    fn entry(&mut self, name: &str, longest: u64) -> Result<Vec<u8>, String> {
+        let about = |why: &str| no_zip(&format!("{}: {why}", quoted(name)));
         let path = format!("{}{name}", self.folder);
         let entry = self.archive.by_name(&path);
-        let entry = entry.map_err(|why| about(&zip_text(&why)))?;
+        let entry = entry.map_err(|why| about(&one_line(why)))?;
         // The size in the entry may be wrong, so it is only a hint.
         let hint = entry.size().min(longest) as usize;
         let mut content = Vec::with_capacity(hint);
         let read = entry.take(longest + 1).read_to_end(&mut content);
-        read.map_err(|why| about(&why.to_string().escape_debug().to_string()))?;
+        read.map_err(|why| about(&one_line(why)))?;
         if content.len() as u64 > longest {
             return Err(about(&format!("it is longer than {longest} bytes")));
         }
@@ -100,26 +102,29 @@ impl<'a> Checkpoint<'a> {
     }
 
     /// Reads the numbers of `view` from its storage.
-    fn tensor(&mut self, name: &'static str, view: &TensorView) -> Result<Tensor, WeightsError> {
+    fn tensor(&mut self, name: &'static str, view: &TensorView) -> Result<Tensor, String> {
         let kind = view.storage.kind;
         let Some(float) = kind.float else {
-            let found = kind.name.to_owned();
-            return Err(WeightsError::Kind { name, found });
+            return Err(error::kind(name, kind.name));
         };
         let count = checked_count(name, &view.shape, view.count())?;
         let path = format!("data/{}", view.storage.key);
         let bytes = self.entry(&path, crate::policy::LARGEST_FILE)?;
         let values = (0..count).map(|index| float.at(&bytes, view.place(index)?));
         let values: Option<Vec<f32>> = values.collect();
-        let values = values.ok_or_else(|| WeightsError::Short {
-            name,
-            found: format!("{} bytes in {}", bytes.len(), quoted(&path)),
+        let values = values.ok_or_else(|| {
+            let found = format!("{} bytes in {}", bytes.len(), quoted(&path));
+            format!("expected all numbers of {name:?}, found {found}")
         })?;
         let shape = view.shape.clone();
         Ok(Tensor { shape, values })
     }
 }
 
-fn zip_text(why: &ZipError) -> String {
+fn no_zip(why: &str) -> String {
+    format!("expected a PyTorch checkpoint, found a zip that is none: {why}")
+}
+
+fn one_line(why: impl Display) -> String {
     why.to_string().escape_debug().to_string()
 }

@@ -11,7 +11,7 @@
 use std::{collections::HashMap, fmt::Display};
 
 use super::{
-    super::{WeightsError, error::quoted},
+    super::error::{missing, missing_among, quoted},
     bytes::{Bytes, PickleResult, nonsense, utf8},
     value::{Callable, Storage, TensorView, Value, ValueIndex},
 };
@@ -25,7 +25,7 @@ pub(super) struct Pickle<'a> {
 
 impl<'a> Pickle<'a> {
     /// Runs the pickle `bytes`, which must create a dictionary.
-    pub(super) fn read(bytes: &'a [u8]) -> Result<Self, WeightsError> {
+    pub(super) fn read(bytes: &'a [u8]) -> PickleResult<Self> {
         let machine = Machine {
             rest: Bytes(bytes),
             values: Vec::new(),
@@ -37,7 +37,7 @@ impl<'a> Pickle<'a> {
     }
 
     /// The tensor called `name`; the last one of several, as in Python.
-    pub(super) fn tensor(&self, name: &'static str) -> Result<&TensorView<'a>, WeightsError> {
+    pub(super) fn tensor(&self, name: &'static str) -> PickleResult<&TensorView<'a>> {
         let named = |place: &ValueIndex| match self.values.get(*place) {
             Some(Value::Text(text)) => Some(*text),
             _ => None,
@@ -45,17 +45,14 @@ impl<'a> Pickle<'a> {
         let found = self.state.iter().rfind(|(key, _)| named(key) == Some(name));
         match found.and_then(|(_, value)| self.values.get(*value)) {
             Some(Value::Tensor(view)) => Ok(view),
-            Some(other) => {
-                let found = format!("{} of that name", other.name());
-                Err(WeightsError::Missing { name, found })
-            }
+            Some(other) => Err(missing(name, &format!("{} of that name", other.name()))),
             None => {
                 let names: Vec<&str> = self
                     .state
                     .iter()
                     .filter_map(|(key, _)| named(key))
                     .collect();
-                Err(WeightsError::missing(name, names.into_iter()))
+                Err(missing_among(name, names.into_iter()))
             }
         }
     }
@@ -72,7 +69,10 @@ struct Machine<'a> {
 }
 
 fn forbidden<T>(what: impl Display) -> PickleResult<T> {
-    Err(WeightsError::Forbidden(what.to_string()))
+    Err(format!(
+        "only tensors are read from a checkpoint, never code; this one asks for {what}: save the \
+         state_dict alone"
+    ))
 }
 
 impl<'a> Machine<'a> {

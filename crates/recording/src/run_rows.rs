@@ -1,0 +1,83 @@
+//! What a run gives row by row: the messages of its topics and the ticks of its nodes.
+
+use ratelab::{Time, Topology};
+use ratelab_account::{Rows, RunRow, Tap, TickRecord};
+
+use super::{series::Series, source::Tapped};
+
+/// The rows of a run, or of a part of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RunRows {
+    /// The messages of the topics, in the order of the [`Topology`]; empty for topics that are
+    /// not recorded.
+    pub topics: Vec<Rows>,
+    /// The ticks of the nodes, in the order of the [`Topology`].
+    pub ticks: Vec<Vec<TickRecord>>,
+}
+
+impl RunRows {
+    /// No rows of a graph with this `topology`.
+    pub(crate) fn empty(topology: &Topology) -> Self {
+        Self {
+            topics: vec![Rows::default(); topology.topics.len()],
+            ticks: vec![Vec::new(); topology.nodes.len()],
+        }
+    }
+
+    /// No rows, each message with as many numbers as the topic of `tapped` has names for.
+    pub(crate) fn of(tapped: &dyn Tapped, topology: &Topology) -> Self {
+        let topics = topology.topics.iter();
+        let widths = topics.map(|topic| tapped.fields(&topic.name).unwrap_or_default().len());
+        Self {
+            topics: widths.map(Rows::new).collect(),
+            ..Self::empty(topology)
+        }
+    }
+
+    /// Adds a row. A message with another number of numbers is none of its topic.
+    pub(crate) fn add(&mut self, row: RunRow) {
+        match row {
+            RunRow::Message(topic, head, numbers) => {
+                let _ = self.topics[topic].push(head, numbers);
+            }
+            RunRow::Tick(node, tick) => self.ticks[node].push(tick),
+        }
+    }
+
+    /// Adds the rows that are in `tap` now, and no later ones: a run without pacing fills it as
+    /// fast as it is emptied. Returns their number.
+    pub(crate) fn receive(&mut self, tap: &Tap<RunRow>) -> usize {
+        let there = tap.items().len();
+        let rows = tap.items().try_iter().take(there);
+        rows.for_each(|row| self.add(row));
+        there
+    }
+
+    /// Takes the rows up to run time `until` out of these.
+    pub(crate) fn take_until(&mut self, until: Time) -> Self {
+        let topics = self.topics.iter_mut().map(|rows| rows.take_until(until));
+        let ticks = self.ticks.iter_mut().map(|ticks| {
+            let count = ticks.partition_point(|tick| tick.at <= until);
+            let later = ticks.split_off(count);
+            std::mem::replace(ticks, later)
+        });
+        Self {
+            topics: topics.collect(),
+            ticks: ticks.collect(),
+        }
+    }
+
+    /// Number of messages of each topic, and of ticks of each node.
+    pub(crate) fn counts(&self) -> [Vec<u64>; 2] {
+        let messages = self.topics.iter().map(|rows| rows.len() as u64);
+        let ticks = self.ticks.iter().map(|ticks| ticks.len() as u64);
+        [messages.collect(), ticks.collect()]
+    }
+
+    /// Run time of the newest row; `None` without rows.
+    pub(crate) fn newest(&self) -> Option<Time> {
+        let messages = self.topics.iter().map(Series::newest);
+        let rows = messages.chain(self.ticks.iter().map(Series::newest));
+        rows.flatten().max()
+    }
+}

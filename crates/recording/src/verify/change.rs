@@ -1,0 +1,60 @@
+//! What a branch changed against the recorded run.
+
+use ratelab::Time;
+use ratelab_study::system::{System, Verdict};
+
+use crate::{Recording, schema::RunStatus};
+
+/// A recorded run, and the change at which a branch left it.
+pub struct Change {
+    /// Run time at which the branch left it.
+    pub at: Time,
+    /// The verdict of the recorded run; `None` if that is unknown.
+    pub recorded: Option<Verdict>,
+    /// The knobs that were turned.
+    pub knobs: String,
+}
+
+impl Change {
+    /// The change by `knobs` at which a branch of `recording` of `system` left it.
+    pub fn new(recording: &Recording, system: &dyn System, at: Time, knobs: String) -> Self {
+        let end = recording.outcome.as_ref().map(|outcome| &outcome.end);
+        let recorded = match end {
+            Some(RunStatus::Ended(end)) => Some(end.verdict.verdict(system)),
+            Some(RunStatus::Failed { .. } | RunStatus::WentOn) | None => None,
+        };
+        Self {
+            at,
+            recorded,
+            knobs,
+        }
+    }
+
+    /// The moment of the branch, and the one that was `asked` for if it is another.
+    pub fn left(&self, asked: Time) -> String {
+        match asked == self.at {
+            true => asked.to_string(),
+            false => format!("{}, the last rest of the nodes up to {asked}", self.at),
+        }
+    }
+
+    /// What the change made different; `branch` is the verdict of the branch, unless that
+    /// goes on.
+    pub fn sentence(&self, branch: Option<Verdict>) -> String {
+        let Self { at, knobs, .. } = self;
+        let before = self.recorded.map(|verdict| in_short(&verdict));
+        let before = before.unwrap_or_else(|| "not lost so far".to_owned());
+        match branch.map(|verdict| in_short(&verdict)) {
+            Some(after) => format!("{before}; with {knobs} from {at} on: {after}"),
+            None => format!("{before}; now with {knobs} from {at} on"),
+        }
+    }
+}
+
+/// The text of a verdict inside a sentence, such as `fell at 0.580 s`.
+fn in_short(verdict: &Verdict) -> String {
+    let text = verdict.to_string();
+    let text = text.split(" (").next().unwrap_or_default();
+    let (word, rest) = text.split_at(text.find(' ').unwrap_or(text.len()));
+    word.to_lowercase() + rest
+}

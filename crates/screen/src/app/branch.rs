@@ -1,0 +1,85 @@
+//! Branches: the run is left at the visible moment, with a knob turned.
+
+use std::sync::Arc;
+
+use ratelab::{ClockKind, Time};
+use ratelab_recording::{Change, Departure, Recording, branch};
+use ratelab_study::system::KnobText;
+
+use super::{
+    App,
+    restart::{LeftRun, Next, Start},
+    run::ShownRun,
+};
+use crate::{frame::FrameData, session::Prepared};
+
+impl App {
+    /// Opens the prompt for the knob of a branch at the visible moment; in a branch, for
+    /// another branch of the same run.
+    pub(super) fn ask_for_branch(&mut self) {
+        self.stop_playing();
+        let left = match &self.shown.run {
+            ShownRun::Live(_) => self.left.as_ref().map(|left| left.change.at),
+            _ => None,
+        };
+        if let Some(now) = self.shown.now() {
+            self.prompt
+                .open(Some(left.map_or(now, |left| left.min(now))));
+        }
+    }
+
+    /// The run so far, to be executed again; of a branch, the run that it left.
+    fn run_to_leave(&self) -> Option<Arc<Recording>> {
+        match (&self.shown.run, &self.left) {
+            (ShownRun::Recorded(playback), _) => Some(playback.recording()),
+            (_, Some(left)) => Some(left.recording.clone()),
+            _ => self.so_far(),
+        }
+    }
+
+    /// Ends this run and starts a branch of it at run time `at`, with the knobs in `text`:
+    /// at the speed and until the end of the session, or for some seconds if it is left there.
+    pub(super) fn branch(&mut self, at: Time, text: &str) -> Result<(), String> {
+        let recording = self.run_to_leave();
+        let recording = recording.ok_or("this run is gone: r starts again")?;
+        let system = &self.setup.system;
+        let knobs = KnobText(system.aliases()).parse(text);
+        let departure = Departure {
+            at,
+            knobs: knobs.map_err(|error| error.to_string())?,
+            end: Some(self.config.end).filter(|end| *end > at),
+            speed: self.config.speed,
+        };
+        let branch = branch(&recording, system, &departure).map_err(|error| error.to_string())?;
+        let left = LeftRun {
+            change: Change::new(&recording, &**system, branch.at, text.to_owned()),
+            asked: at,
+            recording,
+        };
+        let prepared = Prepared::of_branch(branch, &self.setup);
+        let start = Start {
+            prepared: prepared.map_err(|error| error.to_string())?,
+            by_hand: false,
+            left: Some(left),
+        };
+        self.leave_past();
+        self.end_with(Next::Session(Box::new(start)));
+        Ok(())
+    }
+
+    /// Follows a session that began as a branch of the run in `left`, if it did.
+    pub(super) fn begin_branch(&mut self, left: Option<LeftRun>) {
+        if let Some(left) = &left {
+            self.config.clock = ClockKind::Virtual;
+            self.notify(format!("left at {}", left.change.left(left.asked)));
+        }
+        self.left = left;
+    }
+
+    /// Adds what the branch changed to `frame`, if the session is one.
+    pub(super) fn follow_branch(&self, frame: &mut FrameData) {
+        let verdict = self.shown.run.summary().map(|summary| summary.verdict);
+        let sentence = self.left.as_ref().map(|left| left.change.sentence(verdict));
+        frame.verdict.why.splice(0..0, sentence);
+    }
+}

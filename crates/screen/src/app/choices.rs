@@ -1,0 +1,109 @@
+//! The choices of messages, for the first alias of a message with a list of values.
+
+use std::{fs, path::Path};
+
+use ratelab::{Knob, KnobKind};
+use ratelab_study::{
+    experiment::Config,
+    system::{Setup, System, names::first_alias},
+};
+
+use super::App;
+use crate::knobs::{Direction, neighbour};
+
+/// The folder for files of policies.
+const FOLDER: &str = "policies";
+
+/// Extensions of files of policies.
+const EXTENSIONS: [&str; 3] = ["pt", "safetensors", "onnx"];
+
+/// The choices: the values of the alias, the one in `config`, and the files in [`FOLDER`]
+/// below the current folder, if the alias accepts files.
+pub(super) fn available(system: &dyn System, config: &Config) -> Vec<String> {
+    let Some((node, listed)) = sent(system) else {
+        return Vec::new();
+    };
+    let timed = config.knobs.iter().map(|timed| &timed.knob);
+    let named = config
+        .setup
+        .iter()
+        .chain(timed)
+        .filter_map(|knob| match knob {
+            Knob::Send { node: of, text } if of == node => Some(text.clone()),
+            _ => None,
+        });
+    let files = files(Path::new(FOLDER)).into_iter();
+    let files = files.filter(|file| system.file(node, file).is_some());
+    let mut choices: Vec<String> = listed.iter().map(|text| (*text).to_owned()).collect();
+    for text in named.chain(files) {
+        let text = unpinned(system, node, &text);
+        if !choices.contains(&text) {
+            choices.push(text);
+        }
+    }
+    // Policies that always lose come last.
+    choices.sort_by_key(|text| {
+        let (node, text) = (node.to_owned(), text.clone());
+        let setup = Setup::default().with(Knob::Send { node, text });
+        system.lost_anyway(&setup).is_some()
+    });
+    choices
+}
+
+/// The node of the first alias of a message, and the values of the alias.
+fn sent(system: &dyn System) -> Option<(&'static str, &'static [&'static str])> {
+    let alias = first_alias(system, KnobKind::Send)?;
+    let (_, node) = alias.knobs.first()?;
+    Some((node, alias.choices))
+}
+
+/// The files of policies in `folder`, if the folder exists.
+fn files(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut paths: Vec<_> = entries.map(|entry| entry.path()).collect();
+    paths.retain(|path| {
+        let extension = path.extension().and_then(|extension| extension.to_str());
+        extension.is_some_and(|extension| EXTENSIONS.contains(&extension))
+    });
+    paths.sort();
+    let paths = paths.iter().filter_map(|path| path.to_str());
+    paths.map(str::to_owned).collect()
+}
+
+/// A message to `node` with the path of its file, without the digest.
+fn unpinned(system: &dyn System, node: &str, text: &str) -> String {
+    let file = system.file(node, text);
+    let path = file.as_ref().and_then(|file| file.to_str());
+    path.unwrap_or(text).to_owned()
+}
+
+/// `setup` with the current content of its files.
+pub(super) fn as_it_is_now(system: &dyn System, setup: &Setup) -> Setup {
+    let knobs = setup.iter().map(|knob| match knob {
+        Knob::Send { node, text } => Knob::Send {
+            node: node.clone(),
+            text: unpinned(system, node, text),
+        },
+        other => other.clone(),
+    });
+    knobs.collect()
+}
+
+impl App {
+    /// Sends the neighbouring message, with the current content of its file.
+    pub(super) fn choose(&mut self, direction: Direction) {
+        let system = &*self.setup.system;
+        let alias = first_alias(system, KnobKind::Send);
+        let next = alias.zip(sent(system)).and_then(|(alias, (node, _))| {
+            let current = unpinned(system, node, &alias.value(&self.knobs.wanted()));
+            let at = self.choices.iter().position(|known| *known == current);
+            let next = neighbour(at, self.choices.len(), direction)?;
+            Some(alias.set(&self.choices[next]))
+        });
+        match next {
+            Some(Ok(knobs)) => self.turn(knobs),
+            Some(Err(error)) => self.notify(error.to_string()),
+            None => self.notify("this system has no messages to choose from"),
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! The course over a running session: its exercises, a rescue by hand, and the guided tour.
+
+use std::path::PathBuf;
+
+use crossterm::event::KeyEvent;
+use exercises::rescue::session::{RescueStage, RescueTry};
+use ratelab::Speed;
+use ratelab_study::{experiment::Config, system::Verdict};
+
+use super::App;
+use crate::{
+    exercise_panel::{ExercisePanel, PanelAction},
+    frame::{FrameData, Standing},
+    run::WatchedRows,
+    tour::{Guide, OFFER, Seen, Tour, Walk},
+    view::Page,
+};
+
+/// The place of a cause that an exercise asks for.
+const COVERED: &str = "the cause is covered until you have answered: e";
+
+/// Speed of a rescue by hand: slow enough to think.
+const BY_HAND: f64 = 0.2;
+
+/// What the course adds to a session.
+#[derive(Default)]
+pub struct Course {
+    /// The learner's number: the seed of the first session.
+    pub learner: u64,
+    /// The exercises, while they are open.
+    pub panel: Option<ExercisePanel>,
+    /// Whether the cause of a loss is covered, because an exercise asks for it.
+    covered: bool,
+    /// The rescue by hand, which will be judged, if the session is one.
+    pub by_hand: Option<RescueTry>,
+    /// Whether the last key was that of the exercises, too early in a rescue.
+    pub early: bool,
+    /// The position in the guided tour, during one.
+    tour: Option<Tour>,
+}
+
+impl App {
+    /// Opens the list, or judges the current rescue. A rescue that can still succeed goes
+    /// on, unless this is asked for twice in a row.
+    pub(super) fn open_exercises(&mut self) {
+        let Some(answers) = self.setup.course.clone() else {
+            return self.notify("there are no exercises for this system");
+        };
+        let over = self.ended() || self.stage().is_none_or(RescueStage::is_over);
+        if !over && !self.course.early {
+            self.course.early = true;
+            return self.notify("not yet, the try goes on: e again gives it up");
+        }
+        let (rescue, learner) = (self.rescue(), self.course.learner);
+        self.course.panel = Some(match rescue {
+            Some(recording) => ExercisePanel::judging(&recording, answers, learner),
+            None => ExercisePanel::new(answers, learner),
+        });
+    }
+
+    /// How far the rescue by hand has come.
+    fn stage(&self) -> Option<RescueStage> {
+        let rescue = self.course.by_hand.as_ref()?;
+        let summary = self.shown.run.summary();
+        let lost = summary.map(|summary| summary.verdict);
+        Some(rescue.stage(&self.shown.events, lost.filter(Verdict::is_lost)))
+    }
+
+    /// Adds the control steps in `rows` to the rescue by hand, and its next step to
+    /// `frame`.
+    pub(super) fn follow_rescue(&mut self, rows: &[WatchedRows], frame: &mut FrameData) {
+        let Some(rescue) = &mut self.course.by_hand else {
+            return;
+        };
+        let states = self.shown.run.system().state();
+        let steps = rows.iter().filter(|(topic, _)| Some(*topic) == states);
+        steps.for_each(|(_, rows)| rescue.add(rows));
+        let advice = self.stage().map(RescueStage::advice);
+        frame.verdict.why.splice(0..0, advice);
+    }
+
+    /// Covers the cause in `frame` while an exercise asks for it.
+    pub(super) fn cover_cause(&self, frame: &mut FrameData) {
+        let verdict = &mut frame.verdict;
+        if self.course.covered && matches!(verdict.standing, Standing::Warned | Standing::Lost) {
+            verdict.why = vec![COVERED.to_owned()];
+        }
+    }
+
+    /// Ends the rescue by hand; returns its recording, if there is one.
+    fn rescue(&mut self) -> Option<PathBuf> {
+        self.course.by_hand.take()?;
+        self.end_recording();
+        self.finish_recordings();
+        self.notice = None;
+        let recorded = self.recordings.recorded.last()?;
+        Some(recorded.path.clone())
+    }
+
+    /// Sends a key to the exercises; returns whether they are open.
+    pub(super) fn is_for_the_panel(&mut self, key: &KeyEvent) -> bool {
+        let action = self.course.panel.as_mut().map(|panel| panel.key(key));
+        let open = action.is_some();
+        action
+            .into_iter()
+            .for_each(|action| self.follow_panel(action));
+        open
+    }
+
+    /// Does what the exercises ask for.
+    pub(crate) fn follow_panel(&mut self, action: PanelAction) {
+        if !matches!(action, PanelAction::Stay | PanelAction::Answered) {
+            self.course.panel = None;
+        }
+        match action {
+            PanelAction::Stay | PanelAction::Leave => {}
+            PanelAction::Answered => self.course.covered = false,
+            PanelAction::ByHand => {
+                self.course.covered = false;
+                self.try_by_hand();
+            }
+            PanelAction::Watch(scene) => {
+                self.course.covered = true;
+                self.restart(Config {
+                    speed: self.config.speed,
+                    end: self.config.end,
+                    ..*scene
+                });
+                self.notify("whose fault is it? i explains the pane in focus; e, then your answer");
+            }
+        }
+    }
+
+    /// Starts the usual session in slow motion, with a recording.
+    pub(crate) fn try_by_hand(&mut self) {
+        let config = Config {
+            speed: Speed::times(BY_HAND).unwrap_or(Speed::REAL_TIME),
+            end: self.config.end,
+            ..Config::default()
+        };
+        self.start(config, true);
+    }
+
+    /// Offers the tour, or begins it.
+    pub fn guide(&mut self, guide: Guide) {
+        match guide {
+            Guide::Nobody => {}
+            Guide::Offer => self.notify(OFFER),
+            Guide::Tour => self.course.tour = Some(Tour::default()),
+        }
+    }
+
+    /// Begins the tour, or ends it.
+    pub(super) fn toggle_tour(&mut self) {
+        self.course.tour = match self.course.tour {
+            None => Some(Tour::default()),
+            Some(_) => None,
+        };
+    }
+
+    /// Shows `key` to the tour; returns whether it was for the tour alone.
+    pub(super) fn is_for_the_tour(&mut self, key: &KeyEvent) -> bool {
+        let tour = self.course.tour.filter(|_| self.visible_map().is_none());
+        let walk = tour.map_or(Walk::Lab, |tour| tour.take(key));
+        match walk {
+            Walk::Lab => {}
+            Walk::On(tour) => self.course.tour = Some(tour),
+            Walk::Over => self.course.tour = None,
+        }
+        walk != Walk::Lab
+    }
+
+    /// The step of the tour, about the run in `frame`.
+    pub(super) fn tour_page(&self, frame: &FrameData) -> Option<Page> {
+        let run = || Seen::of(frame, &self.wanted(), self.ended());
+        let tour = self.course.tour.filter(|_| self.is_live());
+        tour.map(|tour| tour.page(&run()))
+    }
+}

@@ -1,0 +1,328 @@
+//! Knobs: by presets, by exact values, and by timed knobs.
+
+use ratelab::{Command, Event, EventKind, Hz, Knob, KnobKind};
+use ratelab_effects::{Link, knob};
+use ratelab_recording::with_durations;
+use ratelab_study::{
+    experiment::{Config, Experiment},
+    system::{KnobText, Setup},
+};
+
+use super::{App, run::ShownRun};
+use crate::knobs::{self, Direction, listed};
+
+/// What keys turn through presets.
+pub(super) struct Dial {
+    name: &'static str,
+    presets: &'static [f64],
+    unit: &'static str,
+    /// The value of a node or a topic, as wanted or else in force; `None` if it is random.
+    value: fn(&App, &str) -> Option<f64>,
+    /// The knob that sets another one.
+    knob: fn(&App, &str, f64) -> Result<Knob, String>,
+}
+
+const RATE: Dial = Dial {
+    name: "rate",
+    presets: &knobs::RATES,
+    unit: " Hz",
+    value: |app, node| {
+        let runs = || app.shown.graph().node(node).map(|node| node.hz);
+        app.knobs.wanted().rate(node).or_else(runs).map(Hz::get)
+    },
+    knob: |_, node, hz| number(KnobKind::Rate, node, hz),
+};
+
+pub(super) const DEPTH: Dial = Dial {
+    name: "depth",
+    presets: &knobs::DEPTHS,
+    unit: "",
+    value: |app, topic| {
+        let wanted = app.knobs.wanted().depth(topic).map(|depth| depth.get());
+        let runs = || {
+            app.shown
+                .graph()
+                .topic(topic)
+                .map(|topic| topic.depth.get())
+        };
+        wanted.or_else(runs).map(|depth| depth as f64)
+    },
+    knob: |_, topic, depth| number(KnobKind::Depth, topic, depth),
+};
+
+pub(super) const DELAY: Dial = Dial {
+    name: "delay",
+    presets: &knobs::DELAYS,
+    unit: "",
+    value: |app, topic| app.link(topic).delay_ms(),
+    knob: |app, topic, ms| app.linked(topic, &format!("delay:{ms}")),
+};
+
+pub(super) const LOSS: Dial = Dial {
+    name: "loss",
+    presets: &knobs::LOSSES,
+    unit: "",
+    value: |app, topic| Some(app.link(topic).loss),
+    knob: |app, topic, share| app.linked(topic, &format!("loss:{share}")),
+};
+
+fn number(kind: KnobKind, target: &str, value: f64) -> Result<Knob, String> {
+    knob(kind, target, &value.to_string()).map_err(|error| error.to_string())
+}
+
+impl App {
+    /// Turns the rate of the node in focus.
+    pub(super) fn turn_rate(&mut self, direction: Direction) {
+        self.turn_rate_of(self.shown.knob_focus.node.clone(), direction);
+    }
+
+    /// Turns the rate of the second alias of a rate.
+    pub(super) fn turn_second_rate(&mut self, direction: Direction) {
+        match self.second_node() {
+            Some(node) => self.turn_rate_of(node.to_owned(), direction),
+            None => self.notify("this system has no second rate: ↑ ↓ choose another node"),
+        }
+    }
+
+    pub(super) fn second_node(&self) -> Option<&'static str> {
+        let aliases = self.system().aliases().iter();
+        let mut rates = aliases.filter(|alias| alias.kind() == KnobKind::Rate);
+        let (_, node) = rates.nth(1)?.knobs.first()?;
+        Some(node)
+    }
+
+    fn turn_rate_of(&mut self, node: String, direction: Direction) {
+        let presets = match self.course.by_hand {
+            Some(_) => &knobs::COARSE_RATES[..],
+            None => RATE.presets,
+        };
+        self.turn_dial(&Dial { presets, ..RATE }, &[node], direction);
+    }
+
+    /// Turns `dial` of the focused topics.
+    pub(super) fn turn_topics(&mut self, dial: &Dial, direction: Direction) {
+        self.turn_dial(dial, &self.shown.knob_focus.topics.clone(), direction);
+    }
+
+    /// Turns `dial` of all `targets` to the preset next to the value of the first.
+    fn turn_dial(&mut self, dial: &Dial, targets: &[String], direction: Direction) {
+        let Some(first) = targets.first() else {
+            return self.notify("this system has no topic that is read");
+        };
+        let Dial { name, unit, .. } = dial;
+        let Some(value) = (dial.value)(self, first) else {
+            return self.notify(format!("the {name} is drawn: : types another one"));
+        };
+        let Some(next) = knobs::next(dial.presets, value, direction) else {
+            let what = format!("the {name} of {}", targets.join(" and "));
+            let value = format!("{value}{unit}");
+            return self.notify(knobs::at_end(&what, direction, value));
+        };
+        let knobs = targets.iter().map(|target| (dial.knob)(self, target, next));
+        let turned = knobs
+            .collect::<Result<Vec<Knob>, String>>()
+            .and_then(|knobs| self.try_to_turn(knobs));
+        self.notify_of(turned);
+    }
+
+    /// The link of the topic called `name`.
+    fn link(&self, name: &str) -> Link {
+        let wanted = self.knobs.wanted();
+        let link = wanted.iter().find_map(|knob| match knob {
+            Knob::Link { topic, spec } if topic == name => spec.parse().ok(),
+            _ => None,
+        });
+        link.unwrap_or(Link::NONE)
+    }
+
+    /// The knob of that link with another `part`.
+    fn linked(&self, topic: &str, part: &str) -> Result<Knob, String> {
+        let spec = self.link(topic).with(part)?.to_string();
+        let topic = topic.to_owned();
+        Ok(Knob::Link { topic, spec })
+    }
+
+    /// Turns the knob that breaks the system, or turns it back.
+    pub(super) fn break_it(&mut self) {
+        let Some(broken) = self.system().about().broken else {
+            return self.notify("this system has no knob that is known to break it");
+        };
+        let knobs = match KnobText(self.system().aliases()).parse(broken) {
+            Ok(knobs) => knobs,
+            Err(error) => return self.notify(error.to_string()),
+        };
+        let wanted = self.knobs.wanted();
+        let is_broken = |knob| wanted.iter().any(|turned| turned == knob);
+        let before = std::mem::take(&mut self.unbroken);
+        match knobs.iter().all(is_broken) {
+            true if before.is_empty() => {
+                self.notify(format!("it was broken from the start: {broken}"));
+            }
+            true => self.turn(before),
+            false => {
+                let before = knobs.iter().filter_map(|knob| self.as_it_is(knob));
+                self.unbroken = before.collect();
+                self.turn(knobs);
+            }
+        }
+    }
+
+    /// The current setting of the rate or depth that `knob` changes.
+    fn as_it_is(&self, knob: &Knob) -> Option<Knob> {
+        let graph = self.shown.graph();
+        let value = match knob.kind() {
+            KnobKind::Rate => graph.node(knob.target())?.hz.get().to_string(),
+            KnobKind::Depth => graph.topic(knob.target())?.depth.to_string(),
+            _ => return None,
+        };
+        knob.kind().set(knob.target(), &value).ok()
+    }
+
+    /// Turns knobs, or gives notice of the reason why this is impossible.
+    pub(crate) fn turn(&mut self, knobs: Vec<Knob>) {
+        let turned = self.try_to_turn(knobs);
+        self.notify_of(turned);
+    }
+
+    /// Turns the knobs in `text`.
+    pub(super) fn turn_typed(&mut self, text: &str) -> Result<(), String> {
+        let knobs = KnobText(self.system().aliases()).parse(text);
+        self.try_to_turn(knobs.map_err(|error| error.to_string())?)
+    }
+
+    /// Turns knobs of the running graph; they also apply to the next session.
+    ///
+    /// # Errors
+    /// The accepted values, if one knob is invalid; no knob is turned then.
+    fn try_to_turn(&mut self, knobs: Vec<Knob>) -> Result<(), String> {
+        if let ShownRun::Remote(run) = &mut self.shown.run {
+            // The process that has them checks them.
+            knobs.into_iter().for_each(|knob| run.turn(knob));
+            return Ok(());
+        }
+        let knobs = knobs.into_iter().map(|knob| self.checked(knob));
+        let knobs: Vec<Knob> = knobs.collect::<Result<_, _>>()?;
+        if self.ended() {
+            return self.turn_for_the_next(knobs);
+        }
+        for knob in knobs {
+            self.shown.run.send(knob.clone().into());
+            self.knobs.pending.push(knob);
+        }
+        Ok(())
+    }
+
+    fn turn_for_the_next(&mut self, knobs: Vec<Knob>) -> Result<(), String> {
+        let mut next = self.wanted();
+        next.setup.extend(knobs.iter().cloned());
+        // No graph is running that could refuse them.
+        let built = Experiment::new(self.setup.system.clone(), &next);
+        built.map_err(|error| error.to_string())?;
+        let turned = listed(self.system(), &knobs);
+        self.knobs.running.extend(knobs);
+        self.notify(format!(
+            "the run is over: {turned} counts from the next one, r starts it"
+        ));
+        Ok(())
+    }
+
+    /// `knob` in a form the graph accepts.
+    fn checked(&self, knob: Knob) -> Result<Knob, String> {
+        let graph = self.shown.graph();
+        let (what, known): (_, Vec<&str>) = match knob.kind() {
+            kind if kind.is_of_topic() => (
+                "topic",
+                graph.topics.iter().map(|topic| &*topic.name).collect(),
+            ),
+            _ => ("node", graph.nodes.iter().map(|node| &*node.name).collect()),
+        };
+        if !known.contains(&knob.target()) {
+            let (target, known) = (knob.target(), known.join(", "));
+            return Err(format!("there is no {what} {target:?}: expected {known}"));
+        }
+        match knob {
+            Knob::Send { node, text } => {
+                let (seed, setup) = (self.config.seed, self.knobs.wanted());
+                let text = self.system().resolve(seed, &setup, &node, &text)?;
+                Ok(Knob::Send { node, text })
+            }
+            other => with_durations(other),
+        }
+    }
+
+    /// Updates the state after the graph has obeyed a command, or refused it.
+    pub(crate) fn follow(&mut self, event: &Event) {
+        if let Some(refusal) = self.knobs.follow(event) {
+            self.notify(refusal);
+        }
+        if let EventKind::Refused {
+            command: Command::HandOver(_),
+            reason,
+        } = &event.what
+        {
+            self.stays_on_clock(reason);
+        }
+    }
+}
+
+/// Knobs that were turned, before the run and during it.
+#[derive(Default)]
+pub struct Knobs {
+    /// The knobs of the graph, by its events.
+    running: Setup,
+    /// Turned by keys and not yet answered by the graph, oldest first.
+    pub(crate) pending: Vec<Knob>,
+}
+
+impl Knobs {
+    /// Those of a run that begins with `running`.
+    pub fn new(running: Setup) -> Self {
+        let pending = Vec::new();
+        Self { running, pending }
+    }
+
+    /// The knobs of the graph with those on their way to it.
+    pub fn wanted(&self) -> Setup {
+        let mut wanted = self.running.clone();
+        wanted.extend(self.pending.iter().cloned());
+        wanted
+    }
+
+    /// Follows what the graph did with a knob, be it one that a key turned or one
+    /// that was given its time up front; why it refused, if a key asked for it.
+    fn follow(&mut self, event: &Event) -> Option<String> {
+        match &event.what {
+            EventKind::Applied {
+                command: Command::Set(knob),
+                ..
+            } => {
+                self.answered(knob);
+                self.running.set(knob.clone());
+                None
+            }
+            EventKind::Refused {
+                command: Command::Set(knob),
+                reason,
+            } => self.answered(knob).then(|| format!("{knob}: {reason}")),
+            _ => None,
+        }
+    }
+
+    /// Takes `knob` from those that wait for an answer, if it is the first of its
+    /// kind there. A timed knob of the same value may be taken for it: the one that
+    /// a key turned then comes later, and sets that value all the same.
+    fn answered(&mut self, knob: &Knob) -> bool {
+        let first = self.pending.iter().position(|other| other.is_of(knob));
+        let first = first.filter(|index| self.pending[*index] == *knob);
+        first.map(|index| self.pending.remove(index)).is_some()
+    }
+}
+
+/// `config` without timed knobs: those of a session are turned once, not again at the
+/// next start.
+pub(super) fn without_knobs(config: Config) -> Config {
+    Config {
+        knobs: Vec::new(),
+        ..config
+    }
+}

@@ -1,0 +1,45 @@
+//! The page over the panes: of keys, of words, about a pane, or of the exercises.
+
+use super::App;
+use crate::{
+    exercise_panel::ExercisePanel,
+    explain,
+    frame::FrameData,
+    panes::OverlayContent,
+    run::signal,
+    view::{Page, glossary},
+};
+
+/// The keys of a page over the panes, for the bottom line.
+const HINTS: &[(&str, &str)] = &[
+    ("↑ ↓ PgUp PgDn", "scroll"),
+    ("Esc", "close"),
+    ("any other key", "close"),
+];
+
+impl App {
+    /// The open page, if there is one.
+    pub(super) fn page(&self, frame: &FrameData) -> Option<Page> {
+        let Some((content, scroll)) = self.shown.panes.overlay else {
+            let panel = self.course.panel.as_ref().filter(|_| self.is_live());
+            return panel.map(ExercisePanel::page);
+        };
+        let owned = |(word, meaning): (&str, &str)| (word.to_owned(), meaning.to_owned());
+        let page = match content {
+            OverlayContent::Keys => {
+                Page::rows("keys", self.keys().rows(|need| self.has_what(need)))
+            }
+            OverlayContent::Glossary => Page::rows("words", glossary().map(owned).collect()),
+            OverlayContent::Explained => {
+                let signal = signal(self.system()).map(|signal| signal.name);
+                let (title, text) = explain::explained(self.shown.panes.focus, signal, frame);
+                Page::text(title, text, "any other key closes")
+            }
+        };
+        Some(Page {
+            keys: HINTS,
+            scroll,
+            ..page
+        })
+    }
+}

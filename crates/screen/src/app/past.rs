@@ -1,0 +1,184 @@
+//! Runs that are executed again: to look back at a run of the real clock tick by tick, and to
+//! play a recording from the start of its run.
+
+use std::{
+    panic::resume_unwind,
+    sync::Arc,
+    thread::{self, JoinHandle},
+};
+
+use ratelab::{ClockKind, Command, Event, Time};
+use ratelab_account::Observer;
+use ratelab_recording::{Executed, Execution, Recording, VerifyError};
+use ratelab_study::system::System;
+
+use super::{App, run::ShownRun, shown::Shown};
+use crate::{panes::Panes, playback::Playback, sampler::Sampler};
+
+/// A run that is executed again on a thread of its own.
+pub struct Executing {
+    thread: JoinHandle<Result<Executed, VerifyError>>,
+    observer: Observer,
+    until: Time,
+}
+
+impl Executing {
+    /// Begins to execute the run of `recording` again.
+    ///
+    /// # Errors
+    /// [`VerifyError`] if it cannot be executed again.
+    fn of(recording: Arc<Recording>, system: &Arc<dyn System>) -> Result<Self, VerifyError> {
+        let execution = Execution::new(recording.clone(), system)?;
+        let (observer, until) = (execution.observer(), recording.until);
+        Ok(Self {
+            thread: thread::spawn(move || execution.run()),
+            observer,
+            until,
+        })
+    }
+
+    /// How far it is.
+    fn progress(&self) -> String {
+        let now = self.observer.now();
+        format!("executing the run again: {now} of {}", self.until)
+    }
+
+    /// The run.
+    ///
+    /// # Errors
+    /// [`VerifyError`] if it is another run.
+    fn finish(self) -> Result<Executed, VerifyError> {
+        self.thread
+            .join()
+            .unwrap_or_else(|panic| resume_unwind(panic))
+    }
+}
+
+impl App {
+    /// Whether the run is at rest and was under the real clock, so that it can be executed
+    /// again tick by tick.
+    fn has_past(&self) -> bool {
+        let handed_over = |event: &Event| {
+            let command = event.applied();
+            matches!(command, Some(Command::HandOver(ClockKind::Real)))
+        };
+        let real = self.shown.run.config().clock == ClockKind::Real;
+        let real = real || self.shown.events.iter().any(handed_over);
+        real && self.shown.run.at_rest()
+    }
+
+    /// Looks back: at the run itself if it can be executed again, or else at the picture
+    /// before.
+    pub(super) fn look_back(&mut self) {
+        if self.looking_back().is_none() && self.has_past() {
+            match self.so_far() {
+                Some(recording) => self.execute(recording, |error| error.to_string()),
+                None => self.notify("this run is gone: r starts again"),
+            }
+        } else if !self.shown.frames.back() {
+            self.notify("this is the oldest picture kept");
+        }
+    }
+
+    /// Begins to execute the run of the recording again, if that is possible: its rows are
+    /// shown until then.
+    pub fn execute_again(&mut self) {
+        if let ShownRun::Recorded(playback) = &self.shown.run
+            && playback.recording().is_whole()
+        {
+            self.execute(playback.recording(), from_rows);
+        }
+    }
+
+    fn execute(&mut self, recording: Arc<Recording>, why: fn(&VerifyError) -> String) {
+        match Executing::of(recording, self.shown.run.shared_system()) {
+            Ok(executing) => self.executing = Some(executing),
+            Err(error) => self.notify(why(&error)),
+        }
+    }
+
+    /// Follows the run that is executed again, and shows it once it is there; returns whether
+    /// there is something new.
+    pub(super) fn follow_execution(&mut self) -> bool {
+        let Some(executing) = self.executing.take() else {
+            return false;
+        };
+        let live = self.is_live();
+        if !executing.thread.is_finished() {
+            if live {
+                self.notify(executing.progress());
+            }
+            self.executing = Some(executing);
+            return live;
+        }
+        match executing.finish() {
+            Ok(executed) if live => self.open_past(executed),
+            Ok(executed) => self.play_executed(executed),
+            Err(error) if live => self.notify(error.to_string()),
+            Err(error) => self.notify(from_rows(&error)),
+        }
+        true
+    }
+
+    /// Shows the end of the run here as it was executed again, in place of its pictures.
+    fn open_past(
+        &mut self,
+        Executed {
+            recording,
+            overlaps,
+        }: Executed,
+    ) {
+        let playback = Playback::new(recording, &self.setup.system, overlaps);
+        let mut past = Shown::new(ShownRun::Recorded(Box::new(playback)));
+        past.panes = Panes {
+            overlay: None,
+            ..self.shown.panes
+        };
+        past.go(Time::MAX);
+        self.beneath = Some(std::mem::replace(&mut self.shown, past));
+        self.notify("the run itself: , and . step, B branches, q returns to the lab");
+    }
+
+    /// Shows the run here again; returns whether its past was shown.
+    pub(super) fn leave_past(&mut self) -> bool {
+        let Some(live) = self.beneath.take() else {
+            return false;
+        };
+        self.shown = live;
+        true
+    }
+
+    /// Plays the run of the recording as it was executed again, from the same moment.
+    fn play_executed(
+        &mut self,
+        Executed {
+            recording,
+            overlaps,
+        }: Executed,
+    ) {
+        let ShownRun::Recorded(before) = &self.shown.run else {
+            return;
+        };
+        let more = ticks(&recording) > ticks(&before.recording());
+        let playback =
+            Playback::new(recording, self.shown.run.shared_system(), overlaps).like(before);
+        let at = before.at();
+        self.shown.events = playback.recording().events.clone();
+        self.shown.run = ShownRun::Recorded(Box::new(playback));
+        self.shown.sampler = Sampler::default();
+        self.shown.go(at);
+        if more {
+            self.notify("executed again: this is the whole run, from its start");
+        }
+    }
+}
+
+/// The number of ticks in a recording.
+fn ticks(recording: &Recording) -> usize {
+    recording.ticks.iter().map(Vec::len).sum()
+}
+
+/// The notice that a recording is shown as it is.
+fn from_rows(why: &VerifyError) -> String {
+    format!("shown from its rows: {}; verify prints more", why.brief())
+}

@@ -1,0 +1,140 @@
+//! Recordings of sessions, on and off.
+
+use ratelab_recording::{
+    Destination, FinishedRecording, RecordError, Recorder, StopReason, outside,
+};
+
+use super::{App, run::ShownRun};
+use crate::error::ScreenError;
+
+/// The recordings of all sessions.
+#[derive(Default)]
+pub struct LabRecordings {
+    /// The destination of the next one.
+    pub destination: Destination,
+    /// Whether the user wants sessions recorded.
+    pub wanted: bool,
+    /// Those that are being completed.
+    completing: Vec<Recorder>,
+    /// Complete ones.
+    pub recorded: Vec<FinishedRecording>,
+    /// The first that ended early.
+    pub unrecorded: Option<RecordError>,
+}
+
+impl LabRecordings {
+    /// Recordings to `destination`, wanted if there is one.
+    pub fn to(destination: Option<Destination>) -> Self {
+        Self {
+            wanted: destination.is_some(),
+            destination: destination.unwrap_or_default(),
+            ..Self::default()
+        }
+    }
+}
+
+impl App {
+    /// Starts a recording, or ends it.
+    pub(super) fn record(&mut self) {
+        if let ShownRun::Remote(run) = &mut self.shown.run {
+            let notice = run.record();
+            return self.notify(notice);
+        }
+        if self.ended() {
+            self.recordings.wanted = !self.recordings.wanted;
+            return self.notify(match self.recordings.wanted {
+                true => "the run is over: r starts one that is recorded",
+                false => "the run is over, and the next is not recorded",
+            });
+        }
+        if self.end_recording() {
+            return self.follow_recordings();
+        }
+        let ShownRun::Live(session) = &mut self.shown.run else {
+            return;
+        };
+        match session.record(&mut self.recordings.destination) {
+            Ok(path) => {
+                self.recordings.wanted = true;
+                self.notify(format!("recording to {}", path.display()));
+            }
+            Err(error) => self.notify(error.to_string()),
+        }
+    }
+
+    /// Ends the recording of the session; returns whether there is one.
+    pub(super) fn end_recording(&mut self) -> bool {
+        let recorder = self.session().and_then(|session| session.recorder());
+        let recorded = recorder.map(|recorder| recorder.end(StopReason::Off));
+        let recorded = recorded.is_some();
+        self.recordings.wanted &= !recorded;
+        recorded
+    }
+
+    /// Takes the recorder of the session, if it is ending.
+    fn take_recorder(&mut self) {
+        if let ShownRun::Live(session) = &mut self.shown.run {
+            self.recordings.completing.extend(session.take_recorder());
+        }
+    }
+
+    /// Checks for ended recordings; the end takes a moment.
+    pub(super) fn follow_recordings(&mut self) {
+        self.take_recorder();
+        let completing = &mut self.recordings.completing;
+        let done = completing.extract_if(.., |recorder| recorder.has_ended());
+        for recorder in done.collect::<Vec<_>>() {
+            self.note_recorded(recorder);
+        }
+    }
+
+    /// Waits for all recordings of past sessions.
+    pub(super) fn finish_recordings(&mut self) {
+        self.take_recorder();
+        for recorder in std::mem::take(&mut self.recordings.completing) {
+            self.note_recorded(recorder);
+        }
+    }
+
+    /// Stores the result of an ending recording.
+    fn note_recorded(&mut self, recorder: Recorder) {
+        match recorder.finish() {
+            Ok(recorded) => {
+                let defect = recorded.defect().map(|defect| format!(": {defect}"));
+                let path = recorded.path.display();
+                self.notify(format!("recorded {path}{}", defect.unwrap_or_default()));
+                self.recordings.recorded.push(recorded);
+            }
+            Err(error) => self.is_unrecorded(error.to_string(), Some(error)),
+        }
+    }
+
+    /// Goes on without a recording; the exit code reports it as well.
+    fn is_unrecorded(&mut self, notice: String, error: Option<RecordError>) {
+        self.notify(notice);
+        self.recordings.wanted = false;
+        let first = self.recordings.unrecorded.take();
+        self.recordings.unrecorded = first.or(error);
+    }
+
+    /// Goes on without a recording that cannot begin.
+    pub(super) fn unrecordable(&mut self, error: ScreenError) {
+        let notice = error.to_string();
+        let error = match error {
+            ScreenError::Record { path, why } => Some(RecordError { path, why }),
+            _ => None,
+        };
+        self.is_unrecorded(notice, error);
+    }
+
+    /// Gives notice of what a thread outside of the graph wrote to, once for each.
+    pub(super) fn notice_outside(&mut self) {
+        let ShownRun::Live(session) = &mut self.shown.run else {
+            return;
+        };
+        let names = session.written_from_outside();
+        if !names.is_empty() {
+            self.notify(outside(&names.join(" and ")));
+        }
+    }
+}

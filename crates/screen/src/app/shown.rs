@@ -1,0 +1,134 @@
+//! A run on the screen, and how it is looked at.
+
+use ratelab::{Event, Time};
+use ratelab_account::Snapshot;
+
+use super::run::ShownRun;
+use crate::{
+    frame::FrameData,
+    history::FrameHistory,
+    knobs::KnobFocus,
+    panes::Panes,
+    run::WatchedRows,
+    sampler::Sampler,
+    timeline::{Timeline, TimelineView},
+};
+
+/// A run on the screen, and how it is looked at.
+pub struct Shown {
+    /// The run.
+    pub run: ShownRun,
+    /// What is kept of it between frames.
+    pub sampler: Sampler,
+    /// Its frames.
+    pub frames: FrameHistory,
+    /// Its events so far; all of a recording.
+    pub events: Vec<Event>,
+    /// The node and the topics of the knob keys.
+    pub knob_focus: KnobFocus,
+    /// The controls of the panes.
+    pub panes: Panes,
+}
+
+impl Shown {
+    /// Looks at `run` from now on.
+    pub fn new(run: ShownRun) -> Self {
+        let events = match &run {
+            ShownRun::Recorded(playback) => playback.recording().events.clone(),
+            _ => Vec::new(),
+        };
+        Self {
+            sampler: Sampler::default(),
+            frames: FrameHistory::new(matches!(run, ShownRun::Live(_))),
+            run,
+            events,
+            knob_focus: KnobFocus::default(),
+            panes: Panes::default(),
+        }
+    }
+
+    /// Looks at another `run`, with what its `sampler` knows of the one before.
+    pub fn go_on_with(&mut self, run: ShownRun, sampler: Sampler) {
+        self.frames = FrameHistory::new(matches!(run, ShownRun::Live(_)));
+        self.run = run;
+        self.begin(sampler);
+    }
+
+    /// Forgets the run before.
+    fn begin(&mut self, sampler: Sampler) {
+        self.sampler = sampler;
+        self.events.clear();
+        self.panes.timeline = TimelineView::default();
+    }
+
+    /// Looks at another run of other processes.
+    pub fn begin_anew(&mut self) {
+        self.begin(Sampler::default());
+        self.mark_first();
+    }
+
+    /// Marks the node and the topics whose knobs keys turn first.
+    pub fn mark_first(&mut self) {
+        self.knob_focus = KnobFocus::new(self.run.system(), &self.graph());
+    }
+
+    /// The graph and its counters.
+    pub fn graph(&self) -> Snapshot {
+        self.run.observer().snapshot()
+    }
+
+    /// The visible moment; `None` before the first frame.
+    pub fn now(&self) -> Option<Time> {
+        match &self.run {
+            ShownRun::Recorded(playback) => Some(playback.at()),
+            _ => self.frames.shown().map(|frame| frame.now),
+        }
+    }
+
+    /// Events up to `now`.
+    pub fn events(&self, now: Time) -> impl Iterator<Item = &Event> {
+        self.events.iter().filter(move |event| event.at <= now)
+    }
+
+    /// Takes the events since the last call.
+    pub fn new_events(&mut self) -> Vec<Event> {
+        let new = self.run.observer().events(self.events.len());
+        self.events.extend_from_slice(&new);
+        new
+    }
+
+    /// A frame of the run, and the rows that are new in it.
+    pub fn frame(&mut self) -> (FrameData, Vec<WatchedRows>) {
+        let rows = self.run.new_rows();
+        let frame = self.sampler.frame_data(&mut *self.run, &rows);
+        (frame, rows)
+    }
+
+    /// The node whose pushes the timeline shows, if there is one.
+    fn acting(&self) -> Option<usize> {
+        let (acts, _) = self.run.system().latency()?;
+        let nodes = &self.run.lineage().topology().nodes;
+        nodes.iter().position(|node| node.name == acts)
+    }
+
+    /// The timeline at run time `now`.
+    pub fn timeline(&self, now: Time) -> Option<Timeline> {
+        let acts = self.acting()?;
+        Timeline::of(self.run.lineage(), acts, self.panes.timeline, now)
+    }
+
+    /// Selects another push in the timeline; see [`TimelineView::select`].
+    pub fn select_push(&mut self, now: Time, later: bool) {
+        if let Some(acts) = self.acting() {
+            let view = &mut self.panes.timeline;
+            view.select(self.run.lineage(), acts, now, later);
+        }
+    }
+
+    /// Shows the moment `at` of a recording.
+    pub fn go(&mut self, at: Time) {
+        if let ShownRun::Recorded(playback) = &mut self.run {
+            playback.go(at, &mut self.sampler);
+        }
+    }
+}

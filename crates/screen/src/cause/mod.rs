@@ -1,0 +1,261 @@
+//! The cause of a loss, from measurements.
+//!
+//! The age of an action is the sum of its parts. The largest part has an owner, a node or
+//! a link, and a knob of the owner is the cure.
+
+mod hang;
+mod owner;
+mod rules;
+mod trial;
+
+use std::time::Duration;
+
+use ratelab::{Knob, KnobKind, Time};
+use ratelab_account::{Lineage, Snapshot};
+use ratelab_study::system::{Alias, Setup, System, names};
+
+pub use hang::Hang;
+pub use rules::{AgeReason, Owner};
+pub use trial::{CureTrials, Trial, Tried};
+
+use super::{
+    frame::{AgeData, Strain},
+    knobs::setting,
+    timeline::upstream,
+};
+
+/// A lost run.
+pub struct Facts<'a> {
+    /// Its system.
+    pub system: &'a dyn System,
+    /// Its knobs in force.
+    pub setup: &'a Setup,
+    /// Those of its knobs that were turned since its start.
+    pub turned: &'a Setup,
+    /// Its graph and counters.
+    pub graph: &'a Snapshot,
+    /// The chains behind its actions.
+    pub lineage: &'a Lineage,
+    /// Its recent push age, if known.
+    pub age: Option<AgeData>,
+    /// The stretch of run time of that age.
+    pub late: (Time, Time),
+    /// Its hangs.
+    pub hangs: &'a [Hang],
+    /// Whether keys turn its knobs; `false` for a recording.
+    pub live: bool,
+}
+
+/// Number of causes that are told apart.
+const MOST_CAUSES: usize = 3;
+
+/// Length of the recent stretch of run time; longer if two periods are.
+const LATELY: Duration = Duration::from_secs(1);
+
+/// Share of the longest interval at which another one counts as equally long.
+const AS_SLOW: f64 = 0.9;
+
+impl Facts<'_> {
+    /// The knobs that would take the causes away, the most important first.
+    pub fn cures(&self) -> Vec<Knob> {
+        let Some(acts) = acting(self.system, self.graph).filter(|_| self.is_old()) else {
+            return Vec::new();
+        };
+        let cures = self.causes(acts).into_iter();
+        cures.map(|(_, cure)| cure).collect()
+    }
+
+    /// The cause of the loss and its cure, in short lines; empty for a system without an age.
+    /// What was `tried` is what the [cures](Self::cures) did.
+    pub fn cause(&self, tried: Option<&Tried>) -> Vec<String> {
+        let Some(acts) = acting(self.system, self.graph) else {
+            return Vec::new();
+        };
+        if !self.is_old() {
+            let why = self.system.lost_anyway(self.setup);
+            let why = why.unwrap_or_else(|| self.unequal());
+            let parts: Vec<String> = self.fresh().into_iter().chain([why]).collect();
+            return vec![parts.join(": ") + self.another()];
+        }
+        let owners = self.main_owners(acts);
+        let mut lines = self.lines(&owners, &self.causes(acts), tried);
+        if lines.is_empty() {
+            lines.push("no action was applied in the last second".to_owned());
+        }
+        lines.extend(self.how_old());
+        lines.extend(owners.iter().find_map(|owner| self.symptom(*owner)));
+        lines
+    }
+
+    /// Whether age is to blame.
+    fn is_old(&self) -> bool {
+        self.system.lost_anyway(self.setup).is_none() && self.fresh().is_none()
+    }
+
+    /// The owners of the age with a knob that takes their part away, the most important
+    /// first.
+    fn causes(&self, acts: usize) -> Vec<(Owner, Knob)> {
+        let mut owners = self.main_owners(acts);
+        let others = self.owners(acts).into_iter().map(|(owner, _)| owner);
+        owners.extend(others);
+        let mut causes: Vec<(Owner, Knob)> = Vec::new();
+        for owner in owners {
+            let cure = self.cure(owner).filter(|cure| !self.was_turned(cure));
+            if let Some(cure) = cure.filter(|cure| causes.iter().all(|(_, known)| known != cure)) {
+                causes.push((owner, cure));
+            }
+        }
+        causes.truncate(MOST_CAUSES);
+        causes
+    }
+
+    /// The owner of the largest part of an age; for a slow node, also the nodes that are
+    /// equally slow.
+    fn main_owners(&self, acts: usize) -> Vec<Owner> {
+        let owners = self.owners(acts);
+        let Some(&(first, _)) = owners.first() else {
+            let mut path = before(self.lineage, acts);
+            path.push(acts);
+            return self.unreached(&path);
+        };
+        if first.reason != AgeReason::Rate {
+            return vec![first];
+        }
+        let slow = self.pace(first.place).mul_f64(AS_SLOW);
+        let path = before(self.lineage, acts).into_iter();
+        let slow = path.filter(|node| self.pace(*node) >= slow);
+        let mut slow: Vec<Owner> = slow.map(|node| AgeReason::Rate.at(node)).collect();
+        if !slow.contains(&first) {
+            slow.insert(0, first);
+        }
+        slow
+    }
+
+    /// A line for each main owner, and for each other cause without which it is not mended.
+    fn lines(
+        &self,
+        owners: &[Owner],
+        causes: &[(Owner, Knob)],
+        tried: Option<&Tried>,
+    ) -> Vec<String> {
+        let of_these = |tried: &&Tried| tried.cures.iter().eq(causes.iter().map(|(_, cure)| cure));
+        let tried = tried.filter(of_these);
+        let needed = tried
+            .and_then(|tried| tried.needed.as_deref())
+            .unwrap_or(&[]);
+        let needed = needed.iter().map(|index| causes[*index].0);
+        let others = needed.filter(|owner| !owners.contains(owner));
+        let all: Vec<Owner> = owners.iter().copied().chain(others).collect();
+        let line = |(number, owner): (usize, &Owner)| {
+            let place = causes.iter().position(|(known, _)| known == owner);
+            let line = self.blame(*owner, tried, place);
+            match line.strip_prefix("the age arose") {
+                Some(rest) if number > 0 && !owners.contains(owner) => format!("and{rest}"),
+                _ => line,
+            }
+        };
+        all.iter().enumerate().map(line).collect()
+    }
+
+    /// States that age is not the cause, if it is below the limit of the loop.
+    fn fresh(&self) -> Option<String> {
+        let age = self.age?;
+        let limit = age.limit()?;
+        let fresh = age.strain() == Strain::Borne && age.greatest < limit;
+        let (mean, limit) = (number(age.mean), number(limit));
+        fresh.then(|| format!("age is not to blame ({mean} ms of {limit})"))
+    }
+
+    /// States that the message in force, such as a policy, does not hold the system.
+    fn unequal(&self) -> String {
+        match self.choice() {
+            Some(alias) => {
+                let what = setting(self.system, alias, self.setup);
+                format!("{what} does not balance it")
+            }
+            None => "what decides does not balance it".to_owned(),
+        }
+    }
+
+    /// The key for another message, where there are several to choose from.
+    fn another(&self) -> &'static str {
+        match self.choice() {
+            Some(_) if self.live => ". p takes another",
+            _ => "",
+        }
+    }
+
+    /// The alias of the messages to choose from.
+    fn choice(&self) -> Option<&'static Alias> {
+        let alias = names::first_alias(self.system, KnobKind::Send);
+        alias.filter(|alias| !alias.choices.is_empty())
+    }
+
+    /// The age of readings, beside the limit of the loop.
+    fn how_old(&self) -> Option<String> {
+        let age = self.age?;
+        let (greatest, mean) = (ms(age.greatest), number(age.mean));
+        let text = format!("pushes used readings up to {greatest} old, {mean} on average");
+        Some(match age.limit() {
+            Some(limit) => format!("{text}; this loop bears {}", number(limit)),
+            None => text,
+        })
+    }
+
+    /// The symptom at the queue of a slow node.
+    fn symptom(&self, owner: Owner) -> Option<String> {
+        let node = owner.place;
+        if !matches!(owner.reason, AgeReason::Rate | AgeReason::Cost) {
+            return None;
+        }
+        let mut topics = self.graph.topics.iter();
+        let input = topics.find(|topic| topic.readers.iter().any(|r| r.node == node))?;
+        let input_period = input.publishers.iter();
+        let input_period = input_period.map(|node| self.graph.nodes[*node].hz.period());
+        let slower = input_period.min()? < self.graph.nodes[node].hz.period();
+        match (input.dropped(), input.depth.get()) {
+            (0, 1) => None,
+            (0, depth) => slower.then(|| format!("a queue of {depth} dropped nothing")),
+            (dropped, _) => Some(format!(
+                "{dropped} readings were dropped, each for a newer one"
+            )),
+        }
+    }
+}
+
+/// The node of `graph` with a push age.
+pub fn acting(system: &dyn System, graph: &Snapshot) -> Option<usize> {
+    let (acts, _) = system.latency()?;
+    graph.nodes.iter().position(|node| *node.name == *acts)
+}
+
+/// The last second of a run, or the last two periods of the slowest node on the path to
+/// `acts` if those are longer; never before the first push.
+pub fn latest(graph: &Snapshot, lineage: &Lineage, acts: usize) -> (Time, Time) {
+    let path = before(lineage, acts).into_iter();
+    let periods = path.map(|node| graph.nodes[node].hz.period());
+    let window = LATELY.max(periods.max().unwrap_or_default() * 2);
+    let from = graph.now.earlier(window);
+    (from.max(lineage.first_push(acts)), graph.now)
+}
+
+/// The nodes whose messages reach the one that acts, in the order in which they were added.
+fn before(lineage: &Lineage, acts: usize) -> Vec<usize> {
+    let mut path = upstream(lineage.topology(), acts);
+    path.remove(0);
+    path.sort_unstable();
+    path
+}
+
+/// Rounds to whole milliseconds, with the unit.
+pub fn ms(duration: Duration) -> String {
+    format!("{} ms", number(duration))
+}
+
+/// Rounds to whole milliseconds, without the unit.
+fn number(duration: Duration) -> String {
+    format!("{:.0}", duration.as_secs_f64() * 1e3)
+}
+
+#[cfg(test)]
+mod tests;

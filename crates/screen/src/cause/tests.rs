@@ -1,0 +1,542 @@
+//! Ways to lose the pole: each has its cause named, and the named cure works.
+
+use std::{path::Path, sync::Arc};
+
+use ratelab::{Head, Knob, Time, TimedKnob};
+use ratelab_account::{Snapshot, TickRecord};
+use ratelab_cart_pole::CartPole;
+use ratelab_effects::checked;
+use ratelab_recording::Recording;
+use ratelab_study::{
+    experiment::{Config, Experiment, Summary},
+    system::{AgeLimits, Setup, System, WorldKind},
+};
+
+use super::*;
+use crate::lineage_taps::LineageTaps;
+
+const COURSE: WorldKind = WorldKind::Course;
+const OWN: WorldKind = WorldKind::OWN;
+
+/// Ways to lose the pole: the world, knobs from the start or from a time on (s), and the
+/// owners of the age.
+const WAYS: &str = "\
+course | rate policy 5 | Rate policy
+course | rate policy 5; depth /obs 100; depth /action 100 | Rate policy
+own | rate policy 5 | Rate policy
+course | rate sensor 5 | Rate sensor
+own | rate sensor 4; depth /obs 100 | Rate sensor
+own | rate sensor 5; rate policy 5 | Rate sensor; Rate policy
+own | rate actuator 5 | Rate actuator
+own | takes policy 70 | Cost policy
+own | takes policy 60..110 | Cost policy
+own | takes sensor 90 | Cost sensor
+own | takes actuator 80 | Cost actuator
+own | wakes policy 190 | Late policy
+own | rate policy 8; offset policy 100; rate sensor 8 | Phase policy
+own | link /obs delay:100 | Link /obs
+own | link /action delay:100 | Link /action
+own | link /action delay:0..250 | Link /action
+own | link /action loss:0.9 | Link /action
+own | link /obs loss:0.92 | Link /obs
+own | link /obs burst:0.05,30 | Link /obs
+own | link /action loss:0.3,reliable:150 | Link /action
+course | rate policy 45; read /obs oldest; depth /obs 10 | Order /obs
+own | rate policy 10; clock policy 0 -500000 | Clock policy
+own | 1.0 crash policy | Crash policy
+own | 1.0 crash sensor | Crash sensor
+own | 0.1 hang policy 900 | Hang policy
+own | 0.1 hang sensor 900 | Hang sensor
+own | 0.0 crash policy | Crash policy
+own | 0.0 crash sensor | Crash sensor
+own | hang policy 900 | Hang policy
+own | link /obs loss:1 | Link /obs
+own | 0.1 rate policy 4; 0.6 rate policy 50 | Rate policy";
+
+/// A run of `row`, and the owners of its age: `world | knobs | owners`.
+fn way(row: &'static str) -> (Config, Vec<&'static str>) {
+    let parts: Vec<&str> = row.split(" |").map(str::trim).collect();
+    let [world, knobs, owners] = parts[..] else {
+        panic!("{row}");
+    };
+    let listed = |text: &'static str| text.split("; ").filter(|part| !part.is_empty());
+    let mut config = config(if world == "own" { OWN } else { COURSE }, &[]);
+    for text in listed(knobs) {
+        let timed = text
+            .split_once(' ')
+            .and_then(|(at, rest)| Some((at.parse().ok()?, rest)));
+        match timed {
+            Some((at, rest)) => config.knobs.push(TimedKnob {
+                at: Time::from_secs_f64(at).expect("a time"),
+                knob: knob(rest),
+            }),
+            None => config.setup.set(knob(text)),
+        }
+    }
+    (config, listed(owners).collect())
+}
+
+/// A run of twelve seconds with `setup`.
+fn config(world: WorldKind, setup: &[&str]) -> Config {
+    Config {
+        world,
+        end: Time::from_secs_f64(12.0).expect("a time"),
+        setup: setup.iter().map(|text| knob(text)).collect(),
+        ..Config::default()
+    }
+}
+
+fn knob(text: &str) -> Knob {
+    checked(text.parse().expect(text)).expect(text)
+}
+
+/// The summary of a run, and the lines about its loss with the owners that they name.
+fn run(config: &Config) -> (Summary, Vec<String>, Vec<String>) {
+    let played = Played::of(config);
+    let (cause, named) = cause(&played.graph, &played.lineage, &played.setup());
+    (played.summary, cause, named)
+}
+
+/// The lines about a loss at the moment of `graph`, and its owners, such as `Rate policy`.
+fn cause(graph: &Snapshot, lineage: &Lineage, setup: &Setup) -> (Vec<String>, Vec<String>) {
+    with_facts(graph, lineage, (setup, &Setup::default()), |facts| {
+        let acts = acting(facts.system, graph).filter(|_| facts.is_old());
+        let owners = acts.map(|acts| facts.main_owners(acts)).unwrap_or_default();
+        let name = |owner: Owner| format!("{:?} {}", owner.reason, facts.name(owner));
+        (facts.cause(None), owners.into_iter().map(name).collect())
+    })
+}
+
+/// What `read` reads from the facts about a loss at the moment of `graph`, with a setup in
+/// force and knobs that were turned.
+fn with_facts<R>(
+    graph: &Snapshot,
+    lineage: &Lineage,
+    (setup, turned): (&Setup, &Setup),
+    read: impl FnOnce(Facts<'_>) -> R,
+) -> R {
+    let system = CartPole::default();
+    let acts = acting(&system, graph).expect("an actuator");
+    let late = latest(graph, lineage, acts);
+    read(Facts {
+        system: &system,
+        setup,
+        turned,
+        graph,
+        lineage,
+        age: age(lineage, acts, late, system.age_limits(setup)),
+        late,
+        hangs: &Hang::at_the_start(setup),
+        live: false,
+    })
+}
+
+/// A run that is over, with its chains and all knobs, those of the start first.
+struct Played {
+    summary: Summary,
+    graph: Snapshot,
+    lineage: Lineage,
+    knobs: Vec<TimedKnob>,
+}
+
+impl Played {
+    fn of(config: &Config) -> Self {
+        let system: Arc<dyn System> = Arc::new(CartPole::default());
+        let experiment = Experiment::new(system, config).expect("a graph");
+        let (observer, mut taps) = (experiment.observer(), LineageTaps::new(&experiment));
+        let summary = experiment.run().expect("no fault");
+        let at = Time::ZERO;
+        let start = config.setup.iter().cloned();
+        let start = start.map(|knob| TimedKnob { at, knob });
+        Self {
+            knobs: start.chain(summary.knobs()).collect(),
+            lineage: taps.update().clone(),
+            graph: observer.snapshot(),
+            summary,
+        }
+    }
+
+    fn setup(&self) -> Setup {
+        self.knobs.iter().map(|timed| timed.knob.clone()).collect()
+    }
+}
+
+/// The push age over run time `late`.
+fn age(
+    lineage: &Lineage,
+    acts: usize,
+    (from, to): (Time, Time),
+    limits: AgeLimits,
+) -> Option<AgeData> {
+    let parts = lineage.mean_parts(acts, from, to);
+    let mean: f64 = parts.iter().map(|(_, ns)| ns).sum();
+    let greatest = lineage.greatest_age(acts, from, to);
+    (!parts.is_empty()).then(|| AgeData {
+        mean: Duration::from_nanos(mean as u64),
+        greatest,
+        stretch: (from, to),
+        limits,
+    })
+}
+
+/// The knobs that bring a reason about.
+const CAUSED_BY: [(AgeReason, &[KnobKind]); 9] = [
+    (AgeReason::Rate, &[KnobKind::Rate]),
+    (AgeReason::Cost, &[KnobKind::Takes]),
+    (AgeReason::Hang, &[KnobKind::Hang]),
+    (AgeReason::Late, &[KnobKind::Wakes]),
+    (AgeReason::Crash, &[KnobKind::Crash]),
+    (AgeReason::Clock, &[KnobKind::Clock]),
+    (AgeReason::Phase, &[KnobKind::Offset]),
+    (
+        AgeReason::Link,
+        &[KnobKind::Link, KnobKind::Lose, KnobKind::Postpone],
+    ),
+    (AgeReason::Order, &[KnobKind::Read]),
+];
+
+/// Whether one of the `named` owners is what `knob` brings about.
+fn is_named(named: &[String], knob: &Knob) -> bool {
+    CAUSED_BY.iter().any(|(reason, kinds)| {
+        let name = format!("{reason:?} {}", knob.target());
+        kinds.contains(&knob.kind()) && named.contains(&name)
+    })
+}
+
+#[test]
+fn the_cause_that_is_named_is_the_one_whose_removal_mends_it() {
+    let mut wrong = Vec::new();
+    for row in WAYS.lines() {
+        let (config, owners) = way(row);
+        let (summary, cause, named) = run(&config);
+        if !summary.verdict.is_lost() {
+            wrong.push(format!("{row} stands"));
+            continue;
+        }
+        if named != owners {
+            wrong.push(format!("{row}: {named:?}, {:?}", cause));
+            continue;
+        }
+        let mut mended = config.clone();
+        let stays = |knob: &&Knob| !is_named(&named, knob);
+        mended.setup = config.setup.iter().filter(stays).cloned().collect();
+        mended.knobs.retain(|timed| stays(&&timed.knob));
+        let (summary, ..) = run(&mended);
+        if summary.verdict.is_lost() {
+            wrong.push(format!("{row} without {named:?}: {}", summary.verdict));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn where_age_is_not_to_blame_no_node_is() {
+    for (setup, why) in [
+        ("send policy zero", "the zero policy"),
+        ("send policy random", "the random policy"),
+    ] {
+        let (summary, cause, named) = run(&config(COURSE, &[setup]));
+        assert!(summary.verdict.is_lost(), "{setup}");
+        assert!(named.is_empty(), "{setup}: {named:?}");
+        assert!(cause[0].contains(why), "{:?}", cause);
+    }
+}
+
+/// `patient` learned with pushes that are held. Half of each push is cut off here, so that
+/// the motor is weaker than any that it met. Linear feedback bears that.
+const WEAK_MOTOR: [&str; 2] = ["rate actuator 500", "send actuator zero:5"];
+
+#[test]
+fn a_network_outside_of_its_training_is_to_blame_and_its_age_is_not() {
+    let with = |policy: &str| {
+        let mut config = config(OWN, &WEAK_MOTOR);
+        config.setup.set(knob(&format!("send policy {policy}")));
+        run(&config)
+    };
+    let (summary, cause, named) = with(&network());
+    assert!(summary.verdict.is_lost());
+    assert!(named.is_empty(), "{named:?}");
+    let text = "age is not to blame (10 ms of 104): policy patient.safetensors does not balance it";
+    assert_eq!(cause, [text]);
+    for linear in ["scripted", "lqr"] {
+        assert!(!with(linear).0.verdict.is_lost(), "{linear}");
+    }
+}
+
+/// The shipped network `patient` with the digest of its content.
+fn network() -> String {
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../policies/patient.safetensors"
+    );
+    let setup = Setup::default();
+    let pinned = CartPole::default().resolve(0, &setup, "policy", path);
+    pinned.expect("weights")
+}
+
+/// A policy at 50 Hz whose ticks take 85 ms, as the real clock measures it: a tick acts at
+/// its start, and four of five periods are overruns.
+fn overrunning() -> (Snapshot, Lineage) {
+    let system: Arc<dyn System> = Arc::new(CartPole::default());
+    let experiment = Experiment::new(system, &Config::default()).expect("a graph");
+    let observer = experiment.observer();
+    let (mut graph, mut lineage) = (observer.snapshot(), Lineage::new(observer.topology()));
+    let [sensor, policy, actuator] = [0, 1, 2];
+    let [observations, actions] = [0, 1];
+    let ms = |ms: u64| Time::from_nanos(ms * 1_000_000);
+    for number in 0..150 {
+        let at = ms(20 * number);
+        lineage.tick(sensor, tick(number, at, 0));
+        lineage.message(observations, &head(number, at, None));
+        if number % 5 == 0 {
+            let decides = at + Time::RESOLUTION;
+            lineage.tick(policy, tick(number / 5, decides, 85));
+            lineage.message(actions, &head(number / 5, decides, Some(at)));
+        }
+        lineage.tick(actuator, tick(number, at + 2 * Time::RESOLUTION, 0));
+    }
+    lineage.settle();
+    graph.nodes[policy].overruns = 120;
+    graph.now = ms(3_000);
+    (graph, lineage)
+}
+
+fn tick(number: u64, at: Time, took_ms: u64) -> TickRecord {
+    TickRecord {
+        number,
+        at,
+        ends: Some(at),
+        lateness: Some(Duration::ZERO),
+        took: Some(Duration::from_millis(took_ms)),
+        overruns: 0,
+        push: None,
+    }
+}
+
+fn head(seq: u64, at: Time, origin: Option<Time>) -> Head {
+    Head {
+        at,
+        stamp: at,
+        seq,
+        origin,
+        arrives: Some(at),
+        dropped: 0,
+    }
+}
+
+#[test]
+fn overruns_under_the_real_clock_are_blamed_on_the_long_ticks() {
+    let (graph, lineage) = overrunning();
+    let (by_itself, named) = cause(&graph, &lineage, &Setup::default());
+    assert_eq!(named, ["Cost policy"]);
+    let text = "the age arose in the policy: its ticks take 85 % of the time and come every 100 \
+                ms. try a faster one";
+    assert_eq!(by_itself[0], text);
+    let setup: Setup = [knob("takes policy 85")].into_iter().collect();
+    let (by_knob, _) = cause(&graph, &lineage, &setup);
+    let line = &by_knob[0];
+    assert!(line.ends_with("try takes policy none"), "{line}");
+}
+
+/// Whether the push age ever warned before the end of a run.
+fn warned(lineage: &Lineage, graph: &Snapshot, knobs: &[TimedKnob], end: Time) -> bool {
+    const STEP: Duration = Duration::from_millis(20);
+    let system = CartPole::default();
+    let acts = acting(&system, graph).expect("an actuator");
+    let (mut now, mut setup) = (Time::ZERO + STEP, None);
+    let mut limits = AgeLimits::default();
+    while now < end {
+        let so_far = knobs.iter().filter(|timed| timed.at <= now);
+        let in_force: Setup = so_far.map(|timed| timed.knob.clone()).collect();
+        if setup.as_ref() != Some(&in_force) {
+            limits = system.age_limits(&in_force);
+            setup = Some(in_force);
+        }
+        let graph = Snapshot {
+            now,
+            ..graph.clone()
+        };
+        let late = latest(&graph, lineage, acts);
+        let age = age(lineage, acts, late, limits);
+        if age.is_some_and(|age| matches!(age.strain(), Strain::Swings | Strain::Falls)) {
+            return true;
+        }
+        now = now + STEP;
+    }
+    false
+}
+
+#[test]
+fn a_run_is_warned_before_it_falls_if_and_only_if_age_is_to_blame() {
+    let patient = format!("send policy {}", network());
+    let not_age = [
+        &["send policy zero"][..],
+        &["send policy random"],
+        &[WEAK_MOTOR[0], WEAK_MOTOR[1], &patient],
+    ];
+    let others = not_age.map(|setup| (config(OWN, setup), Vec::new()));
+    let mut wrong = Vec::new();
+    for (config, owners) in WAYS.lines().map(way).chain(others) {
+        let played = Played::of(&config);
+        let end = played.summary.verdict.at;
+        let warned = warned(&played.lineage, &played.graph, &played.knobs, end);
+        let old = !owners.is_empty() && played.summary.push_age().is_some();
+        if !played.summary.verdict.is_lost() || warned != old {
+            wrong.push(format!(
+                "{:?} {:?}: warned {warned}",
+                config.setup, config.knobs
+            ));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn a_healthy_run_is_never_warned() {
+    for policy in ["scripted", "lqr", &network()] {
+        for world in [COURSE, OWN] {
+            let mut config = config(world, &[&format!("send policy {policy}")]);
+            config.seed = 1;
+            let played = Played::of(&config);
+            let end = played.summary.verdict.at;
+            let warned = warned(&played.lineage, &played.graph, &played.knobs, end);
+            assert!(!warned, "{policy}");
+        }
+    }
+}
+
+#[test]
+fn the_shipped_recordings_are_warned_where_age_felled_or_endangered_the_pole() {
+    for (name, expected) in [
+        ("balanced-50hz", false),
+        ("fall-5hz", true),
+        ("rescued", true),
+    ] {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../recordings");
+        let recording = Recording::read(&root.join(format!("{name}.rrd"))).expect("a recording");
+        let system: Arc<dyn System> = Arc::new(CartPole::default());
+        let experiment = Experiment::new(system, &recording.origin.config).expect("a graph");
+        let graph = experiment.observer().snapshot();
+        let (lineage, knobs) = (recording.lineage(), recording.knobs());
+        let warned = warned(&lineage, &graph, &knobs, recording.until);
+        assert_eq!(warned, expected, "{name}");
+    }
+}
+
+#[test]
+fn a_slow_lqr_leaves_the_rail_with_the_pole_up_and_its_rate_is_named() {
+    let mut config = config(COURSE, &[]);
+    config.seed = 1;
+    config.setup = CartPole::config("policy lqr, control-hz 0.5")
+        .expect("knobs")
+        .setup;
+    let (summary, _, named) = run(&config);
+    assert_eq!(summary.verdict.name(), "cart_left_rail");
+    assert_eq!(named, ["Rate policy"]);
+}
+
+/// Expected to lose the pole, and does not.
+#[test]
+fn these_troubles_it_bears() {
+    for setup in [
+        &["clock policy 5 40"][..],
+        &["takes policy 30"],
+        &["link /obs loss:0.5"],
+        &["link /action delay:0..60"],
+        &["rate policy 49", "depth /obs 10"],
+        &["rate actuator 12"],
+    ] {
+        let (summary, _, _) = run(&config(OWN, setup));
+        assert!(!summary.verdict.is_lost(), "{setup:?}: {}", summary.verdict);
+    }
+}
+
+#[test]
+fn a_knob_that_was_turned_too_late_is_no_advice() {
+    for (setup, later, cure) in [
+        (
+            "takes policy 230",
+            "takes policy 0",
+            "takes policy none came too late",
+        ),
+        (
+            "link /action delay:200",
+            "link /action none",
+            "link /action none came too late",
+        ),
+        (
+            "rate policy 4",
+            "rate policy 50",
+            "control-hz was raised too late",
+        ),
+    ] {
+        let mut config = config(OWN, &[setup]);
+        let played = Played::of(&config);
+        let fell = played.summary.verdict.at;
+        // As it falls: nothing is saved any more.
+        config.knobs = vec![TimedKnob {
+            at: Time::ZERO + fell.since(Time::ZERO + Duration::from_millis(20)),
+            knob: knob(later),
+        }];
+        let played = Played::of(&config);
+        assert!(played.summary.verdict.is_lost(), "{setup}");
+        let turned: Setup = [knob(later)].into_iter().collect();
+        let knobs = (&played.setup(), &turned);
+        let lines = with_facts(&played.graph, &played.lineage, knobs, |facts| {
+            facts.cause(None)
+        });
+        assert!(lines[0].ends_with(cure), "{lines:?}");
+    }
+}
+
+/// The lines about a run that begins with `setup`, once its cures were tried.
+fn proven(setup: &[&str]) -> Vec<String> {
+    let config = config(OWN, setup);
+    let played = Played::of(&config);
+    assert!(played.summary.verdict.is_lost(), "{setup:?}");
+    let system: Arc<dyn System> = Arc::new(CartPole::default());
+    let trial = Trial::new(system, &config, config.setup.clone(), played.graph.now);
+    let knobs = (&config.setup, &Setup::default());
+    with_facts(&played.graph, &played.lineage, knobs, |facts| {
+        let facts = Facts {
+            live: true,
+            ..facts
+        };
+        let untried = facts.cause(None);
+        assert!(!untried.join(" ").contains("mends"), "{untried:?}");
+        facts.cause(trial.run(&facts.cures()).as_ref())
+    })
+}
+
+#[test]
+fn only_what_was_tried_is_said_to_mend_it_and_what_is_not_enough_is_named_with_its_share() {
+    for (setup, told) in [
+        (
+            &["hang policy 3000"][..],
+            &["one tick took 3000 ms. :hang policy 0 mends it"][..],
+        ),
+        (&["crash policy"], &[":restart policy mends it"]),
+        (&["takes policy 85"], &[":takes policy none mends it"]),
+        (
+            &["link /obs loss:1"],
+            &["lost 31 of 31. :link /obs none mends it"],
+        ),
+        (
+            &["link /obs delay:120", "link /action delay:120"],
+            &[" takes 120 of ", "and on /", ", too, mends it"],
+        ),
+        (
+            &["crash sensor", "crash policy"],
+            &[
+                ":restart sensor alone is not enough",
+                "policy crashed",
+                ", too, mends it",
+            ],
+        ),
+    ] {
+        let lines = proven(setup).join("\n");
+        for part in told {
+            assert!(lines.contains(part), "{setup:?}: {part:?} in\n{lines}");
+        }
+    }
+}

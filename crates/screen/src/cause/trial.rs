@@ -1,0 +1,129 @@
+//! The run again without its causes: only what was tried is said to mend it.
+
+use std::{sync::Arc, time::Duration};
+
+use ratelab::{ClockKind, Knob, Speed, Time};
+use ratelab_study::{
+    experiment::{Config, Experiment, Summary},
+    system::{Setup, System, WorldKind},
+};
+
+use crate::asked::Asked;
+
+/// Run time of a trial, at least and at most; in between, twice that of the run.
+const LENGTH: [Duration; 2] = [Duration::from_secs(10), Duration::from_secs(30)];
+
+/// The outcome of trials with cures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tried {
+    /// The cures, the most important first.
+    pub cures: Vec<Knob>,
+    /// Indices of those that are needed to mend it; `None` if all of them are not enough.
+    pub needed: Option<Vec<usize>>,
+    /// The age without a cure, and with the first one alone.
+    pub ages: Option<[Duration; 2]>,
+}
+
+/// A run to be executed again with cures.
+pub struct Trial {
+    system: Arc<dyn System>,
+    config: Config,
+}
+
+impl Trial {
+    /// The trial of a run of `config` at run time `now`, with `setup` in force: what the
+    /// next run will be.
+    pub fn new(system: Arc<dyn System>, config: &Config, setup: Setup, now: Time) -> Self {
+        let [least, most] = LENGTH;
+        let length = (now.since(Time::ZERO) * 2).clamp(least, most);
+        let config = Config {
+            clock: ClockKind::Virtual,
+            speed: Speed::Unlimited,
+            end: Time::ZERO + length,
+            setup,
+            knobs: Vec::new(),
+            ..config.clone()
+        };
+        Self { system, config }
+    }
+
+    /// Executes it without a cure and with some of `cures`; `None` if without one it is
+    /// not lost, so that nothing is proven.
+    pub fn run(&self, cures: &[Knob]) -> Option<Tried> {
+        let all: Vec<usize> = (0..cures.len()).collect();
+        let (before, first) = (self.with(cures, &[])?, self.with(cures, &all[..1])?);
+        if !before.verdict.is_lost() {
+            return None;
+        }
+        let stands = |some: &[usize]| {
+            let run = self.with(cures, some);
+            run.is_some_and(|run| !run.verdict.is_lost())
+        };
+        let enough = (1..=all.len()).find(|count| stands(&all[..*count]));
+        let needed = enough.map(|count| {
+            let mut needed = all[..count].to_vec();
+            for index in (0..count).rev() {
+                let rest = needed.iter().copied().filter(|other| *other != index);
+                let rest: Vec<usize> = rest.collect();
+                if stands(&rest) {
+                    needed = rest;
+                }
+            }
+            needed
+        });
+        let age = |run: &Summary| run.push_age().map(|age| age.late_s);
+        let ages = age(&before).zip(age(&first));
+        Some(Tried {
+            cures: cures.to_vec(),
+            needed,
+            ages: ages.map(|(before, first)| [before, first].map(Duration::from_secs_f64)),
+        })
+    }
+
+    /// The run with those `cures` that have the indices in `some`.
+    fn with(&self, cures: &[Knob], some: &[usize]) -> Option<Summary> {
+        let mut config = self.config.clone();
+        config
+            .setup
+            .extend(some.iter().map(|index| cures[*index].clone()));
+        let experiment = Experiment::new(self.system.clone(), &config).ok()?;
+        experiment.run().ok()
+    }
+}
+
+/// Trials in the background, one at a time.
+#[derive(Default)]
+pub struct CureTrials {
+    /// The run and the cures that were tried last, or are being tried.
+    asked: Asked<(Setup, WorldKind, Vec<Knob>), Option<Tried>>,
+    tried: Option<Tried>,
+}
+
+impl CureTrials {
+    /// The outcome of `trial` with `cures`, as far as known; `over` if the run has ended.
+    pub fn follow(&mut self, trial: Trial, cures: Vec<Knob>, over: bool) -> Option<&Tried> {
+        if cures.is_empty() {
+            return None;
+        }
+        self.receive(false);
+        let key = (trial.config.setup.clone(), trial.config.world, cures);
+        if !self.asked.is(&key) && !self.asked.is_coming() {
+            let cures = key.2.clone();
+            self.tried = None;
+            self.asked.ask(key.clone(), move || trial.run(&cures));
+        }
+        self.receive(over);
+        self.tried.as_ref().filter(|_| self.asked.is(&key))
+    }
+
+    fn receive(&mut self, over: bool) {
+        if let Some(tried) = self.asked.answer(over) {
+            self.tried = tried;
+        }
+    }
+
+    /// Whether a run is being tried.
+    pub fn are_coming(&self) -> bool {
+        self.asked.is_coming()
+    }
+}

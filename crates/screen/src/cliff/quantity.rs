@@ -1,0 +1,157 @@
+//! The quantities of a cliff map.
+
+use ratelab::{Hz, Knob, KnobKind};
+use ratelab_account::Snapshot;
+use ratelab_effects::Link;
+use ratelab_study::{
+    experiment::sweep::{AxisError, SweepAxis},
+    system::{KnobText, Setup, System, names, paced_node},
+};
+
+use crate::knobs::KnobFocus;
+
+/// Number of rates on a map.
+const RATES: u32 = 30;
+
+/// Number of parts of the usual rate: the rates are multiples of one part, 1 Hz to 30 Hz
+/// for a usual rate of 50 Hz.
+const PARTS: f64 = 50.0;
+
+/// Maximum length of the rate in force for a column of its own; the cursor begins at the
+/// nearest column otherwise.
+const LONGEST: usize = 5;
+
+/// Number of quantities.
+pub const COUNT: usize = 4;
+
+/// A knob with a number in it, and the range of that number.
+pub struct KnobQuantity {
+    number: usize,
+    name: String,
+    kind: KnobKind,
+    /// The node of a rate.
+    node: String,
+    texts: Vec<String>,
+}
+
+impl KnobQuantity {
+    /// Quantity `number` of the nodes and topics in `focus`: the first alias of a rate, or
+    /// else the rate of the node; delay and loss of the first topic; the cost of the
+    /// node.
+    pub fn number(
+        system: &dyn System,
+        graph: &Snapshot,
+        focus: &KnobFocus,
+        setup: &Setup,
+        number: usize,
+    ) -> Self {
+        let (kind, name) = named(system, focus, number);
+        let node = paced_node(system).unwrap_or(&focus.node);
+        let texts = match number {
+            0 => rates(system, node, rate_in_force(graph, setup, node)),
+            2 => (0..=24)
+                .map(|part| (f64::from(part * 4) / 100.0).to_string())
+                .collect(),
+            _ => (0..30).map(|part| (part * 4).to_string()).collect(),
+        };
+        Self {
+            number,
+            name,
+            kind,
+            node: node.to_owned(),
+            texts,
+        }
+    }
+
+    /// Its knobs, set to its values.
+    ///
+    /// # Errors
+    /// [`AxisError`] for an unknown knob.
+    pub fn axis(&self, system: &dyn System) -> Result<SweepAxis, AxisError> {
+        let knobs = KnobText(system.aliases());
+        SweepAxis::of(knobs, &self.name, self.texts.iter().cloned())
+    }
+
+    /// Whether it is the same quantity of the nodes and topics in `focus`.
+    pub fn is_of(&self, system: &dyn System, focus: &KnobFocus) -> bool {
+        named(system, focus, self.number).1 == self.name
+    }
+
+    /// Whether `value` has a column of its own, if it can have one.
+    pub fn covers(&self, value: f64) -> bool {
+        let text = value.to_string();
+        self.number != 0 || text.len() > LONGEST || self.texts.contains(&text)
+    }
+
+    /// The value in force.
+    pub fn value(&self, graph: &Snapshot, setup: &Setup) -> f64 {
+        let axis_knob = |knob: &&Knob| {
+            knob.kind() == self.kind && self.name.contains(&format!(" {}", knob.target()))
+        };
+        match setup.iter().find(axis_knob) {
+            Some(Knob::Link { spec, .. }) => {
+                let link: Link = spec.parse().unwrap_or(Link::NONE);
+                match self.number {
+                    2 => link.loss,
+                    _ => link.delay_ms().unwrap_or_default(),
+                }
+            }
+            Some(Knob::Takes { spec, .. }) => spec.parse().unwrap_or_default(),
+            _ if self.kind == KnobKind::Rate => rate_in_force(graph, setup, &self.node),
+            _ => 0.0,
+        }
+    }
+
+    /// A short name with its unit.
+    pub fn heading(&self) -> String {
+        names::label(&self.name) + self.unit()
+    }
+
+    /// A value with its unit.
+    pub fn with_unit(&self, value: &str) -> String {
+        value.to_owned() + self.unit()
+    }
+
+    /// Its unit, after a blank.
+    pub fn unit(&self) -> &'static str {
+        names::unit(&self.name, self.kind)
+    }
+}
+
+fn named(system: &dyn System, focus: &KnobFocus, number: usize) -> (KnobKind, String) {
+    let topic = focus.topics.first().map_or("", String::as_str);
+    match number {
+        0 => (KnobKind::Rate, rate_name(system, &focus.node)),
+        1 => (KnobKind::Link, format!("link {topic} delay:{{}}")),
+        2 => (KnobKind::Link, format!("link {topic} loss:{{}}")),
+        _ => (KnobKind::Takes, format!("takes {}", focus.node)),
+    }
+}
+
+/// The first alias of a rate, or else the rate of `node`.
+fn rate_name(system: &dyn System, node: &str) -> String {
+    let alias = names::first_alias(system, KnobKind::Rate);
+    alias.map_or_else(|| format!("rate {node}"), |alias| alias.name.to_owned())
+}
+
+/// The rate of `node` (Hz).
+fn rate_in_force(graph: &Snapshot, setup: &Setup, node: &str) -> f64 {
+    let runs = graph.node(node).map_or(PARTS, |node| node.hz.get());
+    setup.rate(node).map_or(runs, Hz::get)
+}
+
+/// The rates of a map, ascending: the multiples of a part of the usual rate of `node`, and
+/// the one in force.
+fn rates(system: &dyn System, node: &str, in_force: f64) -> Vec<String> {
+    let alias = names::rate_alias(system, |of| of == node);
+    let usual = alias.and_then(|alias| alias.default.parse().ok());
+    let part = usual.unwrap_or(in_force) / PARTS;
+    let mut rates: Vec<f64> = (1..=RATES).map(|number| part * f64::from(number)).collect();
+    // Its digits are rows of the map.
+    if in_force.to_string().len() <= LONGEST && !rates.contains(&in_force) {
+        rates.push(in_force);
+        rates.sort_by(f64::total_cmp);
+    }
+    let rates = rates.into_iter().filter_map(|hz| Hz::new(hz).ok());
+    rates.map(|hz| hz.get().to_string()).collect()
+}

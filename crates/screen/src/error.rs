@@ -1,0 +1,38 @@
+//! Why the screen ends before a person leaves it.
+
+use std::path::PathBuf;
+
+use ratelab::Fault;
+use ratelab_study::system::BuildError;
+use thiserror::Error;
+
+/// Why the screen ends other than by a key.
+#[derive(Debug, Error)]
+pub enum ScreenError {
+    /// A node failed.
+    #[error(transparent)]
+    Fault(#[from] Fault),
+    /// A run could not be started.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// A clock's own thread panicked.
+    #[error("the clock panicked, which is a defect of ratelab: please report it")]
+    Panicked,
+    /// A run was left because it did not end.
+    #[error("the run did not end in order: {0} is still in a tick")]
+    Stuck(String),
+    /// A recording cannot begin.
+    #[error("cannot record: {why}: {}", path.display())]
+    Record {
+        /// The file.
+        path: PathBuf,
+        /// The error of the system.
+        why: std::io::Error,
+    },
+    /// The rows of a CSV file cannot be written.
+    #[error("--csv: {0}")]
+    Csv(std::io::Error),
+    /// The terminal cannot be read or written.
+    #[error("the terminal failed: {0}")]
+    Terminal(#[from] std::io::Error),
+}

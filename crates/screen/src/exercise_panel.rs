@@ -1,0 +1,391 @@
+//! The exercises over the dashboard: choose one, predict, measure.
+
+use std::path::{Path, PathBuf};
+
+use crossterm::event::{KeyCode, KeyEvent};
+use exercises::{
+    framework::{Answers, Exercise, Failure, Findings, Prediction},
+    questions,
+    rescue::session::{RESCUE, judge_file},
+};
+use ratelab_study::experiment::Config;
+
+use super::{
+    asked::Asked,
+    panes::{JUMP, scrolled},
+    view::Page,
+};
+
+/// The keys of the panel, for the bottom line.
+const HINTS: &[(&str, &str)] = &[
+    ("Enter", "go on"),
+    ("↑ ↓ PgUp PgDn", "move"),
+    ("Esc", "back"),
+    ("Ctrl-C", "quit"),
+];
+
+/// The panel of the exercises.
+pub struct ExercisePanel {
+    file: PathBuf,
+    answers: Answers,
+    /// The learner's number, for questions that draw what they measure.
+    seed: u64,
+    /// The number of the question that is asked, or marked in the list.
+    at: usize,
+    page: PanelPage,
+    /// Lines of the text above the first shown.
+    scroll: usize,
+}
+
+enum PanelPage {
+    /// The list.
+    List,
+    /// The question, with the prediction typed so far.
+    Question {
+        typed: String,
+        refused: Option<String>,
+    },
+    /// Waiting for the measurement.
+    Measuring {
+        prediction: Prediction,
+        findings: Asked<(), Result<Findings, Failure>>,
+    },
+    /// The result.
+    Text {
+        title: String,
+        text: String,
+        by_hand: bool,
+    },
+}
+
+/// The request of a key to the dashboard.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PanelAction {
+    /// Keep the panel open.
+    Stay,
+    /// Keep it open; the question that covers the cause is answered.
+    Answered,
+    /// Show the graph again.
+    Leave,
+    /// Begin a rescue by hand.
+    ByHand,
+    /// Show this run, for the prediction.
+    Watch(Box<Config>),
+}
+
+impl ExercisePanel {
+    /// Opens the list of exercises, for the predictions in `file` and the learner's number
+    /// `seed`.
+    pub fn new(file: PathBuf, seed: u64) -> Self {
+        let (answers, page) = match Answers::load(&file) {
+            Ok(answers) => (answers, PanelPage::List),
+            Err(error) => (
+                Answers::default(),
+                text_page("exercises", error.to_string()),
+            ),
+        };
+        Self {
+            at: first_open(&answers, 0),
+            file,
+            answers,
+            seed,
+            page,
+            scroll: 0,
+        }
+    }
+
+    /// Opens the verdict on the rescue in the recording at `rescue`.
+    pub fn judging(rescue: &Path, file: PathBuf, seed: u64) -> Self {
+        let text = match judge_file(rescue) {
+            Ok((true, text)) => format!("✓ {text}"),
+            Ok((false, text)) => format!("✖ {text}"),
+            Err(error) => error.to_string(),
+        };
+        Self {
+            at: 0,
+            page: PanelPage::Text {
+                title: "5 Rescue it".to_owned(),
+                text: format!("{text}\n\nEnter begins another try."),
+                by_hand: true,
+            },
+            ..Self::new(file, seed)
+        }
+    }
+
+    /// The question that is asked, or marked in the list.
+    fn exercise(&self) -> &'static Exercise {
+        let all: Vec<&Exercise> = questions().collect();
+        all[self.at]
+    }
+
+    /// Shows a measurement that is complete; returns whether there was one.
+    pub fn poll(&mut self) -> bool {
+        let exercise = self.exercise();
+        let PanelPage::Measuring {
+            prediction,
+            findings,
+        } = &mut self.page
+        else {
+            return false;
+        };
+        let found = findings.answer(false);
+        if findings.is_coming() {
+            return false;
+        }
+        self.page = reveal(exercise, prediction, found);
+        self.at = first_open(&self.answers, self.at);
+        self.scroll = 0;
+        true
+    }
+
+    /// Handles a key.
+    pub fn key(&mut self, key: &KeyEvent) -> PanelAction {
+        match (key.code, &self.page) {
+            (KeyCode::Esc, PanelPage::List) => return PanelAction::Leave,
+            (KeyCode::Esc, _) => self.page = PanelPage::List,
+            (KeyCode::Enter, _) => {
+                self.scroll = 0;
+                return self.enter();
+            }
+            (code, _) => {
+                self.go(code);
+                return PanelAction::Stay;
+            }
+        }
+        self.scroll = 0;
+        PanelAction::Stay
+    }
+
+    /// Moves the mark of the list, or the text, or edits what is typed.
+    fn go(&mut self, key: KeyCode) {
+        let (row, last) = match &mut self.page {
+            PanelPage::List => (&mut self.at, questions().count() - 1),
+            _ => (&mut self.scroll, usize::MAX),
+        };
+        match scrolled(*row, key) {
+            Some(to) => *row = to.min(last),
+            None => self.edit(key),
+        }
+    }
+
+    fn enter(&mut self) -> PanelAction {
+        let exercise = self.exercise();
+        match &mut self.page {
+            PanelPage::List => self.open(),
+            PanelPage::Question { typed, .. }
+                if typed.trim().is_empty()
+                    && let Ok(Some(scene)) = exercise.scene(self.seed) =>
+            {
+                return PanelAction::Watch(Box::new(scene));
+            }
+            PanelPage::Question { typed, refused } => {
+                match Prediction::read(typed, exercise.brief()) {
+                    Ok(prediction) => return self.predict(prediction),
+                    Err(error) => *refused = Some(error.to_string()),
+                }
+            }
+            PanelPage::Text { by_hand: true, .. } => return PanelAction::ByHand,
+            PanelPage::Text { .. } => self.page = PanelPage::List,
+            PanelPage::Measuring { .. } => {}
+        }
+        PanelAction::Stay
+    }
+
+    /// Shows the result of an answered question, or asks it.
+    fn open(&mut self) {
+        let exercise = self.exercise();
+        let brief = exercise.brief();
+        let known = |of: &Exercise| self.answers.get(of.brief());
+        let first = exercises::parts(brief.number).find(|part| known(part).is_none());
+        let earlier = first.filter(|first| first.brief().part < brief.part);
+        self.page = match (known(exercise), earlier) {
+            (Some(known), _) => measure(exercise, known.clone()),
+            (None, Some(earlier)) => {
+                self.at = index(earlier);
+                let label = earlier.brief().label();
+                let text = format!(
+                    "Begin with {label}: the figures of one question are there for the next."
+                );
+                text_page(&brief.title, text)
+            }
+            (None, None) => PanelPage::Question {
+                typed: String::new(),
+                refused: None,
+            },
+        };
+    }
+
+    fn predict(&mut self, prediction: Prediction) -> PanelAction {
+        let exercise = self.exercise();
+        let prediction = match self.seed {
+            seed if seed > 0 && exercise.draws() => prediction.about(seed),
+            _ => prediction,
+        };
+        // The file may have changed, or must not be overwritten.
+        let saved = Answers::load(&self.file).and_then(|mut answers| {
+            answers.set(exercise.brief(), prediction.clone());
+            answers.save(&self.file).map(|()| answers)
+        });
+        match saved {
+            Ok(answers) => self.answers = answers,
+            Err(error) => {
+                self.page = text_page(&exercise.brief().title, error.to_string());
+                return PanelAction::Stay;
+            }
+        }
+        self.page = measure(exercise, prediction);
+        match exercise.scene(self.seed) {
+            Ok(Some(_)) => PanelAction::Answered,
+            _ => PanelAction::Stay,
+        }
+    }
+
+    /// Takes pasted text where something is typed.
+    pub fn paste(&mut self, text: &str) {
+        if let PanelPage::Question { typed, .. } = &mut self.page {
+            typed.push_str(text);
+        }
+    }
+
+    fn edit(&mut self, code: KeyCode) {
+        match (&mut self.page, code) {
+            (PanelPage::List, KeyCode::Char(digit)) => {
+                let number = digit.to_digit(10);
+                let mut numbers = questions().map(|exercise| exercise.brief().number);
+                let index = numbers.position(|of| Some(of) == number);
+                self.at = index.unwrap_or(self.at);
+            }
+            (PanelPage::Question { typed, .. }, KeyCode::Char(letter)) => typed.push(letter),
+            (PanelPage::Question { typed, .. }, KeyCode::Backspace) => drop(typed.pop()),
+            _ => {}
+        }
+    }
+
+    /// The page on the screen.
+    pub fn page(&self) -> Page {
+        let page = match &self.page {
+            PanelPage::List => Page {
+                // The marked line stays in view.
+                scroll: self.at.saturating_sub(JUMP),
+                ..Page::text(
+                    "exercises",
+                    self.list(),
+                    "↑ ↓ choose  Enter open  Esc back to the graph",
+                )
+            },
+            PanelPage::Question { typed, refused } => self.question(typed, refused.as_deref()),
+            PanelPage::Measuring { .. } => {
+                let title = &*self.exercise().brief().title;
+                Page::text(title, "measuring …".to_owned(), "Esc back")
+            }
+            PanelPage::Text { title, text, .. } => {
+                Page::text(&**title, text.clone(), "↑ ↓ read on  Enter go on  Esc back")
+            }
+        };
+        Page {
+            keys: HINTS,
+            scroll: page.scroll + self.scroll,
+            ..page
+        }
+    }
+
+    fn question(&self, typed: &str, refused: Option<&str>) -> Page {
+        let exercise = self.exercise();
+        let brief = exercise.brief();
+        let (asked, objective) = (brief.asked(), &brief.objective);
+        // After an answer that is none, the error and the question come first, so that a
+        // small screen shows them.
+        let text = match refused {
+            Some(why) => format!("{why}\n\n{asked}\n\n{objective}"),
+            None => format!("{objective}\n\n{asked}"),
+        };
+        let scene = exercise.scene(self.seed).is_ok_and(|scene| scene.is_some());
+        let hint = match (scene, &brief.choices[..]) {
+            (true, _) => "Enter shows the graph; an answer and why, Enter  Esc back",
+            (false, []) => "a number and why, then Enter  Esc back",
+            (false, _) => "an answer and why, then Enter  Esc back",
+        };
+        Page {
+            typed: Some(typed.to_owned()),
+            ..Page::text(format!("{} {}", brief.label(), brief.title), text, hint)
+        }
+    }
+
+    fn list(&self) -> String {
+        let lines = questions().enumerate().map(|(index, exercise)| {
+            let brief = exercise.brief();
+            let mark = if index == self.at { "▶" } else { " " };
+            let done = self.answers.predicted(brief).unwrap_or_default();
+            let (number, title) = (brief.label(), &brief.title);
+            let line = format!("{mark} {number} {title} ({})  {done}", brief.kind);
+            line.trim_end().to_owned()
+        });
+        lines.collect::<Vec<_>>().join("\n")
+    }
+}
+
+/// The number of the question that is `exercise`.
+fn index(exercise: &Exercise) -> usize {
+    let name = &exercise.brief().name;
+    let index = questions().position(|other| other.brief().name == *name);
+    index.unwrap_or_default()
+}
+
+/// The first question without an answer, from number `from` on; that number if all have one.
+fn first_open(answers: &Answers, from: usize) -> usize {
+    let mut rest = questions().skip(from);
+    let open = rest.position(|exercise| answers.get(exercise.brief()).is_none());
+    from + open.unwrap_or_default()
+}
+
+fn text_page(title: &str, text: String) -> PanelPage {
+    PanelPage::Text {
+        title: title.to_owned(),
+        text,
+        by_hand: false,
+    }
+}
+
+/// Measures on a thread of its own: the dashboard goes on.
+fn measure(exercise: &'static Exercise, prediction: Prediction) -> PanelPage {
+    let (seed, mut findings) = (prediction.seed(), Asked::default());
+    findings.ask((), move || exercise.measure(seed));
+    PanelPage::Measuring {
+        prediction,
+        findings,
+    }
+}
+
+fn reveal(
+    exercise: &'static Exercise,
+    prediction: &Prediction,
+    found: Option<Result<Findings, Failure>>,
+) -> PanelPage {
+    let brief = exercise.brief();
+    let by_hand = brief.number == RESCUE;
+    let hand = match by_hand {
+        true => {
+            "\n\nEnter begins a recorded run at a fifth of the wall's speed: slow the policy \
+                 with b, bring it back with ], then press e."
+        }
+        false => "",
+    };
+    let text = match found {
+        Some(Ok(findings)) => {
+            // First, so that a small screen shows it.
+            let outcome = findings.outcome(brief, prediction);
+            let (table, meaning) = (findings.table, findings.meaning);
+            format!("{outcome}\n\n{table}\n{meaning}{hand}")
+        }
+        Some(Err(failure)) => failure.to_string(),
+        None => "the measurement panicked, which is a defect: please report it".to_owned(),
+    };
+    PanelPage::Text {
+        title: format!("{} {}", brief.label(), brief.title),
+        text,
+        by_hand,
+    }
+}
+
+#[cfg(test)]
+mod tests;

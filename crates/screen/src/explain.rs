@@ -1,0 +1,195 @@
+//! The meaning of a pane, in three sentences with current figures.
+
+use super::{
+    cause::ms,
+    frame::{FrameData, NodeData, Strain, TopicData},
+    panes::Pane,
+};
+
+/// A title and a text about `pane`, with the figures of `frame`.
+pub fn explained(pane: Pane, signal: Option<&str>, frame: &FrameData) -> (&'static str, String) {
+    let (title, sentences) = match pane {
+        Pane::Graph => ("the graph", graph(frame)),
+        Pane::Plant => ("the plant", plant(frame)),
+        Pane::Signal => ("over time", over_time(signal, frame)),
+        Pane::Figures => ("figures", figures(frame)),
+        Pane::Events => ("events", events(frame)),
+        Pane::Timeline => ("the timeline", timeline(frame)),
+    };
+    (title, sentences.join("\n\n"))
+}
+
+fn graph(frame: &FrameData) -> [String; 3] {
+    let nodes = frame.nodes.iter().map(|node| {
+        let what = node.caption.unwrap_or("ticks");
+        format!("{} {what} {} times a second", node.name, hertz(node))
+    });
+    let topics = frame
+        .topics
+        .iter()
+        .filter(|topic| !topic.readers.is_empty());
+    let topics: Vec<String> = topics.map(topic).collect();
+    let dropped = frame.topics.iter().map(|topic| topic.dropped);
+    let dropped = dropped.fold(0, u64::saturating_add);
+    [
+        format!(
+            "Boxes are nodes, each {}: {}.",
+            match frame.nodes.iter().any(|node| node.triggered) {
+                true => "at a rate of its own or on messages",
+                false => "at a rate of its own",
+            },
+            list(nodes)
+        ),
+        format!(
+            "Lines are topics, and dots on them are messages: {}.",
+            list(topics.into_iter())
+        ),
+        format!(
+            "A cross is a message that nobody read, as a newer one was there: {dropped} so far."
+        ),
+    ]
+}
+
+fn hertz(node: &NodeData) -> f64 {
+    (node.hz.get() * 10.0).round() / 10.0
+}
+
+fn topic(topic: &TopicData) -> String {
+    let held = topic.held.map_or_else(
+        || "nothing yet".to_owned(),
+        |held| format!("the newest is {} old", ms(held)),
+    );
+    let (name, depth) = (&topic.name, topic.depth);
+    format!("{name} keeps {depth}, {held}")
+}
+
+fn plant(frame: &FrameData) -> [String; 3] {
+    let name = &frame.verdict.headline;
+    [
+        "This is the plant as its newest step left it.".to_owned(),
+        "Faint lines are the limits: beyond them the run is lost.".to_owned(),
+        format!("At {} it is: {name}.", frame.now),
+    ]
+}
+
+fn over_time(signal: Option<&str>, frame: &FrameData) -> [String; 3] {
+    let signal = signal.unwrap_or("signal");
+    let age = frame.age.map_or_else(String::new, |age| {
+        let limit = age.limit().map_or_else(
+            || "what this loop bears is unknown".to_owned(),
+            |limit| format!("this loop bears {}", ms(limit)),
+        );
+        let verdict = match age.strain() {
+            Strain::Unknown | Strain::Borne => "",
+            Strain::Swings => ": it swings",
+            Strain::Falls => ": it falls",
+        };
+        format!(
+            " It is {} on average of late; {limit}{verdict}.",
+            ms(age.mean)
+        )
+    });
+    let parts = frame.push.as_ref().map_or_else(String::new, |push| {
+        format!(" Now {}.", push.sentence.whole())
+    });
+    let again = match frame.same {
+        Some(true) => "it is the same, bit for bit",
+        Some(false) => "it differs",
+        None => "r starts the next",
+    };
+    [
+        format!(
+            "The upper curve is the {signal} in the last ten seconds; dashed lines are limits."
+        ),
+        format!(
+            "The lower one is the age of the push in force: it grows, and jumps down when \
+             something fresher is applied.{age}{parts} The phase of the ticks counts, too: a rate \
+             turned on the way may give another age than the same rate from the start."
+        ),
+        format!("Faint dashes are the run before this one: {again}."),
+    ]
+}
+
+fn figures(frame: &FrameData) -> [String; 3] {
+    let latency = frame.latency.as_ref().map_or_else(
+        || "This system measures no latency.".to_owned(),
+        |latency| {
+            let (p50, p99) = (latency.figures.p50, latency.figures.p99);
+            format!(
+                "{}: half of all pushes used readings up to {} old, all but one in a hundred up \
+                 to {}.",
+                latency.name,
+                ms(p50),
+                ms(p99)
+            )
+        },
+    );
+    let overruns = frame.nodes.iter().map(|node| node.overruns);
+    let overruns = overruns.fold(0, u64::saturating_add);
+    [
+        "These are figures of the whole run, topic by topic and node by node.".to_owned(),
+        latency,
+        format!("An overrun is a period that a node skipped, as it was busy: {overruns} so far."),
+    ]
+}
+
+fn events(frame: &FrameData) -> [String; 3] {
+    let why = match &frame.verdict.why[..] {
+        [] => "There is nothing to explain.".to_owned(),
+        why => format!("Why: {}.", why.join("; ")),
+    };
+    [
+        format!("How it stands: {}.", frame.verdict.headline),
+        why,
+        "Below are the knobs that were turned, each with its run time; the newest is last."
+            .to_owned(),
+    ]
+}
+
+fn timeline(frame: &FrameData) -> [String; 3] {
+    let push = frame.push.as_ref();
+    let push = push.map_or("Nothing was applied yet", |push| push.sentence.whole());
+    [
+        "A lane for each node and each topic, in the order in which a reading becomes a push: \
+         blocks are ticks, as long as they take, each behind its lateness or its wait for an \
+         executor; dots are messages, where they are published and where they arrive. Where \
+         one rate is a multiple of the other, a reading is used as it comes; elsewhere it waits, \
+         and a faster sensor may make pushes older."
+            .to_owned(),
+        "Bright is the chain behind one push, back to the reading; ( and ) select another, v and \
+         V show more or less."
+            .to_owned(),
+        format!("At {}: {push}.", frame.now),
+    ]
+}
+
+fn list(parts: impl Iterator<Item = String>) -> String {
+    parts.collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::sample;
+
+    #[test]
+    fn every_pane_is_explained_in_three_paragraphs_with_figures() {
+        let frame = sample::broken();
+        for pane in Pane::ALL {
+            let (_, text) = explained(pane, Some("pole angle"), &frame);
+            assert_eq!(text.split("\n\n").count(), 3, "{text}");
+            let figures = text.chars().any(|letter| letter.is_ascii_digit());
+            assert!(figures, "{text}");
+        }
+    }
+
+    #[test]
+    fn nodes_are_explained_by_their_captions() {
+        let mut frame = sample::balanced();
+        frame.nodes[0].caption = Some("reads the plant");
+        let (_, text) = explained(Pane::Graph, None, &frame);
+        for part in ["sensor reads the plant 50 times", "policy ticks 50 times"] {
+            assert!(text.contains(part), "{text}");
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! The screen: a run in the terminal, drawn frame by frame, and what keys do to it.
+//!
+//! Shows a run here, a recording, or a run of other processes, all as a [`RunSource`]; draws
+//! pictures of the same screen as SVG files. A run may be a branch, a rescue by hand, or a place on
+//! the cliff map; exercises and the tour lie over it.
+//!
+//! Stands on the core, the accounts of a run (`ratelab-account`), systems (`ratelab-study`),
+//! `ratelab-recording` and the `exercises`; it knows no robot and no command line. Begin with
+//! [`show`] below, then `app/` for keys, `sampler/` for what a frame gathers, `view/` for panes.
+//!
+//! ```text
+//! session ──► sampler ──► frame ──► view        (down)
+//! session ◄── app ◄── keys ◄── terminal           (back)
+//! ```
+
+mod app;
+mod asked;
+mod background;
+mod cause;
+mod cliff;
+mod error;
+mod exercise_panel;
+mod explain;
+mod figures;
+mod flights;
+mod frame;
+mod history;
+mod knobs;
+mod lineage_taps;
+mod overlap;
+mod panes;
+pub mod picture;
+mod playback;
+mod prompt;
+mod push_age;
+mod reaction;
+mod run;
+mod sameness;
+mod sampler;
+mod session;
+mod survival_level;
+mod svg;
+mod terminal;
+#[cfg(test)]
+mod tests;
+mod theme;
+mod timeline;
+mod tour;
+mod view;
+mod xml;
+
+use std::{
+    io,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use ratatui::{Terminal, backend::Backend};
+use ratelab_recording::Recording;
+use ratelab_study::experiment::Config;
+
+use app::App;
+pub use app::{LabOutcome, keys};
+pub use error::ScreenError;
+pub use frame::Place;
+pub use run::{Remote, RunSource, WatchedRows, watched};
+pub use sameness::RunDigest;
+pub use session::{BeginRows, OpenRows, SessionResult, SessionSetup};
+pub use survival_level::SurvivalLevel;
+use terminal::{Input, Keyboard, Screen, ShellRequest};
+pub use terminal::{is_there as terminal_is_there, restore as restore_terminal};
+pub use theme::{Look, Theme};
+pub use tour::Guide;
+pub use view::StatusExtra;
+pub use xml::escaped;
+
+/// How the dashboard is shown.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Frames per second at the most.
+    pub fps: u32,
+    /// Colours and glyphs.
+    pub theme: Theme,
+    /// Whether the background that the terminal reports has priority over that of the
+    /// theme.
+    pub ask_background: bool,
+    /// Called once the screen opens: what it returns becomes true when a signal asks to leave.
+    pub quit_on_signal: fn() -> Arc<AtomicBool>,
+}
+
+/// Shows sessions, beginning with one of `config`, until the person leaves; returns
+/// their results, with the terminal given back. The `guide` waits in the first.
+///
+/// # Errors
+/// [`ScreenError`] if the first session cannot be started.
+pub fn show(
+    config: &Config,
+    setup: SessionSetup,
+    options: &Options,
+    guide: Guide,
+) -> Result<LabOutcome, ScreenError> {
+    let mut app = App::new(config, setup)?;
+    app.guide(guide);
+    app.ask_before_the_map();
+    until_left(app, options)?.ok_or(ScreenError::Panicked)
+}
+
+/// Plays a recording until the person leaves, and then its branch, if the person branched
+/// it; returns the results of that.
+///
+/// # Errors
+/// [`ScreenError`] if the terminal failed.
+pub fn play(
+    recording: Arc<Recording>,
+    setup: SessionSetup,
+    options: &Options,
+) -> Result<Option<LabOutcome>, ScreenError> {
+    let mut app = App::of_recording(recording, setup);
+    app.play();
+    app.execute_again();
+    until_left(app, options)
+}
+
+/// Shows a run of other processes until the person leaves.
+///
+/// # Errors
+/// [`ScreenError`] if the terminal failed.
+pub fn watch(run: impl Remote + 'static, options: &Options) -> Result<(), ScreenError> {
+    until_left(App::of_others(run), options).map(drop)
+}
+
+/// Shows `app` on the terminal, which is back in order in any case, until the person leaves;
+/// returns the results of its last session, if it has one.
+///
+/// # Errors
+/// [`ScreenError`] if the terminal failed, and there is no session.
+fn until_left(mut app: App, options: &Options) -> Result<Option<LabOutcome>, ScreenError> {
+    let end = on_screen(&mut app, options);
+    let Some(outcome) = app.finish() else {
+        return end.map(|()| None);
+    };
+    Ok(Some(LabOutcome {
+        ended: end.and(outcome.ended),
+        ..outcome
+    }))
+}
+
+fn on_screen(app: &mut App, options: &Options) -> Result<(), ScreenError> {
+    let quit = (options.quit_on_signal)();
+    let mut screen = Screen::open()?;
+    let mut keyboard = Keyboard::open()?;
+    if options.ask_background {
+        keyboard.ask_background()?;
+    }
+    run(&mut screen.0, &mut keyboard, app, options, &quit)
+}
+
+/// Samples, draws changes and handles keys until the person leaves.
+fn run<B>(
+    terminal: &mut Terminal<B>,
+    input: &mut impl Input,
+    app: &mut App,
+    options: &Options,
+    quit: &AtomicBool,
+) -> Result<(), ScreenError>
+where
+    B: Backend<Error: std::error::Error + Send + Sync + 'static>,
+{
+    let frame_time = Duration::from_secs(1) / options.fps.max(1);
+    let mut theme = options.theme;
+    let mut touched = true;
+    while !app.quit && !quit.load(Ordering::Relaxed) {
+        let frame_ends = Instant::now() + frame_time;
+        touched |= obey_shell(terminal, input, app)?;
+        if let Some(look) = input.look() {
+            theme.look = look;
+            touched = true;
+        }
+        if app.sample()? || touched {
+            terminal
+                .draw(|frame| view::render(app.screen().as_ref(), &theme, frame))
+                .map_err(io::Error::other)?;
+        }
+        touched = obey_until(frame_ends, input, app)?;
+    }
+    Ok(())
+}
+
+/// Stops or continues at the shell's request; returns whether all must be drawn again.
+fn obey_shell<B>(
+    terminal: &mut Terminal<B>,
+    input: &mut impl Input,
+    app: &mut App,
+) -> Result<bool, ScreenError>
+where
+    B: Backend<Error: std::error::Error + Send + Sync + 'static>,
+{
+    let request = input.request();
+    match request {
+        ShellRequest::Stay => return Ok(false),
+        ShellRequest::Stop => app.rest(),
+        ShellRequest::GoOn => {}
+    }
+    input.obey(request)?;
+    app.go_on();
+    let size = terminal.size().map_err(io::Error::other)?;
+    terminal.resize(size.into()).map_err(io::Error::other)?;
+    Ok(true)
+}
+
+/// Handles keys until the frame is over; returns whether there were any.
+fn obey_until(
+    frame_ends: Instant,
+    input: &mut impl Input,
+    app: &mut App,
+) -> Result<bool, ScreenError> {
+    let mut touched = false;
+    loop {
+        let left = frame_ends.saturating_duration_since(Instant::now());
+        match input.next(left)? {
+            Some(Event::Key(key)) if is_stop(&key) => {
+                input.ask_to_stop();
+                return Ok(true);
+            }
+            Some(Event::Key(key)) if key.kind != KeyEventKind::Release => app.key(&key),
+            Some(Event::Paste(text)) => app.paste(&text),
+            Some(_) => {}
+            None => return Ok(touched),
+        }
+        touched = true;
+        if app.quit || left.is_zero() {
+            return Ok(touched);
+        }
+    }
+}
+
+/// Whether a key is Ctrl-Z, which always belongs to the shell.
+fn is_stop(key: &KeyEvent) -> bool {
+    key.code == KeyCode::Char('z') && key.modifiers == KeyModifiers::CONTROL
+}

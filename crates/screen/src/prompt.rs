@@ -1,0 +1,237 @@
+//! The line in which a knob is typed, with what was typed before.
+
+use crossterm::event::{KeyCode, KeyEvent};
+use ratelab::{KnobKind, Time};
+use ratelab_account::Snapshot;
+use ratelab_study::system::{Alias, System, names::first_alias};
+
+use super::view::PromptLine;
+
+/// Beginnings of links.
+const LINKS: [&str; 6] = ["delay:", "loss:", "burst:", "in-order", "reliable:", "none"];
+
+/// The line that is being typed.
+#[derive(Default)]
+pub struct Prompt {
+    open: bool,
+    /// The moment of the branch whose knob is typed, if it is one.
+    branch: Option<Time>,
+    typed: String,
+    /// Why the last entry was refused.
+    refusal: Option<String>,
+    /// Earlier entries, oldest first.
+    history: Vec<String>,
+    /// The entry of the history that is shown, and what was typed before it.
+    recalled: Option<(usize, String)>,
+    /// Completions to go through, and which of them is shown.
+    completions: Option<(Vec<String>, usize)>,
+}
+
+impl Prompt {
+    /// Whether it is open.
+    pub fn is_open(&self) -> bool {
+        self.open
+    }
+
+    /// The text so far, if it is open.
+    #[cfg(test)]
+    pub fn typed(&self) -> Option<&str> {
+        self.open.then_some(&*self.typed)
+    }
+
+    /// Why the last entry was refused.
+    #[cfg(test)]
+    pub fn refusal(&self) -> Option<&str> {
+        self.refusal.as_deref()
+    }
+
+    /// The moment of the branch whose knob is typed, if it is one.
+    pub fn branch(&self) -> Option<Time> {
+        self.branch
+    }
+
+    /// The line, if it is open, with the first words for knobs of `system`.
+    pub fn line(&self, system: &dyn System) -> Option<PromptLine<'_>> {
+        self.open.then(|| PromptLine {
+            typed: &self.typed,
+            refusal: self.refusal.as_deref(),
+            hint: match self.branch {
+                Some(at) => format!("the knob to turn at {at}: {}", hint(system)),
+                None => hint(system),
+            },
+        })
+    }
+
+    /// Begins an empty line, for a knob of a `branch` with its moment.
+    pub fn open(&mut self, branch: Option<Time>) {
+        *self = Self {
+            open: true,
+            branch,
+            history: std::mem::take(&mut self.history),
+            ..Self::default()
+        };
+    }
+
+    /// Gives back what was entered last, to be edited.
+    pub fn refuse(&mut self, reason: String) {
+        self.open = true;
+        self.typed = self.history.last().cloned().unwrap_or_default();
+        self.refusal = Some(reason);
+    }
+
+    /// Adds pasted text, if it is open. A pasted line break does not count as Enter.
+    pub fn paste(&mut self, text: &str) {
+        if !self.open {
+            return;
+        }
+        let text = text.replace(char::is_control, " ");
+        self.edit(|typed| typed.push_str(&text));
+    }
+
+    /// Handles a key; Tab completes with `vocabulary`. Returns a complete entry.
+    pub fn key(&mut self, key: &KeyEvent, vocabulary: &Vocabulary<'_>) -> Option<String> {
+        match key.code {
+            KeyCode::Esc => self.open = false,
+            KeyCode::Enter => return self.enter(),
+            KeyCode::Backspace => self.edit(|typed| {
+                typed.pop();
+            }),
+            KeyCode::Char(letter) => self.edit(|typed| typed.push(letter)),
+            KeyCode::Tab => self.complete(vocabulary, 1),
+            KeyCode::BackTab => self.complete(vocabulary, -1),
+            KeyCode::Up => self.recall(-1),
+            KeyCode::Down => self.recall(1),
+            _ => {}
+        }
+        None
+    }
+
+    fn edit(&mut self, change: impl FnOnce(&mut String)) {
+        change(&mut self.typed);
+        (self.recalled, self.completions, self.refusal) = (None, None, None);
+    }
+
+    fn enter(&mut self) -> Option<String> {
+        self.open = false;
+        let entered = self.typed.trim().to_owned();
+        if entered.is_empty() {
+            return None;
+        }
+        self.history.retain(|known| *known != entered);
+        self.history.push(entered.clone());
+        self.edit(String::clear);
+        Some(entered)
+    }
+
+    /// Completes the last word; further on, takes the next completion of it.
+    fn complete(&mut self, vocabulary: &Vocabulary<'_>, step: isize) {
+        let (texts, at) = match self.completions.take() {
+            Some((texts, at)) => {
+                let count = isize::try_from(texts.len()).unwrap_or(1);
+                let next = (at.cast_signed() + step).rem_euclid(count);
+                (texts, next.cast_unsigned())
+            }
+            None => (vocabulary.completions(&self.typed), 0),
+        };
+        let Some(text) = texts.get(at).cloned() else {
+            return;
+        };
+        self.edit(|typed| *typed = text);
+        // The only one is done with, and what follows can be completed.
+        self.completions = (texts.len() > 1).then_some((texts, at));
+    }
+
+    fn recall(&mut self, step: isize) {
+        let (at, typed) = self
+            .recalled
+            .take()
+            .unwrap_or_else(|| (self.history.len(), self.typed.clone()));
+        let at = at.saturating_add_signed(step).min(self.history.len());
+        let text = self.history.get(at).unwrap_or(&typed).clone();
+        self.edit(|now| *now = text);
+        self.recalled = Some((at, typed));
+    }
+}
+
+/// The words that can come first, in a line.
+fn hint(system: &dyn System) -> String {
+    let aliases = system.aliases().iter().map(|alias| alias.name);
+    let names: Vec<&str> = aliases.chain(KnobKind::ALL.map(KnobKind::usage)).collect();
+    format!("{}; Tab completes", names.join(", "))
+}
+
+/// The words that knobs of a running system consist of.
+pub struct Vocabulary<'a> {
+    /// Whose they are.
+    pub system: &'a dyn System,
+    /// Its graph.
+    pub graph: Snapshot,
+    /// The values that messages of the first alias are chosen from.
+    pub choices: &'a [String],
+}
+
+impl Vocabulary<'_> {
+    /// The texts that `typed` may be the beginning of, each as far as its next
+    /// word goes.
+    fn completions(&self, typed: &str) -> Vec<String> {
+        let typed = typed.trim_start();
+        let begins = typed.rfind(char::is_whitespace).map_or(0, |at| {
+            at + typed[at..].chars().next().map_or(1, char::len_utf8)
+        });
+        let (before, word) = typed.split_at(begins);
+        let earlier: Vec<&str> = before.split_whitespace().collect();
+        let (words, more) = self.next_words(&earlier);
+        let blank = if more { " " } else { "" };
+        let fitting = words.iter().filter(|known| known.starts_with(word));
+        fitting
+            .map(|known| format!("{before}{known}{blank}"))
+            .collect()
+    }
+
+    /// The words that can come after `earlier`, and whether more must follow.
+    fn next_words(&self, earlier: &[&str]) -> (Vec<&str>, bool) {
+        let kind = |name: &str| KnobKind::ALL.into_iter().find(|kind| kind.name() == name);
+        match earlier {
+            [] => {
+                let aliases = self.aliases().map(|alias| alias.name);
+                let names = aliases.chain(KnobKind::ALL.map(KnobKind::name));
+                (names.collect(), true)
+            }
+            [name] => match (kind(name), self.aliases().find(|alias| alias.name == *name)) {
+                (Some(kind), _) => (self.targets(kind), true),
+                (None, alias) => (self.values(alias), false),
+            },
+            [name, node] if kind(name) == Some(KnobKind::Send) => {
+                let of_node = |alias: &&Alias| alias.knobs == [(KnobKind::Send, *node)];
+                (self.values(self.aliases().find(of_node)), false)
+            }
+            [name, _] => match kind(name) {
+                Some(KnobKind::Link) => (LINKS.to_vec(), false),
+                Some(KnobKind::Read) => (vec!["newest", "oldest"], false),
+                _ => (Vec::new(), false),
+            },
+            _ => (Vec::new(), false),
+        }
+    }
+
+    fn aliases(&self) -> impl Iterator<Item = &'static Alias> {
+        self.system.aliases().iter()
+    }
+
+    fn targets(&self, kind: KnobKind) -> Vec<&str> {
+        match kind.is_of_topic() {
+            true => self.graph.topics.iter().map(|topic| &*topic.name).collect(),
+            false => self.graph.nodes.iter().map(|node| &*node.name).collect(),
+        }
+    }
+
+    fn values(&self, alias: Option<&'static Alias>) -> Vec<&str> {
+        match alias {
+            Some(alias) if first_alias(self.system, KnobKind::Send) == Some(alias) => {
+                self.choices.iter().map(String::as_str).collect()
+            }
+            Some(alias) => alias.choices.to_vec(),
+            None => Vec::new(),
+        }
+    }
+}

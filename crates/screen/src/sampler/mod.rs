@@ -1,0 +1,292 @@
+//! Creates frames of a running session.
+
+mod data;
+mod standing;
+
+use std::{
+    collections::VecDeque,
+    time::{Duration, Instant},
+};
+
+use ratelab::{ClockExit, Event, Head, KnobKind, Time};
+use ratelab_account::{Observer, Rows, Snapshot};
+use ratelab_study::system::{self, Setup, System, Verdict, depends_on_the_world, names, plant};
+
+use data::{marks, node_data, push, topic_data};
+
+use super::{
+    asked::LimitsInForce,
+    cause::{CureTrials, Hang},
+    figures::Figures,
+    frame::{AgeData, FrameData, Ghost, LatencyData, NodeData, SignalTrace, TRACE_S},
+    knobs::{first_node, setting},
+    push_age::PushAges,
+    run::{RunSource, WatchedRows, signal},
+    sameness::RunDigest,
+};
+
+/// Duration of the light on a node after a tick (wall time).
+const LIT: Duration = Duration::from_millis(100);
+
+/// Points kept for the chart: an hour at 50 Hz.
+const POINTS_KEPT: usize = 180_000;
+
+/// State kept between frames.
+#[derive(Default)]
+pub struct Sampler {
+    /// Per node, the tick count at the last sample and the time of its last change.
+    ticks: Vec<(u64, Option<Instant>)>,
+    /// Number of events already searched for knobs.
+    events: usize,
+    /// The knobs turned since the start of the run.
+    turned: Setup,
+    /// The hangs turned since the start of the run.
+    hangs: Vec<Hang>,
+    /// The run again without what made its pushes old.
+    trials: CureTrials,
+    figures: Figures,
+    /// The newest state of the plant.
+    state: Vec<f64>,
+    /// The verdict from the first lost state on; `None` while the states are not lost.
+    lost: Option<Verdict>,
+    /// Age of the sensing behind the newest state.
+    newest_age: Option<f64>,
+    /// Push age over time.
+    push_ages: PushAges,
+    /// The age limits with the setup in force.
+    limits: LimitsInForce,
+    /// Run time (s) and value of the signal.
+    points: VecDeque<(f64, f64)>,
+    /// The previous run.
+    last: Option<LastRun>,
+}
+
+/// A run for comparison.
+struct LastRun {
+    ghost: Ghost,
+    /// To compare with; a recorded run has none.
+    digest: Option<RunDigest>,
+    ended: bool,
+}
+
+impl Sampler {
+    /// A frame of `session` as of now, with its new `rows`.
+    pub fn frame_data(&mut self, session: &mut dyn RunSource, rows: &[WatchedRows]) -> FrameData {
+        let (system, observer) = (session.system(), session.observer());
+        self.push_ages.meet(system, || observer.snapshot());
+        for (topic, rows) in rows {
+            self.remember(session.system(), topic, rows);
+        }
+        self.follow_knobs(session.observer());
+        let counters = session.observer().snapshot();
+        self.push_ages.look(&counters);
+        let age = self.age(session, &counters);
+        let verdict = self.verdict(session, &counters, age);
+        let push = push(session, &counters, age);
+        let running = session.summary().is_none();
+        let at_rest = session.at_rest();
+        self.figures.refresh(session.system(), &counters, at_rest);
+        let lit = self.lit_nodes(&counters, running, at_rest);
+        let hangs = self.hangs(session);
+        let figures = &self.figures;
+        let nodes = counters.nodes.iter().zip(&figures.nodes).zip(lit);
+        let topics = counters.topics.iter().zip(&figures.ages);
+        FrameData {
+            now: counters.now,
+            wall_s: session.wall_time().as_secs(),
+            status: counters.status,
+            seed: session.config().seed,
+            world: world(session, &self.setup(session)),
+            settings: self.settings(session),
+            verdict,
+            age,
+            awaits_limits: self.limits.are_coming() || self.trials.are_coming(),
+            push,
+            same: self.same(session),
+            latency: figures.latency.as_ref().map(|latency| LatencyData {
+                newest: self.newest_age,
+                ..latency.clone()
+            }),
+            nodes: nodes
+                .map(|((node, figures), lit)| NodeData {
+                    lit,
+                    ..node_data(session, node, *figures, (&hangs, counters.now))
+                })
+                .collect(),
+            topics: topics
+                .map(|(topic, age)| topic_data(topic, *age, counters.now))
+                .collect(),
+            state: self.state.clone(),
+            telemetry_lost: session.lost(),
+        }
+    }
+
+    /// Looks at the age of the push between two frames, where it is sampled.
+    pub fn look(&mut self, session: &dyn RunSource) {
+        let graph = || session.observer().snapshot();
+        self.push_ages.meet(session.system(), graph);
+        if self.push_ages.is_sampled() {
+            self.push_ages.look(&graph());
+        }
+    }
+
+    /// Creates the sampler of the run after `session`.
+    pub fn next(&self, session: &dyn RunSource) -> Self {
+        let shared = |points: &mut dyn Iterator<Item = (f64, f64)>| points.collect();
+        let ghost = Ghost {
+            points: shared(&mut self.points.iter().copied()),
+            ages: shared(&mut self.push_ages.saw(0.0, f64::INFINITY).into_iter()),
+        };
+        let last = LastRun {
+            ghost,
+            digest: session.digest().cloned(),
+            ended: session.summary().is_some(),
+        };
+        Self {
+            last: Some(last),
+            ..Self::default()
+        }
+    }
+
+    /// Whether `session` equals the previous run so far, bit for bit.
+    fn same(&self, session: &dyn RunSource) -> Option<bool> {
+        let last = self.last.as_ref()?;
+        let whole = session.summary().is_some() && last.ended;
+        Some(session.digest()?.is_same(last.digest.as_ref()?, whole))
+    }
+
+    /// The signal before `now`, with a mark for each knob in `events`; `None` without a
+    /// signal.
+    pub fn trace(&self, system: &dyn System, now: Time, events: &[Event]) -> Option<SignalTrace> {
+        let end = now.as_secs_f64();
+        let begin = end - TRACE_S;
+        let first = self.points.partition_point(|(at, _)| *at < begin);
+        let last = self.points.partition_point(|(at, _)| *at <= end);
+        Some(SignalTrace {
+            signal: *signal(system)?,
+            points: self.points.range(first..last).copied().collect(),
+            ages: self.push_ages.saw(begin, end),
+            limits: self.limits.known(),
+            safe: None,
+            marks: marks(system, events, begin),
+            ghost: self
+                .last
+                .as_ref()
+                .map(|last| last.ghost.clone())
+                .unwrap_or_default(),
+        })
+    }
+
+    fn follow_knobs(&mut self, observer: &Observer) {
+        let events = observer.events(self.events);
+        self.events += events.len();
+        let turned = events.iter().filter_map(Event::knob);
+        for timed in turned {
+            self.hangs.extend(Hang::of(&timed));
+            self.turned.extend([timed.knob]);
+        }
+    }
+
+    /// All hangs of `session`.
+    fn hangs(&self, session: &dyn RunSource) -> Vec<Hang> {
+        let mut hangs = Hang::at_the_start(&session.config().setup);
+        hangs.extend(self.hangs.iter().cloned());
+        hangs
+    }
+
+    /// The setup of `session` in force.
+    fn setup(&self, session: &dyn RunSource) -> Setup {
+        let mut setup = session.config().setup.clone();
+        setup.extend(self.turned.iter().cloned());
+        setup
+    }
+
+    /// The recent push age and its limits.
+    fn age(&mut self, session: &dyn RunSource, graph: &Snapshot) -> Option<AgeData> {
+        let period = first_node(session.system(), graph).map(|node| node.hz.period());
+        let recent = self.push_ages.recent(period.unwrap_or_default())?;
+        let (system, setup) = (session.shared_system(), self.setup(session));
+        let over = session.summary().is_some();
+        Some(AgeData {
+            limits: self.limits.follow(system, setup, over),
+            ..recent
+        })
+    }
+
+    fn settings(&self, session: &dyn RunSource) -> Vec<String> {
+        let (system, setup) = (session.system(), self.setup(session));
+        let shown = names::shown(system, |alias| names::is_set(alias, &setup)).into_iter();
+        let sent = shown.filter(|alias| alias.kind() == KnobKind::Send);
+        sent.map(|alias| setting(system, alias, &setup)).collect()
+    }
+
+    fn remember(&mut self, system: &dyn System, topic: &str, rows: &Rows) {
+        if let Some(signal) = signal(system).filter(|signal| signal.topic == topic) {
+            let points = rows.iter();
+            let points = points.map(|(head, row)| (head.at.as_secs_f64(), (signal.value)(row)));
+            self.points.extend(points);
+            let old = self.points.len().saturating_sub(POINTS_KEPT);
+            self.points.drain(..old);
+        }
+        if system.state() == Some(topic) {
+            rows.iter()
+                .for_each(|(head, row)| self.judge(system, head, row));
+            if let Some((head, row)) = rows.last() {
+                self.state = row.to_vec();
+                self.newest_age = age(head);
+            }
+        }
+    }
+
+    fn judge(&mut self, system: &dyn System, head: &Head, state: &[f64]) {
+        let (exit, at) = (&ClockExit::Stopped, head.at);
+        let verdict = match system.chains() == system.state() {
+            true => system::verdict(system, exit, at, [Some(state); 2]),
+            false => system.verdict(exit, at, Some(state)),
+        };
+        // A lost run stays lost from its first moment on.
+        let since = self.lost.unwrap_or(verdict);
+        self.lost = verdict.is_lost().then_some(since);
+        if let Some(sensed) = head.origin {
+            self.push_ages.state(head.at, sensed);
+        }
+    }
+
+    /// The nodes that ticked recently; at rest, those that ticked last.
+    fn lit_nodes(&mut self, snapshot: &Snapshot, running: bool, at_rest: bool) -> Vec<bool> {
+        self.ticks.resize(snapshot.nodes.len(), (0, None));
+        let now = Instant::now();
+        for (node, (ticks, changed)) in snapshot.nodes.iter().zip(&mut self.ticks) {
+            if node.ticks != *ticks {
+                (*ticks, *changed) = (node.ticks, Some(now));
+            }
+        }
+        let last_change = self.ticks.iter().filter_map(|(_, changed)| *changed).max();
+        let lit = |changed: Option<Instant>| match (changed, at_rest) {
+            (None, _) => false,
+            _ if !running => false,
+            (changed, true) => changed == last_change,
+            (Some(changed), false) => now - changed < LIT,
+        };
+        self.ticks
+            .iter()
+            .map(|(_, changed)| lit(*changed))
+            .collect()
+    }
+}
+
+/// A note on the world of `session`, where it is relevant.
+fn world(session: &dyn RunSource, setup: &Setup) -> Option<&'static str> {
+    if !session.config().world.is_course() {
+        return Some("world: own");
+    }
+    plant(session.system())?;
+    let asked = setup.iter().any(depends_on_the_world);
+    asked.then_some("world: waits")
+}
+
+/// Age of the sensing behind a message at its publication (s).
+fn age(head: &Head) -> Option<f64> {
+    let sensed = head.origin?.as_secs_f64();
+    Some(head.at.as_secs_f64() - sensed)
+}

@@ -1,0 +1,394 @@
+//! One experiment on a thread of its own, with its handles for the dashboard.
+
+use std::{
+    io::{self, Write},
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
+use ratelab::{Clock, Command, Fault};
+use ratelab_account::{Lineage, Observer, RowTap};
+use ratelab_real_clock::{RealClock, RealtimePriority};
+use ratelab_recording::{Branch, Destination, Recorder, Recording, Source, StopReason};
+use ratelab_replay::RunLog;
+use ratelab_study::{
+    experiment::{Config, Experiment, StepWriter, Summary},
+    system::System,
+};
+
+use super::{
+    lineage_taps::LineageTaps,
+    run::{RunSource, WatchedRows, watched},
+    sameness::RunDigest,
+    view::StatusExtra,
+};
+use crate::error::ScreenError;
+
+/// Capacity of a tap between two frames: at full speed the virtual clock makes thousands
+/// of messages per frame.
+const BACKLOG: usize = 65_536;
+
+/// Opens a file for rows without changing it, so that no session begins in vain.
+pub type OpenRows = Arc<dyn Fn() -> io::Result<BeginRows>>;
+
+/// Empties the file when its session begins. A new file is removed if none does.
+pub type BeginRows = Box<dyn FnOnce() -> io::Result<Box<dyn Write + Send>>>;
+
+/// The settings of every session.
+#[derive(Clone)]
+pub struct SessionSetup {
+    /// The system.
+    pub system: Arc<dyn System>,
+    /// The learner's file of predictions, if the exercises of the course apply to this
+    /// system.
+    pub course: Option<PathBuf>,
+    /// Priority of the node threads, if it was granted.
+    pub realtime: Option<RealtimePriority>,
+    /// Opens the file for the plant's steps; it keeps those of the last session.
+    pub csv: Option<OpenRows>,
+    /// Destination of recordings, from the first session on.
+    pub record: Option<Destination>,
+}
+
+impl SessionSetup {
+    /// Sessions of `system` without priorities and files; with the file of predictions of a
+    /// `course`, if its exercises apply.
+    pub fn new(system: Arc<dyn System>, course: Option<PathBuf>) -> Self {
+        Self {
+            system,
+            course,
+            realtime: None,
+            csv: None,
+            record: None,
+        }
+    }
+}
+
+/// The result of a session.
+#[derive(Debug)]
+pub struct SessionResult {
+    /// Its summary.
+    pub summary: Summary,
+    /// Rows that the CSV writer lost.
+    pub csv_lost: u64,
+}
+
+/// An experiment ready to begin. No file is changed before it begins.
+pub struct Prepared {
+    experiment: Experiment,
+    source: Source,
+    csv: Option<BeginRows>,
+    /// The clock while it is under the real one.
+    real: Box<dyn Clock + Send>,
+}
+
+impl Prepared {
+    /// Prepares an experiment.
+    ///
+    /// # Errors
+    /// [`ScreenError`] if the setup fails, or the file of rows cannot be opened.
+    pub fn new(config: &Config, setup: &SessionSetup) -> Result<Self, ScreenError> {
+        let mut experiment = Experiment::new(setup.system.clone(), config)?;
+        let real = RealClock::new(setup.realtime.clone());
+        experiment.check_clock(&real)?;
+        Self::of(experiment, Box::new(real), setup)
+    }
+
+    /// Prepares a branch of a recorded run.
+    ///
+    /// # Errors
+    /// [`ScreenError`] if the file of rows cannot be opened.
+    pub fn of_branch(branch: Branch, setup: &SessionSetup) -> Result<Self, ScreenError> {
+        Self::of(branch.experiment, Box::new(branch.clock), setup)
+    }
+
+    fn of(
+        experiment: Experiment,
+        real: Box<dyn Clock + Send>,
+        setup: &SessionSetup,
+    ) -> Result<Self, ScreenError> {
+        // The previous session may still be writing to it.
+        let csv = setup.csv.as_ref().map(|open| open()).transpose();
+        Ok(Self {
+            source: Source::of(&experiment),
+            experiment,
+            csv: csv.map_err(ScreenError::Csv)?,
+            real,
+        })
+    }
+
+    /// Creates a recorder from the first tick on, to a new file at `destination`.
+    ///
+    /// # Errors
+    /// [`ScreenError::Record`] with the system's error for the file.
+    pub fn record(&self, destination: &mut Destination) -> Result<Recorder, ScreenError> {
+        let begun = begun(&self.source, destination, Recorder::from_the_start);
+        begun.map(|(_, recorder)| recorder)
+    }
+
+    /// Starts the experiment, with its recorder if it has one.
+    pub fn begin(self, recorder: Option<Recorder>) -> Session {
+        let Self {
+            experiment,
+            source,
+            csv,
+            mut real,
+        } = self;
+        let csv = csv.map(|begin| StepWriter::start(begin(), &experiment));
+        let (system, config) = (experiment.system().clone(), experiment.config().clone());
+        let (observer, commands) = (experiment.observer(), experiment.commands());
+        let taps = experiment.taps();
+        let taps = watched(&*system).filter_map(|topic| Some((topic, taps.rows(topic, BACKLOG)?)));
+        let taps = taps.collect();
+        let lineage = LineageTaps::new(&experiment);
+        let (sender, outcome) = bounded(1);
+        std::thread::spawn(move || {
+            // The dashboard may be gone.
+            let _ = sender.send(experiment.run_with(&mut *real));
+        });
+        Session {
+            system,
+            config,
+            observer,
+            commands,
+            taps,
+            lineage,
+            outcome: Some(outcome),
+            summary: None,
+            csv,
+            source: Some(source),
+            recorder,
+            outside: 0,
+            began: Instant::now(),
+        }
+    }
+}
+
+/// A running experiment: commands in, counters and messages out.
+pub struct Session {
+    system: Arc<dyn System>,
+    config: Config,
+    observer: Observer,
+    commands: Sender<Command>,
+    /// Taps on the [`watched`] topics; removed when the session is to end.
+    taps: Vec<(&'static str, RowTap)>,
+    /// The chains behind its actions.
+    lineage: LineageTaps,
+    /// Receiver of the result; `None` after it has arrived.
+    outcome: Option<Receiver<Result<Summary, Fault>>>,
+    summary: Option<Summary>,
+    csv: Option<StepWriter>,
+    /// `None` when the session is to end.
+    source: Option<Source>,
+    recorder: Option<Recorder>,
+    /// Number of writes from outside of the graph that were returned.
+    outside: usize,
+    began: Instant,
+}
+
+impl Session {
+    /// Sends a command; ignored after the end of the run.
+    pub fn send(&self, command: Command) {
+        let _ = self.commands.send(command);
+    }
+
+    /// What threads outside of the graph wrote to since the last call.
+    pub fn written_from_outside(&mut self) -> Vec<Arc<str>> {
+        let mut names = RunLog::of(&self.observer).written_from_outside();
+        let new = names.split_off(self.outside);
+        self.outside += new.len();
+        new
+    }
+
+    /// Waits at most `patience` for the end of the run; returns whether it has ended.
+    ///
+    /// # Errors
+    /// [`ScreenError`] if a node failed or the clock panicked.
+    pub fn wait(&mut self, patience: Duration) -> Result<bool, ScreenError> {
+        let Some(outcome) = &self.outcome else {
+            return Ok(true);
+        };
+        match outcome.recv_timeout(patience) {
+            Ok(outcome) => self.end(outcome).map(|()| true),
+            Err(RecvTimeoutError::Timeout) => Ok(false),
+            // Panics of nodes are faults already; this is a panic of the clock.
+            Err(RecvTimeoutError::Disconnected) => Err(ScreenError::Panicked),
+        }
+    }
+
+    /// Stops the run as soon as no node is in a tick.
+    pub fn stop(&mut self) {
+        self.send(Command::Stop);
+        // Virtual time waits for a full tap, and nothing empties it any more.
+        self.taps.clear();
+        self.lineage.let_go();
+    }
+
+    /// The nodes in a tick, for which the end of the run waits.
+    pub fn busy(&self) -> Vec<String> {
+        let nodes = self.observer.snapshot().nodes.into_iter();
+        let busy = nodes.filter(|node| node.busy);
+        busy.map(|node| node.name.to_string()).collect()
+    }
+
+    /// Stops the run and waits for its end.
+    ///
+    /// # Errors
+    /// [`ScreenError`] if a node failed, the clock panicked, or rows could not be written.
+    pub fn finish(&mut self) -> Result<SessionResult, ScreenError> {
+        self.stop();
+        if let Some(outcome) = &self.outcome {
+            let outcome = outcome.recv().map_err(|_| ScreenError::Panicked)?;
+            self.end(outcome)?;
+        }
+        let csv_lost = self.finish_csv()?;
+        let summary = self.summary.take().ok_or(ScreenError::Panicked)?;
+        Ok(SessionResult { summary, csv_lost })
+    }
+
+    /// Abandons a run that does not end; its recording is completed.
+    pub fn abandon(&mut self) -> ScreenError {
+        let stuck = ScreenError::Stuck(list(&self.busy()));
+        if let Some(recorder) = &self.recorder {
+            recorder.end(StopReason::Fault(stuck.to_string()));
+        }
+        stuck
+    }
+
+    /// Stores the result of the run, and ends the recorder.
+    fn end(&mut self, outcome: Result<Summary, Fault>) -> Result<(), ScreenError> {
+        self.outcome = None;
+        if let Some(recorder) = &self.recorder {
+            recorder.end(StopReason::of(&outcome));
+        }
+        match outcome {
+            Ok(summary) => self.summary = Some(summary),
+            Err(fault) => {
+                // The fault has priority over rows that cannot be written.
+                let _ = self.finish_csv();
+                return Err(fault.into());
+            }
+        }
+        Ok(())
+    }
+
+    /// Waits until all rows are written; returns the number of lost ones.
+    fn finish_csv(&mut self) -> Result<u64, ScreenError> {
+        // Its tap ends with the topic, held by these.
+        self.source = None;
+        self.taps.clear();
+        let lost = self.csv.take().map_or(Ok(0), StepWriter::finish);
+        lost.map_err(ScreenError::Csv)
+    }
+
+    /// Starts a recording to a new file at `destination`; returns its path.
+    ///
+    /// # Errors
+    /// The system's error for the file.
+    pub fn record(&mut self, destination: &mut Destination) -> Result<PathBuf, ScreenError> {
+        let source = self.source.as_ref().ok_or(ScreenError::Panicked)?;
+        let (path, recorder) = begun(source, destination, Recorder::midway)?;
+        self.recorder = Some(recorder);
+        Ok(path)
+    }
+
+    /// The run so far, to be executed again; `None` at its end.
+    pub fn so_far(&self) -> Option<Recording> {
+        let end = match &self.summary {
+            Some(summary) => StopReason::Run(Box::new(summary.clone())),
+            None => StopReason::Off,
+        };
+        let source = self.source.as_ref()?;
+        Some(Recording::of_run(source, &end))
+    }
+
+    /// The current recorder.
+    pub fn recorder(&self) -> Option<&Recorder> {
+        self.recorder.as_ref()
+    }
+
+    /// Takes the recorder, if it is ending or was asked to end.
+    pub fn take_recorder(&mut self) -> Option<Recorder> {
+        self.recorder.take_if(|recorder| recorder.is_ending())
+    }
+}
+
+/// A recorder of `source` on a new file at `destination`, and the path of the file.
+fn begun(
+    source: &Source,
+    destination: &mut Destination,
+    begin: impl Fn(&Path, &Source) -> io::Result<Recorder>,
+) -> Result<(PathBuf, Recorder), ScreenError> {
+    let source = Source {
+        viewer: destination.viewer.clone(),
+        ..source.clone()
+    };
+    let claimed = destination.claim(&source.origin, |path| begin(path, &source));
+    claimed.map_err(|(path, why)| ScreenError::Record { path, why })
+}
+
+/// Names as a list in a sentence; "a node" for none.
+pub fn list(names: &[String]) -> String {
+    match names {
+        [] => "a node".to_owned(),
+        names => names.join(" and "),
+    }
+}
+
+impl RunSource for Session {
+    fn shared_system(&self) -> &Arc<dyn System> {
+        &self.system
+    }
+
+    fn config(&self) -> &Config {
+        &self.config
+    }
+
+    fn observer(&self) -> &Observer {
+        &self.observer
+    }
+
+    fn wall_time(&self) -> Duration {
+        let taken = self.summary.as_ref().map(|summary| summary.wall_time);
+        taken.unwrap_or_else(|| self.began.elapsed())
+    }
+
+    fn new_rows(&mut self) -> Vec<WatchedRows> {
+        let taken = self.taps.iter().map(|(topic, tap)| {
+            let mut rows = tap.rows();
+            tap.take(&mut rows);
+            (*topic, rows)
+        });
+        taken.collect()
+    }
+
+    fn lineage(&self) -> &Lineage {
+        self.lineage.known()
+    }
+
+    fn update_lineage(&mut self) {
+        self.lineage.update();
+    }
+
+    fn digest(&self) -> Option<&RunDigest> {
+        Some(self.lineage.digest())
+    }
+
+    fn lost(&self) -> u64 {
+        self.taps.iter().map(|(_, tap)| tap.lost()).sum()
+    }
+
+    fn summary(&self) -> Option<&Summary> {
+        self.summary.as_ref()
+    }
+
+    fn status(&self) -> StatusExtra {
+        StatusExtra {
+            ended: self.summary.is_some(),
+            recording: self.recorder.as_ref().map(Recorder::lost),
+            ..StatusExtra::default()
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! The age in the header and its parts, in graphs with triggers and executors.
+
+use ratelab_study::{graph_file::GraphFile, system::System};
+
+use super::*;
+
+/// A session with the graph in `text`.
+fn graph(text: &str, speed: Speed) -> App {
+    let known: Arc<dyn System> = Arc::new(CartPole::default());
+    let system = GraphFile::parse(text).expect("a graph").system(&[known]);
+    let system = Arc::new(system.expect("a graph"));
+    let config = Config {
+        end: seconds(7.3),
+        speed,
+        setup: system.about().setup(),
+        ..Config::default()
+    };
+    App::new(&config, SessionSetup::new(system, None)).expect("session")
+}
+
+/// A session with the graph in `text` whose run is over.
+fn over(text: &str) -> App {
+    let mut app = graph(text, Speed::Unlimited);
+    end(&mut app);
+    app
+}
+
+/// The age of the header (ms), and the sum of its parts as they are printed.
+fn header(text: &str) -> Option<(u64, u64)> {
+    let screen = large(&over(text));
+    let line = screen.lines().find(|line| line.contains(" held "))?;
+    let digits = |text: &str| -> u64 {
+        let digits: String = text.chars().filter(char::is_ascii_digit).collect();
+        digits.parse().unwrap_or_default()
+    };
+    let (age, parts) = line.split_once(" ms ")?;
+    Some((digits(age), parts.split(" + ").map(digits).sum()))
+}
+
+/// Two images that match, and a planner with a rate of its own; the times are no whole
+/// milliseconds.
+const PAIR: &str = r#"
+name = "pair"
+[node.left]
+rate = 13
+takes = "3..9"
+publishes = ["/left"]
+[node.right]
+rate = 31
+takes = "5..30"
+publishes = ["/right"]
+[node.stereo]
+trigger = ["/left", "/right"]
+match = "MATCH"
+takes = "2..7"
+publishes = ["/pose"]
+[node.planner]
+rate = 17
+takes = 3.3
+reads = ["/pose"]
+publishes = ["/path"]
+[executor.one]
+kind = "KIND"
+nodes = ["stereo", "planner"]
+[chain.see]
+path = ["left", "/left", "stereo", "/pose", "planner", "/path"]
+[chain.other]
+path = ["right", "/right", "stereo", "/pose", "planner", "/path"]
+"#;
+
+#[test]
+fn the_parts_in_the_header_add_up_to_the_age() {
+    for matching in ["each", "approximate:10"] {
+        for kind in ["single", "multi:2", "events", "fixed-priority:1"] {
+            let text = PAIR.replace("MATCH", matching).replace("KIND", kind);
+            let (age, sum) = header(&text).expect("an age");
+            assert_eq!(sum, age, "{matching} {kind}");
+            assert!(age > 0);
+        }
+    }
+    for file in ["autoware", "robot"] {
+        let path = format!("{}/../../graphs/{file}.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(path).expect("a file");
+        let (age, sum) = header(&text).expect("an age");
+        assert_eq!(sum, age, "{file}");
+    }
+}
+
+#[test]
+fn a_refused_clock_is_not_the_one_shown_and_the_reason_is() {
+    let text = PAIR.replace("MATCH", "each").replace("KIND", "edf:1");
+    let deadline = "[node.stereo]\ndeadline_ms = 20";
+    let mut app = graph(&text.replace("[node.stereo]", deadline), Speed::REAL_TIME);
+    // The second time as the first: it asks for the other clock again.
+    for _ in 0..2 {
+        press(&mut app, "c");
+        until(&mut app, |app| app.notice.is_some());
+        shows(said(&app), &["no executor edf:1"]);
+        shows(&small(&app), &["no executor edf:1"]);
+    }
+}
+
+/// A slow planner behind a camera, on an executor with another node.
+const SHARED: &str = r#"
+name = "shared"
+[node.camera]
+rate = 20
+publishes = ["/image"]
+[node.planner]
+rate = 5
+takes = 20
+reads = ["/image"]
+publishes = ["/path"]
+[node.map]
+rate = 5
+takes = COST
+[executor.one]
+kind = "single"
+nodes = ["planner", "map"]
+[chain.see]
+path = ["camera", "/image", "planner", "/path"]
+age_ms = 120
+"#;
+
+#[test]
+fn no_higher_rate_is_advised_where_there_is_no_time_for_it() {
+    for (cost, advised) in [("0.1", true), ("178", false)] {
+        let verdict = verdict(&over(&SHARED.replace("COST", cost)));
+        for (part, said) in [
+            ("raise rate planner", advised),
+            ("no time for a higher rate", !advised),
+        ] {
+            assert_eq!(verdict.contains(part), said, "{cost}: {part} in {verdict}");
+        }
+    }
+}
+
+#[test]
+fn a_limit_is_not_called_kept_before_the_first_data() {
+    let text = SHARED
+        .replace("COST", "1")
+        .replace("rate = 5", "rate = 0.2");
+    let text = text.replace("takes = 20", "takes = 20\noffset = 4000");
+    let mut app = graph(&text, Speed::REAL_TIME);
+    sample(&mut app);
+    until(&mut app, |app| frame(app).now > Time::ZERO);
+    shows(
+        &verdict(&app),
+        &["no data so far", "no data came through see"],
+    );
+}

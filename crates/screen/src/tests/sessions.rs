@@ -1,0 +1,244 @@
+//! What keys do to a session, and how sessions end.
+
+use std::time::Instant;
+
+use crossterm::event::{KeyEvent, KeyModifiers};
+use ratelab_cart_pole::{Action, Observation, policy::Policy};
+use ratelab_study::{
+    experiment::{Experiment, Summary},
+    system::Verdict,
+};
+
+use super::*;
+
+/// The knobs that were turned in a run that goes on.
+fn turned(app: App) -> Vec<String> {
+    let summary = left(app).ended.expect("no fault").summary;
+    let knobs = summary.knobs();
+    knobs.iter().map(|timed| timed.knob.to_string()).collect()
+}
+
+/// A policy that fails as soon as it is asked.
+#[derive(Clone)]
+struct Broken(fn() -> Action);
+
+impl Policy for Broken {
+    fn name(&self) -> &str {
+        "broken"
+    }
+
+    fn act(&mut self, _: &Observation) -> Action {
+        (self.0)()
+    }
+}
+
+#[test]
+fn keys_and_typed_values_turn_the_knobs_of_the_running_graph() {
+    for (keys, knobs) in [
+        (
+            "[[}>",
+            &[
+                "rate policy 40",
+                "rate policy 30",
+                "rate sensor 60",
+                "depth /obs 2",
+                "depth /action 2",
+            ][..],
+        ),
+        (":control-hz 7.5\n", &["rate policy 7.5"]),
+    ] {
+        assert_eq!(turned(typed(endless(), keys)), knobs);
+    }
+}
+
+#[test]
+fn a_node_that_fails_or_panics_ends_the_dashboard_with_its_fault() {
+    let policies = [
+        (Broken(|| Action(f32::NAN)), "must be finite"),
+        (Broken(|| panic!("out of ideas")), "panicked: out of ideas"),
+    ];
+    for (policy, said) in policies {
+        for clock in [ClockKind::Virtual, ClockKind::Real] {
+            let config = Config {
+                clock,
+                end: Time::MAX,
+                ..Config::default()
+            };
+            let policy = policy.clone();
+            let system = CartPole::with_policy(move |_| Box::new(policy.clone()));
+            let setup = SessionSetup::new(Arc::new(system), setup().course);
+            let mut app = App::new(&config, setup).expect("session");
+            let fault = in_the_loop(&mut app, &[]).expect_err("a fault").to_string();
+            shows(&fault, &["\"policy\"", said]);
+            assert_eq!(fault.lines().count(), 1);
+        }
+    }
+}
+
+#[test]
+fn a_session_that_nobody_watched_for_long_still_ends_at_once() {
+    // Flat out, the taps are full long before this is over.
+    let app = session(Config {
+        end: Time::MAX,
+        ..Config::default()
+    });
+    thread::sleep(Duration::from_secs(2));
+    leave(app);
+}
+
+#[test]
+fn keys_go_on_from_where_the_timed_knobs_led() {
+    let mut app = session(Config {
+        speed: Speed::times(10.0).expect("speed"),
+        end: Time::MAX,
+        ..timed("0 control-hz 20")
+    });
+    until(&mut app, |app| !app.shown.events.is_empty());
+    sample(&mut app);
+    press(&mut app, "[");
+    assert_eq!(turned(app), ["rate policy 20", "rate policy 15"]);
+}
+
+#[test]
+fn keys_count_even_before_the_graph_has_heard_of_the_last() {
+    let mut app = session(endless());
+    press(&mut app, "  cccc");
+    let summary = left(app).ended.expect("no fault").summary;
+    let told: Vec<String> = summary.events.iter().map(|e| e.to_string()).collect();
+    for (what, count) in [
+        ("pause", 1),
+        ("resume", 1),
+        ("refused", 0),
+        ("real clock", 2),
+        ("virtual clock", 2),
+    ] {
+        let found = told.iter().filter(|event| event.contains(what)).count();
+        assert_eq!(found, count, "{what} in {told:?}");
+    }
+}
+
+#[test]
+fn control_c_leaves_while_a_value_is_being_typed() {
+    let mut app = ended(Config::default());
+    press(&mut app, ":con");
+    app.key(&KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL));
+    assert!(app.quit);
+}
+
+#[test]
+fn a_pause_is_one_picture_however_long_it_lasts() {
+    let mut app = session(endless());
+    press(&mut app, " ");
+    let begun = Instant::now();
+    while begun.elapsed() < Duration::from_millis(2500) {
+        sample(&mut app);
+        thread::sleep(Duration::from_millis(10));
+    }
+    press(&mut app, ",");
+    let kept = app.looking_back().map_or(1, |(_, kept)| kept);
+    assert!(kept <= 4, "{kept} pictures of a graph that stood still");
+    leave(app);
+}
+
+#[test]
+fn a_key_that_cannot_be_obeyed_says_why() {
+    let mut over = ended(Config::default());
+    for (keys, reason) in [
+        ("<", "the depth of /obs and /action is at its lowest, 1"),
+        (
+            ":control-hz 1000\n]",
+            "the rate of policy is at its highest, 1000 Hz",
+        ),
+    ] {
+        press(&mut over, keys);
+        assert_eq!(said(&over), reason);
+    }
+    let mut app = typed(
+        Config {
+            clock: ClockKind::Real,
+            ..endless()
+        },
+        "",
+    );
+    for (key, reason) in [("+", "no speed"), (".", "cannot step")] {
+        press(&mut app, key);
+        shows(said(&app), &[reason]);
+    }
+    leave(app);
+}
+
+#[test]
+fn a_session_with_live_keys_is_the_headless_run_with_its_knobs() {
+    let config = Config {
+        speed: Speed::times(20.0).expect("speed"),
+        end: seconds(30.0),
+        ..Config::default()
+    };
+    let mut app = typed(config.clone(), "[[ . .. >[[[[  ]]");
+    end(&mut app);
+    let summary = left(app).ended.expect("no fault").summary;
+    assert!(
+        summary.knobs().len() >= 8,
+        "the keys came too late to count"
+    );
+    let headless = Config {
+        speed: Speed::Unlimited,
+        knobs: summary.knobs(),
+        ..config
+    };
+    let again = Experiment::new(setup().system, &headless).expect("experiment");
+    let again = again.run().expect("run");
+    assert_eq!(figures(&again), figures(&summary));
+}
+
+/// All that a run computed, to the bit.
+fn figures(summary: &Summary) -> (Verdict, u64, Vec<u64>, Duration, Vec<[u64; 2]>) {
+    let state = summary.state.iter().map(|value| value.to_bits());
+    let topics = summary.topics.iter();
+    (
+        summary.verdict,
+        summary.steps,
+        state.collect(),
+        summary.latency.sum(),
+        topics.map(|t| [t.published, t.dropped]).collect(),
+    )
+}
+
+#[test]
+fn a_policy_is_swapped_while_the_run_goes_on_and_the_status_says_so() {
+    let mut app = session(endless());
+    press(&mut app, "p");
+    sample(&mut app);
+    let policy = |app: &App| frame(app).settings.join(", ");
+    until(&mut app, |app| policy(app) != "policy scripted");
+    // Those that drop the pole come last.
+    assert_eq!(policy(&app), "policy lqr");
+    assert!(!verdict(&app).contains("FELL"));
+    assert_eq!(turned(app), ["send policy lqr"]);
+}
+
+#[test]
+fn the_smallest_screen_shows_that_the_world_waits_where_it_matters() {
+    for (knob, waits) in [
+        ("control-hz 40", false),
+        ("think-ms 30", true),
+        ("link /action delay:10", true),
+        ("hang policy 50", true),
+    ] {
+        let drawn = small(&ended(CartPole::config(knob).expect("a knob")));
+        assert_eq!(drawn.contains("world: waits"), waits, "{knob}: {drawn}");
+    }
+}
+
+#[test]
+fn a_key_starts_again_in_the_other_world_and_back() {
+    let mut app = ended(CartPole::config("control-hz 40").expect("a knob"));
+    assert!(!large(&app).contains("world"), "course");
+    press(&mut app, "o");
+    sample(&mut app);
+    shows(&large(&app), &["world: own", " world "]);
+    assert_eq!(app.wanted().world.name(), "own");
+    assert_eq!(rate(&app, "policy"), Some(40.0));
+    press(&mut app, "o");
+    assert_eq!(app.wanted().world.name(), "course");
+}

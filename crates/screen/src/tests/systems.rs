@@ -1,0 +1,323 @@
+//! Systems other than the cart-pole.
+
+use ratelab::{END, GO_ON};
+use ratelab_account::Fields;
+use ratelab_study::system::{
+    BuildError, Builder, Picture, Setup as RunSetup, Shape, Signal, Style, System, Verdict,
+    VerdictKind,
+};
+
+use super::{adders::Adders, *};
+use crate::asked::LimitsInForce;
+
+/// Height (m) and thrust.
+#[derive(Clone, Copy, Debug)]
+struct Flight(f64, f64);
+
+impl Fields for Flight {
+    const FIELDS: &'static [&'static str] = &["height (m)", "thrust"];
+
+    fn append_to(&self, row: &mut Vec<f64>) {
+        row.extend([self.0, self.1]);
+    }
+
+    fn from_row(row: &[f64]) -> Option<Self> {
+        match *row {
+            [height, thrust] => Some(Self(height, thrust)),
+            _ => None,
+        }
+    }
+}
+
+/// A drone that sinks, whatever its pilot does.
+struct Drone;
+
+impl Drone {
+    const CRASHED: VerdictKind = VerdictKind {
+        name: "crashed",
+        lost: true,
+        text: "CRASHED at {at}",
+    };
+    const FLEW: VerdictKind = VerdictKind {
+        name: "hovering",
+        lost: false,
+        text: "FLEW for {at}",
+    };
+}
+
+impl System for Drone {
+    fn name(&self) -> &'static str {
+        "drone"
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        let thrust = builder.internal_topic::<f64>("/thrust");
+        let flight = builder.topic::<Flight>("/flight");
+        let (thrusts, flights) = (thrust.clone(), flight.clone());
+        builder.node("pilot", 20.0, 0, move |wiring| {
+            let (thrust, mut flight) = (wiring.publisher(&thrusts), wiring.subscription(&flights));
+            move |now| {
+                let seen = flight.latest(now);
+                thrust.publish(0.5, now, seen.map(|message| message.stamp));
+                GO_ON
+            }
+        })?;
+        builder.node("rotors", 50.0, 1, move |wiring| {
+            let (mut thrust, flight) = (wiring.subscription(&thrust), wiring.publisher(&flight));
+            let mut height = 2.0;
+            move |now| {
+                let asked = thrust.latest(now);
+                height -= 0.01;
+                let force = asked.map_or(0.0, |message| message.data);
+                flight.publish(Flight(height, force), now, asked.and_then(|m| m.origin));
+                if height > 0.0 { GO_ON } else { END }
+            }
+        })
+    }
+
+    fn signals(&self) -> &'static [Signal] {
+        &[Signal {
+            name: "height",
+            unit: "m",
+            topic: "/flight",
+            value: |row| row.first().copied().unwrap_or(f64::NAN),
+            limits: Some([0.0, 4.0]),
+            range: [0.0, 2.5],
+        }]
+    }
+
+    fn state(&self) -> Option<&'static str> {
+        Some("/flight")
+    }
+
+    fn verdict(&self, _: &ratelab::ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
+        let down = state.is_some_and(|state| state.first().is_some_and(|height| *height <= 0.0));
+        Verdict::new(if down { &Self::CRASHED } else { &Self::FLEW }, at)
+    }
+
+    fn verdicts(&self) -> &'static [&'static VerdictKind] {
+        &[&Self::FLEW, &Self::CRASHED]
+    }
+
+    fn picture(&self, state: &[f64]) -> Option<Picture> {
+        let &[height, _] = state else {
+            return None;
+        };
+        let body = Shape::Box {
+            centre: [0.0, height],
+            half: [0.4, 0.1],
+            angle: 0.0,
+        };
+        let ground = Shape::Segment {
+            from: [-2.0, 0.0],
+            to: [2.0, 0.0],
+        };
+        let goal = Shape::Circle {
+            centre: [1.5, 2.0],
+            radius: 0.3,
+        };
+        let label = Shape::Label {
+            at: [0.0, 0.0],
+            text: "ground".to_owned(),
+        };
+        Some(Picture {
+            shapes: vec![
+                (Style::Scenery, ground),
+                (Style::Limit, goal),
+                (Style::Subject, body),
+                (Style::Scenery, label),
+            ],
+            view: [-2.0, -0.2, 2.0, 2.5],
+            focus: [0.0, height],
+            captions: vec![format!("height {height:+.2} m")],
+        })
+    }
+}
+
+/// A counter and its reader: no plant, no signal, no aliases.
+struct Counter;
+
+impl System for Counter {
+    fn name(&self) -> &'static str {
+        "counter"
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        let count = builder.internal_topic("/count");
+        let counted = count.clone();
+        builder.node("counter", 10.0, 0, move |wiring| {
+            let (count, mut number) = (wiring.publisher(&counted), 0_u64);
+            move |now| {
+                number += 1;
+                count.publish(number, now, None);
+                GO_ON
+            }
+        })?;
+        builder.node("reader", 2.0, 1, move |wiring| {
+            let mut count = wiring.subscription(&count);
+            move |now| {
+                let _ = count.latest(now);
+                GO_ON
+            }
+        })
+    }
+}
+
+fn lab(system: impl System, config: &Config) -> App {
+    let setup = SessionSetup::new(Arc::new(system), None);
+    let mut app = App::new(config, setup).expect("session");
+    sample(&mut app);
+    app
+}
+
+/// A run of `system` that ended.
+fn run_of(system: impl System) -> App {
+    let mut app = lab(system, &Config::default());
+    end(&mut app);
+    app
+}
+
+/// A run of `system` that goes on.
+fn live(system: impl System) -> App {
+    lab(system, &endless())
+}
+
+#[test]
+fn a_system_without_a_plant_has_no_pane_of_it_and_the_others_take_its_room() {
+    let app = run_of(Counter);
+    insta::assert_snapshot!("counter_80x24", small(&app));
+    let drawn = large(&app);
+    for absent in ["2 plant", "3 ", "sense→act", "exercises"] {
+        assert!(!drawn.contains(absent), "{absent} in {drawn}");
+    }
+}
+
+#[test]
+fn a_pane_that_is_not_there_is_never_in_focus() {
+    let mut app = run_of(Counter);
+    press(&mut app, "2");
+    assert_eq!(app.shown.panes.focus, Pane::Graph);
+    assert!(app.notice.is_some());
+    for pane in [Pane::Figures, Pane::Events, Pane::Graph] {
+        key(&mut app, KeyCode::Tab);
+        assert_eq!(app.shown.panes.focus, pane);
+    }
+}
+
+#[test]
+fn a_system_of_ones_own_is_drawn_with_its_signal_and_its_verdict() {
+    let app = run_of(Drone);
+    insta::assert_snapshot!("drone_100x30", screen(&app, 100, 30));
+}
+
+#[test]
+fn every_size_shows_every_system() {
+    for app in [run_of(Drone), run_of(Counter)] {
+        for (width, height) in [(40, 12), (80, 24), (120, 36), (160, 50), (250, 80)] {
+            screen(&app, width, height);
+        }
+    }
+}
+
+#[test]
+fn rate_and_depth_keys_turn_what_is_marked() {
+    let mut app = live(Drone);
+    // The node in the middle of most, and all topics that are read.
+    assert_eq!(app.shown.knob_focus.node, "pilot");
+    assert_eq!(app.shown.knob_focus.topics, ["/thrust", "/flight"]);
+    press(&mut app, "[>");
+    assert_eq!(
+        set(&app),
+        ["rate pilot 15", "depth /thrust 2", "depth /flight 2"]
+    );
+    key(&mut app, KeyCode::Down);
+    press(&mut app, "t]>");
+    let marked = app.shown.knob_focus.topics.clone();
+    assert_eq!(marked.len(), 1);
+    for knob in [
+        "rate pilot 15",
+        "rate rotors 60",
+        &format!("depth {} 5", marked[0]),
+    ] {
+        assert!(set(&app).contains(&knob.to_owned()), "{knob}");
+    }
+    let drawn = large(&app);
+    shows(&drawn, &["▸rotors", &format!("▸{}", marked[0])]);
+    assert!(!drawn.contains("▸pilot"), "{drawn}");
+    // Once round all topics, those of the beginning are marked.
+    press(&mut app, "T");
+    assert_eq!(app.shown.knob_focus.topics.len(), 2);
+}
+
+#[test]
+fn the_map_of_a_system_without_aliases_is_over_the_marked_node() {
+    let mut app = live(Drone);
+    for place in ["20 Hz, seed 0", "50 Hz, seed 0"] {
+        press(&mut app, "m");
+        sample(&mut app);
+        shows(&screen(&app, 120, 40), &["cliff map", place]);
+        press(&mut app, "m");
+        key(&mut app, KeyCode::Down);
+    }
+    leave(app);
+}
+
+#[test]
+fn keys_without_a_meaning_here_say_so_and_are_in_no_help() {
+    for keys in ["e", "b", "p", "{"] {
+        let mut app = live(Counter);
+        press(&mut app, keys);
+        shows(said(&app), &["this system"]);
+        press(&mut app, "?");
+        let help = large(&app);
+        assert!(!help.contains(&format!("│ {keys} ")), "{keys} in {help}");
+    }
+}
+
+#[test]
+fn a_system_without_a_world_of_its_own_stays_in_the_one_it_has() {
+    let mut app = run_of(Counter);
+    press(&mut app, "o");
+    shows(said(&app), &["no world of its own"]);
+    assert!(app.ended(), "it began again");
+    press(&mut app, "?");
+    assert!(!large(&app).contains("other world"));
+}
+
+#[test]
+fn a_write_from_outside_of_the_graph_is_noticed_while_the_run_goes_on_and_once() {
+    let adders = Arc::new(Adders::default());
+    let setup = SessionSetup::new(adders.clone(), None);
+    let config = Config {
+        clock: ClockKind::Real,
+        ..endless()
+    };
+    let mut app = App::new(&config, setup).expect("session");
+    sample(&mut app);
+    until(&mut app, |app| ticks(app) > 4);
+    assert_eq!(app.notice, None);
+    adders.add(100.0);
+    until(&mut app, |app| app.notice.is_some());
+    shows(
+        &app.notice.take().expect("a notice"),
+        &["wrote to the number"],
+    );
+    adders.add(100.0);
+    let now = ticks(&app);
+    until(&mut app, |app| ticks(app) > now + 8);
+    assert_eq!(app.notice, None, "it was noticed before");
+    leave(app);
+}
+
+#[test]
+fn limits_of_a_system_that_has_none_are_computed_once_and_not_awaited() {
+    let system: Arc<dyn System> = Arc::new(Drone);
+    let mut limits = LimitsInForce::default();
+    limits.follow(&system, RunSetup::default(), false);
+    assert!((0..100).any(|_| {
+        limits.follow(&system, RunSetup::default(), true);
+        !limits.are_coming()
+    }));
+    limits.follow(&system, RunSetup::default(), false);
+    assert!(!limits.are_coming());
+}

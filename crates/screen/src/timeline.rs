@@ -1,0 +1,333 @@
+//! Ticks and messages over a short stretch of a run, with the chain behind one push.
+
+use std::{collections::HashSet, time::Duration};
+
+use ratelab::{Head, Time, Topology};
+use ratelab_account::{Chain, Lineage, PushInForce, TickWait, TracedTick, WaitsFor};
+
+use super::frame::PushSentence;
+
+/// Visible stretches of run time (ms).
+const SPANS_MS: [u64; 8] = [20, 50, 100, 200, 500, 1_000, 2_000, 5_000];
+
+/// The position and zoom of the timeline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TimelineView {
+    /// The selected push, by the run time of its first application; the newest if `None`.
+    pub selected: Option<Time>,
+    /// Index of the visible stretch.
+    zoom: usize,
+}
+
+impl Default for TimelineView {
+    fn default() -> Self {
+        Self {
+            selected: None,
+            zoom: 4,
+        }
+    }
+}
+
+impl TimelineView {
+    /// Zooms to a shorter stretch, or to a longer one.
+    pub fn zoom(&mut self, closer: bool) {
+        self.zoom = match closer {
+            true => self.zoom.saturating_sub(1),
+            false => (self.zoom + 1).min(SPANS_MS.len() - 1),
+        };
+    }
+
+    /// Length of the visible stretch (run time).
+    fn span(self) -> Duration {
+        Duration::from_millis(SPANS_MS[self.zoom])
+    }
+
+    /// Selects the push of `node` after the selected one, or the one before; after the
+    /// last one, always the newest. `now` is the newest run time.
+    pub fn select(&mut self, lineage: &Lineage, node: usize, now: Time, later: bool) {
+        let at = self.selected.unwrap_or(now);
+        let Some(push) = lineage.push_at(node, at) else {
+            return;
+        };
+        self.selected = match (later, self.selected) {
+            (true, None) => None,
+            (true, Some(_)) => {
+                let newer = lineage.pushes(node).into_iter();
+                let mut newer = newer.filter(|newer| newer.since > push.since);
+                newer
+                    .find(|newer| newer.since <= now)
+                    .map(|newer| newer.since)
+            }
+            (false, _) => {
+                let older = lineage.push_at(node, push.since.earlier(Time::RESOLUTION));
+                older.map(|older| older.since).or(self.selected)
+            }
+        };
+    }
+}
+
+/// The visible part of the timeline.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Timeline {
+    /// Its begin (run time).
+    pub from: Time,
+    /// Its end (run time).
+    pub to: Time,
+    /// A lane per node, and per topic between them.
+    pub lanes: Vec<Lane>,
+    /// The age of the selected push and its parts.
+    pub sentence: PushSentence,
+    /// Whether the newest push is selected.
+    pub newest: bool,
+}
+
+/// The marks of a node or a topic.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lane {
+    /// Its name.
+    pub name: String,
+    /// Its marks, oldest first.
+    pub marks: Vec<Mark>,
+}
+
+/// A mark in a lane.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mark {
+    /// Begin (run time).
+    pub at: Time,
+    /// End (run time).
+    pub until: Time,
+    /// Its kind.
+    pub kind: MarkKind,
+    /// Whether it belongs to the chain of the selected push.
+    pub bright: bool,
+    /// The node that had the executor meanwhile, or the topic whose message was missing.
+    pub by: Option<String>,
+}
+
+/// The kind of a mark.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MarkKind {
+    /// A tick.
+    Tick,
+    /// The delay between a tick's due time and its start.
+    Late,
+    /// The same, as others had the executor; or the delay until messages matched.
+    Waiting,
+    /// A part of a tick for which it was set aside for a more urgent one.
+    Aside,
+    /// Skipped periods.
+    Overrun,
+    /// A read message.
+    Read,
+    /// A message not yet read.
+    Unread,
+    /// A lost message.
+    Lost,
+}
+
+impl Timeline {
+    /// The timeline of a run at run time `now`, as `view` shows it; `acts` is the node
+    /// with a push age.
+    pub fn of(lineage: &Lineage, acts: usize, view: TimelineView, now: Time) -> Option<Self> {
+        let looked_at = view.selected.unwrap_or(now).min(now);
+        let topology = lineage.topology();
+        let push = lineage.push_at(acts, looked_at);
+        let mut topics = topology.topics.iter();
+        if push.is_none() && topics.any(|topic| topic.readers.contains(&acts)) {
+            return None;
+        }
+        let chain = push.as_ref().map(|push| lineage.chain_of(push));
+        let chain = chain.unwrap_or_default();
+        // A selected push is in the last third.
+        let to = match view.selected {
+            None => now,
+            Some(since) => (since + view.span() / 3).min(now.max(since)),
+        };
+        let from = to.earlier(view.span());
+        let window = Window { from, to };
+        let order = order(lineage, acts);
+        let lanes = order.into_iter().flat_map(|node| {
+            let outputs = topology.topics.iter().enumerate();
+            let outputs =
+                outputs.filter(move |(_, t)| t.publishers.contains(&node) && !t.readers.is_empty());
+            let lane = window.node(lineage, node, &chain);
+            let chain = &chain;
+            std::iter::once(lane)
+                .chain(outputs.map(move |(topic, _)| window.topic(lineage, topic, chain)))
+        });
+        Some(Self {
+            from,
+            to,
+            lanes: lanes.collect(),
+            sentence: sentence(lineage, acts, push.as_ref(), (view, now)),
+            newest: view.selected.is_none(),
+        })
+    }
+}
+
+/// The age of a push and its parts.
+fn sentence(
+    lineage: &Lineage,
+    acts: usize,
+    push: Option<&PushInForce>,
+    (view, now): (TimelineView, Time),
+) -> PushSentence {
+    let topology = lineage.topology();
+    let Some(push) = push else {
+        let name = &topology.nodes[acts].name;
+        return PushSentence(vec![format!(
+            "{name} reads no topic: its pushes have no chain"
+        )]);
+    };
+    let moment = match view.selected {
+        None => now,
+        Some(_) => push.outdated.unwrap_or(now).clamp(push.since, now),
+    };
+    PushSentence::of(&push.parts(moment), topology)
+}
+
+/// The nodes upstream of the acting one, the acting node itself, and the others on the threads
+/// of their executors.
+fn order(lineage: &Lineage, acts: usize) -> Vec<usize> {
+    let topology = lineage.topology();
+    let mut order = upstream(topology, acts);
+    order.reverse();
+    let executors: HashSet<usize> = order
+        .iter()
+        .filter_map(|&node| topology.nodes[node].executor_index)
+        .collect();
+    let others = topology.nodes.iter().enumerate().filter(|(node, known)| {
+        let index = known.executor_index;
+        !order.contains(node) && index.is_some_and(|index| executors.contains(&index))
+    });
+    let others: Vec<usize> = others.map(|(node, _)| node).collect();
+    order.extend(others);
+    order
+}
+
+/// `last` and the nodes whose messages reach it, the nearest first.
+pub fn upstream(topology: &Topology, last: usize) -> Vec<usize> {
+    let mut path = vec![last];
+    let mut next = 0;
+    while let Some(&reader) = path.get(next) {
+        let topics = topology.topics.iter();
+        let read = topics.filter(|topic| topic.readers.contains(&reader));
+        for node in read.flat_map(|topic| topic.publishers.iter().copied()) {
+            if !path.contains(&node) {
+                path.push(node);
+            }
+        }
+        next += 1;
+    }
+    path
+}
+
+/// The visible run times.
+#[derive(Clone, Copy)]
+struct Window {
+    from: Time,
+    to: Time,
+}
+
+impl Window {
+    fn node(self, lineage: &Lineage, node: usize, chain: &Chain) -> Lane {
+        let mut marks = Vec::new();
+        let mut before: Option<u64> = None;
+        for (index, worked) in lineage.ticks_between(node, self.from, self.to) {
+            let overruns = worked.tick.overruns;
+            let before = before.replace(overruns);
+            let ends = worked.tick.ends.unwrap_or(self.to);
+            if ends < self.from {
+                continue;
+            }
+            let bright = chain.ticks.contains(&(node, index));
+            let mut parts = parts(lineage, (node, index), worked, ends);
+            if before.is_some_and(|before| overruns > before) {
+                parts.push((ends, ends, MarkKind::Overrun, None));
+            }
+            marks.extend(parts.into_iter().map(|(at, until, kind, by)| Mark {
+                at,
+                until,
+                kind,
+                bright,
+                by,
+            }));
+        }
+        Lane {
+            name: lineage.topology().nodes[node].name.clone(),
+            marks,
+        }
+    }
+
+    fn topic(self, lineage: &Lineage, topic: usize, chain: &Chain) -> Lane {
+        let known = &lineage.topology().topics[topic];
+        let readers = known.readers.iter();
+        let ticks = readers.flat_map(|&node| lineage.ticks_between(node, self.from, Time::MAX));
+        let reads = ticks.flat_map(|(_, worked)| &worked.reads);
+        let reads = reads.filter(|(of, _)| *of == topic);
+        let read: HashSet<u64> = reads.map(|(_, seq)| *seq).collect();
+        let mark = |sent: &Head| {
+            let until = sent.arrives.unwrap_or(sent.at);
+            let bright = chain.messages.contains(&(topic, sent.seq));
+            let kind = match sent.arrives {
+                None => MarkKind::Lost,
+                Some(_) if bright || read.contains(&sent.seq) => MarkKind::Read,
+                Some(_) => MarkKind::Unread,
+            };
+            Mark {
+                at: sent.at,
+                until,
+                kind,
+                bright,
+                by: None,
+            }
+        };
+        let sent = lineage.sent(topic).rev();
+        let sent = sent.skip_while(|sent| sent.at > self.to);
+        let mut marks: Vec<Mark> = sent.take(4_096).map(mark).collect();
+        marks.retain(|mark| mark.until >= self.from);
+        marks.reverse();
+        Lane {
+            name: known.name.clone(),
+            marks,
+        }
+    }
+}
+
+/// The name of what a tick waited for, unless it is a thread.
+fn missing(what: WaitsFor, topology: &Topology) -> Option<String> {
+    match what {
+        WaitsFor::Match(topic) => Some(topology.topics[topic].name.clone()),
+        WaitsFor::Node(node) => Some(topology.nodes[node].name.clone()),
+        WaitsFor::Thread => None,
+    }
+}
+
+/// A stretch of run time with its kind, and what was waited for.
+type LanePart = (Time, Time, MarkKind, Option<String>);
+
+/// The waits of tick `index` of a node, the tick, and the times for which it was set aside.
+fn parts(
+    lineage: &Lineage,
+    (node, index): (usize, usize),
+    worked: &TracedTick,
+    ends: Time,
+) -> Vec<LanePart> {
+    let part = |wait: TickWait, kind| {
+        let by = missing(wait.what, lineage.topology());
+        (wait.from, wait.to, kind, by)
+    };
+    let waits = lineage.waits(node, index).into_iter().map(|wait| {
+        let kind = match wait.what {
+            WaitsFor::Thread => MarkKind::Late,
+            WaitsFor::Match(_) | WaitsFor::Node(_) => MarkKind::Waiting,
+        };
+        part(wait, kind)
+    });
+    let mut parts: Vec<LanePart> = waits.collect();
+    parts.push((worked.tick.at, ends, MarkKind::Tick, None));
+    let asides = lineage.set_aside(node, index).into_iter();
+    parts.extend(asides.map(|wait| part(wait, MarkKind::Aside)));
+    parts
+}

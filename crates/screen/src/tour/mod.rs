@@ -1,0 +1,130 @@
+//! The guided tour: steps over a running session. A step waits for a state of the run,
+//! however it comes about, and then says what to look at.
+
+mod steps;
+
+use crossterm::event::{KeyCode, KeyEvent};
+
+use super::view::Page;
+pub use steps::Seen;
+use steps::{STEPS, Step};
+
+/// The offer at the first start.
+pub const OFFER: &str = "new here? g: a tour of five minutes";
+
+/// The start of the lab.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Guide {
+    /// The lab alone.
+    Nobody,
+    /// The lab, with an offer of the tour.
+    Offer,
+    /// The tour from its beginning.
+    Tour,
+}
+
+/// A position in the tour: the number of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tour(usize);
+
+/// The use of a key for the tour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Walk {
+    /// The key belongs to the lab.
+    Lab,
+    /// The key led to this position.
+    On(Tour),
+    /// The tour is over.
+    Over,
+}
+
+impl Tour {
+    /// Takes a key. Enter always goes on, Esc ends the tour; all others go to the lab.
+    pub fn take(self, key: &KeyEvent) -> Walk {
+        match key.code {
+            KeyCode::Esc => Walk::Over,
+            KeyCode::Enter if self.0 + 1 < STEPS.len() => Walk::On(Self(self.0 + 1)),
+            KeyCode::Enter => Walk::Over,
+            _ => Walk::Lab,
+        }
+    }
+
+    fn shown(self) -> &'static Step {
+        &STEPS[self.0.min(STEPS.len() - 1)]
+    }
+
+    /// The step on the screen, about the `run` as it is.
+    pub fn page(self, run: &Seen) -> Page {
+        let step = self.shown();
+        let (text, hint) = match (step.reached)(run) {
+            true => ((step.look)(run), "Enter goes on  Esc leaves"),
+            false => ((step.ask)(run), "Enter skips this  Esc leaves"),
+        };
+        let title = format!("tour {} of {}: {}", self.0 + 1, STEPS.len(), step.title);
+        Page {
+            aside: true,
+            ..Page::text(title, text, hint)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crossterm::event::KeyModifiers;
+
+    use super::*;
+    use crate::view::{
+        render_page,
+        testing::{RICH, drawn},
+    };
+
+    fn key(code: KeyCode) -> KeyEvent {
+        KeyEvent::new(code, KeyModifiers::NONE)
+    }
+
+    #[test]
+    fn enter_goes_on_through_every_step_and_other_keys_are_for_the_lab() {
+        let mut tour = Tour::default();
+        for number in 0..STEPS.len() {
+            assert_eq!(tour.take(&key(KeyCode::Char('b'))), Walk::Lab);
+            assert_eq!(tour.take(&key(KeyCode::Esc)), Walk::Over);
+            match tour.take(&key(KeyCode::Enter)) {
+                Walk::On(next) => tour = next,
+                end => assert_eq!((end, number), (Walk::Over, STEPS.len() - 1)),
+            }
+        }
+    }
+
+    /// The place for a step on a screen of 80x24.
+    const PLACE: (u16, u16) = (50, 10);
+
+    /// Runs in all combinations of what the steps distinguish.
+    fn runs() -> impl Iterator<Item = Seen> {
+        (0..256).map(|bits: u32| {
+            let is = |bit: u32| bits & 1 << bit != 0;
+            Seen {
+                hz: if is(0) { 12.5 } else { 50.0 },
+                next_hz: if is(1) { 5.0 } else { 50.0 },
+                common_hz: is(2).then_some(50.0),
+                dropped: is(2),
+                fell: is(3),
+                over: is(3) || is(4),
+                explained: is(5),
+                same: is(6),
+                real: is(7),
+                now_s: 3.0,
+            }
+        })
+    }
+
+    #[test]
+    fn every_text_fits_on_a_screen_of_80_by_24() {
+        for (number, run) in (0..STEPS.len()).flat_map(|n| runs().map(move |run| (n, run))) {
+            let page = Tour(number).page(&run);
+            let drawn = drawn(PLACE, &RICH, |sheet| render_page(&page, sheet));
+            let last = page.text.split_whitespace().next_back().expect("a word");
+            assert!(drawn.contains(last), "{last:?} is cut off:\n{drawn}");
+            assert!(drawn.contains("Esc leaves"), "{drawn}");
+        }
+    }
+}

@@ -1,0 +1,249 @@
+//! The push age as a number and a bar.
+
+use std::{cmp::Reverse, time::Duration};
+
+use ratatui::{
+    style::{Modifier, Style},
+    text::Line,
+};
+
+use super::text::{line, ms, width};
+use crate::{
+    frame::{AgeData, PartKind, PushData, Strain},
+    theme::Theme,
+};
+
+/// Maximum and minimum width of the bar (columns).
+const BAR: (usize, usize) = (40, 8);
+
+/// Ratio of the whole bar to the last limit.
+const BEYOND: f64 = 4.0 / 3.0;
+
+/// Width below which the bar needs the room of a word.
+const NARROW: usize = 60;
+
+/// The line before the first push.
+const NO_AGE: &str = "push age  none: no action was applied so far";
+
+/// The number, a bar with a tick and a number at each limit, and the mean parts of the age,
+/// in a line of `room` columns; without an age, that there was no push.
+pub fn age_line(
+    age: Option<&AgeData>,
+    push: Option<&PushData>,
+    room: usize,
+    theme: &Theme,
+) -> Line<'static> {
+    let Some(age) = age else {
+        return line([(format!(" {NO_AGE}"), theme.strong())]);
+    };
+    let number = format!(" {}  ", number(age, room));
+    let begin = width(&number);
+    let (sign, word, style) = verdict(age.strain(), theme);
+    let mean = push.map(|push| &push.mean[..]).unwrap_or_default();
+    let spent = spent(mean);
+    let free = room.saturating_sub(begin + BAR.1 + 3);
+    let fits = !spent.is_empty() && width(&spent) + 2 <= free;
+    let verdict = format!("{sign} {}", if fits { &spent } else { word });
+    let wide = room.saturating_sub(begin + width(&verdict) + 3).min(BAR.0);
+    let mut parts = vec![(number, theme.strong())];
+    match age.limit().filter(|_| wide >= BAR.1) {
+        None => parts.push((verdict.trim_start().to_owned(), style)),
+        Some(limit) => {
+            let scale = (wide as f64 / (limit.as_secs_f64() * BEYOND), wide);
+            let plain = style.remove_modifier(Modifier::REVERSED);
+            let bar = bar(age.mean, mean, scale);
+            let mut cells: Vec<(String, Style)> = bar
+                .chars()
+                .map(|glyph| (glyph.to_string(), plain))
+                .collect();
+            for (column, tick) in ticks(age, scale) {
+                for (cell, glyph) in cells[column..].iter_mut().zip(tick.chars()) {
+                    *cell = (glyph.to_string(), plain.patch(theme.strong()));
+                }
+            }
+            parts.extend(cells);
+            parts.extend([("  ".to_owned(), Style::new()), (verdict, style)]);
+        }
+    }
+    line(parts)
+}
+
+/// The parts of the push in force, in a line of `room` columns.
+pub fn push_line(push: &PushData, room: usize) -> Line<'static> {
+    let text = push.sentence.fitting(|text| width(text) < room);
+    Line::raw(format!(" {text}"))
+}
+
+/// The age and the limit, in a constant width for a line of `room` columns.
+fn number(age: &AgeData, room: usize) -> String {
+    let name = if room < NARROW { "age" } else { "push age" };
+    let mean = ms(age.mean);
+    match age.limit() {
+        Some(limit) => format!("{name} {mean:>3} ms of {}", ms(limit)),
+        None => format!("{name} {mean:>3} ms"),
+    }
+}
+
+fn verdict(strain: Strain, theme: &Theme) -> (&'static str, &'static str, Style) {
+    match strain {
+        Strain::Unknown => ("", "what this loop bears is unknown", theme.faint()),
+        Strain::Borne => ("✓", "fresh enough", theme.good()),
+        Strain::Swings => ("⚠", "swings", theme.alarm_line()),
+        Strain::Falls => ("✖", "falls", theme.alarm()),
+    }
+}
+
+/// A tick for each limit of `age`, with its number before it if nothing is there, and the
+/// columns of both in a bar of this scale and width.
+fn ticks(age: &AgeData, (scale, wide): (f64, usize)) -> Vec<(usize, String)> {
+    let limits = [age.limits.swings(), age.limits.falls];
+    let mut free = 1;
+    let ticks = limits.into_iter().flatten().map(|limit| {
+        let column = ((limit.as_secs_f64() * scale) as usize).min(wide - 1);
+        let number = ms(limit).to_string();
+        let start = column.checked_sub(number.len());
+        let start = start.filter(|start| *start >= free);
+        free = column + 2;
+        match start {
+            Some(start) => (start, number + "┊"),
+            None => (column, "┊".to_owned()),
+        }
+    });
+    ticks.collect()
+}
+
+/// The parts of the age, the largest first, each with its glyph in the bar.
+fn spent(mean: &[(PartKind, Duration)]) -> String {
+    // Rounded as running sums: their sum is the rounded age.
+    let (mut sum, mut shown) = (Duration::ZERO, 0);
+    let rounded = mean.iter().map(|(kind, took)| {
+        sum += *took;
+        let part = ms(sum) - shown;
+        shown = ms(sum);
+        (*kind, part)
+    });
+    let mut parts: Vec<_> = rounded.filter(|(_, part)| *part > 0).collect();
+    parts.sort_by_key(|(_, part)| Reverse(*part));
+    let words = parts.iter();
+    let words = words.map(|(kind, part)| format!("{} {} {part}", glyph(*kind), kind.word()));
+    words.collect::<Vec<_>>().join(" + ")
+}
+
+/// The glyph of a part in the bar.
+fn glyph(kind: PartKind) -> &'static str {
+    match kind {
+        PartKind::Waited => "▒",
+        PartKind::Worked => "█",
+        PartKind::Travelled => "▄",
+        PartKind::Held => "▓",
+        PartKind::Elsewhere => "?",
+    }
+}
+
+/// A bar as long as the age with its parts in order, at a given number of cells per
+/// second and of at most a given width.
+fn bar(age: Duration, mean: &[(PartKind, Duration)], (scale, room): (f64, usize)) -> String {
+    let cells = |age: Duration| ((age.as_secs_f64() * scale).round() as usize).min(room);
+    let mut bar = String::new();
+    let (mut sum, mut drawn) = (Duration::ZERO, 0);
+    for (kind, took) in mean {
+        sum += *took;
+        let until = cells(sum.min(age)).max(drawn);
+        bar += &glyph(*kind).repeat(until - drawn);
+        drawn = until;
+    }
+    let rest = cells(age).max(drawn);
+    bar + &"█".repeat(rest - drawn) + &"░".repeat(room - rest)
+}
+
+#[cfg(test)]
+mod tests {
+    use ratatui::buffer::Buffer;
+
+    use super::*;
+    use crate::{
+        frame::PushSentence,
+        view::{
+            sample,
+            sheet::Sheet,
+            testing::{POOR, RICH, drawn, screen, styled, text, torture},
+        },
+    };
+
+    fn shown(age: &AgeData, width: u16, theme: &Theme) -> Buffer {
+        screen((width, 1), theme, |sheet| both(age, None, sheet))
+    }
+
+    fn both(age: &AgeData, push: Option<&PushData>, mut sheet: Sheet<'_>) {
+        let (room, theme) = (sheet.width(), sheet.theme);
+        let push_line = push.map(|push| push_line(push, room));
+        let lines = [age_line(Some(age), push, room, theme)];
+        sheet.lines(0, 0, lines.into_iter().chain(push_line));
+    }
+
+    fn push() -> PushData {
+        let parts = [0, 12, 0, 20, 63].map(Duration::from_millis);
+        PushData {
+            sentence: PushSentence(vec![
+                "this push is 95 ms old: 12 waiting for the policy + 20 on /obs + 63 held"
+                    .to_owned(),
+                "this push is 95 ms old: 63 held + 32 elsewhere".to_owned(),
+            ]),
+            reaction: Some(Duration::from_millis(110)),
+            mean: PartKind::ALL.into_iter().zip(parts).collect(),
+        }
+    }
+
+    #[test]
+    fn the_parts_of_the_age_fill_the_bar_and_stand_beside_it() {
+        let shown = |width, theme| {
+            drawn((width, 2), theme, |sheet| {
+                both(&sample::age(95, 200), Some(&push()), sheet);
+            })
+        };
+        insta::assert_snapshot!(shown(100, &RICH));
+        insta::assert_snapshot!(shown(80, &POOR));
+    }
+
+    #[test]
+    fn the_age_stands_beside_what_the_loop_bears() {
+        let ages = [10, 77, 95, 400].map(|mean| sample::age(mean, 2 * mean));
+        let drawn = ages.map(|age| text(&shown(&age, 80, &RICH))).join("\n");
+        insta::assert_snapshot!(drawn);
+        insta::assert_snapshot!(text(&shown(&ages[2], 50, &POOR)));
+    }
+
+    #[test]
+    fn a_limit_that_is_unknown_is_not_drawn() {
+        let unknown = AgeData {
+            limits: Default::default(),
+            ..sample::age(95, 200)
+        };
+        let buf = shown(&unknown, 80, &RICH);
+        assert_eq!(
+            text(&buf),
+            " push age  95 ms  what this loop bears is unknown"
+        );
+        assert_eq!(styled(&buf, RICH.alarm_line()), "");
+    }
+
+    #[test]
+    fn only_an_age_beyond_a_limit_warns() {
+        let warned = |mean| {
+            styled(
+                &shown(&sample::age(mean, mean), 80, &RICH),
+                RICH.alarm_line(),
+            )
+        };
+        assert_eq!(warned(59), "");
+        assert!(warned(60).ends_with("⚠ swings"));
+        assert!(warned(90).ends_with("✖ falls"));
+    }
+
+    #[test]
+    fn any_size_will_do() {
+        for mean in [0, 10, 95, 1_000_000] {
+            torture(|sheet| both(&sample::age(mean, mean), Some(&push()), sheet));
+        }
+    }
+}

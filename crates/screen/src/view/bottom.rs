@@ -1,0 +1,127 @@
+//! The last line: keys, or the line that is typed; and above it what has no other place.
+
+use ratatui::style::Style;
+
+use super::{
+    ScreenState, events,
+    layout::ScreenLayout,
+    sheet::Sheet,
+    text::{broken, line, side_by_side, tail, width},
+};
+use crate::panes::Pane;
+
+/// Blanks between keys.
+const GAP: usize = 2;
+
+/// The content of the last line.
+pub struct Bottom<'a> {
+    /// Keys and their actions.
+    pub hints: Vec<(String, &'static str)>,
+    /// The input line, in their place.
+    pub prompt: Option<PromptLine<'a>>,
+    /// The latest notice of the dashboard.
+    pub notice: Option<&'a str>,
+}
+
+/// An input line.
+pub struct PromptLine<'a> {
+    /// The text so far.
+    pub typed: &'a str,
+    /// The reason why the last entry was refused, above the line.
+    pub refusal: Option<&'a str>,
+    /// The accepted words, in its place.
+    pub hint: String,
+}
+
+/// Draws the last line, and above it the refusal or the words of the input line; in its
+/// place a notice that fits nowhere else.
+pub fn render(shown: &ScreenState<'_>, layout: &ScreenLayout, mut sheet: Sheet<'_>) {
+    let bottom = &shown.bottom;
+    let notice = bottom.notice.filter(|_| !notice_fits(shown, layout));
+    match (&bottom.prompt, notice) {
+        (Some(prompt), _) => {
+            typed(prompt, sheet.part(layout.footer));
+            match prompt.refusal {
+                Some(refusal) => at_the_bottom(&format!("✖ {refusal}"), sheet.part(layout.body)),
+                None => at_the_bottom(&prompt.hint, sheet.part(layout.body)),
+            }
+        }
+        (None, Some(notice)) => {
+            at_the_bottom(notice, sheet.part(layout.body.union(layout.footer)));
+        }
+        (None, None) => {
+            let of_table = bottom.hints.iter().map(|(key, what)| (key.as_str(), *what));
+            let mut hints: Vec<_> = match &shown.page {
+                Some(page) => page.keys.to_vec(),
+                None => of_table.collect(),
+            };
+            if layout.verdict.is_some() && hints.len() > 2 {
+                hints.insert(2, ("Tab 1-6", "other panes"));
+            }
+            keys(&hints, sheet.part(layout.footer));
+        }
+    }
+}
+
+/// Whether the notice fits into its usual place: the pane of events, or the line of the
+/// verdict.
+fn notice_fits(shown: &ScreenState<'_>, layout: &ScreenLayout) -> bool {
+    let covered = shown.map.is_some() || shown.page.is_some();
+    let mut panes = layout.panes.iter();
+    let events = panes.find(|(pane, _)| *pane == Pane::Events);
+    let line = layout.verdict.map_or(0, |area| usize::from(area.width));
+    let room = events.map_or(line, |(_, area)| events::room(*area));
+    !covered && width(shown.bottom.notice.unwrap_or_default()) <= room
+}
+
+/// Draws as many hints, each a key with its action, as there is room for.
+fn keys(hints: &[(&str, &str)], mut sheet: Sheet<'_>) {
+    let theme = sheet.theme;
+    let hints = hints.iter().map(|(key, what)| {
+        line([
+            (*key, theme.strong()),
+            (" ", Style::new()),
+            (*what, theme.faint()),
+        ])
+    });
+    let hints = side_by_side(hints, GAP, sheet.width(), theme);
+    sheet.line(0, 0, &hints);
+}
+
+/// The input line, with its end visible.
+fn typed(prompt: &PromptLine<'_>, mut sheet: Sheet<'_>) {
+    let tail = tail(prompt.typed, sheet.width().saturating_sub(3));
+    let begin = sheet.put(0, 0, ": ", sheet.theme.strong());
+    sheet.put(begin, 0, &format!("{tail}▏"), Style::new());
+}
+
+/// A wrapped text at the bottom.
+fn at_the_bottom(text: &str, mut sheet: Sheet<'_>) {
+    let lines = broken(text, sheet.width(), sheet.theme);
+    let first = sheet.height().saturating_sub(lines.len());
+    sheet.rows(first, lines.len()).clear();
+    for (number, line) in lines.iter().enumerate() {
+        sheet.put(0, first + number, line, sheet.theme.strong());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::keys;
+    use crate::view::testing::{RICH, screen, styled, text, torture};
+
+    const HINTS: [(&str, &str); 3] = [("[ ]", "control rate"), ("> <", "depth"), ("q", "quit")];
+
+    #[test]
+    fn hints_are_whole() {
+        let footer = |width| screen((width, 1), &RICH, |sheet| keys(&HINTS, sheet));
+        insta::assert_snapshot!(text(&footer(40)), @"[ ] control rate  > < depth  q quit");
+        insta::assert_snapshot!(text(&footer(30)), @"[ ] control rate  > < depth");
+        assert_eq!(styled(&footer(40), RICH.strong()), "[ ]> <q");
+    }
+
+    #[test]
+    fn any_size_will_do() {
+        torture(|sheet| keys(&HINTS, sheet));
+    }
+}

@@ -1,0 +1,285 @@
+//! The cliff map: a column per rate, a row per seed, over the panes.
+
+use std::ops::Range;
+
+use ratatui::{
+    style::{Modifier, Style},
+    text::{Line, Span},
+};
+
+use super::{
+    sheet::{Sheet, columns, rows},
+    text::{clip, line, pad, width},
+};
+use crate::{cliff::CliffMap, survival_level::SurvivalLevel, theme::Theme};
+
+/// Maximum number of visible rows of seeds.
+const MOST_SEEDS: usize = 24;
+
+/// Number of other rows: the total over all seeds, and two lines about the cursor.
+const OTHERS: usize = 3;
+
+/// Rows and columns of the box.
+const BORDERS: usize = 2;
+
+/// Title of the overlay.
+const TITLE: &str = "cliff map";
+
+/// Label of the cells of all seeds.
+const ALL: &str = "all";
+
+/// Draws `map` in the lower right corner.
+pub fn render(map: &CliffMap, mut sheet: Sheet<'_>) {
+    sheet.focused = true;
+    let theme = sheet.theme;
+    let grid = Grid::new(map, (sheet.width(), sheet.height()));
+    let right = columns(sheet.area, sheet.width() - grid.size.0, grid.size.0);
+    let place = rows(right, sheet.height() - grid.size.1, grid.size.1);
+    let mut sheet = sheet.part(place);
+    sheet.clear();
+    let progress = match map.progress() {
+        (done, all) if done < all => format!("{done} of {all} runs"),
+        (_, all) => format!("{all} runs of {} s", map.sweep.base.end.as_secs_f64()),
+    };
+    // The progress has priority over the conditions.
+    let room = sheet.width().saturating_sub(width(&progress) + 4);
+    let name = clip(&title(map), room.max(TITLE.len()), theme);
+    let mut sheet = sheet.boxed(&name, Span::styled(progress, theme.faint()));
+    let seeds = grid.seeds().map(|seed| grid.seed(seed, theme));
+    let lines = grid
+        .axis(theme)
+        .into_iter()
+        .chain([grid.all(theme)])
+        .chain(seeds);
+    let said = said(map, theme).map(Line::raw);
+    sheet.lines(0, 0, lines.chain(said));
+}
+
+fn title(map: &CliffMap) -> String {
+    let mut parts = Vec::new();
+    if let (Some(rows), Some(seed)) = (map.row_heading(), map.only_seed()) {
+        parts.push(format!("{} by {rows}, seed {seed}", map.heading()));
+    } else if !map.heading().ends_with(" Hz") {
+        parts.push(map.heading());
+    }
+    parts.extend(Some(map.conditions()).filter(|conditions| !conditions.is_empty()));
+    match parts.join(" | ") {
+        none if none.is_empty() => TITLE.to_owned(),
+        parts => format!("{TITLE}: {parts}"),
+    }
+}
+
+/// The result at the cursor, and the results of all seeds at its rate.
+fn said(map: &CliffMap, theme: &Theme) -> [String; 2] {
+    let (column, row) = map.at;
+    let (x, y) = map.place();
+    let run = match map.outcome(column, row) {
+        None => "not run yet".to_owned(),
+        Some(outcome) => {
+            let latency = outcome.mean_latency_s.map_or(String::new(), |latency| {
+                format!(", latency {:.1} ms", latency * 1e3)
+            });
+            format!("{}{latency}", outcome.verdict)
+        }
+    };
+    let (well, runs) = map.survival(column);
+    let verdicts = map.sweep.system.verdicts().iter();
+    let word = verdicts.map(|kind| kind.name.replace('_', " ")).next();
+    let word = word.unwrap_or_default();
+    let all = match map.only_seed() {
+        None => format!("{x}: {well} of {runs} seeds {word}"),
+        Some(_) => SurvivalLevel::key(&word, theme),
+    };
+    [format!("{x}, {y}: {run}"), all]
+}
+
+/// The layout of the cells.
+struct Grid<'a> {
+    map: &'a CliffMap,
+    /// Width and height of the whole overlay.
+    size: (usize, usize),
+    /// Columns before the cells.
+    label: usize,
+    /// Columns of a cell.
+    cell: usize,
+    /// Rows for the rates, which are written downwards.
+    digits: usize,
+}
+
+impl<'a> Grid<'a> {
+    /// The layout for an area of some width and height.
+    fn new(map: &'a CliffMap, area: (usize, usize)) -> Self {
+        let labels = (0..map.row_count()).map(|row| map.row_label(row).len());
+        // A sign, the number, a blank.
+        let label = labels.max().unwrap_or(0).max(ALL.len()) + 2;
+        let rates = &map.columns;
+        let digits = rates.iter().map(|rate| rate.text.len()).max().unwrap_or(1);
+        let room = area.0.saturating_sub(label + BORDERS);
+        let cell = if 2 * rates.len() <= room { 2 } else { 1 };
+        let wide = label + cell * rates.len() + BORDERS;
+        let high = digits + MOST_SEEDS.min(map.row_count()) + OTHERS + BORDERS;
+        Self {
+            map,
+            size: (wide.min(area.0), high.min(area.1)),
+            label,
+            cell,
+            digits,
+        }
+    }
+
+    /// The visible seeds, around the one at the cursor.
+    fn seeds(&self) -> Range<usize> {
+        let count = self.map.row_count();
+        let others = self.digits + OTHERS + BORDERS;
+        let room = self.size.1.saturating_sub(others).min(count);
+        let first = self.map.at.1.saturating_sub(room / 2).min(count - room);
+        first..first + room
+    }
+
+    /// The rates, written downwards, with the one at the cursor highlighted.
+    fn axis(&self, theme: &Theme) -> Vec<Line<'static>> {
+        let heading = self.map.heading();
+        let unit = heading.rsplit(' ').next().filter(|unit| unit.len() == 2);
+        let rows = (0..self.digits).map(|row| {
+            let unit = unit.filter(|_| row + 1 == self.digits).unwrap_or_default();
+            let label = pad(&format!(" {unit}"), self.label, theme);
+            let columns = self.map.columns.iter().enumerate();
+            let letters = columns.map(|(rate, value)| {
+                let text = format!("{:>digits$}", value.text, digits = self.digits);
+                let style = match rate == self.map.at.0 {
+                    true => theme.strong().add_modifier(Modifier::REVERSED),
+                    false => theme.faint(),
+                };
+                (pad(&text[row..=row], self.cell, theme), style)
+            });
+            line([(label, theme.faint())].into_iter().chain(letters))
+        });
+        rows.collect()
+    }
+
+    /// The number of runs held over all seeds, by rate.
+    fn all(&self, theme: &Theme) -> Line<'static> {
+        let label = pad(&format!(" {ALL}"), self.label, theme);
+        let columns = 0..self.map.columns.len();
+        let survivals = columns.map(|rate| (self.map.survival(rate), false));
+        line(
+            [(label, theme.strong())]
+                .into_iter()
+                .chain(self.cells(survivals, theme)),
+        )
+    }
+
+    /// The runs of a seed.
+    fn seed(&self, seed: usize, theme: &Theme) -> Line<'static> {
+        let here = seed == self.map.at.1;
+        let (mark, style) = match here {
+            true => ("▸", theme.strong()),
+            false => (" ", theme.faint()),
+        };
+        let number = self.map.row_label(seed);
+        let label = format!("{mark}{number:>digits$} ", digits = self.label - 2);
+        let outcomes = (0..self.map.columns.len()).map(|rate| {
+            let outcome = self.map.outcome(rate, seed);
+            let well = outcome.is_some_and(|outcome| !outcome.verdict.is_lost());
+            let survival = (usize::from(well), usize::from(outcome.is_some()));
+            (survival, here && rate == self.map.at.0)
+        });
+        line(
+            [(label, style)]
+                .into_iter()
+                .chain(self.cells(outcomes, theme)),
+        )
+    }
+
+    /// Cells of numbers of runs held and of finished runs, with the chosen one highlighted.
+    fn cells(
+        &self,
+        survivals: impl Iterator<Item = ((usize, usize), bool)>,
+        theme: &Theme,
+    ) -> impl Iterator<Item = (String, Style)> {
+        survivals.map(move |((well, runs), chosen)| {
+            let level = SurvivalLevel::of(well, runs);
+            let style = match chosen {
+                true => level.style(theme).add_modifier(Modifier::REVERSED),
+                false => level.style(theme),
+            };
+            (level.glyph(theme).repeat(self.cell), style)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        cliff::tests::sample::half_filled,
+        knobs::Direction,
+        view::testing::{POOR, RICH, drawn, screen, styled, torture},
+    };
+
+    fn shown(map: &CliffMap, size: (u16, u16), theme: &Theme) -> String {
+        drawn(size, theme, |sheet| render(map, sheet))
+    }
+
+    #[test]
+    fn rates_go_across_and_seeds_down() {
+        insta::assert_snapshot!(shown(&half_filled(), (80, 14), &RICH), @"
+        ┌cliff map───────────────────────────────────────1500 of 3000 runs┐
+        │                       1 1 1 1 1 1 1 1 1 1 2 2 2 2 2 2 2 2 2 2 3 │
+        │ Hz  1 2 3 4 5 6 7 8 9 0 1 2 3 4 5 6 7 8 9 0 1 2 3 4 5 6 7 8 9 0 │
+        │ all ··········▒▒▒▒████████████████                              │
+        │ 100 ··········████████████████████                              │
+        │ 101 ··············████████████████                              │
+        │ 102 ··············████████████████                              │
+        │▸103 ··········████████████████████                              │
+        │ 104 ··············████████████████                              │
+        │ 105 ··············████████████████                              │
+        │ 106 ··········████████████████████                              │
+        │7 Hz, seed 103: BALANCED (pole up the whole run), latency 77.9 ms│
+        │7 Hz: 34 of 100 seeds balanced                                   │
+        └─────────────────────────────────────────────────────────────────┘
+        ");
+    }
+
+    #[test]
+    fn where_it_is_narrow_a_cell_is_one_column() {
+        insta::assert_snapshot!(shown(&half_filled(), (40, 10), &POOR), @"
+        +cliff map---------1500 of 3000 runs+
+        |              111111111122222222223|
+        | Hz  123456789012345678901234567890|
+        | all .....==########               |
+        | 102 .......########               |
+        |>103 .....##########               |
+        | 104 .......########               |
+        |7 Hz, seed 103: BALANCED (pole u...|
+        |7 Hz: 34 of 100 seeds balanced     |
+        +-----------------------------------+
+        ");
+    }
+
+    #[test]
+    fn colour_tells_up_from_down_and_so_does_the_glyph() {
+        let map = half_filled();
+        let buf = screen((80, 14), &RICH, |sheet| render(&map, sheet));
+        let up = styled(&buf, RICH.good());
+        assert!(up.chars().all(|glyph| "▒▓█".contains(glyph)), "{up}");
+        let down = styled(&buf, RICH.alarm_line());
+        assert!(down.chars().all(|glyph| "·░".contains(glyph)), "{down}");
+    }
+
+    #[test]
+    fn the_place_stays_in_sight() {
+        let mut map = half_filled();
+        for _ in 0..200 {
+            map.move_seed(Direction::Up);
+        }
+        let shown = shown(&map, (80, 14), &RICH);
+        assert!(shown.contains("▸199"), "{shown}");
+    }
+
+    #[test]
+    fn any_size_will_do() {
+        let map = half_filled();
+        torture(|sheet| render(&map, sheet));
+    }
+}

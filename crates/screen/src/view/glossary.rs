@@ -1,0 +1,82 @@
+//! The words and marks on the screen, in one line each.
+
+/// Words and their meanings, marks first, with blanks in between. A row may have several
+/// words, with commas in between.
+const GLOSSARY: &str = include_str!("glossary.txt");
+
+/// The words of each row, and their meaning.
+pub fn glossary() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let rows = GLOSSARY.lines().filter_map(|row| row.split_once("  "));
+    rows.map(|(words, meaning)| (words, meaning.trim_start()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{
+        super::{
+            figures::{NODE_COLUMNS, TOPIC_COLUMNS},
+            page::{EDGES, KEY_GAP},
+            testing::POOR,
+            text::{plain, width},
+            timeline::LEGEND,
+        },
+        GLOSSARY, glossary,
+    };
+    use crate::frame::PartKind;
+
+    /// Words on the screen that stand in no table.
+    const ELSEWHERE: [&str; 22] = [
+        "✖",
+        "⚠",
+        "flat out",
+        "sim",
+        "wall",
+        "seed",
+        "world: own",
+        "world: waits",
+        "virtual",
+        "real",
+        "telemetry lost",
+        "push age",
+        "reaction time",
+        "sense→act",
+        "swings",
+        "falls",
+        "fresh enough",
+        "operation",
+        "quadratic cost",
+        "clips",
+        "steps",
+        "pole_fell",
+    ];
+
+    fn is_known(word: &str) -> bool {
+        let mut words = glossary().flat_map(|(words, _)| words.split(", "));
+        words.any(|known| known == word || word.strip_suffix('s') == Some(known))
+    }
+
+    #[test]
+    fn every_word_of_the_panes_is_in_the_glossary() {
+        let topics = TOPIC_COLUMNS.into_iter().map(|column| column.head);
+        let heads = topics.chain(NODE_COLUMNS.into_iter().map(|column| column.head));
+        let heads = heads.flat_map(|head| head.split(' '));
+        let heads = heads.filter(|word| !["ms", "µs", "Hz"].contains(word));
+        let parts = PartKind::ALL.into_iter().map(PartKind::word);
+        let marks = LEGEND.iter().map(|(_, word)| *word);
+        for word in heads.chain(parts).chain(marks).chain(ELSEWHERE) {
+            assert!(is_known(word), "{word}");
+        }
+    }
+
+    #[test]
+    fn every_line_of_the_glossary_fits_80_columns_and_has_marks_in_ascii_too() {
+        assert_eq!(glossary().count(), GLOSSARY.lines().count());
+        let widths = glossary().map(|(words, _)| width(&plain(words, &POOR)));
+        let words = widths.max().unwrap_or_default();
+        for (word, meaning) in glossary() {
+            let wide = words + KEY_GAP + width(meaning);
+            assert!(wide <= 80 - EDGES, "{word}: {wide} columns");
+            assert!(!plain(word, &POOR).contains('?'), "{word}");
+        }
+    }
+}

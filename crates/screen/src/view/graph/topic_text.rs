@@ -1,0 +1,130 @@
+//! The name and the figures of a topic as text.
+
+use std::time::Duration;
+
+use ratatui::{style::Style, text::Line};
+
+use super::{
+    GraphView,
+    text::{clip, count, fitting, line, width},
+};
+use crate::frame::TopicData;
+
+/// Periods after which the next message is overdue.
+const OVERDUE: f64 = 1.5;
+
+/// Minimum room for text on a line.
+pub(super) const NARROW: usize = 13;
+
+/// Maximum width of a count.
+pub(super) const COUNT: usize = 5;
+
+/// One row of a label.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum LabelRow {
+    Name,
+    Rate,
+    RateAndDepth,
+    Depth,
+    Drops,
+    Age,
+    NameAndRate,
+    Short,
+}
+
+/// The figures of a topic in words.
+#[derive(Clone, Copy)]
+pub(super) struct TopicText<'a> {
+    /// The graph.
+    pub(super) view: GraphView<'a>,
+    /// The topic.
+    pub(super) topic: &'a TopicData,
+}
+
+impl TopicText<'_> {
+    /// The text of one row of a label, `room` columns wide.
+    pub(super) fn line(&self, row: LabelRow, room: usize) -> Line<'static> {
+        let strong = self.view.theme.strong();
+        let name = format!("{}{}", self.mark(""), self.topic.name);
+        match row {
+            LabelRow::Name => line([(name, strong)]),
+            LabelRow::Rate => Line::raw(self.rate()),
+            LabelRow::Depth => Line::raw(format!("  {}", self.depth())),
+            LabelRow::RateAndDepth => Line::raw(format!("{}  {}", self.rate(), self.depth())),
+            LabelRow::Drops => Line::raw(self.drops(room)),
+            LabelRow::Age => Line::raw(self.age()),
+            LabelRow::NameAndRate => {
+                let rate = format!(" {}", self.rate());
+                let fits = width(&name) + width(&rate) <= room;
+                let rate = if fits { rate } else { String::new() };
+                line([(name, strong), (rate, Style::new())])
+            }
+            LabelRow::Short => {
+                let drops = match self.topic.dropped {
+                    0 => String::new(),
+                    dropped => format!(" ✖{}", count(dropped, COUNT)),
+                };
+                let left = room.saturating_sub(width(&drops));
+                let rate = format!(" {:.0}/s", self.topic.per_second);
+                let fits = width(&name) + width(&rate) <= left;
+                let rate = if fits { rate } else { String::new() };
+                let name = clip(&name, left.saturating_sub(width(&rate)), self.view.theme);
+                line([(name, strong), (rate + &drops, Style::new())])
+            }
+        }
+    }
+
+    /// Drops and losses, if the link lost or reordered messages.
+    fn drops(&self, room: usize) -> String {
+        let dropped = count(self.topic.dropped, COUNT);
+        let parts = [(self.topic.lost, "lost"), (self.topic.overtaken, "late")];
+        let parts = parts.iter().filter(|(number, _)| *number > 0);
+        let parts = parts.map(|(number, word)| format!("{} {word}", count(*number, COUNT)));
+        let lost = parts.collect::<Vec<_>>().join(" ");
+        let with_losses = [format!("  {dropped} dropped {lost}"), format!("  {lost}")];
+        let with_losses = with_losses.into_iter().filter(|_| !lost.is_empty());
+        let words = ["dropped", "drops", ""].map(|word| format!("  {dropped} {word}"));
+        let text = fitting(with_losses.chain(words), room);
+        text.trim_end().to_owned()
+    }
+
+    /// The mark of a topic with the focus of the knob keys, or else `nothing`.
+    pub(super) fn mark(&self, nothing: &'static str) -> &'static str {
+        let mut marked = self.view.knobs.topics.iter();
+        match marked.any(|topic| **topic == *self.topic.name) {
+            true => "▸",
+            false => nothing,
+        }
+    }
+
+    /// Messages per second, in a constant width of seven columns.
+    pub(super) fn rate(&self) -> String {
+        let rate = self.topic.per_second;
+        let decimals = usize::from(rate < 999.95);
+        format!("{rate:>5.decimals$}/s")
+    }
+
+    /// The depth of the queue.
+    pub(super) fn depth(&self) -> String {
+        format!("depth {:<3}", self.topic.depth)
+    }
+
+    /// The age of the newest message, marked where the next one is overdue.
+    pub(super) fn age(&self) -> String {
+        let Some(held) = self.topic.held else {
+            return String::new();
+        };
+        let sign = if self.is_overdue(held) { "◷" } else { " " };
+        match held.as_millis() {
+            ms @ 0..=9_999 => format!("{sign} age {ms:>4} ms"),
+            _ => format!("{sign} age {:>5.1} s", held.as_secs_f64().min(99_999.0)),
+        }
+    }
+
+    fn is_overdue(&self, held: Duration) -> bool {
+        let publishers = self.topic.publishers.iter();
+        let nodes = publishers.filter_map(|node| self.view.frame.nodes.get(*node));
+        let shortest = nodes.map(|node| node.hz.period()).min();
+        shortest.is_some_and(|period| held.as_secs_f64() > OVERDUE * period.as_secs_f64())
+    }
+}

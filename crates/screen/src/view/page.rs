@@ -1,0 +1,302 @@
+//! A page over everything else: the keys, the words, an explanation, an exercise, a step of
+//! the tour.
+
+use ratatui::{
+    style::Style,
+    text::{Line, Span},
+};
+
+use super::{
+    sheet::{Sheet, columns, rows},
+    text::{broken, clip, line, pad, plain, tail, width},
+};
+use crate::theme::Theme;
+
+/// Maximum width of a text, and of the box around it.
+const WIDEST: usize = 80;
+pub(super) const EDGES: usize = 4;
+
+/// Blanks between a key and its action, and between two columns of them.
+pub(super) const KEY_GAP: usize = 2;
+const COLUMN_GAP: usize = 4;
+
+/// Rows for the box, and for the hint.
+const BORDERS: usize = 2;
+const HINT: usize = 1;
+
+/// A page.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Page {
+    /// Its title.
+    pub title: String,
+    /// Paragraphs, to be wrapped.
+    pub text: String,
+    /// In their place keys and their actions, the most important first, or words and their
+    /// meanings: in two columns if one is too high.
+    pub rows: Vec<(String, String)>,
+    /// The text of the input line, if there is one.
+    pub typed: Option<String>,
+    /// Keys and their actions, below it.
+    pub hint: &'static str,
+    /// The same for the bottom line of the screen.
+    pub keys: &'static [(&'static str, &'static str)],
+    /// Number of lines scrolled past.
+    pub scroll: usize,
+    /// Whether it is at the bottom, so that something of the area stays in sight, and not
+    /// in the middle.
+    pub aside: bool,
+}
+
+/// Draws `page` with the height of its content.
+pub fn render(page: &Page, mut sheet: Sheet<'_>) {
+    sheet.focused = true;
+    let theme = sheet.theme;
+    let (lines, wide) = page.lines(theme, (sheet.width(), sheet.height()));
+    let wide = (wide + EDGES).min(sheet.width());
+    let high = (lines.len() + page.below() + BORDERS).min(sheet.height());
+    let spare = [sheet.width() - wide, sheet.height() - high];
+    let [left, top] = match page.aside {
+        true => [0, spare[1]],
+        false => spare.map(|spare| spare / 2),
+    };
+    let place = rows(columns(sheet.area, left, wide), top, high);
+    let mut sheet = sheet.part(place);
+    sheet.clear();
+    page.fill(lines, sheet.boxed(&page.title, Span::default()));
+}
+
+impl Page {
+    /// A page of paragraphs.
+    pub fn text(title: impl Into<String>, text: String, hint: &'static str) -> Self {
+        Self {
+            title: title.into(),
+            text,
+            rows: Vec::new(),
+            typed: None,
+            hint,
+            keys: &[],
+            scroll: 0,
+            aside: false,
+        }
+    }
+
+    /// A page of keys or words.
+    pub fn rows(title: &str, rows: Vec<(String, String)>) -> Self {
+        Self {
+            rows,
+            ..Self::text(title, String::new(), "")
+        }
+    }
+
+    /// The content in lines for an area of `size`, and their width.
+    fn lines(&self, theme: &Theme, size: (usize, usize)) -> (Vec<Line<'static>>, usize) {
+        if !self.rows.is_empty() {
+            let (lines, wide) = in_columns(&self.rows, theme, size);
+            return (lines, wide.max(self.title.len()));
+        }
+        let room = size.0.saturating_sub(EDGES).min(WIDEST);
+        let lines = self.text.lines();
+        let lines = lines.flat_map(|line| broken(line, room, theme));
+        (lines.map(Line::raw).collect(), room)
+    }
+
+    /// Rows below the lines.
+    fn below(&self) -> usize {
+        match self.hint {
+            "" => 0,
+            _ => usize::from(self.typed.is_some()) * 2 + HINT + 1,
+        }
+    }
+
+    /// Writes the visible lines, and below them what is typed and the hint.
+    fn fill(&self, lines: Vec<Line<'static>>, mut sheet: Sheet<'_>) {
+        let (theme, height) = (sheet.theme, sheet.height());
+        let hidden = lines.len() + self.below() > height;
+        let below = self.below().max(usize::from(hidden) * HINT);
+        let shown = height.saturating_sub(below);
+        // Scrolling ends at the last lines.
+        let first = self.scroll.min(lines.len().saturating_sub(shown));
+        let rest = lines.len().saturating_sub(first + shown);
+        sheet.lines(1, 0, lines.into_iter().skip(first).take(shown));
+        if below == 0 {
+            return;
+        }
+        let room = sheet.width().saturating_sub(2);
+        if let Some(typed) = &self.typed {
+            let typed = tail(&plain(typed, theme), room.saturating_sub(3));
+            sheet.put(
+                1,
+                height.saturating_sub(3),
+                &format!("> {typed}▏"),
+                theme.strong(),
+            );
+        }
+        let hint = clip(&self.last_line(first, rest), room, theme);
+        sheet.put(1, height.saturating_sub(1), &hint, theme.faint());
+    }
+
+    /// The hint, or else the numbers of lines above and below those in sight.
+    fn last_line(&self, first: usize, rest: usize) -> String {
+        let (above, below) = (format!("↑ {first} above"), format!("↓ {rest} below"));
+        match (self.hint, first, rest) {
+            ("", 0, _) => below,
+            ("", _, 0) => above,
+            ("", ..) => format!("{above}  {below}"),
+            (hint, _, 0) => hint.to_owned(),
+            (hint, ..) => format!("PgDn for more  {hint}"),
+        }
+    }
+}
+
+/// `rows` in lines for an area of `size`, in one column or in two, and their width.
+fn in_columns(
+    rows: &[(String, String)],
+    theme: &Theme,
+    size: (usize, usize),
+) -> (Vec<Line<'static>>, usize) {
+    let widest = |text: fn(&(String, String)) -> &String| {
+        let widths = rows.iter().map(|row| width(&plain(text(row), theme)));
+        widths.max().unwrap_or(0)
+    };
+    let (keys, meanings) = (widest(|row| &row.0), widest(|row| &row.1));
+    let column = keys + KEY_GAP + meanings;
+    let both = 2 * column + COLUMN_GAP;
+    let low = rows.len() + BORDERS <= size.1;
+    let (columns, wide) = match both + EDGES <= size.0 && !low {
+        true => (2, both),
+        false => (1, column),
+    };
+    let high = rows.len().div_ceil(columns);
+    let lines = (0..high).map(|down| {
+        let cells = rows.iter().skip(down).step_by(high);
+        line(cells.flat_map(|(key, what)| {
+            [
+                (pad(key, keys + KEY_GAP, theme), theme.strong()),
+                (pad(what, meanings + COLUMN_GAP, theme), Style::new()),
+            ]
+        }))
+    });
+    (lines.collect(), wide)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::testing::{POOR, RICH, drawn, torture};
+
+    fn page() -> Page {
+        Page {
+            typed: Some("0 because what is old is old".to_owned()),
+            ..Page::text(
+                "2 A deeper queue",
+                "The policy is slowed to 5 Hz, where it loses the pole and most readings.\n\n\
+                 How many of the three runs does the deep queue save?"
+                    .to_owned(),
+                "a number and why, then Enter  Esc back",
+            )
+        }
+    }
+
+    #[test]
+    fn text_is_broken_and_what_is_typed_stays_in_sight() {
+        let shown = |size, theme| drawn(size, theme, |sheet| render(&page(), sheet));
+        insta::assert_snapshot!(shown((50, 12), &RICH), @"
+        ┌2 A deeper queue────────────────────────────────┐
+        │ The policy is slowed to 5 Hz, where it loses   │
+        │ the pole and most readings.                    │
+        │                                                │
+        │ How many of the three runs does the deep queue │
+        │ save?                                          │
+        │                                                │
+        │ > 0 because what is old is old▏                │
+        │                                                │
+        │ a number and why, then Enter  Esc back         │
+        └────────────────────────────────────────────────┘
+        ");
+        insta::assert_snapshot!(shown((36, 9), &RICH), @"
+        ┌2 A deeper queue──────────────────┐
+        │ The policy is slowed to 5 Hz,    │
+        │ where it loses the pole and most │
+        │ readings.                        │
+        │                                  │
+        │ > 0 because what is old is old▏  │
+        │                                  │
+        │ PgDn for more  a number and why… │
+        └──────────────────────────────────┘
+        ");
+        assert!(shown((50, 12), &POOR).is_ascii());
+    }
+
+    fn keys() -> Vec<(String, String)> {
+        let rows = [
+            ("[ ]", "control rate down, up"),
+            ("< >", "depth of the topic"),
+            ("space", "pause or go on"),
+            ("← →", "look back"),
+            ("q", "quit"),
+        ];
+        rows.map(|(key, what)| (key.to_owned(), what.to_owned()))
+            .to_vec()
+    }
+
+    fn help(size: (u16, u16), scroll: usize, theme: &Theme) -> String {
+        let page = Page {
+            scroll,
+            ..Page::rows("keys", keys())
+        };
+        drawn(size, theme, |mut sheet| {
+            sheet.put(0, 1, &"x".repeat(sheet.width()), Style::new());
+            render(&page, sheet);
+        })
+    }
+
+    #[test]
+    fn keys_are_in_one_column_over_everything() {
+        insta::assert_snapshot!(help((40, 7), 0, &RICH), @r"
+            ┌keys──────────────────────────┐
+        xxxx│ [ ]    control rate down, up │xxxx
+            │ < >    depth of the topic    │
+            │ space  pause or go on        │
+            │ ← →    look back             │
+            │ q      quit                  │
+            └──────────────────────────────┘
+        ");
+    }
+
+    #[test]
+    fn keys_are_in_two_columns_where_one_is_too_high() {
+        insta::assert_snapshot!(help((70, 5), 0, &POOR), @r"
+           +keys----------------------------------------------------------+
+        xxx| [ ]    control rate down, up    <- ->  look back             |xxx
+           | < >    depth of the topic       q      quit                  |
+           | space  pause or go on                                        |
+           +--------------------------------------------------------------+
+        ");
+    }
+
+    #[test]
+    fn keys_that_do_not_fit_are_scrolled_to() {
+        let drawn = [0, 1, 9].map(|scroll| help((28, 5), scroll, &RICH));
+        insta::assert_snapshot!(drawn.join("\n"));
+    }
+
+    #[test]
+    fn any_size_will_do() {
+        let kinds = [
+            page(),
+            Page::rows("keys", keys()),
+            Page::rows("keys", Vec::new()),
+        ];
+        for page in kinds {
+            for scroll in [0, 2, usize::MAX] {
+                let page = Page {
+                    scroll,
+                    aside: scroll == 2,
+                    typed: page.typed.clone().filter(|_| scroll == 0),
+                    ..page.clone()
+                };
+                torture(|sheet| render(&page, sheet));
+            }
+        }
+    }
+}

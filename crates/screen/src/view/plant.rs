@@ -1,0 +1,288 @@
+//! The plant, drawn to scale.
+
+use ratatui::{
+    layout::Rect,
+    style::Style as CellStyle,
+    text::{Line, Span},
+};
+use ratelab_study::system::{Picture, Shape, Style};
+
+use super::{
+    canvas::{BrailleCanvas, Pen, Stroke, dashed},
+    sheet::{Sheet, rows},
+    text::{plain, side_by_side, width},
+};
+use crate::{
+    frame::{Standing, VerdictData},
+    theme::Theme,
+};
+
+/// Length (Braille dots) below which one side of a view is too short to show motion. The
+/// shorter side then fills the pane, and the view follows the focus.
+const SHORTEST_SIDE: f64 = 20.0;
+
+/// Number of rows above which one is for labels below the view.
+const WITH_LABELS: u16 = 7;
+
+/// Blanks between captions.
+const CAPTION_GAP: usize = 3;
+
+/// Maximum number of strokes of a shape.
+const MOST_STROKES: f64 = 400.0;
+
+/// Draws a picture, and its captions in the last line.
+pub fn render(picture: Option<&Picture>, verdict: &VerdictData, sheet: Sheet<'_>) {
+    let theme = sheet.theme;
+    let lost = picture.is_some() && verdict.standing == Standing::Lost;
+    let word = match lost {
+        true => Span::styled(format!(" ✖ {} ", verdict.word), theme.alarm()),
+        false => Span::default(),
+    };
+    let mut sheet = sheet.boxed("2 plant", word);
+    let last = sheet.height().saturating_sub(1);
+    let Some(picture) = picture else {
+        sheet.put(1, last, "no state yet", theme.faint());
+        return;
+    };
+    let captions = picture.captions.iter();
+    let captions = captions.map(|caption| Line::raw(with_signs(caption)));
+    let room = sheet.width().saturating_sub(1);
+    sheet.line(1, last, &side_by_side(captions, CAPTION_GAP, room, theme));
+    if let Some(drawing) = Drawing::new(picture, lost, theme, rows(sheet.area, 0, last)) {
+        drawing.draw(picture, &mut sheet);
+    }
+}
+
+/// `text` with minus signs as wide as plus signs.
+fn with_signs(text: &str) -> String {
+    let letters: Vec<char> = text.chars().collect();
+    let is_minus = |at: usize| {
+        let number = letters.get(at + 1).is_some_and(char::is_ascii_digit);
+        let alone = at == 0 || !letters[at - 1].is_alphanumeric();
+        letters[at] == '-' && number && alone
+    };
+    let letter = |at: usize| if is_minus(at) { '−' } else { letters[at] };
+    (0..letters.len()).map(letter).collect()
+}
+
+/// A view with equal scale on both axes. Moving parts are aligned to whole dots, so that
+/// they keep their shape.
+struct Drawing<'t> {
+    canvas: BrailleCanvas,
+    /// The rows of labels: those of the canvas, and one below if there is room.
+    labels: Rect,
+    /// Size of a dot (m).
+    dot: [f64; 2],
+    /// Shift of moving parts that puts the focus on a whole dot (m).
+    shift: [f64; 2],
+    lost: bool,
+    theme: &'t Theme,
+}
+
+impl<'t> Drawing<'t> {
+    fn new(picture: &Picture, lost: bool, theme: &'t Theme, area: Rect) -> Option<Self> {
+        let spare = usize::from(area.height > WITH_LABELS);
+        let canvas = rows(area, 0, usize::from(area.height) - spare);
+        let (wide, high) = BrailleCanvas::dots(canvas, theme);
+        let [left, bottom, right, top] = picture.view;
+        let (width, height) = (right - left, top - bottom);
+        let sound = width > 0.0 && height > 0.0 && (width + height).is_finite();
+        if !sound || wide < 6.0 || high < 3.0 {
+            return None;
+        }
+        // A Braille dot is as high as wide; a character is twice as high.
+        let (aspect, across, down) = if theme.ascii {
+            (2.0, 2.0, 4.0)
+        } else {
+            (1.0, 1.0, 1.0)
+        };
+        let (by_width, by_height) = (width / (wide - 1.0) * aspect, height / (high - 1.0));
+        let all = by_width.max(by_height);
+        let shorter = (width * aspect * across).min(height * down) / all;
+        let size = if shorter < SHORTEST_SIDE {
+            by_width.min(by_height)
+        } else {
+            all
+        };
+        let dot = [size / aspect, size];
+        let [fx, fy] = picture.focus;
+        let span = [(wide - 1.0) * dot[0], (high - 1.0) * dot[1]];
+        let x = window([left, right], fx, span[0], dot[0], 0.5);
+        let y = window([bottom, top], fy, span[1], dot[1], 0.0);
+        Some(Self {
+            canvas: BrailleCanvas::new(canvas, [x, x + span[0]], [y, y + span[1]], theme),
+            labels: area,
+            dot,
+            shift: [to_dot(fx - x, dot[0]), to_dot(fy - y, dot[1])],
+            lost,
+            theme,
+        })
+    }
+
+    fn draw(&self, picture: &Picture, sheet: &mut Sheet<'_>) {
+        for (style, shape) in &picture.shapes {
+            let (line, strokes) = self.strokes(*style, shape);
+            self.canvas.draw(self.pen(*style, line), strokes, sheet.buf);
+        }
+        // Characters hide what is behind them.
+        for (style, shape) in &picture.shapes {
+            if let Shape::Label { at, text } = shape {
+                self.label(*style, *at, text, sheet.part(self.labels));
+            }
+        }
+    }
+
+    /// The direction of a shape, and its lines.
+    fn strokes(&self, style: Style, shape: &Shape) -> (Stroke, Vec<Stroke>) {
+        match shape {
+            Shape::Segment { from, to } => {
+                let ([x1, y1], [x2, y2]) = (self.placed(style, *from), self.placed(style, *to));
+                let line = [x1, y1, x2, y2];
+                (line, self.line(style, line))
+            }
+            Shape::Box {
+                centre,
+                half,
+                angle,
+            } => {
+                let centre = self.placed(style, *centre);
+                ([0.0; 4], self.filled_box(centre, *half, *angle))
+            }
+            Shape::Circle { centre, radius } => {
+                ([0.0; 4], self.circle(self.placed(style, *centre), *radius))
+            }
+            Shape::Label { .. } => ([0.0; 4], Vec::new()),
+        }
+    }
+
+    /// The position of a point on the drawing.
+    fn placed(&self, style: Style, [x, y]: [f64; 2]) -> [f64; 2] {
+        match style {
+            Style::Scenery => [x, y],
+            _ => [x + self.shift[0], y + self.shift[1]],
+        }
+    }
+
+    /// The pen for `style`; in ASCII the character that best fits the direction of
+    /// `line`.
+    fn pen(&self, style: Style, [x1, y1, x2, y2]: Stroke) -> Pen {
+        let (right, up) = (x2 - x1, y2 - y1);
+        let level = right.abs() >= up.abs();
+        let (cell, ascii) = match style {
+            Style::Scenery => (self.theme.faint(), if level { '-' } else { '|' }),
+            Style::Limit => (self.theme.faint(), '.'),
+            Style::Body => (CellStyle::new(), '#'),
+            // Reversed, thin lines would become blocks.
+            Style::Subject if self.lost => (self.theme.alarm_line(), 'X'),
+            Style::Subject => (self.theme.good(), '*'),
+            Style::Action => (
+                self.theme.active(),
+                match (level, right < 0.0, up < 0.0) {
+                    (true, true, _) => '<',
+                    (true, false, _) => '>',
+                    (false, _, true) => 'v',
+                    (false, _, false) => '^',
+                },
+            ),
+        };
+        Pen { style: cell, ascii }
+    }
+
+    /// A limit is dashed; the subject is two dots thick.
+    fn line(&self, style: Style, line: Stroke) -> Vec<Stroke> {
+        let [x1, y1, x2, y2] = line;
+        let dots = [(x2 - x1) / self.dot[0], (y2 - y1) / self.dot[1]].map(f64::abs);
+        match style {
+            Style::Limit => {
+                let dashes = (dots[0].max(dots[1]) / 2.0).clamp(1.0, MOST_STROKES);
+                dashed(line, dashes as u32).collect()
+            }
+            // Where a dot is a character, one is thick enough.
+            Style::Subject if !self.theme.ascii => {
+                let aside = if dots[0] > dots[1] {
+                    [0.0, self.dot[1] / 2.0]
+                } else {
+                    [self.dot[0] / 2.0, 0.0]
+                };
+                let moved = |by: f64| {
+                    let [x, y] = aside.map(|aside| aside * by);
+                    [x1 + x, y1 + y, x2 + x, y2 + y]
+                };
+                vec![moved(-1.0), moved(1.0)]
+            }
+            _ => vec![line],
+        }
+    }
+
+    /// A box in lines from side to side, its edges on whole dots where it is level.
+    fn filled_box(&self, [x, y]: [f64; 2], half: [f64; 2], angle: f64) -> Vec<Stroke> {
+        let half = [
+            (half[0] / self.dot[0]).round().max(1.0) * self.dot[0],
+            (half[1] / self.dot[1]).round() * self.dot[1],
+        ];
+        // Turned lines have no gaps at twice the density.
+        let dense = if angle == 0.0 { 2.0 } else { 4.0 };
+        let lines = (half[1] / self.dot[1] * dense).round();
+        let lines = lines.clamp(0.0, MOST_STROKES) as u32;
+        let (sin, cos) = angle.sin_cos();
+        let corner = |right: f64, up: f64| [x + right * cos - up * sin, y + right * sin + up * cos];
+        let level = |line: u32| {
+            let up = half[1] * (2.0 * f64::from(line) / f64::from(lines.max(1)) - 1.0);
+            let ([x1, y1], [x2, y2]) = (corner(-half[0], up), corner(half[0], up));
+            [x1, y1, x2, y2]
+        };
+        (0..=lines).map(level).collect()
+    }
+
+    fn circle(&self, [x, y]: [f64; 2], radius: f64) -> Vec<Stroke> {
+        let edges = (4.0 * radius / self.dot[0]).clamp(8.0, MOST_STROKES) as u32;
+        let point = |edge: u32| {
+            let angle = f64::from(edge) / f64::from(edges) * std::f64::consts::TAU;
+            (x + radius * angle.cos(), y + radius * angle.sin())
+        };
+        let edge = |edge: u32| {
+            let ((x1, y1), (x2, y2)) = (point(edge), point(edge + 1));
+            [x1, y1, x2, y2]
+        };
+        (0..edges).map(edge).collect()
+    }
+
+    /// `text` below its place, moved as little as needed to fit.
+    fn label(&self, style: Style, at: [f64; 2], text: &str, mut sheet: Sheet<'_>) {
+        let text = with_signs(text);
+        let wide = width(&plain(&text, self.theme));
+        let [x, y] = self.placed(style, at);
+        let place = self.canvas.column(x).zip(self.canvas.row(y));
+        let room = sheet.width().checked_sub(wide);
+        if let Some(((column, above), room)) = place.zip(room) {
+            let start = usize::from(column - sheet.area.x).saturating_sub(wide / 2);
+            let row = usize::from(above - sheet.area.y) + 1;
+            let pen = self.pen(style, [0.0; 4]);
+            sheet.put(start.min(room), row, &text, pen.style);
+        }
+    }
+}
+
+/// The beginning of a window of `span` metres, on a whole dot: with everything between
+/// the ends visible and the share `before` of the spare room in front, or else around
+/// `focus`.
+fn window([from, to]: [f64; 2], focus: f64, span: f64, dot: f64, before: f64) -> f64 {
+    let spare = span - (to - from);
+    let begin = if spare >= 0.0 {
+        from - spare * before
+    } else if focus.is_finite() {
+        (focus - span / 2.0).clamp(from, to - span)
+    } else {
+        from - spare / 2.0
+    };
+    (begin / dot).round() * dot
+}
+
+/// Distance from `length` to a whole dot.
+fn to_dot(length: f64, dot: f64) -> f64 {
+    let way = (length / dot).round() * dot - length;
+    if way.is_finite() { way } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,278 @@
+//! A signal over the last seconds, and the push age.
+
+use std::time::Duration;
+
+use ratatui::text::{Line, Span};
+use ratelab::Time;
+use ratelab_study::system::{AgeLimits, Signal};
+
+use super::{
+    chart::{Columns, Level},
+    sheet::{Sheet, rows},
+    text::{line, ms, plain, signed, width},
+};
+use crate::{frame::SignalTrace, theme::Theme};
+
+/// Factor by which the axis grows, once or repeatedly, when the signal leaves its range.
+/// Within the range the scale is fixed.
+const WIDER: f64 = 1.5;
+
+/// Maximum width of the axis, in ranges of the signal.
+const WIDEST: f64 = 1e6;
+
+/// Maximum length of a unit at the axis.
+const LONGEST_UNIT: usize = 4;
+
+/// Minimum size of a chart with labels; a smaller one has the line alone.
+const LEAST: (usize, usize) = (30, 5);
+
+/// Minimum height for two charts.
+const TALL: usize = 8;
+
+/// What the dashes in both charts are; beside the title of the lower one.
+const GHOST_LEGEND: &str = "╌╌ last run";
+
+/// Title of the lower chart.
+const AGE_TITLE: &str = "age of the push (ms)";
+
+/// Minimum upper end of the axis of ages (ms).
+const LEAST_AGE_MS: f64 = 40.0;
+
+/// Draws the trace up to `now`, and below it the push age if there is room.
+pub fn render(trace: &SignalTrace, now: Time, sheet: Sheet<'_>) {
+    let (theme, now, signal) = (sheet.theme, now.as_secs_f64(), &trace.signal);
+    // A trace may extend beyond a moment in the past.
+    let until_now = |points: &'_ [(f64, f64)]| points.partition_point(|point| point.0 <= now);
+    let past = &trace.points[..until_now(&trace.points)];
+    let ages = &trace.ages[..until_now(&trace.ages)];
+    let marks: Vec<_> = trace.marks.iter().filter(|mark| mark.0 <= now).collect();
+    let title = format!("3 {}", signal.name);
+    let mut sheet = sheet.boxed(&title, current(signal, past, theme));
+    if sheet.area.is_empty() {
+        return;
+    }
+    let height = sheet.height();
+    let labelled = sheet.width() >= LEAST.0 && height >= LEAST.1;
+    // A task is about the signal.
+    let least = if trace.safe.is_some() { 2 * TALL } else { TALL };
+    let two = !ages.is_empty() && height >= least;
+    let upper = height - if two { height / 2 } else { 0 };
+    let mut levels = signal_levels(signal);
+    levels.extend(safe_levels(trace));
+    let age_levels = age_levels(trace.limits);
+    let labels = levels.iter().chain(&age_levels);
+    let widest = labels.map(|level| width(&plain(&level.label, theme))).max();
+    let margin = widest.filter(|_| labelled).map_or(0, |widest| widest + 1);
+    let columns = Columns::new(now, sheet.area, margin, theme);
+    let range = reach(signal, columns.ends(past));
+    let edges = [labelled, labelled && !two];
+    let chart = columns.chart(rows(sheet.area, 0, upper), edges, range);
+    chart.axes(&levels, &mut sheet);
+    let marks = chart.texts(&marks, &mut sheet);
+    chart.marks(&marks, &mut sheet);
+    chart.ghost(&trace.ghost.points, &mut sheet);
+    chart.curve(past, |value| signal.is_lost_at(value), &mut sheet);
+    if two {
+        let range = age_range(trace.limits, columns.ends(ages)[1]);
+        let place = rows(sheet.area, upper, height - upper);
+        let chart = columns.chart(place, [labelled; 2], range);
+        chart.axes(&age_levels, &mut sheet);
+        chart.marks(&marks, &mut sheet);
+        let mut title = sheet.part(chart.text_row);
+        title.line(0, 0, &age_title(trace, theme));
+        chart.ghost(&trace.ghost.ages, &mut sheet);
+        chart.curve(ages, |_| false, &mut sheet);
+    }
+}
+
+/// The title of the lower chart, with what the dashes are.
+fn age_title(trace: &SignalTrace, theme: &Theme) -> Line<'static> {
+    let ghost = Some(GHOST_LEGEND).filter(|_| !trace.ghost.ages.is_empty());
+    let ghost = ghost.map(|legend| (format!("  {legend}"), theme.faint()));
+    let title = (AGE_TITLE.to_owned(), theme.strong());
+    line([title].into_iter().chain(ghost))
+}
+
+/// The newest value, for the title.
+fn current(signal: &Signal, past: &[(f64, f64)], theme: &Theme) -> Span<'static> {
+    let Some(&(_, value)) = past.last().filter(|(_, value)| !value.is_nan()) else {
+        return Span::default();
+    };
+    let (sign, style) = match signal.is_lost_at(value) {
+        true => ("✖", theme.alarm()),
+        false => (" ", theme.strong()),
+    };
+    let text = format!(" {sign}{}{} ", signed(value, 7, 2), unit(signal));
+    Span::styled(text, style)
+}
+
+/// The unit, to follow a number.
+fn unit(signal: &Signal) -> String {
+    match signal.unit {
+        unit @ ("" | "°") => unit.to_owned(),
+        unit => format!(" {unit}"),
+    }
+}
+
+/// A label of the axis, with as many digits as needed; a long one without its unit.
+fn label(signal: &Signal, value: f64) -> String {
+    let decimals = match value.abs() {
+        0.0 | 10.0.. => 0,
+        1.0.. => 1,
+        _ => 2,
+    };
+    let text = match signed(value, 0, decimals) {
+        _ if value == 0.0 => "0".to_owned(),
+        text if text.contains('.') => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        text => text,
+    };
+    let unit = Some(unit(signal)).filter(|unit| width(unit) <= LONGEST_UNIT);
+    format!("{text:>3}{}", unit.unwrap_or_default())
+}
+
+/// The limits of a signal and zero; for a limit out of range, the end of the range
+/// without a line.
+fn signal_levels(signal: &Signal) -> Vec<Level> {
+    let [low, high] = signal.range;
+    let end = |side: usize| {
+        let limit = signal.limits.map(|limits| limits[side]);
+        match limit.filter(|limit| (low..=high).contains(limit)) {
+            Some(limit) => (limit, Some(([2, 4], '-'))),
+            None => (signal.range[side], None),
+        }
+    };
+    let levels = [end(1), end(0), (0.0, Some(([1, 8], '.')))].into_iter();
+    let level = |(at, line)| Level {
+        at,
+        line,
+        label: label(signal, at),
+    };
+    levels.map(level).collect()
+}
+
+/// The range of a task.
+fn safe_levels(trace: &SignalTrace) -> impl Iterator<Item = Level> {
+    let ends = trace.safe.into_iter().flatten();
+    ends.map(|at| Level {
+        at,
+        line: Some(([1, 2], '=')),
+        label: label(&trace.signal, at),
+    })
+}
+
+/// The age limits of the loop (ms).
+fn age_levels(limits: AgeLimits) -> Vec<Level> {
+    let falls = limits.falls.map(|limit| (limit, ([2, 4], '-')));
+    let grows = limits.swings().map(|limit| (limit, ([1, 4], '.')));
+    let level = |(limit, line): (Duration, _)| Level {
+        at: limit.as_secs_f64() * 1e3,
+        line: Some(line),
+        label: format!("{:>3}", ms(limit)),
+    };
+    // Where both are on one row, the label is that of the last one.
+    grows.into_iter().chain(falls).map(level).collect()
+}
+
+/// The axis of ages up to `greatest` (ms).
+fn age_range(limits: AgeLimits, greatest: f64) -> [f64; 2] {
+    let limits = [limits.swings(), limits.falls].into_iter().flatten().max();
+    let limit = limits.map_or(0.0, |limit| limit.as_secs_f64() * 1e3);
+    [0.0, (limit * 4.0 / 3.0).max(greatest).max(LEAST_AGE_MS)]
+}
+
+/// The axis of `signal`, wide enough for values from `least` to `greatest`.
+fn reach(signal: &Signal, [least, greatest]: [f64; 2]) -> [f64; 2] {
+    let [low, high] = signal.range;
+    let (middle, half) = (f64::midpoint(low, high), (high - low) / 2.0);
+    let needed = (greatest - middle).max(middle - least);
+    let mut times = 1.0;
+    while half * times < needed && times < WIDEST {
+        times *= WIDER;
+    }
+    [middle - half * times, middle + half * times]
+}
+
+#[cfg(test)]
+mod tests {
+    use ratatui::buffer::Buffer;
+
+    use super::*;
+    use crate::view::{
+        sample,
+        testing::{POOR, RICH, screen, styled, text, torture},
+    };
+
+    /// A pole that swings for twelve seconds and then tips over.
+    fn long() -> SignalTrace {
+        let angle = |time: f64| 3.0 * (2.0 * time).sin() + 2.5 * (time - 12.0).max(0.0).powi(2);
+        let points = (0..=720).map(|step| f64::from(step) * 0.02);
+        let marks = [
+            (5.2, "policy 25 Hz"),
+            (5.9, "policy 10 Hz"),
+            (13.9, "policy 5 Hz"),
+        ];
+        SignalTrace {
+            points: points.map(|time| (time, angle(time))).collect(),
+            marks: marks.map(|(time, text)| (time, text.to_owned())).to_vec(),
+            ..sample::trace()
+        }
+    }
+
+    fn pane(trace: &SignalTrace, millis: u64, size: (u16, u16), theme: &Theme) -> Buffer {
+        let now = Time::from_nanos(millis * 1_000_000);
+        screen(size, theme, |sheet| render(trace, now, sheet))
+    }
+
+    #[test]
+    fn the_last_seconds_are_in_sight() {
+        insta::assert_snapshot!(text(&pane(&long(), 14_400, (70, 14), &RICH)));
+        insta::assert_snapshot!(text(&pane(&long(), 14_400, (50, 10), &POOR)));
+    }
+
+    #[test]
+    fn what_was_later_is_not_shown_when_looking_back() {
+        let buf = pane(&sample::trace(), 500, (50, 10), &RICH);
+        insta::assert_snapshot!(text(&buf));
+        assert_eq!(styled(&buf, RICH.alarm()), "");
+    }
+
+    #[test]
+    fn beyond_the_limit_is_an_alarm() {
+        let buf = pane(&long(), 14_400, (70, 14), &RICH);
+        assert_eq!(styled(&buf, RICH.alarm()), " ✖ +12.89° ");
+        assert!(!styled(&buf, RICH.good()).is_empty());
+    }
+
+    #[test]
+    fn the_age_is_under_the_signal_where_there_is_room() {
+        insta::assert_snapshot!(text(&pane(&sample::trace(), 840, (70, 20), &RICH)));
+        insta::assert_snapshot!(text(&pane(&sample::trace(), 840, (50, 18), &POOR)));
+        let small = pane(&sample::trace(), 840, (50, 9), &RICH);
+        assert!(!text(&small).contains("age"));
+    }
+
+    #[test]
+    fn any_size_and_any_trace_will_do() {
+        let odd = SignalTrace {
+            points: vec![
+                (0.0, f64::NAN),
+                (0.1, 1e9),
+                (0.2, f64::NEG_INFINITY),
+                (0.3, -0.0),
+            ],
+            marks: vec![(0.1, "→".repeat(200)), (f64::NAN, String::new())],
+            ..sample::trace()
+        };
+        let nothing = SignalTrace {
+            points: Vec::new(),
+            ages: Vec::new(),
+            marks: Vec::new(),
+            ..sample::trace()
+        };
+        for trace in [odd, long(), nothing] {
+            for now in [Time::ZERO, Time::from_nanos(14_400_000_000), Time::MAX] {
+                torture(|sheet| render(&trace, now, sheet));
+            }
+        }
+    }
+}

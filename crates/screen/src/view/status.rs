@@ -1,0 +1,152 @@
+//! The line at the top of the screen.
+
+use ratatui::style::Style;
+use ratelab::{ClockKind, Status};
+
+use super::{
+    sheet::Sheet,
+    text::{line, side_by_side},
+};
+use crate::{frame::FrameData, theme::Theme};
+
+/// Blanks between its parts.
+const GAP: usize = 2;
+
+/// Additional parts of the top line.
+#[derive(Clone, Debug, Default)]
+pub struct StatusExtra {
+    /// Number of the visible frame, from one, and the number of frames; `None` for the
+    /// newest.
+    pub back: Option<(usize, usize)>,
+    /// Whether the run is over.
+    pub ended: bool,
+    /// Number of items lost by the running recording; `None` without a recording.
+    pub recording: Option<u64>,
+    /// Whether this is the replay of a recording.
+    pub replay: bool,
+    /// How exact ages across machines are, unless they are exact.
+    pub clocks: Option<String>,
+    /// What is wrong with the connection to other processes.
+    pub trouble: Option<String>,
+}
+
+/// Draws the top line, the name of the system first. If it is too narrow, parts are left
+/// out from the right; a loss of measurements has priority.
+pub fn render(name: &str, frame: &FrameData, extra: &StatusExtra, mut sheet: Sheet<'_>) {
+    let (theme, room) = (sheet.theme, sheet.width());
+    let usual = |text: String| (text, Style::new());
+    let mut parts = vec![
+        (name.to_owned(), theme.strong()),
+        usual(clock(frame.status)),
+        state(frame, extra, theme),
+    ];
+    parts.extend(extra.recording.map(|lost| match lost {
+        0 => ("● rec".to_owned(), theme.strong()),
+        lost => (format!("● rec, {lost} lost"), theme.alarm()),
+    }));
+    let trouble = extra.trouble.iter();
+    parts.extend(trouble.map(|what| (format!("✖ {what}"), theme.alarm())));
+    parts.push(usual(format!("{:>8.2} s sim", frame.now.as_secs_f64())));
+    parts.extend(frame.world.map(|world| usual(world.to_owned())));
+    parts.push(usual(format!("seed {}", frame.seed)));
+    // A recording has run time only.
+    let wall = (!extra.replay).then(|| usual(format!("{:>5} s wall", frame.wall_s)));
+    let texts = extra.clocks.iter().chain(&frame.settings);
+    parts.extend(wall.into_iter().chain(texts.cloned().map(usual)));
+    let lost = (frame.telemetry_lost > 0).then(|| {
+        let text = format!(" ✖ telemetry lost {} ", frame.telemetry_lost);
+        line([(text, theme.alarm())])
+    });
+    let kept = lost.as_ref().map_or(0, |lost| lost.width() + GAP);
+    let parts = parts.into_iter().map(|part| line([part]));
+    let first = side_by_side(parts, GAP, room.saturating_sub(kept), theme);
+    let whole = [first].into_iter().chain(lost);
+    sheet.line(0, 0, &side_by_side(whole, GAP, room, theme));
+}
+
+/// The clock, with its speed if it has one; of the same width for all numeric speeds.
+fn clock(status: Status) -> String {
+    let text = match status.clock {
+        ClockKind::Real => status.clock.to_string(),
+        ClockKind::Virtual => format!("{} {}", status.clock, status.speed),
+    };
+    format!("{text:<12}")
+}
+
+fn state(frame: &FrameData, extra: &StatusExtra, theme: &Theme) -> (String, Style) {
+    if let Some((at, of)) = extra.back {
+        let digits = of.to_string().len();
+        return (
+            format!("◀ looking back {at:>digits$} of {of}"),
+            theme.strong(),
+        );
+    }
+    match () {
+        () if extra.replay => ("⏵ replay ".to_owned(), theme.strong()),
+        () if extra.ended => ("■ ended  ".to_owned(), theme.strong()),
+        () if frame.status.paused => ("‖ paused ".to_owned(), theme.strong()),
+        () => ("▶ running".to_owned(), theme.active()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ratatui::buffer::Buffer;
+    use ratelab::ClockKind;
+
+    use super::*;
+    use crate::view::{
+        sample,
+        testing::{POOR, RICH, screen, styled, text, torture},
+    };
+
+    fn line(width: u16, extra: &StatusExtra, theme: &Theme) -> Buffer {
+        let mut frame = sample::broken();
+        frame.status.clock = ClockKind::Virtual;
+        screen((width, 1), theme, |sheet| {
+            render("cart-pole", &frame, extra, sheet)
+        })
+    }
+
+    #[test]
+    fn parts_go_from_the_right() {
+        let extra = StatusExtra::default();
+        insta::assert_snapshot!(text(&line(120, &extra, &RICH)), @"cart-pole  virtual 1×    ▶ running      0.84 s sim  seed 0      1 s wall  policy scripted");
+        insta::assert_snapshot!(text(&line(70, &extra, &RICH)), @"cart-pole  virtual 1×    ▶ running      0.84 s sim  seed 0");
+        insta::assert_snapshot!(text(&line(30, &extra, &POOR)), @"cart-pole  virtual 1x");
+    }
+
+    #[test]
+    fn states_are_told_apart() {
+        let ended = StatusExtra {
+            ended: true,
+            recording: Some(0),
+            ..StatusExtra::default()
+        };
+        insta::assert_snapshot!(text(&line(120, &ended, &RICH)), @"cart-pole  virtual 1×    ■ ended    ● rec      0.84 s sim  seed 0      1 s wall  policy scripted");
+        let back = StatusExtra {
+            back: Some((3, 120)),
+            ..ended
+        };
+        insta::assert_snapshot!(text(&line(120, &back, &RICH)), @"cart-pole  virtual 1×    ◀ looking back   3 of 120  ● rec      0.84 s sim  seed 0      1 s wall  policy scripted");
+    }
+
+    #[test]
+    fn lost_telemetry_is_an_alarm_at_any_width() {
+        let mut frame = sample::balanced();
+        frame.telemetry_lost = 3;
+        let extra = StatusExtra::default();
+        let buf = screen((60, 1), &RICH, |sheet| {
+            render("cart-pole", &frame, &extra, sheet)
+        });
+        insta::assert_snapshot!(text(&buf), @"cart-pole  real          ▶ running   ✖ telemetry lost 3");
+        assert_eq!(styled(&buf, RICH.alarm()), " ✖ telemetry lost 3 ");
+    }
+
+    #[test]
+    fn any_size_will_do() {
+        let frame = sample::broken();
+        let extra = StatusExtra::default();
+        torture(|sheet| render("cart-pole", &frame, &extra, sheet));
+    }
+}

@@ -1,0 +1,111 @@
+//! Names of a system's knobs, topics and figures, for texts and tables.
+
+use std::path::Path;
+
+use ratelab::KnobKind;
+
+use super::{Alias, Setup, System};
+
+/// A name for programs: `control_hz` of `control-hz`, `obs` of `/obs`.
+pub fn key(name: &str) -> String {
+    let words = name.split(|c: char| !c.is_alphanumeric());
+    let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
+    words.join("_")
+}
+
+/// The subject of the knob called `name`: `control` for `control-hz`, `queue depth` for
+/// `queue-depth`, `think time` for `think-ms`, `pilot` for `rate pilot`, `pilot cost` for
+/// `takes pilot`, `/obs delay` for `link /obs delay:{}`.
+pub fn label(name: &str) -> String {
+    if let Some(filled) = name.strip_suffix(":{}").or(name.strip_suffix(" {}")) {
+        let of_link = filled.strip_prefix("link ");
+        return of_link.map_or_else(|| label(filled), str::to_owned);
+    }
+    match name.split_once(' ') {
+        Some(("rate" | "send", node)) => node.to_owned(),
+        Some(("takes", node)) => format!("{node} cost"),
+        Some(("wakes", node)) => format!("{node} delay"),
+        Some((kind, target)) => format!("{target} {kind}"),
+        None => match name.strip_suffix("-ms") {
+            Some(what) => format!("{} time", what.replace('-', " ")),
+            None => name.strip_suffix("-hz").unwrap_or(name).replace('-', " "),
+        },
+    }
+}
+
+/// The unit of a number that the knob called `name` takes, with a blank before it.
+pub fn unit(name: &str, kind: KnobKind) -> &'static str {
+    let before = name.split("{}").next().unwrap_or_default();
+    let is_time = ["delay:", "reliable:", "zero:"];
+    match kind {
+        KnobKind::Rate => " Hz",
+        KnobKind::Takes | KnobKind::Wakes | KnobKind::Offset | KnobKind::Hang => " ms",
+        KnobKind::Link | KnobKind::Send if is_time.iter().any(|t| before.ends_with(t)) => " ms",
+        _ => "",
+    }
+}
+
+/// Name of a node in texts: from the alias for its rate, if it has one.
+pub fn node_label(system: &dyn System, node: &str) -> String {
+    let rate = rate_alias(system, |of| of == node);
+    label(rate.map_or(node, |alias| alias.name))
+}
+
+/// The first alias of this kind.
+pub fn first_alias(system: &dyn System, kind: KnobKind) -> Option<&'static Alias> {
+    let mut aliases = system.aliases().iter();
+    aliases.find(|alias| alias.kind() == kind)
+}
+
+/// The first alias for the rate of a node for which `wanted` is true.
+pub fn rate_alias(system: &dyn System, wanted: impl Fn(&str) -> bool) -> Option<&'static Alias> {
+    let mut aliases = system.aliases().iter();
+    aliases.find(|alias| {
+        let mut knobs = alias.knobs.iter();
+        knobs.any(|(kind, of)| *kind == KnobKind::Rate && wanted(of))
+    })
+}
+
+/// The aliases to be shown. A cost, and a message other than the first, is shown where it
+/// is `wanted`.
+pub fn shown(system: &dyn System, wanted: impl Fn(&Alias) -> bool) -> Vec<&'static Alias> {
+    let first = first_alias(system, KnobKind::Send);
+    let shown = |alias: &&Alias| match alias.kind() {
+        KnobKind::Takes => wanted(alias),
+        KnobKind::Send => first == Some(*alias) || wanted(alias),
+        _ => true,
+    };
+    system.aliases().iter().filter(shown).collect()
+}
+
+/// Whether `alias` is set away from its default in `setup`.
+pub fn is_set(alias: &Alias, setup: &Setup) -> bool {
+    alias.value(setup) != alias.default
+}
+
+/// The short form of a message to a node: for a file, its name without folder and digest.
+pub fn short(system: &dyn System, node: &str, text: &str) -> String {
+    let file = system.file(node, text);
+    let name = file.as_deref().and_then(Path::file_name);
+    name.map_or_else(|| text.to_owned(), |name| name.to_string_lossy().into())
+}
+
+/// The short form of the value of `alias` in `setup`.
+pub fn short_value(system: &dyn System, alias: &Alias, setup: &Setup) -> String {
+    let value = alias.value(setup);
+    match alias.knobs {
+        [(KnobKind::Send, node), ..] => short(system, node, &value),
+        _ => value,
+    }
+}
+
+/// A word for successful runs: their usual verdict, such as `balanced`.
+pub fn good(system: &dyn System) -> String {
+    let verdicts = system.verdicts();
+    let usual = verdicts
+        .first()
+        .filter(|_| verdicts.iter().any(|verdict| verdict.lost));
+    usual
+        .map_or("not lost", |verdict| verdict.name)
+        .replace('_', " ")
+}

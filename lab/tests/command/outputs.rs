@@ -1,0 +1,128 @@
+//! Files written by the command: existing files stay until all outputs are known to be
+//! possible, and a result has its name when it is complete.
+
+use std::{
+    fs,
+    io::{self, Read},
+    process::{Child, ChildStderr, Stdio},
+    thread,
+};
+
+use crate::support::{Folder, Said, send};
+
+/// A command that writes to the folder `out` and waits for the reader of its rows.
+fn waiting(folder: &Folder, command: &str) -> Child {
+    folder.plays("mkfifo pipe");
+    let mut command = folder.command(&format!("{command} --out out --csv pipe"));
+    let child = command.stderr(Stdio::null()).spawn();
+    // An unfinished file shows that the handler is installed.
+    while !folder.path("out").is_dir() || folder.names("out").is_empty() {
+        thread::yield_now();
+    }
+    child.expect("ratelab starts")
+}
+
+#[test]
+fn one_signal_ends_the_wait_for_the_reader_of_a_pipe() {
+    for command in ["run --smoke", "sweep --seeds 0 --control-hz 5"] {
+        let folder = Folder::new();
+        let mut child = waiting(&folder, command);
+        send("-TERM", child.id());
+        let code = child.wait().expect("ended").code();
+        assert_eq!(code, Some(143), "{command}");
+        assert_eq!(folder.names(""), ["pipe"]);
+    }
+}
+
+#[test]
+fn any_number_of_signals_leaves_no_unfinished_files() {
+    let folder = Folder::new();
+    let mut child = waiting(&folder, "run --smoke");
+    while child.try_wait().expect("a child").is_none() {
+        send("-INT", child.id());
+        thread::yield_now();
+    }
+    assert_eq!(child.wait().expect("ended").code(), Some(130));
+    assert!(!folder.path("out").exists() || folder.names("out").is_empty());
+}
+
+/// Starts a long run that writes to the folder `out`; returns its rows.
+fn long_run(folder: &Folder) -> (Child, ChildStderr) {
+    let mut run = folder.command("run --duration-s 3600 --csv /dev/stderr --out out");
+    let run = run.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = run.spawn().expect("ratelab starts");
+    let mut rows = child.stderr.take().expect("piped");
+    assert!(rows.read(&mut [0; 200]).expect("rows") > 0);
+    (child, rows)
+}
+
+/// Sends `signal` to a long run, which ends with its summary and this status.
+fn end((child, mut rows): (Child, ChildStderr), signal: &str, code: i32) {
+    send(signal, child.id());
+    io::copy(&mut rows, &mut io::sink()).expect("rows");
+    let output = child.wait_with_output().expect("ended");
+    assert_eq!(output.status.code(), Some(code), "{signal}");
+    Said::of(&output.stdout).has("STOPPED");
+}
+
+#[test]
+fn every_signal_ends_a_run_in_order_with_its_number() {
+    for (signal, code) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
+        let folder = Folder::new();
+        end(long_run(&folder), signal, code);
+        assert_eq!(folder.names("out"), ["metrics.json"]);
+    }
+}
+
+#[test]
+fn leftovers_of_a_killed_run_are_removed_and_files_in_use_are_kept() {
+    let folder = Folder::new();
+    let (mut killed, _rows) = long_run(&folder);
+    let living = long_run(&folder);
+    assert_eq!(folder.names("out").len(), 2);
+    killed.kill().expect("killed");
+    killed.wait().expect("ended");
+    folder.says("run --smoke --out out");
+    let left = folder.names("out");
+    assert_eq!(left.len(), 2, "{left:?}");
+    assert!(left[0].ends_with(".ratelab-tmp"), "{left:?}");
+    end(living, "-TERM", 143);
+    assert_eq!(folder.names("out"), ["metrics.json"]);
+}
+
+#[test]
+fn no_path_or_name_has_an_effect_on_the_terminal_and_runs_with_such_a_policy_verify() {
+    let folder = Folder::with(&["tests/fixtures/policies/actor.pt"]);
+    let evil = "a\u{1b}]0;PWN\u{7}\nverdict   KEPT\u{9b}2J\u{202e}";
+    fs::copy(folder.path("actor.pt"), folder.path(&format!("{evil}.pt"))).expect("copied");
+    for (line, succeeds) in [
+        (
+            "run --clock virtual --duration-s 0.5 --policy '@.pt' --record '@.rrd' --csv '@.csv'",
+            true,
+        ),
+        ("info '@.rrd'", true),
+        ("verify '@.rrd'", true),
+        ("branch '@.rrd' --at 0.2 --knob 'control-hz 20'", true),
+        ("export-web '@.rrd' --output '@.html'", true),
+        ("trace '@.rrd' --output '@.pftrace'", true),
+        (
+            "sweep --seeds 0 --duration-s 0.1 --knob 'send policy @.pt'",
+            true,
+        ),
+        ("info '@.pt'", false),
+        ("verify '@.html'", false),
+        ("run --policy '@.ptx'", false),
+    ] {
+        let output = folder.does(&line.replace('@', evil));
+        assert_eq!(output.status.success(), succeeds, "{line}: {output:?}");
+        let printed = [&output.stdout, &output.stderr].map(|bytes| Said::of(bytes).0);
+        let printed = Said(printed.concat());
+        assert!(!printed.is_empty(), "{line}");
+        let raw = printed.chars().find(|c| c.is_control() && *c != '\n');
+        assert_eq!(raw, None, "{line}: {printed:?}");
+        printed.lacks("\u{202e}");
+        let mut lines = printed.lines();
+        let forged = lines.any(|line| line.starts_with("verdict   KEPT"));
+        assert!(!forged, "{line}: {printed:?}");
+    }
+}

@@ -1,0 +1,113 @@
+//! A process of a run in several.
+
+#[path = "../../../crates/wire/tests/support/address.rs"]
+pub mod address;
+
+use std::{
+    io::{BufRead, BufReader, Read},
+    path::PathBuf,
+    process::{Child, ChildStderr, Command, Stdio},
+};
+
+use crate::support::{RATELAB, send, words};
+
+/// A process of a run; ended when it is dropped.
+pub struct Part {
+    child: Child,
+    notes: BufReader<ChildStderr>,
+}
+
+impl Part {
+    /// Starts `ratelab node` with the options in `line`.
+    pub fn start(line: &str) -> Self {
+        Self::of(Command::new(RATELAB), line)
+    }
+
+    /// The same by `command`, which starts ratelab.
+    pub fn of(mut command: Command, line: &str) -> Self {
+        command.arg("node").args(words(line));
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().expect("ratelab starts");
+        let notes = BufReader::new(child.stderr.take().expect("piped"));
+        Self { child, notes }
+    }
+
+    /// Reads its notes until one contains `text`.
+    pub fn wait_for(&mut self, text: &str) {
+        let mut line = String::new();
+        while !line.contains(text) {
+            line.clear();
+            let read = self.notes.read_line(&mut line).expect("its notes");
+            assert!(read > 0, "it ended before: {text}");
+        }
+    }
+
+    /// Waits for its end; returns what it printed.
+    pub fn printed(mut self) -> String {
+        let mut printed = String::new();
+        let mut output = self.child.stdout.take().expect("piped");
+        output.read_to_string(&mut printed).expect("UTF-8");
+        let mut notes = String::new();
+        self.notes.read_to_string(&mut notes).expect("UTF-8");
+        let status = self.child.wait().expect("ended");
+        assert!(status.success(), "{status}: {notes}\n{printed}");
+        printed
+    }
+
+    /// Waits for the end of the plant's process: the pole stayed up, and all actions came.
+    pub fn balanced(self) {
+        let printed = self.printed();
+        assert!(printed.contains("BALANCED"), "{printed}");
+        let wire = "/action from policy: 0 lost on the way, 0 refused";
+        assert!(printed.contains(wire), "{printed}");
+    }
+
+    /// Interrupts it, as Ctrl-C does, and waits for its end.
+    pub fn interrupted(mut self) {
+        self.signal("-INT");
+        let status = self.child.wait().expect("ended");
+        assert_eq!(status.code(), Some(130));
+    }
+
+    pub fn signal(&self, name: &str) {
+        send(name, self.child.id());
+    }
+}
+
+impl Drop for Part {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// A process that ends with the test.
+pub struct Ended(Child);
+
+impl Ended {
+    pub fn start(command: &mut Command) -> Self {
+        Self(command.spawn().expect("it starts"))
+    }
+}
+
+impl Drop for Ended {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// The policy in Python, which speaks to the plant as a ROS node does.
+pub const ROS_POLICY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/ros2/policy.py");
+
+/// A Python with the packages `eclipse-zenoh` and `rosbags`, or the reason why there is none.
+pub fn python() -> Result<PathBuf, &'static str> {
+    let named = std::env::var_os("RATELAB_ROS_PYTHON").map(PathBuf::from);
+    let python = named.unwrap_or_else(|| PathBuf::from("python3"));
+    let mut imports = Command::new(&python);
+    imports.args(["-c", "import zenoh, rosbags"]);
+    match imports.stderr(Stdio::null()).status() {
+        Ok(status) if status.success() => Ok(python),
+        _ => Err("no Python with eclipse-zenoh and rosbags: name one in RATELAB_ROS_PYTHON"),
+    }
+}

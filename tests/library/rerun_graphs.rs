@@ -1,0 +1,405 @@
+//! A graph whose nodes share state or threads comes back from its log, and may be held between any
+//! two operations of ticks that overlap.
+
+use std::{
+    sync::atomic::{AtomicBool, AtomicUsize, Ordering},
+    thread,
+    time::Instant,
+};
+
+use crossbeam_channel::Sender;
+
+use crate::support::*;
+
+/// A number for [`adders`], and the topic for their sums.
+fn total_and_topic() -> (Arc<Shared<u64>>, Topic<u64>) {
+    let total = Arc::new(Shared::new("total", 0));
+    (total, Topic::new("/sum", depth(1)))
+}
+
+/// Two nodes that add to one number and publish it.
+fn adders(total: &Arc<Shared<u64>>, topic: &Topic<u64>) -> Graph {
+    let mut graph = Graph::with(Effects);
+    for name in ["one", "other"] {
+        let total = total.clone();
+        talker(&mut graph, name, 1_000.0, 0, topic, move |_| {
+            let mut total = total.lock();
+            *total += 1;
+            Some(*total)
+        });
+    }
+    graph
+}
+
+/// Runs `graph` for so long with a log; its observer.
+fn run_on(clock: &mut dyn Clock, graph: &mut Graph, seconds: f64) -> Observer {
+    RunLog::of(&graph.state());
+    let end = clock.run(graph, &mut Inbox::default(), secs(seconds));
+    end.expect("no fault");
+    Observer::of(graph)
+}
+
+fn run_really(graph: &mut Graph, seconds: f64) -> Observer {
+    run_on(&mut RealClock::default(), graph, seconds)
+}
+
+#[test]
+fn state_that_nodes_share_comes_back_in_the_same_order() {
+    let sums = |clock: &mut dyn Clock| {
+        let (total, topic) = total_and_topic();
+        let mut graph = adders(&total, &topic);
+        let tap = TapHandle::of(&graph).topic(&topic, ROOM);
+        let observer = run_on(clock, &mut graph, 0.2);
+        let sums = tap.items().try_iter();
+        let sums: Vec<_> = sums.map(|sum| (sum.message.data, sum.head.at)).collect();
+        (observer, sums)
+    };
+    let (observer, recorded) = sums(&mut RealClock::default());
+    for perturbed in [false, true] {
+        let mut rerun = rerun_of(&observer);
+        if perturbed {
+            rerun.perturb();
+        }
+        let (again, sums) = sums(&mut rerun);
+        assert_eq!(rerun.difference(), None);
+        assert_eq!(recorded, sums);
+        let logs = [&again, &observer].map(|observer| RunLog::of(observer).log());
+        assert_eq!(logs[0], logs[1], "its log is another one");
+    }
+}
+
+/// Runs graphs of `build` until ticks overlap in one; its observer.
+fn with_a_knot(build: impl Fn() -> Graph) -> Observer {
+    let mut runs = (0..).map(|_| run_really(&mut build(), 0.1));
+    let overlaps = |observer: &Observer| !rerun_of(observer).overlaps().is_empty();
+    runs.find(overlaps).expect("one of them")
+}
+
+/// Executes `graph` with `rerun`, held after each operation of overlap number `overlap` in turn:
+/// `look` sees how many are done.
+fn held_in(mut graph: Graph, mut rerun: Rerun, overlap: usize, mut look: impl FnMut(usize)) {
+    let all = rerun.overlaps()[overlap].operations.len();
+    rerun.hold(overlap, 0);
+    let watch = rerun.watch();
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            let end = rerun.run(&mut graph, &mut Inbox::default(), secs(0.1));
+            end.expect("no fault");
+        });
+        for operations in 0..=all {
+            watch.allow(operations);
+            let done = loop {
+                assert_eq!(watch.difference(), None);
+                match watch.held() {
+                    Some(done) if done >= operations => break done,
+                    _ => thread::yield_now(),
+                }
+            };
+            look(done);
+        }
+        watch.end();
+    });
+}
+
+#[test]
+fn a_run_is_held_between_any_two_operations_of_ticks_that_overlap() {
+    let build = || {
+        let (total, topic) = total_and_topic();
+        adders(&total, &topic)
+    };
+    let observer = with_a_knot(build);
+    let overlaps = rerun_of(&observer).overlaps();
+    for (number, overlap) in overlaps.iter().enumerate().take(5) {
+        assert!(overlap.from <= overlap.to);
+        let (total, topic) = total_and_topic();
+        let graph = adders(&total, &topic);
+        let turn = |name: &str, done: usize| {
+            let here = |at: &usize| &*overlap.operations[*at].takes == name;
+            let before = (0..done).rev().find(here);
+            let next = (done..overlap.operations.len()).find(here);
+            let before = before.map(|at| overlap.operations[at].turn + 1);
+            before
+                .or(next.map(|at| overlap.operations[at].turn))
+                .expect("one")
+        };
+        held_in(graph, rerun_of(&observer), number, |done| {
+            assert_eq!(*total.peek(), turn("total", done), "after {done}");
+            assert_eq!(topic.published(), turn("/sum", done), "after {done}");
+        });
+    }
+}
+
+#[test]
+fn a_lock_within_another_one_does_not_hang_a_run_that_is_held() {
+    let build = || {
+        let [one, other] = ["one", "other"].map(|name| Arc::new(Shared::new(name, 0)));
+        let mut graph = Graph::with(Effects);
+        let (first, second) = (one.clone(), other.clone());
+        let both = move |_: Time| {
+            let mut first = first.lock();
+            *first += 1;
+            *second.lock() += *first;
+            GO_ON
+        };
+        let by_turns = move |_: Time| {
+            *other.lock() += 1;
+            *one.lock() += 1;
+            GO_ON
+        };
+        worker(&mut graph, "both", 2_000.0, 0, both);
+        worker(&mut graph, "by turns", 2_000.0, 0, by_turns);
+        graph
+    };
+    let observer = with_a_knot(build);
+    for (number, overlap) in rerun_of(&observer).overlaps().iter().enumerate().take(20) {
+        let mut last = 0;
+        held_in(build(), rerun_of(&observer), number, |done| last = done);
+        assert_eq!(last, overlap.operations.len());
+    }
+}
+
+#[test]
+fn a_run_that_another_thread_wrote_into_is_refused_by_name_and_notices_it_at_once() {
+    let (total, topic) = total_and_topic();
+    let mut graph = adders(&total, &topic);
+    let observer = Observer::of(&graph);
+    let noticed = AtomicBool::new(false);
+    thread::scope(|scope| {
+        let (observer, total, noticed) = (observer.clone(), total.clone(), &noticed);
+        scope.spawn(move || {
+            while observer.now() < secs(0.1) {
+                thread::yield_now();
+            }
+            for _ in 0..2 {
+                *total.lock() += 1;
+                let ticks = || observer.snapshot().nodes[0].ticks;
+                let then = ticks();
+                while ticks() < then + 3 && observer.now() < secs(0.19) {
+                    thread::yield_now();
+                }
+            }
+            let names = RunLog::of(&observer).written_from_outside();
+            let once = names.iter().map(|name| &**name).eq(["total"]);
+            noticed.store(once, Ordering::Relaxed);
+        });
+        run_really(&mut graph, 0.2);
+    });
+    assert!(noticed.load(Ordering::Relaxed));
+    let log = RunLog::of(&observer).log();
+    let rerun = Rerun::new(&log, &observer.events(0), &observer.topology());
+    let error = rerun.expect_err("it cannot come back").to_string();
+    assert!(
+        error.contains("total was written to from outside of the graph"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_node_that_does_something_else_is_named() {
+    let (total, topic) = total_and_topic();
+    let mut rerun = rerun_of(&run_really(&mut adders(&total, &topic), 0.2));
+    let (_, topic) = total_and_topic();
+    // Another name for what the nodes share is another lock.
+    let other = Arc::new(Shared::new("sum", 0));
+    run_on(&mut rerun, &mut adders(&other, &topic), 0.2);
+    let difference = rerun.difference().expect("another run");
+    assert!(
+        difference.contains("took sum where the recorded run took total"),
+        "{difference}"
+    );
+}
+
+#[test]
+fn a_node_that_waits_in_vain_is_named_by_the_watch() {
+    let graph = |input: crossbeam_channel::Receiver<()>| {
+        let mut graph = Graph::with(Effects);
+        worker(&mut graph, "waits", 100.0, 0, move |_| {
+            let _ = input.recv();
+            GO_ON
+        });
+        graph
+    };
+    let (sender, input) = crossbeam_channel::unbounded();
+    (0..1_000).for_each(|_| sender.send(()).expect("open"));
+    let mut rerun = rerun_of(&run_really(&mut graph(input), 0.05));
+    let (sender, input) = crossbeam_channel::unbounded();
+    let (mut again, watch) = (graph(input), rerun.watch());
+    thread::scope(|scope| {
+        scope.spawn(move || {
+            let node = loop {
+                if let Some(node) = watch.doing().node {
+                    break node;
+                }
+                thread::yield_now();
+            };
+            assert_eq!(&*node.name, "waits");
+            assert!(!node.took.is_zero(), "a long tick may be long again");
+            drop(sender);
+        });
+        run_on(&mut rerun, &mut again, 0.05);
+    });
+    assert_eq!(rerun.difference(), None);
+}
+
+#[test]
+fn a_log_of_an_earlier_release_is_named_as_such() {
+    let (_, graph) = metronome();
+    // A tick as it was logged then, without operations.
+    let tick = [1, 0, 2, 0, 5, 0];
+    let log: Log = [(0, vec![1, 0]), (1, tick.to_vec())].into_iter().collect();
+    let error = Rerun::new(&log, &[], &graph.topology()).expect_err("an earlier log");
+    assert_eq!(error, LogError::Earlier);
+}
+
+/// Counts the ticks of nodes that began, and those that were recorded.
+#[derive(Default)]
+struct TickCount([AtomicUsize; 2]);
+
+impl Sink for TickCount {
+    fn node(&self, _: usize, record: &NodeRecord) {
+        let count = match record {
+            NodeRecord::Began { .. } => &self.0[0],
+            NodeRecord::Ticked(_) => &self.0[1],
+            _ => return,
+        };
+        count.fetch_add(1, Ordering::Relaxed);
+    }
+
+    fn topic(&self, _: usize, _: &TopicRecord<'_>) {}
+}
+
+/// Two nodes of an executor with two threads; the first one's ticks take 60 ms.
+fn shared_threads() -> Graph {
+    let mut graph = Graph::with(Effects);
+    for (name, rate) in [("slow", 10.0), ("fast", 100.0)] {
+        worker(&mut graph, name, rate, 0, |_| GO_ON);
+    }
+    graph.turn(&knob("takes slow 60")).expect("a node");
+    share_threads(&mut graph, ["slow", "fast"]);
+    graph
+}
+
+/// Has two threads execute these nodes.
+fn share_threads(graph: &mut Graph, nodes: [&str; 2]) {
+    let executor = "multi:2".parse().expect("an executor");
+    graph
+        .executor(executor, nodes.map(Callback::of))
+        .expect("nodes");
+}
+
+#[test]
+fn a_branch_leaves_no_tick_of_an_executor_half_done() {
+    let observer = run_really(&mut shared_threads(), 0.45);
+    let rests = rerun_of(&observer).rests();
+    assert!(!rests.is_empty());
+    for rest in rests {
+        let (mut again, count) = (shared_threads(), Arc::new(TickCount::default()));
+        let sink = count.clone();
+        again.sink_or(move || sink);
+        let mut rerun = rerun_of(&observer);
+        rerun.branch(rest, Vec::new());
+        let inbox = &mut Inbox::default();
+        let exit = ratelab::run(&mut again, inbox, secs(0.45), ClockKind::Real, &mut rerun);
+        exit.expect("a run");
+        let counts = count.0.each_ref();
+        let [began, recorded] = counts.map(|count| count.load(Ordering::Relaxed));
+        assert_eq!(began, recorded, "left at {rest}");
+    }
+}
+
+#[test]
+fn a_command_that_is_refused_comes_back_where_threads_share_nodes() {
+    let (mut first, end) = (shared_threads(), secs(0.2));
+    RunLog::of(&first.state());
+    let hello = "0.1 send fast hello";
+    run_timed(&mut RealClock::default(), &mut first, hello, end);
+    let observer = Observer::of(&first);
+    let mut rerun = rerun_of(&observer);
+    rerun.expect_refusals(|_| true);
+    let mut again = shared_threads();
+    let exit = rerun.run(&mut again, &mut Inbox::default(), end);
+    exit.expect("a run");
+    assert_eq!(rerun.difference(), None);
+    assert_eq!(observer.events(0).len(), 1);
+    assert_eq!(again.state().events(0), observer.events(0));
+}
+
+/// Doubles a shared number, and says so after it was told to.
+struct Doubler {
+    number: Arc<Shared<u64>>,
+    told: bool,
+    done: Arc<AtomicBool>,
+}
+
+impl Node for Doubler {
+    fn tick(&mut self, _: Time) -> Tick {
+        *self.number.lock() *= 2;
+        if self.told {
+            self.done.store(true, Ordering::SeqCst);
+        }
+        GO_ON
+    }
+
+    fn on_message(&mut self, _: &str) -> Result<String, String> {
+        self.told = true;
+        Ok(String::new())
+    }
+}
+
+#[test]
+fn a_command_for_a_node_beside_one_in_a_tick_does_not_hang_the_run_that_comes_back() {
+    // In the first run the first node waits in its tick until the second one has obeyed and ticked.
+    let graph = |mut commander: Option<Sender<Command>>| {
+        let number = Arc::new(Shared::new("number", 1));
+        let (mut graph, done) = (Graph::new(), Arc::<AtomicBool>::default());
+        let (shared, is_done) = (number.clone(), done.clone());
+        worker(&mut graph, "adder", 10.0, 0, move |_| {
+            if let Some(commander) = commander.take() {
+                commander.send(command("send doubler now"))?;
+                let patience = Instant::now() + Duration::from_secs(20);
+                while !is_done.load(Ordering::SeqCst) && Instant::now() < patience {
+                    thread::yield_now();
+                }
+            }
+            *shared.lock() += 1;
+            GO_ON
+        });
+        let told = false;
+        let doubler = Doubler { number, told, done };
+        graph.node("doubler", 20.0, 0, |_| doubler).expect("a node");
+        share_threads(&mut graph, ["adder", "doubler"]);
+        graph
+    };
+    let (commander, mut inbox) = Inbox::new(Vec::new());
+    let (mut first, end) = (graph(Some(commander)), secs(0.4));
+    RunLog::of(&first.state());
+    let exit = RealClock::default().run(&mut first, &mut inbox, end);
+    exit.expect("a run");
+    let observer = Observer::of(&first);
+    for _ in 0..5 {
+        let mut rerun = rerun_of(&observer);
+        let (sender, ended) = crossbeam_channel::bounded(1);
+        let mut again = graph(None);
+        thread::spawn(move || {
+            let exit = rerun.run(&mut again, &mut Inbox::default(), end);
+            sender.send(exit.map(|_| rerun.difference()))
+        });
+        let difference = ended.recv_timeout(Duration::from_secs(60));
+        assert_eq!(difference.expect("it hangs").expect("a run"), None);
+    }
+}
+
+#[test]
+fn a_log_with_messages_for_inputs_that_no_node_has_harms_nobody() {
+    let (graph, mut again) = (shared_threads(), shared_threads());
+    let mut bytes = vec![1, 0];
+    // A message for input 7 of node 1, and one for node 9; then a look at 100 ms.
+    bytes.extend([16, 0, 1, 7, 0, 16, 0, 9, 0, 0]);
+    bytes.extend([17, 0x80, 0x84, 0xaf, 0x5f, 0]);
+    let threads = [(0, vec![1, 0]), (1, bytes), (2, vec![1, 0])];
+    let log: Log = threads.into_iter().collect();
+    if let Ok(mut rerun) = Rerun::of_torn(&log, &[], &graph.topology()) {
+        let exit = rerun.run(&mut again, &mut Inbox::default(), secs(1.0));
+        assert_eq!(exit.expect("no panic"), ClockExit::Stopped);
+    }
+}

@@ -1,0 +1,47 @@
+//! Figures of a run by their names, for tables of runs.
+
+use std::time::Duration;
+
+use ratelab_study::experiment::Summary;
+
+/// A figure of a run: its `verdict`, `steps` or `end`, the `ticks`, `overruns` or time `spent` of
+/// a node, what a topic `published`, `dropped` or `lost`, or a mean push `age` or
+/// `latency` (ms).
+pub fn figure(summary: &Summary, name: &str) -> String {
+    let (kind, of) = name.split_once(' ').unwrap_or((name, ""));
+    let node = || summary.node(of).unwrap_or_else(|| panic!("no node {of}"));
+    let topic = || summary.topic(of);
+    let ms = |time: Option<Duration>| time.map_or(f64::NAN, |time| time.as_secs_f64() * 1e3);
+    match kind {
+        "verdict" => summary.verdict.name().to_owned(),
+        "steps" => summary.steps.to_string(),
+        "end" => summary.sim_time.as_secs_f64().to_string(),
+        "ticks" => node().ticks.to_string(),
+        "overruns" => node().overruns.to_string(),
+        "end_ns" => summary.sim_time.as_nanos().to_string(),
+        "spent_ns" => node().tick_time.sum().as_nanos().to_string(),
+        "spent" => node().tick_time.sum().as_millis().to_string(),
+        "published" => topic().published.to_string(),
+        "dropped" => topic().dropped.to_string(),
+        "lost" => topic().lost.to_string(),
+        "age" => (summary.push_age().expect("pushes").run_s * 1e3)
+            .round()
+            .to_string(),
+        "latency" if of == "count" => summary.latency.count().to_string(),
+        "latency" if of == "sum" => summary.latency.sum().as_nanos().to_string(),
+        "latency" if of == "max" => ms(summary.latency.max()).to_string(),
+        "latency" => ms(summary.latency.quantile(0.5)).round().to_string(),
+        _ => panic!("{name:?} is no figure"),
+    }
+}
+
+/// Checks figures of a run, such as `ticks policy 3; dropped /obs 2`.
+#[track_caller]
+pub fn check(case: &str, summary: &Summary, figures: &str) {
+    let figures = figures.split(';').map(str::trim);
+    for expected in figures.filter(|figure| !figure.is_empty()) {
+        let (name, _) = expected.rsplit_once(' ').expect("a value");
+        let found = format!("{name} {}", figure(summary, name));
+        assert_eq!(found, expected, "{case}: {:?}", summary.verdict);
+    }
+}
