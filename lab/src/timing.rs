@@ -2,17 +2,12 @@
 
 use std::{sync::Arc, time::Duration};
 
-use ratelab::{Knob, KnobKind, Time};
+use ratelab::{Knob, KnobKind};
 use ratelab_account::NodeAccount;
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::{System, WorldKind},
 };
-
-/// The run time `by` before `at`; not before the start.
-pub fn earlier(at: Time, by: Duration) -> Time {
-    Time::ZERO + at.since(Time::ZERO + by)
-}
 
 /// Whether `knob` sets the duration, lateness or offset of a node's ticks.
 pub fn is_of_time(knob: &Knob) -> bool {

@@ -5,8 +5,6 @@ use std::time::Duration;
 use ratelab::Time;
 use ratelab_account::{Lineage, sensing_of};
 
-use crate::timing::earlier;
-
 /// The greatest reaction time of the pushes of node `acts` between two run times: from a
 /// sensing, for what changes right after it, to the first push derived from a later one.
 /// `None` without such a sensing.
@@ -30,7 +28,7 @@ fn pushes(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Vec<(Time, Ti
     let mut pushes = Vec::new();
     for (push, _) in lineage.pushes_between(acts, from, to + Time::RESOLUTION) {
         let age = push.parts(push.since).sum_ns().unsigned_abs();
-        let sensed = earlier(push.since, Duration::from_nanos(age));
+        let sensed = push.since - Duration::from_nanos(age);
         let chain = lineage.chain_of(&push);
         let Some((source, _)) = chain.messages.last() else {
             break;

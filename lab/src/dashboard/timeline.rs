@@ -6,7 +6,6 @@ use ratelab::{Head, Time, Topology};
 use ratelab_account::{Chain, Lineage, PushInForce, TickWait, TracedTick, WaitsFor};
 
 use super::frame::PushSentence;
-use crate::timing::earlier;
 
 /// Visible stretches of run time (ms).
 const SPANS_MS: [u64; 8] = [20, 50, 100, 200, 500, 1_000, 2_000, 5_000];
@@ -60,7 +59,7 @@ impl TimelineView {
                     .map(|newer| newer.since)
             }
             (false, _) => {
-                let older = lineage.push_at(node, earlier(push.since, Time::RESOLUTION));
+                let older = lineage.push_at(node, push.since - Time::RESOLUTION);
                 older.map(|older| older.since).or(self.selected)
             }
         };
@@ -145,7 +144,7 @@ impl Timeline {
             None => now,
             Some(since) => (since + view.span() / 3).min(now.max(since)),
         };
-        let from = earlier(to, view.span());
+        let from = to - view.span();
         let window = Window { from, to };
         let order = order(lineage, acts);
         let lanes = order.into_iter().flat_map(|node| {

@@ -8,14 +8,11 @@ use std::{
 use ratelab::{ClockKind, Command, Speed, Time};
 
 use super::{App, restart::PATIENCE, run::ShownRun};
-use crate::{
-    dashboard::{
-        knobs::{self, Direction},
-        panes::Pane,
-        playback::Playback,
-        sampler::Sampler,
-    },
-    timing::earlier,
+use crate::dashboard::{
+    knobs::{self, Direction},
+    panes::Pane,
+    playback::Playback,
+    sampler::Sampler,
 };
 
 /// The step of PgUp and PgDn.
@@ -189,7 +186,7 @@ impl App {
             let at = playback.at();
             self.jump(match direction {
                 Direction::Up => at + SECOND,
-                Direction::Down => earlier(at, SECOND),
+                Direction::Down => at - SECOND,
             });
         }
     }
