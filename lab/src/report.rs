@@ -5,7 +5,7 @@ use std::time::Duration;
 use ratelab::{ClockKind, Command, Event, EventKind, Hz, Knob, KnobKind};
 use ratelab_account::{Distribution, NodeAccount};
 use ratelab_study::{
-    experiment::{MeanPushAge, Summary, TopicSummary},
+    experiment::{MeanPushAge, Summary},
     system::{Alias, DataChain, KnobText, System},
 };
 
@@ -231,14 +231,12 @@ fn plant_steps(summary: &Summary) -> String {
 const STILL: Duration = Duration::from_millis(250);
 
 fn topics(summary: &Summary) -> Option<String> {
-    let topic = |topic: &TopicSummary| {
-        format!(
-            "{} {:.1} msg/s ({} dropped)",
-            topic.name, topic.per_second, topic.dropped
-        )
-    };
-    let read = summary.topics.iter().filter(|topic| topic.read);
-    joined(read.map(topic))
+    let read = summary.topics.iter().filter(|topic| topic.is_read());
+    joined(read.map(|topic| {
+        let per_second = topic.average(summary.sim_time);
+        let dropped = topic.dropped();
+        format!("{} {per_second:.1} msg/s ({dropped} dropped)", topic.name)
+    }))
 }
 
 /// What the links did to messages, where they did something.
@@ -247,7 +245,7 @@ fn links(summary: &Summary) -> Option<String> {
         let figures = [
             (topic.lost, "lost"),
             (topic.overtaken, "overtaken"),
-            (topic.in_flight, "in flight"),
+            (topic.in_flight(), "in flight"),
         ];
         let figures = figures.iter().filter(|(count, _)| *count > 0);
         let figures: Vec<String> = figures.map(|(n, what)| format!("{n} {what}")).collect();

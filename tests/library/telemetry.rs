@@ -157,10 +157,10 @@ fn the_snapshot_of_a_finished_run_is_its_summary() {
     let snapshot = observer.snapshot();
     assert_eq!(snapshot.now, summary.sim_time);
     for (topic, summary) in snapshot.topics.iter().zip(&summary.topics) {
-        assert_eq!(*topic.name, summary.name);
+        assert_eq!(topic.name, summary.name);
         assert_eq!(
             (topic.published, topic.dropped()),
-            (summary.published, summary.dropped)
+            (summary.published, summary.dropped())
         );
     }
     for (node, summary) in snapshot.nodes.iter().zip(&summary.nodes) {

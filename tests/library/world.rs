@@ -70,7 +70,7 @@ fn any_plant_that_advances_to_a_run_time_is_a_world() {
     // √(2 · 10 / 9.81) s, seen at the next reading.
     assert_eq!(summary.sim_time, Time::from_nanos(1_440_000_000));
     assert_eq!(&*summary.nodes[0].name, WORLD);
-    assert_eq!(summary.topic("/height").published, 11);
+    assert_eq!(summary.topic("/height").expect("a topic").published, 11);
     assert_eq!(summary.verdict.to_string(), "ENDED at 1.440 s (by a node)");
 }
 

@@ -191,14 +191,14 @@ pub fn fnv1a64(bytes: &[u8]) -> u64 {
 
 /// The figures of the messages of a run, with their names in the reference data.
 pub fn traffic(summary: &Summary) -> [(&'static str, String); 7] {
-    let (obs, action) = (summary.topic(OBS), summary.topic(ACTION));
+    let [obs, action] = [OBS, ACTION].map(|name| summary.topic(name).expect("a topic"));
     let latency = &summary.latency;
     [
         ("steps", summary.steps.to_string()),
         ("obs_published", obs.published.to_string()),
-        ("obs_dropped", obs.dropped.to_string()),
+        ("obs_dropped", obs.dropped().to_string()),
         ("action_published", action.published.to_string()),
-        ("action_dropped", action.dropped.to_string()),
+        ("action_dropped", action.dropped().to_string()),
         ("latency_count", latency.count().to_string()),
         ("latency_sum_ns", latency.sum().as_nanos().to_string()),
     ]

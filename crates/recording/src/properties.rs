@@ -80,8 +80,8 @@ fn run(system: &dyn System, origin: &Origin) -> AnyValues {
 
 /// Sends the summary of the run.
 pub fn send_summary(rec: &RecordingStream, system: &dyn System, summary: &Summary) -> Written {
-    let dropped = summary.topics.iter().filter(|topic| topic.read);
-    let dropped = dropped.map(|topic| format!("{} {}", topic.name, topic.dropped));
+    let dropped = summary.topics.iter().filter(|topic| topic.is_read());
+    let dropped = dropped.map(|topic| format!("{} {}", topic.name, topic.dropped()));
     let dropped: Vec<String> = dropped.collect();
     let mut values = AnyValues::default()
         .with_component_from_data("verdict", text(summary.verdict.to_string()))

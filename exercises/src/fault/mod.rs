@@ -4,7 +4,7 @@ mod graph;
 mod suspect;
 
 use graph::FaultyGraph;
-use ratelab_account::{NodeAccount, Snapshot, TopicAccount};
+use ratelab_account::{NodeAccount, TopicAccount};
 use ratelab_study::experiment::{Config, Experiment, Summary};
 use suspect::SUSPECTS;
 
@@ -57,33 +57,27 @@ pub(crate) fn measure(brief: &Brief, seed: u64) -> Result<Findings, Failure> {
 }
 
 /// A run of the graph.
-struct Run {
-    summary: Summary,
-    end: Snapshot,
-}
+struct Run(Summary);
 
 impl Run {
     fn of(graph: &FaultyGraph) -> Result<Self, Failure> {
         let experiment = Experiment::new(cart_pole(), &graph.config()?)?;
-        let observer = experiment.observer();
-        let summary = experiment.run()?;
-        let end = observer.snapshot();
-        Ok(Self { summary, end })
+        Ok(Self(experiment.run()?))
     }
 
     fn fell(&self) -> bool {
-        self.summary.verdict.is_lost()
+        self.0.verdict.is_lost()
     }
 
     fn did(&self) -> String {
         match self.fell() {
-            true => format!("fell at {}", self.summary.sim_time),
+            true => format!("fell at {}", self.0.sim_time),
             false => "stood".to_owned(),
         }
     }
 
     fn push_age_ms(&self) -> f64 {
-        mean_ms(self.summary.push_age().map(|age| age.late_s))
+        mean_ms(self.0.push_age().map(|age| age.late_s))
     }
 
     /// What the screen shows of the graph, without its settings.
@@ -98,21 +92,18 @@ impl Run {
             "dropped",
             "age when read",
         ]);
-        let nodes = self.summary.nodes.iter();
+        let nodes = self.0.nodes.iter();
         let nodes = nodes.filter(|node| &*node.name != "world");
         nodes.for_each(|node| table.row(self.node(node)));
-        let topics = self.end.topics.iter().filter(|topic| is_read(topic));
+        let topics = self.0.topics.iter().filter(|topic| topic.is_read());
         topics.for_each(|topic| table.row(self.topic(topic)));
-        let end = self.summary.sim_time.to_string();
-        table.row(row(
-            "the run",
-            [self.summary.verdict.name().to_owned(), end],
-        ));
+        let end = self.0.sim_time.to_string();
+        table.row(row("the run", [self.0.verdict.name().to_owned(), end]));
         table
     }
 
     fn per_second(&self, count: u64) -> f64 {
-        count as f64 / self.summary.sim_time.as_secs_f64()
+        count as f64 / self.0.sim_time.as_secs_f64()
     }
 
     fn node(&self, node: &NodeAccount) -> [String; 8] {
@@ -157,10 +148,6 @@ fn row<const N: usize>(part: &str, cells: [String; N]) -> [String; 8] {
     std::array::from_fn(|_| cells.next().unwrap_or_else(none))
 }
 
-fn is_read(topic: &TopicAccount) -> bool {
-    !topic.readers.is_empty()
-}
-
 /// Two runs in each row, so that the head stays in sight.
 fn table(names: &[String], as_it_is: &Run, mended: &[Run]) -> Table {
     let names = ["nothing"]
@@ -170,7 +157,7 @@ fn table(names: &[String], as_it_is: &Run, mended: &[Run]) -> Table {
     let cells = |(name, run): (&str, &Run)| {
         let age = format!("{:.0} ms", run.push_age_ms());
         let end = match run.fell() {
-            true => format!("fell {:.2} s", run.summary.sim_time.as_secs_f64()),
+            true => format!("fell {:.2} s", run.0.sim_time.as_secs_f64()),
             false => "stood".to_owned(),
         };
         [name.to_owned(), end, age]
@@ -203,7 +190,7 @@ fn measurements(
     ];
     measured.extend(names.iter().zip(mended).map(|(name, run)| {
         let name = format!("{name} mended: run time (s)");
-        Measurement::new(name, run.summary.sim_time.as_secs_f64())
+        Measurement::new(name, run.0.sim_time.as_secs_f64())
     }));
     measured
 }

@@ -6,7 +6,7 @@ pub mod nodes;
 use accumulating::schedule;
 use nodes::ScheduledRun;
 use ratelab::Hz;
-use ratelab_account::Distribution;
+use ratelab_account::{Distribution, TopicAccount};
 use ratelab_cart_pole::{ACTION, CartPole, OBS};
 use ratelab_study::experiment::{Config, Experiment};
 
@@ -46,18 +46,16 @@ pub(crate) struct TimedRun {
 impl TimedRun {
     pub(crate) fn exact(config: &Config) -> Result<Self, Failure> {
         let experiment = Experiment::new(cart_pole(), config)?;
-        let observer = experiment.observer();
         let summary = experiment.run()?;
-        let snapshot = observer.snapshot();
         let age_ms = |topic| {
-            let readers = snapshot.topic(topic).map(|topic| &topic.readers);
+            let readers = summary.topic(topic).map(|topic| &topic.readers);
             mean_ms(readers.and_then(|readers| readers.first()?.ages.mean_s()))
         };
         Ok(Self {
             latency_ms: mean_ms(summary.latency.mean_s()),
             reading_age_ms: age_ms(OBS),
             action_age_ms: age_ms(ACTION),
-            dropped: summary.topic(OBS).dropped,
+            dropped: summary.topic(OBS).map_or(0, TopicAccount::dropped),
             steps: summary.steps,
         })
     }
