@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use ratelab::KnobKind;
-use ratelab_account::{Distribution, NodeAccount};
+use ratelab_account::{Distribution, NodeAccount, TopicAccount};
 use ratelab_study::{
-    experiment::{Summary, TopicSummary},
+    experiment::Summary,
     system::{
         KnobText, System, WorldKind,
         names::{self, good, key},
@@ -92,11 +92,14 @@ fn system_keys(system: &dyn System, summary: &Summary) -> Map<String, Value> {
         };
         (key(alias.name), value)
     });
-    let topics = summary.topics.iter().filter(|topic| topic.read);
+    let topics = summary.topics.iter().filter(|topic| topic.is_read());
     let topics = topics.flat_map(|topic| {
         let name = key(&topic.name);
         let published = (format!("{name}_published"), json!(topic.published));
-        [published, (format!("{name}_dropped"), json!(topic.dropped))]
+        [
+            published,
+            (format!("{name}_dropped"), json!(topic.dropped())),
+        ]
     });
     let finals = system
         .finals_at(summary.sim_time, &summary.state)
@@ -148,15 +151,15 @@ fn node(summary: &Summary, node: &NodeAccount) -> (String, Value) {
 }
 
 /// What became of the messages of a topic.
-fn topic(topic: &TopicSummary) -> (String, Value) {
+fn topic(topic: &TopicAccount) -> (String, Value) {
     let figures = json!({
-        "dropped": topic.dropped,
-        "in_flight": topic.in_flight,
+        "dropped": topic.dropped(),
+        "in_flight": topic.in_flight(),
         "lost": topic.lost,
         "overtaken": topic.overtaken,
         "published": topic.published,
     });
-    (topic.name.clone(), figures)
+    (topic.name.to_string(), figures)
 }
 
 /// A distribution in milliseconds; quantiles are accurate to 0.1 %.

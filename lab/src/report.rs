@@ -6,7 +6,7 @@ use ratelab::{ClockKind, Command, Event, EventKind, Hz, Knob, KnobKind};
 use ratelab_account::{Distribution, NodeAccount};
 use ratelab_recording::FinishedRecording;
 use ratelab_study::{
-    experiment::{MeanPushAge, Summary, TopicSummary},
+    experiment::{MeanPushAge, Summary},
     system::{
         Alias, DataChain, KnobText, System,
         names::{self, label, node_label, rate_alias, short_value},
@@ -234,14 +234,12 @@ fn plant_steps(summary: &Summary) -> String {
 const STILL: Duration = Duration::from_millis(250);
 
 fn topics(summary: &Summary) -> Option<String> {
-    let topic = |topic: &TopicSummary| {
-        format!(
-            "{} {:.1} msg/s ({} dropped)",
-            topic.name, topic.per_second, topic.dropped
-        )
-    };
-    let read = summary.topics.iter().filter(|topic| topic.read);
-    joined(read.map(topic))
+    let read = summary.topics.iter().filter(|topic| topic.is_read());
+    joined(read.map(|topic| {
+        let per_second = topic.average(summary.sim_time);
+        let dropped = topic.dropped();
+        format!("{} {per_second:.1} msg/s ({dropped} dropped)", topic.name)
+    }))
 }
 
 /// What the links did to messages, where they did something.
@@ -250,7 +248,7 @@ fn links(summary: &Summary) -> Option<String> {
         let figures = [
             (topic.lost, "lost"),
             (topic.overtaken, "overtaken"),
-            (topic.in_flight, "in flight"),
+            (topic.in_flight(), "in flight"),
         ];
         let figures = figures.iter().filter(|(count, _)| *count > 0);
         let figures: Vec<String> = figures.map(|(n, what)| format!("{n} {what}")).collect();

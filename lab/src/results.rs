@@ -92,7 +92,7 @@ pub fn record(
 /// The topics of `experiment` with readers, in the order of a summary.
 pub fn read_topics(experiment: &Experiment) -> Vec<String> {
     let topics = experiment.observer().snapshot().topics;
-    let read = topics.iter().filter(|of| !of.readers.is_empty());
+    let read = topics.iter().filter(|topic| topic.is_read());
     read.map(|topic| topic.name.to_string()).collect()
 }
 

@@ -56,7 +56,7 @@ fn chains_have_the_ages_that_follow_from_rates_costs_and_triggers() {
         "#,
     );
     let slow = run_graph(&graph_text("middle", ""), 1.0, "takes detector 110");
-    assert!(slow.topic("/pose").read);
+    assert!(slow.topic("/pose").expect("a topic").is_read());
 }
 
 #[test]

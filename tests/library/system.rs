@@ -372,7 +372,7 @@ fn a_graph_of_the_library_runs_with_its_settings_and_is_recorded() {
     let oven = summary.node("oven").expect("a node");
     assert!(oven.tick_time.count() > 90);
     // Five messages between two ticks, three of which are kept.
-    let dropped = summary.topic("/step").dropped;
+    let dropped = summary.topic("/step").expect("a topic").dropped();
     assert!((30..50).contains(&dropped), "{dropped}");
     let part = Experiment::part(library, &config, &["oven".to_owned()]);
     let refused = part.err().expect("no experiment").to_string();

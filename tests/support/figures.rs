@@ -10,7 +10,7 @@ use ratelab_study::experiment::Summary;
 pub fn figure(summary: &Summary, name: &str) -> String {
     let (kind, of) = name.split_once(' ').unwrap_or((name, ""));
     let node = || summary.node(of).unwrap_or_else(|| panic!("no node {of}"));
-    let topic = || summary.topic(of);
+    let topic = || summary.topic(of).expect(name);
     let ms = |time: Option<Duration>| time.map_or(f64::NAN, |time| time.as_secs_f64() * 1e3);
     match kind {
         "verdict" => summary.verdict.name().to_owned(),
@@ -22,7 +22,7 @@ pub fn figure(summary: &Summary, name: &str) -> String {
         "spent_ns" => node().tick_time.sum().as_nanos().to_string(),
         "spent" => node().tick_time.sum().as_millis().to_string(),
         "published" => topic().published.to_string(),
-        "dropped" => topic().dropped.to_string(),
+        "dropped" => topic().dropped().to_string(),
         "lost" => topic().lost.to_string(),
         "age" => (summary.push_age().expect("pushes").run_s * 1e3)
             .round()

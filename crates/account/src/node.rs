@@ -63,6 +63,14 @@ pub struct TickRecord {
     pub push: Option<Push>,
 }
 
+impl TickRecord {
+    /// Run time at which it was due, for a node that several topics trigger that at which its
+    /// set of messages was complete; not before the start.
+    pub fn due(&self) -> Time {
+        self.at - self.lateness.unwrap_or_default()
+    }
+}
+
 impl NodeAccount {
     /// The account of `node` before its first record.
     pub(crate) fn new(node: &NodeTopology) -> Self {

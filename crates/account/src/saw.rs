@@ -130,9 +130,8 @@ impl PushAge {
     /// time has passed.
     pub fn lately(&self, now: Time) -> Option<LateAge> {
         let (oldest, push) = (self.late.front()?, self.late.back()?);
-        let from = Time::from_nanos(now.as_nanos().saturating_sub(LATE.as_nanos() as u64));
         // A push may be later than this reading: the oldest one that is kept may be, too.
-        let from = from.max(oldest.since);
+        let from = (now - LATE).max(oldest.since);
         let time = now.since(from).as_secs_f64();
         let then = self.late.iter().rev().find(|push| push.since <= from);
         let before = then.map_or(0, |then| then.twice_area(from));

@@ -162,6 +162,11 @@ impl TopicAccount {
         }
     }
 
+    /// Whether a node reads it.
+    pub fn is_read(&self) -> bool {
+        !self.readers.is_empty()
+    }
+
     /// Messages lost unread, over all readers.
     pub fn dropped(&self) -> u64 {
         self.readers.iter().map(|reader| reader.dropped).sum()

@@ -66,12 +66,6 @@ impl Recording {
     }
 }
 
-/// Run time at which a tick was due; not before the start.
-pub fn due_of(tick: &TickRecord) -> Time {
-    let late = tick.lateness.unwrap_or_default();
-    tick.at.earlier(late)
-}
-
 /// The end of a tick; under the real clock in wall time.
 pub fn end_of(tick: &TickRecord) -> Time {
     let took = tick.lateness.and(tick.took).unwrap_or_default();

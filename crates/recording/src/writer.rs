@@ -171,7 +171,7 @@ impl RecordingWriter {
     fn drain_before_newest(&mut self) -> Time {
         let newest = self.waiting.newest();
         self.drain();
-        Time::from_nanos(newest.map_or(0, |newest| newest.as_nanos().saturating_sub(1)))
+        newest.map_or(Time::ZERO, |newest| newest - Time::RESOLUTION)
     }
 
     /// Writes the remaining data, and the end.

@@ -104,7 +104,7 @@ impl Playback {
             self.rewind(sampler);
         }
         // What is sampled is there for the whole chart, from wherever one comes.
-        let first = at.earlier(Duration::from_secs_f64(TRACE_S));
+        let first = at - Duration::from_secs_f64(TRACE_S);
         let mut now = self.at.max(first);
         while now < at {
             self.advance_to(now);
@@ -224,8 +224,7 @@ impl Playback {
         self.leave_overlap(sampler);
         let execution = Execution::new(self.recording(), self.replay.system());
         let execution = execution.map_err(|error| error.to_string())?;
-        let before = self.overlaps[number].from.as_nanos().saturating_sub(1);
-        self.go(Time::from_nanos(before), sampler);
+        self.go(self.overlaps[number].from - Time::RESOLUTION, sampler);
         self.held = HeldOverlap::begin(execution, (number, operations));
         Ok(true)
     }

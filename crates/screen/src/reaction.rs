@@ -28,7 +28,7 @@ fn pushes(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Vec<(Time, Ti
     let mut pushes = Vec::new();
     for (push, _) in lineage.pushes_between(acts, from, to + Time::RESOLUTION) {
         let age = push.parts(push.since).sum_ns().unsigned_abs();
-        let sensed = push.since.earlier(Duration::from_nanos(age));
+        let sensed = push.since - Duration::from_nanos(age);
         let chain = lineage.chain_of(&push);
         let Some((source, _)) = chain.messages.last() else {
             break;

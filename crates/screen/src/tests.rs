@@ -219,14 +219,14 @@ fn the_numbers_drawn_are_those_of_the_summary() {
     let drawn = large(&app);
     let summary = left(app).ended.expect("no fault").summary;
     shows(&drawn, &[&summary.verdict.to_string()]);
-    for topic in [summary.topic("/obs"), summary.topic("/action")] {
+    for topic in ["/obs", "/action"].map(|name| summary.topic(name).expect("a topic")) {
         // The table's rows begin with the name, inside of the pane's border.
         let is_row = |line: &&str| {
-            line.split_whitespace().nth(1) == Some(&topic.name) && line.contains(" 100 ")
+            line.split_whitespace().nth(1) == Some(&*topic.name) && line.contains(" 100 ")
         };
         let row = drawn.lines().find(is_row).expect(&drawn);
         let words: Vec<&str> = row.split_whitespace().collect();
-        for figure in [topic.published, topic.dropped] {
+        for figure in [topic.published, topic.dropped()] {
             assert!(words.contains(&&*figure.to_string()), "{figure} in {row}");
         }
     }

@@ -59,7 +59,7 @@ impl TimelineView {
                     .map(|newer| newer.since)
             }
             (false, _) => {
-                let older = lineage.push_at(node, push.since.earlier(Time::RESOLUTION));
+                let older = lineage.push_at(node, push.since - Time::RESOLUTION);
                 older.map(|older| older.since).or(self.selected)
             }
         };
@@ -144,7 +144,7 @@ impl Timeline {
             None => now,
             Some(since) => (since + view.span() / 3).min(now.max(since)),
         };
-        let from = to.earlier(view.span());
+        let from = to - view.span();
         let window = Window { from, to };
         let order = order(lineage, acts);
         let lanes = order.into_iter().flat_map(|node| {

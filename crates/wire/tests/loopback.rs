@@ -60,8 +60,8 @@ fn a_policy_in_another_process_balances_and_nothing_is_lost_with_ros_and_without
         assert_eq!(plant.verdict.name(), "balanced", "{ros:?}");
         let counts = (both.lost, both.hostile, both.starts);
         assert_eq!(counts, ([0; 2], [0; 2], [1; 2]), "{ros:?}");
-        assert!(plant.topic("/action").published > 50);
-        assert!(policy.topic("/obs").published > 50);
+        assert!(plant.topic("/action").expect("a topic").published > 50);
+        assert!(policy.topic("/obs").expect("a topic").published > 50);
         // The age of the sensing goes around through both.
         assert!(plant.latency.count() > 50, "{:?}", plant.latency);
     }

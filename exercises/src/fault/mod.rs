@@ -5,7 +5,7 @@ mod graph;
 use std::iter;
 
 use graph::{FaultyGraph, SUSPECTS};
-use ratelab_account::{NodeAccount, Snapshot, TopicAccount};
+use ratelab_account::{NodeAccount, TopicAccount};
 use ratelab_study::experiment::{Config, Experiment, Summary};
 
 use crate::framework::{Answer, Brief, Failure, Findings, Measurement, Table, cart_pole, mean_ms};
@@ -55,47 +55,41 @@ pub(crate) fn measure(brief: &Brief, seed: u64) -> Result<Findings, Failure> {
 }
 
 /// A run of the graph.
-struct Run {
-    summary: Summary,
-    end: Snapshot,
-}
+struct Run(Summary);
 
 impl Run {
     fn of(graph: &FaultyGraph) -> Result<Self, Failure> {
         let experiment = Experiment::new(cart_pole(), &graph.config()?)?;
-        let observer = experiment.observer();
-        let summary = experiment.run()?;
-        let end = observer.snapshot();
-        Ok(Self { summary, end })
+        Ok(Self(experiment.run()?))
     }
 
     fn fell(&self) -> bool {
-        self.summary.verdict.is_lost()
+        self.0.verdict.is_lost()
     }
 
     fn did(&self) -> String {
         match self.fell() {
-            true => format!("fell at {}", self.summary.sim_time),
+            true => format!("fell at {}", self.0.sim_time),
             false => "stood".to_owned(),
         }
     }
 
     fn push_age_ms(&self) -> f64 {
-        mean_ms(self.summary.push_age().map(|age| age.late_s))
+        mean_ms(self.0.push_age().map(|age| age.late_s))
     }
 
     /// What the screen shows of the graph, without its settings.
     fn evidence(&self) -> Table {
-        let nodes = self.summary.nodes.iter();
+        let nodes = self.0.nodes.iter();
         let nodes = nodes.filter(|node| &*node.name != "world");
-        let topics = self.end.topics.iter().filter(|topic| is_read(topic));
+        let topics = self.0.topics.iter().filter(|topic| topic.is_read());
         let parts = nodes.map(|node| self.node(node));
         let mut parts: Vec<[Option<String>; 8]> =
             parts.chain(topics.map(|topic| self.topic(topic))).collect();
         let mut run = [const { None }; 8];
         run[0] = Some("the run".to_owned());
-        run[1] = Some(self.summary.verdict.name().to_owned());
-        run[2] = Some(self.summary.sim_time.to_string());
+        run[1] = Some(self.0.verdict.name().to_owned());
+        run[2] = Some(self.0.sim_time.to_string());
         parts.push(run);
         let cells = |part: [Option<String>; 8]| part.map(|cell| cell.unwrap_or("-".to_owned()));
         Table {
@@ -105,7 +99,7 @@ impl Run {
     }
 
     fn per_second(&self, count: u64) -> f64 {
-        count as f64 / self.summary.sim_time.as_secs_f64()
+        count as f64 / self.0.sim_time.as_secs_f64()
     }
 
     fn node(&self, node: &NodeAccount) -> [Option<String>; 8] {
@@ -152,16 +146,12 @@ fn whole_ms(seconds: f64) -> String {
     format!("{:.0} ms", seconds * 1e3)
 }
 
-fn is_read(topic: &TopicAccount) -> bool {
-    !topic.readers.is_empty()
-}
-
 /// Two runs in each row, so that the head stays in sight.
 fn table(names: &[String], as_it_is: &Run, mended: &[Run]) -> Table {
     let names = iter::once("nothing").chain(names.iter().map(String::as_str));
     let runs: Vec<(&str, &Run)> = names.zip(iter::once(as_it_is).chain(mended)).collect();
     let end = |run: &Run| match run.fell() {
-        true => format!("fell {:.2} s", run.summary.sim_time.as_secs_f64()),
+        true => format!("fell {:.2} s", run.0.sim_time.as_secs_f64()),
         false => "stood".to_owned(),
     };
     let mut table = Table::of(
@@ -202,7 +192,7 @@ fn measurements(
     ];
     measured.extend(names.iter().zip(mended).map(|(name, run)| {
         let name = format!("{name} mended: run time (s)");
-        Measurement::new(name, run.summary.sim_time.as_secs_f64())
+        Measurement::new(name, run.0.sim_time.as_secs_f64())
     }));
     measured
 }

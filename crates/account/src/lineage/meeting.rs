@@ -47,19 +47,11 @@ impl Lineage {
         }
     }
 
-    /// Run time at which a tick's set was complete.
-    pub(super) fn completed(&self, node: usize, index: usize) -> Time {
-        let tick = &self.nodes[node].ticks[index].tick;
-        Time::ZERO
-            + tick
-                .at
-                .since(Time::ZERO + tick.lateness.unwrap_or_default())
-    }
-
     /// Takes messages as the node did, up to the set that was complete when the tick was due.
     fn replayed(&self, node: usize, index: usize, meeting: &mut Meeting) -> Option<Choice> {
         let ticks = &self.nodes[node].ticks;
-        let (at, due) = (ticks[index].tick.at, self.completed(node, index));
+        let tick = &ticks[index].tick;
+        let (at, due) = (tick.at, tick.due());
         let free = index
             .checked_sub(1)
             .map_or(Time::ZERO, |before| ticks[before].ends());
@@ -156,7 +148,7 @@ impl Lineage {
     /// with the message that completed the set of this tick.
     pub(super) fn waited_for(&self, node: usize, index: usize, topic: usize) -> usize {
         let triggers = &self.topology.nodes[node].triggers;
-        let due = self.completed(node, index);
+        let due = self.nodes[node].ticks[index].tick.due();
         let came = |of: &usize| {
             let mut sent = self.topics[*of].after(None, due).rev().take(64);
             sent.any(|sent| sent.arrives == Some(due))

@@ -249,7 +249,7 @@ impl Lineage {
         let (could, missing, ready) = if self.meets(node, topic) {
             let other = self.waited_for(node, first_read, topic);
             let missing = AgeStage::Match { topic: other, node };
-            (first_read, missing, self.completed(node, first_read))
+            (first_read, missing, ticks[first_read].tick.due())
         } else {
             let first = ticks.partition_point(|worked| worked.tick.at < arrives);
             let mut seen =
@@ -273,9 +273,10 @@ impl Lineage {
     /// The release of a tick: before its start where the node has an executor.
     pub(super) fn released(&self, node: usize, index: usize) -> Time {
         let tick = &self.nodes[node].ticks[index].tick;
-        let waits = self.topology.nodes[node].executor.is_some();
-        let late = tick.lateness.filter(|_| waits).unwrap_or_default();
-        tick.at.earlier(late)
+        match self.topology.nodes[node].executor {
+            Some(_) => tick.due(),
+            None => tick.at,
+        }
     }
 
     /// The first tick of a node in the unbroken series of reads of this message that ends

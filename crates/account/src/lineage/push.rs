@@ -155,8 +155,8 @@ impl Lineage {
     ) -> impl Iterator<Item = (PushInForce, Time)> {
         let mut end = to;
         iter::from_fn(move || {
-            let before = end.as_nanos().checked_sub(1).filter(|_| end > from)?;
-            let push = self.push_at(node, Time::from_nanos(before))?;
+            let before = (end > from).then(|| end - Time::RESOLUTION)?;
+            let push = self.push_at(node, before)?;
             let until = mem::replace(&mut end, push.since);
             Some((push, until))
         })

@@ -47,7 +47,7 @@ impl Lineage {
         let reads = ticks.get(index)?.reads.iter();
         let before = index.checked_sub(1);
         let free = before.map_or(Time::ZERO, |before| ticks[before].ends());
-        let to = self.completed(node, index);
+        let to = ticks[index].tick.due();
         let waits = reads.filter_map(|&(topic, seq)| {
             let arrives = self.topics[topic].message(seq)?.arrives?;
             let from = arrives.max(free);
@@ -69,7 +69,7 @@ impl Lineage {
     fn waited(&self, node: usize, index: usize) -> Option<TickWait> {
         let to = self.nodes[node].ticks.get(index)?.tick.at;
         let from = self.released(node, index);
-        let late = from.max(to.earlier(LOOKED_AT));
+        let late = from.max(to - LOOKED_AT);
         let longest = self
             .companions(node)
             .map(|other| (self.ran(other, late, to), other))
@@ -85,10 +85,9 @@ impl Lineage {
     /// The lateness of a tick.
     fn late(&self, node: usize, index: usize) -> Option<TickWait> {
         let tick = &self.nodes[node].ticks.get(index)?.tick;
-        let late = tick.lateness.filter(|late| !late.is_zero())?;
-        let (from, to) = (tick.at.earlier(late), tick.at);
+        let (from, to) = (tick.due(), tick.at);
         let what = WaitsFor::Thread;
-        Some(TickWait { from, to, what })
+        (from < to).then_some(TickWait { from, to, what })
     }
 
     /// The other nodes on the threads of a node's executor.

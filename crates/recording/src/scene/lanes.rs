@@ -12,7 +12,7 @@ use rerun::{Color, EntityPath, RecordingStream, StateChange, StateConfiguration,
 
 use super::palette::{BLUE, GREY, ORANGE};
 use crate::{
-    lineage::{due_of, end_of},
+    lineage::end_of,
     recorded::Recording,
     schema::path,
     timeline::{RUN_TIME, Written},
@@ -92,7 +92,7 @@ fn ticks<'a>(
     let mut changes = Changes::new();
     let (mut idle_from, mut overruns) = (Time::ZERO, None);
     for (TracedTick { tick, .. }, aside) in ticks {
-        let due = due_of(tick);
+        let due = tick.due();
         if due < tick.at {
             change(&mut changes, due.max(idle_from), waits);
         }

@@ -159,6 +159,22 @@ fn record_run(experiment: Experiment, path: &Path) -> (Result<Summary, Fault>, S
     (outcome, observer.snapshot())
 }
 
+/// What became of the messages of each topic of a run.
+fn traffic(summary: &Summary) -> Vec<(String, [u64; 5], f64, bool)> {
+    let topics = summary.topics.iter().map(|topic| {
+        let counts = [
+            topic.published,
+            topic.dropped(),
+            topic.lost,
+            topic.overtaken,
+            topic.in_flight(),
+        ];
+        let average = topic.average(summary.sim_time);
+        (topic.name.to_string(), counts, average, topic.is_read())
+    });
+    topics.collect()
+}
+
 /// Ends a recording with its run.
 fn finish(recorder: Recorder, outcome: &Result<Summary, Fault>) -> FinishedRecording {
     recorder.end(StopReason::of(outcome));

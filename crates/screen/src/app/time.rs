@@ -186,7 +186,7 @@ impl App {
             let at = playback.at();
             self.jump(match direction {
                 Direction::Up => at + SECOND,
-                Direction::Down => at.earlier(SECOND),
+                Direction::Down => at - SECOND,
             });
         }
     }

@@ -235,7 +235,7 @@ pub fn latest(graph: &Snapshot, lineage: &Lineage, acts: usize) -> (Time, Time) 
     let path = before(lineage, acts).into_iter();
     let periods = path.map(|node| graph.nodes[node].hz.period());
     let window = LATELY.max(periods.max().unwrap_or_default() * 2);
-    let from = graph.now.earlier(window);
+    let from = graph.now - window;
     (from.max(lineage.first_push(acts)), graph.now)
 }
 

@@ -200,7 +200,7 @@ fn figures(summary: &Summary) -> (Verdict, u64, Vec<u64>, Duration, Vec<[u64; 2]
         summary.steps,
         state.collect(),
         summary.latency.sum(),
-        topics.map(|t| [t.published, t.dropped]).collect(),
+        topics.map(|t| [t.published, t.dropped()]).collect(),
     )
 }
 

@@ -13,7 +13,7 @@
 //! let system = Arc::new(GraphFile::parse(robot)?.system(&[])?);
 //! let summary = Experiment::new(system, &Config::default())?.run()?;
 //! assert_eq!(summary.verdict.name(), "completed");
-//! assert_eq!(summary.topic("/image").published, 301);
+//! assert_eq!(summary.topic("/image").expect("a topic").published, 301);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -42,7 +42,7 @@ use ratelab_replay::RunLog;
 
 pub use config::Config;
 pub use step_rows::{StepWriter, header};
-pub use summary::{MeanPushAge, Summary, TopicSummary};
+pub use summary::{MeanPushAge, Summary};
 pub use taps::Taps;
 
 use crate::system::{BuildError, Builder, MeanCost, RecordedTopics, System, WorldKind, verdict};

@@ -33,32 +33,11 @@ pub struct Summary {
     /// The system's main latency.
     pub latency: Distribution,
     /// The topics, in the order of their first connection.
-    pub topics: Vec<TopicSummary>,
+    pub topics: Vec<TopicAccount>,
     /// The nodes, in the order of addition.
     pub nodes: Vec<NodeAccount>,
     /// Commands and ends of the run.
     pub events: Vec<Event>,
-}
-
-/// A topic's figures in a run.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct TopicSummary {
-    /// Its name.
-    pub name: String,
-    /// Messages published.
-    pub published: u64,
-    /// Messages lost unread.
-    pub dropped: u64,
-    /// Messages lost by its link.
-    pub lost: u64,
-    /// Messages that its link delivered after a newer one.
-    pub overtaken: u64,
-    /// Messages in flight at the end.
-    pub in_flight: u64,
-    /// Messages per second of run time.
-    pub per_second: f64,
-    /// Whether a node reads it.
-    pub read: bool,
 }
 
 /// The mean age of the push in force, over time.
@@ -99,13 +78,9 @@ impl Summary {
         self.nodes.iter().find(|node| *node.name == *name)
     }
 
-    /// The topic called `name`; an empty one if there is none.
-    pub fn topic(&self, name: &str) -> TopicSummary {
-        let known = self.topics.iter().find(|topic| topic.name == name);
-        known.cloned().unwrap_or_else(|| TopicSummary {
-            name: name.to_owned(),
-            ..TopicSummary::default()
-        })
+    /// The topic called `name`.
+    pub fn topic(&self, name: &str) -> Option<&TopicAccount> {
+        self.topics.iter().find(|topic| *topic.name == *name)
     }
 
     /// An empty summary of a run of `config`, until the `verdict`.
@@ -134,14 +109,11 @@ impl Summary {
         // Under the real clock a tick may begin a little later than the one that ends the run.
         snapshot.now = snapshot.now.min(self.sim_time);
         let steps = system.state().and_then(|state| snapshot.topic(state));
-        let topics = snapshot.topics.iter();
         Self {
             steps: steps.map_or(0, |topic| topic.published),
             last_step: steps.and_then(|topic| topic.newest),
             latency: latency(system, &snapshot),
-            topics: topics
-                .map(|topic| TopicSummary::of(topic, self.sim_time))
-                .collect(),
+            topics: snapshot.topics,
             nodes: snapshot.nodes,
             events: observer.events(0),
             ..self
@@ -154,19 +126,4 @@ fn latency(system: &dyn System, snapshot: &Snapshot) -> Distribution {
     let meter = system.latency();
     let distribution = meter.and_then(|(node, meter)| snapshot.meter(node, meter));
     distribution.cloned().unwrap_or_else(Distribution::empty)
-}
-
-impl TopicSummary {
-    fn of(topic: &TopicAccount, sim_time: Time) -> Self {
-        Self {
-            name: topic.name.to_string(),
-            published: topic.published,
-            dropped: topic.dropped(),
-            lost: topic.lost,
-            overtaken: topic.overtaken,
-            in_flight: topic.in_flight(),
-            per_second: topic.average(sim_time),
-            read: !topic.readers.is_empty(),
-        }
-    }
 }

@@ -36,7 +36,7 @@ use super::{BuildError, Builder, System};
 /// let mut config = Config::default();
 /// config.setup.set("rate reader 5".parse()?);
 /// let summary = Experiment::new(Arc::new(system), &config)?.run()?;
-/// assert_eq!(summary.topic("/count").published, 101);
+/// assert_eq!(summary.topic("/count").expect("a topic").published, 101);
 /// assert_eq!(summary.node("reader").map(|node| node.ticks), Some(51));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

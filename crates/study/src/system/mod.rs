@@ -42,7 +42,7 @@
 //!
 //! let summary = Experiment::new(Arc::new(Counter), &Config::default())?.run()?;
 //! assert_eq!(summary.verdict.to_string(), "ENDED at 2.000 s (by a node)");
-//! assert_eq!(summary.topic("/count").dropped, 16);
+//! assert_eq!(summary.topic("/count").expect("a topic").dropped(), 16);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

@@ -3,6 +3,7 @@
 use std::{ops::Range, time::Duration};
 
 use ratelab::Time;
+use ratelab_account::TopicAccount;
 use ratelab_effects::Chance;
 
 use super::{
@@ -54,12 +55,14 @@ impl Windows {
     pub fn of(budget: &Budget, usual: &Summary) -> Result<Self, HuntError> {
         let [lose, late, hang] = budget.parts();
         let topic = usual.topic(&budget.topic);
-        if lose + late > 0 && (!topic.read || topic.published == 0) {
-            let why = match topic.read {
+        let is_read = topic.is_some_and(TopicAccount::is_read);
+        let messages = topic.map_or(0, |topic| topic.published);
+        if lose + late > 0 && (!is_read || messages == 0) {
+            let why = match is_read {
                 true => "it carried no message",
                 false => "no node reads such a topic",
             };
-            let read = usual.topics.iter().filter(|topic| topic.read);
+            let read = usual.topics.iter().filter(|topic| topic.is_read());
             let read = read.map(|topic| &*topic.name);
             return Err(HuntError::target(&budget.topic, why, read));
         }
@@ -74,7 +77,7 @@ impl Windows {
             lose,
             late,
             hang,
-            messages: topic.published,
+            messages,
             end: usual.sim_time,
             period: node.map_or(Duration::ZERO, |node| node.hz.period()),
         })

@@ -31,7 +31,7 @@ pub struct CellResult {
 
 impl From<&Summary> for CellResult {
     fn from(summary: &Summary) -> Self {
-        let read = summary.topics.iter().filter(|topic| topic.read);
+        let read = summary.topics.iter().filter(|topic| topic.is_read());
         Self {
             verdict: summary.verdict,
             steps: summary.steps,
@@ -39,7 +39,7 @@ impl From<&Summary> for CellResult {
             mean_latency_s: summary.latency.mean_s(),
             push_age: summary.push_age(),
             cost: summary.cost,
-            dropped: read.map(|topic| topic.dropped).collect(),
+            dropped: read.map(|topic| topic.dropped()).collect(),
             state: summary.state.clone().into(),
         }
     }
