@@ -6,19 +6,9 @@ use ratelab::{Graph, Head, Payload, Topic, sync::Arc};
 
 use super::{
     node::TickRecord,
-    recorded::RecordedTopic,
     sink::AccountSink,
     tap::{Tap, TapMessage, TapSender, tap},
 };
-
-/// A row of a run, of the topic or the node with an index.
-#[derive(Clone, Debug, PartialEq)]
-pub enum RunRow {
-    /// A message with its numbers.
-    Message(usize, Head, Vec<f64>),
-    /// A tick.
-    Tick(usize, TickRecord),
-}
 
 /// Taps a graph from any thread, before and during its run. Covers the nodes and topics that the
 /// graph had when it was first tapped or observed.
@@ -26,7 +16,7 @@ pub enum RunRow {
 /// The clock decides whether a full tap blocks: in virtual time it does, because waiting
 /// costs no run time; in real time it loses messages and counts them.
 #[derive(Clone)]
-pub struct TapHandle(Arc<AccountSink>);
+pub struct TapHandle(pub(crate) Arc<AccountSink>);
 
 impl TapHandle {
     /// Taps on `graph`.
@@ -52,27 +42,6 @@ impl TapHandle {
             tap
         });
         taps.collect()
-    }
-
-    /// Copies every message of `topics` and every tick from now on, in one queue of `capacity`:
-    /// a tick comes after its messages.
-    pub fn all(&self, topics: &[&dyn RecordedTopic], capacity: usize) -> Tap<RunRow> {
-        let (all, tap) = self.tap(capacity);
-        for (node, ticks) in self.0.ticks.iter().enumerate() {
-            let end = all.clone();
-            ticks.add(Box::new(move |tick| end.offer(RunRow::Tick(node, *tick))));
-        }
-        for topic in topics {
-            let mut known = self.0.accounts.topology.topics.iter();
-            if let Some(index) = known.position(|known| known.name == topic.name()) {
-                let end = all.clone();
-                let copy = move |head: &Head, row: &[f64]| {
-                    end.offer(RunRow::Message(index, *head, row.to_vec()))
-                };
-                topic.listen(self, Box::new(copy));
-            }
-        }
-        tap
     }
 
     /// A tap for `capacity` items, with the end to be filled by a listener.

@@ -29,7 +29,7 @@ pub const DAMAGED_ROW: &str = "a row in it is damaged";
 
 /// A part of a recording, by its entity.
 #[derive(Clone, Copy)]
-enum Part {
+enum RecordedPart {
     Topic(usize),
     Node(usize),
     Events,
@@ -43,7 +43,7 @@ enum Part {
 pub struct Content {
     /// The run. Until its description is read, the rest of the file is ignored.
     pub recording: Option<Recording>,
-    parts: HashMap<EntityPath, Part>,
+    parts: HashMap<EntityPath, RecordedPart>,
     /// What the threads of the real clock did.
     threads: LogPieces,
     /// Run time up to which all of this is complete; `None` before the first checkpoint.
@@ -82,18 +82,18 @@ impl Content {
     }
 
     /// Adds the rows of `chunk`, of a `part` of the recording.
-    fn add_part(&mut self, chunk: &Chunk, part: Part) -> Result<(), Damaged> {
+    fn add_part(&mut self, chunk: &Chunk, part: RecordedPart) -> Result<(), Damaged> {
         let (Some(recording), digest) = (&mut self.recording, &mut self.digest) else {
             return Ok(());
         };
         let run = &mut recording.run;
         match part {
-            Part::Topic(of) => add_rows(&mut run.topics[of], chunk, &mut digest.topics[of]),
-            Part::Node(of) => add_rows(&mut run.ticks[of], chunk, &mut digest.nodes[of]),
-            Part::Events => add_events(&mut recording.events, chunk, digest),
-            Part::End => self.end(chunk),
-            Part::Checkpoint => self.check_in(chunk),
-            Part::Threads => {
+            RecordedPart::Topic(of) => add_rows(&mut run.topics[of], chunk, &mut digest.topics[of]),
+            RecordedPart::Node(of) => add_rows(&mut run.ticks[of], chunk, &mut digest.nodes[of]),
+            RecordedPart::Events => add_events(&mut recording.events, chunk, digest),
+            RecordedPart::End => self.end(chunk),
+            RecordedPart::Checkpoint => self.check_in(chunk),
+            RecordedPart::Threads => {
                 self.threads.add(chunk);
                 Ok(())
             }
@@ -178,19 +178,19 @@ impl Content {
 }
 
 /// The parts of a recording of a graph with this `topology`.
-fn parts(topology: &Topology) -> HashMap<EntityPath, Part> {
+fn parts(topology: &Topology) -> HashMap<EntityPath, RecordedPart> {
     let topics = topology
         .topics
         .iter()
         .map(|topic| topic_entity(&topic.name));
     let nodes = topology.nodes.iter().map(|node| node_entity(&node.name));
-    let rows = topics.zip((0..).map(Part::Topic));
-    let rows = rows.chain(nodes.zip((0..).map(Part::Node)));
+    let rows = topics.zip((0..).map(RecordedPart::Topic));
+    let rows = rows.chain(nodes.zip((0..).map(RecordedPart::Node)));
     let others = [
-        (EVENTS, Part::Events),
-        (END, Part::End),
-        (CHECKPOINT, Part::Checkpoint),
-        (THREADS, Part::Threads),
+        (EVENTS, RecordedPart::Events),
+        (END, RecordedPart::End),
+        (CHECKPOINT, RecordedPart::Checkpoint),
+        (THREADS, RecordedPart::Threads),
     ];
     let others = others.map(|(entity, part)| (entity.into(), part));
     rows.chain(others).collect()

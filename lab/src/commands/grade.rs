@@ -33,6 +33,20 @@ use crate::{
     signals,
 };
 
+/// The kinds of flags; each is a column of the CSV file.
+pub const KINDS: [&str; 7] = [
+    "copied_reason",
+    "edited",
+    "foreign_seed",
+    "redone",
+    "copied_rescue",
+    "scripted",
+    "no_reason",
+];
+
+/// The evidence for each kind of flag that a prediction or a session has.
+pub type Flags = [Option<String>; KINDS.len()];
+
 /// Grades every hand-in in a folder, and prints and writes the result. After Ctrl-C it
 /// prints the hand-ins that are graded, and writes nothing.
 pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {

@@ -3,21 +3,7 @@
 
 use exercises::{framework::PredictionOrigin, rescue::session::alike};
 
-use super::{Graded, marks::GradedPrediction, roster::Roster};
-
-/// The kinds of flags; each is a column of the CSV file.
-pub const KINDS: [&str; 7] = [
-    "copied_reason",
-    "edited",
-    "foreign_seed",
-    "redone",
-    "copied_rescue",
-    "scripted",
-    "no_reason",
-];
-
-/// The evidence for each kind of flag that a prediction or a session has.
-pub type Flags = [Option<String>; KINDS.len()];
+use super::{Flags, Graded, marks::GradedPrediction, roster::Roster};
 
 /// Number of words from which on the same reason is worth a note: fewer are often the same
 /// by chance.

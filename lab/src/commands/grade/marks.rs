@@ -13,7 +13,7 @@ use exercises::framework::{
 };
 use ratelab::Interrupt;
 
-use super::flags::Flags;
+use super::Flags;
 use crate::error::Error;
 
 /// A graded prediction.

@@ -4,9 +4,7 @@ use exercises::framework::Brief;
 use serde_json::{Map, Value, json};
 
 use super::{
-    Graded,
-    flags::{Flags, KINDS},
-    histogram,
+    Flags, Graded, KINDS, histogram,
     marks::{GradedPrediction, Measured},
     predictions,
     session::GradedRun,

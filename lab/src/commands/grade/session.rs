@@ -7,7 +7,7 @@ use exercises::rescue::session::{is_shipped, judge_recording};
 use ratelab::{Event, Interrupt, Time, TimedKnob};
 use ratelab_recording::{Recording, VerifyError, VerifyStatus, verify};
 
-use super::{file_name, flags::Flags};
+use super::{Flags, file_name};
 use crate::{error::Error, program::Program, signals};
 
 /// A recording that was handed in.

@@ -1,0 +1,37 @@
+//! All rows of a run in one tap.
+
+use ratelab::Head;
+
+use super::{node::TickRecord, recorded::RecordedTopic, tap::Tap, tap_handle::TapHandle};
+
+/// A row of a run, of the topic or the node with an index.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RunRow {
+    /// A message with its numbers.
+    Message(usize, Head, Vec<f64>),
+    /// A tick.
+    Tick(usize, TickRecord),
+}
+
+impl TapHandle {
+    /// Copies every message of `topics` and every tick from now on, in one queue of `capacity`:
+    /// a tick comes after its messages.
+    pub fn all(&self, topics: &[&dyn RecordedTopic], capacity: usize) -> Tap<RunRow> {
+        let (all, tap) = self.tap(capacity);
+        for (node, ticks) in self.0.ticks.iter().enumerate() {
+            let end = all.clone();
+            ticks.add(Box::new(move |tick| end.offer(RunRow::Tick(node, *tick))));
+        }
+        for topic in topics {
+            let mut known = self.0.accounts.topology.topics.iter();
+            if let Some(index) = known.position(|known| known.name == topic.name()) {
+                let end = all.clone();
+                let copy = move |head: &Head, row: &[f64]| {
+                    end.offer(RunRow::Message(index, *head, row.to_vec()))
+                };
+                topic.listen(self, Box::new(copy));
+            }
+        }
+        tap
+    }
+}
