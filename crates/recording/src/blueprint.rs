@@ -6,7 +6,6 @@ use std::{
 };
 
 use ratelab::ClockKind;
-use ratelab_account::Snapshot;
 use ratelab_study::system::{Signal, System, paced_node};
 use rerun::{
     AsComponents, EntityPath, RecordingStream, RecordingStreamBuilder, SerializedComponentBatch,
@@ -40,32 +39,21 @@ use super::{
         traffic::{DROPPED, LINKS, PER_SECOND},
     },
     schema::{EVENTS, NODES},
+    source::Source,
     timeline::{RUN_TIME, Written},
 };
 
 /// The timeline on which the viewer looks for a blueprint.
 const BLUEPRINT: &str = "blueprint";
 
-/// The subject of a layout.
-pub struct Subject<'a> {
-    /// The system.
-    pub system: &'a dyn System,
-    /// Whether the system has a picture.
-    pub picture: bool,
-    /// The graph before the run.
-    pub start: &'a Snapshot,
-    /// The clock at the beginning of the recording.
-    pub clock: ClockKind,
-}
-
-/// Sends the layout for `subject`. To be called before the recording itself.
-pub fn send(rec: &RecordingStream, subject: &Subject<'_>) -> Written {
-    let key = subject.key();
+/// Sends the layout for the run of `source`. To be called before the recording itself.
+pub fn send(rec: &RecordingStream, source: &Source) -> Written {
+    let key = key(source);
     let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
     if !made.contains_key(&key) {
         let mut properties = Properties::default();
         let layout = ViewerLayout {
-            root: subject.layout(&mut properties),
+            root: layout(source, &mut properties),
             timeline: RUN_TIME,
             properties,
         };
@@ -126,82 +114,78 @@ impl ViewerLayout {
     }
 }
 
-impl Subject<'_> {
-    /// All that changes the layout of a run.
-    fn key(&self) -> String {
-        let nodes = self.start.nodes.iter().map(|node| &node.name);
-        let topics = self.start.topics.iter().map(|topic| &topic.name);
-        let (system, names) = (
-            self.system.name(),
-            (nodes.collect::<Vec<_>>(), topics.collect::<Vec<_>>()),
-        );
-        format!("{system:?} {names:?} {} {}", self.picture, self.clock)
-    }
+/// All that changes the layout of a run.
+fn key(source: &Source) -> String {
+    let nodes = source.start.nodes.iter().map(|node| &node.name);
+    let topics = source.start.topics.iter().map(|topic| &topic.name);
+    let names: (Vec<_>, Vec<_>) = (nodes.collect(), topics.collect());
+    let (system, clock) = (source.system.name(), source.observer.status().clock);
+    format!("{system:?} {names:?} {} {clock}", source.has_picture())
+}
 
-    fn layout(&self, properties: &mut Properties) -> ContainerLike {
-        let graph = GraphView::new("node graph: nodes blue, topics orange").with_origin(GRAPH);
-        let top = if self.picture {
-            let views = [picture(properties, self.system.name()), graph.into()];
-            Horizontal::new(views).with_column_shares([2.0, 1.3])
-        } else {
-            Horizontal::new([graph.into()])
-        };
-        let signals = self.system.signals().iter();
-        let signals = signals.map(|signal| self.signal(properties, signal));
-        let columns = [
-            signals.collect(),
-            self.plots(properties),
-            self.states(properties),
-        ];
-        let columns = columns.into_iter().filter(|views| !views.is_empty());
-        let columns = Horizontal::new(columns.map(|views| Vertical::new(views).into()));
-        let name = "timeline: ticks of nodes, and what became of messages";
-        let timeline = lanes(properties, name, TIMELINE);
-        let rows = Vertical::new([top.into(), columns.into(), timeline]);
-        rows.with_row_shares([1.0, 2.0, 1.0]).into()
-    }
+fn layout(source: &Source, properties: &mut Properties) -> ContainerLike {
+    let graph = GraphView::new("node graph: nodes blue, topics orange").with_origin(GRAPH);
+    let top = if source.has_picture() {
+        let views = [picture(properties, source.system.name()), graph.into()];
+        Horizontal::new(views).with_column_shares([2.0, 1.3])
+    } else {
+        Horizontal::new([graph.into()])
+    };
+    let signals = source.system.signals().iter();
+    let signals = signals.map(|signal| signal_plot(&*source.system, signal, properties));
+    let columns = [
+        signals.collect(),
+        plots(source, properties),
+        states(source, properties),
+    ];
+    let columns = columns.into_iter().filter(|views| !views.is_empty());
+    let columns = Horizontal::new(columns.map(|views| Vertical::new(views).into()));
+    let name = "timeline: ticks of nodes, and what became of messages";
+    let timeline = lanes(properties, name, TIMELINE);
+    let rows = Vertical::new([top.into(), columns.into(), timeline]);
+    rows.with_row_shares([1.0, 2.0, 1.0]).into()
+}
 
-    fn signal(&self, properties: &mut Properties, signal: &Signal) -> ContainerLike {
-        let entity = signals::entity(signal.topic);
-        let only = signals::only(self.system.signals(), signal.topic, signal.name);
-        let view = TimeSeriesView::new(signals::title(signal))
-            .with_origin(entity.clone())
-            .with_override(entity, only.visualizer());
-        properties.plot(view, Some(signal.range))
-    }
+fn signal_plot(system: &dyn System, signal: &Signal, properties: &mut Properties) -> ContainerLike {
+    let entity = signals::entity(signal.topic);
+    let only = signals::only(system.signals(), signal.topic, signal.name);
+    let view = TimeSeriesView::new(signals::title(signal))
+        .with_origin(entity.clone())
+        .with_override(entity, only.visualizer());
+    properties.plot(view, Some(signal.range))
+}
 
-    /// Latency, messages and drops over time.
-    fn plots(&self, properties: &mut Properties) -> Vec<ContainerLike> {
-        let latency = self.system.latency().map(|(_, meter)| {
-            let period = paced_node(self.system);
-            let period = period.map_or(String::new(), |node| format!(", {node} period orange"));
-            TimeSeriesView::new(format!("{meter} latency blue{period} (ms)"))
-                .with_origin(LATENCY)
-                .with_override(LATENCY, stepped().visualizer())
-        });
-        let key = palette::key(self.start.topics.iter().map(|topic| &*topic.name));
-        let sent = TimeSeriesView::new(format!("messages/s: {key}")).with_origin(PER_SECOND);
-        let dropped = TimeSeriesView::new(format!("dropped so far: {key}"))
-            .with_origin(DROPPED)
-            .with_contents([DROPPED, LINKS].map(|entity| format!("/{entity}")));
-        let views = latency.into_iter().chain([sent, dropped]);
-        views.map(|view| properties.plot(view, None)).collect()
-    }
+/// Latency, messages and drops over time.
+fn plots(source: &Source, properties: &mut Properties) -> Vec<ContainerLike> {
+    let latency = source.system.latency().map(|(_, meter)| {
+        let period = paced_node(&*source.system);
+        let period = period.map_or(String::new(), |node| format!(", {node} period orange"));
+        TimeSeriesView::new(format!("{meter} latency blue{period} (ms)"))
+            .with_origin(LATENCY)
+            .with_override(LATENCY, stepped().visualizer())
+    });
+    let key = palette::key(source.start.topics.iter().map(|topic| &*topic.name));
+    let sent = TimeSeriesView::new(format!("messages/s: {key}")).with_origin(PER_SECOND);
+    let dropped = TimeSeriesView::new(format!("dropped so far: {key}"))
+        .with_origin(DROPPED)
+        .with_contents([DROPPED, LINKS].map(|entity| format!("/{entity}")));
+    let views = latency.into_iter().chain([sent, dropped]);
+    views.map(|view| properties.plot(view, None)).collect()
+}
 
-    /// Lateness, the distribution of latency, modes and events.
-    fn states(&self, properties: &mut Properties) -> Vec<ContainerLike> {
-        let mut views = Vec::new();
-        if self.clock == ClockKind::Real {
-            let nodes = palette::key(self.start.nodes.iter().map(|node| &*node.name));
-            let late = TimeSeriesView::new(format!("µs late: {nodes}")).with_origin(NODES);
-            views.push(properties.plot(late, None));
-        }
-        let latency = self.system.latency();
-        views.extend(latency.map(|(_, meter)| histogram(properties, meter)));
-        views.push(lanes(properties, "clock and rates in force", MODES));
-        views.push(events(properties));
-        views
+/// Lateness, the distribution of latency, modes and events.
+fn states(source: &Source, properties: &mut Properties) -> Vec<ContainerLike> {
+    let mut views = Vec::new();
+    if source.observer.status().clock == ClockKind::Real {
+        let nodes = palette::key(source.start.nodes.iter().map(|node| &*node.name));
+        let late = TimeSeriesView::new(format!("µs late: {nodes}")).with_origin(NODES);
+        views.push(properties.plot(late, None));
     }
+    let latency = source.system.latency();
+    views.extend(latency.map(|(_, meter)| histogram(properties, meter)));
+    views.push(lanes(properties, "clock and rates in force", MODES));
+    views.push(events(properties));
+    views
 }
 
 fn picture(properties: &mut Properties, system: &str) -> ContainerLike {

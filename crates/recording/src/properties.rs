@@ -9,7 +9,7 @@ use rerun::{
 };
 
 use super::{
-    blueprint::{self, Subject},
+    blueprint,
     file::RecordingFile,
     schema::{APPLICATION, JSON, ORIGIN, topic_entity},
     source::Source,
@@ -19,8 +19,7 @@ use super::{
 
 /// A stream to `file` with its layout and description.
 pub fn begin(file: &RecordingFile, source: &Source) -> Written<RecordingStream> {
-    let Source { system, origin, .. } = source;
-    let config = &origin.config;
+    let (origin, config) = (&source.origin, &source.origin.config);
     let name = format!(
         "{}, {} clock, seed {}",
         origin.system, config.clock, config.seed
@@ -39,13 +38,7 @@ pub fn begin(file: &RecordingFile, source: &Source) -> Written<RecordingStream> 
     let description = AnyValues::default().with_component_from_data(JSON, json);
     rec.send_property(ORIGIN, &description)?;
     let _ = rec.flush_blocking();
-    let layout = Subject {
-        system: &**system,
-        picture: source.has_picture(),
-        start: &source.start,
-        clock: source.observer.status().clock,
-    };
-    blueprint::send(&rec, &layout)?;
+    blueprint::send(&rec, source)?;
     for topic in &origin.topology.topics {
         if let Some(fields) = source.taps.fields(&topic.name) {
             let names = SeriesLines::new().with_names(fields.iter().copied());

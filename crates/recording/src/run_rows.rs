@@ -34,13 +34,19 @@ impl RunRows {
         }
     }
 
-    /// Adds a row. A message with another number of numbers is none of its topic.
+    /// Adds a row of a known topic or node. A message with another number of numbers is none of
+    /// its topic.
     pub(crate) fn add(&mut self, row: RunRow) {
         match row {
             RunRow::Message(topic, head, numbers) => {
-                let _ = self.topics[topic].push(head, numbers);
+                let topic = self.topics.get_mut(topic);
+                let _ = topic.is_some_and(|topic| topic.push(head, numbers));
             }
-            RunRow::Tick(node, tick) => self.ticks[node].push(tick),
+            RunRow::Tick(node, tick) => {
+                if let Some(ticks) = self.ticks.get_mut(node) {
+                    ticks.push(tick);
+                }
+            }
         }
     }
 

@@ -25,7 +25,7 @@ use super::{
     properties,
     recorded::Recording,
     run_rows::RunRows,
-    scene::{Scene, SceneBatch, add_lanes, events},
+    scene::{Scene, add_lanes, events},
     schema::{CHECKPOINT, END, RecordingEnd, UNTIL, node_entity, topic_entity},
     series::Series,
     source::{Source, StopReason},
@@ -303,12 +303,8 @@ impl RecordingWriter {
             self.newest = self.newest.max(ticks.newest());
         }
         events::add(&stream, events, digest)?;
-        let batch = SceneBatch {
-            topics: &rows.topics,
-            events,
-            until: until.min(self.newest.unwrap_or_default()),
-        };
-        self.scene.add(&stream, &batch)?;
+        let until = until.min(self.newest.unwrap_or_default());
+        self.scene.add(&stream, &rows.topics, events, until)?;
         self.made = made;
         Ok(())
     }

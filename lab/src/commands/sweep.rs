@@ -105,7 +105,8 @@ fn print_results(
 ) -> Result<(), Error> {
     let theory = args.system.theory;
     let wanted = theory || (record.is_some() && program.course);
-    let summary = SweepSummary::of(swept, wanted)?;
+    let mut summary = SweepSummary::of(swept, wanted)?;
+    summary.theory = theory;
     if let Some(mut csv) = outputs.csv.take() {
         let file = csv.begin()?;
         let header = csv::header(swept.sweep(), topics);
@@ -115,17 +116,17 @@ fn print_results(
         file.write(svg::svg(&summary).as_bytes())?;
     }
     let by_age = args.by.map(|ByArg::Age| AgeTable::of(swept, &summary));
-    let json = json::text(&summary, swept, topics, theory, by_age.as_ref());
+    let json = json::text(&summary, swept, topics, by_age.as_ref());
     outputs.write(&json)?;
     if args.json {
         print_data(&json)?;
-    } else if args.markdown {
-        print_data(&markdown::text(&summary, theory, &style(args).theme))?;
+    } else if args.markdown && by_age.is_none() {
+        print_data(&markdown::text(&summary, &style(args).theme))?;
     } else {
         let style = style(args);
         print_line(&match by_age {
             Some(table) => map::by_age(&summary, &table, &style),
-            None => map::text(&summary, theory, &style),
+            None => map::text(&summary, &style),
         })?;
     }
     match record {

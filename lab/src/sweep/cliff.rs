@@ -2,17 +2,20 @@
 
 use ratelab::KnobKind;
 
-use super::summary::{RowSummary, SweepSummary};
+use super::{
+    figures,
+    summary::{RowSummary, SweepSummary},
+};
 use crate::report::line;
 
 /// The lines for the rows of one group.
 pub fn lines(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<String> {
-    let mut rows: Vec<&RowSummary> = rows.iter().filter(|row| row.runs > 0).collect();
+    let mut rows: Vec<&RowSummary> = rows.iter().filter(|row| row.survival.runs > 0).collect();
     if rows.len() < 2 || rows.iter().any(|row| row.number().is_nan()) {
         return Vec::new();
     }
     rows.sort_by(|a, b| a.number().total_cmp(&b.number()));
-    let helps = rows[0].share() <= rows[rows.len() - 1].share();
+    let helps = rows[0].survival.share() <= rows[rows.len() - 1].survival.share();
     if !helps {
         rows.reverse();
     }
@@ -46,17 +49,9 @@ impl CliffWords<'_> {
         self.summary.main.with_unit(&row.value)
     }
 
-    /// The values of the worse end, as far as `row`.
-    fn worse(&self, row: &RowSummary) -> String {
-        match self.helps {
-            true => format!("up to {}", self.at(row)),
-            false => format!("from {} on", self.at(row)),
-        }
-    }
-
-    /// The values of the better end, as far as `row`.
-    fn better(&self, row: &RowSummary) -> String {
-        match self.helps {
+    /// The values of the better or the worse end, as far as `row`.
+    fn end(&self, better: bool, row: &RowSummary) -> String {
+        match better == self.helps {
             true => format!("from {} on", self.at(row)),
             false => format!("up to {}", self.at(row)),
         }
@@ -66,14 +61,14 @@ impl CliffWords<'_> {
     /// successful.
     fn edges(&self, rows: &[&RowSummary]) -> String {
         let (good, (noun, _)) = (&self.summary.good, self.words());
-        let down = rows.iter().take_while(|row| row.held == 0).count();
+        let down = rows.iter().take_while(|row| row.survival.held == 0).count();
         let up = rows
             .iter()
             .rev()
-            .take_while(|row| row.held == row.runs)
+            .take_while(|row| row.survival.held == row.survival.runs)
             .count();
-        let last_down = down.checked_sub(1).map(|last| self.worse(rows[last]));
-        let first_up = (up > 0).then(|| self.better(rows[rows.len() - up]));
+        let last_down = down.checked_sub(1).map(|last| self.end(false, rows[last]));
+        let first_up = (up > 0).then(|| self.end(true, rows[rows.len() - up]));
         let (higher, lowest, highest) = match self.helps {
             true => ("higher", "lowest", "highest"),
             false => ("lower", "highest", "lowest"),
@@ -93,12 +88,12 @@ impl CliffWords<'_> {
     /// The value at which most is lost by going to the next better one.
     fn dip(&self, rows: &[&RowSummary]) -> Option<String> {
         let drops = rows.windows(2).filter_map(|pair| {
-            let drop = pair[0].share()? - pair[1].share()?;
+            let drop = pair[0].survival.share()? - pair[1].survival.share()?;
             (drop > 0.0).then_some((drop, pair))
         });
         let (_, pair) = drops.max_by(|(a, _), (b, _)| a.total_cmp(b))?;
-        let [less, more] = [pair[0], pair[1]]
-            .map(|row| format!("{} of {} at {}", row.held, row.runs, self.at(row)));
+        let [less, more] =
+            [pair[0], pair[1]].map(|row| format!("{} at {}", figures::count(row), self.at(row)));
         let (_, better) = self.words();
         Some(format!("{less}, then {more}: {better}, yet worse"))
     }

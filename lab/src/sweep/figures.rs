@@ -17,7 +17,8 @@ pub struct Figure {
     pub key: &'static str,
     /// The figure; `None` if it is unknown.
     pub value: fn(&RowSummary) -> Option<f64>,
-    places: fn(f64) -> usize,
+    /// Its digits, where it is known.
+    digits: fn(f64) -> String,
 }
 
 /// Mean latency.
@@ -27,7 +28,7 @@ pub const LATENCY: Figure = Figure {
     width: 10,
     key: "mean_latency_ms",
     value: |row| row.mean_latency_s.map(|s| s * 1e3),
-    places: |_| 1,
+    digits: |ms| format!("{ms:.1}"),
 };
 
 /// Mean push age.
@@ -37,7 +38,7 @@ pub const AGE: Figure = Figure {
     width: 8,
     key: "mean_late_push_age_ms",
     value: |row| row.push_age_s.map(|s| s * 1e3),
-    places: |_| 1,
+    digits: |ms| format!("{ms:.1}"),
 };
 
 /// When the runs were lost.
@@ -47,7 +48,7 @@ const LOST: Figure = Figure {
     width: 9,
     key: "median_lost_at_s",
     value: |row| row.lost_at_s,
-    places: |_| 2,
+    digits: |s| format!("{s:.2}"),
 };
 
 /// The quadratic cost, with three digits that count.
@@ -57,27 +58,42 @@ const COST: Figure = Figure {
     width: 6,
     key: "mean_quadratic_cost",
     value: |row| row.cost,
-    places: |cost| match cost {
-        ..0.1 => 4,
-        ..1.0 => 3,
-        _ => 2,
+    digits: |cost| match cost {
+        ..0.1 => format!("{cost:.4}"),
+        ..1.0 => format!("{cost:.3}"),
+        _ => format!("{cost:.2}"),
     },
 };
 
-/// The figures of all rows, as far as the system has them.
+/// The growth of a small deviation by linear theory (1/s).
+pub const GROWTH: Figure = Figure {
+    name: "growth",
+    unit: "",
+    width: 6,
+    key: "growth_per_s",
+    value: |row| row.theory.growth,
+    digits: |growth| format!("{growth:+.2}"),
+};
+
+/// The figures of all rows, as far as the system has them and they are asked for.
 pub fn of(summary: &SweepSummary) -> Vec<Figure> {
     let mut figures = vec![LATENCY, AGE, LOST];
     let cost = summary.sweep.system.quadratic_cost();
     figures.extend(cost.map(|_| COST));
+    figures.extend(summary.theory.then_some(GROWTH));
     figures
 }
 
 impl Figure {
-    /// The figure of `row` as text.
+    /// The figure of `row` as text; where there is no growth, whether deviations shrink for sure.
     pub fn text(&self, row: &RowSummary) -> String {
-        (self.value)(row).map_or("-".to_owned(), |value| {
-            format!("{value:.places$}", places = (self.places)(value))
-        })
+        let sure = row.theory.sure.filter(|_| self.key == GROWTH.key);
+        match ((self.value)(row), sure) {
+            (Some(value), _) => (self.digits)(value),
+            (None, Some(true)) => "sure".to_owned(),
+            (None, Some(false)) => "?".to_owned(),
+            (None, None) => "-".to_owned(),
+        }
     }
 
     /// The figure of `row` for programs; a cost has more digits.
@@ -92,18 +108,8 @@ impl Figure {
 
 /// How many runs were successful.
 pub fn count(row: &RowSummary) -> String {
-    match row.runs {
+    match row.survival.runs {
         0 => "-".to_owned(),
-        runs => format!("{} of {runs}", row.held),
-    }
-}
-
-/// A growth rate (1/s), or whether deviations shrink for sure.
-pub fn growth(row: &RowSummary) -> String {
-    match (row.theory.growth, row.theory.sure) {
-        (Some(growth), _) => format!("{growth:+.2}"),
-        (None, Some(true)) => "sure".to_owned(),
-        (None, Some(false)) => "?".to_owned(),
-        (None, None) => "-".to_owned(),
+        runs => format!("{} of {runs}", row.survival.held),
     }
 }

@@ -19,13 +19,9 @@ pub fn text(
     summary: &SweepSummary,
     swept: &Swept,
     topics: &[String],
-    theory: bool,
     by_age: Option<&AgeTable>,
 ) -> String {
-    let rows = summary
-        .rows()
-        .iter()
-        .map(|row| survival(summary, row, theory));
+    let rows = summary.rows().iter().map(|row| survival(summary, row));
     let cells = swept.finished();
     let cells = cells.map(|(cell, outcome)| run(summary, topics, &cell, outcome));
     let mut whole = object(json!({
@@ -46,22 +42,18 @@ pub fn text(
     format!("{:#}", Value::Object(whole))
 }
 
-fn survival(summary: &SweepSummary, row: &RowSummary, theory: bool) -> Value {
-    let mut figures = conditions(&summary.sweep, &row.cell);
+fn survival(summary: &SweepSummary, row: &RowSummary) -> Value {
+    let mut figures = conditions(&summary.sweep, &row.survival.cell);
     figures.extend([
-        (key(&summary.good), json!(row.held)),
-        ("runs".to_owned(), json!(row.runs)),
-        ("share".to_owned(), json!(row.share().map(rounded))),
+        (key(&summary.good), json!(row.survival.held)),
+        ("runs".to_owned(), json!(row.survival.runs)),
+        ("share".to_owned(), json!(row.survival.share().map(rounded))),
     ]);
     let known = figures::of(summary).into_iter();
     figures.extend(known.map(|figure| (figure.key.to_owned(), figure.json(row))));
-    if theory {
-        let growth = row.theory.growth.map(rounded);
-        figures.insert("growth_per_s".to_owned(), json!(growth));
-        figures.insert(
-            "shrinks_whatever_the_pattern".to_owned(),
-            json!(row.theory.sure),
-        );
+    if summary.theory {
+        let sure = json!(row.theory.sure);
+        figures.insert("shrinks_whatever_the_pattern".to_owned(), sure);
     }
     Value::Object(figures)
 }

@@ -32,13 +32,13 @@ const SURE: &str = "deviations shrink whatever the pattern of the delays, by the
 
 /// The map: a list if one knob is swept, otherwise a line for each combination of the
 /// slower knobs.
-pub fn text(summary: &SweepSummary, theory: bool, style: &MapStyle) -> String {
+pub fn text(summary: &SweepSummary, style: &MapStyle) -> String {
     let mut lines = head_lines(summary, &style.theme);
     lines.push(String::new());
     let mut groups = summary.groups();
     match (groups.len(), groups.next()) {
         (1, Some(rows)) => {
-            lines.extend(list::lines(summary, rows, theory, &style.theme));
+            lines.extend(list::lines(summary, rows, &style.theme));
             lines.push(String::new());
             if summary.runs == summary.cells {
                 lines.extend(cliff::lines(summary, rows));
@@ -52,8 +52,8 @@ pub fn text(summary: &SweepSummary, theory: bool, style: &MapStyle) -> String {
             lines.extend(quadratic_cost(summary));
         }
         _ => {
-            lines.extend(heat::lines(summary, theory, style));
-            if theory {
+            lines.extend(heat::lines(summary, style));
+            if summary.theory {
                 lines.push(String::new());
                 lines.extend(heat::growth(summary, style));
             }
@@ -61,7 +61,7 @@ pub fn text(summary: &SweepSummary, theory: bool, style: &MapStyle) -> String {
             lines.push(line("cells", &heat::key(summary, &style.theme)));
         }
     }
-    if theory {
+    if summary.theory {
         lines.extend(theory_lines(summary, &style.theme));
     }
     while lines.last().is_some_and(String::is_empty) {
@@ -174,7 +174,7 @@ fn factors(sweep: &Sweep) -> Vec<String> {
 
 /// The survival level of a row.
 fn level(row: &RowSummary) -> SurvivalLevel {
-    SurvivalLevel::of(row.held, row.runs)
+    SurvivalLevel::of(row.survival.held, row.survival.runs)
 }
 
 /// What an edge that theory draws is made of, in a list.

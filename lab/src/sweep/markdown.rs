@@ -10,10 +10,10 @@ use super::{
 /// The runs in a line, and a table: a row per value with its figures if one knob is swept,
 /// otherwise a row per combination of the slower knobs and a column per value of the
 /// fastest.
-pub fn text(summary: &SweepSummary, theory: bool, theme: &Theme) -> String {
+pub fn text(summary: &SweepSummary, theme: &Theme) -> String {
     let mut groups = summary.groups();
     let table = match (groups.len(), groups.next()) {
-        (1, Some(rows)) => figures(summary, rows, theory),
+        (1, Some(rows)) => figures(summary, rows),
         _ => counts(summary),
     };
     let head = map::head(summary, theme).into_iter();
@@ -23,16 +23,14 @@ pub fn text(summary: &SweepSummary, theory: bool, theme: &Theme) -> String {
 }
 
 /// The rows of one group with their figures, below a heading.
-fn figures(summary: &SweepSummary, rows: &[RowSummary], theory: bool) -> Vec<Vec<String>> {
+fn figures(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<Vec<String>> {
     let figures = figures::of(summary);
     let mut head = vec![summary.main.heading(), summary.good.clone()];
     head.extend(figures.iter().map(|of| format!("{}{}", of.name, of.unit)));
-    head.extend(theory.then(|| "growth".to_owned()));
     let line = rule(head.len());
     let rows = rows.iter().map(|row| {
         let mut cells = vec![row.value.clone(), figures::count(row)];
         cells.extend(figures.iter().map(|figure| figure.text(row)));
-        cells.extend(theory.then(|| figures::growth(row)));
         cells
     });
     [head, line].into_iter().chain(rows).collect()

@@ -43,7 +43,7 @@ fn plots(summary: &SweepSummary) -> Vec<Plot> {
     let mut plots: Vec<Plot> = vec![(
         "survival",
         format!("{good} runs over the {noun} (%)"),
-        |row| row.share().map(|share| share * 100.0),
+        |row| row.survival.share().map(|share| share * 100.0),
     )];
     if let Some((_, meter)) = summary.sweep.system.latency() {
         let title = format!("mean {meter} latency (ms)");

@@ -1,13 +1,13 @@
 //! The runs of a sweep, combined over the seeds.
 
 use ratelab_study::{
-    experiment::sweep::{Cell, CellResult, Sweep, Swept},
+    experiment::sweep::{CellResult, Survival, Sweep, Swept},
     system::names,
 };
 
 use super::{
     columns::{self, Column},
-    theory::{Edge, RowTheory, Theory},
+    theory::{Edge, RowTheory},
 };
 use crate::error::Error;
 
@@ -17,6 +17,8 @@ pub struct SweepSummary {
     pub sweep: Sweep,
     /// The knob that changes fastest.
     pub main: Column,
+    /// Whether the growth by linear theory is among its figures.
+    pub theory: bool,
     /// A word for successful runs.
     pub good: String,
     /// The rows, in the order of the sweep.
@@ -30,14 +32,10 @@ pub struct SweepSummary {
 /// The runs of one combination of knobs, over all seeds.
 #[derive(Clone, Debug)]
 pub struct RowSummary {
-    /// The first of them; the others differ in the seed.
-    pub cell: Cell,
+    /// How many of them were not lost.
+    pub survival: Survival,
     /// The value of the fastest knob, in short form.
     pub value: String,
-    /// Finished runs.
-    pub runs: usize,
-    /// Runs that were not lost.
-    pub held: usize,
     /// Mean over the runs of their mean latency (s).
     pub mean_latency_s: Option<f64>,
     /// Mean over the runs of their mean push age in the last second (s).
@@ -81,30 +79,29 @@ impl SweepSummary {
         let sweep = swept.sweep();
         let main = columns::main(sweep);
         let main = main.ok_or_else(|| Error::BadInput("nothing is swept".to_owned()))?;
-        let (mut finished, mut theory) = (swept.finished(), Theory::default());
+        let mut finished = swept.finished();
         let rows = swept.survival().map(|survival| {
             let group = finished.by_ref().take(survival.runs);
             let outcomes: Vec<&CellResult> = group.map(|(_, outcome)| outcome).collect();
             let lost = outcomes.iter().filter(|o| o.verdict.is_lost());
             let held = outcomes.iter().filter(|o| !o.verdict.is_lost());
-            let said = wanted.then(|| theory.of(&sweep.config(&survival.cell)));
+            let said = wanted.then(|| RowTheory::of(&sweep.config(&survival.cell)));
             Ok(RowSummary {
                 value: main.short(sweep, &survival.cell),
-                runs: survival.runs,
-                held: survival.held,
                 mean_latency_s: mean(outcomes.iter().filter_map(|o| o.mean_latency_s)),
                 push_age_s: mean(outcomes.iter().filter_map(|o| Some(o.push_age?.late_s))),
                 cost: mean(held.filter_map(|o| o.cost)),
                 lost_at_s: median(lost.map(|o| o.sim_time.as_secs_f64())),
                 theory: said.transpose()?.unwrap_or_default(),
-                cell: survival.cell,
+                survival,
             })
         });
         let rows = rows.collect::<Result<Vec<RowSummary>, Error>>()?;
         Ok(Self {
-            runs: rows.iter().map(|row| row.runs).sum(),
+            runs: rows.iter().map(|row| row.survival.runs).sum(),
             cells: sweep.cells().unwrap_or(0),
             good: names::good(&*sweep.system),
+            theory: wanted,
             sweep: sweep.clone(),
             main,
             rows,
@@ -153,7 +150,7 @@ impl SweepSummary {
         let columns = columns::of(&self.sweep).into_iter();
         let slower = columns.filter(|column| column.name != self.main.name && wanted(column));
         let parts = slower.map(|column| {
-            let value = column.short(&self.sweep, &row.cell);
+            let value = column.short(&self.sweep, &row.survival.cell);
             column.tag(&told(&column, value))
         });
         parts.collect::<Vec<_>>().join(" ")
@@ -185,11 +182,6 @@ impl RowSummary {
     /// The value of the fastest knob, if it is a number.
     pub fn number(&self) -> f64 {
         self.value.parse().unwrap_or(f64::NAN)
-    }
-
-    /// Share of runs that were not lost; `None` without runs.
-    pub fn share(&self) -> Option<f64> {
-        (self.runs > 0).then(|| self.held as f64 / self.runs as f64)
     }
 }
 

@@ -72,7 +72,10 @@ struct HeatMap<'s> {
 impl<'s> HeatMap<'s> {
     fn of(summary: &'s SweepSummary) -> Self {
         let grid = summary.grid();
-        let counts = summary.rows().iter().map(|row| row.held.to_string().len());
+        let counts = summary
+            .rows()
+            .iter()
+            .map(|row| row.survival.held.to_string().len());
         let labels = grid.values.iter().map(|value| value.chars().count());
         let cell = counts.chain(labels).max().unwrap_or(0).max(3) + 1;
         Self {
@@ -106,8 +109,8 @@ impl<'s> HeatMap<'s> {
     fn cell(&self, svg: &mut String, (place, y): (usize, usize), name: &str, row: &RowSummary) {
         let (x, width) = (self.left + place * self.cell + 1, self.cell - 2);
         let height = ROW - 2;
-        let fill = if row.runs == 0 { OPEN } else { LOST };
-        let bar = (row.share().unwrap_or(0.0) * height as f64).round() as usize;
+        let fill = if row.survival.runs == 0 { OPEN } else { LOST };
+        let bar = (row.survival.share().unwrap_or(0.0) * height as f64).round() as usize;
         let value = self.summary.main.with_unit(&row.value);
         let value = format!("{} {value}", self.summary.main.label());
         let place_name = [name, &value].join(" ");
@@ -120,9 +123,9 @@ impl<'s> HeatMap<'s> {
              <rect x=\"{x}\" y=\"{}\" width=\"{width}\" height=\"{bar}\" fill=\"{GOOD}\"/>",
             y + height - bar,
         );
-        let figure = match row.runs {
+        let figure = match row.survival.runs {
             0 => "-".to_owned(),
-            _ => row.held.to_string(),
+            _ => row.survival.held.to_string(),
         };
         text(svg, (self.middle(place), y + 19), "middle", &figure);
         svg.push_str("</g>\n");

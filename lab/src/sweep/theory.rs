@@ -1,10 +1,7 @@
 //! Growth by linear theory for each pair of rates of the cart-pole.
 
 use ratelab_cart_pole::stability::{Expected, StabilityError, expected};
-use ratelab_study::{
-    experiment::Config,
-    system::{Setup, WorldKind},
-};
+use ratelab_study::experiment::Config;
 
 use crate::error::Error;
 
@@ -18,37 +15,21 @@ pub struct RowTheory {
     pub sure: Option<bool>,
 }
 
-/// Growth rates of a small deviation (1/s), by rates; `None` if the hyper-period is too
-/// long.
-#[derive(Default)]
-pub struct Theory(Vec<((Setup, WorldKind), RowTheory)>);
-
-impl Theory {
-    /// The prediction for the run of `config`.
+impl RowTheory {
+    /// The prediction for the run of `config`; an empty one if theory has none.
     ///
     /// # Errors
-    /// [`Error::Unfinished`] if an expected answer is missing.
-    pub fn of(&mut self, config: &Config) -> Result<RowTheory, Error> {
-        let key = (config.setup.clone(), config.world);
-        if let Some((_, known)) = self.0.iter().find(|(of, _)| *of == key) {
-            return Ok(*known);
-        }
-        let said = match expected(&config.setup, config.world) {
-            Ok(Expected::Growth(growth) | Expected::MeanSquare(growth)) => RowTheory {
-                growth: Some(growth),
-                sure: None,
-            },
-            Ok(Expected::Any(sure)) => RowTheory {
-                growth: None,
-                sure: Some(sure),
-            },
+    /// [`Error::Unfinished`] if the plant cannot be linearised.
+    pub fn of(config: &Config) -> Result<Self, Error> {
+        let (growth, sure) = match expected(&config.setup, config.world) {
+            Ok(Expected::Growth(growth) | Expected::MeanSquare(growth)) => (Some(growth), None),
+            Ok(Expected::Any(sure)) => (None, Some(sure)),
             Err(error @ StabilityError::Plant(_)) => {
                 return Err(Error::Unfinished(error.to_string()));
             }
-            Err(_) => RowTheory::default(),
+            Err(_) => (None, None),
         };
-        self.0.push((key, said));
-        Ok(said)
+        Ok(Self { growth, sure })
     }
 }
 

@@ -8,7 +8,6 @@ pub mod graph;
 pub mod histogram;
 pub mod lanes;
 pub mod latency;
-pub mod lateness;
 pub mod lines;
 pub mod modes;
 pub mod palette;
@@ -24,23 +23,17 @@ use std::sync::Arc;
 use ratelab::{Event, Time};
 use ratelab_account::{Rows, Snapshot};
 use ratelab_study::system::System;
-use rerun::RecordingStream;
+use rerun::{RecordingStream, SeriesPoints};
 
 use self::{graph::GraphScene, latency::LatencyScene, picture::PictureScene, traffic::Traffic};
 use super::{
     recorded::Recording,
+    schema::node_entity,
     timeline::{BatchStream, Written},
 };
 
-/// The news since the last batch, each list in the order of arrival.
-pub struct SceneBatch<'a> {
-    /// The messages of each topic, as in the graph.
-    pub topics: &'a [Rows],
-    /// Commands and ends.
-    pub events: &'a [Event],
-    /// Run time up to which nothing is missing.
-    pub until: Time,
-}
+/// Size of a point.
+const POINT: f32 = 1.5;
 
 /// Logs the lanes of a complete `recording`.
 pub fn add_lanes(rec: &RecordingStream, recording: &Recording) -> Written {
@@ -76,7 +69,7 @@ impl Scene {
 
     /// Logs all that holds from the beginning of the run of the graph in `start`.
     pub fn begin(&self, stream: &BatchStream, start: &Snapshot) -> Written {
-        lateness::begin(&stream.rec, start)?;
+        begin_lateness(&stream.rec, start)?;
         for topic in &self.topics {
             signals::begin(&stream.rec, self.system.signals(), topic)?;
         }
@@ -87,9 +80,15 @@ impl Scene {
         self.graph.begin(stream)
     }
 
-    /// Logs what came since the last batch.
-    pub fn add(&mut self, stream: &BatchStream, batch: &SceneBatch<'_>) -> Written {
-        let SceneBatch { topics, events, .. } = *batch;
+    /// Logs the messages of each topic and the events that came since the last batch; nothing is
+    /// missing up to run time `until`.
+    pub fn add(
+        &mut self,
+        stream: &BatchStream,
+        topics: &[Rows],
+        events: &[Event],
+        until: Time,
+    ) -> Written {
         for (topic, rows) in self.topics.iter().zip(topics) {
             signals::add(stream, self.system.signals(), topic, rows)?;
             if Some(&**topic) == self.system.state() {
@@ -100,7 +99,7 @@ impl Scene {
         if let Some(latency) = &mut self.latency {
             latency.add(stream, events)?;
         }
-        self.traffic.sample(stream, batch.until)?;
+        self.traffic.sample(stream, until)?;
         self.graph.add(stream, events)
     }
 
@@ -113,4 +112,17 @@ impl Scene {
         }
         events::verdict(stream, at, verdict, lost)
     }
+}
+
+/// Names and colours of the points that show how late the ticks of each node began; the ticks
+/// themselves are recorded for readers too. Virtual time is never late.
+fn begin_lateness(rec: &RecordingStream, start: &Snapshot) -> Written {
+    for (node, colour) in start.nodes.iter().zip(palette::series(start.nodes.len())) {
+        let points = SeriesPoints::new()
+            .with_names([format!("{} (µs late)", node.name)])
+            .with_colors([colour])
+            .with_marker_sizes([POINT]);
+        rec.log_static(node_entity(&node.name), &points)?;
+    }
+    Ok(())
 }

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, time::Duration};
 
-use ratelab::{ClockKind, Head, Time};
+use ratelab::{Head, Time};
 use ratelab_account::Snapshot;
 use ratelab_cart_pole::{CartPole, POLICY, STATE};
 use ratelab_study::experiment::{Config, Experiment, Summary};
@@ -11,10 +11,9 @@ use rerun::{
     log::{Chunk, LogMsg},
 };
 
-use super::{Scene, SceneBatch, latency::LATENCY};
+use super::{Scene, latency::LATENCY};
 use crate::{
-    RunRows,
-    blueprint::{self, Subject},
+    RunRows, Source, blueprint,
     tests::{cart_pole, chunks, stream},
     timeline::{BatchStream, RUN_TIME},
 };
@@ -73,12 +72,8 @@ fn draw(run: &Run, span: Duration) -> Vec<LogMsg> {
         let news = rest.take_until(until);
         let stream = batch_stream(&rec, made, news.topics[state].heads());
         made = stream.made();
-        let batch = SceneBatch {
-            topics: &news.topics,
-            events: &events,
-            until: until.min(end),
-        };
-        scene.add(&stream, &batch).expect("a batch");
+        let drawn = scene.add(&stream, &news.topics, &events, until.min(end));
+        drawn.expect("a batch");
         from = from + span;
     }
     let finished = scene.finish(&batch_stream(&rec, made, &[]), end, "BALANCED", false);
@@ -147,15 +142,9 @@ fn the_age_that_is_drawn_is_the_one_of_the_summary() {
 
 #[test]
 fn the_layout_comes_with_its_activation() {
-    let start = run().start;
+    let experiment = Experiment::new(cart_pole(), &Config::default()).expect("a plant");
     let (rec, storage) = stream();
-    let subject = Subject {
-        system: &CartPole::default(),
-        picture: true,
-        start: &start,
-        clock: ClockKind::Virtual,
-    };
-    blueprint::send(&rec, &subject).expect("a layout");
+    blueprint::send(&rec, &Source::of(&experiment)).expect("a layout");
     let messages = storage.take();
     let active = messages.iter().filter_map(|message| match message {
         LogMsg::BlueprintActivationCommand(command) => Some(command.blueprint_id.clone()),

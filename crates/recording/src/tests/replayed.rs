@@ -1,7 +1,7 @@
 //! A replay shows the figures of its run.
 
 use ratelab::{ClockKind, Time};
-use ratelab_account::{Distribution, Snapshot};
+use ratelab_account::Snapshot;
 use ratelab_cart_pole::{CartPole, STATE};
 use ratelab_study::{
     experiment::{Config, Summary},
@@ -15,40 +15,25 @@ use super::{
 
 /// All figures in a snapshot, as text.
 fn figures(snapshot: &Snapshot) -> String {
-    let distribution = |d: &Distribution| {
-        let quantiles = [0.1, 0.5, 0.9, 0.99].map(|q| d.quantile(q));
-        format!("{} {:?} {:?} {quantiles:?}", d.count(), d.sum(), d.max())
-    };
     let now = snapshot.now;
-    let mut text = format!("{now} {:?}\n", snapshot.status);
-    for node in &snapshot.nodes {
-        let meters = node.meters.iter();
-        let meters: Vec<_> = meters.map(|(_, meter)| distribution(meter)).collect();
-        text += &format!(
-            "{} {} {} {} {} {} {meters:?}\n",
-            node.name,
-            node.hz,
-            node.ticks,
-            node.overruns,
-            distribution(&node.lateness),
-            distribution(&node.tick_time),
-        );
-    }
-    for topic in &snapshot.topics {
+    let nodes = snapshot.nodes.iter().map(|node| {
+        let meters: Vec<_> = node.meters.iter().map(|(_, meter)| meter).collect();
+        let counts = (&node.name, node.hz, node.ticks, node.overruns);
+        format!(
+            "{counts:?} {:?} {:?} {meters:?}\n",
+            node.lateness, node.tick_time
+        )
+    });
+    let topics = snapshot.topics.iter().map(|topic| {
         let readers = topic.readers.iter();
         let readers: Vec<_> = readers
-            .map(|s| (s.dropped, s.dropped_lately(now), distribution(&s.ages)))
+            .map(|reader| (reader.dropped, reader.dropped_lately(now), &reader.ages))
             .collect();
-        text += &format!(
-            "{} {} {} {} {:?} {readers:?}\n",
-            topic.name,
-            topic.depth,
-            topic.published,
-            topic.per_second(now),
-            topic.newest,
-        );
-    }
-    text
+        let counts = (&topic.name, topic.depth, topic.published, topic.newest);
+        format!("{counts:?} {} {readers:?}\n", topic.per_second(now))
+    });
+    let first = format!("{now} {:?}\n", snapshot.status);
+    [first].into_iter().chain(nodes).chain(topics).collect()
 }
 
 #[test]

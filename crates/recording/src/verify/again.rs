@@ -9,7 +9,7 @@ use std::{
 };
 
 use crossbeam_channel::{RecvTimeoutError, Sender};
-use ratelab::{Command, Event, Fault, Knob, Speed, Time};
+use ratelab::{Command, Event, Fault, Speed, Time};
 use ratelab_account::{Observer, RunRow, Tap};
 use ratelab_replay::{BusyNode, Doing, Rerun, Watch};
 use ratelab_study::{
@@ -20,9 +20,7 @@ use ratelab_study::{
 use super::{
     Identical, VerifyError, compare::Comparison, difference::Difference, end, events, topology,
 };
-use crate::{
-    durations::with_durations, recorded::Recording, schema::RecordingEnd, source::StopReason,
-};
+use crate::{recorded::Recording, schema::RecordingEnd, source::StopReason};
 
 /// Run time that a run may go on after it ended when it was recorded, until that
 /// is what is different.
@@ -224,14 +222,9 @@ fn is_stuck(node: &BusyNode, busy: Duration) -> bool {
 
 /// `config` with the measured durations that its knobs draw from.
 pub fn with_tables(mut config: Config) -> Result<Config, BuildError> {
-    config.setup = loaded(config.setup.iter().cloned())?;
+    let setup = config.setup.iter().cloned();
+    config.setup = setup.map(events::with_table).collect::<Result<_, _>>()?;
     Ok(config)
-}
-
-/// `knobs` with the measured durations that they draw from.
-pub fn loaded<K: FromIterator<Knob>>(knobs: impl Iterator<Item = Knob>) -> Result<K, BuildError> {
-    let knobs = knobs.map(with_durations).collect::<Result<_, _>>();
-    knobs.map_err(BuildError::Setting)
 }
 
 /// The configuration of the new run: no longer than the recording, as a run that ended

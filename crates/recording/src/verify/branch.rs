@@ -10,7 +10,7 @@ use ratelab_real_clock::RealClock;
 use ratelab_replay::Rerun;
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
-    system::System,
+    system::{BuildError, System},
 };
 
 use super::{VerifyError, again, events, order};
@@ -59,10 +59,12 @@ pub fn branch(
         at, knobs, speed, ..
     } = departure;
     let at = *at;
-    let knobs: Vec<Knob> = again::loaded(knobs.iter().cloned())?;
-    let timed = knobs.into_iter().map(|knob| TimedKnob { at, knob });
+    let timed = knobs.iter().map(|knob| {
+        let knob = events::with_table(knob.clone())?;
+        Ok(TimedKnob { at, knob })
+    });
     let config = again::with_tables(Config {
-        knobs: timed.collect(),
+        knobs: timed.collect::<Result<_, BuildError>>()?,
         end: departure.end.unwrap_or_else(|| end_of(recording, at)),
         speed: *speed,
         ..recording.origin.config.clone()

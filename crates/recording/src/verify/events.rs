@@ -38,7 +38,7 @@ pub fn commands(
         Some(TimedCommand { at, command })
     });
     let tabled = commands.map(|mut timed| {
-        load_table(&mut timed.command).map_err(BuildError::Setting)?;
+        load_table(&mut timed.command)?;
         Ok(timed)
     });
     tabled.collect()
@@ -47,12 +47,20 @@ pub fn commands(
 /// Loads the measured durations that the knob of `command` draws from.
 ///
 /// # Errors
-/// The reason why they cannot be had.
-pub fn load_table(command: &mut Command) -> Result<(), String> {
+/// [`BuildError::Setting`] if they cannot be had.
+pub fn load_table(command: &mut Command) -> Result<(), BuildError> {
     if let Command::Set(knob) = command {
-        *knob = with_durations(knob.clone())?;
+        *knob = with_table(knob.clone())?;
     }
     Ok(())
+}
+
+/// `knob` with the measured durations that it draws from.
+///
+/// # Errors
+/// [`BuildError::Setting`] if they cannot be had.
+pub fn with_table(knob: Knob) -> Result<Knob, BuildError> {
+    with_durations(knob).map_err(BuildError::Setting)
 }
 
 /// Whether the graph alone decides what becomes of `command`. Of files it may be

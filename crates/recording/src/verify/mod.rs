@@ -166,14 +166,10 @@ impl fmt::Display for Identical {
 
 /// With commas between groups of three digits.
 fn thousands(number: usize) -> String {
-    let digits = number.to_string();
-    let groups: Vec<&str> = digits
-        .as_bytes()
-        .rchunks(3)
-        .rev()
-        .filter_map(|group| std::str::from_utf8(group).ok())
-        .collect();
-    groups.join(",")
+    match number / 1_000 {
+        0 => number.to_string(),
+        rest => format!("{},{:03}", thousands(rest), number % 1_000),
+    }
 }
 
 /// Runs the recorded run of `system` again with its commands, in the recorded order where
@@ -246,10 +242,7 @@ fn refuse_foreign(recording: &Recording, system: &Arc<dyn System>) -> Result<(),
 
 /// The topics that a process with the nodes `here` reads, and others publish.
 fn from_others<'a>(graph: &'a Topology, here: &[String]) -> Vec<&'a str> {
-    let is_here = |node: &usize| {
-        let node = graph.nodes.get(*node);
-        node.is_some_and(|node| here.contains(&node.name))
-    };
+    let is_here = |node: &usize| here.contains(&graph.nodes[*node].name);
     let topics = graph.topics.iter();
     let topics = topics.filter(|topic| topic.readers.iter().any(is_here));
     let topics = topics.filter(|topic| !topic.publishers.iter().all(is_here));

@@ -2,7 +2,7 @@
 
 use ratelab::{ClockKind, Command, Event};
 use ratelab_replay::Rerun;
-use ratelab_study::system::{BuildError, System};
+use ratelab_study::system::System;
 
 use super::{VerifyError, events};
 use crate::recorded::Recording;
@@ -30,7 +30,7 @@ pub fn rerun(recording: &Recording, system: &dyn System) -> Result<Option<Rerun>
     let mut rerun = read(&threads.log, &threads.events, topology)?;
     rerun.expect_refusals(|command| events::names_a_file(system, command));
     for command in rerun.commands_mut() {
-        events::load_table(command).map_err(BuildError::Setting)?;
+        events::load_table(command)?;
     }
     Ok(Some(rerun))
 }

@@ -23,10 +23,10 @@ pub fn key(summary: &SweepSummary, theme: &Theme) -> String {
 }
 
 /// The map, in several pieces if it is too wide for one.
-pub fn lines(summary: &SweepSummary, theory: bool, style: &MapStyle) -> Vec<String> {
+pub fn lines(summary: &SweepSummary, style: &MapStyle) -> Vec<String> {
     let theme = &style.theme;
     let cell = |row: &RowSummary| level(row).paint(&cell(row, theme), theme);
-    if !theory {
+    if !summary.theory {
         return pieces(summary, style, CELL, |rows, place| cell(&rows[place]));
     }
     // A column more, for the edges, and a line where there are some between groups.
@@ -39,10 +39,10 @@ pub fn lines(summary: &SweepSummary, theory: bool, style: &MapStyle) -> Vec<Stri
 
 /// The growth by linear theory for each cell, beside the map.
 pub fn growth(summary: &SweepSummary, style: &MapStyle) -> Vec<String> {
-    let texts = summary.rows().iter().map(figures::growth);
+    let texts = summary.rows().iter().map(|row| figures::GROWTH.text(row));
     let widest = texts.map(|text| text.len()).max().unwrap_or(1);
     pieces(summary, style, widest + 1, |rows, place| {
-        format!("{:>widest$} ", figures::growth(&rows[place]))
+        format!("{:>widest$} ", figures::GROWTH.text(&rows[place]))
     })
 }
 
@@ -50,7 +50,7 @@ pub fn growth(summary: &SweepSummary, style: &MapStyle) -> Vec<String> {
 fn cell(row: &RowSummary, theme: &Theme) -> String {
     let level = level(row);
     let glyph = level.glyph(theme);
-    match (level, row.share()) {
+    match (level, row.survival.share()) {
         (SurvivalLevel::Unknown | SurvivalLevel::None | SurvivalLevel::All, _) | (_, None) => {
             glyph.repeat(CELL)
         }

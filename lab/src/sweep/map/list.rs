@@ -15,18 +15,13 @@ const BAR: usize = 14;
 const SHORT_BAR: usize = 6;
 
 /// The rows of one group.
-pub fn lines(
-    summary: &SweepSummary,
-    rows: &[RowSummary],
-    theory: bool,
-    theme: &Theme,
-) -> Vec<String> {
+pub fn lines(summary: &SweepSummary, rows: &[RowSummary], theme: &Theme) -> Vec<String> {
     let (heading, good) = (summary.main.heading(), &summary.good);
     let values = rows.iter().map(|row| row.value.chars().count());
     let wide = values.max().unwrap_or(0).max(heading.chars().count());
     let counts = rows.iter().map(|row| figures::count(row).len());
     let counts = counts.max().unwrap_or(0).max(good.len());
-    let bar_width = if theory { SHORT_BAR } else { BAR };
+    let bar_width = if summary.theory { SHORT_BAR } else { BAR };
     let figures = figures::of(summary);
     let line = |value: &str, count: &str, bar: &str, cells: &dyn Fn(&figures::Figure) -> String| {
         let cells = figures.iter().map(|figure| (cells(figure), figure.width));
@@ -36,17 +31,10 @@ pub fn lines(
     };
     let bar = " ".repeat(bar_width);
     let mut lines = vec![line(&heading, good, &bar, &|figure| figure.name.to_owned())];
-    if theory {
-        lines[0] += "  growth";
-    }
     for (place, row) in rows.iter().enumerate() {
-        let bar = SurvivalLevel::bar(row.held, row.runs, bar_width, theme);
+        let bar = SurvivalLevel::bar(row.survival.held, row.survival.runs, bar_width, theme);
         let cells = |figure: &figures::Figure| figure.text(row);
-        let mut line = line(&row.value, &figures::count(row), &bar, &cells);
-        if theory {
-            line += &format!("  {:>6}", figures::growth(row));
-        }
-        lines.push(line);
+        lines.push(line(&row.value, &figures::count(row), &bar, &cells));
         let next = rows.get(place + 1);
         if let Some(edge) = next.and_then(|next| row.edge(next)) {
             let width = wide + 2 + counts + 2 + bar_width;
