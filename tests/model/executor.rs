@@ -15,7 +15,7 @@ use shuttle::{
 
 use crate::{
     SOME, explore, person,
-    support::{depth, rerun_of, run_timed, snapshot, talker, worker},
+    support::{depth, hz, rerun_of, run_timed, snapshot, talker, worker},
 };
 
 const EXECUTORS: [&str; 3] = ["single", "multi:2", "events"];
@@ -28,10 +28,7 @@ fn graph(executor: Executor) -> Graph {
     let mut graph = Graph::with(Effects);
     let topic = Topic::new("/messages", depth(2));
     talker(&mut graph, "source", 100.0, 0, &topic, |_| Some(0_u64));
-    let most = match executor {
-        Executor::Multi { threads } => threads,
-        _ => 1,
-    };
+    let most = executor.shares().expect("one with threads");
     let all = Arc::new(AtomicUsize::new(0));
     let grouped = Arc::new(AtomicUsize::new(0));
     for name in ["sink", "second"] {
