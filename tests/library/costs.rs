@@ -60,13 +60,8 @@ fn one_knob_changes_no_draw_of_another() {
 
 #[test]
 fn a_live_knob_is_logged_with_its_old_value() {
-    let config = Config {
-        knobs: knobs(
-            "1 takes policy 30; 2 offset policy 3.5; 3 takes policy none; 4 control-hz 2.5",
-        ),
-        ..Config::default()
-    };
-    let events = run(&config).events;
+    let turns = "1 takes policy 30; 2 offset policy 3.5; 3 takes policy none; 4 control-hz 2.5";
+    let events = run(&config(turns)).events;
     let events: Vec<String> = events.iter().map(ToString::to_string).collect();
     assert_eq!(
         events,
@@ -175,13 +170,11 @@ fn the_actions_of_a_slow_policy_have_the_origin_of_their_reading() {
 fn what_a_robot_acts_on_is_as_old_under_both_clocks() {
     // With offsets nobody need decide who is first of those who are due together.
     let setup = "takes detector 60..110; offset detector 4; offset planner 7; offset controller 2";
-    let [modelled, real] = [ClockKind::Virtual, ClockKind::Real].map(|clock| {
-        let config = Config {
-            clock,
-            end: at(6_000),
-            ..config(setup)
-        };
-        run_of(Arc::new(Robot), &config)
+    let [modelled, real] = ["", "real; "].map(|clock| {
+        run_of(
+            Arc::new(Robot),
+            &config(&format!("{clock}{setup}; until 6")),
+        )
     });
     let late = real.nodes.iter();
     let late = late.filter_map(|node| node.lateness.quantile(0.9)).max();
@@ -210,13 +203,8 @@ fn a_pole_stands_and_falls_by_the_age_of_its_push_under_both_clocks() {
     // Decisions of two periods and of four. The sensor is ahead of the policy, so that
     // nobody need decide who is first of those who are due together.
     for (think, falls) in [(35, false), (70, true)] {
-        let [modelled, real] = [ClockKind::Virtual, ClockKind::Real].map(|clock| {
-            run(&Config {
-                clock,
-                end: at(4_000),
-                ..own(0, &format!("takes policy {think}; offset policy 2"))
-            })
-        });
+        let setup = format!("takes policy {think}; offset policy 2; until 4");
+        let [modelled, real] = ["", "real; "].map(|clock| run(&own(0, &format!("{clock}{setup}"))));
         let [expected, age] = [&modelled, &real].map(push_age);
         println!(
             "{think} ms: {} at {expected} ms in virtual time, {} at {age} ms on the real clock",

@@ -125,9 +125,8 @@ impl Bench {
     /// The ticks of each node that begin by run time `until` (ms).
     fn tick_taps(mut self, until: f64) -> Vec<Tap<TickRecord>> {
         let taps = TapHandle::of(&self.graph).ticks(4096);
-        let knobs = self.knobs.iter().map(|knob| format!("0 {knob}; "));
         let end = Time::from_nanos((until * 1e6) as u64);
-        run_virtual(&mut self.graph, &knobs.collect::<String>(), end);
+        run_virtual(&mut self.graph, &at_once(&self.knobs.join(";")), end);
         taps
     }
 }

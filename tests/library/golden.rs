@@ -64,12 +64,15 @@ fn every_reference_run_is_reproduced_to_the_bit() {
         let lines: Vec<&str> = block.lines().collect();
         let (asked, expected) = (fields(lines[0]), fields(lines[1]));
         let timed = asked.get("knobs").copied().unwrap_or_default();
-        let setup = config(&format!(
-            "sensor-hz {}; control-hz {}; queue-depth {}; policy {}",
-            asked["sensor_hz"], asked["control_hz"], asked["depth"], asked["policy"]
+        let config = config(&format!(
+            "sensor-hz {}; control-hz {}; queue-depth {}; policy {}; {}",
+            asked["sensor_hz"],
+            asked["control_hz"],
+            asked["depth"],
+            asked["policy"],
+            timed.replace(',', ";").replace(':', " ")
         ));
-        let knobs = knobs(&timed.replace(',', ";").replace(':', " "));
-        let run = run_bytes(&setting(&asked, Config { knobs, ..setup }));
+        let run = run_bytes(&setting(&asked, config));
         for (key, value) in figures(&run) {
             assert_eq!(value, expected[key], "{key} of {}", lines[0]);
         }
@@ -169,9 +172,8 @@ fn with_the_course_s_step_both_worlds_are_one_to_the_policy() {
     for (seed, control_hz, common) in [(0, 50, 500), (1, 25, 500), (2, 10, 500), (3, 5, 23)] {
         let [course, own] = [("course", None), ("own", Some(10))].map(|(world, step_ms)| {
             run_bytes(&Config {
-                seed,
                 world: WorldKind::parse(world, step_ms).expect("a world"),
-                ..config(&format!("control-hz {control_hz}"))
+                ..config(&format!("seed {seed}; control-hz {control_hz}"))
             })
         });
         let rows = |run: &RunBytes| -> Vec<_> {
@@ -201,12 +203,8 @@ fn starts_match_numpy_for_seeds_below_and_above_32_bits() {
 #[test]
 fn a_deeper_queue_hides_the_drops_and_changes_nothing_else() {
     for seed in 0..3 {
-        let [shallow, deep] = ["control-hz 5", "control-hz 5; queue-depth 100"].map(|setup| {
-            run_bytes(&Config {
-                seed,
-                ..config(setup)
-            })
-        });
+        let [shallow, deep] = ["control-hz 5", "control-hz 5; queue-depth 100"]
+            .map(|setup| run_bytes(&config(&format!("seed {seed}; {setup}"))));
         let dropped = |run: &RunBytes| run.summary.topic(OBS).map(TopicAccount::dropped);
         assert!(dropped(&shallow) > Some(0));
         assert_eq!(dropped(&deep), Some(0));

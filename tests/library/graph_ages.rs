@@ -6,11 +6,7 @@ use crate::support::*;
 /// pushes.
 fn played(text: &str) -> (Lineage, usize, f64) {
     let system = graph_system(text).unwrap_or_else(|error| panic!("{error}: {text}"));
-    let config = Config {
-        end: secs(5.0),
-        ..Config::default()
-    };
-    let experiment = Experiment::new(system.clone(), &config).expect("a graph");
+    let experiment = Experiment::new(system.clone(), &config("until 5")).expect("a graph");
     let (observer, taps) = (experiment.observer(), experiment.taps());
     let topology = observer.topology();
     let mut lineage = Lineage::new(topology.clone()).along(system.about().latency_path);

@@ -12,10 +12,7 @@ use crate::support::*;
 
 /// Six seconds of the cart-pole.
 fn short(setup: &str) -> Config {
-    Config {
-        end: secs(6.0),
-        ..config(setup)
-    }
+    config(&format!("until 6; {setup}"))
 }
 
 fn losses(lose: usize) -> Budget {
@@ -145,11 +142,7 @@ fn what_was_found_is_kept_when_a_hunt_is_stopped() {
 
 #[test]
 fn delays_that_differ_are_found_within_the_budget() {
-    let base = Config {
-        end: secs(3.0),
-        ..own(2, "rate policy 20")
-    };
-    let hunt = Hunt::new(cart_pole(), base);
+    let hunt = Hunt::new(cart_pole(), own(2, "rate policy 20; until 3"));
     let found = found(&hunt, &delay(ms(400)));
     let mut delays = found.knobs.clone();
     let delays = delays
@@ -190,11 +183,8 @@ fn a_hunt_that_cannot_be_is_refused() {
         let refused = refused.expect_err(part).to_string();
         assert!(refused.contains(part), "{refused}");
     }
-    let endless = Config {
-        end: Time::MAX,
-        ..config("")
-    };
-    let endless = Hunt::new(cart_pole(), endless).run(&losses(1), &|| false);
+    let endless = Hunt::new(cart_pole(), config("until ever"));
+    let endless = endless.run(&losses(1), &|| false);
     assert!(matches!(endless, Err(HuntError::Endless)));
     let much = hunt("").run(&losses(usize::MAX), &|| false);
     assert!(matches!(much, Err(HuntError::TooMuch)));
@@ -202,11 +192,7 @@ fn a_hunt_that_cannot_be_is_refused() {
 
 #[test]
 fn an_interrupt_ends_a_hunt_within_a_run() {
-    let year = Config {
-        end: Time::from_nanos(31_536_000 * 1_000_000_000),
-        ..config("control-hz 15")
-    };
-    let hunt = Hunt::new(cart_pole(), year);
+    let hunt = Hunt::new(cart_pole(), config("control-hz 15; until 31536000"));
     let hunted = std::thread::scope(|scope| {
         scope.spawn(|| hunt.interrupt.ask());
         hunt.run(&losses(8), &|| false).expect("a hunt")

@@ -188,7 +188,7 @@ fn knobs_are_written_by_an_alias_where_it_has_them_all_at_one_time_with_one_valu
         ",
     );
     for [list, written] in cases {
-        assert_eq!(KNOBS.lines(&knobs(&list)).join("\n"), written);
+        assert_eq!(KNOBS.lines(&parse(&list).expect(&list)).join("\n"), written);
     }
 }
 
@@ -319,11 +319,7 @@ proptest! {
         texts in proptest::collection::vec((almost_knob(), 0..200_u64), 1..6),
         own: bool,
     ) {
-        let mut config = Config {
-            end: secs(0.3),
-            world: if own { WorldKind::OWN } else { WorldKind::Course },
-            ..Config::default()
-        };
+        let mut config = config(if own { "own; until 0.3" } else { "until 0.3" });
         for (text, ms) in texts {
             let at = Time::from_nanos(ms * 1_000_000);
             let knobs = held(&text)?.into_iter();
@@ -332,7 +328,7 @@ proptest! {
                 _ => config.knobs.extend(knobs.map(|knob| TimedKnob { at, knob })),
             }
         }
-        match Experiment::new(Arc::new(CartPole::default()), &config) {
+        match Experiment::new(cart_pole(), &config) {
             Ok(experiment) => drop(experiment.run().expect("no node fails")),
             Err(error) => prop_assert_eq!(error.to_string().lines().count(), 1),
         }

@@ -14,7 +14,7 @@ use crate::{
 type Delivered = (Vec<(Time, u64)>, Snapshot, Vec<Option<Time>>);
 
 /// A publisher of 50 Hz for `seconds` and a reader, with these knobs turned before the run.
-fn bench(seconds: f64, read_hz: f64, knobs: &[String]) -> Delivered {
+fn bench(seconds: f64, read_hz: f64, knobs: &str) -> Delivered {
     let (mut graph, topic) = (Graph::with(Effects), Topic::new("/test", depth(1)));
     graph.set_seed(7);
     talker(&mut graph, "talker", 50.0, 0, &topic, move |now| {
@@ -22,8 +22,7 @@ fn bench(seconds: f64, read_hz: f64, knobs: &[String]) -> Delivered {
     });
     let read = reader(&mut graph, "reader", read_hz, 1, &topic);
     let tap = TapHandle::of(&graph).topic(&topic, 1_000);
-    let knobs = knobs.iter().map(|knob| format!("0 {knob}; "));
-    run_virtual(&mut graph, &knobs.collect::<String>(), secs(3.0));
+    run_virtual(&mut graph, &at_once(knobs), secs(3.0));
     let arrivals = tap.items().try_iter().map(|tapped| tapped.head.arrives);
     let read = read.try_iter().map(|(now, message)| (now, message.seq));
     (read.collect(), snapshot(&graph), arrivals.collect())
@@ -92,25 +91,14 @@ fn check_ledger(
 ) -> Result<(), TestCaseError> {
     let topic = snapshot.topic("/test").expect("a topic");
     prop_assert_eq!(read, &expected.read);
-    let found = [
-        topic.lost,
-        topic.overtaken,
-        topic.dropped(),
-        topic.in_flight(),
-    ];
-    let Ledger {
-        lost,
-        overtaken,
-        dropped,
-        in_flight,
-        passed_over,
-        queued,
-        ..
-    } = expected;
-    prop_assert_eq!(found, [lost, overtaken, dropped, in_flight]);
+    prop_assert_eq!(topic.lost, expected.lost);
+    prop_assert_eq!(topic.overtaken, expected.overtaken);
+    prop_assert_eq!(topic.dropped(), expected.dropped);
+    prop_assert_eq!(topic.in_flight(), expected.in_flight);
     let seen: BTreeSet<u64> = read.iter().map(|(_, seq)| *seq).collect();
-    let delivered = seen.len() as u64 + passed_over + topic.overtaken + topic.dropped() + queued;
-    prop_assert_eq!(topic.published, delivered + topic.lost + topic.in_flight());
+    let delivered = seen.len() as u64 + expected.passed_over + expected.queued;
+    let gone = topic.overtaken + topic.dropped() + topic.lost;
+    prop_assert_eq!(topic.published, delivered + gone + topic.in_flight());
     Ok(())
 }
 
@@ -124,11 +112,12 @@ proptest! {
         oldest: bool,
     ) {
         let order = if oldest { "oldest" } else { "newest" };
-        let mut knobs = vec![format!("depth /test {keeps}"), format!("read /test {order}")];
-        knobs.extend(ways.iter().map(|(seq, way)| match way {
-            Some(late) => format!("postpone /test {seq} {late}"),
-            None => format!("lose /test {seq}"),
-        }));
+        let faults = ways.iter().map(|(seq, way)| match way {
+            Some(late) => format!("; postpone /test {seq} {late}"),
+            None => format!("; lose /test {seq}"),
+        });
+        let faults = faults.collect::<String>();
+        let knobs = format!("depth /test {keeps}; read /test {order}{faults}");
         let (read, snapshot, _) = bench(9.0, read_hz as f64, &knobs);
         let published = snapshot.topic("/test").expect("a topic").published;
         let ways = (0..published).map(|seq| {
@@ -149,8 +138,8 @@ proptest! {
             return Ok(());
         }
         let order = if oldest { "oldest" } else { "newest" };
-        let [depth, read] = [format!("depth /test {keeps}"), format!("read /test {order}")];
-        let knobs = [link, depth, read, format!("rate talker {hz}")];
+        let knobs =
+            format!("{link}; depth /test {keeps}; read /test {order}; rate talker {hz}");
         let (read, snapshot, arrivals) = bench(9.0, read_hz as f64, &knobs);
         let ways = arrivals.iter().map(|arrives| arrives.map(Time::as_nanos));
         check_ledger(&read, &snapshot, expected((read_hz, keeps, oldest), ways))?;
@@ -162,7 +151,7 @@ proptest! {
         if link.parse::<Knob>().is_err() {
             return Ok(());
         }
-        let knobs = [link, "depth /test 1000".to_owned(), "read /test oldest".to_owned()];
+        let knobs = format!("{link}; depth /test 1000; read /test oldest");
         let (read, snapshot, _) = bench(2.0, 1_000.0, &knobs);
         let topic = snapshot.topic("/test").expect("a topic");
         let seen: BTreeSet<u64> = read.iter().map(|(_, seq)| *seq).collect();
@@ -180,7 +169,7 @@ proptest! {
 #[test]
 fn a_deep_queue_behind_a_slightly_slower_reader_ages_without_a_drop() {
     let age = |order: &str| {
-        let knobs = ["depth /test 10".to_owned(), format!("read /test {order}")];
+        let knobs = format!("depth /test 10; read /test {order}");
         let (read, snapshot, _) = bench(9.0, 49.0, &knobs);
         assert_eq!(snapshot.topic("/test").expect("a topic").dropped(), 0);
         let (at, seq) = *read.last().expect("read");
@@ -259,31 +248,26 @@ fn a_crash_a_hang_or_a_wrong_clock_costs_a_node_what_the_table_says() {
     // After a restart the ticks due at 1.02 and at 1.04 are lost. Without a sensor the policy
     // continues with its last reading. A slow clock senses 15 ms before, with a stamp that is 5 ms
     // too early; one that drifts ticks once more in every hundred.
-    for [setup, timed, figures] in rows(
-        "                      | 1.01 crash sensor                        | verdict pole_fell; ticks sensor 51; overruns sensor 0; spent sensor 0; dropped /obs 0; dropped /action 0
-                               | 1.01 crash sensor; 1.05 restart sensor   | verdict balanced; ticks sensor 499; overruns sensor 0; spent sensor 0; dropped /obs 0; dropped /action 0
-                               | 1.01 crash policy; 1.05 restart policy   | verdict balanced; ticks policy 499; overruns policy 0; spent policy 0; dropped /obs 2; dropped /action 0
-                               | 1.01 crash actuator; 1.05 restart actuator | verdict balanced; ticks actuator 499; overruns actuator 0; spent actuator 0; dropped /obs 0; dropped /action 2
-                               | 1 hang policy 70                         | verdict balanced; ticks policy 498; overruns policy 3; spent policy 70; dropped /obs 3; dropped /action 1
-         clock sensor -5 0     |                                          | ticks sensor 500; latency max 20
-         clock sensor 1000 0   |                                          | ticks sensor 501; latency max 0
-         clock sensor 0 10000  |                                          | ticks sensor 506",
+    for [list, figures] in rows(
+        "1.01 crash sensor                          | verdict pole_fell; ticks sensor 51; overruns sensor 0; spent sensor 0; dropped /obs 0; dropped /action 0
+         1.01 crash sensor; 1.05 restart sensor     | verdict balanced; ticks sensor 499; overruns sensor 0; spent sensor 0; dropped /obs 0; dropped /action 0
+         1.01 crash policy; 1.05 restart policy     | verdict balanced; ticks policy 499; overruns policy 0; spent policy 0; dropped /obs 2; dropped /action 0
+         1.01 crash actuator; 1.05 restart actuator | verdict balanced; ticks actuator 499; overruns actuator 0; spent actuator 0; dropped /obs 0; dropped /action 2
+         1 hang policy 70                           | verdict balanced; ticks policy 498; overruns policy 3; spent policy 70; dropped /obs 3; dropped /action 1
+         seed 0; clock sensor -5 0                  | ticks sensor 500; latency max 20
+         seed 0; clock sensor 1000 0                | ticks sensor 501; latency max 0
+         seed 0; clock sensor 0 10000               | ticks sensor 506",
     ) {
-        let seed = if setup.is_empty() { 1 } else { 0 };
-        let summary = run(&Config {
-            knobs: knobs(&timed),
-            ..own(seed, &setup)
-        });
-        check(&format!("{setup}{timed}"), &summary, &figures);
+        let summary = run(&own(1, &list));
+        check(&list, &summary, &figures);
         let policy = summary.node(POLICY).expect("a policy");
-        assert!(policy.ticks > 60, "{timed}");
+        assert!(policy.ticks > 60, "{list}");
     }
 }
 
 #[test]
 fn a_node_without_a_restart_refuses_it() {
-    let knobs = ["crash talker", "restart talker"].map(str::to_owned);
-    let (_, snapshot, _) = bench(1.0, 10.0, &knobs);
+    let (_, snapshot, _) = bench(1.0, 10.0, "crash talker; restart talker");
     let talker = snapshot.node("talker").expect("a node");
     assert_eq!((talker.crashed, talker.ticks), (true, 0));
 }
@@ -291,11 +275,8 @@ fn a_node_without_a_restart_refuses_it() {
 #[test]
 fn a_node_that_is_built_once_more_has_the_message_of_its_setup() {
     let stale = |live: &str| {
-        let config = Config {
-            knobs: knobs(live),
-            ..own(1, "send actuator zero:0; link /obs delay:1")
-        };
-        run(&config).sim_time
+        let setup = "send actuator zero:0; link /obs delay:1";
+        run(&own(1, &format!("{setup}; {live}"))).sim_time
     };
     let never_pushed = stale("");
     assert!(never_pushed < secs(1.0), "a push that is 20 ms old");
@@ -319,11 +300,7 @@ fn any_node_of_a_system_is_started_again_without_knowing_how() {
                 }
             })
         });
-        let config = Config {
-            knobs: knobs(list),
-            ..Config::default()
-        };
-        let experiment = Experiment::new(counter, &config).expect("a counter");
+        let experiment = Experiment::new(counter, &config(list)).expect("a counter");
         let observer = experiment.observer();
         let end = experiment.run().expect("a run").sim_time;
         let ticks = observer.snapshot();
@@ -338,11 +315,8 @@ fn any_node_of_a_system_is_started_again_without_knowing_how() {
 
 #[test]
 fn a_delay_is_the_wall_s_under_the_real_clock() {
-    let summary = run(&Config {
-        clock: ClockKind::Real,
-        end: secs(0.4),
-        ..own(0, "link /obs delay:80; link /action loss:1")
-    });
+    let links = "real; until 0.4; link /obs delay:80; link /action loss:1";
+    let summary = run(&own(0, links));
     let [obs, action] = [OBS, ACTION].map(|topic| summary.topic(topic).expect(topic));
     assert!(obs.in_flight() >= 3 && obs.published > 10, "{obs:?}");
     assert!(

@@ -269,10 +269,8 @@ fn an_agent_trained_by_the_course_runs_and_answers_as_it_does_there_from_any_for
             .to_string()
     };
     let steps = |format: &str, rate: f64| -> Vec<u64> {
-        let config = |seed| Config {
-            seed,
-            ..config(&format!("control-hz {rate}; policy {}", file(format)))
-        };
+        let setup = format!("control-hz {rate}; policy {}", file(format));
+        let config = |seed| config(&format!("seed {seed}; {setup}"));
         (0..10).map(|seed| run(&config(seed)).steps).collect()
     };
     let expected = answers(&file("pt"));

@@ -12,14 +12,6 @@ use crossbeam_channel::Sender;
 
 use crate::support::*;
 
-/// Runs the cart-pole under the real clock.
-fn run_experiment(config: Config) -> Summary {
-    run(&Config {
-        clock: ClockKind::Real,
-        ..config
-    })
-}
-
 fn run_real(graph: &mut Graph, commands: &str, until: Time) -> ClockExit {
     run_timed(&mut RealClock::default(), graph, commands, until)
 }
@@ -50,16 +42,12 @@ fn grid(rate: Hz, until: Time) -> Vec<Time> {
 
 #[test]
 fn the_pole_balances_and_every_period_is_accounted_for() {
-    let end = secs(2.0);
-    let summary = run_experiment(Config {
-        end,
-        ..Config::default()
-    });
-    check("2 s", &summary, "verdict balanced; end 2");
-    assert!(summary.steps > 80, "{} steps", summary.steps);
+    let summary = run(&config("real; until 1"));
+    check("1 s", &summary, "verdict balanced; end 1");
+    assert!(summary.steps > 40, "{} steps", summary.steps);
     assert_eq!(summary.steps, summary.nodes[2].ticks);
     for node in &summary.nodes {
-        let periods = grid(node.hz, end).len() as u64;
+        let periods = grid(node.hz, secs(1.0)).len() as u64;
         assert!(node.ticks + node.overruns >= periods, "{node:?}");
         assert_eq!(node.lateness.count(), node.ticks);
         assert_eq!(node.tick_time.count(), node.ticks);
@@ -68,7 +56,7 @@ fn the_pole_balances_and_every_period_is_accounted_for() {
 
 #[test]
 fn the_pole_falls_when_control_is_slow() {
-    let summary = run_experiment(config("control-hz 5"));
+    let summary = run(&config("real; control-hz 5"));
     check("5 Hz", &summary, "verdict pole_fell");
 }
 
@@ -211,11 +199,7 @@ fn run_time_never_goes_back_through_pauses() {
 
 #[test]
 fn timed_knobs_take_effect_under_the_real_clock() {
-    let summary = run_experiment(Config {
-        end: secs(0.3),
-        knobs: knobs("0.1 control-hz 25"),
-        ..Config::default()
-    });
+    let summary = run(&config("real; until 0.3; 0.1 control-hz 25"));
     let [(when, applied)] = &applied(&summary.events)[..] else {
         panic!("{:?}", summary.events);
     };

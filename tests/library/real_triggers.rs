@@ -17,20 +17,18 @@ fn robot(executor: &str) -> Arc<dyn System> {
     graph_system(&text).expect("a graph")
 }
 
-/// So long on the real clock.
-fn on_the_wall(seconds: f64) -> Config {
-    Config {
-        clock: ClockKind::Real,
-        end: secs(seconds),
-        ..Config::default()
-    }
-}
+const ON_THE_WALL: &str = "real; until 0.2";
 
 /// Runs for 0.2 s and executes again, until a run was on time enough for what `shows` looks for.
 fn until(executor: &str, commands: &str, shows: impl Fn(&[Vec<TickRecord>]) -> bool) {
     for _ in 0..20 {
         let commands = timed(commands);
-        let run = Run::record(&robot(executor), &on_the_wall(0.2), commands, |_, _, _| {});
+        let run = Run::record(
+            &robot(executor),
+            &config(ON_THE_WALL),
+            commands,
+            |_, _, _| {},
+        );
         for perturbed in [false, true] {
             let mut rerun = run.rerun();
             if perturbed {
@@ -76,7 +74,7 @@ fn a_run_with_triggers_comes_back_to_the_bit() {
 
 #[test]
 fn every_message_triggers_a_tick_or_is_dropped() {
-    let summary = run_of(robot(""), &on_the_wall(0.2));
+    let summary = run_of(robot(""), &config(ON_THE_WALL));
     let image = summary.topic("/image").expect("a topic");
     let ticks = summary.node("detector").expect("a node").ticks;
     // The last one may come after the end.
@@ -123,10 +121,7 @@ fn triggers_and_executors_go_on_under_the_other_clock() {
 fn the_threads_of_an_executor_are_as_many_as_it_says() {
     for (executor, most) in [("single", 1), ("events", 1), ("multi:2", 2)] {
         let costs = "takes camera 3; takes detector 4; takes lidar 5; takes closest 2";
-        let config = Config {
-            setup: costs.split("; ").map(knob).collect(),
-            ..on_the_wall(0.2)
-        };
+        let config = config(&format!("{ON_THE_WALL}; {costs}"));
         let run = Run::record(&robot(executor), &config, Vec::new(), |_, _, _| {});
         let nodes = run.ticks.iter().enumerate().filter(|(node, _)| *node != 4);
         let ticks: Vec<_> = nodes.flat_map(|(_, ticks)| ticks).collect();

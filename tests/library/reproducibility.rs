@@ -60,8 +60,7 @@ fn replayable(events: &[Event]) -> Vec<TimedCommand> {
 fn live_config() -> Config {
     Config {
         speed: Speed::times(100.0).expect("speed"),
-        end: secs(3.0),
-        ..Config::default()
+        ..config("until 3")
     }
 }
 
@@ -132,7 +131,7 @@ fn a_stopped_session_ends_at_the_same_message_when_repeated() {
 #[test]
 fn timed_knobs_and_live_commands_replay_together() {
     let config = Config {
-        knobs: knobs("1 control-hz 20; 2 queue-depth 5"),
+        knobs: config("1 control-hz 20; 2 queue-depth 5").knobs,
         ..live_config()
     };
     let live = run_live(&config, |commander| {
@@ -168,10 +167,7 @@ fn the_pace_of_a_run_leaves_it_unchanged() {
 
 #[test]
 fn single_stepping_through_a_whole_run_is_the_run() {
-    let config = Config {
-        end: secs(1.0),
-        ..config("control-hz 15")
-    };
+    let config = config("control-hz 15; until 1");
     let whole = run_bytes(&config);
     let total: u64 = whole.summary.nodes.iter().map(|node| node.ticks).sum();
     let experiment = experiment(&config);

@@ -337,11 +337,7 @@ fn altered(log: &Log, dice: &mut Dice) -> Log {
 #[test]
 fn an_altered_log_is_refused_or_makes_another_run_and_never_hangs() {
     let mut dice = Dice(3);
-    let config = Config {
-        clock: ClockKind::Real,
-        end: secs(0.2),
-        ..config("rate sensor 500; rate policy 200")
-    };
+    let config = config("real; until 0.2; rate sensor 500; rate policy 200");
     let slower = vec![(0.1, command("rate policy 100"))];
     let run = record(&config, person(slower));
     let (mut refused, mut other, mut same) = (0, 0, 0);
@@ -364,11 +360,7 @@ fn an_altered_log_is_refused_or_makes_another_run_and_never_hangs() {
 
 #[test]
 fn a_log_that_is_cut_off_is_executed_up_to_there() {
-    let config = Config {
-        clock: ClockKind::Real,
-        end: secs(0.2),
-        ..config("rate sensor 500; takes policy 5")
-    };
+    let config = config("real; until 0.2; rate sensor 500; takes policy 5");
     let mut cuts = Vec::new();
     let run = record(&config, |_, observer, over| {
         while !over.load(Ordering::Relaxed) {
@@ -394,11 +386,7 @@ fn a_log_that_is_cut_off_is_executed_up_to_there() {
 
 #[test]
 fn a_branch_leaves_the_run_at_the_last_rest_and_is_the_same_every_time() {
-    let config = Config {
-        clock: ClockKind::Real,
-        end: secs(1.2),
-        ..config("takes policy 230")
-    };
+    let config = config("real; until 1.2; takes policy 230");
     let run = record(&config, person(Vec::new()));
     let end = &run.lines[0];
     assert!(end.contains("pole_fell"), "{end}");

@@ -69,7 +69,7 @@ fn state_that_nodes_share_comes_back_in_the_same_order() {
 }
 
 /// Runs graphs of `build` until ticks overlap in one; its observer.
-fn with_a_knot(build: impl Fn() -> Graph) -> Observer {
+fn with_an_overlap(build: impl Fn() -> Graph) -> Observer {
     let mut runs = (0..).map(|_| run_really(&mut build(), 0.1));
     let overlaps = |observer: &Observer| !rerun_of(observer).overlaps().is_empty();
     runs.find(overlaps).expect("one of them")
@@ -107,7 +107,7 @@ fn a_run_is_held_between_any_two_operations_of_ticks_that_overlap() {
         let (total, topic) = total_and_topic();
         adders(&total, &topic)
     };
-    let observer = with_a_knot(build);
+    let observer = with_an_overlap(build);
     let overlaps = rerun_of(&observer).overlaps();
     for (number, overlap) in overlaps.iter().enumerate().take(5) {
         assert!(overlap.from <= overlap.to);
@@ -150,7 +150,7 @@ fn a_lock_within_another_one_does_not_hang_a_run_that_is_held() {
         worker(&mut graph, "by turns", 2_000.0, 0, by_turns);
         graph
     };
-    let observer = with_a_knot(build);
+    let observer = with_an_overlap(build);
     for (number, overlap) in rerun_of(&observer).overlaps().iter().enumerate().take(20) {
         let mut last = 0;
         held_in(build(), rerun_of(&observer), number, |done| last = done);

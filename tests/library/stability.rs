@@ -71,12 +71,7 @@ fn a_run_grows_as_predicted_until_the_action_clips() {
     for control in [5.0, 6.0, 7.0, 8.0] {
         let theory = theory(control);
         let settled = secs(30.0);
-        let config = Config {
-            end: secs(60.0),
-            knobs: knobs(&format!("30 control-hz {control}")),
-            ..Config::default()
-        };
-        let steps = run_bytes(&config).steps;
+        let steps = run_bytes(&config(&format!("until 60; 30 control-hz {control}"))).steps;
         let measured = measured_growth(&steps, settled, theory.hyper_period).expect("growth");
         let apart = (measured - theory.growth()).abs();
         assert!(apart < 0.005, "{control} Hz: {measured}");

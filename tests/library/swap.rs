@@ -84,21 +84,12 @@ fn copied(folder: &tempfile::TempDir, name: &str) -> String {
     file.display().to_string()
 }
 
-/// Seconds of the cart-pole with these knobs, some of them timed.
-fn turned(seconds: f64, setup: &str, list: &str) -> Config {
-    Config {
-        end: secs(seconds),
-        knobs: knobs(list),
-        ..config(setup)
-    }
-}
-
 #[test]
 fn a_run_that_swaps_policies_is_reproducible() {
     let actor = actor();
     let list = "0.5 policy lqr; 1 policy random; 1.1 policy scripted";
     let list = format!("{list}; 3 policy {actor}; 3.1 policy lqr");
-    let config = turned(4.0, "control-hz 25", &list);
+    let config = config(&format!("until 4; control-hz 25; {list}"));
     let first = run_bytes(&config);
     assert_eq!(applied(&first.summary.events).len(), 5);
     assert_eq!(first.bytes(), run_bytes(&config).bytes());
@@ -120,17 +111,18 @@ fn a_run_that_swaps_policies_is_reproducible() {
 
 #[test]
 fn a_swap_to_the_same_policy_changes_nothing() {
-    let bytes = |list| run_bytes(&turned(10.0, "control-hz 10", list)).bytes();
-    assert_eq!(bytes("2.503 policy scripted"), bytes(""));
+    let [plain, swapped] = ["control-hz 10", "control-hz 10; 2.503 policy scripted"]
+        .map(|run| run_bytes(&config(run)).bytes());
+    assert_eq!(swapped, plain);
 }
 
 #[test]
 fn an_unavailable_or_impossible_policy_of_a_timed_swap_is_refused_before_the_run() {
-    let missing = turned(10.0, "", "9 policy no/such.pt");
+    let missing = config("9 policy no/such.pt");
     let error = refusal(&missing);
     assert!(error.starts_with("no/such.pt: expected"), "{error}");
     assert!(missing.resolved(&*cart_pole()).is_err());
-    let error = refusal(&turned(10.0, "control-hz 0.001", "9 policy lqr"));
+    let error = refusal(&config("control-hz 0.001; 9 policy lqr"));
     assert!(
         error.starts_with("lqr: ") && error.contains("0.001 Hz"),
         "{error}"
@@ -140,11 +132,7 @@ fn an_unavailable_or_impossible_policy_of_a_timed_swap_is_refused_before_the_run
 #[test]
 fn a_resolved_configuration_names_the_content_of_every_file() {
     let actor = actor();
-    let [setup, list] = [
-        format!("policy {actor}"),
-        format!("1 policy lqr; 2 policy {actor}"),
-    ];
-    let config = turned(10.0, &setup, &list);
+    let config = config(&format!("policy {actor}; 1 policy lqr; 2 policy {actor}"));
     let resolved = config.resolved(&*cart_pole()).expect("resolved");
     let turned = resolved.setup.iter();
     let turned = turned.chain(resolved.knobs.iter().map(|timed| &timed.knob));
@@ -166,12 +154,9 @@ fn a_resolved_configuration_names_the_content_of_every_file() {
 fn a_file_is_read_only_once() {
     let folder = tempfile::tempdir().expect("folder");
     let file = copied(&folder, "actor.pt");
-    let [setup, list] = [
-        format!("policy {file}"),
-        format!("0.1 policy lqr; 0.2 policy {file}"),
-    ];
     let system = cart_pole();
-    let config = turned(0.3, &setup, &list).resolved(&*system);
+    let turns = format!("policy {file}; 0.1 policy lqr; 0.2 policy {file}");
+    let config = config(&format!("until 0.3; {turns}")).resolved(&*system);
     let config = config.expect("weights");
     fs::remove_file(&file).expect("removed");
     let summary = run_of(system, &config);
@@ -185,7 +170,7 @@ fn a_sweep_reads_the_file_of_a_policy_once_before_its_first_run() {
     let folder = tempfile::tempdir().expect("folder");
     let [base, listed] = ["base.pt", "listed.pt"].map(|name| copied(&folder, name));
     let policies = SweepAxis::parse(CartPole::KNOBS, "policy", &format!("{listed},lqr"));
-    let config = turned(0.2, "", &format!("0.1 policy {base}"));
+    let config = config(&format!("until 0.2; 0.1 policy {base}"));
     let sweep = Sweep {
         axes: vec![policies.expect("an axis")],
         seeds: (0..3).collect(),
@@ -202,7 +187,7 @@ fn a_sweep_reads_the_file_of_a_policy_once_before_its_first_run() {
 
 #[test]
 fn a_swap_that_fails_leaves_the_policy_as_it_is() {
-    let config = turned(2.0, "", "");
+    let config = config("until 2");
     let mut swapped = experiment(&config);
     swapped.schedule(timed("1 send policy no/such.pt"));
     let swapped = collect(swapped);
@@ -225,11 +210,7 @@ fn a_policy_of_the_callers_own_is_not_swapped() {
 
 #[test]
 fn policies_are_swapped_under_the_real_clock_while_the_pole_stays_up() {
-    let experiment = experiment(&Config {
-        clock: ClockKind::Real,
-        end: secs(0.6),
-        ..Config::default()
-    });
+    let experiment = experiment(&config("real; until 0.6"));
     let commands = experiment.commands();
     let person = thread::spawn(move || {
         for policy in ["lqr", "scripted", "lqr"] {

@@ -123,10 +123,7 @@ fn a_cell_of_any_knob_is_the_run_that_it_would_be_alone_to_the_bit() {
         ("on-stale zero:{}", "50,100"),
         ("offset sensor", "0..10:10"),
     ];
-    let short = |setup: &str| Config {
-        end: secs(3.0),
-        ..own(0, setup)
-    };
+    let short = |setup: &str| own(0, &format!("until 3; {setup}"));
     let sweep = Sweep {
         axes: axes(&AXES),
         seeds: axis("0..1"),
@@ -190,11 +187,7 @@ fn a_hole_takes_ranges_of_exact_numbers_and_other_texts() {
 
 /// A sweep with several values in every list, and policies with different needs.
 fn small() -> Sweep {
-    let config = Config {
-        end: secs(2.0),
-        knobs: knobs("1 control-hz 12"),
-        ..Config::default()
-    };
+    let config = config("until 2; 1 control-hz 12");
     Sweep {
         axes: axes(&[
             ("policy", "scripted,random"),
@@ -279,10 +272,7 @@ fn an_interrupted_sweep_keeps_its_finished_cells() {
 
 #[test]
 fn an_interrupt_ends_a_sweep_within_its_runs() {
-    let year = of(Config {
-        end: Time::from_nanos(31_536_000 * 1_000_000_000),
-        ..Config::default()
-    });
+    let year = of(config("until 31536000"));
     let interrupt = Interrupt::default();
     let swept = std::thread::scope(|scope| {
         scope.spawn(|| interrupt.ask());
@@ -293,10 +283,7 @@ fn an_interrupt_ends_a_sweep_within_its_runs() {
 
 #[test]
 fn a_sweep_runs_on_the_virtual_clock_whatever_its_base_says() {
-    let sweep = of(Config {
-        clock: ClockKind::Real,
-        ..Config::default()
-    });
+    let sweep = of(config("real"));
     let swept = run(&sweep, threads(1));
     let (_, outcome) = swept.finished().next().expect("a cell");
     assert_eq!((outcome.steps, &outcome.dropped[..]), (501, &[0, 0][..]));
@@ -336,10 +323,7 @@ fn an_invalid_sweep_is_refused() {
             Some(said)
         );
     }
-    let endless = of(Config {
-        end: Time::MAX,
-        ..Config::default()
-    });
+    let endless = of(config("until ever"));
     let run = endless.run(threads(1), |_, _| ControlFlow::Continue(()));
     assert!(matches!(run, Err(SweepError::Endless)));
 }

@@ -100,11 +100,7 @@ fn the_pole_falls_without_any_action() {
 #[test]
 fn the_own_world_follows_the_wall_under_the_real_clock() {
     // The plant moves without any action.
-    let summary = run(&Config {
-        clock: ClockKind::Real,
-        end: secs(0.3),
-        ..own(0, "offset actuator 1000")
-    });
+    let summary = run(&own(0, "real; until 0.3; offset actuator 1000"));
     assert!(summary.steps >= 5, "{} steps", summary.steps);
     assert_ne!(summary.state[6], 0.0);
 }

@@ -115,7 +115,7 @@ fn a_message_wakes_a_thread_that_waits_for_nothing_else() {
             let topic = Topic::new("/messages", depth(1));
             let taken = Arc::new(AtomicUsize::new(0));
             let sink = taken.clone();
-            let source = graph.node("source", hz(100.0), 0, |wiring| {
+            let source = graph.node("source", 100.0, 0, |wiring| {
                 let publisher = wiring.publisher(&topic);
                 let mut published = 0;
                 move |now| {

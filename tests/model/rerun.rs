@@ -92,7 +92,7 @@ fn a_run_comes_back_by_its_gates_in_every_schedule() {
 }
 
 #[test]
-fn a_knot_that_is_held_does_no_operation_before_it_is_allowed_in_every_schedule() {
+fn an_overlap_that_is_held_does_no_operation_before_it_is_allowed_in_every_schedule() {
     static OVERLAPS: AtomicUsize = AtomicUsize::new(0);
     explore(SOME, || {
         let (first, messages, _) = run(&mut RealClock::default(), "");

@@ -37,20 +37,7 @@ pub fn graph_system(text: &str) -> Result<Arc<dyn System>, GraphFileError> {
 
 /// So many seconds of it, with knobs such as `takes camera 5; 2 crash control`.
 pub fn run_graph(text: &str, seconds: f64, list: &str) -> Summary {
-    let mut config = Config {
-        end: secs(seconds),
-        ..Config::default()
-    };
-    for text in list
-        .split(';')
-        .map(str::trim)
-        .filter(|text| !text.is_empty())
-    {
-        match text.starts_with(|sign: char| sign.is_ascii_digit()) {
-            true => config.knobs.extend(knobs(text)),
-            false => config.setup.extend([knob(text)]),
-        }
-    }
+    let config = config(&format!("until {seconds}; {list}"));
     run_of(graph_system(text).expect("a graph"), &config)
 }
 

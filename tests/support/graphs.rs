@@ -57,6 +57,12 @@ pub fn timed(list: &str) -> Vec<TimedCommand> {
     commands.collect()
 }
 
+/// `knobs` at the beginning of a run.
+pub fn at_once(knobs: &str) -> String {
+    let knobs = knobs.split(';').filter(|knob| !knob.trim().is_empty());
+    knobs.map(|knob| format!("0 {};", knob.trim())).collect()
+}
+
 /// Both clocks.
 pub fn clocks() -> [Box<dyn Clock>; 2] {
     [Box::new(VirtualClock), Box::<RealClock>::default()]

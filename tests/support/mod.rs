@@ -62,24 +62,37 @@ pub fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
 }
 
-/// Ten seconds of the cart-pole, set up with knobs such as `control-hz 5; queue-depth 3`.
-pub fn config(setup: &str) -> Config {
-    let knobs = setup.split(';').map(str::trim);
-    let knobs = knobs.filter(|knob| !knob.is_empty());
-    let knobs = knobs.flat_map(|knob| CartPole::KNOBS.parse(knob).expect(knob));
-    Config {
-        setup: knobs.collect(),
-        ..Config::default()
+/// A run of the cart-pole, of ten seconds in virtual time, with knobs that are set before or turned
+/// at a run time (s), such as `control-hz 5; 2 crash sensor`. Others: `real` clock, `own` world,
+/// `seed N`, `until S`.
+pub fn config(run: &str) -> Config {
+    let mut config = Config::default();
+    for text in run
+        .split(';')
+        .map(str::trim)
+        .filter(|text| !text.is_empty())
+    {
+        let (word, value) = text.split_once(' ').unwrap_or((text, ""));
+        match word {
+            "real" => config.clock = ClockKind::Real,
+            "own" => config.world = WorldKind::OWN,
+            "seed" => config.seed = value.parse().expect(text),
+            "until" => config.end = value.parse().map_or(Time::MAX, secs),
+            time if time.parse::<f64>().is_ok() => {
+                let knobs = CartPole::KNOBS.parse_list(text);
+                config.knobs.extend(knobs.expect(text));
+            }
+            _ => config
+                .setup
+                .extend(CartPole::KNOBS.parse(text).expect(text)),
+        }
     }
+    config
 }
 
-/// Ten seconds of the cart-pole in a world that does not wait.
-pub fn own(seed: u64, setup: &str) -> Config {
-    Config {
-        seed,
-        world: WorldKind::OWN,
-        ..config(setup)
-    }
+/// One in a world that does not wait.
+pub fn own(seed: u64, run: &str) -> Config {
+    config(&format!("own; seed {seed}; {run}"))
 }
 
 /// The knob `text`, or why it is none.
@@ -91,12 +104,6 @@ pub fn checked_knob(text: &str) -> Result<Knob, String> {
 /// A knob with a valid value.
 pub fn knob(text: &str) -> Knob {
     checked_knob(text).expect(text)
-}
-
-/// Timed knobs of the cart-pole, such as `1 control-hz 20; 2 crash sensor`.
-pub fn knobs(list: &str) -> Vec<TimedKnob> {
-    let lines = list.replace(';', "\n");
-    CartPole::KNOBS.parse_list(&lines).expect(list)
 }
 
 /// A system with the graph that `build` adds.
