@@ -167,7 +167,7 @@ impl Inbox {
 impl Inbox {
     /// Waits for the next live command.
     pub fn receive(&self, wait: Wait) -> Option<Command> {
-        use crate::control::inbox::sync::thread;
+        use crate::sync::thread;
         use crossbeam_channel::TryRecvError;
         loop {
             match (self.live.try_recv(), wait) {

@@ -20,8 +20,8 @@ const PERIOD: Duration = Duration::from_millis(150);
 /// The figures as of the last read.
 #[derive(Default)]
 pub struct Figures {
-    /// Per node.
-    pub nodes: Vec<NodeFigures>,
+    /// Per node: lateness and duration of its ticks.
+    pub nodes: Vec<[Quantiles; 2]>,
     /// Data age at each read, per topic.
     pub ages: Vec<Quantiles>,
     /// The latency of the system, if it has one.
@@ -30,15 +30,6 @@ pub struct Figures {
     /// these stay the same, so do the figures.
     state: Option<(u64, bool)>,
     read: Option<Instant>,
-}
-
-/// The measurements of a node.
-#[derive(Clone, Copy, Default)]
-pub struct NodeFigures {
-    /// Lateness of its ticks.
-    pub lateness: Quantiles,
-    /// Duration of its ticks.
-    pub tick_time: Quantiles,
 }
 
 impl Figures {
@@ -52,7 +43,7 @@ impl Figures {
             return;
         }
         *self = Self {
-            nodes: graph.nodes.iter().map(NodeFigures::of).collect(),
+            nodes: graph.nodes.iter().map(of_ticks).collect(),
             ages: graph.topics.iter().map(worst_age).collect(),
             latency: latency(system, graph),
             state,
@@ -61,13 +52,8 @@ impl Figures {
     }
 }
 
-impl NodeFigures {
-    fn of(node: &NodeAccount) -> Self {
-        Self {
-            lateness: Quantiles::of(&node.lateness),
-            tick_time: Quantiles::of(&node.tick_time),
-        }
-    }
+fn of_ticks(node: &NodeAccount) -> [Quantiles; 2] {
+    [&node.lateness, &node.tick_time].map(Quantiles::of)
 }
 
 /// Data age of the topic's slowest reader.

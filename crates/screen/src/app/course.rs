@@ -12,7 +12,7 @@ use crate::{
     exercise_panel::{ExercisePanel, PanelAction},
     frame::{FrameData, Standing},
     run::WatchedRows,
-    tour::{Guide, OFFER, Seen, Tour, Walk},
+    tour::{Guide, OFFER, Seen, Tour},
     view::Page,
 };
 
@@ -152,22 +152,13 @@ impl App {
 
     /// Begins the tour, or ends it.
     pub(super) fn toggle_tour(&mut self) {
-        self.course.tour = match self.course.tour {
-            None => Some(Tour::default()),
-            Some(_) => None,
-        };
+        self.course.tour = self.course.tour.is_none().then(Tour::default);
     }
 
-    /// Shows `key` to the tour; returns whether it was for the tour alone.
+    /// Shows `key` to the tour, unless the map lies over it; returns whether it was for the tour
+    /// alone.
     pub(super) fn is_for_the_tour(&mut self, key: &KeyEvent) -> bool {
-        let tour = self.course.tour.filter(|_| self.visible_map().is_none());
-        let walk = tour.map_or(Walk::Lab, |tour| tour.take(key));
-        match walk {
-            Walk::Lab => {}
-            Walk::On(tour) => self.course.tour = Some(tour),
-            Walk::Over => self.course.tour = None,
-        }
-        walk != Walk::Lab
+        self.visible_map().is_none() && Tour::take(&mut self.course.tour, key)
     }
 
     /// The step of the tour, about the run in `frame`.

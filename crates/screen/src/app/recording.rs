@@ -71,27 +71,24 @@ impl App {
         recorded
     }
 
-    /// Takes the recorder of the session, if it is ending.
-    fn take_recorder(&mut self) {
-        if let ShownRun::Live(session) = &mut self.shown.run {
-            self.recordings.completing.extend(session.take_recorder());
-        }
-    }
-
     /// Checks for ended recordings; the end takes a moment.
     pub(super) fn follow_recordings(&mut self) {
-        self.take_recorder();
-        let completing = &mut self.recordings.completing;
-        let done = completing.extract_if(.., |recorder| recorder.has_ended());
-        for recorder in done.collect::<Vec<_>>() {
-            self.note_recorded(recorder);
-        }
+        self.complete(|recorder| recorder.has_ended());
     }
 
     /// Waits for all recordings of past sessions.
     pub(super) fn finish_recordings(&mut self) {
-        self.take_recorder();
-        for recorder in std::mem::take(&mut self.recordings.completing) {
+        self.complete(|_| true);
+    }
+
+    /// Notes the results of the recordings that are to be `done`, and waits for them.
+    fn complete(&mut self, done: fn(&Recorder) -> bool) {
+        if let ShownRun::Live(session) = &mut self.shown.run {
+            self.recordings.completing.extend(session.take_recorder());
+        }
+        let completing = &mut self.recordings.completing;
+        let done = completing.extract_if(.., |recorder| done(recorder));
+        for recorder in done.collect::<Vec<_>>() {
             self.note_recorded(recorder);
         }
     }

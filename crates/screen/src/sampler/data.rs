@@ -9,7 +9,6 @@ use ratelab_study::system::System;
 use super::standing::health;
 use crate::{
     cause::{Hang, acting, latest},
-    figures::NodeFigures,
     flights::dots,
     frame::{AgeData, Health, NodeData, PartKind, PushData, PushSentence, Quantiles, TopicData},
     knobs::in_words,
@@ -19,12 +18,11 @@ use crate::{
 
 /// The parts of the age of the push in force.
 pub(super) fn push(
-    session: &mut dyn RunSource,
+    session: &dyn RunSource,
     graph: &Snapshot,
     age: Option<AgeData>,
 ) -> Option<PushData> {
     let acts = acting(session.system(), graph)?;
-    session.update_lineage();
     let lineage = session.lineage();
     let (from, to) = match age {
         Some(age) => age.stretch,
@@ -55,7 +53,7 @@ pub(super) fn push(
 pub(super) fn node_data(
     session: &dyn RunSource,
     node: &NodeAccount,
-    figures: NodeFigures,
+    [lateness, tick_time]: [Quantiles; 2],
     (hangs, now): (&[Hang], Time),
 ) -> NodeData {
     let place = session.place(&node.name);
@@ -73,8 +71,8 @@ pub(super) fn node_data(
             false => health(node, hangs, now),
         },
         place: place.map(|place| place.text),
-        lateness: figures.lateness,
-        tick_time: figures.tick_time,
+        lateness,
+        tick_time,
     }
 }
 

@@ -79,6 +79,8 @@ impl Sampler {
         }
         self.follow_knobs(session.observer());
         let counters = session.observer().snapshot();
+        // By now it has all that the counters have.
+        session.update_lineage();
         self.push_ages.look(&counters);
         let age = self.age(session, &counters);
         let verdict = self.verdict(session, &counters, age);

@@ -25,7 +25,7 @@ impl Sampler {
     /// The state of the run, and the reason for its end.
     pub(super) fn verdict(
         &mut self,
-        session: &mut dyn RunSource,
+        session: &dyn RunSource,
         graph: &Snapshot,
         age: Option<AgeData>,
     ) -> VerdictData {
@@ -78,7 +78,7 @@ impl Sampler {
     /// A running run that is not lost.
     fn going_on(
         &mut self,
-        session: &mut dyn RunSource,
+        session: &dyn RunSource,
         graph: &Snapshot,
         age: Option<AgeData>,
     ) -> VerdictData {
@@ -136,7 +136,7 @@ impl Sampler {
 
     fn reasons(
         &mut self,
-        session: &mut dyn RunSource,
+        session: &dyn RunSource,
         graph: &Snapshot,
         age: Option<AgeData>,
     ) -> Vec<String> {
@@ -149,7 +149,6 @@ impl Sampler {
         let (system, live) = (session.shared_system().clone(), session.live());
         let trial = Trial::new(system.clone(), session.config(), setup.clone(), graph.now);
         let over = session.summary().is_some();
-        session.update_lineage();
         let lineage = session.lineage();
         let late = match (age, acting(&*system, graph)) {
             (Some(age), _) => age.stretch,

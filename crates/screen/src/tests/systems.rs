@@ -193,6 +193,17 @@ fn a_system_without_a_plant_has_no_pane_of_it_and_the_others_take_its_room() {
 }
 
 #[test]
+fn a_run_without_a_latency_goes_on_however_many_ticks_it_makes() {
+    let flat_out = Config {
+        end: Time::MAX,
+        ..Config::default()
+    };
+    let mut app = lab(Counter, &flat_out);
+    until(&mut app, |app| ticks(app) > 100_000);
+    leave(app);
+}
+
+#[test]
 fn a_pane_that_is_not_there_is_never_in_focus() {
     let mut app = run_of(Counter);
     press(&mut app, "2");

@@ -6,8 +6,8 @@ mod steps;
 use crossterm::event::{KeyCode, KeyEvent};
 
 use super::view::Page;
+use steps::STEPS;
 pub use steps::Seen;
-use steps::{STEPS, Step};
 
 /// The offer at the first start.
 pub const OFFER: &str = "new here? g: a tour of five minutes";
@@ -27,35 +27,24 @@ pub enum Guide {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tour(usize);
 
-/// The use of a key for the tour.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Walk {
-    /// The key belongs to the lab.
-    Lab,
-    /// The key led to this position.
-    On(Tour),
-    /// The tour is over.
-    Over,
-}
-
 impl Tour {
-    /// Takes a key. Enter always goes on, Esc ends the tour; all others go to the lab.
-    pub fn take(self, key: &KeyEvent) -> Walk {
-        match key.code {
-            KeyCode::Esc => Walk::Over,
-            KeyCode::Enter if self.0 + 1 < STEPS.len() => Walk::On(Self(self.0 + 1)),
-            KeyCode::Enter => Walk::Over,
-            _ => Walk::Lab,
-        }
-    }
-
-    fn shown(self) -> &'static Step {
-        &STEPS[self.0.min(STEPS.len() - 1)]
+    /// Shows `key` to the `tour`; returns whether it was for the tour alone. Enter always goes
+    /// on, Esc ends the tour; all others go to the lab.
+    pub fn take(tour: &mut Option<Self>, key: &KeyEvent) -> bool {
+        let Some(Self(step)) = *tour else {
+            return false;
+        };
+        *tour = match key.code {
+            KeyCode::Enter => Some(Self(step + 1)).filter(|next| next.0 < STEPS.len()),
+            KeyCode::Esc => None,
+            _ => return false,
+        };
+        true
     }
 
     /// The step on the screen, about the `run` as it is.
     pub fn page(self, run: &Seen) -> Page {
-        let step = self.shown();
+        let step = &STEPS[self.0];
         let (text, hint) = match (step.reached)(run) {
             true => ((step.look)(run), "Enter goes on  Esc leaves"),
             false => ((step.ask)(run), "Enter skips this  Esc leaves"),
@@ -84,15 +73,15 @@ mod tests {
 
     #[test]
     fn enter_goes_on_through_every_step_and_other_keys_are_for_the_lab() {
-        let mut tour = Tour::default();
+        let after = |mut tour, code| (Tour::take(&mut tour, &key(code)), tour);
         for number in 0..STEPS.len() {
-            assert_eq!(tour.take(&key(KeyCode::Char('b'))), Walk::Lab);
-            assert_eq!(tour.take(&key(KeyCode::Esc)), Walk::Over);
-            match tour.take(&key(KeyCode::Enter)) {
-                Walk::On(next) => tour = next,
-                end => assert_eq!((end, number), (Walk::Over, STEPS.len() - 1)),
-            }
+            let tour = Some(Tour(number));
+            let next = Some(Tour(number + 1)).filter(|_| number + 1 < STEPS.len());
+            assert_eq!(after(tour, KeyCode::Char('b')), (false, tour));
+            assert_eq!(after(tour, KeyCode::Esc), (true, None));
+            assert_eq!(after(tour, KeyCode::Enter), (true, next));
         }
+        assert_eq!(after(None, KeyCode::Enter), (false, None));
     }
 
     /// The place for a step on a screen of 80x24.
