@@ -31,13 +31,8 @@ pub trait Sink: Any + Send + Sync {
 /// What a node did, or what happened to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NodeRecord {
-    /// It begins a tick.
-    Began {
-        /// Run time.
-        at: Time,
-        /// Whether the tick lasts: it takes run time.
-        lasting: bool,
-    },
+    /// It begins a tick that lasts: one that takes run time. Others are over as they begin.
+    Began,
     /// A tick that lasted is over.
     Ended,
     /// A tick with its measurements, once these are known.

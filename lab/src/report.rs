@@ -351,31 +351,18 @@ pub fn size(bytes: u64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use ratelab_account::PushAge;
+    use ratelab::{GO_ON, Graph, Hz};
+    use ratelab_account::Observer;
 
     use super::*;
-    use ratelab::Hz;
 
     #[test]
     fn counts_of_an_altered_recording_are_printed_whatever_they_are() {
-        let none = Distribution::empty;
-        let node = NodeAccount {
-            name: "policy".into(),
-            priority: 0,
-            hz: Hz::MAX,
-            triggers: [].into(),
-            executor: None,
-            busy: false,
-            crashed: false,
-            remote: false,
-            meters: Vec::new(),
-            ticks: 2,
-            overruns: u64::MAX,
-            lateness: none(),
-            tick_time: none(),
-            response: none(),
-            push_age: PushAge::default(),
-        };
+        let mut graph = Graph::new();
+        let added = graph.node("policy", Hz::MAX, 0, |_| |_| GO_ON);
+        added.expect("a node");
+        let mut node = Observer::of(&graph).snapshot().nodes.remove(0);
+        (node.ticks, node.overruns) = (2, u64::MAX);
         let most = u64::MAX;
         assert_eq!(overruns(&node), format!("policy {most} of {most}"));
     }

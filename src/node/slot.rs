@@ -138,7 +138,9 @@ impl NodeSlot {
 
     /// Runs a whole tick; by the wall's clock it is `lasting`.
     fn tick(&mut self, now: Time, lasting: bool) -> Tick {
-        self.record_begin(now, lasting);
+        if lasting {
+            self.record_begin();
+        }
         let outcome = self.begin(|node| {
             let flow = node.tick(now)?;
             Ok(end_of(flow, node.apply(now)?))
@@ -151,7 +153,7 @@ impl NodeSlot {
 
     /// Begins a tick that takes time: its messages wait for the end.
     fn start(&mut self, now: Time, lateness: Option<Duration>) -> Tick {
-        self.record_begin(now, true);
+        self.record_begin();
         self.outbox.hold(true);
         let outcome = self.begin(|node| node.tick(now));
         self.outbox.hold(false);
@@ -209,9 +211,8 @@ impl NodeSlot {
         self.running = None;
     }
 
-    #[inline]
-    fn record_begin(&self, at: Time, lasting: bool) {
-        self.records.node(|| NodeRecord::Began { at, lasting });
+    fn record_begin(&self) {
+        self.records.node(|| NodeRecord::Began);
     }
 
     fn record_end(&self) {

@@ -1,6 +1,6 @@
 //! The account of a node.
 
-use std::time::Duration;
+use std::{mem, time::Duration};
 
 use ratelab::{Hz, NodeRecord, NodeTopology, Push, TickTimes, Time, sync::Arc};
 use ratelab_effects::Executor;
@@ -42,6 +42,8 @@ pub struct NodeAccount {
     pub meters: Vec<(Arc<str>, Distribution)>,
     /// Age of the sensing behind the node's pushes on the world, if it makes any.
     pub push_age: PushAge,
+    /// Whether the tick that it records next is among these since its begin.
+    counted: bool,
 }
 
 /// A finished tick of a node.
@@ -93,6 +95,7 @@ impl NodeAccount {
                 .map(|name| (name.as_str().into(), Distribution::default()))
                 .collect(),
             push_age: PushAge::default(),
+            counted: false,
         }
     }
 
@@ -100,9 +103,9 @@ impl NodeAccount {
     #[inline]
     pub(crate) fn add(&mut self, record: &NodeRecord) {
         match record {
-            NodeRecord::Began { lasting, .. } => {
+            NodeRecord::Began => {
                 self.ticks += 1;
-                self.busy |= lasting;
+                (self.busy, self.counted) = (true, true);
             }
             NodeRecord::Ended => self.busy = false,
             NodeRecord::Ticked(times) => self.tick(times),
@@ -121,6 +124,7 @@ impl NodeAccount {
 
     /// Adds a tick: how late it began and how long it took, where that was measured.
     fn tick(&mut self, times: &TickTimes) {
+        self.ticks += u64::from(!mem::take(&mut self.counted));
         if let Some(lateness) = times.lateness {
             self.lateness.add(lateness);
         }

@@ -49,7 +49,9 @@ impl Sink for AccountSink {
             return;
         };
         account.add(record);
-        if let NodeRecord::Ticked(times) = record {
+        if let NodeRecord::Ticked(times) = record
+            && self.ticks[node].0.are_any()
+        {
             let tick = account.newest_tick(times);
             // The run may wait for a full tap, but not with a lock.
             drop(account);

@@ -138,10 +138,16 @@ impl<L> Listeners<L> {
         self.any.store(true, Ordering::Release);
     }
 
+    /// Whether there are any.
+    #[inline]
+    pub(crate) fn are_any(&self) -> bool {
+        self.any.load(Ordering::Acquire)
+    }
+
     /// Hands each of them an item; removes those for whom `hand` returns `false`.
     #[inline]
     pub(crate) fn each(&self, hand: impl FnMut(&mut L) -> bool) {
-        if self.any.load(Ordering::Acquire) {
+        if self.are_any() {
             let mut all = lock(&self.all);
             all.retain_mut(hand);
             self.any.store(!all.is_empty(), Ordering::Release);
