@@ -386,7 +386,7 @@ fn a_log_that_is_cut_off_is_executed_up_to_there() {
 
 #[test]
 fn a_branch_leaves_the_run_at_the_last_rest_and_is_the_same_every_time() {
-    let config = config("real; until 1.2; takes policy 230");
+    let config = config("real; until 2; takes policy 230");
     let run = record(&config, person(Vec::new()));
     let end = &run.lines[0];
     assert!(end.contains("pole_fell"), "{end}");
@@ -404,7 +404,9 @@ fn a_branch_leaves_the_run_at_the_last_rest_and_is_the_same_every_time() {
     let (one, other) = (branch(), branch());
     assert_eq!(one.difference(&other), None);
     assert!(one.lines[0].contains("balanced"), "{}", one.lines[0]);
-    let before = one.topics[0].partition_point(|(at, _)| *at < secs(0.15));
+    let rest = run.rerun().rest_before(secs(0.2), ClockKind::Real);
+    let rest = rest.expect("real");
+    let before = one.topics[0].partition_point(|(at, _)| *at < rest);
     assert!(before > 0);
     assert_eq!(one.topics[0][..before], run.topics[0][..before]);
 }
