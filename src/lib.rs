@@ -16,15 +16,15 @@
 //!
 //! | | the real clock, of `crates/real-clock` | [`VirtualClock`] |
 //! |---|---|---|
-//! | threads | one per node | one for all |
+//! | threads | one per node, or those of an executor | one for all |
 //! | time | wall time | the schedule's own |
 //! | order of nodes due together | up to the operating system | by priority, or as their executor has it |
 //! | late ticks | measured; missed periods skipped and counted | only where configured |
 //! | duration of ticks | measured, or as configured | as configured |
 //! | the same run again | from its [`Journal`], to the bit | to the bit |
 //!
-//! [`Command`]s are the only input of a running graph, records its only output: whatever is
-//! counted, measured or copied of a run, a [`Sink`] makes of them.
+//! A running graph is changed by [`Command`]s alone, and seen by its records: whatever is measured
+//! or copied of a run, a [`Sink`] makes of them.
 //!
 //! This crate knows no robot, terminal, file or network: those stand on it.
 //!
@@ -32,13 +32,13 @@
 //!
 //! | | files | so that you know |
 //! |---|---|---|
-//! | first | `time.rs`, `rate.rs`, `topic.rs`, `node.rs`, `graph.rs`, `graph/wiring.rs` | the three primitives, and how they are wired |
-//! | then | `scheduling/scheduler.rs`, `periodic.rs` and `schedule.rs` there, `clock/virtual_time.rs` | a run |
+//! | first | `time.rs`, `rate.rs`, `node.rs`; `topic.rs` with `queue.rs`, `publisher.rs` and `subscription.rs` in its folder; `graph.rs`, `graph/wiring.rs` | the three primitives, how they are wired, the way of a message |
+//! | then | `scheduling/scheduler.rs`, `periodic.rs` and `schedule.rs` there, `node/slot.rs`, `clock/virtual_time.rs`, `record.rs` | a run, and what it leaves |
 //! | for links | `topic/channel.rs` | what is between a publisher and its readers |
 //! | for triggers | `trigger.rs`, `topic/intake.rs` | how messages have a node tick |
 //! | for commands | `control/` | how a run is changed, and what is logged of it |
 //! | for threads | `clock/task_sets.rs`, `clock/worker.rs`, then `crates/real-clock` | the same schedule under another clock |
-//! | for reruns | `journal/`, then `crates/replay` | what must be known to run threads again |
+//! | for reruns | `shared.rs`, `journal/`, then `crates/replay` | what must be known to run threads again |
 //!
 //! # Hooks
 //!
@@ -66,9 +66,10 @@
 //! each task set has a schedule of its own, and its threads wait for the wall. Nodes work outside
 //! of the schedule, and what they publish comes back to it as arrivals.
 //!
-//! A message: [`Publisher::publish`] puts it into the queue of its topic, or into the outbox of its
-//! node while a tick takes time; a channel decides when it is delivered; the queue evicts what is
-//! beyond its depth; [`Subscription::latest`] reads it. Each step is a record for the [`Sink`].
+//! A message: [`Publisher::publish`] gives it to its topic, or keeps it in the outbox of its node
+//! until a tick is over that takes time; with a link it is in transit until its [`Channel`] delivers
+//! it, in what comes next on the topic; the queue evicts what is beyond its depth;
+//! [`Subscription::latest`] reads it. The topic sends a record of each step to the [`Sink`].
 //!
 //! # A graph in twenty lines
 //!
@@ -110,6 +111,7 @@ mod qos;
 mod rate;
 mod record;
 mod scheduling;
+mod shared;
 pub mod sync;
 mod time;
 mod topic;
@@ -129,8 +131,8 @@ pub use control::{
 };
 pub use graph::{Graph, GraphError, NodeTopology, TopicTopology, Topology, Wiring};
 pub use journal::{
-    End, Entries, Entry, Following, Journal, LateLook, LockName, Noter, Operation, Shared,
-    ThreadJournal, Turn, TurnFollower,
+    End, Entries, Entry, Following, Journal, LateLook, LockName, Noter, Operation, ThreadJournal,
+    TurnFollower,
 };
 pub use node::{END, Fault, GO_ON, Job, JobKind, Node, Panicked, Tick};
 pub use qos::{Depth, DepthError, ReadOrder};
@@ -142,6 +144,7 @@ pub use scheduling::{
     Dispatch, Joined, Kit, Matching, Periodic, Phase, Release, Scheduler, SchedulerEvent, TaskSpec,
     TaskState, Threads, Timetable,
 };
+pub use shared::{Shared, SharedGuard};
 pub use time::{Hz, HzError, Time, TimeError};
 pub use topic::{Channel, Message, Payload, Publisher, Stamps, Subscription, Topic};
 pub use trigger::{Arrival, Intake, TakenMessage, Wake};

@@ -75,11 +75,6 @@ impl Time {
     pub const fn since(self, earlier: Self) -> Duration {
         Duration::from_nanos(self.0.saturating_sub(earlier.0))
     }
-
-    /// The moment `by` before this one; not before the start of the run.
-    pub fn earlier(self, by: Duration) -> Self {
-        Self::ZERO + self.since(Self::ZERO + by)
-    }
 }
 
 impl Add<Duration> for Time {

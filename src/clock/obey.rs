@@ -16,12 +16,8 @@ pub struct Obeyed {
 }
 
 /// Carries out a command that needs no node, as both clocks do.
-pub(super) fn obey(
-    control: &mut ControlPlane,
-    kind: ClockKind,
-    command: &Command,
-    at: Time,
-) -> Obeyed {
+pub(super) fn obey(control: &mut ControlPlane, command: &Command, at: Time) -> Obeyed {
+    let kind = control.status.clock;
     let was = match command {
         Command::Set(knob) => match control.turn(knob, at) {
             Ok(before) => Some(before),
@@ -69,9 +65,8 @@ pub(super) fn refuse(control: &ControlPlane, command: &Command, at: Time, reason
     Obeyed { event, exit: None }
 }
 
-/// Carries out any command under a clock of this `kind`, at run time `at`, while no node does any
-/// work.
-pub fn obey_at_rest(graph: &mut Graph, kind: ClockKind, command: &Command, at: Time) -> Obeyed {
+/// Carries out any command at run time `at`, while no node does any work.
+pub fn obey_at_rest(graph: &mut Graph, command: &Command, at: Time) -> Obeyed {
     if let Some(knob) = command.knob_of_node() {
         let answer = graph.turn_node(knob, at);
         let event = graph.control.state.answered(at, command, answer);
@@ -83,7 +78,7 @@ pub fn obey_at_rest(graph: &mut Graph, kind: ClockKind, command: &Command, at: T
     };
     match refusal {
         Some(reason) => refuse(&graph.control, command, at, &reason),
-        None => obey(&mut graph.control, kind, command, at),
+        None => obey(&mut graph.control, command, at),
     }
 }
 
@@ -108,7 +103,7 @@ impl Supervision<'_> {
             .and_then(|node| control.local_index(node).err());
         let obeyed = match unknown {
             Some(reason) => refuse(control, command, at, &reason),
-            None => obey(control, ClockKind::Real, command, at),
+            None => obey(control, command, at),
         };
         if obeyed.exit.is_some() || control.status.paused {
             // A node may have begun a tick later than `at` already.

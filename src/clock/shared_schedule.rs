@@ -2,9 +2,9 @@
 
 use crate::{
     control::{command::ClockKind, state::RunState},
-    journal::{Shared, Turn},
     node::NodeSlot,
     scheduling::{Assignment, Schedule, TaskSet, Threads},
+    shared::{Shared, SharedGuard},
     sync::{Arc, Mutex},
     time::Time,
 };
@@ -92,7 +92,7 @@ impl<'g> SharedSchedule<'g> {
     }
 
     /// The schedule, for a turn of a thread.
-    pub(crate) fn turn(&self) -> Turn<'_, Schedule> {
+    pub(crate) fn turn(&self) -> SharedGuard<'_, Schedule> {
         match self.is_shared() {
             true => self.schedule.lock(),
             false => self.schedule.peek(),
@@ -100,7 +100,7 @@ impl<'g> SharedSchedule<'g> {
     }
 
     /// The schedule, for a look.
-    pub(crate) fn peek(&self) -> Turn<'_, Schedule> {
+    pub(crate) fn peek(&self) -> SharedGuard<'_, Schedule> {
         self.schedule.peek()
     }
 }

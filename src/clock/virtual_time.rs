@@ -11,8 +11,9 @@ use crate::{
         inbox::{Inbox, Wait},
     },
     graph::Graph,
+    journal::LateLook,
     node::{Fault, JobKind, Tick},
-    scheduling::{Assignment, Moment, WorkTimes},
+    scheduling::{Assignment, WorkTimes},
     sync::{Instant, get_mut},
     time::{Time, TimeError},
 };
@@ -219,7 +220,7 @@ impl<'a> VirtualStretch<'a> {
             self.graph.control.update(|status| status.paused = true);
             self.steps += 1;
         }
-        let exit = obey_at_rest(self.graph, ClockKind::Virtual, command, at).exit;
+        let exit = obey_at_rest(self.graph, command, at).exit;
         if let Command::Speed(_) | Command::Resume = command {
             self.pacer = Pacer::new(self.graph.control.status.speed, at);
         }
@@ -250,12 +251,9 @@ impl<'a> VirtualStretch<'a> {
         let now = self.graph.schedule.next_at().max(self.graph.now());
         self.last_event = Some(now);
         self.graph.control.set_now(now);
-        let moment = Moment {
-            now,
-            until: self.until,
-            over: false,
-        };
-        while let Some(work) = self.graph.schedule.next_job(moment) {
+        let (until, over) = (self.until, false);
+        let late = (now > until).then_some(LateLook { until, over });
+        while let Some(work) = self.graph.schedule.next_job(now, late) {
             let outcome = self.work(work, now);
             self.graph.schedule.collect();
             match outcome {
@@ -353,13 +351,8 @@ mod tests {
             graph.node(name, hz(rate), 0, |_| node).expect("a node");
         }
         // Each has ticked once.
-        let mut second = Moment {
-            now: Time::ZERO,
-            until: UNTIL,
-            over: false,
-        };
         graph.schedule.open(Time::ZERO, Vec::new);
-        while let Some(work) = graph.schedule.next_job(second) {
+        while let Some(work) = graph.schedule.next_job(Time::ZERO, None) {
             let times = WorkTimes {
                 began: Time::ZERO,
                 ended: Time::ZERO,
@@ -369,8 +362,8 @@ mod tests {
             let slot = get_mut(&mut graph.slots[work.node]);
             let _ = graph.schedule.done(slot, work, times, GO_ON);
         }
-        second.now = graph.schedule.state(2, Time::ZERO).due;
-        graph.control.set_now(second.now);
+        let second = graph.schedule.state(2, Time::ZERO).due;
+        graph.control.set_now(second);
         (graph, log)
     }
 

@@ -8,7 +8,7 @@ use crate::{
     control::command::Command,
     journal::LateLook,
     node::{Fault, JobKind, Tick},
-    scheduling::{Assignment, Moment, WorkTimes},
+    scheduling::{Assignment, WorkTimes},
     sync::lock,
     time::Time,
     trigger::Arrival,
@@ -63,7 +63,7 @@ impl<'c> Worker<'c> {
         for arrival in self.arrivals.drain(..) {
             schedule.add_arrival(arrival);
         }
-        self.found = schedule.next_job(Moment::of(at, late));
+        self.found = schedule.next_job(at, late);
         LookResult {
             node: self.found.map(|work| work.node),
             moved: schedule.has_moved(),

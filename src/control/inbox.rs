@@ -162,12 +162,14 @@ impl Inbox {
     }
 }
 
+#[cfg(feature = "model")]
+use crate::sync::thread;
+
 /// Under the model checker nothing may block outside of its scheduler, so this polls.
 #[cfg(feature = "model")]
 impl Inbox {
     /// Waits for the next live command.
     pub fn receive(&self, wait: Wait) -> Option<Command> {
-        use crate::sync::thread;
         use crossbeam_channel::TryRecvError;
         loop {
             match (self.live.try_recv(), wait) {

@@ -7,7 +7,8 @@ use super::{
     event::{Event, EventKind},
 };
 use crate::{
-    journal::{Entries, Journal, Shared},
+    journal::{Entries, Journal},
+    shared::Shared,
     sync::{
         Arc, Instant, Mutex,
         atomic::{AtomicBool, AtomicU64, Ordering},

@@ -2,17 +2,13 @@
 //!
 //! A graph keeps none of it: it hands each entry to its [`Journal`], if it has one.
 
-mod shared;
-mod turns;
+pub(crate) mod turns;
 
 use std::any::Any;
 
 use serde::{Deserialize, Serialize};
 
-pub use self::{
-    shared::{Shared, Turn},
-    turns::{Following, LockName, Noter, Operation, TurnFollower},
-};
+pub use self::turns::{Following, LockName, Noter, Operation, TurnFollower};
 
 use crate::{sync::Arc, time::Time, trigger::Arrival};
 

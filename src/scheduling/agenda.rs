@@ -7,17 +7,17 @@ use crate::time::Time;
 /// The order of alarms within one instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Phase {
-    /// Ticks end, by priority.
-    End,
-    /// Messages arrive, in the order of publication.
-    Arrive,
+    /// Ticks end, by priority. Messages arrive after that, in the order of publication.
+    End = 0,
     /// Timers of executors are due, in the order of registration.
-    Release,
+    Release = 2,
     /// Ticks begin of nodes with a thread of their own, by priority.
-    Start,
+    Start = 3,
 }
 
 impl Phase {
+    /// The place of arrivals among the phases.
+    const ARRIVE: u64 = 1;
     /// Place of the phase in the order of an item.
     const SHIFT: u32 = 62;
     /// Place of the priority there.
@@ -38,9 +38,10 @@ pub(super) struct AgendaItem {
 }
 
 impl AgendaItem {
-    pub(super) fn phase(&self) -> Phase {
-        use Phase::{Arrive, End, Release, Start};
-        [End, Arrive, Release, Start][(self.order >> Phase::SHIFT) as usize]
+    /// The phase of an alarm; `None` for an arrival.
+    pub(super) fn phase(&self) -> Option<Phase> {
+        use Phase::{End, Release, Start};
+        [Some(End), None, Some(Release), Some(Start)][(self.order >> Phase::SHIFT) as usize]
     }
 
     fn rank(&self) -> (Time, u64) {
@@ -117,7 +118,7 @@ impl Agenda {
         self.arrivals += 1;
         self.insert(AgendaItem {
             at,
-            order: (Phase::Arrive as u64) << Phase::SHIFT | self.arrivals,
+            order: Phase::ARRIVE << Phase::SHIFT | self.arrivals,
             node: node as u32,
             input: input as u32,
         });

@@ -3,7 +3,7 @@
 use std::{collections::BTreeSet, mem::take, time::Duration};
 
 use super::{
-    agenda::{Agenda, AgendaItem, Phase},
+    agenda::{Agenda, AgendaItem},
     dispatch::Dispatch,
     member::Member,
     scheduler::{Scheduler, SchedulerEvent, TaskState, Timetable},
@@ -22,7 +22,7 @@ use crate::{
 /// decides what is to be done; whoever asks does it.
 pub(crate) struct Schedule {
     pub(super) task_sets: Vec<TaskSet>,
-    /// Index of its first node.
+    /// The lowest index of its nodes.
     first: usize,
     /// The task set of each node from that one on, and its number there; without a meaning for a
     /// node that is not here.
@@ -31,35 +31,13 @@ pub(crate) struct Schedule {
     arrivals: Arc<Arrivals>,
     /// Task sets that look for something to do when all else of the instant has happened.
     looking: BTreeSet<usize>,
-    /// The run time of their last event.
+    /// The run time at which the last of them asked for that.
     noticed: Time,
     clock: ClockKind,
     /// Whether the nodes have run elsewhere since it was opened.
     behind: bool,
     /// Whether something has happened since [`Schedule::has_moved`].
     moved: bool,
-}
-
-/// A moment of a run.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Moment {
-    /// Run time.
-    pub(crate) now: Time,
-    /// The end of the run: later events do not happen.
-    pub(crate) until: Time,
-    /// Whether the end has passed, so that only those nodes tick that were due before.
-    pub(crate) over: bool,
-}
-
-impl Moment {
-    /// Run time `now`, perhaps after the end of the run.
-    pub(crate) fn of(now: Time, late: Option<LateLook>) -> Self {
-        Self {
-            now,
-            until: late.map_or(Time::MAX, |late| late.until),
-            over: late.is_some_and(|late| late.over),
-        }
-    }
 }
 
 /// A job for a node.
@@ -258,17 +236,18 @@ impl Schedule {
         take(&mut self.moved)
     }
 
-    /// The next job at a moment. This and what it calls are one function, because every tick is
+    /// The next job at run time `now`, which may be after the end of the run. This and what it calls are one function, because every tick is
     /// handed through all of them: a quarter less a tick.
     #[inline(always)]
-    pub(crate) fn next_job(&mut self, moment: Moment) -> Option<Assignment> {
-        let Moment { now, until, over } = moment;
+    pub(crate) fn next_job(&mut self, now: Time, late: Option<LateLook>) -> Option<Assignment> {
+        let until = late.map_or(Time::MAX, |late| late.until);
+        let over = late.is_some_and(|late| late.over);
         loop {
             let next = self.agenda.next_at();
             let job = if next <= now && next <= until {
                 let item = self.agenda.pop()?;
                 self.moved = true;
-                self.happen(item, moment)
+                self.happen(item, now, over)
             } else if over {
                 return None;
             } else {
@@ -284,19 +263,19 @@ impl Schedule {
 
     /// Has an event happen.
     #[inline(always)]
-    fn happen(&mut self, item: AgendaItem, moment: Moment) -> Option<Assignment> {
+    fn happen(&mut self, item: AgendaItem, now: Time, over: bool) -> Option<Assignment> {
         let (task_set, member) = self.of(item.node as usize);
         let event = match item.phase() {
-            Phase::Arrive => {
+            None => {
                 let input = item.input as usize;
                 SchedulerEvent::Arrived { member, input }
             }
-            phase => {
+            Some(phase) => {
                 let at = item.at;
                 SchedulerEvent::Alarm { member, at, phase }
             }
         };
-        self.send(task_set, event, moment.now, moment.over)
+        self.send(task_set, event, now, over)
     }
 
     /// A job is done: the scheduler hears of it, unless it was the begin of a tick that failed,

@@ -33,7 +33,7 @@ use crate::{
 /// | `Crashed`, `Restarted` | forget what it planned; begin anew |
 /// | `Closed` | count due times that have passed during a tick |
 ///
-/// Only `Alarm`, `Arrived` and `Look` are answered by a job. See `periodic.rs` for the simplest
+/// Only `Alarm` and `Look` are answered by a job. See `periodic.rs` for the simplest
 /// one, and `crates/effects/src/own.rs` for one with triggers and ticks that take time.
 pub trait Scheduler: Any + Send {
     /// Something has happened at `timetable.now()`; returns the job to be done now, if there is one.
@@ -168,7 +168,7 @@ impl Timetable<'_> {
         }
         let rank = match phase {
             Phase::End | Phase::Start => (known.priority, known.node),
-            Phase::Arrive | Phase::Release => (0, member),
+            Phase::Release => (0, member),
         };
         self.agenda.add(at, phase, rank, known.node);
     }

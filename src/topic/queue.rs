@@ -9,9 +9,9 @@ use super::{
     triggers::Triggers,
 };
 use crate::{
-    journal::Shared,
     qos::{Depth, ReadOrder},
     record::{Head, Records, TopicRecord},
+    shared::Shared,
     sync::{Arc, atomic::Ordering, bump},
     time::Time,
 };

@@ -50,7 +50,7 @@ impl Sink for AccountSink {
         };
         account.add(record);
         if let NodeRecord::Ticked(times) = record
-            && self.ticks[node].0.are_any()
+            && self.ticks[node].are_any()
         {
             let tick = account.newest_tick(times);
             // The run may wait for a full tap, but not with a lock.

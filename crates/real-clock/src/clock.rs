@@ -92,7 +92,7 @@ fn rest(graph: &mut Graph, inbox: &mut Inbox) -> Option<ClockExit> {
         return Some(ClockExit::Stopped);
     };
     let now = graph.now();
-    let obeyed = obey_at_rest(graph, ClockKind::Real, &command, now);
+    let obeyed = obey_at_rest(graph, &command, now);
     let event = obeyed.event as u64;
     log.note_alone(Entry::Rest { event });
     obeyed.exit

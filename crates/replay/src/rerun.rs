@@ -281,7 +281,7 @@ impl Rerun {
         let (now, state) = (graph.now(), graph.state());
         let Obeyed { event, exit } = match refusal {
             Some(reason) => refuse_again(&state, command, now, reason),
-            None => obey_at_rest(graph, ClockKind::Real, command, now),
+            None => obey_at_rest(graph, command, now),
         };
         let event = event as u64;
         log.note_alone(Entry::Rest { event });

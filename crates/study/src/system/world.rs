@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ratelab::{Knob, KnobKind, Shared, Time, Turn};
+use ratelab::{Knob, KnobKind, Shared, SharedGuard, Time};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -131,7 +131,7 @@ impl<W: World> SharedWorld<W> {
     }
 
     /// Advances the world to run time `now` and locks it until the guard is dropped.
-    pub fn at(&self, now: Time) -> Turn<'_, W> {
+    pub fn at(&self, now: Time) -> SharedGuard<'_, W> {
         let mut world = self.0.lock();
         world.advance_to(now);
         world

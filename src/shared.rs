@@ -6,11 +6,13 @@ use std::{
     time::Duration,
 };
 
-use super::turns::{self, LockName, Mode, Operation, TurnFollower};
-use crate::sync::{
-    Mutex, MutexGuard,
-    atomic::{AtomicU32, Ordering},
-    lock, thread,
+use crate::{
+    journal::turns::{self, LockName, Mode, Operation, TurnFollower},
+    sync::{
+        Mutex, MutexGuard,
+        atomic::{AtomicU32, Ordering},
+        lock, thread,
+    },
 };
 
 /// Longest wait for a turn without a look at whether the run was given up.
@@ -95,7 +97,7 @@ impl<T> Shared<T> {
     /// Locks the value for a node, until the guard is dropped. This takes a turn: a run
     /// that is executed again has all turns in the same order.
     #[inline]
-    pub fn lock(&self) -> Turn<'_, T> {
+    pub fn lock(&self) -> SharedGuard<'_, T> {
         match turns::mode() {
             Mode::Off => {
                 let mut turn = self.peek();
@@ -110,15 +112,15 @@ impl<T> Shared<T> {
     /// Locks the value for those that only look on, such as observers and taps, at any
     /// time and without a turn.
     #[inline]
-    pub fn peek(&self) -> Turn<'_, T> {
-        Turn {
+    pub fn peek(&self) -> SharedGuard<'_, T> {
+        SharedGuard {
             state: lock(&self.state),
             hands_on: false,
         }
     }
 
     #[inline]
-    fn noted(&self) -> Turn<'_, T> {
+    fn noted(&self) -> SharedGuard<'_, T> {
         let lock_name = self.lock_name();
         let mut turn = self.peek();
         let state = &mut *turn.state;
@@ -148,11 +150,11 @@ impl<T> Shared<T> {
 
     /// Locks the value as [`Self::peek`] does. Where another thread is held within this lock,
     /// both go on at once.
-    fn past_held(&self, follower: &dyn TurnFollower) -> Turn<'_, T> {
+    fn past_held(&self, follower: &dyn TurnFollower) -> SharedGuard<'_, T> {
         if follower.holds() {
             if let Ok(state) = self.state.try_lock() {
                 let hands_on = false;
-                return Turn { state, hands_on };
+                return SharedGuard { state, hands_on };
             }
             follower.let_go();
         }
@@ -161,7 +163,7 @@ impl<T> Shared<T> {
 
     /// Waits for the turn that this thread had in the recorded run.
     #[cold]
-    fn in_turn(&self) -> Turn<'_, T> {
+    fn in_turn(&self) -> SharedGuard<'_, T> {
         let follower = turns::follower();
         let next = follower.as_ref().and_then(|f| f.next(self.lock_name()));
         let Some((number, follower)) = next.zip(follower.as_deref()) else {
@@ -194,13 +196,13 @@ impl<T> fmt::Debug for Shared<T> {
 }
 
 /// A shared value, locked until this is dropped.
-pub struct Turn<'a, T> {
+pub struct SharedGuard<'a, T> {
     state: MutexGuard<'a, SharedState<T>>,
     /// Whether the thread of the next turn may wait for the end of this one.
     hands_on: bool,
 }
 
-impl<T> Deref for Turn<'_, T> {
+impl<T> Deref for SharedGuard<'_, T> {
     type Target = T;
 
     #[inline]
@@ -209,14 +211,14 @@ impl<T> Deref for Turn<'_, T> {
     }
 }
 
-impl<T> DerefMut for Turn<'_, T> {
+impl<T> DerefMut for SharedGuard<'_, T> {
     #[inline]
     fn deref_mut(&mut self) -> &mut T {
         &mut self.state.value
     }
 }
 
-impl<T> Drop for Turn<'_, T> {
+impl<T> Drop for SharedGuard<'_, T> {
     #[inline]
     fn drop(&mut self) {
         if self.hands_on {
@@ -229,7 +231,7 @@ impl<T> Drop for Turn<'_, T> {
     }
 }
 
-impl<T: fmt::Debug> fmt::Debug for Turn<'_, T> {
+impl<T: fmt::Debug> fmt::Debug for SharedGuard<'_, T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Debug::fmt(&**self, f)
     }
