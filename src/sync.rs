@@ -1,6 +1,6 @@
 //! The concurrency primitives of this crate and those that stand on it, in one place.
 //!
-//! All data shared between threads goes through these names, so that the feature `model`
+//! What threads wait for goes through these names, so that the feature `model`
 //! can replace the operating system by the shuttle model checker, which tries
 //! interleavings that are rare on a real machine.
 

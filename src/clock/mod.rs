@@ -1,8 +1,9 @@
-//! Two clocks behind one interface. Both ask a schedule for work, by the same rules: one thread
-//! jumps from event to event, many wait for the wall.
+//! Virtual time, and what a clock with threads needs. Every clock asks a schedule for work, by the
+//! same rules: here one thread jumps from event to event; others have threads that wait for the wall
+//! (`crates/real-clock`), or play a log (`crates/replay`).
 //!
 //! A clock runs a [`Graph`] until it ends, is stopped, reaches a given run time, or is
-//! handed over to the other clock. All state of the run stays in the graph, so [`run`]
+//! handed over to another clock. All state of the run stays in the graph, so [`run`]
 //! can pass it back and forth.
 //!
 //! Commands take effect *between* calls of a node; of a tick that takes run time that may be

@@ -26,7 +26,7 @@ pub(crate) struct SharedSchedule<'g> {
     /// Those of all nodes of the graph.
     slots: &'g [Mutex<NodeSlot>],
     pub(crate) state: Arc<RunState>,
-    /// Index of its first node.
+    /// Index of the node that was registered first.
     pub(crate) first: usize,
     /// Number of threads; none if all nodes run in other processes.
     pub(crate) threads: usize,

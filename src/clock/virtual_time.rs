@@ -128,7 +128,7 @@ impl<'a> VirtualStretch<'a> {
 
     fn run(mut self) -> Result<ClockExit, Fault> {
         loop {
-            let exit = match self.take_turn() {
+            let exit = match self.next_step() {
                 NextStep::Obey(command) => self.receive(command)?,
                 NextStep::Proceed => self.proceed()?,
                 NextStep::Stop => Some(ClockExit::Stopped),
@@ -140,7 +140,7 @@ impl<'a> VirtualStretch<'a> {
     }
 
     /// Waits until the next event is due or a command arrives.
-    fn take_turn(&mut self) -> NextStep {
+    fn next_step(&mut self) -> NextStep {
         if self.is_over() {
             return NextStep::Proceed;
         }

@@ -1,4 +1,4 @@
-//! The only way to change a running graph.
+//! How those outside change a running graph.
 
 use std::fmt;
 

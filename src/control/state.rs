@@ -124,7 +124,7 @@ impl RunState {
 
 /// Its events.
 impl RunState {
-    /// Commands and ends of the run so far, starting with number `first`.
+    /// Commands, ends and presences of other processes so far, starting with number `first`.
     pub fn events(&self, first: usize) -> Vec<Event> {
         self.events.peek().iter().skip(first).cloned().collect()
     }

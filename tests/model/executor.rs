@@ -15,7 +15,7 @@ use shuttle::{
 
 use crate::{
     SOME, explore, person,
-    support::{depth, hz, rerun_of, run_timed, snapshot, talker, worker},
+    support::{depth, rerun_of, run_timed, snapshot, talker, worker},
 };
 
 const EXECUTORS: [&str; 3] = ["single", "multi:2", "events"];

@@ -25,7 +25,7 @@ use super::{
     properties,
     recorded::Recording,
     run_rows::RunRows,
-    scene::{Scene, add_lanes, events},
+    scene::{Scene, events, lanes},
     schema::{CHECKPOINT, END, RecordingEnd, UNTIL, node_entity, topic_entity},
     series::Series,
     source::{Source, StopReason},
@@ -314,7 +314,7 @@ impl RecordingWriter {
         let path = self.file.path();
         let small = fs::metadata(&path).is_ok_and(|file| file.len() <= LARGEST);
         let recording = small.then(|| Recording::read(&path).ok()).flatten();
-        recording.map_or(Ok(()), |recording| add_lanes(&self.rec, &recording))
+        recording.map_or(Ok(()), |recording| lanes::add(&self.rec, &recording))
     }
 
     fn end(&mut self, outcome: &RecordingEnd, reason: &StopReason) -> Written {

@@ -25,21 +25,16 @@ use ratelab_account::{Rows, Snapshot};
 use ratelab_study::system::System;
 use rerun::{RecordingStream, SeriesPoints};
 
-use self::{graph::GraphScene, latency::LatencyScene, picture::PictureScene, traffic::Traffic};
+use self::{
+    graph::GraphScene, latency::LatencyScene, modes::Modes, picture::PictureScene, traffic::Traffic,
+};
 use super::{
-    recorded::Recording,
     schema::node_entity,
     timeline::{BatchStream, Written},
 };
 
 /// Size of a point.
 const POINT: f32 = 1.5;
-
-/// Logs the lanes of a complete `recording`.
-pub fn add_lanes(rec: &RecordingStream, recording: &Recording) -> Written {
-    modes::add(rec, recording)?;
-    lanes::add(rec, recording)
-}
 
 /// Draws a run.
 pub struct Scene {
@@ -50,6 +45,7 @@ pub struct Scene {
     picture: PictureScene,
     latency: Option<LatencyScene>,
     traffic: Traffic,
+    modes: Modes,
 }
 
 impl Scene {
@@ -64,11 +60,12 @@ impl Scene {
             latency: LatencyScene::new(&**system, start),
             traffic: Traffic::new(&topics),
             topics,
+            modes: Modes::new(start),
         }
     }
 
     /// Logs all that holds from the beginning of the run of the graph in `start`.
-    pub fn begin(&self, stream: &BatchStream, start: &Snapshot) -> Written {
+    pub fn begin(&mut self, stream: &BatchStream, start: &Snapshot) -> Written {
         begin_lateness(&stream.rec, start)?;
         for topic in &self.topics {
             signals::begin(&stream.rec, self.system.signals(), topic)?;
@@ -77,7 +74,8 @@ impl Scene {
             latency.begin(&stream.rec)?;
         }
         self.traffic.begin(&stream.rec)?;
-        self.graph.begin(stream)
+        self.graph.begin(stream)?;
+        self.modes.begin(&stream.rec, start)
     }
 
     /// Logs the messages of each topic and the events that came since the last batch; nothing is
@@ -100,7 +98,8 @@ impl Scene {
             latency.add(stream, events)?;
         }
         self.traffic.sample(stream, until)?;
-        self.graph.add(stream, events)
+        self.graph.add(stream, events)?;
+        self.modes.add(&stream.rec, events)
     }
 
     /// Logs how the run ended at run time `at`: the last samples, and `verdict`,

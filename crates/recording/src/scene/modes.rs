@@ -1,13 +1,14 @@
 //! The clock, the rate of each node and whether it runs, over time, as lanes.
 
 use ratelab::{ClockKind, Command, Event, Knob, Time};
-use rerun::{Color, RecordingStream};
+use ratelab_account::Snapshot;
+use rerun::RecordingStream;
 
 use super::{
     lanes,
     palette::{BLUE, GREY, ORANGE, series},
 };
-use crate::{recorded::Recording, schema::path, timeline::Written};
+use crate::{schema::path, timeline::Written};
 
 /// The lanes.
 pub const MODES: &str = "mode";
@@ -17,55 +18,78 @@ const RUNS: &str = "runs";
 const CRASHED: &str = "crashed";
 const HANGS: &str = "hangs";
 
-/// Logs the lanes of `recording`. A node that never had a fault has no lane of its state.
-pub fn add(rec: &RecordingStream, recording: &Recording) -> Written {
-    let (origin, events) = (&recording.origin, &recording.events);
-    let looks = [(ClockKind::Virtual, BLUE), (ClockKind::Real, ORANGE)];
-    let looks = looks.map(|(clock, colour)| (clock.to_string(), colour));
-    let handed_over = |command: &Command| match command {
-        Command::HandOver(clock) => Some(clock.to_string()),
-        _ => None,
-    };
-    let clocks = changes(origin.config.clock.to_string(), events, handed_over);
-    lanes::send(rec, path(&[MODES, "clock"]), &looks, &clocks)?;
-    for node in &origin.topology.nodes {
-        let turned = |command: &Command| match command {
-            Command::Set(Knob::Rate { node: of, hz }) if *of == node.name => Some(hz.to_string()),
+/// The lanes so far: each node with every rate that it had, in the order of their first use.
+pub struct Modes(Vec<(String, Vec<String>)>);
+
+impl Modes {
+    /// The lanes at the beginning.
+    pub fn new(start: &Snapshot) -> Self {
+        let nodes = start.nodes.iter();
+        Self(
+            nodes
+                .map(|node| (node.name.to_string(), Vec::new()))
+                .collect(),
+        )
+    }
+
+    /// Logs the beginning of the lanes.
+    pub fn begin(&mut self, rec: &RecordingStream, start: &Snapshot) -> Written {
+        send_clocks(rec, &[(Time::ZERO, start.status.clock.to_string())])?;
+        for ((node, rates), state) in self.0.iter_mut().zip(&start.nodes) {
+            send_rates(rec, node, rates, &[(Time::ZERO, state.hz.to_string())])?;
+        }
+        Ok(())
+    }
+
+    /// Logs what `events` changed. A node has a lane of its state from its first fault on.
+    pub fn add(&mut self, rec: &RecordingStream, events: &[Event]) -> Written {
+        let handed_over = |command: &Command| match command {
+            Command::HandOver(clock) => Some(clock.to_string()),
             _ => None,
         };
-        let rates = changes(node.hz.to_string(), events, turned);
-        let lane = path(&[MODES, "rate", &node.name]);
-        lanes::send(rec, lane, &looks_of(&rates), &rates)?;
-        let lane = path(&[MODES, "state", &node.name]);
-        let looks = [(RUNS, BLUE), (CRASHED, ORANGE), (HANGS, GREY)];
-        lanes::send(rec, lane, &looks, &faults(&node.name, events))?;
+        send_clocks(rec, &changes(events, handed_over))?;
+        for (node, rates) in &mut self.0 {
+            let turned = |command: &Command| match command {
+                Command::Set(Knob::Rate { node: of, hz }) if of == node => Some(hz.to_string()),
+                _ => None,
+            };
+            send_rates(rec, node, rates, &changes(events, turned))?;
+            let looks = [(RUNS, BLUE), (CRASHED, ORANGE), (HANGS, GREY)];
+            let lane = path(&[MODES, "state", node]);
+            lanes::send(rec, lane, &looks, &faults(node, events))?;
+        }
+        Ok(())
     }
-    Ok(())
 }
 
-/// The `first` mode, then each that a command among `events` brought.
-fn changes(
-    first: String,
-    events: &[Event],
-    mode: impl Fn(&Command) -> Option<String>,
-) -> Vec<(Time, String)> {
-    let later = events.iter().filter_map(|event| {
-        let mode = mode(event.applied()?)?;
-        Some((event.at, mode))
-    });
-    [(Time::ZERO, first)].into_iter().chain(later).collect()
+fn send_clocks(rec: &RecordingStream, changes: &[(Time, String)]) -> Written {
+    let looks = [(ClockKind::Virtual, BLUE), (ClockKind::Real, ORANGE)];
+    let looks = looks.map(|(clock, colour)| (clock.to_string(), colour));
+    lanes::send(rec, path(&[MODES, "clock"]), &looks, changes)
 }
 
-/// A colour for each rate, in the order of their first use.
-fn looks_of(rates: &[(Time, String)]) -> Vec<(&str, Color)> {
-    let mut names: Vec<&str> = Vec::new();
-    for (_, rate) in rates {
-        if !names.contains(&&**rate) {
-            names.push(rate);
+/// Logs the changes of the rate of a node, which has had some `rates`.
+fn send_rates(
+    rec: &RecordingStream,
+    node: &str,
+    rates: &mut Vec<String>,
+    changes: &[(Time, String)],
+) -> Written {
+    for (_, rate) in changes {
+        if !rates.contains(rate) {
+            rates.push(rate.clone());
         }
     }
-    let colours = series(names.len());
-    names.into_iter().zip(colours).collect()
+    let looks: Vec<_> = rates.iter().zip(series(rates.len())).collect();
+    lanes::send(rec, path(&[MODES, "rate", node]), &looks, changes)
+}
+
+/// When a mode changed by a command among `events`, and to what.
+fn changes(events: &[Event], mode: impl Fn(&Command) -> Option<String>) -> Vec<(Time, String)> {
+    let changes = events.iter();
+    changes
+        .filter_map(|event| Some((event.at, mode(event.applied()?)?)))
+        .collect()
 }
 
 /// When `node` crashed, hung and ran again.

@@ -111,5 +111,10 @@ fn every_clock_rate_and_fault_has_a_row_and_every_rate_a_colour() {
         let rows = chunk.iter_slices::<String>(values).flatten();
         rows.map(|text| text.to_string()).collect::<Vec<_>>()
     });
-    assert_eq!(named.collect::<Vec<_>>(), ["50 Hz", "40 Hz", "30 Hz"]);
+    // The colours of the lane are sent again with every new rate; the last ones hold.
+    let named: Vec<String> = named.collect();
+    assert!(
+        named.ends_with(&["50 Hz", "40 Hz", "30 Hz"].map(str::to_owned)),
+        "{named:?}"
+    );
 }
