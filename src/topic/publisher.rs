@@ -25,7 +25,7 @@ pub struct Publisher<T> {
 
 impl<T: Payload> Publisher<T> {
     /// Publishes `data` at run time `stamp`. `origin` is the run time of the sensing that
-    /// `data` was derived from, if any; see [`Message::sensed`].
+    /// `data` was derived from, if any; see [`Message::sensed`](crate::Message::sensed).
     ///
     /// Never waits for a subscription: a full buffer evicts its oldest message. In a tick that
     /// takes time the message waits for the end of the tick, and is stamped then.
