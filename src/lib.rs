@@ -30,6 +30,9 @@
 //!
 //! # To read it
 //!
+//! From the ground up, where each imports only those before it: `time`, `qos`, `sync`; `rate`, `record`,
+//! `trigger`; `journal`, `shared`; `control`; `topic`; `node`; `scheduling`; `graph`; `clock`.
+//!
 //! | | files | so that you know |
 //! |---|---|---|
 //! | first | `time.rs`, `rate.rs`, `node.rs`; `topic.rs` with `queue.rs`, `publisher.rs` and `subscription.rs` in its folder; `graph.rs`, `graph/wiring.rs` | the three primitives, how they are wired, the way of a message |
@@ -48,9 +51,9 @@
 //! | to have | implement | as in |
 //! |---|---|---|
 //! | figures, copies of messages, any other view of a run | [`Sink`] | `crates/account` |
-//! | another link | [`Channel`] | `crates/effects/src/channel.rs` |
-//! | another schedule of a node | [`Scheduler`] | `crates/effects/src/own.rs` |
-//! | another executor | [`Dispatch`], and a [`Scheduler`] for its nodes | `crates/effects/src/dispatch.rs` |
+//! | another link | [`Channel`] | `crates/effects/src/links/channel.rs` |
+//! | another schedule of a node | [`Scheduler`] | `crates/effects/src/nodes/own.rs` |
+//! | another executor | [`Dispatch`], and a [`Scheduler`] for its nodes | `crates/effects/src/executors/dispatch.rs` |
 //! | another rule for messages of several topics | [`Matching`] | `crates/effects/src/kit.rs` |
 //! | one of these for every node and topic of a graph | [`Kit`] | `crates/effects/src/kit.rs` |
 //! | a log of what the clocks of the threads answered | [`Journal`] | `crates/replay` |

@@ -13,11 +13,11 @@ use ratelab_study::{
 use crate::{
     cli::RunArgs,
     error::Error,
+    figures::metrics,
+    figures::report::{self, ReportContext},
     like::{self, Like},
-    metrics,
     output::{OutputPlan, Outputs, note, print_data, print_line, print_recorded, record_error},
     program::Program,
-    report::{self, ReportContext},
 };
 
 /// Name of the file in `--out`.

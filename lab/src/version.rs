@@ -2,7 +2,7 @@
 
 use ratelab_cart_pole::{mujoco_version, policy::RUNS_ONNX};
 
-use crate::{program::Program, report::line};
+use crate::{figures::report::line, program::Program};
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 

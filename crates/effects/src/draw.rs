@@ -10,7 +10,7 @@ use std::{
 
 use ratelab::millis;
 
-use super::{
+use crate::{
     chance::{self, Chance},
     digest::Digest,
 };

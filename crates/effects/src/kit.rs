@@ -4,7 +4,11 @@ use std::sync::Arc;
 
 use ratelab::{Channel, Kit, Matching, Release, Scheduler, TaskSpec};
 
-use super::{channel::LinkChannel, matching::Match, own::Own, task::Task, trigger::Trigger};
+use crate::{
+    links::channel::LinkChannel,
+    nodes::{own::Own, task::Task},
+    triggers::{matching::Match, trigger::Trigger},
+};
 
 /// Gives the nodes of a graph costs, lateness, offsets, faults and wrong clocks, and its topics
 /// links.

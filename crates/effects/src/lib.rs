@@ -4,18 +4,18 @@
 //! | what | its file | hook of the core |
 //! |---|---|---|
 //! | [`Effects`]: all of this for the nodes and topics of a graph | `kit.rs` | [`Kit`](ratelab::Kit) |
-//! | a node on its own | `own.rs`, on a `task.rs` | [`Scheduler`](ratelab::Scheduler) |
-//! | the nodes of an [`Executor`] | `ordered.rs`, in the order of `windows.rs`, `events.rs` or `preemptive.rs` | [`Scheduler`](ratelab::Scheduler), [`Dispatch`](ratelab::Dispatch) |
-//! | which messages make a set: a [`Match`] | `trigger.rs`, by `matcher.rs` and `approximate.rs` | [`Matching`](ratelab::Matching) |
-//! | a [`Link`] | `channel.rs` | [`Channel`](ratelab::Channel) |
+//! | a node on its own | `nodes/own.rs`, on a `task.rs` | [`Scheduler`](ratelab::Scheduler) |
+//! | the nodes of an [`Executor`] | `executors/ordered.rs`, in the order of `windows.rs`, `events.rs` or `preemptive.rs` | [`Scheduler`](ratelab::Scheduler), [`Dispatch`](ratelab::Dispatch) |
+//! | which messages make a set: a [`Match`] | `triggers/trigger.rs`, by `matcher.rs` and `approximate.rs` | [`Matching`](ratelab::Matching) |
+//! | a [`Link`] | `links/channel.rs` | [`Channel`](ratelab::Channel) |
 //! | the values of knobs as text | `spec.rs`: [`Cost`], [`Draw`], [`Link`], [`ClockError`] | |
 //!
-//! Stands on the core (`ratelab`) only. Begin with `own.rs`. No schedule owns a node or waits for
+//! Stands on the core (`ratelab`) only. Begin with `nodes/own.rs`. No schedule owns a node or waits for
 //! anything, so the same one serves both clocks.
 //!
 //! # Another executor
 //!
-//! 1. A file like `events.rs`, the shortest: a type with the trait `CallbackOrder` of `ordered.rs`.
+//! 1. A file in `executors/` like `events.rs`, the shortest: a type with the trait `CallbackOrder` of `ordered.rs`.
 //!    It hears which timers are due and which messages arrived, and names the callback that is
 //!    called next. Nothing else: threads, triggers, costs, faults and both clocks are common to all.
 //! 2. A row in the table `KINDS` of `executor.rs`: the name that graph files have it by, its
@@ -23,44 +23,34 @@
 //!
 //! # Another kind of loss or delay on a link
 //!
-//! 1. A field of [`Link`], and a row in the table `PARTS` of `link.rs`: its name, and its value from
+//! 1. A field of [`Link`], and a row in the table `PARTS` of `links/link.rs`: its name, and its value from
 //!    and to text.
 //! 2. What it does to a message: `deliver_at` in `channel.rs`. A random duration of another
 //!    distribution is a [`Draw`] instead: links and costs have it at once.
 
-mod approximate;
-mod callback;
 mod chance;
-mod channel;
-mod cost;
 mod digest;
-mod dispatch;
 mod draw;
-mod events;
-mod executor;
+mod executors;
 mod kit;
-mod link;
-mod local_clock;
-mod matcher;
-mod matching;
-mod ordered;
-mod own;
-mod preemptive;
+mod links;
+mod nodes;
 mod spec;
-mod task;
-mod trigger;
-mod windows;
+mod triggers;
 
-pub use callback::Callback;
 pub use chance::Chance;
-pub use cost::Cost;
 pub use digest::Digest;
-pub use dispatch::Executors;
 pub use draw::{Draw, Recorded};
-pub use executor::{Executor, ExecutorKind};
+pub use executors::{
+    callback::Callback,
+    dispatch::Executors,
+    executor::{Executor, ExecutorKind},
+};
 pub use kit::Effects;
-pub use link::{Burst, Link};
-pub use local_clock::ClockError;
-pub use matcher::Matcher;
-pub use matching::{Choice, Match};
+pub use links::link::{Burst, Link};
+pub use nodes::{cost::Cost, local_clock::ClockError};
 pub use spec::{checked, draw, knob, takes_time, with_draw};
+pub use triggers::{
+    matcher::Matcher,
+    matching::{Choice, Match},
+};

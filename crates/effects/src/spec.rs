@@ -2,7 +2,11 @@
 
 use ratelab::{Knob, KnobError, KnobKind};
 
-use super::{cost::Cost, draw::Draw, link::Link, local_clock::ClockError};
+use crate::{
+    draw::Draw,
+    links::link::Link,
+    nodes::{cost::Cost, local_clock::ClockError},
+};
 
 /// Checks the value of a knob for an effect, and writes it in its shortest form.
 ///

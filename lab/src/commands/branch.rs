@@ -9,10 +9,11 @@ use ratelab_study::system::BuildError;
 use crate::{
     cli::BranchArgs,
     error::Error,
+    figures::report,
     options::read_knob,
     output::{print_line, print_recorded},
     program::Program,
-    reading, report,
+    reading,
     results::record,
 };
 

@@ -7,11 +7,11 @@ use ratelab_account::Rows;
 
 use crate::{
     error::Error,
+    figures::report::{self, ReportContext},
     output::print_line,
     printable::shown,
     program::Program,
     reading,
-    report::{self, ReportContext},
 };
 use ratelab_recording::{Recording, RecordingEnd, Replay, schema::RunStatus};
 

@@ -8,16 +8,16 @@ use ratelab_study::experiment::Experiment;
 use crate::{
     cli::LabArgs,
     error::Error,
+    figures::report,
     first_start,
     options::{self, LAB},
     output::{Outputs, print_line, record_error, write_error},
     program::Program,
-    report,
     results::{context, destination, plan, print_recordings, print_results},
     screen::{need_terminal, rows_to, screen, sessions},
 };
 #[cfg(feature = "network")]
-use crate::{output::print_recorded, report::ReportContext};
+use crate::{figures::report::ReportContext, output::print_recorded};
 
 /// Opens the dashboard; on exit writes and prints the summary of the last run.
 pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {

@@ -14,9 +14,10 @@ use ratelab_screen::LabOutcome;
 use crate::{
     cli::ReplayArgs,
     error::Error,
+    figures::report,
     output::{note, print_line},
     program::{self, Program},
-    reading, report,
+    reading,
     results::print_recordings,
     screen::{need_terminal, screen, sessions},
 };

@@ -9,8 +9,8 @@ use serde_json::{Map, Value, json};
 
 use super::Like;
 use crate::{
-    metrics::{object, rounded},
-    report::{line, ms},
+    figures::metrics::{object, rounded},
+    figures::report::{line, ms},
 };
 
 /// The compared quantiles.

@@ -11,10 +11,10 @@ use super::{line, parts, stop::Stop};
 use crate::{
     cli::{ClockArg, GraphArgs, NetworkArgs, NodeArgs, ProcessArgs},
     error::Error,
+    figures::report::{self, ReportContext},
     options::{self, Defaults},
     output::{note, print_line, print_recorded, record_error},
     program::Program,
-    report::{self, ReportContext},
 };
 use ratelab_recording::{Destination, ProcessRecord, Recorder, Source, StopReason};
 

@@ -8,8 +8,8 @@ use std::{
 
 use crate::{
     error::Error,
+    figures::report,
     printable::{in_lines, one_line},
-    report,
     wrap::{fitted, room},
 };
 use ratelab_recording::FinishedRecording;

@@ -6,7 +6,7 @@ use super::{
     figures,
     summary::{RowSummary, SweepSummary},
 };
-use crate::report::line;
+use crate::figures::report::line;
 
 /// The lines for the rows of one group.
 pub fn lines(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<String> {

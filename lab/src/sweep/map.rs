@@ -12,7 +12,7 @@ use super::{
     summary::{RowSummary, SweepSummary},
     theory::Edge,
 };
-use crate::report::{line, paragraph};
+use crate::figures::report::{line, paragraph};
 
 /// The style of a map.
 pub struct MapStyle {

@@ -8,8 +8,8 @@ use ratelab_study::system::{Picture, Shape, Style, System};
 use serde_json::{Value, json};
 
 use crate::{
+    figures::report::{self, ReportContext},
     program::Program,
-    report::{self, ReportContext},
 };
 use ratelab_recording::{Recording, Replay};
 

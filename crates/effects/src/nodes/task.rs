@@ -6,9 +6,8 @@ use ratelab::{
     ClockKind, Hz, JobKind, Knob, KnobKind, Rate, TaskSpec, TaskState, Time, Timetable, millis,
 };
 
-use super::{
-    chance::Chance, cost::Cost, draw::Draw, local_clock::LocalClock, spec, trigger::Trigger,
-};
+use super::{cost::Cost, local_clock::LocalClock};
+use crate::{chance::Chance, draw::Draw, spec, triggers::trigger::Trigger};
 
 /// The schedule of a node, and where it is in it.
 pub(crate) struct Task {

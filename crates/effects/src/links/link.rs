@@ -4,7 +4,7 @@ use std::{fmt, str::FromStr, time::Duration};
 
 use ratelab::millis;
 
-use super::draw::Draw;
+use crate::draw::Draw;
 
 /// The accepted texts.
 const EXPECTED: &str = "expected none, or parts with commas in between: delay:MS, delay:A..B, \

@@ -2,9 +2,9 @@
 
 use ratelab::{Job, JobKind, Knob, Phase, Scheduler, SchedulerEvent, TaskState, Time, Timetable};
 
-use super::{
-    task::{Task, moves_due_times},
-    trigger::Trigger,
+use crate::{
+    nodes::task::{Task, moves_due_times},
+    triggers::trigger::Trigger,
 };
 
 /// Decides which released callback is called now. Its nodes are known by their number in the

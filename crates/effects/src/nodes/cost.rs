@@ -2,7 +2,7 @@
 
 use std::{fmt, str::FromStr};
 
-use super::draw::Draw;
+use crate::draw::Draw;
 
 /// Prefix of a cost that keeps a core busy.
 const BUSY: &str = "busy ";

@@ -4,7 +4,8 @@ use std::{any::Any, sync::Arc};
 
 use ratelab::{Dispatch, Graph, GraphError, Joined, Periodic, Scheduler, Threads};
 
-use super::{callback::Callback, executor::Executor, ordered::Ordered, own::Own, task::Task};
+use super::{callback::Callback, executor::Executor, ordered::Ordered};
+use crate::nodes::{own::Own, task::Task};
 
 /// Gives a graph executors.
 pub trait Executors {

@@ -7,10 +7,8 @@ use std::{
 
 use ratelab::{Channel, Knob, Time, millis};
 
-use super::{
-    chance::Chance,
-    link::{Burst, Link},
-};
+use super::link::{Burst, Link};
+use crate::chance::Chance;
 
 /// Number of retries after which a message counts as lost.
 const MOST_RETRIES: u64 = 1_000_000;

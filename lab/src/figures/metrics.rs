@@ -14,7 +14,7 @@ use ratelab_study::{
 use serde_json::{Map, Value, json};
 
 use crate::{
-    report::{ReportContext, saw_the_wall},
+    figures::report::{ReportContext, saw_the_wall},
     timing::{is_timed, was_late},
 };
 
