@@ -29,16 +29,19 @@
 //!    distribution is a [`Draw`] instead: links and costs have it at once.
 
 mod chance;
+mod cost;
 mod digest;
 mod draw;
 mod executors;
 mod kit;
 mod links;
+mod local_clock;
 mod nodes;
 mod spec;
 mod triggers;
 
 pub use chance::Chance;
+pub use cost::Cost;
 pub use digest::Digest;
 pub use draw::{Draw, Recorded};
 pub use executors::{
@@ -48,7 +51,7 @@ pub use executors::{
 };
 pub use kit::Effects;
 pub use links::link::{Burst, Link};
-pub use nodes::{cost::Cost, local_clock::ClockError};
+pub use local_clock::ClockError;
 pub use spec::{checked, draw, knob, takes_time, with_draw};
 pub use triggers::{
     matcher::Matcher,

@@ -2,11 +2,7 @@
 
 use ratelab::{Knob, KnobError, KnobKind};
 
-use crate::{
-    draw::Draw,
-    links::link::Link,
-    nodes::{cost::Cost, local_clock::ClockError},
-};
+use crate::{cost::Cost, draw::Draw, links::link::Link, local_clock::ClockError};
 
 /// Checks the value of a knob for an effect, and writes it in its shortest form.
 ///

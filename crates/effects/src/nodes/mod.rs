@@ -1,6 +1,4 @@
-//! A node in its schedule: when its ticks are due, what they take, by which clock.
+//! A node in its schedule: when its ticks are due, and what they take.
 
-pub mod cost;
-pub mod local_clock;
 pub mod own;
 pub mod task;

@@ -6,8 +6,10 @@ use ratelab::{
     ClockKind, Hz, JobKind, Knob, KnobKind, Rate, TaskSpec, TaskState, Time, Timetable, millis,
 };
 
-use super::{cost::Cost, local_clock::LocalClock};
-use crate::{chance::Chance, draw::Draw, spec, triggers::trigger::Trigger};
+use crate::{
+    chance::Chance, cost::Cost, draw::Draw, local_clock::LocalClock, spec,
+    triggers::trigger::Trigger,
+};
 
 /// The schedule of a node, and where it is in it.
 pub(crate) struct Task {
