@@ -106,8 +106,7 @@ pub struct Graph {
     pub(crate) slots: Vec<Mutex<NodeSlot>>,
     pub(crate) schedule: Schedule,
     pub(crate) control: ControlPlane,
-    /// [`Clock::cores`](crate::Clock::cores) of the real clock; as many as one likes until it is
-    /// known.
+    /// [`Clock::cores`](crate::Clock::cores) of the real clock; unlimited until that is known.
     pub(crate) cores: Option<usize>,
 }
 

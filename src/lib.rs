@@ -30,8 +30,9 @@
 //!
 //! # To read it
 //!
-//! From the ground up, where each imports only those before it: `time`, `qos`, `sync`; `rate`, `record`,
-//! `trigger`; `journal`, `shared`; `control`; `topic`; `node`; `scheduling`; `graph`; `clock`.
+//! From the ground up, where each imports only those before it: `time`, `qos`, `sync`; `rate`,
+//! `record`, `trigger`; `journal`, `shared`; `control`; `topic`; `node`; `scheduling`; `graph`;
+//! `clock`.
 //!
 //! | | files | so that you know |
 //! |---|---|---|

@@ -20,8 +20,8 @@
 //!
 //! What a question asks stands in `questions.toml`, what measures it is a module of this crate;
 //! [`framework`] is their common part. They stand on the cart-pole, and for a rescue by hand on
-//! recordings; they print nothing: the command asks and prints. A new exercise is a text there, a module with a row in `MEASURES`,
-//! and its figures in `bands.toml`.
+//! recordings; they print nothing: the command asks and prints. A new exercise is a text there, a
+//! module with a row in `MEASURES`, and its figures in `bands.toml`.
 
 mod build;
 mod cliff;

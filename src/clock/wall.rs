@@ -22,7 +22,7 @@ impl Wall {
     }
 
     /// Run time is `run` now and passes `factor` times as fast as wall time.
-    pub fn with_factor(run: Time, factor: f64) -> Self {
+    pub(crate) fn with_factor(run: Time, factor: f64) -> Self {
         Self {
             wall: Instant::now(),
             run,

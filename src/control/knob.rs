@@ -384,7 +384,7 @@ fn names() -> String {
 }
 
 /// The first word of `text` and the rest, if there is a rest.
-pub(crate) fn first_word(text: &str) -> Option<(&str, &str)> {
+fn first_word(text: &str) -> Option<(&str, &str)> {
     let (word, rest) = text.trim().split_once(char::is_whitespace)?;
     Some((word, rest.trim_start()))
 }

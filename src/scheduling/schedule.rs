@@ -236,8 +236,8 @@ impl Schedule {
         take(&mut self.moved)
     }
 
-    /// The next job at run time `now`, which may be after the end of the run. This and what it calls are one function, because every tick is
-    /// handed through all of them: a quarter less a tick.
+    /// The next job at run time `now`, which may be after the end of the run. This and what it calls
+    /// are one function, because every tick is handed through all of them: a quarter less a tick.
     #[inline(always)]
     pub(crate) fn next_job(&mut self, now: Time, late: Option<LateLook>) -> Option<Assignment> {
         let until = late.map_or(Time::MAX, |late| late.until);

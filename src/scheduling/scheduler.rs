@@ -36,7 +36,8 @@ use crate::{
 /// Only `Alarm` and `Look` are answered by a job. See `periodic.rs` for the simplest
 /// one, and `crates/effects/src/nodes/own.rs` for one with triggers and ticks that take time.
 pub trait Scheduler: Any + Send {
-    /// Something has happened at `timetable.now()`; returns the job to be done now, if there is one.
+    /// Something has happened at `timetable.now()`; returns the job to be done now, if there is
+    /// one.
     /// An alarm that is no longer of use does no harm.
     fn on(&mut self, event: SchedulerEvent, timetable: &mut Timetable<'_>) -> Option<Job>;
 

@@ -39,8 +39,8 @@ impl<T: Payload> Subscription<T> {
     /// Returns the newest message, or `None` before the first. Older messages count as
     /// seen. `now` is the run time of reading, from which the message's age is measured.
     ///
-    /// With [`ReadOrder::Oldest`](crate::ReadOrder::Oldest) it returns the oldest unread message instead. If its
-    /// messages trigger the node, it returns the one that this tick is for.
+    /// With [`ReadOrder::Oldest`](crate::ReadOrder::Oldest) it returns the oldest unread message
+    /// instead. If its messages trigger the node, it returns the one that this tick is for.
     pub fn latest(&mut self, now: Time) -> Option<Message<T>> {
         let mut turn = self.bus.lock();
         let queue = &mut *turn;

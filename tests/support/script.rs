@@ -64,11 +64,11 @@ fn fault(row: &str, shell: impl Fn(&str) -> Command) -> Option<String> {
     let wrong: Vec<&str> = cells.filter(|text| !has(&output, text)).collect();
     let right = ended(&output, code) && wrong.is_empty();
     let [printed, errors] = [&output.stdout, &output.stderr].map(|bytes| text(bytes));
-    let said = format!("{}\n{printed}{errors}", output.status);
-    (!right).then(|| format!("`{command}` => {wrong:?}: {said}"))
+    let shown = format!("{}\n{printed}{errors}", output.status);
+    (!right).then(|| format!("`{command}` => {wrong:?}: {shown}"))
 }
 
-/// Whether a command ended with this status, and said as much as it should.
+/// Whether a command ended with this status, and printed as much as it should.
 fn ended(output: &Output, code: i32) -> bool {
     let errors = text(&output.stderr).lines().count();
     let silent = code != 2 || output.stdout.is_empty();
@@ -77,11 +77,11 @@ fn ended(output: &Output, code: i32) -> bool {
 
 /// Whether it printed a text, in its error line if it failed.
 fn has(output: &Output, wanted: &str) -> bool {
-    let said = match output.status.success() {
+    let printed = match output.status.success() {
         true => &output.stdout,
         false => &output.stderr,
     };
-    let said = format!("\n{}\n", text(said));
+    let printed = format!("\n{}\n", text(printed));
     let present = wanted.trim_start_matches('!');
     let part = match present.strip_prefix('^') {
         Some(begins) => format!("\n{begins}"),
@@ -91,7 +91,7 @@ fn has(output: &Output, wanted: &str) -> bool {
         Some(ends) => format!("{ends}\n"),
         None => part,
     };
-    said.contains(&part) == (present == wanted)
+    printed.contains(&part) == (present == wanted)
 }
 
 fn text(bytes: &[u8]) -> String {

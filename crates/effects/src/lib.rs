@@ -10,21 +10,21 @@
 //! | a [`Link`] | `links/channel.rs` | [`Channel`](ratelab::Channel) |
 //! | the values of knobs as text | `spec.rs`: [`Cost`], [`Draw`], [`Link`], [`ClockError`] | |
 //!
-//! Stands on the core (`ratelab`) only. Begin with `nodes/own.rs`. No schedule owns a node or waits for
-//! anything, so the same one serves both clocks.
+//! Stands on the core (`ratelab`) only. Begin with `nodes/own.rs`. No schedule owns a node or waits
+//! for anything, so the same one serves both clocks.
 //!
 //! # Another executor
 //!
-//! 1. A file in `executors/` like `events.rs`, the shortest: a type with the trait `CallbackOrder` of `ordered.rs`.
-//!    It hears which timers are due and which messages arrived, and names the callback that is
+//! 1. A file in `executors/` like `events.rs`, the shortest: a type with the trait `CallbackOrder`
+//!    of `ordered.rs`. It hears which timers are due and which messages arrived, and names the callback that is
 //!    called next. Nothing else: threads, triggers, costs, faults and both clocks are common to all.
 //! 2. A row in the table `KINDS` of `executor.rs`: the name that graph files have it by, its
 //!    threads under the real clock, and the function that makes its order.
 //!
 //! # Another kind of loss or delay on a link
 //!
-//! 1. A field of [`Link`], and a row in the table `PARTS` of `links/link.rs`: its name, and its value from
-//!    and to text.
+//! 1. A field of [`Link`], and a row in the table `PARTS` of `links/link.rs`: its name, and its
+//!    value from and to text.
 //! 2. What it does to a message: `deliver_at` in `channel.rs`. A random duration of another
 //!    distribution is a [`Draw`] instead: links and costs have it at once.
 

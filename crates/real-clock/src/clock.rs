@@ -194,7 +194,7 @@ impl ThreadContext {
     }
 }
 
-/// The cores of executors that take nodes off them for others.
+/// The cores of executors whose nodes take turns by priority.
 struct CoreShares {
     /// Those that no executor has.
     spare: Vec<usize>,

@@ -38,7 +38,7 @@ impl Mailbox {
         self.bell.notify_all();
     }
 
-    /// The mail, for a look.
+    /// The mail, locked.
     pub(crate) fn open(&self) -> MutexGuard<'_, Mail> {
         lock(&self.mail)
     }
@@ -48,7 +48,7 @@ impl Mailbox {
         self.open().posts
     }
 
-    /// Waits for more than the posts that were `seen`.
+    /// Waits until there are more posts than `seen`.
     pub(crate) fn wait_past(&self, seen: u64) {
         let mut mail = self.open();
         while mail.posts == seen {
@@ -57,7 +57,7 @@ impl Mailbox {
         }
     }
 
-    /// Waits so, until run time `time` at most.
+    /// Waits for that until run time `time` at most.
     pub(crate) fn wait_past_until(&self, seen: u64, wall: &Wall, time: Time) {
         let deadline = wall.instant_of(time);
         let mut mail = self.open();
@@ -70,7 +70,7 @@ impl Mailbox {
         }
     }
 
-    /// Waits so with a core kept busy; no longer than until it is `over`.
+    /// Waits for that with a core kept busy; also ends when it is `over`.
     pub(crate) fn spin_past_until(
         &self,
         seen: u64,
