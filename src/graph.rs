@@ -264,7 +264,7 @@ impl Graph {
         let scheduler = new.release.scheduler(&*self.control.kit, spec);
         self.schedule.add(TaskSet::of(scheduler, member));
         let (records, outbox) = (ends.records.clone(), ends.outbox.clone());
-        let slot = NodeSlot::new(name, records, node, outbox, fixed);
+        let slot = NodeSlot::new(name, records, node, outbox, fixed, ends.last_tick.clone());
         self.slots.push(Mutex::new(slot));
         Ok(ends)
     }

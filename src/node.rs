@@ -1,14 +1,21 @@
 //! Work tied to a rate.
 
 mod job;
+mod last_tick;
 mod slot;
 
 use std::{error::Error, ops::ControlFlow};
 
 use thiserror::Error;
 
-pub use self::job::{Job, JobKind};
-pub(crate) use self::slot::{Fixed, NodeSlot, Rebuild};
+pub(crate) use self::{
+    job::WorkTimes,
+    slot::{Fixed, NodeSlot, Rebuild},
+};
+pub use self::{
+    job::{Job, JobKind},
+    last_tick::LastTick,
+};
 
 use crate::time::Time;
 
@@ -100,6 +107,17 @@ pub trait Node: Send {
     fn on_message(&mut self, text: &str) -> Result<String, String> {
         let _ = text;
         Err("this node takes no orders".to_owned())
+    }
+
+    /// Sets a parameter of the node at run time `now`, between two calls of it, and returns
+    /// the value before, for the log. As for [`on_message`](Node::on_message), a run can be
+    /// repeated exactly only if the effect depends on nothing else.
+    ///
+    /// # Errors
+    /// The reason and a remedy; the node is then unchanged. The default knows no parameter.
+    fn set_parameter(&mut self, name: &str, value: &str, now: Time) -> Result<String, String> {
+        let _ = (value, now);
+        Err(format!("this node has no parameter {name:?}"))
     }
 }
 

@@ -208,16 +208,12 @@ pub fn setup(
     Ok(setup)
 }
 
-/// Returns `knob` in recordable form, with its message resolved or its durations loaded.
+/// Returns `knob` in recordable form, with its durations loaded.
 ///
 /// # Errors
 /// The reason why the node would refuse it.
 pub fn resolved(program: &Program, seed: u64, setup: &Setup, knob: Knob) -> Result<Knob, String> {
-    let Knob::Send { node, text } = knob else {
-        return with_durations(knob);
-    };
-    let text = program.system.resolve(seed, setup, &node, &text)?;
-    Ok(Knob::Send { node, text })
+    with_durations(program.system.resolved(seed, setup, knob)?)
 }
 
 /// Refuses options without effect on the chosen clock.

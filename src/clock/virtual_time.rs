@@ -12,8 +12,8 @@ use crate::{
     },
     graph::Graph,
     journal::LateLook,
-    node::{Fault, JobKind, Tick},
-    scheduling::{Assignment, WorkTimes},
+    node::{Fault, JobKind, Tick, WorkTimes},
+    scheduling::Assignment,
     sync::{Instant, get_mut},
     time::{Time, TimeError},
 };

@@ -7,8 +7,8 @@ use super::shared_schedule::SharedSchedule;
 use crate::{
     control::command::Command,
     journal::LateLook,
-    node::{Fault, JobKind, Tick},
-    scheduling::{Assignment, WorkTimes},
+    node::{Fault, JobKind, Tick, WorkTimes},
+    scheduling::Assignment,
     sync::lock,
     time::Time,
     trigger::Arrival,

@@ -90,6 +90,7 @@ impl fmt::Display for Command {
             Self::Set(Knob::Rate { node, hz }) => write!(f, "{node} at {hz}"),
             Self::Set(Knob::Depth { topic, depth }) => write!(f, "{topic} depth {depth}"),
             Self::Set(Knob::Send { node, text }) => write!(f, "{node}: {text}"),
+            Self::Set(Knob::Parameter { node, name, value }) => write!(f, "{node} {name} {value}"),
             Self::Set(Knob::Takes { node, spec }) => write!(f, "{node} takes {spec}"),
             Self::Set(Knob::Offset { node, offset }) => {
                 write!(f, "{node} offset {} ms", millis::to_millis(*offset))

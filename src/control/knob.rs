@@ -1,6 +1,6 @@
 //! The settings of a running graph, as values and as lines of text.
 
-use std::{fmt, str::FromStr, time::Duration};
+use std::{borrow::Cow, fmt, str::FromStr, time::Duration};
 
 use serde::{Deserialize, Serialize};
 use strum::{EnumDiscriminants, EnumMessage, VariantArray};
@@ -60,6 +60,17 @@ pub enum Knob {
         /// The message.
         #[serde(rename = "what")]
         text: String,
+    },
+    /// A parameter of a node by its name; see
+    /// [`Node::set_parameter`](crate::Node::set_parameter).
+    #[strum_discriminants(strum(message = "set NODE NAME VALUE"))]
+    Parameter {
+        /// The node's name.
+        node: String,
+        /// The parameter's name.
+        name: String,
+        /// Its value, as text.
+        value: String,
     },
     /// The duration of a node's ticks: a tick that starts at `s` reads at `s`, and
     /// publishes or applies its results at `s + cost`.
@@ -181,7 +192,13 @@ impl KnobKind {
     pub fn takes_words(self) -> bool {
         matches!(
             self,
-            Self::Send | Self::Takes | Self::Wakes | Self::Link | Self::Postpone | Self::Clock
+            Self::Send
+                | Self::Parameter
+                | Self::Takes
+                | Self::Wakes
+                | Self::Link
+                | Self::Postpone
+                | Self::Clock
         )
     }
 
@@ -220,13 +237,28 @@ impl KnobKind {
         })
     }
 
-    /// Returns the knob of this kind for `target`, a node or a topic, set to `value`.
+    /// Parses a parameter: node, name and value.
+    fn set_parameter(self, node: &str, text: &str) -> Result<Knob, KnobError> {
+        let words = first_word(text).filter(|(_, value)| !value.is_empty());
+        let (name, value) = words.ok_or_else(|| self.refused(node, text))?;
+        Ok(Knob::Parameter {
+            node: node.to_owned(),
+            name: name.to_owned(),
+            value: value.to_owned(),
+        })
+    }
+
+    /// Returns the knob of this kind for `target`, set to `value`: a node, a topic, or
+    /// the [subject](Knob::subject) of a knob.
     ///
     /// # Errors
     /// [`KnobError`] if the value is invalid for it.
     pub fn set(self, target: &str, value: &str) -> Result<Knob, KnobError> {
         if self.has_no_value() && !value.is_empty() {
             return Err(self.refused(target, value));
+        }
+        if let (Self::Parameter, Some((node, name))) = (self, first_word(target)) {
+            return self.set_parameter(node, &format!("{name} {value}"));
         }
         let target = target.to_owned();
         Ok(match self {
@@ -242,6 +274,7 @@ impl KnobKind {
                 node: target,
                 text: value.to_owned(),
             },
+            Self::Parameter => return self.set_parameter(&target, value),
             Self::Takes => Knob::Takes {
                 node: target,
                 spec: value.to_owned(),
@@ -299,6 +332,7 @@ impl Knob {
             | Self::Postpone { topic, .. } => topic,
             Self::Rate { node, .. }
             | Self::Send { node, .. }
+            | Self::Parameter { node, .. }
             | Self::Takes { node, .. }
             | Self::Offset { node, .. }
             | Self::Wakes { node, .. }
@@ -309,12 +343,21 @@ impl Knob {
         }
     }
 
+    /// What it sets: its node or topic, with the name of a parameter.
+    pub fn subject(&self) -> Cow<'_, str> {
+        match self {
+            Self::Parameter { node, name, .. } => format!("{node} {name}").into(),
+            _ => self.target().into(),
+        }
+    }
+
     /// Its value as text.
     pub fn value(&self) -> String {
         match self {
             Self::Rate { hz, .. } => hz.get().to_string(),
             Self::Depth { depth, .. } => depth.to_string(),
             Self::Send { text, .. } => text.clone(),
+            Self::Parameter { value, .. } => value.clone(),
             Self::Takes { spec, .. } | Self::Wakes { spec, .. } | Self::Link { spec, .. } => {
                 spec.clone()
             }
@@ -330,7 +373,7 @@ impl Knob {
 
     /// Whether `other` changes the same setting, to any value.
     pub fn is_of(&self, other: &Self) -> bool {
-        let same = self.kind() == other.kind() && self.target() == other.target();
+        let same = self.kind() == other.kind() && self.subject() == other.subject();
         same && self.message() == other.message()
     }
 
@@ -346,7 +389,7 @@ impl Knob {
 impl fmt::Display for Knob {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let kind = self.kind();
-        write!(f, "{} {}", kind.name(), self.target())?;
+        write!(f, "{} {}", kind.name(), self.subject())?;
         match kind.has_no_value() {
             true => Ok(()),
             false => write!(f, " {}", self.value()),

@@ -3,7 +3,7 @@
 use super::control::WiredTopic;
 use crate::{
     control::knob::KnobKind,
-    node::Fixed,
+    node::{Fixed, LastTick},
     record::{MeterRecorder, PushRecorder, Records},
     sync::Arc,
     topic::{Outbox, Payload, Publisher, ReadMark, Subscription, Topic},
@@ -59,6 +59,7 @@ pub(super) struct Ends {
     /// The way of its records.
     pub(super) records: Records,
     pub(super) outbox: Arc<Outbox>,
+    pub(super) last_tick: Option<LastTick>,
     /// Names of its measurements.
     pub(super) meters: Vec<String>,
     /// The number of the bus of each topic that it reads, with the position there.
@@ -75,6 +76,7 @@ impl<'g> Wiring<'g> {
         let ends = Ends {
             records,
             outbox: Arc::default(),
+            last_tick: None,
             meters: Vec::new(),
             marks: Vec::new(),
         };
@@ -177,6 +179,12 @@ impl<'g> Wiring<'g> {
     /// of the sensing behind each push.
     pub fn push_age(&mut self) -> PushRecorder {
         PushRecorder::new(self.ends.records.clone())
+    }
+
+    /// Has the node know how long its last tick took.
+    pub fn last_tick(&mut self) -> LastTick {
+        let known = self.ends.last_tick.get_or_insert_with(LastTick::new);
+        known.clone()
     }
 
     /// Removes the knobs of these `kinds` from the node; the refusal shows the `reason`.

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use crate::time::Time;
+
 /// What a node is to do. It has the size of two words, because it is handed from function to
 /// function in every tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,4 +60,16 @@ impl Job {
     pub fn lateness(self) -> Option<Duration> {
         (self.lateness != Self::UNKNOWN).then(|| Duration::from_nanos(self.lateness))
     }
+}
+
+/// When a job was done.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WorkTimes {
+    /// Run time of its begin and its end.
+    pub(crate) began: Time,
+    pub(crate) ended: Time,
+    /// Due times before this have passed.
+    pub(crate) passed: Time,
+    /// Its duration, if that was measured.
+    pub(crate) took: Option<Duration>,
 }

@@ -9,7 +9,8 @@ use std::{
 
 use super::{
     Fault, GO_ON, Node, Panicked, Tick,
-    job::{Job, JobKind},
+    job::{Job, JobKind, WorkTimes},
+    last_tick::LastTick,
 };
 use crate::{
     control::knob::{Knob, KnobKind},
@@ -25,13 +26,15 @@ pub(crate) struct NodeSlot {
     node: Box<dyn Node>,
     /// The function that builds it again, if there is one.
     pub(crate) again: Option<Rebuild>,
-    /// The panic while the node handled a text, if there was one.
+    /// The panic while the node obeyed, if there was one.
     panicked: Option<Panicked>,
     records: Records,
     outbox: Arc<Outbox>,
     fixed: Fixed,
     /// The tick that has begun and is not yet over.
     running: Option<RunningTick>,
+    /// Where the node reads how long its last tick took, if it wants to know.
+    last_tick: Option<LastTick>,
 }
 
 /// A tick that takes run time.
@@ -76,6 +79,7 @@ impl NodeSlot {
         node: Box<dyn Node>,
         outbox: Arc<Outbox>,
         fixed: Fixed,
+        last_tick: Option<LastTick>,
     ) -> Self {
         Self {
             name,
@@ -86,6 +90,7 @@ impl NodeSlot {
             outbox,
             fixed,
             running: None,
+            last_tick,
         }
     }
 
@@ -107,18 +112,13 @@ impl NodeSlot {
         }
     }
 
-    /// Records what that job has ended, and returns whether it ends the run. The job began at
-    /// `began`, and if that was measured, `took` so long.
+    /// Records what that job has ended, and returns whether it ends the run.
     #[inline]
-    pub(crate) fn done(
-        &mut self,
-        job: Job,
-        began: Time,
-        took: Option<Duration>,
-        outcome: Tick,
-    ) -> Tick {
+    pub(crate) fn done(&mut self, job: Job, times: WorkTimes, outcome: Tick) -> Tick {
+        let WorkTimes { began, took, .. } = times;
         match job.kind {
             JobKind::Tick { is_instant } => {
+                self.took(times.ended.since(began));
                 self.record(|| TickTimes {
                     at: began,
                     lateness: job.lateness(),
@@ -187,6 +187,7 @@ impl NodeSlot {
         let Some(running) = self.running.take() else {
             return applied;
         };
+        self.took(now.since(running.began));
         if !running.noted {
             self.record(|| running.times(Some(now)));
         }
@@ -211,6 +212,13 @@ impl NodeSlot {
         self.running = None;
     }
 
+    #[inline]
+    fn took(&self, duration: Duration) {
+        if let Some(last_tick) = &self.last_tick {
+            last_tick.set(duration);
+        }
+    }
+
     fn record_begin(&self) {
         self.records.node(|| NodeRecord::Began);
     }
@@ -219,7 +227,7 @@ impl NodeSlot {
         self.records.node(|| NodeRecord::Ended);
     }
 
-    /// Begins a tick with `work`, or fails after a panic over a text.
+    /// Begins a tick with `work`, or fails after a panic between two ticks.
     fn begin(&mut self, work: impl FnOnce(&mut dyn Node) -> Tick) -> Tick {
         match self.panicked.take() {
             Some(panicked) => Err(panicked.into()),
@@ -233,10 +241,13 @@ impl NodeSlot {
         outcome.unwrap_or_else(|panic| Err(Box::new(Panicked(panic_message(&*panic)))))
     }
 
-    /// Sends the node a text. After a panic its state may be inconsistent, so its next
-    /// tick fails.
-    pub(crate) fn send(&mut self, text: &str) -> Result<String, String> {
-        let answer = catch_unwind(AssertUnwindSafe(|| self.node.on_message(text)));
+    /// Has the node obey. After a panic its state may be inconsistent, so its next tick
+    /// fails.
+    pub(crate) fn ask(
+        &mut self,
+        obey: impl FnOnce(&mut dyn Node) -> Result<String, String>,
+    ) -> Result<String, String> {
+        let answer = catch_unwind(AssertUnwindSafe(|| obey(&mut *self.node)));
         answer.unwrap_or_else(|panic| {
             let panicked = Panicked(panic_message(&*panic));
             let reason = panicked.to_string();

@@ -19,6 +19,6 @@ pub use periodic::Periodic;
 pub(crate) use periodic::Plain;
 pub(crate) use release::EACH;
 pub use release::{Matching, Release};
-pub(crate) use schedule::{Assignment, Schedule, WorkTimes};
+pub(crate) use schedule::{Assignment, Schedule};
 pub use scheduler::{Scheduler, SchedulerEvent, TaskState, Timetable};
 pub(crate) use task_set::TaskSet;

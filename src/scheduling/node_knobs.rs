@@ -11,7 +11,8 @@ impl Schedule {
     pub(crate) fn check(&self, node: usize, slot: &NodeSlot, knob: &Knob) -> Result<(), String> {
         slot.check(knob)?;
         match knob {
-            Knob::Send { .. } | Knob::Crash { .. } | Knob::Restart { .. } => Ok(()),
+            Knob::Send { .. } | Knob::Parameter { .. } => Ok(()),
+            Knob::Crash { .. } | Knob::Restart { .. } => Ok(()),
             knob => {
                 let (task_set, member) = self.of(node);
                 self.task_sets[task_set].scheduler.check(member, knob)
@@ -33,7 +34,10 @@ impl Schedule {
         self.check(node, slot, knob)?;
         let (task_set, member) = self.of(node);
         match knob {
-            Knob::Send { text, .. } => slot.send(text),
+            Knob::Send { text, .. } => slot.ask(|node| node.on_message(text)),
+            Knob::Parameter { name, value, .. } => {
+                slot.ask(|node| node.set_parameter(name, value, now))
+            }
             Knob::Crash { .. } => {
                 let was = self.crashed(node);
                 self.crash(node, slot, now);

@@ -1,6 +1,6 @@
 //! What happens to the nodes of some task sets next, whatever the clock.
 
-use std::{collections::BTreeSet, mem::take, time::Duration};
+use std::{collections::BTreeSet, mem::take};
 
 use super::{
     agenda::{Agenda, AgendaItem},
@@ -12,7 +12,7 @@ use super::{
 use crate::{
     control::command::ClockKind,
     journal::LateLook,
-    node::{Job, JobKind, NodeSlot, Tick},
+    node::{Job, JobKind, NodeSlot, Tick, WorkTimes},
     sync::Arc,
     time::Time,
     trigger::{Arrival, Arrivals},
@@ -47,18 +47,6 @@ pub(crate) struct Assignment {
     /// Index of the node.
     pub(crate) node: usize,
     pub(crate) job: Job,
-}
-
-/// When a job was done.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct WorkTimes {
-    /// Run time of its begin and its end.
-    pub(crate) began: Time,
-    pub(crate) ended: Time,
-    /// Due times before this have passed.
-    pub(crate) passed: Time,
-    /// Its duration, if that was measured.
-    pub(crate) took: Option<Duration>,
 }
 
 impl Default for Schedule {
@@ -293,7 +281,7 @@ impl Schedule {
             let done = SchedulerEvent::Done { job, passed };
             self.send(work.task_set, done, times.ended, false);
         }
-        slot.done(job, times.began, times.took, outcome)
+        slot.done(job, times, outcome)
     }
 
     #[inline(always)]

@@ -180,12 +180,15 @@ impl<T> Queue<T> {
     pub(super) fn to_read(&self, mark: &ReadMark) -> Option<&Message<T>> {
         match self.order {
             ReadOrder::Newest => self.messages.back(),
-            ReadOrder::Oldest => {
-                let unread = mark.next_unread.load(Ordering::Relaxed);
-                let read = self.messages.partition_point(|m| m.seq < unread);
-                self.messages.get(read).or(self.messages.back())
-            }
+            ReadOrder::Oldest => self.oldest_unread(mark).or(self.messages.back()),
         }
+    }
+
+    /// The oldest message that a subscription with read position `mark` has not seen.
+    pub(super) fn oldest_unread(&self, mark: &ReadMark) -> Option<&Message<T>> {
+        let unread = mark.next_unread.load(Ordering::Relaxed);
+        let read = self.messages.partition_point(|m| m.seq < unread);
+        self.messages.get(read)
     }
 
     /// Evicts the oldest message at run time `now`.

@@ -3,7 +3,7 @@
 use super::{
     mark::ReadMark,
     message::{Message, Payload},
-    queue::Bus,
+    queue::{Bus, Queue},
 };
 use crate::{
     record::TopicRecord,
@@ -50,15 +50,36 @@ impl<T: Payload> Subscription<T> {
             if queue.transit.is_some() {
                 queue.deliver(now);
             }
-            let message = queue.to_read(&self.mark)?.clone();
+            queue.to_read(&self.mark)?.clone()
+        };
+        self.seen(queue, &message, now);
+        Some(message)
+    }
+
+    /// Moves the read position behind `message`, which is read at run time `now`.
+    #[inline]
+    fn seen(&self, queue: &Queue<T>, message: &Message<T>, now: Time) {
+        if !self.triggers {
             let next = message.seq + 1;
             self.mark.next_unread.store(next, Ordering::Relaxed);
-            message
-        };
+        }
         if let Some(reader) = self.mark.reader {
             let age = now.since(message.stamp);
             queue.send_record(|| TopicRecord::Read { reader, age });
         }
+    }
+
+    /// Returns the oldest message that this subscription has not seen, or `None` if it has
+    /// seen all: for nodes that need every message, in the order of delivery. `now` is the
+    /// run time of reading.
+    pub fn next(&mut self, now: Time) -> Option<Message<T>> {
+        let mut turn = self.bus.lock();
+        let queue = &mut *turn;
+        if queue.transit.is_some() {
+            queue.deliver(now);
+        }
+        let message = queue.oldest_unread(&self.mark)?.clone();
+        self.seen(queue, &message, now);
         Some(message)
     }
 

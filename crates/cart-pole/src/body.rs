@@ -1,6 +1,9 @@
 //! Cart and pole in MuJoCo: positions, velocities, and one step of physics.
 
-use std::{sync::OnceLock, time::Duration};
+use std::{
+    sync::{Arc, Mutex, PoisonError},
+    time::Duration,
+};
 
 use mujoco_rs::prelude::{MjData, MjModel};
 use ratelab_study::system::StepMs;
@@ -14,6 +17,9 @@ use super::{
 
 /// The model, with the course environment's masses, lengths and limits.
 const MODEL: &str = include_str!("cartpole.xml");
+
+/// The pole in it, from the hinge to the tip.
+const POLE: &str = "fromto=\"0 0 0 0 0 1.0\"";
 
 /// Bound of each of the four random offsets of a start (m, rad, m/s, rad/s).
 const START_SPREAD: f64 = 0.05;
@@ -35,7 +41,7 @@ impl PlantError {
 
 /// Cart and pole: pure physics, independent of the caller.
 pub(super) struct Body {
-    data: MjData<&'static MjModel>,
+    data: MjData<Arc<MjModel>>,
     /// Current pose, the basis of sensor readings: computed once per move, because it is
     /// read several times.
     pose: Pose,
@@ -45,14 +51,19 @@ pub(super) struct Body {
 impl Body {
     /// Cart and pole at the start for `seed`.
     pub(super) fn new(step: StepMs, seed: u64) -> Result<Self, PlantError> {
-        let pose = Pose::of([0.0, 0.0]);
-        let mut body = Self {
-            data: at_rest(step)?,
-            observation: Observation::of(pose, [0.0, 0.0]),
-            pose,
-        };
+        let mut body = Self::of(Cart::plant(step))?;
         body.reset(seed);
         Ok(body)
+    }
+
+    /// Cart and pole at upright rest in the middle of the rail.
+    pub(super) fn of(cart: Cart) -> Result<Self, PlantError> {
+        let pose = Pose::of([0.0, 0.0]);
+        Ok(Self {
+            data: at_rest(cart)?,
+            observation: Observation::of(pose, [0.0, 0.0]),
+            pose,
+        })
     }
 
     /// Places cart and pole near rest: four offsets, uniform within ±0.05, drawn in the
@@ -67,6 +78,22 @@ impl Body {
         self.data.qvel_mut()[HINGE] = offset();
         self.data.forward();
         self.look();
+    }
+
+    /// Places cart and pole as in a `reading`, with nothing left of what was before.
+    pub(super) fn place(&mut self, reading: &Observation) {
+        let [x, v, cos, sin, omega] = reading.to_array().map(f64::from);
+        self.data.reset();
+        self.data.qpos_mut()[SLIDER] = x;
+        self.data.qpos_mut()[HINGE] = sin.atan2(cos);
+        self.data.qvel_mut()[SLIDER] = v;
+        self.data.qvel_mut()[HINGE] = omega;
+        self.look();
+    }
+
+    /// Has this force (N) act on the cart from now on, beside that of the motor.
+    pub(super) fn disturb(&mut self, force: f64) {
+        self.data.qfrc_applied_mut()[SLIDER] = force;
     }
 
     /// Advances by `steps` steps of physics with the input `action`.
@@ -121,23 +148,47 @@ impl Body {
     }
 }
 
-/// Cart and pole at upright rest in the middle of the rail, the model's default.
-pub(super) fn at_rest(step: StepMs) -> Result<MjData<&'static MjModel>, PlantError> {
-    MjData::try_new(model(step)?).map_err(PlantError::new)
+/// What a model of cart and pole depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Cart {
+    step: StepMs,
+    /// Length of the pole (m).
+    pole: f64,
 }
 
-/// The model shared by all plants with this step: it is immutable, and loading it takes
-/// as long as most of a run.
-fn model(step: StepMs) -> Result<&'static MjModel, PlantError> {
-    type Loaded = OnceLock<Result<MjModel, PlantError>>;
-    static LOADED: [Loaded; StepMs::ALL.len()] = [const { OnceLock::new() }; _];
-    let place = StepMs::ALL.iter().position(|known| *known == step);
-    LOADED[place.unwrap_or_default()]
-        .get_or_init(|| {
-            let mut model = MjModel::from_xml_string(MODEL).map_err(PlantError::new)?;
-            model.opt_mut().timestep = step.get() as f64 / 1e3;
-            Ok(model)
-        })
-        .as_ref()
-        .map_err(Clone::clone)
+impl Cart {
+    /// The plant, with this step of physics.
+    pub(super) fn plant(step: StepMs) -> Self {
+        Self { step, pole: 1.0 }
+    }
+
+    /// A model of it with the course's step, and a pole that is so many times as long.
+    pub(super) fn model(length: f64) -> Self {
+        Self {
+            pole: length,
+            ..Self::plant(StepMs::LONGEST)
+        }
+    }
+}
+
+/// Cart and pole at upright rest in the middle of the rail, the model's default.
+pub(super) fn at_rest(cart: Cart) -> Result<MjData<Arc<MjModel>>, PlantError> {
+    MjData::try_new(model(cart)?).map_err(PlantError::new)
+}
+
+/// The model that all of this kind share: it is immutable, and loading it takes as long as
+/// most of a run.
+fn model(cart: Cart) -> Result<Arc<MjModel>, PlantError> {
+    static LOADED: Mutex<Vec<(Cart, Arc<MjModel>)>> = Mutex::new(Vec::new());
+    let mut loaded = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, model)) = loaded.iter().find(|(known, _)| *known == cart) {
+        return Ok(model.clone());
+    }
+    let pole = format!("fromto=\"0 0 0 0 0 {}\"", cart.pole);
+    let text = MODEL.replace(POLE, &pole);
+    let mut model = MjModel::from_xml_string(&text).map_err(PlantError::new)?;
+    model.opt_mut().timestep = cart.step.get() as f64 / 1e3;
+    let model = Arc::new(model);
+    loaded.push((cart, model.clone()));
+    Ok(model)
 }

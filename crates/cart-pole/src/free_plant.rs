@@ -7,6 +7,7 @@ use ratelab_study::system::{StepMs, World};
 
 use super::{
     body::{Body, PlantError},
+    disturbance::{Disturbance, Newtons},
     message::{Action, ControlStep, Observation},
     pose::Pose,
 };
@@ -27,6 +28,9 @@ pub struct FreePlant {
     input: Action,
     /// Input of the steps after it, if an action arrived after the next step had begun.
     later: Option<Action>,
+    disturbance: Disturbance,
+    /// The disturbance after the next step, if it was set after that had begun.
+    later_disturbance: Option<Newtons>,
     /// Input of the last finished step.
     taken: Action,
     /// Run time of the sensing behind the action in force.
@@ -45,6 +49,8 @@ impl FreePlant {
             steps: 0,
             input: Action::ZERO,
             later: None,
+            disturbance: Disturbance::none(seed),
+            later_disturbance: None,
             taken: Action::ZERO,
             sensed: None,
         })
@@ -68,6 +74,18 @@ impl FreePlant {
         } else {
             self.later = Some(action);
         }
+    }
+
+    /// Sets the disturbance from the next step on that begins at run time `now` or later;
+    /// returns the one before.
+    pub(super) fn disturb(&mut self, now: Time, newtons: Newtons) -> Newtons {
+        let before = self.later_disturbance.unwrap_or(self.disturbance.newtons);
+        if self.begin_of(self.steps) >= now {
+            (self.disturbance.newtons, self.later_disturbance) = (newtons, None);
+        } else {
+            self.later_disturbance = Some(newtons);
+        }
+        before
     }
 
     /// Start of step number `step`, counted from zero.
@@ -102,9 +120,11 @@ impl World for FreePlant {
         if steps <= self.steps {
             return;
         }
-        if let Some(later) = self.later.take() {
+        if self.later.is_some() || self.later_disturbance.is_some() {
             self.integrate(1);
-            self.input = later;
+            self.input = self.later.take().unwrap_or(self.input);
+            let newtons = self.later_disturbance.take();
+            self.disturbance.newtons = newtons.unwrap_or(self.disturbance.newtons);
         }
         self.integrate(steps - self.steps);
         self.body.look();
@@ -113,10 +133,23 @@ impl World for FreePlant {
 
 impl FreePlant {
     fn integrate(&mut self, steps: u64) {
-        if steps > 0 {
-            self.body.integrate(self.input, steps);
+        let end = self.steps + steps;
+        while self.steps < end {
+            let control_step = self.begin_of(self.steps).as_nanos() / CONTROL_STEP_NS;
+            self.body.disturb(self.disturbance.force(control_step));
+            let alike = match self.disturbance.is_none() {
+                true => end - self.steps,
+                false => self.steps_until(control_step + 1).min(end - self.steps),
+            };
+            self.body.integrate(self.input, alike);
             self.taken = self.input;
-            self.steps += steps;
+            self.steps += alike;
         }
+    }
+
+    /// Number of steps that begin before this control step does.
+    fn steps_until(&self, control_step: u64) -> u64 {
+        let steps_before = control_step * (CONTROL_STEP_NS / self.step.as_nanos() as u64);
+        steps_before - self.steps
     }
 }

@@ -18,6 +18,8 @@
 //! into [`stability`].
 
 mod body;
+pub mod chunk;
+mod disturbance;
 mod falls;
 mod free_plant;
 mod joints;

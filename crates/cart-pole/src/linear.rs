@@ -6,7 +6,7 @@ use mujoco_rs::mujoco_c::mjd_transitionFD;
 use nalgebra::{Matrix4, Vector4};
 
 use super::{
-    body::{PlantError, at_rest},
+    body::{Cart, PlantError, at_rest},
     plant::{STEP, SUBSTEPS},
 };
 
@@ -46,7 +46,7 @@ impl LinearPlant {
 
     /// One physics step at upright rest, by MuJoCo's finite differences.
     pub(super) fn physics_step() -> Result<Self, PlantError> {
-        let mut data = at_rest(STEP)?;
+        let mut data = at_rest(Cart::plant(STEP))?;
         let model = data.model().ffi();
         let mut a = Matrix4::zeros();
         let mut b = Vector4::zeros();

@@ -8,6 +8,7 @@ use ratelab_study::system::{SharedWorld, World};
 use thiserror::Error;
 
 use super::{
+    disturbance::Newtons,
     free_plant::FreePlant,
     message::{Action, ControlStep, Observation},
     on_stale::OnStale,
@@ -23,6 +24,9 @@ pub const POLICY: &str = "policy";
 
 /// Name of the node that moves the plant.
 pub const ACTUATOR: &str = "actuator";
+
+/// Name of the actuator's parameter for the random force on the cart (N).
+pub(super) const DISTURB: &str = "disturb";
 
 /// Name of the actuator's meter of the age of the sensing behind an action when the
 /// action is applied.
@@ -82,6 +86,16 @@ pub struct NotFinite {
     observation: Observation,
 }
 
+impl NotFinite {
+    pub(super) fn new(policy: &str, action: Action, observation: Observation) -> Self {
+        Self {
+            policy: policy.to_owned(),
+            action: action.0,
+            observation,
+        }
+    }
+}
+
 impl Node for PolicyNode {
     fn tick(&mut self, now: Time) -> Tick {
         let Some(sensed) = self.observations.latest(now) else {
@@ -89,11 +103,7 @@ impl Node for PolicyNode {
         };
         let action = self.policy.act(&sensed.data);
         if !action.0.is_finite() {
-            return Err(Box::new(NotFinite {
-                policy: self.policy.name().to_owned(),
-                action: action.0,
-                observation: sensed.data,
-            }));
+            return Err(NotFinite::new(self.policy.name(), action, sensed.data).into());
         }
         self.actions.publish(action, now, Some(sensed.sensed()));
         GO_ON
@@ -102,6 +112,12 @@ impl Node for PolicyNode {
     /// Replaces the policy by the named one, if it supports that.
     fn on_message(&mut self, text: &str) -> Result<String, String> {
         self.policy.swap(text)
+    }
+
+    fn set_parameter(&mut self, name: &str, _: &str, _: Time) -> Result<String, String> {
+        Err(format!(
+            "{name} is for a policy that answers with chunks: begin the run with --chunk H"
+        ))
     }
 
     fn restart(&mut self) -> Result<(), String> {
@@ -195,6 +211,13 @@ impl Node for Actuator {
     fn on_message(&mut self, text: &str) -> Result<String, String> {
         self.input.set_on_stale(text)
     }
+
+    fn set_parameter(&mut self, name: &str, value: &str, now: Time) -> Result<String, String> {
+        let newtons = disturbance(name, value)?;
+        let mut plant = self.plant.at(now);
+        let before = std::mem::replace(&mut plant.disturbance.newtons, newtons);
+        Ok(before.to_string())
+    }
 }
 
 /// Applies the newest action to a plant that moves by itself.
@@ -221,5 +244,19 @@ impl Node for FreeActuator {
 
     fn on_message(&mut self, text: &str) -> Result<String, String> {
         self.input.set_on_stale(text)
+    }
+
+    fn set_parameter(&mut self, name: &str, value: &str, now: Time) -> Result<String, String> {
+        let newtons = disturbance(name, value)?;
+        let mut plant = self.plant.at(now);
+        Ok(plant.disturb(now, newtons).to_string())
+    }
+}
+
+/// The disturbance of the plant that parameter `name` of an actuator sets.
+fn disturbance(name: &str, value: &str) -> Result<Newtons, String> {
+    match name {
+        DISTURB => value.parse(),
+        _ => Err(format!("the actuator has no parameter {name:?}")),
     }
 }

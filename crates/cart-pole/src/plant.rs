@@ -7,6 +7,7 @@ use ratelab_study::system::{SharedWorld, StepMs, World};
 
 use super::{
     body::{Body, PlantError},
+    disturbance::Disturbance,
     message::{Action, ControlStep, Observation},
     pose::{Fall, Pose},
 };
@@ -46,6 +47,7 @@ pub fn actuator_hz() -> Hz {
 /// ```
 pub struct Plant {
     body: Body,
+    pub(super) disturbance: Disturbance,
     steps: u64,
     fall: Option<Fall>,
 }
@@ -58,6 +60,7 @@ impl Plant {
     pub fn new(seed: u64) -> Result<Self, PlantError> {
         Ok(Self {
             body: Body::new(STEP, seed)?,
+            disturbance: Disturbance::none(seed),
             steps: 0,
             fall: None,
         })
@@ -78,6 +81,7 @@ impl Plant {
     /// Applies `action` for one control step. Returns the kind of fall if the run is lost
     /// then.
     pub fn step(&mut self, action: Action) -> Option<Fall> {
+        self.body.disturb(self.disturbance.force(self.steps));
         self.body.integrate(action, u64::from(SUBSTEPS));
         self.body.look();
         self.steps += 1;

@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-use ratelab::{ClockExit, Hz, HzError, KnobKind, Node, Time, Topic, Wiring};
+use ratelab::{ClockExit, Depth, Hz, HzError, KnobKind, Node, Time, Topic, Wiring};
 use ratelab_account::Fields;
 use ratelab_study::{
     experiment::Config,
     system::{
         About, AgeLimits, Alias, BuildError, Builder, Final, Group, KnobText, KnobTextError,
-        Picture, QuadraticCost, Setup, SharedWorld, Signal, System, Verdict, VerdictKind, WORLD,
-        WorldKind,
+        Picture, QuadraticCost, Setup, SharedWorld, Signal, System, Tally, Verdict, VerdictKind,
+        WORLD, WorldKind,
     },
 };
 
@@ -17,11 +17,17 @@ use super::{
     ACTION, ACTUATOR, Action, Actuator, ActuatorInput, CONTROL_HZ, ControlStep, Fall, FreeActuator,
     FreePlant, OBS, Observation, Observed, OnStale, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode,
     Pose, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant,
+    chunk::{
+        CHUNK, Chunk, ChunkPolicy, ChunkSettings, ChunkTally, PLAYER, PLAYER_STEP, PlanKind,
+        Planner, Player,
+    },
+    disturbance::Newtons,
     falls::falls,
     mujoco_version, picture,
     policy::{Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy},
     table,
 };
+use crate::nodes::DISTURB;
 use crate::stability::{Rates, Weights, age_limit};
 
 /// Name of the topic with the state of the plant after each control step.
@@ -108,6 +114,55 @@ impl CartPole {
             choices: &["hold", "zero:20", "zero:50", "zero:100"],
             help: "What the actuator does with a stale action: hold it, or zero:MS, no push beyond that age",
         },
+        Alias {
+            name: "chunk",
+            knobs: &[(KnobKind::Parameter, "policy chunk")],
+            default: "none",
+            choices: &[],
+            help: "The number of actions in an answer of the policy, 20 ms each",
+        },
+        Alias {
+            name: "plan",
+            knobs: &[(KnobKind::Parameter, "policy plan")],
+            default: "rollout",
+            choices: &["hold", "rollout", "committed"],
+            help: "What a chunk is planned by: hold the action, a rollout of the model, or one with the actions that are committed",
+        },
+        Alias {
+            name: "expect-delay",
+            knobs: &[(KnobKind::Parameter, "policy expect-delay")],
+            default: "last",
+            choices: &["last", "max"],
+            help: "The delay of its answer that the policy plans for (ms): 120, last, max, or last+20",
+        },
+        Alias {
+            name: "model",
+            knobs: &[(KnobKind::Parameter, "policy model")],
+            default: "length:1",
+            choices: &[],
+            help: "The policy's model of the plant: length:F, with a pole F times as long",
+        },
+        Alias {
+            name: "play",
+            knobs: &[(KnobKind::Parameter, "player play")],
+            default: "time",
+            choices: &["time", "arrival", "executed"],
+            help: "Which action of a chunk is played: by the time since the reading, by that since its arrival, or by the number of actions executed since",
+        },
+        Alias {
+            name: "merge",
+            knobs: &[(KnobKind::Parameter, "player merge")],
+            default: "newest",
+            choices: &["newest", "blend:0.7", "ensemble:0.01"],
+            help: "What is played where chunks overlap: the newest, blend:W or ensemble:M",
+        },
+        Alias {
+            name: DISTURB,
+            knobs: &[(KnobKind::Parameter, "actuator disturb")],
+            default: "0",
+            choices: &[],
+            help: "Standard deviation of a random force on the cart (N)",
+        },
     ]);
 
     /// Creates a cart-pole with the caller's own policy, built for every run.
@@ -175,7 +230,9 @@ impl CartPole {
 
 /// The inputs of a run's policies.
 fn context(seed: u64, setup: &Setup) -> Result<PolicyContext, HzError> {
-    let control_hz = setup.rate(POLICY).map_or_else(|| Hz::new(CONTROL_HZ), Ok)?;
+    let plans = ChunkSettings::of(setup).is_ok_and(|chunk| chunk.is_some());
+    let control_hz = setup.rate(POLICY).filter(|_| !plans);
+    let control_hz = control_hz.map_or_else(|| Hz::new(CONTROL_HZ), Ok)?;
     Ok(PolicyContext { seed, control_hz })
 }
 
@@ -205,16 +262,71 @@ impl Topics {
             observations: wiring.publisher(&observations),
         })?;
         let observations = builder.through(&self.observations, 0)?;
-        builder.single_node(POLICY, CONTROL_HZ, 1, |wiring| PolicyNode {
-            policy,
-            observations: wiring.subscription(&observations),
-            actions: wiring.publisher(&self.actions),
-        })?;
-        let actions = builder.through(&self.actions, 1)?;
-        builder.node(ACTUATOR, CONTROL_HZ, 2, move |wiring| {
+        let last = match self.chunks(builder)? {
+            Some(chunks) => self.with_chunks(builder, policy, &observations, chunks)?,
+            None => {
+                builder.single_node(POLICY, CONTROL_HZ, 1, |wiring| PolicyNode {
+                    policy,
+                    observations: wiring.subscription(&observations),
+                    actions: wiring.publisher(&self.actions),
+                })?;
+                1
+            }
+        };
+        let actions = builder.through(&self.actions, last)?;
+        builder.node(ACTUATOR, CONTROL_HZ, last + 1, move |wiring| {
             let input = ActuatorInput::wired(wiring, &actions);
             actuator(wiring, input)
         })
+    }
+
+    /// The settings of chunks, if the policy answers with any.
+    fn chunks(&self, builder: &mut Builder<'_>) -> Result<Option<ChunkSettings>, BuildError> {
+        let mut set = Vec::new();
+        for [node, name] in ChunkSettings::PARAMETERS {
+            set.extend(builder.parameter(node, name).map(|_| name));
+        }
+        match set.first() {
+            Some(name) if !set.contains(&ChunkSettings::CHUNK) => {
+                Err(BuildError::Setting(format!(
+                    "--{name} is for a policy that answers with chunks: give --chunk H as well"
+                )))
+            }
+            _ => ChunkSettings::of(builder.setup()).map_err(setting_error),
+        }
+    }
+
+    /// Adds a policy that answers with chunks, and their player; returns its priority.
+    fn with_chunks(
+        &self,
+        builder: &mut Builder<'_>,
+        policy: Box<dyn Policy>,
+        observations: &Topic<Observation>,
+        settings: ChunkSettings,
+    ) -> Result<u32, BuildError> {
+        let names = Chunk::names(settings.horizon);
+        let depth = Depth::new(Chunk::DEPTH).unwrap_or(Depth::MAX);
+        let chunks = builder.topic_of(CHUNK, depth, names);
+        let planner = Planner::new(&settings).map_err(other)?;
+        builder.single_node(POLICY, CONTROL_HZ, 1, |wiring| ChunkPolicy {
+            policy,
+            planner,
+            last_tick: wiring.last_tick(),
+            observations: wiring.subscription(observations),
+            chunks: wiring.publisher(&chunks),
+        })?;
+        let steps = builder.topic(PLAYER_STEP);
+        let chunks = builder.through(&chunks, 1)?;
+        builder.single_node(PLAYER, CONTROL_HZ, 2, |wiring| {
+            wiring.fix(&[KnobKind::Rate], "it plays an action every 20 ms");
+            Player::new(
+                &settings,
+                wiring.subscription(&chunks),
+                wiring.publisher(&self.actions),
+                wiring.publisher(&steps),
+            )
+        })?;
+        Ok(2)
     }
 }
 
@@ -279,6 +391,7 @@ impl System for CartPole {
             captions: &[
                 (SENSOR, "reads the plant"),
                 (POLICY, "decides"),
+                (PLAYER, "plays"),
                 (ACTUATOR, "pushes"),
                 (WORLD, "moves by itself"),
             ],
@@ -318,6 +431,19 @@ impl System for CartPole {
         let made = pinned.and_then(|pinned| pinned.policy(context).map(|_| pinned));
         let pinned = made.map_err(|error| error.to_string())?;
         Ok(pinned.spec().to_string())
+    }
+
+    fn parameter(&self, _: &Setup, [node, name]: [&str; 2], value: &str) -> Result<String, String> {
+        match (node, name) {
+            (ACTUATOR, DISTURB) => Ok(value.parse::<Newtons>()?.to_string()),
+            _ => ChunkSettings::short(node, name, value)
+                .unwrap_or_else(|| Err(format!("{node} has no parameter {name:?}"))),
+        }
+    }
+
+    fn tally(&self, setup: &Setup) -> Option<Box<dyn Tally>> {
+        ChunkSettings::of(setup).ok()??;
+        Some(Box::new(ChunkTally::default()))
     }
 
     fn file(&self, node: &str, text: &str) -> Option<PathBuf> {
@@ -385,7 +511,10 @@ impl System for CartPole {
 
     fn age_limits(&self, setup: &Setup) -> AgeLimits {
         let named = setup.message(POLICY);
-        if named.is_none() && self.own.is_some() {
+        // A plan knows of a part of the age.
+        let plans = ChunkSettings::of(setup).ok().flatten();
+        let plans = plans.is_some_and(|chunk| chunk.plan != PlanKind::Hold);
+        if plans || (named.is_none() && self.own.is_some()) {
             return AgeLimits::default();
         }
         let policy = named.unwrap_or(PolicyKind::Scripted.name()).parse();

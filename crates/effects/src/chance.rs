@@ -31,6 +31,17 @@ impl Chance<'_> {
     }
 }
 
+impl Chance<'_> {
+    /// Draw number `n` of a standard normal distribution: the quantile of the uniform draw,
+    /// zero for the lowest one.
+    pub fn normal(&self, n: impl Display) -> f64 {
+        match self.uniform(n) {
+            0.0 => 0.0,
+            u => normal_quantile(u),
+        }
+    }
+}
+
 /// The standard normal quantile of `p` by Wichura's algorithm AS 241 (PPND16), accurate
 /// to about one part in 10¹⁶.
 pub(crate) fn normal_quantile(p: f64) -> f64 {

@@ -143,16 +143,16 @@ impl Commands {
     /// Refuses values that are none, messages that a node here would refuse, and those that name
     /// a file here.
     fn check(&self, knob: &Knob) -> Answer {
-        let Knob::Send { node, text } = knob else {
-            return ratelab_effects::checked(knob.clone()).map(drop);
-        };
-        if self.system.file(node, text).is_some() {
+        if let Knob::Send { node, text } = knob
+            && self.system.file(node, text).is_some()
+        {
             return Err(format!(
                 "{text}: a file is named where it is, when {node} is started"
             ));
         }
         let config = &self.part.own.config;
-        let resolved = self.system.resolve(config.seed, &config.setup, node, text);
+        let checked = ratelab_effects::checked(knob.clone())?;
+        let resolved = self.system.resolved(config.seed, &config.setup, checked);
         resolved.map(drop)
     }
 

@@ -7,7 +7,7 @@ use ratelab_account::{Distribution, NodeAccount, TopicAccount};
 use ratelab_study::{
     experiment::Summary,
     system::{
-        KnobText, System, WorldKind,
+        Figure, FigureValue, KnobText, System, WorldKind,
         names::{self, good, key},
     },
 };
@@ -70,6 +70,16 @@ fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<
         let [run, late] = [age.run_s, age.late_s].map(|seconds| json!(rounded(seconds * 1e3)));
         keys.insert("mean_push_age_ms".to_owned(), run);
         keys.insert("late_push_age_ms".to_owned(), late);
+    }
+    for Figure { block, name, value } in &summary.figures {
+        let value = match value {
+            FigureValue::Count(count) => json!(count),
+            FigureValue::Number(number) => json!(number.map(rounded)),
+        };
+        match block.map(|block| keys.entry(block).or_insert_with(|| json!({}))) {
+            Some(block) => block[*name] = value,
+            None => drop(keys.insert((*name).to_owned(), value)),
+        }
     }
     if let Some((mean, cost)) = summary.cost.zip(system.quadratic_cost()) {
         keys.insert("quadratic_cost".to_owned(), json!(mean));

@@ -67,7 +67,7 @@ impl Column {
         };
         let turns = |knob: &Knob| {
             let mut knobs = alias.knobs.iter();
-            knobs.any(|(kind, of)| knob.kind() == *kind && knob.target() == *of)
+            knobs.any(|(kind, of)| knob.kind() == *kind && knob.subject() == *of)
         };
         let others = sweep.axes.iter().filter(|axis| axis.name != self.name);
         let mut values = others.filter_map(|axis| axis.values.first());

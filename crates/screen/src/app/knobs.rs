@@ -240,14 +240,8 @@ impl App {
             let (target, known) = (knob.target(), known.join(", "));
             return Err(format!("there is no {what} {target:?}: expected {known}"));
         }
-        match knob {
-            Knob::Send { node, text } => {
-                let (seed, setup) = (self.config.seed, self.knobs.wanted());
-                let text = self.system().resolve(seed, &setup, &node, &text)?;
-                Ok(Knob::Send { node, text })
-            }
-            other => with_durations(other),
-        }
+        let (seed, setup) = (self.config.seed, self.knobs.wanted());
+        with_durations(self.system().resolved(seed, &setup, knob)?)
     }
 
     /// Updates the state after the graph has obeyed a command, or refused it.

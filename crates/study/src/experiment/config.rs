@@ -48,24 +48,18 @@ impl Config {
         let mut setup = system.about().setup();
         setup.extend(self.setup.iter().cloned());
         resolved.setup = setup.clone();
+        let recordable = |knob: &Knob| {
+            let resolved = system.resolved(self.seed, &setup, knob.clone());
+            resolved.map_err(BuildError::Setting)
+        };
         for knob in setup.iter() {
-            let knob = resolve(system, self.seed, &setup, knob.clone())?;
-            resolved.setup.set(knob);
+            resolved.setup.set(recordable(knob)?);
         }
         for timed in &mut resolved.knobs {
-            timed.knob = resolve(system, self.seed, &setup, timed.knob.clone())?;
+            timed.knob = recordable(&timed.knob)?;
         }
         Ok(resolved)
     }
-}
-
-fn resolve(system: &dyn System, seed: u64, setup: &Setup, knob: Knob) -> Result<Knob, BuildError> {
-    let Knob::Send { node, text } = knob else {
-        return Ok(knob);
-    };
-    let resolved = system.resolve(seed, setup, &node, &text);
-    let text = resolved.map_err(BuildError::Setting)?;
-    Ok(Knob::Send { node, text })
 }
 
 impl Default for Config {

@@ -45,7 +45,9 @@ pub use step_rows::{StepWriter, header};
 pub use summary::{MeanPushAge, Summary};
 pub use taps::Taps;
 
-use crate::system::{BuildError, Builder, MeanCost, RecordedTopics, System, WorldKind, verdict};
+use crate::system::{
+    BuildError, Builder, MeanCost, RecordedTopics, System, Tally, WorldKind, verdict,
+};
 
 /// The graph of a system, ready to run once.
 pub struct Experiment {
@@ -54,6 +56,7 @@ pub struct Experiment {
     graph: Graph,
     recorded: RecordedTopics,
     cost: Option<SharedCost>,
+    tally: Option<SharedTally>,
     commands: Sender<Command>,
     inbox: Inbox,
 }
@@ -78,6 +81,31 @@ fn watch_cost(
     };
     states.listen(taps, Box::new(add));
     Some(mean)
+}
+
+/// What the system adds up of a run.
+type SharedTally = Arc<Mutex<Box<dyn Tally>>>;
+
+/// Begins to add up the figures of `system`, if it has any.
+fn watch_figures(
+    system: &dyn System,
+    config: &Config,
+    taps: &TapHandle,
+    recorded: &[Arc<dyn RecordedTopic>],
+) -> Option<SharedTally> {
+    let tally = system.tally(&config.setup)?;
+    let (names, tally) = (tally.topics(), Arc::new(Mutex::new(tally)));
+    for name in names {
+        let shared = tally.clone();
+        let add = move |_: &Head, row: &[f64]| {
+            let mut tally = shared.lock().unwrap_or_else(PoisonError::into_inner);
+            tally.message(name, row);
+            true
+        };
+        let topic = recorded.iter().find(|topic| topic.name() == *name);
+        topic?.listen(taps, Box::new(add));
+    }
+    Some(tally)
 }
 
 impl Experiment {
@@ -153,6 +181,7 @@ impl Experiment {
         RunLog::of(&graph.state());
         Ok(Self {
             cost: watch_cost(&*system, &taps, &recorded),
+            tally: watch_figures(&*system, &config, &taps, &recorded),
             system,
             config,
             graph,
@@ -240,6 +269,7 @@ impl Experiment {
             mut graph,
             recorded,
             cost,
+            tally,
             commands,
             mut inbox,
         } = self;
@@ -268,8 +298,13 @@ impl Experiment {
         });
         let newest = [state.as_deref(), chains.as_deref()];
         let verdict = verdict(&*system, &exit, sim_time, newest);
+        let figures = tally.map(|tally| {
+            let tally = tally.lock().unwrap_or_else(PoisonError::into_inner);
+            tally.figures()
+        });
         let summary = Summary {
             wall_time,
+            figures: figures.unwrap_or_default(),
             state: state.unwrap_or_default(),
             chains: chains.unwrap_or_default(),
             cost,

@@ -6,7 +6,7 @@ use ratelab::{Event, Interrupt, Time, TimedKnob};
 use ratelab_account::{Distribution, NodeAccount, Observer, Snapshot, TopicAccount};
 
 use super::Config;
-use crate::system::{System, Verdict};
+use crate::system::{Figure, System, Verdict};
 
 /// The summary of a run.
 #[derive(Clone, Debug)]
@@ -26,6 +26,8 @@ pub struct Summary {
     /// The mean over run time of the system's
     /// quadratic cost; of a run that was lost, until then.
     pub cost: Option<f64>,
+    /// The system's own figures of the run.
+    pub figures: Vec<Figure>,
     /// Run time at the end.
     pub sim_time: Time,
     /// Wall time of the run.
@@ -93,6 +95,7 @@ impl Summary {
             state: Vec::new(),
             chains: Vec::new(),
             cost: None,
+            figures: Vec::new(),
             sim_time: verdict.at,
             wall_time: Duration::ZERO,
             latency: Distribution::empty(),

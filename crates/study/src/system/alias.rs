@@ -10,7 +10,7 @@ use super::{Setup, System};
 pub struct Alias {
     /// Name, such as `control-hz`.
     pub name: &'static str,
-    /// The knobs: their kinds, and nodes or topics.
+    /// The knobs: their kinds and [subjects](Knob::subject).
     pub knobs: &'static [(KnobKind, &'static str)],
     /// The default value.
     pub default: &'static str,
@@ -40,7 +40,7 @@ impl Alias {
     pub fn value(&self, setup: &Setup) -> String {
         let first = self.knobs.first().and_then(|(kind, of)| {
             let mut knobs = setup.iter();
-            knobs.find(|knob| knob.kind() == *kind && knob.target() == *of)
+            knobs.find(|knob| knob.kind() == *kind && knob.subject() == *of)
         });
         first.map_or_else(|| self.default.to_owned(), Knob::value)
     }
@@ -52,7 +52,7 @@ impl Alias {
         let (first, value) = (turned.first()?, turned.first()?.knob.value());
         let same = |(turned, (kind, of)): (&TimedKnob, &(KnobKind, &str))| {
             let knob = &turned.knob;
-            let known = knob.kind() == *kind && knob.target() == *of;
+            let known = knob.kind() == *kind && knob.subject() == *of;
             known && turned.at == first.at && knob.value() == value
         };
         turned.iter().zip(self.knobs).all(same).then_some(value)

@@ -25,8 +25,8 @@ pub struct Builder<'a> {
     pub(crate) taken: &'a [TimedKnob],
     graph: Graph,
     recorded: RecordedTopics,
-    /// Nodes that were built with their configured message.
-    answered: Vec<String>,
+    /// The messages and parameters that nodes were built with.
+    answered: Vec<(KnobKind, String)>,
     /// Nodes to insert before the readers of topics.
     relays: Vec<ForwardingNode>,
     /// The topics that were offered for that.
@@ -199,6 +199,19 @@ impl<'a> Builder<'a> {
         topic
     }
 
+    /// Creates a recorded topic whose messages are numbers with these names, with a default
+    /// depth of `depth`.
+    pub fn topic_of<T: Fields + Payload>(
+        &mut self,
+        name: &str,
+        depth: Depth,
+        names: &'static [&'static str],
+    ) -> Topic<T> {
+        let topic = Topic::new(name, self.setup.depth(name).unwrap_or(depth));
+        self.record_as(topic.clone(), names);
+        topic
+    }
+
     /// The recorded topic called `name`, if it was created before.
     pub(crate) fn recorded(&self, name: &str) -> Option<Arc<dyn RecordedTopic>> {
         let mut topics = self.recorded.iter();
@@ -268,8 +281,22 @@ impl<'a> Builder<'a> {
     /// Other nodes receive theirs before the run begins.
     pub fn message(&mut self, node: &str) -> Option<&'a str> {
         let message = self.setup.message(node)?;
-        self.answered.push(node.to_owned());
+        self.answered.push((KnobKind::Send, node.to_owned()));
         Some(message)
+    }
+
+    /// The configured parameter `name` of `node`, for systems that use it to build the graph.
+    /// Nodes receive their other parameters before the run begins.
+    pub fn parameter(&mut self, node: &str, name: &str) -> Option<&'a str> {
+        let value = self.setup.parameter(node, name)?;
+        let subject = format!("{node} {name}");
+        self.answered.push((KnobKind::Parameter, subject));
+        Some(value)
+    }
+
+    fn is_answered(&self, kind: KnobKind, subject: &str) -> bool {
+        let mut answered = self.answered.iter();
+        answered.any(|(of, known)| *of == kind && known == subject)
     }
 
     /// Adds a node that ticks at `hz` unless set otherwise; see [`Graph::node`]. A
@@ -309,7 +336,7 @@ impl<'a> Builder<'a> {
         if !self.is_here(name) {
             return Ok(self.graph.remote_node(name, release, priority, build)?);
         }
-        let answered = self.answered.iter().any(|known| known == name);
+        let answered = self.is_answered(KnobKind::Send, name);
         let message = self.setup.message(name).filter(|_| !answered);
         let graph = &mut self.graph;
         Ok(graph.restartable_node(name, release, priority, build, message)?)
@@ -367,7 +394,6 @@ impl<'a> Builder<'a> {
             self.check(&timed.knob)?;
         }
         for knob in self.setup.iter() {
-            self.check(knob)?;
             self.turn(knob)?;
         }
         Ok((self.graph, self.recorded))
@@ -380,12 +406,11 @@ impl<'a> Builder<'a> {
 
     /// Sets a knob that was not used while building the graph.
     fn turn(&mut self, knob: &Knob) -> Result<(), BuildError> {
-        let is_built = match knob.kind() {
-            KnobKind::Rate | KnobKind::Depth => !self.is_open,
-            KnobKind::Send => self.answered.iter().any(|known| known == knob.target()),
-            _ => false,
-        };
-        if is_built {
+        if self.is_answered(knob.kind(), &knob.subject()) {
+            return Ok(());
+        }
+        self.check(knob)?;
+        if !self.is_open && matches!(knob.kind(), KnobKind::Rate | KnobKind::Depth) {
             return Ok(());
         }
         let before = self.graph.turn(knob);

@@ -62,12 +62,13 @@ mod picture;
 mod quadratic_cost;
 mod setup;
 mod signal;
+mod tally;
 mod verdict;
 mod world;
 
 use std::path::PathBuf;
 
-use ratelab::{ClockExit, GraphError, HzError, Time};
+use ratelab::{ClockExit, GraphError, HzError, Knob, Time};
 use thiserror::Error;
 
 pub use about::{About, Group, StateTable};
@@ -86,6 +87,7 @@ pub use picture::{Picture, Shape, Style};
 pub use quadratic_cost::{MeanCost, QuadraticCost};
 pub use setup::Setup;
 pub use signal::{Final, Signal};
+pub use tally::{Figure, FigureValue, Tally};
 pub use verdict::{Verdict, VerdictKind};
 pub use world::{SharedWorld, StepMs, World, WorldError, WorldKind, depends_on_the_world};
 
@@ -160,6 +162,11 @@ pub trait System: Send + Sync + 'static {
         self.finals(state)
     }
 
+    /// What adds up figures of a run with `setup`, if there are any beside those of every run.
+    fn tally(&self, setup: &Setup) -> Option<Box<dyn Tally>> {
+        self.inner()?.tally(setup)
+    }
+
     /// A picture of the plant, from the newest message of [`state`](Self::state).
     fn picture(&self, state: &[f64]) -> Option<Picture> {
         self.inner()?.picture(state)
@@ -176,6 +183,23 @@ pub trait System: Send + Sync + 'static {
         match self.inner() {
             Some(inner) => inner.resolve(seed, setup, node, text),
             None => Ok(text.to_owned()),
+        }
+    }
+
+    /// The shortest form of a `value` of the parameter `name` of `node`, in a run with
+    /// `setup`.
+    ///
+    /// # Errors
+    /// The reason why the node would refuse it, with a remedy.
+    fn parameter(
+        &self,
+        setup: &Setup,
+        [node, name]: [&str; 2],
+        value: &str,
+    ) -> Result<String, String> {
+        match self.inner() {
+            Some(inner) => inner.parameter(setup, [node, name], value),
+            None => Ok(value.to_owned()),
         }
     }
 
@@ -212,6 +236,25 @@ pub trait System: Send + Sync + 'static {
 }
 
 impl dyn System + '_ {
+    /// Returns `knob` in recordable form, for a run with this `seed` and `setup`: its
+    /// message or its parameter resolved.
+    ///
+    /// # Errors
+    /// The reason why the node would refuse it.
+    pub fn resolved(&self, seed: u64, setup: &Setup, knob: Knob) -> Result<Knob, String> {
+        match knob {
+            Knob::Send { node, text } => {
+                let text = self.resolve(seed, setup, &node, &text)?;
+                Ok(Knob::Send { node, text })
+            }
+            Knob::Parameter { node, name, value } => {
+                let value = self.parameter(setup, [&node, &name], &value)?;
+                Ok(Knob::Parameter { node, name, value })
+            }
+            knob => Ok(knob),
+        }
+    }
+
     /// Its own names for some knobs.
     pub fn aliases(&self) -> &'static [Alias] {
         self.about().aliases

@@ -22,7 +22,7 @@ pub fn label(name: &str) -> String {
         return of_link.map_or_else(|| label(filled), str::to_owned);
     }
     match name.split_once(' ') {
-        Some(("rate" | "send", node)) => node.to_owned(),
+        Some(("rate" | "send" | "set", node)) => node.to_owned(),
         Some(("takes", node)) => format!("{node} cost"),
         Some(("wakes", node)) => format!("{node} delay"),
         Some((kind, target)) => format!("{target} {kind}"),
@@ -66,12 +66,12 @@ pub fn rate_alias(system: &dyn System, wanted: impl Fn(&str) -> bool) -> Option<
     })
 }
 
-/// The aliases to be shown. A cost, and a message other than the first, is shown where it
-/// is `wanted`.
+/// The aliases to be shown. A cost, a parameter, and a message other than the first, is
+/// shown where it is `wanted`.
 pub fn shown(system: &dyn System, wanted: impl Fn(&Alias) -> bool) -> Vec<&'static Alias> {
     let first = first_alias(system, KnobKind::Send);
     let shown = |alias: &&Alias| match alias.kind() {
-        KnobKind::Takes => wanted(alias),
+        KnobKind::Takes | KnobKind::Parameter => wanted(alias),
         KnobKind::Send => first == Some(*alias) || wanted(alias),
         _ => true,
     };

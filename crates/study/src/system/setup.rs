@@ -52,6 +52,18 @@ impl Setup {
         })
     }
 
+    /// Parameter `name` of `node`, if it is set.
+    pub fn parameter(&self, node: &str, name: &str) -> Option<&str> {
+        self.0.iter().find_map(|knob| match knob {
+            Knob::Parameter {
+                node: of,
+                name: known,
+                value,
+            } if of == node && known == name => Some(value.as_str()),
+            _ => None,
+        })
+    }
+
     /// All knobs, in the order in which they were first set.
     pub fn iter(&self) -> impl Iterator<Item = &Knob> {
         self.0.iter()

@@ -1,0 +1,116 @@
+//! What a run came to, of its chunks.
+
+use ratelab_account::Fields;
+use ratelab_study::system::{Figure, FigureValue, Tally};
+
+use super::message::{CHUNK, PLAYER_STEP, PlayerStep};
+
+/// Adds up what the policy computed and what the player did.
+#[derive(Debug, Default)]
+pub(crate) struct ChunkTally {
+    computed: u64,
+    used: u64,
+    stalls: u64,
+    taken: u64,
+    delay_errors_ms: f64,
+    most_delay_error_ms: f64,
+    played: u64,
+    predicted_ms: f64,
+    seams: Changes,
+    steps: Changes,
+}
+
+/// Changes of the action from one tick to the next.
+#[derive(Debug, Default)]
+struct Changes(Vec<f64>);
+
+impl Changes {
+    fn mean(&self) -> Option<f64> {
+        mean(self.0.iter().sum(), self.0.len() as u64)
+    }
+
+    /// The ⌈0.99 n⌉-th smallest.
+    fn p99(&self) -> Option<f64> {
+        let mut sorted = self.0.clone();
+        let place = (99 * sorted.len()).div_ceil(100).checked_sub(1)?;
+        let (_, p99, _) = sorted.select_nth_unstable_by(place, f64::total_cmp);
+        Some(*p99)
+    }
+}
+
+fn mean(sum: f64, count: u64) -> Option<f64> {
+    (count > 0).then(|| sum / count as f64)
+}
+
+impl ChunkTally {
+    fn step(&mut self, step: &PlayerStep) {
+        if step.taken > 0.0 {
+            self.most_delay_error_ms = match self.taken {
+                0 => step.most_delay_error_ms,
+                _ => step.most_delay_error_ms.max(self.most_delay_error_ms),
+            };
+            self.taken += step.taken as u64;
+            self.delay_errors_ms += step.delay_errors_ms;
+        }
+        self.stalls += step.stalls as u64;
+        self.used += step.used as u64;
+        if step.played > 0.0 {
+            self.played += 1;
+            self.predicted_ms += step.predicted_ms;
+            let changes = match step.seam > 0.0 {
+                true => &mut self.seams,
+                false => &mut self.steps,
+            };
+            changes
+                .0
+                .extend(Some(step.change).filter(|change| !change.is_nan()));
+        }
+    }
+}
+
+impl Tally for ChunkTally {
+    fn topics(&self) -> &'static [&'static str] {
+        &[CHUNK, PLAYER_STEP]
+    }
+
+    fn message(&mut self, topic: &str, row: &[f64]) {
+        match topic {
+            CHUNK => self.computed += row.len().saturating_sub(3) as u64,
+            _ => {
+                if let Some(step) = PlayerStep::from_row(row) {
+                    self.step(&step);
+                }
+            }
+        }
+    }
+
+    fn figures(&self) -> Vec<Figure> {
+        let number = FigureValue::Number;
+        let most = (self.taken > 0).then_some(self.most_delay_error_ms);
+        let chunks = [
+            ("computed", FigureValue::Count(self.computed)),
+            ("used", FigureValue::Count(self.used)),
+            ("predicted_ms", number(mean(self.predicted_ms, self.played))),
+            ("seam_mean", number(self.seams.mean())),
+            ("seam_p99", number(self.seams.p99())),
+            ("step_mean", number(self.steps.mean())),
+            ("step_p99", number(self.steps.p99())),
+            (
+                "expect_error_mean_ms",
+                number(mean(self.delay_errors_ms, self.taken)),
+            ),
+            ("expect_error_max_ms", number(most)),
+        ];
+        let chunks = chunks.map(|(name, value)| Figure {
+            block: Some("chunks"),
+            name,
+            value,
+        });
+        let stalls = Figure {
+            block: None,
+            name: "stalls",
+            value: FigureValue::Count(self.stalls),
+        };
+        [stalls].into_iter().chain(chunks).collect()
+    }
+}

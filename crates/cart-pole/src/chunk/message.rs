@@ -1,0 +1,112 @@
+//! The messages of a policy that answers with chunks, and of what plays them.
+
+use std::{sync::Arc, time::Duration};
+
+use ratelab::Time;
+use ratelab_account::{Fields, fields};
+
+use super::settings::{Horizon, PlanKind};
+
+/// Name of the topic from policy to player.
+pub const CHUNK: &str = "/chunk";
+
+/// Name of the topic with what the player did.
+pub const PLAYER_STEP: &str = "/player";
+
+/// The next actions, the first for the reading that they were derived from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chunk {
+    /// Start of the tick that made it.
+    pub made: Time,
+    /// The delay that the policy planned for.
+    pub expected: Duration,
+    /// How it was planned.
+    pub plan: PlanKind,
+    /// The actions, as shares of the motor's force.
+    pub actions: Arc<[f32]>,
+}
+
+/// The numbers of a chunk of the longest [`Horizon`]; a run's chunks have the first of these.
+static NAMES: [&str; 3 + Horizon::MOST] = {
+    let mut names = ["action (share of 10 N)"; 3 + Horizon::MOST];
+    names[0] = "made (ns)";
+    names[1] = "expected delay (ns)";
+    names[2] = "plan (0 hold, 1 rollout, 2 committed)";
+    names
+};
+
+impl Chunk {
+    /// Depth of the topic: it loses none, whatever holds the player up.
+    pub const DEPTH: usize = 10_000;
+
+    /// Names of the numbers of a chunk of `horizon` actions.
+    pub fn names(horizon: Horizon) -> &'static [&'static str] {
+        &NAMES[..3 + horizon.get()]
+    }
+}
+
+const PLANS: [PlanKind; 3] = [PlanKind::Hold, PlanKind::Rollout, PlanKind::Committed];
+
+impl Fields for Chunk {
+    /// Their number differs from run to run.
+    const FIELDS: &'static [&'static str] = &[];
+
+    fn append_to(&self, row: &mut Vec<f64>) {
+        row.push(self.made.as_nanos() as f64);
+        row.push(self.expected.as_nanos() as f64);
+        row.push(f64::from(self.plan as u8));
+        row.extend(self.actions.iter().map(|action| f64::from(*action)));
+    }
+
+    fn from_row(row: &[f64]) -> Option<Self> {
+        let (&[made, expected, plan], actions) = row.split_first_chunk()?;
+        Some(Self {
+            made: Time::from_nanos(made as u64),
+            expected: Duration::from_nanos(expected as u64),
+            plan: *PLANS.get(plan as usize)?,
+            actions: actions.iter().map(|action| *action as f32).collect(),
+        })
+    }
+}
+
+/// What the player did: at the begin of a tick what it took, and whether it had an action;
+/// at its end what it published. Counts and sums are those of this step alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PlayerStep {
+    /// Chunks taken.
+    pub taken: f64,
+    /// Their delays, less the expected ones (ms): the sum.
+    pub delay_errors_ms: f64,
+    /// The greatest of these.
+    pub most_delay_error_ms: f64,
+    /// 1 for a tick without an action.
+    pub stalls: f64,
+    /// 1 for a published action.
+    pub played: f64,
+    /// Actions of chunks that went into it for the first time.
+    pub used: f64,
+    /// The age that the plan of the newest chunk knew of (ms).
+    pub predicted_ms: f64,
+    /// |action − the one before|; NaN for the first.
+    pub change: f64,
+    /// 1 if a chunk was taken since the action before.
+    pub seam: f64,
+    /// Number of the newest chunk, counted from zero.
+    pub chunk: f64,
+    /// The place in it that is now.
+    pub index: f64,
+}
+
+fields!(PlayerStep {
+    taken: "chunks taken",
+    delay_errors_ms: "delay errors (ms)",
+    most_delay_error_ms: "greatest delay error (ms)",
+    stalls: "stalls",
+    played: "actions published",
+    used: "actions used first",
+    predicted_ms: "predicted age (ms)",
+    change: "change of the action",
+    seam: "seam",
+    chunk: "newest chunk",
+    index: "index in it",
+});

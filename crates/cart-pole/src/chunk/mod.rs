@@ -1,0 +1,35 @@
+//! Policies that answer with a chunk: the next actions of the robot.
+//!
+//! ```text
+//! sensor ──/obs──► policy ──/chunk──► player ──/action──► actuator
+//! ```
+//!
+//! Action i of a chunk with origin o, the time of the reading behind it, is meant for run
+//! times in \[o + iΔ, o + (i + 1)Δ), Δ = 20 ms. The [`ChunkPolicy`] plans by a model of the
+//! plant, which knows of the actions that are still to be played or does not ([`PlanKind`]);
+//! the [`Player`] decides which action belongs to now ([`PlayKind`]), and what happens where
+//! two chunks overlap ([`Merge`]). What that came to is in its [`PlayerStep`]s.
+
+mod figures;
+mod message;
+mod model;
+mod planner;
+mod player;
+mod policy_node;
+mod schedule;
+mod settings;
+
+use std::time::Duration;
+
+pub(crate) use self::figures::ChunkTally;
+pub use self::{
+    message::{CHUNK, Chunk, PLAYER_STEP, PlayerStep},
+    model::PlanModel,
+    planner::Planner,
+    player::{PLAYER, Player},
+    policy_node::ChunkPolicy,
+    settings::{ChunkSettings, ExpectedDelay, Horizon, Merge, ModelError, PlanKind, PlayKind},
+};
+
+/// Δ: the time that an action is meant for.
+pub const ACTION_PERIOD: Duration = Duration::from_millis(20);

@@ -1,0 +1,152 @@
+//! What a policy plans for a reading.
+
+use std::{collections::VecDeque, sync::Arc, time::Duration};
+
+use ratelab::Time;
+
+use super::{
+    ACTION_PERIOD,
+    message::Chunk,
+    model::PlanModel,
+    settings::{ChunkSettings, ExpectedDelay, PlanKind},
+};
+use crate::{Action, Observation, PlantError, policy::Policy};
+
+/// How far before a reading its chunks are kept, for readings that are older than the one
+/// before.
+const MARGIN: Duration = Duration::from_secs(1);
+
+/// Plans chunks by a model, and remembers those that are still to be played.
+pub struct Planner {
+    pub(super) plan: PlanKind,
+    pub(super) expected: ExpectedDelay,
+    settings: ChunkSettings,
+    model: PlanModel,
+    /// Its chunks, the newest last.
+    own: VecDeque<OwnChunk>,
+    last: Duration,
+    longest: Duration,
+}
+
+struct OwnChunk {
+    origin: Time,
+    /// From when on it is expected to be played.
+    from: Time,
+    actions: Arc<[f32]>,
+}
+
+impl OwnChunk {
+    /// Its action for run time `at`: beyond its end the last one, before its begin none.
+    fn action(&self, at: Time) -> f32 {
+        if at < self.origin {
+            return 0.0;
+        }
+        let index = (at.since(self.origin).as_nanos() / ACTION_PERIOD.as_nanos()) as usize;
+        let action = self.actions.get(index).or(self.actions.last());
+        action.copied().unwrap_or_default()
+    }
+}
+
+impl Planner {
+    /// A planner without a chunk so far.
+    ///
+    /// # Errors
+    /// [`PlantError`] if MuJoCo refuses its model.
+    pub fn new(settings: &ChunkSettings) -> Result<Self, PlantError> {
+        Ok(Self {
+            plan: settings.plan,
+            expected: settings.expected,
+            settings: *settings,
+            model: PlanModel::new(settings.model)?,
+            own: VecDeque::new(),
+            last: Duration::ZERO,
+            longest: Duration::ZERO,
+        })
+    }
+
+    /// Hears how long the policy's last tick took.
+    pub fn took(&mut self, duration: Duration) {
+        self.last = duration;
+        self.longest = self.longest.max(duration);
+    }
+
+    /// Begins anew: without a chunk or a duration, and as it was set up.
+    pub fn restart(&mut self) {
+        self.own.clear();
+        (self.last, self.longest) = (Duration::ZERO, Duration::ZERO);
+        (self.plan, self.expected) = (self.settings.plan, self.settings.expected);
+    }
+
+    /// Plans for a `reading` of run time `origin`, in a tick that starts at `now`.
+    pub fn chunk(
+        &mut self,
+        policy: &mut dyn Policy,
+        reading: &Observation,
+        origin: Time,
+        now: Time,
+    ) -> Chunk {
+        let expected = match self.expected {
+            ExpectedDelay::Constant(delay) => delay,
+            ExpectedDelay::Last(margin) => self.last + margin,
+            ExpectedDelay::Max(margin) => self.longest + margin,
+        };
+        let from = now + expected;
+        let actions: Arc<[f32]> = match self.plan {
+            PlanKind::Hold => {
+                std::iter::repeat_n(policy.act(reading).0, self.settings.horizon.get()).collect()
+            }
+            PlanKind::Rollout => self.rollout(policy, reading, origin, origin),
+            PlanKind::Committed => self.rollout(policy, reading, origin, from),
+        };
+        let actions_too = actions.clone();
+        self.remember(OwnChunk {
+            origin,
+            from,
+            actions: actions_too,
+        });
+        Chunk {
+            made: now,
+            expected,
+            plan: self.plan,
+            actions,
+        }
+    }
+
+    /// The actions for the states that the model comes to; before run time `from` those that
+    /// are committed.
+    fn rollout(
+        &mut self,
+        policy: &mut dyn Policy,
+        reading: &Observation,
+        origin: Time,
+        from: Time,
+    ) -> Arc<[f32]> {
+        self.model.begin(reading);
+        let mut at = origin;
+        let actions = (0..self.settings.horizon.get()).map(|_| {
+            let action = match at < from {
+                true => Action(self.committed(at)),
+                false => policy.act(&self.model.observe()),
+            };
+            self.model.step(action);
+            at = at + ACTION_PERIOD;
+            action.0
+        });
+        actions.collect()
+    }
+
+    /// The action to be played at run time `at`, as far as the policy knows: that of its
+    /// newest chunk which is played by then, or none.
+    fn committed(&self, at: Time) -> f32 {
+        let newest = self.own.iter().rev().find(|chunk| chunk.from <= at);
+        newest.map_or(0.0, |chunk| chunk.action(at))
+    }
+
+    /// Keeps a chunk, and forgets those that no plan can be about any more.
+    fn remember(&mut self, chunk: OwnChunk) {
+        let since = chunk.origin - MARGIN;
+        self.own.push_back(chunk);
+        let newest = self.own.iter().rposition(|chunk| chunk.from <= since);
+        self.own.drain(..newest.unwrap_or(0));
+    }
+}

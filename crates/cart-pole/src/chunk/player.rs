@@ -1,0 +1,224 @@
+//! The node that plays chunks.
+
+use std::collections::VecDeque;
+
+use ratelab::{GO_ON, Node, Publisher, Subscription, Tick, Time};
+
+use super::{
+    ACTION_PERIOD,
+    message::{Chunk, PlayerStep},
+    schedule::{Planned, Schedule, Taken},
+    settings::{ChunkSettings, PlanKind, replace},
+};
+use crate::Action;
+
+/// Name of the node that plays chunks.
+pub const PLAYER: &str = "player";
+
+/// The most ticks that are remembered: three quarters of an hour.
+const MOST_TICKS: usize = 1 << 17;
+
+/// Plays chunks: every 20 ms one action.
+pub struct Player {
+    chunks: Subscription<Chunk>,
+    actions: Publisher<Action>,
+    steps: Publisher<PlayerStep>,
+    settings: ChunkSettings,
+    schedule: Schedule,
+    history: History,
+    /// Whether it ever had a chunk.
+    has_begun: bool,
+    /// Whether it took a chunk since its last action.
+    seam: bool,
+    /// What the running tick publishes when it is over.
+    pending: Option<(Planned, PlayerStep)>,
+}
+
+/// What it played. Figures of the run are made of it, so it outlives a crash.
+#[derive(Default)]
+struct History {
+    ticks: VecDeque<PlayedTick>,
+    /// Number of published actions.
+    published: u64,
+    /// Number of those before its last restart.
+    forgotten: u64,
+    /// The last one.
+    last: Option<f32>,
+}
+
+/// A tick of the player.
+struct PlayedTick {
+    start: Time,
+    /// The action that it published, or else the one before; its cost left aside.
+    action: f32,
+    /// Number of actions published before.
+    before: u64,
+}
+
+impl History {
+    /// Number of actions that were published in ticks which started at `since` or later, as
+    /// far as the player remembers.
+    fn executed(&self, since: Time) -> u64 {
+        let first = self.ticks.partition_point(|tick| tick.start < since);
+        let before = self.ticks.get(first).map(|tick| tick.before);
+        self.published - before.unwrap_or(self.published).max(self.forgotten)
+    }
+
+    /// Number of ticks, of those after the reading of `taken`, in which just its action was
+    /// played that was meant for them.
+    fn as_planned(&self, taken: &Taken) -> usize {
+        let first = self.ticks.partition_point(|tick| tick.start < taken.origin);
+        let meant = self.ticks.iter().skip(first).map_while(|tick| {
+            let meant = taken.action(taken.place_by_time(tick.start))?;
+            Some(meant == tick.action)
+        });
+        meant.filter(|as_planned| *as_planned).count()
+    }
+
+    /// Adds a tick with its action, if it has one.
+    fn begin(&mut self, start: Time, action: Option<f32>) {
+        if self.ticks.len() == MOST_TICKS {
+            self.ticks.pop_front();
+        }
+        self.ticks.push_back(PlayedTick {
+            start,
+            action: action.or(self.last).unwrap_or_default(),
+            before: self.published,
+        });
+    }
+
+    /// The action of the last tick is published.
+    fn publish(&mut self, action: f32) {
+        self.published += 1;
+        self.last = Some(action);
+    }
+
+    /// The player begins anew; its last tick came to nothing if it was `cut_off`.
+    fn restart(&mut self, cut_off: bool) {
+        self.forgotten = self.published;
+        if let Some(tick) = self.ticks.back_mut().filter(|_| cut_off) {
+            tick.action = self.last.unwrap_or_default();
+        }
+    }
+}
+
+impl Player {
+    /// A player without a chunk so far.
+    pub fn new(
+        settings: &ChunkSettings,
+        chunks: Subscription<Chunk>,
+        actions: Publisher<Action>,
+        steps: Publisher<PlayerStep>,
+    ) -> Self {
+        Self {
+            chunks,
+            actions,
+            steps,
+            settings: *settings,
+            schedule: Schedule::new(settings.play, settings.merge),
+            history: History::default(),
+            has_begun: false,
+            seam: false,
+            pending: None,
+        }
+    }
+
+    /// Takes the chunks that were delivered since the last tick.
+    fn take(&mut self, now: Time, step: &mut PlayerStep) {
+        let executed = |since| self.history.executed(since);
+        while let Some(message) = self.chunks.next(now) {
+            let error = delay_error_ms(&message.data, now);
+            step.most_delay_error_ms = match step.taken {
+                0.0 => error,
+                _ => error.max(step.most_delay_error_ms),
+            };
+            step.taken += 1.0;
+            step.delay_errors_ms += error;
+            self.schedule.take(message, now, executed);
+        }
+        self.has_begun |= step.taken > 0.0;
+        self.seam |= step.taken > 0.0;
+    }
+
+    /// What is known of an action before it is published.
+    fn played(&self, planned: &Planned) -> PlayerStep {
+        let newest = self.schedule.newest();
+        let by_plan = newest.filter(|taken| taken.chunk.plan != PlanKind::Hold);
+        let as_planned = by_plan.map_or(0, |taken| self.history.as_planned(taken));
+        let last = self.history.last.map(f64::from);
+        PlayerStep {
+            played: 1.0,
+            predicted_ms: as_planned as f64 * ACTION_PERIOD.as_millis() as f64,
+            change: last.map_or(f64::NAN, |last| (f64::from(planned.action) - last).abs()),
+            ..PlayerStep::default()
+        }
+    }
+}
+
+/// The delay of a chunk that a tick at `now` takes, less the expected one (ms).
+fn delay_error_ms(chunk: &Chunk, now: Time) -> f64 {
+    let expected = chunk.made + chunk.expected;
+    let late = now.since(expected).as_nanos() as f64;
+    (late - expected.since(now).as_nanos() as f64) / 1e6
+}
+
+impl Node for Player {
+    fn tick(&mut self, now: Time) -> Tick {
+        let mut step = PlayerStep::default();
+        self.schedule.advance();
+        self.take(now, &mut step);
+        let planned = self
+            .schedule
+            .action(now, |since| self.history.executed(since));
+        if planned.is_none() && self.has_begun {
+            step.stalls = 1.0;
+        }
+        if let Some(newest) = self.schedule.newest() {
+            step.chunk = newest.seq as f64;
+            step.index = newest.place_by_time(now) as f64;
+        }
+        if step.taken + step.stalls > 0.0 {
+            // Now, and not when the tick is over.
+            self.steps.forward(step, now, now, None);
+        }
+        if let Some(planned) = &planned {
+            let step = PlayerStep {
+                chunk: step.chunk,
+                index: step.index,
+                ..self.played(planned)
+            };
+            self.pending = Some((planned.clone(), step));
+            let origin = Some(planned.sensed());
+            self.actions.publish(Action(planned.action), now, origin);
+        }
+        let action = planned.map(|planned| planned.action);
+        self.history.begin(now, action);
+        GO_ON
+    }
+
+    fn apply(&mut self, now: Time) -> Tick {
+        if let Some((planned, mut step)) = self.pending.take() {
+            self.history.publish(planned.action);
+            step.used = planned.take_parts() as f64;
+            step.seam = f64::from(std::mem::take(&mut self.seam));
+            self.steps.publish(step, now, None);
+        }
+        GO_ON
+    }
+
+    fn set_parameter(&mut self, name: &str, value: &str, _: Time) -> Result<String, String> {
+        match name {
+            "play" => replace(&mut self.schedule.play, value),
+            "merge" => self.schedule.set_merge(value),
+            _ => Err(format!("the player has no parameter {name:?}")),
+        }
+    }
+
+    /// It has forgotten its chunks, what it played, and its settings.
+    fn restart(&mut self) -> Result<(), String> {
+        self.schedule = Schedule::new(self.settings.play, self.settings.merge);
+        self.has_begun = false;
+        self.history.restart(self.pending.take().is_some());
+        Ok(())
+    }
+}

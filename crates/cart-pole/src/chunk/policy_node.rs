@@ -1,0 +1,58 @@
+//! The node of a policy that answers with chunks.
+
+use ratelab::{GO_ON, LastTick, Node, Publisher, Subscription, Tick, Time};
+
+use super::{message::Chunk, planner::Planner, settings::replace};
+use crate::{Action, NotFinite, Observation, policy::Policy};
+
+/// Plans a chunk for the newest observation, with a policy that knows nothing of chunks.
+pub struct ChunkPolicy {
+    /// The policy.
+    pub policy: Box<dyn Policy>,
+    /// What it plans.
+    pub planner: Planner,
+    /// How long its ticks take.
+    pub last_tick: LastTick,
+    /// Subscription to `/obs`.
+    pub observations: Subscription<Observation>,
+    /// Publisher of `/chunk`.
+    pub chunks: Publisher<Chunk>,
+}
+
+impl Node for ChunkPolicy {
+    fn tick(&mut self, now: Time) -> Tick {
+        if let Some(took) = self.last_tick.take() {
+            self.planner.took(took);
+        }
+        let Some(sensed) = self.observations.latest(now) else {
+            return GO_ON; // No reading yet.
+        };
+        let (policy, origin) = (&mut *self.policy, sensed.sensed());
+        let chunk = self.planner.chunk(policy, &sensed.data, origin, now);
+        let finite = chunk.actions.iter().find(|action| !action.is_finite());
+        if let Some(action) = finite {
+            return Err(NotFinite::new(self.policy.name(), Action(*action), sensed.data).into());
+        }
+        self.chunks.publish(chunk, now, Some(origin));
+        GO_ON
+    }
+
+    /// Replaces the policy by the named one, if it supports that.
+    fn on_message(&mut self, text: &str) -> Result<String, String> {
+        self.policy.swap(text)
+    }
+
+    fn set_parameter(&mut self, name: &str, value: &str, _: Time) -> Result<String, String> {
+        match name {
+            "plan" => replace(&mut self.planner.plan, value),
+            "expect-delay" => replace(&mut self.planner.expected, value),
+            _ => Err(format!("{name} is a setting of the whole run")),
+        }
+    }
+
+    fn restart(&mut self) -> Result<(), String> {
+        self.planner.restart();
+        self.last_tick.take();
+        self.policy.restart()
+    }
+}

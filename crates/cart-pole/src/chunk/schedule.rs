@@ -1,0 +1,245 @@
+//! Which action is to be played now, of the chunks that were taken.
+
+use std::{
+    collections::VecDeque,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+};
+
+use ratelab::{Message, Time};
+
+use super::{
+    ACTION_PERIOD,
+    message::Chunk,
+    settings::{Horizon, Merge, PlayKind, replace},
+};
+
+/// The most chunks that are kept, more than any queue of them holds.
+const MOST_CHUNKS: usize = 1 << 16;
+
+/// A chunk that the player has taken.
+pub(super) struct Taken {
+    pub(super) chunk: Chunk,
+    pub(super) seq: u64,
+    pub(super) origin: Time,
+    /// Start of the tick that took it.
+    at: Time,
+    /// Whether its actions were used.
+    used: Box<[AtomicBool]>,
+}
+
+impl Taken {
+    fn new(message: Message<Chunk>, at: Time) -> Self {
+        Self {
+            seq: message.seq,
+            origin: message.sensed(),
+            at,
+            used: message.data.actions.iter().map(|_| false.into()).collect(),
+            chunk: message.data,
+        }
+    }
+
+    /// Place of the action that is meant for run time `now`: before the first one negative.
+    pub(super) fn place_by_time(&self, now: Time) -> i64 {
+        periods(self.origin, now)
+    }
+
+    /// Place of the action to be played at `now`; `executed` actions were played since its
+    /// reading.
+    fn place(&self, play: PlayKind, now: Time, executed: impl Fn(Time) -> u64) -> i64 {
+        match play {
+            PlayKind::Time => self.place_by_time(now),
+            PlayKind::Arrival => periods(self.at, now),
+            PlayKind::Executed => executed(self.origin) as i64,
+        }
+    }
+
+    /// The action at this place, if it has one.
+    pub(super) fn action(&self, place: i64) -> Option<f32> {
+        let place = usize::try_from(place).ok()?;
+        self.chunk.actions.get(place).copied()
+    }
+}
+
+/// Whole periods of actions from one run time to another.
+fn periods(from: Time, to: Time) -> i64 {
+    let [from, to] = [from, to].map(|time| i128::from(time.as_nanos()));
+    let periods = (to - from).div_euclid(ACTION_PERIOD.as_nanos() as i128);
+    periods.clamp(i64::MIN.into(), i64::MAX.into()) as i64
+}
+
+/// An action to be played.
+#[derive(Clone)]
+pub(super) struct Planned {
+    pub(super) action: f32,
+    /// Run time of the reading behind it (ns), a mean if there are several.
+    origin: f64,
+    /// The actions that went into it.
+    parts: Vec<(Arc<Taken>, usize)>,
+}
+
+impl Planned {
+    fn one(taken: &Arc<Taken>, place: i64) -> Option<Self> {
+        Some(Self {
+            action: taken.action(place)?,
+            origin: taken.origin.as_nanos() as f64,
+            parts: vec![(taken.clone(), place as usize)],
+        })
+    }
+
+    /// The same with this weight, and what was planned `before` with the rest.
+    fn blended(self, weight: f64, before: Self) -> Self {
+        let mean = |new: f64, old: f64| weight * new + (1.0 - weight) * old;
+        Self {
+            action: mean(self.action.into(), before.action.into()) as f32,
+            origin: mean(self.origin, before.origin),
+            parts: [before.parts, self.parts].concat(),
+        }
+    }
+
+    /// Run time of the reading behind it, to the nanosecond.
+    pub(super) fn sensed(&self) -> Time {
+        Time::from_nanos(self.origin.round_ties_even() as u64)
+    }
+
+    /// Uses its parts; returns the number of those that were not used before.
+    pub(super) fn take_parts(&self) -> usize {
+        let unused = |(taken, place): &&(Arc<Taken>, usize)| {
+            let used = taken.used.get(*place);
+            used.is_some_and(|used| !used.swap(true, Ordering::Relaxed))
+        };
+        self.parts.iter().filter(unused).count()
+    }
+}
+
+/// The chunks that were taken, and what is planned of them.
+#[derive(Default)]
+pub(super) struct Schedule {
+    pub(super) play: PlayKind,
+    merge: Merge,
+    /// The newest last.
+    taken: VecDeque<Arc<Taken>>,
+    /// The actions of this tick and the next ones, where chunks are blended.
+    blended: VecDeque<Option<Planned>>,
+}
+
+impl Schedule {
+    pub(super) fn new(play: PlayKind, merge: Merge) -> Self {
+        Self {
+            play,
+            merge,
+            ..Self::default()
+        }
+    }
+
+    /// The chunk taken last.
+    pub(super) fn newest(&self) -> Option<&Arc<Taken>> {
+        self.taken.back()
+    }
+
+    /// Merges in this way from now on; returns the one before. A blend begins with the next
+    /// chunk.
+    pub(super) fn set_merge(&mut self, text: &str) -> Result<String, String> {
+        let before = replace(&mut self.merge, text)?;
+        if !matches!(self.merge, Merge::Blend(_)) {
+            self.blended.clear();
+        }
+        Ok(before)
+    }
+
+    /// Begins a tick.
+    pub(super) fn advance(&mut self) {
+        self.blended.pop_front();
+    }
+
+    /// Takes a chunk in the tick that starts at `now`. `executed` has the number of actions
+    /// that were played since a run time.
+    pub(super) fn take(
+        &mut self,
+        message: Message<Chunk>,
+        now: Time,
+        executed: impl Fn(Time) -> u64,
+    ) {
+        let taken = Arc::new(Taken::new(message, now));
+        if let Merge::Blend(weight) = self.merge {
+            self.blend(&taken, taken.place(self.play, now, executed), weight);
+        }
+        if self.taken.len() == MOST_CHUNKS {
+            self.taken.pop_front();
+        }
+        self.taken.push_back(taken);
+    }
+
+    /// Plans this tick and the next ones by a chunk whose action at `place` is for now.
+    fn blend(&mut self, taken: &Arc<Taken>, place: i64, weight: f64) {
+        let mut before = std::mem::take(&mut self.blended).into_iter();
+        let last = taken.chunk.actions.len() as i64 - place;
+        for ahead in 0..last.min(2 * Horizon::MOST as i64) {
+            let before = before.next().flatten();
+            let new = Planned::one(taken, place + ahead);
+            self.blended.push_back(match (new, before) {
+                (Some(new), Some(before)) => Some(new.blended(weight, before)),
+                (new, _) => new,
+            });
+        }
+    }
+
+    /// The action for the tick that starts at `now`, if there is one.
+    pub(super) fn action(
+        &mut self,
+        now: Time,
+        executed: impl Fn(Time) -> u64 + Copy,
+    ) -> Option<Planned> {
+        self.drop_played(now, executed);
+        match self.merge {
+            Merge::Newest => {
+                let newest = self.newest()?;
+                Planned::one(newest, newest.place(self.play, now, executed))
+            }
+            Merge::Blend(_) => self.blended.front()?.clone(),
+            Merge::Ensemble(decay) => self.ensemble(now, decay, executed),
+        }
+    }
+
+    /// The weighted mean of all chunks with an action for now.
+    fn ensemble(
+        &self,
+        now: Time,
+        decay: f64,
+        executed: impl Fn(Time) -> u64 + Copy,
+    ) -> Option<Planned> {
+        let at = |taken: &Arc<Taken>| Planned::one(taken, taken.place(self.play, now, executed));
+        let (mut weights, mut actions, mut ages) = (0.0, 0.0, 0.0);
+        let mut parts = Vec::new();
+        for (number, mut one) in self.taken.iter().filter_map(at).enumerate() {
+            let weight = (-decay * number as f64).exp();
+            weights += weight;
+            actions += weight * f64::from(one.action);
+            ages += weight * (now.as_nanos() as f64 - one.origin);
+            parts.append(&mut one.parts);
+        }
+        let age = (ages / weights).round_ties_even();
+        (!parts.is_empty()).then(|| Planned {
+            action: (actions / weights) as f32,
+            origin: now.as_nanos() as f64 - age,
+            parts,
+        })
+    }
+
+    /// Drops the oldest chunks as long as they are over, however they are played.
+    fn drop_played(&mut self, now: Time, executed: impl Fn(Time) -> u64 + Copy) {
+        let kinds = [PlayKind::Time, PlayKind::Arrival, PlayKind::Executed];
+        while self.taken.len() > 1
+            && self.taken.front().is_some_and(|oldest| {
+                let end = oldest.chunk.actions.len() as i64;
+                kinds
+                    .iter()
+                    .all(|kind| oldest.place(*kind, now, executed) >= end)
+            })
+        {
+            self.taken.pop_front();
+        }
+    }
+}

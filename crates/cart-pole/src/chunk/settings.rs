@@ -1,0 +1,352 @@
+//! What can be set of chunks, and its text.
+
+use std::{fmt, str::FromStr, time::Duration};
+
+use ratelab::millis;
+use ratelab_study::system::Setup;
+
+use super::PLAYER;
+use crate::POLICY;
+
+/// The number of actions in a chunk: 1 to [`Horizon::MOST`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Horizon(usize);
+
+impl Horizon {
+    /// The longest chunk: 20 s.
+    pub const MOST: usize = 1000;
+
+    /// The number of actions.
+    pub fn get(self) -> usize {
+        self.0
+    }
+
+    /// Parses a horizon, or `none` for a policy without chunks.
+    ///
+    /// # Errors
+    /// A message for an invalid text.
+    pub fn parse(text: &str) -> Result<Option<Self>, String> {
+        let number = text.trim().parse().ok();
+        match number.filter(|number| (1..=Self::MOST).contains(number)) {
+            Some(number) => Ok(Some(Self(number))),
+            None if text.trim() == "none" => Ok(None),
+            None => Err(format!(
+                "{text:?} is no chunk: expected 1 to {} actions, or none",
+                Self::MOST
+            )),
+        }
+    }
+}
+
+/// What a policy plans.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PlanKind {
+    /// The action for the reading, again and again.
+    Hold,
+    /// The policy's own actions, for the states that its model comes to.
+    #[default]
+    Rollout,
+    /// The same, with the actions that are still to be played meanwhile.
+    Committed,
+}
+
+impl PlanKind {
+    const NAMES: [(&str, Self); 3] = [
+        ("hold", Self::Hold),
+        ("rollout", Self::Rollout),
+        ("committed", Self::Committed),
+    ];
+}
+
+impl fmt::Display for PlanKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(name_of(&Self::NAMES, *self))
+    }
+}
+
+impl FromStr for PlanKind {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        named(&Self::NAMES, text, "plan")
+    }
+}
+
+/// How the player knows which action of a chunk belongs to now.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PlayKind {
+    /// By the time since the reading.
+    #[default]
+    Time,
+    /// By the time since the player took the chunk.
+    Arrival,
+    /// By the number of actions played since the reading.
+    Executed,
+}
+
+impl PlayKind {
+    const NAMES: [(&str, Self); 3] = [
+        ("time", Self::Time),
+        ("arrival", Self::Arrival),
+        ("executed", Self::Executed),
+    ];
+}
+
+impl fmt::Display for PlayKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(name_of(&Self::NAMES, *self))
+    }
+}
+
+impl FromStr for PlayKind {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        named(&Self::NAMES, text, "way to play")
+    }
+}
+
+/// What the player does where chunks overlap. As text `newest`, `blend:0.7` or
+/// `ensemble:0.01`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Merge {
+    /// Plays the chunk taken last.
+    #[default]
+    Newest,
+    /// Gives the new chunk this weight (0 to 1), and what was planned before the rest.
+    Blend(f64),
+    /// Weights all chunks by exp(−M·j), the oldest with j = 0.
+    Ensemble(f64),
+}
+
+/// The greatest M: the second oldest chunk weighs nothing any more.
+const MOST_DECAY: f64 = 100.0;
+
+impl fmt::Display for Merge {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Newest => f.write_str("newest"),
+            Self::Blend(weight) => write!(f, "blend:{weight}"),
+            Self::Ensemble(decay) => write!(f, "ensemble:{decay}"),
+        }
+    }
+}
+
+impl FromStr for Merge {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let number = |prefix, most| {
+            let number: f64 = text.trim().strip_prefix(prefix)?.parse().ok()?;
+            (0.0..=most).contains(&number).then_some(number)
+        };
+        let blend = number("blend:", 1.0).map(Self::Blend);
+        let merge = blend.or_else(|| number("ensemble:", MOST_DECAY).map(Self::Ensemble));
+        match merge {
+            Some(merge) => Ok(merge),
+            None if text.trim() == "newest" => Ok(Self::Newest),
+            None => Err(format!(
+                "{text:?} is no way to merge: expected newest, blend:W with a weight of 0 to 1, or \
+                 ensemble:M with a decay of 0 to {MOST_DECAY}"
+            )),
+        }
+    }
+}
+
+/// The delay of its answer that a policy plans for. As text `120` (ms), `last`, `max`, or
+/// one of these with a margin, such as `last+20`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ExpectedDelay {
+    /// Always the same.
+    Constant(Duration),
+    /// The duration of the last tick, and a margin.
+    Last(Duration),
+    /// The longest duration so far, and a margin.
+    Max(Duration),
+}
+
+impl Default for ExpectedDelay {
+    fn default() -> Self {
+        Self::Last(Duration::ZERO)
+    }
+}
+
+impl fmt::Display for ExpectedDelay {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (word, margin) = match self {
+            Self::Constant(delay) => return write!(f, "{}", millis::to_millis(*delay)),
+            Self::Last(margin) => ("last", margin),
+            Self::Max(margin) => ("max", margin),
+        };
+        match margin.is_zero() {
+            true => f.write_str(word),
+            false => write!(f, "{word}+{}", millis::to_millis(*margin)),
+        }
+    }
+}
+
+impl FromStr for ExpectedDelay {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (word, margin) = text.split_once('+').unwrap_or((text, "0"));
+        let delay = match word.trim() {
+            "last" => millis::parse(margin).map(Self::Last),
+            "max" => millis::parse(margin).map(Self::Max),
+            _ => millis::parse(text).map(Self::Constant),
+        };
+        delay.map_err(|_| {
+            format!(
+                "{text:?} is no expected delay: expected milliseconds, last, max, last+MS or max+MS"
+            )
+        })
+    }
+}
+
+/// How much longer the pole of the plan's model is than the plant's. As text `length:1.2`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModelError {
+    /// The factor.
+    pub length: f64,
+}
+
+impl ModelError {
+    /// The accepted factors.
+    const LENGTHS: [f64; 2] = [0.1, 10.0];
+}
+
+impl Default for ModelError {
+    fn default() -> Self {
+        Self { length: 1.0 }
+    }
+}
+
+impl fmt::Display for ModelError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "length:{}", self.length)
+    }
+}
+
+impl FromStr for ModelError {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let [least, most] = Self::LENGTHS;
+        let length = text.trim().strip_prefix("length:").map(str::parse);
+        match length {
+            Some(Ok(length)) if (least..=most).contains(&length) => Ok(Self { length }),
+            _ => Err(format!(
+                "{text:?} is no model: expected length:F, the pole's length as a multiple of the \
+                 plant's, {least} to {most}"
+            )),
+        }
+    }
+}
+
+/// The settings of chunks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChunkSettings {
+    /// Actions in a chunk.
+    pub horizon: Horizon,
+    /// What the policy plans.
+    pub plan: PlanKind,
+    /// The delay that it plans for.
+    pub expected: ExpectedDelay,
+    /// Its model of the plant.
+    pub model: ModelError,
+    /// Which action belongs to now.
+    pub play: PlayKind,
+    /// What happens where chunks overlap.
+    pub merge: Merge,
+}
+
+impl ChunkSettings {
+    /// Name of the parameter for the horizon.
+    pub const CHUNK: &str = "chunk";
+
+    /// All parameters, by node and name.
+    pub const PARAMETERS: [[&str; 2]; 6] = [
+        [POLICY, Self::CHUNK],
+        [POLICY, "plan"],
+        [POLICY, "expect-delay"],
+        [POLICY, "model"],
+        [PLAYER, "play"],
+        [PLAYER, "merge"],
+    ];
+
+    /// Those in `setup`; `None` for a policy without chunks.
+    ///
+    /// # Errors
+    /// A message for an invalid value.
+    pub fn of(setup: &Setup) -> Result<Option<Self>, String> {
+        let horizon = setup.parameter(POLICY, "chunk").map(Horizon::parse);
+        let Some(horizon) = horizon.transpose()?.flatten() else {
+            return Ok(None);
+        };
+        Ok(Some(Self {
+            horizon,
+            plan: parsed(setup, POLICY, "plan")?,
+            expected: parsed(setup, POLICY, "expect-delay")?,
+            model: parsed(setup, POLICY, "model")?,
+            play: parsed(setup, PLAYER, "play")?,
+            merge: parsed(setup, PLAYER, "merge")?,
+        }))
+    }
+
+    /// The shortest form of a `value` for a parameter of the policy or the player.
+    ///
+    /// # Errors
+    /// A message for an invalid value; `None` for a parameter that is none of chunks.
+    pub fn short(node: &str, name: &str, value: &str) -> Option<Result<String, String>> {
+        Some(match (node, name) {
+            (POLICY, "chunk") => Horizon::parse(value).map(|horizon| match horizon {
+                Some(horizon) => horizon.get().to_string(),
+                None => "none".to_owned(),
+            }),
+            (POLICY, "plan") => short::<PlanKind>(value),
+            (POLICY, "expect-delay") => short::<ExpectedDelay>(value),
+            (POLICY, "model") => short::<ModelError>(value),
+            (PLAYER, "play") => short::<PlayKind>(value),
+            (PLAYER, "merge") => short::<Merge>(value),
+            _ => return None,
+        })
+    }
+}
+
+fn parsed<T: FromStr<Err = String> + Default>(
+    setup: &Setup,
+    node: &str,
+    name: &str,
+) -> Result<T, String> {
+    let value = setup.parameter(node, name);
+    value.map_or_else(|| Ok(T::default()), str::parse)
+}
+
+fn short<T: FromStr<Err = String> + fmt::Display>(value: &str) -> Result<String, String> {
+    Ok(value.parse::<T>()?.to_string())
+}
+
+/// Replaces `setting` by the one in `text`; returns the one before.
+pub(super) fn replace<T: FromStr<Err = String> + fmt::Display>(
+    setting: &mut T,
+    text: &str,
+) -> Result<String, String> {
+    let before = std::mem::replace(setting, text.parse()?);
+    Ok(before.to_string())
+}
+
+fn name_of<T: PartialEq>(names: &[(&'static str, T)], value: T) -> &'static str {
+    let mut names = names.iter();
+    let known = names.find(|(_, known)| *known == value);
+    known.map_or("", |(name, _)| name)
+}
+
+fn named<T: Copy>(names: &[(&str, T)], text: &str, what: &str) -> Result<T, String> {
+    let known = names.iter().find(|(name, _)| *name == text.trim());
+    known.map(|(_, value)| *value).ok_or_else(|| {
+        let names: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
+        let (last, others) = names.split_last().unwrap_or((&"", &[]));
+        let expected = others.join(", ");
+        format!("{text:?} is no {what}: expected {expected} or {last}")
+    })
+}

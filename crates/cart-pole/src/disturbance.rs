@@ -1,0 +1,67 @@
+//! A random force on the cart.
+
+use std::{fmt, str::FromStr};
+
+use ratelab_effects::Chance;
+
+/// A random force on the cart, another one in each control step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Disturbance {
+    seed: u64,
+    /// Standard deviation (N).
+    pub(super) newtons: Newtons,
+}
+
+/// A standard deviation of forces (N): 0 to [`Newtons::MOST`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Newtons(f64);
+
+impl Newtons {
+    /// A hundred times what the motor has.
+    const MOST: f64 = 1000.0;
+}
+
+impl fmt::Display for Newtons {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl FromStr for Newtons {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let newtons: Option<f64> = text.trim().parse().ok();
+        let newtons = newtons.filter(|newtons| (0.0..=Self::MOST).contains(newtons));
+        newtons.map(Self).ok_or_else(|| {
+            let most = Self::MOST;
+            format!("{text:?} is no disturbance: expected a force in newtons, 0 to {most}")
+        })
+    }
+}
+
+impl Disturbance {
+    /// None, until it is set.
+    pub(super) fn none(seed: u64) -> Self {
+        let newtons = Newtons(0.0);
+        Self { seed, newtons }
+    }
+
+    /// Whether there is none.
+    pub(super) fn is_none(&self) -> bool {
+        self.newtons.0 == 0.0
+    }
+
+    /// The force in control step number `step`, counted from zero (N).
+    pub(super) fn force(&self, step: u64) -> f64 {
+        if self.is_none() {
+            return 0.0;
+        }
+        let chance = Chance {
+            seed: self.seed,
+            what: "disturb",
+            name: "plant",
+        };
+        self.newtons.0 * chance.normal(step)
+    }
+}

@@ -1,0 +1,33 @@
+//! Figures that a system makes of the messages of a run.
+
+/// Adds up the messages of some recorded topics.
+pub trait Tally: Send {
+    /// Names of the topics.
+    fn topics(&self) -> &'static [&'static str];
+
+    /// Takes a message of `topic`, as its [`Fields`](ratelab_account::Fields).
+    fn message(&mut self, topic: &str, row: &[f64]);
+
+    /// The figures so far.
+    fn figures(&self) -> Vec<Figure>;
+}
+
+/// A figure of a whole run, for tables and programs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figure {
+    /// The block of figures that it belongs to, if it has one.
+    pub block: Option<&'static str>,
+    /// Name, such as `stalls`.
+    pub name: &'static str,
+    /// Value.
+    pub value: FigureValue,
+}
+
+/// The value of a [`Figure`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FigureValue {
+    /// A number of things.
+    Count(u64),
+    /// A quantity; `None` for a mean or a quantile of nothing.
+    Number(Option<f64>),
+}
