@@ -154,9 +154,13 @@ class OwnWorld(Plant):
             while self.pushes and self.pushes[0][0] <= begins:
                 self.input = self.pushes.pop(0)[1]
             self.data.ctrl[0] = self.input
+            self.disturb(begins)
             mujoco.mj_step(self.model, self.data)
             self.taken += 1
         return self
+
+    def disturb(self, begins):
+        """What else acts on the step that begins then: nothing, here."""
 
     def push(self, now, action):
         applied = np.float32(min(max(action, np.float32(-1.0)), np.float32(1.0)))
@@ -336,12 +340,11 @@ class Run:
     def __post_init__(self):
         config = self.config
         self.own = config.world == "own"
-        self.plant = OwnWorld(config.seed, config.step_ms) if self.own else Plant(config.seed)
         self.policy = scripted
         self.obs, self.action, self.state = (
             Line(depth, config.seed, name)
             for depth, name in [(config.depth, "/obs"), (config.depth, "/action"), (1, "/state")])
-        self.nodes = [Node("sensor", 0), Node("policy", 1), Node("actuator", 2)]
+        self.build()
         self.results = {}  # what a tick in progress is going to do, by node
         self.limit = None  # (ns): a push of an older sensing is none
         self.force = None  # (since, origin) of the push in force
@@ -351,6 +354,13 @@ class Run:
             self.turn(knob, 0)
         self.first_policy, self.first_limit = self.policy, self.limit
         self.execute()
+
+    def build(self):
+        config = self.config
+        self.plant = OwnWorld(config.seed, config.step_ms) if self.own else Plant(config.seed)
+        self.nodes = [Node("sensor", 0), Node("policy", 1), Node("actuator", 2)]
+        self.work = {"sensor": self.sensor, "policy": self.policy_node, "actuator": self.actuator}
+        self.topics = {"/obs": self.obs, "/action": self.action}
 
     # What the nodes do: read at the start, and return what to do at the end.
 
@@ -433,16 +443,19 @@ class Run:
     def start(self, node, now):
         n = node.started
         node.started += 1
-        work = {"sensor": self.sensor, "policy": self.policy_node, "actuator": self.actuator}
-        finish = work[node.name](now)
-        cost = drawn(node.takes, uniform(self.config.seed, "takes", node.name, n))
-        if node.hang is not None:
-            cost, node.hang = node.hang, None
+        finish = self.work[node.name](now)
+        cost = self.cost(node, n)
         if cost == 0:
             finish(now)
         else:
             node.ends = now + cost
             self.results[node.name] = (finish, cost)
+
+    def cost(self, node, n):
+        cost = drawn(node.takes, uniform(self.config.seed, "takes", node.name, n))
+        if node.hang is not None:
+            cost, node.hang = node.hang, None
+        return cost
 
     def release(self, node, now):
         finish, cost = self.results.pop(node.name)
@@ -467,7 +480,7 @@ class Run:
     def turn(self, knob, now):
         kind, target, value = (knob + " ").split(" ", 2)
         value = value.strip()
-        topic = {"/obs": self.obs, "/action": self.action}.get(target)
+        topic = self.topics.get(target)
         if topic is not None:
             self.turn_topic(topic, kind, target, value)
             return
@@ -499,7 +512,10 @@ class Run:
             if target == "actuator":
                 self.limit = None if value == "hold" else millis(value.removeprefix("zero:"))
                 return
-            self.policy = POLICIES[value]
+            self.policy = self.policy_named(value)
+
+    def policy_named(self, name):
+        return POLICIES[name]
 
     def turn_topic(self, topic, kind, name, value):
         if kind == "depth":
@@ -528,7 +544,7 @@ class Run:
             times += [node.ends for node in self.nodes if node.ends is not None]
             times += [knobs[0][0]] if knobs else []
             times += [next_look] if self.own else []
-            times += [flight[0] for topic in (self.obs, self.action) for flight in topic.flying]
+            times += [flight[0] for topic in self.topics.values() for flight in topic.flying]
             now = min(times)
             if now > duration:
                 self.end = duration
@@ -546,8 +562,8 @@ class Run:
         for node in self.nodes:
             if node.ends == now and self.standing():
                 self.release(node, now)
-        self.obs.arrive(now)
-        self.action.arrive(now)
+        for topic in self.topics.values():
+            topic.arrive(now)
         if self.own and now == next_look and self.standing():
             self.look(now)
         for node in self.nodes:
