@@ -621,9 +621,6 @@ def block(config):
     return "\n".join(lines) + f"\nfnv1a64={run.digest():016x}\n"
 
 
-CONFIGS = []
-
-
 # ---------------------------------------------------------- runs at random
 
 
@@ -719,6 +716,97 @@ def some_run(number):
         control_hz=control, sensor_hz=pick(["50", "50", "50", "100", "25", "33.3", "60"]), think_ms=think,
         setup=tuple(once.values()),
         knobs=tuple(sorted(knobs, key=lambda knob: nanoseconds(knob[0]))))
+
+
+# --------------------------------------------------------------- the golden runs
+
+
+def known(ms, hz, **more):
+    """The policy commits itself to its chunks, and knows how long it thinks."""
+    return Config(**{"plan": "committed", "think_ms": ms, "control_hz": hz, "expect": ms,
+                     "duration_s": "4"} | more)
+
+
+def short(**more):
+    return Config(**{"duration_s": "3"} | more)
+
+
+CONFIGS = [
+    # Plans, without a cost and with one.
+    Config(), short(plan="hold", seed=1), short(plan="committed", seed=2),
+    short(plan="hold", think_ms="40", control_hz="25", seed=3),
+    short(think_ms="40", control_hz="25", seed=4), short(think_ms="60", control_hz="16", seed=5),
+    known("100", "10", duration_s="10"), known("100", "5", seed=1), known("200", "5", seed=2),
+    known("300", "3", seed=3), known("300", "3", seed=3, expect="last"),
+    known("200", "5", seed=4, length="1.2", setup=("disturb 1",)),
+    known("200", "5", seed=5, length="0.8"), known("100", "10", seed=6, length="2"),
+    # What it expects.
+    known("lognormal:40,200", "10", seed=7, expect="max"),
+    known("lognormal:40,200", "10", seed=8, expect="last+20.5"),
+    known("20..90", "10", seed=9, expect="max+15"), known("20..90", "10", seed=10, expect="0"),
+    known("20..90", "10", seed=11, expect="160"),
+    # Which action belongs to now.
+    known("80", "10", seed=12, play="arrival"), known("80", "10", seed=13, play="executed"),
+    short(seed=14, play="arrival"), short(seed=15, play="executed", think_ms="30"),
+    known("80", "10", seed=16, play="executed", chunk=8, setup=("disturb 0.5",)),
+    # Where chunks overlap.
+    short(seed=17, merge="blend:0.7"), short(seed=18, merge="blend:0.3", think_ms="25"),
+    short(seed=19, merge="blend:1", plan="committed", think_ms="40", control_hz="20"),
+    short(seed=20, merge="blend:0.55", play="arrival", think_ms="15"),
+    short(seed=21, merge="ensemble:0.01", chunk=5), short(seed=22, merge="ensemble:0.5", chunk=3),
+    short(seed=23, merge="ensemble:0", play="executed", chunk=4, plan="hold", think_ms="15"),
+    # Horizons that are too short: stalls, held and not.
+    known("100", "10", seed=24, chunk=1), known("100", "10", seed=25, chunk=5),
+    known("90", "5", seed=26, chunk=14, setup=("on-stale zero:150",)),
+    short(seed=27, chunk=1), short(seed=28, chunk=2, merge="blend:0.7"), short(seed=29, chunk=200),
+    # Policies.
+    known("60", "10", seed=30, policy="lqr"), short(seed=31, policy="lqr", control_hz="12.5"),
+    short(seed=32, policy="random", plan="hold"),
+    short(seed=33, policy="random", plan="committed", think_ms="70", control_hz="10", chunk=9),
+    short(seed=34, policy="zero", plan="committed"),
+    # Links of a chunk, of what it came from and of what came of it.
+    known("40", "10", seed=35, expect="last+40", setup=("link /chunk delay:20..60",)),
+    known("40", "25", seed=36, setup=("link /chunk delay:0..120",)),
+    known("30", "20", seed=37, setup=("link /chunk loss:0.3,delay:10",)),
+    known("30", "20", seed=38, merge="blend:0.6", setup=("link /chunk loss:0.2,reliable:35",)),
+    known("30", "20", seed=39, setup=("link /obs delay:15..45", "link /action delay:20")),
+    known("30", "20", seed=40, setup=("lose /chunk 10", "postpone /chunk 20 170", "takes player 3")),
+    known("30", "20", seed=41, merge="ensemble:0.2", chunk=6, setup=("link /chunk burst:0.1,3",)),
+    # Ticks of the player; rates, offsets, clocks.
+    known("50", "12.5", seed=42, setup=("takes player 3..18", "wakes player 0..9", "offset player 7")),
+    known("50", "12.5", seed=43, sensor_hz="100", setup=("takes player 25", "takes sensor 4")),
+    known("50", "33.3", seed=44, sensor_hz="30", setup=("offset policy 11", "offset sensor 3")),
+    known("20", "20", seed=45, setup=("clock sensor 35 0",)),
+    known("20", "20", seed=46, setup=("clock player -7 300", "clock policy 4 -500")),
+    # The course's world.
+    short(world="course", seed=47), known("100", "10", world="course", seed=48),
+    known("100", "10", world="course", seed=49, setup=("disturb 1",), step_ms=10),
+    known("60", "10", seed=49, step_ms=10, setup=("disturb 1",)),
+    known("60", "10", seed=50, step_ms=5, knobs=(("0.5", "disturb 2"), ("1.2137", "disturb 0.25"))),
+    # Live: everything.
+    known("100", "10", seed=51, knobs=(
+        ("0.5", "plan rollout"), ("0.8", "plan committed"), ("1.5", "plan hold"),
+        ("1.7", "plan committed"), ("2.5", "expect-delay 140"), ("3", "expect-delay last"))),
+    known("40", "20", seed=52, knobs=(
+        ("0.5", "play arrival"), ("0.8", "play time"), ("1.2", "play executed"), ("1.8", "play time"),
+        ("2", "rate policy 10"), ("2.5", "takes policy 90"), ("3.005", "takes player 4"))),
+    known("40", "20", seed=53, knobs=(
+        ("0.5", "merge blend:0.7"), ("1.01", "merge blend:0.9"), ("1.5", "merge ensemble:0.1"),
+        ("1.6", "merge newest"), ("2.2", "merge blend:0.5"), ("3", "link /chunk delay:5..30"))),
+    known("40", "20", seed=54, knobs=(
+        ("0.5", "crash player"), ("0.53", "restart player"), ("1.1", "crash policy"),
+        ("1.21", "restart policy"), ("2", "hang policy 150"), ("2.6", "hang player 55"))),
+    known("40", "20", seed=55, expect="max", merge="blend:0.8", knobs=(
+        ("0.3", "plan rollout"), ("0.4", "restart policy"), ("0.9", "merge newest"),
+        ("1", "restart player"), ("1.5", "policy lqr"), ("2.2", "policy scripted"))),
+    known("40", "20", seed=2**63 + 5, play="executed", setup=("takes player 5",), knobs=(
+        ("1", "crash sensor"), ("1.09", "restart sensor"), ("2", "crash player"),
+        ("2.15", "restart player"), ("2.5", "policy random"), ("2.6", "policy scripted"))),
+    # The end: releases at it and after it.
+    known("20", "50", seed=56, duration_s="3.02"), known("30", "20", seed=57, duration_s="3.01"),
+    known("30", "20", seed=58, duration_s="2.001", setup=("takes player 20",)),
+]
+CONFIGS += map(some_run, range(10))
 
 
 # -------------------------------------------------------------------- table
