@@ -63,8 +63,9 @@ The figures
     its release (used, predicted, seam, step).
  p  The predicted age is 0 for a chunk that was made under `hold`, whatever the plan now.
     Ticks of the player that published nothing are in the count like others.
- q  Differences of actions in f64, sums in the order of time, then divided by the number.
-    Mean times: the sum in ns, an integer, divided by the number, then by 1e6.
+ q  "Just the action" is equality of numbers: 0 is -0. Differences of actions in f64, sums
+    in the order of time, then divided by the number. Mean times: the sum in ns, an
+    integer, divided by the number, then by 1e6.
  r  expect_error_max is the greatest, with its sign.
 
 The disturbance
@@ -697,7 +698,8 @@ def some_run(number):
     if maybe(0.25):
         node, begins = pick(["policy", "player"]), whole(10, 2_500_000)
         later = begins + pick([0, 20_000, whole(400_000)])
-        knobs += [(f"{begins / 1e6:.6f}", f"crash {node}"), (f"{later / 1e6:.6f}", f"restart {node}")]
+        knobs += [(f"{begins / 1e6:.6f}", f"crash {node}"),
+                  (f"{later / 1e6:.6f}", f"restart {node}")]
     setup = [before() for _ in range(pick([0, 0, 1] if calm else [0, 1, 2, 3]))]
     if maybe(0.2):
         setup.append("takes player 3")
@@ -705,7 +707,8 @@ def some_run(number):
             for knob in setup if not (knob.startswith("clock actuator") and not own)}
     usual = calm and maybe(0.7)
     return Config(
-        seed=pick([whole(100), chance.getrandbits(63)]), duration_s=pick(["3", "4.02", "2.5", "5.001"]),
+        seed=pick([whole(100), chance.getrandbits(63)]),
+        duration_s=pick(["3", "4.02", "2.5", "5.001"]),
         world="own" if own else "course", step_ms=pick([1, 1, 2, 5, 10]), depth=pick([1, 1, 1, 2, 4]),
         policy=pick(["scripted"] * 6 + ["lqr"] * 2 + ["zero", "random"]),
         chunk=pick([50, 50, 50, 25, 16, 100] if calm else [1, 2, 3, 5, 8, 10, 16, 25, 50, 100]),
@@ -713,7 +716,8 @@ def some_run(number):
         expect=exact if usual else expectation(),
         play="time" if usual else pick(["time", "time", "arrival", "executed"]),
         merge="newest" if usual else merge(), length=pick(["1", "1", "1", "1.05", "1.2", "0.8", "2"]),
-        control_hz=control, sensor_hz=pick(["50", "50", "50", "100", "25", "33.3", "60"]), think_ms=think,
+        control_hz=control, sensor_hz=pick(["50", "50", "50", "100", "25", "33.3", "60"]),
+        think_ms=think,
         setup=tuple(once.values()),
         knobs=tuple(sorted(knobs, key=lambda knob: nanoseconds(knob[0]))))
 
