@@ -87,7 +87,7 @@ import mujoco
 import numpy as np
 import honest
 from honest import (
-    CONTROL_STEP, MS, HERE, Line, Node, OwnWorld, drawn, fnv1a64, millis, nanoseconds, uniform,
+    CONTROL_STEP, MS, HERE, Line, Node, OwnWorld, fnv1a64, millis, nanoseconds, uniform,
 )
 from reference import MJCF, Plant, scripted, zero
 
