@@ -71,10 +71,13 @@ fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<
         keys.insert("mean_push_age_ms".to_owned(), run);
         keys.insert("late_push_age_ms".to_owned(), late);
     }
-    for Figure { block, name, value } in &summary.figures {
+    for Figure {
+        block, name, value, ..
+    } in &summary.figures
+    {
         let value = match value {
             FigureValue::Count(count) => json!(count),
-            FigureValue::Number(number) => json!(number.map(rounded)),
+            FigureValue::Number(number) => json!(number),
         };
         match block.map(|block| keys.entry(block).or_insert_with(|| json!({}))) {
             Some(block) => block[*name] = value,

@@ -12,10 +12,10 @@ pub(crate) struct ChunkTally {
     used: u64,
     stalls: u64,
     taken: u64,
-    delay_errors_ms: f64,
-    most_delay_error_ms: f64,
+    delay_errors: f64,
+    most_delay_error: f64,
     played: u64,
-    predicted_ms: f64,
+    predicted: f64,
     seams: Changes,
     steps: Changes,
 }
@@ -45,18 +45,18 @@ fn mean(sum: f64, count: u64) -> Option<f64> {
 impl ChunkTally {
     fn step(&mut self, step: &PlayerStep) {
         if step.taken > 0.0 {
-            self.most_delay_error_ms = match self.taken {
-                0 => step.most_delay_error_ms,
-                _ => step.most_delay_error_ms.max(self.most_delay_error_ms),
+            self.most_delay_error = match self.taken {
+                0 => step.most_delay_error,
+                _ => step.most_delay_error.max(self.most_delay_error),
             };
             self.taken += step.taken as u64;
-            self.delay_errors_ms += step.delay_errors_ms;
+            self.delay_errors += step.delay_errors;
         }
         self.stalls += step.stalls as u64;
         self.used += step.used as u64;
         if step.played > 0.0 {
             self.played += 1;
-            self.predicted_ms += step.predicted_ms;
+            self.predicted += step.predicted;
             let changes = match step.seam > 0.0 {
                 true => &mut self.seams,
                 false => &mut self.steps,
@@ -85,32 +85,38 @@ impl Tally for ChunkTally {
     }
 
     fn figures(&self) -> Vec<Figure> {
+        let count = FigureValue::Count;
         let number = FigureValue::Number;
-        let most = (self.taken > 0).then_some(self.most_delay_error_ms);
-        let chunks = [
-            ("computed", FigureValue::Count(self.computed)),
-            ("used", FigureValue::Count(self.used)),
-            ("predicted_ms", number(mean(self.predicted_ms, self.played))),
-            ("seam_mean", number(self.seams.mean())),
-            ("seam_p99", number(self.seams.p99())),
-            ("step_mean", number(self.steps.mean())),
-            ("step_p99", number(self.steps.p99())),
-            (
-                "expect_error_mean_ms",
-                number(mean(self.delay_errors_ms, self.taken)),
-            ),
-            ("expect_error_max_ms", number(most)),
-        ];
-        let chunks = chunks.map(|(name, value)| Figure {
+        let ms = |ns: f64| ns / 1e6;
+        let most = (self.taken > 0).then_some(ms(self.most_delay_error));
+        let mean_error = mean(self.delay_errors, self.taken).map(ms);
+        let of_chunks = |name, text, value| Figure {
             block: Some("chunks"),
             name,
+            text,
             value,
-        });
-        let stalls = Figure {
-            block: None,
-            name: "stalls",
-            value: FigureValue::Count(self.stalls),
         };
-        [stalls].into_iter().chain(chunks).collect()
+        let predicted = number(mean(self.predicted, self.played).map(ms));
+        vec![
+            of_chunks("computed", "{} actions computed", count(self.computed)),
+            of_chunks("used", "{} used", count(self.used)),
+            Figure {
+                block: None,
+                name: "stalls",
+                text: "{} stalls",
+                value: count(self.stalls),
+            },
+            of_chunks("predicted_ms", "{} ms of the age predicted", predicted),
+            of_chunks("seam_mean", "", number(self.seams.mean())),
+            of_chunks("seam_p99", "seams p99 {}", number(self.seams.p99())),
+            of_chunks("step_mean", "", number(self.steps.mean())),
+            of_chunks("step_p99", "other steps p99 {}", number(self.steps.p99())),
+            of_chunks(
+                "expect_error_mean_ms",
+                "delay less the expected one {} ms",
+                number(mean_error),
+            ),
+            of_chunks("expect_error_max_ms", "", number(most)),
+        ]
     }
 }

@@ -75,18 +75,18 @@ impl Fields for Chunk {
 pub struct PlayerStep {
     /// Chunks taken.
     pub taken: f64,
-    /// Their delays, less the expected ones (ms): the sum.
-    pub delay_errors_ms: f64,
+    /// Their delays, less the expected ones (ns): the sum.
+    pub delay_errors: f64,
     /// The greatest of these.
-    pub most_delay_error_ms: f64,
+    pub most_delay_error: f64,
     /// 1 for a tick without an action.
     pub stalls: f64,
     /// 1 for a published action.
     pub played: f64,
     /// Actions of chunks that went into it for the first time.
     pub used: f64,
-    /// The age that the plan of the newest chunk knew of (ms).
-    pub predicted_ms: f64,
+    /// The age that the plan of the newest chunk knew of (ns).
+    pub predicted: f64,
     /// |action − the one before|; NaN for the first.
     pub change: f64,
     /// 1 if a chunk was taken since the action before.
@@ -99,12 +99,12 @@ pub struct PlayerStep {
 
 fields!(PlayerStep {
     taken: "chunks taken",
-    delay_errors_ms: "delay errors (ms)",
-    most_delay_error_ms: "greatest delay error (ms)",
+    delay_errors: "delay errors (ns)",
+    most_delay_error: "greatest delay error (ns)",
     stalls: "stalls",
     played: "actions published",
     used: "actions used first",
-    predicted_ms: "predicted age (ms)",
+    predicted: "predicted age (ns)",
     change: "change of the action",
     seam: "seam",
     chunk: "newest chunk",

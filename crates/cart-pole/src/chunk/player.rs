@@ -127,13 +127,13 @@ impl Player {
     fn take(&mut self, now: Time, step: &mut PlayerStep) {
         let executed = |since| self.history.executed(since);
         while let Some(message) = self.chunks.next(now) {
-            let error = delay_error_ms(&message.data, now);
-            step.most_delay_error_ms = match step.taken {
+            let error = delay_error(&message.data, now);
+            step.most_delay_error = match step.taken {
                 0.0 => error,
-                _ => error.max(step.most_delay_error_ms),
+                _ => error.max(step.most_delay_error),
             };
             step.taken += 1.0;
-            step.delay_errors_ms += error;
+            step.delay_errors += error;
             self.schedule.take(message, now, executed);
         }
         self.has_begun |= step.taken > 0.0;
@@ -148,18 +148,18 @@ impl Player {
         let last = self.history.last.map(f64::from);
         PlayerStep {
             played: 1.0,
-            predicted_ms: as_planned as f64 * ACTION_PERIOD.as_millis() as f64,
+            predicted: as_planned as f64 * ACTION_PERIOD.as_nanos() as f64,
             change: last.map_or(f64::NAN, |last| (f64::from(planned.action) - last).abs()),
             ..PlayerStep::default()
         }
     }
 }
 
-/// The delay of a chunk that a tick at `now` takes, less the expected one (ms).
-fn delay_error_ms(chunk: &Chunk, now: Time) -> f64 {
+/// The delay of a chunk that a tick at `now` takes, less the expected one (ns).
+fn delay_error(chunk: &Chunk, now: Time) -> f64 {
     let expected = chunk.made + chunk.expected;
     let late = now.since(expected).as_nanos() as f64;
-    (late - expected.since(now).as_nanos() as f64) / 1e6
+    late - expected.since(now).as_nanos() as f64
 }
 
 impl Node for Player {

@@ -19,8 +19,21 @@ pub struct Figure {
     pub block: Option<&'static str>,
     /// Name, such as `stalls`.
     pub name: &'static str,
+    /// Its text for people, with `{}` for the value; empty for one that only programs need.
+    pub text: &'static str,
     /// Value.
     pub value: FigureValue,
+}
+
+impl Figure {
+    /// Its text with the value in it; `None` without a text, or without a value.
+    pub fn shown(&self) -> Option<String> {
+        let value = match self.value {
+            FigureValue::Count(count) => count.to_string(),
+            FigureValue::Number(number) => format!("{:.3}", number?),
+        };
+        (!self.text.is_empty()).then(|| self.text.replace("{}", &value))
+    }
 }
 
 /// The value of a [`Figure`].
