@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use ratelab::{ClockExit, Depth, Hz, HzError, KnobKind, Node, Time, Topic, Wiring};
 use ratelab_account::Fields;
+use ratelab_effects::Match;
 use ratelab_study::{
     experiment::Config,
     system::{
@@ -16,10 +17,10 @@ use ratelab_study::{
 use super::{
     ACTION, ACTUATOR, Action, Actuator, ActuatorInput, CONTROL_HZ, ControlStep, Fall, FreeActuator,
     FreePlant, OBS, Observation, Observed, OnStale, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode,
-    Pose, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant,
+    Pose, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, actuator_hz,
     chunk::{
         CHUNK, Chunk, ChunkPolicy, ChunkSettings, ChunkTally, PLAYER, PLAYER_STEP, PlanKind,
-        Planner, Player,
+        Planner, Player, REQUEST, Refill, warnings,
     },
     disturbance::Newtons,
     falls::falls,
@@ -155,6 +156,13 @@ impl CartPole {
             default: "newest",
             choices: &["newest", "blend:0.7", "ensemble:0.01"],
             help: "What is played where chunks overlap: the newest, blend:W or ensemble:M",
+        },
+        Alias {
+            name: "refill",
+            knobs: &[(KnobKind::Parameter, "player refill")],
+            default: "none",
+            choices: &[],
+            help: "The policy ticks on request: when this share of a chunk is left (0 to 1)",
         },
         Alias {
             name: DISTURB,
@@ -308,12 +316,21 @@ impl Topics {
         let depth = Depth::new(Chunk::DEPTH).unwrap_or(Depth::MAX);
         let chunks = builder.topic_of(CHUNK, depth, names);
         let planner = Planner::new(&settings).map_err(other)?;
-        builder.single_node(POLICY, CONTROL_HZ, 1, |wiring| ChunkPolicy {
+        let requests = match settings.refill {
+            Some(_) => builder.topic(REQUEST),
+            None => builder.internal_topic(REQUEST),
+        };
+        let release = match settings.refill {
+            Some(_) => Match::Each.into(),
+            None => builder.rate(POLICY, CONTROL_HZ)?.into(),
+        };
+        builder.single_released_node(POLICY, release, 1, |wiring| ChunkPolicy {
             policy,
             planner,
             last_tick: wiring.last_tick(),
             observations: wiring.subscription(observations),
             chunks: wiring.publisher(&chunks),
+            requests: settings.refill.map(|_| wiring.trigger(&requests)),
         })?;
         let steps = builder.topic(PLAYER_STEP);
         let chunks = builder.through(&chunks, 1)?;
@@ -324,6 +341,11 @@ impl Topics {
                 wiring.subscription(&chunks),
                 wiring.publisher(&self.actions),
                 wiring.publisher(&steps),
+                settings.refill.map(|share| Refill {
+                    requests: wiring.publisher(&requests),
+                    at: share * settings.horizon.get() as f64,
+                    asked: None,
+                }),
             )
         })?;
         Ok(2)
@@ -501,6 +523,15 @@ impl System for CartPole {
             (None, _) => &verdict::STOPPED,
         };
         Verdict::new(kind, at)
+    }
+
+    fn warnings(&self, setup: &Setup) -> Vec<String> {
+        let settings = ChunkSettings::of(setup).ok().flatten();
+        let bears = || {
+            let policy = setup.message(POLICY).unwrap_or(PolicyKind::Scripted.name());
+            falls(&policy.parse().ok()?, actuator_hz())
+        };
+        settings.map_or_else(Vec::new, |settings| warnings(setup, &settings, bears()))
     }
 
     fn lost_anyway(&self, setup: &Setup) -> Option<String> {

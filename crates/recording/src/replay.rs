@@ -6,7 +6,7 @@ use ratelab::{ClockExit, EventKind, Head, Push, Status, Time};
 use ratelab_account::{Observer, ReplayAccounts, Rows};
 use ratelab_study::{
     experiment::{Config, Summary},
-    system::{MeanCost, System, verdict},
+    system::{Figure, MeanCost, System, verdict},
 };
 
 use super::{recorded::Recording, schema::RunStatus};
@@ -253,9 +253,26 @@ impl Replay {
             state: self.newest(self.state).to_vec(),
             chains: self.newest(self.chains).to_vec(),
             cost: self.cost(sim_time),
+            figures: self.figures(),
             ..Summary::of(self.config(), verdict)
         };
         summary.observed(&*self.system, &self.observer())
+    }
+
+    /// The system's own figures of the replayed messages.
+    fn figures(&self) -> Vec<Figure> {
+        let Some(mut tally) = self.system.tally(&self.config().setup) else {
+            return Vec::new();
+        };
+        let topics = self.recording.origin.topology.topics.iter();
+        let rows = self.recording.topics.iter().zip(&self.replayed);
+        for (topic, (rows, replayed)) in topics.zip(rows) {
+            if tally.topics().contains(&&*topic.name) {
+                let rows = rows.iter().take(*replayed);
+                rows.for_each(|(_, row)| tally.message(&topic.name, row));
+            }
+        }
+        tally.figures()
     }
 
     /// The mean cost of the replayed states up to run time `end`.

@@ -10,6 +10,9 @@ use super::settings::{Horizon, PlanKind};
 /// Name of the topic from policy to player.
 pub const CHUNK: &str = "/chunk";
 
+/// Name of the topic from player to policy.
+pub const REQUEST: &str = "/request";
+
 /// Name of the topic with what the player did.
 pub const PLAYER_STEP: &str = "/player";
 
@@ -68,6 +71,17 @@ impl Fields for Chunk {
         })
     }
 }
+
+/// The player asks for a chunk.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Request {
+    /// Number of actions that are left.
+    pub left: f64,
+}
+
+fields!(Request {
+    left: "actions left"
+});
 
 /// What the player did: at the begin of a tick what it took, and whether it had an action;
 /// at its end what it published. Counts and sums are those of this step alone.

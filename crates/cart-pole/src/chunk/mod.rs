@@ -8,7 +8,8 @@
 //! times in \[o + iΔ, o + (i + 1)Δ), Δ = 20 ms. The [`ChunkPolicy`] plans by a model of the
 //! plant, which knows of the actions that are still to be played or does not ([`PlanKind`]);
 //! the [`Player`] decides which action belongs to now ([`PlayKind`]), and what happens where
-//! two chunks overlap ([`Merge`]). What that came to is in its [`PlayerStep`]s.
+//! two chunks overlap ([`Merge`]). What that came to is in its [`PlayerStep`]s. A policy
+//! that ticks on request ([`Refill`]) is triggered by the player's messages on `/request`.
 
 mod figures;
 mod message;
@@ -18,15 +19,16 @@ mod player;
 mod policy_node;
 mod schedule;
 mod settings;
+mod warnings;
 
 use std::time::Duration;
 
-pub(crate) use self::figures::ChunkTally;
+pub(crate) use self::{figures::ChunkTally, warnings::warnings};
 pub use self::{
-    message::{CHUNK, Chunk, PLAYER_STEP, PlayerStep},
+    message::{CHUNK, Chunk, PLAYER_STEP, PlayerStep, REQUEST, Request},
     model::PlanModel,
     planner::Planner,
-    player::{PLAYER, Player},
+    player::{PLAYER, Player, Refill},
     policy_node::ChunkPolicy,
     settings::{ChunkSettings, ExpectedDelay, Horizon, Merge, ModelError, PlanKind, PlayKind},
 };

@@ -6,7 +6,7 @@ use ratelab::{GO_ON, Node, Publisher, Subscription, Tick, Time};
 
 use super::{
     ACTION_PERIOD,
-    message::{Chunk, PlayerStep},
+    message::{Chunk, PlayerStep, Request},
     schedule::{Planned, Schedule, Taken},
     settings::{ChunkSettings, PlanKind, replace},
 };
@@ -24,6 +24,7 @@ pub struct Player {
     actions: Publisher<Action>,
     steps: Publisher<PlayerStep>,
     settings: ChunkSettings,
+    refill: Option<Refill>,
     schedule: Schedule,
     history: History,
     /// Whether it ever had a chunk.
@@ -32,6 +33,17 @@ pub struct Player {
     seam: bool,
     /// What the running tick publishes when it is over.
     pending: Option<(Planned, PlayerStep)>,
+}
+
+/// Asks for the next chunk when few actions are left.
+pub struct Refill {
+    /// Publisher of `/request`.
+    pub requests: Publisher<Request>,
+    /// Number of actions, at which it asks.
+    pub at: f64,
+    /// Run time of the last request since the last chunk. A request or its answer may be lost:
+    /// after the time of a whole chunk it asks again.
+    pub asked: Option<Time>,
 }
 
 /// What it played. Figures of the run are made of it, so it outlives a crash.
@@ -109,12 +121,14 @@ impl Player {
         chunks: Subscription<Chunk>,
         actions: Publisher<Action>,
         steps: Publisher<PlayerStep>,
+        refill: Option<Refill>,
     ) -> Self {
         Self {
             chunks,
             actions,
             steps,
             settings: *settings,
+            refill,
             schedule: Schedule::new(settings.play, settings.merge),
             history: History::default(),
             has_begun: false,
@@ -138,6 +152,21 @@ impl Player {
         }
         self.has_begun |= step.taken > 0.0;
         self.seam |= step.taken > 0.0;
+    }
+
+    /// Asks for a chunk if few actions are left, or none.
+    fn ask(&mut self, now: Time, took: bool) {
+        let Some(refill) = &mut self.refill else {
+            return;
+        };
+        let executed = |since| self.history.executed(since);
+        let left = self.schedule.left(now, executed);
+        let lasts = self.settings.horizon.duration();
+        refill.asked = refill.asked.filter(|asked| !took && *asked + lasts > now);
+        if left <= refill.at && refill.asked.is_none() {
+            refill.asked = Some(now);
+            refill.requests.publish(Request { left }, now, None);
+        }
     }
 
     /// What is known of an action before it is published.
@@ -167,6 +196,7 @@ impl Node for Player {
         let mut step = PlayerStep::default();
         self.schedule.advance();
         self.take(now, &mut step);
+        self.ask(now, step.taken > 0.0);
         let planned = self
             .schedule
             .action(now, |since| self.history.executed(since));
@@ -218,6 +248,9 @@ impl Node for Player {
     fn restart(&mut self) -> Result<(), String> {
         self.schedule = Schedule::new(self.settings.play, self.settings.merge);
         self.has_begun = false;
+        if let Some(refill) = &mut self.refill {
+            refill.asked = None;
+        }
         self.history.restart(self.pending.take().is_some());
         Ok(())
     }

@@ -2,7 +2,11 @@
 
 use ratelab::{GO_ON, LastTick, Node, Publisher, Subscription, Tick, Time};
 
-use super::{message::Chunk, planner::Planner, settings::replace};
+use super::{
+    message::{Chunk, Request},
+    planner::Planner,
+    settings::replace,
+};
 use crate::{Action, NotFinite, Observation, policy::Policy};
 
 /// Plans a chunk for the newest observation, with a policy that knows nothing of chunks.
@@ -17,12 +21,17 @@ pub struct ChunkPolicy {
     pub observations: Subscription<Observation>,
     /// Publisher of `/chunk`.
     pub chunks: Publisher<Chunk>,
+    /// The requests that it ticks on, if it does not tick at a rate.
+    pub requests: Option<Subscription<Request>>,
 }
 
 impl Node for ChunkPolicy {
     fn tick(&mut self, now: Time) -> Tick {
         if let Some(took) = self.last_tick.take() {
             self.planner.took(took);
+        }
+        if let Some(requests) = &mut self.requests {
+            requests.latest(now);
         }
         let Some(sensed) = self.observations.latest(now) else {
             return GO_ON; // No reading yet.

@@ -149,6 +149,14 @@ impl Schedule {
         Ok(before)
     }
 
+    /// Number of actions of the newest chunk that are left at `now`, this one included.
+    pub(super) fn left(&self, now: Time, executed: impl Fn(Time) -> u64) -> f64 {
+        self.newest().map_or(0.0, |newest| {
+            let end = newest.chunk.actions.len() as i64;
+            (end - newest.place(self.play, now, executed)).clamp(0, end) as f64
+        })
+    }
+
     /// Begins a tick.
     pub(super) fn advance(&mut self) {
         self.blended.pop_front();

@@ -5,7 +5,7 @@ use std::{fmt, str::FromStr, time::Duration};
 use ratelab::millis;
 use ratelab_study::system::Setup;
 
-use super::PLAYER;
+use super::{ACTION_PERIOD, PLAYER};
 use crate::POLICY;
 
 /// The number of actions in a chunk: 1 to [`Horizon::MOST`].
@@ -19,6 +19,11 @@ impl Horizon {
     /// The number of actions.
     pub fn get(self) -> usize {
         self.0
+    }
+
+    /// The time that they are meant for.
+    pub fn duration(self) -> Duration {
+        ACTION_PERIOD * self.0 as u32
     }
 
     /// Parses a horizon, or `none` for a policy without chunks.
@@ -258,6 +263,9 @@ pub struct ChunkSettings {
     pub play: PlayKind,
     /// What happens where chunks overlap.
     pub merge: Merge,
+    /// The share of the horizon that is left when the player asks for the next chunk (0 to
+    /// 1); `None` for a policy that ticks at its rate.
+    pub refill: Option<f64>,
 }
 
 impl ChunkSettings {
@@ -265,13 +273,14 @@ impl ChunkSettings {
     pub const CHUNK: &str = "chunk";
 
     /// All parameters, by node and name.
-    pub const PARAMETERS: [[&str; 2]; 6] = [
+    pub const PARAMETERS: [[&str; 2]; 7] = [
         [POLICY, Self::CHUNK],
         [POLICY, "plan"],
         [POLICY, "expect-delay"],
         [POLICY, "model"],
         [PLAYER, "play"],
         [PLAYER, "merge"],
+        [PLAYER, "refill"],
     ];
 
     /// Those in `setup`; `None` for a policy without chunks.
@@ -290,6 +299,10 @@ impl ChunkSettings {
             model: parsed(setup, POLICY, "model")?,
             play: parsed(setup, PLAYER, "play")?,
             merge: parsed(setup, PLAYER, "merge")?,
+            refill: match setup.parameter(PLAYER, "refill") {
+                Some(share) => refill(share)?,
+                None => None,
+            },
         }))
     }
 
@@ -308,8 +321,24 @@ impl ChunkSettings {
             (POLICY, "model") => short::<ModelError>(value),
             (PLAYER, "play") => short::<PlayKind>(value),
             (PLAYER, "merge") => short::<Merge>(value),
+            (PLAYER, "refill") => refill(value).map(|share| match share {
+                Some(share) => share.to_string(),
+                None => "none".to_owned(),
+            }),
             _ => return None,
         })
+    }
+}
+
+/// Parses the share of the horizon that is left when the player asks for the next chunk.
+fn refill(text: &str) -> Result<Option<f64>, String> {
+    let share: Option<f64> = text.trim().parse().ok();
+    match share.filter(|share| (0.0..=1.0).contains(share)) {
+        None if text.trim() == "none" => Ok(None),
+        None => Err(format!(
+            "{text:?} is no share of a chunk: expected 0 to 1, or none"
+        )),
+        share => Ok(share),
     }
 }
 

@@ -367,9 +367,23 @@ impl<'a> Builder<'a> {
         build: impl FnOnce(&mut Wiring<'_>) -> N,
     ) -> Result<(), BuildError> {
         let hz = self.rate(name, hz)?;
+        self.single_released_node(name, hz.into(), priority, build)
+    }
+
+    /// The same for a node that ticks at a rate or on messages; see [`Release`].
+    ///
+    /// # Errors
+    /// As of [`Builder::released_node`].
+    pub fn single_released_node<N: Node + 'static>(
+        &mut self,
+        name: &str,
+        release: Release,
+        priority: u32,
+        build: impl FnOnce(&mut Wiring<'_>) -> N,
+    ) -> Result<(), BuildError> {
         match self.is_here(name) {
-            true => Ok(self.graph.node(name, hz, priority, build)?),
-            false => Ok(self.graph.remote_node(name, hz, priority, build)?),
+            true => Ok(self.graph.node(name, release, priority, build)?),
+            false => Ok(self.graph.remote_node(name, release, priority, build)?),
         }
     }
 

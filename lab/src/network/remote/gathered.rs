@@ -8,7 +8,7 @@ use ratelab::{
 use ratelab_account::{Lineage, Observer, ReplayAccounts, Rows, Snapshot, TickRecord};
 use ratelab_study::{
     experiment::{Config, Summary, Taps},
-    system::{MeanCost, System, verdict},
+    system::{MeanCost, System, Tally, verdict},
 };
 use ratelab_wire::telemetry::PublishedMessage;
 
@@ -41,6 +41,8 @@ pub struct GatheredRun {
     state: Vec<f64>,
     chains: Vec<f64>,
     cost: Option<MeanCost>,
+    /// What the system adds up of its messages.
+    tally: Option<Box<dyn Tally>>,
 }
 
 impl GatheredRun {
@@ -77,6 +79,7 @@ impl GatheredRun {
             state: Vec::new(),
             chains: Vec::new(),
             cost: Some(MeanCost::default()),
+            tally: system.tally(&config.setup),
         }
     }
 
@@ -162,6 +165,11 @@ impl GatheredRun {
         if is_chains {
             row.clone_into(&mut self.chains);
         }
+        if let (Some(tally), Some(name)) = (&mut self.tally, name)
+            && tally.topics().contains(&name)
+        {
+            tally.message(name, &row);
+        }
         let rows = self.new_rows.entry(topic);
         let rows = rows.or_insert_with(|| Rows::new(row.len()));
         // A row of another length is of a hostile sender.
@@ -231,6 +239,10 @@ impl GatheredRun {
             state: self.state.clone(),
             chains: self.chains.clone(),
             cost: self.cost.as_ref().and_then(|mean| mean.until(at)),
+            figures: self
+                .tally
+                .as_ref()
+                .map_or_else(Vec::new, |tally| tally.figures()),
             ..Summary::of(&self.config, verdict)
         };
         summary.observed(&*self.system, &self.observer)

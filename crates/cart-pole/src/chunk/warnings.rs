@@ -1,0 +1,200 @@
+//! Defects of a run with chunks that are known before it begins.
+
+use std::time::Duration;
+
+use ratelab::{Hz, Knob};
+use ratelab_effects::{Draw, Link, draw};
+use ratelab_study::system::Setup;
+
+use super::{
+    ACTION_PERIOD,
+    message::CHUNK,
+    settings::{ChunkSettings, ExpectedDelay, Merge, PlanKind, PlayKind},
+};
+use crate::{CONTROL_HZ, OBS, POLICY};
+
+/// The share of the ticks whose cost is not looked at: one in a hundred.
+const USUAL: f64 = 0.99;
+
+/// What the times of a run with chunks come to, as far as they are set.
+struct Times {
+    /// What a tick of the policy takes: the median, and the 99th percentile.
+    cost: [Duration; 2],
+    /// From the policy to the player, and from the sensor to the policy.
+    links: [Duration; 2],
+    /// From one chunk to the next, the player's wait included.
+    period: Duration,
+    loses: bool,
+}
+
+impl Times {
+    fn of(setup: &Setup, settings: &ChunkSettings) -> Self {
+        let cost = |u| {
+            let takes = setup
+                .iter()
+                .find(|knob| matches!(knob, Knob::Takes { .. }) && knob.target() == POLICY);
+            let draw = takes.and_then(|knob| draw(knob).ok().flatten());
+            draw.filter(|draw| draw.missing().is_none())
+                .map_or(Duration::ZERO, |draw| draw.at(u))
+        };
+        let link = |topic| {
+            let mut knobs = setup.iter();
+            knobs.find_map(|knob| match knob {
+                Knob::Link { topic: of, spec } if of == topic => spec.parse::<Link>().ok(),
+                _ => None,
+            })
+        };
+        let delay = |topic| link(topic).map_or(Duration::ZERO, |link| median(&link.delay));
+        let rate = setup
+            .rate(POLICY)
+            .map_or(1.0 / CONTROL_HZ, |hz: Hz| 1.0 / hz.get());
+        let most = cost(USUAL);
+        let periods = (most.as_secs_f64() / rate).ceil().max(1.0);
+        let period = match settings.refill {
+            Some(share) => settings.horizon.duration().mul_f64(1.0 - share),
+            None => Duration::from_secs_f64(rate * periods),
+        };
+        Self {
+            cost: [cost(0.5), most],
+            links: [delay(CHUNK), delay(OBS)],
+            period,
+            loses: link(CHUNK).is_some_and(|link| link.loss > 0.0 || link.burst.is_some()),
+        }
+    }
+
+    /// The delay of an answer, usually.
+    fn delay(&self) -> Duration {
+        self.cost[0] + self.links[0]
+    }
+
+    /// The age of a chunk's reading when the next chunk is there.
+    fn oldest(&self) -> Duration {
+        self.period + self.cost[1] + self.links[0] + self.links[1]
+    }
+}
+
+/// Milliseconds, to a tenth.
+fn ms(duration: Duration) -> f64 {
+    (duration.as_secs_f64() * 1e4).round() / 10.0
+}
+
+fn median(draw: &Draw) -> Duration {
+    draw.at(0.5)
+}
+
+/// The defects of a run with `setup`, each with a remedy. The loop bears actions that are
+/// as old as `bears`, if that is known.
+pub(crate) fn warnings(
+    setup: &Setup,
+    settings: &ChunkSettings,
+    bears: Option<Duration>,
+) -> Vec<String> {
+    let times = Times::of(setup, settings);
+    let defects = [
+        too_short(settings, &times),
+        unexpected(settings, &times),
+        not_committed(settings, &times),
+        too_old_a_mean(settings, &times, bears),
+    ];
+    defects.into_iter().flatten().collect()
+}
+
+/// The next chunk comes after the last action of this one.
+fn too_short(settings: &ChunkSettings, times: &Times) -> Option<String> {
+    let (lasts, needed) = (settings.horizon.duration(), times.oldest());
+    let missing = needed
+        .checked_sub(lasts)
+        .filter(|missing| !missing.is_zero())?;
+    let enough = needed.as_nanos().div_ceil(ACTION_PERIOD.as_nanos());
+    Some(format!(
+        "a chunk lasts {} ms, and the next one comes after up to {} ms (period {}, cost {}, links \
+         {}): the player stalls for up to {} ms; --chunk {enough} lasts",
+        ms(lasts),
+        ms(needed),
+        ms(times.period),
+        ms(times.cost[1]),
+        ms(times.links[0] + times.links[1]),
+        ms(missing),
+    ))
+}
+
+/// The policy plans for another delay than the one that is set.
+fn unexpected(settings: &ChunkSettings, times: &Times) -> Option<String> {
+    if settings.plan != PlanKind::Committed {
+        return None;
+    }
+    let (delay, cost) = (times.delay(), times.cost[0]);
+    let (expected, remedy) = match settings.expected {
+        ExpectedDelay::Constant(expected) => (expected, ms(delay).to_string()),
+        ExpectedDelay::Last(margin) => (cost + margin, format!("last+{}", ms(times.links[0]))),
+        ExpectedDelay::Max(_) => return None,
+    };
+    let off = expected.abs_diff(delay);
+    (off >= ACTION_PERIOD).then(|| {
+        format!(
+            "the policy expects a delay of {} ms, and its answer takes {} ms (cost {}, link {}): \
+             its plans are {} ms off; --expect-delay {remedy} fits",
+            ms(expected),
+            ms(delay),
+            ms(cost),
+            ms(times.links[0]),
+            ms(off),
+        )
+    })
+}
+
+/// A plan by what is committed, where something else is played.
+fn not_committed(settings: &ChunkSettings, times: &Times) -> Option<String> {
+    let other = [
+        (
+            settings.play != PlayKind::Time,
+            format!("--play {}", settings.play),
+        ),
+        (
+            settings.merge != Merge::Newest,
+            format!("--merge {}", settings.merge),
+        ),
+        (times.loses, format!("losses on {CHUNK}")),
+    ];
+    let other: Vec<String> = other
+        .into_iter()
+        .filter_map(|(is, text)| is.then_some(text))
+        .collect();
+    (settings.plan == PlanKind::Committed && !other.is_empty()).then(|| {
+        format!(
+            "--plan committed believes that the newest chunk is played by time; with {} its plans \
+             are wrong",
+            other.join(" and ")
+        )
+    })
+}
+
+/// An ensemble that is older on average than the loop bears.
+fn too_old_a_mean(
+    settings: &ChunkSettings,
+    times: &Times,
+    bears: Option<Duration>,
+) -> Option<String> {
+    let (Merge::Ensemble(decay), Some(bears)) = (settings.merge, bears) else {
+        return None;
+    };
+    let lasts = settings.horizon.duration().as_secs_f64();
+    let [delay, period] = [times.delay(), times.period].map(|time| time.as_secs_f64());
+    let count = ((lasts - delay) / period).ceil().max(1.0);
+    let (mut weights, mut ages) = (0.0, 0.0);
+    for number in 0..count as u32 {
+        let weight = (-decay * f64::from(number)).exp();
+        weights += weight;
+        ages += weight * (delay + period * (count - 1.0 - f64::from(number)));
+    }
+    let age = Duration::from_secs_f64(ages / weights);
+    (age > bears && count > 1.0).then(|| {
+        format!(
+            "--merge {} averages {count} chunks, whose readings are {} ms old on average, and the \
+             loop bears {} ms; --merge newest averages none",
+            settings.merge,
+            ms(age),
+            ms(bears),
+        )
+    })
+}
