@@ -22,6 +22,8 @@ mod table;
 
 mod approximate;
 mod architecture;
+#[cfg(all(target_arch = "x86_64", target_os = "linux"))]
+mod chunks;
 mod commands;
 mod costs;
 mod dependencies;

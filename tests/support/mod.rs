@@ -175,7 +175,7 @@ pub fn message_bytes(
 }
 
 /// A message as bytes: time, number, time of the sensing, and its payload.
-fn stamped<T>(message: &Message<T>, payload: &[u8]) -> Vec<u8> {
+pub fn stamped<T>(message: &Message<T>, payload: &[u8]) -> Vec<u8> {
     let origin = message.origin.map_or(u64::MAX, |origin| origin.as_nanos());
     let head = [message.stamp.as_nanos(), message.seq, origin].map(u64::to_le_bytes);
     [head.as_flattened(), payload].concat()

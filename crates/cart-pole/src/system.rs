@@ -9,7 +9,7 @@ use ratelab_study::{
     experiment::Config,
     system::{
         About, AgeLimits, Alias, BuildError, Builder, Final, Group, KnobText, KnobTextError,
-        Picture, QuadraticCost, Setup, SharedWorld, Signal, System, Tally, Verdict, VerdictKind,
+        Picture, QuadraticCost, RunTally, Setup, SharedWorld, Signal, System, Verdict, VerdictKind,
         WORLD, WorldKind,
     },
 };
@@ -19,8 +19,8 @@ use super::{
     FreePlant, OBS, Observation, Observed, OnStale, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode,
     Pose, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, actuator_hz,
     chunk::{
-        CHUNK, Chunk, ChunkPolicy, ChunkSettings, ChunkTally, PLAYER, PLAYER_STEP, PlanKind,
-        Planner, Player, REQUEST, Refill, warnings,
+        CHUNK, Chunk, ChunkPlanner, ChunkPolicy, ChunkSettings, ChunkTally, PLAYER, PLAYER_STEP,
+        PlanKind, Player, REQUEST, Refill, warnings,
     },
     disturbance::Newtons,
     falls::falls,
@@ -315,7 +315,7 @@ impl Topics {
         let names = Chunk::names(settings.horizon);
         let depth = Depth::new(Chunk::DEPTH).unwrap_or(Depth::MAX);
         let chunks = builder.topic_of(CHUNK, depth, names);
-        let planner = Planner::new(&settings).map_err(other)?;
+        let planner = ChunkPlanner::new(&settings).map_err(other)?;
         let requests = match settings.refill {
             Some(_) => builder.topic(REQUEST),
             None => builder.internal_topic(REQUEST),
@@ -463,7 +463,7 @@ impl System for CartPole {
         }
     }
 
-    fn tally(&self, setup: &Setup) -> Option<Box<dyn Tally>> {
+    fn tally(&self, setup: &Setup) -> Option<Box<dyn RunTally>> {
         ChunkSettings::of(setup).ok()??;
         Some(Box::new(ChunkTally::default()))
     }

@@ -6,7 +6,7 @@ use ratelab::{ClockExit, EventKind, Head, Push, Status, Time};
 use ratelab_account::{Observer, ReplayAccounts, Rows};
 use ratelab_study::{
     experiment::{Config, Summary},
-    system::{Figure, MeanCost, System, verdict},
+    system::{MeanCost, System, SystemFigure, verdict},
 };
 
 use super::{recorded::Recording, schema::RunStatus};
@@ -260,7 +260,7 @@ impl Replay {
     }
 
     /// The system's own figures of the replayed messages.
-    fn figures(&self) -> Vec<Figure> {
+    fn figures(&self) -> Vec<SystemFigure> {
         let Some(mut tally) = self.system.tally(&self.config().setup) else {
             return Vec::new();
         };

@@ -7,7 +7,7 @@ use ratelab_account::{Distribution, NodeAccount, TopicAccount};
 use ratelab_study::{
     experiment::Summary,
     system::{
-        Figure, FigureValue, KnobText, System, WorldKind,
+        FigureValue, KnobText, System, SystemFigure, WorldKind,
         names::{self, good, key},
     },
 };
@@ -71,24 +71,26 @@ fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<
         keys.insert("mean_push_age_ms".to_owned(), run);
         keys.insert("late_push_age_ms".to_owned(), late);
     }
-    for Figure {
-        block, name, value, ..
-    } in &summary.figures
-    {
-        let value = match value {
-            FigureValue::Count(count) => json!(count),
-            FigureValue::Number(number) => json!(number),
-        };
-        match block.map(|block| keys.entry(block).or_insert_with(|| json!({}))) {
-            Some(block) => block[*name] = value,
-            None => drop(keys.insert((*name).to_owned(), value)),
-        }
-    }
+    add_figures(&mut keys, &summary.figures);
     if let Some((mean, cost)) = summary.cost.zip(system.quadratic_cost()) {
         keys.insert("quadratic_cost".to_owned(), json!(mean));
         keys.insert("quadratic_cost_is_the_mean_of".to_owned(), json!(cost.sum));
     }
     keys
+}
+
+/// Adds the system's own `figures`, those of a block as an object.
+pub fn add_figures(keys: &mut Map<String, Value>, figures: &[SystemFigure]) {
+    for figure in figures {
+        let value = match figure.value {
+            FigureValue::Count(count) => json!(count),
+            FigureValue::Number(number) => json!(number),
+        };
+        match figure.block {
+            Some(block) => keys.entry(block).or_insert_with(|| json!({}))[figure.name] = value,
+            None => drop(keys.insert(figure.name.to_owned(), value)),
+        }
+    }
 }
 
 /// The keys that depend on the system: success, knobs, topics, and figures of the end of

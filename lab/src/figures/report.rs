@@ -8,7 +8,7 @@ use ratelab_recording::FinishedRecording;
 use ratelab_study::{
     experiment::{MeanPushAge, Summary},
     system::{
-        Alias, DataChain, Figure, KnobText, System,
+        Alias, DataChain, KnobText, System, SystemFigure,
         names::{self, label, node_label, rate_alias, short_value},
         plant,
     },
@@ -53,9 +53,9 @@ pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> 
     lines.extend(latency(system, summary).map(|text| ("latency", text)));
     let age = summary.push_age();
     lines.extend(age.map(|age| ("push age", push_age(age))));
-    let (figures, block) = (summary.figures.iter(), |figure: &Figure| figure.block);
+    let (figures, block) = (summary.figures.iter(), |figure: &SystemFigure| figure.block);
     let block = figures.clone().find_map(block).unwrap_or("figures");
-    lines.extend(joined(figures.filter_map(Figure::shown)).map(|text| (block, text)));
+    lines.extend(joined(figures.filter_map(SystemFigure::shown)).map(|text| (block, text)));
     lines.extend(quadratic_cost(system, summary).map(|text| ("quadratic", text)));
     lines.extend(times(summary));
     let knobs = KnobText(system.aliases());

@@ -11,7 +11,7 @@ use super::{
     columns, figures,
     summary::{RowSummary, SweepSummary},
 };
-use crate::figures::metrics::{object, rounded, value};
+use crate::figures::metrics::{add_figures, object, rounded, value};
 
 /// The sweep as JSON: how often the runs were not lost, then every run. It holds
 /// nothing of the wall's, so the same sweep gives the same bytes.
@@ -82,6 +82,7 @@ fn run(summary: &SweepSummary, topics: &[String], cell: &Cell, outcome: &CellRes
         .cost
         .map(|cost| ("quadratic_cost".to_owned(), json!(cost)));
     figures.extend(cost);
+    add_figures(&mut figures, &outcome.figures);
     let dropped = topics.iter().zip(&outcome.dropped);
     figures.extend(dropped.map(|(topic, dropped)| {
         let name = format!("{}_dropped", key(topic));

@@ -1,7 +1,7 @@
 //! What a run came to, of its chunks.
 
 use ratelab_account::Fields;
-use ratelab_study::system::{Figure, FigureValue, Tally};
+use ratelab_study::system::{FigureValue, RunTally, SystemFigure};
 
 use super::message::{CHUNK, PLAYER_STEP, PlayerStep};
 
@@ -16,15 +16,15 @@ pub(crate) struct ChunkTally {
     most_delay_error: f64,
     played: u64,
     predicted: f64,
-    seams: Changes,
-    steps: Changes,
+    seams: ActionChanges,
+    steps: ActionChanges,
 }
 
-/// Changes of the action from one tick to the next.
+/// ActionChanges of the action from one tick to the next.
 #[derive(Debug, Default)]
-struct Changes(Vec<f64>);
+struct ActionChanges(Vec<f64>);
 
-impl Changes {
+impl ActionChanges {
     fn mean(&self) -> Option<f64> {
         mean(self.0.iter().sum(), self.0.len() as u64)
     }
@@ -68,7 +68,7 @@ impl ChunkTally {
     }
 }
 
-impl Tally for ChunkTally {
+impl RunTally for ChunkTally {
     fn topics(&self) -> &'static [&'static str] {
         &[CHUNK, PLAYER_STEP]
     }
@@ -84,13 +84,13 @@ impl Tally for ChunkTally {
         }
     }
 
-    fn figures(&self) -> Vec<Figure> {
+    fn figures(&self) -> Vec<SystemFigure> {
         let count = FigureValue::Count;
         let number = FigureValue::Number;
         let ms = |ns: f64| ns / 1e6;
         let most = (self.taken > 0).then_some(ms(self.most_delay_error));
         let mean_error = mean(self.delay_errors, self.taken).map(ms);
-        let of_chunks = |name, text, value| Figure {
+        let of_chunks = |name, text, value| SystemFigure {
             block: Some("chunks"),
             name,
             text,
@@ -100,7 +100,7 @@ impl Tally for ChunkTally {
         vec![
             of_chunks("computed", "{} actions computed", count(self.computed)),
             of_chunks("used", "{} used", count(self.used)),
-            Figure {
+            SystemFigure {
                 block: None,
                 name: "stalls",
                 text: "{} stalls",

@@ -17,7 +17,7 @@ mod model;
 mod planner;
 mod player;
 mod policy_node;
-mod schedule;
+mod queue;
 mod settings;
 mod warnings;
 
@@ -27,7 +27,7 @@ pub(crate) use self::{figures::ChunkTally, warnings::warnings};
 pub use self::{
     message::{CHUNK, Chunk, PLAYER_STEP, PlayerStep, REQUEST, Request},
     model::PlanModel,
-    planner::Planner,
+    planner::ChunkPlanner,
     player::{PLAYER, Player, Refill},
     policy_node::ChunkPolicy,
     settings::{ChunkSettings, ExpectedDelay, Horizon, Merge, ModelError, PlanKind, PlayKind},

@@ -17,7 +17,7 @@ use crate::{Action, Observation, PlantError, policy::Policy};
 const MARGIN: Duration = Duration::from_secs(1);
 
 /// Plans chunks by a model, and remembers those that are still to be played.
-pub struct Planner {
+pub struct ChunkPlanner {
     pub(super) plan: PlanKind,
     pub(super) expected: ExpectedDelay,
     settings: ChunkSettings,
@@ -47,7 +47,7 @@ impl OwnChunk {
     }
 }
 
-impl Planner {
+impl ChunkPlanner {
     /// A planner without a chunk so far.
     ///
     /// # Errors

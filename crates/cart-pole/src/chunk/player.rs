@@ -7,7 +7,7 @@ use ratelab::{GO_ON, Node, Publisher, Subscription, Tick, Time};
 use super::{
     ACTION_PERIOD,
     message::{Chunk, PlayerStep, Request},
-    schedule::{Planned, Schedule, Taken},
+    queue::{Planned, PlayQueue, Taken},
     settings::{ChunkSettings, PlanKind, replace},
 };
 use crate::Action;
@@ -25,7 +25,7 @@ pub struct Player {
     steps: Publisher<PlayerStep>,
     settings: ChunkSettings,
     refill: Option<Refill>,
-    schedule: Schedule,
+    queue: PlayQueue,
     history: History,
     /// Whether it ever had a chunk.
     has_begun: bool,
@@ -129,7 +129,7 @@ impl Player {
             steps,
             settings: *settings,
             refill,
-            schedule: Schedule::new(settings.play, settings.merge),
+            queue: PlayQueue::new(settings.play, settings.merge),
             history: History::default(),
             has_begun: false,
             seam: false,
@@ -148,7 +148,7 @@ impl Player {
             };
             step.taken += 1.0;
             step.delay_errors += error;
-            self.schedule.take(message, now, executed);
+            self.queue.take(message, now, executed);
         }
         self.has_begun |= step.taken > 0.0;
         self.seam |= step.taken > 0.0;
@@ -160,7 +160,7 @@ impl Player {
             return;
         };
         let executed = |since| self.history.executed(since);
-        let left = self.schedule.left(now, executed);
+        let left = self.queue.left(now, executed);
         let lasts = self.settings.horizon.duration();
         refill.asked = refill.asked.filter(|asked| !took && *asked + lasts > now);
         if left <= refill.at && refill.asked.is_none() {
@@ -171,7 +171,7 @@ impl Player {
 
     /// What is known of an action before it is published.
     fn played(&self, planned: &Planned) -> PlayerStep {
-        let newest = self.schedule.newest();
+        let newest = self.queue.newest();
         let by_plan = newest.filter(|taken| taken.chunk.plan != PlanKind::Hold);
         let as_planned = by_plan.map_or(0, |taken| self.history.as_planned(taken));
         let last = self.history.last.map(f64::from);
@@ -194,16 +194,14 @@ fn delay_error(chunk: &Chunk, now: Time) -> f64 {
 impl Node for Player {
     fn tick(&mut self, now: Time) -> Tick {
         let mut step = PlayerStep::default();
-        self.schedule.advance();
+        self.queue.advance();
         self.take(now, &mut step);
         self.ask(now, step.taken > 0.0);
-        let planned = self
-            .schedule
-            .action(now, |since| self.history.executed(since));
+        let planned = self.queue.action(now, |since| self.history.executed(since));
         if planned.is_none() && self.has_begun {
             step.stalls = 1.0;
         }
-        if let Some(newest) = self.schedule.newest() {
+        if let Some(newest) = self.queue.newest() {
             step.chunk = newest.seq as f64;
             step.index = newest.place_by_time(now) as f64;
         }
@@ -238,15 +236,15 @@ impl Node for Player {
 
     fn set_parameter(&mut self, name: &str, value: &str, _: Time) -> Result<String, String> {
         match name {
-            "play" => replace(&mut self.schedule.play, value),
-            "merge" => self.schedule.set_merge(value),
+            "play" => replace(&mut self.queue.play, value),
+            "merge" => self.queue.set_merge(value),
             _ => Err(format!("the player has no parameter {name:?}")),
         }
     }
 
     /// It has forgotten its chunks, what it played, and its settings.
     fn restart(&mut self) -> Result<(), String> {
-        self.schedule = Schedule::new(self.settings.play, self.settings.merge);
+        self.queue = PlayQueue::new(self.settings.play, self.settings.merge);
         self.has_begun = false;
         if let Some(refill) = &mut self.refill {
             refill.asked = None;

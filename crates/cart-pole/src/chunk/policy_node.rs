@@ -4,7 +4,7 @@ use ratelab::{GO_ON, LastTick, Node, Publisher, Subscription, Tick, Time};
 
 use super::{
     message::{Chunk, Request},
-    planner::Planner,
+    planner::ChunkPlanner,
     settings::replace,
 };
 use crate::{Action, NotFinite, Observation, policy::Policy};
@@ -14,7 +14,7 @@ pub struct ChunkPolicy {
     /// The policy.
     pub policy: Box<dyn Policy>,
     /// What it plans.
-    pub planner: Planner,
+    pub planner: ChunkPlanner,
     /// How long its ticks take.
     pub last_tick: LastTick,
     /// Subscription to `/obs`.

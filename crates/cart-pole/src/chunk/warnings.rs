@@ -17,7 +17,7 @@ use crate::{CONTROL_HZ, OBS, POLICY};
 const USUAL: f64 = 0.99;
 
 /// What the times of a run with chunks come to, as far as they are set.
-struct Times {
+struct ChunkTimes {
     /// What a tick of the policy takes: the median, and the 99th percentile.
     cost: [Duration; 2],
     /// From the policy to the player, and from the sensor to the policy.
@@ -27,7 +27,7 @@ struct Times {
     loses: bool,
 }
 
-impl Times {
+impl ChunkTimes {
     fn of(setup: &Setup, settings: &ChunkSettings) -> Self {
         let cost = |u| {
             let takes = setup
@@ -89,7 +89,7 @@ pub(crate) fn warnings(
     settings: &ChunkSettings,
     bears: Option<Duration>,
 ) -> Vec<String> {
-    let times = Times::of(setup, settings);
+    let times = ChunkTimes::of(setup, settings);
     let defects = [
         too_short(settings, &times),
         unexpected(settings, &times),
@@ -100,7 +100,7 @@ pub(crate) fn warnings(
 }
 
 /// The next chunk comes after the last action of this one.
-fn too_short(settings: &ChunkSettings, times: &Times) -> Option<String> {
+fn too_short(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String> {
     let (lasts, needed) = (settings.horizon.duration(), times.oldest());
     let missing = needed
         .checked_sub(lasts)
@@ -119,18 +119,30 @@ fn too_short(settings: &ChunkSettings, times: &Times) -> Option<String> {
 }
 
 /// The policy plans for another delay than the one that is set.
-fn unexpected(settings: &ChunkSettings, times: &Times) -> Option<String> {
+fn unexpected(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String> {
     if settings.plan != PlanKind::Committed {
         return None;
     }
     let (delay, cost) = (times.delay(), times.cost[0]);
     let (expected, remedy) = match settings.expected {
         ExpectedDelay::Constant(expected) => (expected, ms(delay).to_string()),
-        ExpectedDelay::Last(margin) => (cost + margin, format!("last+{}", ms(times.links[0]))),
+        ExpectedDelay::Last(margin) => (
+            cost + margin,
+            match times.links[0] {
+                Duration::ZERO => "last".to_owned(),
+                link => format!("last+{}", ms(link)),
+            },
+        ),
         ExpectedDelay::Max(_) => return None,
     };
     let off = expected.abs_diff(delay);
-    (off >= ACTION_PERIOD).then(|| {
+    // A margin covers what the policy cannot know, such as the wait for the player.
+    let margin = if expected > delay {
+        2 * ACTION_PERIOD
+    } else {
+        Duration::ZERO
+    };
+    (off >= ACTION_PERIOD + margin).then(|| {
         format!(
             "the policy expects a delay of {} ms, and its answer takes {} ms (cost {}, link {}): \
              its plans are {} ms off; --expect-delay {remedy} fits",
@@ -144,7 +156,7 @@ fn unexpected(settings: &ChunkSettings, times: &Times) -> Option<String> {
 }
 
 /// A plan by what is committed, where something else is played.
-fn not_committed(settings: &ChunkSettings, times: &Times) -> Option<String> {
+fn not_committed(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String> {
     let other = [
         (
             settings.play != PlayKind::Time,
@@ -172,7 +184,7 @@ fn not_committed(settings: &ChunkSettings, times: &Times) -> Option<String> {
 /// An ensemble that is older on average than the loop bears.
 fn too_old_a_mean(
     settings: &ChunkSettings,
-    times: &Times,
+    times: &ChunkTimes,
     bears: Option<Duration>,
 ) -> Option<String> {
     let (Merge::Ensemble(decay), Some(bears)) = (settings.merge, bears) else {

@@ -46,7 +46,7 @@ pub use summary::{MeanPushAge, Summary};
 pub use taps::Taps;
 
 use crate::system::{
-    BuildError, Builder, MeanCost, RecordedTopics, System, Tally, WorldKind, verdict,
+    BuildError, Builder, MeanCost, RecordedTopics, RunTally, System, WorldKind, verdict,
 };
 
 /// The graph of a system, ready to run once.
@@ -84,7 +84,7 @@ fn watch_cost(
 }
 
 /// What the system adds up of a run.
-type SharedTally = Arc<Mutex<Box<dyn Tally>>>;
+type SharedTally = Arc<Mutex<Box<dyn RunTally>>>;
 
 /// Begins to add up the figures of `system`, if it has any.
 fn watch_figures(

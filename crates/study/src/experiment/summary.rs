@@ -6,7 +6,7 @@ use ratelab::{Event, Interrupt, Time, TimedKnob};
 use ratelab_account::{Distribution, NodeAccount, Observer, Snapshot, TopicAccount};
 
 use super::Config;
-use crate::system::{Figure, System, Verdict};
+use crate::system::{System, SystemFigure, Verdict};
 
 /// The summary of a run.
 #[derive(Clone, Debug)]
@@ -27,7 +27,7 @@ pub struct Summary {
     /// quadratic cost; of a run that was lost, until then.
     pub cost: Option<f64>,
     /// The system's own figures of the run.
-    pub figures: Vec<Figure>,
+    pub figures: Vec<SystemFigure>,
     /// Run time at the end.
     pub sim_time: Time,
     /// Wall time of the run.

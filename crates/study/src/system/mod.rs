@@ -87,7 +87,7 @@ pub use picture::{Picture, Shape, Style};
 pub use quadratic_cost::{MeanCost, QuadraticCost};
 pub use setup::Setup;
 pub use signal::{Final, Signal};
-pub use tally::{Figure, FigureValue, Tally};
+pub use tally::{FigureValue, RunTally, SystemFigure};
 pub use verdict::{Verdict, VerdictKind};
 pub use world::{SharedWorld, StepMs, World, WorldError, WorldKind, depends_on_the_world};
 
@@ -163,7 +163,7 @@ pub trait System: Send + Sync + 'static {
     }
 
     /// What adds up figures of a run with `setup`, if there are any beside those of every run.
-    fn tally(&self, setup: &Setup) -> Option<Box<dyn Tally>> {
+    fn tally(&self, setup: &Setup) -> Option<Box<dyn RunTally>> {
         self.inner()?.tally(setup)
     }
 

@@ -1,7 +1,7 @@
 //! Figures that a system makes of the messages of a run.
 
 /// Adds up the messages of some recorded topics.
-pub trait Tally: Send {
+pub trait RunTally: Send {
     /// Names of the topics.
     fn topics(&self) -> &'static [&'static str];
 
@@ -9,12 +9,12 @@ pub trait Tally: Send {
     fn message(&mut self, topic: &str, row: &[f64]);
 
     /// The figures so far.
-    fn figures(&self) -> Vec<Figure>;
+    fn figures(&self) -> Vec<SystemFigure>;
 }
 
 /// A figure of a whole run, for tables and programs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Figure {
+pub struct SystemFigure {
     /// The block of figures that it belongs to, if it has one.
     pub block: Option<&'static str>,
     /// Name, such as `stalls`.
@@ -25,7 +25,7 @@ pub struct Figure {
     pub value: FigureValue,
 }
 
-impl Figure {
+impl SystemFigure {
     /// Its text with the value in it; `None` without a text, or without a value.
     pub fn shown(&self) -> Option<String> {
         let value = match self.value {
@@ -36,7 +36,7 @@ impl Figure {
     }
 }
 
-/// The value of a [`Figure`].
+/// The value of a [`SystemFigure`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FigureValue {
     /// A number of things.

@@ -8,7 +8,7 @@ use ratelab::{
 use ratelab_account::{Lineage, Observer, ReplayAccounts, Rows, Snapshot, TickRecord};
 use ratelab_study::{
     experiment::{Config, Summary, Taps},
-    system::{MeanCost, System, Tally, verdict},
+    system::{MeanCost, RunTally, System, verdict},
 };
 use ratelab_wire::telemetry::PublishedMessage;
 
@@ -42,7 +42,7 @@ pub struct GatheredRun {
     chains: Vec<f64>,
     cost: Option<MeanCost>,
     /// What the system adds up of its messages.
-    tally: Option<Box<dyn Tally>>,
+    tally: Option<Box<dyn RunTally>>,
 }
 
 impl GatheredRun {

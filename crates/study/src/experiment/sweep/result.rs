@@ -5,7 +5,7 @@ use ratelab::Time;
 use super::{Cell, Sweep};
 use crate::{
     experiment::{MeanPushAge, Summary},
-    system::Verdict,
+    system::{SystemFigure, Verdict},
 };
 
 /// The result of one cell: the part of a [`Summary`] for maps and tables.
@@ -23,6 +23,8 @@ pub struct CellResult {
     pub push_age: Option<MeanPushAge>,
     /// The mean of the system's quadratic cost; of a run that was lost, until then.
     pub cost: Option<f64>,
+    /// The system's own figures.
+    pub figures: Box<[SystemFigure]>,
     /// Messages lost unread, for each topic with readers.
     pub dropped: Vec<u64>,
     /// The last state of the plant.
@@ -39,6 +41,7 @@ impl From<&Summary> for CellResult {
             mean_latency_s: summary.latency.mean_s(),
             push_age: summary.push_age(),
             cost: summary.cost,
+            figures: summary.figures.clone().into(),
             dropped: read.map(|topic| topic.dropped()).collect(),
             state: summary.state.clone().into(),
         }

@@ -116,7 +116,7 @@ impl Planned {
 
 /// The chunks that were taken, and what is planned of them.
 #[derive(Default)]
-pub(super) struct Schedule {
+pub(super) struct PlayQueue {
     pub(super) play: PlayKind,
     merge: Merge,
     /// The newest last.
@@ -125,7 +125,7 @@ pub(super) struct Schedule {
     blended: VecDeque<Option<Planned>>,
 }
 
-impl Schedule {
+impl PlayQueue {
     pub(super) fn new(play: PlayKind, merge: Merge) -> Self {
         Self {
             play,
