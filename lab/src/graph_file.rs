@@ -2,8 +2,9 @@
 
 use std::{path::Path, slice, sync::Arc};
 
+use ratelab_recording::with_durations;
 use ratelab_study::{
-    file::{self, FileError},
+    file,
     graph_file::{GraphFile, GraphFileError, MOST_BYTES},
 };
 
@@ -17,20 +18,14 @@ use crate::{error::Error, program::Program};
 pub fn open(program: &Program, path: &Path) -> Result<Program, Error> {
     let name = path.display();
     let refused = |why: String| Error::BadInput(format!("{name}: {why}"));
-    let most = MOST_BYTES as u64;
-    let content = file::read(path, most).map_err(|error| match error {
-        FileError::Unreadable(why) => refused(why.to_string()),
-        other => refused(format!(
-            "expected a text file of {most} bytes at most, {other}"
-        )),
-    })?;
-    let text = String::from_utf8(content);
-    let text = text.map_err(|_| refused("expected a text file in UTF-8".to_owned()))?;
-    let system =
-        GraphFile::parse(&text).and_then(|graph| graph.system(slice::from_ref(&program.system)));
-    let system = system.map_err(|GraphFileError { line, column, what }| {
+    let wrong = |GraphFileError { line, column, what }| {
         Error::BadInput(format!("{name}:{line}:{column}: {what}"))
-    })?;
+    };
+    let text = file::read_text(path, MOST_BYTES as u64).map_err(refused)?;
+    let graph = GraphFile::parse(&text).map_err(wrong)?;
+    let graph = graph.map_settings(with_durations).map_err(refused)?;
+    let system = graph.system(slice::from_ref(&program.system));
+    let system = system.map_err(wrong)?;
     Ok(Program {
         system: Arc::new(system),
         course: false,

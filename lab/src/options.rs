@@ -6,7 +6,7 @@ use ratelab::{ClockKind, Knob, Speed, Time, TimedKnob};
 use ratelab_real_clock::RealtimePriority;
 use ratelab_study::{
     experiment::{Config, Experiment},
-    file::{self, FileError},
+    file,
     system::{Setup, WorldKind},
 };
 
@@ -236,14 +236,7 @@ fn check_clock(args: &GraphArgs, clock: ClockKind) -> Result<(), Error> {
 fn read_knobs(program: &Program, config: &Config, path: &Path) -> Result<Vec<TimedKnob>, Error> {
     let refused =
         |why: &dyn fmt::Display| Error::BadInput(format!("--knobs {}: {why}", path.display()));
-    let content = file::read(path, MOST_KNOBS).map_err(|error| match error {
-        FileError::Unreadable(why) => refused(&why),
-        other => refused(&format!(
-            "expected a text file of {MOST_KNOBS} bytes at most, {other}"
-        )),
-    })?;
-    let text = String::from_utf8(content);
-    let text = text.map_err(|_| refused(&"expected a text file in UTF-8, found other bytes"))?;
+    let text = file::read_text(path, MOST_KNOBS).map_err(|why| refused(&why))?;
     let lines = program.knobs().parse_lines(&text);
     let lines = lines.map_err(|error| refused(&error))?.into_iter();
     // Whatever is wrong with the options is found where the run is built.

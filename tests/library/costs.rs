@@ -1,20 +1,27 @@
 //! Duration, lateness and due times of ticks, set by knobs, under both clocks. The
 //! virtual clock's bytes are tested in `golden.rs`.
 
+use std::fs;
+
+use ratelab_study::measured;
+
 use crate::{own_costs::Robot, support::*};
 
 fn at(millis: u64) -> Time {
     Time::ZERO + ms(millis)
 }
 
-/// The knob `text`, with durations as if loaded from its recording.
+/// The knob `text`, with durations as if loaded from its file.
 fn loaded(text: &str, durations: &[Duration]) -> Result<Knob, String> {
-    let knob = knob(text);
-    let Some(Draw::Recorded(recorded)) = draw(&knob)? else {
-        panic!("{text} names no recording");
+    measured::loaded(knob(text), |_, _| Ok(durations.to_vec()))
+}
+
+/// What comes of `knob` where its file has these durations now.
+fn read_again(knob: &Knob, durations: &[Duration]) -> Result<Measurements, String> {
+    let Some(Draw::Measured(measured)) = draw(knob)? else {
+        panic!("{knob} names no file");
     };
-    let measured = recorded.with_durations(durations.to_vec())?;
-    Ok(with_draw(knob, measured.into()))
+    measured.with_durations(durations.to_vec())
 }
 
 #[test]
@@ -38,13 +45,90 @@ fn recorded_durations_are_drawn_once_they_are_loaded_and_known_by_their_digest()
         pinned.starts_with("takes policy recorded:real.rrd@sha256:"),
         "{pinned}"
     );
-    loaded(&pinned, &[ms(3), ms(5), ms(7)]).expect("the same durations in any order");
-    let changed = loaded(&pinned, &[ms(3)]).expect_err("others");
+    read_again(&knob, &[ms(3), ms(5), ms(7)]).expect("the same durations in any order");
+    let changed = read_again(&knob, &[ms(3)]).expect_err("others");
     assert!(
         changed.contains("real.rrd has other durations"),
         "{changed}"
     );
     assert!(loaded(text, &[]).is_err());
+}
+
+#[test]
+fn a_file_of_measured_costs_is_a_column_of_milliseconds() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("model.csv");
+    let read = |content: &[u8]| {
+        fs::write(&path, content).expect("written");
+        measured::read_column(&path)
+    };
+    for content in [
+        "900\n12.5\n0",
+        "900\r\n12.5\r\n0\r\n",
+        "latency_ms\n900\n12.5\n0\n",
+        "\"latency (ms)\"\r\n\r\n 900 # cold\r\n+1.25e1\r\n0",
+        "\u{feff}# of the real model\n\nms\n900\n#12\n12.5\n\n0\n\n",
+    ] {
+        let expected = [ms(900), Duration::from_micros(12_500), ms(0)];
+        assert_eq!(read(content.as_bytes()), Ok(expected.to_vec()), "{content}");
+    }
+    for (content, part) in [
+        ("12\nsoon\n", r#"model.csv: line 2: "soon" is no duration"#),
+        (
+            "12,5\n",
+            r#"line 1: "12,5" is no duration: expected milliseconds"#,
+        ),
+        ("12 ms\n", r#"line 1: "12 ms""#),
+        ("# tick,ms\r\n\r\n1\t12", r#"line 3: "1\t12""#),
+        ("tick,ms\n0,12", r#"line 1: "tick,ms""#),
+        ("ms\nms\n12", r#"line 2: "ms""#),
+        ("ms\n-0.1", r#"line 2: "-0.1""#),
+        ("NaN\n12", r#"line 1: "NaN""#),
+        ("1\n\n1e300", r#"line 3: "1e300""#),
+        ("ms\r\n# none yet\r\n", "no number is in it"),
+    ] {
+        let error = read(content.as_bytes()).expect_err(content);
+        assert!(error.contains(part), "{content:?}: {error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+    assert!(read(b"12\n\xff").expect_err("bytes").contains("UTF-8"));
+    let large = read(&vec![b'\n'; 9 << 20]).expect_err("too large");
+    assert!(large.contains("found 9437184 bytes"), "{large}");
+}
+
+#[test]
+fn the_costs_of_a_file_come_in_its_order_again_and_again_or_are_drawn() {
+    let column = [ms(30), ms(10), ms(20)];
+    let costs = |clock: &mut dyn Clock, at: &str, takes: &str| {
+        let (mut graph, topic) = beacon(10.0);
+        let knob = loaded(takes, &column).expect("loaded");
+        let sent = messages(clock, &mut graph, &topic, &format!("{at} {knob}"), 690);
+        let costs = sent.iter().map(|message| message.stamp - message.data);
+        costs.collect::<Vec<_>>()
+    };
+    let modelled = |at: &str, takes: &str| costs(&mut VirtualClock, at, takes);
+    let in_order = modelled("0", "takes beacon file:model.csv");
+    let again = [30, 10, 20, 30, 10, 20, 30].map(ms);
+    assert_eq!(in_order, again);
+    // A tick has its number whenever the knob was turned.
+    let late = modelled("0.15", "takes beacon file:model.csv");
+    assert_eq!((&late[..2], &late[2..]), (&[ms(0); 2][..], &again[2..]));
+    let drawn = modelled("0", "takes beacon drawn:model.csv");
+    assert_ne!(drawn, again);
+    assert_eq!(drawn, modelled("0", "takes beacon recorded:real.rrd"));
+    // The first tick may have begun before the command.
+    let real = costs(
+        &mut RealClock::default(),
+        "0",
+        "takes beacon busy file:model.csv",
+    );
+    let pairs = real.iter().zip(&again).skip(1);
+    pairs.for_each(|(spent, cost)| assert!(spent >= cost, "{real:?}"));
+
+    let pinned = loaded("takes beacon file:model.csv", &column).expect("loaded");
+    let other = [ms(10), ms(20), ms(30)];
+    let other = read_again(&pinned, &other).expect_err("another order");
+    assert!(other.contains("model.csv has other durations"), "{other}");
 }
 
 #[test]

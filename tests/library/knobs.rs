@@ -40,6 +40,8 @@ fn a_knob_is_printed_in_its_shortest_form_and_read_back_from_text_and_from_json(
          takes policy busy 0..0.000001         | takes policy busy 0..0.000001
          takes policy 0                        | takes policy none
          takes policy recorded:my runs/real.rrd | takes policy recorded:my runs/real.rrd
+         takes policy busy file:my runs/a.csv  | takes policy busy file:my runs/a.csv
+         wakes policy drawn:a.csv              | wakes policy drawn:a.csv
          wakes sensor 0.25..3                  | wakes sensor 0.25..3
          wakes sensor none                     | wakes sensor none
          offset actuator 7.000001              | offset actuator 7.000001
@@ -65,6 +67,7 @@ fn an_invalid_knob_is_refused_in_one_line_with_the_accepted_values() {
         link /obs delay:NaN           | "NaN" is no delay
         link /obs delay:9..3          | delay:A..B
         link /obs delay:recorded:a.rrd | is no delay
+        link /obs delay:file:a.csv    | is no delay
         link /obs loss:1.5            | expected 0 to 1
         link /obs loss:NaN            | expected 0 to 1
         link /obs loss:-0.1           | expected 0 to 1
@@ -93,6 +96,8 @@ fn an_invalid_knob_is_refused_in_one_line_with_the_accepted_values() {
         takes policy lognormal:90,30  | in this order
         takes policy lognormal:0,30   | above zero
         takes policy recorded:        | expected recorded:FILE
+        takes policy file:            | expected file:FILE
+        takes policy drawn:a@sha256:0 | expected 64 hexadecimal digits
         takes policy NaN              | is no duration
         offset policy 1e300           | is not a duration
         offset policy -0.1            | 0 to 1000000000

@@ -31,7 +31,7 @@ const HEADS: &str = "rate policy|depth /obs|send actuator|send policy|takes poli
     queue-depth|~ /obs";
 
 /// Values that some knob takes.
-const VALUES: &str = "#|#..#|lognormal:#,#|recorded:a.rrd|none|newest|oldest|hold|zero:#|zero:#..#|lqr||\
+const VALUES: &str = "#|#..#|lognormal:#,#|recorded:a.rrd|file:a.csv|drawn:a.csv|none|newest|oldest|hold|zero:#|zero:#..#|lqr||\
     ~|# #";
 
 /// Something close to a knob of the cart-pole, or one.

@@ -106,7 +106,7 @@ impl CartPole {
             knobs: &[(KnobKind::Takes, POLICY)],
             default: "none",
             choices: &[],
-            help: "The time that the policy takes to decide (ms): 30, 60..110, lognormal:30,90 or recorded:FILE",
+            help: "The time that the policy takes to decide (ms): 30, 60..110, lognormal:30,90, recorded:FILE, file:CSV or drawn:CSV",
         },
         Alias {
             name: "on-stale",

@@ -18,15 +18,21 @@ use crate::{
 /// The 99th percentile of the standard normal distribution.
 const NORMAL_P99: f64 = 2.326_347_874_040_840_8;
 
-/// Prefix of the name of a recording.
+/// Prefix of a recording, of whose durations each draw is one.
 const RECORDED: &str = "recorded:";
 
-/// Separator between the name of a recording and the digest of its table.
+/// Prefix of a column of durations, drawn in its order: after the last comes the first again.
+const IN_ORDER: &str = "file:";
+
+/// Prefix of such a column, of whose durations each draw is one.
+const DRAWN: &str = "drawn:";
+
+/// Separator between the name of a file and the digest of its durations.
 const PIN: &str = "@sha256:";
 
 /// A distribution of durations. As text, in milliseconds: `30`; `60..110` uniform;
-/// `lognormal:30,90` by median and 99th percentile; `recorded:FILE`, one of the measured
-/// durations in a file; `none`.
+/// `lognormal:30,90` by median and 99th percentile; `recorded:FILE`, `file:CSV` and `drawn:CSV`,
+/// the durations in a recording or a column; `none`.
 ///
 /// ```
 /// use ratelab_effects::Draw;
@@ -49,8 +55,8 @@ pub enum Draw {
         /// 99th percentile.
         p99: Duration,
     },
-    /// One of the durations in a recording.
-    Recorded(Recorded),
+    /// The durations in a file.
+    Measured(Measurements),
 }
 
 impl Draw {
@@ -82,7 +88,7 @@ impl Draw {
                 Duration::from_nanos(drawn.round() as u64)
             }
             Self::Lognormal { .. } => Duration::ZERO,
-            Self::Recorded(recorded) => recorded.at(u),
+            Self::Measured(measured) => measured.at(u),
         }
     }
 
@@ -90,6 +96,7 @@ impl Draw {
     pub(crate) fn of(&self, chance: Chance<'_>, n: u64) -> Duration {
         match self {
             Self::Constant(duration) => *duration,
+            Self::Measured(measured) if measured.is_in_order() => measured.nth(n),
             draw => draw.at(chance.uniform(n)),
         }
     }
@@ -107,10 +114,10 @@ impl Draw {
         1.0 - f64::midpoint(below, above)
     }
 
-    /// The recording it needs, if that is not loaded yet.
-    pub fn missing(&self) -> Option<&Recorded> {
+    /// The durations it needs, if they are not loaded yet.
+    pub fn missing(&self) -> Option<&Measurements> {
         match self {
-            Self::Recorded(recorded) if recorded.table.is_none() => Some(recorded),
+            Self::Measured(measured) if measured.loaded.is_none() => Some(measured),
             _ => None,
         }
     }
@@ -126,7 +133,7 @@ impl fmt::Display for Draw {
             Self::Lognormal { median, p99 } => {
                 write!(f, "lognormal:{},{}", ms(median), ms(p99))
             }
-            Self::Recorded(recorded) => recorded.fmt(f),
+            Self::Measured(measured) => measured.fmt(f),
         }
     }
 }
@@ -136,8 +143,10 @@ impl FromStr for Draw {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let text = text.trim();
-        if let Some(recording) = text.strip_prefix(RECORDED) {
-            return Ok(Self::Recorded(Recorded::parse(recording)?));
+        for prefix in [RECORDED, IN_ORDER, DRAWN] {
+            if let Some(file) = text.strip_prefix(prefix) {
+                return Measurements::parse(prefix, file).map(Self::Measured);
+            }
         }
         if let Some(figures) = text.strip_prefix("lognormal:") {
             return lognormal(text, figures);
@@ -152,7 +161,7 @@ impl FromStr for Draw {
             _ => millis::parse(text).map(Self::Constant).map_err(|_| {
                 format!(
                     "{text:?} is no duration: expected milliseconds such as 30, 60..110, \
-                     lognormal:30,90, recorded:FILE or none"
+                     lognormal:30,90, recorded:FILE, file:CSV, drawn:CSV or none"
                 )
             }),
         }
@@ -169,54 +178,69 @@ fn lognormal(text: &str, figures: &str) -> Result<Draw, String> {
     Ok(Draw::Lognormal { median, p99 })
 }
 
-/// The tables of durations that were loaded, each by its digest.
-static TABLES: Mutex<BTreeMap<Digest, Arc<[Duration]>>> = Mutex::new(BTreeMap::new());
+/// Durations that were loaded: in the order of their file, and sorted.
+type Loaded = Arc<[Vec<Duration>; 2]>;
 
-/// Measured durations, named by their recording. The library reads no recordings: the
-/// program loads the durations and supplies them, once for all draws of the same digest.
-#[derive(Clone, Debug)]
-pub struct Recorded {
+/// All of them, by their digest.
+static LOADED: Mutex<BTreeMap<Digest, Loaded>> = Mutex::new(BTreeMap::new());
+
+/// Measured durations, named by their file. The library reads no such files: the program
+/// loads the durations and supplies them, once for all draws of the same digest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measurements {
+    prefix: &'static str,
     file: String,
     pin: Option<Digest>,
-    table: Option<Arc<[Duration]>>,
+    loaded: Option<Loaded>,
 }
 
-impl Recorded {
-    fn parse(text: &str) -> Result<Self, String> {
+impl Measurements {
+    fn parse(prefix: &'static str, text: &str) -> Result<Self, String> {
         let (file, pin) = match text.rsplit_once(PIN) {
             Some((file, digest)) => (file, Some(digest.parse()?)),
             None => (text, None),
         };
         if file.is_empty() {
-            return Err(format!(
-                "{RECORDED} names no recording: expected {RECORDED}FILE"
-            ));
+            return Err(format!("{prefix} names no file: expected {prefix}FILE"));
         }
-        let tables = TABLES.lock().unwrap_or_else(PoisonError::into_inner);
+        let all = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
         Ok(Self {
+            prefix,
             file: file.to_owned(),
             pin,
-            table: pin.and_then(|digest| tables.get(&digest).cloned()),
+            loaded: pin.and_then(|digest| all.get(&digest).cloned()),
         })
     }
 
-    /// Path of the recording.
+    /// Path of the file.
     pub fn file(&self) -> &str {
         &self.file
     }
 
-    /// Returns the same draw with the durations of the recording, pinned to their digest.
+    /// Whether the file is a recording, and no column of numbers.
+    pub fn is_recorded(&self) -> bool {
+        self.prefix == RECORDED
+    }
+
+    fn is_in_order(&self) -> bool {
+        self.prefix == IN_ORDER
+    }
+
+    /// Returns the same draw with the durations in the file, pinned to their digest.
     ///
     /// # Errors
     /// If there are no durations, or they differ from the pinned ones.
     pub fn with_durations(&self, mut durations: Vec<Duration>) -> Result<Self, String> {
-        let file = &self.file;
+        let (file, mut sorted) = (&self.file, durations.clone());
         if durations.is_empty() {
             return Err(format!(
                 "{file} has no such durations: record a run on the real clock"
             ));
         }
-        durations.sort_unstable();
+        sorted.sort_unstable();
+        if !self.is_in_order() {
+            durations.clone_from(&sorted);
+        }
         let nanos = durations.iter().map(|d| d.as_nanos() as u64);
         let content: Vec<u8> = nanos.flat_map(u64::to_le_bytes).collect();
         let digest = Digest::of(&content);
@@ -225,41 +249,39 @@ impl Recorded {
                 "{file} has other durations than it had: expected SHA-256 {expected}, found {digest}"
             )),
             _ => {
-                let table: Arc<[Duration]> = durations.into();
-                let mut tables = TABLES.lock().unwrap_or_else(PoisonError::into_inner);
-                tables.insert(digest, table.clone());
+                let loaded: Loaded = Arc::new([durations, sorted]);
+                let mut all = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
+                all.insert(digest, loaded.clone());
                 Ok(Self {
-                    file: file.clone(),
                     pin: Some(digest),
-                    table: Some(table),
+                    loaded: Some(loaded),
+                    ..self.clone()
                 })
             }
         }
     }
 
+    /// Number `n` in the order of the file.
+    fn nth(&self, n: u64) -> Duration {
+        self.pick(0, |count| (n % count.max(1) as u64) as usize)
+    }
+
+    /// The quantile of `u` in 0..1.
     fn at(&self, u: f64) -> Duration {
-        let table = self.table.as_deref().unwrap_or_default();
-        let index = (u * table.len() as f64) as usize;
-        table.get(index).copied().unwrap_or_default()
+        self.pick(1, |count| (u * count as f64) as usize)
+    }
+
+    /// The duration at the `index` for so many in a list: that in order, or the sorted one.
+    fn pick(&self, list: usize, index: impl Fn(usize) -> usize) -> Duration {
+        let list = self.loaded.as_ref().map(|lists| &lists[list]);
+        let known = list.and_then(|list| list.get(index(list.len())));
+        known.copied().unwrap_or_default()
     }
 }
 
-impl From<Recorded> for Draw {
-    fn from(recorded: Recorded) -> Self {
-        Self::Recorded(recorded)
-    }
-}
-
-impl PartialEq for Recorded {
-    /// Compares the texts, which determine the durations.
-    fn eq(&self, other: &Self) -> bool {
-        (&self.file, self.pin) == (&other.file, other.pin)
-    }
-}
-
-impl fmt::Display for Recorded {
+impl fmt::Display for Measurements {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{RECORDED}{}", self.file)?;
+        write!(f, "{}{}", self.prefix, self.file)?;
         match self.pin {
             Some(digest) => write!(f, "{PIN}{digest}"),
             None => Ok(()),

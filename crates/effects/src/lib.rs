@@ -43,7 +43,7 @@ mod triggers;
 pub use chance::Chance;
 pub use cost::Cost;
 pub use digest::Digest;
-pub use draw::{Draw, Recorded};
+pub use draw::{Draw, Measurements};
 pub use executors::{
     callback::Callback,
     dispatch::Executors,
@@ -52,7 +52,7 @@ pub use executors::{
 pub use kit::Effects;
 pub use links::link::{Burst, Link};
 pub use local_clock::ClockError;
-pub use spec::{checked, draw, knob, takes_time, with_draw};
+pub use spec::{checked, draw, knob, takes_time};
 pub use triggers::{
     matcher::Matcher,
     matching::{Choice, Match},

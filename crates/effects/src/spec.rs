@@ -53,16 +53,3 @@ pub fn takes_time(knob: &Knob) -> bool {
     let takes = matches!(knob, Knob::Takes { .. }).then(|| draw(knob));
     matches!(takes, Some(Ok(Some(draw))) if !draw.is_none())
 }
-
-/// The same knob with another random duration, if it sets one.
-pub fn with_draw(mut knob: Knob, draw: Draw) -> Knob {
-    match &mut knob {
-        Knob::Takes { spec, .. } => {
-            let busy = spec.parse().is_ok_and(|cost: Cost| cost.busy);
-            *spec = Cost { draw, busy }.to_string();
-        }
-        Knob::Wakes { spec, .. } => *spec = draw.to_string(),
-        _ => {}
-    }
-    knob
-}

@@ -4,27 +4,25 @@ use std::{path::Path, time::Duration};
 
 use ratelab::{Knob, KnobKind};
 use ratelab_account::TickRecord;
-use ratelab_effects::{Draw, draw, with_draw};
+use ratelab_study::measured::{loaded, read_column};
 
 use super::recorded::Recording;
 
-/// `knob` with the durations of its recording, if it names one and they are not loaded
-/// yet: the durations or the lateness of its node's ticks.
+/// `knob` with the durations of the file that it names, if they are not loaded yet: of a
+/// recording the durations or the lateness of its node's ticks.
 ///
 /// # Errors
-/// An error if the recording cannot be read, or has no such durations, or different ones
-/// than when they were first read.
+/// An error if the file cannot be read, or has no such durations, or different ones than when
+/// they were first read.
 pub fn with_durations(knob: Knob) -> Result<Knob, String> {
-    // The graph refuses a value that is none.
-    let draw = draw(&knob).unwrap_or_default();
-    let Some(recorded) = draw.as_ref().and_then(Draw::missing) else {
-        return Ok(knob);
-    };
-    let recording = Recording::read(Path::new(recorded.file()));
-    let recording = recording.map_err(|error| error.to_string())?;
-    let measured = durations(&recording, knob.kind(), knob.target());
-    let measured = recorded.with_durations(measured)?;
-    Ok(with_draw(knob, measured.into()))
+    loaded(knob, |knob, measured| {
+        let file = Path::new(measured.file());
+        if !measured.is_recorded() {
+            return read_column(file);
+        }
+        let recording = Recording::read(file).map_err(|error| error.to_string())?;
+        Ok(durations(&recording, knob.kind(), knob.target()))
+    })
 }
 
 /// The measurements of `node` for a knob of this `kind`.

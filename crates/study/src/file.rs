@@ -46,3 +46,16 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, FileError> {
         _ => Ok(content),
     }
 }
+
+/// Reads the text file at `path`, in UTF-8, up to `most` bytes.
+///
+/// # Errors
+/// What was expected and what was found.
+pub fn read_text(path: &Path, most: u64) -> Result<String, String> {
+    let content = read(path, most).map_err(|error| match error {
+        FileError::Unreadable(why) => why.to_string(),
+        other => format!("expected a text file of {most} bytes at most, {other}"),
+    })?;
+    String::from_utf8(content)
+        .map_err(|_| "expected a text file in UTF-8, found other bytes".to_owned())
+}

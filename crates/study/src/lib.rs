@@ -11,4 +11,5 @@
 pub mod experiment;
 pub mod file;
 pub mod graph_file;
+pub mod measured;
 pub mod system;

@@ -24,8 +24,8 @@ pub struct TimingArgs {
     )]
     pub world_step_ms: Option<u64>,
 
-    /// What the ticks of a node take, in milliseconds: 30, 60..110, lognormal:30,90
-    /// or recorded:FILE; can be given several times.
+    /// What the ticks of a node take, in milliseconds: 30, 60..110, lognormal:30,90,
+    /// recorded:FILE, file:CSV or drawn:CSV; can be given several times.
     #[arg(long, value_name = "NODE=SPEC", value_parser = values::takes)]
     pub takes: Vec<Knob>,
 

@@ -9,9 +9,10 @@ use std::{
 };
 
 use ratelab::{ClockKind, Command, Event, Knob, KnobKind, Time, TimedKnob};
-use ratelab_effects::{Draw, draw, knob, with_draw};
+use ratelab_effects::knob;
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
+    measured::loaded,
     system::System,
 };
 
@@ -138,13 +139,7 @@ fn measured(recording: &Recording, kind: KnobKind, node: &str) -> Result<Option<
     }
     let spec = format!("recorded:{}", recording.path.display());
     let knob = knob(kind, node, &spec).map_err(|error| error.to_string())?;
-    match draw(&knob)? {
-        Some(Draw::Recorded(recorded)) => {
-            let measured = recorded.with_durations(durations)?;
-            Ok(Some(with_draw(knob, measured.into())))
-        }
-        _ => Ok(Some(knob)),
-    }
+    loaded(knob, |_, _| Ok(durations)).map(Some)
 }
 
 /// Whether the graph accepts `knob`: a world that moves by itself refuses some.

@@ -62,7 +62,7 @@ fn bounds(draw: &Draw) -> Option<(Duration, Duration)> {
     match draw {
         Draw::Constant(duration) => Some((*duration, Duration::ZERO)),
         Draw::Uniform(from, to) => Some((*from, *to - *from)),
-        Draw::Lognormal { .. } | Draw::Recorded(_) => None,
+        Draw::Lognormal { .. } | Draw::Measured(_) => None,
     }
 }
 

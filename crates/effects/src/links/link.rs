@@ -139,7 +139,7 @@ impl Link {
 
 fn delay(value: &str) -> Result<Draw, String> {
     match value.parse() {
-        Ok(Draw::Recorded(_)) | Err(_) => Err(format!("{value:?} is no delay: {EXPECTED}")),
+        Ok(Draw::Measured(_)) | Err(_) => Err(format!("{value:?} is no delay: {EXPECTED}")),
         Ok(draw) => Ok(draw),
     }
 }

@@ -300,10 +300,9 @@ impl Task {
                 "{name} has no thread of its own: its executor decides when it starts"
             )),
             _ => match spec::draw(knob)?.as_ref().and_then(Draw::missing) {
-                Some(recorded) => Err(format!(
-                    "the durations in {} were not loaded: name a recording that the command can \
-                     read",
-                    recorded.file()
+                Some(measured) => Err(format!(
+                    "the durations in {} were not loaded: name a file that the command can read",
+                    measured.file()
                 )),
                 None => Ok(()),
             },

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ratelab::{Knob, KnobKind, Release};
-use ratelab_effects::{Callback, Draw, Match, draw, knob};
+use ratelab_effects::{Callback, Match, knob};
 
 use super::{
     ChainSpec, GraphFile, InnerSpec, MOST_PARTS, NodeSpec,
@@ -75,10 +75,6 @@ fn settings(block: &Block) -> Checked<Vec<Knob>> {
         let refused = |why: String| GraphRefusal::new(*at, why);
         let knob = knob(kind, &block.name.text, text.trim());
         let knob = knob.map_err(|error| refused(format!("{key}: {error}")))?;
-        if let Some(Draw::Recorded(_)) = draw(&knob).map_err(refused)? {
-            let option = "measured durations are for the command line";
-            return refuse(*at, format!("{key}: {option}: --knob \"{knob}\""));
-        }
         knobs.push(knob);
     }
     Ok(knobs)

@@ -152,7 +152,7 @@ pub const SECTIONS: [FileSection; 6] = [
             optional(
                 "takes",
                 Knob(Takes),
-                "Duration of a tick (ms): 30, 60..110, lognormal:30,90; \"busy 30\" keeps a core busy",
+                "Duration of a tick (ms): 30, 60..110, lognormal:30,90, recorded:FILE, file:CSV or drawn:CSV; \"busy 30\" keeps a core busy",
             ),
             optional("offset", Knob(Offset), "Due time of the first tick (ms)"),
             optional(

@@ -152,6 +152,20 @@ impl GraphFile {
         file.map_err(|refusal| refusal.in_text(text))
     }
 
+    /// The same graph with its settings as `change` returns them, such as with measured durations
+    /// that were loaded.
+    ///
+    /// # Errors
+    /// The first one of `change`.
+    pub fn map_settings<E>(
+        mut self,
+        change: impl FnMut(Knob) -> Result<Knob, E>,
+    ) -> Result<Self, E> {
+        let settings = self.settings.into_iter().map(change);
+        self.settings = settings.collect::<Result<_, _>>()?;
+        Ok(self)
+    }
+
     /// Name of the graph.
     pub fn name(&self) -> &str {
         &self.name

@@ -1,0 +1,74 @@
+//! Measured durations that knobs draw from, and text files of them: a column of milliseconds.
+
+use std::{path::Path, time::Duration};
+
+use ratelab::{Knob, millis};
+use ratelab_effects::{Cost, Draw, Measurements, draw};
+
+use crate::file;
+
+/// Maximum size of a file (bytes): about a million durations.
+const LARGEST: u64 = 1 << 23;
+
+/// The same knob with the durations that it draws from, if they are not loaded yet: those that
+/// `read` returns.
+///
+/// # Errors
+/// That of `read`, or one if there are no durations, or other ones than when they were first read.
+pub fn loaded(
+    mut knob: Knob,
+    read: impl FnOnce(&Knob, &Measurements) -> Result<Vec<Duration>, String>,
+) -> Result<Knob, String> {
+    // The graph refuses a value that is none.
+    let draw = draw(&knob).unwrap_or_default();
+    let Some(measured) = draw.as_ref().and_then(Draw::missing) else {
+        return Ok(knob);
+    };
+    let measured = measured.with_durations(read(&knob, measured)?)?;
+    if let Knob::Takes { spec, .. } | Knob::Wakes { spec, .. } = &mut knob {
+        let busy = spec.parse().is_ok_and(|cost: Cost| cost.busy);
+        let draw = Draw::Measured(measured);
+        *spec = Cost { draw, busy }.to_string();
+    }
+    Ok(knob)
+}
+
+/// Reads the durations in the file at `path`, one a line in milliseconds. The first line may name
+/// the column; empty lines and comments behind `#` are ignored.
+///
+/// # Errors
+/// The file, its line, the value there and what was expected.
+pub fn read_column(path: &Path) -> Result<Vec<Duration>, String> {
+    let durations = file::read_text(path, LARGEST).and_then(|text| parse(&text));
+    durations.map_err(|why| format!("{}: {why}", path.display()))
+}
+
+fn parse(text: &str) -> Result<Vec<Duration>, String> {
+    // Spreadsheets write a byte order mark.
+    let lines = text.trim_start_matches('\u{feff}').lines().zip(1..);
+    let values = lines.filter_map(|(line, number)| {
+        let value = line.split('#').next()?.trim();
+        (!value.is_empty()).then_some((number, value))
+    });
+    let mut values = values.peekable();
+    values.next_if(|(_, value)| is_name(value));
+    let durations = values.map(|(number, value)| {
+        millis::parse(value).map_err(|_| {
+            format!(
+                "line {number}: {value:?} is no duration: expected milliseconds, one number a line \
+                 such as 12.5"
+            )
+        })
+    });
+    let durations: Vec<Duration> = durations.collect::<Result<_, _>>()?;
+    match durations.is_empty() {
+        true => Err("no number is in it: expected milliseconds, one number a line".to_owned()),
+        false => Ok(durations),
+    }
+}
+
+/// Whether `value` names a column, and one only.
+fn is_name(value: &str) -> bool {
+    let named = value.starts_with(|first: char| first == '"' || first.is_alphabetic());
+    named && value.parse::<f64>().is_err() && !value.contains([',', ';', '\t'])
+}
