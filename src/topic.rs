@@ -13,6 +13,7 @@
 //! | `latest()` on a topic that never carried a message | `None` |
 //! | `latest()` | the newest message; everything older counts as seen |
 //! | `latest()` again with nothing new | the same message again (zero-order hold), no drop |
+//! | `next()` | the oldest unread message; none if all are read |
 //! | two subscriptions, one slow | only the slow one counts drops |
 //! | subscribing late | `latest()` gives the newest message; earlier ones never count as drops |
 //! | depth 0 | refused: [`DepthError`] |

@@ -29,6 +29,8 @@ fn a_knob_is_printed_in_its_shortest_form_and_read_back_from_text_and_from_json(
          read /obs newest                      | read /obs newest
          lose /obs 17                          | lose /obs 17
          postpone /obs 17 0.5                  | postpone /obs 17 0.5
+         set policy plan committed             | set policy plan committed
+         set arm  gains 1 2  3                 | set arm gains 1 2  3
          crash policy                          | crash policy
          restart policy                        | restart policy
          hang policy 90                        | hang policy 90
@@ -56,6 +58,65 @@ fn a_knob_is_printed_in_its_shortest_form_and_read_back_from_text_and_from_json(
     }
     let [one, other] = ["lose /obs 1", "lose /obs 2"].map(|text| checked_knob(text).expect(text));
     assert!(!one.is_of(&other));
+    let [one, other] = ["set a b 1", "set a c 1"].map(|text| checked_knob(text).expect(text));
+    assert!(!one.is_of(&other) && one.is_of(&checked_knob("set a b 2").expect("a knob")));
+}
+
+/// A node with a gain.
+struct Amplifier {
+    gain: f64,
+    last_tick: LastTick,
+    heard: Arc<Mutex<Vec<(f64, Option<Duration>)>>>,
+}
+
+impl Node for Amplifier {
+    fn tick(&mut self, _: Time) -> Tick {
+        let mut heard = self.heard.lock().expect("heard");
+        heard.push((self.gain, self.last_tick.take()));
+        GO_ON
+    }
+
+    fn set_parameter(&mut self, name: &str, value: &str, _: Time) -> Result<String, String> {
+        match (name, value.parse()) {
+            ("gain", Ok(gain)) => Ok(std::mem::replace(&mut self.gain, gain).to_string()),
+            _ => Err(format!("{name} {value}: expected gain and a number")),
+        }
+    }
+}
+
+#[test]
+fn a_node_obeys_its_parameters_and_knows_how_long_its_last_tick_took() {
+    let heard = Arc::new(Mutex::new(Vec::new()));
+    let mut graph = Graph::with(Effects);
+    let node = graph.node("amplifier", hz(10.0), 0, |wiring| Amplifier {
+        gain: 1.0,
+        last_tick: wiring.last_tick(),
+        heard: heard.clone(),
+    });
+    node.expect("a node");
+    let commands = "0 takes amplifier 30; 0.1 set amplifier gain 2; 0.1 set amplifier gain two;
+                    0.2 set amplifier mass 3; 0.2 takes amplifier 0";
+    run_virtual(&mut graph, commands, secs(0.3));
+    let took = |millis| Some(ms(millis));
+    assert_eq!(
+        *heard.lock().expect("heard"),
+        [
+            (1.0, None),
+            (2.0, took(30)),
+            (2.0, took(30)),
+            (2.0, took(0))
+        ]
+    );
+    let logged = events(&graph);
+    assert!(logged[1].contains("amplifier gain 2 (was 1)"), "{logged:?}");
+    assert!(
+        logged[2].contains("expected gain and a number"),
+        "{logged:?}"
+    );
+    assert!(
+        logged[3].contains("expected gain and a number"),
+        "{logged:?}"
+    );
 }
 
 #[test]
@@ -82,6 +143,8 @@ fn an_invalid_knob_is_refused_in_one_line_with_the_accepted_values() {
         lose /obs -1                  | expected lose TOPIC N
         postpone /obs 3               | expected postpone TOPIC N MS
         postpone /obs 3 -4            | expected milliseconds
+        set policy                    | expected set NODE NAME VALUE
+        set policy plan               | expected set NODE NAME VALUE
         crash policy now              | expected crash NODE
         crash                         | is not a knob
         hang policy long              | expected milliseconds

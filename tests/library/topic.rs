@@ -12,18 +12,20 @@ use crate::{support::*, table::rows};
 enum Step {
     Publish,
     Read(usize),
+    Next(usize),
     SetDepth(usize),
     Subscribe,
     Leave(usize),
 }
 
 impl Step {
-    /// One of `p`, `r0`, `d3`, `s` and `l0`.
+    /// One of `p`, `r0`, `n0`, `d3`, `s` and `l0`.
     fn read(text: &str) -> Self {
         let number = || text[1..].parse().expect(text);
         match &text[..1] {
             "p" => Self::Publish,
             "r" => Self::Read(number()),
+            "n" => Self::Next(number()),
             "d" => Self::SetDepth(number()),
             "s" => Self::Subscribe,
             "l" => Self::Leave(number()),
@@ -71,6 +73,11 @@ impl Bench {
                 });
                 return (number, None);
             }
+            Step::Next(reader) => {
+                let message = self.readers[reader].next(Time::MAX);
+                // 99 is none.
+                return (message.map(|message| message.data).or(Some(99)), None);
+            }
             Step::SetDepth(messages) => {
                 let before = self.topic.set_depth(depth(messages), Time::ZERO);
                 return (None, Some(before.get()));
@@ -101,6 +108,10 @@ fn messages_are_read_and_dropped_as_the_table_of_cases_says() {
          never a message: no latest                | 1 | r0                | -   | 0
          everything older than latest is seen      | 9 | p p p p p r0 p p p p p p p p p | 4 | 0
          the last one is held                      | 1 | p r0 r0           | 0   | 0
+         next is the oldest unread                 | 9 | p p p n0          | 0   | 0
+         each message once                         | 9 | p p p n0 n0       | 1   | 0
+         none after the last                       | 9 | p n0 n0           | 99  | 0
+         but none that latest has passed over      | 9 | p p r0 p n0       | 2   | 0
          only the slow one of two drops            | 1 | s p r0 p r0 p r0  | 2   | 0 2
          a late one reads the newest               | 2 | p p p p p s r1    | 4   | 3 0
          it is not charged for the past            | 2 | p p s p p         | -   | 2 0

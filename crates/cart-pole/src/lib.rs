@@ -40,6 +40,7 @@ pub use body::PlantError;
 pub use free_plant::FreePlant;
 pub use linear::LinearPlant;
 pub use message::{ACTION, Action, ControlStep, OBS, Observation};
+pub(crate) use nodes::DISTURB;
 pub use nodes::{
     ACTUATOR, Actuator, ActuatorInput, FreeActuator, NotFinite, Observed, POLICY, PolicyNode,
     SENSE_TO_ACT, SENSOR, Sensor,

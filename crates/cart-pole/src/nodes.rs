@@ -26,7 +26,7 @@ pub const POLICY: &str = "policy";
 pub const ACTUATOR: &str = "actuator";
 
 /// Name of the actuator's parameter for the random force on the cart (N).
-pub(super) const DISTURB: &str = "disturb";
+pub(crate) const DISTURB: &str = "disturb";
 
 /// Name of the actuator's meter of the age of the sensing behind an action when the
 /// action is applied.

@@ -15,9 +15,9 @@ use ratelab_study::{
 };
 
 use super::{
-    ACTION, ACTUATOR, Action, Actuator, ActuatorInput, CONTROL_HZ, ControlStep, Fall, FreeActuator,
-    FreePlant, OBS, Observation, Observed, OnStale, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode,
-    Pose, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, actuator_hz,
+    ACTION, ACTUATOR, Action, Actuator, ActuatorInput, CONTROL_HZ, ControlStep, DISTURB, Fall,
+    FreeActuator, FreePlant, OBS, Observation, Observed, OnStale, POLE_LIMIT_RAD, POLICY, Plant,
+    PolicyNode, Pose, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, actuator_hz,
     chunk::{
         CHUNK, Chunk, ChunkPlanner, ChunkPolicy, ChunkSettings, ChunkTally, PLAYER, PLAYER_STEP,
         PlanKind, Player, REQUEST, Refill, warnings,
@@ -28,7 +28,6 @@ use super::{
     policy::{Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy},
     table,
 };
-use crate::nodes::DISTURB;
 use crate::stability::{Rates, Weights, age_limit};
 
 /// Name of the topic with the state of the plant after each control step.

@@ -43,7 +43,7 @@ pub fn with_run_options(command: Command, program: &Program) -> Command {
             _ => alias.help.to_owned(),
         };
         let name = match alias.kind() {
-            KnobKind::Send => alias.name.to_uppercase(),
+            KnobKind::Send | KnobKind::Parameter => alias.name.to_uppercase(),
             kind => kind.value_name().to_owned(),
         };
         let read = move |text: &str| alias.set(text).map(|knobs| (alias.name, knobs));

@@ -14,7 +14,7 @@ use super::{
     world::WorldModel,
 };
 use crate::{
-    ACTION, ACTUATOR, OBS, OnStale, POLICY, SENSOR, actuator_hz,
+    ACTION, ACTUATOR, DISTURB, OBS, OnStale, POLICY, SENSOR, actuator_hz,
     policy::{PolicyKind, PolicySpec},
 };
 
@@ -109,6 +109,10 @@ impl Reading {
             }
             Knob::Link { topic, spec } => self.link(topic, &spec.parse().ok()?)?,
             Knob::Read { order, .. } if *order != ReadOrder::Newest => return None,
+            // The theory is of policies that answer with one action.
+            Knob::Parameter { name, value, .. } if name != DISTURB && value != "none" => {
+                return None;
+            }
             Knob::Send { .. } | Knob::Crash { .. } | Knob::Restart { .. } | Knob::Clock { .. } => {
                 return None;
             }
