@@ -57,6 +57,7 @@ fn outcome(up: bool) -> CellResult {
     CellResult {
         push_age: None,
         cost: None,
+        figures: Box::default(),
         verdict: Verdict::new(kind, sim_time),
         steps: 180,
         sim_time,
