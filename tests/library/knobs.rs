@@ -1,6 +1,8 @@
 //! Knobs as text and as JSON: whatever is written is refused in one line, or means what it prints;
 //! a printed list of timed knobs is read again.
 
+use std::sync::Mutex;
+
 use proptest::prelude::*;
 
 use crate::{
