@@ -25,8 +25,9 @@ const PAGES: [&str; 13] = [
 ];
 
 /// Pages with answers, each with a warning.
-const WARNED: [(&str, &str); 5] = [
+const WARNED: [(&str, &str); 6] = [
     ("docs/age.md", "predict first"),
+    ("docs/slow-policies.md", "predict first"),
     ("docs/theory.md", "predict first"),
     ("docs/answers.md", "For teachers"),
     ("docs/teaching.md", "For teachers"),

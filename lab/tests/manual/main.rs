@@ -119,6 +119,7 @@ manual! {
     graphs: "docs/graphs.md",
     your_own: "docs/your-own.md",
     hunt: "docs/hunt.md",
+    slow_policies: "docs/slow-policies.md",
     theory: "docs/theory.md",
     time: "docs/time.md",
     executors: "docs/executors.md",
