@@ -14,7 +14,7 @@
 //! let findings = exercise.run()?;
 //! println!("{}\n{}", findings.table, findings.reconcile(exercise.brief(), &prediction));
 //! assert!(exercise.check()?.iter().all(|check| check.holds()));
-//! assert_eq!(exercises::questions().len(), 18);
+//! assert_eq!(exercises::questions().len(), 21);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -35,6 +35,7 @@ mod limits;
 mod mend;
 mod one_law;
 pub mod rescue;
+mod slow_policy;
 mod ties;
 
 use std::sync::LazyLock;
@@ -43,7 +44,7 @@ use framework::{Brief, Exercise, Measure};
 use serde::Deserialize;
 
 /// What measures each question, by the name of its text.
-const MEASURES: [(&str, Measure); 18] = [
+const MEASURES: [(&str, Measure); 21] = [
     ("cliff", Measure::Alike(cliff::measure)),
     ("deeper-queue", Measure::Alike(deeper_queue::measure)),
     ("ties", Measure::Alike(ties::measure)),
@@ -69,6 +70,9 @@ const MEASURES: [(&str, Measure); 18] = [
     ),
     ("build", Measure::Alike(build::measure)),
     ("mend", Measure::Alike(mend::measure)),
+    ("slow-chunk", Measure::Alike(slow_policy::chunk)),
+    ("slow-knowledge", Measure::Alike(slow_policy::knowledge)),
+    ("slow-disturbed", Measure::Alike(slow_policy::disturbed)),
 ];
 
 /// The texts of all questions.

@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""The figures of exercises 6 to 9, by the independent model in `honest.py`.
+"""The figures of exercises 6 to 9 and 13, by the independent models in `honest.py` and
+`chunks.py`.
 
     python3 tests/golden/exercises.py         print them
 
-Their bands in `exercises/bands.toml` have these numbers, with the source "honest".
+Their bands in `exercises/bands.toml` have these numbers, with the source "honest" or "chunks".
 """
 
+import chunks
 from honest import Config, Run
 
 FAST = "rate actuator 500"
@@ -49,5 +51,22 @@ def hold_or_zero():
             print(f"loss {loss}, {stale}: starts up = {count}")
 
 
-for figures in (one_law, deep_queue, jitter, hold_or_zero):
+def slow_policy():
+    def count(what, **options):
+        runs = (chunks.Run(chunks.Config(seed=seed, **options)) for seed in SEEDS)
+        print(f"{what}: starts up = {sum(run.verdict == 'balanced' for run in runs)}", flush=True)
+
+    late = {"think_ms": "200", "control_hz": "5", "expect": "200"}
+    for think in ("20", "40", "60", "100", "200"):
+        count(f"thinking {think} ms", think_ms=think)
+    for name, value in (("chunk", 100), ("merge", "blend:0.7"), ("merge", "ensemble:0.01"),
+                        ("play", "arrival"), ("plan", "committed")):
+        count(f"{name} {value}", **late | {name: value})
+    for force in ("0", "0.5", "1", "1.5", "2", "2.5"):
+        setup = (f"disturb {force}",)
+        count(f"committed, {force} N", plan="committed", setup=setup, **late)
+        count(f"at once, {force} N", chunk=None, setup=setup)
+
+
+for figures in (one_law, deep_queue, jitter, hold_or_zero, slow_policy):
     figures()

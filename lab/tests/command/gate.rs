@@ -75,11 +75,11 @@ fn between(name: &str) -> [f64; 2] {
 /// What gives an answer away: all the words between `…` in one line.
 fn answers() -> Vec<String> {
     // Solved transcripts; 2: what the queue does not do; 7 to 9: the runs that are asked about;
-    // 12: the line.
+    // 12: the line; 13: the repair.
     let told = "You predicted|Measured: |\
         --break --queue-depth|queue…saves nothing|queue…changes nothing|no depth…helps|\
         --queue-depth 10…read /obs oldest|delay:40..100|/action loss…0.8|link /action loss:0.8|\
-        NANOS / hz";
+        NANOS / hz|--plan committed";
     let mut told: Vec<String> = told.split('|').map(str::to_owned).collect();
     let [held, failed] = between("cliff");
     told.push(format!("balanced up to {failed} Hz"));
