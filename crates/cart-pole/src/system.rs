@@ -19,8 +19,8 @@ use super::{
     FreeActuator, FreePlant, OBS, Observation, Observed, OnStale, POLE_LIMIT_RAD, POLICY, Plant,
     PolicyNode, Pose, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, actuator_hz,
     chunk::{
-        CHUNK, Chunk, ChunkPlanner, ChunkPolicy, ChunkSettings, ChunkTally, PLAYER, PLAYER_STEP,
-        PlanKind, Player, REQUEST, Refill, warnings,
+        CHUNK, Chunk, ChunkPlanner, ChunkPolicy, ChunkSettings, ChunkTally, PLANNING, PLAYER,
+        PLAYER_STEP, PlanKind, Player, REQUEST, Refill, warnings,
     },
     disturbance::Newtons,
     falls::falls,
@@ -422,6 +422,7 @@ impl System for CartPole {
                 nodes: &[WORLD, SENSOR, ACTUATOR],
             }],
             joints: &super::joints::JOINTS,
+            planning: Some(PLANNING),
             table: Some(table::TABLE),
             quadratic_cost: Some(QuadraticCost {
                 sum: "(x/2.4 m)^2 + (angle/12 deg)^2 + u^2",
@@ -541,14 +542,17 @@ impl System for CartPole {
 
     fn age_limits(&self, setup: &Setup) -> AgeLimits {
         let named = setup.message(POLICY);
-        // A plan knows of a part of the age.
-        let plans = ChunkSettings::of(setup).ok().flatten();
-        let plans = plans.is_some_and(|chunk| chunk.plan != PlanKind::Hold);
-        if plans || (named.is_none() && self.own.is_some()) {
+        if named.is_none() && self.own.is_some() {
             return AgeLimits::default();
         }
         let policy = named.unwrap_or(PolicyKind::Scripted.name()).parse();
-        let rate = |node| setup.rate(node).map_or_else(|| Hz::new(CONTROL_HZ), Ok);
+        // A plan has an action for each tick of the player, however rarely it is made.
+        let plans = ChunkSettings::of(setup).ok().flatten();
+        let plans = plans.is_some_and(|chunk| chunk.plan != PlanKind::Hold);
+        let rate = |node| {
+            let set = setup.rate(node).filter(|_| !(plans && node == POLICY));
+            set.map_or_else(|| Hz::new(CONTROL_HZ), Ok)
+        };
         let (Ok(policy), Ok(sensor), Ok(control)) = (policy, rate(SENSOR), rate(POLICY)) else {
             return AgeLimits::default();
         };

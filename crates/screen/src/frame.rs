@@ -30,6 +30,8 @@ pub struct FrameData {
     pub topics: Vec<TopicData>,
     /// The latency of the system, if it has one.
     pub latency: Option<LatencyData>,
+    /// The newest plan, if the system plans ahead.
+    pub plan: Option<PlanData>,
     /// The recent push age, if the system has one.
     pub age: Option<AgeData>,
     /// Whether the limits of that age are still being computed.
@@ -243,8 +245,46 @@ pub struct AgeData {
     pub greatest: Duration,
     /// That time, as a stretch of run time.
     pub stretch: (Time, Time),
+    /// The mean part of it that a plan knew of; `None` without plans.
+    pub predicted: Option<Duration>,
     /// The limits of the loop.
     pub limits: AgeLimits,
+}
+
+/// The newest plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlanData {
+    /// How it was made, in a word.
+    pub kind: &'static str,
+    /// Its actions.
+    pub actions: Arc<[f64]>,
+    /// For the same moments what was played, and what the plan before means for those that
+    /// are still to come; `None` where there is nothing.
+    pub around: Vec<Option<f64>>,
+    /// Place of the action for now, which may be beyond the last one.
+    pub now: usize,
+    /// Place of the action for the moment at which it was taken.
+    pub taken: usize,
+    /// Time until it is over.
+    pub left: Duration,
+    /// Number of moments without an action so far.
+    pub stalls: u64,
+    /// Run time of the last one.
+    pub stalled: Option<Time>,
+    /// Number of actions that it takes until the next plan is there.
+    pub needed: usize,
+    /// Whether it knows of what is played meanwhile.
+    pub knows: bool,
+    /// The greatest action, in either direction.
+    pub most: f64,
+}
+
+impl PlanData {
+    /// Whether at the moment of this `place` just its action was played.
+    pub fn is_as_played(&self, place: usize) -> bool {
+        let played = self.around.get(place).copied().flatten();
+        place <= self.now && played.is_some() && self.actions.get(place).copied() == played
+    }
 }
 
 /// The parts of the age of the push in force.
@@ -350,10 +390,16 @@ pub enum Strain {
 }
 
 impl AgeData {
+    /// The mean part of the age that no plan knew of: the limits are for this.
+    pub fn unpredicted(&self) -> Duration {
+        self.mean.saturating_sub(self.predicted.unwrap_or_default())
+    }
+
     /// The position of the age against its limits.
     pub fn strain(&self) -> Strain {
         // Where rates alone come to the limit, the mean is that limit.
-        let passed = |limit: Option<Duration>| limit.is_some_and(|limit| self.mean + HAIR >= limit);
+        let mean = self.unpredicted() + HAIR;
+        let passed = |limit: Option<Duration>| limit.is_some_and(|limit| mean >= limit);
         match self.limits {
             AgeLimits { falls, .. } if passed(falls) => Strain::Falls,
             AgeLimits { grows, .. } if passed(grows) => Strain::Swings,

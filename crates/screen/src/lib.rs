@@ -30,6 +30,7 @@ mod lineage_taps;
 mod overlap;
 mod panes;
 pub mod picture;
+mod plan;
 mod playback;
 mod prompt;
 mod push_age;

@@ -77,6 +77,7 @@ impl PushAges {
                 mean: Duration::from_secs_f64(late.mean_s),
                 greatest: late.greatest,
                 stretch: (late.from, now),
+                predicted: None,
                 limits: AgeLimits::default(),
             });
         }
@@ -115,6 +116,7 @@ impl PushAges {
             mean: Duration::from_secs_f64(((area - before) / time.as_secs_f64()).max(0.0)),
             greatest: Duration::from_secs_f64(greatest / 1e3),
             stretch,
+            predicted: None,
             limits: AgeLimits::default(),
         })
     }

@@ -14,13 +14,15 @@ use super::{frame::Place, sameness::RunDigest, view::StatusExtra};
 /// New messages of a watched topic, with its name.
 pub type WatchedRows = (&'static str, Rows);
 
-/// The topics whose every message is drawn: the topic of states, and that of the first
-/// signal.
+/// The topics whose every message is drawn: the topic of states, that of the first signal, and
+/// those of plans.
 pub fn watched(system: &dyn System) -> impl Iterator<Item = &'static str> {
     let (state, signal) = (system.state(), signal(system).map(|signal| signal.topic));
+    let plans = system.about().planning.map(|planning| planning.topics());
     state
         .into_iter()
         .chain(signal.filter(move |topic| Some(*topic) != state))
+        .chain(plans.into_iter().flatten())
 }
 
 /// The plotted signal.

@@ -9,6 +9,7 @@ mod files;
 mod kit;
 mod order;
 mod pictures;
+mod plans;
 mod prompt;
 mod rescue;
 pub mod sample;

@@ -15,6 +15,7 @@ mod figures;
 mod message;
 mod model;
 mod planner;
+mod planning;
 mod player;
 mod policy_node;
 mod queue;
@@ -23,7 +24,7 @@ mod warnings;
 
 use std::time::Duration;
 
-pub(crate) use self::{figures::ChunkTally, warnings::warnings};
+pub(crate) use self::{figures::ChunkTally, planning::PLANNING, warnings::warnings};
 pub use self::{
     message::{CHUNK, Chunk, PLAYER_STEP, PlayerStep, REQUEST, Request},
     model::PlanModel,

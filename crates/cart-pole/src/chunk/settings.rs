@@ -61,11 +61,16 @@ impl PlanKind {
         ("rollout", Self::Rollout),
         ("committed", Self::Committed),
     ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        name_of(&Self::NAMES, self)
+    }
 }
 
 impl fmt::Display for PlanKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(name_of(&Self::NAMES, *self))
+        f.write_str(self.name())
     }
 }
 

@@ -5,6 +5,7 @@
 
 mod hang;
 mod owner;
+mod plan;
 mod rules;
 mod trial;
 
@@ -19,7 +20,7 @@ pub use rules::{AgeReason, Owner};
 pub use trial::{CureTrials, Trial, Tried};
 
 use super::{
-    frame::{AgeData, Strain},
+    frame::{AgeData, PlanData, Strain},
     knobs::setting,
     timeline::upstream,
 };
@@ -40,6 +41,8 @@ pub struct Facts<'a> {
     pub age: Option<AgeData>,
     /// The stretch of run time of that age.
     pub late: (Time, Time),
+    /// Its newest plan, if it has any.
+    pub plan: Option<&'a PlanData>,
     /// Its hangs.
     pub hangs: &'a [Hang],
     /// Whether keys turn its knobs; `false` for a recording.
@@ -109,9 +112,13 @@ impl Facts<'_> {
         causes
     }
 
-    /// The owner of the largest part of an age; for a slow node, also the nodes that are
-    /// equally slow.
+    /// Those that plan badly, or else the owner of the largest part of an age; for a slow node,
+    /// also the nodes that are equally slow.
     fn main_owners(&self, acts: usize) -> Vec<Owner> {
+        let planners = self.planners();
+        if !planners.is_empty() {
+            return planners;
+        }
         let owners = self.owners(acts);
         let Some(&(first, _)) = owners.first() else {
             let mut path = before(self.lineage, acts);
@@ -195,7 +202,12 @@ impl Facts<'_> {
     fn how_old(&self) -> Option<String> {
         let age = self.age?;
         let (greatest, mean) = (ms(age.greatest), number(age.mean));
-        let text = format!("pushes used readings up to {greatest} old, {mean} on average");
+        let predicted = number(age.mean - age.unpredicted());
+        let known = match &*predicted {
+            "0" => String::new(),
+            predicted => format!(", of which plans knew {predicted}"),
+        };
+        let text = format!("pushes used readings up to {greatest} old, {mean} on average{known}");
         Some(match age.limit() {
             Some(limit) => format!("{text}; this loop bears {}", number(limit)),
             None => text,

@@ -39,6 +39,10 @@ pub enum AgeReason {
     Order,
     /// Messages of a topic come late for those that they match.
     Match,
+    /// A node has no action to play: its plan was over before the next came.
+    Stall,
+    /// A node plans without what is played meanwhile.
+    Blind,
 }
 
 /// The owner of an age: a reason and its place.
@@ -102,6 +106,11 @@ impl AgeReason {
                 )
             }),
             Self::Match => topic(None, late_match),
+            Self::Stall => node(None, no_action),
+            Self::Blind => node(None, |facts, of| {
+                let (name, kind) = (facts.name(of), facts.plan.map_or("", |plan| plan.kind));
+                format!("the age arose in the {name}: its {kind} plans miss what is played meanwhile")
+            }),
         }
     }
 }
@@ -172,6 +181,17 @@ fn late_match(facts: &Facts<'_>, of: Owner) -> String {
     )
 }
 
+/// Stalls, and how long the plans are.
+fn no_action(facts: &Facts<'_>, of: Owner) -> String {
+    let (name, plan) = (facts.name(of), facts.plan);
+    let [actions, needed] =
+        plan.map_or([0; 2], |plan| [plan.actions.len(), plan.needed]);
+    format!(
+        "the age arose in the {name}: it had no action, as plans have {actions} and the next one \
+         came after {needed}"
+    )
+}
+
 /// A crash, before the first message or after it.
 fn end_of_messages(facts: &Facts<'_>, owner: Owner) -> String {
     let name = facts.name(owner);
@@ -210,6 +230,8 @@ impl Facts<'_> {
         let remedy = remedy.and_then(|knob| knob.replace("{}", name).parse().ok());
         match owner.reason {
             AgeReason::Rate => self.usual_rate(name),
+            AgeReason::Stall => Some((self.system.about().planning?.longer)(self.plan?.needed)),
+            AgeReason::Blind => self.system.about().planning?.knowing.parse().ok(),
             // Without a knob ticks take the time that they need.
             AgeReason::Cost => remedy.filter(|cure| {
                 let mut knobs = self.setup.iter();

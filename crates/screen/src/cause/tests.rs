@@ -127,6 +127,7 @@ fn with_facts<R>(
         age: age(lineage, acts, late, system.age_limits(setup)),
         late,
         hangs: &Hang::at_the_start(setup),
+        plan: None,
         live: false,
     })
 }
@@ -175,6 +176,7 @@ fn age(
         mean: Duration::from_nanos(mean as u64),
         greatest,
         stretch: (from, to),
+        predicted: None,
         limits,
     })
 }

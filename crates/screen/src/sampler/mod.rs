@@ -10,7 +10,7 @@ use std::{
 
 use ratelab::{ClockExit, Event, Head, KnobKind, Time};
 use ratelab_account::{Observer, Rows, Snapshot};
-use ratelab_study::system::{self, Setup, System, Verdict, depends_on_the_world, names, plant};
+use ratelab_study::system::{self, AgeLimits, Setup, System, Verdict, depends_on_the_world, names, plant};
 
 use data::{marks, node_data, push, topic_data};
 
@@ -20,6 +20,7 @@ use super::{
     figures::Figures,
     frame::{AgeData, FrameData, Ghost, LatencyData, NodeData, SignalTrace, TRACE_S},
     knobs::{first_node, setting},
+    plan::Plans,
     push_age::PushAges,
     run::{RunSource, WatchedRows, signal},
     sameness::RunDigest,
@@ -53,6 +54,8 @@ pub struct Sampler {
     newest_age: Option<f64>,
     /// Push age over time.
     push_ages: PushAges,
+    /// What is planned ahead.
+    plans: Plans,
     /// The age limits with the setup in force.
     limits: LimitsInForce,
     /// Run time (s) and value of the signal.
@@ -83,7 +86,9 @@ impl Sampler {
         session.update_lineage();
         self.push_ages.look(&counters);
         let age = self.age(session, &counters);
-        let verdict = self.verdict(session, &counters, age);
+        let planning = session.system().about().planning;
+        let plan = planning.and_then(|planning| self.plans.at(&planning, counters.now));
+        let verdict = self.verdict(session, &counters, (age, plan.as_ref()));
         let push = push(session, &counters, age);
         let running = session.summary().is_none();
         let at_rest = session.at_rest();
@@ -101,6 +106,7 @@ impl Sampler {
             world: world(session, &self.setup(session)),
             settings: self.settings(session),
             verdict,
+            plan,
             age,
             awaits_limits: self.limits.are_coming() || self.trials.are_coming(),
             push,
@@ -168,7 +174,11 @@ impl Sampler {
             signal: *signal(system)?,
             points: self.points.range(first..last).copied().collect(),
             ages: self.push_ages.saw(begin, end),
-            limits: self.limits.known(),
+            // They are for what no plan predicted, and this is all of the age.
+            limits: match self.plans.predicted((now - Duration::from_secs(1), now)) {
+                Some(Duration::ZERO) | None => self.limits.known(),
+                Some(_) => AgeLimits::default(),
+            },
             safe: None,
             marks: marks(system, events, begin),
             ghost: self
@@ -211,6 +221,7 @@ impl Sampler {
         let over = session.summary().is_some();
         Some(AgeData {
             limits: self.limits.follow(system, setup, over),
+            predicted: self.plans.predicted(recent.stretch),
             ..recent
         })
     }
@@ -229,6 +240,9 @@ impl Sampler {
             self.points.extend(points);
             let old = self.points.len().saturating_sub(POINTS_KEPT);
             self.points.drain(..old);
+        }
+        if let Some(planning) = system.about().planning {
+            self.plans.remember(&planning, topic, rows);
         }
         if system.state() == Some(topic) {
             rows.iter()

@@ -9,7 +9,7 @@ use ratelab_study::system::{System, VerdictKind, plant, verdict};
 use super::Sampler;
 use crate::{
     cause::{Facts, Hang, Trial, acting, latest},
-    frame::{AgeData, Health, Standing, Strain, VerdictData},
+    frame::{AgeData, Health, PlanData, Standing, Strain, VerdictData},
     knobs::first_node,
     run::RunSource,
 };
@@ -27,18 +27,18 @@ impl Sampler {
         &mut self,
         session: &dyn RunSource,
         graph: &Snapshot,
-        age: Option<AgeData>,
+        (age, plan): (Option<AgeData>, Option<&PlanData>),
     ) -> VerdictData {
         let ended = session.summary().map(|summary| summary.verdict);
         let Some(verdict) = ended.or(self.lost) else {
             return unheard(session, graph)
                 .or_else(|| self.silent(session, graph.now))
                 .or_else(|| self.stands_still(session, graph))
-                .unwrap_or_else(|| self.going_on(session, graph, age));
+                .unwrap_or_else(|| self.going_on(session, graph, (age, plan)));
         };
         let why = match (still(session.system(), graph), verdict.is_lost()) {
             (Some(_), _) => self.waits(session, graph),
-            (None, true) => self.reasons(session, graph, age),
+            (None, true) => self.reasons(session, graph, (age, plan)),
             (None, false) => Vec::new(),
         };
         let standing = match verdict.is_lost() {
@@ -80,7 +80,7 @@ impl Sampler {
         &mut self,
         session: &dyn RunSource,
         graph: &Snapshot,
-        age: Option<AgeData>,
+        (age, plan): (Option<AgeData>, Option<&PlanData>),
     ) -> VerdictData {
         let system = session.system();
         let idle = age.is_none() && is_idle(system, graph);
@@ -91,7 +91,7 @@ impl Sampler {
             _ => so_far(system) + self.as_before(session),
         };
         if idle || matches!(strain, Some(Strain::Swings | Strain::Falls)) {
-            let why = self.reasons(session, graph, age);
+            let why = self.reasons(session, graph, (age, plan));
             return state(Standing::Warned, "", headline, why);
         }
         let mut why = self.overloads(session);
@@ -138,7 +138,7 @@ impl Sampler {
         &mut self,
         session: &dyn RunSource,
         graph: &Snapshot,
-        age: Option<AgeData>,
+        (age, plan): (Option<AgeData>, Option<&PlanData>),
     ) -> Vec<String> {
         let gone = gone(session, graph);
         if !gone.is_empty() {
@@ -163,6 +163,7 @@ impl Sampler {
             lineage,
             age,
             late,
+            plan,
             hangs: &hangs,
             live,
         };

@@ -170,6 +170,7 @@ pub fn age(mean: u64, greatest: u64) -> AgeData {
         mean: ms(mean),
         greatest: ms(greatest),
         stretch: (Time::ZERO, Time::ZERO + ms(1_000)),
+        predicted: None,
         limits: AgeLimits {
             grows: Some(ms(60)),
             falls: Some(ms(90)),
@@ -255,6 +256,7 @@ pub fn frame_data(nodes: Vec<NodeData>, topics: Vec<TopicData>) -> FrameData {
             newest: Some(0.021),
             period: Duration::from_millis(20),
         }),
+        plan: None,
         age: Some(age(25, 43)),
         awaits_limits: false,
         push: None,

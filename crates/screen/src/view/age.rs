@@ -39,6 +39,8 @@ pub fn age_line(
     let number = format!(" {}  ", number(age, room));
     let begin = width(&number);
     let (sign, word, style) = verdict(age.strain(), theme);
+    // The bar is of what nobody predicted: parts are of the whole.
+    let push = push.filter(|_| age.unpredicted() == age.mean);
     let mean = push.map(|push| &push.mean[..]).unwrap_or_default();
     let spent = spent(mean);
     let free = room.saturating_sub(begin + BAR.1 + 3);
@@ -51,7 +53,7 @@ pub fn age_line(
         Some(limit) => {
             let scale = (wide as f64 / (limit.as_secs_f64() * BEYOND), wide);
             let plain = style.remove_modifier(Modifier::REVERSED);
-            let bar = bar(age.mean, mean, scale);
+            let bar = bar(age.unpredicted(), mean, scale);
             let mut cells: Vec<(String, Style)> = bar
                 .chars()
                 .map(|glyph| (glyph.to_string(), plain))
@@ -74,10 +76,15 @@ pub fn push_line(push: &PushData, room: usize) -> Line<'static> {
     Line::raw(format!(" {text}"))
 }
 
-/// The age and the limit, in a constant width for a line of `room` columns.
+/// The age, less what a plan knew of, and the limit, in a constant width for a line of `room`
+/// columns.
 fn number(age: &AgeData, room: usize) -> String {
     let name = if room < NARROW { "age" } else { "push age" };
-    let mean = ms(age.mean);
+    let rest = ms(age.unpredicted());
+    let mean = match ms(age.mean) - rest {
+        0 => rest.to_string(),
+        predicted => format!("{} − {predicted} predicted = {rest:>2}", ms(age.mean)),
+    };
     match age.limit() {
         Some(limit) => format!("{name} {mean:>3} ms of {}", ms(limit)),
         None => format!("{name} {mean:>3} ms"),

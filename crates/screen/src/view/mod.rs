@@ -13,6 +13,7 @@ mod histogram;
 mod layout;
 mod overlap;
 mod page;
+mod plan;
 mod plant;
 mod scrubber;
 pub(super) mod sheet;
@@ -222,7 +223,7 @@ fn render_pane(shown: &ScreenState<'_>, pane: Pane, sheet: Sheet<'_>) {
         }
         Pane::Signal => {
             if let Some(trace) = &shown.trace {
-                signal::render(trace, frame.now, sheet);
+                signal::render(trace, frame.plan.as_ref(), frame.now, sheet);
             }
         }
         Pane::Figures => figures::render(frame, sheet),

@@ -8,10 +8,14 @@ use ratelab_study::system::{AgeLimits, Signal};
 
 use super::{
     chart::{Columns, Level},
+    plan,
     sheet::{Sheet, rows},
     text::{line, ms, plain, signed, width},
 };
-use crate::{frame::SignalTrace, theme::Theme};
+use crate::{
+    frame::{PlanData, SignalTrace},
+    theme::Theme,
+};
 
 /// Factor by which the axis grows, once or repeatedly, when the signal leaves its range.
 /// Within the range the scale is fixed.
@@ -38,8 +42,9 @@ const AGE_TITLE: &str = "age of the push (ms)";
 /// Minimum upper end of the axis of ages (ms).
 const LEAST_AGE_MS: f64 = 40.0;
 
-/// Draws the trace up to `now`, and below it the push age if there is room.
-pub fn render(trace: &SignalTrace, now: Time, sheet: Sheet<'_>) {
+/// Draws the trace up to `now`, and below it the `newest` plan and the push age if there is
+/// room.
+pub fn render(trace: &SignalTrace, newest: Option<&PlanData>, now: Time, sheet: Sheet<'_>) {
     let (theme, now, signal) = (sheet.theme, now.as_secs_f64(), &trace.signal);
     // A trace may extend beyond a moment in the past.
     let until_now = |points: &'_ [(f64, f64)]| points.partition_point(|point| point.0 <= now);
@@ -50,6 +55,12 @@ pub fn render(trace: &SignalTrace, now: Time, sheet: Sheet<'_>) {
     let mut sheet = sheet.boxed(&title, current(signal, past, theme));
     if sheet.area.is_empty() {
         return;
+    }
+    let below = sheet.height().saturating_sub(plan::HEIGHT);
+    let newest = newest.filter(|_| below >= LEAST.1);
+    if let Some(newest) = newest {
+        plan::render(newest, sheet.rows(below, plan::HEIGHT));
+        sheet.area = rows(sheet.area, 0, below);
     }
     let height = sheet.height();
     let labelled = sheet.width() >= LEAST.0 && height >= LEAST.1;
@@ -220,7 +231,7 @@ mod tests {
 
     fn pane(trace: &SignalTrace, millis: u64, size: (u16, u16), theme: &Theme) -> Buffer {
         let now = Time::from_nanos(millis * 1_000_000);
-        screen(size, theme, |sheet| render(trace, now, sheet))
+        screen(size, theme, |sheet| render(trace, None, now, sheet))
     }
 
     #[test]
@@ -271,7 +282,7 @@ mod tests {
         };
         for trace in [odd, long(), nothing] {
             for now in [Time::ZERO, Time::from_nanos(14_400_000_000), Time::MAX] {
-                torture(|sheet| render(&trace, now, sheet));
+                torture(|sheet| render(&trace, None, now, sheet));
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use ratelab::{Knob, Time};
 
-use super::{Alias, DataChain, Joints, QuadraticCost, Setup};
+use super::{Alias, DataChain, Joints, Planning, QuadraticCost, Setup};
 
 /// The description of a [`System`](super::System). Each part may be left out.
 #[derive(Clone, Copy, Debug, Default)]
@@ -33,6 +33,8 @@ pub struct About<'s> {
     /// Its chains, whose data ages are on the topic [`CHAINS`](super::CHAINS): they count in the
     /// verdict.
     pub chains: &'s [DataChain],
+    /// Where its plans are, if it plans ahead.
+    pub planning: Option<Planning>,
     /// The topics on the way of the data to the node of its latency, the sensor first; empty if
     /// the origin of each message tells it.
     pub latency_path: &'s [String],

@@ -59,6 +59,7 @@ mod knob_text;
 mod library;
 pub mod names;
 mod picture;
+mod planning;
 mod quadratic_cost;
 mod setup;
 mod signal;
@@ -84,6 +85,7 @@ pub(crate) use kept::{kept_kind, kept_list, kept_text};
 pub use knob_text::{KnobText, KnobTextError};
 pub use library::LibraryGraph;
 pub use picture::{Picture, Shape, Style};
+pub use planning::{Plan, PlanStep, Planning};
 pub use quadratic_cost::{MeanCost, QuadraticCost};
 pub use setup::Setup;
 pub use signal::{Final, Signal};
@@ -221,7 +223,8 @@ pub trait System: Send + Sync + 'static {
         self.inner()?.lost_anyway(setup)
     }
 
-    /// Limits of the mean push age in a run with `setup`. The computation may be slow:
+    /// Limits of the mean push age in a run with `setup`, less the part of it that plans
+    /// [predicted](PlanStep::predicted). The computation may be slow:
     /// callers cache it until the setup changes.
     fn age_limits(&self, setup: &Setup) -> AgeLimits {
         let inner = self.inner().map(|inner| inner.age_limits(setup));

@@ -1,0 +1,124 @@
+//! The newest plan of a run, and what was played of it and of the plans before.
+
+use std::{collections::VecDeque, time::Duration};
+
+use ratelab::Time;
+use ratelab_account::Rows;
+use ratelab_study::system::{Plan, Planning};
+
+use super::frame::PlanData;
+
+/// Plans, actions and ages kept: 40 s of actions at 50 Hz.
+const KEPT: usize = 2_000;
+
+/// What is kept of plans between frames.
+#[derive(Default)]
+pub struct Plans {
+    /// The plans from the one before the newest on, each with its number.
+    plans: VecDeque<(u64, Plan)>,
+    /// Number of the newest plan that was taken, and run time of that.
+    newest: Option<(u64, Time)>,
+    /// Number of the one taken before.
+    before: Option<u64>,
+    /// Run time and action, the newest last.
+    played: VecDeque<(Time, f64)>,
+    /// Run time and predicted part of the age of an action, the newest last.
+    predicted: VecDeque<(Time, Duration)>,
+    stalls: u64,
+    /// Run time of the last one.
+    stalled: Option<Time>,
+}
+
+impl Plans {
+    /// Adds the messages on `topic`, if it is one of these.
+    pub fn remember(&mut self, planning: &Planning, topic: &str, rows: &Rows) {
+        for (head, row) in rows.iter() {
+            if topic == planning.plans {
+                let plan = (planning.plan)(head, row);
+                keep(&mut self.plans, plan.map(|plan| (head.seq, plan)));
+            } else if topic == planning.played {
+                keep(&mut self.played, Some((head.at, (planning.action)(row))));
+            } else if let Some(step) = (planning.step)(row).filter(|_| topic == planning.steps) {
+                self.stalls += u64::from(step.stalls);
+                self.stalled = step.stalls.then_some(head.at).or(self.stalled);
+                let predicted = step.predicted.map(|predicted| (head.at, predicted));
+                keep(&mut self.predicted, predicted);
+                if step.took {
+                    self.take(step.newest, head.at);
+                }
+            }
+        }
+    }
+
+    fn take(&mut self, number: u64, at: Time) {
+        self.before = self.newest.map(|(newest, _)| newest);
+        self.newest = Some((number, at));
+        if let Some(before) = self.before {
+            self.plans.retain(|(known, _)| *known >= before);
+        }
+    }
+
+    fn plan(&self, number: u64) -> Option<&Plan> {
+        let mut plans = self.plans.iter();
+        plans
+            .find(|(known, _)| *known == number)
+            .map(|(_, plan)| plan)
+    }
+
+    /// The newest plan at run time `now`; `None` before the first.
+    pub fn at(&self, planning: &Planning, now: Time) -> Option<PlanData> {
+        let (number, taken) = self.newest?;
+        let newest = self.plan(number)?;
+        let before = self.before.and_then(|number| self.plan(number));
+        let place = newest.place(now)?;
+        let period = newest.period;
+        let times = (0..).scan(newest.begins, |time, place: usize| {
+            let begins = *time;
+            *time = begins + period;
+            Some((place, begins))
+        });
+        let around = |(at, begins): (usize, Time)| match at <= place {
+            true => self.played_until(begins + period),
+            false => before?.action(begins),
+        };
+        let around = times.take(newest.actions.len()).map(around);
+        Some(PlanData {
+            kind: newest.kind,
+            most: planning.most,
+            around: around.collect(),
+            now: place,
+            taken: newest.place(taken).unwrap_or(0),
+            left: (newest.begins + period * newest.actions.len() as u32).since(now),
+            stalls: self.stalls,
+            stalled: self.stalled,
+            needed: before.and_then(|before| before.place(taken)).unwrap_or(0).max(place) + 1,
+            knows: newest.knows,
+            actions: newest.actions.clone(),
+        })
+    }
+
+    /// The last action that was played before run time `end`.
+    fn played_until(&self, end: Time) -> Option<f64> {
+        let after = self.played.partition_point(|(at, _)| *at < end);
+        let (_, action) = self.played.get(after.checked_sub(1)?)?;
+        Some(*action)
+    }
+
+    /// The mean predicted part of the ages of the actions played in a stretch of run time.
+    pub fn predicted(&self, (from, to): (Time, Time)) -> Option<Duration> {
+        let within = |at: Time| from < at && at <= to;
+        let recent = self.predicted.iter().filter(|(at, _)| within(*at));
+        let (sum, count) = recent.fold((Duration::ZERO, 0), |(sum, count), (_, part)| {
+            (sum + *part, count + 1)
+        });
+        (count > 0).then(|| sum / count)
+    }
+}
+
+/// Adds `new` to `kept`, whose oldest ones are dropped.
+fn keep<T>(kept: &mut VecDeque<T>, new: Option<T>) {
+    kept.extend(new);
+    if kept.len() > KEPT {
+        kept.pop_front();
+    }
+}
