@@ -92,6 +92,13 @@ fn over_time(signal: Option<&str>, frame: &FrameData) -> [String; 3] {
     let parts = frame.push.as_ref().map_or_else(String::new, |push| {
         format!(" Now {}.", push.sentence.whole())
     });
+    let plan = frame.plan.as_ref().map_or_else(String::new, |plan| {
+        format!(
+            " The rows below have the newest plan, a sign for each action, under what was played \
+             and what the plan before meant. It is {}, and marked as long as both are the same.",
+            plan.kind
+        )
+    });
     let again = match frame.same {
         Some(true) => "it is the same, bit for bit",
         Some(false) => "it differs",
@@ -104,7 +111,7 @@ fn over_time(signal: Option<&str>, frame: &FrameData) -> [String; 3] {
         format!(
             "The lower one is the age of the push in force: it grows, and jumps down when \
              something fresher is applied.{age}{parts} The phase of the ticks counts, too: a rate \
-             turned on the way may give another age than the same rate from the start."
+             turned on the way may give another age than the same rate from the start.{plan}"
         ),
         format!("Faint dashes are the run before this one: {again}."),
     ]

@@ -91,7 +91,11 @@ impl Plans {
             left: (newest.begins + period * newest.actions.len() as u32).since(now),
             stalls: self.stalls,
             stalled: self.stalled,
-            needed: before.and_then(|before| before.place(taken)).unwrap_or(0).max(place) + 1,
+            needed: before
+                .and_then(|before| before.place(taken))
+                .unwrap_or(0)
+                .max(place)
+                + 1,
             knows: newest.knows,
             actions: newest.actions.clone(),
         })

@@ -109,7 +109,9 @@ impl AgeReason {
             Self::Stall => node(None, no_action),
             Self::Blind => node(None, |facts, of| {
                 let (name, kind) = (facts.name(of), facts.plan.map_or("", |plan| plan.kind));
-                format!("the age arose in the {name}: its {kind} plans miss what is played meanwhile")
+                format!(
+                    "the age arose in the {name}: its {kind} plans miss what is played meanwhile"
+                )
             }),
         }
     }
@@ -184,8 +186,7 @@ fn late_match(facts: &Facts<'_>, of: Owner) -> String {
 /// Stalls, and how long the plans are.
 fn no_action(facts: &Facts<'_>, of: Owner) -> String {
     let (name, plan) = (facts.name(of), facts.plan);
-    let [actions, needed] =
-        plan.map_or([0; 2], |plan| [plan.actions.len(), plan.needed]);
+    let [actions, needed] = plan.map_or([0; 2], |plan| [plan.actions.len(), plan.needed]);
     format!(
         "the age arose in the {name}: it had no action, as plans have {actions} and the next one \
          came after {needed}"

@@ -10,7 +10,9 @@ use std::{
 
 use ratelab::{ClockExit, Event, Head, KnobKind, Time};
 use ratelab_account::{Observer, Rows, Snapshot};
-use ratelab_study::system::{self, AgeLimits, Setup, System, Verdict, depends_on_the_world, names, plant};
+use ratelab_study::system::{
+    self, AgeLimits, Setup, System, Verdict, depends_on_the_world, names, plant,
+};
 
 use data::{marks, node_data, push, topic_data};
 

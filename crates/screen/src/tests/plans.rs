@@ -1,26 +1,86 @@
-//! Plans under what was played of them.
+//! Plans under what was played of them, and what they have to do with a fall.
 
 use super::*;
+use crate::frame::PlanData;
 
-/// A run whose policy thinks for 200 ms about each chunk of 50 actions, with more knobs.
-fn chunks(knobs: &str, seconds_: f64) -> Config {
-    let setup = format!("chunk 50, think-ms 200, control-hz 5, {knobs}");
+/// A run of the policy that thinks for 200 ms about each chunk, with more knobs.
+fn chunks(knobs: &str) -> Config {
+    let setup = format!("think-ms 200, control-hz 5, {knobs}");
     Config {
         world: WorldKind::OWN,
-        end: seconds(seconds_),
         ..CartPole::config(&setup).expect("knobs")
     }
 }
 
-/// The newest plan of the last frame.
-fn plan(app: &App) -> crate::frame::PlanData {
+/// The recording of `config`, at run time `at` (s).
+fn recorded(config: &Config, at: f64) -> App {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut app = App::new(config, recording_to(folder.path())).expect("session");
+    end(&mut app);
+    let file = &left(app).recorded[0].path;
+    let recording = Recording::read(file).expect("a recording");
+    let mut app = App::of_recording(Arc::new(recording), setup());
+    app.jump(seconds(at));
+    sample(&mut app);
+    app
+}
+
+fn plan(app: &App) -> PlanData {
     frame(app).plan.expect("a plan")
 }
 
 #[test]
 fn a_plan_lies_under_what_was_played() {
-    let app = ended(chunks("plan committed", 4.13));
+    let app = recorded(&chunks("chunk 50, plan committed"), 0.93);
     insta::assert_snapshot!("plan_80x24", small(&app));
     insta::assert_snapshot!("plan_160x50", large(&app));
     insta::assert_snapshot!("plan_ascii", drawn(&app, &POOR, 80, 24).to_string());
+}
+
+#[test]
+fn a_plan_that_knows_what_is_played_meanwhile_means_just_that() {
+    for (kind, meant) in [("committed", true), ("rollout", false)] {
+        // The second chunk was taken at 0.42 s.
+        let plan = plan(&recorded(&chunks(&format!("chunk 50, plan {kind}")), 0.45));
+        assert_eq!((plan.kind, plan.taken, plan.stalls), (kind, 10, 0));
+        let before = (1..plan.taken).all(|place| plan.is_as_played(place));
+        assert_eq!(before, meant, "{kind}: {plan:?}");
+        assert!(plan.is_as_played(plan.now), "{kind}: {plan:?}");
+        assert!(!plan.is_as_played(plan.now + 1), "it is still to come");
+    }
+}
+
+#[test]
+fn what_a_plan_predicted_of_the_age_does_not_count_against_the_limit() {
+    for (kind, said) in [("committed", "✓ fresh enough"), ("rollout", "✖ falls")] {
+        let app = ended(chunks(&format!("chunk 50, plan {kind}")));
+        let age = frame(&app).age.expect("an age");
+        assert!(age.mean > 2 * age.limit().expect("a limit"), "{age:?}");
+        shows(&small(&app), &["predicted = ", said]);
+    }
+}
+
+#[test]
+fn a_fall_by_plans_has_their_cure() {
+    for (knobs, why) in [
+        (
+            "chunk 50, plan rollout",
+            "its rollout plans miss what is played meanwhile. :set policy plan committed mends it",
+        ),
+        (
+            "chunk 12, plan committed",
+            "it had no action, as plans have 12 and the next one came after 22. :set policy chunk \
+             30 mends it",
+        ),
+        (
+            "chunk 12, plan rollout",
+            "the age arose in the policy: its rollout plans miss what is played meanwhile. :set \
+             policy plan committed, too, mends it",
+        ),
+        ("chunk 50, crash policy", "the policy crashed"),
+    ] {
+        let mut app = ended(chunks(knobs));
+        until(&mut app, |app| !frame(app).awaits_limits);
+        shows(&verdict(&app), &["FELL", why]);
+    }
 }

@@ -57,7 +57,7 @@ pub fn render(trace: &SignalTrace, newest: Option<&PlanData>, now: Time, sheet: 
         return;
     }
     let below = sheet.height().saturating_sub(plan::HEIGHT);
-    let newest = newest.filter(|_| below >= LEAST.1);
+    let newest = newest.filter(|_| below >= plan::HEIGHT);
     if let Some(newest) = newest {
         plan::render(newest, sheet.rows(below, plan::HEIGHT));
         sheet.area = rows(sheet.area, 0, below);
