@@ -69,7 +69,7 @@ fn a_fall_by_plans_has_their_cure() {
         ),
         (
             "chunk 12, plan committed",
-            "it had no action, as plans have 12 and the next one came after 22. :set policy chunk \
+            "it had no action, as plans have 12 and the next one came after 21. :set policy chunk \
              30 mends it",
         ),
         (
