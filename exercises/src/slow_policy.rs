@@ -40,8 +40,8 @@ pub(crate) fn chunk() -> Result<Findings, Failure> {
         meaning: format!(
             "{} stayed up. The chunk has an action for every instant, and none for what happens: \
              each was planned as if the robot had done nothing else since the reading, while it \
-             played the chunk before. So it is the push age again that counts. It stands with \
-             {}, and falls with {}, whether an old action was held or planned.",
+             played the chunk before. So it is the push age again that counts: it stands with {}, \
+             and falls with {}, much as in exercise 6, where nothing was planned.",
             up.up_of(),
             stands.push_age(),
             falls.push_age(),
@@ -63,7 +63,7 @@ pub(crate) fn knowledge() -> Result<Findings, Failure> {
     let saves = saves.ok_or_else(|| Failure::Unmeasured("nothing saves it".to_owned()))?;
     let refuted = groups
         .iter()
-        .map(|group| format!("With {} {} stayed up.", group.value, group.up_of()));
+        .map(|group| format!("With {}, {} stayed up.", group.value, group.up_of()));
     Ok(Findings {
         table: table("change", |group| group.value.clone(), &groups),
         answer: Answer::Choice {

@@ -54,6 +54,6 @@ fn each_listed_question_can_be_done_alone() {
     }
     let all = labels.join(" => ");
     folder.plays(&format!(
-        "2 ratelab exercise 6e => {all}\n2 ratelab exercise 13 => {all}"
+        "2 ratelab exercise 6e => {all}\n2 ratelab exercise 14 => {all}"
     ));
 }
