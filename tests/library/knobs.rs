@@ -64,11 +64,14 @@ fn a_knob_is_printed_in_its_shortest_form_and_read_back_from_text_and_from_json(
     assert!(!one.is_of(&other) && one.is_of(&checked_knob("set a b 2").expect("a knob")));
 }
 
+/// The gain in each tick, and how long the tick before took.
+type Heard = Vec<(f64, Option<Duration>)>;
+
 /// A node with a gain.
 struct Amplifier {
     gain: f64,
     last_tick: LastTick,
-    heard: Arc<Mutex<Vec<(f64, Option<Duration>)>>>,
+    heard: Arc<Mutex<Heard>>,
 }
 
 impl Node for Amplifier {
@@ -88,7 +91,7 @@ impl Node for Amplifier {
 
 #[test]
 fn a_node_obeys_its_parameters_and_knows_how_long_its_last_tick_took() {
-    let heard = Arc::new(Mutex::new(Vec::new()));
+    let heard = Arc::new(Mutex::new(Heard::new()));
     let mut graph = Graph::with(Effects);
     let node = graph.node("amplifier", hz(10.0), 0, |wiring| Amplifier {
         gain: 1.0,

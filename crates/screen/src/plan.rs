@@ -4,7 +4,7 @@ use std::{collections::VecDeque, time::Duration};
 
 use ratelab::Time;
 use ratelab_account::Rows;
-use ratelab_study::system::{Plan, Planning};
+use ratelab_study::system::{ActionPlan, Planning};
 
 use super::frame::PlanData;
 
@@ -15,7 +15,7 @@ const KEPT: usize = 2_000;
 #[derive(Default)]
 pub struct Plans {
     /// The plans from the one before the newest on, each with its number.
-    plans: VecDeque<(u64, Plan)>,
+    plans: VecDeque<(u64, ActionPlan)>,
     /// Number of the newest plan that was taken, and run time of that.
     newest: Option<(u64, Time)>,
     /// Number of the one taken before.
@@ -58,7 +58,7 @@ impl Plans {
         }
     }
 
-    fn plan(&self, number: u64) -> Option<&Plan> {
+    fn plan(&self, number: u64) -> Option<&ActionPlan> {
         let mut plans = self.plans.iter();
         plans
             .find(|(known, _)| *known == number)

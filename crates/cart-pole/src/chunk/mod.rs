@@ -29,10 +29,13 @@ pub use self::{
     message::{CHUNK, Chunk, PLAYER_STEP, PlayerStep, REQUEST, Request},
     model::PlanModel,
     planner::ChunkPlanner,
-    player::{PLAYER, Player, Refill},
+    player::{Player, Refill},
     policy_node::ChunkPolicy,
     settings::{ChunkSettings, ExpectedDelay, Horizon, Merge, ModelError, PlanKind, PlayKind},
 };
+
+/// Name of the node that plays chunks.
+pub const PLAYER: &str = "player";
 
 /// Δ: the time that an action is meant for.
 pub const ACTION_PERIOD: Duration = Duration::from_millis(20);

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use ratelab::{Head, Knob};
 use ratelab_account::Fields;
-use ratelab_study::system::{Plan, PlanStep, Planning};
+use ratelab_study::system::{ActionPlan, Planning, PlayStep};
 
 use super::{
     ACTION_PERIOD,
@@ -35,10 +35,10 @@ fn longer(needed: usize) -> Knob {
     }
 }
 
-fn plan(head: &Head, row: &[f64]) -> Option<Plan> {
+fn plan(head: &Head, row: &[f64]) -> Option<ActionPlan> {
     let chunk = Chunk::from_row(row)?;
     let actions = chunk.actions.iter();
-    Some(Plan {
+    Some(ActionPlan {
         kind: chunk.plan.name(),
         knows: chunk.plan == PlanKind::Committed,
         begins: head.origin?,
@@ -47,10 +47,10 @@ fn plan(head: &Head, row: &[f64]) -> Option<Plan> {
     })
 }
 
-fn step(row: &[f64]) -> Option<PlanStep> {
+fn step(row: &[f64]) -> Option<PlayStep> {
     let step = PlayerStep::from_row(row)?;
     let predicted = Duration::from_nanos(step.predicted as u64);
-    Some(PlanStep {
+    Some(PlayStep {
         newest: step.chunk as u64,
         took: step.taken > 0.0,
         stalls: step.stalls > 0.0,

@@ -12,9 +12,6 @@ use super::{
 };
 use crate::Action;
 
-/// Name of the node that plays chunks.
-pub const PLAYER: &str = "player";
-
 /// The most ticks that are remembered: three quarters of an hour.
 const MOST_TICKS: usize = 1 << 17;
 

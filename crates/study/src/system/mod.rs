@@ -85,7 +85,7 @@ pub(crate) use kept::{kept_kind, kept_list, kept_text};
 pub use knob_text::{KnobText, KnobTextError};
 pub use library::LibraryGraph;
 pub use picture::{Picture, Shape, Style};
-pub use planning::{Plan, PlanStep, Planning};
+pub use planning::{ActionPlan, Planning, PlayStep};
 pub use quadratic_cost::{MeanCost, QuadraticCost};
 pub use setup::Setup;
 pub use signal::{Final, Signal};
@@ -224,7 +224,7 @@ pub trait System: Send + Sync + 'static {
     }
 
     /// Limits of the mean push age in a run with `setup`, less the part of it that plans
-    /// [predicted](PlanStep::predicted). The computation may be slow:
+    /// [predicted](PlayStep::predicted). The computation may be slow:
     /// callers cache it until the setup changes.
     fn age_limits(&self, setup: &Setup) -> AgeLimits {
         let inner = self.inner().map(|inner| inner.age_limits(setup));

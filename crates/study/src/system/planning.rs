@@ -10,11 +10,11 @@ pub struct Planning {
     /// Name of the topic of plans.
     pub plans: &'static str,
     /// Reads the plan in a message there; `None` if there is none.
-    pub plan: fn(&Head, &[f64]) -> Option<Plan>,
+    pub plan: fn(&Head, &[f64]) -> Option<ActionPlan>,
     /// Name of the topic with the steps of the node that plays them.
     pub steps: &'static str,
     /// Reads the step in a message there; `None` if there is none.
-    pub step: fn(&[f64]) -> Option<PlanStep>,
+    pub step: fn(&[f64]) -> Option<PlayStep>,
     /// Name of the topic of the actions that it played.
     pub played: &'static str,
     /// Reads the action in a message there.
@@ -36,7 +36,7 @@ impl Planning {
 
 /// Actions, one after the other.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+pub struct ActionPlan {
     /// How it was made, in a word.
     pub kind: &'static str,
     /// Whether it knows of the actions that are played until it is there.
@@ -49,7 +49,7 @@ pub struct Plan {
     pub actions: Arc<[f64]>,
 }
 
-impl Plan {
+impl ActionPlan {
     /// Place of the action that is meant for run time `at`; beyond the last one, how far.
     /// `None` before the first.
     pub fn place(&self, at: Time) -> Option<usize> {
@@ -66,7 +66,7 @@ impl Plan {
 
 /// What the node that plays plans did, at a moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlanStep {
+pub struct PlayStep {
     /// Number of the newest plan that it has, counted from zero on the topic of plans.
     pub newest: u64,
     /// Whether it took that plan now.
