@@ -80,19 +80,20 @@ impl Bridge {
         Commands::answer(experiment, &part)?;
         let reporter = Reporter::begin(&part, taps, arrived)?;
         let presence = net::be_present(&peers.session, &peers.keys.process(own.incarnation))?;
-        join::check_again(own, peers, &mute)?;
-        let watch = PresenceWatch::begin(&part, notice)?;
-        if let SessionEnd::Listen(addresses) = &settings.end {
-            notice(&format!("listening on {}", addresses.join(", ")));
-        }
-        Ok(Self {
-            part,
+        let mut bridge = Self {
+            part: part.clone(),
             aliases: system.aliases(),
             ros,
             notice,
             _presence: presence,
-            beats: vec![reporter, watch],
-        })
+            beats: vec![reporter],
+        };
+        join::check_again(own, peers, &mute)?;
+        bridge.beats.push(PresenceWatch::begin(&part, notice)?);
+        if let SessionEnd::Listen(addresses) = &settings.end {
+            notice(&format!("listening on {}", addresses.join(", ")));
+        }
+        Ok(bridge)
     }
 
     /// The topics that arrive here.

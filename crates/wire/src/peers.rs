@@ -155,12 +155,13 @@ impl Peers {
     pub(crate) fn present(&self) -> Result<BTreeSet<u64>, WireError> {
         let tokens = self.tokens(&self.keys.processes())?;
         let present = tokens.filter_map(|token| self.other(&token));
-        let present: BTreeSet<u64> = present.take(MOST_PRESENCES).collect();
+        let present: Vec<u64> = present.take(MOST_PRESENCES).collect();
         let mut known = self.known();
-        for incarnation in &present {
-            known.entry(*incarnation).or_insert(None);
+        for incarnation in present {
+            known.entry(incarnation).or_insert(None);
         }
-        Ok(present)
+        // Zenoh leaves out of its answer whoever it has told to `note` since it was asked.
+        Ok(known.keys().copied().collect())
     }
 
     /// The names of the other systems that have processes here.

@@ -50,9 +50,14 @@ fn stranger(address: &str) -> Session {
     connect(address, None).open().expect("anybody may connect")
 }
 
-/// The plant's part of the cart-pole, which listens; with `ros` also in that domain.
-fn plant(address: &str, ros: Option<u32>) -> (Experiment, Bridge) {
-    support::part(cart_pole(), &PLANT, &listen(address, None), ros)
+/// The plant's part of the cart-pole, which listens, also in the domain `ros`.
+fn plant(address: &str, ros: u32) -> (Experiment, Bridge) {
+    support::part(cart_pole(), &PLANT, &listen(address, None), Some(ros))
+}
+
+/// A part of a run of a minute.
+fn steady(nodes: &[&str], end: &Settings) -> (Experiment, Bridge) {
+    support::part_for(60.0, support::graph(STEADY), nodes, end, None)
 }
 
 /// The type of joint states, as ROS names it.
@@ -83,10 +88,8 @@ fn flood(session: &Session, rounds: usize) {
 #[test]
 fn what_strangers_send_is_counted_and_the_run_goes_on() {
     let address = address();
-    let [listen, connect] = [listen(&address, None), connect(&address, None)];
-    let steady = support::graph(STEADY);
-    let (plant, there) = support::part_for(60.0, steady.clone(), &PLANT, &listen, None);
-    let (policy, here) = support::part_for(60.0, steady, &POLICY, &connect, None);
+    let (plant, there) = steady(&PLANT, &listen(&address, None));
+    let (policy, here) = steady(&POLICY, &connect(&address, None));
     until_met(&there, &here);
     let socket = address.trim_start_matches("tcp/").to_owned();
     let (observer, stops) = (plant.observer(), [plant.commands(), policy.commands()]);
@@ -134,7 +137,7 @@ fn what_strangers_send_is_counted_and_the_run_goes_on() {
 #[test]
 fn presences_that_nobody_answers_for_keep_no_process_out() {
     let address = address();
-    let (plant, there) = plant(&address, None);
+    let (plant, there) = steady(&PLANT, &listen(&address, None));
     let (session, keys) = (stranger(&address), Keys::new("cart-pole"));
     // Whoever asks them waits for as long as the questions are kept.
     let (keep, _kept) = std::sync::mpsc::channel();
@@ -149,27 +152,27 @@ fn presences_that_nobody_answers_for_keep_no_process_out() {
         )
     });
     let claimed: Vec<_> = claimed.collect();
-    // It is there for as long as the plant looks for it.
-    let connect = connect(&address, None);
-    let (policy, here) = support::part_for(600.0, cart_pole(), &POLICY, &connect, None);
-    let stop = policy.commands();
-    let policy = thread::spawn(move || {
-        policy.run().expect("a run");
-        drop(here);
-    });
+    let (policy, here) = steady(&POLICY, &connect(&address, None));
+    let stops = [plant.commands(), policy.commands()];
+    let policy = thread::spawn(move || drop((policy.run().expect("a run"), here)));
     until(|| !there.others().is_empty() && there.have_begun(&there.others()));
     assert_eq!(there.others()[0].nodes, POLICY);
-    let run = plant.run().expect("a run");
-    assert_eq!(run.verdict.name(), "balanced");
-    stop.send(Command::Stop).expect("it runs");
-    policy.join().expect("a run");
+    let plant = thread::spawn(|| drop(plant.run().expect("a run")));
+    until(|| there.inlets()[0].sender().starts > 0 || plant.is_finished());
+    assert_eq!(there.inlets()[0].sender().starts, 1, "actions came");
+    stops
+        .into_iter()
+        .for_each(|stop| stop.send(Command::Stop).expect("it runs"));
+    [plant, policy]
+        .into_iter()
+        .for_each(|run| run.join().expect("a thread"));
     drop(claimed);
 }
 
 #[test]
 fn a_ros_node_begins_the_run_if_it_acts_and_not_if_it_looks_on() {
     let address = address();
-    let (_plant, bridge) = plant(&address, Some(9));
+    let (_plant, bridge) = plant(&address, 9);
     let session = stranger(&address);
     let [obs, action] = ["obs", "action"].map(|topic| format!("{topic}/{JOINT_STATES}"));
     let looks_on = [format!("9/{obs}"), "9/**".to_owned()].map(|key| {
@@ -224,7 +227,7 @@ fn info_of_plant(session: &Session) -> serde_json::Value {
 #[test]
 fn who_claims_the_session_of_a_ros_node_does_not_silence_it() {
     let address = address();
-    let (plant, there) = plant(&address, Some(4));
+    let (plant, there) = plant(&address, 4);
     let [policy, stranger] = [(), ()].map(|()| stranger(&address));
     let zid = policy.zid();
     let keys = Keys::new("cart-pole");
@@ -272,7 +275,7 @@ fn who_claims_the_session_of_a_ros_node_does_not_silence_it() {
 fn a_run_that_was_stopped_names_who_stopped_it() {
     for (name, named) in [("a dashboard", "a dashboard"), (" ", "nobody named")] {
         let address = address();
-        let (plant, there) = plant(&address, None);
+        let (plant, there) = steady(&PLANT, &listen(&address, None));
         let observer = plant.observer();
         let session = stranger(&address);
         let run = thread::spawn(move || plant.run().expect("a run"));

@@ -76,15 +76,15 @@ fn two_machines_meet_again_after_their_cable_was_cut() {
         Ok(cable) => cable,
         Err(why) => return eprintln!("skipped: {why}"),
     };
-    let plant = format!("plant --listen {ADDRESS} --insecure --duration-s 2 --again");
-    let mut plant = cable.start(0, &plant);
+    let mut plant = cable.start(0, &format!("plant --listen {ADDRESS} --insecure --again"));
     let _policy = cable.start(1, &format!("policy --connect {ADDRESS}"));
     plant.wait_for("the run begins");
     cable.set("down");
     plant.wait_for("waiting for policy");
     cable.set("up");
-    let printed = plant.printed();
-    let (cut, next) = printed.split_once("BALANCED").expect("a second run");
+    plant.wait_for("policy: here");
+    let printed = plant.interrupted();
+    let (cut, next) = printed.split_once("STOPPED").expect("a second run");
     assert!(cut.contains("policy: silent for 100 ms"), "{printed}");
     assert!(next.contains("0 refused"), "{printed}");
 }
@@ -107,7 +107,7 @@ fn clocks_that_differ_by_a_day_make_no_age_wrong() {
     let mut ratelab = shifted();
     ratelab.arg(RATELAB);
     let _policy = Part::of(ratelab, &format!("policy --connect {ADDRESS}"));
-    let plant = format!("plant --listen {ADDRESS} --insecure --duration-s 2");
+    let plant = format!("plant --listen {ADDRESS} --insecure --duration-s 2 --again");
     cable.start(0, &plant).balanced();
 }
 
@@ -136,6 +136,6 @@ fn a_router_on_another_machine_passes_messages_to_a_process_that_connects() {
     let start = |args: &[&str]| Ended::start(cable.inside(0, python).args(args));
     let _router = start(&["-c", ROUTER, ADDRESS]);
     let _policy = start(&[ROS_POLICY, ADDRESS, "7"]);
-    let plant = format!("plant --connect {ADDRESS} --ros --domain 7 --duration-s 3");
+    let plant = format!("plant --connect {ADDRESS} --ros --domain 7 --duration-s 3 --again");
     cable.start(1, &plant).balanced();
 }
