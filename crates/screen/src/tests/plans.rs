@@ -22,6 +22,7 @@ fn recorded(config: &Config, at: f64) -> App {
     let mut app = App::of_recording(Arc::new(recording), setup());
     app.jump(seconds(at));
     sample(&mut app);
+    until(&mut app, |app| !frame(app).awaits_limits);
     app
 }
 
