@@ -23,7 +23,7 @@ pub struct Planning {
     pub most: f64,
     /// The knob for plans of at least so many actions.
     pub longer: fn(usize) -> Knob,
-    /// The knob, as text, for plans that [know](Plan::knows) what is played meanwhile.
+    /// The knob, as text, for plans that [know](ActionPlan::knows) what is played meanwhile.
     pub knowing: &'static str,
 }
 
