@@ -230,8 +230,10 @@ impl<'a> VirtualStretch<'a> {
     /// Processes the next event: a timed command, a tick, or the end.
     fn proceed(&mut self) -> Result<Option<ClockExit>, Fault> {
         let next = self.graph.schedule.next_at();
+        // The real clock may have handed over after the end: a replay reaches no command there.
         if self.inbox.next_timed(self.until) <= next
             && !self.mid_instant()
+            && self.graph.now() <= self.until
             && let Some(timed) = self.inbox.take_timed(self.until)
         {
             let at = timed.at.max(self.graph.now());
@@ -393,8 +395,12 @@ mod tests {
     }
 
     #[test]
-    fn after_the_end_only_those_tick_that_were_due_before() {
-        let (commander, mut inbox) = Inbox::new(Vec::new());
+    fn after_the_end_only_those_tick_that_were_due_before_and_no_command_is_obeyed() {
+        let stop = TimedCommand {
+            at: Time::from_nanos(10_000_000),
+            command: Command::Stop,
+        };
+        let (commander, mut inbox) = Inbox::new(vec![stop]);
         let (mut graph, log) = late(Given::Never, commander);
         let until = Time::from_nanos(20_000_000);
         let exit = VirtualClock.run(&mut graph, &mut inbox, until);
