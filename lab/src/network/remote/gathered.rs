@@ -159,16 +159,16 @@ impl GatheredRun {
         let name = self.topology.topics.get(topic).map(|topic| &*topic.name);
         let is = |other: Option<&str>| name.is_some() && name == other;
         let (is_state, is_chains) = (is(self.system.state()), is(self.system.chains()));
+        if let (Some(tally), Some(name)) = (&mut self.tally, name)
+            && tally.topics().contains(&name)
+        {
+            tally.message(name, &row);
+        }
         if is_state {
             self.add_state(&head, place.missing, &row);
         }
         if is_chains {
             row.clone_into(&mut self.chains);
-        }
-        if let (Some(tally), Some(name)) = (&mut self.tally, name)
-            && tally.topics().contains(&name)
-        {
-            tally.message(name, &row);
         }
         let rows = self.new_rows.entry(topic);
         let rows = rows.or_insert_with(|| Rows::new(row.len()));
