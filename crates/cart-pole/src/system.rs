@@ -455,7 +455,7 @@ impl System for CartPole {
         Ok(pinned.spec().to_string())
     }
 
-    fn parameter(&self, _: &Setup, [node, name]: [&str; 2], value: &str) -> Result<String, String> {
+    fn parameter(&self, [node, name]: [&str; 2], value: &str) -> Result<String, String> {
         match (node, name) {
             (ACTUATOR, DISTURB) => Ok(value.parse::<Newtons>()?.to_string()),
             _ => ChunkSettings::short(node, name, value)

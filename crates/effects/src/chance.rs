@@ -29,9 +29,7 @@ impl Chance<'_> {
         let word = bytes.fold(0, |word: u64, byte| word << 8 | u64::from(*byte));
         (word >> 11) as f64 / (1_u64 << 53) as f64
     }
-}
 
-impl Chance<'_> {
     /// Draw number `n` of a standard normal distribution: the quantile of the uniform draw,
     /// zero for the lowest one.
     pub fn normal(&self, n: impl Display) -> f64 {

@@ -3,7 +3,7 @@
 use ratelab_account::Fields;
 use ratelab_study::system::{FigureValue, RunTally, SystemFigure};
 
-use super::message::{CHUNK, PLAYER_STEP, PlayerStep};
+use super::message::{CHUNK, Chunk, PLAYER_STEP, PlayerStep};
 
 /// Adds up what the policy computed and what the player did.
 #[derive(Debug, Default)]
@@ -20,7 +20,7 @@ pub(crate) struct ChunkTally {
     steps: ActionChanges,
 }
 
-/// ActionChanges of the action from one tick to the next.
+/// The changes of the action from one tick to the next.
 #[derive(Debug, Default)]
 struct ActionChanges(Vec<f64>);
 
@@ -75,7 +75,7 @@ impl RunTally for ChunkTally {
 
     fn message(&mut self, topic: &str, row: &[f64]) {
         match topic {
-            CHUNK => self.computed += row.len().saturating_sub(3) as u64,
+            CHUNK => self.computed += row.len().saturating_sub(Chunk::HEAD) as u64,
             _ => {
                 if let Some(step) = PlayerStep::from_row(row) {
                     self.step(&step);
@@ -85,8 +85,7 @@ impl RunTally for ChunkTally {
     }
 
     fn figures(&self) -> Vec<SystemFigure> {
-        let count = FigureValue::Count;
-        let number = FigureValue::Number;
+        let (count, number) = (FigureValue::Count, FigureValue::Number);
         let ms = |ns: f64| ns / 1e6;
         let most = (self.taken > 0).then_some(ms(self.most_delay_error));
         let mean_error = mean(self.delay_errors, self.taken).map(ms);

@@ -30,8 +30,8 @@ pub struct Chunk {
 }
 
 /// The numbers of a chunk of the longest [`Horizon`]; a run's chunks have the first of these.
-static NAMES: [&str; 3 + Horizon::MOST] = {
-    let mut names = ["action (share of 10 N)"; 3 + Horizon::MOST];
+static NAMES: [&str; Chunk::HEAD + Horizon::MOST] = {
+    let mut names = ["action (share of 10 N)"; Chunk::HEAD + Horizon::MOST];
     names[0] = "made (ns)";
     names[1] = "expected delay (ns)";
     names[2] = "plan (0 hold, 1 rollout, 2 committed)";
@@ -42,9 +42,12 @@ impl Chunk {
     /// Depth of the topic: it loses none, whatever holds the player up.
     pub const DEPTH: usize = 10_000;
 
+    /// The numbers before its actions.
+    pub(super) const HEAD: usize = 3;
+
     /// Names of the numbers of a chunk of `horizon` actions.
     pub fn names(horizon: Horizon) -> &'static [&'static str] {
-        &NAMES[..3 + horizon.get()]
+        &NAMES[..Self::HEAD + horizon.get()]
     }
 }
 
@@ -62,7 +65,7 @@ impl Fields for Chunk {
     }
 
     fn from_row(row: &[f64]) -> Option<Self> {
-        let (&[made, expected, plan], actions) = row.split_first_chunk()?;
+        let (&[made, expected, plan], actions) = row.split_first_chunk::<{ Self::HEAD }>()?;
         Some(Self {
             made: Time::from_nanos(made as u64),
             expected: Duration::from_nanos(expected as u64),

@@ -98,18 +98,18 @@ impl ChunkPlanner {
             PlanKind::Rollout => self.rollout(policy, reading, origin, origin),
             PlanKind::Committed => self.rollout(policy, reading, origin, from),
         };
-        let actions_too = actions.clone();
-        self.remember(OwnChunk {
-            origin,
-            from,
-            actions: actions_too,
-        });
-        Chunk {
+        let chunk = Chunk {
             made: now,
             expected,
             plan: self.plan,
+            actions: actions.clone(),
+        };
+        self.remember(OwnChunk {
+            origin,
+            from,
             actions,
-        }
+        });
+        chunk
     }
 
     /// The actions for the states that the model comes to; before run time `from` those that

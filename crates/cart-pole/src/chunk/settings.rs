@@ -293,7 +293,8 @@ impl ChunkSettings {
     /// # Errors
     /// A message for an invalid value.
     pub fn of(setup: &Setup) -> Result<Option<Self>, String> {
-        let horizon = setup.parameter(POLICY, "chunk").map(Horizon::parse);
+        let horizon = setup.parameter(POLICY, Self::CHUNK);
+        let horizon = horizon.map(Horizon::parse);
         let Some(horizon) = horizon.transpose()?.flatten() else {
             return Ok(None);
         };
@@ -317,7 +318,7 @@ impl ChunkSettings {
     /// A message for an invalid value; `None` for a parameter that is none of chunks.
     pub fn short(node: &str, name: &str, value: &str) -> Option<Result<String, String>> {
         Some(match (node, name) {
-            (POLICY, "chunk") => Horizon::parse(value).map(|horizon| match horizon {
+            (POLICY, Self::CHUNK) => Horizon::parse(value).map(|horizon| match horizon {
                 Some(horizon) => horizon.get().to_string(),
                 None => "none".to_owned(),
             }),

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ratelab::{Hz, Knob};
-use ratelab_effects::{Draw, Link, draw};
+use ratelab_effects::{Link, draw};
 use ratelab_study::system::Setup;
 
 use super::{
@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{CONTROL_HZ, OBS, POLICY};
 
-/// The share of the ticks whose cost is not looked at: one in a hundred.
+/// The quantile of the costs that a chunk is to outlast.
 const USUAL: f64 = 0.99;
 
 /// What the times of a run with chunks come to, as far as they are set.
@@ -44,7 +44,7 @@ impl ChunkTimes {
                 _ => None,
             })
         };
-        let delay = |topic| link(topic).map_or(Duration::ZERO, |link| median(&link.delay));
+        let delay = |topic| link(topic).map_or(Duration::ZERO, |link| link.delay.median());
         let rate = setup
             .rate(POLICY)
             .map_or(1.0 / CONTROL_HZ, |hz: Hz| 1.0 / hz.get());
@@ -76,10 +76,6 @@ impl ChunkTimes {
 /// Milliseconds, to a tenth.
 fn ms(duration: Duration) -> f64 {
     (duration.as_secs_f64() * 1e4).round() / 10.0
-}
-
-fn median(draw: &Draw) -> Duration {
-    draw.at(0.5)
 }
 
 /// The defects of a run with `setup`, each with a remedy. The loop bears actions that are

@@ -188,19 +188,13 @@ pub trait System: Send + Sync + 'static {
         }
     }
 
-    /// The shortest form of a `value` of the parameter `name` of `node`, in a run with
-    /// `setup`.
+    /// The shortest form of a `value` of the parameter `name` of `node`.
     ///
     /// # Errors
     /// The reason why the node would refuse it, with a remedy.
-    fn parameter(
-        &self,
-        setup: &Setup,
-        [node, name]: [&str; 2],
-        value: &str,
-    ) -> Result<String, String> {
+    fn parameter(&self, [node, name]: [&str; 2], value: &str) -> Result<String, String> {
         match self.inner() {
-            Some(inner) => inner.parameter(setup, [node, name], value),
+            Some(inner) => inner.parameter([node, name], value),
             None => Ok(value.to_owned()),
         }
     }
@@ -251,7 +245,7 @@ impl dyn System + '_ {
                 Ok(Knob::Send { node, text })
             }
             Knob::Parameter { node, name, value } => {
-                let value = self.parameter(setup, [&node, &name], &value)?;
+                let value = self.parameter([&node, &name], &value)?;
                 Ok(Knob::Parameter { node, name, value })
             }
             knob => Ok(knob),
