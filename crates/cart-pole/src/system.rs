@@ -19,8 +19,8 @@ use super::{
     FreeActuator, FreePlant, OBS, Observation, Observed, OnStale, POLE_LIMIT_RAD, POLICY, Plant,
     PolicyNode, Pose, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, actuator_hz,
     chunk::{
-        CHUNK, Chunk, ChunkPlanner, ChunkPolicy, ChunkSettings, ChunkTally, PLANNING, PLAYER,
-        PLAYER_STEP, PlanKind, Player, REQUEST, Refill, warnings,
+        CHUNK, Chunk, ChunkPlanner, ChunkPolicy, ChunkSettings, ChunkTally, FIXED, PLANNING,
+        PLAYER, PLAYER_STEP, PlanKind, Player, REQUEST, Refill, SPOILERS, warnings,
     },
     disturbance::Newtons,
     falls::falls,
@@ -423,6 +423,8 @@ impl System for CartPole {
             }],
             joints: &super::joints::JOINTS,
             planning: Some(PLANNING),
+            spoilers: SPOILERS,
+            fixed: FIXED,
             table: Some(table::TABLE),
             quadratic_cost: Some(QuadraticCost {
                 sum: "(x/2.4 m)^2 + (angle/12 deg)^2 + u^2",

@@ -3,6 +3,7 @@
 use ratelab::{Event, Knob, Time, TimedKnob};
 use ratelab_account::{Lineage, TickRecord};
 use ratelab_effects::takes_time;
+use ratelab_study::system::{PlanBar, PlanBars, Planning};
 
 use super::recorded::Recording;
 
@@ -23,6 +24,11 @@ impl Recording {
         }
         lineage.settle();
         lineage
+    }
+
+    /// The plans of the run as bars.
+    pub fn plan_bars(&self, planning: &Planning) -> Vec<PlanBar> {
+        PlanBars::of(planning, |topic| self.rows(topic)).bars()
     }
 
     /// The knobs of the run in the order in which they were turned, beginning with those

@@ -314,7 +314,10 @@ impl RecordingWriter {
         let path = self.file.path();
         let small = fs::metadata(&path).is_ok_and(|file| file.len() <= LARGEST);
         let recording = small.then(|| Recording::read(&path).ok()).flatten();
-        recording.map_or(Ok(()), |recording| lanes::add(&self.rec, &recording))
+        let planning = self.system.about().planning;
+        recording.map_or(Ok(()), |recording| {
+            lanes::add(&self.rec, &recording, planning)
+        })
     }
 
     fn end(&mut self, outcome: &RecordingEnd, reason: &StopReason) -> Written {

@@ -273,8 +273,11 @@ pub struct PlanData {
     pub stalled: Option<Time>,
     /// Number of actions that it takes until the next plan is there.
     pub needed: usize,
-    /// Whether it knows of what is played meanwhile.
-    pub knows: bool,
+    /// The time from its making on after which it was taken.
+    pub delay: Duration,
+    /// For the last plan that came a moment too early or too late, or more: the delay that was
+    /// expected, and the real one.
+    pub missed: Option<[Duration; 2]>,
     /// The greatest action, in either direction.
     pub most: f64,
 }

@@ -4,7 +4,7 @@ use std::{collections::VecDeque, time::Duration};
 
 use ratelab::Time;
 use ratelab_account::Rows;
-use ratelab_study::system::{ActionPlan, Planning};
+use ratelab_study::system::{ActionPlan, PlanBar, PlanBars, Planning};
 
 use super::frame::PlanData;
 
@@ -18,12 +18,15 @@ pub struct Plans {
     plans: VecDeque<(u64, ActionPlan)>,
     /// Number of the newest plan that was taken, and run time of that.
     newest: Option<(u64, Time)>,
+    /// The last expected delay that was wrong by a moment or more, and the real one.
+    missed: Option<[Duration; 2]>,
     /// Number of the one taken before.
     before: Option<u64>,
     /// Run time and action, the newest last.
     played: VecDeque<(Time, f64)>,
     /// Run time and predicted part of the age of an action, the newest last.
     predicted: VecDeque<(Time, Duration)>,
+    bars: PlanBars,
     stalls: u64,
     /// Run time of the last one.
     stalled: Option<Time>,
@@ -35,10 +38,14 @@ impl Plans {
         for (head, row) in rows.iter() {
             if topic == planning.plans {
                 let plan = (planning.plan)(head, row);
+                if let Some(plan) = &plan {
+                    self.bars.plan(head.seq, plan);
+                }
                 keep(&mut self.plans, plan.map(|plan| (head.seq, plan)));
             } else if topic == planning.played {
                 keep(&mut self.played, Some((head.at, (planning.action)(row))));
             } else if let Some(step) = (planning.step)(row).filter(|_| topic == planning.steps) {
+                self.bars.step(head.at, &step);
                 self.stalls += u64::from(step.stalls);
                 self.stalled = step.stalls.then_some(head.at).or(self.stalled);
                 let predicted = step.predicted.map(|predicted| (head.at, predicted));
@@ -48,11 +55,23 @@ impl Plans {
                 }
             }
         }
+        self.bars.keep(KEPT);
+    }
+
+    /// The plans as bars.
+    pub fn bars(&self) -> Vec<PlanBar> {
+        self.bars.bars()
     }
 
     fn take(&mut self, number: u64, at: Time) {
         self.before = self.newest.map(|(newest, _)| newest);
         self.newest = Some((number, at));
+        if let Some(plan) = self.plan(number) {
+            let (made, expected) = plan.made;
+            let delay = at.since(made);
+            let missed = expected.abs_diff(delay) >= plan.period;
+            self.missed = missed.then_some([expected, delay]).or(self.missed);
+        }
         if let Some(before) = self.before {
             self.plans.retain(|(known, _)| *known >= before);
         }
@@ -96,7 +115,8 @@ impl Plans {
                 .unwrap_or(0)
                 .max(place)
                 + 1,
-            knows: newest.knows,
+            delay: taken.since(newest.made.0),
+            missed: self.missed,
             actions: newest.actions.clone(),
         })
     }

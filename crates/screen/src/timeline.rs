@@ -1,9 +1,13 @@
 //! Ticks and messages over a short stretch of a run, with the chain behind one push.
 
-use std::{collections::HashSet, time::Duration};
+use std::{
+    collections::{BTreeMap, HashSet},
+    time::Duration,
+};
 
 use ratelab::{Head, Time, Topology};
 use ratelab_account::{Chain, Lineage, PushInForce, TickWait, TracedTick, WaitsFor};
+use ratelab_study::system::PlanBar;
 
 use super::frame::PushSentence;
 
@@ -101,7 +105,8 @@ pub struct Mark {
     pub kind: MarkKind,
     /// Whether it belongs to the chain of the selected push.
     pub bright: bool,
-    /// The node that had the executor meanwhile, or the topic whose message was missing.
+    /// The node that had the executor meanwhile, the topic whose message was missing, or the
+    /// number of the plan.
     pub by: Option<String>,
 }
 
@@ -124,6 +129,10 @@ pub enum MarkKind {
     Unread,
     /// A lost message.
     Lost,
+    /// A part of a plan that was played.
+    Played,
+    /// Another part of it.
+    Planned,
 }
 
 impl Timeline {
@@ -163,6 +172,35 @@ impl Timeline {
             sentence: sentence(lineage, acts, push.as_ref(), (view, now)),
             newest: view.selected.is_none(),
         })
+    }
+}
+
+/// Plans.
+impl Timeline {
+    /// The timeline with lanes for the bars of plans on `topic`.
+    pub fn with_plans(mut self, topic: &str, bars: &[PlanBar]) -> Self {
+        let mut lanes: BTreeMap<usize, Vec<Mark>> = BTreeMap::new();
+        for bar in bars {
+            let parts = bar.parts.iter().filter(|part| part.from <= self.to);
+            let seen = parts.filter(|part| self.from < part.to);
+            let marks = seen.map(|part| Mark {
+                at: part.from,
+                until: part.to,
+                kind: match part.played {
+                    true => MarkKind::Played,
+                    false => MarkKind::Planned,
+                },
+                bright: part.played,
+                by: Some(bar.number.to_string()),
+            });
+            lanes.entry(bar.lane).or_default().extend(marks);
+        }
+        let lanes = lanes.into_iter().filter(|(_, marks)| !marks.is_empty());
+        self.lanes.extend(lanes.map(|(lane, marks)| Lane {
+            name: format!("{topic} {}", lane + 1),
+            marks,
+        }));
+        self
     }
 }
 

@@ -1,5 +1,5 @@
 //! A recorded run as a trace for <https://ui.perfetto.dev>: a lane per node and topic,
-//! messages as flows between them, and counters.
+//! messages as flows between them, plans as bars, and counters.
 
 mod perfetto;
 mod tracks;
@@ -7,7 +7,7 @@ mod tracks;
 use prost::Message;
 use ratelab::{Head, Time};
 use ratelab_account::{Lineage, TickWait, TracedTick, WaitsFor};
-use ratelab_study::system::System;
+use ratelab_study::system::{PlanBar, System};
 use tracks::{EventText, Tracks};
 
 use ratelab_recording::{Recording, end_of};
@@ -40,6 +40,9 @@ pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
         for sent in lineage.sent(topic) {
             message(&mut tracks, lane, topic, sent);
         }
+    }
+    if let Some(planning) = system.about().planning {
+        plans(&mut tracks, planning.plans, &recording.plan_bars(&planning));
     }
     counters(&mut tracks, recording, &lineage, acts);
     tracks.finish().encode_to_vec()
@@ -127,6 +130,26 @@ fn message(tracks: &mut Tracks, lane: u64, topic: usize, sent: &Head) {
     tracks.instant(lane, text(name), sent.at);
     if let Some(at) = sent.arrives.filter(|at| *at > sent.at) {
         tracks.instant(lane, text("arrived"), at);
+    }
+}
+
+/// The plans on `topic`, and what was played of them: as many lanes as it takes, so that in none
+/// of them two overlap.
+fn plans(tracks: &mut Tracks, topic: &str, bars: &[PlanBar]) {
+    let Some(last) = bars.iter().map(|bar| bar.lane).max() else {
+        return;
+    };
+    let group = tracks.group("plans");
+    let lanes = (0..=last).map(|lane| tracks.lane(group, &format!("{topic} {}", lane + 1)));
+    let lanes: Vec<u64> = lanes.collect();
+    for bar in bars {
+        for part in &bar.parts {
+            let text = EventText {
+                number: Some(("plan", bar.number)),
+                ..part.word().into()
+            };
+            tracks.slice(lanes[bar.lane], text, [part.from, part.to]);
+        }
     }
 }
 

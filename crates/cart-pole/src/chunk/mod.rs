@@ -24,7 +24,11 @@ mod warnings;
 
 use std::time::Duration;
 
-pub(crate) use self::{figures::ChunkTally, planning::PLANNING, warnings::warnings};
+pub(crate) use self::{
+    figures::ChunkTally,
+    planning::{FIXED, PLANNING, SPOILERS},
+    warnings::warnings,
+};
 pub use self::{
     message::{CHUNK, Chunk, PLAYER_STEP, PlayerStep, REQUEST, Request},
     model::PlanModel,

@@ -4,14 +4,14 @@ use std::time::Duration;
 
 use ratelab::{Head, Knob};
 use ratelab_account::Fields;
-use ratelab_study::system::{ActionPlan, Planning, PlayStep};
+use ratelab_study::system::{ActionPlan, Planning, PlayStep, Spoiler};
 
 use super::{
-    ACTION_PERIOD,
+    ACTION_PERIOD, PLAYER,
     message::{CHUNK, Chunk, PLAYER_STEP, PlayerStep},
-    settings::{ChunkSettings, Horizon, PlanKind},
+    settings::{ChunkSettings, Horizon},
 };
-use crate::{ACTION, POLICY};
+use crate::{ACTION, ACTUATOR, DISTURB, POLICY};
 
 /// The plans of a policy that answers with chunks.
 pub(crate) const PLANNING: Planning = Planning {
@@ -23,15 +23,71 @@ pub(crate) const PLANNING: Planning = Planning {
     action: |row| row.first().copied().unwrap_or(f64::NAN),
     most: 1.0,
     longer,
-    knowing: "set policy plan committed",
+    expecting,
 };
+
+/// The settings of chunks that count for a whole run.
+pub(crate) const FIXED: &[[&str; 2]] = &[
+    [POLICY, ChunkSettings::CHUNK],
+    [POLICY, "model"],
+    [PLAYER, "refill"],
+];
+
+/// What makes plans wrong, whatever the delay.
+pub(crate) const SPOILERS: &[Spoiler] = &[
+    Spoiler {
+        node: PLAYER,
+        name: "merge",
+        usual: "newest",
+        sound: "newest",
+        told: "the age arose in the player: by merge {} it averages plans, old ones too",
+    },
+    Spoiler {
+        node: POLICY,
+        name: "plan",
+        usual: "rollout",
+        sound: "committed",
+        told: "the age arose in the policy: its {} plans miss what is played meanwhile",
+    },
+    Spoiler {
+        node: PLAYER,
+        name: "play",
+        usual: "time",
+        sound: "time",
+        told: "the age arose in the player: by play {} it is late for what is meant for now",
+    },
+    Spoiler {
+        node: POLICY,
+        name: "model",
+        usual: "length:1",
+        sound: "length:1",
+        told: "the policy predicts wrongly: its model of the plant is {}",
+    },
+    Spoiler {
+        node: ACTUATOR,
+        name: DISTURB,
+        usual: "0",
+        sound: "0",
+        told: "the plant is disturbed: at random, by {} N",
+    },
+];
 
 /// The knob for chunks of at least `needed` actions, in tens.
 fn longer(needed: usize) -> Knob {
+    let actions = needed.next_multiple_of(10).min(Horizon::MOST);
+    of_policy(ChunkSettings::CHUNK, actions.to_string())
+}
+
+/// The knob for chunks that are expected after this delay, to the millisecond.
+fn expecting(delay: Duration) -> Knob {
+    of_policy("expect-delay", delay.as_millis().to_string())
+}
+
+fn of_policy(name: &str, value: String) -> Knob {
     Knob::Parameter {
         node: POLICY.to_owned(),
-        name: ChunkSettings::CHUNK.to_owned(),
-        value: needed.next_multiple_of(10).min(Horizon::MOST).to_string(),
+        name: name.to_owned(),
+        value,
     }
 }
 
@@ -40,7 +96,7 @@ fn plan(head: &Head, row: &[f64]) -> Option<ActionPlan> {
     let actions = chunk.actions.iter();
     Some(ActionPlan {
         kind: chunk.plan.name(),
-        knows: chunk.plan == PlanKind::Committed,
+        made: (chunk.made, chunk.expected),
         begins: head.origin?,
         period: ACTION_PERIOD,
         actions: actions.map(|action| f64::from(*action)).collect(),
@@ -54,6 +110,7 @@ fn step(row: &[f64]) -> Option<PlayStep> {
         newest: step.chunk as u64,
         took: step.taken > 0.0,
         stalls: step.stalls > 0.0,
+        period: ACTION_PERIOD,
         predicted: (step.played > 0.0).then_some(predicted),
     })
 }

@@ -1,13 +1,17 @@
-//! The timeline: a lane per node with its ticks, and a lane per topic with what became of
-//! its messages.
+//! The timeline: a lane per node with its ticks, a lane per topic with what became of its
+//! messages, and lanes of plans with what was played of them.
 //!
 //! Which messages were read is known only at the end, so these lanes are made of the
 //! complete recording, with the same [`Lineage`] as the timeline of the dashboard.
 
-use std::{collections::HashSet, time::Duration};
+use std::{
+    collections::{BTreeMap, HashSet},
+    time::Duration,
+};
 
 use ratelab::Time;
 use ratelab_account::{Lineage, TickWait, TracedTick};
+use ratelab_study::system::{PlanBar, Planning};
 use rerun::{Color, EntityPath, RecordingStream, StateChange, StateConfiguration, TimeColumn};
 
 use super::palette::{BLUE, GREY, ORANGE};
@@ -39,6 +43,10 @@ const READ: &str = "read";
 const UNREAD: &str = "unread";
 const LOST: &str = "lost on the link";
 
+/// The parts of a plan: [`PlanPart::word`](ratelab_study::system::PlanPart::word).
+const PLAYED: &str = "played";
+const PLANNED: &str = "planned";
+
 /// Between two ticks.
 const NOTHING: &str = "";
 
@@ -49,7 +57,7 @@ const INSTANT_WIDTH: Duration = Duration::from_millis(1);
 type Changes = Vec<(Time, &'static str)>;
 
 /// Logs the lanes of `recording`. They are on the timeline of run time only.
-pub fn add(rec: &RecordingStream, recording: &Recording) -> Written {
+pub fn add(rec: &RecordingStream, recording: &Recording, planning: Option<Planning>) -> Written {
     let lineage = recording.lineage();
     let topology = lineage.topology();
     for (node, known) in topology.nodes.iter().enumerate() {
@@ -79,6 +87,25 @@ pub fn add(rec: &RecordingStream, recording: &Recording) -> Written {
             &looks,
             &messages(&lineage, topic, &known.readers),
         )?;
+    }
+    planning.map_or(Ok(()), |planning| {
+        plans(rec, &recording.plan_bars(&planning))
+    })
+}
+
+/// Logs the lanes of plans.
+fn plans(rec: &RecordingStream, bars: &[PlanBar]) -> Written {
+    let mut lanes: BTreeMap<usize, Changes> = BTreeMap::new();
+    for bar in bars {
+        let lane = lanes.entry(bar.lane).or_default();
+        for part in &bar.parts {
+            change(lane, part.from, part.word());
+            change(lane, part.to, NOTHING);
+        }
+    }
+    for (number, changes) in lanes {
+        let lane = path(&[TIMELINE, "plan", &(number + 1).to_string()]);
+        send(rec, lane, &[(PLAYED, BLUE), (PLANNED, GREY)], &changes)?;
     }
     Ok(())
 }

@@ -203,7 +203,12 @@ impl App {
         let knobs = knobs.into_iter().map(|knob| self.checked(knob));
         let knobs: Vec<Knob> = knobs.collect::<Result<_, _>>()?;
         if self.ended() {
-            return self.turn_for_the_next(knobs);
+            return self.turn_for_the_next(knobs, "the run is over");
+        }
+        let is_fixed = |knob: &Knob| self.system().about().is_fixed(knob);
+        let (fixed, knobs): (Vec<Knob>, Vec<Knob>) = knobs.into_iter().partition(is_fixed);
+        if !fixed.is_empty() {
+            self.turn_for_the_next(fixed, "a run keeps it")?;
         }
         for knob in knobs {
             self.shown.run.send(knob.clone().into());
@@ -212,7 +217,7 @@ impl App {
         Ok(())
     }
 
-    fn turn_for_the_next(&mut self, knobs: Vec<Knob>) -> Result<(), String> {
+    fn turn_for_the_next(&mut self, knobs: Vec<Knob>, why: &str) -> Result<(), String> {
         let mut next = self.wanted();
         next.setup.extend(knobs.iter().cloned());
         // No graph is running that could refuse them.
@@ -221,7 +226,7 @@ impl App {
         let turned = listed(self.system(), &knobs);
         self.knobs.running.extend(knobs);
         self.notify(format!(
-            "the run is over: {turned} counts from the next one, r starts it"
+            "{why}: {turned} counts from the next one, r starts it"
         ));
         Ok(())
     }

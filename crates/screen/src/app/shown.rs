@@ -114,7 +114,12 @@ impl Shown {
     /// The timeline at run time `now`.
     pub fn timeline(&self, now: Time) -> Option<Timeline> {
         let acts = self.acting()?;
-        Timeline::of(self.run.lineage(), acts, self.panes.timeline, now)
+        let timeline = Timeline::of(self.run.lineage(), acts, self.panes.timeline, now)?;
+        let planning = self.run.system().about().planning;
+        Some(match planning {
+            Some(planning) => timeline.with_plans(planning.plans, &self.sampler.plans.bars()),
+            None => timeline,
+        })
     }
 
     /// Selects another push in the timeline; see [`TimelineView::select`].

@@ -61,11 +61,17 @@ const AS_SLOW: f64 = 0.9;
 impl Facts<'_> {
     /// The knobs that would take the causes away, the most important first.
     pub fn cures(&self) -> Vec<Knob> {
-        let Some(acts) = acting(self.system, self.graph).filter(|_| self.is_old()) else {
+        let Some(acts) = acting(self.system, self.graph) else {
             return Vec::new();
         };
-        let cures = self.causes(acts).into_iter();
-        cures.map(|(_, cure)| cure).collect()
+        match self.system.lost_anyway(self.setup) {
+            Some(_) => Vec::new(),
+            None => self
+                .causes(acts)
+                .into_iter()
+                .map(|(_, cure)| cure)
+                .collect(),
+        }
     }
 
     /// The cause of the loss and its cure, in short lines; empty for a system without an age.
@@ -74,14 +80,27 @@ impl Facts<'_> {
         let Some(acts) = acting(self.system, self.graph) else {
             return Vec::new();
         };
-        if !self.is_old() {
-            let why = self.system.lost_anyway(self.setup);
-            let why = why.unwrap_or_else(|| self.unequal());
-            let parts: Vec<String> = self.fresh().into_iter().chain([why]).collect();
+        let causes = self.causes(acts);
+        let of_these = |tried: &&Tried| tried.cures.iter().eq(causes.iter().map(|(_, cure)| cure));
+        let tried = tried.filter(of_these);
+        let needed = tried.and_then(|tried| tried.needed.as_deref());
+        let (hopeless, fresh) = (self.system.lost_anyway(self.setup), self.fresh());
+        if hopeless.is_some() || (fresh.is_some() && needed.is_none()) {
+            let why = hopeless.unwrap_or_else(|| self.unequal());
+            let parts: Vec<String> = fresh.into_iter().chain([why]).collect();
             return vec![parts.join(": ") + self.another()];
         }
-        let owners = self.main_owners(acts);
-        let mut lines = self.lines(&owners, &self.causes(acts), tried);
+        let needed = needed.unwrap_or_default().iter();
+        let needed: Vec<Owner> = needed.map(|index| causes[*index].0).collect();
+        let mut owners = self.main_owners(acts);
+        // Of what may be wrong with a plan only that counts without which it is mended.
+        if !needed.is_empty() && owners.iter().any(|owner| owner.reason.is_of_plans()) {
+            owners.retain(|owner| needed.contains(owner));
+        }
+        let mut lines = lines(&owners, &needed, |owner| {
+            let place = causes.iter().position(|(known, _)| *known == owner);
+            self.blame(owner, tried, place)
+        });
         if lines.is_empty() {
             lines.push("no action was applied in the last second".to_owned());
         }
@@ -90,17 +109,16 @@ impl Facts<'_> {
         lines
     }
 
-    /// Whether age is to blame.
-    fn is_old(&self) -> bool {
-        self.system.lost_anyway(self.setup).is_none() && self.fresh().is_none()
-    }
-
     /// The owners of the age with a knob that takes their part away, the most important
-    /// first.
+    /// first, and then what spoils a run at any age.
     fn causes(&self, acts: usize) -> Vec<(Owner, Knob)> {
         let mut owners = self.main_owners(acts);
-        let others = self.owners(acts).into_iter().map(|(owner, _)| owner);
-        owners.extend(others);
+        let most = owners.len().max(MOST_CAUSES);
+        if self.fresh().is_none() {
+            let others = self.owners(acts).into_iter().map(|(owner, _)| owner);
+            owners.extend(others);
+        }
+        owners.extend(self.spoiled());
         let mut causes: Vec<(Owner, Knob)> = Vec::new();
         for owner in owners {
             let cure = self.cure(owner).filter(|cure| !self.was_turned(cure));
@@ -108,7 +126,7 @@ impl Facts<'_> {
                 causes.push((owner, cure));
             }
         }
-        causes.truncate(MOST_CAUSES);
+        causes.truncate(most);
         causes
     }
 
@@ -116,7 +134,7 @@ impl Facts<'_> {
     /// also the nodes that are equally slow.
     fn main_owners(&self, acts: usize) -> Vec<Owner> {
         let planners = self.planners();
-        if !planners.is_empty() {
+        if !planners.is_empty() || self.fresh().is_some() {
             return planners;
         }
         let owners = self.owners(acts);
@@ -136,32 +154,6 @@ impl Facts<'_> {
             slow.insert(0, first);
         }
         slow
-    }
-
-    /// A line for each main owner, and for each other cause without which it is not mended.
-    fn lines(
-        &self,
-        owners: &[Owner],
-        causes: &[(Owner, Knob)],
-        tried: Option<&Tried>,
-    ) -> Vec<String> {
-        let of_these = |tried: &&Tried| tried.cures.iter().eq(causes.iter().map(|(_, cure)| cure));
-        let tried = tried.filter(of_these);
-        let needed = tried
-            .and_then(|tried| tried.needed.as_deref())
-            .unwrap_or(&[]);
-        let needed = needed.iter().map(|index| causes[*index].0);
-        let others = needed.filter(|owner| !owners.contains(owner));
-        let all: Vec<Owner> = owners.iter().copied().chain(others).collect();
-        let line = |(number, owner): (usize, &Owner)| {
-            let place = causes.iter().position(|(known, _)| known == owner);
-            let line = self.blame(*owner, tried, place);
-            match line.strip_prefix("the age arose") {
-                Some(rest) if number > 0 && !owners.contains(owner) => format!("and{rest}"),
-                _ => line,
-            }
-        };
-        all.iter().enumerate().map(line).collect()
     }
 
     /// States that age is not the cause, if it is below the limit of the loop.
@@ -233,6 +225,19 @@ impl Facts<'_> {
             )),
         }
     }
+}
+
+/// A line for each main owner, and for each other cause without which it is not mended.
+fn lines(owners: &[Owner], needed: &[Owner], blame: impl Fn(Owner) -> String) -> Vec<String> {
+    let others = needed.iter().filter(|owner| !owners.contains(owner));
+    let line = |(number, owner): (usize, &Owner)| {
+        let line = blame(*owner);
+        match line.strip_prefix("the age arose") {
+            Some(rest) if number > 0 && !owners.contains(owner) => format!("and{rest}"),
+            _ => line,
+        }
+    };
+    owners.iter().chain(others).enumerate().map(line).collect()
 }
 
 /// The node of `graph` with a push age.

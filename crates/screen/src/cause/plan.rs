@@ -1,28 +1,45 @@
-//! The owners of an age that come of how actions are planned ahead.
+//! The causes that come of how actions are planned ahead, or of what no plan knows.
+
+use ratelab_study::system::Spoiler;
 
 use super::{AgeReason, Facts, Owner};
-use crate::frame::Strain;
 
 impl Facts<'_> {
-    /// The node that had no action to play of late, and the one that plans without what is
-    /// played meanwhile, though the age is beyond its limit.
+    /// What may be wrong with the plans and their playing; nothing without plans.
     pub(super) fn planners(&self) -> Vec<Owner> {
         let Some((plan, planning)) = self.plan.zip(self.system.about().planning) else {
             return Vec::new();
         };
         let publisher = |topic| self.graph.topic(topic)?.publishers.first().copied();
-        let plans = publisher(planning.plans);
-        // Of a node that makes no more plans, that is the cause.
-        let works =
-            plans.is_some_and(|node| !self.graph.nodes[node].crashed && self.hang(node).is_none());
-        let stalls = works && plan.stalled.is_some_and(|at| self.late.0 < at);
-        let is_old = self.age.is_none_or(|age| age.strain() != Strain::Borne);
+        let Some(plans) = publisher(planning.plans) else {
+            return Vec::new();
+        };
+        if self.graph.nodes[plans].crashed || self.hang(plans).is_some() {
+            return Vec::new(); // Of a node that makes no more plans, that is the cause.
+        }
+        let stalls = plan.stalled.is_some_and(|at| self.late.0 < at);
         let stall = publisher(planning.steps).filter(|_| stalls);
-        let blind = plans.filter(|_| works && is_old && !plan.knows);
-        let stall = stall.map(|node| AgeReason::Stall.at(node));
-        stall
-            .into_iter()
-            .chain(blind.map(|node| AgeReason::Blind.at(node)))
-            .collect()
+        let misses = plan.missed.map(|_| AgeReason::Delay.at(plans));
+        let stall = stall.map(|node| AgeReason::Stall.at(node)).into_iter();
+        stall.chain(self.spoiled()).chain(misses).collect()
+    }
+
+    /// The parameters in force that may spoil the run.
+    pub(super) fn spoiled(&self) -> Vec<Owner> {
+        let spoilers = self.system.about().spoilers.iter().enumerate();
+        let wrong = spoilers.filter(|(_, spoiler)| self.value(spoiler) != spoiler.sound);
+        let owner = |(index, spoiler): (usize, &Spoiler)| {
+            let mut nodes = self.graph.nodes.iter();
+            let node = nodes.position(|node| *node.name == *spoiler.node)?;
+            Some(AgeReason::Spoiler(index).at(node))
+        };
+        wrong.filter_map(owner).collect()
+    }
+
+    /// The value of a parameter in force; without plans a sound one, if none is set.
+    pub(super) fn value(&self, spoiler: &Spoiler) -> &str {
+        let unset = self.plan.map_or(spoiler.sound, |_| spoiler.usual);
+        let set = self.setup.parameter(spoiler.node, spoiler.name);
+        set.unwrap_or(unset)
     }
 }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use ratelab::{Hz, Knob, KnobKind};
 use ratelab_effects::takes_time;
-use ratelab_study::system::System;
+use ratelab_study::system::{Spoiler, System};
 
 use super::{Facts, Tried, acting, ms, number};
 
@@ -41,8 +41,10 @@ pub enum AgeReason {
     Match,
     /// A node has no action to play: its plan was over before the next came.
     Stall,
-    /// A node plans without what is played meanwhile.
-    Blind,
+    /// Plans came after another delay than a node had expected.
+    Delay,
+    /// A parameter of a node, by its place in the list of the system.
+    Spoiler(usize),
 }
 
 /// The owner of an age: a reason and its place.
@@ -76,6 +78,11 @@ impl AgeReason {
         }
     }
 
+    /// Whether plans may be wrong for it, which a trial alone can tell.
+    pub(super) fn is_of_plans(self) -> bool {
+        matches!(self, Self::Stall | Self::Delay | Self::Spoiler(_))
+    }
+
     fn rule(self) -> CauseRule {
         match self {
             Self::Rate => node(None, slow_pace),
@@ -107,11 +114,16 @@ impl AgeReason {
             }),
             Self::Match => topic(None, late_match),
             Self::Stall => node(None, no_action),
-            Self::Blind => node(None, |facts, of| {
-                let (name, kind) = (facts.name(of), facts.plan.map_or("", |plan| plan.kind));
+            Self::Delay => node(None, |facts, of| {
+                let missed = facts.plan.and_then(|plan| plan.missed).unwrap_or_default();
+                let (name, [expected, delay]) = (facts.name(of), missed.map(ms));
                 format!(
-                    "the age arose in the {name}: its {kind} plans miss what is played meanwhile"
+                    "the {name} predicts wrongly: it expected a delay of {expected}, not {delay}"
                 )
+            }),
+            Self::Spoiler(_) => node(None, |facts, of| {
+                let spoiler = facts.spoiler(of.reason);
+                spoiler.map_or_else(String::new, |it| it.told.replace("{}", facts.value(it)))
             }),
         }
     }
@@ -232,7 +244,16 @@ impl Facts<'_> {
         match owner.reason {
             AgeReason::Rate => self.usual_rate(name),
             AgeReason::Stall => Some((self.system.about().planning?.longer)(self.plan?.needed)),
-            AgeReason::Blind => self.system.about().planning?.knowing.parse().ok(),
+            AgeReason::Delay => {
+                let cure = (self.system.about().planning?.expecting)(self.plan?.delay);
+                Some(cure).filter(|cure| self.setup.iter().all(|knob| knob != cure))
+            }
+            AgeReason::Spoiler(_) => {
+                let Spoiler { name, sound, .. } = self.spoiler(owner.reason)?;
+                format!("set {} {name} {sound}", self.name(owner))
+                    .parse()
+                    .ok()
+            }
             // Without a knob ticks take the time that they need.
             AgeReason::Cost => remedy.filter(|cure| {
                 let mut knobs = self.setup.iter();
@@ -240,6 +261,13 @@ impl Facts<'_> {
                 is_set || self.was_turned(cure)
             }),
             _ => remedy,
+        }
+    }
+
+    fn spoiler(&self, reason: AgeReason) -> Option<&'static Spoiler> {
+        match reason {
+            AgeReason::Spoiler(index) => self.system.about().spoilers.get(index),
+            _ => None,
         }
     }
 
@@ -338,7 +366,7 @@ fn effect(cure: &str, tried: Option<&Tried>, place: Option<usize>) -> String {
             let taken = number(before - after);
             format!("{cure} takes {taken} of {} away", ms(before))
         }
-        (Some(needed), _) if place > 0 && needed.contains(&place) => {
+        (Some([_, others @ ..]), _) if others.contains(&place) => {
             format!("{cure}, too, mends it")
         }
         _ => format!("{cure} alone is not enough"),

@@ -100,7 +100,8 @@ fn run(config: &Config) -> (Summary, Vec<String>, Vec<String>) {
 /// The lines about a loss at the moment of `graph`, and its owners, such as `Rate policy`.
 fn cause(graph: &Snapshot, lineage: &Lineage, setup: &Setup) -> (Vec<String>, Vec<String>) {
     with_facts(graph, lineage, (setup, &Setup::default()), |facts| {
-        let acts = acting(facts.system, graph).filter(|_| facts.is_old());
+        let acts = acting(facts.system, graph);
+        let acts = acts.filter(|_| facts.system.lost_anyway(setup).is_none());
         let owners = acts.map(|acts| facts.main_owners(acts)).unwrap_or_default();
         let name = |owner: Owner| format!("{:?} {}", owner.reason, facts.name(owner));
         (facts.cause(None), owners.into_iter().map(name).collect())

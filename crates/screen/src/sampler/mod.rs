@@ -57,7 +57,7 @@ pub struct Sampler {
     /// Push age over time.
     push_ages: PushAges,
     /// What is planned ahead.
-    plans: Plans,
+    pub plans: Plans,
     /// The age limits with the setup in force.
     limits: LimitsInForce,
     /// Run time (s) and value of the signal.

@@ -78,6 +78,41 @@ fn a_fall_by_plans_has_their_cure() {
             "the age arose in the policy: its rollout plans miss what is played meanwhile. :set \
              policy plan committed, too, mends it",
         ),
+        (
+            "chunk 50, merge ensemble:0.01, think-ms none, control-hz 50",
+            "by merge ensemble:0.01 it averages plans, old ones too. :set player merge newest mends \
+             it",
+        ),
+        (
+            "chunk 50, merge ensemble:0.01",
+            "averages plans, old ones too. :set player merge newest takes 48 of 343 ms away the age \
+             arose in the policy: its rollout plans miss what is played meanwhile. :set policy plan \
+             committed, too, mends it",
+        ),
+        (
+            "chunk 50, plan committed, expect-delay 60",
+            "it expected a delay of 60 ms, not 200 ms. :set policy expect-delay 200 mends it",
+        ),
+        (
+            "chunk 50, plan committed, expect-delay last, think-ms 300, control-hz 3",
+            "it expected a delay of 0 ms, not 300 ms. :set policy expect-delay 300 mends it",
+        ),
+        (
+            "chunk 50, plan committed, model length:1.2",
+            "its model of the plant is length:1.2. :set policy model length:1 mends it",
+        ),
+        (
+            "chunk 50, plan committed, play arrival",
+            "by play arrival it is late for what is meant for now. :set player play time mends it",
+        ),
+        (
+            "chunk 50, plan committed, disturb 3",
+            "the plant is disturbed: at random, by 3 N. :set actuator disturb 0 mends it",
+        ),
+        (
+            "disturb 20, think-ms none, control-hz 50",
+            "the plant is disturbed: at random, by 20 N. :set actuator disturb 0 mends it",
+        ),
         ("chunk 50, crash policy", "the policy crashed"),
     ] {
         let mut app = ended(chunks(knobs));

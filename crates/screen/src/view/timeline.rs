@@ -19,7 +19,7 @@ use crate::{
 const TITLE: &str = "6 timeline";
 
 /// The meaning of the glyphs in lanes.
-pub(super) const LEGEND: [(MarkKind, &str); 8] = [
+pub(super) const LEGEND: [(MarkKind, &str); 10] = [
     (MarkKind::Tick, "tick"),
     (MarkKind::Late, "late"),
     (MarkKind::Waiting, "waiting for"),
@@ -28,6 +28,8 @@ pub(super) const LEGEND: [(MarkKind, &str); 8] = [
     (MarkKind::Read, "read"),
     (MarkKind::Unread, "unread"),
     (MarkKind::Lost, "lost"),
+    (MarkKind::Played, "played"),
+    (MarkKind::Planned, "planned"),
 ];
 
 /// Its keys.
@@ -102,10 +104,13 @@ fn below(timeline: &Timeline, mut sheet: Sheet<'_>) {
 
 /// The glyphs and the keys in lines of `room` columns.
 fn legend(timeline: &Timeline, room: usize) -> Vec<String> {
-    // Those of executors only where there are some.
+    // Those of executors and plans only where there are some.
     let marks = || timeline.lanes.iter().flat_map(|lane| &lane.marks);
-    let of_executors = |kind| matches!(kind, MarkKind::Waiting | MarkKind::Aside);
-    let shown = |kind| !of_executors(kind) || marks().any(|mark| mark.kind == kind);
+    let usual = |kind| {
+        use MarkKind::{Aside, Planned, Played, Waiting};
+        !matches!(kind, Waiting | Aside | Played | Planned)
+    };
+    let shown = |kind| usual(kind) || marks().any(|mark| mark.kind == kind);
     let entries = LEGEND.into_iter().filter(|(kind, _)| shown(*kind));
     let entries = entries.map(|(kind, word)| format!("{} {word}", glyph(kind)));
     let mut lines: Vec<String> = Vec::new();
@@ -155,6 +160,8 @@ fn glyph(kind: MarkKind) -> &'static str {
         MarkKind::Read => "•",
         MarkKind::Unread => "·",
         MarkKind::Lost => "✖",
+        MarkKind::Played => "▓",
+        MarkKind::Planned => "╌",
     }
 }
 

@@ -35,6 +35,10 @@ pub struct About<'s> {
     pub chains: &'s [DataChain],
     /// Where its plans are, if it plans ahead.
     pub planning: Option<Planning>,
+    /// Parameters that may spoil a run, the worst first.
+    pub spoilers: &'static [Spoiler],
+    /// Node and name of the parameters that count for a whole run.
+    pub fixed: &'static [[&'static str; 2]],
     /// The topics on the way of the data to the node of its latency, the sensor first; empty if
     /// the origin of each message tells it.
     pub latency_path: &'s [String],
@@ -59,7 +63,27 @@ pub struct StateTable {
     pub row: fn(Time, &[f64]) -> String,
 }
 
+/// A parameter that may spoil a run, with the value that does not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Spoiler {
+    /// Its node.
+    pub node: &'static str,
+    /// Its name.
+    pub name: &'static str,
+    /// Its value in a run with plans that sets none.
+    pub usual: &'static str,
+    /// The value that spoils nothing.
+    pub sound: &'static str,
+    /// What any other value does, with `{}` for that.
+    pub told: &'static str,
+}
+
 impl About<'_> {
+    /// Whether `knob` counts for a whole run: it cannot be turned while that goes on.
+    pub fn is_fixed(&self, knob: &Knob) -> bool {
+        matches!(knob, Knob::Parameter { node, name, .. } if self.fixed.contains(&[&**node, &**name]))
+    }
+
     /// The function of `node`.
     pub fn caption(&self, node: &str) -> Option<&'static str> {
         let mut captions = self.captions.iter();

@@ -23,8 +23,8 @@ pub struct Planning {
     pub most: f64,
     /// The knob for plans of at least so many actions.
     pub longer: fn(usize) -> Knob,
-    /// The knob, as text, for plans that [know](ActionPlan::knows) what is played meanwhile.
-    pub knowing: &'static str,
+    /// The knob for plans that expect this delay.
+    pub expecting: fn(Duration) -> Knob,
 }
 
 impl Planning {
@@ -39,8 +39,9 @@ impl Planning {
 pub struct ActionPlan {
     /// How it was made, in a word.
     pub kind: &'static str,
-    /// Whether it knows of the actions that are played until it is there.
-    pub knows: bool,
+    /// Run time at which its making began, and the time from then on after which it was
+    /// expected to be there.
+    pub made: (Time, Duration),
     /// Run time for which the first action is meant.
     pub begins: Time,
     /// The time that each is meant for; not zero.
@@ -73,6 +74,8 @@ pub struct PlayStep {
     pub took: bool,
     /// Whether it has no action for now.
     pub stalls: bool,
+    /// The time that an action is for.
+    pub period: Duration,
     /// The part of the age of the action that it played of which the plan knew what would
     /// happen meanwhile; `None` if it played none now.
     pub predicted: Option<Duration>,
