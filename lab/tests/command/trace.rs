@@ -1,6 +1,9 @@
 //! A trace for Perfetto, decoded by the numbers that its fields have there.
 
-use std::{collections::BTreeMap, fs};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+};
 
 use prost::Message;
 
@@ -235,4 +238,31 @@ fn who_is_in_the_same_group_is_waited_for_while_a_thread_is_free() {
         waits.iter().all(|wait| *wait == "waiting for x"),
         "{waits:?}"
     );
+}
+
+#[test]
+fn plans_are_bars_that_do_not_overlap_with_the_part_that_was_played() {
+    for (options, lanes) in [
+        (
+            "--chunk 50 --think-ms 200 --control-hz 5 --plan committed",
+            6,
+        ),
+        (
+            "--chunk 10 --think-ms 100 --control-hz 5 --plan committed",
+            2,
+        ),
+        ("--chunk 10 --merge ensemble:0.01 --control-hz 50", 11),
+        ("--chunk 20 --think-ms 60 --play arrival --refill 0", 2),
+        ("", 0),
+    ] {
+        let trace = Traced::of(&Folder::new(), &format!("--world own {options}"));
+        let plans = |name: &&String| name.starts_with("/chunk ");
+        let names: Vec<&String> = trace.tracks.keys().filter(plans).collect();
+        assert_eq!(names.len(), lanes, "{options}: {names:?}");
+        assert_eq!(overlaps(&trace), [], "{options}");
+        let words = names.iter().flat_map(|name| trace.names(name, BEGIN));
+        let words: BTreeSet<&str> = words.collect();
+        let usual = BTreeSet::from(["planned", "played"]);
+        assert!(lanes == 0 || words == usual, "{options}: {words:?}");
+    }
 }

@@ -87,6 +87,24 @@ fn the_lane_of_a_node_has_its_ticks() {
 }
 
 #[test]
+fn the_lanes_of_plans_have_what_was_played_of_them() {
+    let (_folder, path) = file("run.rrd");
+    recorded(&path, "chunk 10, takes policy 60, control-hz 10");
+    let first = [(0, "planned"), (60, "played"), (160, "planned"), (200, "")];
+    assert_eq!(lane(&path, "plan", "1")[..4], states(&first));
+    let second = [(100, "planned"), (160, "played"), (260, "planned")];
+    assert_eq!(lane(&path, "plan", "2")[..3], states(&second));
+    let third = [
+        (200, "planned"),
+        (260, "played"),
+        (360, "planned"),
+        (400, ""),
+    ];
+    assert_eq!(lane(&path, "plan", "3"), states(&third));
+    assert_eq!(lane(&path, "plan", "4"), []);
+}
+
+#[test]
 fn every_clock_rate_and_fault_has_a_row_and_every_rate_a_colour() {
     let (_folder, path) = file("run.rrd");
     let knobs = "0.1 control-hz 40\n0.2 control-hz 30\n0.3 control-hz 40\n0.35 sensor-hz 40\n\

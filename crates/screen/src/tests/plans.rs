@@ -120,3 +120,45 @@ fn a_fall_by_plans_has_their_cure() {
         shows(&verdict(&app), &["FELL", why]);
     }
 }
+
+#[test]
+fn a_setting_of_a_whole_run_counts_from_the_next_one() {
+    let mut app = session(Config {
+        setup: chunks("chunk 50").setup,
+        ..endless()
+    });
+    sample(&mut app);
+    for (typed, name, value) in [
+        ("set policy chunk 30", "chunk", "30"),
+        ("set policy model length:1.2", "model", "length:1.2"),
+    ] {
+        press(&mut app, &format!(":{typed}\n"));
+        let short = &typed[typed.find(name).expect("the name")..];
+        let told = format!("a run keeps it: {short} counts from the next one, r starts it");
+        assert_eq!(said(&app), told);
+        assert_eq!(app.wanted().setup.parameter("policy", name), Some(value));
+    }
+    press(&mut app, ":set policy chunk 0\n");
+    let refused = app.prompt.refusal().expect("a refusal");
+    assert!(refused.contains("1 to 1000 actions"), "{refused}");
+    press(&mut app, "r");
+    let actions = |app: &App| frame(app).plan.map(|plan| plan.actions.len());
+    until(&mut app, |app| actions(app) == Some(30));
+    leave(app);
+}
+
+#[test]
+fn the_timeline_has_plans_as_bars_with_the_part_that_was_played() {
+    let mut app = recorded(&chunks("chunk 50, plan committed"), 0.93);
+    press(&mut app, "6zVVV");
+    sample(&mut app);
+    insta::assert_snapshot!("plans_on_the_timeline_80x24", small(&app));
+    insta::assert_snapshot!(
+        "plans_on_the_timeline_ascii",
+        drawn(&app, &POOR, 80, 24).to_string()
+    );
+    let mut app = recorded(&chunks("chunk none, think-ms none"), 0.93);
+    press(&mut app, "6z");
+    sample(&mut app);
+    assert!(!small(&app).contains("played"), "no plans");
+}

@@ -23,7 +23,7 @@ pub struct PlanBars {
 pub struct PlanBar {
     /// Its number on the topic of plans, counted from zero.
     pub number: u64,
-    /// Its lane, counted from zero: bars in one lane do not overlap.
+    /// Its lane, counted from zero: bars in one lane do not touch.
     pub lane: usize,
     /// From the moment that its first action is meant for to the end of its last one, without
     /// gaps: what was played of it, and what was not.
@@ -115,7 +115,7 @@ impl PlanBars {
             let played = self.played.get(number).map_or(&[][..], Vec::as_slice);
             let parts = parts(*stretch, played);
             let (first, last) = (parts.first()?.from, parts.last()?.to);
-            let free = lanes.iter().position(|over| *over <= first);
+            let free = lanes.iter().position(|over| *over < first);
             let lane = free.unwrap_or(lanes.len());
             lanes.resize(lanes.len().max(lane + 1), last);
             lanes[lane] = last;
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bar_has_what_was_played_and_shares_its_lane_with_none_that_overlaps() {
+    fn a_bar_has_what_was_played_and_shares_its_lane_with_none_that_touches_it() {
         for (begins, steps, drawn) in [
             (&[0][..], &[][..], "0:0-80"),
             // Taken after a while, until the next one was taken.
@@ -218,11 +218,11 @@ mod tests {
                 &[(0, 0, true), (25, 0, true), (45, 0, false), (65, 0, true)],
                 "0:0=45-65=85",
             ),
-            // The next one is taken within the last action; the third has the lane of the first.
+            // The next one is taken within the action, and what is free at last is a lane again.
             (
-                &[0, 60, 80],
+                &[0, 60, 80, 90],
                 &[(0, 0, true), (10, 1, true), (80, 2, true)],
-                "0:0=10-80 1:60-140 0:80=100-160",
+                "0:0=10-80 1:60-140 2:80=100-160 0:90-170",
             ),
             // Played for longer than meant: the lane is free after that.
             (
