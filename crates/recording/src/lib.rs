@@ -25,7 +25,7 @@
 //! | `/end` | how it ended, and how much is in it: [`schema::RecordingEnd`] as JSON | readers |
 //! | `/picture`, `/plot`, `/graph` | what the viewer draws: [`scene`] | the eye |
 //! | `/mode` | lanes of clock, rates and faults | the eye |
-//! | `/timeline` | lanes of ticks and messages, added at the end: [`scene::lanes`] | the eye |
+//! | `/timeline` | lanes of ticks, messages and plans, added at the end: [`scene::lanes`] | the eye |
 //!
 //! Everything is placed on `run_time` (ns since the run began), `control_step`
 //! (messages on the system's topic of states), and under the real clock
