@@ -43,7 +43,7 @@ const READ: &str = "read";
 const UNREAD: &str = "unread";
 const LOST: &str = "lost on the link";
 
-/// The parts of a plan: [`PlanPart::word`](ratelab_study::system::PlanPart::word).
+/// The parts of a plan: [`BarPart::word`](ratelab_study::system::BarPart::word).
 const PLAYED: &str = "played";
 const PLANNED: &str = "planned";
 

@@ -141,7 +141,9 @@ fn a_setting_of_a_whole_run_counts_from_the_next_one() {
     press(&mut app, ":set policy chunk 0\n");
     let refused = app.prompt.refusal().expect("a refusal");
     assert!(refused.contains("1 to 1000 actions"), "{refused}");
+    key(&mut app, KeyCode::Esc);
     press(&mut app, "r");
+    sample(&mut app);
     let actions = |app: &App| frame(app).plan.map(|plan| plan.actions.len());
     until(&mut app, |app| actions(app) == Some(30));
     leave(app);

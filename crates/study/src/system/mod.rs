@@ -86,7 +86,7 @@ pub(crate) use kept::{kept_kind, kept_list, kept_text};
 pub use knob_text::{KnobText, KnobTextError};
 pub use library::LibraryGraph;
 pub use picture::{Picture, Shape, Style};
-pub use plan_bars::{PlanBar, PlanBars, PlanPart};
+pub use plan_bars::{BarPart, PlanBar, PlanBars};
 pub use planning::{ActionPlan, Planning, PlayStep};
 pub use quadratic_cost::{MeanCost, QuadraticCost};
 pub use setup::Setup;

@@ -27,12 +27,12 @@ pub struct PlanBar {
     pub lane: usize,
     /// From the moment that its first action is meant for to the end of its last one, without
     /// gaps: what was played of it, and what was not.
-    pub parts: Vec<PlanPart>,
+    pub parts: Vec<BarPart>,
 }
 
 /// A stretch of a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PlanPart {
+pub struct BarPart {
     /// Its begin.
     pub from: Time,
     /// Its end.
@@ -41,7 +41,7 @@ pub struct PlanPart {
     pub played: bool,
 }
 
-impl PlanPart {
+impl BarPart {
     /// What it is, in a word.
     pub fn word(&self) -> &'static str {
         match self.played {
@@ -130,12 +130,12 @@ impl PlanBars {
 }
 
 /// The parts of a plan, of which these stretches were played; they may go on after its end.
-fn parts([begins, ends]: [Time; 2], played: &[[Time; 2]]) -> Vec<PlanPart> {
+fn parts([begins, ends]: [Time; 2], played: &[[Time; 2]]) -> Vec<BarPart> {
     let mut parts = Vec::new();
     let mut at = begins;
     let mut add = |to: Time, played| {
         if to > at {
-            parts.push(PlanPart {
+            parts.push(BarPart {
                 from: at,
                 to,
                 played,
@@ -187,7 +187,7 @@ mod tests {
             };
             bars.step(ms(*at), &step);
         }
-        let part = |part: &PlanPart| {
+        let part = |part: &BarPart| {
             let sign = if part.played { '=' } else { '-' };
             format!("{sign}{}", part.to.as_nanos() / 1_000_000)
         };
