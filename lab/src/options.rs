@@ -198,10 +198,11 @@ pub fn setup(
     settings: Vec<(String, Vec<Knob>)>,
 ) -> Result<Setup, Error> {
     let knobs = settings.iter().flat_map(|(_, knobs)| knobs.iter().cloned());
-    let mut setup: Setup = knobs.collect();
+    let given: Setup = knobs.collect();
+    let mut setup = Setup::default();
     for (prefix, knobs) in settings {
         for knob in knobs {
-            let resolved = resolved(program, seed, &setup, knob);
+            let resolved = resolved(program, seed, &given, knob);
             setup.set(resolved.map_err(|why| Error::BadInput(format!("{prefix}{why}")))?);
         }
     }

@@ -327,6 +327,20 @@ proptest! {
 }
 
 #[test]
+fn a_resolved_setup_keeps_its_order() {
+    // A crash clears a hang that was set before it, and none that is set after it.
+    let texts = ["crash actuator", "hang actuator 300", "rate policy 20"];
+    let config = Config {
+        setup: texts.map(knob).into_iter().collect(),
+        ..Config::default()
+    };
+    let resolved = config.resolved(&*cart_pole()).expect("a config");
+    let kept = resolved.setup.iter().map(Knob::to_string);
+    let kept: Vec<String> = kept.filter(|knob| texts.contains(&&**knob)).collect();
+    assert_eq!(kept, texts);
+}
+
+#[test]
 fn a_message_used_to_build_a_node_is_not_sent_to_it() {
     // It takes none after it is built.
     let clock = || {

@@ -47,14 +47,11 @@ impl Config {
         let mut resolved = self.clone();
         let mut setup = system.about().setup();
         setup.extend(self.setup.iter().cloned());
-        resolved.setup = setup.clone();
         let recordable = |knob: &Knob| {
             let resolved = system.resolved(self.seed, &setup, knob.clone());
             resolved.map_err(BuildError::Setting)
         };
-        for knob in setup.iter() {
-            resolved.setup.set(recordable(knob)?);
-        }
+        resolved.setup = setup.iter().map(recordable).collect::<Result<_, _>>()?;
         for timed in &mut resolved.knobs {
             timed.knob = recordable(&timed.knob)?;
         }
