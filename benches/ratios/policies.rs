@@ -43,6 +43,7 @@ pub fn measure(table: &mut Table) {
         let context = PolicyContext {
             seed: 0,
             control_hz: Hz::new(CONTROL_HZ).expect("a rate"),
+            chunk: None,
         };
         let mut policy = loaded.policy(context).expect(what);
         let work = paired(ROUNDS, || decide(&mut *policy), || decide(&mut scripted));

@@ -44,6 +44,12 @@ The policy
     where a knob names the policy.
  g  The model is not brought forward (`mj_forward`) before its first step.
 
+The sensor
+ u  A reading is compared with the last one that was not dropped as similar, at the start of
+    its tick: squares of differences of the five f32 in f64, summed in their order. A live
+    change keeps that one; after a restart there is none, and the distance is that of the
+    start of the run.
+
 The player
  h  Chunks that were delivered while it was down are there for the first tick after its
     restart. It has forgotten its published ticks (`executed`), too, and whether it
@@ -81,7 +87,7 @@ import random
 import shlex
 import statistics
 import struct
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import mujoco
 import numpy as np
@@ -466,6 +472,7 @@ class Run(honest.Run):
                          "play": config.play, "merge": config.merge}
         self.memory, self.tray, self.figures = Memory(), Tray(), Figures()
         self.made = 0
+        self.similar, self.sent = 0.0, None
         sensor, policy = Node("sensor", 0), Node("policy", 1)
         player, actuator = Node("player", 2), Node("actuator", 3)
         self.nodes = [sensor, policy, player, actuator]
@@ -481,6 +488,17 @@ class Run(honest.Run):
         self.turn(f"rate policy {config.control_hz}", 0)
         self.turn(f"rate sensor {config.sensor_hz}", 0)
         self.turn(f"takes policy {config.think_ms}", 0)
+
+    # The sensor.
+
+    def sensor(self, now):
+        publish = super().sensor(now)
+        plant = self.plant.at(now) if self.own else self.plant
+        seen = list(map(float, plant.observe()))
+        if self.sent is not None and distance(seen, self.sent) < self.similar:
+            return lambda end: None
+        self.sent = seen
+        return publish
 
     # The policy.
 
@@ -557,6 +575,9 @@ class Run(honest.Run):
         kind, _, value = knob.partition(" ")
         if kind in self.settings:
             self.settings[kind] = value
+        elif kind == "set":
+            assert value.startswith("sensor similar "), value
+            self.similar = float(value.split()[2])
         elif kind == "disturb":
             self.plant.disturbance.turned.append((now, float(value)))
         elif kind in ("policy", "on-stale"):
@@ -571,6 +592,9 @@ class Run(honest.Run):
             self.memory = Memory()
         if node == "player":
             self.tray = Tray()
+        if node == "sensor":
+            self.sent = None
+            self.similar = self.first_similar if again else self.similar
         if again and node in ("policy", "player"):
             names = {"policy": ("plan", "expect-delay"), "player": ("play", "merge")}[node]
             self.settings |= {name: self.first_settings[name] for name in names}
@@ -579,6 +603,7 @@ class Run(honest.Run):
 
     def execute(self):
         self.first_settings, self.first_named = dict(self.settings), self.named
+        self.first_similar = self.similar
         super().execute()
 
     # What came of it.
@@ -604,6 +629,13 @@ class Run(honest.Run):
     def digest(self):
         lines = self.obs.all + self.chunk.all + self.action.all + self.state.all
         return fnv1a64(b"".join(lines))
+
+
+def distance(one, other):
+    squares = 0.0
+    for a, b in zip(one, other):
+        squares += (a - b) * (a - b)
+    return math.sqrt(squares)
 
 
 def theta(state):
@@ -722,6 +754,16 @@ def some_run(number):
         knobs=tuple(sorted(knobs, key=lambda knob: nanoseconds(knob[0]))))
 
 
+def some_similar_run(number):
+    """The same with a sensor that drops similar readings."""
+    run, chance = some_run(number), random.Random(f"similar {number}")
+    similar = lambda: f"set sensor similar {chance.choice(['0', '0.005', '0.02', '0.05', '0.2', '1'])}"
+    knobs = [(f"{chance.randrange(1, 300) / 100:g}", similar()) for _ in range(chance.randrange(3))]
+    return replace(
+        run, setup=run.setup + (similar(),),
+        knobs=tuple(sorted(run.knobs + tuple(knobs), key=lambda knob: nanoseconds(knob[0]))))
+
+
 # --------------------------------------------------------------- the golden runs
 
 
@@ -811,6 +853,13 @@ CONFIGS = [
     known("30", "20", seed=58, duration_s="2.001", setup=("takes player 20",)),
 ]
 CONFIGS += map(some_run, range(10))
+CONFIGS += [
+    known("100", "10", seed=59, setup=("set sensor similar 0.05", "disturb 1")),
+    known("40", "25", seed=60, world="course", setup=("set sensor similar 0.1",), knobs=(
+        ("1", "set sensor similar 0"), ("1.5", "set sensor similar 0.02"), ("2", "crash sensor"),
+        ("2.05", "restart sensor"))),
+]
+CONFIGS += map(some_similar_run, range(10, 16))
 
 
 # -------------------------------------------------------------------- table
@@ -848,7 +897,8 @@ def main():
         table()
     elif arguments.more:
         first, last, path = arguments.more
-        runs = map(some_run, range(int(first), int(last)))
+        numbers = range(int(first), int(last))
+        runs = [some(number) for number in numbers for some in (some_run, some_similar_run)]
         with open(path, "w", encoding="ascii") as file:
             file.write("\n".join(map(block, runs)))
     else:

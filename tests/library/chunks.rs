@@ -4,7 +4,10 @@
 use std::collections::HashMap;
 
 use ratelab_cart_pole::chunk::{CHUNK, Chunk};
-use ratelab_study::{experiment::Summary, system::FigureValue};
+use ratelab_study::{
+    experiment::{Experiment, Summary},
+    system::FigureValue,
+};
 
 use crate::support::*;
 
@@ -141,4 +144,43 @@ fn every_reference_run_with_chunks_is_reproduced_to_the_bit() {
         runs += 1;
     }
     assert!(runs >= 60, "only {runs} reference runs were found");
+}
+
+/// Answers with a chunk of its own, and with another action if it is asked for one.
+struct OwnChunks;
+
+impl Policy for OwnChunks {
+    fn name(&self) -> &str {
+        "own chunks"
+    }
+
+    fn act(&mut self, _: &Observation) -> Action {
+        Action(-0.5)
+    }
+
+    fn plan_chunk(&mut self, _: &Observation) -> Option<Vec<f32>> {
+        Some(vec![0.25, 0.5, 0.75, 1.0])
+    }
+}
+
+#[test]
+fn a_chunk_of_the_policys_own_begins_when_its_answer_is_expected() {
+    let cases = [
+        ("hold", [-0.5; 4]),
+        ("rollout", [0.25, 0.5, 0.75, 1.0]),
+        ("committed", [0.0, 0.0, 0.25, 0.5]),
+    ];
+    for (plan, actions) in cases {
+        let system = Arc::new(CartPole::with_policy(|_| Box::new(OwnChunks)));
+        let config = config(&format!("chunk 4; plan {plan}; expect-delay 40"));
+        let experiment = Experiment::new(system, &config).expect("experiment");
+        let chunks = experiment.taps().messages::<Chunk>(CHUNK, 4_096);
+        let chunks = chunks.expect("chunks");
+        let first = std::thread::scope(|scope| {
+            let chunks = scope.spawn(|| messages_of(&chunks));
+            experiment.run().expect("run");
+            chunks.join().expect("collected").swap_remove(0)
+        });
+        assert_eq!(*first.data.actions, actions, "{plan}");
+    }
 }

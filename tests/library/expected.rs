@@ -2,10 +2,10 @@
 //! are those that are written down by hand, and what it does not know it says.
 
 use ratelab_cart_pole::stability::{
-    Cadence, Expected, Loop, Loss, Lost, Timing, WorldModel, expected,
+    Cadence, Expected, Loop, Loss, Lost, PlannedOutlook, Timing, WorldModel, expected,
 };
 
-use crate::support::*;
+use crate::{support::*, table::rows};
 
 /// What is expected of a setup.
 fn said(setup: &str) -> Result<Expected, String> {
@@ -99,5 +99,65 @@ fn what_it_does_not_know_it_says() {
         clock policy 5 0|send actuator zero:50|policy zero|policy policies/patient.safetensors";
     for setup in unknown.split('|') {
         assert!(!said(setup).expect_err(setup).is_empty(), "{setup}");
+    }
+}
+
+/// What is expected of a setup with chunks, in the course's world, which the model of a plan knows
+/// to the bit.
+fn outlook(setup: &str) -> PlannedOutlook {
+    match expected(&config(setup).setup, WorldKind::Course) {
+        Ok(Expected::Planned(outlook)) => outlook,
+        other => panic!("{setup}: {other:?}"),
+    }
+}
+
+#[test]
+fn a_loop_with_chunks_grows_as_the_loop_without_that_it_comes_to() {
+    for [chunks, single] in rows(
+        "chunk 50; plan hold                                            | control-hz 50
+         chunk 50; plan hold; control-hz 5                              | control-hz 5
+         chunk 1; control-hz 10                                         | control-hz 10
+         chunk 50; plan hold; takes policy 40; control-hz 10            | takes policy 40; control-hz 10
+         chunk 50; plan hold; link /chunk delay:60                      | link /action delay:60
+         chunk 50; control-hz 5                                         | control-hz 50
+         chunk 50; plan committed; takes policy 200; expect-delay 200; control-hz 5 | control-hz 50
+         chunk 11; plan committed; link /chunk delay:200; expect-delay last+200     | control-hz 50",
+    ) {
+        let found = outlook(&chunks).growth;
+        let Ok(Expected::Growth(growth)) = expected(&config(&single).setup, WorldKind::Course)
+        else {
+            panic!("{single}");
+        };
+        assert!((found - growth).abs() < 1e-6, "{chunks}: {found} and {growth}");
+    }
+}
+
+#[test]
+fn more_force_fewer_stand_and_a_model_that_errs_fells_the_old() {
+    let slow = "chunk 50; plan committed; expect-delay 200; takes policy 200; control-hz 5";
+    let stands = |change: &str| outlook(&format!("{slow}; {change}")).stands;
+    assert!(stands("disturb 0") > 0.999);
+    let shares = ["0.5", "1", "2", "4"].map(|force| stands(&format!("disturb {force}")));
+    assert!(
+        shares.is_sorted_by(|more, fewer| more > fewer),
+        "{shares:?}"
+    );
+    assert!(stands("model length:2") < stands("model length:1.1"));
+}
+
+#[test]
+fn theory_of_chunks_ends_where_its_player_does_something_else() {
+    for [setup, found] in rows(
+        "play arrival              | another play of chunks
+         merge blend:0.7           | a merge of chunks
+         refill 0.5                | a request of chunks
+         takes policy 20..90       | a random delay of chunks
+         sensor-hz 100             | another sensor of chunks
+         link /action delay:20     | link /action delay:20
+         set sensor similar 0.1    | set sensor similar 0.1",
+    ) {
+        let error = expected(&config(&format!("chunk 50; {setup}")).setup, WorldKind::OWN);
+        let error = error.expect_err(&setup).to_string();
+        assert!(error.starts_with(&found), "{setup}: {error}");
     }
 }

@@ -29,9 +29,12 @@ fn pinned(text: &str) -> PolicySpec {
 fn policy(text: &str) -> Box<dyn Policy> {
     let (seed, control_hz) = (0, hz(50.0));
     let loaded = spec(text).load().expect(text);
-    loaded
-        .policy(PolicyContext { seed, control_hz })
-        .expect(text)
+    let context = PolicyContext {
+        seed,
+        control_hz,
+        chunk: None,
+    };
+    loaded.policy(context).expect(text)
 }
 
 /// The values of numpy's `default_rng(0).uniform(-1, 1, (1000, 5))`.
@@ -219,11 +222,19 @@ fn tensors_that_are_no_actor_for_this_robot_are_refused_by_name() {
     }
 }
 
-/// The number of seeds from 0 to 99 that a policy balances at 50 Hz for ten seconds.
-fn balanced(spec: &PolicySpec) -> usize {
+/// The number of seeds from 0 to 99 that a policy balances at 50 Hz for ten seconds, with this
+/// number of actions in an answer.
+fn balanced(spec: &PolicySpec, actions: usize) -> usize {
+    let chunk = match actions {
+        1 => "none".to_owned(),
+        actions => actions.to_string(),
+    };
     let sweep = Sweep {
         seeds: "0..99".parse::<Axis<u64>>().expect("seeds").into(),
-        ..Sweep::of(cart_pole(), config(&format!("policy {spec}")))
+        ..Sweep::of(
+            cart_pole(),
+            config(&format!("policy {spec}; chunk {chunk}")),
+        )
     };
     let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()));
     let swept = swept.expect("a sweep");
@@ -238,13 +249,56 @@ fn the_regulator_and_every_policy_in_policies_balance_every_start() {
     let learned = learned.map(|path| {
         let size = fs::metadata(&path).expect("file").len();
         assert!(size < 100_000, "{}: {size} bytes", path.display());
-        spec(path.to_str().expect("UTF-8"))
+        let weights = read_weights(&fs::read(&path).expect("file")).expect("weights");
+        (spec(path.to_str().expect("UTF-8")), weights.actions())
     });
-    let specs: Vec<_> = learned.chain([PolicyKind::Lqr.into()]).collect();
+    let specs: Vec<_> = learned.chain([(PolicyKind::Lqr.into(), 1)]).collect();
     assert!(specs.len() > 1);
-    for spec in specs {
-        assert_eq!(balanced(&spec), 100, "{spec}");
+    for (spec, actions) in specs {
+        assert_eq!(balanced(&spec, actions), 100, "{spec}");
     }
+}
+
+#[test]
+fn a_network_with_several_actions_is_for_chunks_of_just_so_many() {
+    let folder = TempDir::new().expect("folder");
+    let file = |name: &str, actions: usize| {
+        let folder = folder.path().join(name);
+        fs::create_dir(&folder).expect("folder");
+        let layers = [(0, 8, 5), (2, 8, 8), (4, actions, 8)];
+        let layers = layers.map(|(layer, out, inputs)| {
+            format!("actor_mean.{layer}.weight {out}x{inputs} 0;actor_mean.{layer}.bias {out} 0.5")
+        });
+        safetensors(&folder, &layers.join(";"))
+    };
+    let files = [file("one", 1), file("four", 4)];
+    for [actions, chunk, found] in rows(
+        "1 | 1    | made
+         1 | 3    | made
+         4 | 4    | made
+         4 | any  | made
+         4 | 1    | its answers are chunks of 4 actions: give --chunk 4
+         4 | 3    | its answers are chunks of 4 actions, and the run wants 3: give --chunk 4",
+    ) {
+        let context = PolicyContext {
+            seed: 0,
+            control_hz: hz(50.0),
+            chunk: chunk.parse().ok(),
+        };
+        let loaded = spec(&files[usize::from(actions == "4")]).load();
+        let made = loaded.expect("weights").policy(context);
+        let made = made.map_or_else(
+            |error| error.why,
+            |mut policy| {
+                let answer = policy.plan_chunk(&observations()[0]);
+                let wanted = (actions == "4").then(|| vec![0.5; 4]);
+                assert_eq!(answer, wanted, "{actions}");
+                "made".to_owned()
+            },
+        );
+        assert_eq!(made, found, "{actions} {chunk}");
+    }
+    assert!(refusal(&file("none", 0)).contains("of shape [1, 8], found [0, 8]"));
 }
 
 /// Number of steps until the fall of an agent trained by the course, seeds 0 to 9.

@@ -31,6 +31,7 @@ fn replay(config: &Config, timed: Vec<TimedCommand>) -> Vec<u8> {
     let sensor = graph.node(SENSOR, rate(SENSOR), 0, |wiring| Sensor {
         plant: plant.clone(),
         observations: wiring.publisher(&observations),
+        similar: SimilarReadings::default(),
     });
     let policy = graph.node(POLICY, rate(POLICY), 1, |wiring| PolicyNode {
         policy: policy(config),

@@ -52,7 +52,11 @@ pub fn policy(config: &Config) -> Box<dyn Policy> {
     let spec = spec.parse().expect("a policy");
     let control_hz = config.setup.rate(POLICY).unwrap_or(hz(CONTROL_HZ));
     let seed = config.seed;
-    let context = PolicyContext { seed, control_hz };
+    let context = PolicyContext {
+        seed,
+        control_hz,
+        chunk: None,
+    };
     let policy = SwappablePolicy::new(&spec, PolicyCache::default(), context);
     Box::new(policy.expect("a policy"))
 }

@@ -22,7 +22,7 @@ const MODEL: &str = include_str!("cartpole.xml");
 const POLE: &str = "fromto=\"0 0 0 0 0 1.0\"";
 
 /// Bound of each of the four random offsets of a start (m, rad, m/s, rad/s).
-const START_SPREAD: f64 = 0.05;
+pub(crate) const START_SPREAD: f64 = 0.05;
 
 /// Indices of the two joints, in the order of the model.
 const SLIDER: usize = 0;

@@ -32,22 +32,26 @@ mod plant;
 pub mod policy;
 mod pose;
 mod seeding;
+mod similar;
 pub mod stability;
 mod system;
 mod table;
 
 pub use body::PlantError;
+pub(crate) use body::START_SPREAD;
 pub use free_plant::FreePlant;
 pub use linear::LinearPlant;
+pub(crate) use message::MOTOR_N;
 pub use message::{ACTION, Action, ControlStep, OBS, Observation};
-pub(crate) use nodes::DISTURB;
 pub use nodes::{
     ACTUATOR, Actuator, ActuatorInput, FreeActuator, NotFinite, Observed, POLICY, PolicyNode,
     SENSE_TO_ACT, SENSOR, Sensor,
 };
+pub(crate) use nodes::{DISTURB, SIMILAR};
 pub use on_stale::OnStale;
 pub use plant::{CONTROL_HZ, Plant, SUBSTEPS, SharedPlant, actuator_hz, mujoco_version};
 pub use pose::{CART_LIMIT_M, Fall, POLE_LIMIT_RAD, Pose};
 pub use seeding::generator;
 pub(crate) use seeding::unit;
+pub use similar::SimilarReadings;
 pub use system::{BROKEN_HZ, CartPole, STATE, pole_angle, verdict};

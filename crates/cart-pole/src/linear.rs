@@ -44,9 +44,19 @@ impl LinearPlant {
         })
     }
 
-    /// One physics step at upright rest, by MuJoCo's finite differences.
+    /// The time of an action in a plan's model, with a pole that is so many times as long.
+    pub(crate) fn of_model(length: f64) -> Result<Self, PlantError> {
+        Ok(Self::step_of(Cart::model(length))?.held_for(SUBSTEPS))
+    }
+
+    /// One physics step at upright rest.
     pub(super) fn physics_step() -> Result<Self, PlantError> {
-        let mut data = at_rest(Cart::plant(STEP))?;
+        Self::step_of(Cart::plant(STEP))
+    }
+
+    /// One physics step at upright rest, by MuJoCo's finite differences.
+    fn step_of(cart: Cart) -> Result<Self, PlantError> {
+        let mut data = at_rest(cart)?;
         let model = data.model().ffi();
         let mut a = Matrix4::zeros();
         let mut b = Vector4::zeros();

@@ -53,6 +53,9 @@ impl Observation {
     }
 }
 
+/// The motor's full force (N).
+pub(crate) const MOTOR_N: f64 = 10.0;
+
 /// A force on the cart as a share of the motor's 10 N, positive towards +x. The plant
 /// clips it to ±1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

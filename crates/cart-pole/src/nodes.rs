@@ -14,6 +14,7 @@ use super::{
     on_stale::OnStale,
     plant::{Plant, SharedPlant},
     policy::Policy,
+    similar::SimilarReadings,
 };
 
 /// Name of the node that reads the plant.
@@ -28,16 +29,21 @@ pub const ACTUATOR: &str = "actuator";
 /// Name of the actuator's parameter for the random force on the cart (N).
 pub(crate) const DISTURB: &str = "disturb";
 
+/// Name of the sensor's parameter for the distance below which readings are similar.
+pub(crate) const SIMILAR: &str = "similar";
+
 /// Name of the actuator's meter of the age of the sensing behind an action when the
 /// action is applied.
 pub const SENSE_TO_ACT: &str = "sense→act";
 
-/// Reads the plant and publishes the readings.
+/// Reads the plant and publishes the readings, but for similar ones.
 pub struct Sensor<P = Plant> {
     /// The plant.
     pub plant: SharedWorld<P>,
     /// Publisher of `/obs`.
     pub observations: Publisher<Observation>,
+    /// Which readings are not published.
+    pub similar: SimilarReadings,
 }
 
 /// A plant that a sensor can read.
@@ -61,8 +67,17 @@ impl Observed for FreePlant {
 impl<P: Observed> Node for Sensor<P> {
     fn tick(&mut self, now: Time) -> Tick {
         let observation = self.plant.at(now).observe();
-        self.observations.publish(observation, now, None);
+        if self.similar.pass(&observation) {
+            self.observations.publish(observation, now, None);
+        }
         GO_ON
+    }
+
+    fn set_parameter(&mut self, name: &str, value: &str, _: Time) -> Result<String, String> {
+        match name {
+            SIMILAR => self.similar.set(value),
+            _ => Err(format!("the sensor has no parameter {name:?}")),
+        }
     }
 }
 

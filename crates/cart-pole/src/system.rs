@@ -17,7 +17,8 @@ use ratelab_study::{
 use super::{
     ACTION, ACTUATOR, Action, Actuator, ActuatorInput, CONTROL_HZ, ControlStep, DISTURB, Fall,
     FreeActuator, FreePlant, OBS, Observation, Observed, OnStale, POLE_LIMIT_RAD, POLICY, Plant,
-    PolicyNode, Pose, SENSE_TO_ACT, SENSOR, Sensor, SharedPlant, actuator_hz,
+    PolicyNode, Pose, SENSE_TO_ACT, SENSOR, SIMILAR, Sensor, SharedPlant, SimilarReadings,
+    actuator_hz,
     chunk::{
         CHUNK, Chunk, ChunkPlanner, ChunkPolicy, ChunkSettings, ChunkTally, FIXED, PLANNING,
         PLAYER, PLAYER_STEP, PlanKind, Player, REQUEST, Refill, SPOILERS, warnings,
@@ -237,10 +238,13 @@ impl CartPole {
 
 /// The inputs of a run's policies.
 fn context(seed: u64, setup: &Setup) -> Result<PolicyContext, HzError> {
-    let plans = ChunkSettings::of(setup).is_ok_and(|chunk| chunk.is_some());
-    let control_hz = setup.rate(POLICY).filter(|_| !plans);
-    let control_hz = control_hz.map_or_else(|| Hz::new(CONTROL_HZ), Ok)?;
-    Ok(PolicyContext { seed, control_hz })
+    let chunk = ChunkSettings::of(setup).ok().flatten();
+    let control_hz = setup.rate(POLICY).filter(|_| chunk.is_none());
+    Ok(PolicyContext {
+        seed,
+        control_hz: control_hz.map_or_else(|| Hz::new(CONTROL_HZ), Ok)?,
+        chunk: Some(chunk.map_or(1, |chunk| chunk.horizon.get())),
+    })
 }
 
 fn other(error: impl std::error::Error + Send + Sync + 'static) -> BuildError {
@@ -264,9 +268,13 @@ impl Topics {
         mut actuator: impl FnMut(&mut Wiring<'_>, ActuatorInput) -> A + Send + 'static,
     ) -> Result<(), BuildError> {
         let observations = self.observations.clone();
+        let similar = builder.parameter(SENSOR, SIMILAR);
+        let similar = similar.map(SimilarReadings::parse).transpose();
+        let similar = similar.map_err(BuildError::Setting)?.unwrap_or_default();
         builder.node(SENSOR, CONTROL_HZ, 0, move |wiring| Sensor {
             plant: plant.clone(),
             observations: wiring.publisher(&observations),
+            similar,
         })?;
         let observations = builder.through(&self.observations, 0)?;
         let last = match self.chunks(builder)? {
@@ -448,7 +456,9 @@ impl System for CartPole {
         if node != POLICY {
             return Ok(text.to_owned());
         }
-        let context = context(seed, setup).map_err(|error| error.to_string())?;
+        let mut context = context(seed, setup).map_err(|error| error.to_string())?;
+        // Of a sweep it may be an axis.
+        context.chunk = context.chunk.filter(|actions| *actions > 1);
         let policy: PolicySpec = text.parse().map_err(|error| format!("{error}"))?;
         let pinned = self.policies.pin(&policy);
         // The node would refuse a policy that cannot be created.
@@ -460,6 +470,7 @@ impl System for CartPole {
     fn parameter(&self, [node, name]: [&str; 2], value: &str) -> Result<String, String> {
         match (node, name) {
             (ACTUATOR, DISTURB) => Ok(value.parse::<Newtons>()?.to_string()),
+            (SENSOR, SIMILAR) => Ok(SimilarReadings::parse(value)?.norm().to_string()),
             _ => ChunkSettings::short(node, name, value)
                 .unwrap_or_else(|| Err(format!("{node} has no parameter {name:?}"))),
         }

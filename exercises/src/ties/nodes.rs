@@ -7,7 +7,7 @@ use ratelab::{Depth, GO_ON, Graph, GraphError, Hz, Node, Time, Topic, Wiring};
 use ratelab_account::Observer;
 use ratelab_cart_pole::{
     ACTION, ACTUATOR, Action, Actuator, ActuatorInput, ControlStep, OBS, Observation, POLICY,
-    Plant, PolicyNode, SENSOR, STATE, Sensor, SharedPlant, policy::Scripted,
+    Plant, PolicyNode, SENSOR, STATE, Sensor, SharedPlant, SimilarReadings, policy::Scripted,
 };
 use ratelab_study::system::BuildError;
 
@@ -61,6 +61,7 @@ fn wired(plant: &SharedPlant) -> Result<(Graph, Nodes), BuildError> {
     let sensor = taken(&mut graph, SENSOR, |wiring| Sensor {
         plant: plant.clone(),
         observations: wiring.publisher(&observations),
+        similar: SimilarReadings::default(),
     })?;
     let policy = taken(&mut graph, POLICY, |wiring| PolicyNode {
         policy: Box::new(Scripted),

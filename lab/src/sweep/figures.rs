@@ -75,13 +75,32 @@ pub const GROWTH: Figure = Figure {
     digits: |growth| format!("{growth:+.2}"),
 };
 
+/// The share of starts that stand for ten seconds, by linear theory: of policies that answer
+/// with chunks.
+pub const STANDS: Figure = Figure {
+    name: "stands",
+    unit: "",
+    width: 6,
+    key: "stands_by_theory",
+    value: |row| row.theory.stands,
+    digits: |share| format!("{share:.2}"),
+};
+
 /// The figures of all rows, as far as the system has them and they are asked for.
 pub fn of(summary: &SweepSummary) -> Vec<Figure> {
     let mut figures = vec![LATENCY, AGE, LOST];
     let cost = summary.sweep.system.quadratic_cost();
     figures.extend(cost.map(|_| COST));
-    figures.extend(summary.theory.then_some(GROWTH));
+    if summary.theory {
+        figures.extend(of_theory(summary));
+    }
     figures
+}
+
+/// Those that linear theory has for any row; the growth always.
+pub fn of_theory(summary: &SweepSummary) -> impl Iterator<Item = Figure> {
+    let of_chunks = summary.rows().iter().any(|row| row.theory.stands.is_some());
+    [GROWTH].into_iter().chain(of_chunks.then_some(STANDS))
 }
 
 impl Figure {

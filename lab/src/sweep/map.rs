@@ -8,7 +8,7 @@ use ratelab_study::experiment::sweep::Sweep;
 
 use super::{
     by_age::AgeTable,
-    cliff, columns,
+    cliff, columns, figures,
     summary::{RowSummary, SweepSummary},
     theory::Edge,
 };
@@ -29,6 +29,9 @@ const THEORY: &str = "of a small deviation (1/s), by linear theory: above 0 it g
 /// An explanation of it where delays change at random.
 const SURE: &str = "deviations shrink whatever the pattern of the delays, by the jitter margin;\n\
                     \x20         ? is no promise, and no prediction of a fall: the margin is sufficient only";
+
+/// An explanation of the figure for chunks.
+const STANDS: &str = "the share of starts that stand for ten seconds, by linear theory";
 
 /// The map: a list if one knob is swept, otherwise a line for each combination of the
 /// slower knobs.
@@ -53,9 +56,9 @@ pub fn text(summary: &SweepSummary, style: &MapStyle) -> String {
         }
         _ => {
             lines.extend(heat::lines(summary, style));
-            if summary.theory {
+            for figure in figures::of_theory(summary).filter(|_| summary.theory) {
                 lines.push(String::new());
-                lines.extend(heat::growth(summary, style));
+                lines.extend(heat::theory(summary, style, &figure));
             }
             lines.push(String::new());
             lines.push(line("cells", &heat::key(summary, &style.theme)));
@@ -75,6 +78,9 @@ fn theory_lines(summary: &SweepSummary, theme: &Theme) -> Vec<String> {
     let mut lines = vec![paragraph("growth", THEORY)];
     if summary.rows().iter().any(|row| row.theory.sure.is_some()) {
         lines.push(paragraph("sure", SURE));
+    }
+    if summary.rows().iter().any(|row| row.theory.stands.is_some()) {
+        lines.push(line("stands", STANDS));
     }
     let edges: Vec<Edge> = summary.edges().collect();
     let drawn = Edge::ALL.into_iter().filter(|edge| edges.contains(edge));
@@ -182,6 +188,7 @@ fn edge_mark(edge: Edge, theme: &Theme) -> &'static str {
     match edge {
         Edge::Grows => theme.glyph("┄", "-"),
         Edge::Sure => theme.glyph("┈", "."),
+        Edge::Stands => theme.glyph("━", "="),
     }
 }
 
@@ -190,5 +197,6 @@ fn cell_mark(edge: Edge, theme: &Theme) -> &'static str {
     match edge {
         Edge::Grows => theme.glyph("┊", "|"),
         Edge::Sure => theme.glyph("┆", ":"),
+        Edge::Stands => theme.glyph("┃", "!"),
     }
 }

@@ -13,6 +13,8 @@ pub struct RowTheory {
     pub growth: Option<f64>,
     /// With random delays: whether deviations shrink for any pattern.
     pub sure: Option<bool>,
+    /// Of a policy that answers with chunks: the share of starts that stand for ten seconds.
+    pub stands: Option<f64>,
 }
 
 impl RowTheory {
@@ -21,15 +23,21 @@ impl RowTheory {
     /// # Errors
     /// [`Error::Unfinished`] if the plant cannot be linearised.
     pub fn of(config: &Config) -> Result<Self, Error> {
-        let (growth, sure) = match expected(&config.setup, config.world) {
-            Ok(Expected::Growth(growth) | Expected::MeanSquare(growth)) => (Some(growth), None),
-            Ok(Expected::Any(sure)) => (None, Some(sure)),
+        let mut theory = Self::default();
+        match expected(&config.setup, config.world) {
+            Ok(Expected::Growth(growth) | Expected::MeanSquare(growth)) => {
+                theory.growth = Some(growth);
+            }
+            Ok(Expected::Any(sure)) => theory.sure = Some(sure),
+            Ok(Expected::Planned(outlook)) => {
+                (theory.growth, theory.stands) = (Some(outlook.growth), Some(outlook.stands));
+            }
             Err(error @ StabilityError::Plant(_)) => {
                 return Err(Error::Unfinished(error.to_string()));
             }
-            Err(_) => (None, None),
-        };
-        Ok(Self { growth, sure })
+            Err(_) => {}
+        }
+        Ok(theory)
     }
 }
 
@@ -40,11 +48,13 @@ pub enum Edge {
     Grows,
     /// On one side, small deviations shrink for any pattern of delays.
     Sure,
+    /// On one side, half of the starts stand.
+    Stands,
 }
 
 impl Edge {
     /// All edges.
-    pub const ALL: [Self; 2] = [Self::Grows, Self::Sure];
+    pub const ALL: [Self; 3] = [Self::Grows, Self::Sure, Self::Stands];
 
     /// The edge between two adjacent rows, if there is one.
     pub fn between(one: RowTheory, next: RowTheory) -> Option<Self> {
@@ -54,7 +64,10 @@ impl Edge {
         };
         // For a constant delay, stable means stable for any pattern.
         let sure = |row: RowTheory| row.sure.or(grows(row).map(|grows| !grows));
+        let stands = |row: RowTheory| row.stands.map(|share| share >= 0.5);
         match () {
+            () if differ(stands(one), stands(next)) => Some(Self::Stands),
+            () if stands(one).is_some() => None,
             () if differ(grows(one), grows(next)) => Some(Self::Grows),
             () if differ(sure(one), sure(next)) => Some(Self::Sure),
             () => None,
@@ -72,6 +85,10 @@ impl Edge {
             Self::Sure => {
                 "no pattern of delays makes deviations grow on one side: sufficient only,\n\
                  \x20         beyond it most patterns are borne"
+            }
+            Self::Stands => {
+                "half of the starts stand: chunks, by what disturbances and the model's error come\n\
+                 \x20         to since a reading; it knows no limit of the motor"
             }
         }
     }

@@ -113,7 +113,7 @@ impl ChunkPlanner {
     }
 
     /// The actions for the states that the model comes to; before run time `from` those that
-    /// are committed.
+    /// are committed. A policy that answers with chunks is asked for one, for the state at `from`.
     fn rollout(
         &mut self,
         policy: &mut dyn Policy,
@@ -122,17 +122,26 @@ impl ChunkPlanner {
         from: Time,
     ) -> Arc<[f32]> {
         self.model.begin(reading);
-        let mut at = origin;
-        let actions = (0..self.settings.horizon.get()).map(|_| {
-            let action = match at < from {
-                true => Action(self.committed(at)),
-                false => policy.act(&self.model.observe()),
+        let horizon = self.settings.horizon.get();
+        let (mut at, mut actions) = (origin, Vec::with_capacity(horizon));
+        while actions.len() < horizon {
+            let action = if at < from {
+                Action(self.committed(at))
+            } else {
+                let state = self.model.observe();
+                if let Some(chunk) = policy.plan_chunk(&state).filter(|chunk| !chunk.is_empty()) {
+                    actions.extend(chunk);
+                    break;
+                }
+                policy.act(&state)
             };
             self.model.step(action);
             at = at + ACTION_PERIOD;
-            action.0
-        });
-        actions.collect()
+            actions.push(action.0);
+        }
+        let last = actions.last().copied().unwrap_or_default();
+        actions.resize(horizon, last);
+        actions.into()
     }
 
     /// The action to be played at run time `at`, as far as the policy knows: that of its

@@ -25,6 +25,13 @@ pub trait Policy: Send {
     /// The action for `observation`. A NaN or infinite action ends the run with a fault.
     fn act(&mut self, observation: &Observation) -> Action;
 
+    /// The actions for `observation` and the times after it, one for each 20 ms, of a policy that
+    /// answers with chunks itself; `None` for one that decides on single actions.
+    fn plan_chunk(&mut self, observation: &Observation) -> Option<Vec<f32>> {
+        let _ = observation;
+        None
+    }
+
     /// Replaces the policy by the one called `name`, between two decisions; returns the
     /// previous name.
     ///

@@ -125,6 +125,22 @@ pub struct PolicyContext {
     pub seed: u64,
     /// Control rate at the start of the run.
     pub control_hz: Hz,
+    /// Number of actions that the run wants in an answer, 1 without chunks; `None` if that is
+    /// not known yet.
+    pub chunk: Option<usize>,
+}
+
+/// Checks the number of actions in a network's answers, more than one for a chunk.
+fn check_chunk(actions: usize, wanted: Option<usize>) -> Result<(), String> {
+    let but = match wanted {
+        None => return Ok(()),
+        Some(wanted) if actions == 1 || wanted == actions => return Ok(()),
+        Some(1) => "".to_owned(),
+        Some(wanted) => format!(", and the run wants {wanted}"),
+    };
+    Err(format!(
+        "its answers are chunks of {actions} actions{but}: give --chunk {actions}"
+    ))
 }
 
 /// A policy with all its data in memory; clones share it.
@@ -150,21 +166,24 @@ impl LoadedPolicy {
     /// Creates the policy in its initial state.
     ///
     /// # Errors
-    /// [`PolicyError`] if the regulator cannot be computed for the control rate.
+    /// [`PolicyError`] if the regulator cannot be computed for the control rate, or a network's
+    /// chunks are not those of the run.
     pub fn policy(&self, context: PolicyContext) -> Result<Box<dyn Policy>, PolicyError> {
+        let error = |why: String| PolicyError {
+            spec: self.spec.to_string(),
+            why,
+        };
         Ok(match &self.content {
             SpecContent::BuiltIn(PolicyKind::Scripted) => Box::new(Scripted),
             SpecContent::BuiltIn(PolicyKind::Zero) => Box::new(Zero),
             SpecContent::BuiltIn(PolicyKind::Random) => Box::new(Random::new(context.seed)),
             SpecContent::BuiltIn(PolicyKind::Lqr) => {
-                let lqr = Lqr::at(context.control_hz).map_err(|why| PolicyError {
-                    spec: self.spec.to_string(),
-                    why: why.to_string(),
-                })?;
-                Box::new(lqr)
+                let lqr = Lqr::at(context.control_hz);
+                Box::new(lqr.map_err(|why| error(why.to_string()))?)
             }
             SpecContent::Graph(model) => model.policy(self.spec.name()),
             SpecContent::Network(weights) => {
+                check_chunk(weights.actions(), context.chunk).map_err(error)?;
                 Box::new(Network::new(self.spec.name(), weights.clone()))
             }
         })

@@ -45,6 +45,10 @@ impl Policy for SwappablePolicy {
         self.now.act(observation)
     }
 
+    fn plan_chunk(&mut self, observation: &Observation) -> Option<Vec<f32>> {
+        self.now.plan_chunk(observation)
+    }
+
     fn swap(&mut self, name: &str) -> Result<String, String> {
         let spec: PolicySpec = name.parse().map_err(|error| format!("{error}"))?;
         let loaded = self.cache.fetch(&spec).map_err(|error| error.to_string())?;

@@ -158,7 +158,7 @@ impl Covariance<'_> {
 }
 
 /// Applies the linear map `map` of states to a covariance, from both sides.
-fn twice(covariance: &mut DMatrix<f64>, map: impl Fn(&mut DMatrix<f64>)) {
+pub(super) fn twice(covariance: &mut DMatrix<f64>, map: impl Fn(&mut DMatrix<f64>)) {
     map(covariance);
     covariance.transpose_mut();
     map(covariance);

@@ -10,11 +10,13 @@ use super::{
     control_loop::{Loop, gains},
     covariance::{Loss, Lost},
     error::StabilityError,
+    planned::PlannedOutlook,
     timing::{Cadence, Timing},
     world::WorldModel,
 };
 use crate::{
-    ACTION, ACTUATOR, DISTURB, OBS, OnStale, POLICY, SENSOR, actuator_hz,
+    ACTION, ACTUATOR, DISTURB, MOTOR_N, OBS, OnStale, POLICY, SENSOR, actuator_hz,
+    chunk::{CHUNK, ChunkSettings, Merge, PlayKind},
     policy::{PolicyKind, PolicySpec},
 };
 
@@ -30,6 +32,8 @@ pub enum Expected {
     /// Whether deviations shrink for any pattern of random, bounded delays. If false,
     /// they may still shrink.
     Any(bool),
+    /// For a policy that answers with chunks.
+    Planned(PlannedOutlook),
 }
 
 /// The prediction of linear theory for a run of the cart-pole with `setup` in `world`.
@@ -38,6 +42,7 @@ pub enum Expected {
 /// [`StabilityError`] with the reason, if there is none.
 pub fn expected(setup: &Setup, world: WorldKind) -> Result<Expected, StabilityError> {
     let mut read = Reading::new(world);
+    read.chunks = ChunkSettings::of(setup).map_err(StabilityError::Knob)?;
     for knob in setup.iter() {
         if read.take(knob).is_none() {
             return Err(StabilityError::Knob(knob.to_string()));
@@ -55,6 +60,9 @@ struct Reading {
     spread: [Duration; 3],
     loss: f64,
     stale: OnStale,
+    chunks: Option<ChunkSettings>,
+    /// Standard deviation of the random force (N).
+    disturbance: f64,
 }
 
 /// The minimum of a draw, and its range above that; `None` if it is unbounded.
@@ -82,6 +90,8 @@ impl Reading {
             spread: [Duration::ZERO; 3],
             loss: 0.0,
             stale: OnStale::Hold,
+            chunks: None,
+            disturbance: 0.0,
         }
     }
 
@@ -109,8 +119,12 @@ impl Reading {
             }
             Knob::Link { topic, spec } => self.link(topic, &spec.parse().ok()?)?,
             Knob::Read { order, .. } if *order != ReadOrder::Newest => return None,
-            // The theory is of policies that answer with one action.
-            Knob::Parameter { name, value, .. } if name != DISTURB && value != "none" => {
+            Knob::Parameter { name, value, .. } if name == DISTURB => {
+                self.disturbance = value.parse().ok()?;
+            }
+            Knob::Parameter { node, value, .. }
+                if node == SENSOR || (self.chunks.is_none() && value != "none") =>
+            {
                 return None;
             }
             Knob::Send { .. } | Knob::Crash { .. } | Knob::Restart { .. } | Knob::Clock { .. } => {
@@ -127,6 +141,10 @@ impl Reading {
         let delay = bounds(&link.delay)?;
         let lossless = link.loss == 0.0 && link.burst.is_none();
         match topic {
+            CHUNK if lossless && self.chunks.is_some() => {
+                (self.timing.action_delay, self.spread[2]) = delay;
+            }
+            ACTION if self.chunks.is_some() => return None,
             ACTION if lossless || (link.burst.is_none() && link.reliable.is_none()) => {
                 (self.timing.action_delay, self.spread[2]) = delay;
                 self.loss = link.loss;
@@ -138,6 +156,9 @@ impl Reading {
     }
 
     fn expected(&self) -> Result<Expected, StabilityError> {
+        if let Some(chunks) = &self.chunks {
+            return self.planned(chunks);
+        }
         let gains = gains(&self.policy, self.timing.policy.hz)?;
         let control = Loop::cart_pole(gains, self.world, self.timing)?;
         let changes = self.spread.iter().any(|spread| !spread.is_zero());
@@ -156,6 +177,27 @@ impl Reading {
             }
             (true, Some(_)) => Err(StabilityError::Knob("loss beside random delays".to_owned())),
         }
+    }
+
+    /// What is expected of chunks that are played by time, the newest one.
+    fn planned(&self, settings: &ChunkSettings) -> Result<Expected, StabilityError> {
+        let usual = Cadence::new(actuator_hz());
+        let known = [
+            (self.timing.sensor == usual, "another sensor"),
+            (self.timing.actuator == Some(usual), "another actuator"),
+            (self.spread.iter().all(Duration::is_zero), "a random delay"),
+            (self.stale == OnStale::Hold, "a stale action"),
+            (settings.play == PlayKind::Time, "another play"),
+            (settings.merge == Merge::Newest, "a merge"),
+            (settings.refill.is_none(), "a request"),
+        ];
+        if let Some((_, what)) = known.iter().find(|(known, _)| !known) {
+            return Err(StabilityError::Knob(format!("{what} of chunks")));
+        }
+        let control = Loop::cart_pole(gains(&self.policy, usual.hz)?, self.world, self.timing)?;
+        Ok(Expected::Planned(
+            control.planned(settings, self.disturbance / MOTOR_N)?,
+        ))
     }
 
     /// The random loss, and the action after a loss.

@@ -29,6 +29,7 @@
 //! | Up to which changing delay, whatever its pattern? | [`Loop::jitter_margin`] |
 //! | Up to which age, for any cause? | [`Loop::oldest_push`] |
 //! | Up to which random loss? | [`Loop::loss_margin`], [`Loop::mean_square_growth`] |
+//! | Of a policy that answers with chunks? | [`Loop::planned`] |
 //! | All of these for a run, from its setup? | [`expected`] |
 //! | The cost of deviations? | [`Loop::expected_cost`], [`Loop::cost_along`] |
 //!
@@ -61,6 +62,7 @@ mod growth;
 mod jitter;
 mod monodromy;
 mod passage;
+mod planned;
 mod schedule;
 mod span;
 mod timing;
@@ -76,6 +78,7 @@ pub use frequency::ContinuousMargins;
 pub use growth::measured_growth;
 pub use jitter::JitterMargin;
 pub use monodromy::Stability;
+pub use planned::PlannedOutlook;
 pub use span::{Noise, Weights};
 pub use timing::{Cadence, LONGEST, Rates, TimedPush, Timing};
 pub use world::WorldModel;

@@ -6,7 +6,7 @@ use ratelab_screen::{SurvivalLevel, Theme};
 
 use super::{MapStyle, cell_mark, edge_mark, level};
 use crate::sweep::{
-    figures,
+    figures::Figure,
     summary::{RowSummary, SweepSummary},
 };
 
@@ -37,12 +37,12 @@ pub fn lines(summary: &SweepSummary, style: &MapStyle) -> Vec<String> {
     })
 }
 
-/// The growth by linear theory for each cell, beside the map.
-pub fn growth(summary: &SweepSummary, style: &MapStyle) -> Vec<String> {
-    let texts = summary.rows().iter().map(|row| figures::GROWTH.text(row));
+/// A figure of linear theory for each cell, beside the map.
+pub fn theory(summary: &SweepSummary, style: &MapStyle, figure: &Figure) -> Vec<String> {
+    let texts = summary.rows().iter().map(|row| figure.text(row));
     let widest = texts.map(|text| text.len()).max().unwrap_or(1);
     pieces(summary, style, widest + 1, |rows, place| {
-        format!("{:>widest$} ", figures::GROWTH.text(&rows[place]))
+        format!("{:>widest$} ", figure.text(&rows[place]))
     })
 }
 

@@ -1,4 +1,4 @@
-//! The network itself: two hidden layers of tanh, one action.
+//! The network itself: two hidden layers of tanh, one action or a chunk of them.
 
 use std::sync::Arc;
 
@@ -12,11 +12,11 @@ const INPUTS: usize = 5;
 pub const LARGEST_WIDTH: usize = 1_024;
 
 /// The weights of an actor: observation → `width` tanh → `width` tanh → mean
-/// action, in single precision as PyTorch computes it.
+/// actions, in single precision as PyTorch computes it.
 ///
 /// Named as in the course's agent: `actor_mean.0`, `.2` and `.4`, each a `weight` of
 /// shape `[out, in]` and a `bias` of shape `[out]`. The width comes from the file, up to
-/// [`LARGEST_WIDTH`].
+/// [`LARGEST_WIDTH`], and so does the number of actions: one, or a chunk.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mlp {
     layers: [Layer; 3],
@@ -41,6 +41,9 @@ impl Mlp {
             let expected = format!("[width, {INPUTS}] with a width of 1 to {LARGEST_WIDTH}");
             return Err(error::shape("actor_mean.0.weight", &expected, &first.shape));
         };
+        let last = read("actor_mean.4.weight")?;
+        let actions = last.shape.first().copied().unwrap_or(1);
+        let actions = actions.clamp(1, LARGEST_WIDTH);
         let mut numbers = |name, shape: &[usize]| checked(name, read(name)?, shape);
         Ok(Self {
             layers: [
@@ -53,8 +56,8 @@ impl Mlp {
                     numbers("actor_mean.2.bias", &[width])?,
                 ),
                 Layer::new(
-                    &numbers("actor_mean.4.weight", &[1, width])?,
-                    numbers("actor_mean.4.bias", &[1])?,
+                    &checked("actor_mean.4.weight", last, &[actions, width])?,
+                    numbers("actor_mean.4.bias", &[actions])?,
                 ),
             ],
         })
@@ -63,6 +66,11 @@ impl Mlp {
     /// Units in each hidden layer.
     pub fn width(&self) -> usize {
         self.layers[0].bias.len()
+    }
+
+    /// Actions in an answer.
+    pub fn actions(&self) -> usize {
+        self.layers[2].bias.len()
     }
 }
 
@@ -107,13 +115,15 @@ impl Layer {
     }
 }
 
-/// A policy that returns the network's mean action, as the course deploys its agent. A
-/// decision allocates no memory.
+/// A policy that returns the network's mean action, as the course deploys its agent, or a
+/// chunk of them. A decision on one action allocates no memory.
 pub struct Network {
     name: String,
     weights: Arc<Mlp>,
     /// The last outputs of the two hidden layers.
     hidden: [Vec<f32>; 2],
+    /// The last answer.
+    actions: Vec<f32>,
 }
 
 impl Network {
@@ -122,9 +132,22 @@ impl Network {
         let layer = vec![0.0; weights.width()];
         Self {
             name: name.to_owned(),
+            actions: vec![0.0; weights.actions()],
             weights,
             hidden: [layer.clone(), layer],
         }
+    }
+
+    /// Its answer to `observation`.
+    fn answer(&mut self, observation: &Observation) -> &[f32] {
+        let [first, second, last] = &self.weights.layers;
+        let [below, above] = &mut self.hidden;
+        first.apply(&observation.to_array(), below);
+        squash(below);
+        second.apply(below, above);
+        squash(above);
+        last.apply(above, &mut self.actions);
+        &self.actions
     }
 }
 
@@ -134,15 +157,12 @@ impl Policy for Network {
     }
 
     fn act(&mut self, observation: &Observation) -> Action {
-        let [first, second, last] = &self.weights.layers;
-        let [below, above] = &mut self.hidden;
-        first.apply(&observation.to_array(), below);
-        squash(below);
-        second.apply(below, above);
-        squash(above);
-        let mut action = [0.0];
-        last.apply(above, &mut action);
-        Action(action[0])
+        Action(self.answer(observation)[0])
+    }
+
+    fn plan_chunk(&mut self, observation: &Observation) -> Option<Vec<f32>> {
+        let chunk = self.weights.actions() > 1;
+        chunk.then(|| self.answer(observation).to_vec())
     }
 }
 

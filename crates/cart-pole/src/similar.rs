@@ -1,0 +1,58 @@
+//! Readings that are too similar to the last one to be sent.
+
+use super::message::Observation;
+
+/// Lets a reading pass if it is at least so far from the last one that passed: the Euclidean
+/// distance of their five numbers, whatever their units. At 0, the default, all pass.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SimilarReadings {
+    norm: f64,
+    last: Option<Observation>,
+}
+
+impl SimilarReadings {
+    /// Parses a distance of 0 or more, before the first reading.
+    ///
+    /// # Errors
+    /// A message for an invalid text.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let norm: Option<f64> = text.trim().parse().ok();
+        match norm.filter(|norm| *norm >= 0.0 && norm.is_finite()) {
+            Some(norm) => Ok(Self { norm, last: None }),
+            None => Err(format!(
+                "{text:?} is no distance of readings: expected 0 or more, such as 0.1"
+            )),
+        }
+    }
+
+    /// The distance below which readings are similar.
+    pub fn norm(&self) -> f64 {
+        self.norm
+    }
+
+    /// Sets the distance; returns the one before.
+    pub(super) fn set(&mut self, text: &str) -> Result<String, String> {
+        let norm = Self::parse(text)?.norm;
+        Ok(std::mem::replace(&mut self.norm, norm).to_string())
+    }
+
+    /// Whether `reading` passes.
+    pub(super) fn pass(&mut self, reading: &Observation) -> bool {
+        let near = self
+            .last
+            .is_some_and(|last| distance(&last, reading) < self.norm);
+        if !near {
+            self.last = Some(*reading);
+        }
+        !near
+    }
+}
+
+fn distance(one: &Observation, other: &Observation) -> f64 {
+    let pairs = one.to_array().into_iter().zip(other.to_array());
+    let squares = pairs.map(|(one, other)| {
+        let apart = f64::from(one) - f64::from(other);
+        apart * apart
+    });
+    squares.sum::<f64>().sqrt()
+}
