@@ -6,7 +6,7 @@
     python3 policies/imitate.py sides
 
 The planner rolls the course's linear feedback out on the plant of `train.py`: from a state
-its next 50 actions, 20 ms each. The network learns to say them at once, as the head of ACT
+its next actions, 20 ms each. The network learns to say them at once, as the head of ACT
 does (Zhao et al., *Learning Fine-Grained Bimanual Manipulation with Low-Cost Hardware*,
 2023, here without its transformer): least squares by Adam.
 
@@ -24,21 +24,21 @@ from safetensors.numpy import save_file
 
 from train import MOTOR, NAMES, SUBSTEPS, physics_step
 
-HORIZON, WIDTH = 50, 64
-SHAPES = [(WIDTH, 5), (WIDTH,), (WIDTH, WIDTH), (WIDTH,), (HORIZON, WIDTH), (HORIZON,)]
+WIDTH = 64
 STATES, EPOCHS, BATCH, RATE = 40_000, 60, 250, 0.003
 SPREAD = np.array([[1.5], [0.2], [1.5], [1.5]])
-PLACES = {"chunks": 0.0, "sides": 1.0}  # m from the middle
+# The number of actions, and how far from the middle (m) they lead.
+PLANS = {"chunks": (50, 0.0), "sides": (10, 1.6)}
 # Of cart position, angle, velocity and angular velocity, as in scripted.rs.
 GAINS = np.array([0.4, 10.0, 0.8, 2.0])
 
 
-def planned(state, place):
+def planned(state, horizon, place):
     """The chunks of the planner, a row for each column of states."""
     goal = np.zeros_like(state)
     goal[0] = -np.copysign(place, state[0])
     actions = []
-    for _ in range(HORIZON):
+    for _ in range(horizon):
         actions.append(np.clip(GAINS @ (state - goal), -1, 1))
         for _ in range(SUBSTEPS):
             state = physics_step(state, MOTOR * actions[-1])
@@ -65,15 +65,16 @@ def slopes(network, inputs, wanted):
     return found, np.mean((layers[3] - wanted) ** 2)
 
 
-def learn(seed, place):
+def learn(seed, horizon, place):
     """The network that says what the planner does."""
     rng = np.random.default_rng(seed)
     # Small states matter as much as large ones: of all sizes down to a thirtieth.
     state = SPREAD * rng.uniform(-1, 1, (4, STATES)) * 10 ** -rng.uniform(0, 1.5, STATES)
-    inputs, wanted = seen(state), planned(state, place)
-    network = [rng.normal(0, 1 / np.sqrt(s[-1]), s) if len(s) > 1 else np.zeros(s) for s in SHAPES]
-    first = [np.zeros(s) for s in SHAPES]
-    second = [np.zeros(s) for s in SHAPES]
+    inputs, wanted = seen(state), planned(state, horizon, place)
+    shapes = [(WIDTH, 5), (WIDTH,), (WIDTH, WIDTH), (WIDTH,), (horizon, WIDTH), (horizon,)]
+    network = [rng.normal(0, 1 / np.sqrt(s[-1]), s) if len(s) > 1 else np.zeros(s) for s in shapes]
+    first = [np.zeros(s) for s in shapes]
+    second = [np.zeros(s) for s in shapes]
     step, steps = 0, EPOCHS * STATES // BATCH
     for epoch in range(EPOCHS):
         errors = []
@@ -94,10 +95,10 @@ def learn(seed, place):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("name", choices=PLACES, help="of the planner, and of the file")
+    parser.add_argument("name", choices=PLANS, help="of the planner, and of the file")
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
-    network = learn(args.seed, PLACES[args.name])
+    network = learn(args.seed, *PLANS[args.name])
     tensors = dict(zip(NAMES, (part.astype(np.float32) for part in network)))
     save_file(tensors, Path(__file__).parent / f"{args.name}.safetensors")
 
