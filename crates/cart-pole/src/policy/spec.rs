@@ -170,7 +170,7 @@ impl LoadedPolicy {
     /// chunks are not those of the run.
     pub fn policy(&self, context: PolicyContext) -> Result<Box<dyn Policy>, PolicyError> {
         let error = |why: String| PolicyError {
-            spec: self.spec.to_string(),
+            spec: self.spec.name().to_owned(),
             why,
         };
         Ok(match &self.content {

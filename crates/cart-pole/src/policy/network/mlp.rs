@@ -41,25 +41,27 @@ impl Mlp {
             let expected = format!("[width, {INPUTS}] with a width of 1 to {LARGEST_WIDTH}");
             return Err(error::shape("actor_mean.0.weight", &expected, &first.shape));
         };
+        let mut numbers = |name, shape: &[usize]| checked(name, read(name)?, shape);
+        let hidden = [
+            Layer::new(
+                &checked("actor_mean.0.weight", first, &[width, INPUTS])?,
+                numbers("actor_mean.0.bias", &[width])?,
+            ),
+            Layer::new(
+                &numbers("actor_mean.2.weight", &[width, width])?,
+                numbers("actor_mean.2.bias", &[width])?,
+            ),
+        ];
         let last = read("actor_mean.4.weight")?;
         let actions = last.shape.first().copied().unwrap_or(1);
         let actions = actions.clamp(1, LARGEST_WIDTH);
-        let mut numbers = |name, shape: &[usize]| checked(name, read(name)?, shape);
+        let last = Layer::new(
+            &checked("actor_mean.4.weight", last, &[actions, width])?,
+            checked("actor_mean.4.bias", read("actor_mean.4.bias")?, &[actions])?,
+        );
+        let [below, above] = hidden;
         Ok(Self {
-            layers: [
-                Layer::new(
-                    &checked("actor_mean.0.weight", first, &[width, INPUTS])?,
-                    numbers("actor_mean.0.bias", &[width])?,
-                ),
-                Layer::new(
-                    &numbers("actor_mean.2.weight", &[width, width])?,
-                    numbers("actor_mean.2.bias", &[width])?,
-                ),
-                Layer::new(
-                    &checked("actor_mean.4.weight", last, &[actions, width])?,
-                    numbers("actor_mean.4.bias", &[actions])?,
-                ),
-            ],
+            layers: [below, above, last],
         })
     }
 
