@@ -13,11 +13,11 @@ use ratelab_study::{
 use crate::{
     cli::RunArgs,
     error::Error,
-    figures::metrics,
-    figures::report::{self, ReportContext},
     like::{self, Like},
     output::{OutputPlan, Outputs, note, print_data, print_line, print_recorded, record_error},
     program::Program,
+    summary::json,
+    summary::text::{self, ReportContext},
 };
 
 /// Name of the file in `--out`.
@@ -153,14 +153,14 @@ pub fn print_results(
     like: Option<&Like>,
 ) -> Result<(), Error> {
     let system = &*program.system;
-    let mut metrics = metrics::of(system, summary, context);
+    let mut metrics = json::of(system, summary, context);
     metrics.extend(like.map(|of| ("like".to_owned(), like::json(of, summary))));
-    let metrics = metrics::json(metrics);
+    let metrics = json::text(metrics);
     outputs.write(&metrics)?;
     if args.json {
         return print_data(&metrics);
     }
-    print_line(&report::text(system, summary, context))?;
+    print_line(&text::of(system, summary, context))?;
     let table = like.map(|of| like::text(system, of, summary));
     table.map_or(Ok(()), |table| print_line(&table))
 }

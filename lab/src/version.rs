@@ -2,7 +2,7 @@
 
 use ratelab_cart_pole::{mujoco_version, policy::RUNS_ONNX};
 
-use crate::{figures::report::line, program::Program};
+use crate::{program::Program, summary::text::line};
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::message::Message;
 use crate::{control::knob::Knob, time::Time};
 
-/// Decides when a message is delivered. It never sees the payload.
+/// Decides when a message is delivered, once at most. It never sees the payload.
 pub trait Channel: Send {
     /// Message number `seq` is published at run time `now`: when is it delivered? `None`: never.
     /// A message that is delivered after a later one is overtaken, and nobody reads it.

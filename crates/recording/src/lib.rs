@@ -9,6 +9,9 @@
 //! file ──► frames ──► columns ──► content ──► check ──► Recording ──► replay, verify
 //! ```
 //!
+//! Another format begins where `recorder.rs` does, with a [`Source`] and a tap of all rows, and
+//! writes them by a writer of its own.
+//!
 //! What is recorded of a message and of a tick is described once, in `series`: both are written,
 //! read, digested and compared by the same table of columns.
 //!

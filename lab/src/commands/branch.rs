@@ -9,12 +9,12 @@ use ratelab_study::system::BuildError;
 use crate::{
     cli::BranchArgs,
     error::Error,
-    figures::report,
     options::read_knob,
     output::{print_line, print_recorded},
     program::Program,
     reading,
     results::record,
+    summary::text,
 };
 
 /// Where and how the branch leaves the recorded run.
@@ -62,7 +62,7 @@ pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
     let before = change.recorded.map(|verdict| verdict.to_string());
     let before = before.unwrap_or_else(|| "unknown, it is cut off".to_owned());
     let so = change.sentence(Some(verdict));
-    print_line(&report::lines(&[
+    print_line(&text::lines(&[
         ("left at", change.left(args.at)),
         ("recorded", before),
         ("branch", verdict.to_string()),

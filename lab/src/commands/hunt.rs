@@ -15,12 +15,12 @@ use serde_json::json;
 use crate::{
     cli::HuntArgs,
     error::Error,
-    figures::report::line,
     options::{self, Defaults},
     output::{OutputFile, print_data, print_line, print_recorded, refuse_existing},
     program::Program,
     results::{read_topics, record},
     signals,
+    summary::text::line,
 };
 
 /// Defaults of the run.

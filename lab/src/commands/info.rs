@@ -7,11 +7,11 @@ use ratelab_account::Rows;
 
 use crate::{
     error::Error,
-    figures::report::{self, ReportContext},
     output::print_line,
     printable::shown,
     program::Program,
     reading,
+    summary::text::{self, ReportContext},
 };
 use ratelab_recording::{Recording, RecordingEnd, Replay, schema::RunStatus};
 
@@ -37,10 +37,7 @@ fn overview(program: &Program, recording: &Arc<Recording>) -> String {
         lost(recording.outcome.as_ref())
     );
     let mut lines = vec![
-        (
-            "file",
-            format!("{file} ({})", report::size(recording.bytes)),
-        ),
+        ("file", format!("{file} ({})", text::size(recording.bytes))),
         ("made by", recording.origin.made_by()),
         ("holds", holds),
     ];
@@ -53,8 +50,8 @@ fn overview(program: &Program, recording: &Arc<Recording>) -> String {
         open: open(recording),
         ..ReportContext::default()
     };
-    let run = report::text(&**replay.system(), &replay.summary(), &context);
-    format!("{}\n{run}", report::lines(&lines))
+    let run = text::of(&**replay.system(), &replay.summary(), &context);
+    format!("{}\n{run}", text::lines(&lines))
 }
 
 /// The reason why the recording lacks the end of its run, if it does.

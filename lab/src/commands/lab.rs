@@ -8,16 +8,16 @@ use ratelab_study::experiment::Experiment;
 use crate::{
     cli::LabArgs,
     error::Error,
-    figures::report,
     first_start,
     options::{self, LAB},
     output::{Outputs, print_line, record_error, write_error},
     program::Program,
     results::{context, destination, plan, print_recordings, print_results},
     screen::{need_terminal, rows_to, screen, sessions},
+    summary::text,
 };
 #[cfg(feature = "network")]
-use crate::{figures::report::ReportContext, output::print_recorded};
+use crate::{output::print_recorded, summary::text::ReportContext};
 
 /// Opens the dashboard; on exit writes and prints the summary of the last run.
 pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
@@ -56,7 +56,7 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
         like.as_ref(),
     )?;
     if let Some(so) = left.change.filter(|_| !args.run.json) {
-        print_line(&report::line("so", &so))?;
+        print_line(&text::line("so", &so))?;
     }
     left.unrecorded.map_or(Ok(()), |error| Err(error.into()))
 }

@@ -14,12 +14,12 @@ use ratelab_screen::LabOutcome;
 use crate::{
     cli::ReplayArgs,
     error::Error,
-    figures::report,
     output::{note, print_line},
     program::{self, Program},
     reading,
     results::print_recordings,
     screen::{need_terminal, screen, sessions},
+    summary::text,
 };
 
 /// The viewer's command.
@@ -64,9 +64,9 @@ fn play(program: &Program, args: &ReplayArgs, recording: &Arc<Recording>) -> Res
 fn print_branch(left: LabOutcome) -> Result<(), Error> {
     print_recordings(false, &left.recorded)?;
     let verdict = left.ended?.summary.verdict;
-    print_line(&report::line("branch", &verdict.to_string()))?;
+    print_line(&text::line("branch", &verdict.to_string()))?;
     if let Some(so) = &left.change {
-        print_line(&report::line("so", so))?;
+        print_line(&text::line("so", so))?;
     }
     left.unrecorded.map_or(Ok(()), |error| Err(error.into()))
 }

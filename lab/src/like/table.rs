@@ -9,8 +9,8 @@ use serde_json::{Map, Value, json};
 
 use super::Like;
 use crate::{
-    figures::metrics::{object, rounded},
-    figures::report::{line, ms},
+    summary::json::{object, rounded},
+    summary::text::{line, ms},
 };
 
 /// The compared quantiles.

@@ -3,7 +3,7 @@
 use ratelab_account::{Observer, TopicAccount};
 use ratelab_wire::{Bridge, Inlet};
 
-use crate::figures::report::line;
+use crate::summary::text::line;
 
 /// A line for each topic that arrived here, with its counters of the run that `observer`
 /// reads.

@@ -11,10 +11,10 @@ use super::{line, parts, stop::Stop};
 use crate::{
     cli::{ClockArg, GraphArgs, NetworkArgs, NodeArgs, ProcessArgs},
     error::Error,
-    figures::report::{self, ReportContext},
     options::{self, Defaults},
     output::{note, print_line, print_recorded, record_error},
     program::Program,
+    summary::text::{self, ReportContext},
 };
 use ratelab_recording::{Destination, ProcessRecord, Recorder, Source, StopReason};
 
@@ -153,7 +153,7 @@ fn run_once(
         open: None,
     };
     match states_here {
-        true => print_line(&report::text(system, &summary, &context))?,
+        true => print_line(&text::of(system, &summary, &context))?,
         false => print_line(&ticks(&summary, here))?,
     }
     lines.iter().try_for_each(|line| print_line(line))?;
@@ -170,5 +170,5 @@ fn ticks(summary: &Summary, here: &[String]) -> String {
     let nodes = nodes.map(|node| format!("{} {} ticks", node.name, node.ticks));
     let nodes: Vec<String> = nodes.collect();
     let text = format!("{} in {}", nodes.join(" | "), summary.sim_time);
-    report::line("nodes", &text)
+    text::line("nodes", &text)
 }

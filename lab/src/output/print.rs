@@ -8,8 +8,8 @@ use std::{
 
 use crate::{
     error::Error,
-    figures::report,
     printable::{in_lines, one_line},
+    summary::text,
     wrap::{fitted, room},
 };
 use ratelab_recording::FinishedRecording;
@@ -58,7 +58,7 @@ fn aside(text: &str) {
 /// Prints the path of a recording: to standard error with `--json`, where standard output
 /// contains metrics only.
 pub fn print_recorded(json: bool, recorded: &FinishedRecording) -> Result<(), Error> {
-    let line = report::recorded(recorded);
+    let line = text::recorded(recorded);
     if json {
         aside(&line);
         Ok(())

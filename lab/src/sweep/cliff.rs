@@ -6,7 +6,7 @@ use super::{
     figures,
     summary::{RowSummary, SweepSummary},
 };
-use crate::figures::report::line;
+use crate::summary::text::line;
 
 /// The lines for the rows of one group.
 pub fn lines(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<String> {

@@ -11,7 +11,7 @@ use super::{
     columns, figures,
     summary::{RowSummary, SweepSummary},
 };
-use crate::figures::metrics::{add_figures, object, rounded, value};
+use crate::summary::json::{add_figures, object, rounded, value};
 
 /// The sweep as JSON: how often the runs were not lost, then every run. It holds
 /// nothing of the wall's, so the same sweep gives the same bytes.

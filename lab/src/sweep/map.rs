@@ -12,7 +12,7 @@ use super::{
     summary::{RowSummary, SweepSummary},
     theory::Edge,
 };
-use crate::figures::report::{line, paragraph};
+use crate::summary::text::{line, paragraph};
 
 /// The style of a map.
 pub struct MapStyle {

@@ -8,8 +8,8 @@ use ratelab_study::system::{Picture, Shape, Style, System};
 use serde_json::{Value, json};
 
 use crate::{
-    figures::report::{self, ReportContext},
     program::Program,
+    summary::text::{self, ReportContext},
 };
 use ratelab_recording::{Recording, Replay};
 
@@ -35,7 +35,7 @@ impl RunData {
         let system = replay.system().clone();
         let summary = replay.summary();
         let verdict = summary.verdict.to_string();
-        let text = report::text(&*system, &summary, &ReportContext::default());
+        let text = text::of(&*system, &summary, &ReportContext::default());
         let name = recording.path.file_stem().unwrap_or_default();
         let name = name.to_string_lossy().into_owned();
         let title = match setting.is_empty() {

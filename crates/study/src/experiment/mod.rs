@@ -21,7 +21,7 @@ mod config;
 pub mod hunt;
 mod parallel;
 mod part;
-mod step_rows;
+mod step_csv;
 mod summary;
 pub mod sweep;
 mod taps;
@@ -41,7 +41,7 @@ use ratelab_real_clock::RealClock;
 use ratelab_replay::RunLog;
 
 pub use config::Config;
-pub use step_rows::{StepWriter, header};
+pub use step_csv::{StepWriter, header};
 pub use summary::{MeanPushAge, Summary};
 pub use taps::Taps;
 

@@ -8,7 +8,7 @@ use super::{
     natural, predictions,
     roster::Roster,
 };
-use crate::{figures::report::line, printable::one_line};
+use crate::{printable::one_line, summary::text::line};
 
 /// Columns of a line.
 const WIDTH: usize = 80;

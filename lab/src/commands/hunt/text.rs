@@ -9,7 +9,7 @@ use ratelab_study::{
 };
 use serde_json::{Value, json};
 
-use crate::figures::report::lines;
+use crate::summary::text::lines;
 
 /// A description of the budget.
 pub fn budget(budget: &Budget) -> String {

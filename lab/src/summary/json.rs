@@ -14,7 +14,7 @@ use ratelab_study::{
 use serde_json::{Map, Value, json};
 
 use crate::{
-    figures::report::{ReportContext, saw_the_wall},
+    summary::text::{ReportContext, saw_the_wall},
     timing::{is_timed, was_late},
 };
 
@@ -32,7 +32,7 @@ pub fn of(system: &dyn System, summary: &Summary, context: &ReportContext) -> Ma
 }
 
 /// Metrics as JSON, all keys in order.
-pub fn json(metrics: Map<String, Value>) -> String {
+pub fn text(metrics: Map<String, Value>) -> String {
     format!("{:#}", Value::Object(metrics))
 }
 

@@ -35,7 +35,7 @@ pub struct ReportContext {
 }
 
 /// The summary as a few lines of text.
-pub fn text(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
+pub fn of(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
     let world = timing::world(system, summary);
     let mut lines = vec![("clock", clock(system, summary, context))];
     lines.extend(world.map(|text| ("world", text)));
