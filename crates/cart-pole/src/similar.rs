@@ -38,9 +38,8 @@ impl SimilarReadings {
 
     /// Whether `reading` passes.
     pub(super) fn pass(&mut self, reading: &Observation) -> bool {
-        let near = self
-            .last
-            .is_some_and(|last| distance(&last, reading) < self.norm);
+        let near_last = |last| distance(&last, reading) < self.norm;
+        let near = self.norm > 0.0 && self.last.is_some_and(near_last);
         if !near {
             self.last = Some(*reading);
         }
