@@ -77,9 +77,9 @@ fn every_message_triggers_a_tick_or_is_dropped() {
     let summary = run_of(robot(""), &config(ON_THE_WALL));
     let image = summary.topic("/image").expect("a topic");
     let ticks = summary.node("detector").expect("a node").ticks;
-    // The last one may come after the end.
+    // On a busy machine the last ones come after the end, and wait in the queue.
     let left = image.published - image.dropped() - ticks;
-    assert!(left <= 1, "{ticks} ticks: {image:?}");
+    assert!(left <= 4, "{ticks} ticks: {image:?}");
 }
 
 const EXECUTORS: [&str; 4] = ["single", "multi:2", "multi:3", "events"];
