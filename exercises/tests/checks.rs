@@ -213,8 +213,8 @@ fn an_exercise_measures_the_same_every_time() {
         let values = findings.measurements.iter();
         values.map(|measured| measured.value.to_bits()).collect()
     };
-    // From the last, so that other tests measure the first ones meanwhile. But for the two that
-    // take as long as all others together: they run what the others run.
+    // From the last, so that other tests measure the first ones meanwhile. Without the two whose
+    // measurements take longer than those of all others.
     let quick = (1..=13).rev().filter(|number| ![6, 13].contains(number));
     for exercise in quick.filter_map(exercises::find) {
         let second = exercise.run().expect("measured");

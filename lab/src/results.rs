@@ -16,8 +16,10 @@ use crate::{
     like::{self, Like},
     output::{OutputPlan, Outputs, note, print_data, print_line, print_recorded, record_error},
     program::Program,
-    summary::json,
-    summary::text::{self, ReportContext},
+    summary::{
+        json,
+        text::{self, ReportContext},
+    },
 };
 
 /// Name of the file in `--out`.

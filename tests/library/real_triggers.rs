@@ -79,7 +79,7 @@ fn every_message_triggers_a_tick_or_is_dropped() {
     let ticks = summary.node("detector").expect("a node").ticks;
     // On a busy machine the last ones come after the end, and wait in the queue.
     let left = image.published - image.dropped() - ticks;
-    assert!(left <= 4, "{ticks} ticks: {image:?}");
+    assert!(left <= image.depth.get() as u64, "{ticks} ticks: {image:?}");
 }
 
 const EXECUTORS: [&str; 4] = ["single", "multi:2", "multi:3", "events"];

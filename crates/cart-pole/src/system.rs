@@ -457,7 +457,7 @@ impl System for CartPole {
             return Ok(text.to_owned());
         }
         let mut context = context(seed, setup).map_err(|error| error.to_string())?;
-        // Of a sweep it may be an axis.
+        // Without chunks here a sweep may still have them as an axis.
         context.chunk = context.chunk.filter(|actions| *actions > 1);
         let policy: PolicySpec = text.parse().map_err(|error| format!("{error}"))?;
         let pinned = self.policies.pin(&policy);

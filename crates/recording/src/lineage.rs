@@ -26,9 +26,9 @@ impl Recording {
         lineage
     }
 
-    /// The plans of the run as bars.
-    pub fn plan_bars(&self, planning: &Planning) -> Vec<PlanBar> {
-        PlanBars::of(planning, |topic| self.rows(topic)).bars()
+    /// The plans of the run as bars, by lane.
+    pub fn plan_lanes(&self, planning: &Planning) -> Vec<Vec<PlanBar>> {
+        PlanBars::of(planning, |topic| self.rows(topic)).lanes()
     }
 
     /// The knobs of the run in the order in which they were turned, beginning with those

@@ -275,8 +275,7 @@ pub struct PlanData {
     pub needed: usize,
     /// The time from its making on after which it was taken.
     pub delay: Duration,
-    /// For the last plan that came a moment too early or too late, or more: the delay that was
-    /// expected, and the real one.
+    /// The last expected delay with an error of an action's period or more, and the real one.
     pub missed: Option<[Duration; 2]>,
     /// The greatest action, in either direction.
     pub most: f64,

@@ -18,7 +18,7 @@ pub struct Plans {
     plans: VecDeque<(u64, ActionPlan)>,
     /// Number of the newest plan that was taken, and run time of that.
     newest: Option<(u64, Time)>,
-    /// The last expected delay that was wrong by a moment or more, and the real one.
+    /// The last expected delay with an error of an action's period or more, and the real one.
     missed: Option<[Duration; 2]>,
     /// Number of the one taken before.
     before: Option<u64>,
@@ -58,19 +58,18 @@ impl Plans {
         self.bars.keep(KEPT);
     }
 
-    /// The plans as bars.
-    pub fn bars(&self) -> Vec<PlanBar> {
-        self.bars.bars()
+    /// The plans as bars, by lane.
+    pub fn lanes(&self) -> Vec<Vec<PlanBar>> {
+        self.bars.lanes()
     }
 
     fn take(&mut self, number: u64, at: Time) {
         self.before = self.newest.map(|(newest, _)| newest);
         self.newest = Some((number, at));
         if let Some(plan) = self.plan(number) {
-            let (made, expected) = plan.made;
-            let delay = at.since(made);
-            let missed = expected.abs_diff(delay) >= plan.period;
-            self.missed = missed.then_some([expected, delay]).or(self.missed);
+            let delay = at.since(plan.made);
+            let missed = plan.expected.abs_diff(delay) >= plan.period;
+            self.missed = missed.then_some([plan.expected, delay]).or(self.missed);
         }
         if let Some(before) = self.before {
             self.plans.retain(|(known, _)| *known >= before);
@@ -107,7 +106,7 @@ impl Plans {
             around: around.collect(),
             now: place,
             taken: newest.place(taken).unwrap_or(0),
-            left: (newest.begins + period * newest.actions.len() as u32).since(now),
+            left: newest.ends().since(now),
             stalls: self.stalls,
             stalled: self.stalled,
             needed: before
@@ -115,7 +114,7 @@ impl Plans {
                 .unwrap_or(0)
                 .max(place)
                 + 1,
-            delay: taken.since(newest.made.0),
+            delay: taken.since(newest.made),
             missed: self.missed,
             actions: newest.actions.clone(),
         })

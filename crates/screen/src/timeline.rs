@@ -1,9 +1,6 @@
 //! Ticks and messages over a short stretch of a run, with the chain behind one push.
 
-use std::{
-    collections::{BTreeMap, HashSet},
-    time::Duration,
-};
+use std::{collections::HashSet, time::Duration};
 
 use ratelab::{Head, Time, Topology};
 use ratelab_account::{Chain, Lineage, PushInForce, TickWait, TracedTick, WaitsFor};
@@ -175,15 +172,15 @@ impl Timeline {
     }
 }
 
-/// Plans.
 impl Timeline {
-    /// The timeline with lanes for the bars of plans on `topic`.
-    pub fn with_plans(mut self, topic: &str, bars: &[PlanBar]) -> Self {
-        let mut lanes: BTreeMap<usize, Vec<Mark>> = BTreeMap::new();
-        for bar in bars {
-            let parts = bar.parts.iter().filter(|part| part.from <= self.to);
-            let seen = parts.filter(|part| self.from < part.to);
-            let marks = seen.map(|part| Mark {
+    /// The timeline with these lanes for the bars of plans on `topic`.
+    pub fn with_plans(mut self, topic: &str, lanes: &[Vec<PlanBar>]) -> Self {
+        for (number, bars) in (1..).zip(lanes) {
+            let parts = bars
+                .iter()
+                .flat_map(|bar| bar.parts.iter().map(move |part| (bar, part)));
+            let seen = parts.filter(|(_, part)| part.from <= self.to && self.from < part.to);
+            let marks = seen.map(|(bar, part)| Mark {
                 at: part.from,
                 until: part.to,
                 kind: match part.played {
@@ -193,13 +190,12 @@ impl Timeline {
                 bright: part.played,
                 by: Some(bar.number.to_string()),
             });
-            lanes.entry(bar.lane).or_default().extend(marks);
+            let marks: Vec<Mark> = marks.collect();
+            if !marks.is_empty() {
+                let name = format!("{topic} {number}");
+                self.lanes.push(Lane { name, marks });
+            }
         }
-        let lanes = lanes.into_iter().filter(|(_, marks)| !marks.is_empty());
-        self.lanes.extend(lanes.map(|(lane, marks)| Lane {
-            name: format!("{topic} {}", lane + 1),
-            marks,
-        }));
         self
     }
 }

@@ -8,9 +8,9 @@ use ratelab_study::{experiment::Summary, system::System};
 use serde_json::{Map, Value, json};
 
 use super::Like;
-use crate::{
-    summary::json::{object, rounded},
-    summary::text::{line, ms},
+use crate::summary::{
+    json::{object, rounded},
+    text::{line, ms},
 };
 
 /// The compared quantiles.

@@ -91,16 +91,15 @@ pub fn of(summary: &SweepSummary) -> Vec<Figure> {
     let mut figures = vec![LATENCY, AGE, LOST];
     let cost = summary.sweep.system.quadratic_cost();
     figures.extend(cost.map(|_| COST));
-    if summary.theory {
-        figures.extend(of_theory(summary));
-    }
+    figures.extend(of_theory(summary));
     figures
 }
 
-/// Those that linear theory has for any row; the growth always.
+/// Those of linear theory, if it is asked for: the growth, and what it has for chunks.
 pub fn of_theory(summary: &SweepSummary) -> impl Iterator<Item = Figure> {
     let of_chunks = summary.rows().iter().any(|row| row.theory.stands.is_some());
-    [GROWTH].into_iter().chain(of_chunks.then_some(STANDS))
+    let figures = [Some(GROWTH), of_chunks.then_some(STANDS)];
+    figures.into_iter().flatten().filter(|_| summary.theory)
 }
 
 impl Figure {

@@ -56,7 +56,7 @@ pub fn text(summary: &SweepSummary, style: &MapStyle) -> String {
         }
         _ => {
             lines.extend(heat::lines(summary, style));
-            for figure in figures::of_theory(summary).filter(|_| summary.theory) {
+            for figure in figures::of_theory(summary) {
                 lines.push(String::new());
                 lines.extend(heat::theory(summary, style, &figure));
             }

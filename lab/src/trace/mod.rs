@@ -42,7 +42,11 @@ pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
         }
     }
     if let Some(planning) = system.about().planning {
-        plans(&mut tracks, planning.plans, &recording.plan_bars(&planning));
+        plans(
+            &mut tracks,
+            planning.plans,
+            &recording.plan_lanes(&planning),
+        );
     }
     counters(&mut tracks, recording, &lineage, acts);
     tracks.finish().encode_to_vec()
@@ -133,22 +137,23 @@ fn message(tracks: &mut Tracks, lane: u64, topic: usize, sent: &Head) {
     }
 }
 
-/// The plans on `topic`, and what was played of them: as many lanes as it takes, so that in none
-/// of them two overlap.
-fn plans(tracks: &mut Tracks, topic: &str, bars: &[PlanBar]) {
-    let Some(last) = bars.iter().map(|bar| bar.lane).max() else {
+/// The plans on `topic`, and what was played of them.
+fn plans(tracks: &mut Tracks, topic: &str, lanes: &[Vec<PlanBar>]) {
+    if lanes.is_empty() {
         return;
-    };
+    }
     let group = tracks.group("plans");
-    let lanes = (0..=last).map(|lane| tracks.lane(group, &format!("{topic} {}", lane + 1)));
-    let lanes: Vec<u64> = lanes.collect();
-    for bar in bars {
-        for part in &bar.parts {
+    for (number, bars) in (1..).zip(lanes) {
+        let lane = tracks.lane(group, &format!("{topic} {number}"));
+        for (bar, part) in bars
+            .iter()
+            .flat_map(|bar| bar.parts.iter().map(move |part| (bar, part)))
+        {
             let text = EventText {
                 number: Some(("plan", bar.number)),
                 ..part.word().into()
             };
-            tracks.slice(lanes[bar.lane], text, [part.from, part.to]);
+            tracks.slice(lane, text, [part.from, part.to]);
         }
     }
 }

@@ -96,7 +96,8 @@ fn plan(head: &Head, row: &[f64]) -> Option<ActionPlan> {
     let actions = chunk.actions.iter();
     Some(ActionPlan {
         kind: chunk.plan.name(),
-        made: (chunk.made, chunk.expected),
+        made: chunk.made,
+        expected: chunk.expected,
         begins: head.origin?,
         period: ACTION_PERIOD,
         actions: actions.map(|action| f64::from(*action)).collect(),

@@ -132,14 +132,14 @@ pub struct PolicyContext {
 
 /// Checks the number of actions in a network's answers, more than one for a chunk.
 fn check_chunk(actions: usize, wanted: Option<usize>) -> Result<(), String> {
-    let but = match wanted {
+    let wants = match wanted {
         None => return Ok(()),
         Some(wanted) if actions == 1 || wanted == actions => return Ok(()),
-        Some(1) => "".to_owned(),
+        Some(1) => String::new(),
         Some(wanted) => format!(", and the run wants {wanted}"),
     };
     Err(format!(
-        "its answers are chunks of {actions} actions{but}: give --chunk {actions}"
+        "its answers are chunks of {actions} actions{wants}: give --chunk {actions}"
     ))
 }
 

@@ -195,7 +195,7 @@ impl<'a> PlannedLoop<'a> {
                 let [place, speed] = [row, row + 2].map(|row| covariance[(row, row)].sqrt());
                 let limit = limit / place;
                 passed += speed / place / PI * (-limit * limit / 2.0).exp();
-                within = within.min(erf(limit / SQRT_2));
+                within = within.min(libm::erf(limit / SQRT_2));
             }
         }
         (-passed * ACTION_PERIOD.as_secs_f64()).exp().min(within)
@@ -226,19 +226,4 @@ fn chunks(control: &Loop, settings: &ChunkSettings) -> Vec<PlanTimes> {
         }
     });
     chunks.take_while(|chunk| chunk.read < 2 * TICKS).collect()
-}
-
-/// The error function, to 2·10⁻⁷. (Abramowitz and Stegun, *Handbook of Mathematical Functions*,
-/// 7.1.26.)
-fn erf(x: f64) -> f64 {
-    const TERMS: [f64; 5] = [
-        1.061405429,
-        -1.453152027,
-        1.421413741,
-        -0.284496736,
-        0.254829592,
-    ];
-    let t = 1.0 / (1.0 + 0.3275911 * x);
-    let sum = TERMS.into_iter().fold(0.0, |sum, term| (sum + term) * t);
-    1.0 - sum * (-x * x).exp()
 }

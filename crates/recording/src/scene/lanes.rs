@@ -4,14 +4,11 @@
 //! Which messages were read is known only at the end, so these lanes are made of the
 //! complete recording, with the same [`Lineage`] as the timeline of the dashboard.
 
-use std::{
-    collections::{BTreeMap, HashSet},
-    time::Duration,
-};
+use std::{collections::HashSet, time::Duration};
 
 use ratelab::Time;
 use ratelab_account::{Lineage, TickWait, TracedTick};
-use ratelab_study::system::{PlanBar, Planning};
+use ratelab_study::system::{BarPart, PlanBar, Planning};
 use rerun::{Color, EntityPath, RecordingStream, StateChange, StateConfiguration, TimeColumn};
 
 use super::palette::{BLUE, GREY, ORANGE};
@@ -42,10 +39,6 @@ const OVERRUN: &str = "overrun";
 const READ: &str = "read";
 const UNREAD: &str = "unread";
 const LOST: &str = "lost on the link";
-
-/// The parts of a plan: [`BarPart::word`](ratelab_study::system::BarPart::word).
-const PLAYED: &str = "played";
-const PLANNED: &str = "planned";
 
 /// Between two ticks.
 const NOTHING: &str = "";
@@ -89,23 +82,21 @@ pub fn add(rec: &RecordingStream, recording: &Recording, planning: Option<Planni
         )?;
     }
     planning.map_or(Ok(()), |planning| {
-        plans(rec, &recording.plan_bars(&planning))
+        plans(rec, &recording.plan_lanes(&planning))
     })
 }
 
 /// Logs the lanes of plans.
-fn plans(rec: &RecordingStream, bars: &[PlanBar]) -> Written {
-    let mut lanes: BTreeMap<usize, Changes> = BTreeMap::new();
-    for bar in bars {
-        let lane = lanes.entry(bar.lane).or_default();
-        for part in &bar.parts {
-            change(lane, part.from, part.word());
-            change(lane, part.to, NOTHING);
+fn plans(rec: &RecordingStream, lanes: &[Vec<PlanBar>]) -> Written {
+    let colours = [(BarPart::PLAYED, BLUE), (BarPart::PLANNED, GREY)];
+    for (number, bars) in (1..).zip(lanes) {
+        let mut changes = Changes::new();
+        for part in bars.iter().flat_map(|bar| &bar.parts) {
+            change(&mut changes, part.from, part.word());
+            change(&mut changes, part.to, NOTHING);
         }
-    }
-    for (number, changes) in lanes {
-        let lane = path(&[TIMELINE, "plan", &(number + 1).to_string()]);
-        send(rec, lane, &[(PLAYED, BLUE), (PLANNED, GREY)], &changes)?;
+        let lane = path(&[TIMELINE, "plan", &number.to_string()]);
+        send(rec, lane, &colours, &changes)?;
     }
     Ok(())
 }

@@ -117,7 +117,7 @@ impl Shown {
         let timeline = Timeline::of(self.run.lineage(), acts, self.panes.timeline, now)?;
         let planning = self.run.system().about().planning;
         Some(match planning {
-            Some(planning) => timeline.with_plans(planning.plans, &self.sampler.plans.bars()),
+            Some(planning) => timeline.with_plans(planning.plans, &self.sampler.plans.lanes()),
             None => timeline,
         })
     }

@@ -23,8 +23,6 @@ pub struct PlanBars {
 pub struct PlanBar {
     /// Its number on the topic of plans, counted from zero.
     pub number: u64,
-    /// Its lane, counted from zero: bars in one lane do not touch.
-    pub lane: usize,
     /// From the moment that its first action is meant for to the end of its last one, without
     /// gaps: what was played of it, and what was not.
     pub parts: Vec<BarPart>,
@@ -42,11 +40,16 @@ pub struct BarPart {
 }
 
 impl BarPart {
+    /// The word for a part that was played.
+    pub const PLAYED: &str = "played";
+    /// The word for any other part.
+    pub const PLANNED: &str = "planned";
+
     /// What it is, in a word.
     pub fn word(&self) -> &'static str {
         match self.played {
-            true => "played",
-            false => "planned",
+            true => Self::PLAYED,
+            false => Self::PLANNED,
         }
     }
 }
@@ -71,8 +74,7 @@ impl PlanBars {
 
     /// Adds the plan with this number.
     pub fn plan(&mut self, number: u64, plan: &ActionPlan) {
-        let ends = plan.begins + plan.period * plan.actions.len() as u32;
-        self.plans.push_back((number, [plan.begins, ends]));
+        self.plans.push_back((number, [plan.begins, plan.ends()]));
     }
 
     /// Adds what was done with plans at run time `at`.
@@ -108,24 +110,30 @@ impl PlanBars {
         }
     }
 
-    /// The bars in the order of their plans.
-    pub fn bars(&self) -> Vec<PlanBar> {
-        let mut lanes: Vec<Time> = Vec::new();
-        let bar = |(number, stretch): &(u64, [Time; 2])| {
+    /// The bars in the order of their plans, in as many lanes as it takes: in none of them two
+    /// touch.
+    pub fn lanes(&self) -> Vec<Vec<PlanBar>> {
+        let mut lanes: Vec<Vec<PlanBar>> = Vec::new();
+        for (number, stretch) in &self.plans {
             let played = self.played.get(number).map_or(&[][..], Vec::as_slice);
             let parts = parts(*stretch, played);
-            let (first, last) = (parts.first()?.from, parts.last()?.to);
-            let free = lanes.iter().position(|over| *over < first);
-            let lane = free.unwrap_or(lanes.len());
-            lanes.resize(lanes.len().max(lane + 1), last);
-            lanes[lane] = last;
-            Some(PlanBar {
+            let Some(first) = parts.first() else {
+                continue;
+            };
+            let is_over = |bar: &PlanBar| bar.parts.last().is_none_or(|last| last.to < first.from);
+            let free = lanes
+                .iter()
+                .position(|lane| lane.last().is_none_or(is_over));
+            let bar = PlanBar {
                 number: *number,
-                lane,
                 parts,
-            })
-        };
-        self.plans.iter().filter_map(bar).collect()
+            };
+            match free {
+                Some(lane) => lanes[lane].push(bar),
+                None => lanes.push(vec![bar]),
+            }
+        }
+        lanes
     }
 }
 
@@ -170,7 +178,8 @@ mod tests {
         for (number, begins) in (0..).zip(begins) {
             let plan = ActionPlan {
                 kind: "rollout",
-                made: (ms(*begins), PERIOD),
+                made: ms(*begins),
+                expected: PERIOD,
                 begins: ms(*begins),
                 period: PERIOD,
                 actions: [0.0; 4].into(),
@@ -191,15 +200,16 @@ mod tests {
             let sign = if part.played { '=' } else { '-' };
             format!("{sign}{}", part.to.as_nanos() / 1_000_000)
         };
-        let bars = bars.bars().into_iter().map(|bar| {
+        let drawn = |(lane, bar): (usize, &PlanBar)| {
             let parts: String = bar.parts.iter().map(part).collect();
-            format!(
-                "{}:{}{parts}",
-                bar.lane,
-                bar.parts[0].from.as_nanos() / 1_000_000
-            )
-        });
-        bars.collect::<Vec<_>>().join(" ")
+            let from = bar.parts[0].from.as_nanos() / 1_000_000;
+            (bar.number, format!("{lane}:{from}{parts}"))
+        };
+        let lanes = bars.lanes();
+        let lanes = lanes.iter().enumerate();
+        let bars = lanes.flat_map(|(lane, bars)| bars.iter().map(move |bar| (lane, bar)));
+        let by_number: BTreeMap<u64, String> = bars.map(drawn).collect();
+        by_number.into_values().collect::<Vec<_>>().join(" ")
     }
 
     #[test]

@@ -39,9 +39,10 @@ impl Planning {
 pub struct ActionPlan {
     /// How it was made, in a word.
     pub kind: &'static str,
-    /// Run time at which its making began, and the time from then on after which it was
-    /// expected to be there.
-    pub made: (Time, Duration),
+    /// Run time at which its making began.
+    pub made: Time,
+    /// The delay from then on after which it was expected to be there.
+    pub expected: Duration,
     /// Run time for which the first action is meant.
     pub begins: Time,
     /// The time that each is meant for; not zero.
@@ -51,6 +52,11 @@ pub struct ActionPlan {
 }
 
 impl ActionPlan {
+    /// Run time at which its last action is over.
+    pub fn ends(&self) -> Time {
+        self.begins + self.period * self.actions.len() as u32
+    }
+
     /// Place of the action that is meant for run time `at`; beyond the last one, how far.
     /// `None` before the first.
     pub fn place(&self, at: Time) -> Option<usize> {

@@ -42,16 +42,14 @@ impl Mlp {
             return Err(error::shape("actor_mean.0.weight", &expected, &first.shape));
         };
         let mut numbers = |name, shape: &[usize]| checked(name, read(name)?, shape);
-        let hidden = [
-            Layer::new(
-                &checked("actor_mean.0.weight", first, &[width, INPUTS])?,
-                numbers("actor_mean.0.bias", &[width])?,
-            ),
-            Layer::new(
-                &numbers("actor_mean.2.weight", &[width, width])?,
-                numbers("actor_mean.2.bias", &[width])?,
-            ),
-        ];
+        let below = Layer::new(
+            &checked("actor_mean.0.weight", first, &[width, INPUTS])?,
+            numbers("actor_mean.0.bias", &[width])?,
+        );
+        let above = Layer::new(
+            &numbers("actor_mean.2.weight", &[width, width])?,
+            numbers("actor_mean.2.bias", &[width])?,
+        );
         let last = read("actor_mean.4.weight")?;
         let actions = last.shape.first().copied().unwrap_or(1);
         let actions = actions.clamp(1, LARGEST_WIDTH);
@@ -59,7 +57,6 @@ impl Mlp {
             &checked("actor_mean.4.weight", last, &[actions, width])?,
             checked("actor_mean.4.bias", read("actor_mean.4.bias")?, &[actions])?,
         );
-        let [below, above] = hidden;
         Ok(Self {
             layers: [below, above, last],
         })
