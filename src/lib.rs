@@ -138,7 +138,7 @@ pub use journal::{
     End, Entries, Entry, Following, Journal, LateLook, LockName, Noter, Operation, ThreadJournal,
     TurnFollower,
 };
-pub use node::{END, Fault, GO_ON, Job, JobKind, LastTick, Node, Panicked, Tick};
+pub use node::{END, Fault, GO_ON, Job, JobKind, LastTick, Node, NodeCrash, Panicked, Tick};
 pub use qos::{Depth, DepthError, ReadOrder};
 pub use rate::{Rate, hyper_period};
 pub use record::{

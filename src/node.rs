@@ -69,7 +69,8 @@ pub trait Node: Send {
     /// Does one period's work at run time `now`.
     ///
     /// # Errors
-    /// Any failure of the node. The run ends with a [`Fault`].
+    /// Any failure of the node. The run ends with a [`Fault`]; after a [`NodeCrash`] it goes on
+    /// without the node.
     fn tick(&mut self, now: Time) -> Tick;
 
     /// Applies the decision of a tick to the world outside of the graph, at run time
@@ -139,6 +140,12 @@ pub struct Fault {
     #[source]
     pub cause: Box<dyn Error + Send + Sync>,
 }
+
+/// An error of a tick after which the node counts as crashed, and the run goes on: what the
+/// node stands for has died, such as a process of its own. Says why, and what to do.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{0}")]
+pub struct NodeCrash(pub String);
 
 /// The cause of a [`Fault`] when a node panicked.
 #[derive(Debug, Error)]

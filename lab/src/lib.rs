@@ -71,7 +71,7 @@ mod wrap;
 
 use std::{env, process::ExitCode, sync::Arc};
 
-use ratelab_cart_pole::CartPole;
+use ratelab_cart_pole::{CartPole, policy::end_programs};
 use ratelab_study::system::System;
 
 use error::Error;
@@ -113,6 +113,8 @@ fn exit(program: &Program) -> ExitCode {
 }
 
 fn exit_after(outcome: Result<(), Error>) -> ExitCode {
+    // A run that was left in a tick still waits for its answer.
+    end_programs();
     if let Err(error) = &outcome {
         output::error(error);
     }

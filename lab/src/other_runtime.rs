@@ -2,7 +2,7 @@
 
 use std::{ops::ControlFlow, sync::Arc};
 
-use ratelab_recording::{OtherRun, Recording, verify};
+use ratelab_recording::{OtherRun, Recording, VerifyWith, verify};
 use ratelab_screen::{Options, SessionSetup};
 use ratelab_study::system::System;
 
@@ -31,7 +31,7 @@ pub fn show(system: &Arc<dyn System>, run: OtherRun) -> Result<(), Error> {
         ratelab_screen::play(recording.clone(), setup, &options)?;
     }
     let name = shown(&recording.path);
-    let identical = verify(&recording, system, false, |_| ControlFlow::Continue(()));
+    let identical = verify(&recording, system, VerifyWith::default(), |_| ControlFlow::Continue(()));
     let identical = identical.map_err(|why| Error::unverified(&name, why))?;
     print_line(&format!("{name}: {identical}"))
 }

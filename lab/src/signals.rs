@@ -4,9 +4,11 @@ use std::{
     ops::ControlFlow,
     sync::{Arc, atomic::AtomicBool},
     thread,
+    time::Duration,
 };
 
 use ratelab::Interrupt;
+use ratelab_cart_pole::policy::end_programs;
 use signal_hook::{
     consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ},
     flag,
@@ -18,6 +20,9 @@ use crate::{
     output::{note, remove_unfinished},
     stop_signal,
 };
+
+/// Time for the answer of a policy in a program, when the command is to stop.
+const GRACE: Duration = Duration::from_millis(100);
 
 /// From now on the first SIGINT, SIGTERM or SIGHUP calls `first`, which should end the
 /// program normally; the next one calls `last` and ends the program at once. A second
@@ -32,6 +37,10 @@ pub fn watch(first: impl FnOnce() + Send + 'static, last: impl FnOnce() + Send +
         if let Some(signal) = arriving.next() {
             stop_signal::received(signal);
             first();
+            thread::spawn(|| {
+                thread::sleep(GRACE);
+                end_programs();
+            });
         }
         if let Some(signal) = arriving.find(|signal| *signal != SIGHUP) {
             stop_signal::received(signal);
@@ -60,6 +69,7 @@ pub fn unless(asked: &Interrupt) -> ControlFlow<()> {
 
 /// Ends the program immediately after a signal.
 pub fn end_at_once() -> ! {
+    end_programs();
     let _no_more = remove_unfinished();
     // Skips exit handlers, because other threads are still running.
     low_level::exit(stop_signal::exit_code().unwrap_or(1).into())

@@ -280,7 +280,10 @@ impl<'a> VirtualStretch<'a> {
     #[inline]
     fn work(&mut self, work: Assignment, now: Time) -> Tick {
         let Graph {
-            slots, schedule, ..
+            slots,
+            schedule,
+            control,
+            ..
         } = &mut *self.graph;
         let (slot, job) = (get_mut(&mut slots[work.node]), work.job);
         if job.kind != JobKind::End {
@@ -294,7 +297,8 @@ impl<'a> VirtualStretch<'a> {
             passed: now,
             took: measured.map(|began| began.elapsed()),
         };
-        schedule.done(slot, work, times, outcome)
+        let outcome = schedule.done(slot, work, times, outcome);
+        schedule.outlive(slot, (work.node, now), outcome, &control.state)
     }
 }
 

@@ -99,7 +99,8 @@ impl<'c> Worker<'c> {
         // Nobody gets the node before its tick is recorded.
         let mut schedule = self.schedule.turn();
         let slot = &mut *lock(self.schedule.slot(work.node));
-        match schedule.done(slot, work, times, outcome) {
+        let outcome = schedule.done(slot, work, times, outcome);
+        match schedule.outlive(slot, (work.node, began), outcome, &self.schedule.state) {
             Ok(ControlFlow::Continue(())) => None,
             Ok(ControlFlow::Break(())) => Some(Ok(began)),
             Err(cause) => Some(Err(slot.fault(began, cause))),

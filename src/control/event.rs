@@ -48,6 +48,13 @@ pub enum EventKind {
         /// The error.
         cause: String,
     },
+    /// A node has crashed by itself, and the run goes on.
+    Crashed {
+        /// Name of the node.
+        node: String,
+        /// The reason and a remedy.
+        cause: String,
+    },
     /// A node in another process appeared, or fell silent.
     Presence {
         /// Name of the node.
@@ -71,6 +78,7 @@ impl fmt::Display for Event {
             EventKind::Refused { command, reason } => write!(f, "{command} refused: {reason}"),
             EventKind::Ended { node } => write!(f, "{node} ended the run"),
             EventKind::Faulted { node, cause } => write!(f, "{node} failed: {cause}"),
+            EventKind::Crashed { node, cause } => write!(f, "{node} crashed: {cause}"),
             EventKind::Presence { node, what, .. } => write!(f, "{node}: {what}"),
         }
     }

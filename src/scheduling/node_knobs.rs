@@ -1,7 +1,12 @@
 //! Knobs of nodes: some are of the node, all others of its schedule.
 
 use super::{schedule::Schedule, scheduler::SchedulerEvent};
-use crate::{control::knob::Knob, node::NodeSlot, record::NodeRecord, time::Time};
+use crate::{
+    control::{event::EventKind, knob::Knob, state::RunState},
+    node::{GO_ON, NodeCrash, NodeSlot, Tick},
+    record::NodeRecord,
+    time::Time,
+};
 
 impl Schedule {
     /// Checks that a node has this knob.
@@ -71,6 +76,25 @@ impl Schedule {
         self.record(node, NodeRecord::Restarted);
         self.send(task_set, SchedulerEvent::Restarted { member }, now, false);
         Ok(was)
+    }
+
+    /// Passes the `outcome` of a tick on that began at `began`. After a [`NodeCrash`] the node has
+    /// crashed, the log says why, and the run goes on.
+    pub(crate) fn outlive(
+        &mut self,
+        slot: &mut NodeSlot,
+        (node, began): (usize, Time),
+        outcome: Tick,
+        state: &RunState,
+    ) -> Tick {
+        let cause = match &outcome {
+            Err(error) if error.is::<NodeCrash>() => error.to_string(),
+            _ => return outcome,
+        };
+        self.crash(node, slot, began);
+        let node = slot.name.to_string();
+        state.note(began, EventKind::Crashed { node, cause });
+        GO_ON
     }
 
     fn crashed(&self, node: usize) -> String {

@@ -1,7 +1,7 @@
 //! Sense, think, act: the three nodes.
 
 use ratelab::{
-    END, GO_ON, Message, MeterRecorder, Node, Publisher, PushRecorder, Subscription, Tick, Time,
+    END, GO_ON, Message, MeterRecorder, Node, NodeCrash, Publisher, PushRecorder, Subscription, Tick, Time,
     Topic, Wiring,
 };
 use ratelab_study::system::{SharedWorld, World};
@@ -13,7 +13,7 @@ use super::{
     message::{Action, ControlStep, Observation},
     on_stale::OnStale,
     plant::{Plant, SharedPlant},
-    policy::Policy,
+    policy::{Moment, Policy},
     similar::SimilarReadings,
 };
 
@@ -116,7 +116,15 @@ impl Node for PolicyNode {
         let Some(sensed) = self.observations.latest(now) else {
             return GO_ON; // No reading yet.
         };
+        self.policy.begin(Moment {
+            origin: sensed.sensed(),
+            now,
+            ..Moment::default()
+        });
         let action = self.policy.act(&sensed.data);
+        if let Some(why) = self.policy.crash() {
+            return Err(NodeCrash(why).into());
+        }
         if !action.0.is_finite() {
             return Err(NotFinite::new(self.policy.name(), action, sensed.data).into());
         }

@@ -26,7 +26,7 @@ use super::{
     disturbance::Newtons,
     falls::falls,
     mujoco_version, picture,
-    policy::{Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy},
+    policy::{Outside, Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy},
     table,
 };
 use crate::stability::{Rates, Weights, age_limit};
@@ -99,7 +99,7 @@ impl CartPole {
             knobs: &[(KnobKind::Send, POLICY)],
             default: "scripted",
             choices: &["scripted", "lqr", "zero", "random"],
-            help: "The policy: scripted, lqr, zero, random, or a file of weights (.pt, .safetensors, .onnx)",
+            help: "The policy: scripted, lqr, zero, random, a file of weights (.pt, .safetensors, .onnx), or a program",
         },
         Alias {
             name: "think-ms",
@@ -223,15 +223,21 @@ impl CartPole {
     /// The policy called `text`, or the caller's own.
     fn policy(
         &self,
-        text: Option<&str>,
+        builder: &mut Builder<'_>,
         context: PolicyContext,
     ) -> Result<Box<dyn Policy>, BuildError> {
+        let text = builder.message(POLICY);
         if let (None, Some(make)) = (text, &self.own) {
             return Ok(make(context));
         }
         let name = text.unwrap_or(PolicyKind::Scripted.name());
         let policy: PolicySpec = name.parse().map_err(setting_error)?;
-        let policy = SwappablePolicy::new(&policy, self.policies.clone(), context);
+        let settings = ChunkSettings::of(builder.setup()).ok().flatten();
+        let outside = Outside {
+            horizon: settings.map(|settings| settings.horizon.get()),
+            answers: builder.answers(POLICY),
+        };
+        let policy = SwappablePolicy::with(&policy, self.policies.clone(), context, outside);
         Ok(Box::new(policy.map_err(setting_error)?))
     }
 }
@@ -370,7 +376,7 @@ impl System for CartPole {
 
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
         let context = context(builder.seed(), builder.setup())?;
-        let policy = self.policy(builder.message(POLICY), context)?;
+        let policy = self.policy(builder, context)?;
         let topics = Topics {
             observations: builder.topic(OBS),
             actions: builder.topic(ACTION),
@@ -460,6 +466,9 @@ impl System for CartPole {
         // Without chunks here a sweep may still have them as an axis.
         context.chunk = context.chunk.filter(|actions| *actions > 1);
         let policy: PolicySpec = text.parse().map_err(|error| format!("{error}"))?;
+        if policy.is_program() && policy.is_pinned() {
+            return Ok(policy.to_string());
+        }
         let pinned = self.policies.pin(&policy);
         // The node would refuse a policy that cannot be created.
         let made = pinned.and_then(|pinned| pinned.policy(context).map(|_| pinned));
@@ -486,6 +495,14 @@ impl System for CartPole {
             PolicySpec::File(file) => Some(PathBuf::from(file.path())),
             PolicySpec::BuiltIn(_) => None,
         }
+    }
+
+    fn is_program(&self, node: &str, text: &str) -> bool {
+        let policy: Option<PolicySpec> = text.parse().ok().filter(|_| node == POLICY);
+        policy.is_some_and(|policy| {
+            let loaded = || policy.load().is_ok_and(|loaded| loaded.spec().is_program());
+            policy.is_program() || loaded()
+        })
     }
 
     fn signals(&self) -> &'static [Signal] {

@@ -84,7 +84,8 @@ pub use schema::RecordingEnd;
 pub use source::Tapped;
 pub use source::{Source, StopReason};
 pub use verify::{
-    Branch, Change, Departure, Executed, Execution, Held, VerifyError, VerifyStatus, branch, verify,
+    Branch, Change, Departure, Executed, Execution, Held, VerifyError, VerifyStatus, VerifyWith,
+    branch, verify,
 };
 pub use viewer::{VIEWER, Viewer};
 pub use writer::{FinishedRecording, outside};

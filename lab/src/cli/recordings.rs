@@ -41,6 +41,11 @@ pub struct VerifyArgs {
     /// Have threads pause at random: a run of the real clock comes back all the same.
     #[arg(long)]
     pub perturb: bool,
+
+    /// Run the policy at this path again, if the recording names it, and compare its answers:
+    /// they are taken from the recording otherwise.
+    #[arg(long, value_name = "FILE")]
+    pub ask_policy: Option<PathBuf>,
 }
 
 /// What is written for Perfetto.

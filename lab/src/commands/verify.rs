@@ -4,31 +4,46 @@ use std::{path::Path, process};
 
 use ratelab::Interrupt;
 use ratelab_replay::BusyNode;
+use ratelab_study::system::Setup;
 
 use crate::{
     cli::VerifyArgs,
     error::Error,
+    options::read_knob,
     output::{self, ProgressLine, print_line},
     printable::shown,
     program::Program,
     reading, signals,
 };
-use ratelab_recording::verify as run_again;
+use ratelab_recording::{VerifyWith, verify as run_again};
 
 /// Repeats and compares the runs of recordings; prints the result of each. Ctrl-C ends
 /// the program normally.
 pub fn verify(program: &Program, args: &VerifyArgs) -> Result<(), Error> {
     let asked = signals::interrupt();
+    if let Some(file) = &args.ask_policy {
+        name_program(program, file)?;
+    }
     let [file] = &*args.files else {
         return verify_several(program, args, &asked);
     };
-    verify_one(program, file, args.perturb, &asked)
+    verify_one(program, file, args, &asked)
+}
+
+/// Lets the policy in `file` run, where a recording names just it.
+fn name_program(program: &Program, file: &Path) -> Result<(), Error> {
+    let knobs = read_knob(program, "--ask-policy", &format!("policy {}", file.display()))?.1;
+    for knob in knobs {
+        let named = program.system.resolved(0, &Setup::default(), knob);
+        named.map_err(|why| Error::BadInput(format!("--ask-policy {why}")))?;
+    }
+    Ok(())
 }
 
 fn verify_several(program: &Program, args: &VerifyArgs, asked: &Interrupt) -> Result<(), Error> {
     let mut failed = 0;
     for file in &args.files {
-        match verify_one(program, file, args.perturb, asked) {
+        match verify_one(program, file, args, asked) {
             Ok(()) => {}
             Err(stopped) if stopped.is_stop() => return Err(stopped),
             Err(error) => {
@@ -49,7 +64,7 @@ fn verify_several(program: &Program, args: &VerifyArgs, asked: &Interrupt) -> Re
 fn verify_one(
     program: &Program,
     file: &Path,
-    perturb: bool,
+    args: &VerifyArgs,
     asked: &Interrupt,
 ) -> Result<(), Error> {
     let recording = reading::read(file)?;
@@ -57,7 +72,11 @@ fn verify_one(
     let until = recording.until;
     let bar = ProgressLine::new(until.as_nanos(), until.to_string());
     let system = program.of(&recording).system;
-    let verified = run_again(&recording, &system, perturb, |look| {
+    let with = VerifyWith {
+        perturb: args.perturb,
+        asks: args.ask_policy.is_some(),
+    };
+    let verified = run_again(&recording, &system, with, |look| {
         if let Some(node) = &look.stuck {
             give_up(file, node);
         }

@@ -140,6 +140,7 @@ fn changes(knobs: KnobText, events: &[Event]) -> Vec<(&'static str, String)> {
             EventKind::Applied { .. } => Some(("command", event.to_string())),
             EventKind::Refused { .. } => Some(("refused", event.to_string())),
             EventKind::Presence { .. } => Some(("presence", event.to_string())),
+            EventKind::Crashed { .. } => Some(("crashed", event.to_string())),
             EventKind::Ended { .. } | EventKind::Faulted { .. } => None,
         }));
     }

@@ -10,7 +10,7 @@ use super::{
     model::PlanModel,
     settings::{ChunkSettings, ExpectedDelay, PlanKind},
 };
-use crate::{Action, Observation, PlantError, policy::Policy};
+use crate::{Action, Observation, PlantError, policy::{Moment, Policy}};
 
 /// How far before a reading its chunks are kept, for readings that are older than the one
 /// before.
@@ -91,12 +91,18 @@ impl ChunkPlanner {
             ExpectedDelay::Max(margin) => self.longest + margin,
         };
         let from = now + expected;
-        let actions: Arc<[f32]> = match self.plan {
-            PlanKind::Hold => {
+        policy.begin(Moment {
+            origin,
+            now,
+            expected,
+        });
+        let actions: Arc<[f32]> = match (policy.chunk(reading), self.plan) {
+            (Some(actions), _) => actions,
+            (None, PlanKind::Hold) => {
                 std::iter::repeat_n(policy.act(reading).0, self.settings.horizon.get()).collect()
             }
-            PlanKind::Rollout => self.rollout(policy, reading, origin, origin),
-            PlanKind::Committed => self.rollout(policy, reading, origin, from),
+            (None, PlanKind::Rollout) => self.rollout(policy, reading, origin, origin),
+            (None, PlanKind::Committed) => self.rollout(policy, reading, origin, from),
         };
         let chunk = Chunk {
             made: now,

@@ -1,6 +1,6 @@
 //! The node of a policy that answers with chunks.
 
-use ratelab::{GO_ON, LastTick, Node, Publisher, Subscription, Tick, Time};
+use ratelab::{GO_ON, LastTick, Node, NodeCrash, Publisher, Subscription, Tick, Time};
 
 use super::{
     message::{Chunk, Request},
@@ -38,6 +38,9 @@ impl Node for ChunkPolicy {
         };
         let (policy, origin) = (&mut *self.policy, sensed.sensed());
         let chunk = self.planner.chunk(policy, &sensed.data, origin, now);
+        if let Some(why) = self.policy.crash() {
+            return Err(NodeCrash(why).into());
+        }
         let finite = chunk.actions.iter().find(|action| !action.is_finite());
         if let Some(action) = finite {
             return Err(NotFinite::new(self.policy.name(), Action(*action), sensed.data).into());

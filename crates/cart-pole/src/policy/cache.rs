@@ -21,6 +21,7 @@ impl PolicyCache {
         }
         let loaded = spec.load()?;
         self.put(spec, &loaded);
+        self.put(loaded.spec(), &loaded);
         Ok(loaded)
     }
 
@@ -36,6 +37,11 @@ impl PolicyCache {
         let loaded = spec.load()?;
         self.put(loaded.spec(), &loaded);
         Ok(loaded)
+    }
+
+    /// Whether this policy has been loaded.
+    pub(super) fn knows(&self, spec: &PolicySpec) -> bool {
+        self.get(spec).is_some()
     }
 
     fn get(&self, spec: &PolicySpec) -> Option<LoadedPolicy> {

@@ -10,17 +10,26 @@ use super::{Digest, LARGEST_FILE};
 /// Separator between path and digest in a text, as in pinned container images.
 const PIN: &str = "@sha256:";
 
+/// What the text of a program begins with, in logs: a reader without the file knows what it is.
+const PROGRAM: &str = "exec:";
+
 /// A file by its path and, if it is pinned, by its content. As text `path/to/file.pt`, or
-/// pinned as `path/to/file.pt@sha256:…`.
+/// pinned as `path/to/file.pt@sha256:…`; of a program `exec:path/to/policy.py@sha256:…`.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct PolicyFile {
     path: String,
     sha256: Option<Digest>,
+    /// Whether it is known to be a program.
+    #[serde(default)]
+    program: bool,
 }
 
 impl PolicyFile {
     /// Parses a path with an optional digest.
     pub(super) fn parse(text: &str) -> Self {
+        if let Some(program) = text.strip_prefix(PROGRAM) {
+            return Self::parse(program).as_program();
+        }
         let pinned = text.rsplit_once(PIN);
         let pinned = pinned.and_then(|(path, digest)| Some((path, digest.parse().ok()?)));
         match pinned {
@@ -30,8 +39,22 @@ impl PolicyFile {
     }
 
     pub(super) fn new(path: &str, sha256: Option<Digest>) -> Self {
-        let path = path.to_owned();
-        Self { path, sha256 }
+        Self {
+            path: path.to_owned(),
+            sha256,
+            program: false,
+        }
+    }
+
+    /// The same file, known to be a program.
+    pub(super) fn as_program(self) -> Self {
+        let program = true;
+        Self { program, ..self }
+    }
+
+    /// Whether it is known to be a program.
+    pub fn is_program(&self) -> bool {
+        self.program
     }
 
     /// Path of the file.
@@ -60,7 +83,7 @@ impl PolicyFile {
 fn unread(why: FileError) -> String {
     match why {
         FileError::Unreadable(why) if why.kind() == ErrorKind::NotFound => {
-            "expected scripted, zero, random, lqr or a file of weights; found neither a policy nor \
+            "expected scripted, zero, random, lqr, a file of weights or a program; found neither a policy nor \
              a file of that name"
                 .to_owned()
         }
@@ -76,6 +99,7 @@ fn unread(why: FileError) -> String {
 
 impl fmt::Display for PolicyFile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if self.program { PROGRAM } else { "" })?;
         match self.sha256 {
             Some(digest) => write!(f, "{}{PIN}{digest}", self.path),
             None => f.write_str(&self.path),

@@ -1,6 +1,21 @@
 //! The interface of a policy.
 
+use std::{sync::Arc, time::Duration};
+
+use ratelab::Time;
+
 use crate::{Action, Observation};
+
+/// When a policy is asked.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Moment {
+    /// Run time of the reading.
+    pub origin: Time,
+    /// Start of the tick.
+    pub now: Time,
+    /// How long after that its chunk is expected to be played; zero without chunks.
+    pub expected: Duration,
+}
 
 /// Decides on an action for each observation.
 ///
@@ -29,6 +44,31 @@ pub trait Policy: Send {
     /// answers with chunks itself; `None` for one that decides on single actions.
     fn plan_chunk(&mut self, observation: &Observation) -> Option<Vec<f32>> {
         let _ = observation;
+        None
+    }
+
+    /// Makes itself ready for a run, with chunks of `horizon` actions if it is asked for chunks.
+    ///
+    /// # Errors
+    /// The reason if it cannot.
+    fn start(&mut self, horizon: Option<usize>) -> Result<(), String> {
+        let _ = horizon;
+        Ok(())
+    }
+
+    /// Hears of the tick in which it will be asked.
+    fn begin(&mut self, moment: Moment) {
+        let _ = moment;
+    }
+
+    /// A whole chunk for `reading`, of a policy that plans by itself.
+    fn chunk(&mut self, reading: &Observation) -> Option<Arc<[f32]>> {
+        let _ = reading;
+        None
+    }
+
+    /// Why it has died in this tick, and what to do, if it has: what it answered does not count.
+    fn crash(&mut self) -> Option<String> {
         None
     }
 

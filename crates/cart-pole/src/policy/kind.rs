@@ -59,5 +59,5 @@ impl FromStr for PolicyKind {
 
 /// An unknown policy.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("{0:?} is not a policy: expected scripted, zero, random, lqr or a file of weights")]
+#[error("{0:?} is not a policy: expected scripted, zero, random, lqr, a file of weights or a program")]
 pub struct UnknownPolicy(pub(super) String);

@@ -12,6 +12,7 @@ mod kind;
 mod lqr;
 mod network;
 mod onnx;
+mod program;
 mod random;
 mod scripted;
 mod spec;
@@ -21,15 +22,16 @@ pub use cache::PolicyCache;
 pub use constant::Zero;
 pub use error::PolicyError;
 pub use file::PolicyFile;
-pub use interface::Policy;
+pub use interface::{Moment, Policy};
 pub use kind::{PolicyKind, UnknownPolicy};
 pub use lqr::{Lqr, LqrError};
 pub use network::{LARGEST_WIDTH, Mlp, Network, read_weights};
 pub use onnx::RUNS_ONNX;
+pub use program::end_programs;
 pub use random::Random;
 pub use scripted::Scripted;
 pub use spec::{LoadedPolicy, PolicyContext, PolicySpec};
-pub use swappable::SwappablePolicy;
+pub use swappable::{Outside, SwappablePolicy};
 
 pub use ratelab_effects::Digest;
 

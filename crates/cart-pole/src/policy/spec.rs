@@ -10,10 +10,11 @@ use super::{
     error::PolicyError,
     network::{Mlp, Network, read_weights},
     onnx::{OnnxModel, is_onnx},
+    program::{self, Program},
 };
 
 /// The choice of a policy. As text: the name of a built-in policy, or else the path of a
-/// file; a file with the name of a built-in is written as `./scripted`.
+/// file of weights or of a program; a file with the name of a built-in is written as `./scripted`.
 ///
 /// ```
 /// use ratelab_cart_pole::policy::{PolicyKind, PolicySpec};
@@ -28,7 +29,7 @@ use super::{
 pub enum PolicySpec {
     /// A policy without a file.
     BuiltIn(PolicyKind),
-    /// The weights of a network.
+    /// The weights of a network, or a program.
     File(PolicyFile),
 }
 
@@ -70,6 +71,11 @@ impl PolicySpec {
         }
     }
 
+    /// Whether it is known to be a program.
+    pub fn is_program(&self) -> bool {
+        matches!(self, Self::File(file) if file.is_program())
+    }
+
     /// Whether it always means the same policy: a file does if it has a digest of its
     /// content.
     pub fn is_pinned(&self) -> bool {
@@ -82,12 +88,16 @@ impl PolicySpec {
 
 fn load(file: &PolicyFile) -> Result<LoadedPolicy, String> {
     let (content, digest) = file.read()?;
-    let content = if is_onnx(&content) {
+    let mut pinned = PolicyFile::new(file.path(), Some(digest));
+    let content = if file.is_program() || program::is_program(file.path(), &content)? {
+        pinned = pinned.as_program();
+        SpecContent::Program(pinned.clone())
+    } else if is_onnx(&content) {
         SpecContent::Graph(OnnxModel::open(&content)?)
     } else {
         SpecContent::Network(Arc::new(read_weights(&content)?))
     };
-    let spec = PolicySpec::File(PolicyFile::new(file.path(), Some(digest)));
+    let spec = PolicySpec::File(pinned);
     Ok(LoadedPolicy { spec, content })
 }
 
@@ -155,6 +165,7 @@ enum SpecContent {
     BuiltIn(PolicyKind),
     Network(Arc<Mlp>),
     Graph(OnnxModel),
+    Program(PolicyFile),
 }
 
 impl LoadedPolicy {
@@ -180,6 +191,9 @@ impl LoadedPolicy {
             SpecContent::BuiltIn(PolicyKind::Lqr) => {
                 let lqr = Lqr::at(context.control_hz);
                 Box::new(lqr.map_err(|why| error(why.to_string()))?)
+            }
+            SpecContent::Program(file) => {
+                Box::new(Program::new(self.spec.name(), file.clone(), context))
             }
             SpecContent::Graph(model) => model.policy(self.spec.name()),
             SpecContent::Network(weights) => {

@@ -1,6 +1,12 @@
 //! A replaceable policy.
 
-use super::{Policy, PolicyCache, PolicyContext, PolicyError, PolicySpec};
+use std::sync::Arc;
+
+use ratelab_study::system::RecordedAnswers;
+
+use super::{
+    Moment, Policy, PolicyCache, PolicyContext, PolicyError, PolicySpec, program::RecordedPolicy,
+};
 use crate::{Action, Observation};
 
 /// Decides with one policy until it is replaced by another. A policy in its cache needs
@@ -13,6 +19,16 @@ pub struct SwappablePolicy {
     spec: String,
     context: PolicyContext,
     cache: PolicyCache,
+    outside: Outside,
+}
+
+/// What a policy that is a program is asked for.
+#[derive(Clone, Debug, Default)]
+pub struct Outside {
+    /// The number of actions in a chunk; `None` for single actions.
+    pub horizon: Option<usize>,
+    /// What it answered when the run was recorded: no program is started.
+    pub answers: Option<Arc<RecordedAnswers>>,
 }
 
 impl SwappablePolicy {
@@ -25,20 +41,64 @@ impl SwappablePolicy {
         cache: PolicyCache,
         context: PolicyContext,
     ) -> Result<Self, PolicyError> {
-        let loaded = cache.fetch(first)?;
+        Self::with(first, cache, context, Outside::default())
+    }
+
+    /// The same; a program is asked for what is `outside`.
+    ///
+    /// # Errors
+    /// [`PolicyError`] if it cannot be loaded or started.
+    pub fn with(
+        first: &PolicySpec,
+        cache: PolicyCache,
+        context: PolicyContext,
+        outside: Outside,
+    ) -> Result<Self, PolicyError> {
+        let (now, spec) = make(first, &cache, context, &outside)?;
         Ok(Self {
-            now: loaded.policy(context)?,
-            first: loaded.spec().to_string(),
-            spec: loaded.spec().to_string(),
+            now,
+            first: spec.clone(),
+            spec,
             context,
             cache,
+            outside,
         })
     }
+}
+
+/// Makes the policy of `spec`, ready to be asked; returns it with its text. Of a program that is
+/// pinned already the name comes from a recording, or another log: that alone starts none.
+fn make(
+    spec: &PolicySpec,
+    cache: &PolicyCache,
+    context: PolicyContext,
+    outside: &Outside,
+) -> Result<(Box<dyn Policy>, String), PolicyError> {
+    let error = |why| PolicyError {
+        spec: spec.to_string(),
+        why,
+    };
+    if spec.is_program() && let Some(answers) = &outside.answers {
+        let recorded = RecordedPolicy::new(spec.name(), answers.clone(), outside.horizon);
+        return Ok((Box::new(recorded), spec.to_string()));
+    }
+    if spec.is_program() && !cache.knows(spec) {
+        let why = "a recording starts no program: name this one yourself, by its path alone";
+        return Err(error(why.to_owned()));
+    }
+    let loaded = cache.fetch(spec)?;
+    let mut policy = loaded.policy(context)?;
+    policy.start(outside.horizon).map_err(error)?;
+    Ok((policy, loaded.spec().to_string()))
 }
 
 impl Policy for SwappablePolicy {
     fn name(&self) -> &str {
         self.now.name()
+    }
+
+    fn begin(&mut self, moment: Moment) {
+        self.now.begin(moment);
     }
 
     fn act(&mut self, observation: &Observation) -> Action {
@@ -49,14 +109,19 @@ impl Policy for SwappablePolicy {
         self.now.plan_chunk(observation)
     }
 
+    fn chunk(&mut self, reading: &Observation) -> Option<Arc<[f32]>> {
+        self.now.chunk(reading)
+    }
+
+    fn crash(&mut self) -> Option<String> {
+        self.now.crash()
+    }
+
     fn swap(&mut self, name: &str) -> Result<String, String> {
         let spec: PolicySpec = name.parse().map_err(|error| format!("{error}"))?;
-        let loaded = self.cache.fetch(&spec).map_err(|error| error.to_string())?;
-        let next = loaded
-            .policy(self.context)
-            .map_err(|error| error.to_string())?;
+        let made = make(&spec, &self.cache, self.context, &self.outside);
+        let (next, spec) = made.map_err(|error| error.to_string())?;
         self.now = next;
-        let spec = loaded.spec().to_string();
         Ok(std::mem::replace(&mut self.spec, spec))
     }
 

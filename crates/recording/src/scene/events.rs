@@ -57,7 +57,9 @@ fn level(what: &EventKind) -> &'static str {
     match what {
         EventKind::Applied { .. } | EventKind::Presence { present: true, .. } => TextLogLevel::INFO,
         EventKind::Refused { .. } | EventKind::Presence { .. } => TextLogLevel::WARN,
-        EventKind::Ended { .. } | EventKind::Faulted { .. } => TextLogLevel::ERROR,
+        EventKind::Ended { .. } | EventKind::Faulted { .. } | EventKind::Crashed { .. } => {
+            TextLogLevel::ERROR
+        }
     }
 }
 

@@ -14,7 +14,7 @@ use ratelab_account::{Observer, RunRow, Tap};
 use ratelab_replay::{BusyNode, Doing, Rerun, Watch};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
-    system::{BuildError, System},
+    system::{AnswersOfNodes, BuildError, System},
 };
 
 use super::{
@@ -116,20 +116,21 @@ fn follow(
 pub fn prepare(
     recording: &Recording,
     system: &Arc<dyn System>,
-    config: Config,
+    (config, answers): (Config, AnswersOfNodes),
     rerun: Option<&Rerun>,
 ) -> Result<Experiment, BuildError> {
     let config = with_tables(config)?;
-    let mut experiment = Experiment::again(system.clone(), &config, &recording.knobs())?;
+    let mut experiment = Experiment::again(system.clone(), &config, &recording.knobs(), answers)?;
     experiment.schedule(events::commands(recording, &**system, rerun)?);
     Ok(experiment)
 }
 
 /// Runs it again with `system`, in the order of `rerun` where it was under the real clock, and
-/// compares all of it. `watch` looks on now and then, and may end it.
+/// compares all of it; nodes with `answers` give these. `watch` looks on now and then, and may end it.
 pub fn compare(
     recording: &Recording,
     system: &Arc<dyn System>,
+    answers: AnswersOfNodes,
     rerun: Option<Rerun>,
     watch: impl FnMut(&VerifyStatus) -> ControlFlow<()> + Send,
 ) -> Result<Identical, VerifyError> {
@@ -141,7 +142,7 @@ pub fn compare(
         ..config.clone()
     };
     needed.resolved(&**system)?;
-    let experiment = prepare(recording, system, config, rerun.as_ref())?;
+    let experiment = prepare(recording, system, (config, answers), rerun.as_ref())?;
     let observer = experiment.observer();
     let topology = &recording.origin.topology;
     let before = topology::compare(topology, &observer.topology())

@@ -10,7 +10,7 @@ use ratelab_real_clock::RealClock;
 use ratelab_replay::Rerun;
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
-    system::{BuildError, System},
+    system::{AnswersOfNodes, BuildError, System},
 };
 
 use super::{VerifyError, again, events, order};
@@ -70,7 +70,7 @@ pub fn branch(
         ..recording.origin.config.clone()
     })?;
     let taken = recording.knobs();
-    let timed = Experiment::again(system.clone(), &config, &taken)?;
+    let timed = Experiment::again(system.clone(), &config, &taken, AnswersOfNodes::new())?;
     let clock = recording.origin.config.clock;
     let rest = rerun
         .as_ref()
@@ -80,7 +80,10 @@ pub fn branch(
             let knobs = timed.config().knobs.iter();
             rerun.branch(at, knobs.map(|timed| timed.knob.clone().into()).collect());
             let knobs = Vec::new();
-            Experiment::again(system.clone(), &Config { knobs, ..config }, &taken)?
+            {
+                let config = Config { knobs, ..config };
+                Experiment::again(system.clone(), &config, &taken, AnswersOfNodes::new())?
+            }
         }
         _ => timed,
     };

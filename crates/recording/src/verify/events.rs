@@ -86,7 +86,7 @@ fn comes_again(system: &dyn System, event: &Event) -> bool {
     match &event.what {
         EventKind::Applied { command, .. } => !paces(command),
         EventKind::Refused { command, .. } => !names_a_file(system, command),
-        EventKind::Ended { .. } | EventKind::Faulted { .. } => true,
+        EventKind::Ended { .. } | EventKind::Faulted { .. } | EventKind::Crashed { .. } => true,
         // Only of runs on the real clock.
         EventKind::Presence { .. } => false,
     }

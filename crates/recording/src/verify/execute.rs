@@ -37,6 +37,7 @@ impl Execution {
     pub fn new(recording: Arc<Recording>, system: &Arc<dyn System>) -> Result<Self, VerifyError> {
         super::refuse_foreign(&recording, system)?;
         let rerun = order::rerun(&recording, &**system)?;
+        let answers = recording.answers(&**system);
         let config = Config {
             speed: Speed::Unlimited,
             knobs: Vec::new(),
@@ -44,7 +45,7 @@ impl Execution {
             ..recording.origin.config.clone()
         };
         Ok(Self {
-            experiment: again::prepare(&recording, system, config, rerun.as_ref())?,
+            experiment: again::prepare(&recording, system, (config, answers), rerun.as_ref())?,
             recording,
             system: system.clone(),
             rerun,

@@ -1,6 +1,7 @@
 //! Runs a recorded run again and compares, bit for bit.
 
 mod again;
+mod answers;
 mod branch;
 mod change;
 mod compare;
@@ -15,7 +16,7 @@ use std::{fmt, ops::ControlFlow, sync::Arc};
 
 use ratelab::{Time, Topology};
 use ratelab_replay::LogError;
-use ratelab_study::system::{BuildError, System};
+use ratelab_study::system::{AnswersOfNodes, BuildError, System};
 use thiserror::Error;
 
 pub use self::again::VerifyStatus;
@@ -172,26 +173,38 @@ fn thousands(number: usize) -> String {
     }
 }
 
+/// How a recorded run is compared.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct VerifyWith {
+    /// Whether threads pause at random.
+    pub perturb: bool,
+    /// Whether programs are asked again; else their answers are those of the recording.
+    pub asks: bool,
+}
+
 /// Runs the recorded run of `system` again with its commands, in the recorded order where
 /// it was under the real clock, and compares the graph, every message, every tick, every
-/// event and the end. What does not come of it, such as wall time, has a digest. With `perturb`
-/// threads pause at random. `watch` looks on now and then, and ends the comparison with a break.
+/// event and the end. What does not come of it, such as wall time, has a digest. `watch` looks on now and then, and ends the comparison with a break.
 ///
 /// # Errors
 /// [`VerifyError`] if it is not the same, or that cannot be known.
 pub fn verify(
     recording: &Recording,
     system: &Arc<dyn System>,
-    perturb: bool,
+    VerifyWith { perturb, asks }: VerifyWith,
     watch: impl FnMut(&VerifyStatus) -> ControlFlow<()> + Send,
 ) -> Result<Identical, VerifyError> {
     refuse_foreign(recording, system)?;
     refuse_nothing(recording)?;
+    let answers = match asks {
+        true => AnswersOfNodes::new(),
+        false => recording.answers(&**system),
+    };
     let mut rerun = order::rerun(recording, &**system)?;
     if let Some(rerun) = rerun.as_mut().filter(|_| perturb) {
         rerun.perturb();
     }
-    let identical = again::compare(recording, system, rerun, watch)?;
+    let identical = again::compare(recording, system, answers, rerun, watch)?;
     match recording.altered && recording.is_whole() {
         true => Err(VerifyError::Altered),
         false => Ok(identical),
@@ -226,6 +239,12 @@ fn refuse_foreign(recording: &Recording, system: &Arc<dyn System>) -> Result<(),
             recorded: recording.origin.system.clone(),
             known: system.name(),
         });
+    }
+    // Made by hand: what is recorded has the digest, and the lab does not ask which file it is.
+    let mut programs = recording.programs(&**system);
+    if let Some(knob) = programs.find(|knob| !knob.to_string().contains("@sha256:")) {
+        let why = format!("{knob}: a recording starts no program");
+        return Err(BuildError::Setting(why).into());
     }
     match (&*recording.origin.processes, &recording.threads) {
         ([], _) => Ok(()),

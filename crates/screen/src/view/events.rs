@@ -88,6 +88,7 @@ fn event(event: &Event, theme: &Theme) -> Line<'static> {
     let (sign, style) = match event.what {
         EventKind::Refused { .. }
         | EventKind::Faulted { .. }
+        | EventKind::Crashed { .. }
         | EventKind::Presence { present: false, .. } => ("✖ ", theme.alarm()),
         EventKind::Applied { .. } | EventKind::Ended { .. } | EventKind::Presence { .. } => {
             ("", Style::new())

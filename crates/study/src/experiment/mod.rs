@@ -46,7 +46,7 @@ pub use summary::{MeanPushAge, Summary};
 pub use taps::Taps;
 
 use crate::system::{
-    BuildError, Builder, MeanCost, RecordedTopics, RunTally, System, WorldKind, verdict,
+    AnswersOfNodes, BuildError, Builder, MeanCost, RecordedTopics, RunTally, System, WorldKind, verdict,
 };
 
 /// The graph of a system, ready to run once.
@@ -119,7 +119,8 @@ impl Experiment {
     }
 
     /// Builds the graph for running a recording again. The recorded run was turned by the
-    /// `taken` knobs: this graph takes them, even if a new run may not.
+    /// `taken` knobs: this graph takes them, even if a new run may not. Nodes with `answers` start
+    /// no program, and give these.
     ///
     /// # Errors
     /// [`BuildError`] if the system cannot, or does not take a setting.
@@ -127,9 +128,10 @@ impl Experiment {
         system: Arc<dyn System>,
         config: &Config,
         taken: &[TimedKnob],
+        answers: AnswersOfNodes,
     ) -> Result<Self, BuildError> {
         let config = config.resolved(&*system)?;
-        Self::built(system, config, taken, None)
+        Self::built(system, config, (taken, answers), None)
     }
 
     /// Builds the graph for a process that runs only the nodes named in `here`, on the
@@ -147,7 +149,7 @@ impl Experiment {
             clock: ClockKind::Real,
             ..config.resolved(&*system)?
         };
-        let part = Self::built(system, config, &[], Some(here))?;
+        let part = Self::built(system, config, Default::default(), Some(here))?;
         let graph = part.graph.topology();
         let names: Vec<&str> = graph.nodes.iter().map(|node| &*node.name).collect();
         let refused = part::check(part.system.about().groups, &names, here);
@@ -156,17 +158,17 @@ impl Experiment {
 
     /// Builds the graph for a configuration with resolved messages.
     pub(crate) fn of_resolved(system: Arc<dyn System>, config: Config) -> Result<Self, BuildError> {
-        Self::built(system, config, &[], None)
+        Self::built(system, config, Default::default(), None)
     }
 
     fn built(
         system: Arc<dyn System>,
         config: Config,
-        taken: &[TimedKnob],
+        (taken, answers): (&[TimedKnob], AnswersOfNodes),
         here: Option<&[String]>,
     ) -> Result<Self, BuildError> {
         let mut builder = Builder::new(config.seed, &config.setup, config.world);
-        (builder.taken, builder.here) = (taken, here);
+        (builder.taken, builder.here, builder.answers) = (taken, here, answers);
         system.build(&mut builder)?;
         let (mut graph, recorded) = builder.finish(&config.knobs)?;
         if let Some(why) = graph.refusal_of(config.clock) {

@@ -1,6 +1,6 @@
 //! Builds the graph of a system.
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 use ratelab::{
     Depth, GO_ON, Graph, Hz, Knob, KnobKind, Node, Payload, Release, Tick, Time, TimedKnob, Topic,
@@ -14,6 +14,13 @@ use super::{BuildError, Setup, SharedWorld, System, World, WorldKind};
 /// Name of the node of a plant that moves by itself.
 pub const WORLD: &str = "world";
 
+/// What a program that stands behind a node answered when a run was recorded, by the start of the
+/// tick: the message that the node published, or why it crashed.
+pub type RecordedAnswers = BTreeMap<Time, Result<Vec<f64>, String>>;
+
+/// The recorded answers of a run, by the names of nodes.
+pub type AnswersOfNodes = BTreeMap<String, Arc<RecordedAnswers>>;
+
 /// Collects the nodes and topics of a graph, with their settings.
 pub struct Builder<'a> {
     seed: u64,
@@ -23,6 +30,8 @@ pub struct Builder<'a> {
     knows_worlds: bool,
     /// Knobs that a recorded run was turned by, if it is run again.
     pub(crate) taken: &'a [TimedKnob],
+    /// What programs answered then, if they are not to be asked again.
+    pub(crate) answers: AnswersOfNodes,
     graph: Graph,
     recorded: RecordedTopics,
     /// The messages and parameters that nodes were built with.
@@ -93,6 +102,7 @@ impl<'a> Builder<'a> {
             world,
             knows_worlds: false,
             taken: &[],
+            answers: BTreeMap::new(),
             graph,
             recorded: Vec::new(),
             answered: Vec::new(),
@@ -127,6 +137,12 @@ impl<'a> Builder<'a> {
     /// Seed of the run, for all random numbers.
     pub fn seed(&self) -> u64 {
         self.seed
+    }
+
+    /// What the program behind `node` answered when this run was recorded; `None` if it is to be
+    /// asked.
+    pub fn answers(&self, node: &str) -> Option<Arc<RecordedAnswers>> {
+        self.answers.get(node).cloned()
     }
 
     /// The knobs set before the run begins.

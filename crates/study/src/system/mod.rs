@@ -76,7 +76,7 @@ use thiserror::Error;
 pub use about::{About, Group, Spoiler, StateTable};
 pub use age_limits::AgeLimits;
 pub use alias::{Alias, paced_node};
-pub use builder::{Builder, WORLD};
+pub use builder::{AnswersOfNodes, Builder, RecordedAnswers, WORLD};
 pub(crate) use builder::{ForwardingNode, RecordedTopics, Surroundings};
 pub use chain::{CHAINS, DataChain};
 pub(crate) use chain::{Limit, key};
@@ -205,6 +205,12 @@ pub trait System: Send + Sync + 'static {
     /// replace it.
     fn file(&self, node: &str, text: &str) -> Option<PathBuf> {
         self.inner()?.file(node, text)
+    }
+
+    /// Whether a message to `node` names a program, which runs in a process of its own. The
+    /// recordable form of such a message says so without the file, see [`System::resolve`].
+    fn is_program(&self, node: &str, text: &str) -> bool {
+        self.inner().is_some_and(|inner| inner.is_program(node, text))
     }
 
     /// Defects of a run with `setup` that are known before it begins, each with a remedy.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use exercises::rescue::session::{is_shipped, judge_recording};
 use ratelab::{Event, Interrupt, Time, TimedKnob};
-use ratelab_recording::{Recording, VerifyError, VerifyStatus, verify};
+use ratelab_recording::{Recording, VerifyError, VerifyStatus, VerifyWith, verify};
 
 use super::{Flags, file_name};
 use crate::{error::Error, program::Program, signals};
@@ -72,7 +72,7 @@ impl GradedRun {
             Err(failure) => self.refused.push(format!("no rescue: {failure}")),
         }
         let watch = |_: &VerifyStatus| signals::unless(asked);
-        match verify(recording, &program.system, false, watch) {
+        match verify(recording, &program.system, VerifyWith::default(), watch) {
             Ok(identical) => self.verified = Some(identical.to_string()),
             Err(why @ VerifyError::Stopped) => {
                 return Err(Error::unverified(self.file.display(), why));

@@ -250,7 +250,7 @@ fn is_of(event: &Event, process: &Info) -> bool {
             Command::Set(knob) => !knob.kind().is_of_topic() && process.runs(knob.target()),
             _ => false,
         },
-        EventKind::Ended { .. } | EventKind::Faulted { .. } => true,
+        EventKind::Ended { .. } | EventKind::Faulted { .. } | EventKind::Crashed { .. } => true,
         EventKind::Presence { .. } => false,
     }
 }

@@ -1,0 +1,157 @@
+//! A policy in a program of its own, in any language.
+//!
+//! The two talk in lines of JSON (`protocol.rs`), one question and one answer at a time, over the
+//! program's standard input and output (`process.rs`). A recorded run needs no program: what it
+//! answered is in the recording (`recorded.rs`).
+
+mod process;
+mod protocol;
+mod recorded;
+
+use std::sync::Arc;
+
+pub use self::process::end_programs;
+use self::{
+    process::Process,
+    protocol::{Answer, Greeting, Question, Ready},
+};
+pub(super) use self::recorded::RecordedPolicy;
+use super::{Moment, Policy, PolicyContext, PolicyFile};
+use crate::{Action, Observation};
+
+/// Whether the file at `path` with this `content` is a program: its mode says so, and it is not
+/// one of weights, which may have any mode on a foreign disk.
+///
+/// # Errors
+/// What a script lacks.
+pub(super) fn is_program(path: &str, content: &[u8]) -> Result<bool, String> {
+    let (is_script, is_executable) = (content.starts_with(b"#!"), is_executable(path));
+    match (is_script, is_executable) {
+        (true, false) => Err(format!("this script is not executable: chmod +x {path}")),
+        (false, true) if !is_weights(path) => {
+            let is_text = !content.contains(&0);
+            let lacks = "this program has no first line #! that names its interpreter, such as \
+                         #!/usr/bin/env python3";
+            if is_text { Err(lacks.to_owned()) } else { Ok(true) }
+        }
+        (is_script, _) => Ok(is_script),
+    }
+}
+
+fn is_weights(path: &str) -> bool {
+    let ends = [".pt", ".pth", ".safetensors", ".onnx"];
+    ends.iter().any(|end| path.ends_with(end))
+}
+
+#[cfg(unix)]
+fn is_executable(path: &str) -> bool {
+    use std::os::unix::fs::PermissionsExt;
+    std::fs::metadata(path).is_ok_and(|file| file.permissions().mode() & 0o111 != 0)
+}
+
+#[cfg(not(unix))]
+fn is_executable(_: &str) -> bool {
+    false
+}
+
+/// Asks a program, which runs from [`start`](Policy::start) until this is dropped.
+pub(super) struct Program {
+    name: String,
+    file: PolicyFile,
+    context: PolicyContext,
+    running: Option<(Process, Ready)>,
+    moment: Moment,
+    horizon: Option<usize>,
+    asked: u64,
+    crash: Option<String>,
+}
+
+impl Program {
+    pub(super) fn new(name: &str, file: PolicyFile, context: PolicyContext) -> Self {
+        Self {
+            name: name.to_owned(),
+            file,
+            context,
+            running: None,
+            moment: Moment::default(),
+            horizon: None,
+            asked: 0,
+            crash: None,
+        }
+    }
+
+    /// Asks about a reading.
+    fn ask(&mut self, reading: &Observation) -> Option<Answer> {
+        let (process, ready) = self.running.as_mut()?;
+        self.asked += 1;
+        let question = Question {
+            id: self.asked,
+            time: self.moment.origin.as_secs_f64(),
+            expected_delay_ms: ready.chunks.then(|| 1e3 * self.moment.expected.as_secs_f64()),
+            observation: reading.to_array(),
+        };
+        let answer = process.ask(&question.line(), ready.limit);
+        let answer = answer.and_then(|line| {
+            let horizon = self.horizon.filter(|_| ready.chunks);
+            Answer::read(&line, self.asked, horizon)
+        });
+        answer.map_err(|why| self.fail(&why)).ok()
+    }
+
+    /// The program is ended: what it said would be another answer than that to the question.
+    fn fail(&mut self, why: &str) {
+        self.running = None;
+        self.crash = Some(format!(
+            "{} {why}: \"restart policy\" starts it again",
+            self.name
+        ));
+    }
+}
+
+impl Policy for Program {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn start(&mut self, horizon: Option<usize>) -> Result<(), String> {
+        self.file.read()?;
+        let PolicyContext { seed, control_hz } = self.context;
+        let greeting = Greeting::new(seed, control_hz.get(), horizon);
+        let failed = |why: String| format!("{} {why}", self.file.path());
+        let mut process = Process::start(self.file.path()).map_err(failed)?;
+        let ready = process.ask(&greeting.line(), protocol::START);
+        let ready = ready.and_then(|line| Ready::read(&line)).map_err(failed)?;
+        if ready.chunks && horizon.is_none() {
+            return Err(failed("answers with chunks: give --chunk H".to_owned()));
+        }
+        self.horizon = horizon;
+        self.running = Some((process, ready));
+        Ok(())
+    }
+
+    fn begin(&mut self, moment: Moment) {
+        self.moment = moment;
+    }
+
+    fn act(&mut self, observation: &Observation) -> Action {
+        match self.ask(observation) {
+            Some(Answer::Action(action)) => Action(action),
+            _ => Action::ZERO, // It crashes.
+        }
+    }
+
+    fn chunk(&mut self, reading: &Observation) -> Option<Arc<[f32]>> {
+        let (_, ready) = self.running.as_ref()?;
+        if !ready.chunks {
+            return None;
+        }
+        match self.ask(reading) {
+            Some(Answer::Chunk(actions)) => Some(actions.into()),
+            _ => Some([].into()), // It crashes.
+        }
+    }
+
+    fn crash(&mut self) -> Option<String> {
+        self.crash.take()
+    }
+}
