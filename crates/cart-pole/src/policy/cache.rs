@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::{LoadedPolicy, PolicyError, PolicySpec};
+use super::{Digest, LoadedPolicy, PolicyError, PolicySpec};
 
 /// Policies in memory, so that a file is read, hashed and parsed only once, before a run
 /// begins and outside of a node's thread. Clones share their entries, including later
@@ -39,9 +39,10 @@ impl PolicyCache {
         Ok(loaded)
     }
 
-    /// Whether this policy has been loaded.
-    pub(super) fn knows(&self, spec: &PolicySpec) -> bool {
-        self.get(spec).is_some()
+    /// Whether a program with this content has been loaded, from wherever.
+    pub(super) fn knows_program(&self, digest: Digest) -> bool {
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        known.iter().any(|(known, _)| known.program() == Some(digest))
     }
 
     fn get(&self, spec: &PolicySpec) -> Option<LoadedPolicy> {

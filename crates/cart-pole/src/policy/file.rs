@@ -62,6 +62,11 @@ impl PolicyFile {
         &self.path
     }
 
+    /// The digest that fixes its content.
+    pub fn digest(&self) -> Option<Digest> {
+        self.sha256
+    }
+
     /// Whether its content is fixed by a digest.
     pub fn is_pinned(&self) -> bool {
         self.sha256.is_some()

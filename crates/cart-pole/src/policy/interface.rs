@@ -17,6 +17,13 @@ pub struct Moment {
     pub expected: Duration,
 }
 
+impl Moment {
+    /// The age that the reading is expected to have when its chunk begins to be played.
+    pub fn delay(&self) -> Duration {
+        self.now.since(self.origin) + self.expected
+    }
+}
+
 /// Decides on an action for each observation.
 ///
 /// ```

@@ -6,7 +6,7 @@ use ratelab::Hz;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Lqr, Policy, PolicyFile, PolicyKind, Random, Scripted, UnknownPolicy, Zero,
+    Digest, Lqr, Policy, PolicyFile, PolicyKind, Random, Scripted, UnknownPolicy, Zero,
     error::PolicyError,
     network::{Mlp, Network, read_weights},
     onnx::{OnnxModel, is_onnx},
@@ -74,6 +74,14 @@ impl PolicySpec {
     /// Whether it is known to be a program.
     pub fn is_program(&self) -> bool {
         matches!(self, Self::File(file) if file.is_program())
+    }
+
+    /// The digest of a pinned program.
+    pub(super) fn program(&self) -> Option<Digest> {
+        match self {
+            Self::File(file) if file.is_program() => file.digest(),
+            _ => None,
+        }
     }
 
     /// Whether it always means the same policy: a file does if it has a digest of its

@@ -82,13 +82,18 @@ fn make(
         let recorded = RecordedPolicy::new(spec.name(), answers.clone(), outside.horizon);
         return Ok((Box::new(recorded), spec.to_string()));
     }
-    if spec.is_program() && !cache.knows(spec) {
-        let why = "a recording starts no program: name this one yourself, by its path alone";
+    if spec.program().is_some_and(|digest| !cache.knows_program(digest)) {
+        let why = "no recording or log starts a program: name one with this content by its path \
+                   alone";
         return Err(error(why.to_owned()));
     }
     let loaded = cache.fetch(spec)?;
     let mut policy = loaded.policy(context)?;
-    policy.start(outside.horizon).map_err(error)?;
+    let started = policy.start(outside.horizon);
+    started.map_err(|why| PolicyError {
+        spec: loaded.spec().name().to_owned(),
+        why,
+    })?;
     Ok((policy, loaded.spec().to_string()))
 }
 

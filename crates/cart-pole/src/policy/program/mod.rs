@@ -87,8 +87,8 @@ impl Program {
         let question = Question {
             id: self.asked,
             time: self.moment.origin.as_secs_f64(),
-            expected_delay_ms: ready.chunks.then(|| 1e3 * self.moment.expected.as_secs_f64()),
-            observation: reading.to_array(),
+            delay_ms: ready.chunks.then(|| 1e3 * self.moment.delay().as_secs_f64()),
+            observation: reading.to_array().map(f64::from),
         };
         let answer = process.ask(&question.line(), ready.limit);
         let answer = answer.and_then(|line| {
@@ -117,12 +117,10 @@ impl Policy for Program {
         self.file.read()?;
         let PolicyContext { seed, control_hz } = self.context;
         let greeting = Greeting::new(seed, control_hz.get(), horizon);
-        let failed = |why: String| format!("{} {why}", self.file.path());
-        let mut process = Process::start(self.file.path()).map_err(failed)?;
-        let ready = process.ask(&greeting.line(), protocol::START);
-        let ready = ready.and_then(|line| Ready::read(&line)).map_err(failed)?;
+        let mut process = Process::start(self.file.path())?;
+        let ready = Ready::read(&process.ask(&greeting.line(), protocol::START)?)?;
         if ready.chunks && horizon.is_none() {
-            return Err(failed("answers with chunks: give --chunk H".to_owned()));
+            return Err("it answers with chunks: give --chunk H".to_owned());
         }
         self.horizon = horizon;
         self.running = Some((process, ready));

@@ -49,11 +49,12 @@ pub struct Question {
     pub id: u64,
     /// Run time of the reading (s).
     pub time: f64,
-    /// When its chunk is expected to be played, after now (ms).
+    /// The age that the reading is expected to have when the chunk begins to be played (ms).
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub expected_delay_ms: Option<f64>,
-    /// Position, velocity, cosine, sine, angular velocity.
-    pub observation: [f32; 5],
+    pub delay_ms: Option<f64>,
+    /// Position, velocity, cosine, sine, angular velocity: float32 in all digits, so that a
+    /// reader in double precision has the same numbers.
+    pub observation: [f64; 5],
 }
 
 impl Question {
@@ -242,11 +243,12 @@ mod tests {
             let question = Question {
                 id: 1,
                 time: 0.24,
-                expected_delay_ms: None,
-                observation: [number; 5],
+                delay_ms: None,
+                observation: [number.into(); 5],
             };
             let said: serde_json::Value = serde_json::from_str(&question.line()).expect("JSON");
             let text = said["observation"][0].to_string();
+            assert_eq!(text.parse(), Ok(f64::from(number)), "{text}");
             let answer = format!("{{\"id\":1,\"action\":{text}}}");
             let Ok(Answer::Action(back)) = Answer::read(&answer, 1, None) else {
                 panic!("{answer}");
