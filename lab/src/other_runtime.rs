@@ -31,7 +31,9 @@ pub fn show(system: &Arc<dyn System>, run: OtherRun) -> Result<(), Error> {
         ratelab_screen::play(recording.clone(), setup, &options)?;
     }
     let name = shown(&recording.path);
-    let identical = verify(&recording, system, VerifyWith::default(), |_| ControlFlow::Continue(()));
+    let identical = verify(&recording, system, VerifyWith::default(), |_| {
+        ControlFlow::Continue(())
+    });
     let identical = identical.map_err(|why| Error::unverified(&name, why))?;
     print_line(&format!("{name}: {identical}"))
 }

@@ -1,8 +1,8 @@
 //! Sense, think, act: the three nodes.
 
 use ratelab::{
-    END, GO_ON, Message, MeterRecorder, Node, NodeCrash, Publisher, PushRecorder, Subscription, Tick, Time,
-    Topic, Wiring,
+    END, GO_ON, Message, MeterRecorder, Node, NodeCrash, Publisher, PushRecorder, Subscription,
+    Tick, Time, Topic, Wiring,
 };
 use ratelab_study::system::{SharedWorld, World};
 use thiserror::Error;

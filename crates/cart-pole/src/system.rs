@@ -26,7 +26,9 @@ use super::{
     disturbance::Newtons,
     falls::falls,
     mujoco_version, picture,
-    policy::{Outside, Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy},
+    policy::{
+        Outside, Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy,
+    },
     table,
 };
 use crate::stability::{Rates, Weights, age_limit};

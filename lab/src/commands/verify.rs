@@ -32,7 +32,12 @@ pub fn verify(program: &Program, args: &VerifyArgs) -> Result<(), Error> {
 
 /// Lets the policy in `file` run, where a recording names just it.
 fn name_program(program: &Program, file: &Path) -> Result<(), Error> {
-    let knobs = read_knob(program, "--ask-policy", &format!("policy {}", file.display()))?.1;
+    let knobs = read_knob(
+        program,
+        "--ask-policy",
+        &format!("policy {}", file.display()),
+    )?
+    .1;
     for knob in knobs {
         let named = program.system.resolved(0, &Setup::default(), knob);
         named.map_err(|why| Error::BadInput(format!("--ask-policy {why}")))?;

@@ -10,7 +10,10 @@ use super::{
     model::PlanModel,
     settings::{ChunkSettings, ExpectedDelay, PlanKind},
 };
-use crate::{Action, Observation, PlantError, policy::{Moment, Policy}};
+use crate::{
+    Action, Observation, PlantError,
+    policy::{Moment, Policy},
+};
 
 /// How far before a reading its chunks are kept, for readings that are older than the one
 /// before.

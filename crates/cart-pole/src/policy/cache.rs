@@ -42,7 +42,9 @@ impl PolicyCache {
     /// Whether a program with this content has been loaded, from wherever.
     pub(super) fn knows_program(&self, digest: Digest) -> bool {
         let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        known.iter().any(|(known, _)| known.program() == Some(digest))
+        known
+            .iter()
+            .any(|(known, _)| known.program() == Some(digest))
     }
 
     fn get(&self, spec: &PolicySpec) -> Option<LoadedPolicy> {

@@ -59,5 +59,7 @@ impl FromStr for PolicyKind {
 
 /// An unknown policy.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("{0:?} is not a policy: expected scripted, zero, random, lqr, a file of weights or a program")]
+#[error(
+    "{0:?} is not a policy: expected scripted, zero, random, lqr, a file of weights or a program"
+)]
 pub struct UnknownPolicy(pub(super) String);

@@ -78,11 +78,16 @@ fn make(
         spec: spec.to_string(),
         why,
     };
-    if spec.is_program() && let Some(answers) = &outside.answers {
+    if spec.is_program()
+        && let Some(answers) = &outside.answers
+    {
         let recorded = RecordedPolicy::new(spec.name(), answers.clone(), outside.horizon);
         return Ok((Box::new(recorded), spec.to_string()));
     }
-    if spec.program().is_some_and(|digest| !cache.knows_program(digest)) {
+    if spec
+        .program()
+        .is_some_and(|digest| !cache.knows_program(digest))
+    {
         let why = "no recording or log starts a program: name one with this content by its path \
                    alone";
         return Err(error(why.to_owned()));

@@ -208,7 +208,9 @@ fn verify(recording: &Recording) -> Result<Identical, VerifyError> {
 
 /// Runs it again with `system`, unwatched.
 fn verify_with(recording: &Recording, system: &Arc<dyn System>) -> Result<Identical, VerifyError> {
-    super::verify(recording, system, VerifyWith::default(), |_| ControlFlow::Continue(()))
+    super::verify(recording, system, VerifyWith::default(), |_| {
+        ControlFlow::Continue(())
+    })
 }
 
 /// A replay at the end of a recording of the cart-pole.

@@ -166,7 +166,8 @@ fn whoever_watches_a_verification_can_end_it() {
         advance_to = look.now;
         ControlFlow::Break(())
     };
-    let error = crate::verify(&years, &cart_pole(), crate::VerifyWith::default(), watch).expect_err("ended");
+    let error = crate::verify(&years, &cart_pole(), crate::VerifyWith::default(), watch)
+        .expect_err("ended");
     assert!(matches!(error, VerifyError::Stopped), "{error}");
     assert!(Time::ZERO < advance_to && advance_to < at, "{advance_to}");
 }
@@ -198,7 +199,8 @@ fn a_rate_that_was_a_knob_once_is_turned_again_and_by_no_new_run() {
         let config = with_knobs(setup, knobs);
         assert!(Experiment::new(cart_pole(), &config).is_err());
         // As it was recorded when the actuator's rate was a knob.
-        let old = Experiment::again(cart_pole(), &config, &taken, Default::default()).expect("a graph");
+        let old =
+            Experiment::again(cart_pole(), &config, &taken, Default::default()).expect("a graph");
         let path = folder.path().join(format!("{place}.rrd"));
         record_run(old, &path).0.expect("no fault");
         verify(&read(&path)).expect("identical");

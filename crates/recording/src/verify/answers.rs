@@ -13,10 +13,13 @@ impl Recording {
     pub fn programs<'a>(&'a self, system: &'a dyn System) -> impl Iterator<Item = &'a Knob> {
         let config = &self.origin.config;
         let timed = config.knobs.iter().map(|timed| &timed.knob);
-        let turned = self.events.iter().filter_map(|event| match event.applied()? {
-            Command::Set(knob) => Some(knob),
-            _ => None,
-        });
+        let turned = self
+            .events
+            .iter()
+            .filter_map(|event| match event.applied()? {
+                Command::Set(knob) => Some(knob),
+                _ => None,
+            });
         let knobs = config.setup.iter().chain(timed).chain(turned);
         knobs.filter(move |knob| match knob {
             Knob::Send { node, text } => system.is_program(node, text),
@@ -45,14 +48,18 @@ impl Recording {
         let mut answers = BTreeMap::new();
         for (number, head) in messages.heads().iter().enumerate() {
             // It is of the first tick that had not ended before it, and has no other.
-            let is_before = |tick: &&ratelab_account::TickRecord| tick.ends.is_none_or(|ends| ends < head.at);
+            let is_before =
+                |tick: &&ratelab_account::TickRecord| tick.ends.is_none_or(|ends| ends < head.at);
             while ticks.next_if(is_before).is_some() {}
             if let Some(tick) = ticks.next() {
                 answers.insert(tick.at, Ok(messages.row(number).to_vec()));
             }
         }
         for event in &self.events {
-            if let EventKind::Crashed { node: crashed, cause } = &event.what
+            if let EventKind::Crashed {
+                node: crashed,
+                cause,
+            } = &event.what
                 && crashed == node
             {
                 answers.insert(event.at, Err(cause.clone()));

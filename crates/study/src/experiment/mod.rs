@@ -46,7 +46,8 @@ pub use summary::{MeanPushAge, Summary};
 pub use taps::Taps;
 
 use crate::system::{
-    AnswersOfNodes, BuildError, Builder, MeanCost, RecordedTopics, RunTally, System, WorldKind, verdict,
+    AnswersOfNodes, BuildError, Builder, MeanCost, RecordedTopics, RunTally, System, WorldKind,
+    verdict,
 };
 
 /// The graph of a system, ready to run once.

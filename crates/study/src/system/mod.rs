@@ -210,7 +210,8 @@ pub trait System: Send + Sync + 'static {
     /// Whether a message to `node` names a program, which runs in a process of its own. The
     /// recordable form of such a message says so without the file, see [`System::resolve`].
     fn is_program(&self, node: &str, text: &str) -> bool {
-        self.inner().is_some_and(|inner| inner.is_program(node, text))
+        self.inner()
+            .is_some_and(|inner| inner.is_program(node, text))
     }
 
     /// Defects of a run with `setup` that are known before it begins, each with a remedy.

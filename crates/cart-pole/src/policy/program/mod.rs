@@ -11,11 +11,11 @@ mod recorded;
 use std::sync::Arc;
 
 pub use self::process::end_programs;
+pub(super) use self::recorded::RecordedPolicy;
 use self::{
     process::Process,
     protocol::{Answer, Greeting, Question, Ready},
 };
-pub(super) use self::recorded::RecordedPolicy;
 use super::{Moment, Policy, PolicyContext, PolicyFile};
 use crate::{Action, Observation};
 
@@ -32,7 +32,11 @@ pub(super) fn is_program(path: &str, content: &[u8]) -> Result<bool, String> {
             let is_text = !content.contains(&0);
             let lacks = "this program has no first line #! that names its interpreter, such as \
                          #!/usr/bin/env python3";
-            if is_text { Err(lacks.to_owned()) } else { Ok(true) }
+            if is_text {
+                Err(lacks.to_owned())
+            } else {
+                Ok(true)
+            }
         }
         (is_script, _) => Ok(is_script),
     }
@@ -87,7 +91,9 @@ impl Program {
         let question = Question {
             id: self.asked,
             time: self.moment.origin.as_secs_f64(),
-            delay_ms: ready.chunks.then(|| 1e3 * self.moment.delay().as_secs_f64()),
+            delay_ms: ready
+                .chunks
+                .then(|| 1e3 * self.moment.delay().as_secs_f64()),
             observation: reading.to_array().map(f64::from),
         };
         let answer = process.ask(&question.line(), ready.limit);
@@ -115,7 +121,9 @@ impl Policy for Program {
 
     fn start(&mut self, horizon: Option<usize>) -> Result<(), String> {
         self.file.read()?;
-        let PolicyContext { seed, control_hz } = self.context;
+        let PolicyContext {
+            seed, control_hz, ..
+        } = self.context;
         let greeting = Greeting::new(seed, control_hz.get(), horizon);
         let mut process = Process::start(self.file.path())?;
         let ready = Ready::read(&process.ask(&greeting.line(), protocol::START)?)?;

@@ -162,7 +162,10 @@ fn read_lines(output: impl Read, lines: &Sender<Line>) {
     let mut output = BufReader::new(output);
     loop {
         let mut line = Vec::new();
-        let read = output.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line);
+        let read = output
+            .by_ref()
+            .take(LONGEST_LINE)
+            .read_until(b'\n', &mut line);
         if !read.is_ok_and(|bytes| bytes > 0) {
             return;
         }
@@ -194,7 +197,9 @@ fn keep_last_line(errors: impl Read, last: &Mutex<Vec<u8>>) {
 
 fn not_started(why: &Error) -> String {
     match why.kind() {
-        ErrorKind::NotFound => "cannot be started: the interpreter in its first line is missing".into(),
+        ErrorKind::NotFound => {
+            "cannot be started: the interpreter in its first line is missing".into()
+        }
         _ => format!("cannot be started: {why}"),
     }
 }
@@ -232,6 +237,8 @@ fn how_it_ended(status: ExitStatus) -> String {
     if let Some(signal) = std::os::unix::process::ExitStatusExt::signal(&status) {
         return format!("was ended by signal {signal}");
     }
-    let code = status.code().map_or("none".to_owned(), |code| code.to_string());
+    let code = status
+        .code()
+        .map_or("none".to_owned(), |code| code.to_string());
     format!("ended with exit code {code}")
 }
