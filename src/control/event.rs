@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     command::{Command, TimedCommand},
-    knob::TimedKnob,
+    knob::{Knob, TimedKnob},
 };
 use crate::time::Time;
 
@@ -101,6 +101,17 @@ impl Event {
                 knob: knob.clone(),
             }),
             _ => None,
+        }
+    }
+
+    /// The same, or for a node that crashed by itself the knob by which it would have.
+    pub fn change(&self) -> Option<TimedKnob> {
+        match &self.what {
+            EventKind::Crashed { node, .. } => Some(TimedKnob {
+                at: self.at,
+                knob: Knob::Crash { node: node.clone() },
+            }),
+            _ => self.knob(),
         }
     }
 

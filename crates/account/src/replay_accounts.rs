@@ -124,8 +124,10 @@ impl ReplayAccounts {
     /// Adds an event of the run.
     pub fn event(&mut self, event: &Event) {
         self.set_now(event.at);
-        if let EventKind::Applied { command, .. } = &event.what {
-            self.apply(event.at, command);
+        match &event.what {
+            EventKind::Applied { command, .. } => self.apply(event.at, command),
+            EventKind::Crashed { node, .. } => self.named(node, &NodeRecord::Crashed),
+            _ => {}
         }
         self.observer.note(event.at, event.what.clone());
     }

@@ -468,7 +468,8 @@ impl System for CartPole {
         // Without chunks here a sweep may still have them as an axis.
         context.chunk = context.chunk.filter(|actions| *actions > 1);
         let policy: PolicySpec = text.parse().map_err(|error| format!("{error}"))?;
-        if policy.is_program() && policy.is_pinned() {
+        // As in a log, which names a program and has none started.
+        if policy.is_program() {
             return Ok(policy.to_string());
         }
         let pinned = self.policies.pin(&policy);
@@ -499,11 +500,11 @@ impl System for CartPole {
         }
     }
 
-    fn is_program(&self, node: &str, text: &str) -> bool {
+    fn is_program(&self, node: &str, text: &str, looks: bool) -> bool {
         let policy: Option<PolicySpec> = text.parse().ok().filter(|_| node == POLICY);
         policy.is_some_and(|policy| {
-            let loaded = || policy.load().is_ok_and(|loaded| loaded.spec().is_program());
-            policy.is_program() || loaded()
+            let found = || policy.load().is_ok_and(|loaded| loaded.spec().is_program());
+            policy.is_program() || looks && found()
         })
     }
 

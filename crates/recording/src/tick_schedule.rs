@@ -26,7 +26,7 @@ pub struct TickSchedule {
 impl TickSchedule {
     /// The schedule of `node` in a run with this `setup` and these `events`.
     pub fn new(node: &NodeTopology, setup: &Setup, events: &[Event]) -> Self {
-        let turned = events.iter().filter_map(Event::knob);
+        let turned = events.iter().filter_map(Event::change);
         let turned: Vec<_> = turned
             .filter(|timed| timed.knob.target() == node.name)
             .collect();

@@ -69,6 +69,9 @@ fn check(program: &Program, recording: &Recording) -> Result<(), String> {
             None => format!("this is a recording of the system {of}: expected one of {expected}"),
         });
     }
+    if let Some(knob) = recording.program_in_disguise(system) {
+        return Err(format!("{knob}: a recording starts no program"));
+    }
     if let Some(defect) = recording.defect() {
         return Err(format!("{defect}; expected a whole recording"));
     }

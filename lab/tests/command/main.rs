@@ -10,6 +10,8 @@ mod help;
 mod like;
 mod outputs;
 mod picture;
+#[cfg(unix)]
+mod programs;
 mod recordings;
 mod run;
 #[path = "../support/mod.rs"]

@@ -84,10 +84,8 @@ fn make(
         let recorded = RecordedPolicy::new(spec.name(), answers.clone(), outside.horizon);
         return Ok((Box::new(recorded), spec.to_string()));
     }
-    if spec
-        .program()
-        .is_some_and(|digest| !cache.knows_program(digest))
-    {
+    let is_named = |digest| cache.knows_program(digest);
+    if spec.is_program() && !spec.program().is_some_and(is_named) {
         let why = "no recording or log starts a program: name one with this content by its path \
                    alone";
         return Err(error(why.to_owned()));

@@ -94,7 +94,7 @@ fn changes(events: &[Event], mode: impl Fn(&Command) -> Option<String>) -> Vec<(
 
 /// When `node` crashed, hung and ran again.
 fn faults(node: &str, events: &[Event]) -> Vec<(Time, &'static str)> {
-    let knobs = events.iter().filter_map(Event::knob);
+    let knobs = events.iter().filter_map(Event::change);
     let changes = knobs.filter(|timed| timed.knob.target() == node);
     let changes = changes.flat_map(|timed| match timed.knob {
         Knob::Crash { .. } => vec![(timed.at, CRASHED)],

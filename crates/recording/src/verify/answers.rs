@@ -1,6 +1,9 @@
 //! What programs answered in a recorded run.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
 
 use ratelab::{Command, EventKind, Knob};
 use ratelab_study::system::{AnswersOfNodes, RecordedAnswers, System};
@@ -8,9 +11,18 @@ use ratelab_study::system::{AnswersOfNodes, RecordedAnswers, System};
 use crate::recorded::Recording;
 
 impl Recording {
-    /// The programs that a message names, each with its node. Whoever makes a recording may name
-    /// any: run again, it starts none that was not named here as well.
-    pub fn programs<'a>(&'a self, system: &'a dyn System) -> impl Iterator<Item = &'a Knob> {
+    /// Whoever makes a recording may name any file. That of a program is recorded in a form that
+    /// starts none; this is one in another form, made by hand.
+    pub fn program_in_disguise(&self, system: &dyn System) -> Option<&Knob> {
+        let mut messages = self.messages_to_nodes();
+        messages.find_map(|(knob, [node, text])| {
+            let is_one = |looks| system.is_program(node, text, looks);
+            (is_one(true) && !is_one(false)).then_some(knob)
+        })
+    }
+
+    /// The texts that its nodes were sent, each with the name of the node.
+    fn messages_to_nodes(&self) -> impl Iterator<Item = (&Knob, [&str; 2])> {
         let config = &self.origin.config;
         let timed = config.knobs.iter().map(|timed| &timed.knob);
         let turned = self
@@ -21,19 +33,21 @@ impl Recording {
                 _ => None,
             });
         let knobs = config.setup.iter().chain(timed).chain(turned);
-        knobs.filter(move |knob| match knob {
-            Knob::Send { node, text } => system.is_program(node, text),
-            _ => false,
+        knobs.filter_map(|knob| match knob {
+            Knob::Send { node, text } => Some((knob, [&**node, &**text])),
+            _ => None,
         })
     }
 
     /// What the programs behind its nodes answered. Nodes without a recorded tick have no answers.
     pub(super) fn answers(&self, system: &dyn System) -> AnswersOfNodes {
-        let nodes = self.programs(system).filter_map(|knob| {
-            let node = knob.target();
-            Some((node.to_owned(), Arc::new(self.answers_of(node)?)))
-        });
-        nodes.collect()
+        let messages = self.messages_to_nodes();
+        let programs = messages.filter(|(_, [node, text])| system.is_program(node, text, false));
+        let nodes: BTreeSet<&str> = programs.map(|(_, [node, _])| node).collect();
+        let answers = nodes
+            .into_iter()
+            .filter_map(|node| Some((node.to_owned(), Arc::new(self.answers_of(node)?))));
+        answers.collect()
     }
 
     /// By the start of its tick the message that `node` published in it, or why it crashed.

@@ -207,11 +207,12 @@ pub trait System: Send + Sync + 'static {
         self.inner()?.file(node, text)
     }
 
-    /// Whether a message to `node` names a program, which runs in a process of its own. The
-    /// recordable form of such a message says so without the file, see [`System::resolve`].
-    fn is_program(&self, node: &str, text: &str) -> bool {
-        self.inner()
-            .is_some_and(|inner| inner.is_program(node, text))
+    /// Whether a message to `node` names a program, which runs in a process of its own: as
+    /// the recordable form of the message says (see [`System::resolve`]), or the file of that name
+    /// if the system `looks` at it.
+    fn is_program(&self, node: &str, text: &str, looks: bool) -> bool {
+        let inner = self.inner();
+        inner.is_some_and(|inner| inner.is_program(node, text, looks))
     }
 
     /// Defects of a run with `setup` that are known before it begins, each with a remedy.

@@ -1,0 +1,220 @@
+//! Policies in programs of their own: what they answer, how they die, and who may start them.
+
+use std::{
+    fs,
+    os::unix::fs::PermissionsExt,
+    process::{Command, Stdio},
+    thread,
+    time::Duration,
+};
+
+use crate::support::{Folder, send};
+
+/// Reads the greeting, and is ready to answer with actions.
+const READY: &str = "import json, os, sys, time
+def say(line): print(line, flush=True)
+sys.stdin.readline()
+say('{\"ready\":\"actions\",\"limit_s\":20}')
+";
+
+/// Answers each question, the tenth in its own way.
+const ANSWERS: &str = "for n, line in enumerate(sys.stdin):
+    id = json.loads(line)['id']
+    if n == 9: TENTH
+    say(json.dumps({'id': id, 'action': 0.1}))
+";
+
+fn script(folder: &Folder, name: &str, code: &str) {
+    folder.write(name, format!("#!/usr/bin/env python3\n{code}"));
+    let executable = fs::Permissions::from_mode(0o755);
+    fs::set_permissions(folder.path(name), executable).expect("a mode");
+}
+
+/// A policy that answers its tenth question like this.
+fn tenth(folder: &Folder, code: &str) {
+    let answers = ANSWERS.replace("TENTH", code);
+    script(folder, "policy.py", &format!("{READY}{answers}"));
+}
+
+#[test]
+fn the_scripted_policy_in_python_gives_the_bytes_of_the_built_in_one() {
+    let folder = Folder::with(&["policies/balance.py"]);
+    for setup in [
+        "",
+        "--world own --control-hz 20 --think-ms 30",
+        "--world own --chunk 20",
+    ] {
+        let run = format!("run --clock virtual --duration-s 3 {setup} --csv");
+        folder.says(&format!("{run} built-in.csv"));
+        for file in ["first.csv", "again.csv"] {
+            folder.says(&format!("{run} {file} --policy balance.py"));
+            assert_eq!(folder.read(file), folder.read("built-in.csv"), "{setup}");
+        }
+    }
+}
+
+#[test]
+fn a_policy_that_plans_its_chunks_balances_where_one_that_holds_falls() {
+    let folder = Folder::with(&["policies/chunks.py"]);
+    let run = "run --clock virtual --world own --chunk 50 --think-ms 300 --control-hz 3 \
+               --expect-delay 300 --plan";
+    folder
+        .says(&format!("{run} committed --policy ./chunks.py"))
+        .has("BALANCED");
+    folder
+        .says(&format!("{run} hold --policy scripted"))
+        .has("FELL");
+    let run = "run --clock virtual --policy ./chunks.py";
+    folder.fails(run, 2).0.has("give --chunk H");
+}
+
+#[test]
+fn what_kills_a_policy_is_said_and_its_recording_is_verified_without_it() {
+    let folder = Folder::new();
+    let run = "run --clock virtual --world own --duration-s 0.5 --policy ./policy.py";
+    for (code, said) in [
+        ("os.kill(os.getpid(), 9)", "was ended by signal 9"),
+        ("sys.exit(3)", "ended with exit code 3"),
+        (
+            "raise ValueError('no such joint')",
+            "saying \"ValueError: no such joint\"",
+        ),
+        (
+            "say('hello')",
+            "answered \"hello\": expected {\"id\":10,\"action\":0.5}",
+        ),
+        (
+            "say('{\"id\":9,\"action\":0}')",
+            "answered question 9 where 10 was asked",
+        ),
+        ("say('{\"id\":10,\"action\":NaN}')", "expected {\"id\":10"),
+        ("say('x' * 70000)", "a line of more than 64 KiB"),
+        ("os.write(1, b'\\xff\\n')", "bytes that are no text"),
+    ] {
+        tenth(&folder, code);
+        let printed = folder.says(&format!("{run} --record run.rrd"));
+        printed.has("crashed   0.180 s: policy crashed: policy.py ");
+        printed.has(said).has("\"restart policy\" starts it again");
+        fs::remove_file(folder.path("policy.py")).expect("removed");
+        folder.says("verify run.rrd").has("identical");
+        folder.says("info run.rrd").has(said);
+        fs::remove_file(folder.path("run.rrd")).expect("removed");
+    }
+}
+
+#[test]
+fn a_policy_that_is_silent_is_ended_at_its_limit_and_can_be_started_again() {
+    let folder = Folder::new();
+    let answers = ANSWERS.replace("TENTH", "time.sleep(3600)");
+    let ready = READY
+        .replace("20}", "0.2}")
+        .replace("import", "import signal,");
+    script(&folder, "policy.py", &format!("{ready}{answers}"));
+    folder.write("again.knobs", "0.3 restart policy\n");
+    let run = "run --clock virtual --world own --duration-s 0.6 --knobs again.knobs";
+    // A busy machine may be late with any answer.
+    let printed = folder.says(&format!("{run} --policy ./policy.py"));
+    printed.has("policy.py gave no answer for 0.2 s, and was ended");
+    printed.has("knob      0.3 restart policy");
+}
+
+#[test]
+fn a_policy_that_is_not_ready_is_bad_input() {
+    let folder = Folder::new();
+    for (code, said) in [
+        ("", "policy.py: ended with exit code 0"),
+        ("import nosuch", "No module named 'nosuch'"),
+        (
+            "print('hello')",
+            "answered \"hello\": expected {\"ready\":\"actions\"}",
+        ),
+        (
+            "print('{\"ready\":\"chunks\"}')",
+            "it answers with chunks: give --chunk H",
+        ),
+    ] {
+        script(&folder, "policy.py", code);
+        folder.fails("run --policy ./policy.py", 2).0.has(said);
+    }
+    for (content, mode, said) in [
+        (
+            "#!/no/such/python\n",
+            0o755,
+            "the interpreter in its first line is missing",
+        ),
+        ("#!/usr/bin/env nosuch\n", 0o755, "ended with exit code 127"),
+        ("print(1)\n", 0o755, "has no first line #!"),
+        (
+            "#!/usr/bin/env python3\n",
+            0o644,
+            "not executable: chmod +x ./policy.py",
+        ),
+        ("print(1)\n", 0o644, "policy.py"),
+    ] {
+        folder.write("policy.py", content);
+        let mode = fs::Permissions::from_mode(mode);
+        fs::set_permissions(folder.path("policy.py"), mode).expect("a mode");
+        folder.fails("run --policy ./policy.py", 2).0.has(said);
+    }
+}
+
+#[test]
+fn a_recording_starts_no_program_that_is_not_named_here() {
+    let folder = Folder::with(&["policies/balance.py"]);
+    let says = "open('started', 'w')\n";
+    let balance =
+        folder
+            .read("balance.py")
+            .replacen("import json", &format!("{says}import json"), 1);
+    folder.write("balance.py", balance.replacen("open", "\nopen", 1));
+    folder.says("run --duration-s 0.2 --policy ./balance.py --record run.rrd");
+    fs::remove_file(folder.path("started")).expect("it was started");
+    for (line, code) in [
+        ("verify run.rrd", 0),
+        ("verify --perturb run.rrd", 0),
+        ("info run.rrd", 0),
+        ("branch run.rrd --at 0.1 --knob 'takes policy 1'", 2),
+        ("run --like run.rrd", 2),
+    ] {
+        let output = folder.does(line);
+        assert_eq!(output.status.code(), Some(code), "{line}: {output:?}");
+        assert!(!folder.path("started").exists(), "{line}");
+    }
+    for line in [
+        "verify run.rrd --ask-policy balance.py",
+        "branch run.rrd --at 0.1 --knob 'policy balance.py'",
+        "run --like run.rrd --policy balance.py",
+    ] {
+        folder.says(line);
+        fs::remove_file(folder.path("started")).unwrap_or_else(|_| panic!("{line}"));
+    }
+    folder.write("balance.py", folder.read("balance.py") + "\n");
+    let (said, _) = folder.fails("verify run.rrd --ask-policy balance.py", 1);
+    said.has("starts a program");
+}
+
+#[test]
+fn a_signal_ends_the_run_and_a_policy_that_thinks_for_an_hour() {
+    let folder = Folder::new();
+    let code = "open('pid', 'w').write(str(os.getpid()) + '\\n'); time.sleep(3600)";
+    let answers = ANSWERS.replace("TENTH", code);
+    let ready = READY.replace("20}", "7200}");
+    script(&folder, "policy.py", &format!("{ready}{answers}"));
+    for clock in ["real", "virtual"] {
+        let mut run = folder.command(&format!("run --clock {clock} --policy ./policy.py"));
+        let mut run = run.stdout(Stdio::null()).spawn().expect("ratelab starts");
+        let pid = loop {
+            let written = fs::read_to_string(folder.path("pid")).unwrap_or_default();
+            match written.strip_suffix('\n') {
+                Some(pid) => break pid.to_owned(),
+                None => thread::sleep(Duration::from_millis(1)),
+            }
+        };
+        send("-TERM", run.id());
+        let status = run.wait().expect("it ends");
+        assert_eq!(status.code(), Some(128 + 15), "{clock}");
+        let lives = Command::new("kill").args(["-0", &pid]).status();
+        assert!(!lives.expect("kill").success(), "{clock}");
+        fs::remove_file(folder.path("pid")).expect("removed");
+    }
+}
