@@ -28,7 +28,7 @@ impl PolicyFile {
     /// Parses a path with an optional digest.
     pub(super) fn parse(text: &str) -> Self {
         if let Some(program) = text.strip_prefix(PROGRAM) {
-            return Self::parse(program).as_program();
+            return Self::parse(program).into_program();
         }
         let pinned = text.rsplit_once(PIN);
         let pinned = pinned.and_then(|(path, digest)| Some((path, digest.parse().ok()?)));
@@ -47,7 +47,7 @@ impl PolicyFile {
     }
 
     /// The same file, known to be a program.
-    pub(super) fn as_program(self) -> Self {
+    pub(super) fn into_program(self) -> Self {
         let program = true;
         Self { program, ..self }
     }

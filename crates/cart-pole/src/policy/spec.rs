@@ -98,7 +98,7 @@ fn load(file: &PolicyFile) -> Result<LoadedPolicy, String> {
     let (content, digest) = file.read()?;
     let mut pinned = PolicyFile::new(file.path(), Some(digest));
     let content = if file.is_program() || program::is_program(file.path(), &content)? {
-        pinned = pinned.as_program();
+        pinned = pinned.into_program();
         SpecContent::Program(pinned.clone())
     } else if is_onnx(&content) {
         SpecContent::Graph(OnnxModel::open(&content)?)

@@ -256,7 +256,7 @@ mod tests {
         ] {
             match Answer::read(line, 7, horizon) {
                 Ok(_) => assert_eq!(wrong, "", "{line}"),
-                Err(why) => assert!(wrong != "" && why.contains(wrong), "{line}: {why}"),
+                Err(why) => assert!(!wrong.is_empty() && why.contains(wrong), "{line}: {why}"),
             }
         }
     }
