@@ -157,10 +157,7 @@ fn invalid_files_of_weights_are_refused_with_the_expected_and_actual_content() {
     made.set_len(1 << 40).expect("a terabyte of nothing");
     let half = |whole: &[u8]| whole[..whole.len() / 2].to_vec();
     let cases = [
-        (
-            "skripted".to_owned(),
-            "scripted, zero, random, lqr or a file",
-        ),
+        ("skripted".to_owned(), "scripted, zero, random, lqr, a file"),
         (folder.path().display().to_string(), "found a directory"),
         ("/dev/zero".to_owned(), "no ordinary file"),
         (huge.display().to_string(), "1099511627776 bytes"),

@@ -5,6 +5,7 @@
 
 mod cache;
 mod constant;
+mod context;
 mod error;
 mod file;
 mod interface;
@@ -20,6 +21,7 @@ mod swappable;
 
 pub use cache::PolicyCache;
 pub use constant::Zero;
+pub use context::PolicyContext;
 pub use error::PolicyError;
 pub use file::PolicyFile;
 pub use interface::{Moment, Policy};
@@ -30,7 +32,7 @@ pub use onnx::RUNS_ONNX;
 pub use program::end_programs;
 pub use random::Random;
 pub use scripted::Scripted;
-pub use spec::{LoadedPolicy, PolicyContext, PolicySpec};
+pub use spec::{LoadedPolicy, PolicySpec};
 pub use swappable::{Outside, SwappablePolicy};
 
 pub use ratelab_effects::Digest;

@@ -2,15 +2,15 @@
 
 use std::{fmt, path::Path, str::FromStr, sync::Arc};
 
-use ratelab::Hz;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Digest, Lqr, Policy, PolicyFile, PolicyKind, Random, Scripted, UnknownPolicy, Zero,
+    Digest, Lqr, Policy, PolicyContext, PolicyFile, PolicyKind, Random, Scripted, UnknownPolicy,
+    Zero,
     error::PolicyError,
     network::{Mlp, Network, read_weights},
     onnx::{OnnxModel, is_onnx},
-    program::{self, Program},
+    program::{self, ProgramPolicy},
 };
 
 /// The choice of a policy. As text: the name of a built-in policy, or else the path of a
@@ -136,18 +136,6 @@ impl FromStr for PolicySpec {
     }
 }
 
-/// The inputs of a policy besides its observations.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PolicyContext {
-    /// The seed of the run.
-    pub seed: u64,
-    /// Control rate at the start of the run.
-    pub control_hz: Hz,
-    /// Number of actions that the run wants in an answer, 1 without chunks; `None` if that is
-    /// not known yet.
-    pub chunk: Option<usize>,
-}
-
 /// Checks the number of actions in a network's answers, more than one for a chunk.
 fn check_chunk(actions: usize, wanted: Option<usize>) -> Result<(), String> {
     let wants = match wanted {
@@ -201,7 +189,7 @@ impl LoadedPolicy {
                 Box::new(lqr.map_err(|why| error(why.to_string()))?)
             }
             SpecContent::Program(file) => {
-                Box::new(Program::new(self.spec.name(), file.clone(), context))
+                Box::new(ProgramPolicy::new(self.spec.name(), file.clone(), context))
             }
             SpecContent::Graph(model) => model.policy(self.spec.name()),
             SpecContent::Network(weights) => {

@@ -208,7 +208,7 @@ fn verify(recording: &Recording) -> Result<Identical, VerifyError> {
 
 /// Runs it again with `system`, unwatched.
 fn verify_with(recording: &Recording, system: &Arc<dyn System>) -> Result<Identical, VerifyError> {
-    super::verify(recording, system, super::VerifyWith::default(), |_| {
+    super::verify(recording, system, crate::VerifyWith::default(), |_| {
         ControlFlow::Continue(())
     })
 }

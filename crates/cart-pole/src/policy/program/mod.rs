@@ -13,8 +13,8 @@ use std::sync::Arc;
 pub use self::process::end_programs;
 pub(super) use self::recorded::RecordedPolicy;
 use self::{
-    process::Process,
-    protocol::{Answer, Greeting, Question, Ready},
+    process::PolicyProcess,
+    protocol::{Greeting, ProgramAnswer, ProgramQuestion, Ready},
 };
 use super::{Moment, Policy, PolicyContext, PolicyFile};
 use crate::{Action, Observation};
@@ -59,18 +59,18 @@ fn is_executable(_: &str) -> bool {
 }
 
 /// Asks a program, which runs from [`start`](Policy::start) until this is dropped.
-pub(super) struct Program {
+pub(super) struct ProgramPolicy {
     name: String,
     file: PolicyFile,
     context: PolicyContext,
-    running: Option<(Process, Ready)>,
+    running: Option<(PolicyProcess, Ready)>,
     moment: Moment,
     horizon: Option<usize>,
     asked: u64,
     crash: Option<String>,
 }
 
-impl Program {
+impl ProgramPolicy {
     pub(super) fn new(name: &str, file: PolicyFile, context: PolicyContext) -> Self {
         Self {
             name: name.to_owned(),
@@ -85,10 +85,10 @@ impl Program {
     }
 
     /// Asks about a reading.
-    fn ask(&mut self, reading: &Observation) -> Option<Answer> {
+    fn ask(&mut self, reading: &Observation) -> Option<ProgramAnswer> {
         let (process, ready) = self.running.as_mut()?;
         self.asked += 1;
-        let question = Question {
+        let question = ProgramQuestion {
             id: self.asked,
             time: self.moment.origin.as_secs_f64(),
             delay_ms: ready
@@ -99,7 +99,7 @@ impl Program {
         let answer = process.ask(&question.line(), ready.limit);
         let answer = answer.and_then(|line| {
             let horizon = self.horizon.filter(|_| ready.chunks);
-            Answer::read(&line, self.asked, horizon)
+            ProgramAnswer::read(&line, self.asked, horizon)
         });
         answer.map_err(|why| self.fail(&why)).ok()
     }
@@ -114,7 +114,7 @@ impl Program {
     }
 }
 
-impl Policy for Program {
+impl Policy for ProgramPolicy {
     fn name(&self) -> &str {
         &self.name
     }
@@ -125,7 +125,7 @@ impl Policy for Program {
             seed, control_hz, ..
         } = self.context;
         let greeting = Greeting::new(seed, control_hz.get(), horizon);
-        let mut process = Process::start(self.file.path())?;
+        let mut process = PolicyProcess::start(self.file.path())?;
         let ready = Ready::read(&process.ask(&greeting.line(), protocol::START)?)?;
         if ready.chunks && horizon.is_none() {
             return Err("it answers with chunks: give --chunk H".to_owned());
@@ -141,7 +141,7 @@ impl Policy for Program {
 
     fn act(&mut self, observation: &Observation) -> Action {
         match self.ask(observation) {
-            Some(Answer::Action(action)) => Action(action),
+            Some(ProgramAnswer::Action(action)) => Action(action),
             _ => Action::ZERO, // It crashes.
         }
     }
@@ -152,7 +152,7 @@ impl Policy for Program {
             return None;
         }
         match self.ask(reading) {
-            Some(Answer::Chunk(actions)) => Some(actions.into()),
+            Some(ProgramAnswer::Chunk(actions)) => Some(actions.into()),
             _ => Some([].into()), // It crashes.
         }
     }

@@ -43,7 +43,7 @@ pub fn end_programs() {
 type Line = Result<String, &'static str>;
 
 /// A running program, ended when this is dropped.
-pub struct Process {
+pub struct PolicyProcess {
     child: Arc<Mutex<Child>>,
     input: Option<ChildStdin>,
     lines: Receiver<Line>,
@@ -52,7 +52,7 @@ pub struct Process {
     errors_ended: Receiver<()>,
 }
 
-impl Process {
+impl PolicyProcess {
     /// Starts the program at `path`.
     ///
     /// # Errors
@@ -151,7 +151,7 @@ impl Process {
     }
 }
 
-impl Drop for Process {
+impl Drop for PolicyProcess {
     fn drop(&mut self) {
         self.end(GRACE);
     }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use crate::chunk::ACTION_PERIOD;
+use crate::CONTROL_HZ;
 
 /// How long a program may take to be ready: it may load a large network.
 pub const START: Duration = Duration::from_secs(60);
@@ -27,7 +27,7 @@ pub struct Greeting {
 
 impl Greeting {
     pub fn new(seed: u64, control_hz: f64, chunk: Option<usize>) -> Self {
-        let action_ms = 1e3 * ACTION_PERIOD.as_secs_f64();
+        let action_ms = 1e3 / CONTROL_HZ;
         Self {
             protocol: 1,
             seed,
@@ -44,7 +44,7 @@ impl Greeting {
 
 /// A question about a reading.
 #[derive(Serialize)]
-pub struct Question {
+pub struct ProgramQuestion {
     /// Its number, from 1.
     pub id: u64,
     /// Run time of the reading (s).
@@ -57,7 +57,7 @@ pub struct Question {
     pub observation: [f64; 5],
 }
 
-impl Question {
+impl ProgramQuestion {
     pub fn line(&self) -> String {
         line(self)
     }
@@ -120,7 +120,7 @@ impl Ready {
 
 /// An answer of a program.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Answer {
+pub enum ProgramAnswer {
     /// An action.
     Action(f32),
     /// A whole chunk.
@@ -135,7 +135,7 @@ struct AnswerLine {
     actions: Option<Vec<f64>>,
 }
 
-impl Answer {
+impl ProgramAnswer {
     /// Reads the answer to question number `id`: an action, or a chunk of the `horizon`.
     ///
     /// # Errors
@@ -254,7 +254,7 @@ mod tests {
             ("hello", None, "answered \"hello\""),
             ("", None, "answered \"\""),
         ] {
-            match Answer::read(line, 7, horizon) {
+            match ProgramAnswer::read(line, 7, horizon) {
                 Ok(_) => assert_eq!(wrong, "", "{line}"),
                 Err(why) => assert!(!wrong.is_empty() && why.contains(wrong), "{line}: {why}"),
             }
@@ -264,7 +264,7 @@ mod tests {
     #[test]
     fn numbers_go_both_ways_without_a_change() {
         for number in [0.1_f32, -0.0, 1e-45, f32::MAX, 0.333_333_34] {
-            let question = Question {
+            let question = ProgramQuestion {
                 id: 1,
                 time: 0.24,
                 delay_ms: None,
@@ -274,7 +274,7 @@ mod tests {
             let text = said["observation"][0].to_string();
             assert_eq!(text.parse(), Ok(f64::from(number)), "{text}");
             let answer = format!("{{\"id\":1,\"action\":{text}}}");
-            let Ok(Answer::Action(back)) = Answer::read(&answer, 1, None) else {
+            let Ok(ProgramAnswer::Action(back)) = ProgramAnswer::read(&answer, 1, None) else {
                 panic!("{answer}");
             };
             assert_eq!(back.to_bits(), number.to_bits(), "{text}");

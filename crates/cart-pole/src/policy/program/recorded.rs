@@ -1,11 +1,11 @@
 //! A program that ran when a run was recorded.
 
-use ratelab_study::system::RecordedAnswers;
 use std::sync::Arc;
 
+use ratelab_study::system::RecordedAnswers;
+
 use super::super::{Moment, Policy};
-use crate::{Action, Observation, chunk::Chunk};
-use ratelab_account::Fields;
+use crate::{Action, Observation};
 
 /// Answers as a program did when the run was recorded. An answer that was never released, for the
 /// run or the node ended before, is none that matters.
@@ -26,9 +26,14 @@ impl RecordedPolicy {
         }
     }
 
-    fn answer(&self) -> Option<&[f64]> {
-        let answer = self.answers.get(&self.moment.now)?;
-        answer.as_deref().ok()
+    /// The actions are the last numbers of the message, which is an action or a chunk.
+    fn actions(&self) -> Vec<f32> {
+        let count = self.horizon.unwrap_or(1);
+        let answer = self.answers.get(&self.moment.now);
+        let row = answer.and_then(|answer| answer.as_ref().ok());
+        let actions = row.and_then(|row| row.get(row.len().checked_sub(count)?..));
+        let actions = actions.map(|actions| actions.iter().map(|action| *action as f32).collect());
+        actions.unwrap_or_else(|| vec![0.0; count])
     }
 }
 
@@ -42,14 +47,13 @@ impl Policy for RecordedPolicy {
     }
 
     fn act(&mut self, _: &Observation) -> Action {
-        let action = self.answer().and_then(Action::from_row);
-        action.unwrap_or(Action::ZERO)
+        self.actions()
+            .first()
+            .map_or(Action::ZERO, |action| Action(*action))
     }
 
     fn chunk(&mut self, _: &Observation) -> Option<Arc<[f32]>> {
-        let chunk = self.answer().and_then(Chunk::from_row);
-        let actions = chunk.map(|chunk| chunk.actions);
-        Some(actions.unwrap_or_else(|| vec![0.0; self.horizon.unwrap_or(0)].into()))
+        Some(self.actions().into())
     }
 
     fn crash(&mut self) -> Option<String> {
