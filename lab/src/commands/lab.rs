@@ -28,6 +28,8 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
     let experiment = Experiment::new(program.system.clone(), &config)?;
     need_terminal("the lab needs a terminal to draw on", "run")?;
     let outputs = Outputs::beside_csv(&plan(&args.run, &experiment)?)?;
+    // A policy that is a program ran for the check alone.
+    drop(experiment);
     let realtime = options::realtime(&args.run.graph);
     let setup = SessionSetup {
         realtime: realtime.clone().and_then(Result::ok),

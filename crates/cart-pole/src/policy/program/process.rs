@@ -142,7 +142,6 @@ impl PolicyProcess {
             }
             if Instant::now() >= until {
                 kill(&mut child);
-                let _ = child.wait();
                 return None;
             }
             drop(child);
@@ -211,6 +210,7 @@ fn lock<T>(value: &Mutex<T>) -> MutexGuard<'_, T> {
 fn kill(child: &mut Child) {
     kill_group(child);
     let _ = child.kill(); // It may have ended.
+    let _ = child.wait();
 }
 
 /// A process group of its own: Ctrl-C in the terminal is for the lab, and what the program has
