@@ -158,7 +158,7 @@ impl Policy for OwnChunks {
         Action(-0.5)
     }
 
-    fn plan_chunk(&mut self, _: &Observation) -> Option<Vec<f32>> {
+    fn chunk_from(&mut self, _: &Observation) -> Option<Vec<f32>> {
         Some(vec![0.25, 0.5, 0.75, 1.0])
     }
 }

@@ -270,11 +270,10 @@ fn a_network_with_several_actions_is_for_chunks_of_just_so_many() {
     };
     let files = [file("one", 1), file("four", 4)];
     for [actions, chunk, found] in rows(
-        "1 | 1    | made
+        "1 | none | made
          1 | 3    | made
          4 | 4    | made
-         4 | any  | made
-         4 | 1    | its answers are chunks of 4 actions: give --chunk 4
+         4 | none | its answers are chunks of 4 actions: give --chunk 4
          4 | 3    | its answers are chunks of 4 actions, and the run wants 3: give --chunk 4",
     ) {
         let context = PolicyContext {
@@ -287,7 +286,7 @@ fn a_network_with_several_actions_is_for_chunks_of_just_so_many() {
         let made = made.map_or_else(
             |error| error.why,
             |mut policy| {
-                let answer = policy.plan_chunk(&observations()[0]);
+                let answer = policy.chunk_from(&observations()[0]);
                 let wanted = (actions == "4").then(|| vec![0.5; 4]);
                 assert_eq!(answer, wanted, "{actions}");
                 "made".to_owned()

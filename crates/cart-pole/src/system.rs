@@ -26,9 +26,7 @@ use super::{
     disturbance::Newtons,
     falls::falls,
     mujoco_version, picture,
-    policy::{
-        Outside, Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy,
-    },
+    policy::{Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy},
     table,
 };
 use crate::stability::{Rates, Weights, age_limit};
@@ -234,12 +232,8 @@ impl CartPole {
         }
         let name = text.unwrap_or(PolicyKind::Scripted.name());
         let policy: PolicySpec = name.parse().map_err(setting_error)?;
-        let settings = ChunkSettings::of(builder.setup()).ok().flatten();
-        let outside = Outside {
-            horizon: settings.map(|settings| settings.horizon.get()),
-            answers: builder.answers(POLICY),
-        };
-        let policy = SwappablePolicy::with(&policy, self.policies.clone(), context, outside);
+        let answers = builder.answers(POLICY);
+        let policy = SwappablePolicy::with(&policy, self.policies.clone(), context, answers);
         Ok(Box::new(policy.map_err(setting_error)?))
     }
 }
@@ -251,7 +245,7 @@ fn context(seed: u64, setup: &Setup) -> Result<PolicyContext, HzError> {
     Ok(PolicyContext {
         seed,
         control_hz: control_hz.map_or_else(|| Hz::new(CONTROL_HZ), Ok)?,
-        chunk: Some(chunk.map_or(1, |chunk| chunk.horizon.get())),
+        chunk: chunk.map(|chunk| chunk.horizon.get()),
     })
 }
 

@@ -99,7 +99,7 @@ impl ChunkPlanner {
             now,
             expected,
         });
-        let actions: Arc<[f32]> = match (policy.chunk(reading), self.plan) {
+        let actions: Arc<[f32]> = match (policy.whole_chunk(reading), self.plan) {
             (Some(actions), _) => actions,
             (None, PlanKind::Hold) => {
                 std::iter::repeat_n(policy.act(reading).0, self.settings.horizon.get()).collect()
@@ -138,7 +138,7 @@ impl ChunkPlanner {
                 Action(self.committed(at))
             } else {
                 let state = self.model.observe();
-                if let Some(chunk) = policy.plan_chunk(&state).filter(|chunk| !chunk.is_empty()) {
+                if let Some(chunk) = policy.chunk_from(&state).filter(|chunk| !chunk.is_empty()) {
                     actions.extend(chunk);
                     break;
                 }

@@ -9,7 +9,6 @@ pub struct PolicyContext {
     pub seed: u64,
     /// Control rate at the start of the run.
     pub control_hz: Hz,
-    /// Number of actions that the run wants in an answer, 1 without chunks; `None` if that is
-    /// not known yet.
+    /// Number of actions in a chunk; `None` for single actions.
     pub chunk: Option<usize>,
 }

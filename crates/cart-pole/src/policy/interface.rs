@@ -47,19 +47,19 @@ pub trait Policy: Send {
     /// The action for `observation`. A NaN or infinite action ends the run with a fault.
     fn act(&mut self, observation: &Observation) -> Action;
 
-    /// The actions for `observation` and the times after it, one for each 20 ms, of a policy that
-    /// answers with chunks itself; `None` for one that decides on single actions.
-    fn plan_chunk(&mut self, observation: &Observation) -> Option<Vec<f32>> {
-        let _ = observation;
+    /// The actions for `state` and the times after it, one for each 20 ms, of a policy that
+    /// answers with chunks; `None` for one that decides on single actions. Where the plan has a
+    /// model, this is the state that the model comes to.
+    fn chunk_from(&mut self, state: &Observation) -> Option<Vec<f32>> {
+        let _ = state;
         None
     }
 
-    /// Makes itself ready for a run, with chunks of `horizon` actions if it is asked for chunks.
+    /// Makes itself ready for a run.
     ///
     /// # Errors
     /// The reason if it cannot.
-    fn start(&mut self, horizon: Option<usize>) -> Result<(), String> {
-        let _ = horizon;
+    fn start(&mut self) -> Result<(), String> {
         Ok(())
     }
 
@@ -68,8 +68,8 @@ pub trait Policy: Send {
         let _ = moment;
     }
 
-    /// A whole chunk for `reading`, of a policy that plans by itself.
-    fn chunk(&mut self, reading: &Observation) -> Option<Arc<[f32]>> {
+    /// A whole chunk for `reading`, of a policy that has a model of its own.
+    fn whole_chunk(&mut self, reading: &Observation) -> Option<Arc<[f32]>> {
         let _ = reading;
         None
     }

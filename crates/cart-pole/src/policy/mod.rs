@@ -33,7 +33,7 @@ pub use program::end_programs;
 pub use random::Random;
 pub use scripted::Scripted;
 pub use spec::{LoadedPolicy, PolicySpec};
-pub use swappable::{Outside, SwappablePolicy};
+pub use swappable::SwappablePolicy;
 
 pub use ratelab_effects::Digest;
 

@@ -139,9 +139,8 @@ impl FromStr for PolicySpec {
 /// Checks the number of actions in a network's answers, more than one for a chunk.
 fn check_chunk(actions: usize, wanted: Option<usize>) -> Result<(), String> {
     let wants = match wanted {
-        None => return Ok(()),
-        Some(wanted) if actions == 1 || wanted == actions => return Ok(()),
-        Some(1) => String::new(),
+        _ if actions == 1 || wanted == Some(actions) => return Ok(()),
+        None => String::new(),
         Some(wanted) => format!(", and the run wants {wanted}"),
     };
     Err(format!(

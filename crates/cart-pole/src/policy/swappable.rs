@@ -19,16 +19,7 @@ pub struct SwappablePolicy {
     spec: String,
     context: PolicyContext,
     cache: PolicyCache,
-    outside: Outside,
-}
-
-/// What a policy that is a program is asked for.
-#[derive(Clone, Debug, Default)]
-pub struct Outside {
-    /// The number of actions in a chunk; `None` for single actions.
-    pub horizon: Option<usize>,
-    /// What it answered when the run was recorded: no program is started.
-    pub answers: Option<Arc<RecordedAnswers>>,
+    answers: Option<Arc<RecordedAnswers>>,
 }
 
 impl SwappablePolicy {
@@ -41,10 +32,10 @@ impl SwappablePolicy {
         cache: PolicyCache,
         context: PolicyContext,
     ) -> Result<Self, PolicyError> {
-        Self::with(first, cache, context, Outside::default())
+        Self::with(first, cache, context, None)
     }
 
-    /// The same; a program is asked for what is `outside`.
+    /// The same; a program is not started if its recorded `answers` are given.
     ///
     /// # Errors
     /// [`PolicyError`] if it cannot be loaded or started.
@@ -52,16 +43,16 @@ impl SwappablePolicy {
         first: &PolicySpec,
         cache: PolicyCache,
         context: PolicyContext,
-        outside: Outside,
+        answers: Option<Arc<RecordedAnswers>>,
     ) -> Result<Self, PolicyError> {
-        let (now, spec) = make(first, &cache, context, &outside)?;
+        let (now, spec) = make(first, &cache, context, answers.as_ref())?;
         Ok(Self {
             now,
             first: spec.clone(),
             spec,
             context,
             cache,
-            outside,
+            answers,
         })
     }
 }
@@ -72,16 +63,16 @@ fn make(
     spec: &PolicySpec,
     cache: &PolicyCache,
     context: PolicyContext,
-    outside: &Outside,
+    answers: Option<&Arc<RecordedAnswers>>,
 ) -> Result<(Box<dyn Policy>, String), PolicyError> {
     let error = |why| PolicyError {
         spec: spec.to_string(),
         why,
     };
     if spec.is_program()
-        && let Some(answers) = &outside.answers
+        && let Some(answers) = answers
     {
-        let recorded = RecordedPolicy::new(spec.name(), answers.clone(), outside.horizon);
+        let recorded = RecordedPolicy::new(spec.name(), answers.clone(), context.chunk);
         return Ok((Box::new(recorded), spec.to_string()));
     }
     let is_named = |digest| cache.knows_program(digest);
@@ -92,7 +83,7 @@ fn make(
     }
     let loaded = cache.fetch(spec)?;
     let mut policy = loaded.policy(context)?;
-    let started = policy.start(outside.horizon);
+    let started = policy.start();
     started.map_err(|why| PolicyError {
         spec: loaded.spec().name().to_owned(),
         why,
@@ -113,12 +104,12 @@ impl Policy for SwappablePolicy {
         self.now.act(observation)
     }
 
-    fn plan_chunk(&mut self, observation: &Observation) -> Option<Vec<f32>> {
-        self.now.plan_chunk(observation)
+    fn chunk_from(&mut self, state: &Observation) -> Option<Vec<f32>> {
+        self.now.chunk_from(state)
     }
 
-    fn chunk(&mut self, reading: &Observation) -> Option<Arc<[f32]>> {
-        self.now.chunk(reading)
+    fn whole_chunk(&mut self, reading: &Observation) -> Option<Arc<[f32]>> {
+        self.now.whole_chunk(reading)
     }
 
     fn crash(&mut self) -> Option<String> {
@@ -127,7 +118,7 @@ impl Policy for SwappablePolicy {
 
     fn swap(&mut self, name: &str) -> Result<String, String> {
         let spec: PolicySpec = name.parse().map_err(|error| format!("{error}"))?;
-        let made = make(&spec, &self.cache, self.context, &self.outside);
+        let made = make(&spec, &self.cache, self.context, self.answers.as_ref());
         let (next, spec) = made.map_err(|error| error.to_string())?;
         self.now = next;
         Ok(std::mem::replace(&mut self.spec, spec))

@@ -159,9 +159,9 @@ impl Policy for Network {
         Action(self.answer(observation)[0])
     }
 
-    fn plan_chunk(&mut self, observation: &Observation) -> Option<Vec<f32>> {
+    fn chunk_from(&mut self, state: &Observation) -> Option<Vec<f32>> {
         let chunk = self.weights.actions() > 1;
-        chunk.then(|| self.answer(observation).to_vec())
+        chunk.then(|| self.answer(state).to_vec())
     }
 }
 

@@ -65,7 +65,6 @@ pub(super) struct ProgramPolicy {
     context: PolicyContext,
     running: Option<(PolicyProcess, Ready)>,
     moment: Moment,
-    horizon: Option<usize>,
     asked: u64,
     crash: Option<String>,
 }
@@ -78,7 +77,6 @@ impl ProgramPolicy {
             context,
             running: None,
             moment: Moment::default(),
-            horizon: None,
             asked: 0,
             crash: None,
         }
@@ -98,8 +96,8 @@ impl ProgramPolicy {
         };
         let answer = process.ask(&question.line(), ready.limit);
         let answer = answer.and_then(|line| {
-            let horizon = self.horizon.filter(|_| ready.chunks);
-            ProgramAnswer::read(&line, self.asked, horizon)
+            let actions = self.context.chunk.filter(|_| ready.chunks);
+            ProgramAnswer::read(&line, self.asked, actions)
         });
         answer.map_err(|why| self.fail(&why)).ok()
     }
@@ -119,18 +117,14 @@ impl Policy for ProgramPolicy {
         &self.name
     }
 
-    fn start(&mut self, horizon: Option<usize>) -> Result<(), String> {
+    fn start(&mut self) -> Result<(), String> {
         self.file.read()?;
-        let PolicyContext {
-            seed, control_hz, ..
-        } = self.context;
-        let greeting = Greeting::new(seed, control_hz.get(), horizon);
+        let greeting = Greeting::new(self.context);
         let mut process = PolicyProcess::start(self.file.path())?;
         let ready = Ready::read(&process.ask(&greeting.line(), protocol::START)?)?;
-        if ready.chunks && horizon.is_none() {
+        if ready.chunks && self.context.chunk.is_none() {
             return Err("it answers with chunks: give --chunk H".to_owned());
         }
-        self.horizon = horizon;
         self.running = Some((process, ready));
         Ok(())
     }
@@ -146,7 +140,7 @@ impl Policy for ProgramPolicy {
         }
     }
 
-    fn chunk(&mut self, reading: &Observation) -> Option<Arc<[f32]>> {
+    fn whole_chunk(&mut self, reading: &Observation) -> Option<Arc<[f32]>> {
         let (_, ready) = self.running.as_ref()?;
         if !ready.chunks {
             return None;

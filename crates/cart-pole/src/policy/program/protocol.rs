@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
+use super::super::PolicyContext;
 use crate::CONTROL_HZ;
 
 /// How long a program may take to be ready: it may load a large network.
@@ -26,14 +27,13 @@ pub struct Greeting {
 }
 
 impl Greeting {
-    pub fn new(seed: u64, control_hz: f64, chunk: Option<usize>) -> Self {
-        let action_ms = 1e3 / CONTROL_HZ;
+    pub fn new(context: PolicyContext) -> Self {
         Self {
             protocol: 1,
-            seed,
-            control_hz,
-            chunk,
-            action_ms,
+            seed: context.seed,
+            control_hz: context.control_hz.get(),
+            chunk: context.chunk,
+            action_ms: 1e3 / CONTROL_HZ,
         }
     }
 

@@ -12,23 +12,23 @@ use crate::{Action, Observation};
 pub struct RecordedPolicy {
     name: String,
     answers: Arc<RecordedAnswers>,
-    horizon: Option<usize>,
+    chunk: Option<usize>,
     moment: Moment,
 }
 
 impl RecordedPolicy {
-    pub fn new(name: &str, answers: Arc<RecordedAnswers>, horizon: Option<usize>) -> Self {
+    pub fn new(name: &str, answers: Arc<RecordedAnswers>, chunk: Option<usize>) -> Self {
         Self {
             name: name.to_owned(),
             answers,
-            horizon,
+            chunk,
             moment: Moment::default(),
         }
     }
 
     /// The actions are the last numbers of the message, which is an action or a chunk.
     fn actions(&self) -> Vec<f32> {
-        let count = self.horizon.unwrap_or(1);
+        let count = self.chunk.unwrap_or(1);
         let answer = self.answers.get(&self.moment.now);
         let row = answer.and_then(|answer| answer.as_ref().ok());
         let actions = row.and_then(|row| row.get(row.len().checked_sub(count)?..));
@@ -52,7 +52,7 @@ impl Policy for RecordedPolicy {
             .map_or(Action::ZERO, |action| Action(*action))
     }
 
-    fn chunk(&mut self, _: &Observation) -> Option<Arc<[f32]>> {
+    fn whole_chunk(&mut self, _: &Observation) -> Option<Arc<[f32]>> {
         Some(self.actions().into())
     }
 
