@@ -11,7 +11,7 @@ use super::{
     message::CHUNK,
     settings::{ChunkSettings, ExpectedDelay, Merge, PlanKind, PlayKind},
 };
-use crate::{CONTROL_HZ, OBS, POLICY};
+use crate::{CONTROL_HZ, OBS, POLICY, policy::PolicySpec};
 
 /// The quantile of the costs that a chunk is to outlast.
 const USUAL: f64 = 0.99;
@@ -25,14 +25,16 @@ struct ChunkTimes {
     /// From one chunk to the next, the player's wait included.
     period: Duration,
     loses: bool,
+    /// Whether the policy is a program, whose cost the real clock measures.
+    is_unknown: bool,
 }
 
 impl ChunkTimes {
     fn of(setup: &Setup, settings: &ChunkSettings) -> Self {
+        let takes = setup
+            .iter()
+            .find(|knob| matches!(knob, Knob::Takes { .. }) && knob.target() == POLICY);
         let cost = |u| {
-            let takes = setup
-                .iter()
-                .find(|knob| matches!(knob, Knob::Takes { .. }) && knob.target() == POLICY);
             let draw = takes.and_then(|knob| draw(knob).ok().flatten());
             draw.filter(|draw| draw.missing().is_none())
                 .map_or(Duration::ZERO, |draw| draw.at(u))
@@ -58,6 +60,7 @@ impl ChunkTimes {
             cost: [cost(0.5), most],
             links: [delay(CHUNK), delay(OBS)],
             period,
+            is_unknown: takes.is_none() && is_program(setup),
             loses: link(CHUNK).is_some_and(|link| link.loss > 0.0 || link.burst.is_some()),
         }
     }
@@ -71,6 +74,15 @@ impl ChunkTimes {
     fn oldest(&self) -> Duration {
         self.period + self.cost[1] + self.links[0] + self.links[1]
     }
+}
+
+fn is_program(setup: &Setup) -> bool {
+    let policy = setup.message(POLICY);
+    policy.is_some_and(|policy| {
+        policy
+            .parse()
+            .is_ok_and(|policy: PolicySpec| policy.is_program())
+    })
 }
 
 /// Milliseconds, to a tenth.
@@ -116,7 +128,7 @@ fn too_short(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String> {
 
 /// The policy plans for another delay than the one that is set.
 fn unexpected(settings: &ChunkSettings, times: &ChunkTimes) -> Option<String> {
-    if settings.plan != PlanKind::Committed {
+    if settings.plan != PlanKind::Committed || times.is_unknown {
         return None;
     }
     let (delay, cost) = (times.delay(), times.cost[0]);
