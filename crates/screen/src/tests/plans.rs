@@ -66,7 +66,8 @@ fn a_fall_by_plans_has_their_cure() {
     for (knobs, why) in [
         (
             "chunk 50, plan rollout",
-            "its rollout plans miss what is played meanwhile. :set policy plan committed mends it",
+            "the policy's rollout plans miss what is played meanwhile. :set policy plan committed \
+             mends it",
         ),
         (
             "chunk 12, plan committed",
@@ -75,19 +76,17 @@ fn a_fall_by_plans_has_their_cure() {
         ),
         (
             "chunk 12, plan rollout",
-            "the age arose in the policy: its rollout plans miss what is played meanwhile. :set \
-             policy plan committed, too, mends it",
+            "the policy's rollout plans miss what is played meanwhile. :set policy plan committed, \
+             too, mends it",
         ),
         (
             "chunk 50, merge ensemble:0.01, think-ms none, control-hz 50",
-            "by merge ensemble:0.01 it averages plans, old ones too. :set player merge newest mends \
-             it",
+            "merge ensemble:0.01 averages old plans. :set player merge newest mends it",
         ),
         (
             "chunk 50, merge ensemble:0.01",
-            "averages plans, old ones too. :set player merge newest takes 48 of 343 ms away the age \
-             arose in the policy: its rollout plans miss what is played meanwhile. :set policy plan \
-             committed, too, mends it",
+            "averages old plans. :set player merge newest takes 48 of 343 ms away the policy's \
+             rollout plans miss what is played meanwhile. :set policy plan committed, too, mends it",
         ),
         (
             "chunk 50, plan committed, expect-delay 60",
@@ -103,7 +102,7 @@ fn a_fall_by_plans_has_their_cure() {
         ),
         (
             "chunk 50, plan committed, play arrival",
-            "by play arrival it is late for what is meant for now. :set player play time mends it",
+            "play arrival plays late what was meant for now. :set player play time mends it",
         ),
         (
             "chunk 50, plan committed, disturb 3",
