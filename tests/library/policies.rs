@@ -282,7 +282,9 @@ fn a_network_with_several_actions_is_for_chunks_of_just_so_many() {
             chunk: chunk.parse().ok(),
         };
         let loaded = spec(&files[usize::from(actions == "4")]).load();
-        let made = loaded.expect("weights").policy(context);
+        let loaded = loaded.expect("weights");
+        let checked = loaded.check_chunk(context.chunk);
+        let made = checked.and_then(|()| loaded.policy(context));
         let made = made.map_or_else(
             |error| error.why,
             |mut policy| {

@@ -458,18 +458,22 @@ impl System for CartPole {
         if node != POLICY {
             return Ok(text.to_owned());
         }
-        let mut context = context(seed, setup).map_err(|error| error.to_string())?;
-        // Without chunks here a sweep may still have them as an axis.
-        context.chunk = context.chunk.filter(|actions| *actions > 1);
+        let context = context(seed, setup).map_err(|error| error.to_string())?;
         let policy: PolicySpec = text.parse().map_err(|error| format!("{error}"))?;
         // As in a log, which names a program and has none started.
         if policy.is_program() {
             return Ok(policy.to_string());
         }
-        let pinned = self.policies.pin(&policy);
-        // The node would refuse a policy that cannot be created.
-        let made = pinned.and_then(|pinned| pinned.policy(context).map(|_| pinned));
-        let pinned = made.map_err(|error| error.to_string())?;
+        let pinned = self.policies.pin(&policy).and_then(|pinned| {
+            // The node would refuse a policy that cannot be created.
+            pinned.policy(context)?;
+            // Without chunks here a sweep may still have them as an axis.
+            if context.chunk.is_some() {
+                pinned.check_chunk(context.chunk)?;
+            }
+            Ok(pinned)
+        });
+        let pinned = pinned.map_err(|error| error.to_string())?;
         Ok(pinned.spec().to_string())
     }
 

@@ -169,32 +169,44 @@ impl LoadedPolicy {
         &self.spec
     }
 
+    /// Checks that its answers are those of a run with `chunk` actions in each, if any.
+    ///
+    /// # Errors
+    /// [`PolicyError`] if a network answers with other chunks.
+    pub fn check_chunk(&self, chunk: Option<usize>) -> Result<(), PolicyError> {
+        let SpecContent::Network(weights) = &self.content else {
+            return Ok(());
+        };
+        check_chunk(weights.actions(), chunk).map_err(|why| self.error(why))
+    }
+
     /// Creates the policy in its initial state.
     ///
     /// # Errors
-    /// [`PolicyError`] if the regulator cannot be computed for the control rate, or a network's
-    /// chunks are not those of the run.
+    /// [`PolicyError`] if the regulator cannot be computed for the control rate.
     pub fn policy(&self, context: PolicyContext) -> Result<Box<dyn Policy>, PolicyError> {
-        let error = |why: String| PolicyError {
-            spec: self.spec.name().to_owned(),
-            why,
-        };
         Ok(match &self.content {
             SpecContent::BuiltIn(PolicyKind::Scripted) => Box::new(Scripted),
             SpecContent::BuiltIn(PolicyKind::Zero) => Box::new(Zero),
             SpecContent::BuiltIn(PolicyKind::Random) => Box::new(Random::new(context.seed)),
             SpecContent::BuiltIn(PolicyKind::Lqr) => {
                 let lqr = Lqr::at(context.control_hz);
-                Box::new(lqr.map_err(|why| error(why.to_string()))?)
+                Box::new(lqr.map_err(|why| self.error(why.to_string()))?)
             }
             SpecContent::Program(file) => {
                 Box::new(ProgramPolicy::new(self.spec.name(), file.clone(), context))
             }
             SpecContent::Graph(model) => model.policy(self.spec.name()),
             SpecContent::Network(weights) => {
-                check_chunk(weights.actions(), context.chunk).map_err(error)?;
                 Box::new(Network::new(self.spec.name(), weights.clone()))
             }
         })
+    }
+
+    pub(super) fn error(&self, why: String) -> PolicyError {
+        PolicyError {
+            spec: self.spec.name().to_owned(),
+            why,
+        }
     }
 }

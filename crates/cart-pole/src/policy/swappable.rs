@@ -82,12 +82,9 @@ fn make(
         return Err(error(why.to_owned()));
     }
     let loaded = cache.fetch(spec)?;
+    loaded.check_chunk(context.chunk)?;
     let mut policy = loaded.policy(context)?;
-    let started = policy.start();
-    started.map_err(|why| PolicyError {
-        spec: loaded.spec().name().to_owned(),
-        why,
-    })?;
+    policy.start().map_err(|why| loaded.error(why))?;
     Ok((policy, loaded.spec().to_string()))
 }
 
