@@ -132,7 +132,8 @@ impl Reading {
             }
             // A single message or tick has no effect in the long run, and the newest
             // message is read from a queue of any depth.
-            _ => {}
+            Knob::Lose { .. } | Knob::Postpone { .. } | Knob::Hang { .. } => {}
+            Knob::Depth { .. } | Knob::Read { .. } | Knob::Parameter { .. } => {}
         }
         Some(())
     }
