@@ -60,7 +60,7 @@
 //! | a log of what the clocks of the threads answered | [`Journal`] | `crates/replay` |
 //! | another clock | [`Clock`]; [`TaskSets`] have the nodes meanwhile | `crates/real-clock`, `crates/replay` |
 //! | another order of the turns of [`Shared`] values | [`TurnFollower`] | `crates/replay` |
-//! | another knob | a variant of [`Knob`]; the compiler names what else it needs | `link` in `control/knob.rs`, turned in `crates/effects/src/links/channel.rs`; one of a node in `crates/effects/src/nodes/task.rs` |
+//! | another knob | a row of the table in `control/knob.rs`; the compiler names who else must know it | `link` there, turned in `crates/effects/src/links/channel.rs`; one of a node in `crates/effects/src/nodes/task.rs` |
 //!
 //! # How a run goes
 //!

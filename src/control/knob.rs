@@ -3,7 +3,6 @@
 use std::{borrow::Cow, fmt, str::FromStr, time::Duration};
 
 use serde::{Deserialize, Serialize};
-use strum::{EnumDiscriminants, EnumMessage, VariantArray};
 use thiserror::Error;
 
 use super::millis;
@@ -12,119 +11,185 @@ use crate::{
     time::{Hz, HzError, Time},
 };
 
-/// A setting of a node or topic of a graph. As text `rate NODE HZ`, `depth TOPIC N`,
-/// `send NODE TEXT` and so on; see [`KnobKind::usage`]. The value of an effect that has many
-/// forms is text here: what it means is known to those who give the effect, such as
-/// `crates/effects`.
-///
-/// ```
-/// use ratelab::{Hz, Knob};
-///
-/// let knob: Knob = "rate planner 10".parse()?;
-/// assert_eq!(knob, Knob::Rate { node: "planner".to_owned(), hz: Hz::new(10.0)? });
-/// assert_eq!(knob.to_string(), "rate planner 10");
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, EnumDiscriminants)]
-#[strum_discriminants(
-    name(KnobKind),
-    derive(EnumMessage, VariantArray),
-    doc = "The kinds of knobs, for lists and completion; each with the syntax of its text."
-)]
-pub enum Knob {
+/// Makes [`Knob`] and [`KnobKind`] of a table, a row for each knob: its documentation, its name,
+/// the syntax of its text, and its fields. The first field is whose it is. The others are its
+/// value, a word of the text each; the last one is the rest of the text.
+macro_rules! knobs {
+    ($(
+        $(#[$about:meta])*
+        $name:ident = $usage:literal {
+            $(#[$about_target:meta])* $target:ident: String,
+            $($(#[$about_field:meta])* $field:ident: $type:ty,)*
+        }
+    )+) => {
+        /// A setting of a node or topic of a graph. As text `rate NODE HZ`, `depth TOPIC N`,
+        /// `send NODE TEXT` and so on; see [`KnobKind::usage`]. The value of an effect that has
+        /// many forms is text here: what it means is known to those who give the effect, such as
+        /// `crates/effects`.
+        ///
+        /// ```
+        /// use ratelab::{Hz, Knob};
+        ///
+        /// let knob: Knob = "rate planner 10".parse()?;
+        /// assert_eq!(knob, Knob::Rate { node: "planner".to_owned(), hz: Hz::new(10.0)? });
+        /// assert_eq!(knob.to_string(), "rate planner 10");
+        /// # Ok::<(), Box<dyn std::error::Error>>(())
+        /// ```
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        pub enum Knob {
+            $(
+                $(#[$about])*
+                $name {
+                    $(#[$about_target])* $target: String,
+                    $($(#[$about_field])* $field: $type,)*
+                },
+            )+
+        }
+
+        /// The kinds of knobs, for lists and completion; each with the syntax of its text.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum KnobKind {
+            $(#[doc = concat!("`", $usage, "`")] $name,)+
+        }
+
+        impl KnobKind {
+            /// All kinds.
+            pub const ALL: [Self; [$($usage),+].len()] = [$(Self::$name),+];
+
+            /// The syntax of the knob's text: its name, whose it is, and its value.
+            pub fn usage(self) -> &'static str {
+                match self {
+                    $(Self::$name => $usage,)+
+                }
+            }
+
+            /// For each part of its value whether it may contain spaces.
+            fn parts(self) -> &'static [bool] {
+                match self {
+                    $(Self::$name => &[$(<$type>::IS_TEXT),*],)+
+                }
+            }
+
+            /// The knob of this kind for `target`, with the parts of its value.
+            #[allow(unused_mut, unused_variables, reason = "some knobs have no value")]
+            fn with(self, target: String, mut parts: Parts<'_>) -> Result<Knob, KnobError> {
+                Ok(match self {
+                    $(Self::$name => Knob::$name {
+                        $target: target,
+                        $($field: parts.next()?,)*
+                    },)+
+                })
+            }
+        }
+
+        impl Knob {
+            /// Kind of the knob.
+            pub fn kind(&self) -> KnobKind {
+                match self {
+                    $(Self::$name { .. } => KnobKind::$name,)+
+                }
+            }
+
+            /// Name of its node or topic.
+            pub fn target(&self) -> &str {
+                match self {
+                    $(Self::$name { $target, .. } => $target,)+
+                }
+            }
+
+            /// The parts of its value as text.
+            fn texts(&self) -> Vec<String> {
+                match self {
+                    $(Self::$name { $($field,)* .. } => vec![$($field.to_text()),*],)+
+                }
+            }
+        }
+    };
+}
+
+knobs! {
     /// Rate of a node.
     #[serde(rename = "SetRate")]
-    #[strum_discriminants(strum(message = "rate NODE HZ"))]
-    Rate {
+    Rate = "rate NODE HZ" {
         /// The node's name.
         node: String,
         /// Its rate.
         hz: Hz,
-    },
+    }
     /// Queue depth of a topic.
     #[serde(rename = "SetDepth")]
-    #[strum_discriminants(strum(message = "depth TOPIC N"))]
-    Depth {
+    Depth = "depth TOPIC N" {
         /// The topic's name.
         topic: String,
         /// Its depth.
         depth: Depth,
-    },
+    }
     /// A message to a node, which interprets it; see
     /// [`Node::on_message`](crate::Node::on_message).
     #[serde(rename = "Tell")]
-    #[strum_discriminants(strum(message = "send NODE TEXT"))]
-    Send {
+    Send = "send NODE TEXT" {
         /// The node's name.
         node: String,
         /// The message.
         #[serde(rename = "what")]
         text: String,
-    },
+    }
     /// A parameter of a node by its name; see
     /// [`Node::set_parameter`](crate::Node::set_parameter).
-    #[strum_discriminants(strum(message = "set NODE NAME VALUE"))]
-    Parameter {
+    Parameter = "set NODE NAME VALUE" {
         /// The node's name.
         node: String,
         /// The parameter's name.
         name: String,
         /// Its value, as text.
         value: String,
-    },
+    }
     /// The duration of a node's ticks: a tick that starts at `s` reads at `s`, and
     /// publishes or applies its results at `s + cost`.
-    #[strum_discriminants(strum(message = "takes NODE SPEC"))]
-    Takes {
+    Takes = "takes NODE SPEC" {
         /// The node's name.
         node: String,
         /// Their duration, as text.
         spec: String,
-    },
+    }
     /// Offset of a node's due times from run time zero.
-    #[strum_discriminants(strum(message = "offset NODE MS"))]
-    Offset {
+    Offset = "offset NODE MS" {
         /// The node's name.
         node: String,
         /// The offset.
         #[serde(rename = "ms", with = "millis")]
         offset: Duration,
-    },
+    }
     /// Lateness of a node's ticks in virtual time.
-    #[strum_discriminants(strum(message = "wakes NODE SPEC"))]
-    Wakes {
+    Wakes = "wakes NODE SPEC" {
         /// The node's name.
         node: String,
         /// The lateness, as text.
         spec: String,
-    },
+    }
     /// The link from the publishers of a topic to its readers.
-    #[strum_discriminants(strum(message = "link TOPIC SPEC"))]
-    Link {
+    Link = "link TOPIC SPEC" {
         /// The topic's name.
         topic: String,
         /// The link, as text.
         spec: String,
-    },
+    }
     /// The read order of a topic.
-    #[strum_discriminants(strum(message = "read TOPIC newest|oldest"))]
-    Read {
+    Read = "read TOPIC newest|oldest" {
         /// The topic's name.
         topic: String,
         /// The order.
         order: ReadOrder,
-    },
+    }
     /// Loss of one message of a topic.
-    #[strum_discriminants(strum(message = "lose TOPIC N"))]
-    Lose {
+    Lose = "lose TOPIC N" {
         /// The topic's name.
         topic: String,
         /// The message's sequence number.
         seq: u64,
-    },
+    }
     /// Extra delay of one message of a topic.
-    #[strum_discriminants(strum(message = "postpone TOPIC N MS"))]
-    Postpone {
+    Postpone = "postpone TOPIC N MS" {
         /// The topic's name.
         topic: String,
         /// The message's sequence number.
@@ -132,48 +197,36 @@ pub enum Knob {
         /// The delay.
         #[serde(rename = "ms", with = "millis")]
         delay: Duration,
-    },
+    }
     /// A node stops ticking; messages it has not released are lost.
-    #[strum_discriminants(strum(message = "crash NODE"))]
-    Crash {
+    Crash = "crash NODE" {
         /// The node's name.
         node: String,
-    },
+    }
     /// A node starts again from its initial state; see
     /// [`Node::restart`](crate::Node::restart).
-    #[strum_discriminants(strum(message = "restart NODE"))]
-    Restart {
+    Restart = "restart NODE" {
         /// The node's name.
         node: String,
-    },
+    }
     /// Duration of a node's next tick, in place of the usual one.
-    #[strum_discriminants(strum(message = "hang NODE MS"))]
-    Hang {
+    Hang = "hang NODE MS" {
         /// The node's name.
         node: String,
         /// The duration.
         #[serde(rename = "ms", with = "millis")]
         cost: Duration,
-    },
+    }
     /// Error of a node's own clock from now on: due times and stamps follow this clock.
-    #[strum_discriminants(strum(message = "clock NODE OFFSET_MS DRIFT_PPM"))]
-    Clock {
+    Clock = "clock NODE OFFSET_MS DRIFT_PPM" {
         /// The node's name.
         node: String,
         /// The error, as text.
         error: String,
-    },
+    }
 }
 
 impl KnobKind {
-    /// All kinds.
-    pub const ALL: [Self; Self::VARIANTS.len()] = *Self::VARIANTS.first_chunk().expect("all");
-
-    /// The syntax of the knob's text: its name, whose it is, and its value.
-    pub fn usage(self) -> &'static str {
-        self.get_message().unwrap_or_default()
-    }
-
     fn word(self, number: usize) -> &'static str {
         self.usage().splitn(3, ' ').nth(number).unwrap_or_default()
     }
@@ -190,16 +243,7 @@ impl KnobKind {
 
     /// Whether its value may contain spaces.
     pub fn takes_words(self) -> bool {
-        matches!(
-            self,
-            Self::Send
-                | Self::Parameter
-                | Self::Takes
-                | Self::Wakes
-                | Self::Link
-                | Self::Postpone
-                | Self::Clock
-        )
+        matches!(self.parts(), [true] | [_, _, ..])
     }
 
     /// Whether the knob belongs to a topic; otherwise it belongs to a node.
@@ -212,101 +256,122 @@ impl KnobKind {
         self.value_name().is_empty()
     }
 
-    fn refused(self, target: &str, value: &str) -> KnobError {
-        KnobError::Shape {
-            text: format!("{} {target} {value}", self.name()),
-            expected: self.usage(),
-        }
-    }
-
-    /// Parses a knob for one message of `topic`: the sequence number, and the delay of a
-    /// postponed message.
-    fn set_message(self, topic: &str, value: &str) -> Result<Knob, KnobError> {
-        let refused = || self.refused(topic, value);
-        let whole = |text: &str| text.parse().map_err(|_| refused());
-        let topic = topic.to_owned();
-        if self == Self::Lose {
-            let seq = whole(value)?;
-            return Ok(Knob::Lose { topic, seq });
-        }
-        let (seq, delay) = first_word(value).ok_or_else(refused)?;
-        Ok(Knob::Postpone {
-            seq: whole(seq)?,
-            delay: millis::parse(delay).map_err(KnobError::Value)?,
-            topic,
-        })
-    }
-
-    /// Parses a parameter: node, name and value.
-    fn set_parameter(self, node: &str, text: &str) -> Result<Knob, KnobError> {
-        let words = first_word(text).filter(|(_, value)| !value.is_empty());
-        let (name, value) = words.ok_or_else(|| self.refused(node, text))?;
-        Ok(Knob::Parameter {
-            node: node.to_owned(),
-            name: name.to_owned(),
-            value: value.to_owned(),
-        })
-    }
-
     /// Returns the knob of this kind for `target`, set to `value`: a node, a topic, or
     /// the [subject](Knob::subject) of a knob.
     ///
     /// # Errors
     /// [`KnobError`] if the value is invalid for it.
     pub fn set(self, target: &str, value: &str) -> Result<Knob, KnobError> {
-        if self.has_no_value() && !value.is_empty() {
-            return Err(self.refused(target, value));
-        }
         if let (Self::Parameter, Some((node, name))) = (self, first_word(target)) {
-            return self.set_parameter(node, &format!("{name} {value}"));
+            return self.set(node, &format!("{name} {value}"));
         }
-        let target = target.to_owned();
-        Ok(match self {
-            Self::Rate => Knob::Rate {
-                node: target,
-                hz: value.parse()?,
-            },
-            Self::Depth => Knob::Depth {
-                topic: target,
-                depth: value.parse()?,
-            },
-            Self::Send => Knob::Send {
-                node: target,
-                text: value.to_owned(),
-            },
-            Self::Parameter => return self.set_parameter(&target, value),
-            Self::Takes => Knob::Takes {
-                node: target,
-                spec: value.to_owned(),
-            },
-            Self::Offset => Knob::Offset {
-                node: target,
-                offset: millis::parse(value).map_err(KnobError::Value)?,
-            },
-            Self::Wakes => Knob::Wakes {
-                node: target,
-                spec: value.to_owned(),
-            },
-            Self::Link => Knob::Link {
-                topic: target,
-                spec: value.to_owned(),
-            },
-            Self::Read => Knob::Read {
-                topic: target,
-                order: value.parse().map_err(KnobError::Value)?,
-            },
-            Self::Lose | Self::Postpone => return self.set_message(&target, value),
-            Self::Crash => Knob::Crash { node: target },
-            Self::Restart => Knob::Restart { node: target },
-            Self::Hang => Knob::Hang {
-                node: target,
-                cost: millis::parse(value).map_err(KnobError::Value)?,
-            },
-            Self::Clock => Knob::Clock {
-                node: target,
-                error: value.to_owned(),
-            },
-        })
+        let refused = KnobError::Shape {
+            text: format!("{} {target} {value}", self.name()),
+            expected: self.usage(),
+        };
+        if self.has_no_value() && !value.is_empty() {
+            return Err(refused);
+        }
+        let parts = Parts {
+            left: self.parts().len(),
+            rest: value,
+            refused,
+        };
+        self.with(target.to_owned(), parts)
+    }
+}
+
+/// The parts of a value in its text that are not read yet.
+struct Parts<'a> {
+    left: usize,
+    rest: &'a str,
+    /// The error for a text without them.
+    refused: KnobError,
+}
+
+impl Parts<'_> {
+    fn next<P: KnobPart>(&mut self) -> Result<P, KnobError> {
+        self.left = self.left.saturating_sub(1);
+        let (part, rest) = match self.left {
+            0 => (self.rest, ""),
+            _ => first_word(self.rest).ok_or_else(|| self.refused.clone())?,
+        };
+        self.rest = rest;
+        P::read(part).map_err(|error| error.unwrap_or_else(|| self.refused.clone()))
+    }
+}
+
+/// A part of the value of a knob.
+trait KnobPart: Sized {
+    /// Whether it may contain spaces.
+    const IS_TEXT: bool = false;
+
+    /// Reads it from text; an error without a text of its own is about the whole knob.
+    fn read(text: &str) -> Result<Self, Option<KnobError>>;
+
+    /// Its text.
+    fn to_text(&self) -> String;
+}
+
+impl KnobPart for String {
+    const IS_TEXT: bool = true;
+
+    fn read(text: &str) -> Result<Self, Option<KnobError>> {
+        Ok(text.to_owned())
+    }
+
+    fn to_text(&self) -> String {
+        self.clone()
+    }
+}
+
+impl KnobPart for Duration {
+    fn read(text: &str) -> Result<Self, Option<KnobError>> {
+        millis::parse(text).map_err(|error| Some(KnobError::Value(error)))
+    }
+
+    fn to_text(&self) -> String {
+        millis::to_millis(*self).to_string()
+    }
+}
+
+impl KnobPart for u64 {
+    fn read(text: &str) -> Result<Self, Option<KnobError>> {
+        text.parse().map_err(|_| None)
+    }
+
+    fn to_text(&self) -> String {
+        self.to_string()
+    }
+}
+
+impl KnobPart for Hz {
+    fn read(text: &str) -> Result<Self, Option<KnobError>> {
+        text.parse().map_err(|error: HzError| Some(error.into()))
+    }
+
+    fn to_text(&self) -> String {
+        self.get().to_string()
+    }
+}
+
+impl KnobPart for Depth {
+    fn read(text: &str) -> Result<Self, Option<KnobError>> {
+        text.parse().map_err(|error: DepthError| Some(error.into()))
+    }
+
+    fn to_text(&self) -> String {
+        self.to_string()
+    }
+}
+
+impl KnobPart for ReadOrder {
+    fn read(text: &str) -> Result<Self, Option<KnobError>> {
+        text.parse().map_err(|error| Some(KnobError::Value(error)))
+    }
+
+    fn to_text(&self) -> String {
+        self.to_string()
     }
 }
 
@@ -315,32 +380,6 @@ impl Knob {
     pub(crate) fn not_in_kit(&self) -> String {
         let name = self.kind().name();
         format!("this graph has no {name}: build it with the kit of crates/effects")
-    }
-
-    /// Kind of the knob.
-    pub fn kind(&self) -> KnobKind {
-        self.into()
-    }
-
-    /// Name of its node or topic.
-    pub fn target(&self) -> &str {
-        match self {
-            Self::Depth { topic, .. }
-            | Self::Link { topic, .. }
-            | Self::Read { topic, .. }
-            | Self::Lose { topic, .. }
-            | Self::Postpone { topic, .. } => topic,
-            Self::Rate { node, .. }
-            | Self::Send { node, .. }
-            | Self::Parameter { node, .. }
-            | Self::Takes { node, .. }
-            | Self::Offset { node, .. }
-            | Self::Wakes { node, .. }
-            | Self::Crash { node }
-            | Self::Restart { node }
-            | Self::Hang { node, .. }
-            | Self::Clock { node, .. } => node,
-        }
     }
 
     /// What it sets: its node or topic, with the name of a parameter.
@@ -354,20 +393,8 @@ impl Knob {
     /// Its value as text.
     pub fn value(&self) -> String {
         match self {
-            Self::Rate { hz, .. } => hz.get().to_string(),
-            Self::Depth { depth, .. } => depth.to_string(),
-            Self::Send { text, .. } => text.clone(),
             Self::Parameter { value, .. } => value.clone(),
-            Self::Takes { spec, .. } | Self::Wakes { spec, .. } | Self::Link { spec, .. } => {
-                spec.clone()
-            }
-            Self::Offset { offset, .. } => millis::to_millis(*offset).to_string(),
-            Self::Read { order, .. } => order.to_string(),
-            Self::Lose { seq, .. } => seq.to_string(),
-            Self::Postpone { seq, delay, .. } => format!("{seq} {}", millis::to_millis(*delay)),
-            Self::Crash { .. } | Self::Restart { .. } => String::new(),
-            Self::Hang { cost, .. } => millis::to_millis(*cost).to_string(),
-            Self::Clock { error, .. } => error.clone(),
+            _ => self.texts().join(" "),
         }
     }
 

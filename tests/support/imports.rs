@@ -178,8 +178,8 @@ fn defines(code: &str, name: &str) -> bool {
         "mod",
         "macro_rules",
     ];
-    // The kinds of an enum, by strum.
-    if code.contains(&format!("    name({name}),")) {
+    // One that a macro makes of a table.
+    if code.contains(&format!("        pub enum {name} {{")) {
         return true;
     }
     let outermost = code.lines().filter(|line| !line.starts_with(' '));
