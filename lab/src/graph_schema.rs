@@ -66,6 +66,7 @@ fn values(form: Form) -> Value {
         Form::List(_) => texts,
         Form::Whole(most) => json!({ "type": "integer", "minimum": 0, "maximum": most }),
         Form::Number(most) => json!({ "type": "number", "exclusiveMinimum": 0, "maximum": most }),
+        Form::Figure => json!({ "type": "number" }),
         Form::Milliseconds => {
             json!({ "type": "number", "minimum": SHORTEST_MS, "maximum": LONGEST_MS })
         }

@@ -12,7 +12,7 @@ use clap::{Arg, Args, Command, ValueHint};
 const ENDING: &str = "toml";
 
 /// The commands that run a graph.
-const COMMANDS: [&str; 6] = ["lab", "run", "sweep", "hunt", "picture", "up"];
+const COMMANDS: [&str; 7] = ["lab", "run", "sweep", "hunt", "check", "picture", "up"];
 
 /// The graph file in `args`, if there is one, and the other arguments.
 pub fn take(args: impl IntoIterator<Item = OsString>) -> (Option<PathBuf>, Vec<OsString>) {

@@ -1,5 +1,6 @@
 //! The command line.
 
+mod check;
 mod course;
 mod examples;
 mod graph;
@@ -28,6 +29,7 @@ use crate::{
 #[cfg(feature = "network")]
 pub use self::network::{NetworkArgs, ProcessArgs};
 pub use self::{
+    check::CheckArgs,
     course::{ExerciseArgs, GradeArgs, Label, Wanted},
     examples::EXAMPLES,
     graph::{ClockArg, GraphArgs},
@@ -67,6 +69,8 @@ pub enum Command {
     Sweep(SweepArgs),
     /// Find the least that has to go wrong for a run to be lost.
     Hunt(HuntArgs),
+    /// Compare a graph with the limits in its file, for tests: exit code 1 if one is missed.
+    Check(CheckArgs),
     /// Write an example of a graph file: a graph of your own, without a line of code.
     New(NewArgs),
     /// Open a recording in the rerun viewer, or play it in the terminal.
@@ -118,7 +122,7 @@ pub enum CourseCommand {
 }
 
 /// Place of the commands of the course in the help: the others have even places.
-const COURSE: usize = 29;
+const COURSE: usize = 31;
 
 /// Parses the command line `args` of `program`.
 ///
@@ -167,7 +171,7 @@ pub fn command(program: &Program) -> clap::Command {
         .version(version::short(program))
         .long_version(version::long(program));
     let with_options = |command: clap::Command| match command.get_name() {
-        "lab" | "run" | "hunt" | "picture" | "up" | "node" => {
+        "lab" | "run" | "hunt" | "check" | "picture" | "up" | "node" => {
             network::describe(system::with_run_options(command, program), program)
         }
         "sweep" => system::with_axes(command, program),

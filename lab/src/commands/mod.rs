@@ -2,6 +2,7 @@
 //! none imports another.
 
 mod branch;
+mod check;
 mod completions;
 mod exercise;
 mod export_web;
@@ -36,6 +37,7 @@ pub fn execute(program: &Program, command: Command) -> Result<(), Error> {
         Command::Run(args) => run::run(program, &args),
         Command::Sweep(args) => sweep::sweep(program, &args),
         Command::Hunt(args) => hunt::hunt(program, &args),
+        Command::Check(args) => check::check(program, &args),
         Command::New(args) => new::new(&args),
         Command::Replay(args) => replay::replay(program, &args),
         Command::Info(args) => info::info(program, &args.file),

@@ -20,6 +20,8 @@ pub enum OutputKind<'a> {
     Page,
     /// A trace for Perfetto.
     Trace,
+    /// Tests with their results, as JUnit has them.
+    Tests,
 }
 
 impl OutputKind<'_> {
@@ -52,6 +54,10 @@ impl OutputKind<'_> {
             Self::Page => (
                 "page",
                 b"<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n",
+            ),
+            Self::Tests => (
+                "JUnit",
+                b"<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuite ",
             ),
             // The packet that describes the track of the nodes.
             Self::Trace => (

@@ -45,6 +45,7 @@ mod scripts {
     use crate::support::{names, script::play, shell};
 
     scripts!(
+        check,
         exercise,
         exercise_check,
         export_web,

@@ -28,7 +28,7 @@ pub fn unknown(page: &ManualPage, shell: &Shell) -> Vec<String> {
     let commands = help("");
     let known = [
         "", "run", "sweep", "hunt", "exercise", "replay", "picture", "grade", "verify", "up",
-        "node", "new",
+        "node", "new", "check",
     ]
     .map(help)
     .join("");

@@ -19,7 +19,7 @@
 
 mod config;
 pub mod hunt;
-mod parallel;
+pub mod parallel;
 mod part;
 mod step_csv;
 mod summary;
@@ -157,8 +157,11 @@ impl Experiment {
         refused.map_or(Ok(part), |why| Err(BuildError::Setting(why)))
     }
 
-    /// Builds the graph for a configuration with resolved messages.
-    pub(crate) fn of_resolved(system: Arc<dyn System>, config: Config) -> Result<Self, BuildError> {
+    /// Builds the graph for a configuration with resolved messages; see [`Config::resolved`].
+    ///
+    /// # Errors
+    /// [`BuildError`] if the graph cannot be built or a setting is invalid.
+    pub fn of_resolved(system: Arc<dyn System>, config: Config) -> Result<Self, BuildError> {
         Self::built(system, config, Default::default(), None)
     }
 

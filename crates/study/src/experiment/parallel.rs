@@ -19,7 +19,7 @@ pub fn all_cores() -> NonZeroUsize {
 /// `done` with the results on this one, roughly in that order. If `work` has no result or
 /// `done` breaks, no further number is begun. Returns whether all that were begun have a
 /// result.
-pub(super) fn in_parallel<T: Send>(
+pub fn in_parallel<T: Send>(
     threads: NonZeroUsize,
     count: usize,
     work: impl Fn(usize) -> Option<T> + Sync,

@@ -14,7 +14,7 @@ use super::{
     names::{name, node_of, once, topic_name},
     place::{Placed, holds},
 };
-use crate::system::{DataChain, Limit, MOST_CHAINS, key};
+use crate::system::{Bound, DataChain, FigureLimit, Limit, MOST_CHAINS, key};
 
 /// Checks the sections of `text`.
 pub(super) fn check(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
@@ -55,6 +55,7 @@ pub(super) fn check(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
         let chain = chain(block, &file)?;
         file.chains.push(chain);
     }
+    file.limits = of("limit").filter_map(limit).collect();
     whole(&file)?;
     Ok(file)
 }
@@ -233,6 +234,15 @@ fn chain(block: &Block, file: &GraphFile) -> Checked<ChainSpec> {
     let nodes = nodes.map(|node| &*node.text);
     let chain = DataChain::new(name, file.chains.len(), nodes, limit);
     Ok(ChainSpec { chain, path })
+}
+
+/// The limit of a figure, which has one bound.
+fn limit(block: &Block) -> Option<FigureLimit> {
+    let most = block.number("at_most").map(Bound::AtMost);
+    Some(FigureLimit {
+        figure: block.name.text.clone(),
+        bound: most.or(block.number("at_least").map(Bound::AtLeast))?,
+    })
 }
 
 fn path(block: &Block, file: &GraphFile) -> Checked<Vec<Placed>> {

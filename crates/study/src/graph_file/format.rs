@@ -2,7 +2,7 @@
 
 use ratelab::KnobKind::{self, Depth, Link, Offset, Rate, Read, Takes, Wakes};
 
-use Form::{Knob, List, Milliseconds, Number, Remap, Text, Whole};
+use Form::{Figure, Knob, List, Milliseconds, Number, Remap, Text, Whole};
 
 /// A kind of section, such as `[node.NAME]`.
 #[derive(Clone, Copy, Debug)]
@@ -45,6 +45,8 @@ pub enum Form {
     Whole(u32),
     /// A number above zero, up to this one.
     Number(f64),
+    /// Any finite number.
+    Figure,
     /// A number of milliseconds, from [`SHORTEST_MS`] to [`LONGEST_MS`].
     Milliseconds,
     /// A table from topics to topics.
@@ -62,6 +64,7 @@ impl Form {
             ),
             Whole(most) => format!("a whole number from 0 to {most}"),
             Number(most) => format!("a number above 0, up to {most}"),
+            Figure => "a number".to_owned(),
             Milliseconds => format!("milliseconds from {SHORTEST_MS} to {LONGEST_MS}"),
             Remap => r#"topics, such as { "/obs" = "/pose" }"#.to_owned(),
         }
@@ -71,6 +74,7 @@ impl Form {
     pub(super) fn has(self, number: f64) -> bool {
         match self {
             Knob(_) => true,
+            Figure => number.is_finite(),
             Whole(most) => number.fract() == 0.0 && (0.0..=f64::from(most)).contains(&number),
             Number(most) => number > 0.0 && number <= most,
             Milliseconds => (SHORTEST_MS..=LONGEST_MS).contains(&number),
@@ -125,7 +129,7 @@ const fn required(name: &'static str, form: Form, help: &'static str) -> FormatK
 const MOST_PRIORITY: u32 = 1_000_000;
 
 /// All sections. The first holds the keys at the beginning of the file.
-pub const SECTIONS: [FileSection; 6] = [
+pub const SECTIONS: [FileSection; 7] = [
     FileSection {
         name: "",
         named: false,
@@ -256,6 +260,16 @@ pub const SECTIONS: [FileSection; 6] = [
         ],
         one_of: &[],
         help: "A chain of nodes and topics, whose data age is measured",
+    },
+    FileSection {
+        name: "limit",
+        named: true,
+        keys: &[
+            optional("at_most", Figure, "The most that the figure may be"),
+            optional("at_least", Figure, "The least that it may be"),
+        ],
+        one_of: &["at_most", "at_least"],
+        help: "A limit for `ratelab check`, named by a figure of run --json, such as nodes.detector.overruns",
     },
     FileSection {
         name: "system",

@@ -53,7 +53,7 @@ mod wiring;
 use ratelab::{Knob, Release};
 use ratelab_effects::{Callback, Executor};
 
-use crate::system::DataChain;
+use crate::system::{DataChain, FigureLimit};
 
 pub use error::GraphFileError;
 pub use system::GraphSystem;
@@ -76,6 +76,7 @@ pub struct GraphFile {
     /// The topics with settings.
     topics: Vec<place::Placed>,
     chains: Vec<ChainSpec>,
+    limits: Vec<FigureLimit>,
     executors: Vec<ExecutorSpec>,
     inner: Option<InnerSpec>,
 }

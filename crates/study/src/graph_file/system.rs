@@ -189,6 +189,7 @@ impl System for GraphSystem {
             settings: &self.settings,
             graph_file: Some(&self.file.text),
             chains: &self.chains,
+            limits: &self.file.limits,
             latency_path: &self.first_path,
             ..self.inner().map(System::about).unwrap_or_default()
         }

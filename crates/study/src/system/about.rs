@@ -2,7 +2,7 @@
 
 use ratelab::{Knob, Time};
 
-use super::{Alias, DataChain, Joints, Planning, QuadraticCost, Setup};
+use super::{Alias, DataChain, FigureLimit, Joints, Planning, QuadraticCost, Setup};
 
 /// The description of a [`System`](super::System). Each part may be left out.
 #[derive(Clone, Copy, Debug, Default)]
@@ -33,6 +33,8 @@ pub struct About<'s> {
     /// Its chains, whose data ages are on the topic [`CHAINS`](super::CHAINS): they count in the
     /// verdict.
     pub chains: &'s [DataChain],
+    /// The limits for figures of its runs.
+    pub limits: &'s [FigureLimit],
     /// Where its plans are, if it plans ahead.
     pub planning: Option<Planning>,
     /// Parameters that may spoil a run, the worst first.

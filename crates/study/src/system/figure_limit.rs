@@ -1,0 +1,40 @@
+//! A limit for a figure of a run.
+
+use std::fmt;
+
+/// A limit for a figure of a run, which `ratelab check` compares it with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FigureLimit {
+    /// The figure, by its place in the metrics of a run, such as `nodes.detector.overruns`.
+    pub figure: String,
+    /// What it may be.
+    pub bound: Bound,
+}
+
+/// What a figure may be, in its own unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bound {
+    /// This, or less.
+    AtMost(f64),
+    /// This, or more.
+    AtLeast(f64),
+}
+
+impl Bound {
+    /// Whether `value` is within it.
+    pub fn holds(self, value: f64) -> bool {
+        match self {
+            Self::AtMost(most) => value <= most,
+            Self::AtLeast(least) => value >= least,
+        }
+    }
+}
+
+impl fmt::Display for FigureLimit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.bound {
+            Bound::AtMost(most) => write!(f, "{} at most {most}", self.figure),
+            Bound::AtLeast(least) => write!(f, "{} at least {least}", self.figure),
+        }
+    }
+}

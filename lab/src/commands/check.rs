@@ -1,0 +1,126 @@
+//! `ratelab check`: whether the runs of a graph keep its limits, for tests.
+
+mod limits;
+mod results;
+
+use std::{num::NonZeroUsize, ops::ControlFlow};
+
+use ratelab::{Fault, Interrupt};
+use ratelab_study::experiment::{
+    Config, Experiment,
+    parallel::{all_cores, in_parallel},
+};
+
+use self::limits::{CheckedRun, compare};
+use crate::{
+    cli::CheckArgs,
+    error::Error,
+    options::{self, Defaults},
+    output::{OutputFile, OutputKind, ProgressLine, print_data, print_line},
+    program::Program,
+    signals,
+    summary::{json, text::ReportContext},
+};
+
+/// Defaults of the runs.
+const DEFAULTS: Defaults =
+    Defaults::virtual_only("a check runs on the virtual clock: leave --clock real out");
+
+/// Characters of the progress bar.
+const GLYPHS: &str = "#>-";
+
+/// Runs the graph with each seed, prints each missed limit, and fails if there is one. Ctrl-C
+/// keeps the finished runs.
+pub fn check(program: &Program, args: &CheckArgs) -> Result<(), Error> {
+    let (config, _) = options::graph(program, &args.graph, &DEFAULTS)?;
+    let config = config.resolved(&*program.system)?;
+    let seeds = args.seeds.as_ref().map(|seeds| seeds.values().to_vec());
+    let seeds = seeds.unwrap_or_else(|| vec![config.seed]);
+    let junit = args.junit.as_deref().map(|path| {
+        OutputKind::Tests.check("--junit", path)?;
+        OutputFile::open("--junit", path)
+    });
+    let junit = junit.transpose()?;
+    let interrupt = signals::interrupt();
+    let bar = ProgressLine::of_runs(seeds.len(), GLYPHS, args.json);
+    let threads = args.threads.unwrap_or_else(all_cores);
+    let runs = runs(program, &config, &seeds, threads, &interrupt, &bar)?;
+    drop(bar);
+    let done = runs.len();
+    let results = compare(program, &runs)?;
+    if let Some(junit) = junit {
+        junit.write(results.junit().as_bytes())?;
+    }
+    match args.json {
+        true => print_data(&format!("{:#}", results.json()))?,
+        false => print_line(&results.text(config.end))?,
+    }
+    if done < seeds.len() {
+        let all = seeds.len();
+        let text = format!("stopped after {done} of {all} runs: the result is of these");
+        return Err(Error::Unfinished(text));
+    }
+    results.outcome()
+}
+
+/// The runs that ended before the `interrupt`, in the order of `seeds`.
+fn runs(
+    program: &Program,
+    config: &Config,
+    seeds: &[u64],
+    threads: NonZeroUsize,
+    interrupt: &Interrupt,
+    bar: &ProgressLine,
+) -> Result<Vec<CheckedRun>, Error> {
+    let mut runs: Vec<Option<CheckedRun>> = seeds.iter().map(|_| None).collect();
+    let mut failed = None;
+    let work = |index: usize| {
+        let seed = seeds[index];
+        run(
+            program,
+            &Config {
+                seed,
+                ..config.clone()
+            },
+            interrupt,
+        )
+        .transpose()
+    };
+    in_parallel(threads, seeds.len(), work, |index, outcome| {
+        bar.advance();
+        match outcome {
+            Ok(run) => runs[index] = Some(run),
+            Err(error) => {
+                interrupt.ask();
+                failed.get_or_insert(error);
+                return ControlFlow::Break(());
+            }
+        }
+        ControlFlow::Continue(())
+    });
+    failed.map_or_else(|| Ok(runs.into_iter().flatten().collect()), Err)
+}
+
+/// The run of `config`; `None` if the `interrupt` stopped it.
+fn run(
+    program: &Program,
+    config: &Config,
+    interrupt: &Interrupt,
+) -> Result<Option<CheckedRun>, Error> {
+    let system = &program.system;
+    let mut experiment = Experiment::of_resolved(system.clone(), config.clone())?;
+    experiment.stop_on(interrupt);
+    let summary = experiment
+        .run()
+        .map_err(|fault: Fault| Error::from(fault))?;
+    Ok(
+        (!summary.is_cut_off(interrupt, config.end)).then(|| CheckedRun {
+            seed: config.seed,
+            lost: summary
+                .verdict
+                .is_lost()
+                .then(|| summary.verdict.to_string()),
+            metrics: json::of(&**system, &summary, &ReportContext::default()),
+        }),
+    )
+}
