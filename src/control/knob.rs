@@ -167,6 +167,13 @@ knobs! {
         /// The lateness, as text.
         spec: String,
     }
+    /// What becomes of a node's due times that pass while it is busy.
+    Late = "late NODE skip|catch-up|queue:N" {
+        /// The node's name.
+        node: String,
+        /// What becomes of them, as text.
+        spec: String,
+    }
     /// The link from the publishers of a topic to its readers.
     Link = "link TOPIC SPEC" {
         /// The topic's name.

@@ -302,3 +302,23 @@ fn a_pole_stands_and_falls_by_the_age_of_its_push_under_both_clocks() {
         }
     }
 }
+
+#[test]
+fn due_times_that_pass_in_a_long_tick_are_skipped_or_wait_as_late_has_it() {
+    let policy = |text: &str| {
+        let summary = run(&config(&format!("takes policy 3; {text}")));
+        let policy = summary.node(POLICY).expect("a policy");
+        (policy.ticks, policy.overruns)
+    };
+    let (ticks, _) = policy("late policy skip");
+    for (late, overruns) in [
+        ("skip", 4),
+        ("queue:1", 3),
+        ("queue:3", 1),
+        ("queue:4", 0),
+        ("catch-up", 0),
+    ] {
+        let text = format!("late policy {late}; 1 hang policy 95");
+        assert_eq!(policy(&text), (ticks - overruns, overruns), "{late}");
+    }
+}

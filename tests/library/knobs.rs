@@ -48,6 +48,10 @@ fn a_knob_is_printed_in_its_shortest_form_and_read_back_from_text_and_from_json(
          wakes policy drawn:a.csv              | wakes policy drawn:a.csv
          wakes sensor 0.25..3                  | wakes sensor 0.25..3
          wakes sensor none                     | wakes sensor none
+         late policy  catch-up                 | late policy catch-up
+         late policy queue:4294967295          | late policy catch-up
+         late policy queue:0                   | late policy skip
+         late policy queue:02                  | late policy queue:2
          offset actuator 7.000001              | offset actuator 7.000001
          offset actuator 0                     | offset actuator 0",
     );
@@ -169,6 +173,8 @@ fn an_invalid_knob_is_refused_in_one_line_with_the_accepted_values() {
         takes policy NaN              | is no duration
         offset policy 1e300           | is not a duration
         offset policy -0.1            | 0 to 1000000000
+        late policy burst             | expected skip, catch-up or queue:N
+        late policy queue:-1          | expected skip, catch-up or queue:N
         wakes policy busy 3           | is no duration
         "#,
     );
@@ -186,7 +192,7 @@ fn an_invalid_timed_knob_is_refused_with_line_value_and_expected_form() {
     let depth = "is not a queue depth: expected a whole number from 1 to 1000000";
     let known = "control-hz, sensor-hz, queue-depth, policy, think-ms, on-stale, chunk, plan, \
                  expect-delay, model, play, merge, refill, disturb, rate, depth, send, set, takes, \
-                 offset, wakes, link, read, lose, postpone, crash, restart, hang or clock";
+                 offset, wakes, late, link, read, lose, postpone, crash, restart, hang or clock";
     let cases = rows(
         r"
         1 control-hz           | 1 control-hz     | SHAPE

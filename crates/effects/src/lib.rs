@@ -8,7 +8,7 @@
 //! | the nodes of an [`Executor`] | `executors/ordered.rs`, in the order of `windows.rs`, `events.rs` or `preemptive.rs` | [`Scheduler`](ratelab::Scheduler), [`Dispatch`](ratelab::Dispatch) |
 //! | which messages make a set: a [`Match`] | `triggers/trigger.rs`, by `matcher.rs` and `approximate.rs` | [`Matching`](ratelab::Matching) |
 //! | a [`Link`] | `links/channel.rs` | [`Channel`](ratelab::Channel) |
-//! | the values of knobs as text | `spec.rs`: [`Cost`], [`Draw`], [`Link`], [`ClockError`] | |
+//! | the values of knobs as text | `spec.rs`: [`Cost`], [`Draw`], [`Overrun`], [`Link`], [`ClockError`] | |
 //!
 //! Stands on the core (`ratelab`) only. Begin with `nodes/own.rs`. No schedule owns a node or waits
 //! for anything, so the same one serves both clocks.
@@ -37,6 +37,7 @@ mod kit;
 mod links;
 mod local_clock;
 mod nodes;
+mod overrun;
 mod spec;
 mod triggers;
 
@@ -52,6 +53,7 @@ pub use executors::{
 pub use kit::Effects;
 pub use links::link::{Burst, Link};
 pub use local_clock::ClockError;
+pub use overrun::Overrun;
 pub use spec::{checked, draw, knob, takes_time};
 pub use triggers::{
     matcher::Matcher,

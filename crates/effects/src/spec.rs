@@ -2,7 +2,7 @@
 
 use ratelab::{Knob, KnobError, KnobKind};
 
-use crate::{cost::Cost, draw::Draw, links::link::Link, local_clock::ClockError};
+use crate::{cost::Cost, draw::Draw, links::link::Link, local_clock::ClockError, overrun::Overrun};
 
 /// Checks the value of a knob for an effect, and writes it in its shortest form.
 ///
@@ -21,6 +21,7 @@ pub fn checked(mut knob: Knob) -> Result<Knob, String> {
     match &mut knob {
         Knob::Takes { spec, .. } => *spec = spec.parse::<Cost>()?.to_string(),
         Knob::Wakes { spec, .. } => *spec = spec.parse::<Draw>()?.to_string(),
+        Knob::Late { spec, .. } => *spec = spec.parse::<Overrun>()?.to_string(),
         Knob::Link { spec, .. } => *spec = spec.parse::<Link>()?.to_string(),
         Knob::Clock { error, .. } => *error = error.parse::<ClockError>()?.to_string(),
         _ => {}

@@ -7,7 +7,7 @@ use ratelab::{
 };
 
 use crate::{
-    chance::Chance, cost::Cost, draw::Draw, local_clock::LocalClock, spec,
+    chance::Chance, cost::Cost, draw::Draw, local_clock::LocalClock, overrun::Overrun, spec,
     triggers::trigger::Trigger,
 };
 
@@ -22,6 +22,8 @@ pub(crate) struct Task {
     /// The clock that its rate follows, if that has an error.
     clock: Option<LocalClock>,
     offset: Duration,
+    /// What becomes of due times that pass while it is busy.
+    late: Overrun,
     /// The topics that trigger it; it has no use for its rate then.
     pub(crate) trigger: Option<Trigger>,
     /// Duration of a tick.
@@ -73,6 +75,7 @@ impl Task {
             rate: spec.rate,
             clock: None,
             offset: Duration::ZERO,
+            late: Overrun::default(),
             trigger: None,
             takes: Cost::NONE,
             wakes: Draw::NONE,
@@ -132,11 +135,13 @@ impl Task {
         self.rate.advance_past(shown)
     }
 
-    /// Counts the ticks that were due before `time` as missed.
+    /// Counts the ticks that were due before `time`, and do not wait, as missed.
     #[inline]
     pub(crate) fn skip_before(&mut self, time: Time, plan: &Timetable<'_>) {
-        if !self.is_triggered() && self.when(self.rate.due()) < time {
-            let missed = self.pass(time) + 1;
+        let is_late = !self.is_triggered() && self.when(self.rate.due()) < time;
+        let waits_since = time - self.late.patience(self.rate.hz());
+        if is_late && self.when(self.rate.due()) < waits_since {
+            let missed = self.pass(waits_since) + 1;
             plan.skipped(0, missed);
         }
     }
@@ -293,10 +298,10 @@ impl Task {
     pub(crate) fn check(&self, knob: &Knob, own: bool) -> Result<(), String> {
         let name = &self.name;
         match knob.kind() {
-            KnobKind::Rate | KnobKind::Offset if self.is_triggered() => Err(format!(
-                "messages trigger {name}: choose a node that ticks at a rate"
-            )),
-            KnobKind::Wakes if !own => Err(format!(
+            KnobKind::Rate | KnobKind::Offset | KnobKind::Late if self.is_triggered() => Err(
+                format!("messages trigger {name}: choose a node that ticks at a rate"),
+            ),
+            KnobKind::Wakes | KnobKind::Late if !own => Err(format!(
                 "{name} has no thread of its own: its executor decides when it starts"
             )),
             _ => match spec::draw(knob)?.as_ref().and_then(Draw::missing) {
@@ -336,6 +341,7 @@ impl Task {
             }
             Knob::Takes { spec, .. } => replace(&mut self.takes, spec.parse()?).to_string(),
             Knob::Wakes { spec, .. } => replace(&mut self.wakes, spec.parse()?).to_string(),
+            Knob::Late { spec, .. } => replace(&mut self.late, spec.parse()?).to_string(),
             Knob::Hang { cost, .. } => {
                 self.hang = Some(*cost);
                 self.takes.to_string()

@@ -1,6 +1,6 @@
 //! The keys of a graph file, for its parser, its schema and its manual.
 
-use ratelab::KnobKind::{self, Depth, Link, Offset, Rate, Read, Takes, Wakes};
+use ratelab::KnobKind::{self, Depth, Late, Link, Offset, Rate, Read, Takes, Wakes};
 
 use Form::{Figure, Knob, List, Milliseconds, Number, Remap, Text, Whole};
 
@@ -163,6 +163,11 @@ pub const SECTIONS: [FileSection; 7] = [
                 "wakes",
                 Knob(Wakes),
                 "Lateness of its ticks in virtual time (ms), as of takes",
+            ),
+            optional(
+                "late",
+                Knob(Late),
+                "What becomes of due times that pass while it is busy: skip, catch-up or queue:N [default: skip]",
             ),
             optional(
                 "reads",

@@ -192,6 +192,7 @@ impl<'a> Builder<'a> {
                 KnobKind::Takes,
                 KnobKind::Offset,
                 KnobKind::Wakes,
+                KnobKind::Late,
                 KnobKind::Crash,
                 KnobKind::Restart,
                 KnobKind::Hang,
