@@ -10,7 +10,7 @@ use ratelab_study::{
     system::{
         About, AgeLimits, Alias, BuildError, Builder, Final, Group, KnobText, KnobTextError,
         Picture, QuadraticCost, RunTally, Setup, SharedWorld, Signal, System, Verdict, VerdictKind,
-        WORLD, WorldKind,
+        WORLD, WorldKind, overload,
     },
 };
 
@@ -558,11 +558,22 @@ impl System for CartPole {
 
     fn warnings(&self, setup: &Setup) -> Vec<String> {
         let settings = ChunkSettings::of(setup).ok().flatten();
+        let asked = settings
+            .as_ref()
+            .is_some_and(|chunk| chunk.refill.is_some());
+        let nodes = [SENSOR, POLICY, PLAYER, ACTUATOR].into_iter();
+        let paced = nodes.filter(|node| !(asked && *node == POLICY));
+        let overloads = paced.filter_map(|node| {
+            let hz = setup.rate(node).unwrap_or(actuator_hz());
+            overload(node, hz, setup)
+        });
         let bears = || {
             let policy = setup.message(POLICY).unwrap_or(PolicyKind::Scripted.name());
             falls(&policy.parse().ok()?, actuator_hz())
         };
-        settings.map_or_else(Vec::new, |settings| warnings(setup, &settings, bears()))
+        let plans = settings.iter();
+        let plans = plans.flat_map(|settings| warnings(setup, settings, bears()));
+        plans.chain(overloads).collect()
     }
 
     fn lost_anyway(&self, setup: &Setup) -> Option<String> {

@@ -3,17 +3,10 @@
 
 use std::collections::BTreeMap;
 
-use ratelab::{Knob, Release, Topology};
-use ratelab_effects::{Draw, draw};
+use ratelab::{Release, Topology};
 
-use super::{ExecutorSpec, GraphSystem, NodeSpec};
-use crate::system::Setup;
-
-/// The share of the time above which a load is an overload; the rest is rounding.
-const FULL: f64 = 1.0 + 1e-9;
-
-/// The share of the ticks that outlast their period from which a load is an overload.
-const OFTEN: f64 = 0.1;
+use super::{ExecutorSpec, GraphSystem};
+use crate::system::{FULL, Setup, cost_of, overload};
 
 /// Ticks per second and the time that one of them takes, of each node by its name.
 type Loads<'a> = BTreeMap<&'a str, Load>;
@@ -23,10 +16,8 @@ type Loads<'a> = BTreeMap<&'a str, Load>;
 struct Load {
     /// Ticks per second.
     hz: f64,
-    /// The median of the time that a tick takes (s).
+    /// The mean time that a tick takes (s).
     cost: f64,
-    /// The share of the ticks that take longer than the time between two.
-    late: f64,
 }
 
 impl Load {
@@ -40,9 +31,18 @@ impl GraphSystem {
     /// The overloads of a run with `setup`.
     pub(super) fn overloads(&self, setup: &Setup) -> Vec<String> {
         let loads = self.loads(setup);
-        let alone = self.file.nodes.iter();
-        let alone = alone.filter(|node| self.has_core(&node.name));
-        let alone = alone.filter_map(|node| overload_of_node(node, loads[node.name.as_str()]));
+        let inner = self.middle.iter().flat_map(|middle| &middle.topology.nodes);
+        let inner = inner.map(|node| (&node.name, Some(node.hz)));
+        let own = self.file.nodes.iter();
+        let own = own.map(|node| match node.release {
+            Release::Every(hz) => (&node.name, Some(hz)),
+            Release::On(_) => (&node.name, None),
+        });
+        let alone = inner.chain(own).filter(|(node, _)| self.has_core(node));
+        let alone = alone.filter_map(|(node, hz)| match hz {
+            Some(hz) => overload(node, setup.rate(node).unwrap_or(hz), setup),
+            None => swamped(node, loads[node.as_str()]),
+        });
         let executors = self.file.executors.iter();
         let executors = executors.filter_map(|executor| self.overload_of(executor, &loads));
         alone.chain(executors).collect()
@@ -57,16 +57,9 @@ impl GraphSystem {
     /// The loads of all nodes with `setup`. Messages are taken to arrive at the rates of the
     /// nodes that publish them.
     fn loads(&self, setup: &Setup) -> Loads<'_> {
-        let cost = |name: &str| {
-            setup.iter().find_map(|knob| match knob {
-                Knob::Takes { node, .. } if node == name => draw(knob).ok()?,
-                _ => None,
-            })
-        };
         let load = |name: &str, hz: f64| Load {
             hz,
-            cost: cost(name).map_or(0.0, |draw: Draw| draw.median().as_secs_f64()),
-            late: cost(name).map_or(0.0, |draw| draw.share_above(FULL / hz)),
+            cost: cost_of(setup, name).mean_of(|took| took.as_secs_f64()),
         };
         let mut loads = Loads::new();
         for node in self.middle.iter().flat_map(|middle| &middle.topology.nodes) {
@@ -136,27 +129,15 @@ impl GraphSystem {
     }
 }
 
-fn overload_of_node(node: &NodeSpec, load: Load) -> Option<String> {
-    let (name, ms, share) = (&node.name, load.cost * 1e3, load.share());
-    let then = match node.release {
-        Release::Every(_) => "it will skip periods",
-        Release::On(_) => "messages will wait and be dropped",
-    };
-    if share > FULL {
-        return Some(format!(
+/// A node that gets messages faster than it has done with them.
+fn swamped(name: &str, load: Load) -> Option<String> {
+    let (ms, share) = ((load.cost * 1e4).round() / 10.0, load.share());
+    (share > FULL).then(|| {
+        format!(
             "{name} is asked for more than it can do: {ms} ms at {} Hz is {:.0} % of its time, so \
-             {then}",
+             messages will wait and be dropped",
             load.hz,
             share * 1e2
-        ));
-    }
-    let periodic = matches!(node.release, Release::Every(_));
-    (periodic && load.late >= OFTEN).then(|| {
-        format!(
-            "{name} is asked for more than it can do: {:.0} % of its ticks take longer than the \
-             period of {:.1} ms, so {then}",
-            load.late * 1e2,
-            1e3 / load.hz
         )
     })
 }
