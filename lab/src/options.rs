@@ -134,7 +134,11 @@ pub fn graph(
     let mut whole = program.system.about().setup();
     whole.extend(config.setup.iter().cloned());
     let warnings = program.system.warnings(&whole);
-    warnings.iter().for_each(|warning| note(warning));
+    let overloads = program.system.overloads(&whole);
+    warnings
+        .iter()
+        .chain(&overloads)
+        .for_each(|warning| note(warning));
     Ok((config, like))
 }
 

@@ -558,6 +558,16 @@ impl System for CartPole {
 
     fn warnings(&self, setup: &Setup) -> Vec<String> {
         let settings = ChunkSettings::of(setup).ok().flatten();
+        let bears = || {
+            let policy = setup.message(POLICY).unwrap_or(PolicyKind::Scripted.name());
+            let [_, constant] = falls(&policy.parse().ok()?, actuator_hz())?;
+            Some(constant)
+        };
+        settings.map_or_else(Vec::new, |settings| warnings(setup, &settings, bears()))
+    }
+
+    fn overloads(&self, setup: &Setup) -> Vec<String> {
+        let settings = ChunkSettings::of(setup).ok().flatten();
         let asked = settings
             .as_ref()
             .is_some_and(|chunk| chunk.refill.is_some());
@@ -567,13 +577,7 @@ impl System for CartPole {
             let hz = setup.rate(node).unwrap_or(actuator_hz());
             overload(node, hz, setup)
         });
-        let bears = || {
-            let policy = setup.message(POLICY).unwrap_or(PolicyKind::Scripted.name());
-            falls(&policy.parse().ok()?, actuator_hz())
-        };
-        let plans = settings.iter();
-        let plans = plans.flat_map(|settings| warnings(setup, settings, bears()));
-        plans.chain(overloads).collect()
+        overloads.collect()
     }
 
     fn lost_anyway(&self, setup: &Setup) -> Option<String> {
@@ -598,9 +602,11 @@ impl System for CartPole {
         let (Ok(policy), Ok(sensor), Ok(control)) = (policy, rate(SENSOR), rate(POLICY)) else {
             return AgeLimits::default();
         };
+        let band = falls(&policy, control);
         AgeLimits {
             grows: age_limit(&policy, Rates { sensor, control }).ok(),
-            falls: falls(&policy, control),
+            may_fall: band.map(|[jittered, _]| jittered),
+            falls: band.map(|[_, constant]| constant),
         }
     }
 

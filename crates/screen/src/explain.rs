@@ -77,11 +77,19 @@ fn over_time(signal: Option<&str>, frame: &FrameData) -> [String; 3] {
     let age = frame.age.map_or_else(String::new, |age| {
         let limit = age.limit().map_or_else(
             || "what this loop bears is unknown".to_owned(),
-            |limit| format!("this loop bears {}", ms(limit)),
+            |limit| match age.limits.may_fall {
+                Some(from) => format!(
+                    "this loop bears {} if that is constant, {} if it jitters",
+                    ms(limit),
+                    ms(from)
+                ),
+                None => format!("this loop bears {}", ms(limit)),
+            },
         );
         let verdict = match age.strain() {
             Strain::Unknown | Strain::Borne => "",
             Strain::Swings => ": it swings",
+            Strain::MayFall => ": it may fall",
             Strain::Falls => ": it falls",
         };
         format!(

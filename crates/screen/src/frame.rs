@@ -387,7 +387,9 @@ pub enum Strain {
     Borne,
     /// Above the limit at which small deviations grow.
     Swings,
-    /// Above the limit at which the loop is lost.
+    /// In the band of ages with which some loops are lost.
+    MayFall,
+    /// Above that band.
     Falls,
 }
 
@@ -399,21 +401,30 @@ impl AgeData {
 
     /// The position of the age against its limits.
     pub fn strain(&self) -> Strain {
-        // Where rates alone come to the limit, the mean is that limit.
+        // Where rates alone come to a limit, the mean is that limit: a constant age that is borne.
         let mean = self.unpredicted() + HAIR;
         let passed = |limit: Option<Duration>| limit.is_some_and(|limit| mean >= limit);
+        let beyond = |falls: Duration| passed(Some(falls + 2 * HAIR));
         match self.limits {
-            AgeLimits { falls, .. } if passed(falls) => Strain::Falls,
+            AgeLimits { falls, .. } if falls.is_some_and(beyond) => Strain::Falls,
+            AgeLimits { may_fall, .. } if passed(may_fall) => Strain::MayFall,
             AgeLimits { grows, .. } if passed(grows) => Strain::Swings,
             limits if limits == AgeLimits::default() => Strain::Unknown,
             _ => Strain::Borne,
         }
     }
 
-    /// The limit at which the run is lost, or else the one at which small deviations
+    /// The limit above which the run is lost, or else the one at which small deviations
     /// grow.
     pub fn limit(&self) -> Option<Duration> {
         self.limits.falls.or(self.limits.grows)
+    }
+
+    /// That limit, or the band that it ends, as `number` writes an age.
+    pub fn limit_text(&self, number: impl Fn(Duration) -> String) -> Option<String> {
+        let limit = self.limit().map(&number)?;
+        let from = self.limits.may_fall.map(|from| number(from) + "–");
+        Some(from.unwrap_or_default() + &limit)
     }
 }
 

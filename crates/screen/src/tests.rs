@@ -57,7 +57,7 @@ fn the_default_terminal_shows_angle_age_and_cause_uncut() {
                 "] raises",
                 "readings were dropped, each for a newer one",
                 "the age arose on /action: the policy decides every 200 ms. ] raises control-hz",
-                "age  96 ms of 90",
+                "age  96 ms of 74–90",
             ],
         ),
         (
@@ -73,7 +73,7 @@ fn the_default_terminal_shows_angle_age_and_cause_uncut() {
         ),
     ] {
         let drawn = small(&ended(timed(knobs)));
-        shows(&drawn, &["pole angle", "age of the push", " of 90"]);
+        shows(&drawn, &["pole angle", "age of the push", " of 74–90"]);
         shows(&drawn, parts);
         assert!(!drawn.contains('…'), "{knobs}:\n{drawn}");
     }
@@ -99,7 +99,7 @@ fn the_default_terminal_names_two_causes_with_their_keys() {
             "FELL at",
             "} raises sensor-hz",
             "] raises control-hz",
-            "this loop bears 90",
+            "this loop bears 74–90",
         ],
     );
 }

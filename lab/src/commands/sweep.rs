@@ -68,7 +68,8 @@ fn note_overload(sweep: &Sweep, cells: usize) {
         .find_map(|cell| {
             let mut setup = settings.clone();
             setup.extend(sweep.config(&cell).setup.iter().cloned());
-            let warning = sweep.system.warnings(&setup).into_iter().next()?;
+            let warnings = sweep.system.warnings(&setup).into_iter();
+            let warning = warnings.chain(sweep.system.overloads(&setup)).next()?;
             let values = cell.values.iter();
             let values = values.map(|value| format!("{} {}: ", value.axis, value.text));
             Some(values.collect::<String>() + &warning)

@@ -16,7 +16,7 @@ const MOMENTS: &[Moment] = &[
     // Step 1.
     ("", &["BALANCED so far", "sensor", "/obs", "policy", "/action"], None),
     ("", &["actuator", "● 50 Hz"], None),
-    ("", &["  0 dropped", "age  10 ms of 90"], None),
+    ("", &["  0 dropped", "age  10 ms of 74–90"], None),
     // Step 2.
     ("[[[[", &["control-hz 20", "● 20 Hz", "✖", "50.0/s"], None),
     ("", &["BALANCED so far"], Some("age  10 ms")),

@@ -161,7 +161,7 @@ impl Facts<'_> {
         let age = self.age?;
         let limit = age.limit()?;
         let fresh = age.strain() == Strain::Borne && age.greatest < limit;
-        let (mean, limit) = (number(age.mean), number(limit));
+        let (mean, limit) = (number(age.mean), age.limit_text(number)?);
         fresh.then(|| format!("age is not to blame ({mean} ms of {limit})"))
     }
 
@@ -200,8 +200,8 @@ impl Facts<'_> {
             predicted => format!(", of which plans knew {predicted}"),
         };
         let text = format!("pushes used readings up to {greatest} old, {mean} on average{known}");
-        Some(match age.limit() {
-            Some(limit) => format!("{text}; this loop bears {}", number(limit)),
+        Some(match age.limit_text(number) {
+            Some(limit) => format!("{text}; this loop bears {limit}"),
             None => text,
         })
     }

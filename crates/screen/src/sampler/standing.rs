@@ -90,7 +90,12 @@ impl Sampler {
             _ if idle => "NOT LOST YET: no action was applied so far".to_owned(),
             _ => so_far(system) + self.as_before(session),
         };
-        if idle || matches!(strain, Some(Strain::Swings | Strain::Falls)) {
+        if idle
+            || matches!(
+                strain,
+                Some(Strain::Swings | Strain::MayFall | Strain::Falls)
+            )
+        {
             let why = self.reasons(session, graph, (age, plan));
             return state(Standing::Warned, "", headline, why);
         }

@@ -162,8 +162,8 @@ pub fn trace() -> SignalTrace {
     }
 }
 
-/// A mean and a maximum push age (ms), with limits of 60 (small deviations grow) and 90
-/// (the run is lost).
+/// A mean and a maximum push age (ms), with limits of 60 (small deviations grow) and 74 to 90
+/// (the run may be lost).
 pub fn age(mean: u64, greatest: u64) -> AgeData {
     let ms = Duration::from_millis;
     AgeData {
@@ -173,6 +173,7 @@ pub fn age(mean: u64, greatest: u64) -> AgeData {
         predicted: None,
         limits: AgeLimits {
             grows: Some(ms(60)),
+            may_fall: Some(ms(74)),
             falls: Some(ms(90)),
         },
     }

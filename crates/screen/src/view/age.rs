@@ -85,8 +85,8 @@ fn number(age: &AgeData, room: usize) -> String {
         0 => rest.to_string(),
         predicted => format!("{} − {predicted} predicted = {rest:>2}", ms(age.mean)),
     };
-    match age.limit() {
-        Some(limit) => format!("{name} {mean:>3} ms of {}", ms(limit)),
+    match age.limit_text(|limit| ms(limit).to_string()) {
+        Some(limit) => format!("{name} {mean:>3} ms of {limit}"),
         None => format!("{name} {mean:>3} ms"),
     }
 }
@@ -96,6 +96,7 @@ fn verdict(strain: Strain, theme: &Theme) -> (&'static str, &'static str, Style)
         Strain::Unknown => ("", "what this loop bears is unknown", theme.faint()),
         Strain::Borne => ("✓", "fresh enough", theme.good()),
         Strain::Swings => ("⚠", "swings", theme.alarm_line()),
+        Strain::MayFall => ("⚠", "may fall", theme.alarm_line()),
         Strain::Falls => ("✖", "falls", theme.alarm()),
     }
 }
@@ -103,9 +104,11 @@ fn verdict(strain: Strain, theme: &Theme) -> (&'static str, &'static str, Style)
 /// A tick for each limit of `age`, with its number before it if nothing is there, and the
 /// columns of both in a bar of this scale and width.
 fn ticks(age: &AgeData, (scale, wide): (f64, usize)) -> Vec<(usize, String)> {
-    let limits = [age.limits.swings(), age.limits.falls];
+    let limits = [age.limits.swings(), age.limits.may_fall, age.limits.falls];
+    let mut limits: Vec<Duration> = limits.into_iter().flatten().collect();
+    limits.sort_unstable();
     let mut free = 1;
-    let ticks = limits.into_iter().flatten().map(|limit| {
+    let ticks = limits.into_iter().map(|limit| {
         let column = ((limit.as_secs_f64() * scale) as usize).min(wide - 1);
         let number = ms(limit).to_string();
         let start = column.checked_sub(number.len());
@@ -214,10 +217,10 @@ mod tests {
 
     #[test]
     fn the_age_stands_beside_what_the_loop_bears() {
-        let ages = [10, 77, 95, 400].map(|mean| sample::age(mean, 2 * mean));
+        let ages = [10, 65, 77, 95, 400].map(|mean| sample::age(mean, 2 * mean));
         let drawn = ages.map(|age| text(&shown(&age, 80, &RICH))).join("\n");
         insta::assert_snapshot!(drawn);
-        insta::assert_snapshot!(text(&shown(&ages[2], 50, &POOR)));
+        insta::assert_snapshot!(text(&shown(&ages[3], 50, &POOR)));
     }
 
     #[test]
@@ -244,7 +247,9 @@ mod tests {
         };
         assert_eq!(warned(59), "");
         assert!(warned(60).ends_with("⚠ swings"));
-        assert!(warned(90).ends_with("✖ falls"));
+        assert!(warned(74).ends_with("⚠ may fall"));
+        assert!(warned(90).ends_with("⚠ may fall"));
+        assert!(warned(91).ends_with("✖ falls"));
     }
 
     #[test]

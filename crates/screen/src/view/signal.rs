@@ -174,14 +174,15 @@ fn safe_levels(trace: &SignalTrace) -> impl Iterator<Item = Level> {
 /// The age limits of the loop (ms).
 fn age_levels(limits: AgeLimits) -> Vec<Level> {
     let falls = limits.falls.map(|limit| (limit, ([2, 4], '-')));
-    let grows = limits.swings().map(|limit| (limit, ([1, 4], '.')));
+    let first = [limits.may_fall, limits.swings()].into_iter().flatten();
+    let first = first.map(|limit| (limit, ([1, 4], '.')));
     let level = |(limit, line): (Duration, _)| Level {
         at: limit.as_secs_f64() * 1e3,
         line: Some(line),
         label: format!("{:>3}", ms(limit)),
     };
     // Where both are on one row, the label is that of the last one.
-    grows.into_iter().chain(falls).map(level).collect()
+    first.chain(falls).map(level).collect()
 }
 
 /// The axis of ages up to `greatest` (ms).

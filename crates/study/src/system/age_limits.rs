@@ -7,7 +7,10 @@ use std::time::Duration;
 pub struct AgeLimits {
     /// Above this mean age small deviations grow.
     pub grows: Option<Duration>,
-    /// Above this mean age the run is lost.
+    /// From this mean age on, up to [`falls`](Self::falls), it depends on what makes the pushes
+    /// old whether the run is lost.
+    pub may_fall: Option<Duration>,
+    /// Above this mean age the run is lost. It is borne where the age is constant.
     pub falls: Option<Duration>,
 }
 

@@ -226,6 +226,14 @@ pub trait System: Send + Sync + 'static {
             .map_or_else(Vec::new, |inner| inner.warnings(setup))
     }
 
+    /// Nodes that are asked for more than they can do in a run with `setup`, unless
+    /// [`warnings`](Self::warnings) has them. They are told before the run; in a run the parts of
+    /// the age tell.
+    fn overloads(&self, setup: &Setup) -> Vec<String> {
+        let _ = setup;
+        Vec::new()
+    }
+
     /// The reason why a run with `setup` is lost at any rate, if there is one: a policy
     /// that does nothing, for example.
     fn lost_anyway(&self, setup: &Setup) -> Option<String> {
