@@ -129,6 +129,7 @@ pub fn context(
         realtime: realtime.map(|asked| asked.map(drop)),
         csv_lost,
         open: None,
+        phases: None,
     }
 }
 

@@ -40,6 +40,11 @@ pub struct HuntArgs {
     #[arg(long, value_name = "NODE=MS", value_parser = values::hang)]
     pub hang: Option<(String, Duration)>,
 
+    /// Shift of the due times of a node in the whole run: up to this many milliseconds, in
+    /// parts of 1 ms.
+    #[arg(long, value_name = "NODE=MS", value_parser = values::hang)]
+    pub shift: Option<(String, Duration)>,
+
     /// Number of threads; the result is the same for any [default: one per core]
     #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true, help_heading = heading::TIME)]
     pub threads: Option<NonZeroUsize>,

@@ -38,7 +38,7 @@ pub use self::{
     network::{NodeArgs, UpArgs},
     picture::PictureArgs,
     recordings::{BranchArgs, ExportWebArgs, InfoArgs, ReplayArgs, TraceArgs, VerifyArgs},
-    run::{LabArgs, RunArgs, ScreenArgs},
+    run::{LabArgs, PlainRunArgs, RunArgs, ScreenArgs},
     sweep::{ByArg, SweepArgs},
     system::DEFAULT_RATES,
     timing::{TimingArgs, WorldArg},
@@ -64,7 +64,7 @@ pub enum Command {
     /// Open the dashboard over a running graph (the same as no command).
     Lab(LabArgs),
     /// Run the graph without a dashboard and print a summary.
-    Run(RunArgs),
+    Run(PlainRunArgs),
     /// Run many rates, depths and seeds on all cores; count the successful runs.
     Sweep(SweepArgs),
     /// Find the least that has to go wrong for a run to be lost.

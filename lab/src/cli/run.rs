@@ -42,6 +42,19 @@ pub struct RunArgs {
     pub json: bool,
 }
 
+/// The arguments of a run without a dashboard.
+#[derive(Debug, Args)]
+pub struct PlainRunArgs {
+    /// The run.
+    #[command(flatten)]
+    pub run: RunArgs,
+
+    /// Run it again with this many settings of the nodes' phases, drawn by the seed, and print how
+    /// the age differs.
+    #[arg(long, value_name = "N", value_parser = values::phases, allow_hyphen_values = true, help_heading = heading::TIME)]
+    pub phases: Option<usize>,
+}
+
 /// The arguments of the lab: those of a run and of the display.
 #[derive(Debug, Args)]
 pub struct LabArgs {

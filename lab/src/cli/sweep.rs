@@ -10,7 +10,7 @@ use super::{
     heading,
     system::SystemArgs,
     timing::TimingArgs,
-    values::{duration, within},
+    values::{duration, phases, within},
 };
 
 /// The arguments of a sweep. Lists are written like 5,10,25 and ranges like 1..30 or
@@ -41,6 +41,10 @@ pub struct SweepArgs {
         allow_hyphen_values = true
     )]
     pub seeds: Axis<u64>,
+
+    /// Number of settings of the nodes' phases, drawn by seed 0: one more axis.
+    #[arg(long, value_name = "N", value_parser = phases, allow_hyphen_values = true)]
+    pub phases: Option<usize>,
 
     /// Run time of each in seconds [default: 10]
     #[arg(long, alias = "duration_s", value_name = "S", value_parser = duration, allow_hyphen_values = true, help_heading = heading::TIME)]

@@ -96,6 +96,11 @@ pub fn pace(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A number of settings of the phases.
+pub fn phases(text: &str) -> Result<usize, String> {
+    within(text, "settings of the phases", 1..=1_000)
+}
+
 pub fn fps(text: &str) -> Result<u32, String> {
     within(text, "frames per second", 1..=120)
 }

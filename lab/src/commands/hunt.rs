@@ -62,11 +62,15 @@ fn budget(program: &Program, args: &HuntArgs, config: &Config) -> Result<Budget,
         Some(topic) => topic.clone(),
         None => last_read(program, config)?,
     };
+    let offset = args.shift.as_ref();
+    let offset = offset.and_then(|(node, _)| config.setup.offset(node));
     Ok(Budget {
         topic,
         lose: args.lose,
         delay: args.delay_ms.unwrap_or_default(),
         hang: args.hang.clone(),
+        shift: args.shift.clone(),
+        offset: offset.unwrap_or_default(),
     })
 }
 

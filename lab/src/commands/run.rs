@@ -1,27 +1,35 @@
 //! `ratelab run`: the graph without a dashboard.
 
-use ratelab::Command;
+use ratelab::{ClockKind, Command};
 use ratelab_real_clock::RealClock;
 use ratelab_recording::StopReason;
 use ratelab_study::experiment::{Experiment, StepWriter};
 
 use crate::{
-    cli::RunArgs,
+    cli::PlainRunArgs,
     error::Error,
     options::{self, RUN},
-    output::{self, Outputs, print_recorded},
+    output::{self, Outputs, note, print_recorded},
+    phases::Phases,
     program::Program,
     results::{context, destination, plan, print_results, record},
     signals,
+    summary::text::ReportContext,
 };
 
 /// Runs the graph, then prints and writes its summary.
-pub fn run(program: &Program, args: &RunArgs) -> Result<(), Error> {
+pub fn run(program: &Program, plain: &PlainRunArgs) -> Result<(), Error> {
+    let args = &plain.run;
     let (config, like) = options::config(program, args, &RUN)?;
     let mut experiment = Experiment::new(program.system.clone(), &config)?;
     let realtime = options::realtime(&args.graph);
     let mut real = RealClock::new(realtime.clone().and_then(Result::ok));
     experiment.check_clock(&real)?;
+    if experiment.config().clock == ClockKind::Virtual {
+        experiment.tie_notes().iter().for_each(|text| note(text));
+    }
+    let phases = plain.phases.map(|count| Phases::of(&experiment, count));
+    let phases = phases.transpose()?;
     let commands = experiment.commands();
     // After the end of the run the first signal has no effect, so that its results are
     // still written.
@@ -39,7 +47,10 @@ pub fn run(program: &Program, args: &RunArgs) -> Result<(), Error> {
     let written = rows.zip(csv).map(|(rows, csv)| csv.complete(rows.finish()));
     let reported = outcome.map_err(Error::from).and_then(|summary| {
         let csv_lost = written.unwrap_or(Ok(0))?;
-        let context = context(args, realtime, csv_lost);
+        let context = ReportContext {
+            phases: phases.map(Phases::run).transpose()?,
+            ..context(args, realtime, csv_lost)
+        };
         print_results(program, args, outputs, &summary, &context, like.as_ref())
     });
     let recorded = recorded.map_or(Ok(()), |recorded| print_recorded(args.json, &recorded?));

@@ -25,6 +25,8 @@ use crate::{
 pub fn of(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<String, Value> {
     let mut metrics = keys(system, summary, context);
     metrics.extend(system_keys(system, summary));
+    let phases = context.phases.iter();
+    metrics.extend(phases.map(|phases| ("phases".to_owned(), phases.json())));
     if saw_the_wall(summary) {
         metrics.extend(wall_keys(summary, context));
     }

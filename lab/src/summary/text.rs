@@ -15,6 +15,7 @@ use ratelab_study::{
 };
 
 use crate::{
+    phases::PhaseSpread,
     printable::in_line,
     timing::{self, was_late},
 };
@@ -30,6 +31,8 @@ pub struct ReportContext {
     pub realtime: Option<Result<(), String>>,
     /// Number of rows lost by the CSV writer.
     pub csv_lost: u64,
+    /// The same run at other phases, if it was asked for.
+    pub phases: Option<PhaseSpread>,
     /// The reason why the end of the run is unknown, if it is.
     pub open: Option<String>,
 }
@@ -53,6 +56,7 @@ pub fn of(system: &dyn System, summary: &Summary, context: &ReportContext) -> St
     lines.extend(latency(system, summary).map(|text| ("latency", text)));
     let age = summary.push_age();
     lines.extend(age.map(|age| ("push age", push_age(age))));
+    lines.extend(context.phases.iter().flat_map(PhaseSpread::lines));
     let (figures, block) = (summary.figures.iter(), |figure: &SystemFigure| figure.block);
     let block = figures.clone().find_map(block).unwrap_or("figures");
     lines.extend(joined(figures.filter_map(SystemFigure::shown)).map(|text| (block, text)));

@@ -4,7 +4,7 @@ use std::{collections::HashSet, sync::Arc};
 
 use ratelab::{Knob, KnobKind};
 use ratelab_study::experiment::{
-    Config,
+    Config, Experiment,
     sweep::{Sweep, SweepAxis},
 };
 
@@ -37,6 +37,9 @@ impl SweepArgs {
         let mut axes = self.axes(program)?;
         for axis in &mut axes {
             resolve(program, &base, axis)?;
+        }
+        if let Some(count) = self.phases {
+            axes.push(Experiment::new(program.system.clone(), &base)?.phases(count));
         }
         check_distinct(&axes)?;
         add_default(program, &base, &mut axes)?;

@@ -21,6 +21,7 @@ mod config;
 pub mod hunt;
 pub mod parallel;
 mod part;
+mod phases;
 mod step_csv;
 mod summary;
 pub mod sweep;

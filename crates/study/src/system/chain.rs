@@ -21,7 +21,7 @@ pub struct DataChain {
     /// Its number in the messages on [`CHAINS`].
     number: usize,
     /// Its nodes, in the direction of the data.
-    nodes: &'static [&'static str],
+    pub(crate) nodes: &'static [&'static str],
     pub(crate) limit: Option<Limit>,
     missed: &'static VerdictKind,
     silent: &'static VerdictKind,
@@ -115,6 +115,11 @@ impl DataChain {
 
     fn figures(&self, at: Time, row: &[f64]) -> Option<ChainFigures> {
         ChainFigures::at(row, self.number, self.limit.map(|limit| limit.age), at)
+    }
+
+    /// Its mean data age up to run time `at` (ms), from the newest message on [`CHAINS`].
+    pub(crate) fn mean_ms(&self, at: Time, row: &[f64]) -> Option<f64> {
+        Some(self.figures(at, row)?.mean)
     }
 
     /// The verdict on it up to run time `at`, unless its limit is kept. Data may still come

@@ -1,5 +1,7 @@
 //! The settings of a graph before its run.
 
+use std::time::Duration;
+
 use ratelab::{Depth, Hz, Knob};
 use serde::{Deserialize, Serialize};
 
@@ -32,6 +34,14 @@ impl Setup {
     pub fn rate(&self, node: &str) -> Option<Hz> {
         self.0.iter().find_map(|knob| match knob {
             Knob::Rate { node: of, hz } if of == node => Some(*hz),
+            _ => None,
+        })
+    }
+
+    /// Offset of `node`, if it is set.
+    pub fn offset(&self, node: &str) -> Option<Duration> {
+        self.0.iter().find_map(|knob| match knob {
+            Knob::Offset { node: of, offset } if of == node => Some(*offset),
             _ => None,
         })
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ratelab::{Knob, TimedKnob};
+use ratelab::{Knob, TimedKnob, millis::to_millis};
 use ratelab_study::{
     experiment::hunt::{Budget, Found, Proof},
     system::{KnobText, System, names::good},
@@ -29,6 +29,9 @@ pub fn budget(budget: &Budget) -> String {
             "one tick of {node} {} ms long",
             longest.as_millis()
         ));
+    }
+    if let Some((node, most)) = &budget.shift {
+        parts.push(format!("{node} due {} ms later", most.as_millis()));
     }
     format!("at most {}", listed(&parts))
 }
@@ -77,6 +80,9 @@ fn faults(knobs: &[TimedKnob]) -> String {
             Knob::Hang { node, cost } => {
                 let ms = cost.as_millis();
                 others.push(format!("a tick of {node} at {at} that takes {ms} ms"));
+            }
+            Knob::Offset { node, offset } => {
+                others.push(format!("an offset of {node} of {} ms", to_millis(*offset)));
             }
             other => others.push(other.to_string()),
         }

@@ -34,7 +34,8 @@
 //!    of their size: if one of them is enough, it is the result, and all that are
 //!    smaller than it have been run.
 //!
-//! A delay and a hang are lists of parts of [`UNIT`] each. The result is a smallest list
+//! A delay and a hang are lists of parts of [`UNIT`] each, a shift of parts of [`SHIFT_UNIT`]; of
+//! shifts each one is tried, from the smallest on. The result is a smallest list
 //! in the sense of 4 or 5; another one elsewhere in the run may be shorter.
 
 mod fault;
@@ -58,6 +59,9 @@ use crate::system::{BuildError, System, Verdict};
 
 /// Length of the smallest part of a delay or a hang.
 pub const UNIT: Duration = Duration::from_millis(10);
+
+/// Length of the smallest part of a shift.
+pub const SHIFT_UNIT: Duration = Duration::from_millis(1);
 
 /// Maximum number of parts of a kind in a budget.
 pub const MOST_PARTS: usize = 1_000;
@@ -84,6 +88,10 @@ pub struct Budget {
     pub delay: Duration,
     /// A node, and the longest duration of one of its ticks in place of the usual one.
     pub hang: Option<(String, Duration)>,
+    /// A node, and by how much its due times may be later, in the whole run.
+    pub shift: Option<(String, Duration)>,
+    /// The offset of that node without a shift.
+    pub offset: Duration,
 }
 
 /// The outcome of a hunt.
@@ -128,10 +136,12 @@ pub enum Proof {
 #[derive(Debug, Error)]
 pub enum HuntError {
     /// An empty budget.
-    #[error("nothing may go wrong: allow messages to be lost or late, or a node to hang")]
+    #[error(
+        "nothing may go wrong: allow messages to be lost or late, or a node to hang or to be shifted"
+    )]
     NoBudget,
     /// A budget with too many parts.
-    #[error("a budget has {MOST_PARTS} messages at most, or as many times 10 ms")]
+    #[error("a budget has {MOST_PARTS} messages at most, or as many times 10 ms (1 ms of a shift)")]
     TooMuch,
     /// A run without a duration.
     #[error("the runs of a hunt must end: give them a duration")]
@@ -232,11 +242,12 @@ impl Hunt {
     /// Tries ever smaller lists; returns the evidence about the last one that loses the run.
     fn search(&self, windows: &Windows, trials: &mut Trials<'_>) -> Result<Proof, Halt> {
         windows.search(trials)?;
-        if trials.best().is_none() {
+        // Of shifts alone all have been tried.
+        if trials.best().is_none() && !windows.only_shift() {
             trials.first_lost(&windows.random(self.base.seed))?;
-        }
-        if trials.best().is_none() {
-            windows.search_beyond(trials)?;
+            if trials.best().is_none() {
+                windows.search_beyond(trials)?;
+            }
         }
         let Some((best, _)) = trials.best() else {
             return Ok(Proof::EachPart(0));

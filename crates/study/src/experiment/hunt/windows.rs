@@ -32,6 +32,7 @@ pub(super) struct Windows {
     lose: usize,
     late: usize,
     hang: usize,
+    shift: usize,
     /// Number of messages of the topic.
     messages: u64,
     /// End of the run (run time).
@@ -53,7 +54,7 @@ struct WindowKind<'w> {
 impl Windows {
     /// The windows of `budget` in the run without faults.
     pub fn of(budget: &Budget, usual: &Summary) -> Result<Self, HuntError> {
-        let [lose, late, hang] = budget.parts();
+        let [lose, late, hang, shift] = budget.parts();
         let topic = usual.topic(&budget.topic);
         let is_read = topic.is_some_and(TopicAccount::is_read);
         let messages = topic.map_or(0, |topic| topic.published);
@@ -66,21 +67,28 @@ impl Windows {
             let read = read.map(|topic| &*topic.name);
             return Err(HuntError::target(&budget.topic, why, read));
         }
-        let node = budget.hang.as_ref().map(|(name, _)| {
+        let node = |(name, _): &(String, Duration)| {
             let nodes = usual.nodes.iter().map(|node| &*node.name);
             let unknown = || HuntError::target(name, "there is no such node", nodes);
             usual.node(name).ok_or_else(unknown)
-        });
-        let node = node.transpose()?;
+        };
+        budget.shift.as_ref().map(node).transpose()?;
+        let node = budget.hang.as_ref().map(node).transpose()?;
         Ok(Self {
             topic: budget.topic.clone(),
             lose,
             late,
             hang,
+            shift,
             messages,
             end: usual.sim_time,
             period: node.map_or(Duration::ZERO, |node| node.hz.period()),
         })
+    }
+
+    /// Whether nothing may go wrong but a shift.
+    pub fn only_shift(&self) -> bool {
+        self.lose + self.late + self.hang == 0
     }
 
     /// Looks for the smallest window that loses the run.
@@ -130,13 +138,22 @@ impl Windows {
             starts: self.ticks(),
             list: Box::new(|size, tick| vec![FaultPart::Hang(self.tick(tick)); size]),
         });
+        // A larger shift is no worse than a smaller one: each is tried.
+        let shift = self.shift;
+        kinds.push(WindowKind {
+            most: shift.min(1),
+            starts: shift as u64,
+            list: Box::new(move |size, start| {
+                vec![FaultPart::Shift; (size - 1) * shift + start as usize + 1]
+            }),
+        });
         kinds.retain(|kind| kind.most > 0 && kind.starts > 0);
         kinds
     }
 
     /// The same share of each kind, at the same time.
     fn together(&self) -> WindowKind<'_> {
-        let most = self.lose.max(self.late).max(self.hang);
+        let most = self.lose.max(self.late).max(self.hang).max(self.shift);
         let share = move |of: usize, size: usize| (of * size).div_ceil(most);
         WindowKind {
             most,
@@ -149,6 +166,7 @@ impl Windows {
                 let mut list = self.lost(lost, at(self.messages));
                 list.extend(self.late(share(self.late, size), 1, at(self.messages) + lost as u64));
                 list.extend(vec![FaultPart::Hang(tick); share(self.hang, size)]);
+                list.extend(vec![FaultPart::Shift; share(self.shift, size)]);
                 list
             }),
         }
@@ -203,6 +221,7 @@ impl Windows {
                 let at = self.tick(below(self.ticks()));
                 list.extend(vec![FaultPart::Hang(at); self.hang]);
             }
+            list.extend(vec![FaultPart::Shift; self.shift]);
             list
         });
         lists.collect()
