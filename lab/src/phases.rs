@@ -85,7 +85,7 @@ impl PhaseSpread {
     }
 
     /// Lines for people.
-    pub fn lines(&self) -> [(&'static str, String); 2] {
+    pub fn lines(&self) -> impl Iterator<Item = (&'static str, String)> + use<> {
         let age = self
             .spread()
             .map_or_else(String::new, |[least, median, greatest]| {
@@ -102,6 +102,8 @@ impl PhaseSpread {
             ),
             ("worst", self.worst.join(" | ")),
         ]
+        .into_iter()
+        .filter(|(_, text)| !text.is_empty())
     }
 
     /// The same for programs.

@@ -148,3 +148,67 @@ fn offset(node: &NodeTopology, offset: Duration) -> Knob {
     let node = node.name.clone();
     Knob::Offset { node, offset }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{experiment::hunt, graph_file::GraphFile};
+
+    const TIED: &str = r#"
+        name = "tied"
+        node.camera = { rate = 50, publishes = ["/image"] }
+        node.control = { rate = 50, reads = ["/image"], publishes = ["/cmd"] }
+        chain.see = { path = ["camera", "/image", "control", "/cmd"], age_ms = 25 }
+    "#;
+
+    fn tied(knobs: &[&str]) -> Experiment {
+        let system = GraphFile::parse(TIED).expect("a graph").system(&[]);
+        let mut config = Config::default();
+        let knobs = knobs.iter().map(|knob| knob.parse().expect("a knob"));
+        config.setup.extend(knobs);
+        Experiment::new(Arc::new(system.expect("a system")), &config).expect("a run")
+    }
+
+    #[test]
+    fn a_note_is_about_ties_that_keep_data_fresh_and_about_no_other_phase() {
+        for (knobs, note) in [
+            (&[][..], "20.0 ms older"),
+            (&["offset camera 20"], "20.0 ms older"),
+            (&["rate camera 25"], "20.0 ms older"),
+            (&["offset camera 1"], ""),
+            (&["takes camera 5"], ""),
+            (&["rate camera 30"], ""),
+        ] {
+            let notes = tied(knobs).tie_notes();
+            assert_eq!(notes.len(), usize::from(!note.is_empty()), "{knobs:?}");
+            assert!(notes.iter().all(|text| text.contains(note)), "{notes:?}");
+        }
+    }
+
+    #[test]
+    fn the_smallest_shift_that_loses_a_run_is_found_beside_its_offset() {
+        let run = tied(&["offset control 2"]);
+        let hunt = hunt::Hunt::new(run.system.clone(), run.config.clone());
+        let budget = |node: &str| hunt::Budget {
+            shift: Some((node.to_owned(), Duration::from_millis(20))),
+            offset: run.config.setup.offset(node).unwrap_or_default(),
+            ..hunt::Budget::default()
+        };
+        let found = |node: &str| match hunt.run(&budget(node), &|| false).expect("a hunt") {
+            hunt::Hunted::Lost(found) => found.knobs[0].knob.to_string(),
+            hunt::Hunted::Held { runs, .. } => format!("held in {runs}"),
+        };
+        assert_eq!(found("control"), "offset control 6");
+        assert_eq!(found("camera"), "offset camera 3");
+    }
+
+    #[test]
+    fn phases_are_drawn_by_the_seed_and_within_the_periods() {
+        let (one, again) = (tied(&[]).phases(5), tied(&[]).phases(5));
+        assert_eq!(one, again);
+        let knobs = one.values.iter().flat_map(|value| &value.knobs);
+        let below =
+            |knob: &Knob| matches!(knob, Knob::Offset { offset, .. } if offset.as_millis() < 20);
+        assert!(knobs.clone().count() == 10 && knobs.clone().all(below));
+    }
+}
