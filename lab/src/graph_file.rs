@@ -5,29 +5,58 @@ use std::{path::Path, slice, sync::Arc};
 use ratelab_recording::with_durations;
 use ratelab_study::{
     file,
-    graph_file::{GraphFile, GraphFileError, MOST_BYTES},
+    graph_file::{GraphFile, GraphFileError, MOST_BYTES, changed},
 };
 
 use crate::{error::Error, program::Program};
 
-/// `program` with the system of the graph file at `path`, which may have its own system in the
-/// middle.
+/// `program` with the system of the graph file at `path`, changed by `with`, which may have its own
+/// system in the middle.
 ///
 /// # Errors
 /// [`Error::BadInput`] for an unreadable file or an error in it.
-pub fn open(program: &Program, path: &Path) -> Result<Program, Error> {
-    let name = path.display();
-    let refused = |why: String| Error::BadInput(format!("{name}: {why}"));
-    let wrong = |GraphFileError { line, column, what }| {
-        Error::BadInput(format!("{name}:{line}:{column}: {what}"))
-    };
-    let text = file::read_text(path, MOST_BYTES as u64).map_err(refused)?;
-    let graph = GraphFile::parse(&text).map_err(wrong)?;
-    let graph = graph.map_settings(with_durations).map_err(refused)?;
-    let system = graph.system(slice::from_ref(&program.system));
-    let system = system.map_err(wrong)?;
-    Ok(Program {
-        system: Arc::new(system),
-        course: false,
-    })
+pub fn open(program: &Program, path: &Path, with: &[String]) -> Result<Program, Error> {
+    let text = file::read_text(path, MOST_BYTES as u64);
+    let name = path.display().to_string();
+    let text = text.map_err(|why| Error::BadInput(format!("{name}: {why}")))?;
+    program.of_text(&name, text, with)
+}
+
+impl Program {
+    /// The same with its graph file changed by `with`.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if it has none, or not such a one.
+    pub fn with(&self, with: &[String]) -> Result<Self, Error> {
+        let text = self.system.about().graph_file.filter(|_| !with.is_empty());
+        match text {
+            Some(text) => self.of_text("--with", text.to_owned(), with),
+            None => Ok(Self {
+                system: self.system.clone(),
+                built_in: self.built_in.clone(),
+                ..*self
+            }),
+        }
+    }
+
+    /// The program with the graph of `text`, from the file called `name`, changed by `with`.
+    fn of_text(&self, name: &str, mut text: String, with: &[String]) -> Result<Self, Error> {
+        let refused = |why: String| Error::BadInput(format!("{name}: {why}"));
+        for change in with {
+            let changed = changed(&text, change);
+            text = changed.map_err(|why| Error::BadInput(format!("--with {why}")))?;
+        }
+        let wrong = |GraphFileError { line, column, what }| match with {
+            [] => Error::BadInput(format!("{name}:{line}:{column}: {what}")),
+            with => Error::BadInput(format!("{name} --with {:?}: {what}", with.join("; "))),
+        };
+        let graph = GraphFile::parse(&text).map_err(wrong)?;
+        let graph = graph.map_settings(with_durations).map_err(refused)?;
+        let system = graph.system(slice::from_ref(&self.built_in));
+        Ok(Self {
+            system: Arc::new(system.map_err(wrong)?),
+            course: false,
+            built_in: self.built_in.clone(),
+        })
+    }
 }

@@ -85,19 +85,13 @@ pub use ratelab_recording::OtherRun;
 /// The exit code is 0 for success, 2 for bad input, 1 for an unfinished run, and 128 + n
 /// after signal n.
 pub fn main(system: impl System) -> ExitCode {
-    exit(&Program {
-        system: Arc::new(system),
-        course: false,
-    })
+    exit(&Program::new(Arc::new(system), false))
 }
 
 /// Runs the `ratelab` command: the command for the cart-pole, with the exercises of the
 /// course and the figures of linear theory.
 pub fn course() -> ExitCode {
-    exit(&Program {
-        system: Arc::new(CartPole::default()),
-        course: true,
-    })
+    exit(&Program::new(Arc::new(CartPole::default()), true))
 }
 
 /// Plays a run of `system` on another runtime in the dashboard if there is a terminal, and
@@ -124,8 +118,8 @@ fn exit_after(outcome: Result<(), Error>) -> ExitCode {
 }
 
 fn execute(program: &Program) -> Result<(), Error> {
-    let (file, args) = cli::take_graph_file(env::args_os());
-    let opened = file.map(|file| graph_file::open(program, &file));
+    let (file, with, args) = cli::take_graph_file(env::args_os());
+    let opened = file.map(|file| graph_file::open(program, &file, &with));
     let opened = opened.transpose()?;
     let program = opened.as_ref().unwrap_or(program);
     match cli::parse(program, args) {

@@ -12,14 +12,26 @@ pub struct Program {
     pub system: Arc<dyn System>,
     /// Whether it includes the course of the cart-pole.
     pub course: bool,
+    /// The system without a graph file: that in the middle of one.
+    pub built_in: Arc<dyn System>,
 }
 
 impl Program {
+    /// The program for a system of its own; that of the `course`, or another one.
+    pub fn new(system: Arc<dyn System>, course: bool) -> Self {
+        Self {
+            built_in: system.clone(),
+            system,
+            course,
+        }
+    }
+
     /// The program for `recording`: of another system if that has a graph file.
     pub fn of(&self, recording: &Recording) -> Self {
         let graph = recording.graph_system(&self.system);
         Self {
             course: self.course && graph.is_none(),
+            built_in: self.built_in.clone(),
             system: graph.unwrap_or_else(|| self.system.clone()),
         }
     }

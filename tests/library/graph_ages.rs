@@ -53,7 +53,7 @@ fn sums_are_exact(text: &str) {
         count += 1;
     }
     assert!(count >= 20, "only {count} pushes: {text}");
-    let parts = lineage.mean_parts(acts, lineage.first_push(acts), secs(5.0));
+    let parts = mean_parts(&lineage, acts, lineage.first_push(acts), secs(5.0));
     let sum: f64 = parts.iter().map(|(_, ns)| ns).sum();
     let apart = (sum - mean).abs();
     assert!(apart <= 1.0, "mean {mean}, parts {sum}: {text}");
@@ -139,4 +139,63 @@ fn a_message_waits_for_its_partner_and_the_set_for_the_executor() {
     assert_eq!(Some(matched.what), right.map(WaitsFor::Match));
     assert_eq!((executed.from, executed.to), (at(130), at(140)));
     assert!(matches!(executed.what, WaitsFor::Node(_)));
+}
+
+/// The summary of a run with its ages, of the graph in `text`.
+fn with_ages(text: &str, until: &str) -> Summary {
+    let system = graph_system(text).unwrap_or_else(|error| panic!("{error}: {text}"));
+    let mut experiment = Experiment::new(system, &config(until)).expect("a graph");
+    experiment.watch_ages();
+    experiment.run().expect("no fault")
+}
+
+#[test]
+fn the_parts_of_an_age_over_a_whole_run_sum_to_it_for_every_chain() {
+    // Long enough to be counted in several batches.
+    for name in ["robot", "autoware", "starving-subscription", "half-idle"] {
+        let path = format!("{}/../graphs/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"));
+        let summary = with_ages(&text, "until 60");
+        let system = graph_system(&text).expect("a graph");
+        for chain in system.about().chains {
+            let mut ages = summary.ages.iter();
+            let age = ages.find(|age| age.chain == Some(chain.name()));
+            let figure = chain.mean_ms(summary.sim_time, &summary.chains);
+            let Some((age, figure)) = age.zip(figure) else {
+                assert_eq!(age.is_none(), figure.is_none(), "{name}: {}", chain.name());
+                continue;
+            };
+            let sum: i64 = age.parts.iter().map(|part| part.ns).sum();
+            assert_eq!(sum, age.mean_ns, "{name}: {age:?}");
+            let apart = (age.mean_ns as f64 - figure * 1e6).abs();
+            assert!(apart < 2.0, "{name}: {age:?}, measured {figure} ms");
+            assert!(
+                age.parts.iter().all(|part| part.kind != "before"),
+                "{age:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn an_age_over_a_run_names_who_it_is_due_to_and_its_99th_percentile() {
+    let text = "name = 'two'\n[node.camera]\nrate = 10\ntakes = 20\npublishes = ['/image']\n\
+                [node.control]\nrate = 10\noffset = 50\nreads = ['/image']\n\
+                [chain.see]\npath = ['camera', '/image', 'control']\n";
+    let summary = with_ages(text, "until 20.05");
+    let [age] = &summary.ages[..] else {
+        panic!("{:?}", summary.ages)
+    };
+    // From 50 to 150 ms old, all the time.
+    assert_eq!((age.mean_ns, age.p99_ns), (100_000_000, 149_000_000));
+    let parts = age.parts.iter();
+    let parts: Vec<_> = parts
+        .map(|part| (part.kind, &*part.owner, part.ns / 1_000_000))
+        .collect();
+    let expected = [
+        ("hold", "/image", 45),
+        ("wait", "control", 34),
+        ("cost", "camera", 20),
+    ];
+    assert_eq!(parts, expected);
 }

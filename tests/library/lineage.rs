@@ -212,7 +212,7 @@ fn sums_are_exact(plan: &Plan, seed: u64, chains: bool) -> Result<(), TestCaseEr
         }
     }
     if let Some((first, ..)) = applied.first() {
-        let parts = lineage.mean_parts(actor, *first, secs(1.0));
+        let parts = mean_parts(&lineage, actor, *first, secs(1.0));
         let sum: f64 = parts.iter().map(|(_, ns)| ns).sum();
         let mean = age.unwrap_or_default() * 1e9;
         prop_assert!((sum - mean).abs() < 1.0, "{sum} for {mean}");

@@ -3,7 +3,10 @@
 use ratelab::{Event, Knob, Time, TimedKnob};
 use ratelab_account::{Lineage, TickRecord};
 use ratelab_effects::takes_time;
-use ratelab_study::system::{PlanBar, PlanBars, Planning};
+use ratelab_study::{
+    experiment::{RunAge, RunAges, Summary},
+    system::{PlanBar, PlanBars, Planning, System},
+};
 
 use super::recorded::Recording;
 
@@ -24,6 +27,16 @@ impl Recording {
         }
         lineage.settle();
         lineage
+    }
+
+    /// The ages of the whole run of `system` with this `summary`, with their parts; none without
+    /// all messages and ticks.
+    pub fn ages(&self, system: &dyn System, summary: &Summary) -> Vec<RunAge> {
+        let lost = self.outcome.as_ref().map_or(0, |outcome| outcome.lost);
+        match lost {
+            0 => RunAges::new(system, self.lineage()).finish(summary.sim_time, &summary.nodes),
+            _ => Vec::new(),
+        }
     }
 
     /// The plans of the run as bars, by lane.

@@ -6,16 +6,24 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use super::heading;
 use clap::{Arg, Args, Command, ValueHint};
 
 /// The ending of graph files.
 const ENDING: &str = "toml";
 
 /// The commands that run a graph.
-const COMMANDS: [&str; 7] = ["lab", "run", "sweep", "hunt", "check", "picture", "up"];
+const COMMANDS: [&str; 8] = [
+    "lab", "run", "sweep", "advise", "hunt", "check", "picture", "up",
+];
 
-/// The graph file in `args`, if there is one, and the other arguments.
-pub fn take(args: impl IntoIterator<Item = OsString>) -> (Option<PathBuf>, Vec<OsString>) {
+/// Name of the option that changes the file.
+const WITH: &str = "with";
+
+/// The graph file in `args`, if there is one, its changes, and the other arguments.
+pub fn take(
+    args: impl IntoIterator<Item = OsString>,
+) -> (Option<PathBuf>, Vec<String>, Vec<OsString>) {
     let mut args: Vec<OsString> = args.into_iter().collect();
     let is_command = |arg: &OsString| COMMANDS.iter().any(|command| arg == OsStr::new(command));
     let place = match args.get(1).is_some_and(is_command) {
@@ -23,8 +31,22 @@ pub fn take(args: impl IntoIterator<Item = OsString>) -> (Option<PathBuf>, Vec<O
         false => 1,
     };
     let file = args.get(place).is_some_and(|arg| is_graph_file(arg));
-    let file = file.then(|| args.remove(place).into());
-    (file, args)
+    if !file {
+        return (None, Vec::new(), args);
+    }
+    let file = Some(args.remove(place).into());
+    let (mut with, mut others) = (Vec::new(), Vec::new());
+    let mut args = args.into_iter();
+    while let Some(arg) = args.next() {
+        let text = arg.to_string_lossy();
+        match text.strip_prefix("--with") {
+            Some("") => with.extend(args.next()),
+            Some(change) if change.starts_with('=') => with.push(change[1..].into()),
+            _ => others.push(arg),
+        }
+    }
+    let with = with.iter().map(|with| with.to_string_lossy().into_owned());
+    (file, with.collect(), others)
 }
 
 /// Whether `arg` names a graph file.
@@ -45,7 +67,18 @@ pub fn describe(command: Command) -> Command {
         .help("A graph file (.toml) in place of the built-in graph; see ratelab new")
         .value_hint(ValueHint::FilePath)
         .value_parser(misplaced);
-    command.arg(graph)
+    let with = Arg::new(WITH)
+        .long(WITH)
+        .value_name("KEY=VALUE")
+        .help("Change a key of the graph file, such as 'node.planner.trigger = [\"/objects\"]'")
+        .help_heading(heading::GRAPH)
+        .value_parser(without_file);
+    command.arg(graph).arg(with)
+}
+
+/// Refuses a change of no graph file.
+fn without_file(_: &str) -> Result<PathBuf, String> {
+    Err("there is no graph file to change: it stands right behind the command".to_owned())
 }
 
 /// Refuses a graph file at another place.
@@ -92,7 +125,7 @@ mod tests {
             ("ratelab --x.toml", None, "ratelab --x.toml"),
             ("ratelab", None, "ratelab"),
         ] {
-            let (found, others) = take(line.split(' ').map(OsString::from));
+            let (found, _, others) = take(line.split(' ').map(OsString::from));
             let rest: Vec<OsString> = rest.split(' ').map(OsString::from).collect();
             assert_eq!((found, others), (file.map(PathBuf::from), rest), "{line}");
         }

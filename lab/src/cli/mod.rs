@@ -1,5 +1,6 @@
 //! The command line.
 
+mod advise;
 mod check;
 mod course;
 mod examples;
@@ -29,6 +30,7 @@ use crate::{
 #[cfg(feature = "network")]
 pub use self::network::{NetworkArgs, ProcessArgs};
 pub use self::{
+    advise::AdviseArgs,
     check::CheckArgs,
     course::{ExerciseArgs, GradeArgs, Label, Wanted},
     examples::EXAMPLES,
@@ -67,6 +69,8 @@ pub enum Command {
     Run(PlainRunArgs),
     /// Run many rates, depths and seeds on all cores; count the successful runs.
     Sweep(SweepArgs),
+    /// Run what could make the data younger, and rank it by what it did.
+    Advise(AdviseArgs),
     /// Find the least that has to go wrong for a run to be lost.
     Hunt(HuntArgs),
     /// Compare a graph with the limits in its file, for tests: exit code 1 if one is missed.
@@ -122,7 +126,7 @@ pub enum CourseCommand {
 }
 
 /// Place of the commands of the course in the help: the others have even places.
-const COURSE: usize = 31;
+const COURSE: usize = 33;
 
 /// Parses the command line `args` of `program`.
 ///
@@ -171,7 +175,7 @@ pub fn command(program: &Program) -> clap::Command {
         .version(version::short(program))
         .long_version(version::long(program));
     let with_options = |command: clap::Command| match command.get_name() {
-        "lab" | "run" | "hunt" | "check" | "picture" | "up" | "node" => {
+        "lab" | "run" | "advise" | "hunt" | "check" | "picture" | "up" | "node" => {
             network::describe(system::with_run_options(command, program), program)
         }
         "sweep" => system::with_axes(command, program),

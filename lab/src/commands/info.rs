@@ -50,7 +50,9 @@ fn overview(program: &Program, recording: &Arc<Recording>) -> String {
         open: open(recording),
         ..ReportContext::default()
     };
-    let run = text::of(&**replay.system(), &replay.summary(), &context);
+    let (system, mut summary) = (replay.system(), replay.summary());
+    summary.ages = recording.ages(&**system, &summary);
+    let run = text::of(&**system, &summary, &context);
     format!("{}\n{run}", text::lines(&lines))
 }
 

@@ -1,6 +1,7 @@
 //! The commands, a file each. Code that several of them share is outside of this folder:
 //! none imports another.
 
+mod advise;
 mod branch;
 mod check;
 mod completions;
@@ -36,6 +37,7 @@ pub fn execute(program: &Program, command: Command) -> Result<(), Error> {
         Command::Lab(args) => lab::lab(program, &args),
         Command::Run(args) => run::run(program, &args),
         Command::Sweep(args) => sweep::sweep(program, &args),
+        Command::Advise(args) => advise::advise(program, &args),
         Command::Hunt(args) => hunt::hunt(program, &args),
         Command::Check(args) => check::check(program, &args),
         Command::New(args) => new::new(&args),

@@ -35,6 +35,7 @@ pub fn run(program: &Program, plain: &PlainRunArgs) -> Result<(), Error> {
     // still written.
     signals::watch(move || drop(commands.send(Command::Stop)), || ());
     let mut outputs = Outputs::prepare(&plan(args, &experiment)?)?;
+    experiment.watch_ages();
     let recorder = record(destination(args), &experiment)?;
     let mut csv = outputs.csv.take();
     let rows = csv.as_mut().map(output::OutputFile::begin).transpose()?;

@@ -14,6 +14,7 @@ use ratelab_study::{
 use serde_json::{Map, Value, json};
 
 use crate::{
+    summary::ages,
     summary::text::{ReportContext, saw_the_wall},
     timing::{is_timed, was_late},
 };
@@ -72,6 +73,9 @@ fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<
         let [run, late] = [age.run_s, age.late_s].map(|seconds| json!(rounded(seconds * 1e3)));
         keys.insert("mean_push_age_ms".to_owned(), run);
         keys.insert("late_push_age_ms".to_owned(), late);
+    }
+    if !summary.ages.is_empty() {
+        keys.insert("age_parts".to_owned(), ages::json(&summary.ages));
     }
     add_figures(&mut keys, &summary.figures);
     if let Some((mean, cost)) = summary.cost.zip(system.quadratic_cost()) {

@@ -17,6 +17,7 @@ use ratelab_study::{
 use crate::{
     phases::PhaseSpread,
     printable::in_line,
+    summary::ages,
     timing::{self, was_late},
 };
 
@@ -56,6 +57,7 @@ pub fn of(system: &dyn System, summary: &Summary, context: &ReportContext) -> St
     lines.extend(latency(system, summary).map(|text| ("latency", text)));
     let age = summary.push_age();
     lines.extend(age.map(|age| ("push age", push_age(age))));
+    lines.extend(ages::lines(&summary.ages));
     lines.extend(context.phases.iter().flat_map(PhaseSpread::lines));
     let (figures, block) = (summary.figures.iter(), |figure: &SystemFigure| figure.block);
     let block = figures.clone().find_map(block).unwrap_or("figures");

@@ -2,6 +2,7 @@
 //! What lines of the shell can say is in `scripts/`.
 #![cfg(unix)] // Shells, signals and terminals as Unix has them.
 
+mod advise;
 mod exercise;
 mod export_web;
 mod gate;
@@ -45,6 +46,7 @@ mod scripts {
     use crate::support::{names, script::play, shell};
 
     scripts!(
+        advise,
         check,
         exercise,
         exercise_check,

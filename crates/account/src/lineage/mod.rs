@@ -35,6 +35,8 @@ pub struct Lineage {
     /// The topics on the way of the data to the node that acts, the sensor first; empty if the
     /// times of the sensing tell it.
     path: Vec<usize>,
+    /// Whether that is another way than the one of the measured pushes.
+    beside: bool,
     /// Number of messages and ticks kept per topic and node.
     kept: usize,
 }
@@ -114,6 +116,7 @@ impl Lineage {
             nodes: nodes.collect(),
             topology,
             path: Vec::new(),
+            beside: false,
             kept: usize::MAX,
         }
     }
@@ -129,13 +132,26 @@ impl Lineage {
     /// node that acts, the sensor first. Where readings meet, it tells which of them counts.
     #[must_use]
     pub fn along(self, path: &[impl AsRef<str>]) -> Self {
+        let path = self.places(path).unwrap_or_default();
+        Self { path, ..self }
+    }
+
+    /// The indices of topics by their names.
+    fn places(&self, names: &[impl AsRef<str>]) -> Option<Vec<usize>> {
         let topics = &self.topology.topics;
         let place = |name: &str| topics.iter().position(|topic| topic.name == name);
-        let path: Option<Vec<usize>> = path.iter().map(|name| place(name.as_ref())).collect();
-        Self {
-            path: path.unwrap_or_default(),
-            ..self
-        }
+        names.iter().map(|name| place(name.as_ref())).collect()
+    }
+
+    /// Goes another way from now on: along the topics of this `path`, the sensor's first, whatever
+    /// pushes its last node measures; by the times of the sensing if it is empty. Returns `false`
+    /// if the graph lacks one of them.
+    pub fn go_along(&mut self, path: &[impl AsRef<str>]) -> bool {
+        let path = self.places(path);
+        let known = path.is_some();
+        self.path = path.unwrap_or_default();
+        self.beside = !self.path.is_empty();
+        known
     }
 
     /// The graph.

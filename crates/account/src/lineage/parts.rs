@@ -131,7 +131,9 @@ impl Lineage {
                 self.add_reading(&mut parts, (input, read), node, index);
                 parts
             }
-            _ => AgeParts {
+            // No data of this chain came with it yet.
+            None if self.path.iter().skip(1).any(|on_it| *on_it == topic) => return None,
+            None => AgeParts {
                 parts: Vec::new(),
                 before_ns: match self.path.first() == Some(&topic) {
                     true => 0, // Its data begin with the tick.

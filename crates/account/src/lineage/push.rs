@@ -39,43 +39,6 @@ impl PushInForce {
         parts.add(AgeStage::Kept { topic, node }, outdated, at);
         parts
     }
-
-    /// Adds the integrals of its parts from `begin` to `end` (ns²) to `sums`.
-    fn integrate(&self, begin: Time, end: Time, sums: &mut Sums) {
-        let stretch = end.since(begin).as_nanos() as f64;
-        let before = self.parts.before_ns as f64;
-        sums.add(AgeStage::Before, before * stretch);
-        for part in &self.parts.parts {
-            sums.add(part.stage, part.took.as_nanos() as f64 * stretch);
-        }
-        let outdated = self.outdated.unwrap_or(Time::MAX).max(self.since);
-        let (early, late) = (end.min(outdated), begin.max(outdated));
-        let grown = |from: Time, to: Time, since: Time| {
-            let [from, to] = [from, to].map(|at| at.since(since).as_nanos() as f64);
-            (to * to - from * from).max(0.0) / 2.0
-        };
-        let (topic, node) = (self.topic, self.node);
-        let held = grown(begin, early.max(begin), self.since)
-            + outdated.since(self.since).as_nanos() as f64 * end.since(late).as_nanos() as f64;
-        sums.add(AgeStage::Held { topic, node }, held);
-        sums.add(
-            AgeStage::Kept { topic, node },
-            grown(late, end.max(late), outdated),
-        );
-    }
-}
-
-/// Sums per stage, in the order of the first occurrence of each stage.
-#[derive(Default)]
-struct Sums(Vec<(AgeStage, f64)>);
-
-impl Sums {
-    fn add(&mut self, stage: AgeStage, sum: f64) {
-        match self.0.iter_mut().find(|(known, _)| *known == stage) {
-            Some((_, known)) => *known += sum,
-            None => self.0.push((stage, sum)),
-        }
-    }
 }
 
 impl Lineage {
@@ -97,7 +60,8 @@ impl Lineage {
         let TracedTick { tick, .. } = &ticks[first];
         let since = tick.ends?;
         parts.add(AgeStage::Cost { node }, tick.at, since);
-        if let Some(push) = ticks[index].tick.push {
+        // That of another chain through the node is not measured by its pushes.
+        if let Some(push) = ticks[index].tick.push.filter(|_| !self.beside) {
             // What is recorded of the chain may begin later.
             parts.before_ns += signed(since) - signed(push.sensed) - parts.sum_ns();
         }
@@ -115,11 +79,12 @@ impl Lineage {
     /// The message that a tick of an acting node applied.
     pub(super) fn applied_by(&self, node: usize, index: usize) -> Option<(usize, u64)> {
         let worked = &self.nodes[node].ticks[index];
-        let last = self.path.last();
-        let on_path = last.and_then(|topic| Some((*topic, worked.read(*topic)?)));
+        if let Some(topic) = self.path.last() {
+            return Some((*topic, worked.read(*topic)?));
+        }
         let sensed = worked.tick.push.map(|push| push.sensed);
         let known = || self.derived_from(node, index, sensed?);
-        on_path.or_else(known).or(worked.reads.first().copied())
+        known().or(worked.reads.first().copied())
     }
 
     /// All pushes of a node with known chains, oldest first.
@@ -168,19 +133,6 @@ impl Lineage {
         let greatest = pushes.map(|(push, end)| push.parts(end).sum_ns()).max();
         let greatest = u64::try_from(greatest.unwrap_or_default());
         Duration::from_nanos(greatest.unwrap_or_default())
-    }
-
-    /// The mean of each part of the push age of a node over run time `from` to `to` (ns),
-    /// in the order from the sensing to now; empty without known pushes.
-    pub fn mean_parts(&self, node: usize, from: Time, to: Time) -> Vec<(AgeStage, f64)> {
-        let (mut sums, mut begin) = (Sums::default(), to);
-        for (push, end) in self.pushes_between(node, from, to) {
-            begin = push.since.max(from);
-            push.integrate(begin, end, &mut sums);
-        }
-        let time = to.since(begin).as_nanos() as f64;
-        let known = sums.0.into_iter().filter(|(_, sum)| *sum > 0.0);
-        known.map(|(stage, sum)| (stage, sum / time)).collect()
     }
 }
 

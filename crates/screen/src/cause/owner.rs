@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use ratelab::{Head, Knob, Time};
 use ratelab_account::{AgeStage, NodeAccount, TracedTick};
+use ratelab_study::experiment::mean_parts;
 
 use super::{AgeReason, Facts, Hang, Owner};
 
@@ -11,7 +12,7 @@ impl Facts<'_> {
     /// The owners of the push age of `node`, each with its mean part, the largest first.
     pub fn owners(&self, node: usize) -> Vec<(Owner, Duration)> {
         let mut owners: Vec<(Owner, f64)> = Vec::new();
-        for (stage, ns) in self.lineage.mean_parts(node, self.late.0, self.late.1) {
+        for (stage, ns) in mean_parts(self.lineage, node, self.late.0, self.late.1) {
             let Some(owner) = self.owner(stage, ns) else {
                 continue;
             };

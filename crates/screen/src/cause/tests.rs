@@ -8,7 +8,7 @@ use ratelab_cart_pole::CartPole;
 use ratelab_effects::checked;
 use ratelab_recording::Recording;
 use ratelab_study::{
-    experiment::{Config, Experiment, Summary},
+    experiment::{Config, Experiment, Summary, mean_parts},
     system::{AgeLimits, Setup, System, WorldKind},
 };
 
@@ -170,7 +170,7 @@ fn age(
     (from, to): (Time, Time),
     limits: AgeLimits,
 ) -> Option<AgeData> {
-    let parts = lineage.mean_parts(acts, from, to);
+    let parts = mean_parts(lineage, acts, from, to);
     let mean: f64 = parts.iter().map(|(_, ns)| ns).sum();
     let greatest = lineage.greatest_age(acts, from, to);
     (!parts.is_empty()).then(|| AgeData {

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use ratelab::{Event, Time};
 use ratelab_account::{NodeAccount, Snapshot, TopicAccount};
-use ratelab_study::system::System;
+use ratelab_study::{experiment::mean_parts, system::System};
 
 use super::standing::health;
 use crate::{
@@ -29,7 +29,7 @@ pub(super) fn push(
         None => latest(graph, lineage, acts),
     };
     let parts = lineage.push_at(acts, graph.now)?.parts(graph.now);
-    let stages = lineage.mean_parts(acts, from, to);
+    let stages = mean_parts(lineage, acts, from, to);
     let mut mean = PartKind::ALL.map(|kind| {
         let of_kind = stages
             .iter()

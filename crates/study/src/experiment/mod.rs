@@ -17,8 +17,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod ages;
 mod config;
 pub mod hunt;
+mod over_time;
 pub mod parallel;
 mod part;
 mod phases;
@@ -41,7 +43,11 @@ use ratelab_account::{Observer, RecordedTopic, Rows, TapHandle};
 use ratelab_real_clock::RealClock;
 use ratelab_replay::RunLog;
 
+use ages::AgeWatch;
+pub use ages::{AgeShare, RunAge, RunAges};
 pub use config::Config;
+pub use over_time::mean_parts;
+pub(crate) use parallel::in_parallel;
 pub use step_csv::{StepWriter, header};
 pub use summary::{MeanPushAge, Summary};
 pub use taps::Taps;
@@ -59,6 +65,7 @@ pub struct Experiment {
     recorded: RecordedTopics,
     cost: Option<SharedCost>,
     tally: Option<SharedTally>,
+    ages: Option<AgeWatch>,
     commands: Sender<Command>,
     inbox: Inbox,
 }
@@ -189,6 +196,7 @@ impl Experiment {
         Ok(Self {
             cost: watch_cost(&*system, &taps, &recorded),
             tally: watch_figures(&*system, &config, &taps, &recorded),
+            ages: None,
             system,
             config,
             graph,
@@ -244,6 +252,12 @@ impl Experiment {
         }
     }
 
+    /// Adds up the ages of the run with their parts, for its summary; without this call nobody
+    /// does.
+    pub fn watch_ages(&mut self) {
+        self.ages = Some(AgeWatch::start(self));
+    }
+
     /// Adds timed `commands` to the knobs of the configuration.
     pub fn schedule(&mut self, commands: Vec<TimedCommand>) {
         self.inbox.schedule(commands);
@@ -277,6 +291,7 @@ impl Experiment {
             recorded,
             cost,
             tally,
+            ages,
             commands,
             mut inbox,
         } = self;
@@ -317,7 +332,11 @@ impl Experiment {
             cost,
             ..Summary::of(&config, verdict)
         };
-        Ok(summary.observed(&*system, &observer))
+        let mut summary = summary.observed(&*system, &observer);
+        summary.ages = ages.map_or_else(Vec::new, |ages| {
+            ages.finish(summary.sim_time, &summary.nodes)
+        });
+        Ok(summary)
     }
 }
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 use ratelab::{Event, Interrupt, Time, TimedKnob};
 use ratelab_account::{Distribution, NodeAccount, Observer, Snapshot, TopicAccount};
 
-use super::Config;
+use super::{Config, RunAge};
 use crate::system::{System, SystemFigure, Verdict};
 
 /// The summary of a run.
@@ -28,6 +28,8 @@ pub struct Summary {
     pub cost: Option<f64>,
     /// The system's own figures of the run.
     pub figures: Vec<SystemFigure>,
+    /// Its ages with their parts, if they were [watched](super::Experiment::watch_ages).
+    pub ages: Vec<RunAge>,
     /// Run time at the end.
     pub sim_time: Time,
     /// Wall time of the run.
@@ -96,6 +98,7 @@ impl Summary {
             chains: Vec::new(),
             cost: None,
             figures: Vec::new(),
+            ages: Vec::new(),
             sim_time: verdict.at,
             wall_time: Duration::ZERO,
             latency: Distribution::empty(),

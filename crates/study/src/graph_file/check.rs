@@ -230,9 +230,8 @@ fn chain(block: &Block, file: &GraphFile) -> Checked<ChainSpec> {
         let what = format!("chain {name:?} has a share without a limit: add age_ms");
         return refuse(*at, what);
     }
-    let nodes = path.iter().filter(|place| !place.is_topic());
-    let nodes = nodes.map(|node| &*node.text);
-    let chain = DataChain::new(name, file.chains.len(), nodes, limit);
+    let names = path.iter().map(|place| &*place.text);
+    let chain = DataChain::new(name, file.chains.len(), names, limit);
     Ok(ChainSpec { chain, path })
 }
 

@@ -36,6 +36,7 @@
 //! copies it from the message that it read last on the topic before in the chain, so data
 //! ages are exact along the named path.
 
+mod change;
 mod check;
 mod document;
 mod error;
@@ -55,6 +56,7 @@ use ratelab_effects::{Callback, Executor};
 
 use crate::system::{DataChain, FigureLimit};
 
+pub use change::changed;
 pub use error::GraphFileError;
 pub use system::GraphSystem;
 

@@ -25,8 +25,6 @@ pub struct GraphSystem {
     signals: Vec<Signal>,
     groups: Vec<Group>,
     verdicts: Vec<&'static VerdictKind>,
-    /// The topics before the last node of the first chain.
-    first_path: Vec<String>,
 }
 
 impl GraphFile {
@@ -48,17 +46,6 @@ impl GraphFile {
         let middle = middle.transpose();
         let middle = middle.map_err(|refusal| refusal.in_text(&self.text))?;
         Ok(GraphSystem::new(self, middle))
-    }
-
-    /// The topics before the last node of the first chain.
-    fn first_path(&self) -> Vec<String> {
-        let of = |spec: &ChainSpec| {
-            let last = spec.place(spec.chain.last()).unwrap_or_default();
-            let topics = spec.path[..last].iter();
-            let topics = topics.filter(|place| place.text.starts_with('/'));
-            topics.map(|topic| topic.text.clone()).collect()
-        };
-        self.chains.first().map_or_else(Vec::new, of)
     }
 
     /// The verdicts where all limits are kept: to the end of the run, and until it was stopped.
@@ -99,10 +86,6 @@ impl GraphSystem {
             signals: signals(file, inner),
             groups: [about.groups, &groups(file, &chains)].concat(),
             settings: settings.collect(),
-            first_path: match inner {
-                Some(_) => Vec::new(),
-                None => file.first_path(),
-            },
             file: file.clone(),
             middle,
             chains,
@@ -184,13 +167,14 @@ impl System for GraphSystem {
     }
 
     fn about(&self) -> About<'_> {
+        let first = self.chains.first().filter(|_| self.middle.is_none());
         About {
             groups: &self.groups,
             settings: &self.settings,
             graph_file: Some(&self.file.text),
             chains: &self.chains,
             limits: &self.file.limits,
-            latency_path: &self.first_path,
+            latency_path: first.map_or(&[], DataChain::topics),
             ..self.inner().map(System::about).unwrap_or_default()
         }
     }

@@ -43,7 +43,7 @@ pub struct About<'s> {
     pub fixed: &'static [[&'static str; 2]],
     /// The topics on the way of the data to the node of its latency, the sensor first; empty if
     /// the origin of each message tells it.
-    pub latency_path: &'s [String],
+    pub latency_path: &'s [&'s str],
 }
 
 /// Nodes that share something beside topics.

@@ -22,6 +22,8 @@ pub struct DataChain {
     number: usize,
     /// Its nodes, in the direction of the data.
     pub(crate) nodes: &'static [&'static str],
+    /// The topics on the way to its last node.
+    topics: &'static [&'static str],
     pub(crate) limit: Option<Limit>,
     missed: &'static VerdictKind,
     silent: &'static VerdictKind,
@@ -64,14 +66,16 @@ fn percent(share: f64) -> String {
 }
 
 impl DataChain {
-    /// Chain number `number` through `nodes`.
+    /// Chain number `number` along `path`, of nodes and topics.
     pub(crate) fn new<'n>(
         name: &str,
         number: usize,
-        nodes: impl Iterator<Item = &'n str>,
+        path: impl Iterator<Item = &'n str>,
         limit: Option<Limit>,
     ) -> Self {
         let key = key(name);
+        let (mut topics, nodes): (Vec<&str>, Vec<&str>) = path.partition(|of| of.starts_with('/'));
+        topics.truncate(nodes.len().saturating_sub(1));
         let older = limit.map_or_else(String::new, |limit| {
             let (ms, rest) = (limit.ms(), percent(1.0 - limit.share));
             match limit.share >= 1.0 {
@@ -86,14 +90,25 @@ impl DataChain {
             name: kept_text(name),
             number,
             nodes: kept_list(nodes),
+            topics: kept_list(topics),
             limit,
             missed: kind("missed", format!("{name} {older}")),
             silent: kind("silent", format!("no data came through {name}")),
         }
     }
 
+    /// Its name.
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// The topics on the way to its last node.
+    pub fn topics(&self) -> &'static [&'static str] {
+        self.topics
+    }
+
     /// The node at its end.
-    pub(crate) fn last(&self) -> &'static str {
+    pub fn last(&self) -> &'static str {
         self.nodes.last().copied().unwrap_or_default()
     }
 
@@ -115,11 +130,6 @@ impl DataChain {
 
     fn figures(&self, at: Time, row: &[f64]) -> Option<ChainFigures> {
         ChainFigures::at(row, self.number, self.limit.map(|limit| limit.age), at)
-    }
-
-    /// Its mean data age up to run time `at` (ms), from the newest message on [`CHAINS`].
-    pub(crate) fn mean_ms(&self, at: Time, row: &[f64]) -> Option<f64> {
-        Some(self.figures(at, row)?.mean)
     }
 
     /// The verdict on it up to run time `at`, unless its limit is kept. Data may still come
@@ -145,6 +155,23 @@ impl DataChain {
             unit,
             value: figures.map_or(f64::NAN, value),
         })
+    }
+
+    /// Its mean age up to run time `at` (ms), from the newest message on [`CHAINS`].
+    pub fn mean_ms(&self, at: Time, row: &[f64]) -> Option<f64> {
+        Some(self.figures(at, row)?.mean)
+    }
+
+    /// The share of the time up to run time `at` for which its limit was kept, from the newest
+    /// message on [`CHAINS`]; `None` without a limit or data.
+    pub fn within_share(&self, at: Time, row: &[f64]) -> Option<f64> {
+        let figures = self.limit.and(self.figures(at, row))?;
+        Some(figures.share)
+    }
+
+    /// What that share lacks, where it is too small; below zero where it is not.
+    pub fn excess(&self, at: Time, row: &[f64]) -> Option<f64> {
+        Some(self.limit?.share - self.within_share(at, row)?)
     }
 
     /// Its data age up to run time `at` in words, from the newest message on [`CHAINS`]; `idle`

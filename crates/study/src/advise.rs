@@ -1,0 +1,252 @@
+//! What would make an age younger: changes that follow from a graph, each of which is run.
+
+use std::{cmp::Reverse, num::NonZeroUsize, ops::ControlFlow, sync::Arc, time::Duration};
+
+use ratelab::{Depth, Hz, Interrupt, Knob, ReadOrder, Topology, millis};
+use ratelab_effects::{Cost, Draw, Link};
+
+use crate::{
+    experiment::{Config, Experiment, RunAge, Summary, in_parallel},
+    graph_file::GraphFile,
+    system::System,
+};
+
+/// The most changes that are tried, those of the oldest parts first.
+const MOST: usize = 200;
+
+/// The significant digits of usual rates.
+const RATES: [f64; 10] = [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
+
+/// A change of a run: knobs, and keys of its graph file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AgeChange {
+    /// The nodes and topics that it changes.
+    pub of: Vec<String>,
+    /// The knobs.
+    pub knobs: Vec<Knob>,
+    /// Changes of the graph file; see [`changed`](crate::graph_file::changed).
+    pub with: Vec<String>,
+}
+
+impl AgeChange {
+    /// Both changes.
+    #[must_use]
+    pub fn and(&self, other: &Self) -> Self {
+        Self {
+            of: [&self.of[..], &other.of].concat(),
+            knobs: [&self.knobs[..], &other.knobs].concat(),
+            with: [&self.with[..], &other.with].concat(),
+        }
+    }
+}
+
+/// The changes to try for an `age` of the run of `experiment`.
+pub fn changes(experiment: &Experiment, age: &RunAge) -> Vec<AgeChange> {
+    let topology = experiment.observer().topology();
+    let text = experiment.system().about().graph_file;
+    let graph = Candidates {
+        knobs: experiment.config().setup.iter().collect(),
+        file: text.and_then(|text| GraphFile::parse(text).ok()),
+        topology: &topology,
+    };
+    let owned = |name: &str| {
+        let parts = age.parts.iter().filter(|part| part.owner == name);
+        Reverse(parts.map(|part| part.ns).sum::<i64>())
+    };
+    let mut nodes = graph.before(&age.node);
+    nodes.sort_by_key(|node| owned(&topology.nodes[*node].name));
+    let inputs = |topic: &usize| {
+        topology.topics[*topic]
+            .readers
+            .iter()
+            .any(|r| nodes.contains(r))
+    };
+    let topics = (0..topology.topics.len()).filter(inputs);
+    let of_topics: Vec<AgeChange> = topics.flat_map(|topic| graph.of_topic(topic)).collect();
+    let of_nodes = nodes.iter().flat_map(|node| graph.of_node(*node));
+    let mut changes: Vec<AgeChange> = Vec::new();
+    for change in of_topics.into_iter().chain(of_nodes) {
+        if !changes.contains(&change) {
+            changes.push(change);
+        }
+    }
+    changes.truncate(MOST);
+    changes
+}
+
+/// A graph that may be changed.
+struct Candidates<'g> {
+    topology: &'g Topology,
+    /// Its settings.
+    knobs: Vec<&'g Knob>,
+    file: Option<GraphFile>,
+}
+
+impl Candidates<'_> {
+    /// The nodes whose data come to a node, and that node.
+    fn before(&self, name: &str) -> Vec<usize> {
+        let Topology { nodes, topics } = self.topology;
+        let mut known: Vec<usize> = (0..nodes.len())
+            .filter(|n| nodes[*n].name == name)
+            .collect();
+        let mut next = 0;
+        while let Some(node) = known.get(next).copied() {
+            let inputs = topics.iter().filter(|topic| topic.readers.contains(&node));
+            let publishers: Vec<usize> =
+                inputs.flat_map(|topic| topic.publishers.clone()).collect();
+            for publisher in publishers {
+                if !known.contains(&publisher) {
+                    known.push(publisher);
+                }
+            }
+            next += 1;
+        }
+        known
+    }
+
+    fn of_topic(&self, topic: usize) -> Vec<AgeChange> {
+        let topic = &self.topology.topics[topic];
+        let mut changes = Vec::new();
+        let mine = self.knobs.iter().filter(|knob| knob.target() == topic.name);
+        for knob in mine {
+            match knob {
+                Knob::Link { spec, .. } => changes.extend(half_link(spec)),
+                Knob::Read {
+                    order: ReadOrder::Oldest,
+                    ..
+                } => {
+                    changes.push(("read", "newest".to_owned()));
+                }
+                _ => {}
+            }
+        }
+        if topic.depth > Depth::ONE {
+            changes.push(("depth", Depth::ONE.to_string()));
+        }
+        knobs(&topic.name, changes)
+    }
+
+    fn of_node(&self, index: usize) -> Vec<AgeChange> {
+        let node = &self.topology.nodes[index];
+        let mine = || self.knobs.iter().filter(|knob| knob.target() == node.name);
+        let mut changes = Vec::new();
+        if node.triggers.is_empty() {
+            let offset = mine().find_map(|knob| match knob {
+                Knob::Offset { offset, .. } => Some(*offset),
+                _ => None,
+            });
+            changes.extend(rates(node.hz).map(|hz| ("rate", hz.get().to_string())));
+            let topics = self.topology.topics.iter();
+            if topics.clone().any(|topic| topic.readers.contains(&index)) {
+                changes.extend(offsets(node.hz, offset.unwrap_or_default()));
+            }
+        }
+        for knob in mine() {
+            if let Knob::Takes { spec, .. } = knob {
+                changes.extend(half_cost(spec));
+            }
+        }
+        let mut changes = knobs(&node.name, changes);
+        let of_file = self
+            .file
+            .iter()
+            .flat_map(|file| file.changes_of(&node.name));
+        changes.extend(of_file.map(|with| AgeChange {
+            of: vec![node.name.clone()],
+            knobs: Vec::new(),
+            with: vec![with],
+        }));
+        changes
+    }
+}
+
+/// The changes of the node or topic `target`, from kinds of knobs with their values.
+fn knobs(target: &str, values: Vec<(&str, String)>) -> Vec<AgeChange> {
+    let knobs = values.into_iter().filter_map(|(kind, value)| {
+        let knob = format!("{kind} {target} {value}").parse().ok()?;
+        Some(AgeChange {
+            of: vec![target.to_owned()],
+            knobs: vec![knob],
+            with: Vec::new(),
+        })
+    });
+    knobs.collect()
+}
+
+/// Other rates than `hz`: half of it, the usual one below it, twice and five times as often.
+fn rates(hz: Hz) -> impl Iterator<Item = Hz> {
+    let hz = hz.get();
+    let scale = 10_f64.powf(hz.log10().floor());
+    let below = RATES.iter().chain(&[0.8]).map(|digits| digits * scale);
+    let below = below
+        .filter(|below| *below < hz * 0.99)
+        .fold(hz / 2.0, f64::max);
+    let others = [2.0 * hz, 5.0 * hz, hz / 2.0, below].into_iter();
+    others.filter_map(|hz| Hz::new(hz).ok())
+}
+
+/// The phases at which a node may tick too: a quarter, a half and three quarters later.
+fn offsets(hz: Hz, offset: Duration) -> impl Iterator<Item = (&'static str, String)> {
+    let period = hz.period().as_secs_f64() * 1e3;
+    let phases = [0.25, 0.5, 0.75].into_iter();
+    phases.map(move |share| {
+        let ms = (millis::to_millis(offset) + share * period) % period;
+        ("offset", ((ms * 1e3).round() / 1e3).to_string())
+    })
+}
+
+fn half(draw: &Draw) -> Option<Draw> {
+    Some(match draw {
+        Draw::Constant(same) => Draw::Constant(*same / 2),
+        Draw::Uniform(from, to) => Draw::Uniform(*from / 2, *to / 2),
+        Draw::Lognormal { median, p99 } => Draw::Lognormal {
+            median: *median / 2,
+            p99: *p99 / 2,
+        },
+        Draw::Measured(_) => return None,
+    })
+}
+
+fn half_cost(spec: &str) -> Option<(&'static str, String)> {
+    let cost: Cost = spec.parse().ok()?;
+    let draw = half(&cost.draw).filter(|draw| !draw.is_none())?;
+    Some(("takes", Cost { draw, ..cost }.to_string()))
+}
+
+fn half_link(spec: &str) -> Option<(&'static str, String)> {
+    let link: Link = spec.parse().ok()?;
+    let half = Link {
+        delay: half(&link.delay)?,
+        loss: link.loss / 2.0,
+        ..link.clone()
+    };
+    (half != link).then(|| ("link", half.to_string()))
+}
+
+/// Runs `count` systems with their configurations, those that `run` has, on `threads` threads,
+/// until `interrupt` is asked for; `done` is called for each. Returns the summaries with their
+/// ages, `None` of what cannot be run or was stopped.
+pub fn run_all(
+    runs: &[(Arc<dyn System>, Config)],
+    interrupt: &Interrupt,
+    threads: NonZeroUsize,
+    mut done: impl FnMut(),
+) -> Vec<Option<Summary>> {
+    let mut summaries = vec![None; runs.len()];
+    let work = |index: usize| {
+        let (system, config) = &runs[index];
+        (!interrupt.is_asked()).then(|| {
+            let mut experiment = Experiment::new(system.clone(), config).ok()?;
+            experiment.stop_on(interrupt);
+            experiment.watch_ages();
+            let summary = experiment.run().ok()?;
+            (!summary.is_cut_off(interrupt, config.end)).then_some(summary)
+        })
+    };
+    in_parallel(threads, runs.len(), work, |index, summary| {
+        summaries[index] = summary;
+        done();
+        ControlFlow::Continue(())
+    });
+    summaries
+}

@@ -1,0 +1,213 @@
+//! The ages of a run as sums of their parts, each with the node or topic that it is due to.
+
+use std::thread::{self, JoinHandle};
+
+use ratelab::{Time, TimedKnob, Topology};
+use ratelab_account::{AgeStage, Lineage, NodeAccount, RunRow};
+
+use super::{Experiment, over_time::AgeOverTime};
+use crate::system::System;
+
+/// Number of messages and ticks that may wait to be counted.
+const BACKLOG: usize = 16_384;
+
+/// Number of messages and ticks after which their ages are counted.
+const BATCH: usize = 4_096;
+
+/// Messages and ticks kept per topic and node.
+const KEPT: usize = 1 << 14;
+
+/// An age of a run, over run time: that of the data at the end of a chain, or of the push.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunAge {
+    /// The chain; `None` for the push.
+    pub chain: Option<&'static str>,
+    /// The node at its end.
+    pub node: String,
+    /// Its mean (ns).
+    pub mean_ns: i64,
+    /// What it does not exceed for 99 % of the time (ns), to the microsecond.
+    pub p99_ns: i64,
+    /// The means of its parts, the largest first: they sum to its mean.
+    pub parts: Vec<AgeShare>,
+}
+
+/// A part of an age.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AgeShare {
+    /// What it is: `wait` for the next tick, `cost`, `link`, `queue`, `match`, `executor`, `hold`
+    /// until something newer comes, or `before` what is known.
+    pub kind: &'static str,
+    /// The node or topic that it is due to; empty for one before what is known.
+    pub owner: String,
+    /// Its mean over run time (ns).
+    pub ns: i64,
+}
+
+/// The ages of a run while it is read.
+pub struct RunAges {
+    lineage: Lineage,
+    ways: Vec<AgeWay>,
+}
+
+/// The age at the end of one way of the data.
+struct AgeWay {
+    chain: Option<&'static str>,
+    node: usize,
+    topics: &'static [&'static str],
+    until: Time,
+    ages: AgeOverTime,
+}
+
+impl RunAges {
+    /// Those of a run of `system` with an empty `lineage`, or one with all of it.
+    pub fn new(system: &dyn System, lineage: Lineage) -> Self {
+        let chains = system.about().chains;
+        // One of a single node reads nothing.
+        let ends = chains.iter().filter(|chain| !chain.topics().is_empty());
+        let ends = ends.map(|chain| (Some(chain.name()), chain.last(), chain.topics()));
+        // The push of a graph without a system in it is that of its first chain.
+        let acts = system.latency();
+        let acts = acts.filter(|(node, meter)| {
+            let mut chains = chains.iter();
+            !chains.any(|chain| (chain.last(), chain.name()) == (*node, *meter))
+        });
+        let push = acts.map(|(node, _)| (None, node, &[][..]));
+        let place = |name: &str| {
+            let mut nodes = lineage.topology().nodes.iter();
+            nodes.position(|node| node.name == name)
+        };
+        let ways = push.into_iter().chain(ends);
+        let ways = ways.filter_map(|(chain, node, topics)| {
+            Some(AgeWay {
+                chain,
+                node: place(node)?,
+                topics,
+                until: Time::ZERO,
+                ages: AgeOverTime::default(),
+            })
+        });
+        Self {
+            ways: ways.collect(),
+            lineage,
+        }
+    }
+
+    /// Counts up to run time `until`, for each way no further than its last tick if that is not
+    /// given.
+    fn advance(&mut self, until: Option<Time>) {
+        let Self { lineage, ways } = self;
+        for way in ways {
+            let mut ticks = lineage.ticks(way.node).rev();
+            let last = ticks.find_map(|worked| worked.tick.ends);
+            let until = until.or(last).unwrap_or(way.until);
+            drop(ticks);
+            if lineage.go_along(way.topics) {
+                way.ages.extend(lineage, way.node, way.until, until);
+                way.until = way.until.max(until);
+            }
+        }
+    }
+
+    /// The ages of the run, which ended at run time `end` with these `nodes`; those that nothing
+    /// tells are left out.
+    pub fn finish(mut self, end: Time, nodes: &[NodeAccount]) -> Vec<RunAge> {
+        self.lineage.settle();
+        self.advance(Some(end));
+        let topology = self.lineage.topology();
+        let pushed = |node: usize| {
+            let name = &*topology.nodes[node].name;
+            let mut acting = nodes.iter().filter(|node| node.push_age.saw().is_some());
+            acting.any(|node| *node.name == *name)
+        };
+        let ways = self.ways.iter();
+        let ways = ways.filter(|way| way.chain.is_some() || pushed(way.node));
+        ways.filter_map(|way| way.age(topology)).collect()
+    }
+}
+
+impl AgeWay {
+    fn age(&self, topology: &Topology) -> Option<RunAge> {
+        let mut parts: Vec<AgeShare> = Vec::new();
+        for (stage, ns) in self.ages.parts() {
+            let (kind, owner) = owned(stage, topology);
+            let mut known = parts.iter_mut();
+            match known.find(|part| (part.kind, &*part.owner) == (kind, owner)) {
+                Some(part) => part.ns += ns,
+                None => parts.push(AgeShare {
+                    kind,
+                    owner: owner.to_owned(),
+                    ns,
+                }),
+            }
+        }
+        parts.sort_by_key(|part| std::cmp::Reverse(part.ns));
+        Some(RunAge {
+            chain: self.chain,
+            node: topology.nodes[self.node].name.clone(),
+            mean_ns: self.ages.mean_ns()?,
+            p99_ns: self.ages.quantile(0.99)?,
+            parts,
+        })
+    }
+}
+
+/// What a stage is, and the node or topic that it is due to.
+fn owned(stage: AgeStage, topology: &Topology) -> (&'static str, &str) {
+    let node = |node: usize| &*topology.nodes[node].name;
+    let topic = |topic: usize| &*topology.topics[topic].name;
+    match stage {
+        AgeStage::Before => ("before", ""),
+        AgeStage::Wait { node: of, .. } | AgeStage::Kept { node: of, .. } => ("wait", node(of)),
+        AgeStage::Match { topic: of, .. } => ("match", topic(of)),
+        AgeStage::Executor { node: of } => ("executor", node(of)),
+        AgeStage::Queue { topic: of, .. } => ("queue", topic(of)),
+        AgeStage::Reuse { topic: of, .. } | AgeStage::Held { topic: of, .. } => ("hold", topic(of)),
+        AgeStage::Cost { node: of } => ("cost", node(of)),
+        AgeStage::Link { topic: of } => ("link", topic(of)),
+    }
+}
+
+/// Adds up the ages of a running experiment, on a thread of its own.
+pub(super) struct AgeWatch(JoinHandle<Option<RunAges>>);
+
+impl AgeWatch {
+    /// From the beginning of the run to its end.
+    pub(super) fn start(experiment: &Experiment) -> Self {
+        let (tap, observer) = (experiment.taps().all(BACKLOG), experiment.observer());
+        let mut lineage = Lineage::new(observer.topology()).keeping(KEPT);
+        let setup = experiment.config().setup.iter();
+        setup.for_each(|knob| lineage.knob(Time::ZERO, knob));
+        let mut ages = RunAges::new(&**experiment.system(), lineage);
+        Self(thread::spawn(move || {
+            let (mut rows, mut events) = (0, 0);
+            let mut settle = |ages: &mut RunAges| {
+                let new = observer.events(events);
+                events += new.len();
+                for TimedKnob { at, knob } in new.iter().filter_map(|event| event.knob()) {
+                    ages.lineage.knob(at, &knob);
+                }
+                ages.lineage.settle();
+            };
+            for row in tap.items() {
+                match row {
+                    RunRow::Message(topic, head, _) => ages.lineage.message(topic, &head),
+                    RunRow::Tick(node, tick) => ages.lineage.tick(node, tick),
+                }
+                rows += 1;
+                if rows % BATCH == 0 {
+                    settle(&mut ages);
+                    ages.advance(None);
+                }
+            }
+            settle(&mut ages);
+            (tap.lost() == 0).then_some(ages)
+        }))
+    }
+
+    /// Waits for the end of the run, as [`RunAges::finish`]; no ages if rows came too fast.
+    pub(super) fn finish(self, end: Time, nodes: &[NodeAccount]) -> Vec<RunAge> {
+        let ages = self.0.join().ok().flatten();
+        ages.map_or_else(Vec::new, |ages| ages.finish(end, nodes))
+    }
+}

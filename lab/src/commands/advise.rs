@@ -1,0 +1,192 @@
+//! `ratelab advise`: what would make the data younger, by what was measured.
+
+mod text;
+
+use std::sync::Arc;
+
+use ratelab_study::{
+    advise::{AgeChange, changes, run_all},
+    experiment::{Config, Experiment, RunAge, Summary, sweep::all_cores},
+    system::System,
+};
+
+use crate::{
+    cli::AdviseArgs,
+    error::Error,
+    options::{self, Defaults},
+    output::{ProgressLine, print_data, print_line},
+    program::Program,
+    screen::theme,
+    signals,
+};
+
+/// Defaults of the runs.
+const DEFAULTS: Defaults =
+    Defaults::virtual_only("advice runs on the virtual clock: leave --clock real out");
+
+/// Number of changes that are tried two at a time.
+const FEW: usize = 5;
+
+/// The share of the mean age below which a change helps.
+const HELPS: f64 = 0.99;
+
+/// A run with a change, or without any.
+pub struct ChangedRun {
+    pub change: AgeChange,
+    pub summary: Summary,
+    /// The age in question.
+    pub age: RunAge,
+    /// The share of the time within its limit, if it has one.
+    pub within: Option<f64>,
+}
+
+/// Runs every change of the graph, then pairs of those that help most if none of them is enough;
+/// prints what they do. Ctrl-C keeps the finished ones.
+pub fn advise(program: &Program, args: &AdviseArgs) -> Result<(), Error> {
+    let (config, _) = options::graph(program, &args.graph, &DEFAULTS)?;
+    let advisor = Advisor {
+        program,
+        args,
+        config,
+        interrupt: signals::interrupt(),
+    };
+    let (base, experiment) = advisor.base()?;
+    let singles = changes(&experiment, &base.age);
+    drop(experiment);
+    let (mut measured, mut all) = (advisor.measure(&base, singles.clone()), singles.len());
+    sort(&mut measured);
+    let helps = |run: &&ChangedRun| run.age.mean_ns as f64 <= HELPS * base.age.mean_ns as f64;
+    let limited = base.within.is_some() || base.summary.verdict.is_lost();
+    let enough = measured.iter().any(|run| !run.summary.verdict.is_lost());
+    if !(limited && enough) {
+        let mut best: Vec<&AgeChange> = Vec::new();
+        for run in &measured {
+            if best.len() < FEW && best.iter().all(|known| known.of != run.change.of) {
+                best.push(&run.change);
+            }
+        }
+        let pairs =
+            (0..best.len()).flat_map(|second| (0..second).map(move |first| (first, second)));
+        let pairs: Vec<AgeChange> = pairs
+            .map(|(one, other)| best[one].and(best[other]))
+            .collect();
+        all += pairs.len();
+        measured.extend(advisor.measure(&base, pairs));
+        sort(&mut measured);
+    }
+    let count = measured.iter().filter(helps).count();
+    let others = measured.iter().filter(|run| !helps(run)).count();
+    if args.json {
+        print_data(&format!("{:#}", text::json(&base, &measured)))?;
+    } else {
+        let best: Vec<&ChangedRun> = measured.iter().filter(helps).collect();
+        print_line(&text::of(program, &base, &best, others))?;
+    }
+    match advisor.interrupt.is_asked() {
+        true => Err(Error::Unfinished(format!(
+            "stopped after {} of {all} runs: the result is of these",
+            count + others
+        ))),
+        false => Ok(()),
+    }
+}
+
+/// Puts those that are not lost first, of them the youngest, and of these the ones with the fewest
+/// messages.
+fn sort(measured: &mut [ChangedRun]) {
+    measured.sort_by_key(|run| {
+        let sent = run.summary.topics.iter().map(|topic| topic.published);
+        let sent = sent.fold(0, u64::saturating_add);
+        (run.summary.verdict.is_lost(), run.age.mean_ns, sent)
+    });
+}
+
+/// What all runs have in common.
+struct Advisor<'a> {
+    program: &'a Program,
+    args: &'a AdviseArgs,
+    config: Config,
+    interrupt: ratelab::Interrupt,
+}
+
+impl Advisor<'_> {
+    /// The run without a change, and an experiment like it.
+    fn base(&self) -> Result<(ChangedRun, Experiment), Error> {
+        if self.config.end == ratelab::Time::MAX {
+            let why = "the runs of advice must end: give them --duration-s";
+            return Err(Error::BadInput(why.to_owned()));
+        }
+        let system = &self.program.system;
+        let mut experiment = Experiment::new(system.clone(), &self.config)?;
+        experiment.stop_on(&self.interrupt);
+        experiment.watch_ages();
+        let summary = experiment.run()?;
+        if self.interrupt.is_asked() {
+            return Err(Error::Unfinished(
+                "stopped before the first result".to_owned(),
+            ));
+        }
+        let chains = system.about().chains;
+        let late = |age: &&RunAge| {
+            let chain = chains.iter().find(|chain| Some(chain.name()) == age.chain);
+            chain.and_then(|chain| chain.excess(summary.sim_time, &summary.chains))
+        };
+        // The age in question is the one that is farthest from its limit.
+        let ages = summary.ages.iter();
+        let worst = ages.rev().max_by(|one, other| {
+            let [one, other] = [one, other].map(|age| late(age).unwrap_or(f64::NEG_INFINITY));
+            one.total_cmp(&other)
+        });
+        let Some(age) = worst.cloned() else {
+            return Err(Error::BadInput(format!(
+                "{} has no age to make younger in this run: nothing came to the end of a \
+                 [chain.NAME], and nothing was pushed",
+                system.name()
+            )));
+        };
+        let change = AgeChange {
+            of: Vec::new(),
+            knobs: Vec::new(),
+            with: Vec::new(),
+        };
+        let base = self.measured(change, summary, age);
+        Ok((base, Experiment::new(system.clone(), &self.config)?))
+    }
+
+    /// A run with its `age` in question.
+    fn measured(&self, change: AgeChange, summary: Summary, age: RunAge) -> ChangedRun {
+        let mut chains = self.program.system.about().chains.iter();
+        let chain = chains.find(|chain| Some(chain.name()) == age.chain);
+        let within = chain.and_then(|chain| chain.within_share(summary.sim_time, &summary.chains));
+        ChangedRun {
+            age,
+            within,
+            change,
+            summary,
+        }
+    }
+
+    /// Runs with each of `changes`; without those that the graph cannot have.
+    fn measure(&self, base: &ChangedRun, changes: Vec<AgeChange>) -> Vec<ChangedRun> {
+        let runs = changes.into_iter().filter_map(|change| {
+            let system: Arc<dyn System> = self.program.with(&change.with).ok()?.system;
+            let mut config = self.config.clone();
+            config.setup.extend(change.knobs.iter().cloned());
+            Some((change, (system, config)))
+        });
+        let (changes, runs): (Vec<AgeChange>, Vec<_>) = runs.unzip();
+        let glyphs = theme(false, None).glyph("█▌░", "#>-");
+        let bar = ProgressLine::of_runs(runs.len(), glyphs, self.args.json);
+        let threads = self.args.threads.unwrap_or_else(all_cores);
+        let summaries = run_all(&runs, &self.interrupt, threads, || bar.advance());
+        let known = changes.into_iter().zip(summaries);
+        let measured = known.filter_map(|(change, summary)| {
+            let summary = summary?;
+            let mut ages = summary.ages.iter();
+            let age = ages.find(|of| (of.chain, &of.node) == (base.age.chain, &base.age.node));
+            let age = age?.clone();
+            Some(self.measured(change, summary, age))
+        });
+        measured.collect()
+    }
+}

@@ -1,0 +1,158 @@
+//! Advice as text and as JSON.
+
+use std::env;
+
+use serde_json::{Value, json};
+
+use super::ChangedRun;
+use crate::{
+    program::{self, Program},
+    summary::{ages, json::rounded, text::line},
+};
+use ratelab_study::{advise::AgeChange, experiment::Summary};
+
+/// Number of changes that are told.
+const TOLD: usize = 20;
+
+/// What it is without a change, what helps, and how many do not.
+pub fn of(program: &Program, base: &ChangedRun, best: &[&ChangedRun], others: usize) -> String {
+    let mut lines = vec![
+        line("age of", &ages::title(&base.age)),
+        line("now", &figures(base)),
+    ];
+    let told = best.iter().take(TOLD);
+    let told: Vec<[String; 2]> = told.map(|run| [figures(run), price(base, run)]).collect();
+    let wide = |of: usize| {
+        told.iter()
+            .map(|row| row[of].len())
+            .max()
+            .unwrap_or_default()
+    };
+    let (first, second) = (wide(0), wide(1));
+    for (run, [figures, price]) in best.iter().zip(&told) {
+        let command = command(&run.change);
+        lines.push(line(
+            "with",
+            &format!("{figures:first$}  {price:second$}  {command}"),
+        ));
+    }
+    let hidden = best.len().saturating_sub(TOLD);
+    if hidden > 0 {
+        lines.push(line(
+            "",
+            &format!("{hidden} more help less: --json has them"),
+        ));
+    }
+    if best.is_empty() {
+        let name = program.system.name();
+        lines.push(line(
+            "with",
+            &format!("nothing that can be turned in {name} helps"),
+        ));
+    }
+    lines.push(line(
+        "",
+        &format!("{others} changes help by less than 1 %, or harm"),
+    ));
+    lines.join("\n")
+}
+
+fn figures(run: &ChangedRun) -> String {
+    let [mean, p99] = [run.age.mean_ns, run.age.p99_ns].map(|ns| ns as f64 / 1e6);
+    let within = run
+        .within
+        .map(|share| format!("  {:>6.2} % within", share * 1e2));
+    let verdict = run.summary.verdict.to_string();
+    let verdict = verdict.split_whitespace().next().unwrap_or_default();
+    let within = within.unwrap_or_default();
+    format!("{mean:>6.1} ms mean  {p99:>6.1} ms p99{within}  {verdict}")
+}
+
+/// Messages per second, and the cores that ticks take.
+fn costs(summary: &Summary) -> [f64; 2] {
+    let seconds = summary.sim_time.as_secs_f64().max(f64::MIN_POSITIVE);
+    let sent = summary.topics.iter().filter(|topic| topic.is_read());
+    let sent: u64 = sent.map(|topic| topic.published).sum();
+    let worked = summary.nodes.iter().map(|node| {
+        let ticks = &node.tick_time;
+        ticks.mean_s().unwrap_or_default() * ticks.count() as f64
+    });
+    [sent as f64, worked.sum::<f64>()].map(|sum| sum / seconds)
+}
+
+/// What a change costs more than `base`, or less.
+fn more(base: &ChangedRun, run: &ChangedRun) -> [f64; 2] {
+    let ([sent, worked], [usual, work]) = (costs(&run.summary), costs(&base.summary));
+    [sent - usual, worked - work]
+}
+
+fn price(base: &ChangedRun, run: &ChangedRun) -> String {
+    let [sent, worked] = more(base, run);
+    let parts = [
+        (sent.abs() >= 0.05).then(|| format!("{sent:+.1} msg/s")),
+        (worked.abs() >= 5e-3).then(|| format!("{:+.0} % of a core", worked * 1e2)),
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+}
+
+/// The advice for programs, the best change first.
+pub fn json(base: &ChangedRun, measured: &[ChangedRun]) -> Value {
+    let object = |run: &ChangedRun| {
+        let [sent, worked] = more(base, run);
+        let within = run.within.map(rounded);
+        json!({
+            "cause_of_end": run.summary.verdict.name(),
+            "command": command(&run.change),
+            "lost": run.summary.verdict.is_lost(),
+            "mean_ns": run.age.mean_ns,
+            "more_cores": rounded(worked),
+            "more_messages_per_s": rounded(sent),
+            "p99_ns": run.age.p99_ns,
+            "within": within,
+        })
+    };
+    json!({
+        "at": base.age.node,
+        "base": object(base),
+        "changes": measured.iter().map(object).collect::<Vec<_>>(),
+        "of": base.age.chain.unwrap_or("push"),
+    })
+}
+
+/// The command line of the run with a change, made of that of this command.
+fn command(change: &AgeChange) -> String {
+    let mut given = env::args().skip(1);
+    let mut words = vec![program::name()];
+    while let Some(word) = given.next() {
+        match &*word {
+            "advise" if words.iter().all(|known| known != "run") => words.push("run".to_owned()),
+            "--json" => {}
+            "--threads" => drop(given.next()),
+            of if of.starts_with("--threads=") => {}
+            _ => words.push(word),
+        }
+    }
+    let is_clock = |word: &String| word == "--clock" || word.starts_with("--clock=");
+    if !words.iter().any(is_clock) {
+        words.extend(["--clock", "virtual"].map(str::to_owned));
+    }
+    let knobs = change.knobs.iter().map(|knob| ("--knob", knob.to_string()));
+    let with = change.with.iter().map(|with| ("--with", with.clone()));
+    words.extend(
+        knobs
+            .chain(with)
+            .flat_map(|(option, text)| [option.to_owned(), text]),
+    );
+    let quoted = words.iter().map(|word| quoted(word));
+    quoted.collect::<Vec<_>>().join(" ")
+}
+
+/// A word as a shell reads it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "_-./:=,@%+".contains(c);
+    match word {
+        word if !word.is_empty() && word.chars().all(plain) => word.to_owned(),
+        word if !word.contains(['"', '$', '`', '\\', '!']) => format!("\"{word}\""),
+        word => format!("'{}'", word.replace('\'', r"'\''")),
+    }
+}

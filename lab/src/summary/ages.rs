@@ -1,0 +1,68 @@
+//! Which node or topic makes the data old: the ages of a run and their parts.
+
+use ratelab_study::experiment::{AgeShare, RunAge};
+use serde_json::{Value, json};
+
+/// The share of an age below which a part has no line of its own.
+const SMALL: f64 = 0.01;
+
+/// Name and text of each line: an age, then its parts, the largest first.
+pub fn lines(ages: &[RunAge]) -> Vec<(&'static str, String)> {
+    ages.iter().flat_map(of_one).collect()
+}
+
+fn of_one(age: &RunAge) -> Vec<(&'static str, String)> {
+    let [mean, p99] = [age.mean_ns, age.p99_ns].map(ms);
+    let what = title(age);
+    let mut lines = vec![("age of", format!("{what}: {mean} ms mean (p99 {p99} ms)"))];
+    let share = |ns: i64| ns as f64 / age.mean_ns.max(1) as f64;
+    let (large, small): (Vec<&AgeShare>, Vec<&AgeShare>) =
+        age.parts.iter().partition(|part| share(part.ns) >= SMALL);
+    let rest = small.iter().map(|part| part.ns).sum::<i64>();
+    let parts = large.into_iter().map(|part| (part.ns, words(part)));
+    let rest = (rest != 0).then(|| (rest, "elsewhere".to_owned()));
+    lines.extend(parts.chain(rest).map(|(ns, words)| {
+        let percent = share(ns) * 1e2;
+        ("", format!("{:>7} ms {percent:>3.0} %  {words}", ms(ns)))
+    }));
+    lines
+}
+
+/// What is old, and where.
+pub fn title(age: &RunAge) -> String {
+    format!("{} at {}", age.chain.unwrap_or("push"), age.node)
+}
+
+fn words(part: &AgeShare) -> String {
+    let words = match part.kind {
+        "wait" => "waiting for",
+        "cost" => "in",
+        "link" => "on",
+        "queue" => "in the queue of",
+        "match" => "waiting for a match on",
+        "executor" => "waiting for the executor of",
+        "hold" => "until a newer message on",
+        _ => "before what is known",
+    };
+    format!("{words} {}", part.owner).trim_end().to_owned()
+}
+
+fn ms(ns: i64) -> String {
+    format!("{:.1}", ns as f64 / 1e6)
+}
+
+/// The ages for programs, in whole nanoseconds: parts sum to their age.
+pub fn json(ages: &[RunAge]) -> Value {
+    let ages = ages.iter().map(|age| {
+        let parts = age.parts.iter();
+        let parts = parts.map(|part| json!({ "kind": part.kind, "of": part.owner, "ns": part.ns }));
+        json!({
+            "of": age.chain.unwrap_or("push"),
+            "at": age.node,
+            "mean_ns": age.mean_ns,
+            "p99_ns": age.p99_ns,
+            "parts": parts.collect::<Vec<_>>(),
+        })
+    });
+    ages.collect()
+}
