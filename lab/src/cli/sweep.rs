@@ -63,6 +63,10 @@ pub struct SweepArgs {
     #[arg(long, value_enum, value_name = "WHAT", hide_possible_values = true, help_heading = heading::OUTPUT)]
     pub by: Option<ByArg>,
 
+    /// Add the mean ages of every chain and of the push, and of their parts, as columns.
+    #[arg(long, help_heading = heading::OUTPUT)]
+    pub parts: bool,
+
     /// Write one row per run to this file.
     #[arg(long, value_name = "FILE", help_heading = heading::OUTPUT)]
     pub csv: Option<PathBuf>,

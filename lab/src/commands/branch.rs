@@ -4,7 +4,7 @@ use ratelab::Speed;
 use ratelab_recording::{
     Change, Departure, Destination, StopReason, VerifyError, branch as branched,
 };
-use ratelab_study::system::BuildError;
+use ratelab_study::{experiment::Summary, system::BuildError};
 
 use crate::{
     cli::BranchArgs,
@@ -14,7 +14,7 @@ use crate::{
     program::Program,
     reading,
     results::record,
-    summary::text,
+    summary::{ages, text},
 };
 
 /// Where and how the branch leaves the recorded run.
@@ -45,12 +45,13 @@ pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
     let departure = departure(program, args)?;
     let unverified = |why| Error::unverified(args.file.display(), why);
     let branch = branched(&recording, &program.system, &departure);
-    let branch = branch.map_err(|why| match why {
+    let mut branch = branch.map_err(|why| match why {
         VerifyError::Setup(BuildError::Setting(why)) => Error::BadInput(format!("--knob {why}")),
         why => unverified(why),
     })?;
     let destination = args.record.clone().map(Destination::new);
     let recorder = record(destination, &branch.experiment)?;
+    branch.experiment.watch_ages();
     let knobs = args.knob.join(", ");
     let change = Change::new(&recording, &*program.system, branch.at, knobs);
     let outcome = branch.run();
@@ -58,16 +59,18 @@ pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
         recorder.end(outcome.as_ref().map_or(StopReason::Off, StopReason::of));
         recorder.finish()
     });
-    let verdict = outcome.map_err(unverified)??.verdict;
+    let Summary { verdict, ages, .. } = outcome.map_err(unverified)??;
     let before = change.recorded.map(|verdict| verdict.to_string());
     let before = before.unwrap_or_else(|| "unknown, it is cut off".to_owned());
     let so = change.sentence(Some(verdict));
-    print_line(&text::lines(&[
+    let mut lines = vec![
         ("left at", change.left(args.at)),
         ("recorded", before),
         ("branch", verdict.to_string()),
         ("so", so),
-    ]))?;
+    ];
+    lines.extend(ages::lines(&ages));
+    print_line(&text::lines(&lines))?;
     if let Some(recorded) = recorded {
         print_recorded(false, &recorded?)?;
     }

@@ -10,7 +10,7 @@ use ratelab_study::{
     system::names::key,
 };
 
-use super::columns;
+use super::{columns, parts};
 use crate::{csv::row_of, error::Error, results::read_topics};
 
 /// The names of the topics with readers, in the order of a summary.
@@ -55,7 +55,9 @@ pub fn header(sweep: &Sweep, topics: &[String]) -> String {
 /// Writes the finished runs below `header`, in the order of the sweep.
 pub fn write(file: impl Write, header: &str, swept: &Swept) -> io::Result<()> {
     let (mut out, sweep) = (BufWriter::new(file), swept.sweep());
-    writeln!(out, "{header}")?;
+    let parts = parts::of(swept.finished().map(|(_, outcome)| outcome));
+    let names = parts.iter().map(|part| format!(",{}", key(&part.name())));
+    writeln!(out, "{header}{}", names.collect::<String>())?;
     let (knobs, cost) = (columns::of(sweep), sweep.system.quadratic_cost().is_some());
     for (cell, outcome) in swept.finished() {
         let mut row: Vec<String> = knobs.iter().map(|knob| knob.value(sweep, &cell)).collect();
@@ -77,6 +79,8 @@ pub fn write(file: impl Write, header: &str, swept: &Swept) -> io::Result<()> {
         let late = [age.map(|age| age.run_s), age.map(|age| age.late_s)];
         let late = late.into_iter().chain(cost.then_some(outcome.cost));
         row.extend(late.map(|figure| figure.map_or_else(String::new, |figure| figure.to_string())));
+        let parts = parts.iter().map(|part| part.of(outcome));
+        row.extend(parts.map(|ms| ms.map_or_else(String::new, |ms| ms.to_string())));
         writeln!(out, "{}", row_of(row))?;
     }
     out.flush()

@@ -11,7 +11,10 @@ use super::{
     columns, figures,
     summary::{RowSummary, SweepSummary},
 };
-use crate::summary::json::{add_figures, object, rounded, value};
+use crate::summary::{
+    ages,
+    json::{add_figures, object, rounded, value},
+};
 
 /// The sweep as JSON: how often the runs were not lost, then every run. It holds
 /// nothing of the wall's, so the same sweep gives the same bytes.
@@ -78,6 +81,9 @@ fn run(summary: &SweepSummary, topics: &[String], cell: &Cell, outcome: &CellRes
         ages.map(|(name, seconds)| (name.to_owned(), json!(rounded(seconds * 1e3))))
     });
     figures.extend(ages);
+    if !outcome.ages.is_empty() {
+        figures.insert("age_parts".to_owned(), ages::json(&outcome.ages));
+    }
     let cost = outcome
         .cost
         .map(|cost| ("quadratic_cost".to_owned(), json!(cost)));

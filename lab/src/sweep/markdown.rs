@@ -4,6 +4,7 @@ use ratelab_screen::Theme;
 
 use super::{
     figures, map,
+    parts::PartColumn,
     summary::{RowSummary, SweepGrid, SweepSummary},
 };
 
@@ -27,10 +28,13 @@ fn figures(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<Vec<String>> {
     let figures = figures::of(summary);
     let mut head = vec![summary.main.heading(), summary.good.clone()];
     head.extend(figures.iter().map(|of| format!("{}{}", of.name, of.unit)));
+    head.extend(summary.parts.iter().map(PartColumn::name));
     let line = rule(head.len());
     let rows = rows.iter().map(|row| {
         let mut cells = vec![row.value.clone(), figures::count(row)];
         cells.extend(figures.iter().map(|figure| figure.text(row)));
+        let ms = |ms: &Option<f64>| ms.map_or("-".to_owned(), |ms| format!("{ms:.1}"));
+        cells.extend(row.parts.iter().map(ms));
         cells
     });
     [head, line].into_iter().chain(rows).collect()

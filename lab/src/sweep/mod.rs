@@ -14,6 +14,7 @@ pub mod json;
 pub mod map;
 pub mod markdown;
 pub mod options;
+pub mod parts;
 pub mod record;
 pub mod summary;
 pub mod svg;

@@ -50,6 +50,7 @@ impl SweepArgs {
         Ok(Sweep {
             axes: slowest_first(axes, main.unwrap_or(0), |axis| axis.kind),
             seeds: self.seeds.clone().into(),
+            parts: self.parts,
             ..Sweep::of(program.system.clone(), base)
         })
     }

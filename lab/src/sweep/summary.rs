@@ -7,6 +7,7 @@ use ratelab_study::{
 
 use super::{
     columns::{self, Column},
+    parts::{self, PartColumn},
     theory::{Edge, RowTheory},
 };
 use crate::error::Error;
@@ -21,6 +22,8 @@ pub struct SweepSummary {
     pub theory: bool,
     /// A word for successful runs.
     pub good: String,
+    /// The ages with their parts, if they are asked for.
+    pub parts: Vec<PartColumn>,
     /// The rows, in the order of the sweep.
     rows: Vec<RowSummary>,
     /// Number of finished runs.
@@ -46,6 +49,8 @@ pub struct RowSummary {
     pub lost_at_s: Option<f64>,
     /// What linear theory says.
     pub theory: RowTheory,
+    /// Mean over the runs of each age and part in the sweep's columns (ms).
+    pub parts: Vec<Option<f64>>,
 }
 
 /// The rows of a sweep in lines and columns: a line for each group, a column for each value of
@@ -79,6 +84,7 @@ impl SweepSummary {
         let sweep = swept.sweep();
         let main = columns::main(sweep);
         let main = main.ok_or_else(|| Error::BadInput("nothing is swept".to_owned()))?;
+        let parts = parts::of(swept.finished().map(|(_, outcome)| outcome));
         let mut finished = swept.finished();
         let rows = swept.survival().map(|survival| {
             let group = finished.by_ref().take(survival.runs);
@@ -93,6 +99,10 @@ impl SweepSummary {
                 cost: mean(held.filter_map(|o| o.cost)),
                 lost_at_s: median(lost.map(|o| o.sim_time.as_secs_f64())),
                 theory: said.transpose()?.unwrap_or_default(),
+                parts: parts
+                    .iter()
+                    .map(|part| mean(outcomes.iter().filter_map(|o| part.of(o))))
+                    .collect(),
                 survival,
             })
         });
@@ -101,6 +111,7 @@ impl SweepSummary {
             runs: rows.iter().map(|row| row.survival.runs).sum(),
             cells: sweep.cells().unwrap_or(0),
             good: names::good(&*sweep.system),
+            parts,
             theory: wanted,
             sweep: sweep.clone(),
             main,

@@ -56,6 +56,7 @@ fn outcome(up: bool) -> CellResult {
     };
     CellResult {
         push_age: None,
+        ages: Box::default(),
         cost: None,
         figures: Box::default(),
         verdict: Verdict::new(kind, sim_time),

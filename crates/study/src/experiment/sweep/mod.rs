@@ -59,6 +59,8 @@ pub struct Sweep {
     pub axes: Vec<SweepAxis>,
     /// The seeds, which change fastest.
     pub seeds: Vec<u64>,
+    /// Whether the results have the ages of the runs with their parts.
+    pub parts: bool,
 }
 
 /// The values that identify one run of a sweep.
@@ -127,6 +129,7 @@ impl Sweep {
             system,
             axes: Vec::new(),
             seeds: vec![base.seed],
+            parts: false,
             base,
         }
     }
@@ -269,6 +272,9 @@ impl Sweep {
             source,
         })?;
         experiment.stop_on(interrupt);
+        if self.parts {
+            experiment.watch_ages();
+        }
         let summary = experiment.run();
         let summary = summary.map_err(|source| SweepError::Fault {
             cell: which(),

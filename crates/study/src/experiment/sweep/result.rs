@@ -4,7 +4,7 @@ use ratelab::Time;
 
 use super::{Cell, Sweep};
 use crate::{
-    experiment::{MeanPushAge, Summary},
+    experiment::{MeanPushAge, RunAge, Summary},
     system::{SystemFigure, Verdict},
 };
 
@@ -21,6 +21,8 @@ pub struct CellResult {
     pub mean_latency_s: Option<f64>,
     /// How old what was done to the world was; `None` if nothing was done.
     pub push_age: Option<MeanPushAge>,
+    /// The ages of the run with their parts, if the sweep is to have them.
+    pub ages: Box<[RunAge]>,
     /// The mean of the system's quadratic cost; of a run that was lost, until then.
     pub cost: Option<f64>,
     /// The system's own figures.
@@ -40,6 +42,7 @@ impl From<&Summary> for CellResult {
             sim_time: summary.sim_time,
             mean_latency_s: summary.latency.mean_s(),
             push_age: summary.push_age(),
+            ages: summary.ages.clone().into(),
             cost: summary.cost,
             figures: summary.figures.clone().into(),
             dropped: read.map(|topic| topic.dropped()).collect(),

@@ -1,0 +1,54 @@
+//! The ages of the runs of a sweep and their parts, as columns.
+
+use ratelab_study::experiment::{RunAge, sweep::CellResult};
+
+/// The mean of an age, or of one of its parts.
+#[derive(Clone, PartialEq)]
+pub struct PartColumn {
+    chain: Option<&'static str>,
+    /// What it is, and whose; `None` for the age itself.
+    part: Option<(&'static str, String)>,
+}
+
+/// The columns of all `results`: those of an age side by side, in the order of their first
+/// occurrence.
+pub fn of<'r>(results: impl Iterator<Item = &'r CellResult>) -> Vec<PartColumn> {
+    let mut columns: Vec<PartColumn> = Vec::new();
+    for RunAge { chain, parts, .. } in results.flat_map(|result| &result.ages) {
+        let parts = parts.iter().map(|part| (part.kind, part.owner.clone()));
+        for part in [None].into_iter().chain(parts.map(Some)) {
+            let chain = *chain;
+            let column = PartColumn { chain, part };
+            if !columns.contains(&column) {
+                let after = columns.iter().rposition(|known| known.chain == chain);
+                columns.insert(after.map_or(columns.len(), |after| after + 1), column);
+            }
+        }
+    }
+    columns
+}
+
+impl PartColumn {
+    /// Its name, with the unit.
+    pub fn name(&self) -> String {
+        let chain = self.chain.unwrap_or("push");
+        match &self.part {
+            None => format!("{chain} age ms"),
+            Some((kind, owner)) => format!("{chain} {kind} {owner} ms"),
+        }
+    }
+
+    /// Its value in a run (ms): zero for a part that an age lacks.
+    pub fn of(&self, result: &CellResult) -> Option<f64> {
+        let age = result.ages.iter().find(|age| age.chain == self.chain)?;
+        let ns = match &self.part {
+            None => age.mean_ns,
+            Some((kind, owner)) => {
+                let mut parts = age.parts.iter();
+                let part = parts.find(|part| part.kind == *kind && part.owner == *owner);
+                part.map_or(0, |part| part.ns)
+            }
+        };
+        Some(ns as f64 / 1e6)
+    }
+}
