@@ -29,6 +29,13 @@ pub struct AgeChange {
 }
 
 impl AgeChange {
+    /// Whether `whole` changes this, too.
+    pub fn is_part_of(&self, whole: &Self) -> bool {
+        let mut knobs = self.knobs.iter();
+        knobs.all(|knob| whole.knobs.contains(knob))
+            && self.with.iter().all(|with| whole.with.contains(with))
+    }
+
     /// Both changes.
     #[must_use]
     pub fn and(&self, other: &Self) -> Self {

@@ -24,8 +24,8 @@ use crate::{
 const DEFAULTS: Defaults =
     Defaults::virtual_only("advice runs on the virtual clock: leave --clock real out");
 
-/// Number of changes that are tried two at a time.
-const FEW: usize = 5;
+/// Number of changes that are tried two at a time, the best ones.
+const FEW: usize = 12;
 
 /// The share of the mean age below which a change helps.
 const HELPS: f64 = 0.99;
@@ -38,6 +38,13 @@ pub struct ChangedRun {
     pub age: RunAge,
     /// The share of the time within its limit, if it has one.
     pub within: Option<f64>,
+}
+
+impl ChangedRun {
+    /// Whether its age is clearly younger than that of `other`.
+    fn is_younger(&self, other: &Self) -> bool {
+        self.age.mean_ns as f64 <= HELPS * other.age.mean_ns as f64
+    }
 }
 
 /// Runs every change of the graph, then pairs of those that help most if none of them is enough;
@@ -55,23 +62,21 @@ pub fn advise(program: &Program, args: &AdviseArgs) -> Result<(), Error> {
     drop(experiment);
     let (mut measured, mut all) = (advisor.measure(&base, singles.clone()), singles.len());
     sort(&mut measured);
-    let helps = |run: &&ChangedRun| run.age.mean_ns as f64 <= HELPS * base.age.mean_ns as f64;
+    let helps = |run: &&ChangedRun| run.is_younger(&base);
     let limited = base.within.is_some() || base.summary.verdict.is_lost();
     let enough = measured.iter().any(|run| !run.summary.verdict.is_lost());
     if !(limited && enough) {
-        let mut best: Vec<&AgeChange> = Vec::new();
-        for run in &measured {
-            if best.len() < FEW && best.iter().all(|known| known.of != run.change.of) {
-                best.push(&run.change);
-            }
-        }
-        let pairs =
-            (0..best.len()).flat_map(|second| (0..second).map(move |first| (first, second)));
-        let pairs: Vec<AgeChange> = pairs
-            .map(|(one, other)| best[one].and(best[other]))
-            .collect();
+        let pairs = pairs(&measured);
         all += pairs.len();
-        measured.extend(advisor.measure(&base, pairs));
+        let mut both = advisor.measure(&base, pairs);
+        // What one of them does alone is no reason for the other.
+        both.retain(|both| {
+            let mut parts = measured
+                .iter()
+                .filter(|part| part.change.is_part_of(&both.change));
+            parts.all(|part| both.is_younger(part))
+        });
+        measured.extend(both);
         sort(&mut measured);
     }
     let count = measured.iter().filter(helps).count();
@@ -89,6 +94,16 @@ pub fn advise(program: &Program, args: &AdviseArgs) -> Result<(), Error> {
         ))),
         false => Ok(()),
     }
+}
+
+/// The best of the `measured` changes two at a time, each of another node or topic.
+fn pairs(measured: &[ChangedRun]) -> Vec<AgeChange> {
+    let best: Vec<&AgeChange> = measured.iter().take(FEW).map(|run| &run.change).collect();
+    let pairs = best.iter().enumerate().flat_map(|(place, one)| {
+        let others = best[..place].iter().filter(|other| other.of != one.of);
+        others.map(|other| other.and(one))
+    });
+    pairs.collect()
 }
 
 /// Puts those that are not lost first, of them the youngest, and of these the ones with the fewest

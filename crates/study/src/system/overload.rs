@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ratelab::{Hz, Knob};
-use ratelab_effects::{Draw, draw};
+use ratelab_effects::{Draw, Overrun, draw};
 
 use super::Setup;
 
@@ -56,15 +56,30 @@ pub fn overload(node: &str, hz: Hz, setup: &Setup) -> Option<String> {
             (mean * 1e4).round() / 10.0,
             share * 1e2
         ),
-        _ if skipped >= OFTEN => format!(
+        _ if skipped >= OFTEN && !waits(setup, node) => format!(
             "{:.0} % of its ticks take longer than the period of {:.1} ms",
             late * 1e2,
             1e3 / hz.get()
         ),
         _ => return None,
     };
+    let then = match waits(setup, node) {
+        true => "so more and more of its due times will wait".to_owned(),
+        false => {
+            let share = skipped / (1.0 + skipped) * 1e2;
+            format!("so it will skip {share:.0} % of its periods")
+        }
+    };
     Some(format!(
-        "{node} is asked for more than it can do: {why}, so it will skip {:.0} % of its periods",
-        skipped / (1.0 + skipped) * 1e2
+        "{node} is asked for more than it can do: {why}, {then}"
     ))
+}
+
+/// Whether due times of `node` wait while it is busy.
+fn waits(setup: &Setup, node: &str) -> bool {
+    let late = setup.iter().find_map(|knob| match knob {
+        Knob::Late { node: of, spec } if of == node => spec.parse().ok(),
+        _ => None,
+    });
+    late.is_some_and(|late: Overrun| late != Overrun::default())
 }
