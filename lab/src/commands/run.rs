@@ -10,11 +10,10 @@ use crate::{
     error::Error,
     options::{self, RUN},
     output::{self, Outputs, note, print_recorded},
-    phases::Phases,
     program::Program,
     results::{context, destination, plan, print_results, record},
     signals,
-    summary::text::ReportContext,
+    summary::{phases::Phases, text::ReportContext},
 };
 
 /// Runs the graph, then prints and writes its summary.

@@ -9,7 +9,8 @@ use serde_json::{Map, Value, json};
 
 use super::Like;
 use crate::summary::{
-    json::{object, rounded},
+    json::object,
+    rounded,
     text::{line, ms},
 };
 

@@ -13,11 +13,11 @@ use ratelab_study::{
 };
 use serde_json::{Map, Value, json};
 
-use crate::{
-    summary::ages,
-    summary::text::{ReportContext, saw_the_wall},
-    timing::{is_timed, was_late},
+use super::{
+    ages, rounded,
+    text::{ReportContext, saw_the_wall},
 };
+use crate::timing::{is_timed, was_late};
 
 /// The metrics by their keys.
 ///
@@ -193,11 +193,6 @@ fn milliseconds(distribution: &Distribution) -> Value {
         "p50_ms": ms(distribution.quantile(0.5)),
         "p99_ms": ms(distribution.quantile(0.99)),
     })
-}
-
-/// Rounds to four decimals, as in the course's artifact.
-pub fn rounded(value: f64) -> f64 {
-    (value * 1e4).round() / 1e4
 }
 
 /// The members of the object `value`.

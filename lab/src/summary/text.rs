@@ -14,10 +14,9 @@ use ratelab_study::{
     },
 };
 
+use super::{ages, phases::PhaseSpread};
 use crate::{
-    phases::PhaseSpread,
     printable::in_line,
-    summary::ages,
     timing::{self, was_late},
 };
 

@@ -8,7 +8,7 @@ use ratelab_study::{
 use serde_json::{Value, json};
 
 use super::summary::SweepSummary;
-use crate::summary::{json::rounded, text::line};
+use crate::summary::{rounded, text::line};
 
 /// Bin widths to choose from (ms).
 const WIDTHS_MS: [f64; 6] = [5.0, 10.0, 20.0, 50.0, 100.0, 1_000.0];

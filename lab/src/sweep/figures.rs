@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::summary::{RowSummary, SweepSummary};
-use crate::summary::json::rounded;
+use crate::summary::rounded;
 
 /// A figure of the runs of a row.
 pub struct Figure {

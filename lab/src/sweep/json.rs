@@ -13,7 +13,8 @@ use super::{
 };
 use crate::summary::{
     ages,
-    json::{add_figures, object, rounded, value},
+    json::{add_figures, object, value},
+    rounded,
 };
 
 /// The sweep as JSON: how often the runs were not lost, then every run. It holds

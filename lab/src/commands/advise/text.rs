@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::ChangedRun;
 use crate::{
     program::{self, Program},
-    summary::{ages, json::rounded, text::line},
+    summary::{ages, rounded, text::line},
 };
 use ratelab_study::{advise::AgeChange, experiment::Summary};
 

@@ -9,7 +9,8 @@ use ratelab_study::experiment::{
 };
 use serde_json::{Value, json};
 
-use crate::{error::Error, summary::json::rounded};
+use super::rounded;
+use crate::error::Error;
 
 /// The runs.
 pub struct Phases(Sweep);
