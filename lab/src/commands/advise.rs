@@ -42,7 +42,7 @@ pub struct ChangedRun {
 
 impl ChangedRun {
     /// Whether its age is clearly younger than that of `other`.
-    fn is_younger(&self, other: &Self) -> bool {
+    pub fn is_younger(&self, other: &Self) -> bool {
         self.age.mean_ns as f64 <= HELPS * other.age.mean_ns as f64
     }
 }
@@ -58,42 +58,31 @@ pub fn advise(program: &Program, args: &AdviseArgs) -> Result<(), Error> {
         interrupt: signals::interrupt(),
     };
     let (base, experiment) = advisor.base()?;
-    let singles = changes(&experiment, &base.age);
+    let mut measured = advisor.measure(&base, changes(&experiment, &base.age));
     drop(experiment);
-    let (mut measured, mut all) = (advisor.measure(&base, singles.clone()), singles.len());
     sort(&mut measured);
-    let helps = |run: &&ChangedRun| run.is_younger(&base);
-    let limited = base.within.is_some() || base.summary.verdict.is_lost();
-    let enough = measured.iter().any(|run| !run.summary.verdict.is_lost());
-    if !(limited && enough) {
-        let pairs = pairs(&measured);
-        all += pairs.len();
-        let mut both = advisor.measure(&base, pairs);
-        // What one of them does alone is no reason for the other.
-        both.retain(|both| {
-            let mut parts = measured
-                .iter()
-                .filter(|part| part.change.is_part_of(&both.change));
-            parts.all(|part| both.is_younger(part))
-        });
+    if !is_enough(&base, &measured) {
+        let both = advisor.younger_pairs(&base, &measured);
         measured.extend(both);
         sort(&mut measured);
     }
-    let count = measured.iter().filter(helps).count();
-    let others = measured.iter().filter(|run| !helps(run)).count();
-    if args.json {
-        print_data(&format!("{:#}", text::json(&base, &measured)))?;
-    } else {
-        let best: Vec<&ChangedRun> = measured.iter().filter(helps).collect();
-        print_line(&text::of(program, &base, &best, others))?;
+    match args.json {
+        true => print_data(&format!("{:#}", text::json(&base, &measured)))?,
+        false => print_line(&text::of(program, &base, &measured))?,
     }
     match advisor.interrupt.is_asked() {
         true => Err(Error::Unfinished(format!(
-            "stopped after {} of {all} runs: the result is of these",
-            count + others
+            "stopped after {} runs: the result is of these",
+            measured.len()
         ))),
         false => Ok(()),
     }
+}
+
+/// Whether there is a limit, and one of the `measured` changes has it kept.
+fn is_enough(base: &ChangedRun, measured: &[ChangedRun]) -> bool {
+    let limited = base.within.is_some() || base.summary.verdict.is_lost();
+    limited && measured.iter().any(|run| !run.summary.verdict.is_lost())
 }
 
 /// The best of the `measured` changes two at a time, each of another node or topic.
@@ -179,6 +168,17 @@ impl Advisor<'_> {
             change,
             summary,
         }
+    }
+
+    /// Runs with two of the `measured` changes that are younger than with either alone.
+    fn younger_pairs(&self, base: &ChangedRun, measured: &[ChangedRun]) -> Vec<ChangedRun> {
+        let mut both = self.measure(base, pairs(measured));
+        both.retain(|both| {
+            let is_part = |part: &&ChangedRun| part.change.is_part_of(&both.change);
+            let mut parts = measured.iter().filter(is_part);
+            parts.all(|part| both.is_younger(part))
+        });
+        both
     }
 
     /// Runs with each of `changes`; without those that the graph cannot have.

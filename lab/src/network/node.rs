@@ -147,10 +147,8 @@ fn run_once(
     let states_here = state.is_none_or(|topic| topic.publishers.iter().any(is_here));
     let context = ReportContext {
         break_bug: graph.system.broken,
-        smoke: false,
         realtime: realtime.map(|asked| asked.map(drop)),
-        csv_lost: 0,
-        open: None,
+        ..ReportContext::default()
     };
     match states_here {
         true => print_line(&text::of(system, &summary, &context))?,

@@ -15,6 +15,7 @@ mod picture;
 mod programs;
 mod recordings;
 mod run;
+mod schema;
 #[path = "../support/mod.rs"]
 mod support;
 mod sweep;

@@ -8,7 +8,7 @@ use super::GraphFile;
 /// stands in place of a rate.
 ///
 /// # Errors
-/// What is no TOML in one of them.
+/// What is no TOML in one of them, or the node that the file lacks.
 pub fn changed(text: &str, change: &str) -> Result<String, String> {
     let read = |text: &str| {
         let table = text.parse::<Table>();
@@ -19,7 +19,8 @@ pub fn changed(text: &str, change: &str) -> Result<String, String> {
     for (name, node) in nodes.into_iter().flatten() {
         let known = whole.get_mut("node").and_then(|nodes| nodes.get_mut(name));
         let known = known.and_then(Value::as_table_mut);
-        if let Some((known, triggers)) = known.zip(node.get("trigger").and_then(Value::as_array)) {
+        let known = known.ok_or_else(|| format!("the file has no node {name:?}"))?;
+        if let Some(triggers) = node.get("trigger").and_then(Value::as_array) {
             known.remove("rate");
             known.remove("offset");
             if let Some(reads) = known.get_mut("reads").and_then(Value::as_array_mut) {
@@ -78,5 +79,7 @@ mod tests {
              [topic.\"/b\"]\ndepth = 2\n"
         );
         assert!(super::changed(text, "node.z").is_err());
+        let unknown = super::changed(text, "node.x.rate = 5");
+        assert_eq!(unknown.expect_err("no node"), "the file has no node \"x\"");
     }
 }

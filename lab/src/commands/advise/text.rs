@@ -14,8 +14,11 @@ use ratelab_study::{advise::AgeChange, experiment::Summary};
 /// Number of changes that are told.
 const TOLD: usize = 20;
 
-/// What it is without a change, what helps, and how many do not.
-pub fn of(program: &Program, base: &ChangedRun, best: &[&ChangedRun], others: usize) -> String {
+/// What it is without a change, which of the `measured` ones help, and how many do not.
+pub fn of(program: &Program, base: &ChangedRun, measured: &[ChangedRun]) -> String {
+    let helps = |run: &&ChangedRun| run.is_younger(base);
+    let best: Vec<&ChangedRun> = measured.iter().filter(helps).collect();
+    let others = measured.len() - best.len();
     let mut lines = vec![
         line("age of", &ages::title(&base.age)),
         line("now", &figures(base)),
