@@ -51,7 +51,7 @@ impl FromStr for Overrun {
                 .and_then(|count| count.parse().ok()),
         };
         let periods = periods.ok_or_else(|| {
-            format!("{text:?} is nothing for a late node: expected skip, catch-up or queue:N")
+            format!("{text:?} is no overrun policy: expected skip, catch-up or queue:N")
         })?;
         Ok(Self { periods })
     }

@@ -6,9 +6,9 @@ use ratelab::{Depth, Hz, Interrupt, Knob, ReadOrder, Topology, millis};
 use ratelab_effects::{Cost, Draw, Link};
 
 use crate::{
-    experiment::{Config, Experiment, RunAge, Summary, in_parallel},
+    experiment::{Config, Experiment, RunAge, Summary, parallel::in_parallel},
     graph_file::GraphFile,
-    system::System,
+    system::{Setup, System},
 };
 
 /// The most changes that are tried, those of the oldest parts first.
@@ -47,14 +47,18 @@ impl AgeChange {
     }
 }
 
-/// The changes to try for an `age` of the run of `experiment`.
-pub fn changes(experiment: &Experiment, age: &RunAge) -> Vec<AgeChange> {
-    let topology = experiment.observer().topology();
-    let text = experiment.system().about().graph_file;
+/// The changes to try for an `age` of a run of `system` with `setup`, whose graph is `topology`.
+pub fn changes(
+    system: &dyn System,
+    setup: &Setup,
+    topology: &Topology,
+    age: &RunAge,
+) -> Vec<AgeChange> {
+    let text = system.about().graph_file;
     let graph = Candidates {
-        knobs: experiment.config().setup.iter().collect(),
+        topology,
+        setup,
         file: text.and_then(|text| GraphFile::parse(text).ok()),
-        topology: &topology,
     };
     let owned = |name: &str| {
         let parts = age.parts.iter().filter(|part| part.owner == name);
@@ -84,8 +88,7 @@ pub fn changes(experiment: &Experiment, age: &RunAge) -> Vec<AgeChange> {
 /// A graph that may be changed.
 struct Candidates<'g> {
     topology: &'g Topology,
-    /// Its settings.
-    knobs: Vec<&'g Knob>,
+    setup: &'g Setup,
     file: Option<GraphFile>,
 }
 
@@ -114,7 +117,7 @@ impl Candidates<'_> {
     fn of_topic(&self, topic: usize) -> Vec<AgeChange> {
         let topic = &self.topology.topics[topic];
         let mut changes = Vec::new();
-        let mine = self.knobs.iter().filter(|knob| knob.target() == topic.name);
+        let mine = self.setup.iter().filter(|knob| knob.target() == topic.name);
         for knob in mine {
             match knob {
                 Knob::Link { spec, .. } => changes.extend(half_link(spec)),
@@ -135,21 +138,19 @@ impl Candidates<'_> {
 
     fn of_node(&self, index: usize) -> Vec<AgeChange> {
         let node = &self.topology.nodes[index];
-        let mine = || self.knobs.iter().filter(|knob| knob.target() == node.name);
         let mut changes = Vec::new();
         if node.triggers.is_empty() {
-            let offset = mine().find_map(|knob| match knob {
-                Knob::Offset { offset, .. } => Some(*offset),
-                _ => None,
-            });
+            let offset = self.setup.offset(&node.name);
             changes.extend(rates(node.hz).map(|hz| ("rate", hz.get().to_string())));
             let topics = self.topology.topics.iter();
             if topics.clone().any(|topic| topic.readers.contains(&index)) {
                 changes.extend(offsets(node.hz, offset.unwrap_or_default()));
             }
         }
-        for knob in mine() {
-            if let Knob::Takes { spec, .. } = knob {
+        for knob in self.setup.iter() {
+            if let Knob::Takes { node: of, spec } = knob
+                && *of == node.name
+            {
                 changes.extend(half_cost(spec));
             }
         }
@@ -230,9 +231,9 @@ fn half_link(spec: &str) -> Option<(&'static str, String)> {
     (half != link).then(|| ("link", half.to_string()))
 }
 
-/// Runs `count` systems with their configurations, those that `run` has, on `threads` threads,
-/// until `interrupt` is asked for; `done` is called for each. Returns the summaries with their
-/// ages, `None` of what cannot be run or was stopped.
+/// Runs each system with its configuration on `threads` threads, until `interrupt` is asked for, and
+/// calls `done` after each run. Returns the summaries with their ages; `None` for a run that is
+/// refused, fails or is stopped.
 pub fn run_all(
     runs: &[(Arc<dyn System>, Config)],
     interrupt: &Interrupt,
@@ -244,10 +245,8 @@ pub fn run_all(
         let (system, config) = &runs[index];
         (!interrupt.is_asked()).then(|| {
             let mut experiment = Experiment::new(system.clone(), config).ok()?;
-            experiment.stop_on(interrupt);
             experiment.watch_ages();
-            let summary = experiment.run().ok()?;
-            (!summary.is_cut_off(interrupt, config.end)).then_some(summary)
+            experiment.run_until(interrupt).ok()?
         })
     };
     in_parallel(threads, runs.len(), work, |index, summary| {

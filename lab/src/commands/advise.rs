@@ -4,6 +4,7 @@ mod text;
 
 use std::sync::Arc;
 
+use ratelab::{Interrupt, Time, Topology};
 use ratelab_study::{
     advise::{AgeChange, changes, run_all},
     experiment::{Config, Experiment, RunAge, Summary, sweep::all_cores},
@@ -16,7 +17,6 @@ use crate::{
     options::{self, Defaults},
     output::{ProgressLine, print_data, print_line},
     program::Program,
-    screen::theme,
     signals,
 };
 
@@ -57,9 +57,10 @@ pub fn advise(program: &Program, args: &AdviseArgs) -> Result<(), Error> {
         config,
         interrupt: signals::interrupt(),
     };
-    let (base, experiment) = advisor.base()?;
-    let mut measured = advisor.measure(&base, changes(&experiment, &base.age));
-    drop(experiment);
+    let (base, topology) = advisor.base()?;
+    let setup = &base.summary.config.setup;
+    let singles = changes(&*program.system, setup, &topology, &base.age);
+    let mut measured = advisor.measure(&base, singles);
     sort(&mut measured);
     if !is_enough(&base, &measured) {
         let both = advisor.younger_pairs(&base, &measured);
@@ -110,26 +111,24 @@ struct Advisor<'a> {
     program: &'a Program,
     args: &'a AdviseArgs,
     config: Config,
-    interrupt: ratelab::Interrupt,
+    interrupt: Interrupt,
 }
 
 impl Advisor<'_> {
-    /// The run without a change, and an experiment like it.
-    fn base(&self) -> Result<(ChangedRun, Experiment), Error> {
-        if self.config.end == ratelab::Time::MAX {
+    /// The run without a change, and its graph.
+    fn base(&self) -> Result<(ChangedRun, Topology), Error> {
+        if self.config.end == Time::MAX {
             let why = "the runs of advice must end: give them --duration-s";
             return Err(Error::BadInput(why.to_owned()));
         }
         let system = &self.program.system;
         let mut experiment = Experiment::new(system.clone(), &self.config)?;
-        experiment.stop_on(&self.interrupt);
+        let topology = experiment.observer().topology();
         experiment.watch_ages();
-        let summary = experiment.run()?;
-        if self.interrupt.is_asked() {
-            return Err(Error::Unfinished(
-                "stopped before the first result".to_owned(),
-            ));
-        }
+        let summary = experiment.run_until(&self.interrupt)?;
+        let summary = summary.filter(|_| !self.interrupt.is_asked());
+        let stopped = || Error::Unfinished("stopped before the first result".to_owned());
+        let summary = summary.ok_or_else(stopped)?;
         let chains = system.about().chains;
         let late = |age: &&RunAge| {
             let chain = chains.iter().find(|chain| Some(chain.name()) == age.chain);
@@ -153,8 +152,7 @@ impl Advisor<'_> {
             knobs: Vec::new(),
             with: Vec::new(),
         };
-        let base = self.measured(change, summary, age);
-        Ok((base, Experiment::new(system.clone(), &self.config)?))
+        Ok((self.measured(change, summary, age), topology))
     }
 
     /// A run with its `age` in question.
@@ -190,8 +188,7 @@ impl Advisor<'_> {
             Some((change, (system, config)))
         });
         let (changes, runs): (Vec<AgeChange>, Vec<_>) = runs.unzip();
-        let glyphs = theme(false, None).glyph("█▌░", "#>-");
-        let bar = ProgressLine::of_runs(runs.len(), glyphs, self.args.json);
+        let bar = ProgressLine::of_runs(runs.len(), false, self.args.json);
         let threads = self.args.threads.unwrap_or_else(all_cores);
         let summaries = run_all(&runs, &self.interrupt, threads, || bar.advance());
         let known = changes.into_iter().zip(summaries);

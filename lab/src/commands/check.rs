@@ -5,11 +5,8 @@ mod results;
 
 use std::{num::NonZeroUsize, ops::ControlFlow};
 
-use ratelab::{Fault, Interrupt};
-use ratelab_study::experiment::{
-    Config, Experiment,
-    parallel::{all_cores, in_parallel},
-};
+use ratelab::Interrupt;
+use ratelab_study::experiment::{Config, Experiment, parallel::in_parallel, sweep::all_cores};
 
 use self::limits::{CheckedRun, compare};
 use crate::{
@@ -26,9 +23,6 @@ use crate::{
 const DEFAULTS: Defaults =
     Defaults::virtual_only("a check runs on the virtual clock: leave --clock real out");
 
-/// Characters of the progress bar.
-const GLYPHS: &str = "#>-";
-
 /// Runs the graph with each seed, prints each missed limit, and fails if there is one. Ctrl-C
 /// keeps the finished runs.
 pub fn check(program: &Program, args: &CheckArgs) -> Result<(), Error> {
@@ -42,7 +36,7 @@ pub fn check(program: &Program, args: &CheckArgs) -> Result<(), Error> {
     });
     let junit = junit.transpose()?;
     let interrupt = signals::interrupt();
-    let bar = ProgressLine::of_runs(seeds.len(), GLYPHS, args.json);
+    let bar = ProgressLine::of_runs(seeds.len(), true, args.json);
     let threads = args.threads.unwrap_or_else(all_cores);
     let runs = runs(program, &config, &seeds, threads, &interrupt, &bar)?;
     drop(bar);
@@ -75,16 +69,9 @@ fn runs(
     let mut runs: Vec<Option<CheckedRun>> = seeds.iter().map(|_| None).collect();
     let mut failed = None;
     let work = |index: usize| {
-        let seed = seeds[index];
-        run(
-            program,
-            &Config {
-                seed,
-                ..config.clone()
-            },
-            interrupt,
-        )
-        .transpose()
+        let mut config = config.clone();
+        config.seed = seeds[index];
+        run(program, config, interrupt).transpose()
     };
     in_parallel(threads, seeds.len(), work, |index, outcome| {
         bar.advance();
@@ -104,23 +91,18 @@ fn runs(
 /// The run of `config`; `None` if the `interrupt` stopped it.
 fn run(
     program: &Program,
-    config: &Config,
+    config: Config,
     interrupt: &Interrupt,
 ) -> Result<Option<CheckedRun>, Error> {
     let system = &program.system;
-    let mut experiment = Experiment::of_resolved(system.clone(), config.clone())?;
-    experiment.stop_on(interrupt);
-    let summary = experiment
-        .run()
-        .map_err(|fault: Fault| Error::from(fault))?;
-    Ok(
-        (!summary.is_cut_off(interrupt, config.end)).then(|| CheckedRun {
-            seed: config.seed,
-            lost: summary
-                .verdict
-                .is_lost()
-                .then(|| summary.verdict.to_string()),
-            metrics: json::of(&**system, &summary, &ReportContext::default()),
-        }),
-    )
+    let experiment = Experiment::of_resolved(system.clone(), config)?;
+    let summary = experiment.run_until(interrupt)?;
+    Ok(summary.map(|summary| CheckedRun {
+        seed: summary.config.seed,
+        lost: summary
+            .verdict
+            .is_lost()
+            .then(|| summary.verdict.to_string()),
+        metrics: json::of(&**system, &summary, &ReportContext::default()),
+    }))
 }

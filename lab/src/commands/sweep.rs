@@ -39,8 +39,7 @@ pub fn sweep(program: &Program, args: &SweepArgs) -> Result<(), Error> {
     let outputs = Outputs::prepare(&plan(args, &sweep, &header))?;
     note_overload(&sweep, cells);
     let record = args.record.as_deref().map(Record::create).transpose()?;
-    let glyphs = theme(args.ascii, None).glyph("█▌░", "#>-");
-    let bar = ProgressLine::of_runs(cells, glyphs, args.json);
+    let bar = ProgressLine::of_runs(cells, args.ascii, args.json);
     let threads = args.threads.unwrap_or_else(all_cores);
     let swept = sweep.run_until(&interrupt, threads, |_, _| {
         bar.advance();

@@ -23,15 +23,17 @@ impl ProgressLine {
         Self(bar(length, SHARE).with_message(what))
     }
 
-    /// Creates a bar for so many `runs`, drawn with `glyphs` for the finished part, the next
-    /// position, and the rest; hidden if `quiet`.
-    pub fn of_runs(runs: usize, glyphs: &str, quiet: bool) -> Self {
+    /// Creates a bar for so many `runs`, drawn with ASCII characters only if `ascii`; hidden if
+    /// `quiet`.
+    pub fn of_runs(runs: usize, ascii: bool, quiet: bool) -> Self {
         if quiet {
             return Self(ProgressBar::hidden());
         }
         let rate = |state: &ProgressState, out: &mut dyn Write| {
             let _ = write!(out, "{:.0}", state.per_sec()); // The next drawing tries again.
         };
+        // The finished part, the next position, and the rest.
+        let glyphs = if ascii { "#>-" } else { "█▌░" };
         let bar = bar(runs as u64, RUNS);
         let style = bar.style().progress_chars(glyphs).with_key("rate", rate);
         Self(bar.with_style(style))

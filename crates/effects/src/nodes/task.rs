@@ -138,10 +138,15 @@ impl Task {
     /// Counts the ticks that were due before `time`, and do not wait, as missed.
     #[inline]
     pub(crate) fn skip_before(&mut self, time: Time, plan: &Timetable<'_>) {
-        let is_late = !self.is_triggered() && self.when(self.rate.due()) < time;
-        let waits_since = time - self.late.patience(self.rate.hz());
-        if is_late && self.when(self.rate.due()) < waits_since {
-            let missed = self.pass(waits_since) + 1;
+        if !self.is_triggered() && self.when(self.rate.due()) < time {
+            self.skip_impatient(time - self.late.patience(self.rate.hz()), plan);
+        }
+    }
+
+    /// Counts the ticks that were due before `patient`, from which on they wait.
+    fn skip_impatient(&mut self, patient: Time, plan: &Timetable<'_>) {
+        if self.when(self.rate.due()) < patient {
+            let missed = self.pass(patient) + 1;
             plan.skipped(0, missed);
         }
     }

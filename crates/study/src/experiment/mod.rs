@@ -47,7 +47,6 @@ use ages::AgeWatch;
 pub use ages::{AgeShare, RunAge, RunAges};
 pub use config::Config;
 pub use over_time::mean_parts;
-pub(crate) use parallel::in_parallel;
 pub use step_csv::{StepWriter, header};
 pub use summary::{MeanPushAge, Summary};
 pub use taps::Taps;
@@ -263,11 +262,6 @@ impl Experiment {
         self.inbox.schedule(commands);
     }
 
-    /// Has `interrupt` stop the run as well, under the virtual clock without pacing.
-    pub fn stop_on(&mut self, interrupt: &Interrupt) {
-        self.inbox.stop_on(interrupt);
-    }
-
     /// Runs until the end time, or until a node or a command ends the run. All taps end
     /// with it.
     ///
@@ -275,6 +269,18 @@ impl Experiment {
     /// [`Fault`] if a node failed.
     pub fn run(self) -> Result<Summary, Fault> {
         self.run_with(&mut RealClock::default())
+    }
+
+    /// Runs in virtual time without pacing; `None` if `interrupt` stopped the run before it came to
+    /// a result.
+    ///
+    /// # Errors
+    /// [`Fault`] if a node failed.
+    pub fn run_until(mut self, interrupt: &Interrupt) -> Result<Option<Summary>, Fault> {
+        let end = self.config.end;
+        self.inbox.stop_on(interrupt);
+        let summary = self.run()?;
+        Ok((!summary.is_cut_off(interrupt, end)).then_some(summary))
     }
 
     /// Runs with the caller's real clock, such as one with real-time scheduling, whenever

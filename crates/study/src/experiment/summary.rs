@@ -56,7 +56,7 @@ pub struct MeanPushAge {
 impl Summary {
     /// Whether `interrupt` stopped the run before it came to a result; its end was to be at
     /// `end`.
-    pub fn is_cut_off(&self, interrupt: &Interrupt, end: Time) -> bool {
+    pub(super) fn is_cut_off(&self, interrupt: &Interrupt, end: Time) -> bool {
         interrupt.is_asked() && self.sim_time < end && !self.verdict.is_lost()
     }
 

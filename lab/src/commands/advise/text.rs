@@ -11,8 +11,8 @@ use crate::{
 };
 use ratelab_study::{advise::AgeChange, experiment::Summary};
 
-/// Number of changes that are told.
-const TOLD: usize = 20;
+/// Number of printed changes.
+const PRINTED: usize = 20;
 
 /// What it is without a change, which of the `measured` ones help, and how many do not.
 pub fn of(program: &Program, base: &ChangedRun, measured: &[ChangedRun]) -> String {
@@ -23,23 +23,23 @@ pub fn of(program: &Program, base: &ChangedRun, measured: &[ChangedRun]) -> Stri
         line("age of", &ages::title(&base.age)),
         line("now", &figures(base)),
     ];
-    let told = best.iter().take(TOLD);
-    let told: Vec<[String; 2]> = told.map(|run| [figures(run), price(base, run)]).collect();
+    let rows = best.iter().take(PRINTED);
+    let rows: Vec<[String; 2]> = rows.map(|run| [figures(run), price(base, run)]).collect();
     let wide = |of: usize| {
-        told.iter()
+        rows.iter()
             .map(|row| row[of].len())
             .max()
             .unwrap_or_default()
     };
     let (first, second) = (wide(0), wide(1));
-    for (run, [figures, price]) in best.iter().zip(&told) {
+    for (run, [figures, price]) in best.iter().zip(&rows) {
         let command = command(&run.change);
         lines.push(line(
             "with",
             &format!("{figures:first$}  {price:second$}  {command}"),
         ));
     }
-    let hidden = best.len().saturating_sub(TOLD);
+    let hidden = best.len().saturating_sub(PRINTED);
     if hidden > 0 {
         lines.push(line(
             "",

@@ -214,10 +214,10 @@ impl Hunt {
         budget.check()?;
         let mut trials = Trials::new(&resolved, budget, stop);
         let usual = trials.summary(&[])?;
-        if self.interrupt.is_asked() {
+        let Some(usual) = usual.filter(|_| !self.interrupt.is_asked()) else {
             let (runs, stopped) = (0, true);
             return Ok(Hunted::Held { runs, stopped });
-        }
+        };
         if usual.verdict.is_lost() {
             return Err(HuntError::LostAnyway(usual.verdict));
         }

@@ -44,12 +44,11 @@ impl<'h> Trials<'h> {
         self.runs
     }
 
-    /// The summary of the run with the faults of `list`.
-    pub fn summary(&self, list: &[FaultPart]) -> Result<Summary, HuntError> {
+    /// The summary of the run with the faults of `list`; `None` if it was stopped.
+    pub fn summary(&self, list: &[FaultPart]) -> Result<Option<Summary>, HuntError> {
         let config = self.hunt.with(&self.budget.knobs(list));
-        let mut experiment = Experiment::of_resolved(self.hunt.system.clone(), config)?;
-        experiment.stop_on(&self.hunt.interrupt);
-        Ok(experiment.run()?)
+        let experiment = Experiment::of_resolved(self.hunt.system.clone(), config)?;
+        Ok(experiment.run_until(&self.hunt.interrupt)?)
     }
 
     /// The first of the smallest lists within the budget that were found to lose the run, with
@@ -62,16 +61,11 @@ impl<'h> Trials<'h> {
 
     /// The verdict on a run to its end; `None` if it was stopped.
     fn try_one(&self, list: &[FaultPart]) -> Option<Result<Verdict, HuntError>> {
-        let Hunt {
-            interrupt, base, ..
-        } = self.hunt;
-        if (self.stop)() || interrupt.is_asked() {
+        if (self.stop)() || self.hunt.interrupt.is_asked() {
             return None;
         }
-        match self.summary(list) {
-            Ok(run) if run.is_cut_off(interrupt, base.end) => None,
-            run => Some(run.map(|run| run.verdict)),
-        }
+        let summary = self.summary(list).transpose()?;
+        Some(summary.map(|run| run.verdict))
     }
 
     /// The index of the first of `lists` that loses the run.

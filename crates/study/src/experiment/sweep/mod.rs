@@ -271,16 +271,15 @@ impl Sweep {
             cell: which(),
             source,
         })?;
-        experiment.stop_on(interrupt);
         if self.parts {
             experiment.watch_ages();
         }
-        let summary = experiment.run();
+        let summary = experiment.run_until(interrupt);
         let summary = summary.map_err(|source| SweepError::Fault {
             cell: which(),
             source,
         })?;
-        Ok((!summary.is_cut_off(interrupt, self.base.end)).then(|| CellResult::from(&summary)))
+        Ok(summary.as_ref().map(CellResult::from))
     }
 }
 
