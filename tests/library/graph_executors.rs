@@ -12,7 +12,7 @@ fn autoware(kind: &str, ms: f64) -> String {
 
 #[test]
 fn the_starving_nodes_of_rclcpp_starve_with_the_threads_of_their_reports_only() {
-    // Of issue 2645, of 2360, and a timer on two threads that are not full.
+    // Of issues 2645, 2360, 2912 and 2402, and a timer on two threads that are not full.
     check_graphs(
         r#"
         starving-subscription |                  | 0.9995 | | ticks s2 200; ticks s1 0; published /t1 999; dropped /t1 899; verdict silent_first
@@ -22,6 +22,11 @@ fn the_starving_nodes_of_rclcpp_starve_with_the_threads_of_their_reports_only() 
         half-idle             |                  | 6.6    | | ticks t4 0
         half-idle             | multi:2 → multi:1 | 6.6   | | ticks t4 3
         half-idle             | multi:2 → multi:3 | 6.6   | | ticks t4 6
+        heavy-and-light       |                   | 10    | | ticks heavy 667; ticks light 333
+        heavy-and-light       | "heavy", "light" → "light", "heavy" | 10 | | ticks heavy 667; ticks light 667
+        heavy-and-light       | single → multi:2  | 10    | | ticks heavy 667; ticks light 0
+        slow-timer            |                   | 10    | | ticks points 2; ticks odom 5; verdict missed_cloud
+        slow-timer            | multi:4 → single  | 10    | | ticks points 43; ticks odom 46; verdict kept
         "#,
     );
 }
