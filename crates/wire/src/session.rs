@@ -43,7 +43,9 @@ const SAFE: &[(&str, &str)] = &[
     ("scouting/multicast/enabled", "false"),
     ("scouting/delay", "0"),
     ("transport/unicast/accept_timeout", "1000"),
-    ("transport/unicast/open_timeout", "2000"),
+    // TCP tries again after each whole second. A handshake that this limit interrupts leaves a
+    // connection that sends and never reads, so it is far from all of these moments.
+    ("transport/unicast/open_timeout", "2500"),
     ("transport/unicast/max_sessions", "64"),
     // The rest of a longer message is not read (bytes).
     ("transport/link/rx/max_message_size", "65536"),

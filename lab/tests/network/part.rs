@@ -6,15 +6,22 @@ pub mod address;
 use std::{
     io::{BufRead, BufReader, Read},
     path::PathBuf,
-    process::{Child, ChildStderr, Command, Stdio},
+    process::{Child, Command, Stdio},
+    sync::mpsc::{Receiver, channel},
+    thread,
+    time::Duration,
 };
 
 use crate::support::{RATELAB, send, words};
 
+/// Longest wait for a note: processes on a busy machine need some seconds to meet.
+const PATIENCE: Duration = Duration::from_secs(60);
+
 /// A process of a run; ended when it is dropped.
 pub struct Part {
     child: Child,
-    notes: BufReader<ChildStderr>,
+    /// The lines that it prints to standard error.
+    notes: Receiver<String>,
 }
 
 impl Part {
@@ -28,17 +35,23 @@ impl Part {
         command.arg("node").args(words(line));
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn().expect("ratelab starts");
-        let notes = BufReader::new(child.stderr.take().expect("piped"));
+        let lines = BufReader::new(child.stderr.take().expect("piped")).lines();
+        let (note, notes) = channel();
+        thread::spawn(move || {
+            let mut lines = lines.map_while(Result::ok);
+            lines.all(|line| note.send(line).is_ok())
+        });
         Self { child, notes }
     }
 
     /// Reads its notes until one contains `text`.
     pub fn wait_for(&mut self, text: &str) {
-        let mut line = String::new();
-        while !line.contains(text) {
-            line.clear();
-            let read = self.notes.read_line(&mut line).expect("its notes");
-            assert!(read > 0, "it ended before: {text}");
+        let mut before = String::new();
+        while !before.contains(text) {
+            let Ok(line) = self.notes.recv_timeout(PATIENCE) else {
+                panic!("it ended, or was silent for too long, before: {text}\n{before}");
+            };
+            before += &(line + "\n");
         }
     }
 
@@ -52,8 +65,8 @@ impl Part {
         let mut printed = String::new();
         let mut output = self.child.stdout.take().expect("piped");
         output.read_to_string(&mut printed).expect("UTF-8");
-        let mut notes = String::new();
-        self.notes.read_to_string(&mut notes).expect("UTF-8");
+        let notes: Vec<String> = self.notes.iter().collect();
+        let notes = notes.join("\n");
         let status = self.child.wait().expect("ended");
         assert_eq!(status.code(), Some(code), "{notes}\n{printed}");
         printed
