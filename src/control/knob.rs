@@ -225,7 +225,7 @@ knobs! {
         cost: Duration,
     }
     /// Error of a node's own clock from now on: due times and stamps follow this clock.
-    Clock = "clock NODE OFFSET_MS DRIFT_PPM" {
+    Clock = "clock NODE OFFSET_MS DRIFT_PPM [STEP_MS]" {
         /// The node's name.
         node: String,
         /// The error, as text.

@@ -37,7 +37,8 @@ fn chains_have_the_ages_that_follow_from_rates_costs_and_triggers() {
     // fusion: at 50 both arrive; the slow one is taken first, so the fast one of 40 is the newest.
     // On messages in the middle: an image at 10, a pose at 25, decided at 40, when the actuator has
     // ticked already: executors look last at an instant. Applied at 60. One thread has 20 ms per
-    // period for 25 ms of work.
+    // period for 25 ms of work. A clock in steps of 10 ms shows 30 Hz at 0, 40, 70 and 100 ms, and
+    // swallows what is faster.
     check_graphs(
         r#"
         pair         |                           | 10 | takes control none  | see_greatest_age 150.0
@@ -56,6 +57,11 @@ fn chains_have_the_ages_that_follow_from_rates_costs_and_triggers() {
         fusion       | each → exact:10           | 10 |                     | ticks fuse 201; by_fast_greatest_age 50.0
         triggered-middle |                       | 10 |                     | latency 60; verdict balanced
         triggered-middle | multi:3 → single      | 10 |                     | dropped /image 166
+        clocked      |                           | 1  |                     | ticks slow 31; ticks fast 101; overruns fast 150; ticks tenth 26; ticks steady 251
+        clocked      | rate = 100 → rate = 1000  | 1  |                     | ticks fast 251; overruns fast 0
+        clocked      |                           | 1  | rate fast 500       | ticks fast 101; ticks tenth 51
+        clocked      |                           | 1  | rate fast 500; rate tenth 5 | ticks tenth 6
+        clocked      |                           | 2  | 1 rate fast 500     | ticks tenth 76
         "#,
     );
     let slow = run_graph(&graph_text("middle", ""), 1.0, "takes detector 110");
@@ -139,7 +145,7 @@ fn errors_have_a_place_and_a_remedy() {
         assert!(known, "{error}, not {case}");
         count += 1;
     }
-    assert_eq!(count, 67);
+    assert_eq!(count, 69);
     let large = GraphFile::parse(&"x".repeat(2 << 20)).expect_err("too large");
     let said = "line 1, column 1: 2097152 bytes: expected up to 1048576";
     assert_eq!(large.to_string(), said);

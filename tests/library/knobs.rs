@@ -37,6 +37,7 @@ fn a_knob_is_printed_in_its_shortest_form_and_read_back_from_text_and_from_json(
          restart policy                        | restart policy
          hang policy 90                        | hang policy 90
          clock sensor -12.5 40                 | clock sensor -12.5 40
+         clock sensor 0 0 10                   | clock sensor 0 0 10
          takes policy 30                       | takes policy 30
          takes policy 60..110                  | takes policy 60..110
          takes policy lognormal:30,90          | takes policy lognormal:30,90
@@ -160,6 +161,7 @@ fn an_invalid_knob_is_refused_in_one_line_with_the_accepted_values() {
         clock policy 5                | expected OFFSET_MS DRIFT_PPM
         clock policy 5 1e9            | 500000 ppm
         clock policy NaN 0            | is no error of a clock
+        clock policy 0 0 0            | OFFSET_MS DRIFT_PPM STEP_MS
         takes policy -1               | expected milliseconds such as 30
         takes policy soon             | "soon" is no duration
         takes policy busy             | "busy" is no duration

@@ -13,14 +13,20 @@ const LARGEST_MS: f64 = 1e9;
 /// The largest drift (ppm): half or one and a half times the speed.
 const LARGEST_PPM: f64 = 500_000.0;
 
-/// The error of a clock, as text `OFFSET_MS DRIFT_PPM`; kept exactly, to the nanosecond
-/// and to the millionth of a ppm.
+/// The longest step (ms).
+const LONGEST_STEP_MS: f64 = 1e6;
+
+/// The error of a clock, as text `OFFSET_MS DRIFT_PPM [STEP_MS]`; kept exactly, to the nanosecond
+/// and to the millionth of a ppm. A clock with a step shows multiples of it alone, as one that
+/// learns the time from messages: `0 0 10` is the time of a simulator that publishes `/clock` at
+/// 100 Hz.
 ///
 /// ```
 /// use ratelab_effects::ClockError;
 ///
 /// let error: ClockError = "-2.5 40".parse()?;
 /// assert_eq!(error.to_string(), "-2.5 40");
+/// assert_eq!("0 0 10".parse::<ClockError>()?.to_string(), "0 0 10");
 /// # Ok::<(), String>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -29,12 +35,18 @@ pub struct ClockError {
     offset: i64,
     /// Excess of its speed (10⁻¹²).
     drift: i64,
+    /// What its readings are multiples of (ns); zero for each nanosecond.
+    step: i64,
 }
 
 impl fmt::Display for ClockError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (offset, drift) = (self.offset as f64 / 1e6, self.drift as f64 / 1e6);
-        write!(f, "{offset} {drift}")
+        write!(f, "{offset} {drift}")?;
+        match self.step {
+            0 => Ok(()),
+            step => write!(f, " {}", step as f64 / 1e6),
+        }
     }
 }
 
@@ -42,20 +54,28 @@ impl FromStr for ClockError {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let mut words = text.split_whitespace();
-        let known = match (words.next(), words.next(), words.next()) {
-            (Some(offset), Some(drift), None) => {
-                millionths(offset, LARGEST_MS).zip(millionths(drift, LARGEST_PPM))
-            }
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let known = match words[..] {
+            [offset, drift] => Self::of(offset, drift, "0"),
+            [offset, drift, step] => Self::of(offset, drift, step).filter(|error| error.step > 0),
             _ => None,
         };
-        let (offset, drift) = known.ok_or_else(|| {
+        known.ok_or_else(|| {
             format!(
                 "{text:?} is no error of a clock: expected OFFSET_MS DRIFT_PPM, up to \
-                 {LARGEST_MS} ms and {LARGEST_PPM} ppm either way"
+                 {LARGEST_MS} ms and {LARGEST_PPM} ppm either way, or OFFSET_MS DRIFT_PPM STEP_MS"
             )
-        })?;
-        Ok(Self { offset, drift })
+        })
+    }
+}
+
+impl ClockError {
+    fn of(offset: &str, drift: &str, step: &str) -> Option<Self> {
+        Some(Self {
+            offset: millionths(offset, LARGEST_MS)?,
+            drift: millionths(drift, LARGEST_PPM)?,
+            step: millionths(step, LONGEST_STEP_MS)?,
+        })
     }
 }
 
@@ -88,13 +108,20 @@ impl LocalClock {
     fn reading(self, now: i128) -> i128 {
         let drift = i128::from(self.error.drift);
         let passed = now - i128::from(self.since.as_nanos());
-        now + i128::from(self.error.offset) + (passed * drift).div_euclid(ONE)
+        let exact = now + i128::from(self.error.offset) + (passed * drift).div_euclid(ONE);
+        exact - exact.rem_euclid(self.step())
+    }
+
+    fn step(self) -> i128 {
+        i128::from(self.error.step.max(1))
     }
 
     /// The first run time since the error began at which the clock shows `shown` or more.
     pub fn when(self, shown: Time) -> Time {
         let since = i128::from(self.since.as_nanos());
-        let ahead = i128::from(shown.as_nanos()) - since - i128::from(self.error.offset);
+        let shown = i128::from(shown.as_nanos());
+        let reached = shown + (-shown).rem_euclid(self.step());
+        let ahead = reached - since - i128::from(self.error.offset);
         let rate = ONE + i128::from(self.error.drift);
         let passed = -(-ahead.max(0) * ONE).div_euclid(rate);
         time(since + passed)
@@ -127,6 +154,8 @@ mod tests {
             "-2 -400000",
             "0.000001 0.5",
             "-0.5 -33.3",
+            "0 0 0.00001",
+            "-0.5 -33.3 1.5",
         ] {
             let error = error.parse().expect(error);
             let clock = LocalClock::new(Time::from_nanos(7_000_000), error);

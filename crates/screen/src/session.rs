@@ -2,13 +2,14 @@
 
 use std::{
     io::{self, Write},
+    iter,
     path::{Path, PathBuf},
     sync::Arc,
     time::{Duration, Instant},
 };
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
-use ratelab::{Clock, Command, Fault};
+use ratelab::{Clock, Command, Fault, Knob};
 use ratelab_account::{Lineage, Observer, RowTap};
 use ratelab_real_clock::{RealClock, RealtimePriority};
 use ratelab_recording::{Branch, Destination, Recorder, Recording, Source, StopReason};
@@ -189,9 +190,17 @@ pub struct Session {
 }
 
 impl Session {
-    /// Sends a command; ignored after the end of the run.
+    /// Sends a command, and what follows from it for other nodes; ignored after the end of the
+    /// run.
     pub fn send(&self, command: Command) {
-        let _ = self.commands.send(command);
+        let followers: Vec<Knob> = match &command {
+            Command::Set(knob) => self.system().about().followers(knob).collect(),
+            _ => Vec::new(),
+        };
+        let followers = followers.into_iter().map(Command::Set);
+        for command in iter::once(command).chain(followers) {
+            let _ = self.commands.send(command);
+        }
     }
 
     /// What threads outside of the graph wrote to since the last call.

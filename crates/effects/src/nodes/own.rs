@@ -112,6 +112,7 @@ impl Own {
             None if self.task.due() > now => return None,
             None => {
                 let due = self.task.take_due();
+                self.task.skip_same_instant(due, plan);
                 if is_virtual && self.is_delayed(due, now) {
                     self.arm(false, plan);
                     return None;

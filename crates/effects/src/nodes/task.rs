@@ -143,6 +143,15 @@ impl Task {
         }
     }
 
+    /// Counts the ticks that a clock with a step has due at the same instant as the one that was
+    /// taken; a timer of ROS is called once for all of them.
+    #[inline]
+    pub(crate) fn skip_same_instant(&mut self, due: Time, plan: &Timetable<'_>) {
+        if self.clock.is_some() {
+            self.skip_before(due + Time::RESOLUTION, plan);
+        }
+    }
+
     /// Counts the ticks that were due before `patient`, from which on they wait.
     fn skip_impatient(&mut self, patient: Time, plan: &Timetable<'_>) {
         if self.when(self.rate.due()) < patient {

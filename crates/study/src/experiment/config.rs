@@ -3,7 +3,7 @@
 use ratelab::{ClockKind, Knob, Speed, Time, TimedKnob};
 use serde::{Deserialize, Serialize};
 
-use crate::system::{BuildError, Setup, System, WorldKind};
+use crate::system::{About, BuildError, Setup, System, WorldKind};
 
 /// All inputs of a run of a system. Under the virtual clock the same configuration gives
 /// the same run, bit for bit.
@@ -45,17 +45,36 @@ impl Config {
     /// [`BuildError::Setting`] if the system refuses a message.
     pub fn resolved(&self, system: &dyn System) -> Result<Self, BuildError> {
         let mut resolved = self.clone();
-        let mut setup = system.about().setup();
-        setup.extend(self.setup.iter().cloned());
+        let about = system.about();
+        let mut setup = about.setup();
+        let followers = self.setup.iter().flat_map(|knob| about.followers(knob));
+        setup.extend(followers.chain(self.setup.iter().cloned()));
         let recordable = |knob: &Knob| {
             let resolved = system.resolved(self.seed, &setup, knob.clone());
             resolved.map_err(BuildError::Setting)
         };
         resolved.setup = setup.iter().map(recordable).collect::<Result<_, _>>()?;
+        resolved.knobs = self.followed(&about);
         for timed in &mut resolved.knobs {
             timed.knob = recordable(&timed.knob)?;
         }
         Ok(resolved)
+    }
+
+    /// The timed changes, each with what follows from it unless that is among them.
+    fn followed(&self, about: &About<'_>) -> Vec<TimedKnob> {
+        let is_known = |follower: &TimedKnob| {
+            let mut known = self.knobs.iter();
+            known.any(|timed| timed.at == follower.at && timed.knob.is_of(&follower.knob))
+        };
+        let with_followers = |timed: &TimedKnob| {
+            let at = timed.at;
+            let followers = about.followers(&timed.knob);
+            let followers = followers.map(|knob| TimedKnob { at, knob });
+            let new: Vec<TimedKnob> = followers.filter(|knob| !is_known(knob)).collect();
+            [vec![timed.clone()], new].concat()
+        };
+        self.knobs.iter().flat_map(with_followers).collect()
     }
 }
 

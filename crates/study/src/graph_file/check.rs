@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{Knob, KnobKind, Release};
+use ratelab::{Hz, Knob, KnobKind, Release};
 use ratelab_effects::{Callback, Match, knob};
 
 use super::{
@@ -14,7 +14,7 @@ use super::{
     names::{name, node_of, once, topic_name},
     place::{Placed, holds},
 };
-use crate::system::{Bound, DataChain, FigureLimit, Limit, MOST_CHAINS, key};
+use crate::system::{Bound, DataChain, Divider, FigureLimit, Limit, MOST_CHAINS, key};
 
 /// Checks the sections of `text`.
 pub(super) fn check(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
@@ -32,8 +32,18 @@ pub(super) fn check(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
         file.name.clone_from(&own.text);
     }
     for block in of("node") {
-        let node = node(block, &mut file.settings)?;
+        let divided = divided_rate(block, of("node"))?;
+        let node = node(
+            block,
+            divided.as_ref().map(|(_, hz)| *hz),
+            &mut file.settings,
+        )?;
         file.nodes.push(node);
+        file.dividers.extend(divided.map(|(divider, _)| divider));
+    }
+    for block in of("clock") {
+        let clocks = simulated_clocks(block, &file);
+        file.settings.extend(clocks);
     }
     size(&file, of("chain").count())?;
     for block in of("system") {
@@ -72,7 +82,11 @@ fn topics(block: &Block, key: &str) -> Checked<Vec<Placed>> {
 /// The settings in `block`, as knobs.
 fn settings(block: &Block) -> Checked<Vec<Knob>> {
     let mut knobs = Vec::new();
+    let is_divided = |kind, text: &str| kind == KnobKind::Rate && divider(block, text).is_some();
     for (key, kind, Placed { text, at }) in block.knobs() {
+        if is_divided(kind, text) {
+            continue;
+        }
         let refused = |why: String| GraphRefusal::new(*at, why);
         let knob = knob(kind, &block.name.text, text.trim());
         let knob = knob.map_err(|error| refused(format!("{key}: {error}")))?;
@@ -81,10 +95,46 @@ fn settings(block: &Block) -> Checked<Vec<Knob>> {
     Ok(knobs)
 }
 
-/// A node; its knobs go to `all`.
-fn node(block: &Block, all: &mut Vec<Knob>) -> Checked<NodeSpec> {
+fn divider(block: &Block, text: &str) -> Option<Divider> {
+    Divider::parse(&block.name.text, text)
+}
+
+/// The rate of a node that is a fraction of the rate of one of the `nodes`.
+fn divided_rate<'b>(
+    block: &Block,
+    nodes: impl Iterator<Item = &'b Block> + Clone,
+) -> Checked<Option<(Divider, Hz)>> {
+    let Some(Placed { text, at }) = block.text("rate") else {
+        return Ok(None);
+    };
+    let Some(divider) = divider(block, text) else {
+        return Ok(None);
+    };
+    let other = nodes.clone().find(|node| node.name.text == divider.of);
+    let Some(other) = other else {
+        let names = nodes.map(|node| &*node.name.text);
+        return unknown("rate: no node", &Placed::new(&divider.of, *at), names);
+    };
+    let hz = other.number("rate").and_then(|hz| Hz::new(hz).ok());
+    match hz.and_then(|hz| divider.rate(hz)) {
+        Some(hz) => Ok(Some((divider, hz))),
+        None => refuse(
+            *at,
+            format!(
+                "rate: {text:?} is none: expected a node with a number as its rate, over a whole number"
+            ),
+        ),
+    }
+}
+
+/// A node, with its rate if that is `divided`; its knobs go to `all`.
+fn node(block: &Block, divided: Option<Hz>, all: &mut Vec<Knob>) -> Checked<NodeSpec> {
     name(&block.name)?;
-    let knobs = settings(block)?;
+    let mut knobs = settings(block)?;
+    knobs.extend(divided.map(|hz| Knob::Rate {
+        node: block.name.text.clone(),
+        hz,
+    }));
     let rate = knobs.iter().find_map(|knob| match knob {
         Knob::Rate { hz, .. } => Some(*hz),
         _ => None,
@@ -113,6 +163,26 @@ fn node(block: &Block, all: &mut Vec<Knob>) -> Checked<NodeSpec> {
         publishes: topics(block, "publishes")?,
         callback: callback(block)?,
     })
+}
+
+/// The clocks of nodes that get the time from messages, but for those with a clock of their own.
+fn simulated_clocks(block: &Block, file: &GraphFile) -> Vec<Knob> {
+    let period = block.number("rate").map_or(0.0, |hz| 1e9 / hz);
+    let error = format!("0 0 {}", period.round() / 1e6);
+    let is_own = |knob: &Knob| knob.kind() == KnobKind::Clock;
+    let own: Vec<&str> = file
+        .settings
+        .iter()
+        .filter(|knob| is_own(knob))
+        .map(Knob::target)
+        .collect();
+    let nodes = file.nodes.iter().map(|node| &node.name);
+    let others = nodes.filter(|node| !own.contains(&node.as_str()));
+    let clock = |node: &String| Knob::Clock {
+        node: node.clone(),
+        error: error.clone(),
+    };
+    others.map(clock).collect()
 }
 
 /// How the messages of the `triggers` of a node are combined.

@@ -1,6 +1,6 @@
 //! The keys of a graph file, for its parser, its schema and its manual.
 
-use ratelab::KnobKind::{self, Depth, Late, Link, Offset, Rate, Read, Takes, Wakes};
+use ratelab::KnobKind::{self, Clock, Depth, Late, Link, Offset, Rate, Read, Takes, Wakes};
 
 use Form::{Figure, Knob, List, Milliseconds, Number, Remap, Text, Whole};
 
@@ -125,11 +125,14 @@ const fn required(name: &'static str, form: Form, help: &'static str) -> FormatK
     }
 }
 
+/// The highest rate of a clock (Hz).
+const MOST_CLOCK_HZ: f64 = 1e6;
+
 /// The highest priority number.
 const MOST_PRIORITY: u32 = 1_000_000;
 
 /// All sections. The first holds the keys at the beginning of the file.
-pub const SECTIONS: [FileSection; 7] = [
+pub const SECTIONS: [FileSection; 8] = [
     FileSection {
         name: "",
         named: false,
@@ -141,7 +144,11 @@ pub const SECTIONS: [FileSection; 7] = [
         name: "node",
         named: true,
         keys: &[
-            optional("rate", Knob(Rate), "Ticks per second (Hz)"),
+            optional(
+                "rate",
+                Knob(Rate),
+                "Ticks per second (Hz), or a fraction of those of another node: \"control / 10\"",
+            ),
             optional(
                 "trigger",
                 TOPICS,
@@ -168,6 +175,11 @@ pub const SECTIONS: [FileSection; 7] = [
                 "late",
                 Knob(Late),
                 "What becomes of due times that pass while it is busy: skip, catch-up or queue:N [default: skip]",
+            ),
+            optional(
+                "clock",
+                Knob(Clock),
+                "Error of its own clock, OFFSET_MS DRIFT_PPM [STEP_MS] [default: as the section clock has it, or none]",
             ),
             optional(
                 "reads",
@@ -200,6 +212,17 @@ pub const SECTIONS: [FileSection; 7] = [
         ],
         one_of: &["rate", "trigger"],
         help: "A node, which ticks at a rate or on messages",
+    },
+    FileSection {
+        name: "clock",
+        named: false,
+        keys: &[required(
+            "rate",
+            Number(MOST_CLOCK_HZ),
+            "Messages of a simulator on /clock per second (Hz): between two of them the time of all nodes stands still",
+        )],
+        one_of: &[],
+        help: "The time of the nodes comes from messages, as with use_sim_time",
     },
     FileSection {
         name: "executor",

@@ -54,7 +54,7 @@ mod wiring;
 use ratelab::{Knob, Release};
 use ratelab_effects::{Callback, Executor};
 
-use crate::system::{DataChain, FigureLimit};
+use crate::system::{DataChain, Divider, FigureLimit};
 
 pub use change::changed;
 pub use error::GraphFileError;
@@ -75,6 +75,7 @@ pub struct GraphFile {
     nodes: Vec<NodeSpec>,
     /// The settings of its nodes and topics.
     settings: Vec<Knob>,
+    dividers: Vec<Divider>,
     /// The topics with settings.
     topics: Vec<place::Placed>,
     chains: Vec<ChainSpec>,

@@ -171,6 +171,7 @@ impl System for GraphSystem {
         About {
             groups: &self.groups,
             settings: &self.settings,
+            dividers: &self.file.dividers,
             graph_file: Some(&self.file.text),
             chains: &self.chains,
             limits: &self.file.limits,

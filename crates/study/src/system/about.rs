@@ -2,7 +2,7 @@
 
 use ratelab::{Knob, Time};
 
-use super::{Alias, DataChain, FigureLimit, Joints, Planning, QuadraticCost, Setup};
+use super::{Alias, DataChain, Divider, FigureLimit, Joints, Planning, QuadraticCost, Setup};
 
 /// The description of a [`System`](super::System). Each part may be left out.
 #[derive(Clone, Copy, Debug, Default)]
@@ -28,6 +28,8 @@ pub struct About<'s> {
     pub quadratic_cost: Option<QuadraticCost>,
     /// Its settings. Those of a run replace them.
     pub settings: &'s [Knob],
+    /// The rates that follow others.
+    pub dividers: &'s [Divider],
     /// The text of its [graph file](crate::graph_file). Recordings contain it.
     pub graph_file: Option<&'s str>,
     /// Its chains, whose data ages are on the topic [`CHAINS`](super::CHAINS): they count in the
@@ -95,5 +97,11 @@ impl About<'_> {
     /// Its settings as the knobs of a run.
     pub fn setup(&self) -> Setup {
         self.settings.iter().cloned().collect()
+    }
+
+    /// What follows from `knob` for other nodes.
+    pub fn followers(&self, knob: &Knob) -> impl Iterator<Item = Knob> {
+        let dividers = self.dividers.iter();
+        dividers.filter_map(move |divider| divider.follow(knob))
     }
 }
