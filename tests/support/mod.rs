@@ -57,7 +57,7 @@ pub fn policy(config: &Config) -> Box<dyn Policy> {
         control_hz,
         chunk: None,
     };
-    let policy = SwappablePolicy::new(&spec, PolicyCache::default(), context);
+    let policy = SwappablePolicy::new(&spec, PolicyCache::default(), context, None);
     Box::new(policy.expect("a policy"))
 }
 

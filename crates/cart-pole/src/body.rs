@@ -21,6 +21,9 @@ const MODEL: &str = include_str!("cartpole.xml");
 /// The pole in it, from the hinge to the tip.
 const POLE: &str = "fromto=\"0 0 0 0 0 1.0\"";
 
+/// Physics steps in one control step.
+pub const SUBSTEPS: u32 = 2;
+
 /// Bound of each of the four random offsets of a start (m, rad, m/s, rad/s).
 pub(crate) const START_SPREAD: f64 = 0.05;
 
@@ -44,26 +47,31 @@ pub(super) struct Body {
     data: MjData<Arc<MjModel>>,
     /// Current pose, the basis of sensor readings: computed once per move, because it is
     /// read several times.
-    pose: Pose,
-    observation: Observation,
+    pub(super) pose: Pose,
+    /// The reading of a perfect sensor there.
+    pub(super) observation: Observation,
 }
 
 impl Body {
     /// Cart and pole at the start for `seed`.
     pub(super) fn new(step: StepMs, seed: u64) -> Result<Self, PlantError> {
-        let mut body = Self::of(Cart::plant(step))?;
+        let mut body = Self::of(at_rest(step, 1.0)?);
         body.reset(seed);
         Ok(body)
     }
 
-    /// Cart and pole at upright rest in the middle of the rail.
-    pub(super) fn of(cart: Cart) -> Result<Self, PlantError> {
+    /// A model of them with the course's step, and a pole that is so many times as long.
+    pub(super) fn model(length: f64) -> Result<Self, PlantError> {
+        Ok(Self::of(at_rest(StepMs::LONGEST, length)?))
+    }
+
+    fn of(data: MjData<Arc<MjModel>>) -> Self {
         let pose = Pose::of([0.0, 0.0]);
-        Ok(Self {
-            data: at_rest(cart)?,
+        Self {
+            data,
             observation: Observation::of(pose, [0.0, 0.0]),
             pose,
-        })
+        }
     }
 
     /// Places cart and pole near rest: four offsets, uniform within ±0.05, drawn in the
@@ -104,6 +112,12 @@ impl Body {
         }
     }
 
+    /// Goes on for the time of one control step of the course.
+    pub(super) fn control_step(&mut self, action: Action) {
+        self.integrate(action, u64::from(SUBSTEPS));
+        self.look();
+    }
+
     /// Updates the pose of cart and pole.
     pub(super) fn look(&mut self) {
         self.pose = Pose::of(self.qpos());
@@ -127,14 +141,6 @@ impl Body {
         }
     }
 
-    pub(super) fn pose(&self) -> Pose {
-        self.pose
-    }
-
-    pub(super) fn observation(&self) -> Observation {
-        self.observation
-    }
-
     /// Cart position (m) and hinge angle (rad, not wrapped).
     pub(super) fn qpos(&self) -> [f64; 2] {
         let qpos = self.data.qpos();
@@ -148,46 +154,28 @@ impl Body {
     }
 }
 
-/// What a model of cart and pole depends on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Cart {
-    step: StepMs,
-    /// Length of the pole (m).
-    pole: f64,
+/// Cart and pole at upright rest in the middle of the rail, the model's default, with this step of
+/// physics and this length of the pole (m).
+pub(super) fn at_rest(step: StepMs, pole: f64) -> Result<MjData<Arc<MjModel>>, PlantError> {
+    MjData::try_new(model((step, pole))?).map_err(PlantError::new)
 }
 
-impl Cart {
-    /// The plant, with this step of physics.
-    pub(super) fn plant(step: StepMs) -> Self {
-        Self { step, pole: 1.0 }
-    }
-
-    /// A model of it with the course's step, and a pole that is so many times as long.
-    pub(super) fn model(length: f64) -> Self {
-        Self {
-            pole: length,
-            ..Self::plant(StepMs::LONGEST)
-        }
-    }
-}
-
-/// Cart and pole at upright rest in the middle of the rail, the model's default.
-pub(super) fn at_rest(cart: Cart) -> Result<MjData<Arc<MjModel>>, PlantError> {
-    MjData::try_new(model(cart)?).map_err(PlantError::new)
-}
+/// Step of physics, and length of the pole (m).
+type CartModel = (StepMs, f64);
 
 /// The model that all of this kind share: it is immutable, and loading it takes as long as
 /// most of a run.
-fn model(cart: Cart) -> Result<Arc<MjModel>, PlantError> {
-    static LOADED: Mutex<Vec<(Cart, Arc<MjModel>)>> = Mutex::new(Vec::new());
+fn model(cart: CartModel) -> Result<Arc<MjModel>, PlantError> {
+    static LOADED: Mutex<Vec<(CartModel, Arc<MjModel>)>> = Mutex::new(Vec::new());
     let mut loaded = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some((_, model)) = loaded.iter().find(|(known, _)| *known == cart) {
         return Ok(model.clone());
     }
-    let pole = format!("fromto=\"0 0 0 0 0 {}\"", cart.pole);
+    let (step, pole) = cart;
+    let pole = format!("fromto=\"0 0 0 0 0 {pole}\"");
     let text = MODEL.replace(POLE, &pole);
     let mut model = MjModel::from_xml_string(&text).map_err(PlantError::new)?;
-    model.opt_mut().timestep = cart.step.get() as f64 / 1e3;
+    model.opt_mut().timestep = step.get() as f64 / 1e3;
     let model = Arc::new(model);
     loaded.push((cart, model.clone()));
     Ok(model)

@@ -58,12 +58,12 @@ impl FreePlant {
 
     /// The reading of a perfect sensor.
     pub fn observe(&self) -> Observation {
-        self.body.observation()
+        self.body.observation
     }
 
     /// Pose of cart and pole.
     pub fn pose(&self) -> Pose {
-        self.body.pose()
+        self.body.pose
     }
 
     /// Applies `action` at run time `now`, derived from a sensing at `sensed`.

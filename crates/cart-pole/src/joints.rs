@@ -3,10 +3,7 @@
 use ratelab_account::Fields;
 use ratelab_study::system::{JointValues, Joints};
 
-use super::message::{ACTION, Action, OBS, Observation};
-
-/// The motor's force at an action of 1 (N).
-const MOTOR_N: f64 = 10.0;
+use super::message::{ACTION, Action, MOTOR_N, OBS, Observation};
 
 /// `/obs`: cart (m, m/s) and pole (rad from upright, rad/s). `/action`: the force on the
 /// cart (N).

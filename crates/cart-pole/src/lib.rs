@@ -37,8 +37,8 @@ pub mod stability;
 mod system;
 mod table;
 
-pub use body::PlantError;
 pub(crate) use body::START_SPREAD;
+pub use body::{PlantError, SUBSTEPS};
 pub use free_plant::FreePlant;
 pub use linear::LinearPlant;
 pub(crate) use message::MOTOR_N;
@@ -49,7 +49,7 @@ pub use nodes::{
 };
 pub(crate) use nodes::{DISTURB, SIMILAR};
 pub use on_stale::OnStale;
-pub use plant::{CONTROL_HZ, Plant, SUBSTEPS, SharedPlant, actuator_hz, mujoco_version};
+pub use plant::{CONTROL_HZ, Plant, SharedPlant, actuator_hz, mujoco_version};
 pub use pose::{CART_LIMIT_M, Fall, POLE_LIMIT_RAD, Pose};
 pub use seeding::generator;
 pub(crate) use seeding::unit;

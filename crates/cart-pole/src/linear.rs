@@ -6,8 +6,8 @@ use mujoco_rs::mujoco_c::mjd_transitionFD;
 use nalgebra::{Matrix4, Vector4};
 
 use super::{
-    body::{Cart, PlantError, at_rest},
-    plant::{STEP, SUBSTEPS},
+    body::{PlantError, SUBSTEPS, at_rest},
+    plant::STEP,
 };
 
 /// Perturbation of each coordinate in the finite differences, in its own unit. The error
@@ -33,7 +33,7 @@ impl LinearPlant {
     /// # Errors
     /// [`PlantError`] if MuJoCo refuses the model or is out of memory.
     pub fn control_step() -> Result<Self, PlantError> {
-        Ok(Self::physics_step()?.held_for(SUBSTEPS))
+        Self::of_model(1.0)
     }
 
     /// `times` such steps with a constant action; zero counts as one.
@@ -46,17 +46,12 @@ impl LinearPlant {
 
     /// The time of an action in a plan's model, with a pole that is so many times as long.
     pub(crate) fn of_model(length: f64) -> Result<Self, PlantError> {
-        Ok(Self::step_of(Cart::model(length))?.held_for(SUBSTEPS))
+        Ok(Self::physics_step(length)?.held_for(SUBSTEPS))
     }
 
-    /// One physics step at upright rest.
-    pub(super) fn physics_step() -> Result<Self, PlantError> {
-        Self::step_of(Cart::plant(STEP))
-    }
-
-    /// One physics step at upright rest, by MuJoCo's finite differences.
-    fn step_of(cart: Cart) -> Result<Self, PlantError> {
-        let mut data = at_rest(cart)?;
+    /// One physics step at upright rest with such a pole, by MuJoCo's finite differences.
+    pub(super) fn physics_step(length: f64) -> Result<Self, PlantError> {
+        let mut data = at_rest(STEP, length)?;
         let model = data.model().ffi();
         let mut a = Matrix4::zeros();
         let mut b = Vector4::zeros();

@@ -2,7 +2,7 @@
 
 use ratelab_study::system::{Picture, Shape, Style};
 
-use super::{CART_LIMIT_M, ControlStep, POLE_LIMIT_RAD, Pose};
+use super::{CART_LIMIT_M, ControlStep, MOTOR_N, POLE_LIMIT_RAD, Pose};
 
 /// Length of the pole (m), from the model.
 const POLE_M: f64 = 1.0;
@@ -16,9 +16,6 @@ const RAIL_M: f64 = -0.09;
 /// Height of the end stops and length of the longest push (m).
 const STOP_M: f64 = 0.15;
 const PUSH_M: f64 = 0.5;
-
-/// Force of a full push (N): the model's motor.
-const FULL_PUSH_N: f64 = 10.0;
 
 /// The preferred visible area: the rail with a small margin (m).
 const VIEW: [f64; 4] = [-2.6, -0.15, 2.6, 1.1];
@@ -51,7 +48,7 @@ pub(super) fn of(step: &ControlStep) -> Picture {
         captions: vec![
             format!("angle {:+7.2}°", pose.pole_angle.to_degrees()),
             format!("cart {cart:+.2} m"),
-            format!("push {push:+.2} ({:+.1} N)", push * FULL_PUSH_N),
+            format!("push {push:+.2} ({:+.1} N)", push * MOTOR_N),
         ],
     }
 }

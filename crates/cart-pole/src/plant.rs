@@ -6,7 +6,7 @@ use ratelab::{Hz, Time};
 use ratelab_study::system::{SharedWorld, StepMs, World};
 
 use super::{
-    body::{Body, PlantError},
+    body::{Body, PlantError, SUBSTEPS},
     disturbance::Disturbance,
     message::{Action, ControlStep, Observation},
     pose::{Fall, Pose},
@@ -17,9 +17,6 @@ pub(super) const STEP: StepMs = StepMs::LONGEST;
 
 /// The same (s).
 const TIMESTEP_S: f64 = 0.01;
-
-/// Physics steps in one control step.
-pub const SUBSTEPS: u32 = 2;
 
 /// Control steps per second of plant time: one per [`SUBSTEPS`] time steps of
 /// 10 ms.
@@ -75,15 +72,14 @@ impl Plant {
 
     /// The reading of a perfect sensor.
     pub fn observe(&self) -> Observation {
-        self.body.observation()
+        self.body.observation
     }
 
     /// Applies `action` for one control step. Returns the kind of fall if the run is lost
     /// then.
     pub fn step(&mut self, action: Action) -> Option<Fall> {
         self.body.disturb(self.disturbance.force(self.steps));
-        self.body.integrate(action, u64::from(SUBSTEPS));
-        self.body.look();
+        self.body.control_step(action);
         self.steps += 1;
         self.fall = self.pose().fall();
         self.fall
@@ -96,7 +92,7 @@ impl Plant {
 
     /// Pose of cart and pole.
     pub fn pose(&self) -> Pose {
-        self.body.pose()
+        self.body.pose
     }
 
     /// Cart position (m) and hinge angle (rad, not wrapped).

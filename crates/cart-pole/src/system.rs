@@ -233,7 +233,7 @@ impl CartPole {
         let name = text.unwrap_or(PolicyKind::Scripted.name());
         let policy: PolicySpec = name.parse().map_err(setting_error)?;
         let answers = builder.answers(POLICY);
-        let policy = SwappablePolicy::with(&policy, self.policies.clone(), context, answers);
+        let policy = SwappablePolicy::new(&policy, self.policies.clone(), context, answers);
         Ok(Box::new(policy.map_err(setting_error)?))
     }
 }
@@ -493,7 +493,7 @@ impl System for CartPole {
 
     fn file(&self, node: &str, text: &str) -> Option<PathBuf> {
         match text.parse().ok().filter(|_| node == POLICY)? {
-            PolicySpec::File(file) => Some(PathBuf::from(file.path())),
+            PolicySpec::File(file) => Some(PathBuf::from(file.path)),
             PolicySpec::BuiltIn(_) => None,
         }
     }

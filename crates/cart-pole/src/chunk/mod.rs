@@ -13,7 +13,6 @@
 
 mod figures;
 mod message;
-mod model;
 mod planner;
 mod planning;
 mod player;
@@ -31,7 +30,6 @@ pub(crate) use self::{
 };
 pub use self::{
     message::{CHUNK, Chunk, PLAYER_STEP, PlayerStep, REQUEST, Request},
-    model::PlanModel,
     planner::ChunkPlanner,
     player::{Player, Refill},
     policy_node::ChunkPolicy,

@@ -7,11 +7,11 @@ use ratelab::Time;
 use super::{
     ACTION_PERIOD,
     message::Chunk,
-    model::PlanModel,
     settings::{ChunkSettings, ExpectedDelay, PlanKind},
 };
 use crate::{
     Action, Observation, PlantError,
+    body::Body,
     policy::{Moment, Policy},
 };
 
@@ -24,7 +24,8 @@ pub struct ChunkPlanner {
     pub(super) plan: PlanKind,
     pub(super) expected: ExpectedDelay,
     settings: ChunkSettings,
-    model: PlanModel,
+    /// A cart-pole of the policy's own.
+    model: Body,
     /// Its chunks, the newest last.
     own: VecDeque<OwnChunk>,
     last: Duration,
@@ -60,7 +61,7 @@ impl ChunkPlanner {
             plan: settings.plan,
             expected: settings.expected,
             settings: *settings,
-            model: PlanModel::new(settings.model)?,
+            model: Body::model(settings.model.length)?,
             own: VecDeque::new(),
             last: Duration::ZERO,
             longest: Duration::ZERO,
@@ -130,21 +131,21 @@ impl ChunkPlanner {
         origin: Time,
         from: Time,
     ) -> Arc<[f32]> {
-        self.model.begin(reading);
+        self.model.place(reading);
         let horizon = self.settings.horizon.get();
         let (mut at, mut actions) = (origin, Vec::with_capacity(horizon));
         while actions.len() < horizon {
             let action = if at < from {
                 Action(self.committed(at))
             } else {
-                let state = self.model.observe();
+                let state = self.model.observation;
                 if let Some(chunk) = policy.chunk_from(&state).filter(|chunk| !chunk.is_empty()) {
                     actions.extend(chunk);
                     break;
                 }
                 policy.act(&state)
             };
-            self.model.step(action);
+            self.model.control_step(action);
             at = at + ACTION_PERIOD;
             actions.push(action.0);
         }

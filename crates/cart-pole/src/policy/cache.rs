@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::{Digest, LoadedPolicy, PolicyError, PolicySpec};
+use super::{LoadedPolicy, PolicyError, PolicyFile, PolicySpec};
 
 /// Policies in memory, so that a file is read, hashed and parsed only once, before a run
 /// begins and outside of a node's thread. Clones share their entries, including later
@@ -31,7 +31,7 @@ impl PolicyCache {
     /// # Errors
     /// [`PolicyError`] if it cannot be loaded.
     pub fn pin(&self, spec: &PolicySpec) -> Result<LoadedPolicy, PolicyError> {
-        if spec.is_pinned() {
+        if !matches!(spec, PolicySpec::File(file) if file.sha256.is_none()) {
             return self.fetch(spec);
         }
         let loaded = spec.load()?;
@@ -39,12 +39,13 @@ impl PolicyCache {
         Ok(loaded)
     }
 
-    /// Whether a program with this content has been loaded, from wherever.
-    pub(super) fn knows_program(&self, digest: Digest) -> bool {
+    /// Whether a program with the content of this pinned one has been loaded, from wherever.
+    pub(super) fn knows_program(&self, program: &PolicyFile) -> bool {
         let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        known
-            .iter()
-            .any(|(known, _)| known.program() == Some(digest))
+        let is_same = |known: &PolicyFile| known.is_program && known.sha256 == program.sha256;
+        let mut specs = known.iter().map(|(spec, _)| spec);
+        program.sha256.is_some()
+            && specs.any(|known| matches!(known, PolicySpec::File(file) if is_same(file)))
     }
 
     fn get(&self, spec: &PolicySpec) -> Option<LoadedPolicy> {

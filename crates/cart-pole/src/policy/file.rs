@@ -2,10 +2,8 @@
 
 use std::{fmt, io::ErrorKind, path::Path};
 
-use ratelab_study::file::{self, FileError};
-use serde::{Deserialize, Serialize};
-
 use super::{Digest, LARGEST_FILE};
+use ratelab_study::file::{self, FileError};
 
 /// Separator between path and digest in a text, as in pinned container images.
 const PIN: &str = "@sha256:";
@@ -15,61 +13,28 @@ const PROGRAM: &str = "exec:";
 
 /// A file by its path and, if it is pinned, by its content. As text `path/to/file.pt`, or
 /// pinned as `path/to/file.pt@sha256:…`; of a program `exec:path/to/policy.py@sha256:…`.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PolicyFile {
-    path: String,
-    sha256: Option<Digest>,
+    /// Path of the file.
+    pub path: String,
+    /// The digest that fixes its content.
+    pub sha256: Option<Digest>,
     /// Whether it is known to be a program.
-    #[serde(default)]
-    program: bool,
+    pub is_program: bool,
 }
 
 impl PolicyFile {
     /// Parses a path with an optional digest.
     pub(super) fn parse(text: &str) -> Self {
-        if let Some(program) = text.strip_prefix(PROGRAM) {
-            return Self::parse(program).into_program();
-        }
-        let pinned = text.rsplit_once(PIN);
-        let pinned = pinned.and_then(|(path, digest)| Some((path, digest.parse().ok()?)));
-        match pinned {
-            Some((path, sha256)) => Self::new(path, Some(sha256)),
-            None => Self::new(text, None),
-        }
-    }
-
-    pub(super) fn new(path: &str, sha256: Option<Digest>) -> Self {
+        let file = text.trim_start_matches(PROGRAM);
+        let pinned = file.rsplit_once(PIN);
+        let pinned = pinned.and_then(|(path, digest)| Some((path, Some(digest.parse().ok()?))));
+        let (path, sha256) = pinned.unwrap_or((file, None));
         Self {
             path: path.to_owned(),
             sha256,
-            program: false,
+            is_program: file != text,
         }
-    }
-
-    /// The same file, known to be a program.
-    pub(super) fn into_program(self) -> Self {
-        let program = true;
-        Self { program, ..self }
-    }
-
-    /// Whether it is known to be a program.
-    pub fn is_program(&self) -> bool {
-        self.program
-    }
-
-    /// Path of the file.
-    pub fn path(&self) -> &str {
-        &self.path
-    }
-
-    /// The digest that fixes its content.
-    pub fn digest(&self) -> Option<Digest> {
-        self.sha256
-    }
-
-    /// Whether its content is fixed by a digest.
-    pub fn is_pinned(&self) -> bool {
-        self.sha256.is_some()
     }
 
     /// Reads its content.
@@ -104,7 +69,7 @@ fn unread(why: FileError) -> String {
 
 impl fmt::Display for PolicyFile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(if self.program { PROGRAM } else { "" })?;
+        f.write_str(if self.is_program { PROGRAM } else { "" })?;
         match self.sha256 {
             Some(digest) => write!(f, "{}{PIN}{digest}", self.path),
             None => f.write_str(&self.path),

@@ -2,11 +2,8 @@
 
 use std::{fmt, path::Path, str::FromStr, sync::Arc};
 
-use serde::{Deserialize, Serialize};
-
 use super::{
-    Digest, Lqr, Policy, PolicyContext, PolicyFile, PolicyKind, Random, Scripted, UnknownPolicy,
-    Zero,
+    Lqr, Policy, PolicyContext, PolicyFile, PolicyKind, Random, Scripted, UnknownPolicy, Zero,
     error::PolicyError,
     network::{Mlp, Network, read_weights},
     onnx::{OnnxModel, is_onnx},
@@ -24,8 +21,7 @@ use super::{
 /// assert_eq!(file.name(), "swing.safetensors");
 /// # Ok::<(), ratelab_cart_pole::policy::UnknownPolicy>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(untagged)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PolicySpec {
     /// A policy without a file.
     BuiltIn(PolicyKind),
@@ -39,8 +35,8 @@ impl PolicySpec {
         match self {
             Self::BuiltIn(kind) => kind.name(),
             Self::File(file) => {
-                let name = Path::new(file.path()).file_name();
-                name.and_then(|name| name.to_str()).unwrap_or(file.path())
+                let name = Path::new(&file.path).file_name();
+                name.and_then(|name| name.to_str()).unwrap_or(&file.path)
             }
         }
     }
@@ -65,7 +61,7 @@ impl PolicySpec {
                 content: SpecContent::BuiltIn(*kind),
             }),
             Self::File(file) => load(file).map_err(|why| PolicyError {
-                spec: file.path().to_owned(),
+                spec: file.path.clone(),
                 why,
             }),
         }
@@ -73,32 +69,18 @@ impl PolicySpec {
 
     /// Whether it is known to be a program.
     pub fn is_program(&self) -> bool {
-        matches!(self, Self::File(file) if file.is_program())
-    }
-
-    /// The digest of a pinned program.
-    pub(super) fn program(&self) -> Option<Digest> {
-        match self {
-            Self::File(file) if file.is_program() => file.digest(),
-            _ => None,
-        }
-    }
-
-    /// Whether it always means the same policy: a file does if it has a digest of its
-    /// content.
-    pub fn is_pinned(&self) -> bool {
-        match self {
-            Self::BuiltIn(_) => true,
-            Self::File(file) => file.is_pinned(),
-        }
+        matches!(self, Self::File(file) if file.is_program)
     }
 }
 
 fn load(file: &PolicyFile) -> Result<LoadedPolicy, String> {
     let (content, digest) = file.read()?;
-    let mut pinned = PolicyFile::new(file.path(), Some(digest));
-    let content = if file.is_program() || program::is_program(file.path(), &content)? {
-        pinned = pinned.into_program();
+    let pinned = PolicyFile {
+        sha256: Some(digest),
+        is_program: file.is_program || program::is_program(&file.path, &content)?,
+        ..file.clone()
+    };
+    let content = if pinned.is_program {
         SpecContent::Program(pinned.clone())
     } else if is_onnx(&content) {
         SpecContent::Graph(OnnxModel::open(&content)?)
@@ -136,18 +118,6 @@ impl FromStr for PolicySpec {
     }
 }
 
-/// Checks the number of actions in a network's answers, more than one for a chunk.
-fn check_chunk(actions: usize, wanted: Option<usize>) -> Result<(), String> {
-    let wants = match wanted {
-        _ if actions == 1 || wanted == Some(actions) => return Ok(()),
-        None => String::new(),
-        Some(wanted) => format!(", and the run wants {wanted}"),
-    };
-    Err(format!(
-        "its answers are chunks of {actions} actions{wants}: give --chunk {actions}"
-    ))
-}
-
 /// A policy with all its data in memory; clones share it.
 #[derive(Clone, Debug)]
 pub struct LoadedPolicy {
@@ -177,7 +147,15 @@ impl LoadedPolicy {
         let SpecContent::Network(weights) = &self.content else {
             return Ok(());
         };
-        check_chunk(weights.actions(), chunk).map_err(|why| self.error(why))
+        let actions = weights.actions();
+        let wants = match chunk {
+            _ if actions == 1 || chunk == Some(actions) => return Ok(()),
+            None => String::new(),
+            Some(wanted) => format!(", and the run wants {wanted}"),
+        };
+        Err(self.error(format!(
+            "its answers are chunks of {actions} actions{wants}: give --chunk {actions}"
+        )))
     }
 
     /// Creates the policy in its initial state.

@@ -23,23 +23,12 @@ pub struct SwappablePolicy {
 }
 
 impl SwappablePolicy {
-    /// Creates it with the policy `first`.
-    ///
-    /// # Errors
-    /// [`PolicyError`] if it cannot be loaded.
-    pub fn new(
-        first: &PolicySpec,
-        cache: PolicyCache,
-        context: PolicyContext,
-    ) -> Result<Self, PolicyError> {
-        Self::with(first, cache, context, None)
-    }
-
-    /// The same; a program is not started if its recorded `answers` are given.
+    /// Creates it with the policy `first`. A program is not started if its recorded `answers` are
+    /// given.
     ///
     /// # Errors
     /// [`PolicyError`] if it cannot be loaded or started.
-    pub fn with(
+    pub fn new(
         first: &PolicySpec,
         cache: PolicyCache,
         context: PolicyContext,
@@ -65,21 +54,21 @@ fn make(
     context: PolicyContext,
     answers: Option<&Arc<RecordedAnswers>>,
 ) -> Result<(Box<dyn Policy>, String), PolicyError> {
-    let error = |why| PolicyError {
-        spec: spec.to_string(),
-        why,
-    };
-    if spec.is_program()
-        && let Some(answers) = answers
+    if let PolicySpec::File(program) = spec
+        && program.is_program
     {
-        let recorded = RecordedPolicy::new(spec.name(), answers.clone(), context.chunk);
-        return Ok((Box::new(recorded), spec.to_string()));
-    }
-    let is_named = |digest| cache.knows_program(digest);
-    if spec.is_program() && !spec.program().is_some_and(is_named) {
-        let why = "no recording or log starts a program: name one with this content by its path \
-                   alone";
-        return Err(error(why.to_owned()));
+        if let Some(answers) = answers {
+            let recorded = RecordedPolicy::new(spec.name(), answers.clone(), context.chunk);
+            return Ok((Box::new(recorded), spec.to_string()));
+        }
+        if !cache.knows_program(program) {
+            let why = "no recording or log starts a program: name one with this content by its \
+                       path alone";
+            return Err(PolicyError {
+                spec: spec.to_string(),
+                why: why.to_owned(),
+            });
+        }
     }
     let loaded = cache.fetch(spec)?;
     loaded.check_chunk(context.chunk)?;

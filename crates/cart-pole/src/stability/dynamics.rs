@@ -30,7 +30,7 @@ impl Dynamics {
     /// [`PlantError`] if MuJoCo refuses the model or is out of memory.
     pub fn cart_pole() -> Result<Self, PlantError> {
         let step_s = 1.0 / (CONTROL_HZ * f64::from(SUBSTEPS));
-        let LinearPlant { a, b } = LinearPlant::physics_step()?;
+        let LinearPlant { a, b } = LinearPlant::physics_step(1.0)?;
         let mut f = Matrix4::zeros();
         let mut g = Vector4::zeros();
         for position in 0..2 {

@@ -14,7 +14,7 @@ pub use self::process::end_programs;
 pub(super) use self::recorded::RecordedPolicy;
 use self::{
     process::PolicyProcess,
-    protocol::{Greeting, ProgramAnswer, ProgramQuestion, Ready},
+    protocol::{Greeting, ProgramQuestion, Ready},
 };
 use super::{Moment, Policy, PolicyContext, PolicyFile};
 use crate::{Action, Observation};
@@ -82,8 +82,8 @@ impl ProgramPolicy {
         }
     }
 
-    /// Asks about a reading.
-    fn ask(&mut self, reading: &Observation) -> Option<ProgramAnswer> {
+    /// Asks about a reading; `None` if it crashes.
+    fn ask(&mut self, reading: &Observation) -> Option<Vec<f32>> {
         let (process, ready) = self.running.as_mut()?;
         self.asked += 1;
         let question = ProgramQuestion {
@@ -94,10 +94,10 @@ impl ProgramPolicy {
                 .then(|| 1e3 * self.moment.delay().as_secs_f64()),
             observation: reading.to_array().map(f64::from),
         };
-        let answer = process.ask(&question.line(), ready.limit);
+        let answer = process.ask(&protocol::line(&question), ready.limit);
         let answer = answer.and_then(|line| {
             let actions = self.context.chunk.filter(|_| ready.chunks);
-            ProgramAnswer::read(&line, self.asked, actions)
+            protocol::actions(&line, self.asked, actions)
         });
         answer.map_err(|why| self.fail(&why)).ok()
     }
@@ -120,8 +120,8 @@ impl Policy for ProgramPolicy {
     fn start(&mut self) -> Result<(), String> {
         self.file.read()?;
         let greeting = Greeting::new(self.context);
-        let mut process = PolicyProcess::start(self.file.path())?;
-        let ready = Ready::read(&process.ask(&greeting.line(), protocol::START)?)?;
+        let mut process = PolicyProcess::start(&self.file.path)?;
+        let ready = Ready::read(&process.ask(&protocol::line(&greeting), protocol::START)?)?;
         if ready.chunks && self.context.chunk.is_none() {
             return Err("it answers with chunks: give --chunk H".to_owned());
         }
@@ -134,21 +134,14 @@ impl Policy for ProgramPolicy {
     }
 
     fn act(&mut self, observation: &Observation) -> Action {
-        match self.ask(observation) {
-            Some(ProgramAnswer::Action(action)) => Action(action),
-            _ => Action::ZERO, // It crashes.
-        }
+        let actions = self.ask(observation).unwrap_or_default();
+        Action(actions.first().copied().unwrap_or_default())
     }
 
     fn whole_chunk(&mut self, reading: &Observation) -> Option<Arc<[f32]>> {
         let (_, ready) = self.running.as_ref()?;
-        if !ready.chunks {
-            return None;
-        }
-        match self.ask(reading) {
-            Some(ProgramAnswer::Chunk(actions)) => Some(actions.into()),
-            _ => Some([].into()), // It crashes.
-        }
+        let actions = ready.chunks.then(|| self.ask(reading))?;
+        Some(actions.unwrap_or_default().into())
     }
 
     fn crash(&mut self) -> Option<String> {

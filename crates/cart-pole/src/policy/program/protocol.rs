@@ -36,10 +36,6 @@ impl Greeting {
             action_ms: 1e3 / CONTROL_HZ,
         }
     }
-
-    pub fn line(&self) -> String {
-        line(self)
-    }
 }
 
 /// A question about a reading.
@@ -57,13 +53,8 @@ pub struct ProgramQuestion {
     pub observation: [f64; 5],
 }
 
-impl ProgramQuestion {
-    pub fn line(&self) -> String {
-        line(self)
-    }
-}
-
-fn line(value: &impl Serialize) -> String {
+/// A greeting or a question as a line of text.
+pub fn line(value: &impl Serialize) -> String {
     // Numbers that are not finite become null.
     let mut line = serde_json::to_string(value).unwrap_or_default();
     line.push('\n');
@@ -119,14 +110,6 @@ impl Ready {
 }
 
 /// An answer of a program.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ProgramAnswer {
-    /// An action.
-    Action(f32),
-    /// A whole chunk.
-    Chunk(Vec<f32>),
-}
-
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct AnswerLine {
@@ -135,42 +118,41 @@ struct AnswerLine {
     actions: Option<Vec<f64>>,
 }
 
-impl ProgramAnswer {
-    /// Reads the answer to question number `id`: an action, or a chunk of the `horizon`.
-    ///
-    /// # Errors
-    /// What is wrong with it, as the end of a sentence about the program.
-    pub fn read(line: &str, id: u64, horizon: Option<usize>) -> Result<Self, String> {
-        let expected = match horizon {
-            None => format!("{{\"id\":{id},\"action\":0.5}}"),
-            Some(horizon) => format!("{{\"id\":{id},\"actions\":[… {horizon} numbers]}}"),
-        };
-        let answer: AnswerLine = parsed(line, &expected)?;
-        if answer.id != id {
+/// Reads the actions in the answer to question number `id`: a single one, or a chunk of the
+/// `horizon`.
+///
+/// # Errors
+/// What is wrong with it, as the end of a sentence about the program.
+pub fn actions(line: &str, id: u64, horizon: Option<usize>) -> Result<Vec<f32>, String> {
+    let expected = match horizon {
+        None => format!("{{\"id\":{id},\"action\":0.5}}"),
+        Some(horizon) => format!("{{\"id\":{id},\"actions\":[… {horizon} numbers]}}"),
+    };
+    let answer: AnswerLine = parsed(line, &expected)?;
+    if answer.id != id {
+        return Err(format!(
+            "answered question {} where {id} was asked",
+            answer.id
+        ));
+    }
+    let actions = match (answer.action, answer.actions, horizon) {
+        (Some(action), None, None) => vec![action],
+        (None, Some(actions), Some(horizon)) if actions.len() == horizon => actions,
+        (None, Some(actions), Some(horizon)) => {
+            let count = actions.len();
             return Err(format!(
-                "answered question {} where {id} was asked",
-                answer.id
+                "answered with {count} actions, and a chunk has {horizon}"
             ));
         }
-        let finite = |action: f64| match action as f32 {
-            finite if finite.is_finite() => Ok(finite),
-            _ => Err(format!(
-                "answered {action:e}: an action must be a finite float32"
-            )),
-        };
-        match (answer.action, answer.actions, horizon) {
-            (Some(action), None, None) => Ok(Self::Action(finite(action)?)),
-            (None, Some(actions), Some(horizon)) if actions.len() == horizon => {
-                let actions: Result<_, _> = actions.into_iter().map(finite).collect();
-                Ok(Self::Chunk(actions?))
-            }
-            (None, Some(actions), Some(horizon)) => Err(format!(
-                "answered with {} actions, and a chunk has {horizon}",
-                actions.len()
-            )),
-            _ => Err(unexpected(line, &expected)),
-        }
-    }
+        _ => return Err(unexpected(line, &expected)),
+    };
+    let finite = |action: f64| match action as f32 {
+        finite if finite.is_finite() => Ok(finite),
+        _ => Err(format!(
+            "answered {action:e}: an action must be a finite float32"
+        )),
+    };
+    actions.into_iter().map(finite).collect()
 }
 
 fn parsed<'a, T: Deserialize<'a>>(line: &'a str, expected: &str) -> Result<T, String> {
@@ -254,7 +236,7 @@ mod tests {
             ("hello", None, "answered \"hello\""),
             ("", None, "answered \"\""),
         ] {
-            match ProgramAnswer::read(line, 7, horizon) {
+            match actions(line, 7, horizon) {
                 Ok(_) => assert_eq!(wrong, "", "{line}"),
                 Err(why) => assert!(!wrong.is_empty() && why.contains(wrong), "{line}: {why}"),
             }
@@ -270,13 +252,12 @@ mod tests {
                 delay_ms: None,
                 observation: [number.into(); 5],
             };
-            let said: serde_json::Value = serde_json::from_str(&question.line()).expect("JSON");
+            let said: serde_json::Value =
+                serde_json::from_str(&super::line(&question)).expect("JSON");
             let text = said["observation"][0].to_string();
             assert_eq!(text.parse(), Ok(f64::from(number)), "{text}");
             let answer = format!("{{\"id\":1,\"action\":{text}}}");
-            let Ok(ProgramAnswer::Action(back)) = ProgramAnswer::read(&answer, 1, None) else {
-                panic!("{answer}");
-            };
+            let back = actions(&answer, 1, None).expect(&answer)[0];
             assert_eq!(back.to_bits(), number.to_bits(), "{text}");
         }
     }
