@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use ratelab::{ClockExit, Depth, Hz, HzError, KnobKind, Node, Time, Topic, Wiring};
+use ratelab::{ClockExit, Depth, Hz, KnobKind, Node, Time, Topic, Wiring};
 use ratelab_account::Fields;
 use ratelab_effects::Match;
 use ratelab_study::{
@@ -239,14 +239,19 @@ impl CartPole {
 }
 
 /// The inputs of a run's policies.
-fn context(seed: u64, setup: &Setup) -> Result<PolicyContext, HzError> {
-    let chunk = ChunkSettings::of(setup).ok().flatten();
+fn context(seed: u64, setup: &Setup) -> PolicyContext {
+    let chunk = chunks(setup);
     let control_hz = setup.rate(POLICY).filter(|_| chunk.is_none());
-    Ok(PolicyContext {
+    PolicyContext {
         seed,
-        control_hz: control_hz.map_or_else(|| Hz::new(CONTROL_HZ), Ok)?,
+        control_hz: control_hz.unwrap_or(actuator_hz()),
         chunk: chunk.map(|chunk| chunk.horizon.get()),
-    })
+    }
+}
+
+/// The settings of chunks in `setup`, if the policy answers with any.
+fn chunks(setup: &Setup) -> Option<ChunkSettings> {
+    ChunkSettings::of(setup).ok().flatten()
 }
 
 fn other(error: impl std::error::Error + Send + Sync + 'static) -> BuildError {
@@ -371,7 +376,7 @@ impl System for CartPole {
     }
 
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
-        let context = context(builder.seed(), builder.setup())?;
+        let context = context(builder.seed(), builder.setup());
         let policy = self.policy(builder, context)?;
         let topics = Topics {
             observations: builder.topic(OBS),
@@ -458,7 +463,7 @@ impl System for CartPole {
         if node != POLICY {
             return Ok(text.to_owned());
         }
-        let context = context(seed, setup).map_err(|error| error.to_string())?;
+        let context = context(seed, setup);
         let policy: PolicySpec = text.parse().map_err(|error| format!("{error}"))?;
         // As in a log, which names a program and has none started.
         if policy.is_program() {
@@ -487,7 +492,7 @@ impl System for CartPole {
     }
 
     fn tally(&self, setup: &Setup) -> Option<Box<dyn RunTally>> {
-        ChunkSettings::of(setup).ok()??;
+        chunks(setup)?;
         Some(Box::new(ChunkTally::default()))
     }
 
@@ -557,26 +562,20 @@ impl System for CartPole {
     }
 
     fn warnings(&self, setup: &Setup) -> Vec<String> {
-        let settings = ChunkSettings::of(setup).ok().flatten();
         let bears = || {
             let policy = setup.message(POLICY).unwrap_or(PolicyKind::Scripted.name());
             let [_, constant] = falls(&policy.parse().ok()?, actuator_hz())?;
             Some(constant)
         };
-        settings.map_or_else(Vec::new, |settings| warnings(setup, &settings, bears()))
+        chunks(setup).map_or_else(Vec::new, |settings| warnings(setup, &settings, bears()))
     }
 
     fn overloads(&self, setup: &Setup) -> Vec<String> {
-        let settings = ChunkSettings::of(setup).ok().flatten();
-        let asked = settings
-            .as_ref()
-            .is_some_and(|chunk| chunk.refill.is_some());
+        let asked = chunks(setup).is_some_and(|chunk| chunk.refill.is_some());
         let nodes = [SENSOR, POLICY, PLAYER, ACTUATOR].into_iter();
         let paced = nodes.filter(|node| !(asked && *node == POLICY));
-        let overloads = paced.filter_map(|node| {
-            let hz = setup.rate(node).unwrap_or(actuator_hz());
-            overload(node, hz, setup)
-        });
+        let rate = |node| setup.rate(node).unwrap_or(actuator_hz());
+        let overloads = paced.filter_map(|node| overload(node, rate(node), setup));
         overloads.collect()
     }
 
@@ -593,13 +592,10 @@ impl System for CartPole {
         }
         let policy = named.unwrap_or(PolicyKind::Scripted.name()).parse();
         // A plan has an action for each tick of the player, however rarely it is made.
-        let plans = ChunkSettings::of(setup).ok().flatten();
-        let plans = plans.is_some_and(|chunk| chunk.plan != PlanKind::Hold);
-        let rate = |node| {
-            let set = setup.rate(node).filter(|_| !(plans && node == POLICY));
-            set.map_or_else(|| Hz::new(CONTROL_HZ), Ok)
-        };
-        let (Ok(policy), Ok(sensor), Ok(control)) = (policy, rate(SENSOR), rate(POLICY)) else {
+        let plans = chunks(setup).is_some_and(|chunk| chunk.plan != PlanKind::Hold);
+        let control = setup.rate(POLICY).filter(|_| !plans);
+        let [sensor, control] = [setup.rate(SENSOR), control].map(|hz| hz.unwrap_or(actuator_hz()));
+        let Ok(policy) = policy else {
             return AgeLimits::default();
         };
         let band = falls(&policy, control);
@@ -625,11 +621,10 @@ impl System for CartPole {
     }
 
     fn finals(&self, state: &[f64]) -> Vec<Final> {
-        let value = pole_angle(state);
         vec![Final {
             name: "final_pole_angle",
             unit: "rad",
-            value,
+            value: pole_angle(state),
         }]
     }
 }
