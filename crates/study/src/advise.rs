@@ -2,7 +2,7 @@
 
 use std::{cmp::Reverse, num::NonZeroUsize, ops::ControlFlow, sync::Arc, time::Duration};
 
-use ratelab::{Depth, Hz, Interrupt, Knob, ReadOrder, Topology, millis};
+use ratelab::{Depth, Hz, Interrupt, Knob, KnobKind, ReadOrder, Topology, millis};
 use ratelab_effects::{Cost, Draw, Link};
 
 use crate::{
@@ -121,10 +121,7 @@ impl Candidates<'_> {
         for knob in mine {
             match knob {
                 Knob::Link { spec, .. } => changes.extend(half_link(spec)),
-                Knob::Read {
-                    order: ReadOrder::Oldest,
-                    ..
-                } => {
+                Knob::Read { order, .. } if *order == ReadOrder::Oldest => {
                     changes.push(("read", "newest".to_owned()));
                 }
                 _ => {}
@@ -147,12 +144,8 @@ impl Candidates<'_> {
                 changes.extend(offsets(node.hz, offset.unwrap_or_default()));
             }
         }
-        for knob in self.setup.iter() {
-            if let Knob::Takes { node: of, spec } = knob
-                && *of == node.name
-            {
-                changes.extend(half_cost(spec));
-            }
+        if let Some(Knob::Takes { spec, .. }) = self.setup.knob(KnobKind::Takes, &node.name) {
+            changes.extend(half_cost(spec));
         }
         let mut changes = knobs(&node.name, changes);
         let of_file = self

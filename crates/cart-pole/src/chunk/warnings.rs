@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{Hz, Knob};
+use ratelab::{Hz, KnobKind};
 use ratelab_effects::{Link, draw};
 use ratelab_study::system::Setup;
 
@@ -31,20 +31,13 @@ struct ChunkTimes {
 
 impl ChunkTimes {
     fn of(setup: &Setup, settings: &ChunkSettings) -> Self {
-        let takes = setup
-            .iter()
-            .find(|knob| matches!(knob, Knob::Takes { .. }) && knob.target() == POLICY);
-        let cost = |u| {
-            let draw = takes.and_then(|knob| draw(knob).ok().flatten());
-            draw.filter(|draw| draw.missing().is_none())
-                .map_or(Duration::ZERO, |draw| draw.at(u))
-        };
+        let takes = setup.knob(KnobKind::Takes, POLICY);
+        let draw = takes.and_then(|knob| draw(knob).ok().flatten());
+        let draw = draw.filter(|draw| draw.missing().is_none());
+        let cost = |u| draw.as_ref().map_or(Duration::ZERO, |draw| draw.at(u));
         let link = |topic| {
-            let mut knobs = setup.iter();
-            knobs.find_map(|knob| match knob {
-                Knob::Link { topic: of, spec } if of == topic => spec.parse::<Link>().ok(),
-                _ => None,
-            })
+            let link = setup.knob(KnobKind::Link, topic)?;
+            link.value().parse::<Link>().ok()
         };
         let delay = |topic| link(topic).map_or(Duration::ZERO, |link| link.delay.median());
         let rate = setup

@@ -107,9 +107,8 @@ impl Experiment {
         let [from, to] = [&nodes[hop[0]], &nodes[hop[1]]];
         let setup = &self.config.setup;
         let is_free = |node: &&NodeTopology| {
-            let wakes =
-                |knob: &Knob| matches!(knob, Knob::Wakes { node: of, .. } if *of == node.name);
-            node.executor.is_none() && self.can_shift(node) && !setup.iter().any(wakes)
+            let is_late = setup.knob(KnobKind::Wakes, &node.name).is_some();
+            node.executor.is_none() && self.can_shift(node) && !is_late
         };
         let [one, other] = [from, to].map(|node| node.hz.period().as_nanos());
         let [first, second] = [from, to].map(|node| self.offset(node).as_nanos());

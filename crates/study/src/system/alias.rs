@@ -3,7 +3,7 @@
 use ratelab::{Knob, KnobError, KnobKind, TimedKnob};
 use ratelab_effects::knob;
 
-use super::{Setup, System};
+use super::Setup;
 
 /// A system's own name for a knob, or for several with a common value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,11 +38,9 @@ impl Alias {
     /// The initial value: from `setup`, or else the default. If its knobs have several
     /// values, that of the first.
     pub fn value(&self, setup: &Setup) -> String {
-        let first = self.knobs.first().and_then(|(kind, of)| {
-            let mut knobs = setup.iter();
-            knobs.find(|knob| knob.kind() == *kind && knob.subject() == *of)
-        });
-        first.map_or_else(|| self.default.to_owned(), Knob::value)
+        let first = self.knobs.first();
+        let knob = first.and_then(|(kind, of)| setup.knob(*kind, of));
+        knob.map_or_else(|| self.default.to_owned(), Knob::value)
     }
 
     /// The common value of the knobs at the beginning of `knobs`, if they are the knobs
@@ -57,11 +55,4 @@ impl Alias {
         };
         turned.iter().zip(self.knobs).all(same).then_some(value)
     }
-}
-
-/// The node of the first alias for a rate: its rate matters most.
-pub fn paced_node(system: &dyn System) -> Option<&'static str> {
-    let mut aliases = system.aliases().iter();
-    let first = aliases.find(|alias| alias.kind() == KnobKind::Rate)?;
-    first.knobs.first().map(|(_, node)| *node)
 }

@@ -78,7 +78,7 @@ use thiserror::Error;
 
 pub use about::{About, Group, Spoiler, StateTable};
 pub use age_limits::AgeLimits;
-pub use alias::{Alias, paced_node};
+pub use alias::Alias;
 pub use builder::{AnswersOfNodes, Builder, RecordedAnswers, WORLD};
 pub(crate) use builder::{ForwardingNode, RecordedTopics, Surroundings};
 pub use chain::{CHAINS, DataChain};
@@ -90,6 +90,7 @@ pub use joints::{JointValues, Joints};
 pub(crate) use kept::{kept_kind, kept_list, kept_text};
 pub use knob_text::{KnobText, KnobTextError};
 pub use library::LibraryGraph;
+pub use names::paced_node;
 pub use overload::overload;
 pub(crate) use overload::{FULL, cost_of};
 pub use picture::{Picture, Shape, Style};

@@ -57,6 +57,12 @@ pub fn first_alias(system: &dyn System, kind: KnobKind) -> Option<&'static Alias
     aliases.find(|alias| alias.kind() == kind)
 }
 
+/// The node of the first alias for a rate: its rate matters most.
+pub fn paced_node(system: &dyn System) -> Option<&'static str> {
+    let first = first_alias(system, KnobKind::Rate)?;
+    first.knobs.first().map(|(_, node)| *node)
+}
+
 /// The first alias for the rate of a node for which `wanted` is true.
 pub fn rate_alias(system: &dyn System, wanted: impl Fn(&str) -> bool) -> Option<&'static Alias> {
     let mut aliases = system.aliases().iter();

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{Hz, Knob};
+use ratelab::{Hz, KnobKind};
 use ratelab_effects::{Draw, Overrun, draw};
 
 use super::Setup;
@@ -15,11 +15,9 @@ const OFTEN: f64 = 0.1;
 
 /// What a tick of `node` takes with `setup`.
 pub(crate) fn cost_of(setup: &Setup, node: &str) -> Draw {
-    let cost = setup.iter().find_map(|knob| match knob {
-        Knob::Takes { node: of, .. } if of == node => draw(knob).ok()?,
-        _ => None,
-    });
-    cost.unwrap_or(Draw::NONE)
+    let cost = setup.knob(KnobKind::Takes, node);
+    let draw = cost.and_then(|cost| draw(cost).ok()?);
+    draw.unwrap_or(Draw::NONE)
 }
 
 /// A warning that `node`, which has a core of its own and ticks at `hz`, is asked for more than it
@@ -77,9 +75,7 @@ pub fn overload(node: &str, hz: Hz, setup: &Setup) -> Option<String> {
 
 /// Whether due times of `node` wait while it is busy.
 fn waits(setup: &Setup, node: &str) -> bool {
-    let late = setup.iter().find_map(|knob| match knob {
-        Knob::Late { node: of, spec } if of == node => spec.parse().ok(),
-        _ => None,
-    });
+    let late = setup.knob(KnobKind::Late, node);
+    let late = late.and_then(|late| late.value().parse().ok());
     late.is_some_and(|late: Overrun| late != Overrun::default())
 }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{Depth, Hz, Knob};
+use ratelab::{Depth, Hz, Knob, KnobKind};
 use serde::{Deserialize, Serialize};
 
 /// Knobs set before the run begins. All others keep the system's defaults.
@@ -30,48 +30,50 @@ impl Setup {
         self
     }
 
+    /// The knob of this `kind` for a [subject](Knob::subject), if it is set.
+    pub fn knob(&self, kind: KnobKind, subject: &str) -> Option<&Knob> {
+        let mut knobs = self.0.iter();
+        knobs.find(|knob| knob.kind() == kind && knob.subject() == subject)
+    }
+
     /// Rate of `node`, if it is set.
     pub fn rate(&self, node: &str) -> Option<Hz> {
-        self.0.iter().find_map(|knob| match knob {
-            Knob::Rate { node: of, hz } if of == node => Some(*hz),
+        match self.knob(KnobKind::Rate, node)? {
+            Knob::Rate { hz, .. } => Some(*hz),
             _ => None,
-        })
+        }
     }
 
     /// Offset of `node`, if it is set.
     pub fn offset(&self, node: &str) -> Option<Duration> {
-        self.0.iter().find_map(|knob| match knob {
-            Knob::Offset { node: of, offset } if of == node => Some(*offset),
+        match self.knob(KnobKind::Offset, node)? {
+            Knob::Offset { offset, .. } => Some(*offset),
             _ => None,
-        })
+        }
     }
 
     /// Depth of `topic`, if it is set.
     pub fn depth(&self, topic: &str) -> Option<Depth> {
-        self.0.iter().find_map(|knob| match knob {
-            Knob::Depth { topic: of, depth } if of == topic => Some(*depth),
+        match self.knob(KnobKind::Depth, topic)? {
+            Knob::Depth { depth, .. } => Some(*depth),
             _ => None,
-        })
+        }
     }
 
     /// Message to `node`, if one is set.
     pub fn message(&self, node: &str) -> Option<&str> {
-        self.0.iter().find_map(|knob| match knob {
-            Knob::Send { node: of, text } if of == node => Some(text.as_str()),
+        match self.knob(KnobKind::Send, node)? {
+            Knob::Send { text, .. } => Some(text),
             _ => None,
-        })
+        }
     }
 
     /// Parameter `name` of `node`, if it is set.
     pub fn parameter(&self, node: &str, name: &str) -> Option<&str> {
-        self.0.iter().find_map(|knob| match knob {
-            Knob::Parameter {
-                node: of,
-                name: known,
-                value,
-            } if of == node && known == name => Some(value.as_str()),
+        match self.knob(KnobKind::Parameter, &format!("{node} {name}"))? {
+            Knob::Parameter { value, .. } => Some(value),
             _ => None,
-        })
+        }
     }
 
     /// All knobs, in the order in which they were first set.
