@@ -287,7 +287,7 @@ impl Topics {
         let last = match self.chunks(builder)? {
             Some(chunks) => self.with_chunks(builder, policy, &observations, chunks)?,
             None => {
-                builder.single_node(POLICY, CONTROL_HZ, 1, |wiring| PolicyNode {
+                builder.single_node(POLICY, actuator_hz().into(), 1, |wiring| PolicyNode {
                     policy,
                     observations: wiring.subscription(&observations),
                     actions: wiring.publisher(&self.actions),
@@ -326,9 +326,9 @@ impl Topics {
         observations: &Topic<Observation>,
         settings: ChunkSettings,
     ) -> Result<u32, BuildError> {
-        let names = Chunk::names(settings.horizon);
         let depth = Depth::new(Chunk::DEPTH).unwrap_or(Depth::MAX);
-        let chunks = builder.topic_of(CHUNK, depth, names);
+        let chunks = Topic::new(CHUNK, builder.setup().depth(CHUNK).unwrap_or(depth));
+        builder.record_as(chunks.clone(), Chunk::names(settings.horizon));
         let planner = ChunkPlanner::new(&settings).map_err(other)?;
         let requests = match settings.refill {
             Some(_) => builder.topic(REQUEST),
@@ -336,9 +336,9 @@ impl Topics {
         };
         let release = match settings.refill {
             Some(_) => Match::Each.into(),
-            None => builder.rate(POLICY, CONTROL_HZ)?.into(),
+            None => actuator_hz().into(),
         };
-        builder.single_released_node(POLICY, release, 1, |wiring| ChunkPolicy {
+        builder.single_node(POLICY, release, 1, |wiring| ChunkPolicy {
             policy,
             planner,
             last_tick: wiring.last_tick(),
@@ -348,7 +348,7 @@ impl Topics {
         })?;
         let steps = builder.topic(PLAYER_STEP);
         let chunks = builder.through(&chunks, 1)?;
-        builder.single_node(PLAYER, CONTROL_HZ, 2, |wiring| {
+        builder.single_node(PLAYER, actuator_hz().into(), 2, |wiring| {
             wiring.fix(&[KnobKind::Rate], "it plays an action every 20 ms");
             Player::new(
                 &settings,

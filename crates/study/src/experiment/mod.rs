@@ -30,7 +30,7 @@ pub mod sweep;
 mod taps;
 
 use std::{
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::Instant,
 };
 
@@ -39,7 +39,7 @@ use ratelab::{
     Clock, ClockExit, ClockKind, Command, Fault, Graph, Head, Inbox, Interrupt, Knob, TimedCommand,
     TimedKnob, run,
 };
-use ratelab_account::{Observer, RecordedTopic, Rows, TapHandle};
+use ratelab_account::{Observer, Rows, TapHandle};
 use ratelab_real_clock::RealClock;
 use ratelab_replay::RunLog;
 
@@ -52,8 +52,7 @@ pub use summary::{MeanPushAge, Summary};
 pub use taps::Taps;
 
 use crate::system::{
-    AnswersOfNodes, BuildError, Builder, MeanCost, RecordedTopics, RunTally, System, WorldKind,
-    verdict,
+    AnswersOfNodes, BuildError, Builder, MeanCost, RunTally, Setup, System, WorldKind, verdict,
 };
 
 /// The graph of a system, ready to run once.
@@ -61,57 +60,57 @@ pub struct Experiment {
     system: Arc<dyn System>,
     config: Config,
     graph: Graph,
-    recorded: RecordedTopics,
-    cost: Option<SharedCost>,
-    tally: Option<SharedTally>,
+    taps: Taps,
+    cost: Option<Sum<MeanCost>>,
+    tally: Option<Sum<SystemTally>>,
     ages: Option<AgeWatch>,
     commands: Sender<Command>,
     inbox: Inbox,
 }
 
-/// What the states of a run cost so far.
-type SharedCost = Arc<Mutex<MeanCost>>;
+/// What is added up of the messages of a run.
+type Sum<T> = Arc<Mutex<T>>;
 
-/// Begins to measure what the states of `system` cost, if it judges them.
-fn watch_cost(
-    system: &dyn System,
-    taps: &TapHandle,
-    recorded: &[Arc<dyn RecordedTopic>],
-) -> Option<SharedCost> {
-    let (cost, name) = system.quadratic_cost().zip(system.state())?;
-    let states = recorded.iter().find(|topic| topic.name() == name)?;
-    let mean = SharedCost::default();
-    let shared = mean.clone();
-    let add = move |head: &Head, state: &[f64]| {
-        let mut mean = shared.lock().unwrap_or_else(PoisonError::into_inner);
-        mean.state(head.at, (cost.of_state)(state));
+fn lock<T>(sum: &Mutex<T>) -> MutexGuard<'_, T> {
+    sum.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The figures of a system.
+type SystemTally = Box<dyn RunTally>;
+
+/// Has `add` take each message of a recorded topic into `sum`; `None` without such a topic.
+fn listen<T: Send + 'static>(
+    taps: &Taps,
+    name: &str,
+    sum: &Sum<T>,
+    add: impl Fn(&mut T, &Head, &[f64]) + Send + 'static,
+) -> Option<()> {
+    let topic = taps.topics.iter().find(|topic| topic.name() == name)?;
+    let sum = sum.clone();
+    let add = move |head: &Head, row: &[f64]| {
+        add(&mut lock(&sum), head, row);
         true
     };
-    states.listen(taps, Box::new(add));
+    topic.listen(&taps.tap_handle, Box::new(add));
+    Some(())
+}
+
+/// Begins to measure what the states of `system` cost, if it judges them.
+fn watch_cost(system: &dyn System, taps: &Taps) -> Option<Sum<MeanCost>> {
+    let (cost, state) = system.quadratic_cost().zip(system.state())?;
+    let mean = Sum::default();
+    listen(taps, state, &mean, move |mean: &mut MeanCost, head, row| {
+        mean.state(head.at, (cost.of_state)(row));
+    })?;
     Some(mean)
 }
 
-/// What the system adds up of a run.
-type SharedTally = Arc<Mutex<Box<dyn RunTally>>>;
-
-/// Begins to add up the figures of `system`, if it has any.
-fn watch_figures(
-    system: &dyn System,
-    config: &Config,
-    taps: &TapHandle,
-    recorded: &[Arc<dyn RecordedTopic>],
-) -> Option<SharedTally> {
-    let tally = system.tally(&config.setup)?;
+/// Begins to add up the figures of `system` in a run with `setup`, if it has any.
+fn watch_figures(system: &dyn System, setup: &Setup, taps: &Taps) -> Option<Sum<SystemTally>> {
+    let tally = system.tally(setup)?;
     let (names, tally) = (tally.topics(), Arc::new(Mutex::new(tally)));
     for name in names {
-        let shared = tally.clone();
-        let add = move |_: &Head, row: &[f64]| {
-            let mut tally = shared.lock().unwrap_or_else(PoisonError::into_inner);
-            tally.message(name, row);
-            true
-        };
-        let topic = recorded.iter().find(|topic| topic.name() == *name);
-        topic?.listen(taps, Box::new(add));
+        listen(taps, name, &tally, |tally, _, row| tally.message(name, row))?;
     }
     Some(tally)
 }
@@ -190,16 +189,19 @@ impl Experiment {
         let timed = config.knobs.iter().cloned().map(TimedCommand::from);
         let (commands, inbox) = Inbox::new(timed.collect());
         // From here on the graph is observed, and logged under the real clock.
-        let taps = TapHandle::of(&graph);
+        let taps = Taps {
+            tap_handle: TapHandle::of(&graph),
+            topics: recorded,
+        };
         RunLog::of(&graph.state());
         Ok(Self {
-            cost: watch_cost(&*system, &taps, &recorded),
-            tally: watch_figures(&*system, &config, &taps, &recorded),
+            cost: watch_cost(&*system, &taps),
+            tally: watch_figures(&*system, &config.setup, &taps),
             ages: None,
             system,
             config,
             graph,
-            recorded,
+            taps,
             commands,
             inbox,
         })
@@ -245,10 +247,7 @@ impl Experiment {
 
     /// Taps the graph, before and during its run.
     pub fn taps(&self) -> Taps {
-        Taps {
-            tap_handle: TapHandle::of(&self.graph),
-            topics: self.recorded.clone(),
-        }
+        self.taps.clone()
     }
 
     /// Adds up the ages of the run with their parts, for its summary; without this call nobody
@@ -280,7 +279,8 @@ impl Experiment {
         let end = self.config.end;
         self.inbox.stop_on(interrupt);
         let summary = self.run()?;
-        Ok((!summary.is_cut_off(interrupt, end)).then_some(summary))
+        let is_over = summary.sim_time >= end || summary.verdict.is_lost();
+        Ok((is_over || !interrupt.is_asked()).then_some(summary))
     }
 
     /// Runs with the caller's real clock, such as one with real-time scheduling, whenever
@@ -294,7 +294,7 @@ impl Experiment {
             system,
             config,
             mut graph,
-            recorded,
+            taps,
             cost,
             tally,
             ages,
@@ -308,28 +308,22 @@ impl Experiment {
         let end = run(&mut graph, &mut inbox, config.end, config.clock, real);
         let wall_time = began.elapsed();
         let [state, chains] = [system.state(), system.chains()].map(|name| {
-            let topic = recorded.iter().find(|topic| Some(topic.name()) == name);
+            let topic = taps.topics.iter().find(|topic| Some(topic.name()) == name);
             let rows = topic.and_then(|topic| topic.newest());
             let newest = rows.as_ref().and_then(Rows::last);
             newest.map(|(_, row)| row.to_vec())
         });
         // Taps end with the topics, which the nodes hold as well.
-        drop((graph, recorded));
+        drop((graph, taps));
         let exit = end?;
         let sim_time = match exit {
             ClockExit::Ended { at, .. } => at,
             _ => observer.now(),
         };
-        let cost = cost.and_then(|mean| {
-            let mean = mean.lock().unwrap_or_else(PoisonError::into_inner);
-            mean.until(sim_time)
-        });
+        let cost = cost.and_then(|mean| lock(&mean).until(sim_time));
         let newest = [state.as_deref(), chains.as_deref()];
         let verdict = verdict(&*system, &exit, sim_time, newest);
-        let figures = tally.map(|tally| {
-            let tally = tally.lock().unwrap_or_else(PoisonError::into_inner);
-            tally.figures()
-        });
+        let figures = tally.map(|tally| lock(&tally).figures());
         let summary = Summary {
             wall_time,
             figures: figures.unwrap_or_default(),

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{Event, Interrupt, Time, TimedKnob};
+use ratelab::{Event, Time, TimedKnob};
 use ratelab_account::{Distribution, NodeAccount, Observer, Snapshot, TopicAccount};
 
 use super::{Config, RunAge};
@@ -54,12 +54,6 @@ pub struct MeanPushAge {
 }
 
 impl Summary {
-    /// Whether `interrupt` stopped the run before it came to a result; its end was to be at
-    /// `end`.
-    pub(super) fn is_cut_off(&self, interrupt: &Interrupt, end: Time) -> bool {
-        interrupt.is_asked() && self.sim_time < end && !self.verdict.is_lost()
-    }
-
     /// The changes of knobs before and during the run: under the virtual clock the same
     /// configuration with these gives the same run.
     pub fn knobs(&self) -> Vec<TimedKnob> {

@@ -126,7 +126,7 @@ impl<'a> Builder<'a> {
     }
 
     /// The same with a name for each number of a message.
-    pub(crate) fn record_as<T: Fields + Payload>(
+    pub fn record_as<T: Fields + Payload>(
         &mut self,
         topic: Topic<T>,
         fields: &'static [&'static str],
@@ -205,7 +205,7 @@ impl<'a> Builder<'a> {
             let mut look = look(wiring);
             move |now| look(&world.at(now), now)
         };
-        self.single_node(WORLD, hz, 0, build)?;
+        self.single_node(WORLD, Hz::new(hz)?.into(), 0, build)?;
         Ok(shared)
     }
 
@@ -213,19 +213,6 @@ impl<'a> Builder<'a> {
     pub fn topic<T: Fields + Payload>(&mut self, name: &str) -> Topic<T> {
         let topic = self.internal_topic(name);
         self.record(&topic);
-        topic
-    }
-
-    /// Creates a recorded topic whose messages are numbers with these names, with a default
-    /// depth of `depth`.
-    pub fn topic_of<T: Fields + Payload>(
-        &mut self,
-        name: &str,
-        depth: Depth,
-        names: &'static [&'static str],
-    ) -> Topic<T> {
-        let topic = Topic::new(name, self.setup.depth(name).unwrap_or(depth));
-        self.record_as(topic.clone(), names);
         topic
     }
 
@@ -285,13 +272,12 @@ impl<'a> Builder<'a> {
         Topic::new(name, self.setup.depth(name).unwrap_or(Depth::ONE))
     }
 
-    /// The initial rate of `node`: as set, or else `hz`.
-    ///
-    /// # Errors
-    /// [`BuildError`] for an invalid `hz`.
-    pub fn rate(&self, node: &str, hz: f64) -> Result<Hz, BuildError> {
-        let set = self.setup.rate(node);
-        Ok(set.map_or_else(|| Hz::new(hz), Ok)?)
+    /// The initial release of `node`: at the rate that is set, or else as in `usual`.
+    fn release(&self, node: &str, usual: Release) -> Release {
+        match (usual, self.setup.rate(node)) {
+            (Release::Every(_), Some(hz)) => hz.into(),
+            (usual, _) => usual,
+        }
     }
 
     /// The configured message for `node`, for systems that use it to build the node.
@@ -329,8 +315,7 @@ impl<'a> Builder<'a> {
         priority: u32,
         build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
     ) -> Result<(), BuildError> {
-        let hz = self.rate(name, hz)?;
-        self.released_node(name, hz.into(), priority, build)
+        self.released_node(name, Hz::new(hz)?.into(), priority, build)
     }
 
     /// The same for a node that ticks at a rate, unless set otherwise, or on messages; see
@@ -346,10 +331,7 @@ impl<'a> Builder<'a> {
         priority: u32,
         build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
     ) -> Result<(), BuildError> {
-        let release = match release {
-            Release::Every(hz) => self.setup.rate(name).unwrap_or(hz).into(),
-            Release::On(_) => release,
-        };
+        let release = self.release(name, release);
         if !self.is_here(name) {
             return Ok(self.graph.remote_node(name, release, priority, build)?);
         }
@@ -375,29 +357,15 @@ impl<'a> Builder<'a> {
     /// [`Node::restart`].
     ///
     /// # Errors
-    /// As of [`Builder::node`].
-    pub fn single_node<N: Node + 'static>(
-        &mut self,
-        name: &str,
-        hz: f64,
-        priority: u32,
-        build: impl FnOnce(&mut Wiring<'_>) -> N,
-    ) -> Result<(), BuildError> {
-        let hz = self.rate(name, hz)?;
-        self.single_released_node(name, hz.into(), priority, build)
-    }
-
-    /// The same for a node that ticks at a rate or on messages; see [`Release`].
-    ///
-    /// # Errors
     /// As of [`Builder::released_node`].
-    pub fn single_released_node<N: Node + 'static>(
+    pub fn single_node<N: Node + 'static>(
         &mut self,
         name: &str,
         release: Release,
         priority: u32,
         build: impl FnOnce(&mut Wiring<'_>) -> N,
     ) -> Result<(), BuildError> {
+        let release = self.release(name, release);
         match self.is_here(name) {
             true => Ok(self.graph.node(name, release, priority, build)?),
             false => Ok(self.graph.remote_node(name, release, priority, build)?),
