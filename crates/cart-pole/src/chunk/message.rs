@@ -4,6 +4,7 @@ use std::{sync::Arc, time::Duration};
 
 use ratelab::Time;
 use ratelab_account::{Fields, fields};
+use strum::VariantArray;
 
 use super::settings::{Horizon, PlanKind};
 
@@ -51,8 +52,6 @@ impl Chunk {
     }
 }
 
-const PLANS: [PlanKind; 3] = [PlanKind::Hold, PlanKind::Rollout, PlanKind::Committed];
-
 impl Fields for Chunk {
     /// Their number differs from run to run.
     const FIELDS: &'static [&'static str] = &[];
@@ -69,7 +68,7 @@ impl Fields for Chunk {
         Some(Self {
             made: Time::from_nanos(made as u64),
             expected: Duration::from_nanos(expected as u64),
-            plan: *PLANS.get(plan as usize)?,
+            plan: *PlanKind::VARIANTS.get(plan as usize)?,
             actions: actions.iter().map(|action| *action as f32).collect(),
         })
     }

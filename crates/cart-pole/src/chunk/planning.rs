@@ -95,7 +95,7 @@ fn plan(head: &Head, row: &[f64]) -> Option<ActionPlan> {
     let chunk = Chunk::from_row(row)?;
     let actions = chunk.actions.iter();
     Some(ActionPlan {
-        kind: chunk.plan.name(),
+        kind: chunk.plan.into(),
         made: chunk.made,
         expected: chunk.expected,
         begins: head.origin?,

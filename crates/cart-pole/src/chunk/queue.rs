@@ -9,6 +9,7 @@ use std::{
 };
 
 use ratelab::{Message, Time};
+use strum::VariantArray;
 
 use super::{
     ACTION_PERIOD,
@@ -238,13 +239,11 @@ impl PlayQueue {
 
     /// Drops the oldest chunks as long as they are over, however they are played.
     fn drop_played(&mut self, now: Time, executed: impl Fn(Time) -> u64 + Copy) {
-        let kinds = [PlayKind::Time, PlayKind::Arrival, PlayKind::Executed];
         while self.taken.len() > 1
             && self.taken.front().is_some_and(|oldest| {
                 let end = oldest.chunk.actions.len() as i64;
-                kinds
-                    .iter()
-                    .all(|kind| oldest.place(*kind, now, executed) >= end)
+                let mut kinds = PlayKind::VARIANTS.iter();
+                kinds.all(|kind| oldest.place(*kind, now, executed) >= end)
             })
         {
             self.taken.pop_front();

@@ -3,7 +3,8 @@
 use std::{fmt, str::FromStr, time::Duration};
 
 use ratelab::millis;
-use ratelab_study::system::Setup;
+use ratelab_study::system::{Setup, names::alternatives};
+use strum::{Display, IntoStaticStr, VariantArray};
 
 use super::{ACTION_PERIOD, PLAYER};
 use crate::POLICY;
@@ -44,7 +45,8 @@ impl Horizon {
 }
 
 /// What a policy plans.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Display, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum PlanKind {
     /// The action for the reading, again and again.
     Hold,
@@ -55,35 +57,17 @@ pub enum PlanKind {
     Committed,
 }
 
-impl PlanKind {
-    const NAMES: [(&str, Self); 3] = [
-        ("hold", Self::Hold),
-        ("rollout", Self::Rollout),
-        ("committed", Self::Committed),
-    ];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        name_of(&Self::NAMES, self)
-    }
-}
-
-impl fmt::Display for PlanKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
 impl FromStr for PlanKind {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        named(&Self::NAMES, text, "plan")
+        named(text, "plan")
     }
 }
 
 /// How the player knows which action of a chunk belongs to now.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Display, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum PlayKind {
     /// By the time since the reading.
     #[default]
@@ -94,25 +78,11 @@ pub enum PlayKind {
     Executed,
 }
 
-impl PlayKind {
-    const NAMES: [(&str, Self); 3] = [
-        ("time", Self::Time),
-        ("arrival", Self::Arrival),
-        ("executed", Self::Executed),
-    ];
-}
-
-impl fmt::Display for PlayKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(name_of(&Self::NAMES, *self))
-    }
-}
-
 impl FromStr for PlayKind {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        named(&Self::NAMES, text, "way to play")
+        named(text, "way to play")
     }
 }
 
@@ -370,18 +340,15 @@ pub(super) fn replace<T: FromStr<Err = String> + fmt::Display>(
     Ok(before.to_string())
 }
 
-fn name_of<T: PartialEq>(names: &[(&'static str, T)], value: T) -> &'static str {
-    let mut names = names.iter();
-    let known = names.find(|(_, known)| *known == value);
-    known.map_or("", |(name, _)| name)
-}
-
-fn named<T: Copy>(names: &[(&str, T)], text: &str, what: &str) -> Result<T, String> {
-    let known = names.iter().find(|(name, _)| *name == text.trim());
-    known.map(|(_, value)| *value).ok_or_else(|| {
-        let names: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
-        let (last, others) = names.split_last().unwrap_or((&"", &[]));
-        let expected = others.join(", ");
-        format!("{text:?} is no {what}: expected {expected} or {last}")
+/// The value called `text`.
+fn named<T>(text: &str, what: &str) -> Result<T, String>
+where
+    T: VariantArray + Copy + Into<&'static str>,
+{
+    let names: Vec<&str> = T::VARIANTS.iter().map(|value| (*value).into()).collect();
+    let place = names.iter().position(|name| *name == text.trim());
+    place.map(|place| T::VARIANTS[place]).ok_or_else(|| {
+        let expected = alternatives(&names);
+        format!("{text:?} is no {what}: expected {expected}")
     })
 }

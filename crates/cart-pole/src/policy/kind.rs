@@ -1,11 +1,13 @@
 //! The policies without a file.
 
-use std::{fmt, str::FromStr};
+use std::str::FromStr;
 
+use strum::{Display, IntoStaticStr};
 use thiserror::Error;
 
 /// The policies without a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Display, IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
 pub enum PolicyKind {
     /// Linear feedback: [`Scripted`](super::Scripted).
     Scripted,
@@ -23,12 +25,7 @@ impl PolicyKind {
 
     /// The name in settings.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Scripted => "scripted",
-            Self::Zero => "zero",
-            Self::Random => "random",
-            Self::Lqr => "lqr",
-        }
+        self.into()
     }
 
     /// Whether it tries to keep the pole up. Other policies lose it at any rate, so their
@@ -38,12 +35,6 @@ impl PolicyKind {
             Self::Scripted | Self::Lqr => true,
             Self::Zero | Self::Random => false,
         }
-    }
-}
-
-impl fmt::Display for PolicyKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
     }
 }
 

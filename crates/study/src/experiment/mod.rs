@@ -85,7 +85,7 @@ fn listen<T: Send + 'static>(
     sum: &Sum<T>,
     add: impl Fn(&mut T, &Head, &[f64]) + Send + 'static,
 ) -> Option<()> {
-    let topic = taps.topics.iter().find(|topic| topic.name() == name)?;
+    let topic = taps.topic(name)?;
     let sum = sum.clone();
     let add = move |head: &Head, row: &[f64]| {
         add(&mut lock(&sum), head, row);
@@ -308,8 +308,7 @@ impl Experiment {
         let end = run(&mut graph, &mut inbox, config.end, config.clock, real);
         let wall_time = began.elapsed();
         let [state, chains] = [system.state(), system.chains()].map(|name| {
-            let topic = taps.topics.iter().find(|topic| Some(topic.name()) == name);
-            let rows = topic.and_then(|topic| topic.newest());
+            let rows = name.and_then(|name| taps.topic(name)?.newest());
             let newest = rows.as_ref().and_then(Rows::last);
             newest.map(|(_, row)| row.to_vec())
         });

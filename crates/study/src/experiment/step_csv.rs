@@ -23,7 +23,7 @@ pub fn header(experiment: &Experiment) -> Option<String> {
         return Some(table.header.to_owned());
     }
     let taps = experiment.taps();
-    let topic = taps.topics().iter().find(|topic| topic.name() == state)?;
+    let topic = taps.topic(state)?;
     let fields = topic.fields().iter().map(|field| key(field));
     Some(
         ["time_s".to_owned()]

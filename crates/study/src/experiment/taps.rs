@@ -25,17 +25,23 @@ impl Taps {
         &self.topics
     }
 
+    /// The recorded topic called `name`.
+    pub(super) fn topic(&self, name: &str) -> Option<&dyn RecordedTopic> {
+        let mut topics = self.topics.iter();
+        topics
+            .find(|topic| topic.name() == name)
+            .map(|topic| &**topic)
+    }
+
     /// Copies every message of the recorded topic called `name` from now on, as
     /// rows, in a queue of `capacity`; `None` if there is no such topic.
     pub fn rows(&self, name: &str, capacity: usize) -> Option<RowTap> {
-        let topic = self.topics.iter().find(|topic| topic.name() == name)?;
-        Some(topic.tap(&self.tap_handle, capacity))
+        Some(self.topic(name)?.tap(&self.tap_handle, capacity))
     }
 
     /// The same as messages; `None` also for another payload type.
     pub fn messages<T: Payload>(&self, name: &str, capacity: usize) -> Option<Tap<TapMessage<T>>> {
-        let topic = self.topics.iter().find(|topic| topic.name() == name)?;
-        let topic: &dyn Any = &**topic;
+        let topic: &dyn Any = self.topic(name)?;
         let named = topic.downcast_ref::<NamedTopic<T>>()?;
         Some(self.tap_handle.topic(&named.topic, capacity))
     }

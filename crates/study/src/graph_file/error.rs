@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use thiserror::Error;
 
 use super::place::Placed;
+use crate::system::names::alternatives;
 
 /// An error in a graph file, with its place.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -84,9 +85,8 @@ const LISTED: usize = 12;
 /// The names as a list.
 fn listed(names: &[&str]) -> String {
     let (shown, rest) = names.split_at(names.len().min(LISTED));
-    match (shown, rest) {
-        ([only], []) => (*only).to_owned(),
-        ([others @ .., last], []) => format!("{} or {last}", others.join(", ")),
+    match rest {
+        [] => alternatives(shown),
         _ => format!("one of {}, ...", shown.join(", ")),
     }
 }

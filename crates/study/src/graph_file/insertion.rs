@@ -80,12 +80,8 @@ impl Fit<'_> {
                 return refuse(topic.at, format!("{what}: choose another name"));
             }
             let known = || file.published().chain(recorded());
-            if let Some(topic) = node
-                .inputs()
-                .find(|it| !known().any(|name| name == it.text))
-            {
-                return unknown("no node publishes", topic, known());
-            }
+            let mut inputs = node.inputs();
+            inputs.try_for_each(|topic| one_of("no node publishes", topic, known()))?;
         }
         Ok(())
     }
@@ -93,21 +89,17 @@ impl Fit<'_> {
     /// Checks that the nodes of executors and the topics with settings are of the file or of the
     /// system.
     fn settings(&self) -> Checked {
-        let nodes = self.graph().nodes.iter().map(|node| &*node.name);
-        let nodes = self.file.names().chain(nodes);
-        for node in self.file.executors.iter().flat_map(|e| &e.nodes) {
-            if !nodes.clone().any(|name| name == node.text) {
-                return unknown("no node", node, nodes);
-            }
-        }
-        let topics = self.graph().topics.iter().map(|topic| &*topic.name);
+        let Topology { nodes, topics } = &self.around.topology;
+        let nodes = self
+            .file
+            .names()
+            .chain(nodes.iter().map(|node| &*node.name));
+        let mut members = self.file.executors.iter().flat_map(|e| &e.nodes);
+        members.try_for_each(|node| one_of("no node", node, nodes.clone()))?;
+        let topics = topics.iter().map(|topic| &*topic.name);
         let topics = self.file.published().chain(topics);
-        for topic in &self.file.topics {
-            if !topics.clone().any(|name| name == topic.text) {
-                return unknown("no topic", topic, topics);
-            }
-        }
-        Ok(())
+        let mut settings = self.file.topics.iter();
+        settings.try_for_each(|topic| one_of("no topic", topic, topics.clone()))
     }
 
     /// The nodes between topics of the system and their readers.
@@ -222,5 +214,13 @@ impl Fit<'_> {
             ),
         };
         refuse(to.at, what)
+    }
+}
+
+/// Refuses a name that is none of the `known` ones.
+fn one_of<'n>(no: &str, name: &Placed, known: impl Iterator<Item = &'n str> + Clone) -> Checked {
+    match known.clone().any(|known| known == name.text) {
+        true => Ok(()),
+        false => unknown(no, name, known),
     }
 }

@@ -7,6 +7,7 @@ use thiserror::Error;
 use super::{
     Alias,
     comment::{escaped, uncommented, unescaped},
+    names::alternatives,
 };
 
 /// Reads and writes knobs with the aliases of a system. Names of aliases may be written
@@ -156,10 +157,9 @@ impl KnobText {
         if name.parse::<f64>().is_ok() {
             return KnobTextError::HasTime(name.to_owned());
         }
-        let (last, others) = names.split_last().unwrap_or((&"", &[]));
         KnobTextError::Name {
             name: name.to_owned(),
-            known: format!("{} or {last}", others.join(", ")),
+            known: alternatives(&names),
         }
     }
 }
