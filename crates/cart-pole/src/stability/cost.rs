@@ -7,8 +7,8 @@ use super::{
     control_loop::Loop,
     covariance::{Covariance, Loss, flat, symmetric},
     error::StabilityError,
-    passage::{Disturbances, NEWEST, Passage},
-    schedule::{ScheduleEvent, events},
+    passage::{Disturbances, Passage},
+    schedule::events,
     span::{Noise, Weights},
     timing::TimedPush,
 };
@@ -39,17 +39,16 @@ impl Loop {
             loss,
         };
         let disturbances = Disturbances::of(&passage, self, noise, weights);
-        let noise = (noise, &disturbances);
         let size = passage.size();
         // The covariance that disturbances add in one period, and the map of the
         // covariance over a period.
         let mut added = DMatrix::zeros(size, size);
-        cost_of(&covariance, noise, &mut added);
+        covariance.cost(&disturbances, &mut added);
         let remembered = covariance.matrix();
         let identity = DMatrix::identity(remembered.nrows(), remembered.ncols());
         let steady = (identity - remembered).lu().solve(&flat(&added));
         Ok(steady.map(|steady| {
-            let cost = cost_of(&covariance, noise, &mut symmetric(&steady, size));
+            let cost = covariance.cost(&disturbances, &mut symmetric(&steady, size));
             cost / schedule.period.as_secs_f64()
         }))
     }
@@ -73,24 +72,6 @@ impl Loop {
             loss: Loss::NONE,
         };
         let mut rest = DMatrix::zeros(passage.size(), passage.size());
-        cost_of(&covariance, (noise, &disturbances), &mut rest) / end.as_secs_f64()
+        covariance.cost(&disturbances, &mut rest) / end.as_secs_f64()
     }
-}
-
-/// Takes `covariance` through the passage. Returns its cost.
-fn cost_of(
-    through: &Covariance,
-    noise: (&Noise, &Disturbances),
-    covariance: &mut DMatrix<f64>,
-) -> f64 {
-    let mut cost = 0.0;
-    for event in &through.passage.events {
-        if let ScheduleEvent::Advance(units) = *event {
-            let span = noise.1.span(units);
-            let before = covariance.fixed_view::<NEWEST, NEWEST>(0, 0);
-            cost += (span.cost * before).trace() + span.noise_cost;
-        }
-        through.happen_in(noise, *event, covariance);
-    }
-    cost
 }

@@ -8,7 +8,6 @@ use super::{
     monodromy::log_spectral_radius,
     passage::{ACTION, Disturbances, NEWEST, Passage},
     schedule::ScheduleEvent,
-    span::Noise,
 };
 
 /// Bisection steps over the probability.
@@ -115,27 +114,27 @@ impl Covariance<'_> {
         lost
     }
 
-    /// The same with the disturbances of the event, of which `disturbances` are those of
-    /// the plant.
-    pub fn happen_in(
-        &self,
-        (noise, disturbances): (&Noise, &Disturbances),
-        event: ScheduleEvent,
-        covariance: &mut DMatrix<f64>,
-    ) {
-        self.happen(event, covariance);
-        match event {
-            ScheduleEvent::Advance(units) => {
-                let mut moved = covariance.fixed_view_mut::<NEWEST, NEWEST>(0, 0);
-                moved += disturbances.span(units).noise;
+    /// Takes `covariance` through the passage with these disturbances. Returns its cost.
+    pub fn cost(&self, disturbances: &Disturbances, covariance: &mut DMatrix<f64>) -> f64 {
+        let mut cost = 0.0;
+        for event in &self.passage.events {
+            match *event {
+                ScheduleEvent::Advance(units) => {
+                    let span = &disturbances.spans[&units];
+                    let before = covariance.fixed_view::<NEWEST, NEWEST>(0, 0);
+                    cost += (span.cost * before).trace() + span.noise_cost;
+                    self.happen(*event, covariance);
+                    let mut moved = covariance.fixed_view_mut::<NEWEST, NEWEST>(0, 0);
+                    moved += span.noise;
+                }
+                ScheduleEvent::Sense => {
+                    self.happen(*event, covariance);
+                    covariance[(NEWEST, NEWEST)] += disturbances.reading;
+                }
+                ScheduleEvent::Apply(_) => self.happen(*event, covariance),
             }
-            ScheduleEvent::Sense => {
-                let errors = self.passage.gains.iter().zip(noise.reading);
-                let error: f64 = errors.map(|(gain, error)| gain * gain * error).sum();
-                covariance[(NEWEST, NEWEST)] += error;
-            }
-            ScheduleEvent::Apply(_) => {}
         }
+        cost
     }
 
     /// The effect of the passage on a covariance, as a matrix that acts on stacked upper

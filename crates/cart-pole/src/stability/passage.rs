@@ -22,14 +22,19 @@ pub(super) const NEWEST: usize = 5;
 #[derive(Clone, Debug)]
 pub(super) struct Passage {
     pub events: Vec<ScheduleEvent>,
-    pub gains: RowVector4<f64>,
+    gains: RowVector4<f64>,
     /// The motion of each length of advance.
     motions: BTreeMap<u64, Matrix5<f64>>,
 }
 
-/// The noise and the cost of each length of advance in a passage, which take several times
-/// as long to compute as its motion.
-pub(super) struct Disturbances(BTreeMap<u64, Span>);
+/// The disturbances of a passage and its costs, which take several times as long to compute as
+/// its motion.
+pub(super) struct Disturbances {
+    /// Noise and cost of each length of advance.
+    pub spans: BTreeMap<u64, Span>,
+    /// Variance that the errors of a reading add to its action.
+    pub reading: f64,
+}
 
 impl Passage {
     /// The passage of one hyper-period of `control`.
@@ -86,12 +91,11 @@ impl Disturbances {
     /// The disturbances of `passage` in `control`'s world.
     pub fn of(passage: &Passage, control: &Loop, noise: &Noise, weights: &Weights) -> Self {
         let span = |units| control.world.span(&control.dynamics, units, noise, weights);
-        Self(of_lengths(&passage.events, span))
-    }
-
-    /// Those of an advance by `units`, which must occur among the events.
-    pub fn span(&self, units: u64) -> &Span {
-        &self.0[&units]
+        let errors = control.gains.iter().zip(noise.reading);
+        Self {
+            spans: of_lengths(&passage.events, span),
+            reading: errors.map(|(gain, error)| gain * gain * error).sum(),
+        }
     }
 }
 
