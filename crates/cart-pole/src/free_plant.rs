@@ -9,7 +9,7 @@ use super::{
     body::{Body, PlantError},
     disturbance::{Disturbance, Newtons},
     message::{Action, ControlStep, Observation},
-    pose::Pose,
+    plant::Observed,
 };
 
 /// A control step (ns): the interval at which the fall of the pole is checked.
@@ -56,16 +56,6 @@ impl FreePlant {
         })
     }
 
-    /// The reading of a perfect sensor.
-    pub fn observe(&self) -> Observation {
-        self.body.observation
-    }
-
-    /// Pose of cart and pole.
-    pub fn pose(&self) -> Pose {
-        self.body.pose
-    }
-
     /// Applies `action` at run time `now`, derived from a sensing at `sensed`.
     pub fn push(&mut self, now: Time, action: Action, sensed: Option<Time>) {
         self.sensed = sensed;
@@ -93,24 +83,25 @@ impl FreePlant {
         Time::from_nanos(step.saturating_mul(self.step.as_nanos() as u64))
     }
 
-    /// Result of the control step that ends at run time `now`.
-    pub fn control_step(&self, now: Time) -> ControlStep {
-        let latency = self.sensed.map(|sensed| now.since(sensed));
-        let step = now.as_nanos() / CONTROL_STEP_NS;
-        self.body.result(step, self.taken, latency)
-    }
-
     /// Publishes the result of the control step that ends at `now`, if there is one, and
     /// ends the run if the pole has fallen.
     pub(super) fn judge(&self, now: Time, steps: &Publisher<ControlStep>) -> Tick {
-        let step = self.control_step(now);
-        if step.step > 0 {
-            steps.publish(step, now, self.sensed);
+        let step = now.as_nanos() / CONTROL_STEP_NS;
+        if step > 0 {
+            let latency = self.sensed.map(|sensed| now.since(sensed));
+            let result = self.body.result(step, self.taken, latency);
+            steps.publish(result, now, self.sensed);
         }
-        match self.pose().fall() {
+        match self.body.pose.fall() {
             Some(_) => END,
             None => GO_ON,
         }
+    }
+}
+
+impl Observed for FreePlant {
+    fn observe(&self) -> Observation {
+        self.body.observation
     }
 }
 

@@ -4,7 +4,7 @@ use ratelab::{
     END, GO_ON, Message, MeterRecorder, Node, NodeCrash, Publisher, PushRecorder, Subscription,
     Tick, Time, Topic, Wiring,
 };
-use ratelab_study::system::{SharedWorld, World};
+use ratelab_study::system::SharedWorld;
 use thiserror::Error;
 
 use super::{
@@ -12,7 +12,7 @@ use super::{
     free_plant::FreePlant,
     message::{Action, ControlStep, Observation},
     on_stale::OnStale,
-    plant::{Plant, SharedPlant},
+    plant::{Observed, Plant, SharedPlant},
     policy::{Moment, Policy},
     similar::SimilarReadings,
 };
@@ -44,24 +44,6 @@ pub struct Sensor<P = Plant> {
     pub observations: Publisher<Observation>,
     /// Which readings are not published.
     pub similar: SimilarReadings,
-}
-
-/// A plant that a sensor can read.
-pub trait Observed: World {
-    /// The reading of a perfect sensor.
-    fn observe(&self) -> Observation;
-}
-
-impl Observed for Plant {
-    fn observe(&self) -> Observation {
-        Plant::observe(self)
-    }
-}
-
-impl Observed for FreePlant {
-    fn observe(&self) -> Observation {
-        FreePlant::observe(self)
-    }
 }
 
 impl<P: Observed> Node for Sensor<P> {

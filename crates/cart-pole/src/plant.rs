@@ -121,6 +121,18 @@ pub fn mujoco_version() -> &'static str {
     mujoco_rs::mujoco_version()
 }
 
+/// A plant that a sensor can read.
+pub trait Observed: World {
+    /// The reading of a perfect sensor.
+    fn observe(&self) -> Observation;
+}
+
+impl Observed for Plant {
+    fn observe(&self) -> Observation {
+        self.body.observation
+    }
+}
+
 impl World for Plant {
     const NAME: &'static str = "the plant";
 
