@@ -41,7 +41,7 @@ fn replay(config: &Config, timed: Vec<TimedCommand>) -> Vec<u8> {
     let actuator = graph.node(ACTUATOR, rate(ACTUATOR), 2, |wiring| Actuator {
         plant: plant.clone(),
         input: ActuatorInput::wired(wiring, &actions),
-        steps: wiring.publisher(&steps),
+        steps: Some(wiring.publisher(&steps)),
     });
     sensor.and(policy).and(actuator).expect("graph");
     let (taps, room) = (TapHandle::of(&graph), 1_000_000);

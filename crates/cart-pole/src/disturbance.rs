@@ -14,7 +14,7 @@ pub(super) struct Disturbance {
 
 /// A standard deviation of forces (N): 0 to [`Newtons::MOST`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Newtons(f64);
+pub struct Newtons(f64);
 
 impl Newtons {
     /// A hundred times what the motor has.

@@ -2,14 +2,14 @@
 
 use std::time::Duration;
 
-use ratelab::{END, GO_ON, Publisher, Tick, Time};
+use ratelab::{END, GO_ON, Message, Publisher, Tick, Time};
 use ratelab_study::system::{StepMs, World};
 
 use super::{
     body::{Body, PlantError},
     disturbance::{Disturbance, Newtons},
     message::{Action, ControlStep, Observation},
-    plant::Observed,
+    plant::CartPlant,
 };
 
 /// A control step (ns): the interval at which the fall of the pole is checked.
@@ -56,28 +56,6 @@ impl FreePlant {
         })
     }
 
-    /// Applies `action` at run time `now`, derived from a sensing at `sensed`.
-    pub fn push(&mut self, now: Time, action: Action, sensed: Option<Time>) {
-        self.sensed = sensed;
-        if self.begin_of(self.steps) >= now {
-            (self.input, self.later) = (action, None);
-        } else {
-            self.later = Some(action);
-        }
-    }
-
-    /// Sets the disturbance from the next step on that begins at run time `now` or later;
-    /// returns the one before.
-    pub(super) fn disturb(&mut self, now: Time, newtons: Newtons) -> Newtons {
-        let before = self.later_disturbance.unwrap_or(self.disturbance.newtons);
-        if self.begin_of(self.steps) >= now {
-            (self.disturbance.newtons, self.later_disturbance) = (newtons, None);
-        } else {
-            self.later_disturbance = Some(newtons);
-        }
-        before
-    }
-
     /// Start of step number `step`, counted from zero.
     fn begin_of(&self, step: u64) -> Time {
         Time::from_nanos(step.saturating_mul(self.step.as_nanos() as u64))
@@ -99,9 +77,31 @@ impl FreePlant {
     }
 }
 
-impl Observed for FreePlant {
+impl CartPlant for FreePlant {
     fn observe(&self) -> Observation {
         self.body.observation
+    }
+
+    fn push(&mut self, now: Time, command: Option<Message<Action>>) -> Option<(ControlStep, bool)> {
+        let command = command?;
+        self.sensed = command.origin;
+        if self.begin_of(self.steps) >= now {
+            (self.input, self.later) = (command.data, None);
+        } else {
+            self.later = Some(command.data);
+        }
+        None
+    }
+
+    /// From the next step on that begins at run time `now` or later.
+    fn disturb(&mut self, now: Time, newtons: Newtons) -> Newtons {
+        let before = self.later_disturbance.unwrap_or(self.disturbance.newtons);
+        if self.begin_of(self.steps) >= now {
+            (self.disturbance.newtons, self.later_disturbance) = (newtons, None);
+        } else {
+            self.later_disturbance = Some(newtons);
+        }
+        before
     }
 }
 

@@ -44,12 +44,11 @@ pub use linear::LinearPlant;
 pub(crate) use message::MOTOR_N;
 pub use message::{ACTION, Action, ControlStep, OBS, Observation};
 pub use nodes::{
-    ACTUATOR, Actuator, ActuatorInput, FreeActuator, NotFinite, POLICY, PolicyNode, SENSE_TO_ACT,
-    SENSOR, Sensor,
+    ACTUATOR, Actuator, ActuatorInput, NotFinite, POLICY, PolicyNode, SENSE_TO_ACT, SENSOR, Sensor,
 };
 pub(crate) use nodes::{DISTURB, SIMILAR};
 pub use on_stale::OnStale;
-pub use plant::{CONTROL_HZ, Observed, Plant, SharedPlant, actuator_hz, mujoco_version};
+pub use plant::{CONTROL_HZ, CartPlant, Plant, SharedPlant, actuator_hz, mujoco_version};
 pub use pose::{CART_LIMIT_M, Fall, POLE_LIMIT_RAD, Pose};
 pub use seeding::generator;
 pub(crate) use seeding::unit;

@@ -8,11 +8,9 @@ use ratelab_study::system::SharedWorld;
 use thiserror::Error;
 
 use super::{
-    disturbance::Newtons,
-    free_plant::FreePlant,
     message::{Action, ControlStep, Observation},
     on_stale::OnStale,
-    plant::{Observed, Plant, SharedPlant},
+    plant::{CartPlant, Plant},
     policy::{Moment, Policy},
     similar::SimilarReadings,
 };
@@ -46,7 +44,7 @@ pub struct Sensor<P = Plant> {
     pub similar: SimilarReadings,
 }
 
-impl<P: Observed> Node for Sensor<P> {
+impl<P: CartPlant> Node for Sensor<P> {
     fn tick(&mut self, now: Time) -> Tick {
         let observation = self.plant.at(now).observe();
         if self.similar.pass(&observation) {
@@ -130,18 +128,18 @@ impl Node for PolicyNode {
     }
 }
 
-/// Applies the newest action and advances the plant by one control step. No other node
-/// advances it, so each tick is 20 ms of the plant's time.
+/// Applies the newest action, and advances a plant that does not move by itself by one control
+/// step. No other node advances it, so each tick is 20 ms of the plant's time.
 ///
 /// Between actions the last one is held (zero-order hold); before the first there is no
 /// force.
-pub struct Actuator {
+pub struct Actuator<P = Plant> {
     /// The plant.
-    pub plant: SharedPlant,
+    pub plant: SharedWorld<P>,
     /// Input from `/action`.
     pub input: ActuatorInput,
-    /// Publisher of the result of each step: `/state`.
-    pub steps: Publisher<ControlStep>,
+    /// Publisher of the result of each step, `/state`; `None` for a plant that moves by itself.
+    pub steps: Option<Publisher<ControlStep>>,
 }
 
 /// The input of an actuator from `/action`, with its measurements.
@@ -194,7 +192,7 @@ impl ActuatorInput {
     }
 }
 
-impl Node for Actuator {
+impl<P: CartPlant> Node for Actuator<P> {
     fn tick(&mut self, now: Time) -> Tick {
         self.input.read(now);
         GO_ON
@@ -202,49 +200,16 @@ impl Node for Actuator {
 
     fn apply(&mut self, now: Time) -> Tick {
         let command = self.input.applied(now);
-        let action = command.map_or(Action::ZERO, |command| command.data);
-        let sensed = command.and_then(|command| command.origin);
-        let latency = sensed.map(|sensed| now.since(sensed));
-        let (fall, step) = {
-            let mut plant = self.plant.at(now);
-            (plant.step(action), plant.result(action, latency))
-        };
-        self.steps.publish(step, now, sensed);
-        if fall.is_some() { END } else { GO_ON }
-    }
-
-    fn on_message(&mut self, text: &str) -> Result<String, String> {
-        self.input.set_on_stale(text)
-    }
-
-    fn set_parameter(&mut self, name: &str, value: &str, now: Time) -> Result<String, String> {
-        let newtons = disturbance(name, value)?;
-        let mut plant = self.plant.at(now);
-        let before = std::mem::replace(&mut plant.disturbance.newtons, newtons);
-        Ok(before.to_string())
-    }
-}
-
-/// Applies the newest action to a plant that moves by itself.
-pub struct FreeActuator {
-    /// The plant.
-    pub plant: SharedWorld<FreePlant>,
-    /// Input from `/action`.
-    pub input: ActuatorInput,
-}
-
-impl Node for FreeActuator {
-    fn tick(&mut self, now: Time) -> Tick {
-        self.input.read(now);
-        GO_ON
-    }
-
-    fn apply(&mut self, now: Time) -> Tick {
-        if let Some(command) = self.input.applied(now) {
-            let mut plant = self.plant.at(now);
-            plant.push(now, command.data, command.origin);
+        if command.is_none() && self.steps.is_none() {
+            return GO_ON; // It moves on without one.
         }
-        GO_ON
+        let moved = self.plant.at(now).push(now, command);
+        let (Some((step, is_lost)), Some(steps)) = (moved, &self.steps) else {
+            return GO_ON;
+        };
+        let sensed = command.and_then(|command| command.origin);
+        steps.publish(step, now, sensed);
+        if is_lost { END } else { GO_ON }
     }
 
     fn on_message(&mut self, text: &str) -> Result<String, String> {
@@ -252,16 +217,11 @@ impl Node for FreeActuator {
     }
 
     fn set_parameter(&mut self, name: &str, value: &str, now: Time) -> Result<String, String> {
-        let newtons = disturbance(name, value)?;
-        let mut plant = self.plant.at(now);
-        Ok(plant.disturb(now, newtons).to_string())
-    }
-}
-
-/// The disturbance of the plant that parameter `name` of an actuator sets.
-fn disturbance(name: &str, value: &str) -> Result<Newtons, String> {
-    match name {
-        DISTURB => value.parse(),
-        _ => Err(format!("the actuator has no parameter {name:?}")),
+        if name != DISTURB {
+            return Err(format!("the actuator has no parameter {name:?}"));
+        }
+        let newtons = value.parse()?;
+        let before = self.plant.at(now).disturb(now, newtons);
+        Ok(before.to_string())
     }
 }

@@ -1,13 +1,13 @@
 //! The physics: a cart on a rail, a pole hinged to it, one motor.
 
-use std::time::Duration;
+use std::mem;
 
-use ratelab::{Hz, Time};
+use ratelab::{Hz, Message, Time};
 use ratelab_study::system::{SharedWorld, StepMs, World};
 
 use super::{
     body::{Body, PlantError, SUBSTEPS},
-    disturbance::Disturbance,
+    disturbance::{Disturbance, Newtons},
     message::{Action, ControlStep, Observation},
     pose::{Fall, Pose},
 };
@@ -44,7 +44,7 @@ pub fn actuator_hz() -> Hz {
 /// ```
 pub struct Plant {
     body: Body,
-    pub(super) disturbance: Disturbance,
+    disturbance: Disturbance,
     steps: u64,
     fall: Option<Fall>,
 }
@@ -85,11 +85,6 @@ impl Plant {
         self.fall
     }
 
-    /// The last control step as a message, with its `action` from a sensing `latency` before.
-    pub(super) fn result(&self, action: Action, latency: Option<Duration>) -> ControlStep {
-        self.body.result(self.steps, action, latency)
-    }
-
     /// Pose of cart and pole.
     pub fn pose(&self) -> Pose {
         self.body.pose
@@ -121,15 +116,34 @@ pub fn mujoco_version() -> &'static str {
     mujoco_rs::mujoco_version()
 }
 
-/// A plant that a sensor can read.
-pub trait Observed: World {
+/// A plant that a sensor reads and an actuator pushes.
+pub trait CartPlant: World {
     /// The reading of a perfect sensor.
     fn observe(&self) -> Observation;
+
+    /// Applies the newest `command` at run time `now`. Returns the control step that this makes of
+    /// a plant which moves by that alone, and whether the run is lost with it.
+    fn push(&mut self, now: Time, command: Option<Message<Action>>) -> Option<(ControlStep, bool)>;
+
+    /// Sets the random force from run time `now` on; returns the one before.
+    fn disturb(&mut self, now: Time, newtons: Newtons) -> Newtons;
 }
 
-impl Observed for Plant {
+impl CartPlant for Plant {
     fn observe(&self) -> Observation {
         self.body.observation
+    }
+
+    fn push(&mut self, now: Time, command: Option<Message<Action>>) -> Option<(ControlStep, bool)> {
+        let action = command.map_or(Action::ZERO, |command| command.data);
+        let sensed = command.and_then(|command| command.origin);
+        let latency = sensed.map(|sensed| now.since(sensed));
+        let is_lost = self.step(action).is_some();
+        Some((self.body.result(self.steps, action, latency), is_lost))
+    }
+
+    fn disturb(&mut self, _: Time, newtons: Newtons) -> Newtons {
+        mem::replace(&mut self.disturbance.newtons, newtons)
     }
 }
 

@@ -15,10 +15,9 @@ use ratelab_study::{
 };
 
 use super::{
-    ACTION, ACTUATOR, Action, Actuator, ActuatorInput, CONTROL_HZ, ControlStep, DISTURB, Fall,
-    FreeActuator, FreePlant, OBS, Observation, Observed, OnStale, POLE_LIMIT_RAD, POLICY, Plant,
-    PolicyNode, Pose, SENSE_TO_ACT, SENSOR, SIMILAR, Sensor, SharedPlant, SimilarReadings,
-    actuator_hz,
+    ACTION, ACTUATOR, Action, Actuator, ActuatorInput, CONTROL_HZ, CartPlant, ControlStep, DISTURB,
+    Fall, FreePlant, OBS, Observation, OnStale, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode, Pose,
+    SENSE_TO_ACT, SENSOR, SIMILAR, Sensor, SharedPlant, SimilarReadings, actuator_hz,
     chunk::{
         CHUNK, Chunk, ChunkPlanner, ChunkPolicy, ChunkSettings, ChunkTally, FIXED, PLANNING,
         PLAYER, PLAYER_STEP, PlanKind, Player, REQUEST, Refill, SPOILERS, warnings,
@@ -270,7 +269,7 @@ impl Topics {
     fn robot<A: Node + 'static>(
         &self,
         builder: &mut Builder<'_>,
-        plant: SharedWorld<impl Observed>,
+        plant: SharedWorld<impl CartPlant>,
         policy: Box<dyn Policy>,
         mut actuator: impl FnMut(&mut Wiring<'_>, ActuatorInput) -> A + Send + 'static,
     ) -> Result<(), BuildError> {
@@ -400,7 +399,7 @@ impl System for CartPole {
                     Actuator {
                         plant: plant.clone(),
                         input,
-                        steps: wiring.publisher(&steps),
+                        steps: Some(wiring.publisher(&steps)),
                     }
                 })
             }
@@ -410,11 +409,10 @@ impl System for CartPole {
                     let steps = wiring.publisher(&steps);
                     move |plant: &FreePlant, now| plant.judge(now, &steps)
                 })?;
-                topics.robot(builder, plant.clone(), policy, move |_, input| {
-                    FreeActuator {
-                        plant: plant.clone(),
-                        input,
-                    }
+                topics.robot(builder, plant.clone(), policy, move |_, input| Actuator {
+                    plant: plant.clone(),
+                    input,
+                    steps: None,
                 })
             }
         }

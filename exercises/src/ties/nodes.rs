@@ -71,7 +71,7 @@ fn wired(plant: &SharedPlant) -> Result<(Graph, Nodes), BuildError> {
     let actuator = taken(&mut graph, ACTUATOR, |wiring| Actuator {
         plant: plant.clone(),
         input: ActuatorInput::wired(wiring, &actions),
-        steps: wiring.publisher(&steps),
+        steps: Some(wiring.publisher(&steps)),
     })?;
     let nodes = Nodes {
         sensor,
