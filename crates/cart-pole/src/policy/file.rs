@@ -4,6 +4,7 @@ use std::{fmt, io::ErrorKind, path::Path};
 
 use super::{Digest, LARGEST_FILE};
 use ratelab_study::file::{self, FileError};
+use serde::{Deserialize, Serialize};
 
 /// Separator between path and digest in a text, as in pinned container images.
 const PIN: &str = "@sha256:";
@@ -13,13 +14,14 @@ const PROGRAM: &str = "exec:";
 
 /// A file by its path and, if it is pinned, by its content. As text `path/to/file.pt`, or
 /// pinned as `path/to/file.pt@sha256:…`; of a program `exec:path/to/policy.py@sha256:…`.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PolicyFile {
     /// Path of the file.
     pub path: String,
     /// The digest that fixes its content.
     pub sha256: Option<Digest>,
     /// Whether it is known to be a program.
+    #[serde(default, rename = "program")]
     pub is_program: bool,
 }
 

@@ -2,11 +2,12 @@
 
 use std::str::FromStr;
 
+use serde::{Deserialize, Serialize};
 use strum::{Display, IntoStaticStr};
 use thiserror::Error;
 
 /// The policies without a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Display, IntoStaticStr)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Display, IntoStaticStr)]
 #[strum(serialize_all = "lowercase")]
 pub enum PolicyKind {
     /// Linear feedback: [`Scripted`](super::Scripted).

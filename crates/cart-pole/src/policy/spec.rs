@@ -2,6 +2,8 @@
 
 use std::{fmt, path::Path, str::FromStr, sync::Arc};
 
+use serde::{Deserialize, Serialize};
+
 use super::{
     Lqr, Policy, PolicyContext, PolicyFile, PolicyKind, Random, Scripted, UnknownPolicy, Zero,
     error::PolicyError,
@@ -21,7 +23,8 @@ use super::{
 /// assert_eq!(file.name(), "swing.safetensors");
 /// # Ok::<(), ratelab_cart_pole::policy::UnknownPolicy>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged)]
 pub enum PolicySpec {
     /// A policy without a file.
     BuiltIn(PolicyKind),

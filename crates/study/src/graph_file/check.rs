@@ -8,11 +8,10 @@ use ratelab_effects::{Callback, Match, knob};
 use super::{
     ChainSpec, GraphFile, InnerSpec, MOST_PARTS, NodeSpec,
     document::Block,
-    error::{Checked, GraphRefusal, instead, refuse, unknown},
+    error::{Checked, GraphRefusal, Placed, holds, instead, refuse, unknown},
     executors,
     format::{PATH, TOPICS},
     names::{name, node_of, once, topic_name},
-    place::{Placed, holds},
 };
 use crate::system::{Bound, DataChain, Divider, FigureLimit, Limit, MOST_CHAINS, key};
 

@@ -7,9 +7,8 @@ use toml::{
 };
 
 use super::{
-    error::{Checked, GraphRefusal, refuse, unknown},
+    error::{Checked, GraphRefusal, Placed, refuse, unknown},
     format::{FileSection, Form, FormatKey, SECTIONS},
-    place::Placed,
 };
 
 /// A section of the file.

@@ -6,10 +6,9 @@ use ratelab_effects::{Callback, Executor};
 use super::{
     ExecutorSpec, GraphFile, NodeSpec,
     document::Block,
-    error::{Checked, refuse},
+    error::{Checked, Placed, holds, refuse},
     format::NODES,
     names::{name, node_of, once},
-    place::{Placed, holds},
 };
 
 impl GraphFile {

@@ -6,8 +6,7 @@ use ratelab::{TopicTopology, Topology};
 
 use super::{
     ChainSpec, GraphFile, InnerSpec, NodeSpec,
-    error::{Checked, instead, refuse, unknown},
-    place::Placed,
+    error::{Checked, Placed, instead, refuse, unknown},
 };
 use crate::system::{ForwardingNode, Surroundings, System};
 

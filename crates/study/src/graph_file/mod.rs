@@ -46,7 +46,6 @@ mod graph_node;
 mod insertion;
 mod load;
 mod names;
-mod place;
 mod system;
 mod triggers;
 mod wiring;
@@ -58,6 +57,7 @@ use crate::system::{DataChain, Divider, FigureLimit};
 
 pub use change::changed;
 pub use error::GraphFileError;
+use error::{Placed, holds};
 pub use system::GraphSystem;
 
 /// The longest text (bytes).
@@ -77,7 +77,7 @@ pub struct GraphFile {
     settings: Vec<Knob>,
     dividers: Vec<Divider>,
     /// The topics with settings.
-    topics: Vec<place::Placed>,
+    topics: Vec<Placed>,
     chains: Vec<ChainSpec>,
     limits: Vec<FigureLimit>,
     executors: Vec<ExecutorSpec>,
@@ -93,22 +93,22 @@ struct NodeSpec {
     /// Its place among nodes that are due together, if it is set.
     priority: Option<u32>,
     /// The topics that trigger it.
-    triggers: Vec<place::Placed>,
+    triggers: Vec<Placed>,
     /// The other topics that it reads.
-    reads: Vec<place::Placed>,
-    publishes: Vec<place::Placed>,
+    reads: Vec<Placed>,
+    publishes: Vec<Placed>,
     /// The node as its executor knows it.
     callback: Callback,
 }
 
 impl NodeSpec {
     /// All topics that it reads, those first that trigger it.
-    fn inputs(&self) -> impl Iterator<Item = &place::Placed> {
+    fn inputs(&self) -> impl Iterator<Item = &Placed> {
         self.triggers.iter().chain(&self.reads)
     }
 
     fn publishes(&self, topic: &str) -> bool {
-        place::holds(&self.publishes, topic)
+        holds(&self.publishes, topic)
     }
 }
 
@@ -118,14 +118,14 @@ struct ExecutorSpec {
     name: String,
     kind: Executor,
     /// Its nodes, in the order of registration.
-    nodes: Vec<place::Placed>,
+    nodes: Vec<Placed>,
 }
 
 /// A chain in a graph file.
 #[derive(Clone, Debug)]
 struct ChainSpec {
     chain: DataChain,
-    path: Vec<place::Placed>,
+    path: Vec<Placed>,
 }
 
 impl ChainSpec {
@@ -137,9 +137,9 @@ impl ChainSpec {
 /// The system in the middle of a graph file.
 #[derive(Clone, Debug)]
 struct InnerSpec {
-    name: place::Placed,
+    name: Placed,
     /// Topics of the system, each with the topic that is read in its place.
-    remap: Vec<(place::Placed, place::Placed)>,
+    remap: Vec<(Placed, Placed)>,
 }
 
 impl GraphFile {

@@ -2,8 +2,7 @@
 
 use super::{
     GraphFile, NodeSpec,
-    error::{Checked, refuse, unknown},
-    place::{Placed, holds},
+    error::{Checked, Placed, holds, refuse, unknown},
 };
 use crate::system::CHAINS;
 

@@ -1,6 +1,6 @@
 //! The order in which messages trigger nodes.
 
-use super::{GraphFile, place::Placed};
+use super::{GraphFile, error::Placed};
 
 impl GraphFile {
     /// The indices of all nodes, each behind those whose messages trigger it.

@@ -6,8 +6,8 @@ use ratelab::{Shared, Topic, Wiring};
 
 use super::{
     GraphFile, GraphSystem, NodeSpec,
+    error::Placed,
     graph_node::{Beginning, ChainEnd, ChainEnds, GraphNode, NodeInput, Output},
-    place::Placed,
 };
 use crate::system::{
     BuildError, Builder, CHAINS, ChainAges, ForwardingNode, Numbers, RecordedTopics, chain_fields,
