@@ -578,9 +578,12 @@ impl System for CartPole {
     }
 
     fn lost_anyway(&self, setup: &Setup) -> Option<String> {
-        let policy: PolicySpec = setup.message(POLICY)?.parse().ok()?;
-        let name = policy.name();
-        (!policy.balances()).then(|| format!("the {name} policy balances at no rate"))
+        match setup.message(POLICY)?.parse().ok()? {
+            PolicySpec::BuiltIn(kind @ (PolicyKind::Zero | PolicyKind::Random)) => {
+                Some(format!("the {kind} policy balances at no rate"))
+            }
+            _ => None,
+        }
     }
 
     fn age_limits(&self, setup: &Setup) -> AgeLimits {

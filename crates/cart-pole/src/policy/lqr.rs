@@ -4,7 +4,7 @@ use nalgebra::{Matrix4, RowVector1, RowVector4, Vector4};
 use ratelab::Hz;
 use thiserror::Error;
 
-use super::{Policy, scripted::feedback};
+use super::{Policy, built_in::feedback};
 use crate::{
     Action, CART_LIMIT_M, CONTROL_HZ, LinearPlant, Observation, POLE_LIMIT_RAD, PlantError,
 };

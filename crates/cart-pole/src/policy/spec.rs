@@ -44,14 +44,6 @@ impl PolicySpec {
         }
     }
 
-    /// Whether it tries to keep the pole up; assumed for files.
-    pub fn balances(&self) -> bool {
-        match self {
-            Self::BuiltIn(kind) => kind.balances(),
-            Self::File(_) => true,
-        }
-    }
-
     /// Loads the policy.
     ///
     /// # Errors
@@ -113,10 +105,11 @@ impl FromStr for PolicySpec {
     type Err = UnknownPolicy;
 
     fn from_str(text: &str) -> Result<Self, UnknownPolicy> {
-        match text.parse() {
-            Ok(kind) => Ok(Self::BuiltIn(kind)),
-            Err(unknown) if text.trim().is_empty() => Err(unknown),
-            Err(_) => Ok(Self::File(PolicyFile::parse(text))),
+        let mut kinds = PolicyKind::ALL.into_iter();
+        match kinds.find(|kind| kind.name() == text) {
+            Some(kind) => Ok(Self::BuiltIn(kind)),
+            None if text.trim().is_empty() => Err(UnknownPolicy(text.to_owned())),
+            None => Ok(Self::File(PolicyFile::parse(text))),
         }
     }
 }
