@@ -1,10 +1,21 @@
-//! The interface of a policy.
+//! The interface of a policy, and what it is made with.
 
 use std::{sync::Arc, time::Duration};
 
-use ratelab::Time;
+use ratelab::{Hz, Time};
 
 use crate::{Action, Observation};
+
+/// The inputs of a policy besides its observations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PolicyContext {
+    /// The seed of the run.
+    pub seed: u64,
+    /// Control rate at the start of the run.
+    pub control_hz: Hz,
+    /// Number of actions in a chunk; `None` for single actions.
+    pub chunk: Option<usize>,
+}
 
 /// When a policy is asked.
 #[derive(Clone, Copy, Debug, Default)]

@@ -5,7 +5,6 @@
 
 mod built_in;
 mod cache;
-mod context;
 mod error;
 mod file;
 mod interface;
@@ -18,10 +17,9 @@ mod swappable;
 
 pub use built_in::{PolicyKind, Random, Scripted, UnknownPolicy, Zero};
 pub use cache::PolicyCache;
-pub use context::PolicyContext;
 pub use error::PolicyError;
 pub use file::PolicyFile;
-pub use interface::{Moment, Policy};
+pub use interface::{Moment, Policy, PolicyContext};
 pub use lqr::{Lqr, LqrError};
 pub use network::{LARGEST_WIDTH, Mlp, Network, read_weights};
 pub use onnx::RUNS_ONNX;

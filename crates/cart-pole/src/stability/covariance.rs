@@ -1,13 +1,17 @@
-//! The covariance of a loop's state under message loss, and whether it shrinks.
+//! The covariance of a loop's state under message loss and disturbances: whether it shrinks, and the
+//! mean cost of deviations.
 
 use nalgebra::{DMatrix, DVector};
+use ratelab::Time;
 
 use super::{
     control_loop::Loop,
     error::StabilityError,
     monodromy::log_spectral_radius,
     passage::{ACTION, Disturbances, NEWEST, Passage},
-    schedule::ScheduleEvent,
+    schedule::{ScheduleEvent, events},
+    span::{Noise, Weights},
+    timing::TimedPush,
 };
 
 /// Bisection steps over the probability.
@@ -84,17 +88,78 @@ impl Loop {
         }
         Ok(margin)
     }
+
+    /// The expected cost per second of the loop in its steady state, with disturbances
+    /// `noise` and random loss of messages on `/action`. `None` if it grows without
+    /// bound.
+    ///
+    /// The covariance of the state passes through the same product of maps as a deviation
+    /// in [`Loop::stability`]. Nilsson, *Real-Time Control Systems with Delays* (1998);
+    /// Lincoln and Cervin, *Jitterbug*, CDC 2002.
+    ///
+    /// # Errors
+    /// [`StabilityError`], as for [`Loop::stability`].
+    pub fn expected_cost(
+        &self,
+        noise: &Noise,
+        weights: &Weights,
+        loss: Loss,
+    ) -> Result<Option<f64>, StabilityError> {
+        let (passage, schedule) = Passage::of(self)?;
+        if self.mean_square_growth(loss)? >= 0.0 {
+            return Ok(None);
+        }
+        let covariance = Covariance {
+            passage: &passage,
+            loss,
+        };
+        let disturbances = Disturbances::of(&passage, self, noise, weights);
+        let size = passage.size();
+        // The covariance that disturbances add in one period, and the map of the
+        // covariance over a period.
+        let mut added = DMatrix::zeros(size, size);
+        covariance.cost(&disturbances, &mut added);
+        let remembered = covariance.matrix();
+        let identity = DMatrix::identity(remembered.nrows(), remembered.ncols());
+        let steady = (identity - remembered).lu().solve(&flat(&added));
+        Ok(steady.map(|steady| {
+            let cost = covariance.cost(&disturbances, &mut symmetric(&steady, size));
+            cost / schedule.period.as_secs_f64()
+        }))
+    }
+
+    /// The expected cost per second, from rest until the last of these pushes is applied,
+    /// with disturbances `noise`: for drawn or recorded timing. Each push must be based
+    /// on the same reading as the previous one or on a newer one; the loop's own timing
+    /// is ignored.
+    ///
+    /// The method of JitterTime: Cervin, Pazzaglia, Barzegaran and Mahfouzi, *Using
+    /// JitterTime to analyze transient performance in adaptive and reconfigurable control
+    /// systems*, ETFA 2019.
+    pub fn cost_along(&self, pushes: &[TimedPush], noise: &Noise, weights: &Weights) -> f64 {
+        let end = pushes.iter().map(|push| push.applied).max();
+        let end = end.unwrap_or(Time::ZERO);
+        let events = events(pushes, self.world, Time::ZERO, Time::ZERO, end);
+        let passage = Passage::through(self, events);
+        let disturbances = Disturbances::of(&passage, self, noise, weights);
+        let covariance = Covariance {
+            passage: &passage,
+            loss: Loss::NONE,
+        };
+        let mut rest = DMatrix::zeros(passage.size(), passage.size());
+        covariance.cost(&disturbances, &mut rest) / end.as_secs_f64()
+    }
 }
 
 /// A passage with message loss.
-pub(super) struct Covariance<'a> {
-    pub passage: &'a Passage,
-    pub loss: Loss,
+struct Covariance<'a> {
+    passage: &'a Passage,
+    loss: Loss,
 }
 
 impl Covariance<'_> {
     /// Applies `event` to a covariance, averaged over the loss, without disturbances.
-    pub fn happen(&self, event: ScheduleEvent, covariance: &mut DMatrix<f64>) {
+    fn happen(&self, event: ScheduleEvent, covariance: &mut DMatrix<f64>) {
         let lost =
             (matches!(event, ScheduleEvent::Apply(_))).then(|| self.without_action(covariance));
         twice(covariance, |states| self.passage.happen(event, states));
@@ -115,7 +180,7 @@ impl Covariance<'_> {
     }
 
     /// Takes `covariance` through the passage with these disturbances. Returns its cost.
-    pub fn cost(&self, disturbances: &Disturbances, covariance: &mut DMatrix<f64>) -> f64 {
+    fn cost(&self, disturbances: &Disturbances, covariance: &mut DMatrix<f64>) -> f64 {
         let mut cost = 0.0;
         for event in &self.passage.events {
             match *event {
@@ -139,7 +204,7 @@ impl Covariance<'_> {
 
     /// The effect of the passage on a covariance, as a matrix that acts on stacked upper
     /// triangles.
-    pub fn matrix(&self) -> DMatrix<f64> {
+    fn matrix(&self) -> DMatrix<f64> {
         let size = self.passage.size();
         let columns: Vec<_> = triangle(size)
             .map(|(row, column)| {
@@ -169,14 +234,14 @@ fn triangle(size: usize) -> impl Iterator<Item = (usize, usize)> {
 }
 
 /// The upper triangle as a vector.
-pub(super) fn flat(covariance: &DMatrix<f64>) -> DVector<f64> {
+fn flat(covariance: &DMatrix<f64>) -> DVector<f64> {
     let places = triangle(covariance.nrows());
     let entries: Vec<_> = places.map(|place| covariance[place]).collect();
     DVector::from_vec(entries)
 }
 
 /// The covariance with this upper triangle.
-pub(super) fn symmetric(flat: &DVector<f64>, size: usize) -> DMatrix<f64> {
+fn symmetric(flat: &DVector<f64>, size: usize) -> DMatrix<f64> {
     let mut covariance = DMatrix::zeros(size, size);
     for ((row, column), entry) in triangle(size).zip(flat.iter()) {
         covariance[(row, column)] = *entry;

@@ -51,7 +51,6 @@
 //! are listed at the methods and in `docs/theory.md`.
 
 mod control_loop;
-mod cost;
 mod covariance;
 mod delay;
 mod dynamics;
