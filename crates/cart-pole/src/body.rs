@@ -79,11 +79,8 @@ impl Body {
     pub(super) fn reset(&mut self, seed: u64) {
         let mut random = generator(&[seed]);
         let mut offset = || -START_SPREAD + (START_SPREAD - -START_SPREAD) * unit(&mut random);
-        self.data.reset();
-        self.data.qpos_mut()[SLIDER] = offset();
-        self.data.qpos_mut()[HINGE] = offset();
-        self.data.qvel_mut()[SLIDER] = offset();
-        self.data.qvel_mut()[HINGE] = offset();
+        let [qpos, qvel] = [[offset(), offset()], [offset(), offset()]];
+        self.set(qpos, qvel);
         self.data.forward();
         self.look();
     }
@@ -91,12 +88,17 @@ impl Body {
     /// Places cart and pole as in a `reading`, with nothing left of what was before.
     pub(super) fn place(&mut self, reading: &Observation) {
         let [x, v, cos, sin, omega] = reading.to_array().map(f64::from);
-        self.data.reset();
-        self.data.qpos_mut()[SLIDER] = x;
-        self.data.qpos_mut()[HINGE] = sin.atan2(cos);
-        self.data.qvel_mut()[SLIDER] = v;
-        self.data.qvel_mut()[HINGE] = omega;
+        self.set([x, sin.atan2(cos)], [v, omega]);
         self.look();
+    }
+
+    /// Sets positions and velocities of the two joints, and nothing else.
+    fn set(&mut self, qpos: [f64; 2], qvel: [f64; 2]) {
+        self.data.reset();
+        for (place, joint) in [SLIDER, HINGE].into_iter().enumerate() {
+            self.data.qpos_mut()[joint] = qpos[place];
+            self.data.qvel_mut()[joint] = qvel[place];
+        }
     }
 
     /// Has this force (N) act on the cart from now on, beside that of the motor.

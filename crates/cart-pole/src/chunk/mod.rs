@@ -12,6 +12,7 @@
 //! that ticks on request ([`Refill`]) is triggered by the player's messages on `/request`.
 
 mod figures;
+mod history;
 mod message;
 mod planner;
 mod planning;

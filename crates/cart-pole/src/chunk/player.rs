@@ -1,19 +1,15 @@
 //! The node that plays chunks.
 
-use std::collections::VecDeque;
-
 use ratelab::{GO_ON, Node, Publisher, Subscription, Tick, Time};
 
 use super::{
     ACTION_PERIOD,
+    history::History,
     message::{Chunk, PlayerStep, Request},
-    queue::{Planned, PlayQueue, Taken},
+    queue::{Planned, PlayQueue},
     settings::{ChunkSettings, PlanKind, replace},
 };
 use crate::Action;
-
-/// The most ticks that are remembered: three quarters of an hour.
-const MOST_TICKS: usize = 1 << 17;
 
 /// Plays chunks: every 20 ms one action.
 pub struct Player {
@@ -43,74 +39,6 @@ pub struct Refill {
     pub asked: Option<Time>,
 }
 
-/// What it played. Figures of the run are made of it, so it outlives a crash.
-#[derive(Default)]
-struct History {
-    ticks: VecDeque<PlayedTick>,
-    /// Number of published actions.
-    published: u64,
-    /// Number of those before its last restart.
-    forgotten: u64,
-    /// The last one.
-    last: Option<f32>,
-}
-
-/// A tick of the player.
-struct PlayedTick {
-    start: Time,
-    /// The action that it published, or else the one before; its cost left aside.
-    action: f32,
-    /// Number of actions published before.
-    before: u64,
-}
-
-impl History {
-    /// Number of actions that were published in ticks which started at `since` or later, as
-    /// far as the player remembers.
-    fn executed(&self, since: Time) -> u64 {
-        let first = self.ticks.partition_point(|tick| tick.start < since);
-        let before = self.ticks.get(first).map(|tick| tick.before);
-        self.published - before.unwrap_or(self.published).max(self.forgotten)
-    }
-
-    /// Number of ticks, of those after the reading of `taken`, in which just its action was
-    /// played that was meant for them.
-    fn as_planned(&self, taken: &Taken) -> usize {
-        let first = self.ticks.partition_point(|tick| tick.start < taken.origin);
-        let meant = self.ticks.iter().skip(first).map_while(|tick| {
-            let meant = taken.action(taken.place_by_time(tick.start))?;
-            Some(meant == tick.action)
-        });
-        meant.filter(|as_planned| *as_planned).count()
-    }
-
-    /// Adds a tick with its action, if it has one.
-    fn begin(&mut self, start: Time, action: Option<f32>) {
-        if self.ticks.len() == MOST_TICKS {
-            self.ticks.pop_front();
-        }
-        self.ticks.push_back(PlayedTick {
-            start,
-            action: action.or(self.last).unwrap_or_default(),
-            before: self.published,
-        });
-    }
-
-    /// The action of the last tick is published.
-    fn publish(&mut self, action: f32) {
-        self.published += 1;
-        self.last = Some(action);
-    }
-
-    /// The player begins anew; its last tick came to nothing if it was `cut_off`.
-    fn restart(&mut self, cut_off: bool) {
-        self.forgotten = self.published;
-        if let Some(tick) = self.ticks.back_mut().filter(|_| cut_off) {
-            tick.action = self.last.unwrap_or_default();
-        }
-    }
-}
-
 impl Player {
     /// A player without a chunk so far.
     pub fn new(
@@ -136,7 +64,6 @@ impl Player {
 
     /// Takes the chunks that were delivered since the last tick.
     fn take(&mut self, now: Time, step: &mut PlayerStep) {
-        let executed = |since| self.history.executed(since);
         while let Some(message) = self.chunks.next(now) {
             let error = delay_error(&message.data, now);
             step.most_delay_error = match step.taken {
@@ -145,7 +72,7 @@ impl Player {
             };
             step.taken += 1.0;
             step.delay_errors += error;
-            self.queue.take(message, now, executed);
+            self.queue.take(message, now, &self.history);
         }
         self.has_begun |= step.taken > 0.0;
         self.seam |= step.taken > 0.0;
@@ -156,8 +83,7 @@ impl Player {
         let Some(refill) = &mut self.refill else {
             return;
         };
-        let executed = |since| self.history.executed(since);
-        let left = self.queue.left(now, executed);
+        let left = self.queue.left(now, &self.history);
         let lasts = self.settings.horizon.duration();
         refill.asked = refill.asked.filter(|asked| !took && *asked + lasts > now);
         if left <= refill.at && refill.asked.is_none() {
@@ -170,7 +96,7 @@ impl Player {
     fn played(&self, planned: &Planned) -> PlayerStep {
         let newest = self.queue.newest();
         let by_plan = newest.filter(|taken| taken.chunk.plan != PlanKind::Hold);
-        let as_planned = by_plan.map_or(0, |taken| self.history.as_planned(taken));
+        let as_planned = by_plan.map_or(0, |taken| taken.as_planned(&self.history));
         let last = self.history.last.map(f64::from);
         PlayerStep {
             played: 1.0,
@@ -194,7 +120,7 @@ impl Node for Player {
         self.queue.advance();
         self.take(now, &mut step);
         self.ask(now, step.taken > 0.0);
-        let planned = self.queue.action(now, |since| self.history.executed(since));
+        let planned = self.queue.action(now, &self.history);
         if planned.is_none() && self.has_begun {
             step.stalls = 1.0;
         }

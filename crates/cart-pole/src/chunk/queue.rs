@@ -13,6 +13,7 @@ use strum::VariantArray;
 
 use super::{
     ACTION_PERIOD,
+    history::History,
     message::Chunk,
     settings::{Horizon, Merge, PlayKind, replace},
 };
@@ -47,13 +48,12 @@ impl Taken {
         periods(self.origin, now)
     }
 
-    /// Place of the action to be played at `now`; `executed` actions were played since its
-    /// reading.
-    fn place(&self, play: PlayKind, now: Time, executed: impl Fn(Time) -> u64) -> i64 {
+    /// Place of the action to be played at `now`.
+    fn place(&self, play: PlayKind, now: Time, history: &History) -> i64 {
         match play {
             PlayKind::Time => self.place_by_time(now),
             PlayKind::Arrival => periods(self.at, now),
-            PlayKind::Executed => executed(self.origin) as i64,
+            PlayKind::Executed => history.executed(self.origin) as i64,
         }
     }
 
@@ -61,6 +61,19 @@ impl Taken {
     pub(super) fn action(&self, place: i64) -> Option<f32> {
         let place = usize::try_from(place).ok()?;
         self.chunk.actions.get(place).copied()
+    }
+
+    /// Number of ticks, of those after its reading, in which just the action was played that is
+    /// meant for them.
+    pub(super) fn as_planned(&self, history: &History) -> usize {
+        let first = history
+            .ticks
+            .partition_point(|tick| tick.start < self.origin);
+        let meant = history.ticks.iter().skip(first).map_while(|tick| {
+            let meant = self.action(self.place_by_time(tick.start))?;
+            Some(meant == tick.action)
+        });
+        meant.filter(|as_planned| *as_planned).count()
     }
 }
 
@@ -151,10 +164,10 @@ impl PlayQueue {
     }
 
     /// Number of actions of the newest chunk that are left at `now`, this one included.
-    pub(super) fn left(&self, now: Time, executed: impl Fn(Time) -> u64) -> f64 {
+    pub(super) fn left(&self, now: Time, history: &History) -> f64 {
         self.newest().map_or(0.0, |newest| {
             let end = newest.chunk.actions.len() as i64;
-            (end - newest.place(self.play, now, executed)).clamp(0, end) as f64
+            (end - newest.place(self.play, now, history)).clamp(0, end) as f64
         })
     }
 
@@ -163,17 +176,11 @@ impl PlayQueue {
         self.blended.pop_front();
     }
 
-    /// Takes a chunk in the tick that starts at `now`. `executed` has the number of actions
-    /// that were played since a run time.
-    pub(super) fn take(
-        &mut self,
-        message: Message<Chunk>,
-        now: Time,
-        executed: impl Fn(Time) -> u64,
-    ) {
+    /// Takes a chunk in the tick that starts at `now`.
+    pub(super) fn take(&mut self, message: Message<Chunk>, now: Time, history: &History) {
         let taken = Arc::new(Taken::new(message, now));
         if let Merge::Blend(weight) = self.merge {
-            self.blend(&taken, taken.place(self.play, now, executed), weight);
+            self.blend(&taken, taken.place(self.play, now, history), weight);
         }
         if self.taken.len() == MOST_CHUNKS {
             self.taken.pop_front();
@@ -196,30 +203,21 @@ impl PlayQueue {
     }
 
     /// The action for the tick that starts at `now`, if there is one.
-    pub(super) fn action(
-        &mut self,
-        now: Time,
-        executed: impl Fn(Time) -> u64 + Copy,
-    ) -> Option<Planned> {
-        self.drop_played(now, executed);
+    pub(super) fn action(&mut self, now: Time, history: &History) -> Option<Planned> {
+        self.drop_played(now, history);
         match self.merge {
             Merge::Newest => {
                 let newest = self.newest()?;
-                Planned::one(newest, newest.place(self.play, now, executed))
+                Planned::one(newest, newest.place(self.play, now, history))
             }
             Merge::Blend(_) => self.blended.front()?.clone(),
-            Merge::Ensemble(decay) => self.ensemble(now, decay, executed),
+            Merge::Ensemble(decay) => self.ensemble(now, decay, history),
         }
     }
 
     /// The weighted mean of all chunks with an action for now.
-    fn ensemble(
-        &self,
-        now: Time,
-        decay: f64,
-        executed: impl Fn(Time) -> u64 + Copy,
-    ) -> Option<Planned> {
-        let at = |taken: &Arc<Taken>| Planned::one(taken, taken.place(self.play, now, executed));
+    fn ensemble(&self, now: Time, decay: f64, history: &History) -> Option<Planned> {
+        let at = |taken: &Arc<Taken>| Planned::one(taken, taken.place(self.play, now, history));
         let (mut weights, mut actions, mut ages) = (0.0, 0.0, 0.0);
         let mut parts = Vec::new();
         for (number, mut one) in self.taken.iter().filter_map(at).enumerate() {
@@ -238,12 +236,12 @@ impl PlayQueue {
     }
 
     /// Drops the oldest chunks as long as they are over, however they are played.
-    fn drop_played(&mut self, now: Time, executed: impl Fn(Time) -> u64 + Copy) {
+    fn drop_played(&mut self, now: Time, history: &History) {
         while self.taken.len() > 1
             && self.taken.front().is_some_and(|oldest| {
                 let end = oldest.chunk.actions.len() as i64;
                 let mut kinds = PlayKind::VARIANTS.iter();
-                kinds.all(|kind| oldest.place(*kind, now, executed) >= end)
+                kinds.all(|kind| oldest.place(*kind, now, history) >= end)
             })
         {
             self.taken.pop_front();
