@@ -1,11 +1,12 @@
 //! Cart and pole in MuJoCo: positions, velocities, and one step of physics.
 
 use std::{
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex},
     time::Duration,
 };
 
 use mujoco_rs::prelude::{MjData, MjModel};
+use ratelab::sync::lock;
 use ratelab_study::system::StepMs;
 use thiserror::Error;
 
@@ -169,7 +170,7 @@ type CartModel = (StepMs, f64);
 /// most of a run.
 fn model(cart: CartModel) -> Result<Arc<MjModel>, PlantError> {
     static LOADED: Mutex<Vec<(CartModel, Arc<MjModel>)>> = Mutex::new(Vec::new());
-    let mut loaded = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut loaded = lock(&LOADED);
     if let Some((_, model)) = loaded.iter().find(|(known, _)| *known == cart) {
         return Ok(model.clone());
     }

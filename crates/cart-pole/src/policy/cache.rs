@@ -1,6 +1,8 @@
 //! A cache of loaded policies.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
+
+use ratelab::sync::lock;
 
 use super::{LoadedPolicy, PolicyError, PolicyFile, PolicySpec};
 
@@ -41,7 +43,7 @@ impl PolicyCache {
 
     /// Whether a program with the content of this pinned one has been loaded, from wherever.
     pub(super) fn knows_program(&self, program: &PolicyFile) -> bool {
-        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = lock(&self.0);
         let is_same = |known: &PolicyFile| known.is_program && known.sha256 == program.sha256;
         let mut specs = known.iter().map(|(spec, _)| spec);
         program.sha256.is_some()
@@ -49,13 +51,13 @@ impl PolicyCache {
     }
 
     fn get(&self, spec: &PolicySpec) -> Option<LoadedPolicy> {
-        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = lock(&self.0);
         let found = known.iter().find(|(known, _)| known == spec);
         found.map(|(_, loaded)| loaded.clone())
     }
 
     fn put(&self, spec: &PolicySpec, loaded: &LoadedPolicy) {
-        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut known = lock(&self.0);
         if !known.iter().any(|(known, _)| known == spec) {
             known.push((spec.clone(), loaded.clone()));
         }

@@ -30,14 +30,14 @@ pub mod sweep;
 mod taps;
 
 use std::{
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Mutex},
     time::Instant,
 };
 
 use crossbeam_channel::Sender;
 use ratelab::{
     Clock, ClockExit, ClockKind, Command, Fault, Graph, Head, Inbox, Interrupt, Knob, TimedCommand,
-    TimedKnob, run,
+    TimedKnob, run, sync::lock,
 };
 use ratelab_account::{Observer, Rows, TapHandle};
 use ratelab_real_clock::RealClock;
@@ -70,10 +70,6 @@ pub struct Experiment {
 
 /// What is added up of the messages of a run.
 type Sum<T> = Arc<Mutex<T>>;
-
-fn lock<T>(sum: &Mutex<T>) -> MutexGuard<'_, T> {
-    sum.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 /// The figures of a system.
 type SystemTally = Box<dyn RunTally>;

@@ -1,7 +1,7 @@
 //! Names from graph files for as long as the program runs, as a [`VerdictKind`] has them: each
 //! is kept once, however often its file is read.
 
-use std::sync::{Mutex, PoisonError};
+use ratelab::sync::{Mutex, lock};
 
 use super::VerdictKind;
 
@@ -9,7 +9,7 @@ use super::VerdictKind;
 type Kept<T> = Mutex<Vec<&'static T>>;
 
 fn kept<T: PartialEq>(known: &Kept<T>, value: T) -> &'static T {
-    let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut known = lock(known);
     if let Some(kept) = known.iter().find(|kept| ***kept == value) {
         return kept;
     }

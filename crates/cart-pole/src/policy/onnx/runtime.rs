@@ -3,7 +3,7 @@
 use std::{
     env::{self, consts},
     fmt,
-    sync::{Arc, Mutex, OnceLock, PoisonError},
+    sync::{Arc, Mutex, OnceLock},
 };
 
 use ort::{
@@ -12,6 +12,7 @@ use ort::{
     session::Session,
     value::{Outlet, TensorElementType, TensorRef, ValueType},
 };
+use ratelab::sync::lock;
 
 use crate::{Action, Observation, policy::Policy};
 
@@ -57,7 +58,7 @@ impl OnnxModel {
     }
 
     fn answer(&self, seen: &[f32; 5]) -> ort::Result<f32> {
-        let mut session = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut session = lock(&self.0);
         let input = TensorRef::from_array_view(([1_usize, 5], &seen[..]))?;
         let outputs = session.run(ort::inputs![input])?;
         outputs[0].try_extract_scalar()

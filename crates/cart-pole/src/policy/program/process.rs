@@ -5,7 +5,7 @@ use std::{
     path::Path,
     process::{Child, ChildStdin, Command, ExitStatus, Stdio},
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError, Weak,
+        Arc, Mutex, Weak,
         atomic::{AtomicBool, Ordering},
     },
     thread,
@@ -13,6 +13,7 @@ use std::{
 };
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
+use ratelab::sync::lock;
 
 /// The longest line of an answer (bytes).
 const LONGEST_LINE: u64 = 64 << 10;
@@ -201,10 +202,6 @@ fn not_started(why: &Error) -> String {
         }
         _ => format!("cannot be started: {why}"),
     }
-}
-
-fn lock<T>(value: &Mutex<T>) -> MutexGuard<'_, T> {
-    value.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn kill(child: &mut Child) {
