@@ -8,7 +8,7 @@ use super::{
     ChainSpec, GraphFile, InnerSpec, NodeSpec,
     error::{Checked, Placed, instead, refuse, unknown},
 };
-use crate::system::{ForwardingNode, Surroundings, System};
+use crate::system::{Builder, ForwardingNode, Setup, System, WorldKind};
 
 /// The system in the middle of a graph file.
 pub(super) struct Middle {
@@ -25,9 +25,16 @@ pub(super) fn insert(
     inner: &InnerSpec,
     system: Arc<dyn System>,
 ) -> Checked<Middle> {
-    let around = Surroundings::of(&*system);
-    let around = around.or_else(|why| refuse(inner.name.at, why.to_string()))?;
-    let fit = Fit { file, around };
+    let setup = Setup::default();
+    let mut around = Builder::new(0, &setup, WorldKind::Course);
+    let built = system.build(&mut around);
+    built.or_else(|why| refuse(inner.name.at, why.to_string()))?;
+    let topology = around.graph.topology();
+    let fit = Fit {
+        file,
+        around,
+        topology,
+    };
     fit.nodes()?;
     fit.settings()?;
     let relays = fit.relays(inner)?;
@@ -36,7 +43,7 @@ pub(super) fn insert(
     }
     Ok(Middle {
         system,
-        topology: fit.around.topology,
+        topology: fit.topology,
         relays,
     })
 }
@@ -44,30 +51,28 @@ pub(super) fn insert(
 /// A graph file around a system.
 struct Fit<'f> {
     file: &'f GraphFile,
-    around: Surroundings,
+    /// What the system was built with.
+    around: Builder<'f>,
+    topology: Topology,
 }
 
 impl Fit<'_> {
-    fn graph(&self) -> &Topology {
-        &self.around.topology
-    }
-
     /// The index of the system's node called `name`.
     fn node(&self, name: &str) -> Option<usize> {
-        let mut nodes = self.graph().nodes.iter();
+        let mut nodes = self.topology.nodes.iter();
         nodes.position(|node| node.name == name)
     }
 
     /// The system's topic called `name`.
     fn topic(&self, name: &str) -> Option<&TopicTopology> {
-        let mut topics = self.graph().topics.iter();
+        let mut topics = self.topology.topics.iter();
         topics.find(|topic| topic.name == name)
     }
 
     /// Checks that the names of the nodes and their topics are new, and their inputs known.
     fn nodes(&self) -> Checked {
         let file = self.file;
-        let recorded = || self.around.recorded.iter().map(String::as_str);
+        let recorded = || self.around.recorded.iter().map(|topic| topic.name());
         for node in &file.nodes {
             if self.node(&node.name).is_some() {
                 let what = format!("the system has a node {:?} already", node.name);
@@ -88,7 +93,7 @@ impl Fit<'_> {
     /// Checks that the nodes of executors and the topics with settings are of the file or of the
     /// system.
     fn settings(&self) -> Checked {
-        let Topology { nodes, topics } = &self.around.topology;
+        let Topology { nodes, topics } = &self.topology;
         let nodes = self
             .file
             .names()
@@ -122,7 +127,7 @@ impl Fit<'_> {
         let is_relay = |name: &str| relays.iter().any(|relay| relay.node == name);
         let (first, last, name) = (&spec.path[0], spec.chain.last(), spec.chain.name);
         let reads = |node: usize| {
-            let mut topics = self.graph().topics.iter();
+            let mut topics = self.topology.topics.iter();
             topics.any(|topic| topic.readers.contains(&node))
         };
         if is_relay(&first.text) || self.node(&first.text).is_some_and(reads) {

@@ -4,12 +4,12 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use ratelab::{
     Depth, GO_ON, Graph, Hz, Knob, KnobKind, Node, Payload, Release, Tick, Time, TimedKnob, Topic,
-    Topology, Wiring,
+    Wiring,
 };
 use ratelab_account::{Fields, NamedTopic, RecordedTopic};
 use ratelab_effects::{Callback, Effects, Executor, Executors};
 
-use super::{BuildError, Setup, SharedWorld, System, World, WorldKind};
+use super::{BuildError, Setup, SharedWorld, World, WorldKind};
 
 /// Name of the node of a plant that moves by itself.
 pub const WORLD: &str = "world";
@@ -32,14 +32,14 @@ pub struct Builder<'a> {
     pub(crate) taken: &'a [TimedKnob],
     /// What programs answered then, if they are not to be asked again.
     pub(crate) answers: AnswersOfNodes,
-    graph: Graph,
-    recorded: RecordedTopics,
+    pub(crate) graph: Graph,
+    pub(crate) recorded: RecordedTopics,
     /// The messages and parameters that nodes were built with.
     answered: Vec<(KnobKind, String)>,
     /// Nodes to insert before the readers of topics.
     relays: Vec<ForwardingNode>,
     /// The topics that were offered for that.
-    offered: Vec<String>,
+    pub(crate) offered: Vec<String>,
     /// The nodes that run in this process; `None` for all.
     pub(crate) here: Option<&'a [String]>,
     /// Whether nodes may be in the graph that the builder does not know.
@@ -62,34 +62,6 @@ pub(crate) struct ForwardingNode {
 
 /// The recorded topics, in the order of their creation.
 pub(crate) type RecordedTopics = Vec<Arc<dyn RecordedTopic>>;
-
-/// The parts of a system that a graph around it can use.
-pub(crate) struct Surroundings {
-    /// Its graph.
-    pub(crate) topology: Topology,
-    /// Its recorded topics.
-    pub(crate) recorded: Vec<String>,
-    /// The topics before whose readers nodes can be inserted.
-    pub(crate) offered: Vec<String>,
-}
-
-impl Surroundings {
-    /// The parts of `system`.
-    ///
-    /// # Errors
-    /// [`BuildError`] if its graph cannot be built.
-    pub(crate) fn of(system: &dyn System) -> Result<Self, BuildError> {
-        let setup = Setup::default();
-        let mut builder = Builder::new(0, &setup, WorldKind::Course);
-        system.build(&mut builder)?;
-        let recorded = builder.recorded.iter();
-        Ok(Self {
-            topology: builder.graph.topology(),
-            recorded: recorded.map(|topic| topic.name().to_owned()).collect(),
-            offered: builder.offered,
-        })
-    }
-}
 
 impl<'a> Builder<'a> {
     /// Creates an empty graph for a run with `seed`.

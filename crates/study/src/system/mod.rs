@@ -80,7 +80,7 @@ pub use about::{About, Group, Spoiler, StateTable};
 pub use age_limits::AgeLimits;
 pub use alias::Alias;
 pub use builder::{AnswersOfNodes, Builder, RecordedAnswers, WORLD};
-pub(crate) use builder::{ForwardingNode, RecordedTopics, Surroundings};
+pub(crate) use builder::{ForwardingNode, RecordedTopics};
 pub use chain::{CHAINS, DataChain};
 pub(crate) use chain::{Limit, key};
 pub(crate) use chain_ages::{ChainAges, MOST_CHAINS, Numbers, PEAKS, chain_fields};
