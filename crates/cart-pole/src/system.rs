@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use ratelab::{ClockExit, Depth, Hz, KnobKind, Node, Time, Topic, Wiring};
+use ratelab::{ClockExit, Depth, Hz, KnobKind, Time, Topic};
 use ratelab_account::Fields;
 use ratelab_effects::Match;
 use ratelab_study::{
@@ -261,24 +261,24 @@ fn other(error: impl std::error::Error + Send + Sync + 'static) -> BuildError {
 struct Topics {
     observations: Topic<Observation>,
     actions: Topic<Action>,
-    steps: Topic<ControlStep>,
 }
 
 impl Topics {
-    /// Adds sensor, policy and actuator around `plant`.
-    fn robot<A: Node + 'static>(
+    /// Adds sensor, policy and actuator around `plant`; the actuator moves it, and publishes its
+    /// `steps`, unless it moves by itself.
+    fn robot(
         &self,
         builder: &mut Builder<'_>,
         plant: SharedWorld<impl CartPlant>,
         policy: Box<dyn Policy>,
-        mut actuator: impl FnMut(&mut Wiring<'_>, ActuatorInput) -> A + Send + 'static,
+        steps: Option<Topic<ControlStep>>,
     ) -> Result<(), BuildError> {
-        let observations = self.observations.clone();
+        let (observations, seen) = (self.observations.clone(), plant.clone());
         let similar = builder.parameter(SENSOR, SIMILAR);
         let similar = similar.map(SimilarReadings::parse).transpose();
         let similar = similar.map_err(BuildError::Setting)?.unwrap_or_default();
         builder.node(SENSOR, CONTROL_HZ, 0, move |wiring| Sensor {
-            plant: plant.clone(),
+            plant: seen.clone(),
             observations: wiring.publisher(&observations),
             similar,
         })?;
@@ -295,9 +295,22 @@ impl Topics {
             }
         };
         let actions = builder.through(&self.actions, last)?;
+        // Its rate was a knob once, and there are recordings of that.
+        let was_turned = builder.was_turned(KnobKind::Rate, ACTUATOR);
+        let fixed: &[KnobKind] = match (&steps, was_turned) {
+            (None, _) => &[],
+            (Some(_), true) => &[KnobKind::Clock],
+            (Some(_), false) => &[KnobKind::Rate, KnobKind::Clock],
+        };
         builder.node(ACTUATOR, CONTROL_HZ, last + 1, move |wiring| {
-            let input = ActuatorInput::wired(wiring, &actions);
-            actuator(wiring, input)
+            const REASON: &str = "each of its ticks is 20 ms of the plant's time: \
+                choose another node, or the world \"own\"";
+            wiring.fix(fixed, REASON);
+            Actuator {
+                plant: plant.clone(),
+                input: ActuatorInput::wired(wiring, &actions),
+                steps: steps.as_ref().map(|steps| wiring.publisher(steps)),
+            }
         })
     }
 
@@ -380,28 +393,12 @@ impl System for CartPole {
         let topics = Topics {
             observations: builder.topic(OBS),
             actions: builder.topic(ACTION),
-            steps: builder.topic(STATE),
         };
-        let steps = topics.steps.clone();
+        let steps = builder.topic(STATE);
         match builder.world() {
             WorldKind::Course => {
                 let plant = SharedPlant::new(Plant::new(builder.seed()).map_err(other)?);
-                // Its rate was a knob once, and there are recordings of that.
-                let fixed: &'static [KnobKind] = if builder.was_turned(KnobKind::Rate, ACTUATOR) {
-                    &[KnobKind::Clock]
-                } else {
-                    &[KnobKind::Rate, KnobKind::Clock]
-                };
-                topics.robot(builder, plant.clone(), policy, move |wiring, input| {
-                    const REASON: &str = "each of its ticks is 20 ms of the plant's time: \
-                        choose another node, or the world \"own\"";
-                    wiring.fix(fixed, REASON);
-                    Actuator {
-                        plant: plant.clone(),
-                        input,
-                        steps: Some(wiring.publisher(&steps)),
-                    }
-                })
+                topics.robot(builder, plant, policy, Some(steps))
             }
             WorldKind::Own { step_ms } => {
                 let plant = FreePlant::new(step_ms, builder.seed()).map_err(other)?;
@@ -409,11 +406,7 @@ impl System for CartPole {
                     let steps = wiring.publisher(&steps);
                     move |plant: &FreePlant, now| plant.judge(now, &steps)
                 })?;
-                topics.robot(builder, plant.clone(), policy, move |_, input| Actuator {
-                    plant: plant.clone(),
-                    input,
-                    steps: None,
-                })
+                topics.robot(builder, plant, policy, None)
             }
         }
     }
