@@ -20,7 +20,7 @@ use super::{
     SENSE_TO_ACT, SENSOR, SIMILAR, Sensor, SharedPlant, SimilarReadings, actuator_hz,
     chunk::{
         CHUNK, Chunk, ChunkPlanner, ChunkPolicy, ChunkSettings, ChunkTally, FIXED, PLANNING,
-        PLAYER, PLAYER_STEP, PlanKind, Player, REQUEST, Refill, SPOILERS, warnings,
+        PLAYER, PLAYER_STEP, PlanKind, Player, REQUEST, SPOILERS, warnings,
     },
     disturbance::Newtons,
     falls::falls,
@@ -342,13 +342,9 @@ impl Topics {
         let chunks = Topic::new(CHUNK, builder.setup().depth(CHUNK).unwrap_or(depth));
         builder.record_as(chunks.clone(), Chunk::names(settings.horizon));
         let planner = ChunkPlanner::new(&settings).map_err(other)?;
-        let requests = match settings.refill {
-            Some(_) => builder.topic(REQUEST),
-            None => builder.internal_topic(REQUEST),
-        };
-        let release = match settings.refill {
-            Some(_) => Match::Each.into(),
-            None => actuator_hz().into(),
+        let (requests, release) = match settings.refill {
+            Some(_) => (builder.topic(REQUEST), Match::Each.into()),
+            None => (builder.internal_topic(REQUEST), actuator_hz().into()),
         };
         builder.single_node(POLICY, release, 1, |wiring| ChunkPolicy {
             policy,
@@ -367,11 +363,7 @@ impl Topics {
                 wiring.subscription(&chunks),
                 wiring.publisher(&self.actions),
                 wiring.publisher(&steps),
-                settings.refill.map(|share| Refill {
-                    requests: wiring.publisher(&requests),
-                    at: share * settings.horizon.get() as f64,
-                    asked: None,
-                }),
+                settings.refill.map(|_| wiring.publisher(&requests)),
             )
         })?;
         Ok(2)

@@ -9,7 +9,7 @@
 //! plant, which knows of the actions that are still to be played or does not ([`PlanKind`]);
 //! the [`Player`] decides which action belongs to now ([`PlayKind`]), and what happens where
 //! two chunks overlap ([`Merge`]). What that came to is in its [`PlayerStep`]s. A policy
-//! that ticks on request ([`Refill`]) is triggered by the player's messages on `/request`.
+//! that ticks on request ([`ChunkSettings::refill`]) is triggered by the player's messages on `/request`.
 
 mod figures;
 mod history;
@@ -32,7 +32,7 @@ pub(crate) use self::{
 pub use self::{
     message::{CHUNK, Chunk, PLAYER_STEP, PlayerStep, REQUEST, Request},
     planner::ChunkPlanner,
-    player::{Player, Refill},
+    player::Player,
     policy_node::ChunkPolicy,
     settings::{ChunkSettings, ExpectedDelay, Horizon, Merge, ModelError, PlanKind, PlayKind},
 };

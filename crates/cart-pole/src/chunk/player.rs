@@ -16,8 +16,12 @@ pub struct Player {
     chunks: Subscription<Chunk>,
     actions: Publisher<Action>,
     steps: Publisher<PlayerStep>,
+    /// Publisher of `/request`, if the policy ticks on that.
+    requests: Option<Publisher<Request>>,
+    /// Run time of the last request since the last chunk. A request or its answer may be lost:
+    /// after the time of a whole chunk it asks again.
+    asked: Option<Time>,
     settings: ChunkSettings,
-    refill: Option<Refill>,
     queue: PlayQueue,
     history: History,
     /// Whether it ever had a chunk.
@@ -28,17 +32,6 @@ pub struct Player {
     pending: Option<(Planned, PlayerStep)>,
 }
 
-/// Asks for the next chunk when few actions are left.
-pub struct Refill {
-    /// Publisher of `/request`.
-    pub requests: Publisher<Request>,
-    /// Number of actions, at which it asks.
-    pub at: f64,
-    /// Run time of the last request since the last chunk. A request or its answer may be lost:
-    /// after the time of a whole chunk it asks again.
-    pub asked: Option<Time>,
-}
-
 impl Player {
     /// A player without a chunk so far.
     pub fn new(
@@ -46,14 +39,15 @@ impl Player {
         chunks: Subscription<Chunk>,
         actions: Publisher<Action>,
         steps: Publisher<PlayerStep>,
-        refill: Option<Refill>,
+        requests: Option<Publisher<Request>>,
     ) -> Self {
         Self {
             chunks,
             actions,
             steps,
+            requests,
+            asked: None,
             settings: *settings,
-            refill,
             queue: PlayQueue::new(settings.play, settings.merge),
             history: History::default(),
             has_begun: false,
@@ -80,15 +74,16 @@ impl Player {
 
     /// Asks for a chunk if few actions are left, or none.
     fn ask(&mut self, now: Time, took: bool) {
-        let Some(refill) = &mut self.refill else {
+        let (Some(requests), Some(share)) = (&self.requests, self.settings.refill) else {
             return;
         };
         let left = self.queue.left(now, &self.history);
-        let lasts = self.settings.horizon.duration();
-        refill.asked = refill.asked.filter(|asked| !took && *asked + lasts > now);
-        if left <= refill.at && refill.asked.is_none() {
-            refill.asked = Some(now);
-            refill.requests.publish(Request { left }, now, None);
+        let horizon = self.settings.horizon;
+        let waits = |asked: &Time| !took && *asked + horizon.duration() > now;
+        self.asked = self.asked.filter(waits);
+        if left <= share * horizon.get() as f64 && self.asked.is_none() {
+            self.asked = Some(now);
+            requests.publish(Request { left }, now, None);
         }
     }
 
@@ -169,9 +164,7 @@ impl Node for Player {
     fn restart(&mut self) -> Result<(), String> {
         self.queue = PlayQueue::new(self.settings.play, self.settings.merge);
         self.has_begun = false;
-        if let Some(refill) = &mut self.refill {
-            refill.asked = None;
-        }
+        self.asked = None;
         self.history.restart(self.pending.take().is_some());
         Ok(())
     }
