@@ -38,10 +38,8 @@ fn replay(config: &Config, timed: Vec<TimedCommand>) -> Vec<u8> {
         observations: wiring.subscription(&observations),
         actions: wiring.publisher(&actions),
     });
-    let actuator = graph.node(ACTUATOR, rate(ACTUATOR), 2, |wiring| Actuator {
-        plant: plant.clone(),
-        input: ActuatorInput::wired(wiring, &actions),
-        steps: Some(wiring.publisher(&steps)),
+    let actuator = graph.node(ACTUATOR, rate(ACTUATOR), 2, |wiring| {
+        Actuator::wired(wiring, plant.clone(), &actions, Some(&steps))
     });
     sensor.and(policy).and(actuator).expect("graph");
     let (taps, room) = (TapHandle::of(&graph), 1_000_000);

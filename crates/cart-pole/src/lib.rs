@@ -43,9 +43,7 @@ pub use free_plant::FreePlant;
 pub use linear::LinearPlant;
 pub(crate) use message::MOTOR_N;
 pub use message::{ACTION, Action, ControlStep, OBS, Observation};
-pub use nodes::{
-    ACTUATOR, Actuator, ActuatorInput, NotFinite, POLICY, PolicyNode, SENSE_TO_ACT, SENSOR, Sensor,
-};
+pub use nodes::{ACTUATOR, Actuator, NotFinite, POLICY, PolicyNode, SENSE_TO_ACT, SENSOR, Sensor};
 pub(crate) use nodes::{DISTURB, SIMILAR};
 pub use on_stale::OnStale;
 pub use plant::{CONTROL_HZ, CartPlant, Plant, SharedPlant, actuator_hz, mujoco_version};

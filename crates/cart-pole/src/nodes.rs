@@ -136,39 +136,36 @@ impl Node for PolicyNode {
 pub struct Actuator<P = Plant> {
     /// The plant.
     pub plant: SharedWorld<P>,
-    /// Input from `/action`.
-    pub input: ActuatorInput,
-    /// Publisher of the result of each step, `/state`; `None` for a plant that moves by itself.
-    pub steps: Option<Publisher<ControlStep>>,
-}
-
-/// The input of an actuator from `/action`, with its measurements.
-pub struct ActuatorInput {
-    /// Subscription to the actions.
+    /// Subscription to `/action`.
     pub actions: Subscription<Action>,
     /// Age of the sensing behind each action when it is applied.
     pub sense_to_act: MeterRecorder,
     /// The same, as a function of time.
     pub push_age: PushRecorder,
+    /// Publisher of the result of each step, `/state`; `None` for a plant that moves by itself.
+    pub steps: Option<Publisher<ControlStep>>,
     command: Option<Message<Action>>,
     on_stale: OnStale,
 }
 
-impl ActuatorInput {
-    /// Creates an input that reads from `actions`, with ends from the `wiring` of an actuator.
-    pub fn wired(wiring: &mut Wiring<'_>, actions: &Topic<Action>) -> Self {
+impl<P> Actuator<P> {
+    /// Creates an actuator of `plant` that reads from `actions` and publishes to `steps`, if it is
+    /// to, with ends from its `wiring`.
+    pub fn wired(
+        wiring: &mut Wiring<'_>,
+        plant: SharedWorld<P>,
+        actions: &Topic<Action>,
+        steps: Option<&Topic<ControlStep>>,
+    ) -> Self {
         Self {
+            plant,
             actions: wiring.subscription(actions),
             sense_to_act: wiring.meter(SENSE_TO_ACT),
             push_age: wiring.push_age(),
+            steps: steps.map(|steps| wiring.publisher(steps)),
             command: None,
             on_stale: OnStale::Hold,
         }
-    }
-
-    /// Reads the newest action.
-    fn read(&mut self, now: Time) {
-        self.command = self.actions.latest(now);
     }
 
     /// The action to apply at `now`: the last one read, with no force if it is stale.
@@ -184,22 +181,16 @@ impl ActuatorInput {
         }
         Some(command)
     }
-
-    /// Sets the handling of stale actions; returns the previous one.
-    fn set_on_stale(&mut self, text: &str) -> Result<String, String> {
-        let before = std::mem::replace(&mut self.on_stale, text.parse()?);
-        Ok(before.to_string())
-    }
 }
 
 impl<P: CartPlant> Node for Actuator<P> {
     fn tick(&mut self, now: Time) -> Tick {
-        self.input.read(now);
+        self.command = self.actions.latest(now);
         GO_ON
     }
 
     fn apply(&mut self, now: Time) -> Tick {
-        let command = self.input.applied(now);
+        let command = self.applied(now);
         if command.is_none() && self.steps.is_none() {
             return GO_ON; // It moves on without one.
         }
@@ -212,8 +203,10 @@ impl<P: CartPlant> Node for Actuator<P> {
         if is_lost { END } else { GO_ON }
     }
 
+    /// Sets the handling of stale actions.
     fn on_message(&mut self, text: &str) -> Result<String, String> {
-        self.input.set_on_stale(text)
+        let before = std::mem::replace(&mut self.on_stale, text.parse()?);
+        Ok(before.to_string())
     }
 
     fn set_parameter(&mut self, name: &str, value: &str, now: Time) -> Result<String, String> {

@@ -15,8 +15,8 @@ use ratelab_study::{
 };
 
 use super::{
-    ACTION, ACTUATOR, Action, Actuator, ActuatorInput, CONTROL_HZ, CartPlant, ControlStep, DISTURB,
-    Fall, FreePlant, OBS, Observation, OnStale, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode, Pose,
+    ACTION, ACTUATOR, Action, Actuator, CONTROL_HZ, CartPlant, ControlStep, DISTURB, Fall,
+    FreePlant, OBS, Observation, OnStale, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode, Pose,
     SENSE_TO_ACT, SENSOR, SIMILAR, Sensor, SharedPlant, SimilarReadings, actuator_hz,
     chunk::{
         CHUNK, Chunk, ChunkPlanner, ChunkPolicy, ChunkSettings, ChunkTally, FIXED, PLANNING,
@@ -306,11 +306,7 @@ impl Topics {
             const REASON: &str = "each of its ticks is 20 ms of the plant's time: \
                 choose another node, or the world \"own\"";
             wiring.fix(fixed, REASON);
-            Actuator {
-                plant: plant.clone(),
-                input: ActuatorInput::wired(wiring, &actions),
-                steps: steps.as_ref().map(|steps| wiring.publisher(steps)),
-            }
+            Actuator::wired(wiring, plant.clone(), &actions, steps.as_ref())
         })
     }
 

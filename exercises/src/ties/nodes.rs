@@ -6,8 +6,8 @@
 use ratelab::{Depth, GO_ON, Graph, GraphError, Hz, Node, Time, Topic, Wiring};
 use ratelab_account::Observer;
 use ratelab_cart_pole::{
-    ACTION, ACTUATOR, Action, Actuator, ActuatorInput, ControlStep, OBS, Observation, POLICY,
-    Plant, PolicyNode, SENSOR, STATE, Sensor, SharedPlant, SimilarReadings, policy::Scripted,
+    ACTION, ACTUATOR, Action, Actuator, ControlStep, OBS, Observation, POLICY, Plant, PolicyNode,
+    SENSOR, STATE, Sensor, SharedPlant, SimilarReadings, policy::Scripted,
 };
 use ratelab_study::system::BuildError;
 
@@ -68,10 +68,8 @@ fn wired(plant: &SharedPlant) -> Result<(Graph, Nodes), BuildError> {
         observations: wiring.subscription(&observations),
         actions: wiring.publisher(&actions),
     })?;
-    let actuator = taken(&mut graph, ACTUATOR, |wiring| Actuator {
-        plant: plant.clone(),
-        input: ActuatorInput::wired(wiring, &actions),
-        steps: Some(wiring.publisher(&steps)),
+    let actuator = taken(&mut graph, ACTUATOR, |wiring| {
+        Actuator::wired(wiring, plant.clone(), &actions, Some(&steps))
     })?;
     let nodes = Nodes {
         sensor,
