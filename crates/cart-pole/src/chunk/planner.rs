@@ -21,9 +21,9 @@ const MARGIN: Duration = Duration::from_secs(1);
 
 /// Plans chunks by a model, and remembers those that are still to be played.
 pub struct ChunkPlanner {
-    pub(super) plan: PlanKind,
-    pub(super) expected: ExpectedDelay,
-    settings: ChunkSettings,
+    pub(super) settings: ChunkSettings,
+    /// Those that it was set up with.
+    first: ChunkSettings,
     /// A cart-pole of the policy's own.
     model: Body,
     /// Its chunks, the newest last.
@@ -58,9 +58,8 @@ impl ChunkPlanner {
     /// [`PlantError`] if MuJoCo refuses its model.
     pub fn new(settings: &ChunkSettings) -> Result<Self, PlantError> {
         Ok(Self {
-            plan: settings.plan,
-            expected: settings.expected,
             settings: *settings,
+            first: *settings,
             model: Body::model(settings.model.length)?,
             own: VecDeque::new(),
             last: Duration::ZERO,
@@ -78,7 +77,7 @@ impl ChunkPlanner {
     pub fn restart(&mut self) {
         self.own.clear();
         (self.last, self.longest) = (Duration::ZERO, Duration::ZERO);
-        (self.plan, self.expected) = (self.settings.plan, self.settings.expected);
+        self.settings = self.first;
     }
 
     /// Plans for a `reading` of run time `origin`, in a tick that starts at `now`.
@@ -89,7 +88,7 @@ impl ChunkPlanner {
         origin: Time,
         now: Time,
     ) -> Chunk {
-        let expected = match self.expected {
+        let expected = match self.settings.expected {
             ExpectedDelay::Constant(delay) => delay,
             ExpectedDelay::Last(margin) => self.last + margin,
             ExpectedDelay::Max(margin) => self.longest + margin,
@@ -100,7 +99,7 @@ impl ChunkPlanner {
             now,
             expected,
         });
-        let actions: Arc<[f32]> = match (policy.whole_chunk(reading), self.plan) {
+        let actions: Arc<[f32]> = match (policy.whole_chunk(reading), self.settings.plan) {
             (Some(actions), _) => actions,
             (None, PlanKind::Hold) => {
                 std::iter::repeat_n(policy.act(reading).0, self.settings.horizon.get()).collect()
@@ -111,7 +110,7 @@ impl ChunkPlanner {
         let chunk = Chunk {
             made: now,
             expected,
-            plan: self.plan,
+            plan: self.settings.plan,
             actions: actions.clone(),
         };
         self.remember(OwnChunk {

@@ -56,8 +56,8 @@ impl Node for ChunkPolicy {
 
     fn set_parameter(&mut self, name: &str, value: &str, _: Time) -> Result<String, String> {
         match name {
-            "plan" => replace(&mut self.planner.plan, value),
-            "expect-delay" => replace(&mut self.planner.expected, value),
+            "plan" => replace(&mut self.planner.settings.plan, value),
+            "expect-delay" => replace(&mut self.planner.settings.expected, value),
             _ => Err(format!("{name} is a setting of the whole run")),
         }
     }
