@@ -131,7 +131,7 @@ impl Graph {
         };
         Self {
             slots: Vec::new(),
-            schedule: Schedule::default(),
+            schedule: Schedule::new(ClockKind::Virtual, Vec::new()),
             control: ControlPlane {
                 state: Arc::new(RunState::new(status)),
                 status,
@@ -311,7 +311,7 @@ impl Graph {
 
     /// Current run time.
     pub fn now(&self) -> Time {
-        self.control.now()
+        self.control.state.now()
     }
 
     /// Sets the clock that runs the graph from now on. Virtual time waits for those

@@ -189,15 +189,12 @@ impl fmt::Debug for Records {
 /// Takes the durations that a node measures; see [`Wiring::meter`](crate::Wiring::meter).
 #[derive(Debug)]
 pub struct MeterRecorder {
-    records: Records,
-    meter: usize,
+    pub(crate) records: Records,
+    /// Number of the measurement, among those of the node.
+    pub(crate) meter: usize,
 }
 
 impl MeterRecorder {
-    pub(crate) fn new(records: Records, meter: usize) -> Self {
-        Self { records, meter }
-    }
-
     /// Adds a sample.
     pub fn record(&mut self, sample: Duration) {
         let meter = self.meter;
@@ -207,13 +204,9 @@ impl MeterRecorder {
 
 /// Takes what a node does to the world; see [`Wiring::push_age`](crate::Wiring::push_age).
 #[derive(Debug)]
-pub struct PushRecorder(Records);
+pub struct PushRecorder(pub(crate) Records);
 
 impl PushRecorder {
-    pub(crate) fn new(records: Records) -> Self {
-        Self(records)
-    }
-
     /// Records an action at run time `at` that was derived from a sensing at `sensed`.
     pub fn push(&self, at: Time, sensed: Time) {
         self.0.node(|| NodeRecord::Pushed(Push { at, sensed }));

@@ -3,23 +3,17 @@
 use std::{
     fmt,
     ops::{Deref, DerefMut},
+    sync::OnceLock,
     time::Duration,
 };
 
 use crate::{
     journal::turns::{self, LockName, Mode, Operation, TurnFollower},
-    sync::{
-        Mutex, MutexGuard,
-        atomic::{AtomicU32, Ordering},
-        lock, thread,
-    },
+    sync::{Mutex, MutexGuard, lock, thread},
 };
 
 /// Longest wait for a turn without a look at whether the run was given up.
 const LOOK: Duration = Duration::from_millis(20);
-
-/// The number of a name that nobody has asked for yet.
-const UNKNOWN: u32 = u32::MAX;
 
 /// A value behind a lock that counts its turns, for state that several nodes share beside
 /// their topics: a plant, a map. Under the real clock the log of the run has the turns, so
@@ -47,8 +41,8 @@ const UNKNOWN: u32 = u32::MAX;
 /// ```
 pub struct Shared<T> {
     name: Box<str>,
-    /// [`LockName`] of the name, once it was needed.
-    number: AtomicU32,
+    /// The name in the log of turns, once it was needed.
+    lock_name: OnceLock<LockName>,
     state: Mutex<SharedState<T>>,
 }
 
@@ -67,7 +61,7 @@ impl<T> Shared<T> {
     pub fn new(name: impl Into<Box<str>>, value: T) -> Self {
         Self {
             name: name.into(),
-            number: AtomicU32::new(UNKNOWN),
+            lock_name: OnceLock::new(),
             state: Mutex::new(SharedState {
                 turn: 0,
                 outside: false,
@@ -135,30 +129,20 @@ impl<T> Shared<T> {
 
     #[inline]
     fn lock_name(&self) -> LockName {
-        match self.number.load(Ordering::Relaxed) {
-            UNKNOWN => self.look_name_up(),
-            number => LockName::from_number(number),
-        }
-    }
-
-    #[cold]
-    fn look_name_up(&self) -> LockName {
-        let name = LockName::of(&self.name);
-        self.number.store(name.number(), Ordering::Relaxed);
-        name
+        *self.lock_name.get_or_init(|| LockName::of(&self.name))
     }
 
     /// Locks the value as [`Self::peek`] does. Where another thread is held within this lock,
     /// both go on at once.
     fn past_held(&self, follower: &dyn TurnFollower) -> SharedGuard<'_, T> {
-        if follower.holds() {
-            if let Ok(state) = self.state.try_lock() {
-                let hands_on = false;
-                return SharedGuard { state, hands_on };
+        let hands_on = false;
+        match self.state.try_lock() {
+            Ok(state) => SharedGuard { state, hands_on },
+            Err(_) => {
+                follower.is_blocked();
+                self.peek()
             }
-            follower.let_go();
         }
-        self.peek()
     }
 
     /// Waits for the turn that this thread had in the recorded run.

@@ -29,16 +29,15 @@
 mod any;
 mod channel;
 mod intake;
-mod mark;
 mod message;
 mod outbox;
 mod publisher;
 mod queue;
+mod readers;
 mod subscription;
-mod triggers;
 
 use self::queue::{Bus, Queue};
-pub(crate) use self::{any::AnyTopic, mark::ReadMark, outbox::Outbox};
+pub(crate) use self::{any::AnyTopic, outbox::Outbox, readers::ReadMark};
 pub use self::{
     channel::Channel,
     message::{Message, Payload},
@@ -131,7 +130,7 @@ impl<T: Payload> Topic<T> {
         let triggers = queue.triggers.as_ref();
         Subscription {
             bus: self.0.clone(),
-            triggers: triggers.is_some_and(|triggers| triggers.knows(&mark)),
+            triggers: triggers.is_some_and(|triggers| triggers.reader(&mark).is_some()),
             mark,
         }
     }

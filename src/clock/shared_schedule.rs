@@ -3,10 +3,9 @@
 use crate::{
     control::{command::ClockKind, state::RunState},
     node::NodeSlot,
-    scheduling::{Assignment, Schedule, TaskSet, Threads},
+    scheduling::{Schedule, TaskSet, Threads},
     shared::{Shared, SharedGuard},
     sync::{Arc, Mutex},
-    time::Time,
 };
 
 /// Where the nodes of an executor take turns by priority.
@@ -24,7 +23,7 @@ pub struct CoreClaim {
 pub(crate) struct SharedSchedule<'g> {
     schedule: Shared<Schedule>,
     /// Those of all nodes of the graph.
-    slots: &'g [Mutex<NodeSlot>],
+    pub(crate) slots: &'g [Mutex<NodeSlot>],
     pub(crate) state: Arc<RunState>,
     /// Index of the node that was registered first.
     pub(crate) first: usize,
@@ -63,7 +62,7 @@ impl<'g> SharedSchedule<'g> {
             schedule: Shared::after(
                 task_set.turns,
                 format!("the executor of {name}"),
-                Schedule::of_task_set(ClockKind::Real, task_set),
+                Schedule::new(ClockKind::Real, vec![task_set]),
             ),
         }
     }
@@ -75,15 +74,6 @@ impl<'g> SharedSchedule<'g> {
         task_sets
             .map(|task_set| TaskSet { turns, ..task_set })
             .collect()
-    }
-
-    pub(crate) fn slot(&self, node: usize) -> &Mutex<NodeSlot> {
-        &self.slots[node]
-    }
-
-    /// The end of the running tick of its first node, if there is one.
-    pub(crate) fn end_of_first(&self, now: Time) -> Option<Assignment> {
-        self.peek().end_of(self.first, now)
     }
 
     /// Whether several threads share the schedule, in turns.

@@ -215,7 +215,7 @@ impl<'a> VirtualStretch<'a> {
     }
 
     fn obey(&mut self, command: &Command, at: Time) -> Option<ClockExit> {
-        self.graph.control.set_now(at);
+        self.graph.control.state.set_now(at);
         if *command == Command::Step {
             self.graph.control.update(|status| status.paused = true);
             self.steps += 1;
@@ -240,7 +240,7 @@ impl<'a> VirtualStretch<'a> {
             return Ok(self.obey(&timed.command, at));
         }
         if next > self.until || next == Time::MAX {
-            self.graph.control.set_now(self.until);
+            self.graph.control.state.set_now(self.until);
             return Ok(Some(ClockExit::Completed));
         }
         self.advance()
@@ -252,7 +252,7 @@ impl<'a> VirtualStretch<'a> {
         // A node that is late from the real clock must not turn time back.
         let now = self.graph.schedule.next_at().max(self.graph.now());
         self.last_event = Some(now);
-        self.graph.control.set_now(now);
+        self.graph.control.state.set_now(now);
         let (until, over) = (self.until, false);
         let late = (now > until).then_some(LateLook { until, over });
         while let Some(work) = self.graph.schedule.next_job(now, late) {
@@ -369,7 +369,7 @@ mod tests {
             let _ = graph.schedule.done(slot, work, times, GO_ON);
         }
         let second = graph.schedule.state(2, Time::ZERO).due;
-        graph.control.set_now(second);
+        graph.control.state.set_now(second);
         (graph, log)
     }
 

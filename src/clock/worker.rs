@@ -73,7 +73,7 @@ impl<'c> Worker<'c> {
     /// Finds the end of the running tick at run time `at`, if there is one: it has had its time on
     /// a core. Returns the index of its node.
     pub fn find_end(&mut self, at: Time) -> Option<usize> {
-        self.found = self.schedule.end_of_first(at);
+        self.found = self.schedule.peek().end_of(self.schedule.first, at);
         self.found.map(|work| work.node)
     }
 
@@ -82,7 +82,7 @@ impl<'c> Worker<'c> {
     pub fn begin(&mut self, at: Time) -> Option<JobKind> {
         let work = self.found.take()?;
         self.schedule.state.advance_to(at);
-        let outcome = lock(self.schedule.slot(work.node)).work(work.job, at, true);
+        let outcome = lock(&self.schedule.slots[work.node]).work(work.job, at, true);
         self.begun = Some((work, at, outcome));
         Some(work.job.kind)
     }
@@ -98,7 +98,7 @@ impl<'c> Worker<'c> {
         };
         // Nobody gets the node before its tick is recorded.
         let mut schedule = self.schedule.turn();
-        let slot = &mut *lock(self.schedule.slot(work.node));
+        let slot = &mut *lock(&self.schedule.slots[work.node]);
         let outcome = schedule.done(slot, work, times, outcome);
         match schedule.outlive(slot, (work.node, began), outcome, &self.schedule.state) {
             Ok(ControlFlow::Continue(())) => None,
@@ -133,7 +133,7 @@ impl Worker<'_> {
         let mut schedule = self.schedule.turn();
         let node = schedule.node_called(knob.target())?;
         self.schedule.state.advance_to(at);
-        let answer = schedule.turn(node, &mut lock(self.schedule.slot(node)), knob, at);
+        let answer = schedule.turn(node, &mut lock(&self.schedule.slots[node]), knob, at);
         Some(self.schedule.state.answered(at, command, answer))
     }
 

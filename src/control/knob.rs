@@ -304,7 +304,8 @@ impl Parts<'_> {
             _ => first_word(self.rest).ok_or_else(|| self.refused.clone())?,
         };
         self.rest = rest;
-        P::read(part).map_err(|error| error.unwrap_or_else(|| self.refused.clone()))
+        let refused = || self.refused.clone();
+        P::read(part).map_err(|error| error.map_or_else(refused, KnobError::Value))
     }
 }
 
@@ -314,7 +315,7 @@ trait KnobPart: Sized {
     const IS_TEXT: bool = false;
 
     /// Reads it from text; an error without a text of its own is about the whole knob.
-    fn read(text: &str) -> Result<Self, Option<KnobError>>;
+    fn read(text: &str) -> Result<Self, Option<String>>;
 
     /// Its text.
     fn to_text(&self) -> String;
@@ -323,7 +324,7 @@ trait KnobPart: Sized {
 impl KnobPart for String {
     const IS_TEXT: bool = true;
 
-    fn read(text: &str) -> Result<Self, Option<KnobError>> {
+    fn read(text: &str) -> Result<Self, Option<String>> {
         Ok(text.to_owned())
     }
 
@@ -333,8 +334,8 @@ impl KnobPart for String {
 }
 
 impl KnobPart for Duration {
-    fn read(text: &str) -> Result<Self, Option<KnobError>> {
-        millis::parse(text).map_err(|error| Some(KnobError::Value(error)))
+    fn read(text: &str) -> Result<Self, Option<String>> {
+        millis::parse(text).map_err(Some)
     }
 
     fn to_text(&self) -> String {
@@ -343,7 +344,7 @@ impl KnobPart for Duration {
 }
 
 impl KnobPart for u64 {
-    fn read(text: &str) -> Result<Self, Option<KnobError>> {
+    fn read(text: &str) -> Result<Self, Option<String>> {
         text.parse().map_err(|_| None)
     }
 
@@ -353,8 +354,9 @@ impl KnobPart for u64 {
 }
 
 impl KnobPart for Hz {
-    fn read(text: &str) -> Result<Self, Option<KnobError>> {
-        text.parse().map_err(|error: HzError| Some(error.into()))
+    fn read(text: &str) -> Result<Self, Option<String>> {
+        text.parse()
+            .map_err(|error: HzError| Some(error.to_string()))
     }
 
     fn to_text(&self) -> String {
@@ -363,8 +365,9 @@ impl KnobPart for Hz {
 }
 
 impl KnobPart for Depth {
-    fn read(text: &str) -> Result<Self, Option<KnobError>> {
-        text.parse().map_err(|error: DepthError| Some(error.into()))
+    fn read(text: &str) -> Result<Self, Option<String>> {
+        text.parse()
+            .map_err(|error: DepthError| Some(error.to_string()))
     }
 
     fn to_text(&self) -> String {
@@ -373,8 +376,8 @@ impl KnobPart for Depth {
 }
 
 impl KnobPart for ReadOrder {
-    fn read(text: &str) -> Result<Self, Option<KnobError>> {
-        text.parse().map_err(|error| Some(KnobError::Value(error)))
+    fn read(text: &str) -> Result<Self, Option<String>> {
+        text.parse().map_err(Some)
     }
 
     fn to_text(&self) -> String {
@@ -489,12 +492,6 @@ pub enum KnobError {
     /// An unknown knob.
     #[error("{0:?} is not a knob: expected {known}", known = names())]
     Name(String),
-    /// An invalid rate.
-    #[error(transparent)]
-    Rate(#[from] HzError),
-    /// An invalid queue depth.
-    #[error(transparent)]
-    Depth(#[from] DepthError),
     /// An invalid value, with the reason.
     #[error("{0}")]
     Value(String),

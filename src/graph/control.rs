@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     control::{
-        knob::{Knob, KnobKind},
+        knob::Knob,
         state::{RunState, Status},
     },
     record::Records,
@@ -64,14 +64,6 @@ impl WiredTopic {
 }
 
 impl ControlPlane {
-    pub(crate) fn now(&self) -> Time {
-        self.state.now()
-    }
-
-    pub(crate) fn set_now(&self, now: Time) {
-        self.state.set_now(now);
-    }
-
     pub(crate) fn update(&mut self, change: impl FnOnce(&mut Status)) {
         change(&mut self.status);
         self.state.update(|status| *status = self.status);
@@ -119,27 +111,26 @@ impl ControlPlane {
     /// Checks that the topic has this knob.
     pub(super) fn check(&self, knob: &Knob) -> Result<(), String> {
         let topic = self.topic(knob.target())?;
-        let read = !topic.readers.is_empty();
-        if read || knob.kind() == KnobKind::Depth {
-            return self.check_value(knob);
+        match knob {
+            Knob::Depth { .. } => Ok(()),
+            _ if topic.readers.is_empty() => Err(self.unread(&topic.name)),
+            Knob::Read { .. } => Ok(()),
+            _ => {
+                let channel = self.kit.channel(knob.target(), self.seed);
+                let mut channel = channel.ok_or_else(|| knob.not_in_kit())?;
+                channel.turn(knob).map(drop)
+            }
         }
-        let names = self.topics.iter().filter(|t| !t.readers.is_empty());
-        let names: Vec<&str> = names.map(|t| &*t.name).collect();
-        let name = &topic.name;
-        Err(match &names[..] {
-            [] => format!("{name} has no reader, and no topic has one: let a node read it first"),
-            names => format!("{name} has no reader: expected one of {}", names.join(", ")),
-        })
     }
 
-    /// Checks the value of a knob of a topic.
-    fn check_value(&self, knob: &Knob) -> Result<(), String> {
-        if matches!(knob, Knob::Depth { .. } | Knob::Read { .. }) {
-            return Ok(());
+    /// The reason to refuse a knob of a topic that nobody reads.
+    fn unread(&self, name: &str) -> String {
+        let names = self.topics.iter().filter(|t| !t.readers.is_empty());
+        let names: Vec<&str> = names.map(|t| &*t.name).collect();
+        match &names[..] {
+            [] => format!("{name} has no reader, and no topic has one: let a node read it first"),
+            names => format!("{name} has no reader: expected one of {}", names.join(", ")),
         }
-        let channel = self.kit.channel(knob.target(), self.seed);
-        let mut channel = channel.ok_or_else(|| knob.not_in_kit())?;
-        channel.turn(knob).map(drop)
     }
 
     /// Delivers the messages of all topics that arrive by `now`.

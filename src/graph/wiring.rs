@@ -54,7 +54,7 @@ pub struct Wiring<'g> {
 }
 
 /// What a node keeps when it is built once more.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub(super) struct Ends {
     /// The way of its records.
     pub(super) records: Records,
@@ -75,10 +75,7 @@ impl<'g> Wiring<'g> {
     ) -> Self {
         let ends = Ends {
             records,
-            outbox: Arc::default(),
-            last_tick: None,
-            meters: Vec::new(),
-            marks: Vec::new(),
+            ..Ends::default()
         };
         Self {
             known,
@@ -156,7 +153,7 @@ impl<'g> Wiring<'g> {
     }
 
     fn subscribe<T: Payload>(&mut self, topic: &Topic<T>, subscription: &Subscription<T>) {
-        let end = (topic.address(), subscription.mark());
+        let end = (topic.address(), subscription.mark.clone());
         self.ends.marks.push(end);
         let index = self.index_of(topic);
         self.reads.push(index);
@@ -172,13 +169,14 @@ impl<'g> Wiring<'g> {
             meters.push(name.to_owned());
             meters.len() - 1
         });
-        MeterRecorder::new(self.ends.records.clone(), index)
+        let (records, meter) = (self.ends.records.clone(), index);
+        MeterRecorder { records, meter }
     }
 
     /// Declares that the node acts on the world outside of the graph; it records the age
     /// of the sensing behind each push.
     pub fn push_age(&mut self) -> PushRecorder {
-        PushRecorder::new(self.ends.records.clone())
+        PushRecorder(self.ends.records.clone())
     }
 
     /// Has the node know how long its last tick took.

@@ -40,16 +40,6 @@ impl LockName {
         let names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
         names.get(self.0 as usize).cloned().unwrap_or_default()
     }
-
-    /// The number, for an atomic.
-    pub(crate) fn number(self) -> u32 {
-        self.0
-    }
-
-    /// The name with this number.
-    pub(crate) fn from_number(number: u32) -> Self {
-        Self(number)
-    }
 }
 
 /// One access to shared state.
@@ -78,11 +68,9 @@ pub trait TurnFollower {
     /// The thread waits for its turn, or waits no more.
     fn waits(&self, waits: bool);
 
-    /// Whether another thread may be held within a lock, until it is let go.
-    fn holds(&self) -> bool;
-
-    /// Lets all threads go.
-    fn let_go(&self);
+    /// Another thread is within the lock that this one is to take: if it is held there, it is let
+    /// go.
+    fn is_blocked(&self);
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -11,55 +11,39 @@ use crate::{
         knob::{Knob, KnobKind},
     },
     node::{Job, JobKind},
-    rate::Rate,
-    sync::Arc,
     time::Time,
     topic::Channel,
 };
 
 /// Runs a node at a rate as soon as it is due; what is due while it is busy is skipped.
 pub struct Periodic {
-    name: Arc<str>,
-    seed: u64,
-    rate: Rate,
+    spec: TaskSpec,
     crashed: bool,
 }
 
 impl Periodic {
     /// The scheduler of a node.
     pub fn new(spec: TaskSpec) -> Self {
-        let TaskSpec {
-            name, seed, rate, ..
-        } = spec;
-        Self {
-            name,
-            seed,
-            rate,
-            crashed: false,
-        }
+        let crashed = false;
+        Self { spec, crashed }
     }
 
     /// The node, for another scheduler.
     pub fn into_spec(self) -> TaskSpec {
-        TaskSpec {
-            name: self.name,
-            seed: self.seed,
-            rate: self.rate,
-            inputs: Vec::new(),
-        }
+        self.spec
     }
 
     #[inline]
     fn arm(&self, timetable: &mut Timetable<'_>) {
         if !self.crashed {
-            timetable.alarm(self.rate.due(), Phase::Start, 0);
+            timetable.alarm(self.spec.rate.due(), Phase::Start, 0);
         }
     }
 
     #[inline]
     fn skip_before(&mut self, time: Time, timetable: &Timetable<'_>) {
-        if self.rate.due() < time {
-            timetable.skipped(0, self.rate.advance_past(time) + 1);
+        if self.spec.rate.due() < time {
+            timetable.skipped(0, self.spec.rate.advance_past(time) + 1);
         }
     }
 }
@@ -69,12 +53,12 @@ impl Scheduler for Periodic {
     fn on(&mut self, event: SchedulerEvent, timetable: &mut Timetable<'_>) -> Option<Job> {
         let now = timetable.now();
         match event {
-            SchedulerEvent::Alarm { .. } if !self.crashed && self.rate.due() <= now => {
+            SchedulerEvent::Alarm { .. } if !self.crashed && self.spec.rate.due() <= now => {
                 let lateness = match timetable.clock() {
                     ClockKind::Virtual => None,
-                    ClockKind::Real => Some(now.since(self.rate.due())),
+                    ClockKind::Real => Some(now.since(self.spec.rate.due())),
                 };
-                self.rate.advance();
+                self.spec.rate.advance();
                 let kind = JobKind::Tick { is_instant: false };
                 return Some(Job::new(0, kind).late(lateness));
             }
@@ -85,7 +69,7 @@ impl Scheduler for Periodic {
             SchedulerEvent::Opened { .. } => self.arm(timetable),
             SchedulerEvent::Crashed { .. } => self.crashed = true,
             SchedulerEvent::Restarted { .. } => {
-                self.rate.resume(now);
+                self.spec.rate.resume(now);
                 self.crashed = false;
                 self.arm(timetable);
             }
@@ -97,13 +81,13 @@ impl Scheduler for Periodic {
 
     fn state(&self, _: usize, _: Time) -> TaskState {
         TaskState {
-            hz: self.rate.hz(),
+            hz: self.spec.rate.hz(),
             due: if self.crashed {
                 Time::MAX
             } else {
-                self.rate.due()
+                self.spec.rate.due()
             },
-            last_due: self.rate.last_due(),
+            last_due: self.spec.rate.last_due(),
             skips: true,
             crashed: self.crashed,
             remaining: None,
@@ -127,8 +111,8 @@ impl Scheduler for Periodic {
         let Knob::Rate { hz, .. } = knob else {
             return Err(format!("{knob} is not for a node at a rate"));
         };
-        let before = self.rate.hz();
-        self.rate.set_hz(*hz, timetable.now());
+        let before = self.spec.rate.hz();
+        self.spec.rate.set_hz(*hz, timetable.now());
         timetable.rated(0, *hz);
         self.arm(timetable);
         Ok(before.to_string())

@@ -5,8 +5,7 @@ use std::{collections::BTreeSet, mem::take};
 use super::{
     agenda::{Agenda, AgendaItem},
     dispatch::Dispatch,
-    member::Member,
-    scheduler::{Scheduler, SchedulerEvent, TaskState, Timetable},
+    scheduler::{Member, Scheduler, SchedulerEvent, TaskState, Timetable},
     task_set::TaskSet,
 };
 use crate::{
@@ -49,17 +48,11 @@ pub(crate) struct Assignment {
     pub(crate) job: Job,
 }
 
-impl Default for Schedule {
-    fn default() -> Self {
-        Self::new(ClockKind::Virtual)
-    }
-}
-
 /// Its task sets.
 impl Schedule {
-    /// A schedule without task sets.
-    pub(crate) fn new(clock: ClockKind) -> Self {
-        Self {
+    /// A schedule for these task sets.
+    pub(crate) fn new(clock: ClockKind, task_sets: Vec<TaskSet>) -> Self {
+        let mut schedule = Self {
             task_sets: Vec::new(),
             first: 0,
             of: Vec::new(),
@@ -70,13 +63,8 @@ impl Schedule {
             clock,
             behind: true,
             moved: false,
-        }
-    }
-
-    /// A schedule for one task set.
-    pub(crate) fn of_task_set(clock: ClockKind, task_set: TaskSet) -> Self {
-        let mut schedule = Self::new(clock);
-        schedule.set_task_sets(vec![task_set]);
+        };
+        schedule.set_task_sets(task_sets);
         schedule
     }
 

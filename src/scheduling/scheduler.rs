@@ -2,16 +2,14 @@
 
 use std::{any::Any, time::Duration};
 
-use super::{
-    agenda::{Agenda, Phase},
-    member::Member,
-};
+use super::agenda::{Agenda, Phase};
 use crate::{
     control::{command::ClockKind, knob::Knob},
     node::Job,
-    record::NodeRecord,
+    record::{NodeRecord, Records},
+    sync::Arc,
     time::{Hz, Time},
-    topic::Stamps,
+    topic::{Outbox, Stamps},
 };
 
 /// Decides when the nodes of a task set run: a node with a thread of its own, or those of an
@@ -129,6 +127,20 @@ pub struct TaskState {
     pub remaining: Option<Duration>,
     /// Whether that tick keeps a core busy under the real clock.
     pub busy: bool,
+}
+
+/// A node as its scheduler knows it.
+pub(crate) struct Member {
+    /// Index in the graph.
+    pub(crate) node: usize,
+    pub(crate) name: Arc<str>,
+    /// Number of the topics that trigger it.
+    pub(crate) inputs: usize,
+    pub(crate) priority: u32,
+    /// Whether it runs in another process.
+    pub(crate) remote: bool,
+    pub(crate) records: Records,
+    pub(crate) outbox: Arc<Outbox>,
 }
 
 /// What a scheduler can ask for, at an instant of the run.

@@ -4,8 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{
     dispatch::{Dispatch, Joined},
-    member::Member,
-    scheduler::Scheduler,
+    scheduler::{Member, Scheduler},
 };
 use crate::sync::Arc;
 

@@ -4,10 +4,9 @@ use std::collections::VecDeque;
 
 use super::{
     Subscription, Topic,
-    mark::ReadMark,
     message::Payload,
     queue::{Bus, Queue},
-    triggers::{TriggerReader, Triggers},
+    readers::{ReadMark, TriggerReader, Triggers},
 };
 use crate::{
     sync::{Arc, atomic::Ordering},
@@ -25,11 +24,9 @@ impl<T: Payload> Topic<T> {
         reader: usize,
         arrivals: &Arc<Arrivals>,
     ) -> (Subscription<T>, Box<dyn Intake>) {
-        let mut subscription = self.subscribe_as(Some(reader));
-        subscription.triggers = true;
-        let mark = subscription.mark();
         let mut turn = self.0.peek();
         let queue = &mut *turn;
+        let mark = Arc::new(ReadMark::new(queue.next_delivered(), Some(reader)));
         let delivered = queue.messages.iter().map(|message| message.stamp);
         let triggers = queue.triggers.get_or_insert_with(|| {
             Box::new(Triggers {
@@ -46,7 +43,7 @@ impl<T: Payload> Topic<T> {
             chosen: None,
         });
         drop(turn);
-        let bus = self.0.clone();
+        let (bus, subscription) = (self.0.clone(), self.subscribe_again(mark.clone()));
         (subscription, Box::new(TopicIntake { bus, mark }))
     }
 }

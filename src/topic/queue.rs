@@ -4,9 +4,8 @@ use std::{any::Any, collections::VecDeque};
 
 use super::{
     channel::Transit,
-    mark::ReadMark,
     message::{Message, Payload},
-    triggers::Triggers,
+    readers::{ReadMark, Triggers},
 };
 use crate::{
     qos::{Depth, ReadOrder},
@@ -171,7 +170,7 @@ impl<T> Queue<T> {
         }
         self.messages.push_back(message);
         if let Some(triggers) = &mut self.triggers {
-            triggers.push(now);
+            triggers.delivered.push_back(now);
         }
     }
 
@@ -195,7 +194,7 @@ impl<T> Queue<T> {
     pub(super) fn evict_oldest(&mut self, now: Time) {
         if let Some(evicted) = self.messages.pop_front() {
             if let Some(triggers) = &mut self.triggers {
-                triggers.evict();
+                triggers.delivered.pop_front();
             }
             for mark in &self.marks {
                 if mark.next_unread.load(Ordering::Relaxed) <= evicted.seq {

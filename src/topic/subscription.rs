@@ -1,9 +1,9 @@
 //! The end of a topic that a node reads from.
 
 use super::{
-    mark::ReadMark,
     message::{Message, Payload},
     queue::{Bus, Queue},
+    readers::ReadMark,
 };
 use crate::{
     record::TopicRecord,
@@ -30,7 +30,7 @@ use crate::{
 #[derive(Debug)]
 pub struct Subscription<T> {
     pub(super) bus: Arc<Bus<T>>,
-    pub(super) mark: Arc<ReadMark>,
+    pub(crate) mark: Arc<ReadMark>,
     /// Whether its messages trigger the node, which then reads those of its set.
     pub(super) triggers: bool,
 }
@@ -45,7 +45,12 @@ impl<T: Payload> Subscription<T> {
         let mut turn = self.bus.lock();
         let queue = &mut *turn;
         let message = if self.triggers {
-            queue.triggers.as_ref()?.chosen(&self.mark)?.clone()
+            queue
+                .triggers
+                .as_ref()?
+                .reader(&self.mark)?
+                .chosen
+                .clone()?
         } else {
             if queue.transit.is_some() {
                 queue.deliver(now);
@@ -86,10 +91,6 @@ impl<T: Payload> Subscription<T> {
     /// Number of messages evicted before this subscription saw them.
     pub fn dropped(&self) -> u64 {
         self.mark.dropped.load(Ordering::Relaxed)
-    }
-
-    pub(crate) fn mark(&self) -> Arc<ReadMark> {
-        self.mark.clone()
     }
 }
 

@@ -30,20 +30,13 @@ pub struct ReplayAccounts {
 #[derive(Default)]
 struct ReplayQueue {
     /// The messages in flight, by delivery and sequence number.
-    in_flight: BTreeMap<(Time, u64), InFlight>,
+    in_flight: BTreeMap<(Time, u64), Head>,
     /// Sequence number and stamp of the newest delivered message.
     delivered: Option<(u64, Time)>,
     /// Messages lost up to the newest one; `None` before the first.
     dropped: Option<u64>,
     /// Run time of the last reduction of the queue depth.
     shrunk: Time,
-}
-
-/// A message in flight.
-struct InFlight {
-    stamp: Time,
-    /// Whether it goes through a link.
-    link: bool,
 }
 
 impl ReplayAccounts {
@@ -184,22 +177,24 @@ impl ReplayAccounts {
     }
 }
 
+/// Whether a message goes through a link.
+fn is_linked(head: &Head) -> bool {
+    head.arrives != Some(head.at)
+}
+
 impl ReplayQueue {
     fn publish(&mut self, head: &Head, account: &mut TopicAccount) {
-        let (at, stamp) = (head.at, head.stamp);
-        let link = head.arrives != Some(at);
-        let (head, payload) = (*head, &());
+        let (head, link, payload) = (*head, is_linked(head), &());
         account.add(&TopicRecord::Sent {
             head,
             link,
             payload,
         });
         if let Some(arrives) = head.arrives {
-            let key = (arrives, head.seq);
-            self.in_flight.insert(key, InFlight { stamp, link });
+            self.in_flight.insert((arrives, head.seq), head);
         }
-        self.deliver(at, account);
-        self.lose(at, head.dropped, account);
+        self.deliver(head.at, account);
+        self.lose(head.at, head.dropped, account);
     }
 
     /// Delivers the messages that arrive by `now`.
@@ -207,12 +202,12 @@ impl ReplayQueue {
         while let Some(next) = self.in_flight.first_entry()
             && next.key().0 <= now
         {
-            let ((_, seq), message) = next.remove_entry();
-            let overtaken = self.delivered.is_some_and(|(newest, _)| seq < newest);
+            let sent = next.remove();
+            let overtaken = self.delivered.is_some_and(|(newest, _)| sent.seq < newest);
             if !overtaken {
-                self.delivered = Some((seq, message.stamp));
+                self.delivered = Some((sent.seq, sent.stamp));
             }
-            match message.link {
+            match is_linked(&sent) {
                 true => account.add(&TopicRecord::Delivered { overtaken }),
                 false => account.overtaken += u64::from(overtaken),
             }

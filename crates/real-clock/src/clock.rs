@@ -124,7 +124,7 @@ impl RealClock {
         let boards: Vec<Board> = groups.iter().map(|_| Board::default()).collect();
         let post = Arc::new(Post::new(
             nodes,
-            groups.iter().zip(boards.iter().map(Board::mailbox)),
+            groups.iter().zip(boards.iter().map(|board| &board.mailbox)),
         ));
         task_sets.wake_by(post.clone());
         let mut supervisor = Supervisor {
@@ -139,7 +139,8 @@ impl RealClock {
         };
         let noter = log.noter();
         let end = thread::scope(|scope| {
-            let mut shares = CoreShares::default();
+            let (spare, taken) = (spare_cores(), HashMap::new());
+            let mut shares = CoreShares { spare, taken };
             for (group, board) in groups.into_iter().zip(&boards) {
                 let share = group.claim.map(|claim| shares.of(claim));
                 context.spawn(scope, group, board, share);
@@ -200,15 +201,6 @@ struct CoreShares {
     spare: Vec<usize>,
     /// Those of each executor, by its number.
     taken: HashMap<usize, Vec<usize>>,
-}
-
-impl Default for CoreShares {
-    fn default() -> Self {
-        Self {
-            spare: spare_cores(),
-            taken: HashMap::new(),
-        }
-    }
 }
 
 impl CoreShares {

@@ -48,16 +48,18 @@ impl Mailbox {
         self.open().posts
     }
 
-    /// Waits until there are more posts than `seen`.
-    pub(crate) fn wait_past(&self, seen: u64) {
+    /// Waits for the start; `None` for a stop.
+    pub(crate) fn wait_for_start(&self) -> Option<Wall> {
         let mut mail = self.open();
-        while mail.posts == seen {
+        while mail.wall.is_none() && mail.stopped.is_none() {
             let woken = self.bell.wait(mail);
             mail = woken.unwrap_or_else(|poisoned| poisoned.into_inner());
         }
+        // Commands may have come before a stop: they take effect.
+        mail.wall
     }
 
-    /// Waits for that until run time `time` at most.
+    /// Waits until there are more posts than `seen`, until run time `time` at most.
     pub(crate) fn wait_past_until(&self, seen: u64, wall: &Wall, time: Time) {
         let deadline = wall.instant_of(time);
         let mut mail = self.open();

@@ -29,7 +29,7 @@ pub(crate) struct ThreadContext {
 /// What the threads of a task set have in hand.
 #[derive(Default)]
 pub(crate) struct Board {
-    mailbox: Arc<Mailbox>,
+    pub(crate) mailbox: Arc<Mailbox>,
     work: Mutex<WorkInHand>,
 }
 
@@ -39,13 +39,6 @@ struct WorkInHand {
     nodes: BTreeSet<usize>,
     /// Number of threads that keep a core busy for a tick.
     spinning: usize,
-}
-
-impl Board {
-    /// What ends the waits of the threads.
-    pub(crate) fn mailbox(&self) -> &Arc<Mailbox> {
-        &self.mailbox
-    }
 }
 
 /// A thread of the real clock.
@@ -86,27 +79,11 @@ impl WallThread<'_> {
             priority::share_cores(share);
         }
         let _noter = self.log.noter();
-        if let Some(wall) = self.start()
+        if let Some(wall) = self.board.mailbox.wait_for_start()
             && let Some(report) = self.work(&wall)
         {
             // The supervisor holds the receiver until all threads have ended.
             let _ = self.context.reporter.send(report);
-        }
-    }
-
-    /// Waits for the start; `None` for a stop.
-    fn start(&self) -> Option<Wall> {
-        let mailbox = &self.board.mailbox;
-        loop {
-            let seen = mailbox.posts();
-            let mail = mailbox.open();
-            match mail.wall {
-                // Commands may have come before a stop: they take effect.
-                Some(wall) => return Some(wall),
-                None if mail.stopped.is_some() => return None,
-                None => drop(mail),
-            }
-            mailbox.wait_past(seen);
         }
     }
 

@@ -62,11 +62,7 @@ impl TurnFollower for Script {
         self.watch.waits(self.thread, waits);
     }
 
-    fn holds(&self) -> bool {
-        self.watch.holds()
-    }
-
-    fn let_go(&self) {
-        self.watch.let_go();
+    fn is_blocked(&self) {
+        self.watch.let_go_if_held();
     }
 }

@@ -126,7 +126,7 @@ impl Watch {
     /// Ends a run that is held.
     pub fn end(&self) {
         self.state().over = true;
-        self.let_go();
+        self.allow(ALL);
     }
 }
 
@@ -166,7 +166,7 @@ impl Watch {
             state.difference = Some(reason);
         }
         drop(state);
-        self.let_go();
+        self.allow(ALL);
     }
 
     /// Whether the run was given up.
@@ -229,15 +229,12 @@ impl Watch {
         (hold.order, hold.running) = (Some(order), threads);
     }
 
-    /// Whether it holds an overlap now.
-    pub(crate) fn holds(&self) -> bool {
-        let hold = &self.state().hold;
-        hold.order.is_some() && hold.allowed != ALL
-    }
-
-    /// Lets all of the overlap go on.
-    pub(crate) fn let_go(&self) {
-        self.allow(ALL);
+    /// Lets all of the overlap go on, if the run is in it.
+    pub(crate) fn let_go_if_held(&self) {
+        let is_held = self.state().hold.order.is_some();
+        if is_held {
+            self.allow(ALL);
+        }
     }
 
     /// A thread is at the end of the overlap.

@@ -17,13 +17,9 @@ const MOST_ENTRIES: usize = 100_000;
 pub(crate) struct EventOrder(VecDeque<Call>);
 
 impl CallbackOrder for EventOrder {
-    fn due(&mut self, member: usize, _: &mut TaskSetView<'_, '_>) {
-        self.0.push_back(Call::Timer { member });
-    }
-
-    fn arrived(&mut self, member: usize, input: usize, _: &mut TaskSetView<'_, '_>) {
-        if self.0.len() < MOST_ENTRIES {
-            self.0.push_back(Call::Message { member, input });
+    fn released(&mut self, call: Call, _: &mut TaskSetView<'_, '_>) {
+        if matches!(call, Call::Timer { .. }) || self.0.len() < MOST_ENTRIES {
+            self.0.push_back(call);
         }
     }
 

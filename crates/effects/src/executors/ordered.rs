@@ -15,11 +15,9 @@ pub(crate) trait CallbackOrder: Send {
         true
     }
 
-    /// The timer of a node is due: once more, where timers wait in line.
-    fn due(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>);
-
-    /// A message has arrived for a node.
-    fn arrived(&mut self, member: usize, input: usize, task_set: &mut TaskSetView<'_, '_>);
+    /// The timer of a node is due, once more where timers wait in line, or a message has arrived
+    /// for it.
+    fn released(&mut self, call: Call, task_set: &mut TaskSetView<'_, '_>);
 
     /// The callback to call now, if there are one and a thread for it.
     fn next(&mut self, task_set: &mut TaskSetView<'_, '_>) -> Option<Call>;
@@ -125,6 +123,11 @@ impl Ordered {
         ask(&mut *self.order, &mut task_set)
     }
 
+    /// Tells the order of a callback that may be called from now on.
+    fn released(&mut self, call: Call, plan: &mut Timetable<'_>) {
+        self.with_order(plan, |order, task_set| order.released(call, task_set));
+    }
+
     /// Plans the due time of the timer of a node.
     fn release(&mut self, member: usize, plan: &mut Timetable<'_>) {
         let due = self.tasks[member].due();
@@ -163,7 +166,7 @@ impl Ordered {
         self.order.forget(member);
         let waiting = self.tasks[member].queued_timers().len();
         for _ in 0..waiting {
-            self.with_order(plan, |order, task_set| order.due(member, task_set));
+            self.released(Call::Timer { member }, plan);
         }
         if let Some(running) = self.tasks[member].running {
             self.running.push(member);
@@ -178,7 +181,7 @@ impl Ordered {
         if self.order.queues_timers() && !self.tasks[member].queue_timer() {
             plan.skipped(member, 1);
         } else {
-            self.with_order(plan, |order, task_set| order.due(member, task_set));
+            self.released(Call::Timer { member }, plan);
         }
     }
 
@@ -266,9 +269,7 @@ impl Scheduler for Ordered {
             },
             SchedulerEvent::Arrived { member, .. } if self.tasks[member].crashed => {}
             SchedulerEvent::Arrived { member, input } => {
-                self.with_order(plan, |order, task_set| {
-                    order.arrived(member, input, task_set)
-                });
+                self.released(Call::Message { member, input }, plan);
                 plan.look();
             }
             SchedulerEvent::Look => return self.call(plan),

@@ -107,12 +107,8 @@ impl Preemptive {
 }
 
 impl CallbackOrder for Preemptive {
-    fn due(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
-        self.refresh(member, task_set);
-    }
-
-    fn arrived(&mut self, member: usize, _: usize, task_set: &mut TaskSetView<'_, '_>) {
-        self.refresh(member, task_set);
+    fn released(&mut self, call: Call, task_set: &mut TaskSetView<'_, '_>) {
+        self.refresh(call.member(), task_set);
     }
 
     fn next(&mut self, task_set: &mut TaskSetView<'_, '_>) -> Option<Call> {

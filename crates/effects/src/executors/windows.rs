@@ -72,15 +72,16 @@ impl CallbackOrder for WindowOrder {
         false
     }
 
-    fn due(&mut self, member: usize, _: &mut TaskSetView<'_, '_>) {
-        self.ready.insert(Call::Timer { member });
-    }
-
-    fn arrived(&mut self, member: usize, input: usize, task_set: &mut TaskSetView<'_, '_>) {
-        let now = task_set.now();
-        let trigger = task_set.trigger(member);
-        if trigger.is_some_and(|trigger| trigger.oldest_of(input, now).is_some()) {
-            self.ready.insert(Call::Message { member, input });
+    fn released(&mut self, call: Call, task_set: &mut TaskSetView<'_, '_>) {
+        let (now, trigger) = (task_set.now(), task_set.trigger(call.member()));
+        let is_gone = match call {
+            Call::Message { input, .. } => {
+                trigger.is_none_or(|trigger| trigger.oldest_of(input, now).is_none())
+            }
+            _ => false,
+        };
+        if !is_gone {
+            self.ready.insert(call);
         }
     }
 

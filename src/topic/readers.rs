@@ -1,13 +1,34 @@
-//! What a queue keeps for the nodes that its messages trigger.
+//! What a queue keeps for its readers.
 
 use std::collections::VecDeque;
 
-use super::{mark::ReadMark, message::Message};
+use super::message::Message;
 use crate::{
-    sync::Arc,
+    sync::{Arc, atomic::AtomicU64},
     time::Time,
     trigger::{Arrival, Arrivals},
 };
+
+/// Read position and losses of one subscription, written under the lock of the queue only.
+#[derive(Debug, Default)]
+pub(crate) struct ReadMark {
+    /// Sequence number of the oldest unseen message.
+    pub(super) next_unread: AtomicU64,
+    pub(super) dropped: AtomicU64,
+    /// Its place among the readers of the topic in a graph; `None` outside.
+    pub(super) reader: Option<usize>,
+}
+
+impl ReadMark {
+    /// A reader that has seen all messages before number `next`.
+    pub(super) fn new(next: u64, reader: Option<usize>) -> Self {
+        Self {
+            next_unread: AtomicU64::new(next),
+            dropped: AtomicU64::new(0),
+            reader,
+        }
+    }
+}
 
 /// What a queue keeps for the nodes that its messages trigger.
 #[derive(Debug)]
@@ -32,16 +53,6 @@ pub(super) struct TriggerReader<T> {
 }
 
 impl<T> Triggers<T> {
-    /// Adds the delivery of the newest message.
-    pub(super) fn push(&mut self, at: Time) {
-        self.delivered.push_back(at);
-    }
-
-    /// Removes the delivery of the oldest message.
-    pub(super) fn evict(&mut self) {
-        self.delivered.pop_front();
-    }
-
     /// Announces a message that will arrive at run time `at`.
     pub(super) fn announce(&self, at: Time) {
         for (reader, arrival) in self.readers.iter().zip(self.arrivals(at)) {
@@ -59,17 +70,8 @@ impl<T> Triggers<T> {
         })
     }
 
-    /// The message that the subscription with this read position reads.
-    pub(super) fn chosen(&self, mark: &Arc<ReadMark>) -> Option<&Message<T>> {
-        self.reader(mark)?.chosen.as_ref()
-    }
-
-    /// Whether the subscription with this read position triggers its node.
-    pub(super) fn knows(&self, mark: &Arc<ReadMark>) -> bool {
-        self.reader(mark).is_some()
-    }
-
-    fn reader(&self, mark: &Arc<ReadMark>) -> Option<&TriggerReader<T>> {
+    /// The subscription with this read position, if it triggers its node.
+    pub(super) fn reader(&self, mark: &Arc<ReadMark>) -> Option<&TriggerReader<T>> {
         self.readers
             .iter()
             .find(|reader| Arc::ptr_eq(&reader.mark, mark))
