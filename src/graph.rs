@@ -15,7 +15,7 @@ use std::convert::Infallible;
 use thiserror::Error;
 
 pub(crate) use self::control::ControlPlane;
-use self::{control::WiredTopic, new_node::NewNode, wiring::Ends};
+use self::{control::WiredTopic, new_node::NewNode};
 pub use self::{
     topology::{NodeTopology, TopicTopology, Topology},
     wiring::Wiring,
@@ -159,18 +159,15 @@ impl Graph {
     /// # Errors
     /// [`GraphError`] if the name is taken, if two different topics share a name, if the release is
     /// not valid, or if nodes would trigger each other in a circle. The graph is then unchanged.
-    pub fn node<N: Node + 'static, R: TryInto<Release>>(
+    pub fn node<N: Node + 'static, R: TryInto<Release, Error: Into<GraphError>>>(
         &mut self,
         name: &str,
         release: R,
         priority: u32,
         build: impl FnOnce(&mut Wiring<'_>) -> N,
-    ) -> Result<(), GraphError>
-    where
-        GraphError: From<R::Error>,
-    {
-        let new = NewNode::here(name, release.try_into()?, priority);
-        self.add(&new, build).map(drop)
+    ) -> Result<(), GraphError> {
+        let new = NewNode::here(name, release, priority)?;
+        self.add(&new, build)
     }
 
     /// Adds a node as [`Graph::node`] does; a restart calls `build` once more, and sends the
@@ -178,22 +175,19 @@ impl Graph {
     ///
     /// # Errors
     /// As of [`Graph::node`].
-    pub fn restartable_node<N: Node + 'static, R: TryInto<Release>>(
+    pub fn restartable_node<N: Node + 'static, R: TryInto<Release, Error: Into<GraphError>>>(
         &mut self,
         name: &str,
         release: R,
         priority: u32,
         mut build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
         message: Option<&str>,
-    ) -> Result<(), GraphError>
-    where
-        GraphError: From<R::Error>,
-    {
-        let new = NewNode::here(name, release.try_into()?, priority);
-        let ends = self.add(&new, &mut build)?;
+    ) -> Result<(), GraphError> {
+        let new = NewNode::here(name, release, priority)?;
+        self.add(&new, &mut build)?;
         if let Some(slot) = self.slots.last_mut() {
             get_mut(slot).again = Some(Rebuild {
-                build: Box::new(move || Box::new(build(&mut Wiring::again(ends.clone())))),
+                build: Box::new(move |ends| Box::new(build(&mut Wiring::again(ends)))),
                 message: message.map(str::to_owned),
             });
         }
@@ -205,32 +199,29 @@ impl Graph {
     ///
     /// # Errors
     /// As of [`Graph::node`].
-    pub fn remote_node<N: Node + 'static, R: TryInto<Release>>(
+    pub fn remote_node<N: Node + 'static, R: TryInto<Release, Error: Into<GraphError>>>(
         &mut self,
         name: &str,
         release: R,
         priority: u32,
         build: impl FnOnce(&mut Wiring<'_>) -> N,
-    ) -> Result<(), GraphError>
-    where
-        GraphError: From<R::Error>,
-    {
+    ) -> Result<(), GraphError> {
         let wire = |wiring: &mut Wiring<'_>| {
             // Its ends of topics are of no use here, and go at once.
             drop(build(wiring));
             |_: Time| GO_ON
         };
-        let new = NewNode::here(name, release.try_into()?, priority);
+        let new = NewNode::here(name, release, priority)?;
         let remote = true;
-        self.add(&NewNode { remote, ..new }, wire).map(drop)
+        self.add(&NewNode { remote, ..new }, wire)
     }
 
-    /// Adds a node, and returns the ends that it took.
+    /// Adds a node.
     fn add<N: Node + 'static>(
         &mut self,
         new: &NewNode<'_>,
         build: impl FnOnce(&mut Wiring<'_>) -> N,
-    ) -> Result<Ends, GraphError> {
+    ) -> Result<(), GraphError> {
         if self.control.nodes.iter().any(|node| node.name == new.name) {
             return Err(GraphError::DuplicateNode(new.name.to_owned()));
         }
@@ -263,10 +254,9 @@ impl Graph {
         };
         let scheduler = new.release.scheduler(&*self.control.kit, spec);
         self.schedule.add(TaskSet::of(scheduler, member));
-        let (records, outbox) = (ends.records.clone(), ends.outbox.clone());
-        let slot = NodeSlot::new(name, records, node, outbox, fixed, ends.last_tick.clone());
+        let slot = NodeSlot::new(name, node, ends, fixed);
         self.slots.push(Mutex::new(slot));
-        Ok(ends)
+        Ok(())
     }
 
     /// The sink of the graph's records; if it has none, what `make` returns from now on. A graph

@@ -10,7 +10,7 @@ use thiserror::Error;
 
 pub(crate) use self::{
     job::WorkTimes,
-    slot::{Fixed, NodeSlot, Rebuild},
+    slot::{Ends, Fixed, NodeSlot, Rebuild},
 };
 pub use self::{
     job::{Job, JobKind},

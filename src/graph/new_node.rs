@@ -1,7 +1,8 @@
 //! A node that is to be added to a graph.
 
-use super::{topology::NodeTopology, wiring::Ends};
+use super::{GraphError, topology::NodeTopology};
 use crate::{
+    node::Ends,
     scheduling::{Member, Release},
     sync::Arc,
 };
@@ -17,13 +18,20 @@ pub(super) struct NewNode<'a> {
 
 impl<'a> NewNode<'a> {
     /// A node that runs in this process.
-    pub(super) fn here(name: &'a str, release: Release, priority: u32) -> Self {
-        Self {
+    ///
+    /// # Errors
+    /// [`GraphError`] if the release is not valid.
+    pub(super) fn here(
+        name: &'a str,
+        release: impl TryInto<Release, Error: Into<GraphError>>,
+        priority: u32,
+    ) -> Result<Self, GraphError> {
+        Ok(Self {
             name,
-            release,
+            release: release.try_into().map_err(Into::into)?,
             priority,
             remote: false,
-        }
+        })
     }
 
     /// As observers know it, with the indices of the topics that trigger it and the names of its

@@ -3,10 +3,10 @@
 use super::control::WiredTopic;
 use crate::{
     control::knob::KnobKind,
-    node::{Fixed, LastTick},
+    node::{Ends, Fixed, LastTick},
     record::{MeterRecorder, PushRecorder, Records},
     sync::Arc,
-    topic::{Outbox, Payload, Publisher, ReadMark, Subscription, Topic},
+    topic::{Payload, Publisher, ReadMark, Subscription, Topic},
     trigger::{Arrivals, Intake},
 };
 
@@ -51,19 +51,6 @@ pub struct Wiring<'g> {
     /// Where messages that trigger the node are announced; `None` for a node that is built once
     /// more, with the ends that it had.
     arrivals: Option<&'g Arc<Arrivals>>,
-}
-
-/// What a node keeps when it is built once more.
-#[derive(Clone, Default)]
-pub(super) struct Ends {
-    /// The way of its records.
-    pub(super) records: Records,
-    pub(super) outbox: Arc<Outbox>,
-    pub(super) last_tick: Option<LastTick>,
-    /// Names of its measurements.
-    pub(super) meters: Vec<String>,
-    /// The number of the bus of each topic that it reads, with the position there.
-    marks: Vec<(usize, Arc<ReadMark>)>,
 }
 
 impl<'g> Wiring<'g> {

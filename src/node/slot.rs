@@ -1,7 +1,6 @@
 //! A node in a graph: what does the work, on whatever thread.
 
 use std::{
-    any::Any,
     ops::ControlFlow,
     panic::{AssertUnwindSafe, catch_unwind},
     time::Duration,
@@ -17,10 +16,10 @@ use crate::{
     record::{NodeRecord, Records, TickTimes},
     sync::Arc,
     time::Time,
-    topic::Outbox,
+    topic::{Outbox, ReadMark},
 };
 
-/// A node with its outbox and the way of its records.
+/// A node with what it has of the graph.
 pub(crate) struct NodeSlot {
     pub(crate) name: Arc<str>,
     node: Box<dyn Node>,
@@ -28,13 +27,24 @@ pub(crate) struct NodeSlot {
     pub(crate) again: Option<Rebuild>,
     /// The panic while the node obeyed, if there was one.
     panicked: Option<Panicked>,
-    records: Records,
-    outbox: Arc<Outbox>,
+    ends: Ends,
     fixed: Fixed,
     /// The tick that has begun and is not yet over.
     running: Option<RunningTick>,
-    /// Where the node reads how long its last tick took, if it wants to know.
-    last_tick: Option<LastTick>,
+}
+
+/// What a node has of the graph, and keeps when it is built once more.
+#[derive(Clone, Default)]
+pub(crate) struct Ends {
+    /// The way of its records.
+    pub(crate) records: Records,
+    pub(crate) outbox: Arc<Outbox>,
+    /// Where it reads how long its last tick took, if it wants to know.
+    pub(crate) last_tick: Option<LastTick>,
+    /// Names of its measurements.
+    pub(crate) meters: Vec<String>,
+    /// The number of the bus of each topic that it reads, with the position there.
+    pub(crate) marks: Vec<(usize, Arc<ReadMark>)>,
 }
 
 /// A tick that takes run time.
@@ -66,31 +76,23 @@ pub(crate) struct Fixed {
     pub(crate) reason: &'static str,
 }
 
-/// The function that builds a node again, and the message it is sent afterwards.
+/// The function that builds a node again with its former ends, and the message it is sent
+/// afterwards.
 pub(crate) struct Rebuild {
-    pub(crate) build: Box<dyn FnMut() -> Box<dyn Node> + Send>,
+    pub(crate) build: Box<dyn FnMut(Ends) -> Box<dyn Node> + Send>,
     pub(crate) message: Option<String>,
 }
 
 impl NodeSlot {
-    pub(crate) fn new(
-        name: Arc<str>,
-        records: Records,
-        node: Box<dyn Node>,
-        outbox: Arc<Outbox>,
-        fixed: Fixed,
-        last_tick: Option<LastTick>,
-    ) -> Self {
+    pub(crate) fn new(name: Arc<str>, node: Box<dyn Node>, ends: Ends, fixed: Fixed) -> Self {
         Self {
             name,
             node,
             again: None,
             panicked: None,
-            records,
-            outbox,
+            ends,
             fixed,
             running: None,
-            last_tick,
         }
     }
 
@@ -154,9 +156,9 @@ impl NodeSlot {
     /// Begins a tick that takes time: its messages wait for the end.
     fn start(&mut self, now: Time, lateness: Option<Duration>) -> Tick {
         self.record_begin();
-        self.outbox.hold(true);
+        self.ends.outbox.hold(true);
         let outcome = self.begin(|node| node.tick(now));
-        self.outbox.hold(false);
+        self.ends.outbox.hold(false);
         match outcome {
             Ok(flow) => {
                 self.running = Some(RunningTick {
@@ -176,7 +178,7 @@ impl NodeSlot {
 
     /// Ends that tick.
     fn finish(&mut self, now: Time) -> Tick {
-        self.outbox.publish_held(now);
+        self.ends.outbox.publish_held(now);
         let applied = self.guarded(|node| node.apply(now));
         self.record_end();
         applied
@@ -208,23 +210,23 @@ impl NodeSlot {
     /// Forgets that tick, with the messages that it has not released.
     pub(crate) fn abort(&mut self) {
         self.cut_off();
-        self.outbox.clear();
+        self.ends.outbox.clear();
         self.running = None;
     }
 
     #[inline]
     fn took(&self, duration: Duration) {
-        if let Some(last_tick) = &self.last_tick {
+        if let Some(last_tick) = &self.ends.last_tick {
             last_tick.set(duration);
         }
     }
 
     fn record_begin(&self) {
-        self.records.node(|| NodeRecord::Began);
+        self.ends.records.node(|| NodeRecord::Began);
     }
 
     fn record_end(&self) {
-        self.records.node(|| NodeRecord::Ended);
+        self.ends.records.node(|| NodeRecord::Ended);
     }
 
     /// Begins a tick with `work`, or fails after a panic between two ticks.
@@ -237,8 +239,7 @@ impl NodeSlot {
 
     /// Runs `work` and turns a panic into an error.
     fn guarded(&mut self, work: impl FnOnce(&mut dyn Node) -> Tick) -> Tick {
-        let outcome = catch_unwind(AssertUnwindSafe(|| work(&mut *self.node)));
-        outcome.unwrap_or_else(|panic| Err(Box::new(Panicked(panic_message(&*panic)))))
+        caught(|| work(&mut *self.node)).unwrap_or_else(|panicked| Err(panicked.into()))
     }
 
     /// Has the node obey. After a panic its state may be inconsistent, so its next tick
@@ -247,9 +248,7 @@ impl NodeSlot {
         &mut self,
         obey: impl FnOnce(&mut dyn Node) -> Result<String, String>,
     ) -> Result<String, String> {
-        let answer = catch_unwind(AssertUnwindSafe(|| obey(&mut *self.node)));
-        answer.unwrap_or_else(|panic| {
-            let panicked = Panicked(panic_message(&*panic));
+        caught(|| obey(&mut *self.node)).unwrap_or_else(|panicked| {
             let reason = panicked.to_string();
             self.panicked = Some(panicked);
             Err(reason)
@@ -261,8 +260,7 @@ impl NodeSlot {
     /// # Errors
     /// The reason if it cannot.
     pub(crate) fn begin_anew(&mut self) -> Result<(), String> {
-        let began = catch_unwind(AssertUnwindSafe(|| self.rebuild()));
-        began.unwrap_or_else(|panic| Err(Panicked(panic_message(&*panic)).to_string()))?;
+        caught(|| self.rebuild()).unwrap_or_else(|panicked| Err(panicked.to_string()))?;
         self.panicked = None;
         Ok(())
     }
@@ -273,7 +271,7 @@ impl NodeSlot {
         };
         // The ends of a topic are released with their node.
         self.node = Box::new(|_: Time| GO_ON);
-        self.node = (again.build)();
+        self.node = (again.build)(self.ends.clone());
         match &again.message {
             Some(text) => self.node.on_message(text).map(drop),
             None => Ok(()),
@@ -283,7 +281,7 @@ impl NodeSlot {
     /// Records the measurements of a tick, after the node has moved on to the next one.
     #[inline]
     fn record(&self, times: impl FnOnce() -> TickTimes) {
-        self.records.node(|| NodeRecord::Ticked(times()));
+        self.ends.records.node(|| NodeRecord::Ticked(times()));
     }
 
     /// The fault for a tick at `at` that returned an error.
@@ -301,8 +299,11 @@ fn end_of(first: ControlFlow<()>, second: ControlFlow<()>) -> ControlFlow<()> {
     }
 }
 
-fn panic_message(panic: &(dyn Any + Send)) -> String {
-    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
-    text.or_else(|| panic.downcast_ref::<String>().cloned())
-        .unwrap_or_else(|| "without a message".to_owned())
+/// Does some work, and returns a panic in it with its message.
+fn caught<R>(work: impl FnOnce() -> R) -> Result<R, Panicked> {
+    catch_unwind(AssertUnwindSafe(work)).map_err(|panic| {
+        let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+        let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
+        Panicked(text.unwrap_or_else(|| "without a message".to_owned()))
+    })
 }

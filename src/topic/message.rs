@@ -1,6 +1,6 @@
 //! Messages on a topic.
 
-use crate::time::Time;
+use crate::{record::Head, time::Time};
 
 /// A type that a topic can carry: plain data that can be copied to any thread.
 pub trait Payload: Clone + Send + 'static {}
@@ -23,6 +23,16 @@ pub struct Message<T> {
 }
 
 impl<T> Message<T> {
+    /// The message with this `head`.
+    pub fn of(head: &Head, data: T) -> Self {
+        Self {
+            data,
+            stamp: head.stamp,
+            seq: head.seq,
+            origin: head.origin,
+        }
+    }
+
     /// Run time of the sensing behind the value; the message's own stamp if it has no
     /// origin.
     pub fn sensed(&self) -> Time {

@@ -20,20 +20,6 @@ pub struct TapMessage<T> {
     pub head: Head,
 }
 
-impl<T> TapMessage<T> {
-    /// The message with this `head`.
-    pub(crate) fn new(head: &Head, data: T) -> Self {
-        let message = Message {
-            data,
-            stamp: head.stamp,
-            seq: head.seq,
-            origin: head.origin,
-        };
-        let head = *head;
-        Self { message, head }
-    }
-}
-
 /// Receives all items, in order; see [`TapHandle`](super::TapHandle). Ends when the tapped topic
 /// or node is gone. A full tap loses items and counts them under the real clock; in virtual time
 /// the run waits for it, which costs no run time.

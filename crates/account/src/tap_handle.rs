@@ -2,7 +2,7 @@
 
 use std::{any::Any, fmt};
 
-use ratelab::{Graph, Head, Payload, Topic, sync::Arc};
+use ratelab::{Graph, Head, Message, Payload, Topic, sync::Arc};
 
 use super::{
     node::TickRecord,
@@ -28,7 +28,8 @@ impl TapHandle {
     pub fn topic<T: Payload>(&self, topic: &Topic<T>, capacity: usize) -> Tap<TapMessage<T>> {
         let (end, tap) = self.tap(capacity);
         self.listen(topic, move |head, data: &T| {
-            end.offer(TapMessage::new(head, data.clone()))
+            let (message, head) = (Message::of(head, data.clone()), *head);
+            end.offer(TapMessage { message, head })
         });
         tap
     }

@@ -41,7 +41,7 @@ const ROS: ExecutorKind = ExecutorKind {
     has_groups: true,
     has_deadlines: false,
     threads: Threads::Shared,
-    order: Some(by_windows),
+    order: Some(|callbacks, threads| Box::new(WindowOrder::new(callbacks, threads))),
 };
 
 /// A preemptive one.
@@ -82,10 +82,6 @@ static KINDS: [ExecutorKind; 6] = [
         ..ROS
     },
 ];
-
-fn by_windows(callbacks: &[Callback], threads: usize) -> Box<dyn CallbackOrder> {
-    Box::new(WindowOrder::new(callbacks, threads))
-}
 
 /// Decides which of the nodes that are due ticks next, and where. A node without an
 /// executor has a thread of its own, always ready.
