@@ -59,19 +59,9 @@ fn of_topic(summary: &Summary, name: &str) -> String {
     figures.map(|figure| figure.to_string()).join(",")
 }
 
-fn of_nodes(summary: &Summary, kind: &str) -> String {
-    let nodes = ["sensor", "policy", "player", "actuator"];
-    let figures = nodes.map(|node| figure(summary, &format!("{kind} {node}")));
-    figures.join(",")
-}
-
 /// All figures of a run by their names in the file.
 fn figures(summary: &Summary) -> HashMap<&'static str, String> {
-    let verdict = match summary.verdict.name() {
-        "pole_fell" => "fell",
-        "cart_left_rail" => "left_rail",
-        name => name,
-    };
+    let of_nodes = |kind| of_nodes(summary, kind, &["sensor", "policy", "player", "actuator"]);
     let own = summary.figures.iter().map(|figure| {
         let text = match figure.value {
             FigureValue::Count(count) => count.to_string(),
@@ -80,14 +70,14 @@ fn figures(summary: &Summary) -> HashMap<&'static str, String> {
         (figure.name, text)
     });
     let counts = [
-        ("verdict", verdict.to_owned()),
+        ("verdict", golden_verdict(summary)),
         ("sim_time_ns", figure(summary, "end_ns")),
         ("steps", figure(summary, "steps")),
         ("obs", of_topic(summary, "/obs")),
         ("chunk", of_topic(summary, "/chunk")),
         ("action", of_topic(summary, "/action")),
-        ("ticks", of_nodes(summary, "ticks")),
-        ("overruns", of_nodes(summary, "overruns")),
+        ("ticks", of_nodes("ticks")),
+        ("overruns", of_nodes("overruns")),
     ];
     counts.into_iter().chain(own).collect()
 }
@@ -116,11 +106,8 @@ fn run_chunks(config: &Config) -> (HashMap<&'static str, String>, String) {
 
 #[test]
 fn every_reference_run_with_chunks_is_reproduced_to_the_bit() {
-    let more = std::env::var_os("RATELAB_CHUNKS");
-    let more = more.map(|path| std::fs::read_to_string(path).expect("more runs"));
     let mut runs = 0;
-    let blocks = include_str!("../golden/chunks.txt").trim().split("\n\n");
-    for block in blocks.chain(more.iter().flat_map(|more| more.trim().split("\n\n"))) {
+    for block in &golden_blocks(include_str!("../golden/chunks.txt"), "RATELAB_CHUNKS") {
         let line = |kind: &str| {
             let mut lines = block.lines();
             lines.find_map(|line| line.strip_prefix(kind)).expect(kind)

@@ -47,13 +47,8 @@ const FIGURES: [(&str, &str); 8] = [
 
 /// They and the verdict of a run.
 fn figures(run: &RunBytes) -> Vec<(&'static str, String)> {
-    let verdict = match run.summary.verdict.name() {
-        "pole_fell" => "fell",
-        "cart_left_rail" => "left_rail",
-        name => name,
-    };
     let figures = FIGURES.map(|(key, name)| (key, figure(&run.summary, name)));
-    let verdict = ("verdict", verdict.to_owned());
+    let verdict = ("verdict", golden_verdict(&run.summary));
     figures.into_iter().chain([verdict]).collect()
 }
 
@@ -113,12 +108,7 @@ fn honest(block: &str) -> (Config, Fields<'_>, &str) {
 /// The results of a run, in the terms of `honest.txt`.
 fn results(run: &RunBytes, push_age: Option<Saw>) -> Vec<(&'static str, String)> {
     let summary = &run.summary;
-    let of_nodes = |kind: &str| {
-        let nodes = ["sensor", "policy", "actuator"];
-        nodes
-            .map(|node| figure(summary, &format!("{kind} {node}")))
-            .join(",")
-    };
+    let of_nodes = |kind| of_nodes(summary, kind, &["sensor", "policy", "actuator"]);
     let way = |topic| {
         let topic = summary.topic(topic).expect("a topic");
         format!("{},{},{}", topic.lost, topic.overtaken, topic.in_flight())
@@ -137,11 +127,8 @@ fn results(run: &RunBytes, push_age: Option<Saw>) -> Vec<(&'static str, String)>
 
 #[test]
 fn every_reference_run_with_costs_links_and_faults_is_reproduced_to_the_bit() {
-    let more = std::env::var_os("RATELAB_HONEST");
-    let more = more.map(|path| std::fs::read_to_string(path).expect("more runs"));
     let mut runs = 0;
-    let blocks = include_str!("../golden/honest.txt").trim().split("\n\n");
-    for block in blocks.chain(more.iter().flat_map(|more| more.trim().split("\n\n"))) {
+    for block in &golden_blocks(include_str!("../golden/honest.txt"), "RATELAB_HONEST") {
         let (config, got, hash) = honest(block);
         let experiment = experiment(&config);
         let observer = experiment.observer();

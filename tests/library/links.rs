@@ -130,7 +130,10 @@ proptest! {
     #[test]
     fn every_message_on_any_link_is_accounted_for_once(
         spec in almost_link(),
-        (hz, read_hz, keeps) in (5..150u64, 5..120u64, 1..12usize),
+        hz in 5..150u64,
+        // Who reads fast, with a deep queue, reads from the old end all that a link delivers.
+        read_hz in prop_oneof![4 => 5..120u64, 1 => Just(1_000)],
+        keeps in prop_oneof![4 => 1..12usize, 1 => Just(1_000)],
         oldest: bool,
     ) {
         let link = format!("link /test {spec}");
@@ -143,26 +146,6 @@ proptest! {
         let (read, snapshot, arrivals) = bench(9.0, read_hz as f64, &knobs);
         let ways = arrivals.iter().map(|arrives| arrives.map(Time::as_nanos));
         check_ledger(&read, &snapshot, expected((read_hz, keeps, oldest), ways))?;
-    }
-
-    #[test]
-    fn who_reads_fast_and_from_the_old_end_reads_all_that_a_link_delivers(spec in almost_link()) {
-        let link = format!("link /test {spec}");
-        if link.parse::<Knob>().is_err() {
-            return Ok(());
-        }
-        let knobs = format!("{link}; depth /test 1000; read /test oldest");
-        let (read, snapshot, _) = bench(2.0, 1_000.0, &knobs);
-        let topic = snapshot.topic("/test").expect("a topic");
-        let seen: BTreeSet<u64> = read.iter().map(|(_, seq)| *seq).collect();
-        let ways = seen.len() as u64 + topic.overtaken + topic.lost + topic.in_flight();
-        // What a link kept back for long may come so late that the end is before it is read: then
-        // the last two readings are of two messages.
-        let behind = read.is_sorted_by_key(|(_, seq)| *seq)
-            && matches!(&read[..], [.., (_, before), (_, last)] if before != last);
-        prop_assert!(ways == 100 || ways < 100 && behind, "{spec}: {ways}");
-        prop_assert_eq!(topic.dropped(), 0, "{}", spec);
-        prop_assert!(read.is_sorted_by_key(|(_, seq)| *seq));
     }
 }
 

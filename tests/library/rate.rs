@@ -52,21 +52,6 @@ proptest! {
     }
 
     #[test]
-    fn rates_that_meet_at_an_instant_agree_on_it(
-        (a, b) in (rates(), rates()),
-        meeting in 1..1_000u64,
-    ) {
-        // Tick a/g of one rate and b/g of the other are due together, and so are their
-        // multiples.
-        let divisor = gcd(a, b);
-        let (tick_a, tick_b) = (meeting * (a / divisor), meeting * (b / divisor));
-        let at = due(a, tick_a);
-        prop_assert_eq!(at, due(b, tick_b));
-        prop_assert_eq!(first_from(a, at).due(), first_from(b, at).due());
-        prop_assert_eq!(first_from(a, at).due(), at);
-    }
-
-    #[test]
     fn moving_past_a_moment_skips_exactly_the_ticks_before_it(
         (micro, now) in rates().prop_flat_map(|micro| {
             // Also right now.
@@ -99,17 +84,6 @@ proptest! {
         prop_assert!(rate.due() <= now + period.since(Time::ZERO));
         prop_assert!(on_grid(after, last, rate.due()), "anchored elsewhere");
     }
-}
-
-fn gcd(a: u64, b: u64) -> u64 {
-    if b == 0 { a } else { gcd(b, a % b) }
-}
-
-/// A rate from zero, moved on to its first tick at or after `time`.
-fn first_from(micro: u64, time: Time) -> Rate {
-    let mut rate = Rate::new(micro_hz(micro), Time::ZERO);
-    rate.advance_past(time);
-    rate
 }
 
 /// Whether `time` is a whole number of periods after `anchor`.

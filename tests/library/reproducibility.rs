@@ -18,38 +18,15 @@ fn run_live(config: &Config, person: impl FnOnce(Sender<Command>) + Send) -> Run
     })
 }
 
-/// Every message of the cart-pole under `timed` commands, headless.
+/// Every message of such an experiment under `timed` commands, as fast as it goes.
 fn replay(config: &Config, timed: Vec<TimedCommand>) -> Vec<u8> {
-    let plant = SharedPlant::new(Plant::new(config.seed).expect("plant"));
-    let setup = &config.setup;
-    let rate = |node| setup.rate(node).unwrap_or(hz(CONTROL_HZ));
-    let depth = |topic| setup.depth(topic).unwrap_or(Depth::ONE);
-    let observations = Topic::new(OBS, depth(OBS));
-    let actions = Topic::new(ACTION, depth(ACTION));
-    let steps = Topic::new(STATE, Depth::ONE);
-    let mut graph = Graph::new();
-    let sensor = graph.node(SENSOR, rate(SENSOR), 0, |wiring| Sensor {
-        plant: plant.clone(),
-        observations: wiring.publisher(&observations),
-        similar: SimilarReadings::default(),
+    let speed = Speed::Unlimited;
+    let mut again = experiment(&Config {
+        speed,
+        ..config.clone()
     });
-    let policy = graph.node(POLICY, rate(POLICY), 1, |wiring| PolicyNode {
-        policy: policy(config),
-        observations: wiring.subscription(&observations),
-        actions: wiring.publisher(&actions),
-    });
-    let actuator = graph.node(ACTUATOR, rate(ACTUATOR), 2, |wiring| {
-        Actuator::wired(wiring, plant.clone(), &actions, Some(&steps))
-    });
-    sensor.and(policy).and(actuator).expect("graph");
-    let (taps, room) = (TapHandle::of(&graph), 1_000_000);
-    let observed = taps.topic(&observations, room);
-    let decided = taps.topic(&actions, room);
-    let stepped = taps.topic(&steps, room);
-    let (_, mut inbox) = Inbox::new(timed);
-    let exit = VirtualClock.run(&mut graph, &mut inbox, config.end);
-    exit.expect("no fault");
-    message_bytes(&tapped(&observed), &tapped(&decided), &tapped(&stepped))
+    again.schedule(timed);
+    collect(again).bytes()
 }
 
 fn replayable(events: &[Event]) -> Vec<TimedCommand> {
@@ -142,12 +119,6 @@ fn timed_knobs_and_live_commands_replay_together() {
     let events = &live.summary.events;
     assert!(applied(events).contains(&(secs(1.0), command("rate policy 20"))));
     assert!(live.bytes() == replay(&live_config(), replayable(events)));
-}
-
-#[test]
-fn the_graph_of_an_experiment_is_the_one_that_replays_it() {
-    let config = config("control-hz 15");
-    assert!(run_bytes(&config).bytes() == replay(&config, Vec::new()));
 }
 
 #[test]

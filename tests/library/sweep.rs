@@ -102,20 +102,6 @@ fn is_alone(cell: &Cell, outcome: &CellResult, config: Config) {
 }
 
 #[test]
-fn a_cell_equals_a_separate_run_to_the_bit() {
-    let mut compared = 0;
-    for (cell, outcome) in CLIFF.finished().step_by(37) {
-        is_alone(
-            &cell,
-            outcome,
-            config(&format!("control-hz {}", rate(&cell))),
-        );
-        compared += 1;
-    }
-    assert!(compared > 150);
-}
-
-#[test]
 fn a_cell_of_any_knob_is_the_run_that_it_would_be_alone_to_the_bit() {
     const AXES: [(&str, &str); 4] = [
         ("link /action delay:{}", "0..90:30"),

@@ -45,3 +45,25 @@ pub fn check(case: &str, summary: &Summary, figures: &str) {
         assert_eq!(found, expected, "{case}: {:?}", summary.verdict);
     }
 }
+
+/// A figure of several nodes, as a file in `tests/golden/` has them.
+pub fn of_nodes(summary: &Summary, kind: &str, nodes: &[&str]) -> String {
+    let nodes = nodes.iter();
+    let figures = nodes.map(|node| figure(summary, &format!("{kind} {node}")));
+    figures.collect::<Vec<_>>().join(",")
+}
+
+/// The verdict of a run, as such a file calls it.
+pub fn golden_verdict(summary: &Summary) -> String {
+    let name = summary.verdict.name().replace("pole_fell", "fell");
+    name.replace("cart_left_rail", "left_rail")
+}
+
+/// The blocks of such a file, and of the one that the variable `more` of the environment names.
+pub fn golden_blocks(known: &str, more: &str) -> Vec<String> {
+    let more = std::env::var_os(more);
+    let more = more.map(|path| std::fs::read_to_string(path).expect("more runs"));
+    let blocks = [known].into_iter().chain(more.as_deref());
+    let blocks = blocks.flat_map(|text| text.trim().split("\n\n"));
+    blocks.map(str::to_owned).collect()
+}
