@@ -45,35 +45,24 @@ pub fn bump(counter: &AtomicU64) {
     counter.store(counter.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
 }
 
-/// Waits for `condvar` while the `guard` of this `mutex` is open, at most so long.
-#[cfg(not(feature = "model"))]
-pub fn wait_timeout<'m, T>(
-    condvar: &Condvar,
-    _: &'m Mutex<T>,
-    guard: MutexGuard<'m, T>,
-    timeout: Duration,
-) -> MutexGuard<'m, T> {
-    match condvar.wait_timeout(guard, timeout) {
-        Ok((guard, _)) => guard,
-        Err(poisoned) => poisoned.into_inner().0,
-    }
-}
-
-/// The model's condition variables have no time-out, but its wall clock advances with
-/// every read: only a long wait is one.
-#[cfg(feature = "model")]
+/// Waits for `condvar` while the `guard` of this `mutex` is open, at most so long. The model's
+/// condition variables have no time-out, but its wall clock advances with every read: only a
+/// long wait is one.
 pub fn wait_timeout<'m, T>(
     condvar: &Condvar,
     mutex: &'m Mutex<T>,
     guard: MutexGuard<'m, T>,
     timeout: Duration,
 ) -> MutexGuard<'m, T> {
-    if timeout > Duration::from_secs(3600) {
-        return condvar.wait(guard).expect("no panic");
+    if cfg!(feature = "model") && timeout <= Duration::from_secs(3600) {
+        drop(guard);
+        thread::yield_now();
+        return lock(mutex);
     }
-    drop(guard);
-    thread::yield_now();
-    lock(mutex)
+    match condvar.wait_timeout(guard, timeout) {
+        Ok((guard, _)) => guard,
+        Err(poisoned) => poisoned.into_inner().0,
+    }
 }
 
 /// Keeps a core busy for about a microsecond.
@@ -84,25 +73,19 @@ pub fn spin() {
     thread::yield_now();
 }
 
-/// Spawns a scoped thread that debuggers show under its node's name.
-#[cfg(not(feature = "model"))]
+/// Spawns a scoped thread that debuggers show under its node's name. The model's threads have no
+/// names and are unlimited.
 pub fn spawn_named<'scope>(
     scope: &'scope thread::Scope<'scope, '_>,
     name: &str,
     run: impl FnOnce() + Send + 'scope,
 ) -> std::io::Result<()> {
+    #[cfg(not(feature = "model"))]
     let thread = thread::Builder::new().name(name.to_owned());
-    thread.spawn_scoped(scope, run).map(drop)
-}
-
-/// The model's threads have no names and are unlimited.
-#[cfg(feature = "model")]
-pub fn spawn_named<'scope>(
-    scope: &'scope thread::Scope<'scope, '_>,
-    _: &str,
-    run: impl FnOnce() + Send + 'scope,
-) -> std::io::Result<()> {
-    scope.spawn(run);
+    #[cfg(not(feature = "model"))]
+    thread.spawn_scoped(scope, run)?;
+    #[cfg(feature = "model")]
+    let _ = (name, scope.spawn(run));
     Ok(())
 }
 

@@ -135,19 +135,15 @@ pub struct TimeError(f64);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(try_from = "f64", into = "f64")]
-pub struct Hz {
-    micro: u64,
-}
+pub struct Hz(u64);
 
 impl Hz {
     /// The slowest rate: one tick in a thousand seconds.
-    pub const MIN: Self = Self { micro: 1_000 };
+    pub const MIN: Self = Self(1_000);
 
     /// The fastest rate: 10 kHz, about the limit at which a general-purpose kernel wakes
     /// a thread on time.
-    pub const MAX: Self = Self {
-        micro: 10_000_000_000,
-    };
+    pub const MAX: Self = Self(10_000_000_000);
 
     /// Validates a rate in ticks per second.
     ///
@@ -157,10 +153,8 @@ impl Hz {
     pub fn new(hz: f64) -> Result<Self, HzError> {
         let micro = (hz * 1e6).round();
         // A NaN fails both comparisons and is refused.
-        if micro >= Self::MIN.micro as f64 && micro <= Self::MAX.micro as f64 {
-            Ok(Self {
-                micro: micro as u64,
-            })
+        if micro >= Self::MIN.0 as f64 && micro <= Self::MAX.0 as f64 {
+            Ok(Self(micro as u64))
         } else {
             Err(HzError(hz.to_string()))
         }
@@ -168,23 +162,23 @@ impl Hz {
 
     /// Ticks per second.
     pub fn get(self) -> f64 {
-        self.micro as f64 / 1e6
+        self.0 as f64 / 1e6
     }
 
     /// Whole microhertz.
     pub const fn as_micro(self) -> u64 {
-        self.micro
+        self.0
     }
 
     /// Creates a rate from a value that came from [`Hz::as_micro`].
     pub const fn from_micro(micro: u64) -> Self {
-        Self { micro }
+        Self(micro)
     }
 
     /// One period, rounded down to a nanosecond. For display and reference lines only:
     /// deadlines come from [`Rate`](crate::Rate), which rounds once.
     pub const fn period(self) -> Duration {
-        Duration::from_nanos(NANOS * 1_000_000 / self.micro)
+        Duration::from_nanos(NANOS * 1_000_000 / self.0)
     }
 }
 

@@ -18,44 +18,36 @@ pub struct Obeyed {
 /// Carries out a command that needs no node, as both clocks do.
 pub(super) fn obey(control: &mut ControlPlane, command: &Command, at: Time) -> Obeyed {
     let kind = control.status.clock;
-    let was = match command {
-        Command::Set(knob) => match control.turn(knob, at) {
-            Ok(before) => Some(before),
-            Err(reason) => return refuse(control, command, at, &reason),
-        },
+    let refused = |reason: &str| Err(reason.to_owned());
+    let answer = match command {
+        Command::Set(knob) => control.turn(knob, at).map(Some),
         Command::Pause | Command::HandOver(_) if control.is_part() => {
-            let reason = "its nodes run in several processes, which share the wall's time";
-            return refuse(control, command, at, reason);
+            refused("its nodes run in several processes, which share the wall's time")
         }
-        Command::Pause => {
-            control.update(|status| status.paused = true);
-            None
-        }
-        Command::Resume => {
-            control.update(|status| status.paused = false);
-            None
-        }
-        Command::Speed(_) | Command::Step if kind == ClockKind::Real => {
-            let reason =
-                "the real clock knows one speed, that of the wall; hand over to the virtual clock";
-            return refuse(control, command, at, reason);
+        Command::Speed(_) | Command::Step if kind == ClockKind::Real => refused(
+            "the real clock knows one speed, that of the wall; hand over to the virtual clock",
+        ),
+        Command::HandOver(next) if *next == kind => refused("it runs under that clock already"),
+        Command::Pause | Command::Resume => {
+            control.update(|status| status.paused = *command == Command::Pause);
+            Ok(None)
         }
         Command::Speed(speed) => {
             let before = control.status.speed;
             control.update(|status| status.speed = *speed);
-            Some(before.to_string())
+            Ok(Some(before.to_string()))
         }
-        Command::HandOver(next) if *next == kind => {
-            return refuse(control, command, at, "it runs under that clock already");
-        }
-        Command::Step | Command::HandOver(_) | Command::Stop => None,
+        Command::Step | Command::HandOver(_) | Command::Stop => Ok(None),
     };
-    Obeyed {
-        event: control.state.applied(at, command, was),
-        exit: match command {
-            Command::Stop => Some(ClockExit::Stopped),
-            Command::HandOver(next) => Some(ClockExit::HandedOver(*next)),
-            _ => None,
+    match answer {
+        Err(reason) => refuse(control, command, at, &reason),
+        Ok(was) => Obeyed {
+            event: control.state.applied(at, command, was),
+            exit: match command {
+                Command::Stop => Some(ClockExit::Stopped),
+                Command::HandOver(next) => Some(ClockExit::HandedOver(*next)),
+                _ => None,
+            },
         },
     }
 }

@@ -33,26 +33,4 @@ impl RecordedEvents {
             _ => None,
         }
     }
-
-    /// The commands under the real clock.
-    pub(crate) fn commands_mut(&mut self) -> impl Iterator<Item = &mut Command> {
-        let known = &self.known;
-        let events = self.all.iter_mut().enumerate();
-        let events = events.filter(|(index, _)| known.contains(index));
-        events.filter_map(|(_, event)| match &mut event.what {
-            EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => {
-                Some(command)
-            }
-            _ => None,
-        })
-    }
-
-    /// Refuses those again that were refused and that `of` selects.
-    pub(crate) fn expect_refusals(&mut self, of: impl Fn(&Command) -> bool) {
-        let was_refused = |index: &&usize| match &self.all[**index].what {
-            EventKind::Refused { command, .. } => of(command),
-            _ => false,
-        };
-        self.refused = self.known.iter().filter(was_refused).copied().collect();
-    }
 }

@@ -25,7 +25,6 @@ mod coder;
 mod entry;
 mod events;
 mod log;
-mod overlap;
 mod plan;
 mod players;
 mod rerun;
@@ -35,7 +34,7 @@ mod section;
 mod watch;
 
 pub use log::{Log, LogError, LogPosition};
-pub use overlap::{Overlap, OverlapOperation};
 pub use rerun::Rerun;
 pub use run_log::RunLog;
+pub use section::{Overlap, OverlapOperation};
 pub use watch::{BusyNode, Doing, Watch};

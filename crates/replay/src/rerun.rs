@@ -3,16 +3,15 @@
 use std::collections::{BTreeSet, VecDeque};
 
 use ratelab::{
-    Arrival, Clock, ClockExit, ClockKind, Command, End, Entries, Entry, Event, Fault, Graph, Inbox,
-    Obeyed, Time, Topology, Wake, note_end, obey_at_rest, sync::Arc,
+    Arrival, Clock, ClockExit, ClockKind, Command, End, Entries, Entry, Event, EventKind, Fault,
+    Graph, Inbox, Obeyed, Time, Topology, Wake, note_end, obey_at_rest, sync::Arc,
 };
 
 use super::{
     events::RecordedEvents,
     log::{Log, LogError},
-    overlap::Overlap,
     players::{Players, RunView, refuse_again},
-    section::{Section, SectionReader, Stretch},
+    section::{Overlap, Section, SectionReader, Stretch},
     watch::Watch,
 };
 
@@ -111,13 +110,26 @@ impl Rerun {
     /// The commands under the real clock that have yet to be carried out, to be loaded
     /// with what they need.
     pub fn commands_mut(&mut self) -> impl Iterator<Item = &mut Command> {
-        self.events.commands_mut()
+        let known = &self.events.known;
+        let events = self.events.all.iter_mut().enumerate();
+        let events = events.filter(|(index, _)| known.contains(index));
+        events.filter_map(|(_, event)| match &mut event.what {
+            EventKind::Applied { command, .. } | EventKind::Refused { command, .. } => {
+                Some(command)
+            }
+            _ => None,
+        })
     }
 
     /// Refuses those commands again, for the recorded reason, that were refused and that
     /// `of` selects: a file that was missing may be there now.
     pub fn expect_refusals(&mut self, of: impl Fn(&Command) -> bool) {
-        self.events.expect_refusals(of);
+        let RecordedEvents { all, known, .. } = &self.events;
+        let was_refused = |index: &&usize| match &all[**index].what {
+            EventKind::Refused { command, .. } => of(command),
+            _ => false,
+        };
+        self.events.refused = known.iter().filter(was_refused).copied().collect();
     }
 
     /// Gives every node a thread of its own, which pauses for a random time before each
