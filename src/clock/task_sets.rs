@@ -111,11 +111,6 @@ impl TaskSets<'_> {
         let here = self.all.iter().filter(|schedule| schedule.threads > 0);
         here.map(group).collect()
     }
-
-    /// The threads that nodes have, each with the index of the node that it is numbered by.
-    pub fn threads(&self) -> impl Iterator<Item = (usize, Worker<'_>)> {
-        self.groups().into_iter().flat_map(|group| group.workers)
-    }
 }
 
 /// The threads of a task set.

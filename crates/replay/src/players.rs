@@ -73,7 +73,8 @@ impl<'a> Players<'a> {
         supervision: Supervision<'a>,
     ) -> Self {
         run.state.begin_threads(threads.len() - 1);
-        let workers = task_sets.threads();
+        let groups = task_sets.groups().into_iter();
+        let workers = groups.flat_map(|group| group.workers);
         let workers = workers.map(|(node, worker)| (node + 1, Role::Worker(worker)));
         let supervisor = [(0, Role::Supervisor(supervision))];
         let mut roles: BTreeMap<usize, Role<'a>> = supervisor.into_iter().chain(workers).collect();

@@ -102,7 +102,11 @@ impl Dispatch for Dispatcher {
                 Joined::Together(Box::new(Ordered::new(tasks, order)))
             }
             None => {
-                let apart = tasks.into_iter().map(|task| boxed(Own::logical(task)));
+                let apart = tasks.into_iter().map(|task| {
+                    let mut own = Own::new(task);
+                    own.is_let = true;
+                    boxed(own)
+                });
                 Joined::Apart(apart.collect())
             }
         }

@@ -2,10 +2,7 @@
 
 use ratelab::{Job, JobKind, Knob, Phase, Scheduler, SchedulerEvent, TaskState, Time, Timetable};
 
-use crate::{
-    nodes::task::{Task, moves_due_times},
-    triggers::trigger::Trigger,
-};
+use crate::nodes::task::{Task, moves_due_times};
 
 /// Decides which released callback is called now. Its nodes are known by their number in the
 /// order of registration.
@@ -56,37 +53,10 @@ impl Call {
 
 /// The nodes at an instant, as an order sees them.
 pub(crate) struct TaskSetView<'a, 't> {
-    tasks: &'a mut [Task],
+    pub(crate) tasks: &'a mut [Task],
     /// The nodes that are being executed.
     pub(crate) running: &'a [usize],
-    plan: &'a mut Timetable<'t>,
-}
-
-impl TaskSetView<'_, '_> {
-    /// Run time.
-    pub(crate) fn now(&self) -> Time {
-        self.plan.now()
-    }
-
-    /// The schedule of a node.
-    pub(crate) fn task(&mut self, member: usize) -> &mut Task {
-        &mut self.tasks[member]
-    }
-
-    /// Priority of a node.
-    pub(crate) fn priority(&self, member: usize) -> u32 {
-        self.plan.priority(member)
-    }
-
-    /// The topics that trigger a node.
-    pub(crate) fn trigger(&self, member: usize) -> Option<&Trigger> {
-        self.tasks[member].trigger.as_ref()
-    }
-
-    /// Plans the end of a node's tick.
-    pub(crate) fn end_at(&mut self, member: usize, at: Time) {
-        self.plan.alarm(at, Phase::End, member);
-    }
+    pub(crate) plan: &'a mut Timetable<'t>,
 }
 
 /// The scheduler of an executor.

@@ -7,7 +7,7 @@
 
 use std::{collections::BTreeSet, time::Duration};
 
-use ratelab::Time;
+use ratelab::{Phase, Time};
 
 use super::{
     callback::Callback,
@@ -67,8 +67,8 @@ impl Preemptive {
 
     /// Finds the first job of a node again, unless that has begun.
     fn refresh(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
-        let (now, CoreTask { deadline, key }) = (task_set.now(), &self.tasks[member]);
-        let task = task_set.task(member);
+        let (now, CoreTask { deadline, key }) = (task_set.plan.now(), &self.tasks[member]);
+        let task = &mut task_set.tasks[member];
         let next = match task.running {
             Some(_) if key.is_some() => return,
             Some(running) => {
@@ -82,7 +82,7 @@ impl Preemptive {
         };
         let key = next.map(|(released, period)| JobKey {
             urgency: match self.urgency {
-                Urgency::Priority => task_set.priority(member).into(),
+                Urgency::Priority => task_set.plan.priority(member).into(),
                 Urgency::Deadline => deadline.map_or(period, |d| released + d).as_nanos(),
             },
             released,
@@ -112,11 +112,11 @@ impl CallbackOrder for Preemptive {
     }
 
     fn next(&mut self, task_set: &mut TaskSetView<'_, '_>) -> Option<Call> {
-        let (now, urgent) = (task_set.now(), self.urgent());
+        let (now, urgent) = (task_set.plan.now(), self.urgent());
         let others = (0..self.tasks.len()).filter(|member| !urgent.contains(member));
-        others.for_each(|member| task_set.task(member).suspend(now));
+        others.for_each(|member| task_set.tasks[member].suspend(now));
         for member in urgent {
-            let task = task_set.task(member);
+            let task = &mut task_set.tasks[member];
             if task.running.is_none() {
                 return Some(match task.queued_timers().len() {
                     0 => Call::Messages { member },
@@ -124,7 +124,7 @@ impl CallbackOrder for Preemptive {
                 });
             }
             if let Some(ends) = task.resume(now) {
-                task_set.end_at(member, ends);
+                task_set.plan.alarm(ends, Phase::End, member);
             }
         }
         None

@@ -73,11 +73,11 @@ impl CallbackOrder for WindowOrder {
     }
 
     fn released(&mut self, call: Call, task_set: &mut TaskSetView<'_, '_>) {
-        let (now, trigger) = (task_set.now(), task_set.trigger(call.member()));
+        let (now, trigger) = (task_set.plan.now(), &task_set.tasks[call.member()].trigger);
         let is_gone = match call {
-            Call::Message { input, .. } => {
-                trigger.is_none_or(|trigger| trigger.oldest_of(input, now).is_none())
-            }
+            Call::Message { input, .. } => trigger
+                .as_ref()
+                .is_none_or(|trigger| trigger.oldest_of(input, now).is_none()),
             _ => false,
         };
         if !is_gone {
@@ -102,8 +102,8 @@ impl CallbackOrder for WindowOrder {
 
     /// A subscription whose last message was taken is ready no more.
     fn called(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
-        let now = task_set.now();
-        if let Some(trigger) = task_set.trigger(member) {
+        let now = task_set.plan.now();
+        if let Some(trigger) = &task_set.tasks[member].trigger {
             let inputs = 0..trigger.inputs();
             for input in inputs.filter(|input| trigger.oldest_of(*input, now).is_none()) {
                 self.ready.remove(&Call::Message { member, input });

@@ -11,7 +11,7 @@ use super::task::{Task, moves_due_times};
 pub(crate) struct Own {
     pub(crate) task: Task,
     /// Whether a tick lasts to the end of its period: logical execution time.
-    is_let: bool,
+    pub(crate) is_let: bool,
     /// A due tick that has not started yet.
     waiting: Option<Waiting>,
 }
@@ -29,15 +29,6 @@ impl Own {
             task,
             is_let: false,
             waiting: None,
-        }
-    }
-
-    /// The same with its outputs at the end of the period.
-    pub(crate) fn logical(task: Task) -> Self {
-        let is_let = true;
-        Self {
-            is_let,
-            ..Self::new(task)
         }
     }
 
