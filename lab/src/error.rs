@@ -115,6 +115,16 @@ impl Error {
         ))
     }
 
+    /// An error if only `done` of `all` are done, such as `runs`, because somebody asked for a stop.
+    pub fn if_stopped(done: usize, all: usize, what: &str) -> Result<(), Self> {
+        if done == all {
+            return Ok(());
+        }
+        Err(Self::Unfinished(format!(
+            "stopped after {done} of {all} {what}: the result is of these"
+        )))
+    }
+
     /// An error for a damaged recording, of which only the intact part was read.
     pub fn if_damaged(recording: &Recording) -> Result<(), Self> {
         match recording.defect() {

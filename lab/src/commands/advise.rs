@@ -15,7 +15,7 @@ use crate::{
     cli::AdviseArgs,
     error::Error,
     options::{self, Defaults},
-    output::{ProgressLine, print_data, print_line},
+    output::{ProgressLine, print_result},
     program::Program,
     signals,
 };
@@ -67,10 +67,8 @@ pub fn advise(program: &Program, args: &AdviseArgs) -> Result<(), Error> {
         measured.extend(both);
         sort(&mut measured);
     }
-    match args.json {
-        true => print_data(&format!("{:#}", text::json(&base, &measured)))?,
-        false => print_line(&text::of(program, &base, &measured))?,
-    }
+    let advice = text::of(program, &base, &measured);
+    print_result(args.json, &text::json(&base, &measured), &advice)?;
     match advisor.interrupt.is_asked() {
         true => Err(Error::Unfinished(format!(
             "stopped after {} runs: the result is of these",

@@ -3,7 +3,7 @@
 mod limits;
 mod results;
 
-use std::{num::NonZeroUsize, ops::ControlFlow};
+use std::{collections::BTreeMap, num::NonZeroUsize, ops::ControlFlow};
 
 use ratelab::Interrupt;
 use ratelab_study::experiment::{Config, Experiment, parallel::in_parallel, sweep::all_cores};
@@ -13,7 +13,7 @@ use crate::{
     cli::CheckArgs,
     error::Error,
     options::{self, Defaults},
-    output::{OutputFile, OutputKind, ProgressLine, print_data, print_line},
+    output::{OutputFile, OutputKind, ProgressLine, print_result},
     program::Program,
     signals,
     summary::{json, text::ReportContext},
@@ -40,20 +40,12 @@ pub fn check(program: &Program, args: &CheckArgs) -> Result<(), Error> {
     let threads = args.threads.unwrap_or_else(all_cores);
     let runs = runs(program, &config, &seeds, threads, &interrupt, &bar)?;
     drop(bar);
-    let done = runs.len();
     let results = compare(program, &runs)?;
     if let Some(junit) = junit {
         junit.write(results.junit().as_bytes())?;
     }
-    match args.json {
-        true => print_data(&format!("{:#}", results.json()))?,
-        false => print_line(&results.text(config.end))?,
-    }
-    if done < seeds.len() {
-        let all = seeds.len();
-        let text = format!("stopped after {done} of {all} runs: the result is of these");
-        return Err(Error::Unfinished(text));
-    }
+    print_result(args.json, &results.json(), &results.text(config.end))?;
+    Error::if_stopped(runs.len(), seeds.len(), "runs")?;
     results.outcome()
 }
 
@@ -66,8 +58,7 @@ fn runs(
     interrupt: &Interrupt,
     bar: &ProgressLine,
 ) -> Result<Vec<CheckedRun>, Error> {
-    let mut runs: Vec<Option<CheckedRun>> = seeds.iter().map(|_| None).collect();
-    let mut failed = None;
+    let mut runs = BTreeMap::new();
     let work = |index: usize| {
         let mut config = config.clone();
         config.seed = seeds[index];
@@ -75,17 +66,13 @@ fn runs(
     };
     in_parallel(threads, seeds.len(), work, |index, outcome| {
         bar.advance();
-        match outcome {
-            Ok(run) => runs[index] = Some(run),
-            Err(error) => {
-                interrupt.ask();
-                failed.get_or_insert(error);
-                return ControlFlow::Break(());
-            }
+        if outcome.is_err() {
+            interrupt.ask();
         }
+        runs.insert(index, outcome);
         ControlFlow::Continue(())
     });
-    failed.map_or_else(|| Ok(runs.into_iter().flatten().collect()), Err)
+    runs.into_values().collect()
 }
 
 /// The run of `config`; `None` if the `interrupt` stopped it.
@@ -99,10 +86,7 @@ fn run(
     let summary = experiment.run_until(interrupt)?;
     Ok(summary.map(|summary| CheckedRun {
         seed: summary.config.seed,
-        lost: summary
-            .verdict
-            .is_lost()
-            .then(|| summary.verdict.to_string()),
+        verdict: summary.verdict,
         metrics: json::of(&**system, &summary, &ReportContext::default()),
     }))
 }

@@ -28,7 +28,7 @@ use session::GradedRun;
 use crate::{
     cli::GradeArgs,
     error::Error,
-    output::{OutputKind, print_data, print_line, write_whole},
+    output::{OutputKind, print_result, write_whole},
     program::Program,
     signals,
 };
@@ -62,9 +62,8 @@ pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {
             None => break,
         }
     }
-    let stopped = graded.len() < all;
     flags::find(&mut graded, roster.as_ref());
-    if let Some(file) = args.csv.as_ref().filter(|_| !stopped) {
+    if let Some(file) = args.csv.as_ref().filter(|_| graded.len() == all) {
         let rows = rows::csv(&graded);
         write_whole(
             "--csv",
@@ -74,16 +73,10 @@ pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {
             rows.as_bytes(),
         )?;
     }
-    match args.json {
-        true => print_data(&format!("{:#}", rows::json(&graded, &measured))),
-        false => print_line(&table::text(&graded, &measured, roster.as_ref())),
-    }?;
-    if stopped {
-        let graded = graded.len();
-        let why = format!("stopped after {graded} of {all} hand-ins: the result is of these");
-        return Err(Error::Unfinished(why));
-    }
+    let table = table::text(&graded, &measured, roster.as_ref());
+    print_result(args.json, &rows::json(&graded, &measured), &table)?;
     let of = graded.len();
+    Error::if_stopped(of, all, "hand-ins")?;
     match graded.iter().filter(|graded| !graded.is_accepted()).count() {
         0 => Ok(()),
         refused => Err(Error::Unfinished(format!(

@@ -16,7 +16,7 @@ use crate::{
     cli::HuntArgs,
     error::Error,
     options::{self, Defaults},
-    output::{OutputFile, print_data, print_line, print_recorded, refuse_existing},
+    output::{OutputFile, print_line, print_recorded, print_result, refuse_existing},
     program::Program,
     results::{read_topics, record},
     signals,
@@ -47,11 +47,9 @@ pub fn hunt(program: &Program, args: &HuntArgs) -> Result<(), Error> {
         Hunted::Held { runs, stopped } => print_held(program, args, runs, stopped),
         Hunted::Lost(found) => {
             let config = hunt.with(&found.knobs);
-            if args.json {
-                print_data(&format!("{:#}", text::json(&*program.system, &found)))?;
-            } else {
-                print_line(&text::outcome(&*program.system, &found))?;
-            }
+            let system = &*program.system;
+            let outcome = text::outcome(system, &found);
+            print_result(args.json, &text::json(system, &found), &outcome)?;
             write(program, args, &found, &config)
         }
     }
@@ -82,19 +80,14 @@ fn last_read(program: &Program, config: &Config) -> Result<String, Error> {
 
 fn print_held(program: &Program, args: &HuntArgs, runs: usize, stopped: bool) -> Result<(), Error> {
     let good = good(&*program.system);
-    if args.json {
-        return print_data(&format!(
-            "{:#}",
-            json!({ "found": false, "lists_tried": runs, "stopped": stopped })
-        ));
-    }
-    let text = match (runs, stopped) {
-        (_, true) => format!("nothing in the {runs} lists of faults tried until the stop"),
-        (_, false) => format!(
+    let data = json!({ "found": false, "lists_tried": runs, "stopped": stopped });
+    let text = match stopped {
+        true => format!("nothing in the {runs} lists of faults tried until the stop"),
+        false => format!(
             "none of {runs} lists of faults is enough: the run {good} with each; allow more"
         ),
     };
-    print_line(&line("found", &text))
+    print_result(args.json, &data, &line("found", &text))
 }
 
 /// Writes the requested files.

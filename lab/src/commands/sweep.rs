@@ -47,12 +47,7 @@ pub fn sweep(program: &Program, args: &SweepArgs) -> Result<(), Error> {
     })?;
     drop(bar);
     print_results(program, args, &swept, &topics, outputs, record)?;
-    match swept.finished().count() {
-        done if done < cells => Err(Error::Unfinished(format!(
-            "stopped after {done} of {cells} runs: the result is of these"
-        ))),
-        _ => Ok(()),
-    }
+    Error::if_stopped(swept.finished().count(), cells, "runs")
 }
 
 /// The most cells that are looked at for an overload.

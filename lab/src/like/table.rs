@@ -11,7 +11,7 @@ use super::Like;
 use crate::summary::{
     json::object,
     rounded,
-    text::{line, ms},
+    text::{line, ms, overruns},
 };
 
 /// The compared quantiles.
@@ -62,13 +62,7 @@ fn rows(system: &dyn System, runs: [&Summary; 2]) -> Vec<Vec<String>> {
     let nodes = runs[1].nodes.iter().map(|node| &node.name);
     rows.extend(nodes.map(|name| {
         row(format!("overruns {name}"), &|run| {
-            run.node(name).map_or("-".to_owned(), |node| {
-                format!(
-                    "{} of {}",
-                    node.overruns,
-                    node.ticks.saturating_add(node.overruns)
-                )
-            })
+            run.node(name).map_or("-".to_owned(), overruns)
         })
     }));
     rows

@@ -19,7 +19,8 @@ pub use files::{OutputPlan, Outputs};
 pub use kind::OutputKind;
 pub use live::Live;
 pub use print::{
-    error, note, print_data, print_line, print_recorded, printed, record_error, write_error,
+    error, note, print_data, print_line, print_recorded, print_result, printed, record_error,
+    write_error,
 };
 pub use progress::ProgressLine;
 pub use unfinished::remove_unfinished;

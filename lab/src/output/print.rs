@@ -6,6 +6,8 @@ use std::{
     path::Path,
 };
 
+use serde_json::Value;
+
 use crate::{
     error::Error,
     printable::{in_lines, one_line},
@@ -25,6 +27,14 @@ pub fn print_line(text: &str) -> Result<(), Error> {
 /// as long as it is.
 pub fn print_data(text: &str) -> Result<(), Error> {
     printed(writeln!(io::stdout(), "{}", in_lines(text)))
+}
+
+/// Prints a result: for programs with `--json`, and otherwise for people.
+pub fn print_result(json: bool, data: &Value, text: &str) -> Result<(), Error> {
+    match json {
+        true => print_data(&format!("{data:#}")),
+        false => print_line(text),
+    }
 }
 
 /// Turns the result of printing to standard output into a result of the command.

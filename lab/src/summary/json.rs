@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use ratelab::KnobKind;
+use ratelab::{KnobKind, Time};
 use ratelab_account::{Distribution, NodeAccount, TopicAccount};
 use ratelab_study::{
-    experiment::Summary,
+    experiment::{Summary, sweep::CellResult},
     system::{
         FigureValue, KnobText, System, SystemFigure, WorldKind,
         names::{self, good, key},
@@ -46,20 +46,16 @@ fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<
     let topics = summary.topics.iter().map(topic);
     let mut keys = object(json!({
         "break_bug": context.break_bug,
-        "cause_of_end": summary.verdict.name(),
         "clock": config.clock.to_string(),
         "csv_rows_lost": context.csv_lost,
         "duration_s": rounded(config.end.as_secs_f64()),
         "events": summary.events.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "knobs": knobs.lines(&config.knobs),
         "latency": milliseconds(&summary.latency),
-        "mean_latency_ms": rounded(summary.latency.mean_s().unwrap_or(0.0) * 1e3),
         "nodes": nodes.collect::<Map<_, _>>(),
         "seed": config.seed,
         "setup": config.setup.iter().map(ToString::to_string).collect::<Vec<_>>(),
-        "sim_time_s": rounded(summary.sim_time.as_secs_f64()),
         "smoke": context.smoke,
-        "steps": summary.steps,
         "system": system.name(),
         "topics": topics.collect::<Map<_, _>>(),
         "turned": knobs.lines(&summary.knobs()),
@@ -69,24 +65,48 @@ fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<
     if let WorldKind::Own { step_ms } = config.world {
         keys.insert("world_step_ms".to_owned(), json!(step_ms.get()));
     }
-    if let Some(age) = summary.push_age() {
+    if let Some((_, cost)) = summary.cost.zip(system.quadratic_cost()) {
+        keys.insert("quadratic_cost_is_the_mean_of".to_owned(), json!(cost.sum));
+    }
+    keys.extend(result(&CellResult::from(summary)));
+    keys
+}
+
+/// The keys of a run that it has in a sweep as well.
+pub fn result(result: &CellResult) -> Map<String, Value> {
+    let mut keys = object(json!({
+        "cause_of_end": result.verdict.name(),
+        "mean_latency_ms": rounded(result.mean_latency_s.unwrap_or(0.0) * 1e3),
+        "sim_time_s": rounded(result.sim_time.as_secs_f64()),
+        "steps": result.steps,
+    }));
+    if let Some(age) = result.push_age {
         let [run, late] = [age.run_s, age.late_s].map(|seconds| json!(rounded(seconds * 1e3)));
         keys.insert("mean_push_age_ms".to_owned(), run);
         keys.insert("late_push_age_ms".to_owned(), late);
     }
-    if !summary.ages.is_empty() {
-        keys.insert("age_parts".to_owned(), ages::json(&summary.ages));
+    if !result.ages.is_empty() {
+        keys.insert("age_parts".to_owned(), ages::json(&result.ages));
     }
-    add_figures(&mut keys, &summary.figures);
-    if let Some((mean, cost)) = summary.cost.zip(system.quadratic_cost()) {
+    if let Some(mean) = result.cost {
         keys.insert("quadratic_cost".to_owned(), json!(mean));
-        keys.insert("quadratic_cost_is_the_mean_of".to_owned(), json!(cost.sum));
     }
+    add_figures(&mut keys, &result.figures);
     keys
 }
 
+/// The figures of a system at the end of a run.
+pub fn finals(
+    system: &dyn System,
+    at: Time,
+    state: &[f64],
+) -> impl Iterator<Item = (String, Value)> {
+    let finals = system.finals_at(at, state).into_iter();
+    finals.map(|figure| (figure.name.to_owned(), json!(rounded(figure.value))))
+}
+
 /// Adds the system's own `figures`, those of a block as an object.
-pub fn add_figures(keys: &mut Map<String, Value>, figures: &[SystemFigure]) {
+fn add_figures(keys: &mut Map<String, Value>, figures: &[SystemFigure]) {
     for figure in figures {
         let value = match figure.value {
             FigureValue::Count(count) => json!(count),
@@ -122,10 +142,7 @@ fn system_keys(system: &dyn System, summary: &Summary) -> Map<String, Value> {
             (format!("{name}_dropped"), json!(topic.dropped())),
         ]
     });
-    let finals = system
-        .finals_at(summary.sim_time, &summary.state)
-        .into_iter();
-    let finals = finals.map(|figure| (figure.name.to_owned(), json!(rounded(figure.value))));
+    let finals = finals(system, summary.sim_time, &summary.state);
     [good]
         .into_iter()
         .chain(aliases)

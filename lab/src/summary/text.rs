@@ -89,12 +89,13 @@ fn times(summary: &Summary) -> Vec<(&'static str, String)> {
     let shown = |node: &NodeAccount| wall || timed(node) || was_late(node) || node.overruns > 0;
     let costly = |node: &NodeAccount| timed(node) && node.tick_time.count() > 0;
     let cost = |node: &NodeAccount| spread(&node.name, &node.tick_time);
+    let overrun = |node: &NodeAccount| format!("{} {}", node.name, overruns(node));
     let response = |node: &NodeAccount| spread(&node.name, &node.response);
     let lines = [
         ("lateness", each_node(summary, late, lateness)),
         ("cost", each_node(summary, costly, cost)),
         ("response", each_node(summary, costly, response)),
-        ("overruns", each_node(summary, shown, overruns)),
+        ("overruns", each_node(summary, shown, overrun)),
     ];
     let told = lines.into_iter();
     told.filter_map(|(name, text)| Some((name, text?)))
@@ -313,13 +314,10 @@ fn lateness(node: &NodeAccount) -> String {
     format!("{} p50 {} p99 {} µs", node.name, at(0.5), at(0.99))
 }
 
-fn overruns(node: &NodeAccount) -> String {
-    format!(
-        "{} {} of {}",
-        node.name,
-        node.overruns,
-        node.ticks.saturating_add(node.overruns)
-    )
+/// How many of the ticks that were due at `node` did not begin.
+pub fn overruns(node: &NodeAccount) -> String {
+    let due = node.ticks.saturating_add(node.overruns);
+    format!("{} of {due}", node.overruns)
 }
 
 /// A duration in milliseconds.
@@ -373,6 +371,6 @@ mod tests {
         let mut node = Observer::of(&graph).snapshot().nodes.remove(0);
         (node.ticks, node.overruns) = (2, u64::MAX);
         let most = u64::MAX;
-        assert_eq!(overruns(&node), format!("policy {most} of {most}"));
+        assert_eq!(overruns(&node), format!("{most} of {most}"));
     }
 }

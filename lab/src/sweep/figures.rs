@@ -11,8 +11,6 @@ pub struct Figure {
     pub name: &'static str,
     /// The unit, where the name lacks it.
     pub unit: &'static str,
-    /// Width of its column in a list.
-    pub width: usize,
     /// Its key in JSON.
     pub key: &'static str,
     /// The figure; `None` if it is unknown.
@@ -25,7 +23,6 @@ pub struct Figure {
 pub const LATENCY: Figure = Figure {
     name: "latency ms",
     unit: "",
-    width: 10,
     key: "mean_latency_ms",
     value: |row| row.mean_latency_s.map(|s| s * 1e3),
     digits: |ms| format!("{ms:.1}"),
@@ -35,7 +32,6 @@ pub const LATENCY: Figure = Figure {
 pub const AGE: Figure = Figure {
     name: "push age",
     unit: " ms",
-    width: 8,
     key: "mean_late_push_age_ms",
     value: |row| row.push_age_s.map(|s| s * 1e3),
     digits: |ms| format!("{ms:.1}"),
@@ -45,7 +41,6 @@ pub const AGE: Figure = Figure {
 const LOST: Figure = Figure {
     name: "lost at s",
     unit: "",
-    width: 9,
     key: "median_lost_at_s",
     value: |row| row.lost_at_s,
     digits: |s| format!("{s:.2}"),
@@ -55,7 +50,6 @@ const LOST: Figure = Figure {
 const COST: Figure = Figure {
     name: "cost",
     unit: "",
-    width: 6,
     key: "mean_quadratic_cost",
     value: |row| row.cost,
     digits: |cost| match cost {
@@ -69,7 +63,6 @@ const COST: Figure = Figure {
 pub const GROWTH: Figure = Figure {
     name: "growth",
     unit: "",
-    width: 6,
     key: "growth_per_s",
     value: |row| row.theory.growth,
     digits: |growth| format!("{growth:+.2}"),
@@ -80,7 +73,6 @@ pub const GROWTH: Figure = Figure {
 pub const STANDS: Figure = Figure {
     name: "stands",
     unit: "",
-    width: 6,
     key: "stands_by_theory",
     value: |row| row.theory.stands,
     digits: |share| format!("{share:.2}"),
@@ -102,7 +94,15 @@ pub fn of_theory(summary: &SweepSummary) -> impl Iterator<Item = Figure> {
     figures.into_iter().flatten().filter(|_| summary.theory)
 }
 
+/// Width of the narrowest column of a list.
+const NARROWEST: usize = 6;
+
 impl Figure {
+    /// Width of its column in a list.
+    pub fn width(&self) -> usize {
+        self.name.len().max(NARROWEST)
+    }
+
     /// The figure of `row` as text; where there is no growth, whether deviations shrink for sure.
     pub fn text(&self, row: &RowSummary) -> String {
         let sure = row.theory.sure.filter(|_| self.key == GROWTH.key);

@@ -12,8 +12,7 @@ use super::{
     summary::{RowSummary, SweepSummary},
 };
 use crate::summary::{
-    ages,
-    json::{add_figures, object, value},
+    json::{finals, object, result, value},
     rounded,
 };
 
@@ -64,41 +63,17 @@ fn survival(summary: &SweepSummary, row: &RowSummary) -> Value {
 
 /// The keys match those of a run's metrics.
 fn run(summary: &SweepSummary, topics: &[String], cell: &Cell, outcome: &CellResult) -> Value {
-    let system = &summary.sweep.system;
     let mut figures = conditions(&summary.sweep, cell);
     figures.insert(key(&summary.good), json!(!outcome.verdict.is_lost()));
-    figures.extend(object(json!({
-        "cause_of_end": outcome.verdict.name(),
-        "mean_latency_ms": rounded(outcome.mean_latency_s.unwrap_or(0.0) * 1e3),
-        "seed": cell.seed,
-        "sim_time_s": rounded(outcome.sim_time.as_secs_f64()),
-        "steps": outcome.steps,
-    })));
-    let ages = outcome.push_age.into_iter().flat_map(|age| {
-        let ages = [
-            ("mean_push_age_ms", age.run_s),
-            ("late_push_age_ms", age.late_s),
-        ];
-        ages.map(|(name, seconds)| (name.to_owned(), json!(rounded(seconds * 1e3))))
-    });
-    figures.extend(ages);
-    if !outcome.ages.is_empty() {
-        figures.insert("age_parts".to_owned(), ages::json(&outcome.ages));
-    }
-    let cost = outcome
-        .cost
-        .map(|cost| ("quadratic_cost".to_owned(), json!(cost)));
-    figures.extend(cost);
-    add_figures(&mut figures, &outcome.figures);
+    figures.insert("seed".to_owned(), json!(cell.seed));
+    figures.extend(result(outcome));
     let dropped = topics.iter().zip(&outcome.dropped);
     figures.extend(dropped.map(|(topic, dropped)| {
         let name = format!("{}_dropped", key(topic));
         (name, json!(dropped))
     }));
-    let finals = system
-        .finals_at(outcome.sim_time, &outcome.state)
-        .into_iter();
-    figures.extend(finals.map(|figure| (figure.name.to_owned(), json!(rounded(figure.value)))));
+    let system = &*summary.sweep.system;
+    figures.extend(finals(system, outcome.sim_time, &outcome.state));
     Value::Object(figures)
 }
 

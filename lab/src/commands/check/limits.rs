@@ -1,6 +1,6 @@
 //! The limits of a graph, compared with the figures of its runs.
 
-use ratelab_study::system::FigureLimit;
+use ratelab_study::system::{FigureLimit, Verdict};
 use serde_json::{Map, Value};
 
 use super::results::{LimitResult, Miss, Results};
@@ -9,8 +9,7 @@ use crate::{error::Error, program::Program};
 /// The figures of a run.
 pub struct CheckedRun {
     pub seed: u64,
-    /// The verdict, if the run is lost.
-    pub lost: Option<String>,
+    pub verdict: Verdict,
     pub metrics: Map<String, Value>,
 }
 
@@ -19,9 +18,10 @@ pub struct CheckedRun {
 /// # Errors
 /// [`Error::BadInput`] for a limit of a figure that the runs do not have.
 pub fn compare(program: &Program, runs: &[CheckedRun]) -> Result<Results, Error> {
-    let lost = runs.iter().filter_map(|run| {
-        let (seed, text) = (run.seed, run.lost.clone()?);
-        Some(Miss { seed, text })
+    let lost = runs.iter().filter(|run| run.verdict.is_lost());
+    let lost = lost.map(|run| Miss {
+        seed: run.seed,
+        text: run.verdict.to_string(),
     });
     let verdict = LimitResult {
         limit: "verdict".to_owned(),
@@ -29,13 +29,11 @@ pub fn compare(program: &Program, runs: &[CheckedRun]) -> Result<Results, Error>
     };
     let limits = program.system.about().limits.iter();
     let limits = limits.map(|limit| compared(limit, runs));
+    let limits = [Ok(verdict)].into_iter().chain(limits);
     Ok(Results {
         graph: program.system.name(),
         runs: runs.len(),
-        limits: [Ok(verdict)]
-            .into_iter()
-            .chain(limits)
-            .collect::<Result<_, _>>()?,
+        limits: limits.collect::<Result<_, _>>()?,
     })
 }
 

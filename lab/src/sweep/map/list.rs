@@ -24,7 +24,7 @@ pub fn lines(summary: &SweepSummary, rows: &[RowSummary], theme: &Theme) -> Vec<
     let bar_width = if summary.theory { SHORT_BAR } else { BAR };
     let figures = figures::of(summary);
     let line = |value: &str, count: &str, bar: &str, cells: &dyn Fn(&figures::Figure) -> String| {
-        let cells = figures.iter().map(|figure| (cells(figure), figure.width));
+        let cells = figures.iter().map(|figure| (cells(figure), figure.width()));
         let cells = cells.map(|(cell, width)| format!("  {cell:>width$}"));
         let cells: String = cells.collect();
         format!("{value:>wide$}  {count:>counts$}  {bar}{cells}")
