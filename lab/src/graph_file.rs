@@ -31,11 +31,7 @@ impl Program {
         let text = self.system.about().graph_file.filter(|_| !with.is_empty());
         match text {
             Some(text) => self.of_text("--with", text.to_owned(), with),
-            None => Ok(Self {
-                system: self.system.clone(),
-                built_in: self.built_in.clone(),
-                ..*self
-            }),
+            None => Ok(self.clone()),
         }
     }
 

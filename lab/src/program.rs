@@ -7,6 +7,7 @@ use ratelab_study::system::{KnobText, System};
 use ratelab_recording::Recording;
 
 /// The command for one system.
+#[derive(Clone)]
 pub struct Program {
     /// The system.
     pub system: Arc<dyn System>,

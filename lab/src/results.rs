@@ -69,17 +69,11 @@ pub fn destination(args: &RunArgs) -> Option<Destination> {
     asked.then(|| destination.shown_by(viewer))
 }
 
-/// Starts a recording of `experiment`, if there is a destination.
+/// Starts a recording of `experiment`.
 ///
 /// # Errors
 /// [`Error`] if the file cannot be created.
-pub fn record(
-    destination: Option<Destination>,
-    experiment: &Experiment,
-) -> Result<Option<Recorder>, Error> {
-    let Some(mut destination) = destination else {
-        return Ok(None);
-    };
+pub fn record(mut destination: Destination, experiment: &Experiment) -> Result<Recorder, Error> {
     let source = Source {
         viewer: destination.viewer.clone(),
         notice: note,
@@ -88,7 +82,7 @@ pub fn record(
     let begin = |path: &Path| Recorder::from_the_start(path, &source);
     let begun = destination.claim(&source.origin, begin);
     let (_, recorder) = begun.map_err(|(path, why)| record_error(&path, &why))?;
-    Ok(Some(recorder))
+    Ok(recorder)
 }
 
 /// The topics of `experiment` with readers, in the order of a summary.
@@ -128,8 +122,7 @@ pub fn context(
         smoke: args.smoke,
         realtime: realtime.map(|asked| asked.map(drop)),
         csv_lost,
-        open: None,
-        phases: None,
+        ..ReportContext::default()
     }
 }
 

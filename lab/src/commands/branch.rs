@@ -50,7 +50,8 @@ pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
         why => unverified(why),
     })?;
     let destination = args.record.clone().map(Destination::new);
-    let recorder = record(destination, &branch.experiment)?;
+    let recorder = destination.map(|to| record(to, &branch.experiment));
+    let recorder = recorder.transpose()?;
     branch.experiment.watch_ages();
     let knobs = args.knob.join(", ");
     let change = Change::new(&recording, &*program.system, branch.at, knobs);

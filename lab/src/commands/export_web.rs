@@ -6,6 +6,7 @@ use ratatui::layout::Size;
 use ratelab_recording::Recording;
 use ratelab_screen::{Look, picture};
 use ratelab_study::system::{Alias, System, names};
+use serde_json::Value;
 
 use crate::{
     cli::ExportWebArgs,
@@ -14,7 +15,7 @@ use crate::{
     printable::shown,
     program::Program,
     screen::theme,
-    web::{self, RunData},
+    web,
 };
 
 /// Size of the picture for readers without JavaScript.
@@ -44,8 +45,8 @@ pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> 
     let (at, theme) = (first.until, theme(false, Some(Look::Light)));
     let poster = picture::of_recording(first, &program.system, at, SIZE, &theme)?;
     let runs = runs.iter();
-    let runs = runs.map(|(setting, recording)| RunData::of(recording, program, setting));
-    let runs: Vec<RunData> = runs.collect();
+    let runs = runs.map(|(setting, recording)| web::data(recording, program, setting));
+    let runs: Vec<Value> = runs.collect();
     let quantity = differs.map_or_else(String::new, |alias| names::label(alias.name));
     let page = web::page(system.name(), &quantity, &runs, &poster);
     write_whole(

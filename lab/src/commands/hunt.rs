@@ -58,7 +58,11 @@ pub fn hunt(program: &Program, args: &HuntArgs) -> Result<(), Error> {
 fn budget(program: &Program, args: &HuntArgs, config: &Config) -> Result<Budget, Error> {
     let topic = match &args.topic {
         Some(topic) => topic.clone(),
-        None => last_read(program, config)?,
+        // The last one that is read, in the order in which nodes were added.
+        None => {
+            let experiment = Experiment::new(program.system.clone(), config)?;
+            read_topics(&experiment).pop().unwrap_or_default()
+        }
     };
     let offset = args.shift.as_ref();
     let offset = offset.and_then(|(node, _)| config.setup.offset(node));
@@ -70,12 +74,6 @@ fn budget(program: &Program, args: &HuntArgs, config: &Config) -> Result<Budget,
         shift: args.shift.clone(),
         offset: offset.unwrap_or_default(),
     })
-}
-
-/// The last topic read by a node, in the order in which nodes were added.
-fn last_read(program: &Program, config: &Config) -> Result<String, Error> {
-    let experiment = Experiment::new(program.system.clone(), config)?;
-    Ok(read_topics(&experiment).pop().unwrap_or_default())
 }
 
 fn print_held(program: &Program, args: &HuntArgs, runs: usize, stopped: bool) -> Result<(), Error> {
@@ -100,11 +98,9 @@ fn write(program: &Program, args: &HuntArgs, found: &Found, config: &Config) -> 
         return Ok(());
     };
     let experiment = Experiment::new(program.system.clone(), config)?;
-    let recorder = record(Some(Destination::new(Some(path.clone()))), &experiment)?;
+    let recorder = record(Destination::new(Some(path.clone())), &experiment)?;
     let outcome = experiment.run();
-    if let Some(recorder) = recorder {
-        recorder.end(StopReason::of(&outcome));
-        print_recorded(args.json, &recorder.finish()?)?;
-    }
+    recorder.end(StopReason::of(&outcome));
+    print_recorded(args.json, &recorder.finish()?)?;
     outcome.map(drop).map_err(Error::from)
 }

@@ -11,7 +11,7 @@ use clap_mangen::{
 use crate::{
     cli::{self, EXAMPLES},
     error::Error,
-    output::{OutputFile, print_data},
+    output::{OutputFile, print_data, write_error},
     program::{self, Program},
     version,
 };
@@ -59,10 +59,7 @@ fn manual(command: &Command) -> Man {
 
 /// Renders the page of one command.
 fn page(command: &Command, sections: &str) -> Result<Vec<u8>, Error> {
-    render(command, sections).map_err(|why| Error::Write {
-        what: "the page".to_owned(),
-        why,
-    })
+    render(command, sections).map_err(|why| write_error(Path::new("the page"), why))
 }
 
 fn render(command: &Command, sections: &str) -> io::Result<Vec<u8>> {

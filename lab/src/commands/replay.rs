@@ -95,28 +95,21 @@ fn advice() -> String {
     )
 }
 
-/// The viewer's version, if its output contains one.
-fn viewer_version() -> Result<Option<String>, Error> {
-    let asked = Command::new(viewer()).arg("--version").output();
-    let answer = asked.map_err(|why| {
-        let advice = advice();
-        Error::Unfinished(format!("the rerun viewer was not found ({why}): {advice}"))
-    })?;
-    let said = String::from_utf8_lossy(&answer.stdout).into_owned();
-    let version = said.split_whitespace().nth(1).map(str::to_owned);
-    Ok(version.filter(|version| version.starts_with(|c: char| c.is_ascii_digit())))
-}
-
 /// Looks for the viewer. Prints a note for one of another version, which may be unable to
 /// show everything; refuses a program without a version.
 fn check_viewer() -> Result<(), Error> {
-    let (Some(version), ours) = (viewer_version()?, ours()) else {
-        let advice = advice();
-        let what = format!("the command {VIEWER} is not the rerun viewer: {advice}");
-        return Err(Error::Unfinished(what));
-    };
+    let (ours, advice) = (ours(), advice());
+    let refused = |why: String| Error::Unfinished(format!("{why}: {advice}"));
+    let asked = Command::new(viewer()).arg("--version").output();
+    let answer = asked.map_err(|why| refused(format!("the rerun viewer was not found ({why})")))?;
+    let said = String::from_utf8_lossy(&answer.stdout);
+    let version = said.split_whitespace().nth(1).unwrap_or_default();
+    if !version.starts_with(|c: char| c.is_ascii_digit()) {
+        return Err(refused(format!(
+            "the command {VIEWER} is not the rerun viewer"
+        )));
+    }
     if version != ours {
-        let advice = advice();
         note(&format!(
             "this viewer is rerun {version}, recordings are made for {ours}: {advice}"
         ));

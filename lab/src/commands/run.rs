@@ -35,7 +35,8 @@ pub fn run(program: &Program, plain: &PlainRunArgs) -> Result<(), Error> {
     signals::watch(move || drop(commands.send(Command::Stop)), || ());
     let mut outputs = Outputs::prepare(&plan(args, &experiment)?)?;
     experiment.watch_ages();
-    let recorder = record(destination(args), &experiment)?;
+    let recorder = destination(args).map(|to| record(to, &experiment));
+    let recorder = recorder.transpose()?;
     let mut csv = outputs.csv.take();
     let rows = csv.as_mut().map(output::OutputFile::begin).transpose()?;
     let rows = rows.map(|file| StepWriter::start(Ok(file), &experiment));

@@ -32,12 +32,8 @@ pub fn verify(program: &Program, args: &VerifyArgs) -> Result<(), Error> {
 
 /// Lets the policy in `file` run, where a recording names just it.
 fn name_program(program: &Program, file: &Path) -> Result<(), Error> {
-    let knobs = read_knob(
-        program,
-        "--ask-policy",
-        &format!("policy {}", file.display()),
-    )?
-    .1;
+    let text = format!("policy {}", file.display());
+    let (_, knobs) = read_knob(program, "--ask-policy", &text)?;
     for knob in knobs {
         let named = program.system.resolved(0, &Setup::default(), knob);
         named.map_err(|why| Error::BadInput(format!("--ask-policy {why}")))?;

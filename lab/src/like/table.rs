@@ -9,7 +9,7 @@ use serde_json::{Map, Value, json};
 
 use super::Like;
 use crate::summary::{
-    json::object,
+    json::{self, object},
     rounded,
     text::{line, ms, overruns},
 };
@@ -90,16 +90,13 @@ fn figures(run: &Summary) -> Map<String, Value> {
 }
 
 fn latency(latency: &Distribution) -> Map<String, Value> {
-    let ms = |quantile| {
-        latency
-            .quantile(quantile)
-            .map(|d| rounded(d.as_secs_f64() * 1e3))
-    };
-    let quantiles = QUANTILES.map(|(name, quantile)| (format!("{name}_ms"), json!(ms(quantile))));
-    let max = latency.max().map(|d| rounded(d.as_secs_f64() * 1e3));
-    let ends = [
-        ("count".to_owned(), json!(latency.count())),
-        ("max_ms".to_owned(), json!(max)),
-    ];
-    quantiles.into_iter().chain(ends).collect()
+    let mut figures = object(json!({
+        "count": latency.count(),
+        "max_ms": json::ms(latency.max()),
+    }));
+    figures.extend(QUANTILES.map(|(name, quantile)| {
+        let ms = json::ms(latency.quantile(quantile));
+        (format!("{name}_ms"), json!(ms))
+    }));
+    figures
 }

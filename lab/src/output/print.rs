@@ -41,8 +41,7 @@ pub fn print_result(json: bool, data: &Value, text: &str) -> Result<(), Error> {
 pub fn printed(outcome: io::Result<()>) -> Result<(), Error> {
     match outcome {
         Err(why) if why.kind() != io::ErrorKind::BrokenPipe => {
-            let what = "to standard output".to_owned();
-            Err(Error::Write { what, why })
+            Err(write_error(Path::new("to standard output"), why))
         }
         _ => Ok(()),
     }

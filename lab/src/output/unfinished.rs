@@ -175,21 +175,6 @@ mod tests {
     }
 
     #[test]
-    fn leftovers_are_removed_and_locked_files_are_kept() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let target = folder.path().join("metrics.json");
-        let leftover = folder.path().join(".metrics.json.abcdef.ratelab-tmp");
-        fs::write(&leftover, "half").expect("written");
-        let first = Unfinished::create(&target).expect("created");
-        assert!(!leftover.exists(), "nobody owns it");
-        let second = Unfinished::create(&target).expect("created");
-        assert_eq!(names_in(folder.path()).len(), 2, "both are owned");
-        first.complete().expect("named");
-        second.complete().expect("named");
-        assert_eq!(names_in(folder.path()), ["metrics.json"]);
-    }
-
-    #[test]
     fn a_name_may_have_any_length_and_spelling() {
         use std::os::unix::ffi::OsStrExt;
         let folder = tempfile::tempdir().expect("a folder");

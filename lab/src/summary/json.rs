@@ -135,12 +135,8 @@ fn system_keys(system: &dyn System, summary: &Summary) -> Map<String, Value> {
     });
     let topics = summary.topics.iter().filter(|topic| topic.is_read());
     let topics = topics.flat_map(|topic| {
-        let name = key(&topic.name);
-        let published = (format!("{name}_published"), json!(topic.published));
-        [
-            published,
-            (format!("{name}_dropped"), json!(topic.dropped())),
-        ]
+        let counts = [("published", topic.published), ("dropped", topic.dropped())];
+        counts.map(|(what, count)| (format!("{}_{what}", key(&topic.name)), json!(count)))
     });
     let finals = finals(system, summary.sim_time, &summary.state);
     [good]
@@ -152,17 +148,18 @@ fn system_keys(system: &dyn System, summary: &Summary) -> Map<String, Value> {
 }
 
 fn wall_keys(summary: &Summary, context: &ReportContext) -> Map<String, Value> {
-    let lateness = summary.nodes.iter();
-    let lateness = lateness.map(|node| (node.name.to_string(), milliseconds(&node.lateness)));
-    let tick_time = summary.nodes.iter();
-    let tick_time = tick_time.map(|node| (node.name.to_string(), milliseconds(&node.tick_time)));
+    let of_nodes = |figure: fn(&NodeAccount) -> &Distribution| {
+        let nodes = summary.nodes.iter();
+        let figures = nodes.map(|node| (node.name.to_string(), milliseconds(figure(node))));
+        figures.collect::<Map<_, _>>()
+    };
     object(json!({
-        "lateness": lateness.collect::<Map<_, _>>(),
+        "lateness": of_nodes(|node| &node.lateness),
         "realtime": context.realtime.as_ref().map(|asked| match asked {
-            Ok(()) => "granted".to_owned(),
-            Err(refusal) => refusal.clone(),
+            Ok(()) => "granted",
+            Err(refusal) => refusal,
         }),
-        "tick_time": tick_time.collect::<Map<_, _>>(),
+        "tick_time": of_nodes(|node| &node.tick_time),
         "wall_time_s": rounded(summary.wall_time.as_secs_f64()),
     }))
 }
@@ -202,7 +199,6 @@ fn topic(topic: &TopicAccount) -> (String, Value) {
 
 /// A distribution in milliseconds; quantiles are accurate to 0.1 %.
 fn milliseconds(distribution: &Distribution) -> Value {
-    let ms = |duration: Option<Duration>| duration.map(|d| rounded(d.as_secs_f64() * 1e3));
     json!({
         "count": distribution.count(),
         "max_ms": ms(distribution.max()),
@@ -210,6 +206,11 @@ fn milliseconds(distribution: &Distribution) -> Value {
         "p50_ms": ms(distribution.quantile(0.5)),
         "p99_ms": ms(distribution.quantile(0.99)),
     })
+}
+
+/// A duration in milliseconds, if there is one.
+pub fn ms(duration: Option<Duration>) -> Option<f64> {
+    duration.map(|duration| rounded(duration.as_secs_f64() * 1e3))
 }
 
 /// The members of the object `value`.

@@ -39,29 +39,31 @@ pub struct ReportContext {
 
 /// The summary as a few lines of text.
 pub fn of(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
-    let world = timing::world(system, summary);
-    let mut lines = vec![("clock", clock(system, summary, context))];
-    lines.extend(world.map(|text| ("world", text)));
-    lines.extend([
-        ("rates", rates(system, summary)),
-        ("verdict", verdict(system, summary, context)),
+    let mut lines = known([
+        ("clock", Some(clock(system, summary, context))),
+        ("world", timing::world(system, summary)),
+        ("rates", Some(rates(system, summary))),
+        ("verdict", Some(verdict(system, summary, context))),
+        ("topics", topics(summary)),
     ]);
-    lines.extend(topics(summary).map(|text| ("topics", text)));
     let idle = summary.nodes.iter().filter(|node| node.ticks == 0);
     let idle: Vec<&str> = idle.map(|node| &*node.name).collect();
     let chain_line = |chain: &DataChain| chain.line(summary.sim_time, &summary.chains, &idle);
     let chains = system.about().chains.iter().map(chain_line);
     lines.extend(chains.map(|text| ("chain", text)));
-    lines.extend(links(summary).map(|text| ("links", text)));
-    lines.extend(latency(system, summary).map(|text| ("latency", text)));
-    let age = summary.push_age();
-    lines.extend(age.map(|age| ("push age", push_age(age))));
+    lines.extend(known([
+        ("links", links(summary)),
+        ("latency", latency(system, summary)),
+        ("push age", summary.push_age().map(push_age)),
+    ]));
     lines.extend(ages::lines(&summary.ages));
     lines.extend(context.phases.iter().flat_map(PhaseSpread::lines));
     let (figures, block) = (summary.figures.iter(), |figure: &SystemFigure| figure.block);
     let block = figures.clone().find_map(block).unwrap_or("figures");
-    lines.extend(joined(figures.filter_map(SystemFigure::shown)).map(|text| (block, text)));
-    lines.extend(quadratic_cost(system, summary).map(|text| ("quadratic", text)));
+    lines.extend(known([
+        (block, joined(figures.filter_map(SystemFigure::shown))),
+        ("quadratic", quadratic_cost(system, summary)),
+    ]));
     lines.extend(times(summary));
     let knobs = KnobText(system.aliases());
     lines.extend(changes(knobs, &summary.events));
@@ -91,14 +93,18 @@ fn times(summary: &Summary) -> Vec<(&'static str, String)> {
     let cost = |node: &NodeAccount| spread(&node.name, &node.tick_time);
     let overrun = |node: &NodeAccount| format!("{} {}", node.name, overruns(node));
     let response = |node: &NodeAccount| spread(&node.name, &node.response);
-    let lines = [
+    known([
         ("lateness", each_node(summary, late, lateness)),
         ("cost", each_node(summary, costly, cost)),
         ("response", each_node(summary, costly, response)),
         ("overruns", each_node(summary, shown, overrun)),
-    ];
-    let told = lines.into_iter();
-    told.filter_map(|(name, text)| Some((name, text?)))
+    ])
+}
+
+/// The rows with a text.
+fn known<const N: usize>(rows: [(&'static str, Option<String>); N]) -> Vec<(&'static str, String)> {
+    let rows = rows.into_iter();
+    rows.filter_map(|(name, text)| Some((name, text?)))
         .collect()
 }
 
@@ -231,13 +237,12 @@ fn verdict(system: &dyn System, summary: &Summary, context: &ReportContext) -> S
 /// The number of steps of the plant, and when it stopped, if that was before the end.
 fn plant_steps(summary: &Summary) -> String {
     let steps = format!("{} plant steps", summary.steps);
-    let still = summary.last_step.filter(|last| {
-        let rest = summary.sim_time.since(*last);
-        rest > STILL
-    });
-    still.map_or(steps.clone(), |last| {
-        format!("{steps}, the last at {last},")
-    })
+    match summary.last_step {
+        Some(last) if summary.sim_time.since(last) > STILL => {
+            format!("{steps}, the last at {last},")
+        }
+        _ => steps,
+    }
 }
 
 /// Time without a step after which a plant stands still.
@@ -310,8 +315,11 @@ fn spread(name: &str, figures: &Distribution) -> String {
 }
 
 fn lateness(node: &NodeAccount) -> String {
-    let at = |quantile| us(&node.lateness, quantile);
-    format!("{} p50 {} p99 {} µs", node.name, at(0.5), at(0.99))
+    let [p50, p99] = [0.5, 0.99].map(|quantile| {
+        let late = node.lateness.quantile(quantile);
+        late.map_or("-".to_owned(), |d| format!("{:.0}", d.as_secs_f64() * 1e6))
+    });
+    format!("{} p50 {p50} p99 {p99} µs", node.name)
 }
 
 /// How many of the ticks that were due at `node` did not begin.
@@ -325,11 +333,6 @@ pub fn ms(duration: Option<Duration>) -> String {
     duration.map_or("-".to_owned(), |d| {
         format!("{:.1} ms", d.as_secs_f64() * 1e3)
     })
-}
-
-fn us(distribution: &Distribution, quantile: f64) -> String {
-    let duration = distribution.quantile(quantile);
-    duration.map_or("-".to_owned(), |d| format!("{:.0}", d.as_secs_f64() * 1e6))
 }
 
 /// The path of a recording.

@@ -42,11 +42,8 @@ pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
         }
     }
     if let Some(planning) = system.about().planning {
-        plans(
-            &mut tracks,
-            planning.plans,
-            &recording.plan_lanes(&planning),
-        );
+        let lanes = recording.plan_lanes(&planning);
+        plans(&mut tracks, planning.plans, &lanes);
     }
     counters(&mut tracks, recording, &lineage, acts);
     tracks.finish().encode_to_vec()
@@ -145,15 +142,14 @@ fn plans(tracks: &mut Tracks, topic: &str, lanes: &[Vec<PlanBar>]) {
     let group = tracks.group("plans");
     for (number, bars) in (1..).zip(lanes) {
         let lane = tracks.lane(group, &format!("{topic} {number}"));
-        for (bar, part) in bars
-            .iter()
-            .flat_map(|bar| bar.parts.iter().map(move |part| (bar, part)))
-        {
-            let text = EventText {
-                number: Some(("plan", bar.number)),
-                ..part.word().into()
-            };
-            tracks.slice(lane, text, [part.from, part.to]);
+        for bar in bars {
+            for part in &bar.parts {
+                let text = EventText {
+                    number: Some(("plan", bar.number)),
+                    ..part.word().into()
+                };
+                tracks.slice(lane, text, [part.from, part.to]);
+            }
         }
     }
 }
@@ -161,32 +157,24 @@ fn plans(tracks: &mut Tracks, topic: &str, lanes: &[Vec<PlanBar>]) {
 fn counters(tracks: &mut Tracks, recording: &Recording, lineage: &Lineage, acts: Option<&str>) {
     let topology = lineage.topology();
     let group = tracks.group("counters");
-    let node = topology
-        .nodes
-        .iter()
-        .position(|node| Some(&*node.name) == acts);
-    if let Some(node) = node {
-        let counter = tracks.counter(group, "age of the push", Some("ms"));
+    let mut nodes = topology.nodes.iter();
+    if let Some(node) = nodes.position(|node| Some(&*node.name) == acts) {
+        let counter = tracks.counter(group, "age of the push", "ms");
         for (at, ms) in saw(lineage, node, recording.until) {
             tracks.count(counter, at, ms);
         }
     }
     for (topic, known) in topology.topics.iter().enumerate() {
         for &reader in &known.readers {
-            let name = format!(
-                "queue of {} before {}",
-                known.name, topology.nodes[reader].name
-            );
-            let counter = tracks.counter(group, &name, Some("messages"));
+            let reading = &topology.nodes[reader].name;
+            let name = format!("queue of {} before {reading}", known.name);
+            let counter = tracks.counter(group, &name, "messages");
             for (at, waiting) in lineage.queue(topic, reader) {
                 tracks.count(counter, at, waiting as f64);
             }
         }
-        let drops = tracks.counter(
-            group,
-            &format!("dropped on {}", known.name),
-            Some("messages"),
-        );
+        let name = format!("dropped on {}", known.name);
+        let drops = tracks.counter(group, &name, "messages");
         let mut dropped = None;
         for head in recording.topics[topic].heads() {
             if dropped.replace(head.dropped) != Some(head.dropped) {
@@ -198,14 +186,10 @@ fn counters(tracks: &mut Tracks, recording: &Recording, lineage: &Lineage, acts:
 
 /// Run time and age (ms) at both ends of each tooth of the sawtooth.
 fn saw(lineage: &Lineage, node: usize, until: Time) -> Vec<(Time, f64)> {
-    let mut saw = Vec::new();
-    let ms = |ns: i64| ns as f64 / 1e6;
     let pushes = lineage.pushes(node);
     let ends = pushes.iter().skip(1).map(|push| push.since).chain([until]);
-    for (push, end) in pushes.iter().zip(ends) {
-        for at in [push.since, end] {
-            saw.push((at, ms(push.parts(at).sum_ns())));
-        }
-    }
-    saw
+    let teeth = pushes.iter().zip(ends).flat_map(|(push, end)| {
+        [push.since, end].map(|at| (at, push.parts(at).sum_ns() as f64 / 1e6))
+    });
+    teeth.collect()
 }

@@ -1,7 +1,7 @@
 //! The messages of a Perfetto trace needed for a run: field numbers are those of
 //! `protos/perfetto/trace` in the Perfetto repository.
 
-use prost::{Enumeration, Message};
+use prost::Message;
 
 /// A trace: the whole file.
 #[derive(Clone, PartialEq, Message)]
@@ -65,8 +65,8 @@ pub struct TrackEvent {
     /// Annotations.
     #[prost(message, repeated, tag = "4")]
     pub debug_annotations: Vec<DebugAnnotation>,
-    /// Its type.
-    #[prost(enumeration = "EventType", optional, tag = "9")]
+    /// Its type, of [`event_type`].
+    #[prost(int32, optional, tag = "9")]
     pub r#type: Option<i32>,
     /// Number of its track.
     #[prost(uint64, optional, tag = "11")]
@@ -93,18 +93,14 @@ pub struct DebugAnnotation {
     pub name: Option<String>,
 }
 
-/// The type of an event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Enumeration)]
-#[repr(i32)]
-pub enum EventType {
-    /// None.
-    Unspecified = 0,
+/// The types of events.
+pub mod event_type {
     /// A slice begins.
-    SliceBegin = 1,
+    pub const SLICE_BEGIN: i32 = 1;
     /// A slice ends.
-    SliceEnd = 2,
+    pub const SLICE_END: i32 = 2;
     /// An event without duration.
-    Instant = 3,
+    pub const INSTANT: i32 = 3;
     /// A new value of a counter.
-    Counter = 4,
+    pub const COUNTER: i32 = 4;
 }

@@ -3,7 +3,8 @@
 use ratelab::Time;
 
 use super::perfetto::{
-    CounterDescriptor, DebugAnnotation, EventType, Trace, TracePacket, TrackDescriptor, TrackEvent,
+    CounterDescriptor, DebugAnnotation, Trace, TracePacket, TrackDescriptor, TrackEvent,
+    event_type::{COUNTER, INSTANT, SLICE_BEGIN, SLICE_END},
 };
 
 /// The writer of all packets.
@@ -53,8 +54,8 @@ impl Tracks {
     }
 
     /// Adds a track for values.
-    pub fn counter(&mut self, group: u64, name: &str, unit: Option<&str>) -> u64 {
-        let unit_name = unit.map(str::to_owned);
+    pub fn counter(&mut self, group: u64, name: &str, unit: &str) -> u64 {
+        let unit_name = Some(unit.to_owned());
         self.track(Some(group), name, Some(CounterDescriptor { unit_name }))
     }
 
@@ -85,15 +86,14 @@ impl Tracks {
         // At the same instant a slice ends before the next one begins, unless both are
         // the same slice.
         let rank = if to > from { 0 } else { 2 };
-        let begin = told(track, EventType::SliceBegin, text.into());
+        let begin = told(track, SLICE_BEGIN, text.into());
         self.events.push((from, 1, begin));
-        self.events
-            .push((to, rank, event(track, EventType::SliceEnd)));
+        self.events.push((to, rank, event(track, SLICE_END)));
     }
 
     /// Adds an event without duration.
     pub fn instant<'a>(&mut self, track: u64, text: impl Into<EventText<'a>>, at: Time) {
-        let instant = told(track, EventType::Instant, text.into());
+        let instant = told(track, INSTANT, text.into());
         self.events.push((at, 3, instant));
     }
 
@@ -101,7 +101,7 @@ impl Tracks {
     pub fn count(&mut self, track: u64, at: Time, value: f64) {
         let count = TrackEvent {
             double_counter_value: Some(value),
-            ..event(track, EventType::Counter)
+            ..event(track, COUNTER)
         };
         self.events.push((at, 3, count));
     }
@@ -121,7 +121,7 @@ impl Tracks {
     }
 }
 
-fn told(track: u64, kind: EventType, text: EventText<'_>) -> TrackEvent {
+fn told(track: u64, kind: i32, text: EventText<'_>) -> TrackEvent {
     let annotation = |(name, value): (&str, u64)| DebugAnnotation {
         name: Some(name.to_owned()),
         int_value: Some(i64::try_from(value).unwrap_or(i64::MAX)),
@@ -134,9 +134,9 @@ fn told(track: u64, kind: EventType, text: EventText<'_>) -> TrackEvent {
     }
 }
 
-fn event(track: u64, kind: EventType) -> TrackEvent {
+fn event(track: u64, kind: i32) -> TrackEvent {
     TrackEvent {
-        r#type: Some(kind.into()),
+        r#type: Some(kind),
         track_uuid: Some(track),
         ..TrackEvent::default()
     }

@@ -17,50 +17,32 @@ use ratelab_recording::{Recording, Replay};
 /// shows every second, third … step.
 const MOST_FRAMES: usize = 3_000;
 
-/// A run on the page.
-pub struct RunData {
-    /// Its name and its place on the slider.
-    pub title: String,
-    /// Its summary in a few lines.
-    pub summary: String,
-    /// What the script of the page reads.
-    pub data: Value,
-}
-
-impl RunData {
-    /// The run in `recording`, which is called `setting` on the slider.
-    pub fn of(recording: &Arc<Recording>, program: &Program, setting: &str) -> Self {
-        let mut replay = Replay::new(recording.clone(), &program.system);
-        replay.advance_to(Time::MAX);
-        let system = replay.system().clone();
-        let summary = replay.summary();
-        let verdict = summary.verdict.to_string();
-        let text = text::of(&*system, &summary, &ReportContext::default());
-        let name = recording.path.file_stem().unwrap_or_default();
-        let name = name.to_string_lossy().into_owned();
-        let title = match setting.is_empty() {
-            true => name,
-            false => format!("{setting} ({name})"),
-        };
-        let data = json!({
-            "title": title,
-            "setting": setting,
-            "verdict": verdict,
-            "lost": summary.verdict.is_lost(),
-            "summary": text,
-            "end": ms(recording.until),
-            "nodes": nodes(recording),
-            "topics": topics(recording),
-            "plant": plant(recording, &*system),
-            "signal": signal(recording, &*system),
-            "events": events(recording),
-        });
-        Self {
-            title,
-            summary: text,
-            data,
-        }
-    }
+/// What the script of the page reads of the run in `recording`, which is called `setting` on the
+/// slider: its title, its summary in a few lines, and its data over time.
+pub fn data(recording: &Arc<Recording>, program: &Program, setting: &str) -> Value {
+    let mut replay = Replay::new(recording.clone(), &program.system);
+    replay.advance_to(Time::MAX);
+    let system = replay.system();
+    let summary = replay.summary();
+    let name = recording.path.file_stem().unwrap_or_default();
+    let name = name.to_string_lossy();
+    let title = match setting.is_empty() {
+        true => name.into_owned(),
+        false => format!("{setting} ({name})"),
+    };
+    json!({
+        "title": title,
+        "setting": setting,
+        "verdict": summary.verdict.to_string(),
+        "lost": summary.verdict.is_lost(),
+        "summary": text::of(&**system, &summary, &ReportContext::default()),
+        "end": ms(recording.until),
+        "nodes": nodes(recording),
+        "topics": topics(recording),
+        "plant": plant(recording, &**system),
+        "signal": signal(recording, &**system),
+        "events": events(recording),
+    })
 }
 
 /// Run time in milliseconds.

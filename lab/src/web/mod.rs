@@ -8,21 +8,21 @@ use ratelab_screen::escaped;
 use serde_json::Value;
 
 use crate::program;
-pub use data::RunData;
+pub use data::data;
 
 /// The page, with places for its parts.
 const PAGE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
-/// A page with `runs`, in the order of its slider, and a picture as SVG for readers without
+/// A page with the [`data`] of `runs`, in the order of its slider, and a picture as SVG for readers without
 /// JavaScript.
-pub fn page(system: &str, quantity: &str, runs: &[RunData], picture: &str) -> String {
-    let data: Vec<&Value> = runs.iter().map(|run| &run.data).collect();
-    let data = serde_json::json!({ "quantity": quantity, "runs": data }).to_string();
+pub fn page(system: &str, quantity: &str, runs: &[Value], picture: &str) -> String {
+    let data = serde_json::json!({ "quantity": quantity, "runs": runs }).to_string();
     let texts = runs.iter().map(|run| {
-        let (name, summary) = (escaped(&run.title), escaped(&run.summary));
-        format!("<h3>{name}</h3>\n<pre>{summary}</pre>\n")
+        let [title, summary] = ["title", "summary"].map(|key| run[key].as_str().map(escaped));
+        let (title, summary) = (title.unwrap_or_default(), summary.unwrap_or_default());
+        format!("<h3>{title}</h3>\n<pre>{summary}</pre>\n")
     });
     let parts = [
         ("{{style}}", STYLE.to_owned()),

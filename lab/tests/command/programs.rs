@@ -169,28 +169,19 @@ fn a_recording_starts_no_program_that_is_not_named_here() {
     folder.write("balance.py", balance.replacen("open", "\nopen", 1));
     folder.says("run --duration-s 0.2 --policy ./balance.py --record run.rrd");
     fs::remove_file(folder.path("started")).expect("it was started");
-    for (line, code) in [
-        ("verify run.rrd", 0),
-        ("verify --perturb run.rrd", 0),
-        ("info run.rrd", 0),
-        ("branch run.rrd --at 0.1 --knob 'takes policy 1'", 2),
-        ("run --like run.rrd", 2),
-    ] {
-        let output = folder.does(line);
-        assert_eq!(output.status.code(), Some(code), "{line}: {output:?}");
-        assert!(!folder.path("started").exists(), "{line}");
-    }
-    for line in [
-        "verify run.rrd --ask-policy balance.py",
-        "branch run.rrd --at 0.1 --knob 'policy balance.py'",
-        "run --like run.rrd --policy balance.py",
-    ] {
-        folder.says(line);
-        fs::remove_file(folder.path("started")).unwrap_or_else(|_| panic!("{line}"));
-    }
-    folder.write("balance.py", folder.read("balance.py") + "\n");
-    let (said, _) = folder.fails("verify run.rrd --ask-policy balance.py", 1);
-    said.has("starts a program");
+    folder.plays(
+        "ratelab verify run.rrd && test ! -e started
+         ratelab verify --perturb run.rrd && test ! -e started
+         ratelab info run.rrd && test ! -e started
+         2 ratelab branch run.rrd --at 0.1 --knob 'takes policy 1'
+         2 ratelab run --like run.rrd
+         test ! -e started
+         ratelab verify run.rrd --ask-policy balance.py && rm started
+         ratelab branch run.rrd --at 0.1 --knob 'policy balance.py' && rm started
+         ratelab run --like run.rrd --policy balance.py && rm started
+         echo >> balance.py
+         1 ratelab verify run.rrd --ask-policy balance.py => starts a program",
+    );
 }
 
 #[test]

@@ -225,26 +225,6 @@ fn an_exercise_is_done_in_the_lab() {
     lab.quit("q");
 }
 
-#[test]
-fn a_cell_of_the_cliff_map_runs_live() {
-    let mut lab = Lab::open("--queue-depth 2", 45, 160);
-    lab.play(&[
-        ("", "BALANCED so far"),
-        ("m", "m again"),
-        ("m", "cliff map: queue-depth 2"),
-        ("", "50 Hz, seed 0"),
-        ("", "3100 runs of 10 s"),
-        (&"\u{1b}[D".repeat(26), "5 Hz, seed 0"),
-        ("\u{1b}[B", "5 Hz, seed 1: FELL at 1.180 s"),
-        ("\r", "■ ended"),
-    ]);
-    Said(lab.quit("q"))
-        .has("seed 1")
-        .has("control 5 Hz")
-        .has("queue depth 2")
-        .has("FELL at 1.180 s");
-}
-
 /// The process that runs in a terminal.
 fn pid(lab: &Lab) -> u32 {
     lab.child.process_id().expect("running")
@@ -287,21 +267,6 @@ fn a_paste_goes_into_text_fields_and_triggers_no_keys() {
     lab.type_keys(&paste("control-hz 7.5\n"));
     lab.play(&[("\r", "policy at 7.5 Hz")]);
     Said(lab.screen()).lacks("at 5 Hz");
-    lab.quit("q");
-}
-
-#[test]
-fn a_knob_of_any_node_is_completed_refused_in_full_and_edited() {
-    let mut lab = Lab::open("--world own", 45, 160);
-    lab.play(&[
-        ("", "BALANCED so far"),
-        (":ra\tac\t0\r", "✖ \"0\" is not a rate"),
-        ("", ": rate actuator 0"),
-        ("\u{7f}25\r", "actuator at 25 Hz"),
-        // The keys change the marked node.
-        ("\u{1b}[B", "▸actuator"),
-        ("]", "actuator at 30 Hz"),
-    ]);
     lab.quit("q");
 }
 
@@ -359,23 +324,6 @@ fn a_policy_with_a_tick_of_a_minute_does_not_block_the_lab() {
         lab.wait_for("−12.");
         lab.quit(keys);
     }
-}
-
-#[test]
-fn a_changed_policy_file_is_used_after_a_restart() {
-    let folder = Folder::with(&[
-        "policies/patient.safetensors",
-        "policies/prompt.safetensors",
-    ]);
-    let policy = folder.path("x.safetensors");
-    fs::rename(folder.path("patient.safetensors"), &policy).expect("put");
-    let mut lab = open(&folder, "--policy x.safetensors");
-    lab.wait_for("BALANCED so far");
-    fs::rename(folder.path("prompt.safetensors"), &policy).expect("put");
-    lab.play(&[("n", "seed 1")]);
-    fs::remove_file(&policy).expect("removed");
-    lab.play(&[("n", "x.safetensors: expected"), ("", "seed 1")]);
-    lab.quit("q");
 }
 
 /// Threads of the recorder's library in a process.

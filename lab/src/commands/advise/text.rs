@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::ChangedRun;
 use crate::{
     program::{self, Program},
-    summary::{ages, rounded, text::line},
+    summary::{ages, rounded, text::lines},
 };
 use ratelab_study::{advise::AgeChange, experiment::Summary};
 
@@ -19,45 +19,34 @@ pub fn of(program: &Program, base: &ChangedRun, measured: &[ChangedRun]) -> Stri
     let helps = |run: &&ChangedRun| run.is_younger(base);
     let best: Vec<&ChangedRun> = measured.iter().filter(helps).collect();
     let others = measured.len() - best.len();
-    let mut lines = vec![
-        line("age of", &ages::title(&base.age)),
-        line("now", &figures(base)),
-    ];
-    let rows = best.iter().take(PRINTED);
-    let rows: Vec<[String; 2]> = rows.map(|run| [figures(run), price(base, run)]).collect();
-    let wide = |of: usize| {
-        rows.iter()
-            .map(|row| row[of].len())
-            .max()
-            .unwrap_or_default()
-    };
-    let (first, second) = (wide(0), wide(1));
-    for (run, [figures, price]) in best.iter().zip(&rows) {
+    let mut rows = vec![("age of", ages::title(&base.age)), ("now", figures(base))];
+    let cells = best.iter().take(PRINTED);
+    let cells: Vec<[String; 2]> = cells.map(|run| [figures(run), price(base, run)]).collect();
+    let [first, second] = [0, 1].map(|of| {
+        let widths = cells.iter().map(|cells| cells[of].len());
+        widths.max().unwrap_or_default()
+    });
+    for (run, [figures, price]) in best.iter().zip(&cells) {
         let command = command(&run.change);
-        lines.push(line(
-            "with",
-            &format!("{figures:first$}  {price:second$}  {command}"),
-        ));
+        let text = format!("{figures:first$}  {price:second$}  {command}");
+        rows.push(("with", text));
     }
     let hidden = best.len().saturating_sub(PRINTED);
     if hidden > 0 {
-        lines.push(line(
-            "",
-            &format!("{hidden} more help less: --json has them"),
-        ));
+        rows.push(("", format!("{hidden} more help less: --json has them")));
     }
     if best.is_empty() {
         let name = program.system.name();
-        lines.push(line(
+        rows.push((
             "with",
-            &format!("nothing that can be turned in {name} helps"),
+            format!("nothing that can be turned in {name} helps"),
         ));
     }
-    lines.push(line(
+    rows.push((
         "",
-        &format!("{others} changes help by less than 1 %, or harm"),
+        format!("{others} changes help by less than 1 %, or harm"),
     ));
-    lines.join("\n")
+    lines(&rows)
 }
 
 fn figures(run: &ChangedRun) -> String {
@@ -141,11 +130,8 @@ fn command(change: &AgeChange) -> String {
     }
     let knobs = change.knobs.iter().map(|knob| ("--knob", knob.to_string()));
     let with = change.with.iter().map(|with| ("--with", with.clone()));
-    words.extend(
-        knobs
-            .chain(with)
-            .flat_map(|(option, text)| [option.to_owned(), text]),
-    );
+    let changes = knobs.chain(with);
+    words.extend(changes.flat_map(|(option, text)| [option.to_owned(), text]));
     let quoted = words.iter().map(|word| quoted(word));
     quoted.collect::<Vec<_>>().join(" ")
 }

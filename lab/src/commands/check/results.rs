@@ -4,7 +4,7 @@ use ratelab::Time;
 use ratelab_screen::escaped;
 use serde_json::{Value, json};
 
-use crate::{error::Error, summary::text::line};
+use crate::{error::Error, summary::text::lines};
 
 /// What the runs of a graph make of its limits.
 pub struct Results {
@@ -48,18 +48,17 @@ impl Results {
     /// A line for each missed limit, and one for the others; the runs were to last to `end`.
     pub fn text(&self, end: Time) -> String {
         let missed = self.missed();
-        let mut lines: Vec<String> = missed
-            .map(|(limit, miss)| line("missed", &format!("{}: {miss}", limit.limit)))
-            .collect();
+        let missed = missed.map(|(limit, miss)| ("missed", format!("{}: {miss}", limit.limit)));
+        let mut rows: Vec<_> = missed.collect();
         let (all, runs, end) = (self.limits.len(), self.runs, end.as_secs_f64());
-        let kept = all - lines.len();
+        let kept = all - rows.len();
         let runs = match runs {
             1 => "1 run".to_owned(),
             runs => format!("{runs} runs"),
         };
         let text = format!("{kept} of {all} limits, in {runs} of {end} s");
-        lines.push(line("kept", &text));
-        lines.join("\n")
+        rows.push(("kept", text));
+        lines(&rows)
     }
 
     /// All limits for programs.
@@ -101,8 +100,7 @@ impl Results {
         match self.missed().count() {
             0 => Ok(()),
             missed => {
-                let all = self.limits.len();
-                let graph = self.graph;
+                let (graph, all) = (self.graph, self.limits.len());
                 Err(Error::Unfinished(format!(
                     "{graph} misses {missed} of {all} limits"
                 )))
