@@ -135,10 +135,9 @@ pub fn graph(
     whole.extend(config.setup.iter().cloned());
     let warnings = program.system.warnings(&whole);
     let overloads = program.system.overloads(&whole);
-    warnings
-        .iter()
-        .chain(&overloads)
-        .for_each(|warning| note(warning));
+    for warning in warnings.iter().chain(&overloads) {
+        note(warning);
+    }
     Ok((config, like))
 }
 

@@ -9,17 +9,12 @@ use ratelab_study::{
     system::{System, WorldKind, depends_on_the_world, plant},
 };
 
-/// Whether `knob` sets the duration, lateness or offset of a node's ticks.
-pub fn is_of_time(knob: &Knob) -> bool {
-    matches!(
-        knob.kind(),
-        KnobKind::Takes | KnobKind::Offset | KnobKind::Wakes
-    )
-}
+/// The kinds of knobs that set the duration, lateness or offset of a node's ticks.
+const OF_TIME: [KnobKind; 3] = [KnobKind::Takes, KnobKind::Offset, KnobKind::Wakes];
 
 /// Whether the timing of `node` was configured at any time of a run.
 pub fn is_timed(summary: &Summary, node: &str) -> bool {
-    knobs(summary).any(|knob| is_of_time(&knob) && knob.target() == node)
+    knobs(summary).any(|knob| OF_TIME.contains(&knob.kind()) && knob.target() == node)
 }
 
 /// Whether a tick of `node` began after it was due.

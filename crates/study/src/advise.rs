@@ -18,7 +18,7 @@ const MOST: usize = 200;
 const RATES: [f64; 10] = [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
 
 /// A change of a run: knobs, and keys of its graph file.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct AgeChange {
     /// The nodes and topics that it changes.
     pub of: Vec<String>,

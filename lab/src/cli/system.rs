@@ -105,10 +105,7 @@ fn option(alias: &'static Alias, help: &str, default: &str) -> Arg {
             _ => heading::GRAPH,
         });
     let underscored = alias.name.replace('-', "_");
-    let option = match underscored == alias.name {
-        true => option,
-        false => option.alias(underscored),
-    };
+    let option = option.aliases(Some(underscored).filter(|name| name != alias.name));
     match alias.kind() {
         KnobKind::Send => option.value_hint(ValueHint::FilePath),
         _ => option.allow_hyphen_values(true),

@@ -8,7 +8,7 @@ use ratelab::{Interrupt, Time, Topology};
 use ratelab_study::{
     advise::{AgeChange, changes, run_all},
     experiment::{Config, Experiment, RunAge, Summary, sweep::all_cores},
-    system::System,
+    system::{DataChain, System},
 };
 
 use crate::{
@@ -127,9 +127,8 @@ impl Advisor<'_> {
         let summary = summary.filter(|_| !self.interrupt.is_asked());
         let stopped = || Error::Unfinished("stopped before the first result".to_owned());
         let summary = summary.ok_or_else(stopped)?;
-        let chains = system.about().chains;
-        let late = |age: &&RunAge| {
-            let chain = chains.iter().find(|chain| Some(chain.name()) == age.chain);
+        let late = |age: &RunAge| {
+            let chain = self.chain_of(age);
             chain.and_then(|chain| chain.excess(summary.sim_time, &summary.chains))
         };
         // The age in question is the one that is farthest from its limit.
@@ -145,18 +144,18 @@ impl Advisor<'_> {
                 system.name()
             )));
         };
-        let change = AgeChange {
-            of: Vec::new(),
-            knobs: Vec::new(),
-            with: Vec::new(),
-        };
-        Ok((self.measured(change, summary, age), topology))
+        Ok((self.measured(AgeChange::default(), summary, age), topology))
+    }
+
+    /// The chain whose age it is; `None` for a push.
+    fn chain_of(&self, age: &RunAge) -> Option<&DataChain> {
+        let mut chains = self.program.system.about().chains.iter();
+        chains.find(|chain| Some(chain.name()) == age.chain)
     }
 
     /// A run with its `age` in question.
     fn measured(&self, change: AgeChange, summary: Summary, age: RunAge) -> ChangedRun {
-        let mut chains = self.program.system.about().chains.iter();
-        let chain = chains.find(|chain| Some(chain.name()) == age.chain);
+        let chain = self.chain_of(&age);
         let within = chain.and_then(|chain| chain.within_share(summary.sim_time, &summary.chains));
         ChangedRun {
             age,

@@ -13,7 +13,7 @@ use crate::{
     cli::CheckArgs,
     error::Error,
     options::{self, Defaults},
-    output::{OutputFile, OutputKind, ProgressLine, print_result},
+    output::{OutputKind, ProgressLine, print_result},
     program::Program,
     signals,
     summary::{json, text::ReportContext},
@@ -30,10 +30,8 @@ pub fn check(program: &Program, args: &CheckArgs) -> Result<(), Error> {
     let config = config.resolved(&*program.system)?;
     let seeds = args.seeds.as_ref().map(|seeds| seeds.values().to_vec());
     let seeds = seeds.unwrap_or_else(|| vec![config.seed]);
-    let junit = args.junit.as_deref().map(|path| {
-        OutputKind::Tests.check("--junit", path)?;
-        OutputFile::open("--junit", path)
-    });
+    let junit = args.junit.as_deref();
+    let junit = junit.map(|path| OutputKind::Tests.open("--junit", path));
     let junit = junit.transpose()?;
     let interrupt = signals::interrupt();
     let bar = ProgressLine::of_runs(seeds.len(), true, args.json);

@@ -11,7 +11,7 @@ use serde_json::Value;
 use crate::{
     cli::ExportWebArgs,
     error::Error,
-    output::{OutputKind, print_line, write_whole},
+    output::{OutputKind, print_line},
     printable::shown,
     program::Program,
     screen::theme,
@@ -49,13 +49,7 @@ pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> 
     let runs: Vec<Value> = runs.collect();
     let quantity = differs.map_or_else(String::new, |alias| names::label(alias.name));
     let page = web::page(system.name(), &quantity, &runs, &poster);
-    write_whole(
-        "--output",
-        &args.output,
-        OutputKind::Page,
-        &args.files,
-        page.as_bytes(),
-    )?;
+    OutputKind::Page.write("--output", &args.output, &args.files, page.as_bytes())?;
     let file = shown(&args.output);
     print_line(&format!("{file}: open it in a browser"))?;
     recordings.iter().try_for_each(|one| Error::if_damaged(one))

@@ -28,7 +28,7 @@ use session::GradedRun;
 use crate::{
     cli::GradeArgs,
     error::Error,
-    output::{OutputKind, print_result, write_whole},
+    output::{OutputKind, print_result},
     program::Program,
     signals,
 };
@@ -65,13 +65,7 @@ pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {
     flags::find(&mut graded, roster.as_ref());
     if let Some(file) = args.csv.as_ref().filter(|_| graded.len() == all) {
         let rows = rows::csv(&graded);
-        write_whole(
-            "--csv",
-            file,
-            OutputKind::Rows(rows::HEADER),
-            &[],
-            rows.as_bytes(),
-        )?;
+        OutputKind::Rows(rows::HEADER).write("--csv", file, &[], rows.as_bytes())?;
     }
     let table = table::text(&graded, &measured, roster.as_ref());
     print_result(args.json, &rows::json(&graded, &measured), &table)?;

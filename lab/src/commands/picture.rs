@@ -9,7 +9,7 @@ use crate::{
     cli::PictureArgs,
     error::Error,
     options::{self, Defaults},
-    output::{OutputKind, write_whole},
+    output::OutputKind,
     program::Program,
     screen::{sessions, theme},
 };
@@ -23,8 +23,7 @@ const DEFAULTS: Defaults = Defaults::virtual_only(
 pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
     let theme = theme(args.ascii, Some(args.theme));
     let output = |picture: &str, read: &[PathBuf]| {
-        let bytes = picture.as_bytes();
-        write_whole("--output", &args.output, OutputKind::Drawing, read, bytes)
+        OutputKind::Drawing.write("--output", &args.output, read, picture.as_bytes())
     };
     if let Some(file) = &args.file {
         refuse_options(args)?;

@@ -13,7 +13,10 @@ use crate::{
     program::Program,
     results::{context, destination, plan, print_results, record},
     signals,
-    summary::{phases::Phases, text::ReportContext},
+    summary::{
+        phases::{self, PhaseSpread},
+        text::ReportContext,
+    },
 };
 
 /// Runs the graph, then prints and writes its summary.
@@ -27,7 +30,7 @@ pub fn run(program: &Program, plain: &PlainRunArgs) -> Result<(), Error> {
     if experiment.config().clock == ClockKind::Virtual {
         experiment.tie_notes().iter().for_each(|text| note(text));
     }
-    let phases = plain.phases.map(|count| Phases::of(&experiment, count));
+    let phases = plain.phases.map(|count| phases::sweep(&experiment, count));
     let phases = phases.transpose()?;
     let commands = experiment.commands();
     // After the end of the run the first signal has no effect, so that its results are
@@ -49,7 +52,7 @@ pub fn run(program: &Program, plain: &PlainRunArgs) -> Result<(), Error> {
     let reported = outcome.map_err(Error::from).and_then(|summary| {
         let csv_lost = written.unwrap_or(Ok(0))?;
         let context = ReportContext {
-            phases: phases.map(Phases::run).transpose()?,
+            phases: phases.as_ref().map(PhaseSpread::of).transpose()?,
             ..context(args, realtime, csv_lost)
         };
         print_results(program, args, outputs, &summary, &context, like.as_ref())

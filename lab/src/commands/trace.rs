@@ -5,7 +5,7 @@ use std::slice;
 use crate::{
     cli::TraceArgs,
     error::Error,
-    output::{OutputKind, print_line, write_whole},
+    output::{OutputKind, print_line},
     printable::shown,
     program::{self, Program},
     trace::trace as encoded,
@@ -18,13 +18,8 @@ pub fn trace(program: &Program, args: &TraceArgs) -> Result<(), Error> {
     let path = args.output.clone();
     let path = path.unwrap_or_else(|| args.file.with_extension("pftrace"));
     let system = recording.system(&program.of(&recording).system);
-    write_whole(
-        "--output",
-        &path,
-        OutputKind::Trace,
-        slice::from_ref(&args.file),
-        &encoded(&recording, &*system),
-    )?;
+    let (read, trace) = (slice::from_ref(&args.file), encoded(&recording, &*system));
+    OutputKind::Trace.write("--output", &path, read, &trace)?;
     print_line(&format!(
         "{}: open it in https://ui.perfetto.dev\nwithout a network {} replay shows the run",
         shown(&path),

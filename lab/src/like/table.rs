@@ -20,13 +20,13 @@ const QUANTILES: [(&str, f64); 4] = [("p10", 0.1), ("p50", 0.5), ("p90", 0.9), (
 /// The table, with one line per figure.
 pub fn text(system: &dyn System, like: &Like, model: &Summary) -> String {
     let mut rows = rows(system, [&like.recorded, model]);
-    rows.insert(0, ["", "recorded", "virtual"].map(str::to_owned).to_vec());
     let names = rows.iter().map(|row| row[0].chars().count());
     let wide = names.max().unwrap_or(0);
-    rows.iter_mut()
-        .for_each(|row| row[0] = format!("{:<wide$}", row[0]));
+    for row in &mut rows {
+        row[0] = format!("{:<wide$}", row[0]);
+    }
     let table = Table {
-        headers: rows.remove(0),
+        headers: ["", "recorded", "virtual"].map(str::to_owned).to_vec(),
         rows,
     };
     let titles = ["like"].into_iter().chain(iter::repeat(""));

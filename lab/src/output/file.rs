@@ -100,27 +100,35 @@ impl Target {
     }
 }
 
-/// Writes `bytes` to the file at `path`, which `option` named. It is none of the files that
-/// are `read`, and replaces files of its `kind` only.
-///
-/// # Errors
-/// [`Error::BadInput`] if nothing can be written there, or there is another file,
-/// [`Error::Write`] with what went wrong.
-pub fn write_whole(
-    option: &str,
-    path: &Path,
-    kind: OutputKind,
-    read: &[PathBuf],
-    bytes: &[u8],
-) -> Result<(), Error> {
-    if read.iter().any(|read| is_same(path, read)) {
-        return Err(Error::BadInput(format!(
-            "{option} {}: this is the file that is read: choose another name",
-            path.display()
-        )));
+impl OutputKind<'_> {
+    /// Opens the file at `path`, which `option` named, to replace one of this kind only.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if nothing can be written there, or there is another file.
+    pub fn open(self, option: &str, path: &Path) -> Result<OutputFile, Error> {
+        self.check(option, path)?;
+        OutputFile::open(option, path)
     }
-    kind.check(option, path)?;
-    OutputFile::open(option, path)?.write(bytes)
+
+    /// Writes `bytes` to that file. It is none of the files that are `read`.
+    ///
+    /// # Errors
+    /// As of [`open`](Self::open), and [`Error::Write`] with what went wrong.
+    pub fn write(
+        self,
+        option: &str,
+        path: &Path,
+        read: &[PathBuf],
+        bytes: &[u8],
+    ) -> Result<(), Error> {
+        if read.iter().any(|read| is_same(path, read)) {
+            return Err(Error::BadInput(format!(
+                "{option} {}: this is the file that is read: choose another name",
+                path.display()
+            )));
+        }
+        self.open(option, path)?.write(bytes)
+    }
 }
 
 /// Refuses a file that is at `path`, which `option` named, already.

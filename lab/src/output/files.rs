@@ -34,13 +34,14 @@ impl OutputPlan<'_> {
         let inputs = self.inputs.iter();
         let inputs = inputs.map(|(option, path)| (option.as_str(), path.as_path(), "reads"));
         let mut taken: Vec<(&str, &Path, &str)> = inputs.collect();
+        let rows = OutputKind::Rows(&self.header);
         let outputs = [
-            ("--out", metrics.as_deref()),
-            ("--csv", self.csv),
-            ("--svg", self.svg),
-            ("--record", self.record),
+            ("--out", metrics.as_deref(), None),
+            ("--csv", self.csv, Some(rows)),
+            ("--svg", self.svg, Some(OutputKind::Drawing)),
+            ("--record", self.record, None),
         ];
-        for (option, path) in outputs {
+        for (option, path, _) in outputs {
             let Some(path) = path else { continue };
             let before = taken.iter().find(|(_, other, _)| is_same(path, other));
             if let Some((other, _, does)) = before {
@@ -51,12 +52,12 @@ impl OutputPlan<'_> {
             }
             taken.push((option, path, "writes"));
         }
-        let rows = self
-            .csv
-            .map(|path| ("--csv", path, OutputKind::Rows(&self.header)));
-        let drawing = self.svg.map(|path| ("--svg", path, OutputKind::Drawing));
-        let mut replaced = rows.into_iter().chain(drawing);
-        replaced.try_for_each(|(option, path, kind)| kind.check(option, path))
+        for (option, path, kind) in outputs {
+            if let (Some(path), Some(kind)) = (path, kind) {
+                kind.check(option, path)?;
+            }
+        }
+        Ok(())
     }
 }
 

@@ -14,7 +14,7 @@ mod print;
 mod progress;
 mod unfinished;
 
-pub use file::{OutputFile, refuse_existing, write_whole};
+pub use file::{OutputFile, refuse_existing};
 pub use files::{OutputPlan, Outputs};
 pub use kind::OutputKind;
 pub use live::Live;

@@ -1,19 +1,16 @@
 //! A run at other phases of its nodes: how the age differs.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, ops::ControlFlow};
 
 use ratelab::ClockKind;
 use ratelab_study::experiment::{
     Experiment,
-    sweep::{Sweep, Swept, all_cores},
+    sweep::{Sweep, all_cores},
 };
 use serde_json::{Value, json};
 
 use super::rounded;
 use crate::error::Error;
-
-/// The runs.
-pub struct Phases(Sweep);
 
 /// What they have come to.
 pub struct PhaseSpread {
@@ -27,36 +24,29 @@ pub struct PhaseSpread {
     worst: Vec<String>,
 }
 
-impl Phases {
-    /// `count` runs of `experiment`.
-    ///
-    /// # Errors
-    /// [`Error::BadInput`] for a run on the real clock, where phases are as they come.
-    pub fn of(experiment: &Experiment, count: usize) -> Result<Self, Error> {
-        let config = experiment.config().clone();
-        if config.clock == ClockKind::Real {
-            let why = "--phases shifts nodes in virtual time: add --clock virtual";
-            return Err(Error::BadInput(why.to_owned()));
-        }
-        let axes = vec![experiment.phases(count)];
-        let sweep = Sweep::of(experiment.system().clone(), config);
-        Ok(Self(Sweep { axes, ..sweep }))
+/// `count` runs of `experiment`, each at other phases.
+///
+/// # Errors
+/// [`Error::BadInput`] for a run on the real clock, where phases are as they come.
+pub fn sweep(experiment: &Experiment, count: usize) -> Result<Sweep, Error> {
+    let config = experiment.config().clone();
+    if config.clock == ClockKind::Real {
+        let why = "--phases shifts nodes in virtual time: add --clock virtual";
+        return Err(Error::BadInput(why.to_owned()));
     }
-
-    /// Runs them, on all cores.
-    ///
-    /// # Errors
-    /// [`Error::Sweep`] if a run failed.
-    pub fn run(self) -> Result<PhaseSpread, Error> {
-        let swept = self
-            .0
-            .run(all_cores(), |_, _| std::ops::ControlFlow::Continue(()))?;
-        Ok(PhaseSpread::of(&swept))
-    }
+    Ok(Sweep {
+        axes: vec![experiment.phases(count)],
+        ..Sweep::of(experiment.system().clone(), config)
+    })
 }
 
 impl PhaseSpread {
-    fn of(swept: &Swept) -> Self {
+    /// Runs `sweep` on all cores.
+    ///
+    /// # Errors
+    /// [`Error::Sweep`] if a run failed.
+    pub fn of(sweep: &Sweep) -> Result<Self, Error> {
+        let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()))?;
         let (mut ages, mut verdicts) = (Vec::new(), BTreeMap::new());
         let mut worst = (false, f64::NEG_INFINITY, Vec::new());
         for (cell, result) in swept.finished() {
@@ -70,13 +60,13 @@ impl PhaseSpread {
             }
         }
         ages.sort_by(f64::total_cmp);
-        Self {
-            seed: swept.sweep().base.seed,
+        Ok(Self {
+            seed: sweep.base.seed,
             runs: verdicts.values().sum(),
             ages,
             verdicts,
             worst: worst.2,
-        }
+        })
     }
 
     /// Least, median and greatest of the mean push ages (ms); `None` without a push.
@@ -86,25 +76,18 @@ impl PhaseSpread {
     }
 
     /// Lines for people.
-    pub fn lines(&self) -> impl Iterator<Item = (&'static str, String)> + use<> {
-        let age = self
-            .spread()
-            .map_or_else(String::new, |[least, median, greatest]| {
-                format!(": mean push age {least:.1} to {greatest:.1} ms, median {median:.1} ms")
-            });
-        let verdicts = self.verdicts.iter();
-        let verdicts =
-            verdicts.map(|(name, count)| format!("; {} {count}", name.replace('_', " ")));
-        let verdicts: String = verdicts.collect();
-        [
-            (
-                "phases",
-                format!("{} by seed {}{age}{verdicts}", self.runs, self.seed),
-            ),
-            ("worst", self.worst.join(" | ")),
-        ]
-        .into_iter()
-        .filter(|(_, text)| !text.is_empty())
+    pub fn lines(&self) -> Vec<(&'static str, String)> {
+        let mut text = format!("{} by seed {}", self.runs, self.seed);
+        if let Some([least, median, greatest]) = self.spread() {
+            text +=
+                &format!(": mean push age {least:.1} to {greatest:.1} ms, median {median:.1} ms");
+        }
+        for (name, count) in &self.verdicts {
+            text += &format!("; {} {count}", name.replace('_', " "));
+        }
+        let mut lines = vec![("phases", text), ("worst", self.worst.join(" | "))];
+        lines.retain(|(_, text)| !text.is_empty());
+        lines
     }
 
     /// The same for programs.

@@ -82,14 +82,14 @@ fn theory_lines(summary: &SweepSummary, theme: &Theme) -> Vec<String> {
     if summary.rows().iter().any(|row| row.theory.stands.is_some()) {
         lines.push(line("stands", STANDS));
     }
-    let edges: Vec<Edge> = summary.edges().collect();
+    let edges = summary.edges();
     let drawn = Edge::ALL.into_iter().filter(|edge| edges.contains(edge));
     let single = summary.groups().len() == 1;
     lines.extend(drawn.map(|edge| {
-        let flat = edge_mark(edge, theme).repeat(2);
+        let [flat, upright] = edge_marks(edge, theme);
         let mark = match single {
-            true => flat,
-            false => format!("{flat} {}", cell_mark(edge, theme)),
+            true => flat.repeat(2),
+            false => format!("{flat}{flat} {upright}"),
         };
         paragraph(&mark, edge.text())
     }));
@@ -183,20 +183,11 @@ fn level(row: &RowSummary) -> SurvivalLevel {
     SurvivalLevel::of(row.survival.held, row.survival.runs)
 }
 
-/// What an edge that theory draws is made of, in a list.
-fn edge_mark(edge: Edge, theme: &Theme) -> &'static str {
+/// What an edge that theory draws is made of: between two lines, and between two cells of a line.
+fn edge_marks(edge: Edge, theme: &Theme) -> [&'static str; 2] {
     match edge {
-        Edge::Grows => theme.glyph("┄", "-"),
-        Edge::Sure => theme.glyph("┈", "."),
-        Edge::Stands => theme.glyph("━", "="),
-    }
-}
-
-/// What it is made of between two cells of a map.
-fn cell_mark(edge: Edge, theme: &Theme) -> &'static str {
-    match edge {
-        Edge::Grows => theme.glyph("┊", "|"),
-        Edge::Sure => theme.glyph("┆", ":"),
-        Edge::Stands => theme.glyph("┃", "!"),
+        Edge::Grows => [theme.glyph("┄", "-"), theme.glyph("┊", "|")],
+        Edge::Sure => [theme.glyph("┈", "."), theme.glyph("┆", ":")],
+        Edge::Stands => [theme.glyph("━", "="), theme.glyph("┃", "!")],
     }
 }

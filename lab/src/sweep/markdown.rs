@@ -13,12 +13,14 @@ use super::{
 /// fastest.
 pub fn text(summary: &SweepSummary, theme: &Theme) -> String {
     let mut groups = summary.groups();
-    let table = match (groups.len(), groups.next()) {
+    let mut table = match (groups.len(), groups.next()) {
         (1, Some(rows)) => figures(summary, rows),
         _ => counts(summary),
     };
     let head = map::head(summary, theme).into_iter();
     let head: Vec<String> = head.map(|(name, text)| format!("{name}: {text}")).collect();
+    // The line below the heading: figures are aligned to the right.
+    table.insert(1, vec!["---:".to_owned(); table[0].len()]);
     let table: Vec<String> = table.iter().map(|cells| row(cells)).collect();
     format!("{}\n\n{}", head.join("; "), table.join("\n"))
 }
@@ -29,7 +31,6 @@ fn figures(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<Vec<String>> {
     let mut head = vec![summary.main.heading(), summary.good.clone()];
     head.extend(figures.iter().map(|of| format!("{}{}", of.name, of.unit)));
     head.extend(summary.parts.iter().map(PartColumn::name));
-    let line = rule(head.len());
     let rows = rows.iter().map(|row| {
         let mut cells = vec![row.value.clone(), figures::count(row)];
         cells.extend(figures.iter().map(|figure| figure.text(row)));
@@ -37,7 +38,7 @@ fn figures(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<Vec<String>> {
         cells.extend(row.parts.iter().map(ms));
         cells
     });
-    [head, line].into_iter().chain(rows).collect()
+    [head].into_iter().chain(rows).collect()
 }
 
 /// How many runs were successful, below the values of the fastest knob.
@@ -49,17 +50,11 @@ fn counts(summary: &SweepSummary) -> Vec<Vec<String>> {
     } = summary.grid();
     let values = values.into_iter().map(str::to_owned);
     let head: Vec<String> = [heading].into_iter().chain(values).collect();
-    let line = rule(head.len());
     let rows = groups.into_iter().map(|(name, rows)| {
         let counts = rows.iter().map(figures::count);
         [name].into_iter().chain(counts).collect()
     });
-    [head, line].into_iter().chain(rows).collect()
-}
-
-/// The line below the heading: figures are aligned to the right.
-fn rule(columns: usize) -> Vec<String> {
-    vec!["---:".to_owned(); columns]
+    [head].into_iter().chain(rows).collect()
 }
 
 fn row(cells: &[String]) -> String {

@@ -125,14 +125,17 @@ impl SweepSummary {
     }
 
     /// The edges that theory draws between neighbours.
-    pub fn edges(&self) -> impl Iterator<Item = Edge> {
-        let groups: Vec<&[RowSummary]> = self.groups().collect();
-        let within = self.groups().flat_map(|rows| rows.windows(2));
-        let within: Vec<Edge> = within.filter_map(|pair| pair[0].edge(&pair[1])).collect();
-        let between = groups.windows(2).filter(|_| self.is_plane());
-        let between = between.flat_map(|pair| pair[0].iter().zip(pair[1]));
-        let between: Vec<Edge> = between.filter_map(|(row, next)| row.edge(next)).collect();
-        within.into_iter().chain(between)
+    pub fn edges(&self) -> Vec<Edge> {
+        let within = self
+            .groups()
+            .flat_map(|rows| rows.iter().zip(rows.iter().skip(1)));
+        let groups = self.groups().zip(self.groups().skip(1));
+        let between = groups.filter(|_| self.is_plane());
+        let between = between.flat_map(|(rows, next)| rows.iter().zip(next));
+        let neighbours = within.chain(between);
+        neighbours
+            .filter_map(|(row, next)| row.edge(next))
+            .collect()
     }
 
     /// Whether the groups differ in one thing only, so that those that follow each other

@@ -4,7 +4,7 @@ use std::iter;
 
 use ratelab_screen::{SurvivalLevel, Theme};
 
-use super::{MapStyle, cell_mark, edge_mark, level};
+use super::{MapStyle, edge_marks, level};
 use crate::sweep::{
     figures::Figure,
     summary::{RowSummary, SweepSummary},
@@ -33,7 +33,8 @@ pub fn lines(summary: &SweepSummary, style: &MapStyle) -> Vec<String> {
     pieces(summary, style, CELL + 1, |rows, place| {
         let next = rows.get(place + 1);
         let edge = next.and_then(|next| rows[place].edge(next));
-        cell(&rows[place]) + edge.map_or(" ", |edge| cell_mark(edge, theme))
+        let [_, upright] = edge.map_or([" "; 2], |edge| edge_marks(edge, theme));
+        cell(&rows[place]) + upright
     })
 }
 
@@ -99,9 +100,10 @@ fn pieces(
 /// The edges that theory draws between two groups, each as wide as a cell.
 fn edges(rows: &[RowSummary], next: &[RowSummary], cell: usize, theme: &Theme) -> String {
     let pairs = rows.iter().zip(next);
-    let marks = pairs.map(|(row, next)| match row.edge(next) {
-        Some(edge) => edge_mark(edge, theme).repeat(cell - 1) + " ",
-        None => " ".repeat(cell),
+    let marks = pairs.map(|(row, next)| {
+        let edge = row.edge(next);
+        let [flat, _] = edge.map_or([" "; 2], |edge| edge_marks(edge, theme));
+        flat.repeat(cell - 1) + " "
     });
     marks.collect()
 }

@@ -2,7 +2,7 @@
 
 use ratelab_screen::{SurvivalLevel, Theme};
 
-use super::edge_mark;
+use super::edge_marks;
 use crate::sweep::{
     figures,
     summary::{RowSummary, SweepSummary},
@@ -38,7 +38,8 @@ pub fn lines(summary: &SweepSummary, rows: &[RowSummary], theme: &Theme) -> Vec<
         let next = rows.get(place + 1);
         if let Some(edge) = next.and_then(|next| row.edge(next)) {
             let width = wide + 2 + counts + 2 + bar_width;
-            lines.push(edge_mark(edge, theme).repeat(width));
+            let [flat, _] = edge_marks(edge, theme);
+            lines.push(flat.repeat(width));
         }
     }
     lines
