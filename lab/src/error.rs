@@ -138,13 +138,10 @@ impl Error {
 
     /// Whether Ctrl-C ended a verification.
     pub fn is_stop(&self) -> bool {
-        matches!(
-            self,
-            Self::Unverified {
-                why: VerifyError::Stopped,
-                ..
-            }
-        )
+        match self {
+            Self::Unverified { why, .. } => matches!(why, VerifyError::Stopped),
+            _ => false,
+        }
     }
 
     /// 2 for bad input, 1 for an unfinished run.

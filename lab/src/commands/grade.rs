@@ -114,7 +114,7 @@ impl Graded {
         Ok(Some(Self {
             marks,
             sessions,
-            refused: hand_in.refused(),
+            refused: hand_in.refused,
             learner: hand_in.learner,
         }))
     }

@@ -22,10 +22,8 @@ impl SweepArgs {
     /// # Errors
     /// [`Error::BadInput`] if they are invalid for the system.
     pub fn sweep(&self, program: &Program) -> Result<Sweep, Error> {
-        let knobs = self
-            .knob
-            .iter()
-            .map(|knob| read_knob(program, "--knob", knob));
+        let knobs = self.knob.iter();
+        let knobs = knobs.map(|knob| read_knob(program, "--knob", knob));
         let knobs = timing(&self.timing).map(Ok).chain(knobs);
         let usual = Config::default();
         let base = Config {

@@ -21,8 +21,8 @@ pub struct HandIn {
     pub answers: Answers,
     /// The recordings, by name.
     pub recordings: Vec<PathBuf>,
-    /// Why the predictions are unusable, if they are.
-    unusable: Option<String>,
+    /// Why it is not acceptable, if it is not.
+    pub refused: Option<String>,
 }
 
 /// The hand-ins in `dir`, by name. Hidden folders and loose files are none.
@@ -40,7 +40,7 @@ pub fn hand_ins(dir: &Path) -> Result<Vec<HandIn>, Error> {
 
 impl HandIn {
     fn read(folder: &Path) -> Self {
-        let (recordings, listed) = match sorted(folder) {
+        let (mut recordings, listed) = match sorted(folder) {
             Ok(files) => (files, None),
             Err(why) => (Vec::new(), Some(why.to_string())),
         };
@@ -48,20 +48,15 @@ impl HandIn {
             Ok(answers) => (answers, None),
             Err(why) => (Answers::default(), Some(why)),
         };
-        let is_recording = |path: &PathBuf| path.extension().is_some_and(|end| end == "rrd");
+        recordings.retain(|path| path.extension().is_some_and(|end| end == "rrd"));
+        let empty = answers == Answers::default() && recordings.is_empty();
+        let nothing = || "nothing is handed in: neither predictions nor a recording".to_owned();
         Self {
             learner: file_name(folder),
             answers,
-            recordings: recordings.into_iter().filter(is_recording).collect(),
-            unusable: listed.or(invalid),
+            recordings,
+            refused: listed.or(invalid).or_else(|| empty.then(nothing)),
         }
-    }
-
-    /// Why it is not acceptable, if it is not.
-    pub fn refused(&self) -> Option<String> {
-        let empty = self.answers == Answers::default() && self.recordings.is_empty();
-        let nothing = || "nothing is handed in: neither predictions nor a recording".to_owned();
-        self.unusable.clone().or_else(|| empty.then(nothing))
     }
 }
 

@@ -117,14 +117,10 @@ fn of_session(of: &Graded, at: usize, class: &[Graded]) -> Flags {
 impl Graded {
     /// What to look at: the items with the same evidence together, and the evidence.
     pub fn to_look_at(&self) -> Vec<(String, &str)> {
-        let marks = self
-            .marks
-            .iter()
-            .map(|mark| (mark.brief.label(), &mark.flags));
-        let sessions = self
-            .sessions
-            .iter()
-            .map(|session| (session.file_name(), &session.flags));
+        let marks = self.marks.iter();
+        let marks = marks.map(|mark| (mark.brief.label(), &mark.flags));
+        let sessions = self.sessions.iter();
+        let sessions = sessions.map(|session| (session.file_name(), &session.flags));
         let mut found: Vec<(String, &str)> = Vec::new();
         for (item, flags) in marks.chain(sessions) {
             for why in flags.iter().flatten() {
