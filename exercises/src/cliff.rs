@@ -13,7 +13,7 @@ const RATES: [f64; 10] = [50.0, 25.0, 20.0, 15.0, 10.0, 9.0, 8.0, 7.0, 6.0, 5.0]
 pub(crate) const STARTS: u64 = 3;
 
 pub(crate) fn measure() -> Result<Findings, Failure> {
-    let rates = survey(Config::default(), "control-hz", &RATES, STARTS)?;
+    let rates = survey(Config::default(), "control-hz", RATES, STARTS)?;
     let (held, fell) = edge(&rates, KnobRuns::all_up)?;
     Ok(Findings {
         table: table(&rates),
@@ -58,10 +58,7 @@ fn measurements(rates: &[KnobRuns]) -> Vec<Measurement> {
     let mut measured = Vec::new();
     for rate in rates {
         let hz = format!("{} Hz", rate.value);
-        measured.extend(Measurement::of(
-            &hz,
-            [("starts balanced", rate.up() as f64)],
-        ));
+        measured.push(rate.balanced(&hz));
         for (seed, run) in rate.runs.iter().enumerate() {
             let figures = [
                 ("steps", run.steps as f64),

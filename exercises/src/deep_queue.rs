@@ -18,7 +18,7 @@ const DURATION_S: f64 = 30.0;
 const DEEP: usize = 10;
 
 /// Queues with these depths, read from their old end.
-fn queues(depths: &[usize]) -> Result<Vec<KnobRuns>, Failure> {
+fn queues<const DEPTHS: usize>(depths: [usize; DEPTHS]) -> Result<[KnobRuns; DEPTHS], Failure> {
     let base = Config {
         end: Time::from_secs_f64(DURATION_S)?,
         ..own_world("control-hz 49, read /obs oldest")?
@@ -37,7 +37,7 @@ fn findings(groups: &[KnobRuns], answer: Answer, meaning: String) -> Findings {
 
 /// The first question: when the first and the last of the runs with a queue of ten fell.
 pub(crate) fn time() -> Result<Findings, Failure> {
-    let groups = queues(&[1, DEEP, 100])?;
+    let groups = queues([1, DEEP, 100])?;
     let deep = asked(&groups, |group| {
         group.value == DEEP.to_string() && group.up() == 0
     })?;
@@ -60,7 +60,7 @@ pub(crate) fn time() -> Result<Findings, Failure> {
 
 /// The second question: the deepest queue before the first that kills.
 pub(crate) fn depth() -> Result<Findings, Failure> {
-    let groups = queues(&[1, 2, 3, 4, 5, 6, 7, 8, 9, DEEP])?;
+    let groups = queues([1, 2, 3, 4, 5, 6, 7, 8, 9, DEEP])?;
     let (stands, kills) = edge(&groups, KnobRuns::all_up)?;
     let meaning = format!(
         "A full queue of {depth} messages makes each reading {depth} periods old and no older: \

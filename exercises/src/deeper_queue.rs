@@ -13,10 +13,8 @@ const DEPTHS: [usize; 2] = [1, 100];
 
 pub(crate) fn measure() -> Result<Findings, Failure> {
     let broken = CartPole::config(&format!("control-hz {BROKEN_HZ}"))?;
-    let depths = survey(broken, "queue-depth", &DEPTHS, STARTS)?;
-    let [shallow, deep] = &depths[..] else {
-        return Err(Failure::Unmeasured("runs are missing".to_owned()));
-    };
+    let depths = survey(broken, "queue-depth", DEPTHS, STARTS)?;
+    let [shallow, deep] = &depths;
     let unchanged = unchanged(shallow, deep);
     let mut measurements: Vec<_> = depths.iter().flat_map(measurements).collect();
     let name = "runs that the depth did not change";

@@ -62,9 +62,9 @@ pub(crate) fn zero() -> Result<Findings, Failure> {
 }
 
 /// All losses, with this handling of stale actions.
-fn losses(on_stale: &str) -> Result<Vec<KnobRuns>, Failure> {
+fn losses(on_stale: &str) -> Result<[KnobRuns; LOSSES.len()], Failure> {
     let base = own_world(&format!("on-stale {on_stale}"))?;
-    survey(base, "link /action loss:{}", &LOSSES, STARTS)
+    survey(base, "link /action loss:{}", LOSSES, STARTS)
 }
 
 fn table(ways: &[(&str, &[KnobRuns])]) -> Table {
@@ -82,9 +82,8 @@ fn table(ways: &[(&str, &[KnobRuns])]) -> Table {
 }
 
 fn measurements(way: &str, groups: &[KnobRuns]) -> Vec<Measurement> {
-    let measured = groups.iter().map(|group| {
-        let name = format!("{way}, loss {}: starts balanced", group.value);
-        Measurement::new(name, group.up() as f64)
-    });
-    measured.collect()
+    let measured = groups.iter();
+    measured
+        .map(|group| group.balanced(format_args!("{way}, loss {}", group.value)))
+        .collect()
 }

@@ -17,7 +17,7 @@ const MEAN: u32 = 70;
 const ASKED: u32 = 30;
 
 /// Runs with each of `delays` (ms) of `/action`.
-fn delayed(delays: &[String]) -> Result<Vec<KnobRuns>, Failure> {
+fn delayed<const DELAYS: usize>(delays: [String; DELAYS]) -> Result<[KnobRuns; DELAYS], Failure> {
     survey(own_world("")?, "link /action delay:{}", delays, STARTS)
 }
 
@@ -35,10 +35,8 @@ fn table(labels: &[String], groups: &[KnobRuns]) -> Table {
 }
 
 fn measurements(groups: &[KnobRuns]) -> impl Iterator<Item = Measurement> {
-    groups.iter().map(|group| {
-        let name = format!("delay:{} ms: starts balanced", group.value);
-        Measurement::new(name, group.up() as f64)
-    })
+    let groups = groups.iter();
+    groups.map(|group| group.balanced(format_args!("delay:{} ms", group.value)))
 }
 
 /// A delay around the mean (ms).
@@ -51,7 +49,7 @@ fn around(spread: u32) -> String {
 
 /// The first question: jitter around the same mean.
 pub(crate) fn same_mean() -> Result<Findings, Failure> {
-    let groups = delayed(&SPREADS.map(around))?;
+    let groups = delayed(SPREADS.map(around))?;
     let asked = asked(&groups, |group| group.value == around(ASKED))?;
     Ok(Findings {
         table: table(&SPREADS.map(|spread| format!("±{spread} ms")), &groups),
@@ -77,10 +75,8 @@ pub(crate) fn margin() -> Result<Findings, Failure> {
     let margin = margin.ok_or_else(none)?;
     let whole = margin.as_millis();
     let jitters = [whole / 2, whole, 2 * whole, 4 * whole];
-    let groups = delayed(&jitters.map(|jitter| format!("0..{jitter}")))?;
-    let [_, _, twice, four] = &groups[..] else {
-        return Err(Failure::Unmeasured("runs are missing".to_owned()));
-    };
+    let groups = delayed(jitters.map(|jitter| format!("0..{jitter}")))?;
+    let [_, _, twice, four] = &groups;
     let labels = ["half the margin", "the margin", "twice", "four times"];
     let margin_ms = margin.as_secs_f64() * 1e3;
     let own = Measurement::new("jitter margin (ms)", margin_ms);

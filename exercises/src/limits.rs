@@ -9,7 +9,9 @@ use ratelab_study::experiment::Config;
 
 use crate::{
     cliff::STARTS,
-    framework::{Answer, Failure, Findings, Measurement, RecordedRun, Table, asked, hz, record},
+    framework::{
+        Answer, Failure, Findings, Measurement, RecordedRun, Table, asked, hz, record, widest_deg,
+    },
 };
 
 /// Control rates, in ascending order (Hz).
@@ -70,11 +72,10 @@ impl Minute {
         let lasted_s = run.summary.sim_time.as_secs_f64();
         let steps = run.steps.iter();
         let tail = steps.filter(|step| step.stamp.as_secs_f64() > lasted_s - TAIL_S);
-        let angles = tail.map(|step| step.data.qpos[1].abs());
         Ok(Self {
             lasted_s,
             balanced: !run.summary.verdict.is_lost(),
-            swing_deg: angles.fold(0.0, f64::max).to_degrees(),
+            swing_deg: widest_deg(tail),
         })
     }
 }

@@ -1,101 +1,78 @@
 //! The clock that ties: a wrong line, to be mended.
 
-use ratelab::Time;
-use ratelab_cart_pole::{CONTROL_HZ, CartPole};
-use ratelab_study::experiment::Config;
+use ratelab::{Hz, Time};
+use ratelab_cart_pole::CONTROL_HZ;
 
 use crate::{
     framework::{Answer, Failure, Findings, Measurement, Table, asked},
-    ties::{TimedRun, nodes},
+    ties::{Nodes, Pair, TimedRun},
 };
 
-/// Rates of the policy (Hz).
-const RATES: [u64; 8] = [50, 30, 25, 20, 15, 12, 10, 7];
+/// Rates of the policy, in whole numbers (Hz).
+const RATES: [f64; 8] = [50.0, 30.0, 25.0, 20.0, 15.0, 12.0, 10.0, 7.0];
 
 /// The rate of the question (Hz).
-const ASKED: u64 = 30;
+const ASKED: f64 = 30.0;
 
 pub(crate) fn measure() -> Result<Findings, Failure> {
-    let pairs = RATES.map(ClockPair::run);
-    let pairs = pairs.into_iter().collect::<Result<Vec<_>, _>>()?;
-    let asked = asked(&pairs, |pair| pair.hz == ASKED)?;
+    let pairs = Pair::of_rates(&RATES, schedule)?;
+    let asked = asked(&pairs, |pair| pair.hz.get() == ASKED)?;
     Ok(Findings {
         table: table(&pairs),
-        answer: Answer::Exactly(asked.lab.latency_ms),
+        answer: Answer::Exactly(asked.exact.latency_ms),
         meaning: meaning(&pairs),
-        measurements: pairs.iter().flat_map(ClockPair::measurements).collect(),
+        measurements: pairs.iter().flat_map(measurements).collect(),
     })
 }
 
-/// One run on the clock of the exercise and on the lab's.
-struct ClockPair {
-    hz: u64,
-    clock: TimedRun,
-    lab: TimedRun,
-}
-
-impl ClockPair {
-    fn run(hz: u64) -> Result<Self, Failure> {
-        let config = CartPole::config(&format!("control-hz {hz}"))?;
-        Ok(Self {
-            hz,
-            clock: on_the_clock(&config, hz)?,
-            lab: TimedRun::exact(&config)?,
+/// Ticks the nodes on the clock of the exercise, with the policy at `control`, up to `end`.
+fn schedule(nodes: &mut Nodes, control: Hz, end: Time) -> Result<(), Failure> {
+    let mut failure = None;
+    let rates = [CONTROL_HZ, control.get(), CONTROL_HZ].map(|hz| hz as u64);
+    mend_it::run(rates, end.as_nanos(), |node, now| {
+        let ticked = nodes.tick(node, Time::from_nanos(now));
+        ticked.unwrap_or_else(|error| {
+            failure = Some(error);
+            false
         })
-    }
-
-    fn differs(&self) -> bool {
-        let bits = |run: &TimedRun| (run.latency_ms.to_bits(), run.steps);
-        bits(&self.clock) != bits(&self.lab)
-    }
-
-    fn measurements(&self) -> [Measurement; 2] {
-        Measurement::of(
-            format_args!("{} Hz, the lab", self.hz),
-            [
-                ("mean latency (ms)", self.lab.latency_ms),
-                ("steps", self.lab.steps as f64),
-            ],
-        )
-    }
+    });
+    failure.map_or(Ok(()), Err)
 }
 
-/// A run on the clock of the exercise.
-fn on_the_clock(config: &Config, control_hz: u64) -> Result<TimedRun, Failure> {
-    let plant_hz = CONTROL_HZ as u64;
-    nodes::run(config.seed, |nodes| {
-        let mut failure = None;
-        let rates = [plant_hz, control_hz, plant_hz];
-        mend_it::run(rates, config.end.as_nanos(), |node, now| {
-            nodes
-                .tick(node, Time::from_nanos(now))
-                .unwrap_or_else(|error| {
-                    failure = Some(error);
-                    false
-                })
-        });
-        failure.map_or(Ok(()), Err)
-    })
+/// Whether the clock of the exercise does something else than the lab's.
+fn differs(pair: &&Pair) -> bool {
+    let bits = |run: &TimedRun| (run.latency_ms.to_bits(), run.steps);
+    bits(&pair.other) != bits(&pair.exact)
 }
 
-fn table(pairs: &[ClockPair]) -> Table {
-    let sign = |pair: &ClockPair| if pair.differs() { "✖" } else { "✓" }.to_owned();
+fn measurements(pair: &Pair) -> [Measurement; 2] {
+    Measurement::of(
+        format_args!("{}, the lab", pair.hz),
+        [
+            ("mean latency (ms)", pair.exact.latency_ms),
+            ("steps", pair.exact.steps as f64),
+        ],
+    )
+}
+
+fn table(pairs: &[Pair]) -> Table {
+    let sign = |pair: &Pair| if differs(&pair) { "✖" } else { "✓" }.to_owned();
     Table::of(
         pairs,
         &[
-            ("control", &|pair| format!("{} Hz", pair.hz)),
-            ("this clock", &|pair| pair.clock.latency()),
-            ("the lab's", &|pair| pair.lab.latency()),
-            ("reading age", &|pair| pair.clock.reading_age()),
-            ("in the lab", &|pair| pair.lab.reading_age()),
+            ("control", &|pair| pair.hz.to_string()),
+            ("this clock", &|pair| pair.other.latency()),
+            ("the lab's", &|pair| pair.exact.latency()),
+            ("reading age", &|pair| pair.other.reading_age()),
+            ("in the lab", &|pair| pair.exact.reading_age()),
             ("", &sign),
         ],
     )
 }
 
-fn meaning(pairs: &[ClockPair]) -> String {
-    let wrong = pairs.iter().filter(|pair| pair.differs());
-    let wrong: Vec<String> = wrong.map(|pair| pair.hz.to_string()).collect();
+fn meaning(pairs: &[Pair]) -> String {
+    let wrong = pairs.iter().filter(differs);
+    let wrong: Vec<String> = wrong.map(|pair| pair.hz.get().to_string()).collect();
     if wrong.is_empty() {
         return "Mended: at every rate this clock does what the lab's does. Whole nanoseconds \
                 alone were not enough; they have to be rounded last, not first."

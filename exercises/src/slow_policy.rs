@@ -30,7 +30,7 @@ const FORCES: [&str; 6] = ["0", "0.5", "1", "1.5", "2", "2.5"];
 
 /// The first question: whether a chunk is enough.
 pub(crate) fn chunk() -> Result<Findings, Failure> {
-    let groups = survey(own_world("chunk 50")?, "takes policy", &TIMES, STARTS)?;
+    let groups = survey(own_world("chunk 50")?, "takes policy", TIMES, STARTS)?;
     let up = asked(&groups, |group| group.value == "200")?;
     let (stands, falls) = edge(&groups, KnobRuns::all_up)?;
     let thinks = |group: &KnobRuns| format!("{} ms", group.value);
@@ -54,7 +54,7 @@ pub(crate) fn chunk() -> Result<Findings, Failure> {
 pub(crate) fn knowledge() -> Result<Findings, Failure> {
     let mut groups = Vec::new();
     for (knob, value) in CHANGES {
-        for mut group in survey(own_world(THINKS)?, knob, &[value], STARTS)? {
+        for mut group in survey(own_world(THINKS)?, knob, [value], STARTS)? {
             group.value = format!("{knob} {value}");
             groups.push(group);
         }
@@ -84,8 +84,8 @@ pub(crate) fn knowledge() -> Result<Findings, Failure> {
 /// The third question: what no plan can know.
 pub(crate) fn disturbed() -> Result<Findings, Failure> {
     let base = own_world(&format!("{THINKS}, plan {COMMITTED}"))?;
-    let late = survey(base, "disturb", &FORCES, STARTS)?;
-    let at_once = survey(own_world("")?, "disturb", &FORCES, STARTS)?;
+    let late = survey(base, "disturb", FORCES, STARTS)?;
+    let at_once = survey(own_world("")?, "disturb", FORCES, STARTS)?;
     let (bears, too_much) = edge(&late, |group| 2 * group.up() >= group.runs.len())?;
     let rows: Vec<_> = late.iter().zip(&at_once).collect();
     Ok(Findings {
@@ -133,7 +133,7 @@ fn table(head: &str, name: impl Fn(&KnobRuns) -> String, groups: &[KnobRuns]) ->
 
 fn measurements(what: &str, groups: &[KnobRuns]) -> impl Iterator<Item = Measurement> {
     groups.iter().map(move |group| {
-        let name = format!("{what} {}: starts balanced", group.value);
-        Measurement::new(name.trim_start(), group.up() as f64)
+        let subject = format!("{what} {}", group.value);
+        group.balanced(subject.trim_start())
     })
 }

@@ -24,6 +24,6 @@ pub use table::Table;
 pub(crate) use chance::SplitMix;
 pub(crate) use exercise::{Measure, hz, mean_ms};
 pub(crate) use runs::{
-    KnobRuns, RecordedRun, asked, cart_pole, control_loop, edge, obs_dropped, own_world, record,
-    survey,
+    KnobRuns, RecordedRun, angle_deg, asked, cart_pole, control_loop, edge, obs_dropped, own_world,
+    record, survey, widest_deg,
 };

@@ -1,6 +1,6 @@
 //! Runs of the cart-pole: one that is recorded, and one knob with several values.
 
-use std::{ops::ControlFlow, sync::Arc};
+use std::{fmt, ops::ControlFlow, sync::Arc};
 
 use ratelab::{Hz, Message};
 use ratelab_cart_pole::{
@@ -16,7 +16,7 @@ use ratelab_study::{
     system::WorldKind,
 };
 
-use super::{Failure, mean_ms};
+use super::{Failure, Measurement, mean_ms};
 
 /// The cart-pole.
 pub(crate) fn cart_pole() -> Arc<CartPole> {
@@ -54,6 +54,16 @@ pub(crate) fn record(config: &Config) -> Result<RecordedRun, Failure> {
     let summary = experiment.run()?;
     let steps = tap.items().iter().map(|step| step.message).collect();
     Ok(RecordedRun { summary, steps })
+}
+
+/// The angle of the pole from upright after `step` (degrees).
+pub(crate) fn angle_deg(step: &Message<ControlStep>) -> f64 {
+    step.data.qpos[1].abs().to_degrees()
+}
+
+/// The widest angle of the pole in `steps` (degrees).
+pub(crate) fn widest_deg<'s>(steps: impl IntoIterator<Item = &'s Message<ControlStep>>) -> f64 {
+    steps.into_iter().map(angle_deg).fold(0.0, f64::max)
 }
 
 /// The runs with one value of a knob.
@@ -97,29 +107,32 @@ impl KnobRuns {
     pub(crate) fn push_age(&self) -> String {
         format!("{:.1} ms", self.push_age_ms())
     }
+
+    /// The starts of `subject` that stayed up, as a figure.
+    pub(crate) fn balanced(&self, subject: impl fmt::Display) -> Measurement {
+        Measurement::new(format!("{subject}: starts balanced"), self.up() as f64)
+    }
 }
 
 /// Runs `base` with each of `values` of `knob`, from the starts of the first seeds.
-pub(crate) fn survey<T: ToString>(
+pub(crate) fn survey<T: ToString, const VALUES: usize>(
     base: Config,
     knob: &str,
-    values: &[T],
+    values: [T; VALUES],
     starts: u64,
-) -> Result<Vec<KnobRuns>, Failure> {
-    let texts = values.iter().map(T::to_string);
+) -> Result<[KnobRuns; VALUES], Failure> {
+    let values = values.map(|value| value.to_string());
     let sweep = Sweep {
-        axes: vec![SweepAxis::of(CartPole::KNOBS, knob, texts.clone())?],
+        axes: vec![SweepAxis::of(CartPole::KNOBS, knob, values.clone())?],
         seeds: (0..starts).collect(),
         ..Sweep::of(cart_pole(), base)
     };
     let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()))?;
-    let results: Vec<CellResult> = swept.finished().map(|(_, run)| run.clone()).collect();
-    let groups = texts.zip(results.chunks(starts as usize));
-    let groups = groups.map(|(value, runs)| KnobRuns {
+    let mut runs = swept.finished().map(|(_, run)| run.clone());
+    Ok(values.map(|value| KnobRuns {
         value,
-        runs: runs.to_vec(),
-    });
-    Ok(groups.collect())
+        runs: runs.by_ref().take(starts as usize).collect(),
+    }))
 }
 
 /// Messages of the first topic with a reader, `/obs`, that were dropped in a run.

@@ -31,7 +31,7 @@ pub(crate) fn at_25_hz() -> Result<Findings, Failure> {
 
 fn at(hz: f64, meaning: &str) -> Result<Findings, Failure> {
     let base = own_world(&format!("rate actuator 500, control-hz {hz}"))?;
-    let delays = survey(base, "link /action delay:{}", &DELAYS, STARTS)?;
+    let delays = survey(base, "link /action delay:{}", DELAYS, STARTS)?;
     let (held, failed) = edge(&delays, KnobRuns::all_up)?;
     Ok(Findings {
         table: table(&delays),

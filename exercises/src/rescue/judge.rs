@@ -16,9 +16,11 @@
 
 use std::{fmt, time::Duration};
 
-use ratelab::{Event, Hz, Knob, Message, Time, TimedKnob};
+use ratelab::{Event, Hz, Knob, Message, Time};
 use ratelab_cart_pole::{BROKEN_HZ, ControlStep, POLICY};
 use ratelab_study::system::Verdict;
+
+use crate::framework::{angle_deg, widest_deg};
 
 /// The pole is in danger beyond this angle from upright (degrees). In 200 runs at 50 Hz
 /// it never reached 3°; beyond 12° it has fallen.
@@ -110,28 +112,31 @@ struct SlowPhase {
 }
 
 fn slow_phases(session: &RescueSession<'_>) -> Vec<SlowPhase> {
-    let turned = session.events.iter().filter_map(Event::knob);
-    let changes = turned.filter_map(|TimedKnob { at, knob }| match knob {
-        Knob::Rate { node, hz } if node == POLICY => Some((at, hz)),
-        _ => None,
-    });
     let mut slow_phases: Vec<SlowPhase> = Vec::new();
-    let mut slow = false;
-    for (at, hz) in std::iter::once((Time::ZERO, session.control_hz)).chain(changes) {
-        let was_slow = std::mem::replace(&mut slow, hz.get() <= BROKEN_HZ);
-        if slow && !was_slow {
-            slow_phases.push(SlowPhase {
+    for (at, hz) in control_rates(session.control_hz, session.events) {
+        let open = slow_phases.last_mut();
+        let open = open.filter(|slow_phase| slow_phase.until.is_none());
+        match (open, hz.get() <= BROKEN_HZ) {
+            (None, true) => slow_phases.push(SlowPhase {
                 from: at,
                 until: None,
-            });
-        } else if was_slow
-            && !slow
-            && let Some(slow_phase) = slow_phases.last_mut()
-        {
-            slow_phase.until = Some(at);
+            }),
+            (Some(slow_phase), false) => slow_phase.until = Some(at),
+            (Some(_), true) | (None, false) => {}
         }
     }
     slow_phases
+}
+
+/// The rates of the policy, each with the run time from which it is in force: `first`, and those
+/// that `events` brought.
+pub(super) fn control_rates(first: Hz, events: &[Event]) -> impl Iterator<Item = (Time, Hz)> {
+    let turned = events.iter().filter_map(Event::knob);
+    let changes = turned.filter_map(|timed| match timed.knob {
+        Knob::Rate { node, hz } if node == POLICY => Some((timed.at, hz)),
+        _ => None,
+    });
+    std::iter::once((Time::ZERO, first)).chain(changes)
 }
 
 /// One slow phase and the time after it, up to the next.
@@ -157,12 +162,10 @@ impl<'a> Attempt<'a> {
     }
 
     fn judge(&self) -> Result<Rescued, RescueFailure> {
-        let worst_deg = self.steps.iter().map(angle_deg).fold(0.0, f64::max);
+        let worst_deg = widest_deg(self.steps);
         let danger = self.danger().ok_or(RescueFailure::Danger { worst_deg })?;
-        let back = self.slow_phase.until.ok_or(match self.fell {
-            Some(at) => RescueFailure::Survival { at },
-            None => RescueFailure::Return,
-        })?;
+        let back = self.slow_phase.until;
+        let back = back.ok_or(self.fell_or(RescueFailure::Return))?;
         if !self.is_gapless() {
             return Err(RescueFailure::Steps);
         }
@@ -171,7 +174,7 @@ impl<'a> Attempt<'a> {
         Ok(Rescued {
             slowed: self.slow_phase.from,
             slow_phase: back.since(self.slow_phase.from),
-            worst_deg: before.map(angle_deg).fold(0.0, f64::max),
+            worst_deg: widest_deg(before),
             safe,
         })
     }
@@ -205,18 +208,18 @@ impl<'a> Attempt<'a> {
                 return Ok(since);
             }
         }
-        Err(match self.fell {
-            Some(at) => RescueFailure::Survival { at },
-            None => RescueFailure::Calm { held: longest },
-        })
+        Err(self.fell_or(RescueFailure::Calm { held: longest }))
+    }
+
+    /// The fall of the pole, or else `failure`.
+    fn fell_or(&self, failure: RescueFailure) -> RescueFailure {
+        let fall = self.fell.map(|at| RescueFailure::Survival { at });
+        fall.unwrap_or(failure)
     }
 }
 
-fn angle_deg(step: &Message<ControlStep>) -> f64 {
-    step.data.qpos[1].abs().to_degrees()
-}
-
-fn is_safe(step: &Message<ControlStep>) -> bool {
+/// Whether the pole is out of danger.
+pub(super) fn is_safe(step: &Message<ControlStep>) -> bool {
     angle_deg(step) <= DANGER_DEG
 }
 

@@ -8,7 +8,9 @@ use ratelab::Hz;
 use ratelab_cart_pole::{BROKEN_HZ, CONTROL_HZ, CartPole};
 use ratelab_study::experiment::Config;
 
-use crate::framework::{Answer, Failure, Findings, Measurement, RecordedRun, Table, edge, record};
+use crate::framework::{
+    Answer, Failure, Findings, Measurement, RecordedRun, Table, angle_deg, edge, record, widest_deg,
+};
 
 /// Durations of the slow phase in the rehearsals (tenths of a second).
 const SLOW_PHASES: std::ops::RangeInclusive<u32> = 1..=10;
@@ -61,17 +63,11 @@ impl Rehearsal {
         self.run.summary.verdict.is_lost()
     }
 
-    fn widest_deg(&self) -> f64 {
-        let angles = self.run.steps.iter().map(|step| step.data.qpos[1].abs());
-        angles.fold(0.0, f64::max).to_degrees()
-    }
-
     /// The pole's angle just before the policy became fast again (degrees).
     fn angle_at_return_deg(&self) -> f64 {
         let steps = self.run.steps.iter();
         let slow = steps.take_while(|step| step.stamp.as_secs_f64() < self.slow_s);
-        let last = slow.last().map_or(0.0, |step| step.data.qpos[1].abs());
-        last.to_degrees()
+        slow.last().map_or(0.0, angle_deg)
     }
 
     fn measurements(&self) -> [Measurement; 2] {
@@ -95,7 +91,9 @@ fn table(rehearsals: &[Rehearsal]) -> Table {
         rehearsals,
         &[
             ("at 5 Hz for", &|of| format!("{:.1} s", of.slow_s)),
-            ("widest angle", &|of| format!("{:.1}°", of.widest_deg())),
+            ("widest angle", &|of| {
+                format!("{:.1}°", widest_deg(&of.run.steps))
+            }),
             ("verdict", &|of| of.run.summary.verdict.name().to_owned()),
             ("judged", &|of| judged(of).to_owned()),
         ],
@@ -110,7 +108,7 @@ fn meaning(saved: &Rehearsal, lost: &Rehearsal) -> String {
          decided too late is not made up for by deciding often. Now do it by hand.",
         saved.slow_s,
         saved.angle_at_return_deg(),
-        saved.widest_deg(),
+        widest_deg(&saved.run.steps),
         lost.slow_s,
         lost.angle_at_return_deg(),
         lost.run.summary.sim_time.as_secs_f64() - lost.slow_s,

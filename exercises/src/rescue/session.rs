@@ -2,13 +2,15 @@
 
 use std::{path::Path, time::Duration};
 
-use ratelab::{Event, Knob, Message, Time, TimedKnob};
+use ratelab::{Event, Message, Time, TimedKnob};
 use ratelab_account::Rows;
 use ratelab_cart_pole::{BROKEN_HZ, CartPole, ControlStep, POLICY, STATE, actuator_hz, verdict};
 use ratelab_recording::{ReadError, Recording, schema::RunStatus};
 use ratelab_study::system::Verdict;
 
-use super::judge::{DANGER_DEG, HELD, RescueFailure, RescueSession, Rescued, judge};
+use super::judge::{
+    DANGER_DEG, HELD, RescueFailure, RescueSession, Rescued, control_rates, is_safe, judge,
+};
 
 /// Number of the exercise with a rescue by hand.
 pub const RESCUE: u32 = 5;
@@ -143,12 +145,13 @@ impl RescueTry {
             steps: &self.steps,
             verdict: verdict.unwrap_or(Verdict::new(&verdict::STOPPED, now)),
         };
-        let (hz, since) = control_rate(events);
+        let rates = control_rates(session.control_hz, events);
+        let (since, hz) = rates.last().unwrap_or((Time::ZERO, session.control_hz));
         match judge(&session) {
             Ok(_) => RescueStage::Done,
             _ if verdict.is_some() => RescueStage::Over,
             Err(RescueFailure::Slowness) => RescueStage::Begin,
-            Err(RescueFailure::Danger { .. }) if hz <= BROKEN_HZ => RescueStage::Lean,
+            Err(RescueFailure::Danger { .. }) if hz.get() <= BROKEN_HZ => RescueStage::Lean,
             Err(RescueFailure::Danger { .. }) => RescueStage::TooSoon,
             Err(RescueFailure::Return) => RescueStage::Danger,
             Err(RescueFailure::Calm { .. }) => {
@@ -162,19 +165,9 @@ impl RescueTry {
     /// Run time at which the pole was last out of the safe range.
     fn last_danger(&self) -> Time {
         let mut steps = self.steps.iter().rev();
-        let last = steps.find(|step| step.data.qpos[1].abs().to_degrees() > DANGER_DEG);
+        let last = steps.find(|step| !is_safe(step));
         last.map_or(Time::ZERO, |step| step.stamp)
     }
-}
-
-/// The rate of the policy after `events`, and the run time since which it is in force.
-fn control_rate(events: &[Event]) -> (f64, Time) {
-    let mut turned = events.iter().rev().filter_map(Event::knob);
-    let last = turned.find_map(|timed| match timed.knob {
-        Knob::Rate { node, hz } if node == POLICY => Some((hz.get(), timed.at)),
-        _ => None,
-    });
-    last.unwrap_or((actuator_hz().get(), Time::ZERO))
 }
 
 impl RescueStage {

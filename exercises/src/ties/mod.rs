@@ -1,10 +1,11 @@
 //! Ties between due times: one graph, two schedules, two latencies.
 
 mod accumulating;
-pub mod nodes;
+mod nodes;
 
-use accumulating::schedule;
-use ratelab::Hz;
+pub(crate) use nodes::Nodes;
+
+use ratelab::{Hz, Time};
 use ratelab_account::{Distribution, Snapshot};
 use ratelab_cart_pole::{ACTION, ACTUATOR, CartPole, OBS, SENSE_TO_ACT};
 use ratelab_study::experiment::{Config, Experiment};
@@ -20,14 +21,15 @@ const RATES: [f64; 6] = [50.0, 25.0, 20.0, 15.0, 10.0, 5.0];
 const ASKED: f64 = 25.0;
 
 pub(crate) fn measure() -> Result<Findings, Failure> {
-    let rates = hz(&RATES)?;
-    let pairs: Vec<Pair> = rates.into_iter().map(Pair::run).collect::<Result<_, _>>()?;
+    let pairs = Pair::of_rates(&RATES, |nodes, hz, end| {
+        accumulating::schedule(nodes, hz.get(), end.as_secs_f64())
+    })?;
     let asked = asked(&pairs, |pair| pair.hz.get() == ASKED)?;
     Ok(Findings {
         table: table(&pairs),
         answer: Answer::Exactly(asked.exact.latency_ms),
-        meaning: asked.meaning(),
-        measurements: pairs.iter().flat_map(Pair::measurements).collect(),
+        meaning: meaning(asked),
+        measurements: pairs.iter().flat_map(measurements).collect(),
     })
 }
 
@@ -47,7 +49,7 @@ pub(crate) struct TimedRun {
 
 impl TimedRun {
     /// Runs `config` under the lab's scheduler.
-    pub(crate) fn exact(config: &Config) -> Result<Self, Failure> {
+    fn exact(config: &Config) -> Result<Self, Failure> {
         let experiment = Experiment::new(cart_pole(), config)?;
         let observer = experiment.observer();
         let summary = experiment.run()?;
@@ -81,31 +83,37 @@ impl TimedRun {
     }
 }
 
-/// One run under both schedulers.
-struct Pair {
-    hz: Hz,
-    added: TimedRun,
-    exact: TimedRun,
+/// A run with a control rate under another scheduler, and under the lab's.
+pub(crate) struct Pair {
+    pub(crate) hz: Hz,
+    pub(crate) other: TimedRun,
+    pub(crate) exact: TimedRun,
 }
 
 impl Pair {
-    fn run(control_hz: Hz) -> Result<Self, Failure> {
-        let config = CartPole::config(&format!("control-hz {}", control_hz.get()))?;
-        let seconds = config.end.as_secs_f64();
-        let added = nodes::run(config.seed, |nodes| {
-            schedule(nodes, control_hz.get(), seconds)
-        })?;
-        Ok(Self {
-            hz: control_hz,
-            added,
-            exact: TimedRun::exact(&config)?,
-        })
+    /// A pair for each of `rates` (Hz); `schedule` ticks the nodes of the other run, with the
+    /// policy at the rate, up to a run time.
+    pub(crate) fn of_rates(
+        rates: &[f64],
+        schedule: impl Fn(&mut Nodes, Hz, Time) -> Result<(), Failure>,
+    ) -> Result<Vec<Self>, Failure> {
+        let pairs = hz(rates)?.into_iter().map(|hz| {
+            let config = CartPole::config(&format!("control-hz {}", hz.get()))?;
+            let run = |nodes: &mut Nodes| schedule(nodes, hz, config.end);
+            Ok(Self {
+                hz,
+                other: nodes::run(config.seed, run)?,
+                exact: TimedRun::exact(&config)?,
+            })
+        });
+        pairs.collect()
     }
+}
 
-    fn meaning(&self) -> String {
-        let (added, exact) = (&self.added, &self.exact);
-        format!(
-            "At {} the scheduler that adds periods reports {:.4} ms, the exact one {:.4} ms: \
+fn meaning(pair: &Pair) -> String {
+    let (added, exact) = (&pair.other, &pair.exact);
+    format!(
+        "At {} the scheduler that adds periods reports {:.4} ms, the exact one {:.4} ms: \
              {:.1} ms more. Added up, the due times of policy and sensor come to differ in the \
              last bit, and where they ought to tie the last bit decides who is first. Sometimes \
              the policy runs a hair before the sensor and acts on the reading of one period ago \
@@ -113,30 +121,29 @@ impl Pair {
              its action waits for the next step (actions are {:.1} ms older). Either way one \
              period of the plant is lost, and nobody dropped a message more for it: {} in the \
              one, {} in the other.",
-            self.hz,
-            added.latency_ms,
-            exact.latency_ms,
-            added.latency_ms - exact.latency_ms,
-            added.reading_age_ms - exact.reading_age_ms,
-            added.action_age_ms - exact.action_age_ms,
-            added.dropped,
-            exact.dropped,
-        )
-    }
+        pair.hz,
+        added.latency_ms,
+        exact.latency_ms,
+        added.latency_ms - exact.latency_ms,
+        added.reading_age_ms - exact.reading_age_ms,
+        added.action_age_ms - exact.action_age_ms,
+        added.dropped,
+        exact.dropped,
+    )
+}
 
-    fn measurements(&self) -> impl Iterator<Item = Measurement> {
-        let runs = [("periods added", &self.added), ("exact time", &self.exact)];
-        runs.into_iter().flat_map(|(how, run)| {
-            Measurement::of(
-                format_args!("{}, {how}", self.hz),
-                [
-                    ("mean latency (ms)", run.latency_ms),
-                    ("/obs dropped", run.dropped as f64),
-                    ("steps", run.steps as f64),
-                ],
-            )
-        })
-    }
+fn measurements(pair: &Pair) -> impl Iterator<Item = Measurement> {
+    let runs = [("periods added", &pair.other), ("exact time", &pair.exact)];
+    runs.into_iter().flat_map(|(how, run)| {
+        Measurement::of(
+            format_args!("{}, {how}", pair.hz),
+            [
+                ("mean latency (ms)", run.latency_ms),
+                ("/obs dropped", run.dropped as f64),
+                ("steps", run.steps as f64),
+            ],
+        )
+    })
 }
 
 /// A row for each rate, with both schedules side by side.
@@ -145,11 +152,11 @@ fn table(pairs: &[Pair]) -> Table {
         pairs,
         &[
             ("rate", &|pair| pair.hz.to_string()),
-            ("periods added", &|pair| pair.added.latency()),
+            ("periods added", &|pair| pair.other.latency()),
             ("exact time", &|pair| pair.exact.latency()),
-            ("reading age", &|pair| pair.added.reading_age()),
+            ("reading age", &|pair| pair.other.reading_age()),
             ("exact", &|pair| pair.exact.reading_age()),
-            ("action age", &|pair| pair.added.action_age()),
+            ("action age", &|pair| pair.other.action_age()),
             ("exact", &|pair| pair.exact.action_age()),
         ],
     )
