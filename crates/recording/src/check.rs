@@ -51,8 +51,7 @@ impl Recording {
         if !self.is_virtual() {
             return None;
         }
-        let nodes = || self.origin.topology.nodes.iter().zip(&self.ticks);
-        let strays = nodes().filter_map(|(node, ticks)| {
+        let strays = self.nodes().filter_map(|(node, ticks)| {
             let mut schedule = self.schedule(node);
             let mut allowed = |tick: &TickRecord| schedule.allows(tick.number, tick.at);
             let stray = ticks.iter().position(|tick| !allowed(tick))?;
@@ -62,7 +61,7 @@ impl Recording {
         let pairs = self.topics.iter().flat_map(|rows| rows.heads().windows(2));
         let back = pairs.filter_map(|two| (two[1].at < two[0].at).then_some(two[0].at));
         // Messages are published in ticks.
-        let ticked = nodes().filter_map(|(node, ticks)| {
+        let ticked = self.nodes().filter_map(|(node, ticks)| {
             let timed = self.schedule(node).is_timed();
             let last = ticks.last()?;
             Some(last.at + last.took.filter(|_| timed).unwrap_or_default())
@@ -88,9 +87,8 @@ impl Recording {
 
     /// Whether run time can have reached `at` without further ticks.
     fn may_rest_until(&self, at: Time) -> bool {
-        let nodes = self.origin.topology.nodes.iter().zip(&self.ticks);
         !self.is_virtual()
-            || nodes.into_iter().all(|(node, ticks)| {
+            || self.nodes().all(|(node, ticks)| {
                 let last = ticks.last();
                 last.is_none_or(|last| self.schedule(node).may_rest(last.number, at))
             })

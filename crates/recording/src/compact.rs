@@ -11,12 +11,15 @@ use std::{
 
 use rerun::{
     EntityPath, StoreId,
-    external::re_log_encoding::{DecoderApp, Encoder, EncodingOptions},
+    external::re_log_encoding::DecoderApp,
     log::{Chunk, LogMsg, RowId},
 };
 use tempfile::NamedTempFile;
 
-use super::{file::RecordingFile, schema::CHECKPOINT};
+use super::{
+    file::{RecordingFile, encoder},
+    schema::CHECKPOINT,
+};
 
 /// Maximum number of rows before a new chunk is started.
 const ROWS: usize = 4096;
@@ -42,9 +45,7 @@ pub fn compact(recording: &RecordingFile) -> Result<u64, Box<dyn Error>> {
         merged.add(message?)?;
     }
     let file = NamedTempFile::new_in(folder)?;
-    let version = rerun::build_info().version;
-    let options = EncodingOptions::PROTOBUF_COMPRESSED;
-    let mut encoder = Encoder::new_eager(version, options, BufWriter::new(&file))?;
+    let mut encoder = encoder(BufWriter::new(&file))?;
     for message in merged.finish()? {
         encoder.append(&message)?;
     }
@@ -74,17 +75,18 @@ type ChunkKey = (EntityPath, Vec<String>);
 
 impl Merged {
     fn add(&mut self, message: LogMsg) -> Result<(), Box<dyn Error>> {
-        let LogMsg::ArrowMsg(store, data) = &message else {
+        let rows = match &message {
+            LogMsg::ArrowMsg(store, data) if store.is_recording() => {
+                Some((store.clone(), Chunk::from_arrow_msg(data)?))
+            }
+            _ => None,
+        };
+        let Some((store, chunk)) = rows.filter(|(_, chunk)| !chunk.is_static()) else {
             self.parts.push(Part::Message(message));
             return Ok(());
         };
-        let chunk = Chunk::from_arrow_msg(data)?;
         if chunk.entity_path().to_string() == CHECKPOINT {
             return Ok(()); // The end record states that the file is complete.
-        }
-        if store.is_blueprint() || chunk.is_static() {
-            self.parts.push(Part::Message(message));
-            return Ok(());
         }
         let components = chunk.components_identifiers();
         let mut components: Vec<String> = components.map(|name| name.to_string()).collect();
@@ -98,7 +100,7 @@ impl Merged {
             *before = Chunk::concat_and_sort(before, &chunk)?;
         } else {
             self.newest.insert(key, self.parts.len());
-            self.parts.push(Part::Rows(store.clone(), chunk));
+            self.parts.push(Part::Rows(store, chunk));
         }
         Ok(())
     }

@@ -38,59 +38,60 @@ enum RecordedPart {
     Threads,
 }
 
-/// The content of a file so far.
-#[derive(Default)]
+/// The content of a file from the description of its run on, so far.
 pub struct Content {
-    /// The run. Until its description is read, the rest of the file is ignored.
-    pub recording: Option<Recording>,
+    recording: Recording,
     parts: HashMap<EntityPath, RecordedPart>,
     /// What the threads of the real clock did.
     threads: LogPieces,
     /// Run time up to which all of this is complete; `None` before the first checkpoint.
     until: Option<Time>,
     /// Run time up to which rows are undamaged, if one is damaged.
-    pub sound: Option<Time>,
+    sound: Option<Time>,
     digest: ContentDigest,
 }
 
 impl Content {
-    /// Adds the content of `chunk`, if it is part of a ratelab recording.
+    /// Adds the content of `chunk` to `content`, if it is part of a ratelab recording. What is
+    /// before the description of the run is ignored.
     ///
     /// # Errors
     /// A text, if the recording's description of itself is not understood.
-    pub fn add(&mut self, chunk: &Chunk) -> Result<(), String> {
-        let path = chunk.entity_path();
-        let describes = path
-            .to_string()
-            .ends_with(&format!("__properties/{ORIGIN}"));
-        let recording = match &mut self.recording {
-            Some(recording) if !describes || recording.outcome.is_some() => recording,
-            _ if describes => return self.begin(chunk),
-            _ => return Ok(()),
-        };
+    pub fn add(content: &mut Option<Self>, chunk: &Chunk) -> Result<(), String> {
+        let path = chunk.entity_path().to_string();
+        let describes = path.ends_with(&format!("__properties/{ORIGIN}"));
+        match content {
+            Some(content) if !describes || content.recording.outcome.is_some() => {
+                content.add_chunk(chunk, describes);
+            }
+            _ if describes => *content = Self::begin(chunk)?.or(content.take()),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Adds the content of `chunk`, unless the recording has ended.
+    fn add_chunk(&mut self, chunk: &Chunk, describes: bool) {
         // Static chunks contain styles.
-        let part = self.parts.get(path).filter(|_| !chunk.is_static());
-        if recording.outcome.is_some() {
+        let part = self.parts.get(chunk.entity_path());
+        let part = part.filter(|_| !chunk.is_static());
+        if self.recording.outcome.is_some() {
             let more = part.is_some() || (describes && !chunk.is_static());
-            recording.damage = more.then_some(MORE).or(recording.damage);
+            self.recording.damage = more.then_some(MORE).or(self.recording.damage);
         } else if let Some(part) = part
             && let Err(Damaged { after }) = self.add_part(chunk, *part)
         {
             self.sound = Some(self.sound.map_or(after, |sound| sound.min(after)));
         }
-        Ok(())
     }
 
     /// Adds the rows of `chunk`, of a `part` of the recording.
     fn add_part(&mut self, chunk: &Chunk, part: RecordedPart) -> Result<(), Damaged> {
-        let (Some(recording), digest) = (&mut self.recording, &mut self.digest) else {
-            return Ok(());
-        };
-        let run = &mut recording.run;
+        let (run, digest) = (&mut self.recording.run, &mut self.digest);
         match part {
             RecordedPart::Topic(of) => add_rows(&mut run.topics[of], chunk, &mut digest.topics[of]),
             RecordedPart::Node(of) => add_rows(&mut run.ticks[of], chunk, &mut digest.nodes[of]),
-            RecordedPart::Events => add_events(&mut recording.events, chunk, digest),
+            RecordedPart::Events => add_events(&mut self.recording.events, chunk, digest),
             RecordedPart::End => self.end(chunk),
             RecordedPart::Checkpoint => self.check_in(chunk),
             RecordedPart::Threads => {
@@ -100,22 +101,25 @@ impl Content {
         }
     }
 
-    /// The recording, if something in it is whole.
-    pub fn whole(&mut self) -> Option<Recording> {
-        let mut recording = self.recording.take()?;
+    /// The recording, if something in it is whole; `damage` is the defect that ends the file.
+    pub fn whole(self, damage: Option<&'static str>) -> Option<Recording> {
+        let mut recording = self.recording;
         recording.until = self.until?;
-        recording.damage = self.sound.map(|_| DAMAGED_ROW).or(recording.damage);
+        let damaged_row = self.sound.map(|_| DAMAGED_ROW);
+        recording.damage = damage.or(damaged_row).or(recording.damage);
         let end = recording.outcome.as_ref().map(|outcome| outcome.threads);
-        let threads = std::mem::take(&mut self.threads);
         let topology = &recording.origin.topology;
-        recording.threads = threads.finish(topology, &recording.events, end);
+        recording.threads = self.threads.finish(topology, &recording.events, end);
+        recording.check(self.sound);
+        recording.find_ends();
         Some(recording)
     }
 
-    fn begin(&mut self, chunk: &Chunk) -> Result<(), String> {
+    /// What there is after the description of the run in `chunk`, if it has one.
+    fn begin(chunk: &Chunk) -> Result<Option<Self>, String> {
         let damaged = || "what this recording says of itself is damaged".to_owned();
         let Some(text) = columns::read_texts(chunk).into_iter().next() else {
-            return Ok(());
+            return Ok(None);
         };
         let text = text.ok_or_else(damaged)?;
         let mut json: Value = serde_json::from_str(&text).map_err(|_| damaged())?;
@@ -140,18 +144,19 @@ impl Content {
             .filter(|origin| sets_nothing_twice(origin) && has_known_rules(origin))
             .ok_or_else(damaged)?;
         check_graph(&origin.topology)?;
-        self.digest = ContentDigest::new(&text, &origin.topology);
-        self.parts = parts(&origin.topology);
-        self.recording = Some(Recording::empty(origin));
-        Ok(())
+        Ok(Some(Self {
+            digest: ContentDigest::new(&text, &origin.topology),
+            parts: parts(&origin.topology),
+            recording: Recording::empty(origin),
+            threads: LogPieces::default(),
+            until: None,
+            sound: None,
+        }))
     }
 
     /// Reads the end record.
     fn end(&mut self, chunk: &Chunk) -> Result<(), Damaged> {
-        let after = self.until.unwrap_or_default();
-        let Some(recording) = &mut self.recording else {
-            return Ok(());
-        };
+        let (recording, after) = (&mut self.recording, self.until.unwrap_or_default());
         for text in columns::read_texts(chunk) {
             let text = text.unwrap_or_default();
             let exact = serde_json::from_str(&text).map_err(|_| Damaged { after })?;

@@ -31,10 +31,7 @@ pub fn durations(recording: &Recording, kind: KnobKind, node: &str) -> Vec<Durat
         KnobKind::Wakes => |tick: &TickRecord| tick.lateness,
         _ => |tick: &TickRecord| tick.took,
     };
-    let nodes = recording.origin.topology.nodes.iter();
-    let nodes = nodes.zip(&recording.ticks);
-    let ticks = nodes
-        .filter(|(of, _)| of.name == node)
-        .map(|(_, ticks)| ticks);
-    ticks.flatten().filter_map(measured).collect()
+    let nodes = recording.nodes().filter(|(of, _)| of.name == node);
+    let ticks = nodes.flat_map(|(_, ticks)| ticks);
+    ticks.filter_map(measured).collect()
 }

@@ -5,7 +5,7 @@
 
 use std::{
     fs::{self, File},
-    io::{self, BufWriter, Seek},
+    io::{self, BufWriter, Seek, Write},
     path::{Path, PathBuf},
     sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::Duration,
@@ -42,10 +42,7 @@ impl RecordingFile {
         }
         let mut options = File::options();
         let file = options.read(true).write(true).create_new(true).open(path)?;
-        let writer = BufWriter::new(file.try_clone()?);
-        let version = rerun::build_info().version;
-        let options = EncodingOptions::PROTOBUF_COMPRESSED;
-        let encoder = Encoder::new_eager(version, options, writer).map_err(system_error)?;
+        let encoder = encoder(BufWriter::new(file.try_clone()?)).map_err(system_error)?;
         Ok(Self(Arc::new(Mutex::new(State {
             path: path.to_owned(),
             file,
@@ -156,6 +153,15 @@ impl State {
             None => Ok(()),
         }
     }
+}
+
+/// The beginning of a file that `writer` writes.
+///
+/// # Errors
+/// Its error.
+pub fn encoder<W: Write>(writer: W) -> Result<Encoder<W>, EncodeError> {
+    let version = rerun::build_info().version;
+    Encoder::new_eager(version, EncodingOptions::PROTOBUF_COMPRESSED, writer)
 }
 
 fn system_error(error: EncodeError) -> io::Error {

@@ -79,10 +79,8 @@ pub use recorded::Recording;
 pub use recorder::{RecordError, Recorder};
 pub use replay::Replay;
 pub use run_rows::RunRows;
-pub use schema::ProcessRecord;
-pub use schema::RecordingEnd;
-pub use source::Tapped;
-pub use source::{Source, StopReason};
+pub use schema::{ProcessRecord, RecordingEnd};
+pub use source::{Source, StopReason, Tapped};
 pub use verify::{
     Branch, Change, Departure, Executed, Execution, Held, VerifyError, VerifyStatus, VerifyWith,
     branch, verify,

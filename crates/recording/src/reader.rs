@@ -86,28 +86,25 @@ impl Recording {
             return Err(foreign(what));
         }
         let mut chunks = Chunks::new(bytes);
-        let mut content = Content::default();
+        let mut content = None;
         while let Some(chunk) = chunks.next() {
             watch((bytes.len() - chunks.left()) as u64, bytes.len() as u64);
-            let added = quietly(|| Some(content.add(&chunk)));
+            let added = quietly(|| Some(Content::add(&mut content, &chunk)));
             let added = added.unwrap_or_else(|| Err("this recording is damaged".to_owned()));
             added.map_err(|what| foreign(&what))?;
         }
-        let begun = content.recording.is_some();
+        let begun = content.is_some();
         if !begun && chunks.application.as_deref() == Some(SWEEP_APPLICATION) {
             let path = path.to_owned();
             return Err(ReadError::Sweep { path });
         }
-        let whole = content.whole().map(|recording| Self {
+        let recording = content.and_then(|content| content.whole(chunks.damage));
+        let recording = recording.ok_or_else(|| foreign(&nothing_whole(begun, chunks.damage)))?;
+        Ok(Self {
             path: path.to_owned(),
             bytes: bytes.len() as u64,
-            damage: chunks.damage.or(recording.damage),
             ..recording
-        });
-        let mut recording = whole.ok_or_else(|| foreign(&nothing_whole(begun, chunks.damage)))?;
-        recording.check(content.sound);
-        recording.find_ends();
-        Ok(recording)
+        })
     }
 }
 

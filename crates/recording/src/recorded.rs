@@ -6,8 +6,8 @@ use std::{
     sync::Arc,
 };
 
-use ratelab::{Event, Message, Time};
-use ratelab_account::{Fields, Rows};
+use ratelab::{Event, Message, NodeTopology, Time};
+use ratelab_account::{Fields, Rows, TickRecord};
 use ratelab_replay::RunLog;
 use ratelab_study::{
     graph_file::GraphFile,
@@ -119,6 +119,11 @@ impl Recording {
     /// The messages of the topic called `name`, as numbers.
     pub fn rows(&self, name: &str) -> Option<&Rows> {
         self.topics.get(self.topic(name)?)
+    }
+
+    /// Its nodes, each with its ticks.
+    pub(super) fn nodes(&self) -> impl Iterator<Item = (&NodeTopology, &Vec<TickRecord>)> {
+        self.origin.topology.nodes.iter().zip(&self.run.ticks)
     }
 
     /// Index of the topic called `name`.

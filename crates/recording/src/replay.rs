@@ -81,13 +81,8 @@ impl Replay {
     }
 
     /// The recording.
-    pub fn recording(&self) -> &Recording {
+    pub fn recording(&self) -> &Arc<Recording> {
         &self.recording
-    }
-
-    /// The recording, shared.
-    pub fn shared_recording(&self) -> Arc<Recording> {
-        self.recording.clone()
     }
 
     /// Reads the current counters.

@@ -111,24 +111,19 @@ impl StopReason {
         RecordingEnd {
             at: observer.now(),
             clock: observer.status().clock,
-            end: self.status(system),
+            end: match self {
+                Self::Run(summary) => RunStatus::Ended(RunResult::new(system, summary)),
+                Self::Fault(fault) => RunStatus::Failed {
+                    fault: fault.clone(),
+                },
+                Self::Off => RunStatus::WentOn,
+            },
             messages: Vec::new(),
             ticks: Vec::new(),
             lost: 0,
             dropped: (!matches!(self, Self::Off)).then_some(dropped),
             threads: None,
             digest: None,
-        }
-    }
-
-    /// The status of a run of `system`, for the file.
-    fn status(&self, system: &dyn System) -> RunStatus {
-        match self {
-            Self::Run(summary) => RunStatus::Ended(RunResult::new(system, summary)),
-            Self::Fault(fault) => RunStatus::Failed {
-                fault: fault.clone(),
-            },
-            Self::Off => RunStatus::WentOn,
         }
     }
 }

@@ -103,12 +103,8 @@ mod tests {
     use super::TickSchedule;
     use crate::tests::{hz, ms, turned_rate};
 
-    /// 50 Hz, then 10 Hz from 0.5 s on.
-    fn schedule() -> TickSchedule {
-        schedule_with(&Setup::default())
-    }
-
-    fn schedule_with(setup: &Setup) -> TickSchedule {
+    /// 50 Hz, then 10 Hz from 0.5 s on, with the knobs in `setup`.
+    fn schedule(setup: &Setup) -> TickSchedule {
         let node = NodeTopology {
             name: "policy".to_owned(),
             priority: 1,
@@ -120,40 +116,32 @@ mod tests {
             executor_index: None,
             group: None,
         };
-        let event = turned_rate(ms(500), "policy", 10.0);
-        TickSchedule::new(&node, setup, &[event])
+        TickSchedule::new(&node, setup, &[turned_rate(ms(500), "policy", 10.0)])
     }
 
     #[test]
-    fn ticks_are_where_the_rates_have_them() {
+    fn ticks_are_where_the_rates_have_them_and_none_rests_for_longer() {
+        let schedule = || schedule(&Setup::default());
         // Every 20 ms before the change; then 0.58 s, 0.68 s and so on.
-        for (at, ticks) in [
-            (0, 0),
-            (1, 1),
-            (480, 24),
-            (500, 25),
-            (580, 25),
-            (581, 26),
-            (1580, 35),
+        let due = [0, 1, 480, 500, 580, 581, 1580].map(|at| schedule().ticks_before(ms(at)));
+        assert_eq!(due, [0, 1, 24, 25, 25, 26, 35]);
+        let late = ms(1_000_000_000_000);
+        for (number, at, allowed) in [
+            (24, ms(480), true),
+            (35, ms(1580), true),
+            (1 << 62, late, false),
         ] {
-            assert_eq!(schedule().ticks_before(ms(at)), ticks, "{at} ms");
+            assert_eq!(schedule().allows(number, at), allowed, "{at}");
         }
-        let mut schedule = schedule();
-        assert!(schedule.allows(24, ms(480)) && schedule.allows(35, ms(1580)));
-        assert!(!schedule.allows(1 << 62, ms(1_000_000_000_000)));
-    }
-
-    #[test]
-    fn nothing_rests_for_longer_than_its_rates_have_it() {
-        assert!(schedule().may_rest(25, ms(680)));
-        assert!(!schedule().may_rest(25, ms(10_000)));
-        assert!(!schedule().may_rest(25, Time::MAX));
+        for (at, rests) in [(ms(680), true), (ms(10_000), false), (Time::MAX, false)] {
+            assert_eq!(schedule().may_rest(25, at), rests, "{at}");
+        }
     }
 
     #[test]
     fn ticks_that_take_time_may_be_fewer_and_never_more() {
         let setup = Setup::default().with("takes policy 60".parse().expect("a knob"));
-        let mut schedule = schedule_with(&setup);
+        let mut schedule = schedule(&setup);
         assert!(schedule.allows(8, ms(480)));
         assert!(!schedule.allows(40, ms(490)));
         assert!(schedule.may_rest(8, ms(10_000)));

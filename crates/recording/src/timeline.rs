@@ -91,17 +91,13 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
-    use crate::tests::stream;
+    use crate::tests::{batch_stream, stream};
 
     #[test]
     fn wall_time_is_run_time_since_the_epoch_and_virtual_time_has_none() {
         let (rec, _) = stream();
-        let mut batch = BatchStream {
-            rec,
-            epoch: Some(UNIX_EPOCH + Duration::from_secs(1)),
-            before: 7,
-            steps: &[],
-        };
+        let mut batch = batch_stream(&rec, 7, &[]);
+        batch.epoch = Some(UNIX_EPOCH + Duration::from_secs(1));
         let times = [Time::from_nanos(20), Time::MAX];
         let columns: Vec<_> = batch.timelines(&times).collect();
         let named: Vec<_> = columns.iter().map(|c| (c.name(), c.times_raw())).collect();

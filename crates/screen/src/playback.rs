@@ -85,7 +85,7 @@ impl Playback {
 
     /// The recording.
     pub fn recording(&self) -> Arc<Recording> {
-        self.replay.shared_recording()
+        self.replay.recording().clone()
     }
 
     /// The moment in sight.

@@ -66,7 +66,7 @@ fn level(what: &EventKind) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tests::{chunks, stream};
+    use crate::tests::{batch_stream, chunks, stream};
 
     #[test]
     fn events_of_different_threads_keep_their_order() {
@@ -78,13 +78,12 @@ mod tests {
             },
         };
         let events = [3, 5, 4, 4, 9, 1].map(event);
-        let stream = BatchStream {
-            rec,
-            epoch: None,
-            before: 0,
-            steps: &[],
-        };
-        add(&stream, &events, &mut ContentDigest::default()).expect("written");
+        add(
+            &batch_stream(&rec, 0, &[]),
+            &events,
+            &mut ContentDigest::default(),
+        )
+        .expect("written");
         let messages = storage.take();
         let texts = chunks(&messages).flat_map(|chunk| columns::read_texts(&chunk));
         let texts = texts.map(|text| text.expect("JSON"));

@@ -211,9 +211,18 @@ mod tests {
         }
     }
 
+    /// A lane in words, such as `3 tick, 7 -`: run time (ms) and state, which is `-` for none.
+    fn told(lane: Changes) -> String {
+        let changes = lane.into_iter().map(|(at, state)| {
+            let state = if state == NOTHING { "-" } else { state };
+            format!("{} {state}", at.as_secs_f64() * 1e3)
+        });
+        changes.collect::<Vec<_>>().join(", ")
+    }
+
     /// The lane of a node with a thread of its own.
-    fn on_thread(run: &[TracedTick]) -> Changes {
-        ticks(run.iter().map(|worked| (worked, Vec::new())), LATE)
+    fn on_thread(run: &[TracedTick]) -> String {
+        told(ticks(run.iter().map(|worked| (worked, Vec::new())), LATE))
     }
 
     #[test]
@@ -224,38 +233,21 @@ mod tests {
             tick(2, [60, 0, 20], 1),
             tick(3, [81, 1, 0], 1),
         ];
-        let lane = [
-            (0, LATE),
-            (3, TICK),
-            (7, NOTHING),
-            (20, OVERRUN),
-            (45, NOTHING),
-            (60, TICK),
-            (80, LATE),
-            (81, INSTANT),
-            (82, NOTHING),
-        ];
-        assert_eq!(on_thread(&run), lane.map(|(at, state)| (ms(at), state)));
+        let lane = "0 late, 3 tick, 7 -, 20 overrun, 45 -, 60 tick, 80 late, \
+                    81 tick without duration, 82 -";
+        assert_eq!(on_thread(&run), lane);
     }
 
     #[test]
     fn a_lane_of_an_executor_has_the_wait_and_what_was_set_aside() {
-        let run = [tick(0, [3, 3, 9], 0)];
         let aside = TickWait {
             from: ms(5),
             to: ms(8),
             what: WaitsFor::Node(1),
         };
-        let lane = [
-            (0, WAITING),
-            (3, TICK),
-            (5, ASIDE),
-            (8, TICK),
-            (12, NOTHING),
-        ];
-        let ticked = run.iter().map(|worked| (worked, vec![aside]));
-        let lane = lane.map(|(at, state)| (ms(at), state));
-        assert_eq!(ticks(ticked, WAITING), lane);
+        let lane = ticks([(&tick(0, [3, 3, 9], 0), vec![aside])].into_iter(), WAITING);
+        let expected = "0 waiting for the executor, 3 tick, 5 set aside, 8 tick, 12 -";
+        assert_eq!(told(lane), expected);
     }
 
     #[test]
@@ -267,6 +259,6 @@ mod tests {
             worked
         });
         // The second begins within the width of the first.
-        assert_eq!(on_thread(&run).len(), 2);
+        assert_eq!(on_thread(&run), "0 tick without duration, 1.5 -");
     }
 }

@@ -118,23 +118,3 @@ impl PeriodInForce {
         period.map_or(Duration::ZERO, |(_, period)| *period)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use std::time::Duration;
-
-    use super::PeriodInForce;
-    use crate::tests::{ms, turned_rate};
-
-    #[test]
-    fn the_period_steps_with_the_first_tick_that_is_due_then() {
-        let mut period = PeriodInForce::new("pilot", Duration::from_millis(20));
-        period.learn(&[
-            turned_rate(ms(20), "drone", 100.0),
-            turned_rate(ms(40), "pilot", 10.0),
-            turned_rate(ms(45), "pilot", 5.0),
-        ]);
-        let seen = [0, 20, 40, 60, 80].map(|at| period.at(ms(at)).as_millis());
-        assert_eq!(seen, [20, 20, 100, 200, 200]);
-    }
-}

@@ -52,7 +52,9 @@ impl PictureScene {
                 .iter()
                 .partition(|(style, _)| *style == Style::Scenery);
             if first {
-                SceneDrawing::of(&still).log(&stream.rec)?;
+                let mut scenery = SceneDrawing::default();
+                scenery.add(&still);
+                scenery.log(&stream.rec)?;
             }
             drawing.add(&moving);
             times.push(head.at);
@@ -74,13 +76,6 @@ struct SceneDrawing {
 }
 
 impl SceneDrawing {
-    /// A picture of `shapes`.
-    fn of(shapes: &[&(Style, Shape)]) -> Self {
-        let mut drawing = Self::default();
-        drawing.add(shapes);
-        drawing
-    }
-
     /// Adds a picture of `shapes`.
     fn add(&mut self, shapes: &[&(Style, Shape)]) {
         let before = [self.lines.len(), self.texts.len()];

@@ -2,20 +2,20 @@
 
 use std::{collections::BTreeMap, time::Duration};
 
-use ratelab::{Head, Time};
+use ratelab::Time;
 use ratelab_account::Snapshot;
 use ratelab_cart_pole::{CartPole, POLICY, STATE};
 use ratelab_study::experiment::{Config, Experiment, Summary};
 use rerun::{
-    RecordingStream, Scalars,
+    Scalars,
     log::{Chunk, LogMsg},
 };
 
 use super::{Scene, latency::LATENCY};
 use crate::{
     RunRows, Source, blueprint,
-    tests::{cart_pole, chunks, stream},
-    timeline::{BatchStream, RUN_TIME},
+    tests::{batch_stream, cart_pole, chunks, stream},
+    timeline::RUN_TIME,
 };
 
 /// More rows than any run here has.
@@ -81,15 +81,6 @@ fn draw(run: &Run, span: Duration) -> Vec<LogMsg> {
     storage.take()
 }
 
-fn batch_stream<'a>(rec: &RecordingStream, before: u64, steps: &'a [Head]) -> BatchStream<'a> {
-    BatchStream {
-        rec: rec.clone(),
-        epoch: None,
-        before,
-        steps,
-    }
-}
-
 /// Every value that is drawn as a line, by entity and run time.
 fn lines(messages: &[LogMsg]) -> BTreeMap<(String, i64), Vec<u64>> {
     let scalars = Scalars::descriptor_scalars().component;
@@ -121,12 +112,12 @@ fn batches_make_no_difference() {
 
 #[test]
 fn the_control_period_is_drawn_where_it_changed() {
-    let run = run();
+    let run = run_with("1 sensor-hz 40\n2.51 control-hz 10\n6 control-hz 50\n6.01 control-hz 25");
     let lines = lines(&draw(&run, Duration::from_millis(750)));
     let period = |ms: i64| f64::from_bits(lines[&(format!("/{LATENCY}"), ms * 1_000_000)][1]);
     assert_eq!(
-        [2500, 2520, 5980, 6000].map(period),
-        [20.0, 100.0, 100.0, 20.0]
+        [1000, 2500, 2520, 5980, 6000, 6020].map(period),
+        [20.0, 20.0, 100.0, 100.0, 20.0, 40.0]
     );
     assert_eq!(run.start.period(POLICY), Duration::from_millis(20));
 }

@@ -63,24 +63,6 @@ fn session(config: &Config, late: bool, first: Command, groups: Vec<Vec<Command>
 }
 
 #[test]
-fn a_session_with_knobs_turned_live_comes_again() {
-    let first = knobs("control-hz 12").remove(0);
-    let groups = vec![
-        vec![Command::Pause, Command::Step, Command::Step],
-        knobs("rate sensor 40"),
-        knobs("depth /action 1"),
-        knobs("takes policy 45"),
-        knobs("offset sensor 7"),
-        vec![Command::Resume],
-        knobs("control-hz 50"),
-        vec![Command::Stop],
-    ];
-    let recording = session(&endless(paced(20.0)), false, first, groups);
-    assert!(recording.events.len() >= 8, "{:?}", recording.events);
-    verify(&recording).expect("identical");
-}
-
-#[test]
 fn a_recording_made_midway_comes_again_with_ticks_that_take_time_and_without() {
     let costs = CartPole::config("takes policy 30..50").expect("a knob");
     for (world, setup) in [
@@ -115,7 +97,7 @@ fn a_recording_made_midway_comes_again_with_ticks_that_take_time_and_without() {
 }
 
 #[test]
-fn pauses_speeds_and_refusals_come_again_whenever_the_recording_begins() {
+fn knobs_pauses_speeds_and_refusals_come_again_whenever_the_recording_begins() {
     let config = Config {
         setup: CartPole::config("queue-depth 7").expect("a knob").setup,
         ..endless(paced(20.0))
@@ -130,12 +112,14 @@ fn pauses_speeds_and_refusals_come_again_whenever_the_recording_begins() {
             vec![Command::Pause, Command::Step],
             [knobs("rate sensor 90"), vec![Command::Step]].concat(),
             knobs("queue-depth 1"),
+            knobs("takes policy 45"),
+            knobs("offset sensor 7"),
             vec![Command::Resume, Command::Speed(Speed::REAL_TIME)],
             vec![Command::Stop],
         ];
         let recording = session(&config, late, faster, groups);
         assert_eq!(recording.defect(), None);
-        assert_eq!(recording.events.len(), 15, "{:?}", recording.events);
+        assert_eq!(recording.events.len(), 17, "{:?}", recording.events);
         verify(&recording).expect("identical");
     }
 }

@@ -19,7 +19,7 @@ use std::{
     sync::Arc,
 };
 
-use ratelab::{ClockKind, Event, EventKind, Fault, Hz, Knob, Speed, Time};
+use ratelab::{ClockKind, Event, EventKind, Fault, Head, Hz, Knob, Speed, Time};
 use ratelab_account::Snapshot;
 use ratelab_cart_pole::{CartPole, policy::PolicyKind};
 use ratelab_study::{
@@ -35,7 +35,7 @@ use tempfile::TempDir;
 
 use super::{
     FinishedRecording, Recorder, Recording, Replay, Source, StopReason, VerifyError,
-    verify::Identical,
+    timeline::BatchStream, verify::Identical,
 };
 
 /// How many cases a test over random ones tries: `usual`, or as many as
@@ -298,6 +298,20 @@ pub(super) fn ms(ms: u64) -> Time {
 pub(super) fn stream() -> (RecordingStream, MemorySinkStorage) {
     let stream = RecordingStreamBuilder::new("ratelab").memory();
     stream.expect("a stream")
+}
+
+/// The stream with a batch of a run in virtual time: its `steps`, `before` of them before it.
+pub(super) fn batch_stream<'a>(
+    rec: &RecordingStream,
+    before: u64,
+    steps: &'a [Head],
+) -> BatchStream<'a> {
+    BatchStream {
+        rec: rec.clone(),
+        epoch: None,
+        before,
+        steps,
+    }
 }
 
 /// The chunks among `messages`.

@@ -225,6 +225,9 @@ fn is_stuck(node: &BusyNode, busy: Duration) -> bool {
 pub fn with_tables(mut config: Config) -> Result<Config, BuildError> {
     let setup = config.setup.iter().cloned();
     config.setup = setup.map(events::with_table).collect::<Result<_, _>>()?;
+    for timed in &mut config.knobs {
+        timed.knob = events::with_table(timed.knob.clone())?;
+    }
     Ok(config)
 }
 

@@ -10,7 +10,7 @@ use ratelab_real_clock::RealClock;
 use ratelab_replay::Rerun;
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
-    system::{AnswersOfNodes, BuildError, System},
+    system::{AnswersOfNodes, System},
 };
 
 use super::{VerifyError, again, events, order};
@@ -55,38 +55,26 @@ pub fn branch(
 ) -> Result<Branch, VerifyError> {
     super::refuse_foreign(recording, system)?;
     let mut rerun = order::rerun(recording, &**system)?;
-    let Departure {
-        at, knobs, speed, ..
-    } = departure;
-    let at = *at;
-    let timed = knobs.iter().map(|knob| {
-        let knob = events::with_table(knob.clone())?;
-        Ok(TimedKnob { at, knob })
-    });
-    let config = again::with_tables(Config {
-        knobs: timed.collect::<Result<_, BuildError>>()?,
+    let at = departure.at;
+    let knobs = departure.knobs.iter().cloned();
+    let mut config = again::with_tables(Config {
+        knobs: knobs.map(|knob| TimedKnob { at, knob }).collect(),
         end: departure.end.unwrap_or_else(|| end_of(recording, at)),
-        speed: *speed,
+        speed: departure.speed,
         ..recording.origin.config.clone()
     })?;
     let taken = recording.knobs();
-    let timed = Experiment::again(system.clone(), &config, &taken, AnswersOfNodes::new())?;
-    let clock = recording.origin.config.clock;
-    let rest = rerun
-        .as_ref()
-        .and_then(|rerun| rerun.rest_before(at, clock));
-    let mut experiment = match (&mut rerun, rest) {
-        (Some(rerun), Some(_)) => {
-            let knobs = timed.config().knobs.iter();
-            rerun.branch(at, knobs.map(|timed| timed.knob.clone().into()).collect());
-            let knobs = Vec::new();
-            {
-                let config = Config { knobs, ..config };
-                Experiment::again(system.clone(), &config, &taken, AnswersOfNodes::new())?
-            }
-        }
-        _ => timed,
-    };
+    let build =
+        |config: &Config| Experiment::again(system.clone(), config, &taken, AnswersOfNodes::new());
+    let mut experiment = build(&config)?;
+    let rest = rerun.as_ref();
+    let rest = rest.and_then(|rerun| rerun.rest_before(at, config.clock));
+    if let (Some(rerun), Some(_)) = (&mut rerun, rest) {
+        let knobs = experiment.config().knobs.iter();
+        rerun.branch(at, knobs.map(|timed| timed.knob.clone().into()).collect());
+        config.knobs.clear();
+        experiment = build(&config)?;
+    }
     experiment.schedule(commands(recording, &**system, rerun.as_ref(), at)?);
     Ok(Branch {
         at: rest.unwrap_or(at),

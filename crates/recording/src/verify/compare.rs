@@ -62,8 +62,9 @@ impl<'a> Comparison<'a> {
             let fields = tapped.fields(&topic.name).unwrap_or_default();
             RecordedSeries::new(&topic.name, fields, rows)
         });
-        let nodes = topology.nodes.iter().zip(&recording.ticks);
-        let nodes = nodes.map(|(node, ticks)| RecordedSeries::new(&node.name, &[], ticks));
+        let nodes = recording
+            .nodes()
+            .map(|(node, ticks)| RecordedSeries::new(&node.name, &[], ticks));
         Self {
             recording,
             topics: topics.collect(),
@@ -119,9 +120,13 @@ impl Gaps {
             .filter_map(|rows| rows.heads().first());
         let nodes = recording.ticks.iter().filter_map(|ticks| ticks.first());
         let firsts = topics.map(RecordRow::at).chain(nodes.map(RecordRow::at));
+        let complete = match threads {
+            true => order::is_whole(recording),
+            false => recording.end_of_run().is_some(),
+        };
         Self {
-            complete: order::is_complete(recording, threads),
-            cut: threads && !order::is_whole(recording),
+            complete,
+            cut: threads && !complete,
             may_lack: match &recording.outcome {
                 Some(outcome) if threads => outcome.lost,
                 // A file that was cut off lacks the number.

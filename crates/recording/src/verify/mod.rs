@@ -89,14 +89,13 @@ pub enum VerifyError {
     )]
     Altered,
     /// The run that comes of it is another one.
-    #[error("{difference}{why}{}", if_made_elsewhere(.made))]
+    #[error("{difference}{why}")]
     Differs {
         /// Where.
         difference: Box<Difference>,
-        /// Why, as far as that is known.
+        /// Why, as far as that is known, and by what it was made, if by other software than this;
+        /// each in brackets.
         why: String,
-        /// By what it was made, if by other software than this.
-        made: Option<String>,
     },
     /// Stopped by its watcher.
     #[error("stopped before all of it was compared")]
@@ -124,11 +123,6 @@ impl VerifyError {
             Self::Setup(_) => "it cannot be set up here",
         }
     }
-}
-
-fn if_made_elsewhere(made: &Option<String>) -> String {
-    let made = made.as_ref();
-    made.map_or_else(String::new, |made| format!(" (it was made with {made})"))
 }
 
 /// The result of a comparison without differences.
@@ -195,7 +189,12 @@ pub fn verify(
     watch: impl FnMut(&VerifyStatus) -> ControlFlow<()> + Send,
 ) -> Result<Identical, VerifyError> {
     refuse_foreign(recording, system)?;
-    refuse_nothing(recording)?;
+    // A part of a run has ticks; a whole one may have none.
+    if recording.ticks.iter().all(Vec::is_empty)
+        && let Some(defect) = recording.defect()
+    {
+        return Err(VerifyError::Nothing(defect));
+    }
     let answers = match asks {
         true => AnswersOfNodes::new(),
         false => recording.answers(&**system),
@@ -223,11 +222,12 @@ fn judge(
         return diverged.map_or(Ok(()), |diverged| Err(VerifyError::Diverged(diverged)));
     };
     let likely = || threads.then(|| format!("likely: {LIKELY}"));
-    let why = diverged.or_else(likely);
+    let made = made_elsewhere(recording, system);
+    let made = made.map(|made| format!("it was made with {made}"));
+    let reasons = diverged.or_else(likely).into_iter().chain(made);
     Err(VerifyError::Differs {
         difference: Box::new(difference),
-        why: why.map_or_else(String::new, |why| format!(" ({why})")),
-        made: made_elsewhere(recording, system),
+        why: reasons.map(|why| format!(" ({why})")).collect(),
     })
 }
 
@@ -264,15 +264,6 @@ fn from_others<'a>(graph: &'a Topology, here: &[String]) -> Vec<&'a str> {
     let topics = topics.filter(|topic| topic.readers.iter().any(is_here));
     let topics = topics.filter(|topic| !topic.publishers.iter().all(is_here));
     topics.map(|topic| &*topic.name).collect()
-}
-
-/// A part of a run has ticks; a whole one may have none.
-fn refuse_nothing(recording: &Recording) -> Result<(), VerifyError> {
-    if recording.is_whole() || recording.ticks.iter().any(|ticks| !ticks.is_empty()) {
-        return Ok(());
-    }
-    let defect = recording.defect().unwrap_or_default();
-    Err(VerifyError::Nothing(defect))
 }
 
 /// The software of the recording, if it may compute other bits than this program.

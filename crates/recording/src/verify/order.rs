@@ -35,12 +35,6 @@ pub fn rerun(recording: &Recording, system: &dyn System) -> Result<Option<Rerun>
     Ok(Some(rerun))
 }
 
-/// Whether the recording goes on to the end of the run; with `threads` it was under the real
-/// clock.
-pub fn is_complete(recording: &Recording, threads: bool) -> bool {
-    recording.end_of_run().is_some() && (!threads || is_whole(recording))
-}
-
 /// Whether the log goes on to the end of the run.
 pub fn is_whole(recording: &Recording) -> bool {
     let threads = recording.threads.as_ref();
