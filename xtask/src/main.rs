@@ -8,7 +8,7 @@ use std::env;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
-use xtask::mujoco::{self, Error, Platform, SetupResult, Source};
+use xtask::mujoco::{self, Platform, SetupResult, Source};
 
 const USAGE: &str = "\
 Usage: cargo xtask <setup | recordings | dist>
@@ -64,21 +64,12 @@ fn run(command: &mut Command) -> ExitCode {
 }
 
 fn setup(folder: &Path) -> ExitCode {
-    match Source::of_build(folder) {
-        Source::Own(dir) => {
-            println!("Nothing to fetch: builds link your own {}.", dir.display());
-            ExitCode::SUCCESS
-        }
-        Source::Fetched | Source::System => report(folder, fetch(folder)),
+    if let Source::Own(dir) = Source::of_build(folder) {
+        println!("Nothing to fetch: builds link your own {}.", dir.display());
+        return ExitCode::SUCCESS;
     }
-}
-
-fn fetch(folder: &Path) -> Result<SetupResult, Error> {
-    mujoco::ensure(folder, Platform::host()?)
-}
-
-fn report(folder: &Path, outcome: Result<SetupResult, Error>) -> ExitCode {
-    let verb = match outcome {
+    let platform = Platform::host();
+    let verb = match platform.and_then(|platform| mujoco::ensure(folder, platform)) {
         Ok(SetupResult::Fetched) => "fetched into",
         Ok(SetupResult::InPlace) => "already in",
         Err(error) => {

@@ -28,16 +28,19 @@ pub struct Tree(BTreeMap<String, File>);
 impl Tree {
     /// Adds an ordinary file.
     pub fn add(&mut self, path: impl Into<String>, bytes: impl Into<Vec<u8>>) {
-        self.insert(path.into(), bytes.into(), false);
+        let (bytes, is_program) = (bytes.into(), false);
+        self.insert(path, File { bytes, is_program });
     }
 
     /// Adds an executable file.
     pub fn add_program(&mut self, path: impl Into<String>, bytes: impl Into<Vec<u8>>) {
-        self.insert(path.into(), bytes.into(), true);
+        let (bytes, is_program) = (bytes.into(), true);
+        self.insert(path, File { bytes, is_program });
     }
 
-    fn insert(&mut self, path: String, bytes: Vec<u8>, is_program: bool) {
-        self.0.insert(path, File { bytes, is_program });
+    /// Adds a file.
+    pub(crate) fn insert(&mut self, path: impl Into<String>, file: File) {
+        self.0.insert(path.into(), file);
     }
 
     /// All files, sorted by path.

@@ -93,11 +93,7 @@ impl Wheel {
 pub fn wheel(tree: &Tree, about: &Wheel) -> ZipResult<Vec<u8>> {
     let mut packed = Tree::default();
     for (path, file) in tree.files() {
-        let File { bytes, is_program } = file.clone();
-        match is_program {
-            true => packed.add_program(about.place(path), bytes),
-            false => packed.add(about.place(path), bytes),
-        }
+        packed.insert(about.place(path), file.clone());
     }
     let licences = tree
         .files()
