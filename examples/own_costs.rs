@@ -1,4 +1,4 @@
-//! ! Tick costs in virtual time: a camera, a detector that works for 60 to 110 ms, a
+//! Tick costs in virtual time: a camera, a detector that works for 60 to 110 ms, a
 //! planner and a controller, under both clocks.
 //!
 //! The nodes contain no timing: knobs set the costs of the target machine.

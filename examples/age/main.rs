@@ -72,15 +72,11 @@ const NEAR_S: f64 = 0.01;
 
 /// Number of runs held within a range of ages, and number of all runs there.
 fn held(by_age: &ByAge, from_s: f64, to_s: f64) -> String {
-    let (mut runs, mut held) = (0, 0);
-    let ages = by_age
-        .runs()
-        .filter(|(age, _)| (from_s..to_s).contains(age));
-    for (_, was_held) in ages {
-        runs += 1;
-        held += usize::from(was_held);
-    }
-    format!("{held} of {runs}")
+    let runs = by_age.runs();
+    let (held, fell): (Vec<_>, Vec<_>) = runs
+        .filter(|(age, _)| (from_s..to_s).contains(age))
+        .partition(|(_, held)| *held);
+    format!("{} of {}", held.len(), held.len() + fell.len())
 }
 
 /// The two limits of each policy (ms), and the separation of all runs by the second one.

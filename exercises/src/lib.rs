@@ -13,7 +13,7 @@
 //! let prediction = Prediction::read("2 because nothing is lost any more", exercise.brief())?;
 //! let findings = exercise.run()?;
 //! println!("{}\n{}", findings.table, findings.reconcile(exercise.brief(), &prediction));
-//! assert!(exercise.check()?.iter().all(|check| check.holds()));
+//! assert!(findings.checks(exercise.brief())?.iter().all(|check| check.holds()));
 //! assert_eq!(exercises::questions().len(), 21);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -160,13 +160,10 @@ fn span<S: Series>(series: &S) -> (u64, Time) {
 fn is_sound(outcome: &RecordingEnd, topology: &Topology) -> bool {
     let losses = outcome.dropped.as_ref();
     losses.is_none_or(|losses| losses.len() == topology.topics.len())
-        && match &outcome.end {
-            RunStatus::Ended(end) => {
-                let longest = u128::from(Time::MAX.as_nanos());
-                end.sim_time <= outcome.at
-                    && end.verdict.at <= outcome.at
-                    && end.wall_time.as_nanos() <= longest
-            }
-            _ => true,
-        }
+        && outcome.result().is_none_or(|end| {
+            let longest = u128::from(Time::MAX.as_nanos());
+            end.sim_time <= outcome.at
+                && end.verdict.at <= outcome.at
+                && end.wall_time.as_nanos() <= longest
+        })
 }

@@ -16,7 +16,7 @@ use ratelab_study::{
 
 use super::{
     run_rows::RunRows,
-    schema::{Origin, RecordingEnd, RunStatus},
+    schema::{Origin, RecordingEnd, RunResult, RunStatus},
     source::{Source, StopReason},
     thread_log::ThreadLog,
 };
@@ -136,6 +136,11 @@ impl Recording {
     pub(super) fn end_of_run(&self) -> Option<&RecordingEnd> {
         let outcome = self.outcome.as_ref();
         outcome.filter(|outcome| outcome.end != RunStatus::WentOn)
+    }
+
+    /// The result of its run, if that ended with one.
+    pub fn result(&self) -> Option<&RunResult> {
+        self.outcome.as_ref()?.result()
     }
 
     /// Whether it is a recording of `system`.

@@ -9,7 +9,7 @@ use ratelab_study::{
     system::{MeanCost, System, SystemFigure, verdict},
 };
 
-use super::{recorded::Recording, schema::RunStatus};
+use super::recorded::Recording;
 
 /// An item of the recording, by its index.
 #[derive(Clone, Copy, Debug)]
@@ -173,12 +173,12 @@ impl Replay {
     /// Run time at the end of the recording; that of the run if it is over, even if a tick
     /// on the real clock began a little later.
     fn end(&self) -> Time {
-        if let Some(RunStatus::Ended(end)) = self.status() {
-            return end.sim_time;
+        let recording = &self.recording;
+        if let Some(result) = recording.result() {
+            return result.sim_time;
         }
-        let outcome = self.recording.outcome.as_ref();
-        let end = outcome.map_or(Time::ZERO, |outcome| outcome.at);
-        end.max(self.recording.until)
+        let end = recording.outcome.as_ref().map(|outcome| outcome.at);
+        end.unwrap_or_default().max(recording.until)
     }
 
     /// Returns to the beginning.
@@ -230,12 +230,12 @@ impl Replay {
     /// The summary of the run, or of its recording, for the part replayed so far.
     pub fn summary(&self) -> Summary {
         let at = self.recording.until;
-        let (verdict, sim_time, wall_time) = match self.status() {
-            Some(RunStatus::Ended(end)) => {
-                let verdict = end.verdict.verdict(&*self.system);
-                (verdict, end.sim_time, end.wall_time)
+        let (verdict, sim_time, wall_time) = match self.recording.result() {
+            Some(result) => {
+                let verdict = result.verdict.verdict(&*self.system);
+                (verdict, result.sim_time, result.wall_time)
             }
-            _ => {
+            None => {
                 let newest = [self.newest(self.state), self.newest(self.chains)];
                 let newest = newest.map(|row| (!row.is_empty()).then_some(row));
                 let verdict = verdict(&*self.system, &ClockExit::Stopped, at, newest);
@@ -279,11 +279,6 @@ impl Replay {
             mean.state(head.stamp, (cost.of_state)(state));
         }
         mean.until(end)
-    }
-
-    fn status(&self) -> Option<&RunStatus> {
-        let outcome = self.recording.outcome.as_ref();
-        outcome.map(|outcome| &outcome.end)
     }
 
     /// The newest replayed message of `topic`; empty if there is none.

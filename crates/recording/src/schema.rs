@@ -185,6 +185,16 @@ pub struct RecordingEnd {
     pub digest: Option<u64>,
 }
 
+impl RecordingEnd {
+    /// The result of the run, if it ended with one.
+    pub fn result(&self) -> Option<&RunResult> {
+        match &self.end {
+            RunStatus::Ended(result) => Some(result),
+            RunStatus::Failed { .. } | RunStatus::WentOn => None,
+        }
+    }
+}
+
 /// The end of a recorded run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum RunStatus {

@@ -99,15 +99,6 @@ impl Exercise {
     pub fn run(&self) -> Result<Findings, Failure> {
         self.measure(0)
     }
-
-    /// Makes all measurements and compares them with their bands.
-    ///
-    /// # Errors
-    /// [`Failure`] if a run failed or the bands are damaged. A measurement outside of its
-    /// band is a [`Check`] that does not hold.
-    pub fn check(&self) -> Result<Vec<Check>, Failure> {
-        self.run()?.checks(&self.brief)
-    }
 }
 
 /// The results of an exercise.
@@ -199,7 +190,8 @@ fn rounded(number: f64) -> f64 {
 const CLOSE: f64 = 0.1;
 
 impl Findings {
-    /// Compares the measurements with their bands.
+    /// Compares the measurements with their bands: one outside of its band is a [`Check`] that
+    /// does not hold.
     ///
     /// # Errors
     /// [`Failure`] if the bands are damaged.

@@ -5,7 +5,7 @@ use std::{path::Path, time::Duration};
 use ratelab::{Event, Message, Time, TimedKnob};
 use ratelab_account::Rows;
 use ratelab_cart_pole::{BROKEN_HZ, CartPole, ControlStep, POLICY, STATE, actuator_hz, verdict};
-use ratelab_recording::{ReadError, Recording, schema::RunStatus};
+use ratelab_recording::{ReadError, Recording};
 use ratelab_study::system::Verdict;
 
 use super::judge::{
@@ -88,9 +88,9 @@ pub fn accept(recording: &Recording) -> (bool, String) {
 pub fn judge_recording(recording: &Recording) -> Result<Rescued, RescueFailure> {
     let steps: Vec<Message<ControlStep>> = recording.messages(STATE);
     let system = CartPole::default();
-    let verdict = match recording.outcome.as_ref().map(|outcome| &outcome.end) {
-        Some(RunStatus::Ended(end)) => end.verdict.verdict(&system),
-        _ => Verdict::new(&verdict::STOPPED, recording.until),
+    let verdict = match recording.result() {
+        Some(result) => result.verdict.verdict(&system),
+        None => Verdict::new(&verdict::STOPPED, recording.until),
     };
     let control_hz = recording.origin.config.setup.rate(POLICY);
     judge(&RescueSession {

@@ -11,7 +11,11 @@ use rerun::{
     log::{Chunk, LogMsg},
 };
 
-use super::{Scene, latency::LATENCY};
+use super::{
+    Scene,
+    latency::LATENCY,
+    traffic::{DROPPED, PER_SECOND},
+};
 use crate::{
     RunRows, Source, blueprint,
     tests::{batch_stream, cart_pole, chunks, stream},
@@ -129,6 +133,21 @@ fn the_age_that_is_drawn_is_the_one_of_the_summary() {
     let age = f64::from_bits(lines[&(format!("/{LATENCY}"), 10_000_000_000)][2]);
     let summary = run.summary.push_age().expect("pushes");
     assert_eq!(age, summary.late_s * 1e3);
+}
+
+#[test]
+fn the_messages_of_the_last_second_are_drawn_and_all_that_were_dropped() {
+    let lines = lines(&draw(
+        &run_with("0 control-hz 10"),
+        Duration::from_millis(750),
+    ));
+    let drawn = |entity: &str| {
+        let of_obs = |ms: i64| f64::from_bits(lines[&(format!("/{entity}"), ms * 1_000_000)][0]);
+        [500, 1000, 5000, 10_000].map(of_obs)
+    };
+    // That of exactly a second ago is out, that of now is in; four of five are not read.
+    assert_eq!(drawn(PER_SECOND), [50.0; 4]);
+    assert_eq!(drawn(DROPPED), [20.0, 40.0, 200.0, 400.0]);
 }
 
 #[test]

@@ -174,38 +174,3 @@ fn periods(at: Time) -> u32 {
     let whole = at.since(Time::ZERO).as_nanos() / PERIOD.as_nanos();
     u32::try_from(whole).unwrap_or(u32::MAX - 1)
 }
-
-#[cfg(test)]
-mod tests {
-    use ratelab::Head;
-    use ratelab_account::Rows;
-
-    use super::{Traffic, WINDOW};
-    use crate::tests::ms;
-
-    #[test]
-    fn the_second_before_is_counted() {
-        let mut traffic = Traffic::new(&["/obs".to_owned()]);
-        let mut messages = Rows::new(0);
-        for k in 0..500 {
-            let head = Head {
-                at: ms(20 * k),
-                stamp: ms(20 * k),
-                seq: k,
-                origin: None,
-                arrives: Some(ms(20 * k)),
-                dropped: k / 2,
-            };
-            assert!(messages.push(head, []));
-        }
-        traffic.count(&[messages]);
-        let topic = &mut traffic.topics[0];
-        let mut seen = |at| (topic.advance_to(at, WINDOW), topic.dropped);
-        assert_eq!(seen(ms(100)), (6, 2));
-        // That of exactly a second ago is out, that of now is in.
-        assert_eq!(seen(ms(1000)), (50, 25));
-        assert_eq!(seen(ms(5010)), (50, 125));
-        assert_eq!(seen(ms(10_500)), (24, 249));
-        assert_eq!(seen(ms(60_000)), (0, 249));
-    }
-}

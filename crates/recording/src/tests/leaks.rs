@@ -3,7 +3,7 @@
 
 use std::{
     fs,
-    path::{Path, PathBuf},
+    path::Path,
     sync::{
         Arc, Mutex,
         atomic::{AtomicU64, Ordering},
@@ -30,60 +30,39 @@ pub struct Number {
 }
 fields!(Number { number: "number" });
 
-/// Where the number comes from.
-#[derive(Clone)]
-enum Leak {
-    /// A value that counts its turns: no leak.
-    Shared(Arc<Shared<u64>>),
-    /// A value that outlives the run.
-    Global(Arc<AtomicU64>),
-    /// The wall.
-    Wall(Instant),
-    /// A file.
-    File(PathBuf),
-}
-
-impl Leak {
-    fn read(&self) -> f64 {
-        match self {
-            Self::Shared(shared) => *shared.lock() as f64,
-            Self::Global(global) => global.load(Ordering::Relaxed) as f64,
-            Self::Wall(begin) => begin.elapsed().as_nanos() as f64,
-            Self::File(file) => fs::read(file).map_or(0.0, |bytes| bytes.len() as f64),
-        }
-    }
-
-    fn add(&self) {
-        match self {
-            Self::Shared(shared) => *shared.lock() += 1,
-            Self::Global(global) => drop(global.fetch_add(1, Ordering::Relaxed)),
-            Self::Wall(_) | Self::File(_) => {}
-        }
-    }
-}
-
-/// A node that publishes a number, and another one that adds to what the number is made of.
-fn leaky(leak: Leak) -> Arc<dyn System> {
+/// A node that publishes the number that it `reads`, and another one that `adds` to what the
+/// number is made of.
+fn leaky(
+    reads: impl Fn() -> f64 + Send + Sync + 'static,
+    adds: impl Fn() + Send + Sync + 'static,
+) -> Arc<dyn System> {
+    let (reads, adds) = (Arc::new(reads), Arc::new(adds));
     let build = move |builder: &mut Builder<'_>| {
         let number = builder.topic::<Number>("/number");
-        let (source, sink) = (leak.clone(), leak.clone());
+        let (reads, adds) = (reads.clone(), adds.clone());
         builder.node("reads", 200.0, 0, move |wiring| {
-            let (number, source) = (wiring.publisher(&number), source.clone());
+            let (numbers, reads) = (wiring.publisher(&number), reads.clone());
             move |now| {
-                let read = source.read();
-                number.publish(Number { number: read }, now, None);
+                let number = reads();
+                numbers.publish(Number { number }, now, None);
                 GO_ON
             }
         })?;
         builder.node("adds", 200.0, 1, move |_| {
-            let sink = sink.clone();
+            let adds = adds.clone();
             move |_| {
-                sink.add();
+                adds();
                 GO_ON
             }
         })
     };
     Arc::new(Made("leaky", build))
+}
+
+/// A system with a value that counts its turns, which is no leak.
+fn sharing(shared: &Arc<Shared<u64>>) -> Arc<dyn System> {
+    let (read, added) = (shared.clone(), shared.clone());
+    leaky(move || *read.lock() as f64, move || *added.lock() += 1)
 }
 
 /// All notices of recorders.
@@ -116,7 +95,7 @@ fn record(system: &Arc<dyn System>, path: &Path, meanwhile: impl FnOnce()) -> Fi
 fn a_write_from_outside_of_the_graph_is_named_by_the_recording_and_by_verify() {
     let (_folder, path) = file("run.rrd");
     let shared = Arc::new(Shared::new("the number", 0));
-    let system = leaky(Leak::Shared(shared.clone()));
+    let system = sharing(&shared);
     let recorded = record(&system, &path, || {
         for _ in 0..2 {
             *shared.lock() += 100;
@@ -139,28 +118,33 @@ fn a_shared_value_that_only_nodes_write_to_is_no_defect() {
     let shared = Arc::new(Shared::new("the number", 0));
     // Before the run anybody may write.
     *shared.lock() = 0;
-    let system = leaky(Leak::Shared(shared.clone()));
-    let looks = shared.clone();
-    let recorded = record(&system, &path, move || drop(looks.peek()));
+    let system = sharing(&shared);
+    let recorded = record(&system, &path, || drop(shared.peek()));
     assert_eq!(recorded.defect(), None);
     // Another run has another value, which counts from its first turn.
     let again = Arc::new(Shared::new("the number", 0));
-    let system = leaky(Leak::Shared(again));
-    verify_with(&read(&path), &system).expect("identical");
+    verify_with(&read(&path), &sharing(&again)).expect("identical");
 }
 
 #[test]
 fn what_a_node_takes_from_elsewhere_makes_a_difference_with_its_likely_reasons() {
     let folder = folder();
     let file = folder.path().join("number.txt");
+    // A value that outlives the run, the wall, and a file.
+    static GLOBAL: AtomicU64 = AtomicU64::new(0);
+    let (begun, read_file) = (Instant::now(), file.clone());
+    let global = || GLOBAL.load(Ordering::Relaxed) as f64;
+    let wall = move || begun.elapsed().as_nanos() as f64;
+    let size = move || fs::read(&read_file).map_or(0.0, |bytes| bytes.len() as f64);
     let leaks = [
-        Leak::Global(Arc::default()),
-        Leak::Wall(Instant::now()),
-        Leak::File(file.clone()),
+        leaky(global, || {
+            GLOBAL.fetch_add(1, Ordering::Relaxed);
+        }),
+        leaky(wall, || ()),
+        leaky(size, || ()),
     ];
-    for (number, leak) in leaks.into_iter().enumerate() {
+    for (number, system) in leaks.into_iter().enumerate() {
         let path = folder.path().join(format!("{number}.rrd"));
-        let system = leaky(leak);
         fs::write(&file, "1").expect("written");
         assert_eq!(record(&system, &path, || {}).defect(), None);
         fs::write(&file, "another").expect("written");

@@ -215,7 +215,12 @@ fn verify_with(recording: &Recording, system: &Arc<dyn System>) -> Result<Identi
 
 /// A replay at the end of a recording of the cart-pole.
 fn replayed(recording: Recording) -> Replay {
-    let mut replay = replay(recording);
+    replayed_with(recording, &cart_pole())
+}
+
+/// A replay at its end, by `system`.
+fn replayed_with(recording: Recording, system: &Arc<dyn System>) -> Replay {
+    let mut replay = Replay::new(Arc::new(recording), system);
     replay.advance_to(Time::MAX);
     replay
 }

@@ -13,8 +13,10 @@ use ratelab_study::{
 
 use rerun::EntityPath;
 
-use super::{assert_has, cart_pole, file, ms, read, record_run, traffic, verify_with};
-use crate::{Recording, Replay, frames::Chunks, scene::signals, schema::RunStatus};
+use super::{
+    assert_has, file, ms, read, record_run, replayed, replayed_with, traffic, verify, verify_with,
+};
+use crate::{Recording, frames::Chunks, scene::signals, schema::RunStatus};
 
 /// A ball that falls, and somebody who looks at it: names with spaces, a topic
 /// without fields and one that is not recorded.
@@ -129,11 +131,10 @@ impl System for Ball {
             centre,
             radius: 0.1,
         };
-        let (half, angle) = ([0.1, 0.2], 0.5);
         let body = Shape::Box {
             centre,
-            half,
-            angle,
+            half: [0.1, 0.2],
+            angle: 0.5,
         };
         let (at, text) = (centre, "ball".to_owned());
         let shapes = vec![
@@ -175,13 +176,6 @@ fn recorded() -> (Recording, Summary) {
     (read(&path), summary)
 }
 
-/// A replay at its end, by `system`.
-fn replayed(recording: Recording, system: &Arc<dyn System>) -> Replay {
-    let mut replay = Replay::new(Arc::new(recording), system);
-    replay.advance_to(Time::MAX);
-    replay
-}
-
 #[test]
 fn a_run_of_any_system_is_read_as_it_was_and_comes_again() {
     let (recording, _) = recorded();
@@ -209,7 +203,7 @@ fn a_run_of_any_system_is_read_as_it_was_and_comes_again() {
 #[test]
 fn a_replay_of_any_system_ends_as_its_run_did() {
     let (recording, summary) = recorded();
-    let replayed = replayed(recording, &ball()).summary();
+    let replayed = replayed_with(recording, &ball()).summary();
     let end = |summary: &Summary| (summary.verdict, summary.sim_time, summary.state.clone());
     assert_eq!(end(&replayed), end(&summary));
     assert_eq!(replayed.verdict.to_string(), "DOWN at 1.000 s");
@@ -222,12 +216,12 @@ fn a_replay_of_any_system_ends_as_its_run_did() {
 #[test]
 fn another_system_is_refused_by_both_names_and_shown_without_its_picture() {
     let (recording, _) = recorded();
-    let error = verify_with(&recording, &cart_pole()).expect_err("another system");
+    let error = verify(&recording).expect_err("another system");
     let error = error.to_string();
     assert_has(&error, "\"ball\"");
     assert_has(&error, "\"cart-pole\"");
     assert_eq!(error.lines().count(), 1, "{error}");
-    let replay = replayed(recording, &cart_pole());
+    let replay = replayed(recording);
     assert!(replay.system().signals().is_empty());
     let summary = replay.summary();
     let fall = summary.topic("/the ball/fall");

@@ -13,24 +13,14 @@ use super::{
 };
 use crate::{Recording, VerifyError, verify::VerifyStatus};
 
-/// `rows` with message `index` as `change` makes it.
-fn changed(rows: &Rows, index: usize, change: impl FnOnce(&mut Head, &mut [f64])) -> Rows {
-    let (mut changed, mut change) = (Rows::new(rows.width()), Some(change));
-    for (number, (head, row)) in rows.iter().enumerate() {
-        let (mut head, mut row) = (*head, row.to_vec());
-        if number == index {
-            change.take().expect("once")(&mut head, &mut row);
-        }
-        assert!(changed.push(head, row));
-    }
-    changed
-}
-
-/// The messages of `rows` that `keep` keeps.
-fn kept(rows: &Rows, keep: impl Fn(&Head) -> bool) -> Rows {
+/// The messages of `rows` that `keep` keeps, as it leaves them.
+fn kept(rows: &Rows, mut keep: impl FnMut(&mut Head, &mut [f64]) -> bool) -> Rows {
     let mut kept = Rows::new(rows.width());
-    for (head, row) in rows.iter().filter(|(head, _)| keep(head)) {
-        assert!(kept.push(*head, row.iter().copied()));
+    for (head, row) in rows.iter() {
+        let (mut head, mut row) = (*head, row.to_vec());
+        if keep(&mut head, &mut row) {
+            assert!(kept.push(head, row));
+        }
     }
     kept
 }
@@ -59,15 +49,20 @@ fn a_single_bit_that_differs_is_found_and_named() {
         let rows = &original.topics[topic];
         let (index, field) = (dice.below(rows.len()), dice.below(rows.width()));
         let (part, bit) = (dice.below(7), 1 << dice.below(64));
-        let changed = changed(rows, index, |head, row| match part {
-            0 => head.seq ^= bit,
-            1 => head.dropped ^= bit,
-            2 => head.stamp = Time::from_nanos(head.stamp.as_nanos() ^ bit),
-            3 => {
-                let origin = head.origin.map_or(0, Time::as_nanos);
-                head.origin = Some(Time::from_nanos(origin ^ bit));
+        let its = rows.heads()[index];
+        let changed = kept(rows, |head, row| {
+            match part {
+                _ if *head != its => {}
+                0 => head.seq ^= bit,
+                1 => head.dropped ^= bit,
+                2 => head.stamp = Time::from_nanos(head.stamp.as_nanos() ^ bit),
+                3 => {
+                    let origin = head.origin.map_or(0, Time::as_nanos);
+                    head.origin = Some(Time::from_nanos(origin ^ bit));
+                }
+                _ => row[field] = f64::from_bits(row[field].to_bits() ^ bit),
             }
-            _ => row[field] = f64::from_bits(row[field].to_bits() ^ bit),
+            true
         });
         let error = found(&original, |altered| altered.topics[topic] = changed);
         assert_has(&error, &format!("{name} message"));
@@ -116,7 +111,7 @@ fn a_tick_or_a_message_more_or_less_is_found() {
     }
     for (topic, rows) in original.topics.iter().enumerate() {
         let last = *rows.heads().last().expect("a message");
-        let fewer = kept(rows, |head| *head != last);
+        let fewer = kept(rows, |head, _| *head != last);
         let short = found(&original, |short| short.topics[topic] = fewer);
         assert_has(&short, "recorded none, computed a message");
         let row = rows.row(rows.len() - 1).to_vec();
@@ -132,7 +127,7 @@ fn begun_at_the_end(recording: &Recording) -> Recording {
     let mut late = recording.clone();
     let last = late.outcome.as_ref().expect("an end").at;
     for rows in &mut late.topics {
-        *rows = kept(rows, |head| head.stamp >= last);
+        *rows = kept(rows, |head, _| head.stamp >= last);
     }
     for ticks in &mut late.ticks {
         ticks.retain(|tick| tick.at >= last);

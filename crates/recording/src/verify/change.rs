@@ -3,7 +3,7 @@
 use ratelab::Time;
 use ratelab_study::system::{System, Verdict};
 
-use crate::{Recording, schema::RunStatus};
+use crate::Recording;
 
 /// A recorded run, and the change at which a branch left it.
 pub struct Change {
@@ -18,14 +18,10 @@ pub struct Change {
 impl Change {
     /// The change by `knobs` at which a branch of `recording` of `system` left it.
     pub fn new(recording: &Recording, system: &dyn System, at: Time, knobs: String) -> Self {
-        let end = recording.outcome.as_ref().map(|outcome| &outcome.end);
-        let recorded = match end {
-            Some(RunStatus::Ended(end)) => Some(end.verdict.verdict(system)),
-            Some(RunStatus::Failed { .. } | RunStatus::WentOn) | None => None,
-        };
+        let result = recording.result();
         Self {
             at,
-            recorded,
+            recorded: result.map(|result| result.verdict.verdict(system)),
             knobs,
         }
     }

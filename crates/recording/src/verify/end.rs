@@ -37,10 +37,7 @@ pub fn compare(ends: [&RecordingEnd; 2], topology: &Topology) -> Option<Differen
 }
 
 fn told(end: &RecordingEnd, part: fn(&RunResult) -> String) -> String {
-    match &end.end {
-        RunStatus::Ended(run) => part(run),
-        _ => "none".to_owned(),
-    }
+    end.result().map_or("none".to_owned(), part)
 }
 
 fn status(end: &RecordingEnd) -> String {
