@@ -128,11 +128,11 @@ impl ExercisePanel {
         else {
             return false;
         };
-        let found = findings.answer(false);
+        findings.receive(false);
         if findings.is_coming() {
             return false;
         }
-        self.page = reveal(exercise, prediction, found);
+        self.page = reveal(exercise, prediction, findings.newest());
         self.at = first_open(&self.answers, self.at);
         self.scroll = 0;
         true
@@ -349,7 +349,7 @@ fn text_page(title: &str, text: String) -> PanelPage {
 /// Measures on a thread of its own: the dashboard goes on.
 fn measure(exercise: &'static Exercise, prediction: Prediction) -> PanelPage {
     let (seed, mut findings) = (prediction.seed(), Asked::default());
-    findings.ask((), move || exercise.measure(seed));
+    findings.ask((), move |()| exercise.measure(seed));
     PanelPage::Measuring {
         prediction,
         findings,
@@ -359,7 +359,7 @@ fn measure(exercise: &'static Exercise, prediction: Prediction) -> PanelPage {
 fn reveal(
     exercise: &'static Exercise,
     prediction: &Prediction,
-    found: Option<Result<Findings, Failure>>,
+    found: Option<&Result<Findings, Failure>>,
 ) -> PanelPage {
     let brief = exercise.brief();
     let by_hand = brief.number == RESCUE;
@@ -374,7 +374,7 @@ fn reveal(
         Some(Ok(findings)) => {
             // First, so that a small screen shows it.
             let outcome = findings.outcome(brief, prediction);
-            let (table, meaning) = (findings.table, findings.meaning);
+            let (table, meaning) = (&findings.table, &findings.meaning);
             format!("{outcome}\n\n{table}\n{meaning}{hand}")
         }
         Some(Err(failure)) => failure.to_string(),

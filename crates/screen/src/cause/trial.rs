@@ -91,13 +91,11 @@ impl Trial {
     }
 }
 
+/// A run and the cures that are tried in it.
+type CuredRun = (Setup, WorldKind, Vec<Knob>);
+
 /// Trials in the background, one at a time.
-#[derive(Default)]
-pub struct CureTrials {
-    /// The run and the cures that were tried last, or are being tried.
-    asked: Asked<(Setup, WorldKind, Vec<Knob>), Option<Tried>>,
-    tried: Option<Tried>,
-}
+pub type CureTrials = Asked<CuredRun, Option<Tried>>;
 
 impl CureTrials {
     /// The outcome of `trial` with `cures`, as far as known; `over` if the run has ended.
@@ -106,24 +104,11 @@ impl CureTrials {
             return None;
         }
         self.receive(false);
-        let key = (trial.config.setup.clone(), trial.config.world, cures);
-        if !self.asked.is(&key) && !self.asked.is_coming() {
-            let cures = key.2.clone();
-            self.tried = None;
-            self.asked.ask(key.clone(), move || trial.run(&cures));
+        let run = (trial.config.setup.clone(), trial.config.world, cures);
+        if !self.is(&run) && !self.is_coming() {
+            self.ask(run.clone(), move |(_, _, cures)| trial.run(cures));
         }
         self.receive(over);
-        self.tried.as_ref().filter(|_| self.asked.is(&key))
-    }
-
-    fn receive(&mut self, over: bool) {
-        if let Some(tried) = self.asked.answer(over) {
-            self.tried = tried;
-        }
-    }
-
-    /// Whether a run is being tried.
-    pub fn are_coming(&self) -> bool {
-        self.asked.is_coming()
+        self.answer_to(&run)?.as_ref()
     }
 }

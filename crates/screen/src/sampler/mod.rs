@@ -17,7 +17,7 @@ use ratelab_study::system::{
 use data::{marks, node_data, push, topic_data};
 
 use super::{
-    asked::LimitsInForce,
+    asked::Asked,
     cause::{CureTrials, Hang},
     figures::Figures,
     frame::{AgeData, FrameData, Ghost, LatencyData, NodeData, SignalTrace, TRACE_S},
@@ -59,7 +59,7 @@ pub struct Sampler {
     /// What is planned ahead.
     pub plans: Plans,
     /// The age limits with the setup in force.
-    limits: LimitsInForce,
+    limits: Asked<Setup, AgeLimits>,
     /// Run time (s) and value of the signal.
     points: VecDeque<(f64, f64)>,
     /// The previous run.
@@ -110,7 +110,7 @@ impl Sampler {
             verdict,
             plan,
             age,
-            awaits_limits: self.limits.are_coming() || self.trials.are_coming(),
+            awaits_limits: self.limits.is_coming() || self.trials.is_coming(),
             push,
             same: self.same(session),
             latency: figures.latency.as_ref().map(|latency| LatencyData {
@@ -178,7 +178,7 @@ impl Sampler {
             ages: self.push_ages.saw(begin, end),
             // They are for what no plan predicted, and this is all of the age.
             limits: match self.plans.predicted((now - Duration::from_secs(1), now)) {
-                Some(Duration::ZERO) | None => self.limits.known(),
+                Some(Duration::ZERO) | None => self.limits(),
                 Some(_) => AgeLimits::default(),
             },
             safe: None,
@@ -219,13 +219,22 @@ impl Sampler {
     fn age(&mut self, session: &dyn RunSource, graph: &Snapshot) -> Option<AgeData> {
         let period = first_node(session.system(), graph).map(|node| node.hz.period());
         let recent = self.push_ages.recent(period.unwrap_or_default())?;
-        let (system, setup) = (session.shared_system(), self.setup(session));
-        let over = session.summary().is_some();
+        let setup = self.setup(session);
+        if !self.limits.is(&setup) {
+            let system = session.shared_system().clone();
+            self.limits.ask(setup, move |setup| system.age_limits(setup));
+        }
+        self.limits.receive(session.summary().is_some());
         Some(AgeData {
-            limits: self.limits.follow(system, setup, over),
+            limits: self.limits(),
             predicted: self.plans.predicted(recent.stretch),
             ..recent
         })
+    }
+
+    /// The age limits as far as computed.
+    fn limits(&self) -> AgeLimits {
+        self.limits.newest().copied().unwrap_or_default()
     }
 
     fn settings(&self, session: &dyn RunSource) -> Vec<String> {

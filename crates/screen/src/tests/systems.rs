@@ -8,7 +8,7 @@ use ratelab_study::system::{
 };
 
 use super::{adders::Adders, *};
-use crate::asked::LimitsInForce;
+use crate::asked::Asked;
 
 /// Height (m) and thrust.
 #[derive(Clone, Copy, Debug)]
@@ -322,13 +322,11 @@ fn a_write_from_outside_of_the_graph_is_noticed_while_the_run_goes_on_and_once()
 
 #[test]
 fn limits_of_a_system_that_has_none_are_computed_once_and_not_awaited() {
-    let system: Arc<dyn System> = Arc::new(Drone);
-    let mut limits = LimitsInForce::default();
-    limits.follow(&system, RunSetup::default(), false);
+    let mut limits = Asked::default();
+    limits.ask(RunSetup::default(), |setup| Drone.age_limits(setup));
     assert!((0..100).any(|_| {
-        limits.follow(&system, RunSetup::default(), true);
-        !limits.are_coming()
+        limits.receive(true);
+        !limits.is_coming()
     }));
-    limits.follow(&system, RunSetup::default(), false);
-    assert!(!limits.are_coming());
+    assert!(limits.is(&RunSetup::default()), "it would be asked again");
 }
