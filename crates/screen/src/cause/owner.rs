@@ -33,10 +33,7 @@ impl Facts<'_> {
     fn owner(&self, stage: AgeStage, ns: f64) -> Option<Owner> {
         Some(match stage {
             AgeStage::Before => return None,
-            AgeStage::Match { topic, node } => Owner {
-                waits: Some(node),
-                ..AgeReason::Match.at(topic)
-            },
+            AgeStage::Match { topic, node } => AgeReason::Match(node).at(topic),
             AgeStage::Cost { node } => self.long(node),
             AgeStage::Link { topic } => AgeReason::Link.at(topic),
             AgeStage::Executor { node } => self.late(node),

@@ -37,8 +37,8 @@ pub enum AgeReason {
     Link,
     /// A queue is read from its old end.
     Order,
-    /// Messages of a topic come late for those that they match.
-    Match,
+    /// Messages of a topic come late for those that they match, and that this node has.
+    Match(usize),
     /// A node has no action to play: its plan was over before the next came.
     Stall,
     /// Plans came after another delay than a node had expected.
@@ -54,19 +54,11 @@ pub struct Owner {
     pub reason: AgeReason,
     /// The index of the node or of the topic.
     pub place: usize,
-    /// The node that waits for messages of a topic that match.
-    pub waits: Option<usize>,
 }
 
-/// Where a reason lies, the knob that takes it away, with `{}` for the name of the place,
-/// and how the age arose.
-struct CauseRule {
-    of_topic: bool,
-    remedy: Option<&'static str>,
-    told: Told,
-}
-
-type Told = fn(&Facts<'_>, Owner) -> String;
+/// The knob that takes a reason away, with `{}` for the name of its place, and how the age
+/// arose.
+type CauseRule = (Option<&'static str>, fn(&Facts<'_>, Owner) -> String);
 
 impl AgeReason {
     /// The owner for this reason at a node or a topic.
@@ -74,8 +66,12 @@ impl AgeReason {
         Owner {
             reason: self,
             place,
-            waits: None,
         }
+    }
+
+    /// Whether its place is a topic.
+    fn is_of_topic(self) -> bool {
+        matches!(self, Self::Link | Self::Order | Self::Match(_))
     }
 
     /// Whether plans may be wrong for it, which a trial alone can tell.
@@ -85,62 +81,47 @@ impl AgeReason {
 
     fn rule(self) -> CauseRule {
         match self {
-            Self::Rate => node(None, slow_pace),
-            Self::Cost => node(Some("takes {} none"), long_ticks),
-            Self::Hang => node(Some("hang {} 0"), |facts, of| {
+            Self::Rate => (None, slow_pace),
+            Self::Cost => (Some("takes {} none"), long_ticks),
+            Self::Hang => (Some("hang {} 0"), |facts, of| {
                 let (name, took) = (facts.name(of), facts.hang(of.place).unwrap_or_default());
                 let took = ms(took);
                 format!("the age arose in the {name}: it hung, one tick took {took}")
             }),
-            Self::Late => node(Some("wakes {} none"), |facts, of| {
+            Self::Late => (Some("wakes {} none"), |facts, of| {
                 format!("the age arose in the {}: it wakes late", facts.name(of))
             }),
-            Self::Executor => node(None, busy_executor),
-            Self::Crash => node(Some("restart {}"), end_of_messages),
-            Self::Clock => node(Some("clock {} 0 0"), |facts, of| {
+            Self::Executor => (None, busy_executor),
+            Self::Crash => (Some("restart {}"), end_of_messages),
+            Self::Clock => (Some("clock {} 0 0"), |facts, of| {
                 let (name, every) = (facts.name(of), ms(facts.interval(of.place)));
                 format!("the age arose in the {name}: by its wrong clock it ticks every {every}")
             }),
-            Self::Phase => node(Some("offset {} 0"), |_, _| {
+            Self::Phase => (Some("offset {} 0"), |_, _| {
                 "the age arose as messages wait for ticks".to_owned()
             }),
-            Self::Link => topic(Some("link {} none"), slow_link),
-            Self::Order => topic(Some("read {} newest"), |facts, of| {
+            Self::Link => (Some("link {} none"), slow_link),
+            Self::Order => (Some("read {} newest"), |facts, of| {
                 let (name, depth) = (facts.name(of), facts.graph.topics[of.place].depth);
                 format!(
                     "the age arose in the queue of {name}: it is read from the old end, {depth} \
                      deep"
                 )
             }),
-            Self::Match => topic(None, late_match),
-            Self::Stall => node(None, no_action),
-            Self::Delay => node(None, |facts, of| {
+            Self::Match(_) => (None, late_match),
+            Self::Stall => (None, no_action),
+            Self::Delay => (None, |facts, of| {
                 let missed = facts.plan.and_then(|plan| plan.missed).unwrap_or_default();
                 let (name, [expected, delay]) = (facts.name(of), missed.map(ms));
                 format!(
                     "the {name} predicts wrongly: it expected a delay of {expected}, not {delay}"
                 )
             }),
-            Self::Spoiler(_) => node(None, |facts, of| {
+            Self::Spoiler(_) => (None, |facts, of| {
                 let spoiler = facts.spoiler(of.reason);
                 spoiler.map_or_else(String::new, |it| it.told.replace("{}", facts.value(it)))
             }),
         }
-    }
-}
-
-fn node(remedy: Option<&'static str>, told: Told) -> CauseRule {
-    CauseRule {
-        of_topic: false,
-        remedy,
-        told,
-    }
-}
-
-fn topic(remedy: Option<&'static str>, told: Told) -> CauseRule {
-    CauseRule {
-        of_topic: true,
-        ..node(remedy, told)
     }
 }
 
@@ -187,7 +168,10 @@ fn busy_executor(facts: &Facts<'_>, of: Owner) -> String {
 }
 
 fn late_match(facts: &Facts<'_>, of: Owner) -> String {
-    let waits = of.waits.map_or("", |node| &*facts.graph.nodes[node].name);
+    let waits = match of.reason {
+        AgeReason::Match(node) => &*facts.graph.nodes[node].name,
+        _ => "",
+    };
     let (other, share) = (facts.name(of), facts.share(of));
     format!(
         "the age arose as the {waits} waits for {other}, to match{share}: what makes {other} come \
@@ -230,7 +214,7 @@ fn slow_link(facts: &Facts<'_>, owner: Owner) -> String {
 impl Facts<'_> {
     /// The name of the node or the topic of `owner`.
     pub(super) fn name(&self, owner: Owner) -> &str {
-        match owner.reason.rule().of_topic {
+        match owner.reason.is_of_topic() {
             true => &self.graph.topics[owner.place].name,
             false => &self.graph.nodes[owner.place].name,
         }
@@ -239,7 +223,7 @@ impl Facts<'_> {
     /// The knob that takes the part of `owner` away; `None` where there is none.
     pub(super) fn cure(&self, owner: Owner) -> Option<Knob> {
         let name = self.name(owner);
-        let remedy = owner.reason.rule().remedy;
+        let (remedy, _) = owner.reason.rule();
         let remedy = remedy.and_then(|knob| knob.replace("{}", name).parse().ok());
         match owner.reason {
             AgeReason::Rate => self.usual_rate(name),
@@ -293,7 +277,8 @@ impl Facts<'_> {
         tried: Option<&Tried>,
         place: Option<usize>,
     ) -> String {
-        let arose = (owner.reason.rule().told)(self, owner);
+        let (_, told) = owner.reason.rule();
+        let arose = told(self, owner);
         let advice = match (owner.reason, self.cure(owner)) {
             (AgeReason::Rate, _) => self.faster(owner),
             (_, Some(cure)) if self.was_turned(&cure) => format!("{cure} came too late"),
