@@ -137,7 +137,9 @@ pub struct Keyboard {
     /// A report of the background that is arriving, and its result.
     reply: Reply,
     look: Option<Look>,
-    jobs: Jobs,
+    /// The signals of job control.
+    stop: Arc<AtomicBool>,
+    go_on: Arc<AtomicBool>,
 }
 
 impl Keyboard {
@@ -158,13 +160,17 @@ impl Keyboard {
                 }
             }
         })?;
-        Ok(Self {
+        let keyboard = Self {
             events,
             ready: VecDeque::new(),
             reply: Reply::default(),
             look: None,
-            jobs: Jobs::watch()?,
-        })
+            stop: Arc::default(),
+            go_on: Arc::default(),
+        };
+        flag::register(SIGTSTP, keyboard.stop.clone())?;
+        flag::register(SIGCONT, keyboard.go_on.clone())?;
+        Ok(keyboard)
     }
 
     /// Asks the terminal for its background, and waits a moment for the reply. All keys
@@ -214,18 +220,31 @@ impl Input for Keyboard {
     }
 
     fn request(&mut self) -> ShellRequest {
-        self.jobs.request()
+        // Without a shell that could continue the program, it does not stop.
+        if self.stop.swap(false, Ordering::Relaxed) && has_shell() {
+            ShellRequest::Stop
+        } else if self.go_on.swap(false, Ordering::Relaxed) {
+            ShellRequest::GoOn
+        } else {
+            ShellRequest::Stay
+        }
     }
 
+    /// Does what the terminal does on Ctrl-Z: the whole pipeline is to stop.
     fn ask_to_stop(&mut self) {
-        Jobs::ask_to_stop();
+        if has_shell() {
+            // The process itself may always be sent a signal.
+            let _ = kill_current_process_group(Signal::TSTP);
+        }
     }
 
     fn obey(&mut self, request: ShellRequest) -> io::Result<()> {
         // The shell may have set modes of its own meanwhile.
         restore();
         if request == ShellRequest::Stop {
-            self.jobs.stop()?;
+            // Returns when the program is continued.
+            emulate_default_handler(SIGTSTP)?;
+            self.go_on.store(false, Ordering::Relaxed);
         }
         take()
     }
@@ -240,52 +259,6 @@ pub enum ShellRequest {
     Stop,
     /// To go on: the program was stopped, and the terminal in other hands.
     GoOn,
-}
-
-/// The signals of job control, as flags.
-struct Jobs {
-    stop: Arc<AtomicBool>,
-    go_on: Arc<AtomicBool>,
-}
-
-impl Jobs {
-    /// Takes note of them from now on.
-    fn watch() -> io::Result<Self> {
-        let jobs = Self {
-            stop: Arc::default(),
-            go_on: Arc::default(),
-        };
-        flag::register(SIGTSTP, jobs.stop.clone())?;
-        flag::register(SIGCONT, jobs.go_on.clone())?;
-        Ok(jobs)
-    }
-
-    /// The request since the last call. Without a shell that could continue the
-    /// program, it does not stop.
-    fn request(&self) -> ShellRequest {
-        if self.stop.swap(false, Ordering::Relaxed) && has_shell() {
-            ShellRequest::Stop
-        } else if self.go_on.swap(false, Ordering::Relaxed) {
-            ShellRequest::GoOn
-        } else {
-            ShellRequest::Stay
-        }
-    }
-
-    /// Does what the terminal does on Ctrl-Z: the whole pipeline is to stop.
-    fn ask_to_stop() {
-        if has_shell() {
-            // The process itself may always be sent a signal.
-            let _ = kill_current_process_group(Signal::TSTP);
-        }
-    }
-
-    /// Stops the program; returns when it is continued.
-    fn stop(&self) -> io::Result<()> {
-        emulate_default_handler(SIGTSTP)?;
-        self.go_on.store(false, Ordering::Relaxed);
-        Ok(())
-    }
 }
 
 /// Whether a shell with job control started the program: it gives each job a
