@@ -18,18 +18,18 @@ use crate::{
 /// Title of the pane.
 const TITLE: &str = "6 timeline";
 
-/// The meaning of the glyphs in lanes.
-pub(super) const LEGEND: [(MarkKind, &str); 10] = [
-    (MarkKind::Tick, "tick"),
-    (MarkKind::Late, "late"),
-    (MarkKind::Waiting, "waiting for"),
-    (MarkKind::Aside, "set aside for"),
-    (MarkKind::Overrun, "overrun"),
-    (MarkKind::Read, "read"),
-    (MarkKind::Unread, "unread"),
-    (MarkKind::Lost, "lost"),
-    (MarkKind::Played, "played"),
-    (MarkKind::Planned, "planned"),
+/// The glyphs in lanes, and what they mean.
+pub(super) const LEGEND: [(MarkKind, &str, &str); 10] = [
+    (MarkKind::Tick, "█", "tick"),
+    (MarkKind::Late, "▒", "late"),
+    (MarkKind::Waiting, "░", "waiting for"),
+    (MarkKind::Aside, "▁", "set aside for"),
+    (MarkKind::Overrun, "×", "overrun"),
+    (MarkKind::Read, "•", "read"),
+    (MarkKind::Unread, "·", "unread"),
+    (MarkKind::Lost, "✖", "lost"),
+    (MarkKind::Played, "▓", "played"),
+    (MarkKind::Planned, "╌", "planned"),
 ];
 
 /// Its keys.
@@ -111,8 +111,8 @@ fn legend(timeline: &Timeline, room: usize) -> Vec<String> {
         !matches!(kind, Waiting | Aside | Played | Planned)
     };
     let shown = |kind| usual(kind) || marks().any(|mark| mark.kind == kind);
-    let entries = LEGEND.into_iter().filter(|(kind, _)| shown(*kind));
-    let entries = entries.map(|(kind, word)| format!("{} {word}", glyph(kind)));
+    let entries = LEGEND.into_iter().filter(|(kind, ..)| shown(*kind));
+    let entries = entries.map(|(_, glyph, word)| format!("{glyph} {word}"));
     let mut lines: Vec<String> = Vec::new();
     for entry in entries.chain(KEYS.map(str::to_owned)) {
         let fits = |line: &&mut String| width(line) + 2 + width(&entry) <= room;
@@ -151,18 +151,9 @@ fn draw(mark: &Mark, timeline: &Timeline, axis: &mut Sheet<'_>) {
 }
 
 fn glyph(kind: MarkKind) -> &'static str {
-    match kind {
-        MarkKind::Tick => "█",
-        MarkKind::Late => "▒",
-        MarkKind::Waiting => "░",
-        MarkKind::Aside => "▁",
-        MarkKind::Overrun => "×",
-        MarkKind::Read => "•",
-        MarkKind::Unread => "·",
-        MarkKind::Lost => "✖",
-        MarkKind::Played => "▓",
-        MarkKind::Planned => "╌",
-    }
+    let mut legend = LEGEND.iter();
+    let entry = legend.find(|(known, ..)| *known == kind);
+    entry.map_or("", |(_, glyph, _)| glyph)
 }
 
 fn style(mark: &Mark, theme: &Theme) -> Style {
