@@ -24,12 +24,11 @@ impl App {
             let panel = self.course.panel.as_ref().filter(|_| self.is_live());
             return panel.map(ExercisePanel::page);
         };
-        let owned = |(word, meaning): (&str, &str)| (word.to_owned(), meaning.to_owned());
         let page = match content {
             OverlayContent::Keys => {
                 Page::rows("keys", self.keys().rows(|need| self.has_what(need)))
             }
-            OverlayContent::Glossary => Page::rows("words", glossary().map(owned).collect()),
+            OverlayContent::Glossary => Page::rows("words", glossary().collect()),
             OverlayContent::Explained => {
                 let signal = signal(self.system()).map(|signal| signal.name);
                 let (title, text) = explain::explained(self.shown.panes.focus, signal, frame);

@@ -33,7 +33,7 @@ pub struct Page {
     pub text: String,
     /// In their place keys and their actions, the most important first, or words and their
     /// meanings: in two columns if one is too high.
-    pub rows: Vec<(String, String)>,
+    pub rows: Vec<(&'static str, &'static str)>,
     /// The text of the input line, if there is one.
     pub typed: Option<String>,
     /// Keys and their actions, below it.
@@ -81,7 +81,7 @@ impl Page {
     }
 
     /// A page of keys or words.
-    pub fn rows(title: &str, rows: Vec<(String, String)>) -> Self {
+    pub fn rows(title: &str, rows: Vec<(&'static str, &'static str)>) -> Self {
         Self {
             rows,
             ..Self::text(title, String::new(), "")
@@ -150,15 +150,16 @@ impl Page {
 
 /// `rows` in lines for an area of `size`, in one column or in two, and their width.
 fn in_columns(
-    rows: &[(String, String)],
+    rows: &[(&str, &str)],
     theme: &Theme,
     size: (usize, usize),
 ) -> (Vec<Line<'static>>, usize) {
-    let widest = |text: fn(&(String, String)) -> &String| {
-        let widths = rows.iter().map(|row| width(&plain(text(row), theme)));
+    let widest = |texts: &[&str]| {
+        let widths = texts.iter().map(|text| width(&plain(text, theme)));
         widths.max().unwrap_or(0)
     };
-    let (keys, meanings) = (widest(|row| &row.0), widest(|row| &row.1));
+    let (keys, meanings): (Vec<&str>, Vec<&str>) = rows.iter().copied().unzip();
+    let (keys, meanings) = (widest(&keys), widest(&meanings));
     let column = keys + KEY_GAP + meanings;
     let both = 2 * column + COLUMN_GAP;
     let low = rows.len() + BORDERS <= size.1;
@@ -227,16 +228,14 @@ mod tests {
         assert!(shown((50, 12), &POOR).is_ascii());
     }
 
-    fn keys() -> Vec<(String, String)> {
-        let rows = [
+    fn keys() -> Vec<(&'static str, &'static str)> {
+        vec![
             ("[ ]", "control rate down, up"),
             ("< >", "depth of the topic"),
             ("space", "pause or go on"),
             ("← →", "look back"),
             ("q", "quit"),
-        ];
-        rows.map(|(key, what)| (key.to_owned(), what.to_owned()))
-            .to_vec()
+        ]
     }
 
     fn help(size: (u16, u16), scroll: usize, theme: &Theme) -> String {

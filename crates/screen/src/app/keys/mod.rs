@@ -148,9 +148,8 @@ impl KeyTable {
     }
 
     /// Keys and what they do, where there is what they need.
-    pub fn rows(&self, has: impl Fn(Need) -> bool) -> Vec<(String, String)> {
-        let row = |row: &KeyRow| (row.keys.to_owned(), row.help.to_owned());
-        self.of(has).map(row).collect()
+    pub fn rows(&self, has: impl Fn(Need) -> bool) -> Vec<(&'static str, &'static str)> {
+        self.of(has).map(|row| (row.keys, row.help)).collect()
     }
 
     /// Keys and what the footer says of them.
