@@ -5,7 +5,7 @@
 
 use std::time::{Duration, Instant};
 
-use ratelab_account::{Distribution, NodeAccount, Snapshot, TopicAccount};
+use ratelab_account::{Distribution, Snapshot, TopicAccount};
 use ratelab_recording::bins::{BINS, width_ms};
 use ratelab_study::system::System;
 
@@ -43,17 +43,17 @@ impl Figures {
             return;
         }
         *self = Self {
-            nodes: graph.nodes.iter().map(of_ticks).collect(),
+            nodes: graph
+                .nodes
+                .iter()
+                .map(|node| [&node.lateness, &node.tick_time].map(Quantiles::of))
+                .collect(),
             ages: graph.topics.iter().map(worst_age).collect(),
             latency: latency(system, graph),
             state,
             read: Some(Instant::now()),
         };
     }
-}
-
-fn of_ticks(node: &NodeAccount) -> [Quantiles; 2] {
-    [&node.lateness, &node.tick_time].map(Quantiles::of)
 }
 
 /// Data age of the topic's slowest reader.

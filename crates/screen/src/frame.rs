@@ -188,13 +188,11 @@ impl TopicData {
     }
 }
 
-/// A distribution in four figures; all zero without samples.
+/// A distribution in a few figures; all zero without samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Quantiles {
     /// Number of samples.
     pub count: u64,
-    /// Mean.
-    pub mean: Duration,
     /// Median.
     pub p50: Duration,
     /// The 99th percentile.
@@ -206,10 +204,8 @@ pub struct Quantiles {
 impl Quantiles {
     /// The figures of `distribution`.
     pub fn of(distribution: &Distribution) -> Self {
-        let mean = distribution.mean_s().unwrap_or(0.0);
         Self {
             count: distribution.count(),
-            mean: Duration::from_secs_f64(mean),
             p50: distribution.quantile(0.5).unwrap_or_default(),
             p99: distribution.quantile(0.99).unwrap_or_default(),
             max: distribution.max().unwrap_or_default(),

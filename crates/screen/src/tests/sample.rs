@@ -31,11 +31,11 @@ pub fn balanced() -> FrameData {
         ],
     );
     for node in &mut frame.nodes {
-        node.lateness = quantiles(60, 450, 2_100, 3_300);
-        node.tick_time = quantiles(9, 7, 31, 120);
+        node.lateness = quantiles(450, 2_100, 3_300);
+        node.tick_time = quantiles(7, 31, 120);
     }
     for topic in &mut frame.topics[..2] {
-        topic.age = quantiles(10_100, 10_000, 20_000, 20_900);
+        topic.age = quantiles(10_000, 20_000, 20_900);
         topic.held = Some(Duration::from_millis(12));
     }
     frame
@@ -62,13 +62,13 @@ pub fn broken() -> FrameData {
         unreachable!("three topics")
     };
     (obs.dropped, obs.dropped_lately) = (37, 37);
-    obs.age = quantiles(10_000, 10_000, 20_000, 20_000);
+    obs.age = quantiles(10_000, 20_000, 20_000);
     obs.held = Some(Duration::from_millis(16));
-    action.age = quantiles(98_000, 100_000, 196_000, 200_000);
+    action.age = quantiles(100_000, 196_000, 200_000);
     action.held = Some(Duration::from_millis(320));
     frame.latency = Some(LatencyData {
         name: "sense→act",
-        figures: quantiles(110_000, 112_000, 212_000, 216_000),
+        figures: quantiles(112_000, 212_000, 216_000),
         bins: (0..24).map(|bin| u64::from(bin >= 1) * 2).collect(),
         bin: Duration::from_millis(10),
         newest: Some(0.136),
@@ -223,11 +223,10 @@ pub fn topic(
     }
 }
 
-/// Four figures in microseconds.
-pub fn quantiles(mean: u64, p50: u64, p99: u64, max: u64) -> Quantiles {
+/// Three figures in microseconds.
+pub fn quantiles(p50: u64, p99: u64, max: u64) -> Quantiles {
     Quantiles {
         count: 320,
-        mean: Duration::from_micros(mean),
         p50: Duration::from_micros(p50),
         p99: Duration::from_micros(p99),
         max: Duration::from_micros(max),
@@ -251,7 +250,7 @@ pub fn frame_data(nodes: Vec<NodeData>, topics: Vec<TopicData>) -> FrameData {
         topics,
         latency: Some(LatencyData {
             name: "sense→act",
-            figures: quantiles(25_200, 20_300, 40_500, 42_900),
+            figures: quantiles(20_300, 40_500, 42_900),
             bins: vec![0, 2, 41, 118, 96, 40, 17, 4, 1, 1],
             bin: Duration::from_millis(5),
             newest: Some(0.021),
