@@ -166,7 +166,7 @@ pub fn in_words(system: &dyn System, knobs: &[TimedKnob]) -> Vec<(Time, String)>
     for together in knobs.chunk_by(|a, b| a.at == b.at) {
         let shortened = together.iter().map(|timed| TimedKnob {
             at: timed.at,
-            knob: shortened(system, &timed.knob),
+            knob: with_message(&timed.knob, |node, text| short(system, node, text)),
         });
         let lines = KnobText(system.aliases()).lines(&shortened.collect::<Vec<_>>());
         let texts = lines.iter().filter_map(|line| line.split_once(' '));
@@ -188,11 +188,12 @@ pub fn setting(system: &dyn System, alias: &Alias, setup: &Setup) -> String {
     format!("{} {}", alias.name, short_value(system, alias, setup))
 }
 
-fn shortened(system: &dyn System, knob: &Knob) -> Knob {
+/// `knob`, with the `text` of its node and its message in place of the message.
+pub fn with_message(knob: &Knob, text: impl Fn(&str, &str) -> String) -> Knob {
     match knob {
-        Knob::Send { node, text } => Knob::Send {
+        Knob::Send { node, text: sent } => Knob::Send {
             node: node.clone(),
-            text: short(system, node, text),
+            text: text(node, sent),
         },
         other => other.clone(),
     }

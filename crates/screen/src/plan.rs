@@ -89,17 +89,13 @@ impl Plans {
         let newest = self.plan(number)?;
         let before = self.before.and_then(|number| self.plan(number));
         let place = newest.place(now)?;
-        let period = newest.period;
-        let times = (0..).scan(newest.begins, |time, place: usize| {
-            let begins = *time;
-            *time = begins + period;
-            Some((place, begins))
+        let around = (0..newest.actions.len()).map(|at| {
+            let begins = newest.begins + newest.period * at as u32;
+            match at <= place {
+                true => self.played_until(begins + newest.period),
+                false => before?.action(begins),
+            }
         });
-        let around = |(at, begins): (usize, Time)| match at <= place {
-            true => self.played_until(begins + period),
-            false => before?.action(begins),
-        };
-        let around = times.take(newest.actions.len()).map(around);
         Some(PlanData {
             kind: newest.kind,
             most: planning.most,

@@ -5,7 +5,10 @@ use ratelab::{KnobKind, Time};
 use ratelab_account::Snapshot;
 use ratelab_study::system::{Alias, System, names::first_alias};
 
-use super::view::PromptLine;
+use super::{
+    knobs::{Direction, neighbour},
+    view::PromptLine,
+};
 
 /// Beginnings of links.
 const LINKS: [&str; 6] = ["delay:", "loss:", "burst:", "in-order", "reliable:", "none"];
@@ -97,8 +100,8 @@ impl Prompt {
                 typed.pop();
             }),
             KeyCode::Char(letter) => self.edit(|typed| typed.push(letter)),
-            KeyCode::Tab => self.complete(vocabulary, 1),
-            KeyCode::BackTab => self.complete(vocabulary, -1),
+            KeyCode::Tab => self.complete(vocabulary, Direction::Up),
+            KeyCode::BackTab => self.complete(vocabulary, Direction::Down),
             KeyCode::Up => self.recall(-1),
             KeyCode::Down => self.recall(1),
             _ => {}
@@ -124,12 +127,11 @@ impl Prompt {
     }
 
     /// Completes the last word; further on, takes the next completion of it.
-    fn complete(&mut self, vocabulary: &Vocabulary<'_>, step: isize) {
+    fn complete(&mut self, vocabulary: &Vocabulary<'_>, to: Direction) {
         let (texts, at) = match self.completions.take() {
             Some((texts, at)) => {
-                let count = isize::try_from(texts.len()).unwrap_or(1);
-                let next = (at.cast_signed() + step).rem_euclid(count);
-                (texts, next.cast_unsigned())
+                let next = neighbour(Some(at), texts.len(), to);
+                (texts, next.unwrap_or(0))
             }
             None => (vocabulary.completions(&self.typed), 0),
         };

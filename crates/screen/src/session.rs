@@ -131,13 +131,10 @@ impl Prepared {
 
     /// Starts the experiment, with its recorder if it has one.
     pub fn begin(self, recorder: Option<Recorder>) -> Session {
-        let Self {
-            experiment,
-            source,
-            csv,
-            mut real,
-        } = self;
-        let csv = csv.map(|begin| StepWriter::start(begin(), &experiment));
+        let (experiment, mut real) = (self.experiment, self.real);
+        let csv = self
+            .csv
+            .map(|begin| StepWriter::start(begin(), &experiment));
         let (system, config) = (experiment.system().clone(), experiment.config().clone());
         let (observer, commands) = (experiment.observer(), experiment.commands());
         let taps = experiment.taps();
@@ -159,7 +156,7 @@ impl Prepared {
             outcome: Some(outcome),
             summary: None,
             csv,
-            source: Some(source),
+            source: Some(self.source),
             recorder,
             outside: 0,
             began: Instant::now(),
@@ -183,7 +180,8 @@ pub struct Session {
     csv: Option<StepWriter>,
     /// `None` when the session is to end.
     source: Option<Source>,
-    recorder: Option<Recorder>,
+    /// Its current recorder.
+    pub recorder: Option<Recorder>,
     /// Number of writes from outside of the graph that were returned.
     outside: usize,
     began: Instant,
@@ -235,11 +233,14 @@ impl Session {
         self.lineage.let_go();
     }
 
-    /// The nodes in a tick, for which the end of the run waits.
-    pub fn busy(&self) -> Vec<String> {
+    /// The nodes in a tick, for which the end of the run waits, in a sentence.
+    pub fn busy(&self) -> String {
         let nodes = self.observer.snapshot().nodes.into_iter();
-        let busy = nodes.filter(|node| node.busy);
-        busy.map(|node| node.name.to_string()).collect()
+        let busy = nodes.filter(|node| node.busy).map(|node| node.name);
+        match &busy.collect::<Vec<_>>()[..] {
+            [] => "a node".to_owned(),
+            names => names.join(" and "),
+        }
     }
 
     /// Stops the run and waits for its end.
@@ -259,7 +260,7 @@ impl Session {
 
     /// Abandons a run that does not end; its recording is completed.
     pub fn abandon(&mut self) -> ScreenError {
-        let stuck = ScreenError::Stuck(list(&self.busy()));
+        let stuck = ScreenError::Stuck(self.busy());
         if let Some(recorder) = &self.recorder {
             recorder.end(StopReason::Fault(stuck.to_string()));
         }
@@ -312,16 +313,6 @@ impl Session {
         let source = self.source.as_ref()?;
         Some(Recording::of_run(source, &end))
     }
-
-    /// The current recorder.
-    pub fn recorder(&self) -> Option<&Recorder> {
-        self.recorder.as_ref()
-    }
-
-    /// Takes the recorder, if it is ending or was asked to end.
-    pub fn take_recorder(&mut self) -> Option<Recorder> {
-        self.recorder.take_if(|recorder| recorder.is_ending())
-    }
 }
 
 /// A recorder of `source` on a new file at `destination`, and the path of the file.
@@ -336,14 +327,6 @@ fn begun(
     };
     let claimed = destination.claim(&source.origin, |path| begin(path, &source));
     claimed.map_err(|(path, why)| ScreenError::Record { path, why })
-}
-
-/// Names as a list in a sentence; "a node" for none.
-pub fn list(names: &[String]) -> String {
-    match names {
-        [] => "a node".to_owned(),
-        names => names.join(" and "),
-    }
 }
 
 impl RunSource for Session {

@@ -118,16 +118,15 @@ fn run_of_one_style(
         );
         pen = paper.to_owned();
     }
-    let weight = if run[0].modifier.contains(Modifier::BOLD) {
-        " font-weight=\"bold\""
-    } else {
-        ""
+    let attribute = |of: Modifier, text| {
+        if run[0].modifier.contains(of) {
+            text
+        } else {
+            ""
+        }
     };
-    let faint = if run[0].modifier.contains(Modifier::DIM) {
-        " opacity=\"0.55\""
-    } else {
-        ""
-    };
+    let weight = attribute(Modifier::BOLD, " font-weight=\"bold\"");
+    let faint = attribute(Modifier::DIM, " opacity=\"0.55\"");
     let _ = writeln!(svg, "<g fill=\"{pen}\"{weight}{faint}>");
     for (index, cell) in run.iter().enumerate() {
         glyph(svg, cell.symbol(), left + index * usize::from(CELL.0), top);

@@ -9,7 +9,7 @@ use ratelab_study::{
 };
 
 use super::App;
-use crate::knobs::{Direction, neighbour};
+use crate::knobs::{Direction, neighbour, with_message};
 
 /// The folder for files of policies.
 const FOLDER: &str = "policies";
@@ -79,13 +79,8 @@ fn unpinned(system: &dyn System, node: &str, text: &str) -> String {
 
 /// `setup` with the current content of its files.
 pub(super) fn as_it_is_now(system: &dyn System, setup: &Setup) -> Setup {
-    let knobs = setup.iter().map(|knob| match knob {
-        Knob::Send { node, text } => Knob::Send {
-            node: node.clone(),
-            text: unpinned(system, node, text),
-        },
-        other => other.clone(),
-    });
+    let unpinned = |node: &str, text: &str| unpinned(system, node, text);
+    let knobs = setup.iter().map(|knob| with_message(knob, unpinned));
     knobs.collect()
 }
 

@@ -99,12 +99,12 @@ impl App {
 
     /// Sends a key to the exercises; returns whether they are open.
     pub(super) fn is_for_the_panel(&mut self, key: &KeyEvent) -> bool {
-        let action = self.course.panel.as_mut().map(|panel| panel.key(key));
-        let open = action.is_some();
-        action
-            .into_iter()
-            .for_each(|action| self.follow_panel(action));
-        open
+        let Some(panel) = &mut self.course.panel else {
+            return false;
+        };
+        let action = panel.key(key);
+        self.follow_panel(action);
+        true
     }
 
     /// Does what the exercises ask for.

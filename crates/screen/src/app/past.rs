@@ -121,14 +121,9 @@ impl App {
     }
 
     /// Shows the end of the run here as it was executed again, in place of its pictures.
-    fn open_past(
-        &mut self,
-        Executed {
-            recording,
-            overlaps,
-        }: Executed,
-    ) {
-        let playback = Playback::new(recording, &self.setup.system, overlaps);
+    fn open_past(&mut self, executed: Executed) {
+        let system = &self.setup.system;
+        let playback = Playback::new(executed.recording, system, executed.overlaps);
         let mut past = Shown::new(ShownRun::Recorded(Box::new(playback)));
         past.panes = Panes {
             overlay: None,
@@ -149,19 +144,13 @@ impl App {
     }
 
     /// Plays the run of the recording as it was executed again, from the same moment.
-    fn play_executed(
-        &mut self,
-        Executed {
-            recording,
-            overlaps,
-        }: Executed,
-    ) {
+    fn play_executed(&mut self, executed: Executed) {
         let ShownRun::Recorded(before) = &self.shown.run else {
             return;
         };
-        let more = ticks(&recording) > ticks(&before.recording());
-        let playback =
-            Playback::new(recording, self.shown.run.shared_system(), overlaps).like(before);
+        let more = ticks(&executed.recording) > ticks(&before.recording());
+        let system = self.shown.run.shared_system();
+        let playback = Playback::new(executed.recording, system, executed.overlaps).like(before);
         let at = before.at();
         self.shown.events = playback.recording().events.clone();
         self.shown.run = ShownRun::Recorded(Box::new(playback));

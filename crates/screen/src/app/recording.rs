@@ -64,7 +64,7 @@ impl App {
 
     /// Ends the recording of the session; returns whether there is one.
     pub(super) fn end_recording(&mut self) -> bool {
-        let recorder = self.session().and_then(|session| session.recorder());
+        let recorder = self.session().and_then(|session| session.recorder.as_ref());
         let recorded = recorder.map(|recorder| recorder.end(StopReason::Off));
         let recorded = recorded.is_some();
         self.recordings.wanted &= !recorded;
@@ -84,7 +84,8 @@ impl App {
     /// Notes the results of the recordings that are to be `done`, and waits for them.
     fn complete(&mut self, done: fn(&Recorder) -> bool) {
         if let ShownRun::Live(session) = &mut self.shown.run {
-            self.recordings.completing.extend(session.take_recorder());
+            let ending = session.recorder.take_if(|recorder| recorder.is_ending());
+            self.recordings.completing.extend(ending);
         }
         let completing = &mut self.recordings.completing;
         let done = completing.extract_if(.., |recorder| done(recorder));

@@ -13,10 +13,7 @@ use super::{
     knobs::{Knobs, without_knobs},
     run::ShownRun,
 };
-use crate::{
-    error::ScreenError,
-    session::{Prepared, list},
-};
+use crate::{error::ScreenError, session::Prepared};
 
 /// Maximum time that a key waits for the end of a session, or for a pause. After that,
 /// the dashboard waits for a busy node frame by frame.
@@ -112,7 +109,7 @@ impl App {
         if let ShownRun::Live(session) = &mut self.shown.run
             && !session.wait(patience)?
         {
-            let busy = list(&session.busy());
+            let busy = session.busy();
             let quit = match next {
                 Next::Leave => "q again",
                 Next::Session(_) => "q",

@@ -142,10 +142,9 @@ impl Sampler {
 
     /// Creates the sampler of the run after `session`.
     pub fn next(&self, session: &dyn RunSource) -> Self {
-        let shared = |points: &mut dyn Iterator<Item = (f64, f64)>| points.collect();
         let ghost = Ghost {
-            points: shared(&mut self.points.iter().copied()),
-            ages: shared(&mut self.push_ages.saw(0.0, f64::INFINITY).into_iter()),
+            points: self.points.iter().copied().collect(),
+            ages: self.push_ages.saw(0.0, f64::INFINITY).into(),
         };
         let last = LastRun {
             ghost,
@@ -222,7 +221,8 @@ impl Sampler {
         let setup = self.setup(session);
         if !self.limits.is(&setup) {
             let system = session.shared_system().clone();
-            self.limits.ask(setup, move |setup| system.age_limits(setup));
+            self.limits
+                .ask(setup, move |setup| system.age_limits(setup));
         }
         self.limits.receive(session.summary().is_some());
         Some(AgeData {
