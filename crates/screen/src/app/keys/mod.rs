@@ -56,25 +56,30 @@ pub enum Need {
 /// The keys of a screen, in groups of rows.
 pub struct KeyTable(&'static [&'static [KeyRow]]);
 
+/// The keys that type nothing.
+const NAMED: [(KeyCode, &str); 11] = [
+    (KeyCode::Right, "→"),
+    (KeyCode::Left, "←"),
+    (KeyCode::Up, "↑"),
+    (KeyCode::Down, "↓"),
+    (KeyCode::Home, "Home"),
+    (KeyCode::End, "End"),
+    (KeyCode::PageUp, "PgUp"),
+    (KeyCode::PageDown, "PgDn"),
+    (KeyCode::Tab, "Tab"),
+    (KeyCode::Enter, "Enter"),
+    (KeyCode::Esc, "Esc"),
+];
+
 /// The name of a key; that of a character, however it is typed: which characters need Shift
 /// is the keyboard layout's business.
 fn name(key: &KeyEvent) -> String {
-    let named = match key.code {
-        KeyCode::Right => "→",
-        KeyCode::Left => "←",
-        KeyCode::Up => "↑",
-        KeyCode::Down => "↓",
-        KeyCode::Home => "Home",
-        KeyCode::End => "End",
-        KeyCode::PageUp => "PgUp",
-        KeyCode::PageDown => "PgDn",
-        KeyCode::Tab => "Tab",
-        KeyCode::Enter => "Enter",
-        KeyCode::Esc => "Esc",
-        KeyCode::Char(character) => return typed(character, key.modifiers),
-        _ => "",
-    };
-    named.to_owned()
+    let known = NAMED.iter().find(|(code, _)| *code == key.code);
+    match (key.code, known) {
+        (KeyCode::Char(character), _) => typed(character, key.modifiers),
+        (_, Some((_, name))) => (*name).to_owned(),
+        (_, None) => String::new(),
+    }
 }
 
 fn typed(character: char, modifiers: KeyModifiers) -> String {
@@ -185,21 +190,8 @@ mod tests {
 
     #[test]
     fn every_key_of_a_row_is_one_that_can_be_pressed_and_does_something() {
-        let named = [
-            KeyCode::Right,
-            KeyCode::Left,
-            KeyCode::Up,
-            KeyCode::Down,
-            KeyCode::Home,
-            KeyCode::End,
-            KeyCode::PageUp,
-            KeyCode::PageDown,
-            KeyCode::Tab,
-            KeyCode::Enter,
-            KeyCode::Esc,
-        ];
-        let mut keys: Vec<KeyEvent> = named
-            .map(|code| KeyEvent::new(code, KeyModifiers::NONE))
+        let mut keys: Vec<KeyEvent> = NAMED
+            .map(|(code, _)| KeyEvent::new(code, KeyModifiers::NONE))
             .into();
         for letter in ' '..='~' {
             keys.push(KeyEvent::new(KeyCode::Char(letter), KeyModifiers::SHIFT));
