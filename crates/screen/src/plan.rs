@@ -6,7 +6,7 @@ use ratelab::Time;
 use ratelab_account::Rows;
 use ratelab_study::system::{ActionPlan, PlanBar, PlanBars, Planning};
 
-use super::frame::PlanData;
+use super::{figures::mean, frame::PlanData};
 
 /// Plans, actions and ages kept: 40 s of actions at 50 Hz.
 const KEPT: usize = 2_000;
@@ -127,10 +127,7 @@ impl Plans {
     pub fn predicted(&self, (from, to): (Time, Time)) -> Option<Duration> {
         let within = |at: Time| from < at && at <= to;
         let recent = self.predicted.iter().filter(|(at, _)| within(*at));
-        let (sum, count) = recent.fold((Duration::ZERO, 0), |(sum, count), (_, part)| {
-            (sum + *part, count + 1)
-        });
-        (count > 0).then(|| sum / count)
+        mean(recent.map(|(_, part)| *part))
     }
 }
 

@@ -7,6 +7,7 @@ use ratelab_account::{AgeStage, NodeAccount, TracedTick};
 use ratelab_study::experiment::mean_parts;
 
 use super::{AgeReason, Facts, Hang, Owner};
+use crate::figures::mean;
 
 impl Facts<'_> {
     /// The owners of the push age of `node`, each with its mean part, the largest first.
@@ -141,8 +142,7 @@ impl Facts<'_> {
         let delays = self
             .recent(topic)
             .filter_map(|sent| Some(sent.arrives?.since(sent.at)));
-        let (sum, count) = delays.fold((Duration::ZERO, 0), |(sum, n), delay| (sum + delay, n + 1));
-        sum / count.max(1)
+        mean(delays).unwrap_or_default()
     }
 
     /// Whether the link of a topic recently delayed or lost a message.
@@ -228,12 +228,9 @@ impl Facts<'_> {
 
     /// Recent mean lateness of a node's ticks.
     fn lateness(&self, node: usize) -> Duration {
-        let (mut sum, mut count) = (Duration::ZERO, 0);
-        for worked in self.ticks(node) {
-            sum += worked.tick.lateness.unwrap_or_default();
-            count += 1;
-        }
-        sum / count.max(1)
+        let ticks = self.ticks(node);
+        let late = ticks.map(|worked| worked.tick.lateness.unwrap_or_default());
+        mean(late).unwrap_or_default()
     }
 
     /// Length of the stretch.
