@@ -362,14 +362,14 @@ impl PartKind {
         }
     }
 
-    /// Its name.
-    pub fn word(self) -> &'static str {
+    /// Its glyph in the bar of an age, and its name.
+    pub fn signs(self) -> [&'static str; 2] {
         match self {
-            Self::Waited => "waited",
-            Self::Worked => "worked",
-            Self::Travelled => "on the way",
-            Self::Held => "held",
-            Self::Elsewhere => "elsewhere",
+            Self::Waited => ["▒", "waited"],
+            Self::Worked => ["█", "worked"],
+            Self::Travelled => ["▄", "on the way"],
+            Self::Held => ["▓", "held"],
+            Self::Elsewhere => ["?", "elsewhere"],
         }
     }
 }

@@ -134,20 +134,11 @@ fn spent(mean: &[(PartKind, Duration)]) -> String {
     });
     let mut parts: Vec<_> = rounded.filter(|(_, part)| *part > 0).collect();
     parts.sort_by_key(|(_, part)| Reverse(*part));
-    let words = parts.iter();
-    let words = words.map(|(kind, part)| format!("{} {} {part}", glyph(*kind), kind.word()));
+    let words = parts.iter().map(|(kind, part)| {
+        let [glyph, word] = kind.signs();
+        format!("{glyph} {word} {part}")
+    });
     words.collect::<Vec<_>>().join(" + ")
-}
-
-/// The glyph of a part in the bar.
-fn glyph(kind: PartKind) -> &'static str {
-    match kind {
-        PartKind::Waited => "▒",
-        PartKind::Worked => "█",
-        PartKind::Travelled => "▄",
-        PartKind::Held => "▓",
-        PartKind::Elsewhere => "?",
-    }
 }
 
 /// A bar as long as the age with its parts in order, at a given number of cells per
@@ -159,7 +150,8 @@ fn bar(age: Duration, mean: &[(PartKind, Duration)], (scale, room): (f64, usize)
     for (kind, took) in mean {
         sum += *took;
         let until = cells(sum.min(age)).max(drawn);
-        bar += &glyph(*kind).repeat(until - drawn);
+        let [glyph, _] = kind.signs();
+        bar += &glyph.repeat(until - drawn);
         drawn = until;
     }
     let rest = cells(age).max(drawn);

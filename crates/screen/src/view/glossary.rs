@@ -61,7 +61,7 @@ mod tests {
         let heads = topics.chain(NODE_COLUMNS.into_iter().map(|column| column.head));
         let heads = heads.flat_map(|head| head.split(' '));
         let heads = heads.filter(|word| !["ms", "µs", "Hz"].contains(word));
-        let parts = PartKind::ALL.into_iter().map(PartKind::word);
+        let parts = PartKind::ALL.into_iter().map(|kind| kind.signs()[1]);
         let marks = LEGEND.iter().map(|(_, _, word)| *word);
         for word in heads.chain(parts).chain(marks).chain(ELSEWHERE) {
             assert!(is_known(word), "{word}");
