@@ -37,62 +37,34 @@ pub fn dots(flights: &VecDeque<Flight>, now: Time) -> Option<Vec<Dot>> {
 mod tests {
     use super::*;
 
-    fn ms(ms: u64) -> Time {
-        Time::from_nanos(ms * 1_000_000)
-    }
+    /// Release and arrival of a message (ms).
+    type Sample = (u64, Option<u64>);
 
-    fn flight(released: u64, arrives: Option<u64>) -> Flight {
-        Flight {
-            released: ms(released),
-            arrives: arrives.map(ms),
+    #[test]
+    fn a_dot_is_on_its_way_as_long_as_its_message_and_a_lost_one_ends_half_way() {
+        const BOTH: &[Sample] = &[(0, Some(40)), (20, Some(60))];
+        const LOST: &[Sample] = &[(0, Some(40)), (100, None)];
+        let ms = |ms: u64| Time::from_nanos(ms * 1_000_000);
+        for (flights, now, expected) in [
+            (BOTH, 10, Some(&[(0.25, false)][..])),
+            (BOTH, 30, Some(&[(0.75, false), (0.25, false)])),
+            (BOTH, 40, Some(&[(0.5, false)])),
+            (BOTH, 60, Some(&[])),
+            (LOST, 110, Some(&[(0.25, false)])),
+            (LOST, 135, Some(&[(LOST_AT, true)])),
+            (LOST, 140, Some(&[])),
+            // A link that takes no time has no dots of its own.
+            (&[], 9, None),
+            (&[(0, None), (5, Some(5))], 9, None),
+        ] {
+            let flights = flights.iter().map(|(released, arrives)| Flight {
+                released: ms(*released),
+                arrives: arrives.map(ms),
+            });
+            let dots = dots(&flights.collect(), ms(now));
+            let found: Option<Vec<_>> =
+                dots.map(|dots| dots.iter().map(|dot| (dot.way, dot.lost)).collect());
+            assert_eq!(found, expected.map(<[_]>::to_vec), "{now} ms");
         }
-    }
-
-    #[test]
-    fn a_dot_is_on_its_way_for_as_long_as_its_message() {
-        let flights = [flight(0, Some(40)), flight(20, Some(60))];
-        let ways = |now| -> Vec<f64> {
-            let dots = dots(&flights.into(), ms(now)).expect("a delay");
-            dots.iter().map(|dot| dot.way).collect()
-        };
-        assert_eq!(ways(10), [0.25]);
-        assert_eq!(ways(30), [0.75, 0.25]);
-        assert_eq!(ways(40), [0.5]);
-        assert!(ways(60).is_empty());
-    }
-
-    #[test]
-    fn a_lost_message_ends_half_way() {
-        let flights = [flight(0, Some(40)), flight(100, None)];
-        let dot = |now| {
-            dots(&flights.into(), ms(now))
-                .expect("a delay")
-                .first()
-                .copied()
-        };
-        assert_eq!(
-            dot(110),
-            Some(Dot {
-                way: 0.25,
-                lost: false
-            })
-        );
-        assert_eq!(
-            dot(135),
-            Some(Dot {
-                way: LOST_AT,
-                lost: true
-            })
-        );
-        assert_eq!(dot(140), None);
-    }
-
-    #[test]
-    fn a_link_that_takes_no_time_has_no_dots_of_its_own() {
-        assert_eq!(dots(&[].into(), ms(9)), None);
-        assert_eq!(
-            dots(&[flight(0, None), flight(5, Some(5))].into(), ms(9)),
-            None
-        );
     }
 }

@@ -204,16 +204,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_value_between_presets_moves_to_its_neighbours() {
-        assert_eq!(next(&RATES, 7.5, Direction::Up), Some(8.0));
-        assert_eq!(next(&RATES, 7.5, Direction::Down), Some(7.0));
-    }
-
-    #[test]
-    fn the_ends_of_the_presets_lead_nowhere() {
-        assert_eq!(next(&RATES, 1.0, Direction::Down), None);
-        assert_eq!(next(&RATES, 5000.0, Direction::Up), None);
-        assert_eq!(next(&RATES, 5000.0, Direction::Down), Some(1000.0));
+    fn a_value_between_presets_moves_to_its_neighbours_and_the_ends_lead_nowhere() {
+        for (value, up, down) in [
+            (7.5, Some(8.0), Some(7.0)),
+            (1.0, Some(2.0), None),
+            (5000.0, None, Some(1000.0)),
+        ] {
+            let found = [Direction::Up, Direction::Down].map(|to| next(&RATES, value, to));
+            assert_eq!(found, [up, down]);
+        }
     }
 
     #[test]

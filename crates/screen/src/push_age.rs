@@ -140,10 +140,7 @@ fn by_states(system: &dyn System, graph: &Snapshot) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn ms(ms: u64) -> Time {
-        Time::from_nanos(ms * 1_000_000)
-    }
+    use crate::tests::sample::ms;
 
     /// Steps of 20 ms until `end`, each on the newest sensing, one every `every` ms.
     fn steps(every: u64, end: u64) -> PushAges {

@@ -77,22 +77,15 @@ fn add(digests: &mut Vec<u64>, item: impl Hash) {
 
 #[cfg(test)]
 mod tests {
-    use ratelab::{Head, Time};
+    use ratelab::Time;
 
     use super::*;
+    use crate::tests::sample::head;
 
     fn digest(values: &[f64]) -> RunDigest {
         let mut rows = Rows::new(1);
         for (seq, value) in (0..).zip(values) {
-            let stamp = Time::from_nanos(seq);
-            let head = Head {
-                stamp,
-                seq,
-                origin: None,
-                dropped: 0,
-                at: stamp,
-                arrives: Some(stamp),
-            };
+            let head = head(seq, Time::from_nanos(seq), None);
             assert!(rows.push(head, [*value]));
         }
         let mut digest = RunDigest::default();

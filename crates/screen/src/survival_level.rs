@@ -107,23 +107,12 @@ impl SurvivalLevel {
 
 #[cfg(test)]
 mod tests {
-    use super::SurvivalLevel;
+    use super::SurvivalLevel::{self, *};
 
     #[test]
     fn only_all_is_all_and_only_none_is_none() {
         let levels = [0, 1, 66, 67, 100, 133, 134, 199, 200].map(|b| SurvivalLevel::of(b, 200));
-        let expected = [
-            SurvivalLevel::None,
-            SurvivalLevel::Few,
-            SurvivalLevel::Few,
-            SurvivalLevel::Half,
-            SurvivalLevel::Half,
-            SurvivalLevel::Half,
-            SurvivalLevel::Most,
-            SurvivalLevel::Most,
-            SurvivalLevel::All,
-        ];
-        assert_eq!(levels, expected);
-        assert_eq!(SurvivalLevel::of(0, 0), SurvivalLevel::Unknown);
+        assert_eq!(levels, [None, Few, Few, Half, Half, Half, Most, Most, All]);
+        assert_eq!(SurvivalLevel::of(0, 0), Unknown);
     }
 }

@@ -71,6 +71,10 @@ fn the_default_terminal_shows_angle_age_and_cause_uncut() {
             "0 link /action delay:100",
             &[":link /action none mends it", "this push is"],
         ),
+        (
+            "0 sensor-hz 5\n0 control-hz 5",
+            &["FELL at", "} raises sensor-hz", "] raises control-hz"],
+        ),
     ] {
         let drawn = small(&ended(timed(knobs)));
         shows(&drawn, &["pole angle", "age of the push", " of 74–90"]);
@@ -88,20 +92,6 @@ fn the_events_blame_the_slow_node_alone() {
     );
     let policy = large(&ended(timed("0 control-hz 5")));
     shows(&policy, &["37 readings were dropped"]);
-}
-
-#[test]
-fn the_default_terminal_names_two_causes_with_their_keys() {
-    let drawn = small(&ended(timed("0 sensor-hz 5\n0 control-hz 5")));
-    shows(
-        &drawn,
-        &[
-            "FELL at",
-            "} raises sensor-hz",
-            "] raises control-hz",
-            "this loop bears 74–90",
-        ],
-    );
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::{path::Path, sync::Arc};
 
-use ratelab::{Head, Knob, Time, TimedKnob};
+use ratelab::{Knob, Time, TimedKnob};
 use ratelab_account::{Snapshot, TickRecord};
 use ratelab_cart_pole::CartPole;
 use ratelab_effects::checked;
@@ -13,7 +13,10 @@ use ratelab_study::{
 };
 
 use super::*;
-use crate::lineage_taps::LineageTaps;
+use crate::{
+    lineage_taps::LineageTaps,
+    tests::sample::{self, head},
+};
 
 const COURSE: WorldKind = WorldKind::Course;
 const OWN: WorldKind = WorldKind::OWN;
@@ -161,6 +164,12 @@ impl Played {
     fn setup(&self) -> Setup {
         self.knobs.iter().map(|timed| timed.knob.clone()).collect()
     }
+
+    /// Whether the push age ever warned before its end.
+    fn warned(&self) -> bool {
+        let end = self.summary.verdict.at;
+        warned(&self.lineage, &self.graph, &self.knobs, end)
+    }
 }
 
 /// The push age over run time `late`.
@@ -287,9 +296,8 @@ fn overrunning() -> (Snapshot, Lineage) {
     let (mut graph, mut lineage) = (observer.snapshot(), Lineage::new(observer.topology()));
     let [sensor, policy, actuator] = [0, 1, 2];
     let [observations, actions] = [0, 1];
-    let ms = |ms: u64| Time::from_nanos(ms * 1_000_000);
     for number in 0..150 {
-        let at = ms(20 * number);
+        let at = sample::ms(20 * number);
         lineage.tick(sensor, tick(number, at, 0));
         lineage.message(observations, &head(number, at, None));
         if number % 5 == 0 {
@@ -301,7 +309,7 @@ fn overrunning() -> (Snapshot, Lineage) {
     }
     lineage.settle();
     graph.nodes[policy].overruns = 120;
-    graph.now = ms(3_000);
+    graph.now = sample::ms(3_000);
     (graph, lineage)
 }
 
@@ -314,17 +322,6 @@ fn tick(number: u64, at: Time, took_ms: u64) -> TickRecord {
         took: Some(Duration::from_millis(took_ms)),
         overruns: 0,
         push: None,
-    }
-}
-
-fn head(seq: u64, at: Time, origin: Option<Time>) -> Head {
-    Head {
-        at,
-        stamp: at,
-        seq,
-        origin,
-        arrives: Some(at),
-        dropped: 0,
     }
 }
 
@@ -382,8 +379,7 @@ fn a_run_is_warned_before_it_falls_if_and_only_if_age_is_to_blame() {
     let mut wrong = Vec::new();
     for (config, owners) in WAYS.lines().map(way).chain(others) {
         let played = Played::of(&config);
-        let end = played.summary.verdict.at;
-        let warned = warned(&played.lineage, &played.graph, &played.knobs, end);
+        let warned = played.warned();
         let old = !owners.is_empty() && played.summary.push_age().is_some();
         if !played.summary.verdict.is_lost() || warned != old {
             wrong.push(format!(
@@ -401,10 +397,7 @@ fn a_healthy_run_is_never_warned() {
         for world in [COURSE, OWN] {
             let mut config = config(world, &[&format!("send policy {policy}")]);
             config.seed = 1;
-            let played = Played::of(&config);
-            let end = played.summary.verdict.at;
-            let warned = warned(&played.lineage, &played.graph, &played.knobs, end);
-            assert!(!warned, "{policy}");
+            assert!(!Played::of(&config).warned(), "{policy}");
         }
     }
 }
@@ -457,23 +450,14 @@ fn these_troubles_it_bears() {
 
 #[test]
 fn a_knob_that_was_turned_too_late_is_no_advice() {
-    for (setup, later, cure) in [
-        (
-            "takes policy 230",
-            "takes policy 0",
-            "takes policy none came too late",
-        ),
-        (
-            "link /action delay:200",
-            "link /action none",
-            "link /action none came too late",
-        ),
-        (
-            "rate policy 4",
-            "rate policy 50",
-            "control-hz was raised too late",
-        ),
+    for row in [
+        "takes policy 230 | takes policy 0 | takes policy none came too late",
+        "link /action delay:200 | link /action none | link /action none came too late",
+        "rate policy 4 | rate policy 50 | control-hz was raised too late",
     ] {
+        let [setup, later, cure] = row.split(" | ").collect::<Vec<_>>()[..] else {
+            panic!("{row}");
+        };
         let mut config = config(OWN, &[setup]);
         let played = Played::of(&config);
         let fell = played.summary.verdict.at;
@@ -514,32 +498,19 @@ fn proven(setup: &[&str]) -> Vec<String> {
 
 #[test]
 fn only_what_was_tried_is_said_to_mend_it_and_what_is_not_enough_is_named_with_its_share() {
-    for (setup, told) in [
-        (
-            &["hang policy 3000"][..],
-            &["one tick took 3000 ms. :hang policy 0 mends it"][..],
-        ),
-        (&["crash policy"], &[":restart policy mends it"]),
-        (&["takes policy 85"], &[":takes policy none mends it"]),
-        (
-            &["link /obs loss:1"],
-            &["lost 31 of 31. :link /obs none mends it"],
-        ),
-        (
-            &["link /obs delay:120", "link /action delay:120"],
-            &[" takes 120 of ", "and on /", ", too, mends it"],
-        ),
-        (
-            &["crash sensor", "crash policy"],
-            &[
-                ":restart sensor alone is not enough",
-                "policy crashed",
-                ", too, mends it",
-            ],
-        ),
+    for row in [
+        "hang policy 3000 | one tick took 3000 ms. :hang policy 0 mends it",
+        "crash policy | :restart policy mends it",
+        "takes policy 85 | :takes policy none mends it",
+        "link /obs loss:1 | lost 31 of 31. :link /obs none mends it",
+        "link /obs delay:120; link /action delay:120 |  takes 120 of ; and on /; , too, mends it",
+        "crash sensor; crash policy | :restart sensor alone is not enough; policy crashed; , too, \
+         mends it",
     ] {
-        let lines = proven(setup).join("\n");
-        for part in told {
+        let (setup, told) = row.split_once(" | ").expect(row);
+        let setup: Vec<&str> = setup.split("; ").collect();
+        let lines = proven(&setup).join("\n");
+        for part in told.split("; ") {
             assert!(lines.contains(part), "{setup:?}: {part:?} in\n{lines}");
         }
     }

@@ -10,27 +10,6 @@ fn config(knobs: &str, until: f64) -> Config {
     }
 }
 
-/// The recording of a session of `config`, begun at run time `from` (s).
-fn recorded(setup: SessionSetup, config: &Config, from: f64) -> Recording {
-    let folder = tempfile::tempdir().expect("a folder");
-    let setup = SessionSetup {
-        record: recording_to(folder.path()).record,
-        ..setup
-    };
-    let mut app = App::new(config, setup).expect("session");
-    if from > 0.0 {
-        press(&mut app, "w");
-        until(&mut app, |app| {
-            let screen = app.screen();
-            screen.is_some_and(|screen| screen.frame.now >= seconds(from))
-        });
-        press(&mut app, "w");
-    }
-    end(&mut app);
-    let recorded = left(app).recorded;
-    Recording::read(&recorded.last().expect("a recording").path).expect("readable")
-}
-
 /// Plays `recording`, and begins to execute its run again.
 fn played(setup: SessionSetup, recording: Recording) -> App {
     let mut app = App::of_recording(Arc::new(recording), setup);

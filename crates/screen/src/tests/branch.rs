@@ -1,7 +1,5 @@
 //! Leaving a run of the real clock at a moment, with a knob turned.
 
-use std::fs;
-
 use super::*;
 
 /// A policy that needs too long for its pole.
@@ -46,20 +44,10 @@ fn a_run_of_the_real_clock_is_left_where_one_looks_and_stays_up_without_the_dela
     shows(&branched(&mut app), &["on: fell at"]);
 }
 
-fn recorded(folder: &Path) -> Arc<Recording> {
-    let mut app = App::new(&slow(), recording_to(folder)).expect("session");
-    end(&mut app);
-    leave(app);
-    let mut files = fs::read_dir(folder).expect("a folder");
-    let file = files.next().expect("a file").expect("readable");
-    Arc::new(Recording::read(&file.path()).expect("a recording"))
-}
-
 #[test]
 fn a_recording_is_left_at_a_moment_and_goes_on_in_the_lab() {
-    let folder = tempfile::tempdir().expect("a folder");
     let at = seconds(0.2);
-    let mut app = App::of_recording(recorded(folder.path()), setup());
+    let mut app = App::of_recording(Arc::new(recorded(setup(), &slow(), 0.0)), setup());
     app.jump(at);
     press(&mut app, "Btakes policy 0\n");
     sample(&mut app);

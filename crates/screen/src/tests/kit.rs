@@ -12,6 +12,7 @@ use std::{
 use crossterm::event::{Event, KeyEvent, KeyModifiers};
 use ratatui::{Terminal, backend::TestBackend};
 use ratelab::Knob;
+use ratelab_cart_pole::{Action, Observation, policy::Policy};
 use ratelab_recording::Destination;
 
 pub use super::testing::{POOR, RICH};
@@ -208,6 +209,41 @@ pub fn rate(app: &App, node: &str) -> Option<f64> {
 pub fn set(app: &App) -> Vec<String> {
     let setup = app.wanted().setup;
     setup.iter().map(ToString::to_string).collect()
+}
+
+/// A policy that decides what its closure does.
+#[derive(Clone)]
+pub struct Decides<F>(pub F);
+
+impl<F: FnMut() -> Action + Send> Policy for Decides<F> {
+    fn name(&self) -> &str {
+        "tested"
+    }
+
+    fn act(&mut self, _: &Observation) -> Action {
+        (self.0)()
+    }
+}
+
+/// The recording of a session of `config`, begun at run time `from` (s).
+pub fn recorded(setup: SessionSetup, config: &Config, from: f64) -> Recording {
+    let folder = tempfile::tempdir().expect("a folder");
+    let setup = SessionSetup {
+        record: recording_to(folder.path()).record,
+        ..setup
+    };
+    let mut app = App::new(config, setup).expect("session");
+    if from > 0.0 {
+        press(&mut app, "w");
+        until(&mut app, |app| {
+            let screen = app.screen();
+            screen.is_some_and(|screen| screen.frame.now >= seconds(from))
+        });
+        press(&mut app, "w");
+    }
+    end(&mut app);
+    let recorded = left(app).recorded;
+    Recording::read(&recorded.last().expect("a recording").path).expect("readable")
 }
 
 /// Types a key per frame, and notes when there are no more.

@@ -13,13 +13,8 @@ fn chunks(knobs: &str) -> Config {
 }
 
 /// The recording of `config`, at run time `at` (s).
-fn recorded(config: &Config, at: f64) -> App {
-    let folder = tempfile::tempdir().expect("a folder");
-    let mut app = App::new(config, recording_to(folder.path())).expect("session");
-    end(&mut app);
-    let file = &left(app).recorded[0].path;
-    let recording = Recording::read(file).expect("a recording");
-    let mut app = App::of_recording(Arc::new(recording), setup());
+fn played(config: &Config, at: f64) -> App {
+    let mut app = App::of_recording(Arc::new(recorded(setup(), config, 0.0)), setup());
     app.jump(seconds(at));
     sample(&mut app);
     until(&mut app, |app| !frame(app).awaits_limits);
@@ -32,7 +27,7 @@ fn plan(app: &App) -> PlanData {
 
 #[test]
 fn a_plan_lies_under_what_was_played() {
-    let app = recorded(&chunks("chunk 50, plan committed"), 0.93);
+    let app = played(&chunks("chunk 50, plan committed"), 0.93);
     insta::assert_snapshot!("plan_80x24", small(&app));
     insta::assert_snapshot!("plan_160x50", large(&app));
     insta::assert_snapshot!("plan_ascii", drawn(&app, &POOR, 80, 24).to_string());
@@ -42,7 +37,7 @@ fn a_plan_lies_under_what_was_played() {
 fn a_plan_that_knows_what_is_played_meanwhile_means_just_that() {
     for (kind, meant) in [("committed", true), ("rollout", false)] {
         // The second chunk was taken at 0.42 s.
-        let plan = plan(&recorded(&chunks(&format!("chunk 50, plan {kind}")), 0.45));
+        let plan = plan(&played(&chunks(&format!("chunk 50, plan {kind}")), 0.45));
         assert_eq!((plan.kind, plan.taken, plan.stalls), (kind, 10, 0));
         let before = (1..plan.taken).all(|place| plan.is_as_played(place));
         assert_eq!(before, meant, "{kind}: {plan:?}");
@@ -150,7 +145,7 @@ fn a_setting_of_a_whole_run_counts_from_the_next_one() {
 
 #[test]
 fn the_timeline_has_plans_as_bars_with_the_part_that_was_played() {
-    let mut app = recorded(&chunks("chunk 50, plan committed"), 0.93);
+    let mut app = played(&chunks("chunk 50, plan committed"), 0.93);
     press(&mut app, "6zVVV");
     sample(&mut app);
     insta::assert_snapshot!("plans_on_the_timeline_80x24", small(&app));
@@ -158,7 +153,7 @@ fn the_timeline_has_plans_as_bars_with_the_part_that_was_played() {
         "plans_on_the_timeline_ascii",
         drawn(&app, &POOR, 80, 24).to_string()
     );
-    let mut app = recorded(&chunks("chunk none, think-ms none"), 0.93);
+    let mut app = played(&chunks("chunk none, think-ms none"), 0.93);
     press(&mut app, "6z");
     sample(&mut app);
     assert!(!small(&app).contains("played"), "no plans");

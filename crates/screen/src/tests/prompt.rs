@@ -106,15 +106,6 @@ fn a_knob_of_any_node_counts_for_the_next_run() {
 }
 
 #[test]
-fn knobs_of_time_are_turned() {
-    let mut app = running();
-    press(&mut app, ":takes policy 30..60\n");
-    press(&mut app, ":offset sensor 5\n:wakes actuator 1\n");
-    let expected = ["takes policy 30..60", "offset sensor 5", "wakes actuator 1"];
-    assert_eq!(set(&app), expected);
-}
-
-#[test]
 fn a_paste_is_text_where_text_is_typed_and_nothing_elsewhere() {
     let mut app = ended(Config::default());
     app.paste("qwe\r");

@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use ratelab::{ClockKind, Hz, Speed, Status, Time};
+use ratelab::{ClockKind, Head, Hz, Speed, Status, Time};
 use ratelab_cart_pole::CartPole;
 use ratelab_study::system::{AgeLimits, Picture, System};
 
 use crate::frame::{
-    AgeData, FrameData, Ghost, Health, LatencyData, NodeData, Quantiles, SignalTrace, Standing,
-    TopicData, VerdictData,
+    AgeData, FrameData, Ghost, Health, LatencyData, NodeData, PartKind, PushData, PushSentence,
+    Quantiles, SignalTrace, Standing, TopicData, VerdictData,
 };
 
 /// The latency of [`balanced`].
@@ -176,6 +176,36 @@ pub fn age(mean: u64, greatest: u64) -> AgeData {
             may_fall: Some(ms(74)),
             falls: Some(ms(90)),
         },
+    }
+}
+
+/// Run time in milliseconds.
+pub fn ms(ms: u64) -> Time {
+    Time::from_nanos(ms * 1_000_000)
+}
+
+/// A message that arrives at once.
+pub fn head(seq: u64, at: Time, origin: Option<Time>) -> Head {
+    Head {
+        at,
+        stamp: at,
+        seq,
+        origin,
+        arrives: Some(at),
+        dropped: 0,
+    }
+}
+
+/// The parts of a push of 95 ms.
+pub fn push() -> PushData {
+    let parts = [0, 12, 0, 20, 63].map(Duration::from_millis);
+    PushData {
+        sentence: PushSentence(vec![
+            "this push is 95 ms old: 12 waiting for the policy + 20 on /obs + 63 held".to_owned(),
+            "this push is 95 ms old: 63 held + 32 elsewhere".to_owned(),
+        ]),
+        reaction: Some(Duration::from_millis(110)),
+        mean: PartKind::ALL.into_iter().zip(parts).collect(),
     }
 }
 

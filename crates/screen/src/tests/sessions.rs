@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use crossterm::event::{KeyEvent, KeyModifiers};
-use ratelab_cart_pole::{Action, Observation, policy::Policy};
+use ratelab_cart_pole::Action;
 use ratelab_study::{
     experiment::{Experiment, Summary},
     system::Verdict,
@@ -16,20 +16,6 @@ fn turned(app: App) -> Vec<String> {
     let summary = left(app).ended.expect("no fault").summary;
     let knobs = summary.knobs();
     knobs.iter().map(|timed| timed.knob.to_string()).collect()
-}
-
-/// A policy that fails as soon as it is asked.
-#[derive(Clone)]
-struct Broken(fn() -> Action);
-
-impl Policy for Broken {
-    fn name(&self) -> &str {
-        "broken"
-    }
-
-    fn act(&mut self, _: &Observation) -> Action {
-        (self.0)()
-    }
 }
 
 #[test]
@@ -46,6 +32,10 @@ fn keys_and_typed_values_turn_the_knobs_of_the_running_graph() {
             ][..],
         ),
         (":control-hz 7.5\n", &["rate policy 7.5"]),
+        (
+            ":takes policy 30..60\n:offset sensor 5\n:wakes actuator 1\n",
+            &["takes policy 30..60", "offset sensor 5", "wakes actuator 1"],
+        ),
     ] {
         assert_eq!(turned(typed(endless(), keys)), knobs);
     }
@@ -53,19 +43,18 @@ fn keys_and_typed_values_turn_the_knobs_of_the_running_graph() {
 
 #[test]
 fn a_node_that_fails_or_panics_ends_the_dashboard_with_its_fault() {
-    let policies = [
-        (Broken(|| Action(f32::NAN)), "must be finite"),
-        (Broken(|| panic!("out of ideas")), "panicked: out of ideas"),
+    let policies: [(fn() -> Action, &str); 2] = [
+        (|| Action(f32::NAN), "must be finite"),
+        (|| panic!("out of ideas"), "panicked: out of ideas"),
     ];
-    for (policy, said) in policies {
+    for (decides, said) in policies {
         for clock in [ClockKind::Virtual, ClockKind::Real] {
             let config = Config {
                 clock,
                 end: Time::MAX,
                 ..Config::default()
             };
-            let policy = policy.clone();
-            let system = CartPole::with_policy(move |_| Box::new(policy.clone()));
+            let system = CartPole::with_policy(move |_| Box::new(Decides(decides)));
             let setup = SessionSetup::new(Arc::new(system), setup().course);
             let mut app = App::new(&config, setup).expect("session");
             let fault = in_the_loop(&mut app, &[]).expect_err("a fault").to_string();

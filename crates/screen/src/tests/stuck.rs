@@ -1,28 +1,10 @@
 //! Leaving a run, and starting again, while a node is stuck in its tick.
 
-use crossbeam_channel::{Receiver, Sender, bounded};
-use ratelab_cart_pole::{Action, Observation, policy::Policy};
+use crossbeam_channel::{Sender, bounded};
+use ratelab_cart_pole::Action;
 use ratelab_recording::Destination;
 
 use super::*;
-
-/// Decides nothing until the sender of `release` is gone.
-struct Stuck {
-    begun: Sender<()>,
-    release: Receiver<()>,
-}
-
-impl Policy for Stuck {
-    fn name(&self) -> &str {
-        "stuck"
-    }
-
-    fn act(&mut self, _: &Observation) -> Action {
-        let _ = self.begun.try_send(());
-        let _ = self.release.recv();
-        Action(0.0)
-    }
-}
 
 /// A lab over a run whose policy is in a tick that ends when the sender is gone.
 fn stuck() -> (App, Sender<()>) {
@@ -32,12 +14,12 @@ fn stuck() -> (App, Sender<()>) {
     };
     let (begun, begins) = bounded(1);
     let (held, release) = bounded(1);
-    let system = CartPole::with_policy(move |_| {
-        Box::new(Stuck {
-            begun: begun.clone(),
-            release: release.clone(),
-        })
-    });
+    let decides = move || {
+        let _ = begun.try_send(());
+        let _ = release.recv();
+        Action(0.0)
+    };
+    let system = CartPole::with_policy(move |_| Box::new(Decides(decides.clone())));
     let setup = SessionSetup::new(Arc::new(system), setup().course);
     let app = App::new(&config, setup).expect("session");
     begins.recv().expect("the policy ticks");

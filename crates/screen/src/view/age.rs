@@ -163,13 +163,10 @@ mod tests {
     use ratatui::buffer::Buffer;
 
     use super::*;
-    use crate::{
-        frame::PushSentence,
-        view::{
-            sample,
-            sheet::Sheet,
-            testing::{POOR, RICH, drawn, screen, styled, text, torture},
-        },
+    use crate::view::{
+        sample,
+        sheet::Sheet,
+        testing::{POOR, RICH, drawn, screen, styled, text, torture},
     };
 
     fn shown(age: &AgeData, width: u16, theme: &Theme) -> Buffer {
@@ -183,24 +180,11 @@ mod tests {
         sheet.lines(0, 0, lines.into_iter().chain(push_line));
     }
 
-    fn push() -> PushData {
-        let parts = [0, 12, 0, 20, 63].map(Duration::from_millis);
-        PushData {
-            sentence: PushSentence(vec![
-                "this push is 95 ms old: 12 waiting for the policy + 20 on /obs + 63 held"
-                    .to_owned(),
-                "this push is 95 ms old: 63 held + 32 elsewhere".to_owned(),
-            ]),
-            reaction: Some(Duration::from_millis(110)),
-            mean: PartKind::ALL.into_iter().zip(parts).collect(),
-        }
-    }
-
     #[test]
     fn the_parts_of_the_age_fill_the_bar_and_stand_beside_it() {
         let shown = |width, theme| {
             drawn((width, 2), theme, |sheet| {
-                both(&sample::age(95, 200), Some(&push()), sheet);
+                both(&sample::age(95, 200), Some(&sample::push()), sheet);
             })
         };
         insta::assert_snapshot!(shown(100, &RICH));
@@ -247,7 +231,7 @@ mod tests {
     #[test]
     fn any_size_will_do() {
         for mean in [0, 10, 95, 1_000_000] {
-            torture(|sheet| both(&sample::age(mean, mean), Some(&push()), sheet));
+            torture(|sheet| both(&sample::age(mean, mean), Some(&sample::push()), sheet));
         }
     }
 }

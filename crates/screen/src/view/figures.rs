@@ -221,12 +221,9 @@ fn reaction(frame: &FrameData, room: usize, theme: &Theme) -> Option<Line<'stati
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        frame::{PushData, PushSentence},
-        view::{
-            sample,
-            testing::{POOR, RICH, drawn, screen, styled, text, torture},
-        },
+    use crate::view::{
+        sample,
+        testing::{POOR, RICH, drawn, torture},
     };
 
     fn pane(frame: &FrameData, size: (u16, u16), theme: &Theme) -> String {
@@ -287,23 +284,12 @@ mod tests {
     fn all_figures_fit_the_pane_of_a_screen_of_80x24() {
         let mut frame = sample::balanced();
         frame.age = Some(sample::age(10, 20));
-        frame.push = Some(PushData {
-            sentence: PushSentence(Vec::new()),
-            reaction: Some(Duration::from_millis(20)),
-            mean: Vec::new(),
-        });
+        frame.push = Some(sample::push());
         let screen = pane(&frame, (80, 12), &RICH);
         assert!(
             screen.contains("lately") && screen.contains("actuator"),
             "{screen}"
         );
-    }
-
-    #[test]
-    fn losses_are_counted_without_an_alarm() {
-        let buf = screen((80, 12), &RICH, |sheet| render(&sample::fan_out(), sheet));
-        assert!(text(&buf).contains(" 45 "));
-        assert_eq!(styled(&buf, RICH.alarm()), "");
     }
 
     #[test]

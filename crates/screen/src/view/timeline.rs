@@ -172,21 +172,23 @@ mod tests {
     use crate::{
         frame::PushSentence,
         timeline::Lane,
-        view::testing::{POOR, RICH, drawn, screen, styled, torture},
+        view::{
+            sample::ms,
+            testing::{POOR, RICH, drawn, screen, styled, torture},
+        },
     };
 
-    fn ms(ms: u64) -> Time {
-        Time::from_nanos(ms * 1_000_000)
-    }
-
-    fn sample() -> Timeline {
-        let mark = |at, until, kind, bright| Mark {
+    fn mark(at: u64, until: u64, kind: MarkKind, bright: bool) -> Mark {
+        Mark {
             at: ms(at),
             until: ms(until),
             kind,
             bright,
             by: None,
-        };
+        }
+    }
+
+    fn sample() -> Timeline {
         let lane = |name: &str, marks: [Mark; 3]| Lane {
             name: name.to_owned(),
             marks: marks.into(),
@@ -241,16 +243,13 @@ mod tests {
     #[test]
     fn a_wait_for_the_executor_and_a_tick_set_aside_name_the_other_node() {
         let mut timeline = sample();
-        let mark = |at: u64, until: u64, kind| Mark {
-            at: ms(at),
-            until: ms(until),
-            kind,
-            bright: false,
-            by: Some("planner".to_owned()),
-        };
-        let marks = &mut timeline.lanes[2].marks;
-        marks.push(mark(120, 160, MarkKind::Waiting));
-        marks.push(mark(170, 173, MarkKind::Aside));
+        let waits = [(120, 160, MarkKind::Waiting), (170, 173, MarkKind::Aside)];
+        timeline.lanes[2]
+            .marks
+            .extend(waits.map(|(at, until, kind)| Mark {
+                by: Some("planner".to_owned()),
+                ..mark(at, until, kind, false)
+            }));
         let shown = drawn((80, 7), &RICH, |sheet| render(Some(&timeline), sheet));
         assert!(shown.contains("░planner░"), "{shown}");
         assert!(shown.contains("░ waiting for  ▁ set aside for"), "{shown}");

@@ -176,9 +176,4 @@ mod tests {
         let frame = sample::frame_data(vec![sample::node("a", 1.0, 1, true)], topics);
         assert_eq!(layers(&frame), [[0]]);
     }
-
-    #[test]
-    fn a_thousand_nodes_are_a_thousand_layers() {
-        assert_eq!(layers(&sample::chain(1_000)).len(), 1_000);
-    }
 }

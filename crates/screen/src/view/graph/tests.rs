@@ -10,7 +10,7 @@ use crate::{
     theme::Theme,
     view::{
         sample,
-        testing::{POOR, RICH, screen, styled, text, torture},
+        testing::{POOR, RICH, screen, text, torture},
     },
 };
 
@@ -208,14 +208,6 @@ fn ascii() {
     |                  age   16 ms                   ~ age  320 ms                 |
     +------------------------------------------------------------------------------+
     ");
-}
-
-#[test]
-fn losses_and_overruns_are_counted_without_an_alarm() {
-    let buf = buffer(&sample::broken(), &RICH, 80, 8);
-    assert_eq!(styled(&buf, RICH.alarm_line()), "");
-    assert!(text(&buf).contains("  37 dropped"));
-    assert!(text(&buf).contains("  2 overruns"));
 }
 
 #[test]
