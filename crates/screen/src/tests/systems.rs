@@ -2,9 +2,12 @@
 
 use ratelab::{END, GO_ON};
 use ratelab_account::Fields;
-use ratelab_study::system::{
-    BuildError, Builder, Picture, Setup as RunSetup, Shape, Signal, Style, System, Verdict,
-    VerdictKind,
+use ratelab_study::{
+    graph_file::GraphFile,
+    system::{
+        BuildError, Builder, Picture, Setup as RunSetup, Shape, Signal, Style, System, Verdict,
+        VerdictKind,
+    },
 };
 
 use super::{adders::Adders, *};
@@ -135,32 +138,18 @@ impl System for Drone {
 }
 
 /// A counter and its reader: no plant, no signal, no aliases.
-struct Counter;
-
-impl System for Counter {
-    fn name(&self) -> &'static str {
-        "counter"
-    }
-
-    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
-        let count = builder.internal_topic("/count");
-        let counted = count.clone();
-        builder.node("counter", 10.0, 0, move |wiring| {
-            let (count, mut number) = (wiring.publisher(&counted), 0_u64);
-            move |now| {
-                number += 1;
-                count.publish(number, now, None);
-                GO_ON
-            }
-        })?;
-        builder.node("reader", 2.0, 1, move |wiring| {
-            let mut count = wiring.subscription(&count);
-            move |now| {
-                let _ = count.latest(now);
-                GO_ON
-            }
-        })
-    }
+fn counter() -> impl System {
+    let text = r#"
+        name = "counter"
+        [node.counter]
+        rate = 10
+        publishes = ["/count"]
+        [node.reader]
+        rate = 2
+        reads = ["/count"]
+    "#;
+    let graph = GraphFile::parse(text).expect("a graph");
+    graph.system(&[]).expect("a system")
 }
 
 fn lab(system: impl System, config: &Config) -> App {
@@ -184,7 +173,7 @@ fn live(system: impl System) -> App {
 
 #[test]
 fn a_system_without_a_plant_has_no_pane_of_it_and_the_others_take_its_room() {
-    let app = run_of(Counter);
+    let app = run_of(counter());
     insta::assert_snapshot!("counter_80x24", small(&app));
     let drawn = large(&app);
     for absent in ["2 plant", "3 ", "sense→act", "exercises"] {
@@ -198,14 +187,14 @@ fn a_run_without_a_latency_goes_on_however_many_ticks_it_makes() {
         end: Time::MAX,
         ..Config::default()
     };
-    let mut app = lab(Counter, &flat_out);
+    let mut app = lab(counter(), &flat_out);
     until(&mut app, |app| ticks(app) > 100_000);
     leave(app);
 }
 
 #[test]
 fn a_pane_that_is_not_there_is_never_in_focus() {
-    let mut app = run_of(Counter);
+    let mut app = run_of(counter());
     press(&mut app, "2");
     assert_eq!(app.shown.panes.focus, Pane::Graph);
     assert!(app.notice.is_some());
@@ -223,9 +212,9 @@ fn a_system_of_ones_own_is_drawn_with_its_signal_and_its_verdict() {
 
 #[test]
 fn every_size_shows_every_system() {
-    for app in [run_of(Drone), run_of(Counter)] {
+    for (name, app) in [("drone", run_of(Drone)), ("counter", run_of(counter()))] {
         for (width, height) in [(40, 12), (80, 24), (120, 36), (160, 50), (250, 80)] {
-            screen(&app, width, height);
+            shows(&screen(&app, width, height), &[name, "1 graph"]);
         }
     }
 }
@@ -276,7 +265,7 @@ fn the_map_of_a_system_without_aliases_is_over_the_marked_node() {
 #[test]
 fn keys_without_a_meaning_here_say_so_and_are_in_no_help() {
     for keys in ["e", "b", "p", "{"] {
-        let mut app = live(Counter);
+        let mut app = live(counter());
         press(&mut app, keys);
         shows(said(&app), &["this system"]);
         press(&mut app, "?");
@@ -287,7 +276,7 @@ fn keys_without_a_meaning_here_say_so_and_are_in_no_help() {
 
 #[test]
 fn a_system_without_a_world_of_its_own_stays_in_the_one_it_has() {
-    let mut app = run_of(Counter);
+    let mut app = run_of(counter());
     press(&mut app, "o");
     shows(said(&app), &["no world of its own"]);
     assert!(app.ended(), "it began again");
