@@ -171,20 +171,21 @@ pub struct TopicData {
 impl TopicData {
     /// Recent share of messages lost on its link.
     pub fn link_loss(&self) -> f64 {
-        match self.per_second > 0.0 {
-            true => (self.lost_lately as f64 / self.per_second).min(1.0),
-            false => 0.0,
-        }
+        share(self.lost_lately, self.per_second)
     }
 
     /// Recent share of messages lost unread.
     pub fn loss(&self) -> f64 {
         let read = self.per_second * self.readers.len() as f64;
-        if read > 0.0 {
-            (self.dropped_lately as f64 / read).min(1.0)
-        } else {
-            0.0
-        }
+        share(self.dropped_lately, read)
+    }
+}
+
+/// The share of those that were `gone`; zero of none.
+fn share(gone: u64, all: f64) -> f64 {
+    match all > 0.0 {
+        true => (gone as f64 / all).min(1.0),
+        false => 0.0,
     }
 }
 

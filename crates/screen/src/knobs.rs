@@ -160,6 +160,14 @@ fn read(graph: &Snapshot) -> impl Iterator<Item = &TopicAccount> {
         .filter(|topic| !topic.readers.is_empty())
 }
 
+/// The names that a knob of this `kind` may be of.
+pub fn targets(graph: &Snapshot, kind: KnobKind) -> Vec<&str> {
+    match kind.is_of_topic() {
+        true => graph.topics.iter().map(|topic| &*topic.name).collect(),
+        false => graph.nodes.iter().map(|node| &*node.name).collect(),
+    }
+}
+
 /// The texts of `knobs`, by their aliases if they have one, each with its run time.
 pub fn in_words(system: &dyn System, knobs: &[TimedKnob]) -> Vec<(Time, String)> {
     let mut words = Vec::new();

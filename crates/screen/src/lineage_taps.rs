@@ -61,11 +61,10 @@ impl LineageTaps {
             rows.clear();
         }
         for (node, ticks) in ticks.into_iter().enumerate() {
-            let ticks = ticks.into_iter();
-            ticks.for_each(|tick| {
+            for tick in ticks {
                 self.digest.tick(node, &tick);
                 self.lineage.tick(node, tick);
-            });
+            }
         }
         self.lineage.settle();
         &self.lineage

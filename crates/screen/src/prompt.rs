@@ -6,7 +6,7 @@ use ratelab_account::Snapshot;
 use ratelab_study::system::{Alias, System, names::first_alias};
 
 use super::{
-    knobs::{Direction, neighbour},
+    knobs::{Direction, neighbour, targets},
     view::PromptLine,
 };
 
@@ -200,7 +200,7 @@ impl Vocabulary<'_> {
                 (names.collect(), true)
             }
             [name] => match (kind(name), self.aliases().find(|alias| alias.name == *name)) {
-                (Some(kind), _) => (self.targets(kind), true),
+                (Some(kind), _) => (targets(&self.graph, kind), true),
                 (None, alias) => (self.values(alias), false),
             },
             [name, node] if kind(name) == Some(KnobKind::Send) => {
@@ -218,13 +218,6 @@ impl Vocabulary<'_> {
 
     fn aliases(&self) -> impl Iterator<Item = &'static Alias> {
         self.system.aliases().iter()
-    }
-
-    fn targets(&self, kind: KnobKind) -> Vec<&str> {
-        match kind.is_of_topic() {
-            true => self.graph.topics.iter().map(|topic| &*topic.name).collect(),
-            false => self.graph.nodes.iter().map(|node| &*node.name).collect(),
-        }
     }
 
     fn values(&self, alias: Option<&'static Alias>) -> Vec<&str> {

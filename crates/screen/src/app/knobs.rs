@@ -9,7 +9,7 @@ use ratelab_study::{
 };
 
 use super::{App, run::ShownRun};
-use crate::knobs::{self, Direction, listed};
+use crate::knobs::{self, Direction, listed, targets};
 
 /// What keys turn through presets.
 pub(super) struct Dial {
@@ -38,14 +38,9 @@ pub(super) const DEPTH: Dial = Dial {
     presets: &knobs::DEPTHS,
     unit: "",
     value: |app, topic| {
-        let wanted = app.knobs.wanted().depth(topic).map(|depth| depth.get());
-        let runs = || {
-            app.shown
-                .graph()
-                .topic(topic)
-                .map(|topic| topic.depth.get())
-        };
-        wanted.or_else(runs).map(|depth| depth as f64)
+        let runs = || app.shown.graph().topic(topic).map(|topic| topic.depth);
+        let depth = app.knobs.wanted().depth(topic).or_else(runs);
+        depth.map(|depth| depth.get() as f64)
     },
     knob: |_, topic, depth| number(KnobKind::Depth, topic, depth),
 };
@@ -234,15 +229,14 @@ impl App {
     /// `knob` in a form the graph accepts.
     fn checked(&self, knob: Knob) -> Result<Knob, String> {
         let graph = self.shown.graph();
-        let (what, known): (_, Vec<&str>) = match knob.kind() {
-            kind if kind.is_of_topic() => (
-                "topic",
-                graph.topics.iter().map(|topic| &*topic.name).collect(),
-            ),
-            _ => ("node", graph.nodes.iter().map(|node| &*node.name).collect()),
-        };
+        let known = targets(&graph, knob.kind());
         if !known.contains(&knob.target()) {
             let (target, known) = (knob.target(), known.join(", "));
+            let what = if knob.kind().is_of_topic() {
+                "topic"
+            } else {
+                "node"
+            };
             return Err(format!("there is no {what} {target:?}: expected {known}"));
         }
         let (seed, setup) = (self.config.seed, self.knobs.wanted());
