@@ -5,10 +5,7 @@ use ratelab::{KnobKind, Time};
 use ratelab_account::Snapshot;
 use ratelab_study::system::{Alias, System, names::first_alias};
 
-use super::{
-    knobs::{Direction, neighbour, targets},
-    view::PromptLine,
-};
+use super::knobs::{Direction, neighbour, targets};
 
 /// Beginnings of links.
 const LINKS: [&str; 6] = ["delay:", "loss:", "burst:", "in-order", "reliable:", "none"];
@@ -37,13 +34,11 @@ impl Prompt {
     }
 
     /// The text so far, if it is open.
-    #[cfg(test)]
     pub fn typed(&self) -> Option<&str> {
         self.open.then_some(&*self.typed)
     }
 
     /// Why the last entry was refused.
-    #[cfg(test)]
     pub fn refusal(&self) -> Option<&str> {
         self.refusal.as_deref()
     }
@@ -53,16 +48,15 @@ impl Prompt {
         self.branch
     }
 
-    /// The line, if it is open, with the first words for knobs of `system`.
-    pub fn line(&self, system: &dyn System) -> Option<PromptLine<'_>> {
-        self.open.then(|| PromptLine {
-            typed: &self.typed,
-            refusal: self.refusal.as_deref(),
-            hint: match self.branch {
-                Some(at) => format!("the knob to turn at {at}: {}", hint(system)),
-                None => hint(system),
-            },
-        })
+    /// The words that can come first, for knobs of `system`.
+    pub fn hint(&self, system: &dyn System) -> String {
+        let aliases = system.aliases().iter().map(|alias| alias.name);
+        let names: Vec<&str> = aliases.chain(KnobKind::ALL.map(KnobKind::usage)).collect();
+        let hint = format!("{}; Tab completes", names.join(", "));
+        match self.branch {
+            Some(at) => format!("the knob to turn at {at}: {hint}"),
+            None => hint,
+        }
     }
 
     /// Begins an empty line, for a knob of a `branch` with its moment.
@@ -153,13 +147,6 @@ impl Prompt {
         self.edit(|now| *now = text);
         self.recalled = Some((at, typed));
     }
-}
-
-/// The words that can come first, in a line.
-fn hint(system: &dyn System) -> String {
-    let aliases = system.aliases().iter().map(|alias| alias.name);
-    let names: Vec<&str> = aliases.chain(KnobKind::ALL.map(KnobKind::usage)).collect();
-    format!("{}; Tab completes", names.join(", "))
 }
 
 /// The words that knobs of a running system consist of.

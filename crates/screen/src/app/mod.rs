@@ -43,7 +43,7 @@ use super::{
     prompt::Prompt,
     run::Remote,
     session::{Prepared, Session, SessionResult, SessionSetup},
-    view::{Bottom, ScreenState, StatusExtra},
+    view::{ScreenState, StatusExtra},
 };
 use crate::error::ScreenError;
 
@@ -298,11 +298,9 @@ impl App {
             map: self.visible_map(),
             page: self.page(frame),
             aside: self.tour_page(frame),
-            bottom: Bottom {
-                hints: self.keys().hints(|need| self.has_what(need)),
-                prompt: self.prompt.line(system),
-                notice: self.notice.as_deref(),
-            },
+            hints: self.keys().hints(|need| self.has_what(need)),
+            prompt: &self.prompt,
+            notice: self.notice.as_deref(),
         })
     }
 

@@ -13,44 +13,24 @@ use crate::panes::Pane;
 /// Blanks between keys.
 const GAP: usize = 2;
 
-/// The content of the last line.
-pub struct Bottom<'a> {
-    /// Keys and their actions.
-    pub hints: Vec<(String, &'static str)>,
-    /// The input line, in their place.
-    pub prompt: Option<PromptLine<'a>>,
-    /// The latest notice of the dashboard.
-    pub notice: Option<&'a str>,
-}
-
-/// An input line.
-pub struct PromptLine<'a> {
-    /// The text so far.
-    pub typed: &'a str,
-    /// The reason why the last entry was refused, above the line.
-    pub refusal: Option<&'a str>,
-    /// The accepted words, in its place.
-    pub hint: String,
-}
-
 /// Draws the last line, and above it the refusal or the words of the input line; in its
 /// place a notice that fits nowhere else.
 pub fn render(shown: &ScreenState<'_>, layout: &ScreenLayout, mut sheet: Sheet<'_>) {
-    let bottom = &shown.bottom;
-    let notice = bottom.notice.filter(|_| !notice_fits(shown, layout));
-    match (&bottom.prompt, notice) {
-        (Some(prompt), _) => {
-            typed(prompt, sheet.part(layout.footer));
-            match prompt.refusal {
-                Some(refusal) => at_the_bottom(&format!("✖ {refusal}"), sheet.part(layout.body)),
-                None => at_the_bottom(&prompt.hint, sheet.part(layout.body)),
-            }
+    let notice = shown.notice.filter(|_| !notice_fits(shown, layout));
+    match (shown.prompt.typed(), notice) {
+        (Some(text), _) => {
+            typed(text, sheet.part(layout.footer));
+            let above = match shown.prompt.refusal() {
+                Some(refusal) => format!("✖ {refusal}"),
+                None => shown.prompt.hint(shown.system),
+            };
+            at_the_bottom(&above, sheet.part(layout.body));
         }
         (None, Some(notice)) => {
             at_the_bottom(notice, sheet.part(layout.body.union(layout.footer)));
         }
         (None, None) => {
-            let of_table = bottom.hints.iter().map(|(key, what)| (key.as_str(), *what));
+            let of_table = shown.hints.iter().map(|(key, what)| (key.as_str(), *what));
             let mut hints: Vec<_> = match &shown.page {
                 Some(page) => page.keys.to_vec(),
                 None => of_table.collect(),
@@ -71,7 +51,7 @@ fn notice_fits(shown: &ScreenState<'_>, layout: &ScreenLayout) -> bool {
     let events = panes.find(|(pane, _)| *pane == Pane::Events);
     let line = layout.verdict.map_or(0, |area| usize::from(area.width));
     let room = events.map_or(line, |(_, area)| events::room(*area));
-    !covered && width(shown.bottom.notice.unwrap_or_default()) <= room
+    !covered && width(shown.notice.unwrap_or_default()) <= room
 }
 
 /// Draws as many hints, each a key with its action, as there is room for.
@@ -89,8 +69,8 @@ fn keys(hints: &[(&str, &str)], mut sheet: Sheet<'_>) {
 }
 
 /// The input line, with its end visible.
-fn typed(prompt: &PromptLine<'_>, mut sheet: Sheet<'_>) {
-    let tail = tail(prompt.typed, sheet.width().saturating_sub(3));
+fn typed(text: &str, mut sheet: Sheet<'_>) {
+    let tail = tail(text, sheet.width().saturating_sub(3));
     let begin = sheet.put(0, 0, ": ", sheet.theme.strong());
     sheet.put(begin, 0, &format!("{tail}▏"), Style::new());
 }

@@ -32,13 +32,7 @@ use ratelab_study::system::System;
 
 #[cfg(test)]
 pub use self::page::render as render_page;
-pub use self::{
-    bottom::{Bottom, PromptLine},
-    glossary::glossary,
-    page::Page,
-    scrubber::Scrubber,
-    status::StatusExtra,
-};
+pub use self::{glossary::glossary, page::Page, scrubber::Scrubber, status::StatusExtra};
 use self::{layout::ScreenLayout, sheet::Sheet, text::broken};
 #[cfg(test)]
 pub use super::tests::{sample, testing};
@@ -48,6 +42,7 @@ use super::{
     knobs::KnobFocus,
     overlap::OverlapView,
     panes::Pane,
+    prompt::Prompt,
     timeline::Timeline,
 };
 use crate::theme::Theme;
@@ -82,8 +77,12 @@ pub struct ScreenState<'a> {
     pub page: Option<Page>,
     /// A page beside the panes to look at: a step of the tour.
     pub aside: Option<Page>,
-    /// The last line.
-    pub bottom: Bottom<'a>,
+    /// Keys and their actions, for the last line.
+    pub hints: Vec<(String, &'static str)>,
+    /// The input line, in their place if it is open.
+    pub prompt: &'a Prompt,
+    /// The latest notice of the dashboard.
+    pub notice: Option<&'a str>,
 }
 
 impl ScreenState<'_> {
@@ -234,13 +233,13 @@ fn render_pane(shown: &ScreenState<'_>, pane: Pane, sheet: Sheet<'_>) {
             Some(overlap) => overlap::render(overlap, sheet),
             None => timeline::render(shown.timeline.as_ref(), sheet),
         },
-        Pane::Events => events::render(&frame.verdict, &shown.events, shown.bottom.notice, sheet),
+        Pane::Events => events::render(&frame.verdict, &shown.events, shown.notice, sheet),
     }
 }
 
 /// The verdict, or the notice, if no pane shows it.
 fn verdict_line(shown: &ScreenState<'_>, mut sheet: Sheet<'_>) {
-    let line = match shown.bottom.notice {
+    let line = match shown.notice {
         Some(notice) => Line::raw(notice),
         None => events::headline(&shown.frame.verdict, sheet.theme),
     };
