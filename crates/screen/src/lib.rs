@@ -68,7 +68,7 @@ use app::App;
 pub use app::{LabOutcome, keys};
 pub use error::ScreenError;
 pub use frame::Place;
-pub use run::{Remote, RunSource, WatchedRows, watched};
+pub use run::{Remote, RunSource, StatusExtra, WatchedRows, watched};
 pub use sameness::RunDigest;
 pub use session::{BeginRows, OpenRows, SessionResult, SessionSetup};
 pub use survival_level::SurvivalLevel;
@@ -76,7 +76,6 @@ use terminal::{Input, Keyboard, Screen, ShellRequest};
 pub use terminal::{is_there as terminal_is_there, restore as restore_terminal};
 pub use theme::{Look, Theme};
 pub use tour::Guide;
-pub use view::StatusExtra;
 pub use xml::escaped;
 
 /// How the dashboard is shown.

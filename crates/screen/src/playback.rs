@@ -18,9 +18,8 @@ use super::{
     frame::TRACE_S,
     knobs::Direction,
     overlap::{HeldOverlap, OverlapView, neighbour},
-    run::{RunSource, WatchedRows, watched},
+    run::{RunSource, StatusExtra, WatchedRows, watched},
     sampler::Sampler,
-    view::{Scrubber, StatusExtra},
 };
 
 /// Run time between two samples of the push age.
@@ -39,7 +38,8 @@ pub struct Playback {
     lineage: Lineage,
     /// The summary of the run, at its end.
     summary: Option<Summary>,
-    begins: Time,
+    /// Where it begins (run time).
+    pub begins: Time,
     at: Time,
     /// Ratio of run time to wall time.
     pub speed: f64,
@@ -93,7 +93,8 @@ impl Playback {
         self.at
     }
 
-    fn ends(&self) -> Time {
+    /// Where it ends (run time).
+    pub fn ends(&self) -> Time {
         self.replay.recording().until.max(self.begins)
     }
 
@@ -180,19 +181,6 @@ impl Playback {
         match direction {
             Direction::Up => events.find(|at| *at > self.at),
             Direction::Down => events.rfind(|at| *at < self.at),
-        }
-    }
-
-    /// The position among the events.
-    pub fn scrubber(&self) -> Scrubber {
-        let events = &self.replay.recording().events;
-        Scrubber {
-            begins: self.begins,
-            at: self.at,
-            ends: self.ends(),
-            events: events.iter().map(|event| event.at).collect(),
-            playing: self.is_playing(),
-            speed: self.speed,
         }
     }
 }

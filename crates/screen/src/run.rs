@@ -9,7 +9,7 @@ use ratelab_study::{
     system::{Signal, System},
 };
 
-use super::{frame::Place, sameness::RunDigest, view::StatusExtra};
+use super::{frame::Place, sameness::RunDigest};
 
 /// New messages of a watched topic, with its name.
 pub type WatchedRows = (&'static str, Rows);
@@ -87,6 +87,24 @@ pub trait RunSource {
 
     /// What the top line says of it.
     fn status(&self) -> StatusExtra;
+}
+
+/// Additional parts of the top line.
+#[derive(Clone, Debug, Default)]
+pub struct StatusExtra {
+    /// Number of the visible frame, from one, and the number of frames; `None` for the
+    /// newest.
+    pub back: Option<(usize, usize)>,
+    /// Whether the run is over.
+    pub ended: bool,
+    /// Number of items lost by the running recording; `None` without a recording.
+    pub recording: Option<u64>,
+    /// Whether this is the replay of a recording.
+    pub replay: bool,
+    /// How exact ages across machines are, unless they are exact.
+    pub clocks: Option<String>,
+    /// What is wrong with the connection to other processes.
+    pub trouble: Option<String>,
 }
 
 /// A run of other processes.

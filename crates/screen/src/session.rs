@@ -21,9 +21,8 @@ use ratelab_study::{
 
 use super::{
     lineage_taps::LineageTaps,
-    run::{RunSource, WatchedRows, watched},
+    run::{RunSource, StatusExtra, WatchedRows, watched},
     sameness::RunDigest,
-    view::StatusExtra,
 };
 use crate::error::ScreenError;
 

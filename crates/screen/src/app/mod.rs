@@ -41,9 +41,9 @@ use super::{
     frame::SignalTrace,
     playback::Playback,
     prompt::Prompt,
-    run::Remote,
+    run::{Remote, StatusExtra},
     session::{Prepared, Session, SessionResult, SessionSetup},
-    view::{ScreenState, StatusExtra},
+    view::ScreenState,
 };
 use crate::error::ScreenError;
 
@@ -274,7 +274,7 @@ impl App {
         let (frame, now) = (shown.frames.shown()?, shown.now()?);
         let events: Vec<Event> = shown.events(now).cloned().collect();
         let playback = match &shown.run {
-            ShownRun::Recorded(playback) => Some(playback),
+            ShownRun::Recorded(playback) => Some(&**playback),
             _ => None,
         };
         let trace = shown.sampler.trace(system, now, &events);
@@ -294,7 +294,7 @@ impl App {
             },
             focus: shown.panes.focus,
             zoomed: shown.panes.zoomed,
-            scrubber: playback.map(|playback| playback.scrubber()),
+            scrubber: playback,
             map: self.visible_map(),
             page: self.page(frame),
             aside: self.tour_page(frame),

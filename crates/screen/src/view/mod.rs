@@ -32,7 +32,7 @@ use ratelab_study::system::System;
 
 #[cfg(test)]
 pub use self::page::render as render_page;
-pub use self::{glossary::glossary, page::Page, scrubber::Scrubber, status::StatusExtra};
+pub use self::{glossary::glossary, page::Page};
 use self::{layout::ScreenLayout, sheet::Sheet, text::broken};
 #[cfg(test)]
 pub use super::tests::{sample, testing};
@@ -42,7 +42,9 @@ use super::{
     knobs::KnobFocus,
     overlap::OverlapView,
     panes::Pane,
+    playback::Playback,
     prompt::Prompt,
+    run::StatusExtra,
     timeline::Timeline,
 };
 use crate::theme::Theme;
@@ -69,8 +71,8 @@ pub struct ScreenState<'a> {
     pub focus: Pane,
     /// Whether the focused pane is zoomed.
     pub zoomed: bool,
-    /// The line above the last one.
-    pub scrubber: Option<Scrubber>,
+    /// The recording whose position is in the line above the last one.
+    pub scrubber: Option<&'a Playback>,
     /// The cliff map, over the panes.
     pub map: Option<&'a CliffMap>,
     /// A page over everything else.
@@ -192,8 +194,8 @@ fn render_parts(shown: &ScreenState<'_>, mut sheet: Sheet<'_>) {
         part.focused = *pane == shown.focus;
         render_pane(shown, *pane, part);
     }
-    if let (Some(scrubber), Some(area)) = (&shown.scrubber, layout.scrubber) {
-        scrubber::render(scrubber, sheet.part(area));
+    if let (Some(playback), Some(area)) = (shown.scrubber, layout.scrubber) {
+        scrubber::render(playback, sheet.part(area));
     }
     if let Some(page) = &shown.aside {
         page::render(page, sheet.part(place_aside(&layout)));

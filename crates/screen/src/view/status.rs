@@ -7,28 +7,10 @@ use super::{
     sheet::Sheet,
     text::{line, side_by_side},
 };
-use crate::{frame::FrameData, theme::Theme};
+use crate::{frame::FrameData, run::StatusExtra, theme::Theme};
 
 /// Blanks between its parts.
 const GAP: usize = 2;
-
-/// Additional parts of the top line.
-#[derive(Clone, Debug, Default)]
-pub struct StatusExtra {
-    /// Number of the visible frame, from one, and the number of frames; `None` for the
-    /// newest.
-    pub back: Option<(usize, usize)>,
-    /// Whether the run is over.
-    pub ended: bool,
-    /// Number of items lost by the running recording; `None` without a recording.
-    pub recording: Option<u64>,
-    /// Whether this is the replay of a recording.
-    pub replay: bool,
-    /// How exact ages across machines are, unless they are exact.
-    pub clocks: Option<String>,
-    /// What is wrong with the connection to other processes.
-    pub trouble: Option<String>,
-}
 
 /// Draws the top line, the name of the system first. If it is too narrow, parts are left
 /// out from the right; a loss of measurements has priority.
