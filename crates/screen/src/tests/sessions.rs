@@ -43,11 +43,12 @@ fn keys_and_typed_values_turn_the_knobs_of_the_running_graph() {
 
 #[test]
 fn a_node_that_fails_or_panics_ends_the_dashboard_with_its_fault() {
-    let policies: [(fn() -> Action, &str); 2] = [
-        (|| Action(f32::NAN), "must be finite"),
-        (|| panic!("out of ideas"), "panicked: out of ideas"),
-    ];
-    for (decides, said) in policies {
+    let not_finite: fn() -> Action = || Action(f32::NAN);
+    let panics: fn() -> Action = || panic!("out of ideas");
+    for (decides, said) in [
+        (not_finite, "must be finite"),
+        (panics, "panicked: out of ideas"),
+    ] {
         for clock in [ClockKind::Virtual, ClockKind::Real] {
             let config = Config {
                 clock,
