@@ -84,11 +84,11 @@ const CRATES: [&str; 12] = [
 /// The most lines of code of the crates below all others, without comments, blanks and tests.
 /// Whoever needs more takes something out first; what went out lowers the number.
 const BUDGETS: [(&str, usize); 5] = [
-    ("src", 5_660),
-    ("crates/effects/src", 2_495),
-    ("crates/real-clock/src", 790),
-    ("crates/replay/src", 1_580),
-    ("crates/account/src", 2_311),
+    ("src", 5_530),
+    ("crates/effects/src", 2_470),
+    ("crates/real-clock/src", 760),
+    ("crates/replay/src", 1_570),
+    ("crates/account/src", 2_295),
 ];
 
 #[test]
