@@ -163,6 +163,13 @@ impl Worker<'_> {
         schedule.states(now).filter(|task| task.busy).count()
     }
 
+    /// Deadline of the running tick or the next one at `now`, if the node is alone and deadlines
+    /// decide who gets a core.
+    pub fn deadline(&self, now: Time) -> Option<Time> {
+        let first = self.schedule.first;
+        self.schedule.peek().state(first, now).deadline
+    }
+
     /// Time on a core that the running tick still needs at `now`, if the node is alone.
     pub fn remaining(&self, now: Time) -> Option<Duration> {
         let first = self.schedule.first;

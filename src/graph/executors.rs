@@ -99,7 +99,6 @@ impl Graph {
             let dispatch = task_set.dispatch.as_ref()?;
             let executor = dispatch.name();
             let why = match dispatch.threads() {
-                Threads::Virtual => format!("the real clock has no executor {executor}"),
                 Threads::Cores(_) if self.cores.is_none() => {
                     format!("under the real clock {executor} needs real-time priority (--realtime)")
                 }

@@ -41,8 +41,7 @@ pub enum Joined {
 pub enum Threads {
     /// So many, for all its nodes.
     Shared(usize),
-    /// One for each node, which take turns on so many cores by their priorities.
+    /// One for each node, which take turns on so many cores by their deadlines, or else by their
+    /// priorities.
     Cores(usize),
-    /// None: it runs in virtual time only.
-    Virtual,
 }

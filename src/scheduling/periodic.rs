@@ -91,6 +91,7 @@ impl Scheduler for Periodic {
             skips: true,
             crashed: self.crashed,
             remaining: None,
+            deadline: None,
             busy: false,
         }
     }

@@ -125,6 +125,9 @@ pub struct TaskState {
     pub crashed: bool,
     /// Time on a core that the running tick still needs.
     pub remaining: Option<Duration>,
+    /// Run time by which the running tick, or else the next one, is to be over, if that decides who
+    /// gets a core.
+    pub deadline: Option<Time>,
     /// Whether that tick keeps a core busy under the real clock.
     pub busy: bool,
 }

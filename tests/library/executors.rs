@@ -285,7 +285,10 @@ fn an_executor_is_read_from_its_name_or_refused() {
 #[test]
 fn the_real_clock_refuses_what_it_cannot_run_by_name() {
     for (executor, why) in [
-        ("edf:1", "the real clock has no executor edf:1"),
+        (
+            "edf:1",
+            "under the real clock edf:1 needs real-time priority (--realtime)",
+        ),
         (
             "fixed-priority:1",
             "under the real clock fixed-priority:1 needs real-time priority (--realtime)",

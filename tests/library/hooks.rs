@@ -63,6 +63,7 @@ impl Scheduler for Doubling {
             skips: false,
             crashed: false,
             remaining: None,
+            deadline: None,
             busy: false,
         }
     }

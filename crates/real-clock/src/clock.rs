@@ -9,6 +9,7 @@ use ratelab::{
 };
 
 use crate::{
+    deadlines::DeadlineRanks,
     mailbox::Post,
     priority::{CoreShare, RealtimePriority, spare_cores},
     supervisor::{StretchEnd, Supervisor},
@@ -142,7 +143,7 @@ impl RealClock {
             let (spare, taken) = (spare_cores(), HashMap::new());
             let mut shares = CoreShares { spare, taken };
             for (group, board) in groups.into_iter().zip(&boards) {
-                let share = group.claim.map(|claim| shares.of(claim));
+                let share = group.claim.map(|claim| shares.of(claim, &group));
                 context.spawn(scope, group, board, share);
             }
             supervisor.supervise()
@@ -195,22 +196,27 @@ impl ThreadContext {
     }
 }
 
-/// The cores of executors whose nodes take turns by priority.
+/// The cores of executors whose nodes take turns by priority or deadline.
 struct CoreShares {
     /// Those that no executor has.
     spare: Vec<usize>,
-    /// Those of each executor, by its number.
-    taken: HashMap<usize, Vec<usize>>,
+    /// Those of each executor, by its number, with its threads that have work.
+    taken: HashMap<usize, (Vec<usize>, Arc<DeadlineRanks>)>,
 }
 
 impl CoreShares {
-    /// The share of a node that claims some.
-    fn of(&mut self, claim: CoreClaim) -> CoreShare {
+    /// The share of the node in a `group` that claims some.
+    fn of(&mut self, claim: CoreClaim, group: &ThreadGroup<'_>) -> CoreShare {
         let left = self.spare.len().saturating_sub(claim.cores);
         let spare = &mut self.spare;
         let taken = self.taken.entry(claim.executor);
-        let cores = taken.or_insert_with(|| spare.split_off(left)).clone();
-        let rank = claim.rank;
-        CoreShare { rank, cores }
+        let (cores, ranks) = taken.or_insert_with(|| (spare.split_off(left), Arc::default()));
+        let mut workers = group.workers.iter();
+        let by_deadline = workers.any(|(_, worker)| worker.deadline(Time::ZERO).is_some());
+        CoreShare {
+            rank: claim.rank,
+            cores: cores.clone(),
+            deadlines: by_deadline.then(|| ranks.clone()),
+        }
     }
 }

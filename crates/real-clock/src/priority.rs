@@ -1,7 +1,11 @@
 //! Thread priorities: real-time for threads that must wake on time, low for background
 //! threads.
 
+use std::sync::Arc;
+
 use thiserror::Error;
+
+use crate::deadlines::DeadlineRanks;
 
 /// Proof that real-time scheduling and locked memory were granted; see
 /// [`RealtimePriority::request`].
@@ -25,6 +29,8 @@ pub(crate) struct CoreShare {
     pub(crate) rank: usize,
     /// Numbers of the cores.
     pub(crate) cores: Vec<usize>,
+    /// The threads of the executor that have work, if deadlines decide.
+    pub(crate) deadlines: Option<Arc<DeadlineRanks>>,
 }
 
 #[cfg(target_os = "linux")]
@@ -40,6 +46,7 @@ mod system {
         time::{ClockId, clock_gettime},
         unistd::Pid,
     };
+    pub(crate) use thread_priority::ThreadId;
     use thread_priority::{
         NormalThreadSchedulePolicy, RealtimeThreadSchedulePolicy, ThreadPriority,
         ThreadSchedulePolicy, set_thread_priority_and_policy, thread_native_id,
@@ -102,16 +109,24 @@ mod system {
     /// Gives the calling thread its share of cores: below the threads of other nodes, so that
     /// what comes from outside is on time.
     pub(crate) fn share_cores(share: &CoreShare) {
-        let below = u8::try_from(share.rank)
-            .unwrap_or(u8::MAX)
-            .saturating_add(1);
-        // `request` has tested this permission already.
-        let _ = raise_priority(PRIORITY.saturating_sub(below).max(1));
+        set_rank(this_thread(), share.rank);
         let mut cores = CpuSet::new();
         for core in &share.cores {
             let _ = cores.set(*core);
         }
         let _ = sched_setaffinity(Pid::from_raw(0), &cores);
+    }
+
+    /// The calling thread.
+    pub(crate) fn this_thread() -> ThreadId {
+        thread_native_id()
+    }
+
+    /// Gives a thread a place among those that share cores, the first the highest priority.
+    pub(crate) fn set_rank(thread: ThreadId, rank: usize) {
+        let below = u8::try_from(rank).unwrap_or(u8::MAX).saturating_add(1);
+        // `request` has tested this permission already.
+        let _ = set_priority(thread, PRIORITY.saturating_sub(below).max(1));
     }
 
     /// The time that the calling thread has had on a core.
@@ -133,13 +148,17 @@ mod system {
     }
 
     fn raise_priority(priority: u8) -> Result<(), thread_priority::Error> {
+        set_priority(this_thread(), priority)
+    }
+
+    fn set_priority(thread: ThreadId, priority: u8) -> Result<(), thread_priority::Error> {
         let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
         let priority = ThreadPriority::Crossplatform(
             priority
                 .try_into()
                 .map_err(|_| thread_priority::Error::Priority("not within 0 to 99"))?,
         );
-        set_thread_priority_and_policy(thread_native_id(), priority, policy)
+        set_thread_priority_and_policy(thread, priority, policy)
     }
 }
 
@@ -170,6 +189,15 @@ mod system {
 
     pub(crate) fn share_cores(_: &CoreShare) {}
 
+    /// The number of a thread.
+    pub(crate) type ThreadId = usize;
+
+    pub(crate) fn this_thread() -> ThreadId {
+        0
+    }
+
+    pub(crate) fn set_rank(_: ThreadId, _: usize) {}
+
     /// Nobody asks without real-time scheduling.
     pub(crate) fn core_time() -> Duration {
         Duration::ZERO
@@ -180,7 +208,9 @@ mod system {
 }
 
 pub use system::lower_priority;
-pub(crate) use system::{core_time, prepare_thread, share_cores, spare_cores};
+pub(crate) use system::{
+    ThreadId, core_time, prepare_thread, set_rank, share_cores, spare_cores, this_thread,
+};
 
 #[cfg(all(test, target_os = "linux"))]
 mod tests {

@@ -79,9 +79,11 @@ impl WallThread<'_> {
             priority::share_cores(share);
         }
         let _noter = self.log.noter();
-        if let Some(wall) = self.board.mailbox.wait_for_start()
-            && let Some(report) = self.work(&wall)
-        {
+        self.place(None);
+        let wall = self.board.mailbox.wait_for_start();
+        let report = wall.and_then(|wall| self.work(&wall));
+        self.place(None);
+        if let Some(report) = report {
             // The supervisor holds the receiver until all threads have ended.
             let _ = self.context.reporter.send(report);
         }
@@ -90,9 +92,14 @@ impl WallThread<'_> {
     /// Ticks until there is something to report, or a stop is requested.
     fn work(&mut self, wall: &Wall) -> Option<Report> {
         let (mut waited, mut goal) = (false, self.core_time(wall.now()));
-        let mailbox = &self.board.mailbox;
+        let (mailbox, mut deadline) = (&self.board.mailbox, None);
         loop {
             let seen = mailbox.posts();
+            let due = self.deadline(wall.now());
+            if due != deadline {
+                self.place(due);
+                deadline = due;
+            }
             let step = self.next(wall, waited, goal);
             waited = !matches!(step, ThreadStep::Work { .. });
             match step {
@@ -122,6 +129,23 @@ impl WallThread<'_> {
     fn core_time(&self, now: Time) -> Option<Duration> {
         self.share.as_ref()?;
         Some(priority::core_time() + self.worker.remaining(now)?)
+    }
+
+    /// The deadline of the work that it has, if it shares cores by deadlines.
+    fn deadline(&self, now: Time) -> Option<Time> {
+        self.share.as_ref()?.deadlines.as_ref()?;
+        let has_work = self.worker.remaining(now).is_some()
+            || self.worker.next_at() <= now
+            || !self.board.mailbox.open().arrivals.is_empty();
+        self.worker.deadline(now).filter(|_| has_work)
+    }
+
+    /// Takes its place among the threads that share its cores by deadlines.
+    fn place(&self, deadline: Option<Time>) {
+        let share = self.share.as_ref();
+        if let Some(ranks) = share.and_then(|share| share.deadlines.as_ref()) {
+            ranks.place(deadline);
+        }
     }
 
     /// What to do next. After the end of the run, a thread that had `waited` for it looks once

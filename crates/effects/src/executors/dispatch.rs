@@ -11,7 +11,7 @@ use crate::nodes::{own::Own, task::Task};
 pub trait Executors {
     /// Has an executor run these nodes, which were added before, in the order of their
     /// registration. Each executor has threads of its own, under the real clock as well: there
-    /// `fixed-priority` needs real-time priority and cores to spare, and `edf` is refused.
+    /// `fixed-priority` and `edf` need real-time priority and cores to spare.
     ///
     /// ```
     /// use std::sync::{Arc, atomic::{AtomicU32, Ordering::Relaxed}};

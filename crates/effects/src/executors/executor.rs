@@ -71,7 +71,6 @@ static KINDS: [ExecutorKind; 6] = [
     ExecutorKind {
         name: "edf",
         has_deadlines: true,
-        threads: |_| Threads::Virtual,
         order: Some(|nodes, cores| Box::new(Preemptive::new(Urgency::Deadline, cores, nodes))),
         ..PREEMPTIVE
     },

@@ -22,6 +22,12 @@ pub(crate) trait CallbackOrder: Send {
     /// A callback of a node was called: it takes run time, or is over.
     fn called(&mut self, _member: usize, _task_set: &mut TaskSetView<'_, '_>) {}
 
+    /// Deadline of the running tick of a node, or else of its next one, which is due at `now` at the
+    /// latest if messages trigger it; `None` where no deadline decides.
+    fn deadline(&self, _member: usize, _task: &Task, _now: Time) -> Option<Time> {
+        None
+    }
+
     /// Forgets all of a node.
     fn forget(&mut self, member: usize);
 
@@ -263,7 +269,12 @@ impl Scheduler for Ordered {
     }
 
     fn state(&self, member: usize, now: Time) -> TaskState {
-        self.tasks[member].state(false, now)
+        let task = &self.tasks[member];
+        let deadline = self.order.deadline(member, task, now);
+        TaskState {
+            deadline,
+            ..task.state(false, now)
+        }
     }
 
     fn check(&self, member: usize, knob: &Knob) -> Result<(), String> {

@@ -13,6 +13,7 @@ use super::{
     callback::Callback,
     ordered::{Call, CallbackOrder, TaskSetView},
 };
+use crate::nodes::task::Task;
 
 /// What decides between jobs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,6 +133,16 @@ impl CallbackOrder for Preemptive {
 
     fn called(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
         self.refresh(member, task_set);
+    }
+
+    fn deadline(&self, member: usize, task: &Task, now: Time) -> Option<Time> {
+        let CoreTask { deadline, key } = &self.tasks[member];
+        let next = || match deadline {
+            Some(deadline) => task.due().min(now) + *deadline,
+            None => task.due_after_next(),
+        };
+        let known = key.map(|key| Time::from_nanos(key.urgency));
+        (self.urgency == Urgency::Deadline).then(|| known.unwrap_or_else(next))
     }
 
     fn forget(&mut self, member: usize) {

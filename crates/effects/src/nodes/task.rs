@@ -104,6 +104,7 @@ impl Task {
             skips,
             crashed: self.crashed,
             remaining: self.running.map(|running| running.remaining(now)),
+            deadline: None,
             busy: self.running.is_some_and(|running| running.busy),
         }
     }
@@ -118,6 +119,13 @@ impl Task {
             true => Time::MAX,
             false => self.when(self.rate.due()),
         }
+    }
+
+    /// Due time of the tick after the next one.
+    pub(crate) fn due_after_next(&self) -> Time {
+        let mut rate = self.rate.clone();
+        rate.advance();
+        self.when(rate.due())
     }
 
     /// Moves on to the next tick; returns when this one was due.

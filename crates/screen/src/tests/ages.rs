@@ -95,8 +95,8 @@ fn a_refused_clock_is_not_the_one_shown_and_the_reason_is() {
     for _ in 0..2 {
         press(&mut app, "c");
         until(&mut app, |app| app.notice.is_some());
-        shows(said(&app), &["no executor edf:1"]);
-        shows(&small(&app), &["no executor edf:1"]);
+        shows(said(&app), &["edf:1 needs real-time"]);
+        shows(&small(&app), &["edf:1 needs real-time"]);
     }
 }
 
