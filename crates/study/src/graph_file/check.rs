@@ -41,7 +41,7 @@ pub(super) fn check(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
         file.dividers.extend(divided.map(|(divider, _)| divider));
     }
     for block in of("clock") {
-        let clocks = simulated_clocks(block, &file);
+        let clocks = simulated_clocks(block, &file)?;
         file.settings.extend(clocks);
     }
     size(&file, of("chain").count())?;
@@ -165,23 +165,20 @@ fn node(block: &Block, divided: Option<Hz>, all: &mut Vec<Knob>) -> Checked<Node
 }
 
 /// The clocks of nodes that get the time from messages, but for those with a clock of their own.
-fn simulated_clocks(block: &Block, file: &GraphFile) -> Vec<Knob> {
+fn simulated_clocks(block: &Block, file: &GraphFile) -> Checked<Vec<Knob>> {
     let period = block.number("rate").map_or(0.0, |hz| 1e9 / hz);
     let error = format!("0 0 {}", period.round() / 1e6);
-    let is_own = |knob: &Knob| knob.kind() == KnobKind::Clock;
-    let own: Vec<&str> = file
-        .settings
-        .iter()
-        .filter(|knob| is_own(knob))
-        .map(Knob::target)
-        .collect();
-    let nodes = file.nodes.iter().map(|node| &node.name);
-    let others = nodes.filter(|node| !own.contains(&node.as_str()));
-    let clock = |node: &String| Knob::Clock {
-        node: node.clone(),
-        error: error.clone(),
+    let has_own = |node: &NodeSpec| {
+        let mut settings = file.settings.iter();
+        settings.any(|knob| knob.kind() == KnobKind::Clock && knob.target() == node.name)
     };
-    others.map(clock).collect()
+    let nodes = file.nodes.iter().filter(|node| !has_own(node));
+    let clock = |node: &NodeSpec| {
+        let clock = knob(KnobKind::Clock, &node.name, &error);
+        let at = block.at("rate").unwrap_or_default();
+        clock.or_else(|_| refuse(at, "rate: expected 0.001 to 1000000".to_owned()))
+    };
+    nodes.map(clock).collect()
 }
 
 /// How the messages of the `triggers` of a node are combined.
