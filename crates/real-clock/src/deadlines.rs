@@ -3,9 +3,10 @@
 //! A thread without work waits above all others of its executor, so that it takes note of what is
 //! due at once, and finds its place among them before its tick begins.
 
-use std::sync::{Mutex, PoisonError};
-
-use ratelab::Time;
+use ratelab::{
+    Time,
+    sync::{Mutex, lock},
+};
 
 use crate::priority::{ThreadId, set_rank, this_thread};
 
@@ -25,7 +26,7 @@ impl DeadlineRanks {
 
     /// Ranks all other threads around this one, and returns its own rank.
     fn move_to(&self, this: ThreadId, deadline: Option<Time>) -> usize {
-        let mut threads = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut threads = lock(&self.0);
         threads.retain(|(_, thread)| *thread != this);
         let place = deadline.map(|deadline| {
             let place = threads.partition_point(|(other, _)| *other <= deadline);

@@ -1,8 +1,7 @@
 //! Thread priorities: real-time for threads that must wake on time, low for background
 //! threads.
 
-use std::sync::Arc;
-
+use ratelab::sync::Arc;
 use thiserror::Error;
 
 use crate::deadlines::DeadlineRanks;

@@ -98,19 +98,17 @@ fn divider(block: &Block, text: &str) -> Option<Divider> {
     Divider::parse(&block.name.text, text)
 }
 
-/// The rate of a node that is a fraction of the rate of one of the `nodes`.
+/// The divider of a node whose rate is a fraction of that of one of the `nodes`, and the rate.
 fn divided_rate<'b>(
     block: &Block,
     nodes: impl Iterator<Item = &'b Block> + Clone,
 ) -> Checked<Option<(Divider, Hz)>> {
-    let Some(Placed { text, at }) = block.text("rate") else {
+    let rate = block.text("rate");
+    let divided = rate.and_then(|rate| Some((divider(block, &rate.text)?, rate)));
+    let Some((divider, Placed { text, at })) = divided else {
         return Ok(None);
     };
-    let Some(divider) = divider(block, text) else {
-        return Ok(None);
-    };
-    let other = nodes.clone().find(|node| node.name.text == divider.of);
-    let Some(other) = other else {
+    let Some(other) = nodes.clone().find(|node| node.name.text == divider.of) else {
         let names = nodes.map(|node| &*node.name.text);
         return unknown("rate: no node", &Placed::new(&divider.of, *at), names);
     };
@@ -120,7 +118,7 @@ fn divided_rate<'b>(
         None => refuse(
             *at,
             format!(
-                "rate: {text:?} is none: expected a node with a number as its rate, over a whole number"
+                "rate: {text:?} is not a rate: expected NODE / N, of a node whose rate is a number"
             ),
         ),
     }
