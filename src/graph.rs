@@ -4,10 +4,10 @@
 //! structure: publishers and readers of each topic, and the rate of each node.
 
 mod control;
+mod cycle;
 mod executors;
 mod new_node;
 mod topology;
-mod triggers;
 mod wiring;
 
 use std::convert::Infallible;
@@ -29,7 +29,7 @@ use crate::{
     node::{GO_ON, Node, NodeSlot, Rebuild},
     qos::Depth,
     rate::Rate,
-    record::{Records, Sink},
+    record::{RecordSender, Sink},
     scheduling::{Kit, Plain, Release, Schedule, TaskSet, TaskSpec},
     sync::{Arc, Mutex, get_mut, lock},
     time::{HzError, Time},
@@ -138,7 +138,7 @@ impl Graph {
                 nodes: Vec::new(),
                 remote: Vec::new(),
                 topics: Vec::new(),
-                records: Records::default(),
+                records: RecordSender::default(),
                 seed: 0,
                 kit: Box::new(kit),
             },
@@ -239,7 +239,7 @@ impl Graph {
             ends,
             ..
         } = wiring;
-        triggers::check(&self.control, new, (&triggers, &publishes))?;
+        cycle::check(&self.control, new, (&triggers, &publishes))?;
         self.control.connect(index, topics, (&publishes, &reads))?;
         let topology = new.topology(triggers, ends.meters.clone());
         self.control.nodes.push(topology);
@@ -343,28 +343,28 @@ impl Graph {
         }
     }
 
-    /// Turns a knob between two runs, or before the first; returns the value before.
+    /// Sets a knob between two runs, or before the first; returns the value before.
     ///
     /// # Errors
     /// The reason and a remedy; nothing is changed then.
-    pub fn turn(&mut self, knob: &Knob) -> Result<String, String> {
+    pub fn set(&mut self, knob: &Knob) -> Result<String, String> {
         let now = self.now();
         match knob.kind().is_of_topic() {
-            true => self.control.turn(knob, now),
-            false => self.turn_node(knob, now),
+            true => self.control.set(knob, now),
+            false => self.set_node(knob, now),
         }
     }
 
-    /// Turns a knob of a node at run time `at`; returns the value before.
+    /// Sets a knob of a node at run time `at`; returns the value before.
     ///
     /// # Errors
     /// The reason and a remedy.
-    pub(crate) fn turn_node(&mut self, knob: &Knob, at: Time) -> Result<String, String> {
+    pub(crate) fn set_node(&mut self, knob: &Knob, at: Time) -> Result<String, String> {
         let index = self.control.node_index(knob.target())?;
         match self.is_here(index) {
             true => {
                 let slot = get_mut(&mut self.slots[index]);
-                self.schedule.turn(index, slot, knob, at)
+                self.schedule.set(index, slot, knob, at)
             }
             // A setting for the process in which it runs.
             false => Ok(String::new()),

@@ -31,16 +31,16 @@
 //! # To read it
 //!
 //! From the ground up, where each imports only those before it: `time`, `qos`, `sync`; `rate`,
-//! `record`, `trigger`; `journal`, `shared`; `control`; `topic`; `node`; `scheduling`; `graph`;
-//! `clock`.
+//! `record`, `trigger`, `arrival`; `journal`, `shared`; `control`; `topic`; `node`; `scheduling`;
+//! `graph`; `clock`.
 //!
 //! | | files | so that you know |
 //! |---|---|---|
-//! | first | `time.rs`, `rate.rs`, `node.rs`; `topic.rs` with `queue.rs`, `publisher.rs` and `subscription.rs` in its folder; `graph.rs`, `graph/wiring.rs` | the three primitives, how they are wired, the way of a message |
-//! | then | `scheduling/scheduler.rs`, `periodic.rs` and `schedule.rs` there, `node/slot.rs`, `clock/virtual_time.rs`, `record.rs` | a run, and what it leaves |
+//! | first | `time.rs`, `rate.rs`, `node.rs`; `topic.rs` with `message.rs`, `queue.rs`, `publisher.rs` and `subscription.rs` in its folder; `graph/wiring.rs`, and `graph.rs` to the end of `Graph::node` | the three primitives, how they are wired, the way of a message |
+//! | then | `node/job.rs`; `scheduling/scheduler.rs`, `periodic.rs`, `task_set.rs`, `agenda.rs` and `schedule.rs` there; `node/slot.rs`, `topic/outbox.rs`, `clock/virtual_time.rs`, `record.rs` | a run, and what it leaves |
 //! | for links | `topic/channel.rs` | what is between a publisher and its readers |
-//! | for triggers | `trigger.rs`, `topic/intake.rs` | how messages have a node tick |
-//! | for commands | `control/` | how a run is changed, and what is logged of it |
+//! | for triggers | `trigger.rs`, `arrival.rs`, `topic/readers.rs`, `topic/intake.rs` | how messages have a node tick |
+//! | for commands | `control/`, then `clock/obey.rs`, `graph/control.rs`, `scheduling/node_knobs.rs` | how a run is changed, who carries a command out, and what is logged of it |
 //! | for threads | `clock/task_sets.rs`, `clock/worker.rs`, then `crates/real-clock` | the same schedule under another clock |
 //! | for reruns | `shared.rs`, `journal/`, then `crates/replay` | what must be known to run threads again |
 //!
@@ -52,15 +52,17 @@
 //! | to have | implement | as in |
 //! |---|---|---|
 //! | figures, copies of messages, any other view of a run | [`Sink`] | `crates/account` |
-//! | another link | [`Channel`] | `crates/effects/src/links/channel.rs` |
+//! | another loss or delay of links | a row of the table in `crates/effects/src/links/link.rs` | `delay` there |
+//! | another rule for what lies between publishers and readers | [`Channel`] | `crates/effects/src/links/channel.rs` |
 //! | another schedule of a node | [`Scheduler`] | `crates/effects/src/nodes/own.rs` |
-//! | another executor | [`Dispatch`], and a [`Scheduler`] for its nodes | `crates/effects/src/executors/dispatch.rs` |
+//! | another order of callbacks in an executor | a row of the table in `crates/effects/src/executors/executor.rs`, with an order | `events.rs` beside it |
+//! | another kind of executor | [`Dispatch`], and a [`Scheduler`] for its nodes | `crates/effects/src/executors/dispatch.rs` |
 //! | another rule for messages of several topics | [`Matching`] | `crates/effects/src/kit.rs` |
 //! | one of these for every node and topic of a graph | [`Kit`] | `crates/effects/src/kit.rs` |
 //! | a log of what the clocks of the threads answered | [`Journal`] | `crates/replay` |
-//! | another clock | [`Clock`]; [`TaskSets`] have the nodes meanwhile | `crates/real-clock`, `crates/replay` |
+//! | another clock | [`Clock`]; [`TaskSets`] have the nodes meanwhile, [`Wake`] hears of arrivals | `crates/real-clock`, `crates/replay` |
 //! | another order of the turns of [`Shared`] values | [`TurnFollower`] | `crates/replay` |
-//! | another knob | a row of the table in `control/knob.rs`; the compiler names who else must know it | `link` there, turned in `crates/effects/src/links/channel.rs`; one of a node in `crates/effects/src/nodes/task.rs` |
+//! | another knob | a row of the table in `control/knob.rs`, and whoever sets it | `link` there, set in `crates/effects/src/links/channel.rs`; one of a node in `crates/effects/src/nodes/task.rs` |
 //!
 //! # How a run goes
 //!
@@ -107,6 +109,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod arrival;
 mod clock;
 mod control;
 mod graph;
@@ -122,6 +125,7 @@ mod time;
 mod topic;
 mod trigger;
 
+pub use arrival::{Arrival, Wake};
 pub use clock::{
     Clock, ClockExit, CoreClaim, LookResult, Obeyed, Outcome, RunError, Supervision, TaskSets,
     ThreadGroup, VirtualClock, Wall, Worker, note_end, obey_at_rest, run,
@@ -136,7 +140,7 @@ pub use control::{
 };
 pub use graph::{Graph, GraphError, NodeTopology, TopicTopology, Topology, Wiring};
 pub use journal::{
-    End, Entries, Entry, Following, Journal, LateLook, LockName, Noter, Operation, ThreadJournal,
+    AfterEnd, End, Entries, Entry, Following, Journal, LockName, Noter, Operation, ThreadJournal,
     TurnFollower,
 };
 pub use node::{END, Fault, GO_ON, Job, JobKind, LastTick, Node, NodeCrash, Panicked, Tick};
@@ -152,4 +156,4 @@ pub use scheduling::{
 pub use shared::{Shared, SharedGuard};
 pub use time::{Hz, HzError, Time, TimeError};
 pub use topic::{Channel, Message, Payload, Publisher, Stamps, Subscription, Topic};
-pub use trigger::{Arrival, Intake, TakenMessage, Wake};
+pub use trigger::{Intake, TakenMessage};

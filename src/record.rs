@@ -1,9 +1,8 @@
 //! What happens in a run, one record after the other, for those who look on.
 //!
-//! But for the messages of its topics a graph counts nothing, and it measures and copies nothing:
-//! it sends records to a [`Sink`], if it has
-//! one. Those of a topic come in the order of its operations, those of a node in the order of
-//! its ticks.
+//! A graph counts the messages of its topics and what readers lost of them. All else that there is
+//! to count, to measure or to copy is up to the [`Sink`] that gets the records, if there is one.
+//! Those of a topic come in the order of its operations, those of a node in the order of its ticks.
 
 use std::{
     any::Any,
@@ -18,7 +17,7 @@ use crate::{
 };
 
 /// Gets the records of a run, on the threads of its nodes: it must be quick, and must not
-/// publish, read or turn a knob. Nodes and topics are named by their indices in the
+/// publish, read or set a knob. Nodes and topics are named by their indices in the
 /// [`Topology`](crate::Topology).
 pub trait Sink: Any + Send + Sync {
     /// Takes a record of a node.
@@ -133,24 +132,24 @@ pub struct Push {
     pub sensed: Time,
 }
 
-/// The way of a node's or a topic's records to the sink of its graph.
+/// Sends the records of a node or a topic to the sink of its graph.
 #[derive(Clone, Default)]
-pub(crate) struct Records {
+pub(crate) struct RecordSender {
     sink: Arc<OnceLock<Arc<dyn Sink>>>,
     /// Index of the node or topic.
-    of: usize,
+    index: usize,
 }
 
-impl Records {
-    /// The same way for node or topic number `of`.
-    pub(crate) fn of(&self, of: usize) -> Self {
+impl RecordSender {
+    /// That of node or topic number `index`.
+    pub(crate) fn of(&self, index: usize) -> Self {
         let sink = self.sink.clone();
-        Self { sink, of }
+        Self { sink, index }
     }
 
     /// Index of the node or topic.
     pub(crate) fn index(&self) -> usize {
-        self.of
+        self.index
     }
 
     /// Whether anybody looks on.
@@ -162,7 +161,7 @@ impl Records {
     #[inline]
     pub(crate) fn node(&self, record: impl FnOnce() -> NodeRecord) {
         if let Some(sink) = self.sink.get() {
-            sink.node(self.of, &record());
+            sink.node(self.index, &record());
         }
     }
 
@@ -170,7 +169,7 @@ impl Records {
     #[inline]
     pub(crate) fn topic<'a>(&self, record: impl FnOnce() -> TopicRecord<'a>) {
         if let Some(sink) = self.sink.get() {
-            sink.topic(self.of, &record());
+            sink.topic(self.index, &record());
         }
     }
 
@@ -180,16 +179,16 @@ impl Records {
     }
 }
 
-impl fmt::Debug for Records {
+impl fmt::Debug for RecordSender {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Records({})", self.of)
+        write!(f, "RecordSender({})", self.index)
     }
 }
 
 /// Takes the durations that a node measures; see [`Wiring::meter`](crate::Wiring::meter).
 #[derive(Debug)]
 pub struct MeterRecorder {
-    pub(crate) records: Records,
+    pub(crate) records: RecordSender,
     /// Number of the measurement, among those of the node.
     pub(crate) meter: usize,
 }
@@ -204,7 +203,7 @@ impl MeterRecorder {
 
 /// Takes what a node does to the world; see [`Wiring::push_age`](crate::Wiring::push_age).
 #[derive(Debug)]
-pub struct PushRecorder(pub(crate) Records);
+pub struct PushRecorder(pub(crate) RecordSender);
 
 impl PushRecorder {
     /// Records an action at run time `at` that was derived from a sensing at `sensed`.

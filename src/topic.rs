@@ -47,7 +47,7 @@ pub use self::{
 };
 use crate::{
     qos::Depth,
-    record::{Head, Records, TopicRecord},
+    record::{Head, RecordSender, TopicRecord},
     sync::Arc,
     time::Time,
 };
@@ -138,7 +138,7 @@ impl<T: Payload> Topic<T> {
     /// Its index in the graph; `None` outside of one.
     pub fn index(&self) -> Option<usize> {
         let queue = self.0.peek();
-        queue.records.as_ref().map(Records::index)
+        queue.records.as_ref().map(RecordSender::index)
     }
 
     /// Whether this is a handle to the same bus, by number.
@@ -150,8 +150,8 @@ impl<T: Payload> Topic<T> {
     /// evicted, oldest first, and counted as dropped by every subscription that had not
     /// seen them. Returns the previous depth.
     pub fn set_depth(&self, depth: Depth, now: Time) -> Depth {
-        let mut turn = self.0.lock();
-        let queue = &mut *turn;
+        let mut bus = self.0.lock();
+        let queue = &mut *bus;
         queue.deliver_before(now);
         let before = std::mem::replace(&mut queue.depth, depth);
         while queue.messages.len() > queue.depth.get() {

@@ -11,6 +11,7 @@
 //! are due together see the same world, and the run time of a command is enough to repeat it.
 
 mod obey;
+mod pacer;
 mod shared_schedule;
 mod task_sets;
 mod virtual_time;
@@ -115,11 +116,11 @@ pub fn note_end(graph: &mut Graph, end: &Result<ClockExit, Fault>) {
         }
     };
     // Ticks due at the end are missed, even though no node ticks any more; a stop is before them.
-    let passed = match end {
+    let missed_before = match end {
         Ok(ClockExit::Stopped) => at,
         _ => at + Time::RESOLUTION,
     };
-    graph.schedule.close(passed, at);
+    graph.schedule.close(missed_before, at);
     for slot in &mut graph.slots {
         get_mut(slot).cut_off();
     }

@@ -20,7 +20,7 @@ pub(super) fn obey(control: &mut ControlPlane, command: &Command, at: Time) -> O
     let kind = control.status.clock;
     let refused = |reason: &str| Err(reason.to_owned());
     let answer = match command {
-        Command::Set(knob) => control.turn(knob, at).map(Some),
+        Command::Set(knob) => control.set(knob, at).map(Some),
         Command::Pause | Command::HandOver(_) if control.is_part() => {
             refused("its nodes run in several processes, which share the wall's time")
         }
@@ -60,7 +60,7 @@ pub(super) fn refuse(control: &ControlPlane, command: &Command, at: Time, reason
 /// Carries out any command at run time `at`, while no node does any work.
 pub fn obey_at_rest(graph: &mut Graph, command: &Command, at: Time) -> Obeyed {
     if let Some(knob) = command.knob_of_node() {
-        let answer = graph.turn_node(knob, at);
+        let answer = graph.set_node(knob, at);
         let event = graph.control.state.answered(at, command, answer);
         return Obeyed { event, exit: None };
     }

@@ -8,10 +8,10 @@ use super::{
     worker::Worker,
 };
 use crate::{
+    arrival::{Arrival, Wake},
     graph::Graph,
     scheduling::{Dispatch, Schedule, TaskSet, Threads},
     sync::Arc,
-    trigger::{Arrival, Wake},
 };
 
 /// The task sets of a graph, each with a schedule of its own, until this is dropped.

@@ -4,14 +4,14 @@ use std::ops::ControlFlow;
 
 use thiserror::Error;
 
-use super::{Clock, ClockExit, note_end, obey::obey_at_rest, wall::Pacer};
+use super::{Clock, ClockExit, note_end, obey::obey_at_rest, pacer::Pacer};
 use crate::{
     control::{
         command::{ClockKind, Command},
         inbox::{Inbox, Wait},
     },
     graph::Graph,
-    journal::LateLook,
+    journal::AfterEnd,
     node::{Fault, JobKind, Tick, WorkTimes},
     scheduling::Assignment,
     sync::{Instant, get_mut},
@@ -103,17 +103,11 @@ enum NextStep {
 impl<'a> VirtualStretch<'a> {
     fn new(graph: &'a mut Graph, inbox: &'a mut Inbox, until: Time) -> Self {
         let now = graph.now();
-        let late = graph
-            .schedule
-            .states(now)
-            .any(|task| task.due < now && task.skips);
-        let last_due = graph
-            .schedule
-            .states(now)
-            .filter_map(|task| task.last_due)
-            .max();
+        let states = || graph.schedule.states(now);
+        let is_late = states().any(|task| task.due < now && task.skips);
+        let last_due = states().filter_map(|task| task.last_due).max();
         // Late nodes tick now, so this instant is partly done.
-        let last_event = if late { Some(now) } else { last_due };
+        let last_event = if is_late { Some(now) } else { last_due };
         let control = &graph.control;
         graph.schedule.open(now, || control.arrivals_after(now));
         Self {
@@ -221,6 +215,8 @@ impl<'a> VirtualStretch<'a> {
             self.steps += 1;
         }
         let exit = obey_at_rest(self.graph, command, at).exit;
+        // A node may have published as it obeyed.
+        self.graph.schedule.collect();
         if let Command::Speed(_) | Command::Resume = command {
             self.pacer = Pacer::new(self.graph.control.status.speed, at);
         }
@@ -254,7 +250,7 @@ impl<'a> VirtualStretch<'a> {
         self.last_event = Some(now);
         self.graph.control.state.set_now(now);
         let (until, over) = (self.until, false);
-        let late = (now > until).then_some(LateLook { until, over });
+        let late = (now > until).then_some(AfterEnd { until, over });
         while let Some(work) = self.graph.schedule.next_job(now, late) {
             let outcome = self.work(work, now);
             self.graph.schedule.collect();
@@ -294,7 +290,7 @@ impl<'a> VirtualStretch<'a> {
         let times = WorkTimes {
             began: now,
             ended: now,
-            passed: now,
+            missed_before: now,
             took: measured.map(|began| began.elapsed()),
         };
         let outcome = schedule.done(slot, work, times, outcome);
@@ -362,7 +358,7 @@ mod tests {
             let times = WorkTimes {
                 began: Time::ZERO,
                 ended: Time::ZERO,
-                passed: Time::ZERO,
+                missed_before: Time::ZERO,
                 took: None,
             };
             let slot = get_mut(&mut graph.slots[work.node]);

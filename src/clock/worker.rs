@@ -5,13 +5,13 @@ use std::{ops::ControlFlow, time::Duration};
 
 use super::shared_schedule::SharedSchedule;
 use crate::{
+    arrival::Arrival,
     control::command::Command,
-    journal::LateLook,
+    journal::AfterEnd,
     node::{Fault, JobKind, Tick, WorkTimes},
     scheduling::Assignment,
     sync::lock,
     time::Time,
-    trigger::Arrival,
 };
 
 /// A node ended the run at this run time, or failed.
@@ -58,7 +58,7 @@ impl<'c> Worker<'c> {
     }
 
     /// Looks for work at run time `at`.
-    pub fn find(&mut self, at: Time, late: Option<LateLook>) -> LookResult {
+    pub fn find(&mut self, at: Time, late: Option<AfterEnd>) -> LookResult {
         let mut schedule = self.schedule.turn();
         for arrival in self.arrivals.drain(..) {
             schedule.add_arrival(arrival);
@@ -73,7 +73,7 @@ impl<'c> Worker<'c> {
     /// Finds the end of the running tick at run time `at`, if there is one: it has had its time on
     /// a core. Returns the index of its node.
     pub fn find_end(&mut self, at: Time) -> Option<usize> {
-        self.found = self.schedule.peek().end_of(self.schedule.first, at);
+        self.found = self.schedule.peek().end_job(self.schedule.first, at);
         self.found.map(|work| work.node)
     }
 
@@ -87,13 +87,13 @@ impl<'c> Worker<'c> {
         Some(work.job.kind)
     }
 
-    /// That work is over at run time `ended`; ticks due before `passed` are missed.
-    pub fn done(&mut self, ended: Time, passed: Time) -> Outcome {
+    /// That work is over at run time `ended`; ticks due before `missed_before` are missed.
+    pub fn done(&mut self, ended: Time, missed_before: Time) -> Outcome {
         let (work, began, outcome) = self.begun.take()?;
         let times = WorkTimes {
             began,
             ended,
-            passed,
+            missed_before,
             took: Some(ended.since(began)),
         };
         // Nobody gets the node before its tick is recorded.
@@ -106,22 +106,6 @@ impl<'c> Worker<'c> {
             Err(cause) => Some(Err(slot.fault(began, cause))),
         }
     }
-
-    /// Looks for work at run time `at`, and does it; returns the index of the node that did
-    /// some.
-    pub fn look(&mut self, at: Time, late: Option<LateLook>) -> Option<usize> {
-        self.schedule.state.advance_to(at);
-        let node = self.find(at, late).node;
-        self.begin(at);
-        node
-    }
-
-    /// Ends the running tick at run time `at`, if there is one: it has had its time on a core.
-    pub fn finish(&mut self, at: Time) -> Option<usize> {
-        let node = self.find_end(at);
-        self.begin(at);
-        node
-    }
 }
 
 /// Commands for its nodes.
@@ -133,7 +117,7 @@ impl Worker<'_> {
         let mut schedule = self.schedule.turn();
         let node = schedule.node_called(knob.target())?;
         self.schedule.state.advance_to(at);
-        let answer = schedule.turn(node, &mut lock(&self.schedule.slots[node]), knob, at);
+        let answer = schedule.set(node, &mut lock(&self.schedule.slots[node]), knob, at);
         Some(self.schedule.state.answered(at, command, answer))
     }
 

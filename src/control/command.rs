@@ -42,7 +42,7 @@ pub enum Command {
     HandOver(ClockKind),
     /// End the run normally.
     Stop,
-    /// Turn a knob. The log shows the knob alone.
+    /// Set a knob. The log shows the knob alone.
     #[serde(untagged)]
     Set(Knob),
 }
@@ -75,7 +75,7 @@ impl Command {
         self.knob_of_node().map(Knob::target)
     }
 
-    /// The knob of a node that it turns.
+    /// The knob of a node that it sets.
     pub(crate) fn knob_of_node(&self) -> Option<&Knob> {
         match self {
             Self::Set(knob) if !knob.kind().is_of_topic() => Some(knob),

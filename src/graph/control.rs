@@ -5,16 +5,16 @@ use super::{
     topology::{NodeTopology, TopicTopology},
 };
 use crate::{
+    arrival::Arrival,
     control::{
         knob::Knob,
         state::{RunState, Status},
     },
-    record::Records,
+    record::RecordSender,
     scheduling::Kit,
     sync::Arc,
     time::Time,
     topic::{AnyTopic, Payload, Topic},
-    trigger::Arrival,
 };
 
 /// The part of a graph that commands change and observers read: everything except the
@@ -26,7 +26,7 @@ pub(crate) struct ControlPlane {
     /// Whether each of them runs in another process.
     pub(super) remote: Vec<bool>,
     pub(super) topics: Vec<WiredTopic>,
-    pub(super) records: Records,
+    pub(super) records: RecordSender,
     /// The seed of every random draw.
     pub(super) seed: u64,
     pub(super) kit: Box<dyn Kit>,
@@ -101,11 +101,11 @@ impl ControlPlane {
     ///
     /// # Errors
     /// The reason, with the available alternatives.
-    pub(crate) fn turn(&self, knob: &Knob, now: Time) -> Result<String, String> {
+    pub(crate) fn set(&self, knob: &Knob, now: Time) -> Result<String, String> {
         self.check(knob)?;
         let topic = &self.topic(knob.target())?.topic;
         let link = || self.kit.channel(knob.target(), self.seed);
-        topic.turn(knob, &link, now)
+        topic.set(knob, &link, now)
     }
 
     /// Checks that the topic has this knob.
@@ -118,7 +118,7 @@ impl ControlPlane {
             _ => {
                 let channel = self.kit.channel(knob.target(), self.seed);
                 let mut channel = channel.ok_or_else(|| knob.not_in_kit())?;
-                channel.turn(knob).map(drop)
+                channel.set(knob).map(drop)
             }
         }
     }

@@ -2,12 +2,13 @@
 
 use super::control::WiredTopic;
 use crate::{
+    arrival::Arrivals,
     control::knob::KnobKind,
     node::{Ends, Fixed, LastTick},
-    record::{MeterRecorder, PushRecorder, Records},
+    record::{MeterRecorder, PushRecorder, RecordSender},
     sync::Arc,
     topic::{Payload, Publisher, ReadMark, Subscription, Topic},
-    trigger::{Arrivals, Intake},
+    trigger::Intake,
 };
 
 /// Supplies a node with its ends of topics while it is being built, so that the graph
@@ -58,7 +59,7 @@ impl<'g> Wiring<'g> {
     pub(super) fn new(
         known: &'g [WiredTopic],
         arrivals: &'g Arc<Arrivals>,
-        records: Records,
+        records: RecordSender,
     ) -> Self {
         let ends = Ends {
             records,
@@ -86,9 +87,14 @@ impl<'g> Wiring<'g> {
         }
     }
 
+    /// Whether the node is built once more, with the ends that it had.
+    fn is_again(&self) -> bool {
+        self.arrivals.is_none()
+    }
+
     /// Connects the node as a publisher of `topic`.
     pub fn publisher<T: Payload>(&mut self, topic: &Topic<T>) -> Publisher<T> {
-        if self.arrivals.is_some() {
+        if !self.is_again() {
             let index = self.index_of(topic);
             self.publishes.push(index);
         }
@@ -148,15 +154,15 @@ impl<'g> Wiring<'g> {
 
     /// Adds a duration that the node measures, shown under `name`.
     pub fn meter(&mut self, name: &str) -> MeterRecorder {
-        let is_again = self.arrivals.is_none();
-        let meters = &mut self.ends.meters;
-        let mut known = meters.iter().take_while(|_| is_again);
-        let index = known.position(|known| known == name);
-        let index = index.unwrap_or_else(|| {
-            meters.push(name.to_owned());
-            meters.len() - 1
-        });
-        let (records, meter) = (self.ends.records.clone(), index);
+        let known = match self.is_again() {
+            true => self.ends.meters.iter().position(|known| known == name),
+            false => None,
+        };
+        let meter = known.unwrap_or(self.ends.meters.len());
+        if known.is_none() {
+            self.ends.meters.push(name.to_owned());
+        }
+        let records = self.ends.records.clone();
         MeterRecorder { records, meter }
     }
 
@@ -179,7 +185,7 @@ impl<'g> Wiring<'g> {
 
     /// The next position from which the former node read `topic`.
     fn former_mark<T: Payload>(&mut self, topic: &Topic<T>) -> Option<Arc<ReadMark>> {
-        if self.arrivals.is_some() {
+        if !self.is_again() {
             return None;
         }
         let address = topic.address();

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::turns::{Following, LockName, Noter, Operation, TurnFollower};
 
-use crate::{sync::Arc, time::Time, trigger::Arrival};
+use crate::{arrival::Arrival, sync::Arc, time::Time};
 
 /// Keeps the entries of the threads of a run: the one that supervises is number 0; a thread of a
 /// task set has the number of one of its nodes, which count from 1 in the order of their addition.
@@ -42,7 +42,7 @@ pub enum Entry {
         /// Run time.
         at: Time,
         /// The end of the run, where that had passed.
-        late: Option<LateLook>,
+        late: Option<AfterEnd>,
         /// Index of the node that began a tick, or ended one.
         node: Option<usize>,
     },
@@ -58,7 +58,7 @@ pub enum Entry {
         /// Run time.
         at: Time,
         /// Ticks due before this are missed.
-        passed: Time,
+        missed_before: Time,
     },
     /// A command took effect or was refused.
     Obey {
@@ -80,7 +80,7 @@ pub enum Entry {
 
 /// A look after the end of the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct LateLook {
+pub struct AfterEnd {
     /// The end of the run.
     pub until: Time,
     /// Whether only those nodes tick that were due before.

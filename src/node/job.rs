@@ -68,8 +68,8 @@ pub(crate) struct WorkTimes {
     /// Run time of its begin and its end.
     pub(crate) began: Time,
     pub(crate) ended: Time,
-    /// Due times before this have passed.
-    pub(crate) passed: Time,
+    /// Ticks due before this are missed: those of its periods that passed meanwhile.
+    pub(crate) missed_before: Time,
     /// Its duration, if that was measured.
     pub(crate) took: Option<Duration>,
 }

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     control::knob::{Knob, KnobKind},
-    record::{NodeRecord, Records, TickTimes},
+    record::{NodeRecord, RecordSender, TickTimes},
     sync::Arc,
     time::Time,
     topic::{Outbox, ReadMark},
@@ -37,7 +37,7 @@ pub(crate) struct NodeSlot {
 #[derive(Clone, Default)]
 pub(crate) struct Ends {
     /// The way of its records.
-    pub(crate) records: Records,
+    pub(crate) records: RecordSender,
     pub(crate) outbox: Arc<Outbox>,
     /// Where it reads how long its last tick took, if it wants to know.
     pub(crate) last_tick: Option<LastTick>,
@@ -76,8 +76,8 @@ pub(crate) struct Fixed {
     pub(crate) reason: &'static str,
 }
 
-/// The function that builds a node again with its former ends, and the message it is sent
-/// afterwards.
+/// The function that builds a node again with its former ends, and the message that the new node
+/// is sent.
 pub(crate) struct Rebuild {
     pub(crate) build: Box<dyn FnMut(Ends) -> Box<dyn Node> + Send>,
     pub(crate) message: Option<String>,
@@ -96,7 +96,7 @@ impl NodeSlot {
         }
     }
 
-    /// Checks that the node lets this knob be turned.
+    /// Checks that the node has this knob.
     pub(crate) fn check(&self, knob: &Knob) -> Result<(), String> {
         match self.fixed.kinds.contains(&knob.kind()) {
             true => Err(self.fixed.reason.to_owned()),
@@ -104,11 +104,12 @@ impl NodeSlot {
         }
     }
 
-    /// Does a job at run time `now`; by the wall's clock a whole tick is `lasting`.
+    /// Does a job at run time `now`. A whole tick `lasts` under the real clock, which then has its
+    /// begin and its end recorded.
     #[inline]
-    pub(crate) fn work(&mut self, job: Job, now: Time, lasting: bool) -> Tick {
+    pub(crate) fn work(&mut self, job: Job, now: Time, lasts: bool) -> Tick {
         match job.kind {
-            JobKind::Tick { .. } => self.tick(now, lasting),
+            JobKind::Tick { .. } => self.tick(now, lasts),
             JobKind::Begin => self.start(now, job.lateness()),
             JobKind::End => self.finish(now),
         }
@@ -129,6 +130,7 @@ impl NodeSlot {
                     } else {
                         took
                     },
+                    // Whatever it takes: its messages have the stamp of its begin.
                     ends: Some(began),
                 });
                 outcome
@@ -138,16 +140,16 @@ impl NodeSlot {
         }
     }
 
-    /// Runs a whole tick; by the wall's clock it is `lasting`.
-    fn tick(&mut self, now: Time, lasting: bool) -> Tick {
-        if lasting {
+    /// Runs a whole tick, which `lasts` under the real clock.
+    fn tick(&mut self, now: Time, lasts: bool) -> Tick {
+        if lasts {
             self.record_begin();
         }
         let outcome = self.begin(|node| {
             let flow = node.tick(now)?;
-            Ok(end_of(flow, node.apply(now)?))
+            Ok(flow_of_both(flow, node.apply(now)?))
         });
-        if lasting {
+        if lasts {
             self.record_end();
         }
         outcome
@@ -193,7 +195,7 @@ impl NodeSlot {
         if !running.noted {
             self.record(|| running.times(Some(now)));
         }
-        Ok(end_of(running.flow, applied?))
+        Ok(flow_of_both(running.flow, applied?))
     }
 
     /// Records that tick as unfinished, once.
@@ -292,7 +294,7 @@ impl NodeSlot {
 }
 
 /// Ends the run if either part of a tick does.
-fn end_of(first: ControlFlow<()>, second: ControlFlow<()>) -> ControlFlow<()> {
+fn flow_of_both(first: ControlFlow<()>, second: ControlFlow<()>) -> ControlFlow<()> {
     match first {
         ControlFlow::Break(()) => first,
         ControlFlow::Continue(()) => second,

@@ -20,7 +20,7 @@ pub trait Kit: Send + Sync {
     /// The scheduler of a node at a rate.
     fn scheduler(&self, spec: TaskSpec) -> Box<dyn Scheduler>;
 
-    /// What lies between the publishers and the readers of a topic whose knobs are turned; `None`
+    /// What lies between the publishers and the readers of a topic with a knob set; `None`
     /// if nothing does.
     fn channel(&self, topic: &str, seed: u64) -> Option<Box<dyn Channel>>;
 }

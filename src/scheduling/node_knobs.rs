@@ -19,17 +19,17 @@ impl Schedule {
             Knob::Send { .. } | Knob::Parameter { .. } => Ok(()),
             Knob::Crash { .. } | Knob::Restart { .. } => Ok(()),
             knob => {
-                let (task_set, member) = self.of(node);
+                let (task_set, member) = self.place(node);
                 self.task_sets[task_set].scheduler.check(member, knob)
             }
         }
     }
 
-    /// Turns a knob of a node at run time `now`; returns the value before.
+    /// Sets a knob of a node at run time `now`; returns the value before.
     ///
     /// # Errors
     /// The reason and a remedy.
-    pub(crate) fn turn(
+    pub(crate) fn set(
         &mut self,
         node: usize,
         slot: &mut NodeSlot,
@@ -37,7 +37,7 @@ impl Schedule {
         now: Time,
     ) -> Result<String, String> {
         self.check(node, slot, knob)?;
-        let (task_set, member) = self.of(node);
+        let (task_set, member) = self.place(node);
         match knob {
             Knob::Send { text, .. } => slot.ask(|node| node.on_message(text)),
             Knob::Parameter { name, value, .. } => {
@@ -50,21 +50,21 @@ impl Schedule {
             }
             Knob::Restart { .. } => self.restart(node, slot, now),
             knob => self.with(task_set, now, false, |scheduler, timetable| {
-                scheduler.turn(member, knob, timetable)
+                scheduler.set(member, knob, timetable)
             }),
         }
     }
 
     /// Stops the node's ticks. Messages it has not released are lost.
     fn crash(&mut self, node: usize, slot: &mut NodeSlot, now: Time) {
-        let (task_set, member) = self.of(node);
+        let (task_set, member) = self.place(node);
         self.send(task_set, SchedulerEvent::Crashed { member }, now, false);
         slot.abort();
         self.record(node, NodeRecord::Crashed);
     }
 
     fn restart(&mut self, node: usize, slot: &mut NodeSlot, now: Time) -> Result<String, String> {
-        let (task_set, member) = self.of(node);
+        let (task_set, member) = self.place(node);
         let was = self.crashed(node);
         if slot.again.is_some() {
             self.crash(node, slot, now);
@@ -78,8 +78,8 @@ impl Schedule {
         Ok(was)
     }
 
-    /// Passes the `outcome` of a tick on that began at `began`. After a [`NodeCrash`] the node has
-    /// crashed, the log says why, and the run goes on.
+    /// The outcome of a tick for the run, from the tick's own `outcome`. After a [`NodeCrash`] the
+    /// node is crashed from the tick's begin on, the log has the cause, and the run goes on.
     pub(crate) fn outlive(
         &mut self,
         slot: &mut NodeSlot,
@@ -103,7 +103,7 @@ impl Schedule {
     }
 
     fn record(&self, node: usize, record: NodeRecord) {
-        let (task_set, member) = self.of(node);
+        let (task_set, member) = self.place(node);
         self.task_sets[task_set].members[member]
             .records
             .node(|| record);

@@ -62,8 +62,8 @@ impl Scheduler for Periodic {
                 let kind = JobKind::Tick { is_instant: false };
                 return Some(Job::new(0, kind).late(lateness));
             }
-            SchedulerEvent::Done { passed, .. } => {
-                self.skip_before(passed, timetable);
+            SchedulerEvent::Done { missed_before, .. } => {
+                self.skip_before(missed_before, timetable);
                 self.arm(timetable);
             }
             SchedulerEvent::Opened { .. } => self.arm(timetable),
@@ -74,7 +74,7 @@ impl Scheduler for Periodic {
                 self.arm(timetable);
             }
             SchedulerEvent::Alarm { .. } | SchedulerEvent::Arrived { .. } => {}
-            SchedulerEvent::Look | SchedulerEvent::Closed { .. } => {}
+            SchedulerEvent::Choose | SchedulerEvent::Closed { .. } => {}
         }
         None
     }
@@ -103,7 +103,7 @@ impl Scheduler for Periodic {
         }
     }
 
-    fn turn(
+    fn set(
         &mut self,
         _: usize,
         knob: &Knob,

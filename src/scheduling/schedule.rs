@@ -9,12 +9,12 @@ use super::{
     task_set::TaskSet,
 };
 use crate::{
+    arrival::{Arrival, Arrivals},
     control::command::ClockKind,
-    journal::LateLook,
+    journal::AfterEnd,
     node::{Job, JobKind, NodeSlot, Tick, WorkTimes},
     sync::Arc,
     time::Time,
-    trigger::{Arrival, Arrivals},
 };
 
 /// Task sets with their alarms: all of a graph in virtual time, one under the real clock. It
@@ -23,18 +23,18 @@ pub(crate) struct Schedule {
     pub(super) task_sets: Vec<TaskSet>,
     /// The lowest index of its nodes.
     first: usize,
-    /// The task set of each node from that one on, and its number there; without a meaning for a
-    /// node that is not here.
-    of: Vec<(usize, usize)>,
+    /// The task set of each node from that one on, and its number there. A node of another schedule
+    /// has any: nobody asks for it.
+    places: Vec<(usize, usize)>,
     agenda: Agenda,
     arrivals: Arc<Arrivals>,
     /// Task sets that look for something to do when all else of the instant has happened.
-    looking: BTreeSet<usize>,
+    choosing: BTreeSet<usize>,
     /// The run time at which the last of them asked for that.
-    noticed: Time,
+    choosing_at: Time,
     clock: ClockKind,
-    /// Whether the nodes have run elsewhere since it was opened.
-    behind: bool,
+    /// Whether the nodes have run elsewhere since it was opened, or not at all.
+    is_behind: bool,
     /// Whether something has happened since [`Schedule::has_moved`].
     moved: bool,
 }
@@ -48,20 +48,20 @@ pub(crate) struct Assignment {
     pub(crate) job: Job,
 }
 
-/// Its task sets.
+/// Task sets and nodes.
 impl Schedule {
     /// A schedule for these task sets.
     pub(crate) fn new(clock: ClockKind, task_sets: Vec<TaskSet>) -> Self {
         let mut schedule = Self {
             task_sets: Vec::new(),
             first: 0,
-            of: Vec::new(),
+            places: Vec::new(),
             agenda: Agenda::default(),
             arrivals: Arc::default(),
-            looking: BTreeSet::new(),
-            noticed: Time::ZERO,
+            choosing: BTreeSet::new(),
+            choosing_at: Time::ZERO,
             clock,
-            behind: true,
+            is_behind: true,
             moved: false,
         };
         schedule.set_task_sets(task_sets);
@@ -83,10 +83,10 @@ impl Schedule {
         let nodes = || self.members().map(|member| member.node);
         let (first, last) = (nodes().min().unwrap_or(0), nodes().max());
         let count = last.map_or(0, |last| last + 1 - first);
-        (self.first, self.of) = (first, vec![(0, 0); count]);
+        (self.first, self.places) = (first, vec![(0, 0); count]);
         for (number, task_set) in self.task_sets.iter().enumerate() {
             for (member, known) in task_set.members.iter().enumerate() {
-                self.of[known.node - first] = (number, member);
+                self.places[known.node - first] = (number, member);
             }
         }
     }
@@ -98,31 +98,31 @@ impl Schedule {
 
     /// Adds the task set of a node that is new in the graph.
     pub(crate) fn add(&mut self, task_set: TaskSet) {
-        self.of.push((self.task_sets.len(), 0));
+        self.places.push((self.task_sets.len(), 0));
         self.task_sets.push(task_set);
     }
 
     /// Task set and number of a node.
     #[inline(always)]
-    pub(super) fn of(&self, node: usize) -> (usize, usize) {
-        self.of[node - self.first]
+    pub(super) fn place(&self, node: usize) -> (usize, usize) {
+        self.places[node - self.first]
     }
 
     /// Whether an executor can have this node, which is on its own.
     pub(crate) fn is_joinable(&self, node: usize, dispatch: &dyn Dispatch) -> bool {
-        dispatch.can_join(&*self.task_sets[self.of(node).0].scheduler)
+        dispatch.can_join(&*self.task_sets[self.place(node).0].scheduler)
     }
 
     /// Where a node is in its schedule at run time `now`.
     pub(crate) fn state(&self, node: usize, now: Time) -> TaskState {
-        let (task_set, member) = self.of(node);
+        let (task_set, member) = self.place(node);
         self.task_sets[task_set].scheduler.state(member, now)
     }
 
     /// The end of the running tick of a node, if there is one.
-    pub(crate) fn end_of(&self, node: usize, now: Time) -> Option<Assignment> {
+    pub(crate) fn end_job(&self, node: usize, now: Time) -> Option<Assignment> {
         self.state(node, now).remaining?;
-        let (task_set, member) = self.of(node);
+        let (task_set, member) = self.place(node);
         let job = Job::new(member, JobKind::End);
         Some(Assignment {
             task_set,
@@ -150,26 +150,26 @@ impl Schedule {
             .map(move |member| self.state(member.node, now))
     }
 
-    /// The list of arrivals that nobody has looked at.
+    /// The arrivals that are not planned yet.
     pub(crate) fn arrivals(&self) -> &Arc<Arrivals> {
         &self.arrivals
     }
 }
 
-/// Its time.
+/// Alarms and jobs.
 impl Schedule {
     /// Forgets all that is planned: the nodes run elsewhere.
     pub(crate) fn leave(&mut self) {
-        self.behind = true;
+        self.is_behind = true;
         self.arrivals.take();
         self.agenda = Agenda::default();
-        self.looking.clear();
+        self.choosing.clear();
     }
 
     /// Has the task sets begin at run time `now`; those that have run elsewhere with messages
     /// `in_flight`.
     pub(crate) fn open(&mut self, now: Time, in_flight: impl FnOnce() -> Vec<Arrival>) {
-        let anew = take(&mut self.behind);
+        let anew = take(&mut self.is_behind);
         let arrivals = match anew {
             true => {
                 self.arrivals.forward_to(None);
@@ -187,9 +187,9 @@ impl Schedule {
         self.send_all(SchedulerEvent::Opened { anew }, now);
     }
 
-    /// Has the task sets end, at run time `now`: ticks due before `before` are missed.
-    pub(crate) fn close(&mut self, before: Time, now: Time) {
-        self.send_all(SchedulerEvent::Closed { before }, now);
+    /// Has the task sets end, at run time `now`: ticks due before `missed_before` are missed.
+    pub(crate) fn close(&mut self, missed_before: Time, now: Time) {
+        self.send_all(SchedulerEvent::Closed { missed_before }, now);
     }
 
     fn send_all(&mut self, event: SchedulerEvent, now: Time) {
@@ -201,9 +201,9 @@ impl Schedule {
     /// Run time of the next event; [`Time::MAX`] without one.
     pub(crate) fn next_at(&self) -> Time {
         let next = self.agenda.next_at();
-        match self.looking.is_empty() {
+        match self.choosing.is_empty() {
             true => next,
-            false => next.min(self.noticed),
+            false => next.min(self.choosing_at),
         }
     }
 
@@ -215,7 +215,7 @@ impl Schedule {
     /// The next job at run time `now`, which may be after the end of the run. This and what it calls
     /// are one function, because every tick is handed through all of them: a quarter less a tick.
     #[inline(always)]
-    pub(crate) fn next_job(&mut self, now: Time, late: Option<LateLook>) -> Option<Assignment> {
+    pub(crate) fn next_job(&mut self, now: Time, late: Option<AfterEnd>) -> Option<Assignment> {
         let until = late.map_or(Time::MAX, |late| late.until);
         let over = late.is_some_and(|late| late.over);
         loop {
@@ -227,9 +227,9 @@ impl Schedule {
             } else if over {
                 return None;
             } else {
-                let task_set = self.looking.pop_first()?;
+                let task_set = self.choosing.pop_first()?;
                 self.moved = true;
-                self.send(task_set, SchedulerEvent::Look, now, false)
+                self.send(task_set, SchedulerEvent::Choose, now, false)
             };
             if job.is_some() {
                 return job;
@@ -240,7 +240,7 @@ impl Schedule {
     /// Has an event happen.
     #[inline(always)]
     fn happen(&mut self, item: AgendaItem, now: Time, over: bool) -> Option<Assignment> {
-        let (task_set, member) = self.of(item.node as usize);
+        let (task_set, member) = self.place(item.node as usize);
         let event = match item.phase() {
             None => {
                 let input = item.input as usize;
@@ -264,9 +264,9 @@ impl Schedule {
         times: WorkTimes,
         outcome: Tick,
     ) -> Tick {
-        let (job, passed) = (work.job, times.passed);
+        let (job, missed_before) = (work.job, times.missed_before);
         if outcome.is_ok() || job.kind != JobKind::Begin {
-            let done = SchedulerEvent::Done { job, passed };
+            let done = SchedulerEvent::Done { job, missed_before };
             self.send(work.task_set, done, times.ended, false);
         }
         slot.done(job, times, outcome)
@@ -301,19 +301,19 @@ impl Schedule {
         ask: impl FnOnce(&mut dyn Scheduler, &mut Timetable<'_>) -> R,
     ) -> R {
         let task_set = &mut self.task_sets[number];
-        let mut looks = false;
+        let mut chooses = false;
         let mut timetable = Timetable {
             now,
             clock: self.clock,
             over,
             members: &task_set.members,
             agenda: &mut self.agenda,
-            looks: &mut looks,
+            chooses: &mut chooses,
         };
         let answer = ask(&mut *task_set.scheduler, &mut timetable);
-        if looks {
-            self.noticed = now;
-            self.looking.insert(number);
+        if chooses {
+            self.choosing_at = now;
+            self.choosing.insert(number);
         }
         answer
     }

@@ -6,7 +6,7 @@ use super::agenda::{Agenda, Phase};
 use crate::{
     control::{command::ClockKind, knob::Knob},
     node::Job,
-    record::{NodeRecord, Records},
+    record::{NodeRecord, RecordSender},
     sync::Arc,
     time::{Hz, Time},
     topic::{Outbox, Stamps},
@@ -23,15 +23,15 @@ use crate::{
 /// |---|---|
 /// | `Opened` | ask for the alarms of all members; `anew`: look at what waits for them |
 /// | `Alarm` | name a job, if the time and the phase are still those that it waits for |
-/// | `Arrived` | note it, and ask for an alarm or a look; messages are taken when a job is named |
-/// | `Look` | name a job: an executor chooses here, after all else of the instant |
+/// | `Arrived` | note it, and ask for an alarm or a choice; messages are taken when a job is named |
+/// | `Choose` | name a job: an executor chooses here, after all else of the instant |
 /// | `Done` of a [`Tick`](crate::JobKind::Tick) | ask for the alarm of the next one |
 /// | `Done` of a [`Begin`](crate::JobKind::Begin) | ask for an alarm at the end, and name [`End`](crate::JobKind::End) then; with cores of its own the clock does that |
 /// | `Done` of an `End` | as of a `Tick` |
 /// | `Crashed`, `Restarted` | forget what it planned; begin anew |
 /// | `Closed` | count due times that have passed during a tick |
 ///
-/// Only `Alarm` and `Look` are answered by a job. See `periodic.rs` for the simplest
+/// Only `Alarm` and `Choose` are answered by a job. See `periodic.rs` for the simplest
 /// one, and `crates/effects/src/nodes/own.rs` for one with triggers and ticks that take time.
 pub trait Scheduler: Any + Send {
     /// Something has happened at `timetable.now()`; returns the job to be done now, if there is
@@ -48,11 +48,11 @@ pub trait Scheduler: Any + Send {
     /// The reason, with a remedy.
     fn check(&self, member: usize, knob: &Knob) -> Result<(), String>;
 
-    /// Turns a knob of a node's schedule that was checked; returns the value before.
+    /// Sets a knob of a node's schedule that was checked; returns the value before.
     ///
     /// # Errors
     /// The reason, for a knob that it does not know.
-    fn turn(
+    fn set(
         &mut self,
         member: usize,
         knob: &Knob,
@@ -84,14 +84,14 @@ pub enum SchedulerEvent {
         /// Number of the topic among those that trigger it.
         input: usize,
     },
-    /// All else of this instant has happened; see [`Timetable::look`].
-    Look,
+    /// All else of this instant has happened; see [`Timetable::choose`].
+    Choose,
     /// A job is done; a begin only without a fault.
     Done {
         /// The job.
         job: Job,
-        /// Due times before this have passed.
-        passed: Time,
+        /// Ticks due before this are missed.
+        missed_before: Time,
     },
     /// A node has crashed: what it was to do is void.
     Crashed {
@@ -105,8 +105,8 @@ pub enum SchedulerEvent {
     },
     /// A clock ends.
     Closed {
-        /// Due times before this have passed.
-        before: Time,
+        /// Ticks due before this are missed.
+        missed_before: Time,
     },
 }
 
@@ -142,7 +142,7 @@ pub(crate) struct Member {
     pub(crate) priority: u32,
     /// Whether it runs in another process.
     pub(crate) remote: bool,
-    pub(crate) records: Records,
+    pub(crate) records: RecordSender,
     pub(crate) outbox: Arc<Outbox>,
 }
 
@@ -153,7 +153,7 @@ pub struct Timetable<'a> {
     pub(super) over: bool,
     pub(super) members: &'a [Member],
     pub(super) agenda: &'a mut Agenda,
-    pub(super) looks: &'a mut bool,
+    pub(super) chooses: &'a mut bool,
 }
 
 impl Timetable<'_> {
@@ -197,9 +197,9 @@ impl Timetable<'_> {
         }
     }
 
-    /// Asks for one [`SchedulerEvent::Look`] after all else of this instant.
-    pub fn look(&mut self) {
-        *self.looks = true;
+    /// Asks for one [`SchedulerEvent::Choose`] after all else of this instant.
+    pub fn choose(&mut self) {
+        *self.chooses = true;
     }
 
     /// Priority of a node: of nodes that are due together the one with the lowest number is

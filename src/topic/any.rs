@@ -5,26 +5,26 @@ use super::{
     channel::{Channel, Transit},
     message::Payload,
 };
-use crate::{control::knob::Knob, qos::Depth, record::Records, time::Time, trigger::Arrival};
+use crate::{arrival::Arrival, control::knob::Knob, qos::Depth, record::RecordSender, time::Time};
 
 /// Makes what lies between the publishers and the readers of a topic, if the graph has any of it.
 type NewLink<'a> = &'a dyn Fn() -> Option<Box<dyn Channel>>;
 
 /// A topic, regardless of its payload.
 pub(crate) trait AnyTopic: Send {
-    /// Turns a knob of the topic, or of the `link` between its publishers and readers, for
+    /// Sets a knob of the topic, or of the `link` between its publishers and readers, for
     /// messages published from run time `now` on; returns the value before.
     ///
     /// # Errors
     /// The reason, for a knob that the kit does not know, and for a message that is published
     /// already.
-    fn turn(&self, knob: &Knob, link: NewLink<'_>, now: Time) -> Result<String, String>;
+    fn set(&self, knob: &Knob, link: NewLink<'_>, now: Time) -> Result<String, String>;
 
     /// Queue depth.
     fn depth(&self) -> Depth;
 
     /// Sends its records on this way.
-    fn set_records(&self, records: Records);
+    fn set_records(&self, records: RecordSender);
 
     /// Delivers the messages that arrive by `now`. Publishing and reading do the same.
     fn deliver(&self, now: Time);
@@ -34,7 +34,7 @@ pub(crate) trait AnyTopic: Send {
 }
 
 impl<T: Payload> AnyTopic for Topic<T> {
-    fn turn(&self, knob: &Knob, link: NewLink<'_>, now: Time) -> Result<String, String> {
+    fn set(&self, knob: &Knob, link: NewLink<'_>, now: Time) -> Result<String, String> {
         match knob {
             Knob::Depth { depth, .. } => return Ok(self.set_depth(*depth, now).to_string()),
             Knob::Read { order, .. } => {
@@ -43,8 +43,8 @@ impl<T: Payload> AnyTopic for Topic<T> {
             }
             _ => {}
         }
-        let mut turn = self.0.lock();
-        let queue = &mut *turn;
+        let mut bus = self.0.lock();
+        let queue = &mut *bus;
         match knob.message() {
             Some(seq) => queue.is_still_to_come(seq)?,
             None => queue.deliver_before(now),
@@ -55,7 +55,7 @@ impl<T: Payload> AnyTopic for Topic<T> {
             queue.transit = Some(Box::new(Transit::new(channel, queue.next_seq, newest)));
         }
         let transit = queue.transit.as_mut();
-        let before = transit.map(|transit| transit.channel.turn(knob));
+        let before = transit.map(|transit| transit.channel.set(knob));
         // Without a link, and with nothing in flight, it is as fast as a topic that never had one.
         queue.transit.take_if(|transit| transit.is_done());
         before.unwrap_or_else(|| Err(knob.not_in_kit()))
@@ -65,7 +65,7 @@ impl<T: Payload> AnyTopic for Topic<T> {
         Topic::depth(self)
     }
 
-    fn set_records(&self, records: Records) {
+    fn set_records(&self, records: RecordSender) {
         self.0.peek().records = Some(records);
     }
 

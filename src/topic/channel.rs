@@ -14,11 +14,11 @@ pub trait Channel: Send {
     /// Whether it delivers every message to come at once.
     fn is_perfect(&self) -> bool;
 
-    /// Turns a knob of the topic; returns the value before.
+    /// Sets a knob of the topic; returns the value before.
     ///
     /// # Errors
     /// The reason, for a knob or a value that it does not know.
-    fn turn(&mut self, knob: &Knob) -> Result<String, String>;
+    fn set(&mut self, knob: &Knob) -> Result<String, String>;
 }
 
 /// The messages of a topic that are released and not yet delivered, with what decides when they

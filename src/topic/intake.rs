@@ -9,9 +9,10 @@ use super::{
     readers::{ReadMark, TriggerReader, Triggers},
 };
 use crate::{
+    arrival::Arrivals,
     sync::{Arc, atomic::Ordering},
     time::Time,
-    trigger::{Arrivals, Intake, TakenMessage},
+    trigger::{Intake, TakenMessage},
 };
 
 impl<T: Payload> Topic<T> {
@@ -24,8 +25,8 @@ impl<T: Payload> Topic<T> {
         reader: usize,
         arrivals: &Arc<Arrivals>,
     ) -> (Subscription<T>, Box<dyn Intake>) {
-        let mut turn = self.0.peek();
-        let queue = &mut *turn;
+        let mut bus = self.0.peek();
+        let queue = &mut *bus;
         let mark = Arc::new(ReadMark::new(queue.next_delivered(), Some(reader)));
         let delivered = queue.messages.iter().map(|message| message.stamp);
         let triggers = queue.triggers.get_or_insert_with(|| {
@@ -42,7 +43,7 @@ impl<T: Payload> Topic<T> {
             taken: VecDeque::new(),
             chosen: None,
         });
-        drop(turn);
+        drop(bus);
         let (bus, subscription) = (self.0.clone(), self.subscribe_again(mark.clone()));
         (subscription, Box::new(TopicIntake { bus, mark }))
     }
@@ -71,23 +72,23 @@ impl<T> Queue<T> {
 
 impl<T: Payload> Intake for TopicIntake<T> {
     fn oldest(&self, now: Time) -> Option<Time> {
-        let mut turn = self.bus.lock();
-        let queue = &mut *turn;
+        let mut bus = self.bus.lock();
+        let queue = &mut *bus;
         queue.deliver(now);
         queue.unread(&self.mark).map(|(_, at)| at)
     }
 
     fn waiting(&self, now: Time) -> usize {
-        let mut turn = self.bus.lock();
-        let queue = &mut *turn;
+        let mut bus = self.bus.lock();
+        let queue = &mut *bus;
         queue.deliver(now);
         let first = queue.unread(&self.mark).map(|(index, _)| index);
         first.map_or(0, |first| queue.messages.len() - first)
     }
 
     fn take(&mut self, now: Time) -> Option<TakenMessage> {
-        let mut turn = self.bus.lock();
-        let queue = &mut *turn;
+        let mut bus = self.bus.lock();
+        let queue = &mut *bus;
         queue.deliver(now);
         let (index, arrived) = queue.unread(&self.mark)?;
         let message = queue.messages.get(index)?.clone();
@@ -104,16 +105,16 @@ impl<T: Payload> Intake for TopicIntake<T> {
     }
 
     fn choose(&mut self, seq: u64) {
-        let mut turn = self.bus.lock();
-        if let Some(reader) = turn.reader(&self.mark) {
+        let mut bus = self.bus.lock();
+        if let Some(reader) = bus.reader(&self.mark) {
             let mut taken = reader.taken.iter();
             reader.chosen = taken.find(|message| message.seq == seq).cloned();
         }
     }
 
     fn forget_before(&mut self, seq: Option<u64>) {
-        let mut turn = self.bus.lock();
-        if let Some(reader) = turn.reader(&self.mark) {
+        let mut bus = self.bus.lock();
+        if let Some(reader) = bus.reader(&self.mark) {
             let kept = seq.unwrap_or(u64::MAX);
             reader.taken.retain(|message| message.seq >= kept);
         }

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     qos::{Depth, ReadOrder},
-    record::{Head, Records, TopicRecord},
+    record::{Head, RecordSender, TopicRecord},
     shared::Shared,
     sync::{Arc, atomic::Ordering, bump},
     time::Time,
@@ -32,7 +32,7 @@ pub(super) struct Queue<T> {
     pub(super) triggers: Option<Box<Triggers<T>>>,
     pub(super) marks: Vec<Arc<ReadMark>>,
     /// Where its records go, once it is in a graph.
-    pub(super) records: Option<Records>,
+    pub(super) records: Option<RecordSender>,
 }
 
 impl<T: Payload> Queue<T> {

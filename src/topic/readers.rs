@@ -4,9 +4,9 @@ use std::collections::VecDeque;
 
 use super::message::Message;
 use crate::{
+    arrival::{Arrival, Arrivals},
     sync::{Arc, atomic::AtomicU64},
     time::Time,
-    trigger::{Arrival, Arrivals},
 };
 
 /// Read position and losses of one subscription, written under the lock of the queue only.

@@ -42,8 +42,8 @@ impl<T: Payload> Subscription<T> {
     /// With [`ReadOrder::Oldest`](crate::ReadOrder::Oldest) it returns the oldest unread message
     /// instead. If its messages trigger the node, it returns the one that this tick is for.
     pub fn latest(&mut self, now: Time) -> Option<Message<T>> {
-        let mut turn = self.bus.lock();
-        let queue = &mut *turn;
+        let mut bus = self.bus.lock();
+        let queue = &mut *bus;
         let message = if self.triggers {
             queue
                 .triggers
@@ -78,8 +78,8 @@ impl<T: Payload> Subscription<T> {
     /// seen all: for nodes that need every message, in the order of delivery. `now` is the
     /// run time of reading.
     pub fn next(&mut self, now: Time) -> Option<Message<T>> {
-        let mut turn = self.bus.lock();
-        let queue = &mut *turn;
+        let mut bus = self.bus.lock();
+        let queue = &mut *bus;
         if queue.transit.is_some() {
             queue.deliver(now);
         }

@@ -164,3 +164,36 @@ fn a_paused_run_stands_still_until_it_is_resumed() {
     });
     assert_eq!(log.all().len(), 11);
 }
+
+/// Publishes when a parameter is set.
+struct Button(Publisher<()>);
+
+impl Node for Button {
+    fn tick(&mut self, _: Time) -> Tick {
+        GO_ON
+    }
+
+    fn set_parameter(&mut self, _: &str, _: &str, now: Time) -> Result<String, String> {
+        self.0.publish((), now, None);
+        Ok(String::new())
+    }
+}
+
+#[test]
+fn a_message_that_a_node_publishes_as_it_obeys_triggers_its_reader_at_once() {
+    let (pressed, mut graph) = (Topic::new("/pressed", Depth::ONE), Graph::with(Effects));
+    let button = |wiring: &mut Wiring<'_>| Button(wiring.publisher(&pressed));
+    let hz = Hz::new(1.0).expect("a rate");
+    graph.node("button", hz, 0, button).expect("a node");
+    let (sender, ticks) = crossbeam_channel::unbounded();
+    let lamp = graph.node("lamp", Match::Each, 1, |wiring| {
+        let _ = wiring.trigger(&pressed);
+        move |now| {
+            sender.send(now)?;
+            GO_ON
+        }
+    });
+    lamp.expect("a node");
+    run_virtual(&mut graph, "0.25 set button down 1", secs(0.5));
+    assert!(ticks.try_iter().eq([secs(0.25)]));
+}

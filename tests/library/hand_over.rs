@@ -93,7 +93,7 @@ fn messages_in_flight_at_a_hand_over_trigger_their_nodes() {
             let reader = [Callback::of("reader")];
             graph.executor(executor, reader).expect("a node");
         }
-        graph.turn(&knob("link /far delay:30")).expect("a topic");
+        graph.set(&knob("link /far delay:30")).expect("a topic");
         // As threads that are stopped: nobody hears of the arrival.
         let task_sets = graph.apart();
         far.publisher().publish(1, Time::ZERO, None);

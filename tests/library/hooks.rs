@@ -33,7 +33,7 @@ impl Channel for EverySecond {
         false
     }
 
-    fn turn(&mut self, _: &Knob) -> Result<String, String> {
+    fn set(&mut self, _: &Knob) -> Result<String, String> {
         Ok("every message".to_owned())
     }
 }
@@ -72,7 +72,7 @@ impl Scheduler for Doubling {
         Err(format!("{knob}: this schedule has no knobs"))
     }
 
-    fn turn(&mut self, _: usize, knob: &Knob, _: &mut Timetable<'_>) -> Result<String, String> {
+    fn set(&mut self, _: usize, knob: &Knob, _: &mut Timetable<'_>) -> Result<String, String> {
         Err(format!("{knob}: this schedule has no knobs"))
     }
 }
@@ -85,7 +85,7 @@ fn a_graph_ticks_and_delivers_by_the_kit_that_it_was_given() {
         Some(now.as_nanos() / 1_000_000)
     });
     let read = reader(&mut graph, "reader", 50.0, 1, &beat);
-    let mut turn = |text: &str| graph.turn(&text.parse().expect(text));
+    let mut turn = |text: &str| graph.set(&text.parse().expect(text));
     assert_eq!(turn("link /beat whatever").as_deref(), Ok("every message"));
     let refused = "rate source 5: this schedule has no knobs".to_owned();
     assert_eq!(turn("rate source 5"), Err(refused));
@@ -111,7 +111,7 @@ fn a_plain_graph_has_rates_and_depths_and_says_where_the_rest_is() {
          link /topic delay:5  | this graph has no link
          lose /topic 3        | this graph has no lose",
     ) {
-        let turned = graph.turn(&text.parse().expect(&text));
+        let turned = graph.set(&text.parse().expect(&text));
         let said = turned.map_or_else(|why| why, |before| format!("was {before}"));
         assert_eq!(said.split(':').next(), Some(&*answer), "{text}");
     }

@@ -280,7 +280,7 @@ fn counted_threads(began: &Arc<AtomicUsize>) -> Graph {
             GO_ON
         });
     }
-    graph.turn(&knob("takes slow 60")).expect("a node");
+    graph.set(&knob("takes slow 60")).expect("a node");
     share_threads(&mut graph, ["slow", "fast"]);
     graph
 }

@@ -19,7 +19,7 @@ use crate::{
 ///
 /// let mut graph = Graph::with(Effects);
 /// graph.node("policy", Hz::new(50.0)?, 0, |_| |_| GO_ON)?;
-/// assert_eq!(graph.turn(&"takes policy 30".parse()?)?, "none");
+/// assert_eq!(graph.set(&"takes policy 30".parse()?)?, "none");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug)]

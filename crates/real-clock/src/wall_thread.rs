@@ -8,7 +8,7 @@ use std::{collections::BTreeSet, mem::take, time::Duration};
 
 use crossbeam_channel::Sender;
 use ratelab::{
-    Command, Entries, Entry, JobKind, LateLook, RunState, Time, Wall, Worker,
+    AfterEnd, Command, Entries, Entry, JobKind, RunState, Time, Wall, Worker,
     sync::{Arc, Mutex, lock},
 };
 
@@ -57,7 +57,7 @@ enum ThreadStep {
     Work {
         node: usize,
         at: Time,
-        late: Option<LateLook>,
+        late: Option<AfterEnd>,
     },
     /// Wait for more until this run time.
     Wait(Time),
@@ -172,7 +172,7 @@ impl WallThread<'_> {
             }
         } else {
             let over = !waited;
-            let late = (now > until).then_some(LateLook { until, over });
+            let late = (now > until).then_some(AfterEnd { until, over });
             if let Some(step) = self.look(&mut work, now, late) {
                 return step;
             }
@@ -188,7 +188,7 @@ impl WallThread<'_> {
         &mut self,
         work: &mut WorkInHand,
         now: Time,
-        late: Option<LateLook>,
+        late: Option<AfterEnd>,
     ) -> Option<ThreadStep> {
         // A turn is in the log, so it is to be worth that.
         let shared = self.worker.is_shared();
@@ -257,7 +257,7 @@ impl WallThread<'_> {
         wall: &Wall,
         node: usize,
         at: Time,
-        late: Option<LateLook>,
+        late: Option<AfterEnd>,
     ) -> Option<StretchEnd> {
         let kind = self.worker.begin(at)?;
         let begun = match self.share.is_some() && kind == JobKind::End {
@@ -273,9 +273,12 @@ impl WallThread<'_> {
             _ => at,
         };
         let mut in_hand = lock(&self.board.work);
-        let passed = self.passed(at, ended);
-        let outcome = self.worker.done(ended, passed);
-        self.log.note(Entry::Done { at: ended, passed });
+        let missed_before = self.missed_before(at, ended);
+        let outcome = self.worker.done(ended, missed_before);
+        self.log.note(Entry::Done {
+            at: ended,
+            missed_before,
+        });
         in_hand.nodes.remove(&node);
         drop(in_hand);
         self.ring();
@@ -285,7 +288,7 @@ impl WallThread<'_> {
     /// The limit before which due ticks count as missed, for work at `at` that ended at `ended`.
     /// Run time may have stopped or ended while the node was busy: only ticks due by then are
     /// missed.
-    fn passed(&self, at: Time, ended: Time) -> Time {
+    fn missed_before(&self, at: Time, ended: Time) -> Time {
         let stopped = self.board.mailbox.open().stopped;
         let last = stopped.unwrap_or(Time::MAX).max(at).min(self.context.until);
         ended.min(last + Time::RESOLUTION)

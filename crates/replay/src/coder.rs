@@ -160,7 +160,7 @@ fn times(entry: &mut Entry) -> impl Iterator<Item = &mut Time> {
     let times = match entry {
         Entry::Arrive(arrival) => [Some(&mut arrival.at), None],
         Entry::Look { at, late, .. } => [Some(at), late.as_mut().map(|late| &mut late.until)],
-        Entry::Done { at, passed } => [Some(at), Some(passed)],
+        Entry::Done { at, missed_before } => [Some(at), Some(missed_before)],
         Entry::Finish { at, .. }
         | Entry::Obey { at, .. }
         | Entry::End(

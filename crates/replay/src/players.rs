@@ -255,15 +255,18 @@ impl ThreadPlayer<'_> {
             }
             (Some(Role::Worker(worker)), Entry::Arrive(arrival)) => worker.arrive(arrival),
             (Some(Role::Worker(worker)), Entry::Look { at, late, node }) => {
-                let worked = worker.look(at, late);
-                self.check(node, worked)?;
+                self.run.state.advance_to(at);
+                let found = worker.find(at, late).node;
+                worker.begin(at);
+                self.check(node, found)?;
             }
             (Some(Role::Worker(worker)), Entry::Finish { at, node }) => {
-                let worked = worker.finish(at);
-                self.check(Some(node), worked)?;
+                let found = worker.find_end(at);
+                worker.begin(at);
+                self.check(Some(node), found)?;
             }
-            (Some(Role::Worker(worker)), Entry::Done { at, passed }) => {
-                self.outcome = worker.done(at, passed);
+            (Some(Role::Worker(worker)), Entry::Done { at, missed_before }) => {
+                self.outcome = worker.done(at, missed_before);
             }
             _ => return Err(format!("no thread can have done {entry:?}")),
         }

@@ -134,7 +134,7 @@ impl Ordered {
             self.order.reschedule(member);
             self.release(member, plan);
         }
-        plan.look();
+        plan.choose();
     }
 
     /// Takes a node over as it is after a change of the clock.
@@ -172,14 +172,14 @@ impl Ordered {
         if self.order.queues_timers() {
             self.release(member, plan);
         }
-        plan.look();
+        plan.choose();
     }
 
     /// Calls the next callback, if there are one and a thread for it.
     fn call(&mut self, plan: &mut Timetable<'_>) -> Option<Job> {
         let now = plan.now();
         let call = self.with_order(plan, |order, task_set| order.next(task_set))?;
-        plan.look();
+        plan.choose();
         let member = call.member();
         self.running.push(member);
         let due = match (call, &mut self.tasks[member].trigger) {
@@ -221,7 +221,7 @@ impl Ordered {
             }
             JobKind::Tick { .. } | JobKind::End => self.ended(member, plan),
         }
-        plan.look();
+        plan.choose();
     }
 
     /// A callback of a node is over.
@@ -246,22 +246,22 @@ impl Scheduler for Ordered {
             SchedulerEvent::Arrived { member, .. } if self.tasks[member].crashed => {}
             SchedulerEvent::Arrived { member, input } => {
                 self.released(Call::Message { member, input }, plan);
-                plan.look();
+                plan.choose();
             }
-            SchedulerEvent::Look => return self.call(plan),
+            SchedulerEvent::Choose => return self.call(plan),
             SchedulerEvent::Done { job, .. } => self.done(job, plan),
             SchedulerEvent::Crashed { member } => {
                 self.tasks[member].crash();
                 self.running.retain(|runs| *runs != member);
                 self.order.forget(member);
                 self.release(member, plan);
-                plan.look();
+                plan.choose();
             }
             SchedulerEvent::Restarted { member } => {
                 self.tasks[member].restart(plan.now());
                 self.release(member, plan);
                 self.add_waiting(member, plan);
-                plan.look();
+                plan.choose();
             }
             SchedulerEvent::Closed { .. } => {}
         }
@@ -281,7 +281,7 @@ impl Scheduler for Ordered {
         self.tasks[member].check(knob, false)
     }
 
-    fn turn(
+    fn set(
         &mut self,
         member: usize,
         knob: &Knob,
@@ -293,11 +293,11 @@ impl Scheduler for Ordered {
         while times && self.order.queues_timers() && self.tasks[member].due() < now {
             self.due(member, plan);
         }
-        let before = self.tasks[member].turn(member, knob, now, plan)?;
+        let before = self.tasks[member].set(member, knob, now, plan)?;
         if times {
             self.order.reschedule(member);
             self.release(member, plan);
-            plan.look();
+            plan.choose();
         }
         Ok(before)
     }

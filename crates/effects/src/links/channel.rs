@@ -101,7 +101,7 @@ impl Channel for LinkChannel {
         self.link == Link::NONE && self.lose.is_empty() && self.postpone.is_empty()
     }
 
-    fn turn(&mut self, knob: &Knob) -> Result<String, String> {
+    fn set(&mut self, knob: &Knob) -> Result<String, String> {
         match knob {
             Knob::Link { spec, .. } => {
                 let link = spec.parse()?;

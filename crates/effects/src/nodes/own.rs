@@ -135,9 +135,9 @@ impl Own {
         Job::new(0, kind).late(lateness)
     }
 
-    /// A job is done; ticks due before `passed` are missed.
+    /// A job is done; ticks due before `missed_before` are missed.
     #[inline]
-    fn done(&mut self, kind: JobKind, passed: Time, plan: &mut Timetable<'_>) {
+    fn done(&mut self, kind: JobKind, missed_before: Time, plan: &mut Timetable<'_>) {
         match kind {
             JobKind::Begin => {
                 self.task.begin(plan.now());
@@ -146,10 +146,10 @@ impl Own {
                 let running = self.task.running.take();
                 // The next tick begins where this one was to end.
                 let ends = running.filter(|_| self.is_let).map(|running| running.ends);
-                let passed = ends.map_or(passed, |ends| ends.min(passed));
-                self.task.skip_before(passed, plan);
+                let missed_before = ends.map_or(missed_before, |ends| ends.min(missed_before));
+                self.task.skip_before(missed_before, plan);
             }
-            JobKind::Tick { .. } => self.task.skip_before(passed, plan),
+            JobKind::Tick { .. } => self.task.skip_before(missed_before, plan),
         }
         self.arm(false, plan);
     }
@@ -167,7 +167,7 @@ impl Scheduler for Own {
                     _ => None,
                 };
             }
-            SchedulerEvent::Done { job, passed } => self.done(job.kind, passed, plan),
+            SchedulerEvent::Done { job, missed_before } => self.done(job.kind, missed_before, plan),
             SchedulerEvent::Arrived { .. } => {
                 if self.busy_until().is_none() {
                     self.arm(true, plan);
@@ -183,8 +183,8 @@ impl Scheduler for Own {
                 self.task.restart(now);
                 self.arm(true, plan);
             }
-            SchedulerEvent::Closed { before } => self.skip_while_busy(before, plan),
-            SchedulerEvent::Look => {}
+            SchedulerEvent::Closed { missed_before } => self.skip_while_busy(missed_before, plan),
+            SchedulerEvent::Choose => {}
         }
         None
     }
@@ -197,7 +197,7 @@ impl Scheduler for Own {
         self.task.check(knob, !self.is_let)
     }
 
-    fn turn(&mut self, _: usize, knob: &Knob, plan: &mut Timetable<'_>) -> Result<String, String> {
+    fn set(&mut self, _: usize, knob: &Knob, plan: &mut Timetable<'_>) -> Result<String, String> {
         let now = plan.now();
         let times = moves_due_times(knob);
         if times {
@@ -205,7 +205,7 @@ impl Scheduler for Own {
         }
         let free = self.busy_until().filter(|_| !self.task.is_triggered());
         let free = free.map_or(now, |free| free.max(now));
-        let before = self.task.turn(0, knob, free, plan)?;
+        let before = self.task.set(0, knob, free, plan)?;
         if times && self.busy_until().is_none() && !self.task.is_triggered() {
             self.arm(false, plan);
         }

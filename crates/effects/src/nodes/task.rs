@@ -336,8 +336,8 @@ impl Task {
         }
     }
 
-    /// Turns a knob of a node that is busy until `free`; returns the value before.
-    pub(crate) fn turn(
+    /// Sets a knob of a node that is busy until `free`; returns the value before.
+    pub(crate) fn set(
         &mut self,
         member: usize,
         knob: &Knob,

@@ -365,7 +365,7 @@ impl<'a> Builder<'a> {
             self.check(&timed.knob)?;
         }
         for knob in self.setup.iter() {
-            self.turn(knob)?;
+            self.set(knob)?;
         }
         Ok((self.graph, self.recorded))
     }
@@ -376,7 +376,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Sets a knob that was not used while building the graph.
-    fn turn(&mut self, knob: &Knob) -> Result<(), BuildError> {
+    fn set(&mut self, knob: &Knob) -> Result<(), BuildError> {
         if self.is_answered(knob.kind(), &knob.subject()) {
             return Ok(());
         }
@@ -384,7 +384,7 @@ impl<'a> Builder<'a> {
         if !self.is_open && matches!(knob.kind(), KnobKind::Rate | KnobKind::Depth) {
             return Ok(());
         }
-        let before = self.graph.turn(knob);
+        let before = self.graph.set(knob);
         before.map_or_else(|why| Err(refused(knob, &why)), |_| Ok(()))
     }
 }
