@@ -122,7 +122,7 @@ impl Graph {
         Self::with(Plain)
     }
 
-    /// The same with what this `kit` gives its nodes.
+    /// An empty graph whose nodes and topics get what this `kit` has for them.
     pub fn with(kit: impl Kit + 'static) -> Self {
         let status = Status {
             clock: ClockKind::Virtual,

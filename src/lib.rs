@@ -12,7 +12,7 @@
 //! * A [`Node`] is work tied to a rate, and a [`Graph`] is nodes wired to
 //!   topics.
 //!
-//! The same graph runs under either [`Clock`]:
+//! A graph runs under either [`Clock`]:
 //!
 //! | | the real clock, of `crates/real-clock` | [`VirtualClock`] |
 //! |---|---|---|

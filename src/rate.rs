@@ -106,8 +106,8 @@ impl Rate {
         self.set_hz_while_busy(hz, now, now);
     }
 
-    /// The same for a node that is busy until `free`: its next tick is due then at the
-    /// earliest.
+    /// Changes the rate at `now` for a node that is busy until `free`: its next tick is due then
+    /// at the earliest.
     pub fn set_hz_while_busy(&mut self, hz: Hz, now: Time, free: Time) {
         self.hz = hz;
         self.period = Period::of(hz);

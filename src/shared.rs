@@ -71,7 +71,7 @@ impl<T> Shared<T> {
         }
     }
 
-    /// The same after so many `turns`.
+    /// Puts `value` behind a lock that has had so many `turns`.
     pub(crate) fn after(turns: u64, name: impl Into<Box<str>>, value: T) -> Self {
         let shared = Self::new(name, value);
         lock(&shared.state).turn = turns;
@@ -132,8 +132,8 @@ impl<T> Shared<T> {
         *self.lock_name.get_or_init(|| LockName::of(&self.name))
     }
 
-    /// Locks the value as [`Self::peek`] does. Where another thread is held within this lock,
-    /// both go on at once.
+    /// Locks the value as [`Self::peek`] does. A thread that the rerun holds within this lock is let
+    /// go.
     fn past_held(&self, follower: &dyn TurnFollower) -> SharedGuard<'_, T> {
         let hands_on = false;
         match self.state.try_lock() {

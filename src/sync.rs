@@ -46,8 +46,8 @@ pub fn bump(counter: &AtomicU64) {
 }
 
 /// Waits for `condvar` while the `guard` of this `mutex` is open, at most so long. The model's
-/// condition variables have no time-out, but its wall clock advances with every read: only a
-/// long wait is one.
+/// condition variables have no time-out, but its wall clock advances with every read: there a wait
+/// of up to an hour ends at once, for its caller to look at that clock.
 pub fn wait_timeout<'m, T>(
     condvar: &Condvar,
     mutex: &'m Mutex<T>,

@@ -37,7 +37,7 @@ mod readers;
 mod subscription;
 
 use self::queue::{Bus, Queue};
-pub(crate) use self::{any::AnyTopic, outbox::Outbox, readers::ReadMark};
+pub(crate) use self::{any::AnyTopic, outbox::Outbox};
 pub use self::{
     channel::Channel,
     message::{Message, Payload},
@@ -100,8 +100,8 @@ impl<T: Payload> Topic<T> {
         }
     }
 
-    /// The same for a node whose messages are held back in `outbox` during a tick that
-    /// takes time.
+    /// Creates that of a node, whose messages are held back in `outbox` during a tick that takes
+    /// time.
     pub(crate) fn publisher_through(&self, outbox: &Arc<Outbox>) -> Publisher<T> {
         Publisher {
             bus: self.0.clone(),
@@ -115,24 +115,18 @@ impl<T: Payload> Topic<T> {
         self.subscribe_as(None)
     }
 
-    /// The same for a node, which is this one of the topic's readers.
-    pub(crate) fn subscribe_as(&self, reader: Option<usize>) -> Subscription<T> {
-        let queue = self.0.peek();
-        let next = queue.next_delivered();
-        drop(queue);
-        self.subscribe_again(Arc::new(ReadMark::new(next, reader)))
+    /// Creates that of a node, with its place among the topic's readers in the graph.
+    pub(crate) fn subscribe_as(&self, place: Option<usize>) -> Subscription<T> {
+        let reader = self.0.lock().add_reader(place);
+        let bus = self.0.clone();
+        Subscription { bus, reader }
     }
 
-    /// Creates a subscription with the read position of a previous one.
-    pub(crate) fn subscribe_again(&self, mark: Arc<ReadMark>) -> Subscription<T> {
-        let mut queue = self.0.lock();
-        queue.marks.push(mark.clone());
-        let triggers = queue.triggers.as_ref();
-        Subscription {
-            bus: self.0.clone(),
-            triggers: triggers.is_some_and(|triggers| triggers.reader(&mark).is_some()),
-            mark,
-        }
+    /// Creates a subscription with the `reader` of a previous one, and so its read position.
+    pub(crate) fn subscribe_again(&self, reader: usize) -> Subscription<T> {
+        self.0.lock().readers[reader].is_open = true;
+        let bus = self.0.clone();
+        Subscription { bus, reader }
     }
 
     /// Its index in the graph; `None` outside of one.

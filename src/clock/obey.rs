@@ -1,4 +1,11 @@
-//! How a clock carries out commands.
+//! Who carries out a command.
+//!
+//! | | while the nodes are at rest: in virtual time, in a pause | while they are on threads |
+//! |---|---|---|
+//! | a knob of a node | the clock: [`obey_at_rest`] | a thread of its task set, between two jobs of the node: [`Worker::obey`](crate::Worker::obey) |
+//! | anything else | the clock: [`obey_at_rest`] | the thread that supervises the others: [`Supervision::obey`] |
+//!
+//! All log it, with the value before or the reason for a refusal.
 
 use super::ClockExit;
 use crate::{
@@ -16,7 +23,7 @@ pub struct Obeyed {
 }
 
 /// Carries out a command that needs no node, as both clocks do.
-pub(super) fn obey(control: &mut ControlPlane, command: &Command, at: Time) -> Obeyed {
+fn obey_without_nodes(control: &mut ControlPlane, command: &Command, at: Time) -> Obeyed {
     let kind = control.status.clock;
     let refused = |reason: &str| Err(reason.to_owned());
     let answer = match command {
@@ -52,7 +59,7 @@ pub(super) fn obey(control: &mut ControlPlane, command: &Command, at: Time) -> O
     }
 }
 
-pub(super) fn refuse(control: &ControlPlane, command: &Command, at: Time, reason: &str) -> Obeyed {
+fn refuse(control: &ControlPlane, command: &Command, at: Time, reason: &str) -> Obeyed {
     let event = control.state.refused(at, command, reason);
     Obeyed { event, exit: None }
 }
@@ -70,7 +77,7 @@ pub fn obey_at_rest(graph: &mut Graph, command: &Command, at: Time) -> Obeyed {
     };
     match refusal {
         Some(reason) => refuse(&graph.control, command, at, &reason),
-        None => obey(&mut graph.control, command, at),
+        None => obey_without_nodes(&mut graph.control, command, at),
     }
 }
 
@@ -95,7 +102,7 @@ impl Supervision<'_> {
             .and_then(|node| control.local_index(node).err());
         let obeyed = match unknown {
             Some(reason) => refuse(control, command, at, &reason),
-            None => obey(control, command, at),
+            None => obey_without_nodes(control, command, at),
         };
         if obeyed.exit.is_some() || control.status.paused {
             // A node may have begun a tick later than `at` already.

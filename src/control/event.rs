@@ -104,7 +104,7 @@ impl Event {
         }
     }
 
-    /// The same, or for a node that crashed by itself the knob by which it would have.
+    /// Its knob, or for a node that crashed by itself the knob by which it would have.
     pub fn change(&self) -> Option<TimedKnob> {
         match &self.what {
             EventKind::Crashed { node, .. } => Some(TimedKnob {

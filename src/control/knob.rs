@@ -205,7 +205,7 @@ knobs! {
         #[serde(rename = "ms", with = "millis")]
         delay: Duration,
     }
-    /// A node stops ticking; messages it has not released are lost.
+    /// A node stops ticking; messages that it holds back are lost.
     Crash = "crash NODE" {
         /// The node's name.
         node: String,

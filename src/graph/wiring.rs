@@ -7,7 +7,7 @@ use crate::{
     node::{Ends, Fixed, LastTick},
     record::{MeterRecorder, PushRecorder, RecordSender},
     sync::Arc,
-    topic::{Payload, Publisher, ReadMark, Subscription, Topic},
+    topic::{Payload, Publisher, Subscription, Topic},
     trigger::Intake,
 };
 
@@ -103,10 +103,10 @@ impl<'g> Wiring<'g> {
 
     /// Connects the node as a reader of `topic`.
     pub fn subscription<T: Payload>(&mut self, topic: &Topic<T>) -> Subscription<T> {
-        if let Some(mark) = self.former_mark(topic) {
-            return topic.subscribe_again(mark);
+        if let Some(reader) = self.former_reader(topic) {
+            return topic.subscribe_again(reader);
         }
-        let subscription = topic.subscribe_as(Some(self.next_reader(topic)));
+        let subscription = topic.subscribe_as(Some(self.next_place(topic)));
         self.subscribe(topic, &subscription);
         subscription
     }
@@ -136,9 +136,9 @@ impl<'g> Wiring<'g> {
         let Some(arrivals) = self.arrivals else {
             return self.subscription(topic);
         };
-        let (node, input) = (self.ends.records.index(), self.intakes.len());
-        let reader = self.next_reader(topic);
-        let (subscription, intake) = topic.trigger(node, input, reader, arrivals);
+        let input = (self.ends.records.index(), self.intakes.len());
+        let place = self.next_place(topic);
+        let (subscription, intake) = topic.trigger(place, input, arrivals);
         self.intakes.push(intake);
         self.subscribe(topic, &subscription);
         self.triggers.extend(self.reads.last());
@@ -146,8 +146,8 @@ impl<'g> Wiring<'g> {
     }
 
     fn subscribe<T: Payload>(&mut self, topic: &Topic<T>, subscription: &Subscription<T>) {
-        let end = (topic.address(), subscription.mark.clone());
-        self.ends.marks.push(end);
+        let reader = (topic.address(), subscription.reader);
+        self.ends.readers.push(reader);
         let index = self.index_of(topic);
         self.reads.push(index);
     }
@@ -183,22 +183,22 @@ impl<'g> Wiring<'g> {
         self.fixed = Fixed { kinds, reason };
     }
 
-    /// The next position from which the former node read `topic`.
-    fn former_mark<T: Payload>(&mut self, topic: &Topic<T>) -> Option<Arc<ReadMark>> {
+    /// The next reader of `topic` that the former node had.
+    fn former_reader<T: Payload>(&mut self, topic: &Topic<T>) -> Option<usize> {
         if !self.is_again() {
             return None;
         }
         let address = topic.address();
-        let mut marks = self.ends.marks.iter();
-        let place = marks.position(|(known, _)| *known == address)?;
-        Some(self.ends.marks.remove(place).1)
+        let mut readers = self.ends.readers.iter();
+        let place = readers.position(|(known, _)| *known == address)?;
+        Some(self.ends.readers.remove(place).1)
     }
 
     /// The place of the next reader among those of `topic`.
-    fn next_reader<T: Payload>(&self, topic: &Topic<T>) -> usize {
+    fn next_place<T: Payload>(&self, topic: &Topic<T>) -> usize {
         let address = topic.address();
         let known = self.known.iter().find(|known| known.address == address);
-        let own = self.ends.marks.iter().filter(|(own, _)| *own == address);
+        let own = self.ends.readers.iter().filter(|(own, _)| *own == address);
         known.map_or(0, |known| known.readers.len()) + own.count()
     }
 

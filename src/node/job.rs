@@ -41,7 +41,7 @@ impl Job {
         }
     }
 
-    /// The same for a tick that begins so late, if that is known.
+    /// Sets how late its tick begins, if that is known.
     #[must_use]
     pub fn late(self, lateness: Option<Duration>) -> Self {
         let nanos = lateness.map(|late| u64::try_from(late.as_nanos()).unwrap_or(u64::MAX - 1));

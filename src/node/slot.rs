@@ -16,7 +16,7 @@ use crate::{
     record::{NodeRecord, RecordSender, TickTimes},
     sync::Arc,
     time::Time,
-    topic::{Outbox, ReadMark},
+    topic::Outbox,
 };
 
 /// A node with what it has of the graph.
@@ -43,8 +43,8 @@ pub(crate) struct Ends {
     pub(crate) last_tick: Option<LastTick>,
     /// Names of its measurements.
     pub(crate) meters: Vec<String>,
-    /// The number of the bus of each topic that it reads, with the position there.
-    pub(crate) marks: Vec<(usize, Arc<ReadMark>)>,
+    /// The number of the bus of each topic that it reads, with the index of its reader there.
+    pub(crate) readers: Vec<(usize, usize)>,
 }
 
 /// A tick that takes run time.
@@ -209,7 +209,7 @@ impl NodeSlot {
         }
     }
 
-    /// Forgets that tick, with the messages that it has not released.
+    /// Forgets that tick, with the messages that it holds back.
     pub(crate) fn abort(&mut self) {
         self.cut_off();
         self.ends.outbox.clear();
@@ -271,7 +271,7 @@ impl NodeSlot {
         let Some(again) = &mut self.again else {
             return self.node.restart();
         };
-        // The ends of a topic are released with their node.
+        // The node's ends of topics go with it.
         self.node = Box::new(|_: Time| GO_ON);
         self.node = (again.build)(self.ends.clone());
         match &again.message {

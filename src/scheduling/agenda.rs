@@ -10,7 +10,7 @@ pub enum Phase {
     /// Ticks end, by priority. Messages arrive after that, in the order of publication.
     End = 0,
     /// Timers of executors are due, in the order of registration.
-    Release = 2,
+    Timer = 2,
     /// Ticks begin of nodes with a thread of their own, by priority.
     Start = 3,
 }
@@ -40,8 +40,8 @@ pub(super) struct AgendaItem {
 impl AgendaItem {
     /// The phase of an alarm; `None` for an arrival.
     pub(super) fn phase(&self) -> Option<Phase> {
-        use Phase::{End, Release, Start};
-        [Some(End), None, Some(Release), Some(Start)][(self.order >> Phase::SHIFT) as usize]
+        use Phase::{End, Start, Timer};
+        [Some(End), None, Some(Timer), Some(Start)][(self.order >> Phase::SHIFT) as usize]
     }
 
     fn rank(&self) -> (Time, u64) {
@@ -96,8 +96,8 @@ pub(super) struct Agenda {
     arrivals: u64,
 }
 
-/// Number of instants that are found without a search: an instant that is missed has two
-/// buckets.
+/// Number of instants that are found without a search. One that is no longer among them gets a
+/// second bucket, which does no harm: the buckets of an instant are put in order together.
 const RECENT: usize = 4;
 
 impl Agenda {

@@ -55,7 +55,7 @@ impl Schedule {
         }
     }
 
-    /// Stops the node's ticks. Messages it has not released are lost.
+    /// Stops the node's ticks. Messages that it holds back are lost.
     fn crash(&mut self, node: usize, slot: &mut NodeSlot, now: Time) {
         let (task_set, member) = self.place(node);
         self.send(task_set, SchedulerEvent::Crashed { member }, now, false);

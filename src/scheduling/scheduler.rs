@@ -184,7 +184,7 @@ impl Timetable<'_> {
         }
         let rank = match phase {
             Phase::End | Phase::Start => (known.priority, known.node),
-            Phase::Release => (0, member),
+            Phase::Timer => (0, member),
         };
         self.agenda.add(at, phase, rank, known.node);
     }

@@ -75,10 +75,10 @@ impl<T: Payload> AnyTopic for Topic<T> {
 
     fn arrivals_after(&self, now: Time) -> Vec<Arrival> {
         let queue = self.0.peek();
-        let Some((triggers, transit)) = queue.triggers.as_ref().zip(queue.transit.as_ref()) else {
+        let Some(transit) = &queue.transit else {
             return Vec::new();
         };
         let times = transit.arrivals_after(now);
-        times.flat_map(|at| triggers.arrivals(at)).collect()
+        times.flat_map(|at| queue.arrivals(at)).collect()
     }
 }

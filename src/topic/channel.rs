@@ -21,13 +21,13 @@ pub trait Channel: Send {
     fn set(&mut self, knob: &Knob) -> Result<String, String>;
 }
 
-/// The messages of a topic that are released and not yet delivered, with what decides when they
+/// The messages of a topic that are published and not yet delivered, with what decides when they
 /// are.
 pub(crate) struct Transit<T> {
     pub(crate) channel: Box<dyn Channel>,
     /// The messages by delivery time and sequence number.
     messages: BTreeMap<(Time, u64), Message<T>>,
-    /// The newest released message, with its arrival time, or `None` if it is lost.
+    /// The newest message published, with its arrival time, or `None` if it is lost.
     pub(crate) newest: Option<(Message<T>, Option<Time>)>,
     /// One more than the highest delivered sequence number.
     pub(crate) next_delivered: u64,
@@ -44,7 +44,7 @@ impl<T: Clone> Transit<T> {
         }
     }
 
-    /// Sends `message`, released at `now`; returns when it arrives, or `None` if it is
+    /// Sends `message`, published at `now`; returns when it arrives, or `None` if it is
     /// lost.
     pub(crate) fn send(&mut self, message: Message<T>, now: Time) -> Option<Time> {
         let seq = message.seq;
@@ -69,8 +69,8 @@ impl<T: Clone> Transit<T> {
         later.skip_while(move |at| *at <= now)
     }
 
-    /// Whether nothing is in flight, the latest release is delivered, and later messages are
-    /// delivered at once.
+    /// Whether nothing is in flight, the newest message is delivered, and later ones are delivered
+    /// at once.
     pub(crate) fn is_done(&self) -> bool {
         let newest = self.newest.as_ref();
         let all = newest.is_none_or(|(message, _)| message.seq + 1 == self.next_delivered);

@@ -5,13 +5,13 @@ use std::{any::Any, collections::VecDeque};
 use super::{
     channel::Transit,
     message::{Message, Payload},
-    readers::{ReadMark, Triggers},
+    readers::TopicReader,
 };
 use crate::{
+    arrival::Arrival,
     qos::{Depth, ReadOrder},
     record::{Head, RecordSender, TopicRecord},
     shared::Shared,
-    sync::{Arc, atomic::Ordering, bump},
     time::Time,
 };
 
@@ -28,9 +28,9 @@ pub(super) struct Queue<T> {
     pub(super) order: ReadOrder,
     /// Messages in flight, while the topic has a link.
     pub(super) transit: Option<Box<Transit<T>>>,
-    /// What the nodes need that its messages trigger, if there are any.
-    pub(super) triggers: Option<Box<Triggers<T>>>,
-    pub(super) marks: Vec<Arc<ReadMark>>,
+    /// Run times of the deliveries of `messages`, if they trigger a node.
+    pub(super) delivered: Option<VecDeque<Time>>,
+    pub(super) readers: Vec<TopicReader<T>>,
     /// Where its records go, once it is in a graph.
     pub(super) records: Option<RecordSender>,
 }
@@ -45,16 +45,30 @@ impl<T: Payload> Queue<T> {
             newest_at: Time::ZERO,
             order: ReadOrder::Newest,
             transit: None,
-            triggers: None,
-            marks: Vec::new(),
+            delivered: None,
+            readers: Vec::new(),
             records: None,
         }
     }
 
-    /// One more than the highest sequence number that a reader may have seen.
-    pub(super) fn next_delivered(&self) -> u64 {
+    /// Adds a reader with this place among those of a graph; returns its index. It has seen all that
+    /// is delivered.
+    pub(super) fn add_reader(&mut self, place: Option<usize>) -> usize {
         let transit = self.transit.as_ref();
-        transit.map_or(self.next_seq, |transit| transit.next_delivered)
+        let next = transit.map_or(self.next_seq, |transit| transit.next_delivered);
+        let reader = TopicReader::new(next, place);
+        let mut known = self.readers.iter();
+        // Nobody comes back to one outside of a graph.
+        match known.position(|known| !known.is_open && known.place.is_none()) {
+            Some(free) => {
+                self.readers[free] = reader;
+                free
+            }
+            None => {
+                self.readers.push(reader);
+                self.readers.len() - 1
+            }
+        }
     }
 
     /// Publishes at run time `now`, with the stamp of the publisher's clock.
@@ -76,8 +90,8 @@ impl<T: Payload> Queue<T> {
             }
             Some(_) => self.send(message, now),
         };
-        if let Some((triggers, arrives)) = self.triggers.as_ref().zip(arrives) {
-            triggers.announce(arrives);
+        if let Some(arrives) = arrives.filter(|_| self.delivered.is_some()) {
+            self.announce(arrives);
         }
         self.record_newest();
     }
@@ -92,7 +106,7 @@ impl<T: Payload> Queue<T> {
         }
     }
 
-    /// Sends `message`, released at run time `now`, through the link; returns when it
+    /// Sends `message`, published at run time `now`, through the link; returns when it
     /// arrives.
     #[cold]
     pub(super) fn send(&mut self, message: Message<T>, now: Time) -> Option<Time> {
@@ -132,14 +146,14 @@ impl<T: Payload> Queue<T> {
             Some(transit) => transit.newest.as_ref().map(|(m, at)| (m, *at))?,
             None => (self.messages.back()?, Some(self.newest_at)),
         };
-        let marks = self.marks.iter();
+        let readers = self.readers.iter().filter(|reader| reader.is_open);
         let head = Head {
             at: self.newest_at,
             stamp: message.stamp,
             seq: message.seq,
             origin: message.origin,
             arrives,
-            dropped: marks.map(|mark| mark.dropped.load(Ordering::Relaxed)).sum(),
+            dropped: readers.map(|reader| reader.dropped).sum(),
         };
         Some((message, head))
     }
@@ -169,38 +183,73 @@ impl<T> Queue<T> {
             self.evict_oldest(now);
         }
         self.messages.push_back(message);
-        if let Some(triggers) = &mut self.triggers {
-            triggers.delivered.push_back(now);
+        if let Some(delivered) = &mut self.delivered {
+            delivered.push_back(now);
         }
     }
 
-    /// The message that a subscription with read position `mark` reads next.
+    /// The message that a reader reads next.
     #[inline]
-    pub(super) fn to_read(&self, mark: &ReadMark) -> Option<&Message<T>> {
+    pub(super) fn to_read(&self, reader: usize) -> Option<&Message<T>> {
         match self.order {
             ReadOrder::Newest => self.messages.back(),
-            ReadOrder::Oldest => self.oldest_unread(mark).or(self.messages.back()),
+            ReadOrder::Oldest => self.oldest_unread(reader).or(self.messages.back()),
         }
     }
 
-    /// The oldest message that a subscription with read position `mark` has not seen.
-    pub(super) fn oldest_unread(&self, mark: &ReadMark) -> Option<&Message<T>> {
-        let unread = mark.next_unread.load(Ordering::Relaxed);
-        let read = self.messages.partition_point(|m| m.seq < unread);
-        self.messages.get(read)
+    /// The oldest message that a reader has not seen.
+    pub(super) fn oldest_unread(&self, reader: usize) -> Option<&Message<T>> {
+        self.messages.get(self.first_unread(reader))
+    }
+
+    /// Its index; their number if there is none.
+    pub(super) fn first_unread(&self, reader: usize) -> usize {
+        let unread = self.readers[reader].next_unread;
+        self.messages
+            .partition_point(|message| message.seq < unread)
+    }
+
+    /// Notes from now on when messages are delivered; those that are here were so when they were
+    /// published.
+    pub(super) fn note_deliveries(&mut self) {
+        let stamps = self.messages.iter().map(|message| message.stamp);
+        self.delivered.get_or_insert_with(|| stamps.collect());
+    }
+
+    /// The arrivals of a message at run time `at`, for the nodes that it triggers.
+    pub(super) fn arrivals(&self, at: Time) -> impl Iterator<Item = Arrival> {
+        let triggers = self
+            .readers
+            .iter()
+            .filter_map(|reader| reader.trigger.as_ref());
+        triggers.map(move |end| end.arrival(at))
+    }
+
+    /// Announces a message that will arrive at run time `at`.
+    fn announce(&self, at: Time) {
+        for end in self
+            .readers
+            .iter()
+            .filter_map(|reader| reader.trigger.as_ref())
+        {
+            end.arrivals.add(end.arrival(at));
+        }
     }
 
     /// Evicts the oldest message at run time `now`.
     pub(super) fn evict_oldest(&mut self, now: Time) {
-        if let Some(evicted) = self.messages.pop_front() {
-            if let Some(triggers) = &mut self.triggers {
-                triggers.delivered.pop_front();
-            }
-            for mark in &self.marks {
-                if mark.next_unread.load(Ordering::Relaxed) <= evicted.seq {
-                    bump(&mark.dropped);
-                    let (reader, at) = (mark.reader, now);
-                    self.send_record(|| TopicRecord::Dropped { reader, at });
+        let Some(evicted) = self.messages.pop_front() else {
+            return;
+        };
+        if let Some(delivered) = &mut self.delivered {
+            delivered.pop_front();
+        }
+        for known in self.readers.iter_mut().filter(|reader| reader.is_open) {
+            if known.next_unread <= evicted.seq {
+                known.dropped += 1;
+                let (reader, at) = (known.place, now);
+                if let Some(records) = &self.records {
+                    records.topic(|| TopicRecord::Dropped { reader, at });
                 }
             }
         }

@@ -3,13 +3,8 @@
 use super::{
     message::{Message, Payload},
     queue::{Bus, Queue},
-    readers::ReadMark,
 };
-use crate::{
-    record::TopicRecord,
-    sync::{Arc, atomic::Ordering},
-    time::Time,
-};
+use crate::{record::TopicRecord, sync::Arc, time::Time};
 
 /// The end of a topic that a node reads from.
 ///
@@ -30,9 +25,8 @@ use crate::{
 #[derive(Debug)]
 pub struct Subscription<T> {
     pub(super) bus: Arc<Bus<T>>,
-    pub(crate) mark: Arc<ReadMark>,
-    /// Whether its messages trigger the node, which then reads those of its set.
-    pub(super) triggers: bool,
+    /// Index of its reader in the queue.
+    pub(crate) reader: usize,
 }
 
 impl<T: Payload> Subscription<T> {
@@ -44,31 +38,28 @@ impl<T: Payload> Subscription<T> {
     pub fn latest(&mut self, now: Time) -> Option<Message<T>> {
         let mut bus = self.bus.lock();
         let queue = &mut *bus;
-        let message = if self.triggers {
-            queue
-                .triggers
-                .as_ref()?
-                .reader(&self.mark)?
-                .chosen
-                .clone()?
-        } else {
-            if queue.transit.is_some() {
-                queue.deliver(now);
+        let message = match &queue.readers[self.reader].trigger {
+            Some(end) => end.chosen.clone()?,
+            None => {
+                if queue.transit.is_some() {
+                    queue.deliver(now);
+                }
+                queue.to_read(self.reader)?.clone()
             }
-            queue.to_read(&self.mark)?.clone()
         };
         self.seen(queue, &message, now);
         Some(message)
     }
 
-    /// Moves the read position behind `message`, which is read at run time `now`.
+    /// Moves the read position behind `message`, which is read at run time `now`. That of a trigger
+    /// moves as a message is taken.
     #[inline]
-    fn seen(&self, queue: &Queue<T>, message: &Message<T>, now: Time) {
-        if !self.triggers {
-            let next = message.seq + 1;
-            self.mark.next_unread.store(next, Ordering::Relaxed);
+    fn seen(&self, queue: &mut Queue<T>, message: &Message<T>, now: Time) {
+        let reader = &mut queue.readers[self.reader];
+        if reader.trigger.is_none() {
+            reader.next_unread = message.seq + 1;
         }
-        if let Some(reader) = self.mark.reader {
+        if let Some(reader) = reader.place {
             let age = now.since(message.stamp);
             queue.send_record(|| TopicRecord::Read { reader, age });
         }
@@ -83,22 +74,19 @@ impl<T: Payload> Subscription<T> {
         if queue.transit.is_some() {
             queue.deliver(now);
         }
-        let message = queue.oldest_unread(&self.mark)?.clone();
+        let message = queue.oldest_unread(self.reader)?.clone();
         self.seen(queue, &message, now);
         Some(message)
     }
 
     /// Number of messages evicted before this subscription saw them.
     pub fn dropped(&self) -> u64 {
-        self.mark.dropped.load(Ordering::Relaxed)
+        self.bus.peek().readers[self.reader].dropped
     }
 }
 
 impl<T> Drop for Subscription<T> {
     fn drop(&mut self) {
-        self.bus
-            .lock()
-            .marks
-            .retain(|mark| !Arc::ptr_eq(mark, &self.mark));
+        self.bus.lock().readers[self.reader].is_open = false;
     }
 }

@@ -1,6 +1,8 @@
 //! A graph contains all state of its run, so it can be handed over from clock to clock,
 //! or run in pieces, and continues where it was.
 
+use crossbeam_channel::Sender;
+
 use crate::support::*;
 
 /// Runs `graph` with these commands, first under a clock of `kind`.
@@ -101,4 +103,87 @@ fn messages_in_flight_at_a_hand_over_trigger_their_nodes() {
         run_virtual(&mut graph, "", secs(0.5));
         assert!(ticks.try_iter().eq([secs(0.03)]));
     }
+}
+
+/// The moment at which node `b` is slowed down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Slowed {
+    Never,
+    /// Before any late node has ticked.
+    First,
+    /// While the first of them ticks.
+    Amid,
+}
+
+/// A graph as the real clock may hand it over: run time is past the due times of `a` and `b`, and
+/// at that of `c`.
+fn late(slowed: Slowed, commander: Sender<Command>) -> (Graph, TickLog) {
+    let slower = command("rate b 7");
+    if slowed == Slowed::First {
+        commander.send(slower.clone()).expect("open");
+    }
+    let mut amid = (slowed == Slowed::Amid).then_some(slower);
+    let (mut graph, log) = (Graph::new(), TickLog::default());
+    for (name, rate) in [("a", 100.0), ("b", 50.0), ("c", 40.0)] {
+        let (commander, mut amid) = (commander.clone(), amid.take());
+        log.node_that(&mut graph, name, rate, 0, move |now| {
+            if let Some(slower) = amid.take_if(|_| now > Time::ZERO) {
+                commander.send(slower)?;
+            }
+            GO_ON
+        });
+    }
+    let (task_sets, supervision) = graph.apart();
+    for (_, worker) in task_sets
+        .groups()
+        .iter_mut()
+        .flat_map(|group| &mut group.workers)
+    {
+        worker.find(Time::ZERO, None);
+        worker.begin(Time::ZERO);
+        assert!(worker.done(Time::ZERO, Time::ZERO).is_none());
+    }
+    drop((task_sets, supervision));
+    graph.state().set_now(secs(0.025));
+    (graph, log)
+}
+
+/// What ticked after the first time, and the events.
+fn run_late(
+    slowed: Slowed,
+    timed: Vec<TimedCommand>,
+    end: f64,
+) -> (Vec<(&'static str, Time)>, Vec<Event>) {
+    let (commander, mut inbox) = Inbox::new(timed);
+    let (mut graph, log) = late(slowed, commander);
+    let exit = VirtualClock.run(&mut graph, &mut inbox, secs(end));
+    assert_eq!(exit.expect("no fault"), ClockExit::Completed);
+    (log.all().split_off(3), graph.state().events(0))
+}
+
+#[test]
+fn a_live_command_and_the_same_as_a_timed_one_follow_the_ticks_of_late_nodes() {
+    for slowed in [Slowed::First, Slowed::Amid] {
+        let (ticks, events) = run_late(slowed, Vec::new(), 0.5);
+        let now = secs(0.025);
+        assert_eq!(
+            ticks[..3],
+            ["a", "b", "c"].map(|node| (node, now)),
+            "{slowed:?}"
+        );
+        assert_eq!(events[0].at, now + Time::RESOLUTION, "{slowed:?}");
+        let timed = events.iter().filter_map(Event::replayable).collect();
+        assert_eq!(
+            run_late(Slowed::Never, timed, 0.5),
+            (ticks, events),
+            "{slowed:?}"
+        );
+    }
+}
+
+#[test]
+fn after_the_end_only_those_tick_that_were_due_before_and_no_command_is_obeyed() {
+    let (ticks, events) = run_late(Slowed::Never, timed("0.01 stop"), 0.02);
+    assert_eq!(ticks, ["a", "b"].map(|node| (node, secs(0.025))));
+    assert_eq!(events, []);
 }

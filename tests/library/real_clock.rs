@@ -264,3 +264,27 @@ fn a_pause_stops_the_schedule_of_a_node_that_is_busy() {
     let overruns = node.overruns;
     assert!(node.ticks + overruns <= periods, "{overruns} overruns");
 }
+
+/// Niceness and scheduling policy of the calling thread, by the kernel.
+#[cfg(target_os = "linux")]
+fn scheduling() -> (i32, u32) {
+    let stat = std::fs::read_to_string("/proc/thread-self/stat").expect("Linux");
+    let (_, after) = stat.rsplit_once(") ").expect("a name");
+    let fields: Vec<&str> = after.split(' ').collect();
+    // Fields 19 and 41 of proc(5), whose first two are before.
+    let nice = fields[16].parse().expect("a number");
+    (nice, fields[38].parse().expect("a number"))
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_low_priority_is_that_of_an_ordinary_thread_with_a_small_share() {
+    const ORDINARY: u32 = 0;
+    let lowered = std::thread::spawn(|| {
+        ratelab_real_clock::lower_priority();
+        scheduling()
+    });
+    let (nice, policy) = lowered.join().expect("a thread");
+    assert_eq!(policy, ORDINARY);
+    assert!((5..=15).contains(&nice), "{nice}");
+}

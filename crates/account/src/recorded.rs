@@ -36,7 +36,7 @@ pub trait RecordedTopic: Any + Send + Sync {
     /// A reading end for the node of `wiring`.
     fn reader(&self, wiring: &mut Wiring<'_>) -> RowReader;
 
-    /// The same for a node that the messages trigger; see [`Wiring::trigger`].
+    /// A reading end for a node that the messages trigger; see [`Wiring::trigger`].
     fn trigger(&self, wiring: &mut Wiring<'_>) -> RowReader;
 }
 

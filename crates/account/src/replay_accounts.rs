@@ -156,7 +156,7 @@ impl ReplayAccounts {
         }
     }
 
-    /// The same by the name of the node.
+    /// Adds a record of the node called `name`.
     fn named(&self, name: &str, record: &NodeRecord) {
         let mut nodes = self.observer.accounts.topology.nodes.iter();
         if let Some(node) = nodes.position(|node| node.name == name) {

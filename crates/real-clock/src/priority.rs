@@ -210,30 +210,3 @@ pub use system::lower_priority;
 pub(crate) use system::{
     ThreadId, core_time, prepare_thread, set_rank, share_cores, spare_cores, this_thread,
 };
-
-#[cfg(all(test, target_os = "linux"))]
-mod tests {
-    use std::{fs, thread};
-
-    /// Niceness and scheduling policy of the calling thread, by the kernel.
-    fn scheduling() -> (i32, u32) {
-        let stat = fs::read_to_string("/proc/thread-self/stat").expect("Linux");
-        let (_, after) = stat.rsplit_once(") ").expect("a name");
-        let fields: Vec<&str> = after.split(' ').collect();
-        // Fields 19 and 41 of proc(5), whose first two are before.
-        let nice = fields[16].parse().expect("a number");
-        (nice, fields[38].parse().expect("a number"))
-    }
-
-    #[test]
-    fn a_low_priority_is_that_of_an_ordinary_thread_with_a_small_share() {
-        const ORDINARY: u32 = 0;
-        let lowered = thread::spawn(|| {
-            super::lower_priority();
-            scheduling()
-        });
-        let (nice, policy) = lowered.join().expect("a thread");
-        assert_eq!(policy, ORDINARY);
-        assert!((5..=15).contains(&nice), "{nice}");
-    }
-}

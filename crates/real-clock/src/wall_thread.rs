@@ -61,7 +61,7 @@ enum ThreadStep {
     },
     /// Wait for more until this run time.
     Wait(Time),
-    /// The same, with a core kept busy.
+    /// Wait for more until this run time, with a core kept busy.
     Spin(Time),
     /// Keep a core busy until the thread has had this time on it.
     Compute(Duration),

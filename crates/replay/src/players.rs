@@ -132,7 +132,7 @@ impl<'a> Players<'a> {
         });
     }
 
-    /// The same, held between any two operations until nobody looks on any more.
+    /// Plays these steps, held between any two operations until nobody looks on any more.
     pub(super) fn held(&mut self, steps: &[PlanStep]) {
         let takes = |step: &&PlanStep| {
             let entry = &self.all[step.thread].entries[step.entry];

@@ -68,8 +68,8 @@ impl Rerun {
         Self::read(log, events, topology, true)
     }
 
-    /// The same for a log that may be cut off at any place: the run is executed for as
-    /// long as the log goes, and stopped then.
+    /// Prepares a run whose log may be cut off at any place: it is executed for as long as the log
+    /// goes, and stopped then.
     ///
     /// # Errors
     /// As of [`Rerun::new`].

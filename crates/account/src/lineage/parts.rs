@@ -120,7 +120,7 @@ impl Lineage {
         self.chain(topic, seq, MOST_HOPS)
     }
 
-    /// The same for a chain of at most `hops` messages.
+    /// The parts for a chain of at most `hops` messages.
     fn chain(&self, topic: usize, seq: u64, hops: usize) -> Option<AgeParts> {
         let sent = self.topics.get(topic)?.message(seq)?;
         let (node, index) = self.made_by(topic, seq)?;
@@ -221,8 +221,8 @@ impl Lineage {
         known.or_else(|| self.arrived_with(node, index, sensed))
     }
 
-    /// The same under the real clock, where the time of a read is less exact than that of
-    /// its tick.
+    /// The message that a tick has read under the real clock, where the time of a read is less exact
+    /// than that of its tick.
     fn arrived_with(&self, node: usize, index: usize, sensed: Time) -> Option<(usize, u64)> {
         let at = self.nodes[node].ticks[index].tick.at;
         self.nodes[node].inputs.iter().find_map(|&topic| {

@@ -15,8 +15,7 @@ impl AgeParts {
         self.sentence_within(topology, usize::MAX)
     }
 
-    /// The same in at most `room` characters, where possible: the smallest parts are
-    /// merged.
+    /// A sentence of at most `room` characters, where possible: the smallest parts are merged.
     pub fn sentence_within(&self, topology: &Topology, room: usize) -> String {
         let age = (self.sum_ns() as f64 / 1e6).round() as i64;
         let (mut parts, mut elsewhere) = (self.in_words(topology), 0);

@@ -108,7 +108,7 @@ impl Ordered {
     fn release(&mut self, member: usize, plan: &mut Timetable<'_>) {
         let due = self.tasks[member].due();
         self.releases[member] = due;
-        plan.alarm(due, Phase::Release, member);
+        plan.alarm(due, Phase::Timer, member);
     }
 
     /// Has the messages arrive now that wait for a node.
@@ -240,7 +240,7 @@ impl Scheduler for Ordered {
                 Phase::End if self.tasks[member].is_over(plan.now()) => {
                     return Some(Job::new(member, JobKind::End));
                 }
-                Phase::Release => self.alarm(member, at, plan),
+                Phase::Timer => self.alarm(member, at, plan),
                 _ => {}
             },
             SchedulerEvent::Arrived { member, .. } if self.tasks[member].crashed => {}

@@ -119,7 +119,7 @@ impl Link {
         }
     }
 
-    /// The same link with another `part`, such as `delay:30`.
+    /// This link with another `part`, such as `delay:30`.
     ///
     /// # Errors
     /// The accepted values, if there is no such part, or no such link.

@@ -56,7 +56,7 @@ impl Trigger {
         }
     }
 
-    /// The same for all inputs.
+    /// Run time of the delivery of the oldest message on any input.
     pub(crate) fn oldest(&self, now: Time) -> Option<Time> {
         let inputs = 0..self.inputs.len();
         inputs.filter_map(|input| self.oldest_of(input, now)).min()
