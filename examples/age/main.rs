@@ -50,13 +50,6 @@ impl Measured {
         ByAge::of(self.causes.iter().flatten())
     }
 
-    /// All runs by the mean age over the whole run.
-    fn by_run(&self) -> ByAge {
-        let runs = self.causes.iter().flatten();
-        let ages = runs.filter_map(|run| Some((run.push_age?.run_s, !run.verdict.is_lost())));
-        ages.collect()
-    }
-
     fn name(&self) -> &str {
         let file = self.policy.rsplit('/').next().unwrap_or(self.policy);
         file.split('.').next().unwrap_or(file)
@@ -83,43 +76,38 @@ fn held(by_age: &ByAge, from_s: f64, to_s: f64) -> String {
 fn limits(measured: &[Measured]) {
     println!(
         "| policy | deviations grow from | it falls from | stand, more than 10 ms below | within \
-         10 ms | more than 10 ms above | on the wrong side | by the mean of the whole run |"
+         10 ms | more than 10 ms above | on the wrong side |"
     );
-    println!("|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|");
     for policy in measured {
-        let (late, whole) = (policy.all(), policy.by_run());
-        let Some(falls) = late.split() else {
+        let by_age = policy.all();
+        let Some(falls) = by_age.split() else {
             continue;
         };
         let [below, above] = [falls.at_s - NEAR_S, falls.at_s + NEAR_S];
         println!(
-            "| {} | {} | {} | {} | {} | {} | {} of {} | {} |",
+            "| {} | {} | {} | {} | {} | {} | {} of {} |",
             policy.name(),
             ms(policy.grows_s),
             ms(Some(falls.at_s)),
-            held(&late, 0.0, below),
-            held(&late, below, above),
-            held(&late, above, f64::INFINITY),
+            held(&by_age, 0.0, below),
+            held(&by_age, below, above),
+            held(&by_age, above, f64::INFINITY),
             falls.misjudged,
-            late.len(),
-            whole.split().map_or(0, |split| split.misjudged),
+            by_age.len(),
         );
     }
 }
 
-/// For each cause its own limit (ms), and the number of its runs on the wrong side of the
-/// common limit.
+/// For each cause the limit that its runs have alone (ms).
 fn causes(measured: &[Measured]) {
     let names: Vec<_> = measured.iter().map(Measured::name).collect();
     println!("| what makes it old | {} |", names.join(" | "));
     println!("|---|{}", "---|".repeat(names.len()));
     for (place, cause) in CAUSES.iter().enumerate() {
         let cells = measured.iter().map(|policy| {
-            let by_age = ByAge::of(&policy.causes[place]);
-            let own = ms(by_age.split().map(|split| split.at_s));
-            let limit = policy.all().split();
-            let wrong = limit.map_or(0, |limit| by_age.misjudged_at(limit.at_s));
-            format!("{own} ({wrong} of {})", by_age.len())
+            let own = ByAge::of(&policy.causes[place]).split();
+            ms(own.map(|split| split.at_s))
         });
         println!(
             "| {} | {} |",
