@@ -134,19 +134,6 @@ fn the_real_clock_refuses_commands_for_virtual_time() {
 }
 
 #[test]
-fn a_node_that_ends_the_run_is_named_with_the_time() {
-    let (log, mut graph) = metronome();
-    log.node_that(&mut graph, "judge", 10.0, 1, |now| {
-        if now < secs(0.2) { GO_ON } else { END }
-    });
-    let (node, at) = ("judge".to_owned(), secs(0.2));
-    let exit = run_virtual(&mut graph, "", Time::MAX);
-    let what = EventKind::Ended { node: node.clone() };
-    assert_eq!(exit, ClockExit::Ended { node, at });
-    assert_eq!(graph.state().events(0), [Event { at, what }]);
-}
-
-#[test]
 fn a_paused_run_stands_still_until_it_is_resumed() {
     let (log, mut graph) = metronome();
     let (commander, mut inbox) = Inbox::new(timed("0 pause"));

@@ -1,7 +1,7 @@
 //! Nodes take messages while they run, and a policy node can switch to another policy:
 //! between ticks, with a log entry, and reproducibly.
 
-use std::{fs, num::NonZeroUsize, ops::ControlFlow, thread};
+use std::{fs, num::NonZeroUsize, ops::ControlFlow};
 
 use ratelab_study::experiment::sweep::{Sweep, SweepAxis};
 
@@ -63,6 +63,21 @@ fn a_refused_message_is_logged_with_the_reason() {
 }
 
 #[test]
+fn a_message_of_the_setup_is_handled_before_the_run_or_refused() {
+    let listener = system(|builder| builder.node("a", 10.0, 0, |_| Listener("nothing".to_owned())));
+    let summary = run_of(
+        listener.clone(),
+        &config("until 0.2; send a one; 0.1 send a two"),
+    );
+    let events = summary.events.iter().map(ToString::to_string);
+    assert_eq!(events.collect::<Vec<_>>(), ["0.100 s: a: two (was one)"]);
+    assert_eq!(
+        refusal_of(listener, &config("send a no")),
+        "send a no: not that"
+    );
+}
+
+#[test]
 fn a_node_that_panics_over_a_message_is_a_fault_with_its_name() {
     for mut clock in clocks() {
         let (_commands, mut inbox) = Inbox::new(timed("0.01 send a boom"));
@@ -93,15 +108,6 @@ fn a_run_that_swaps_policies_is_reproducible() {
     let first = run_bytes(&config);
     assert_eq!(applied(&first.summary.events).len(), 5);
     assert_eq!(first.bytes(), run_bytes(&config).bytes());
-    let bare = Config {
-        knobs: Vec::new(),
-        ..config.clone()
-    };
-    let mut again = experiment(&bare);
-    let events = first.summary.events.iter();
-    again.schedule(events.filter_map(Event::replayable).collect());
-    assert_eq!(collect(again).bytes(), first.bytes());
-    assert_ne!(run_bytes(&bare).bytes(), first.bytes());
     let turned = first.summary.knobs();
     assert_eq!(turned, first.summary.config.knobs);
     assert_eq!(turned[0], config.knobs[0]);
@@ -210,19 +216,17 @@ fn a_policy_of_the_callers_own_is_not_swapped() {
 
 #[test]
 fn policies_are_swapped_under_the_real_clock_while_the_pole_stays_up() {
-    let experiment = experiment(&config("real; until 0.6"));
-    let commands = experiment.commands();
-    let person = thread::spawn(move || {
-        for policy in ["lqr", "scripted", "lqr"] {
-            thread::sleep(ms(100));
-            let swap = command(&format!("send policy {policy}"));
-            commands.send(swap).expect("a run");
-        }
-    });
-    let summary = experiment.run().expect("run");
-    person.join().expect("a person");
-    assert!(!summary.verdict.is_lost());
-    let swaps = summary.knobs();
-    let swaps: Vec<String> = swaps.iter().map(|timed| timed.knob.value()).collect();
-    assert_eq!(swaps, ["lqr", "scripted", "lqr"]);
+    let swaps = "0.1 policy lqr; 0.2 policy scripted; 0.3 policy lqr";
+    let summary = run(&config(&format!("real; until 0.5; {swaps}")));
+    check(swaps, &summary, "verdict balanced");
+    let turned = summary.knobs();
+    for (turned, asked) in turned.iter().zip(&summary.config.knobs) {
+        assert!(
+            turned.at >= asked.at,
+            "{turned:?} was asked for at {}",
+            asked.at
+        );
+    }
+    let turned: Vec<String> = turned.iter().map(|timed| timed.knob.value()).collect();
+    assert_eq!(turned, ["lqr", "scripted", "lqr"]);
 }

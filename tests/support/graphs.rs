@@ -1,12 +1,9 @@
 //! Short names for graphs of the core, and nodes that record their ticks.
 #![allow(dead_code)] // Each test uses its own part.
 
-use std::{
-    sync::{Arc, Mutex},
-    thread,
-};
+use std::sync::{Arc, Mutex};
 
-use crossbeam_channel::{Receiver, Sender};
+use crossbeam_channel::Receiver;
 use ratelab::{
     Clock, ClockExit, ClockKind, Command, Depth, Event, EventKind, GO_ON, Graph, Hz, Inbox,
     Message, Payload, Tick, Time, TimedCommand, Topic, VirtualClock,
@@ -178,20 +175,6 @@ pub fn run_timed(
 /// Runs `graph` on the virtual clock.
 pub fn run_virtual(graph: &mut Graph, commands: &str, until: Time) -> ClockExit {
     run_timed(&mut VirtualClock, graph, commands, until)
-}
-
-/// Runs `graph` without an end while `person` observes it and gives commands.
-pub fn run_watched(
-    clock: &mut dyn Clock,
-    graph: &mut Graph,
-    person: impl FnOnce(Sender<Command>, Observer) + Send,
-) -> ClockExit {
-    let (commander, mut inbox) = Inbox::new(Vec::new());
-    let observer = Observer::of(graph);
-    thread::scope(|scope| {
-        scope.spawn(|| person(commander, observer));
-        clock.run(graph, &mut inbox, Time::MAX).expect("no fault")
-    })
 }
 
 /// The commands of a run that took effect, with their times.
