@@ -18,23 +18,14 @@ fn fields(words: &str) -> Fields<'_> {
     words.filter_map(|word| word.split_once('=')).collect()
 }
 
-fn number<T: std::str::FromStr>(fields: &Fields<'_>, key: &str) -> T {
+fn parsed<T: std::str::FromStr>(fields: &Fields<'_>, key: &str) -> T {
     let number = fields[key].parse().ok();
     number.unwrap_or_else(|| panic!("{key}: {}", fields[key]))
 }
 
-/// The seed and the end in `fields`.
-fn setting(fields: &Fields<'_>, config: Config) -> Config {
-    let seconds = number(fields, "duration_s");
-    Config {
-        seed: number(fields, "seed"),
-        end: Time::from_secs_f64(seconds).expect("a time"),
-        ..config
-    }
-}
-
 /// Figures of a run, by their names in the reference data.
-const FIGURES: [(&str, &str); 8] = [
+const FIGURES: [(&str, &str); 9] = [
+    ("verdict", "ending"),
     ("steps", "steps"),
     ("obs_published", "published /obs"),
     ("obs_dropped", "dropped /obs"),
@@ -45,13 +36,6 @@ const FIGURES: [(&str, &str); 8] = [
     ("sim_time_ns", "end_ns"),
 ];
 
-/// They and the verdict of a run.
-fn figures(run: &RunBytes) -> Vec<(&'static str, String)> {
-    let figures = FIGURES.map(|(key, name)| (key, figure(&run.summary, name)));
-    let verdict = ("verdict", golden_verdict(&run.summary));
-    figures.into_iter().chain([verdict]).collect()
-}
-
 #[test]
 fn every_reference_run_is_reproduced_to_the_bit() {
     let mut runs = 0;
@@ -60,16 +44,19 @@ fn every_reference_run_is_reproduced_to_the_bit() {
         let (asked, expected) = (fields(lines[0]), fields(lines[1]));
         let timed = asked.get("knobs").copied().unwrap_or_default();
         let config = config(&format!(
-            "sensor-hz {}; control-hz {}; queue-depth {}; policy {}; {}",
+            "seed {}; until {}; sensor-hz {}; control-hz {}; queue-depth {}; policy {}; {}",
+            asked["seed"],
+            asked["duration_s"],
             asked["sensor_hz"],
             asked["control_hz"],
             asked["depth"],
             asked["policy"],
             timed.replace(',', ";").replace(':', " ")
         ));
-        let run = run_bytes(&setting(&asked, config));
-        for (key, value) in figures(&run) {
-            assert_eq!(value, expected[key], "{key} of {}", lines[0]);
+        let run = run_bytes(&config);
+        for (key, name) in FIGURES {
+            let found = figure(&run.summary, name);
+            assert_eq!(found, expected[key], "{key} of {}", lines[0]);
         }
         let steps: Vec<u8> = run.steps.iter().flat_map(step_bytes).collect();
         let hash = format!("fnv1a64={:016x}", fnv1a64(&steps));
@@ -81,49 +68,35 @@ fn every_reference_run_is_reproduced_to_the_bit() {
 
 /// A reference run of `honest.txt`: its configuration, its results and its hash.
 fn honest(block: &str) -> (Config, Fields<'_>, &str) {
-    let (mut config, mut got, mut hash) = (Config::default(), Fields::new(), "");
-    let knobs = CartPole::KNOBS;
+    let (mut run, mut got, mut hash, mut knobs) = (Fields::new(), Fields::new(), "", Vec::new());
     for line in block.lines() {
         let (kind, rest) = line.split_once([' ', '=']).expect("a line");
         match kind {
-            "run" => {
-                let fields = fields(rest);
-                let step_ms = fields.get("step_ms").map(|ms| ms.parse().expect("number"));
-                let depth = format!("queue-depth {}", fields["depth"]);
-                config = setting(&fields, crate::support::config(&depth));
-                config.world = WorldKind::parse(fields["world"], step_ms).expect("a world");
-            }
-            "setup" => config.setup.extend(knobs.parse(rest).expect("a knob")),
-            "knob" => config
-                .knobs
-                .extend(knobs.parse_timed(rest).expect("a knob")),
+            "run" => run = fields(rest),
+            "setup" | "knob" => knobs.push(rest),
             "got" => got = fields(rest),
             "fnv1a64" => hash = rest,
             other => panic!("{other:?} begins no line"),
         }
     }
-    (config, got, hash)
+    let [seed, end, depth] = ["seed", "duration_s", "depth"].map(|key| run[key]);
+    let knobs = knobs.join("; ");
+    let config = config(&format!(
+        "seed {seed}; until {end}; queue-depth {depth}; {knobs}"
+    ));
+    let step_ms = run.get("step_ms").map(|ms| ms.parse().expect("number"));
+    let world = WorldKind::parse(run["world"], step_ms).expect("a world");
+    (Config { world, ..config }, got, hash)
 }
 
-/// The results of a run, in the terms of `honest.txt`.
-fn results(run: &RunBytes, push_age: Option<Saw>) -> Vec<(&'static str, String)> {
-    let summary = &run.summary;
-    let of_nodes = |kind| of_nodes(summary, kind, &["sensor", "policy", "actuator"]);
-    let way = |topic| {
-        let topic = summary.topic(topic).expect("a topic");
-        format!("{},{},{}", topic.lost, topic.overtaken, topic.in_flight())
-    };
-    let first = push_age.map(|age| age.first.as_nanos().to_string());
-    let more = [
-        ("push_first_ns", first.unwrap_or_else(|| "none".to_owned())),
-        ("ticks", of_nodes("ticks")),
-        ("overruns", of_nodes("overruns")),
-        ("spent_ns", of_nodes("spent_ns")),
-        ("obs_way", way("/obs")),
-        ("action_way", way("/action")),
-    ];
-    figures(run).into_iter().chain(more).collect()
-}
+/// More figures of such a run, by their names there.
+const MORE_FIGURES: [(&str, &str); 5] = [
+    ("ticks", "ticks sensor,policy,actuator"),
+    ("overruns", "overruns sensor,policy,actuator"),
+    ("spent_ns", "spent_ns sensor,policy,actuator"),
+    ("obs_way", "way /obs"),
+    ("action_way", "way /action"),
+];
 
 #[test]
 fn every_reference_run_with_costs_links_and_faults_is_reproduced_to_the_bit() {
@@ -134,19 +107,19 @@ fn every_reference_run_with_costs_links_and_faults_is_reproduced_to_the_bit() {
         let observer = experiment.observer();
         let run = collect(experiment);
         let snapshot = observer.snapshot();
-        let push_age = snapshot
-            .node("actuator")
-            .expect("an actuator")
-            .push_age
-            .saw()
-            .copied();
-        for (key, value) in results(&run, push_age) {
+        for (key, name) in FIGURES.into_iter().chain(MORE_FIGURES) {
             let expected = got.get(key).copied();
             let expected = expected.or(key.ends_with("_way").then_some("0,0,0"));
-            assert_eq!(Some(&*value), expected, "{key} of\n{block}");
+            let found = figure(&run.summary, name);
+            assert_eq!(Some(&*found), expected, "{key} of\n{block}");
         }
+        let actuator = snapshot.node("actuator").expect("an actuator");
+        let push_age = actuator.push_age.saw();
+        let first = push_age.map(|age| age.first.as_nanos().to_string());
+        let first = first.unwrap_or_else(|| "none".to_owned());
+        assert_eq!(first, got["push_first_ns"], "{block}");
         let area = push_age.map_or(0.0, |age| age.area_s2(snapshot.now));
-        let twice: f64 = number(&got, "push_area");
+        let twice: f64 = parsed(&got, "push_area");
         assert!((area * 2e18 - twice).abs() <= 1e-9 * twice, "{block}");
         assert_eq!(format!("{:016x}", fnv1a64(&run.bytes())), hash, "{block}");
         runs += 1;
@@ -177,24 +150,12 @@ fn with_the_course_s_step_both_worlds_are_one_to_the_policy() {
 fn starts_match_numpy_for_seeds_below_and_above_32_bits() {
     for line in include_str!("../golden/seeds.txt").lines() {
         let fields = fields(line);
-        let plant = Plant::new(number(&fields, "seed")).expect("plant");
+        let plant = Plant::new(parsed(&fields, "seed")).expect("plant");
         let ([x, angle], [x_velocity, angle_velocity]) = (plant.qpos(), plant.qvel());
         let drawn = [x, angle, x_velocity, angle_velocity];
         let drawn = drawn
             .map(|value| format!("{:016x}", value.to_bits()))
             .join(",");
         assert_eq!(drawn, fields["uniforms"], "seed {}", fields["seed"]);
-    }
-}
-
-#[test]
-fn a_deeper_queue_hides_the_drops_and_changes_nothing_else() {
-    for seed in 0..3 {
-        let [shallow, deep] = ["control-hz 5", "control-hz 5; queue-depth 100"]
-            .map(|setup| run_bytes(&config(&format!("seed {seed}; {setup}"))));
-        let dropped = |run: &RunBytes| run.summary.topic(OBS).map(TopicAccount::dropped);
-        assert!(dropped(&shallow) > Some(0));
-        assert_eq!(dropped(&deep), Some(0));
-        assert!(shallow.steps == deep.steps, "seed {seed} fell differently");
     }
 }

@@ -5,15 +5,30 @@ use std::time::Duration;
 use ratelab_study::experiment::Summary;
 
 /// A figure of a run: its `verdict`, `steps` or `end`, the `ticks`, `overruns` or time `spent` of
-/// a node, what a topic `published`, `dropped` or `lost`, or a mean push `age` or
-/// `latency` (ms).
+/// a node, or of several with commas in between, what a topic `published`, `dropped` or `lost`, or
+/// a mean push `age` or `latency` (ms).
 pub fn figure(summary: &Summary, name: &str) -> String {
     let (kind, of) = name.split_once(' ').unwrap_or((name, ""));
+    if let Some((first, others)) = of.split_once(',') {
+        let [first, others] = [first, others].map(|of| figure(summary, &format!("{kind} {of}")));
+        return format!("{first},{others}");
+    }
     let node = || summary.node(of).unwrap_or_else(|| panic!("no node {of}"));
     let topic = || summary.topic(of).expect(name);
+    let all_of = |kinds: &[&str]| {
+        let all = kinds
+            .iter()
+            .map(|kind| figure(summary, &format!("{kind} {of}")));
+        all.collect::<Vec<_>>().join(",")
+    };
     let ms = |time: Option<Duration>| time.map_or(f64::NAN, |time| time.as_secs_f64() * 1e3);
     match kind {
         "verdict" => summary.verdict.name().to_owned(),
+        // As the files in `tests/golden/` call it.
+        "ending" => {
+            let name = summary.verdict.name().replace("pole_fell", "fell");
+            name.replace("cart_left_rail", "left_rail")
+        }
         "steps" => summary.steps.to_string(),
         "end" => summary.sim_time.as_secs_f64().to_string(),
         "ticks" => node().ticks.to_string(),
@@ -24,6 +39,10 @@ pub fn figure(summary: &Summary, name: &str) -> String {
         "published" => topic().published.to_string(),
         "dropped" => topic().dropped().to_string(),
         "lost" => topic().lost.to_string(),
+        "overtaken" => topic().overtaken.to_string(),
+        "in_flight" => topic().in_flight().to_string(),
+        "way" => all_of(&["lost", "overtaken", "in_flight"]),
+        "fates" => all_of(&["published", "dropped", "way"]),
         "age" => (summary.push_age().expect("pushes").run_s * 1e3)
             .round()
             .to_string(),
@@ -46,20 +65,8 @@ pub fn check(case: &str, summary: &Summary, figures: &str) {
     }
 }
 
-/// A figure of several nodes, as a file in `tests/golden/` has them.
-pub fn of_nodes(summary: &Summary, kind: &str, nodes: &[&str]) -> String {
-    let nodes = nodes.iter();
-    let figures = nodes.map(|node| figure(summary, &format!("{kind} {node}")));
-    figures.collect::<Vec<_>>().join(",")
-}
-
-/// The verdict of a run, as such a file calls it.
-pub fn golden_verdict(summary: &Summary) -> String {
-    let name = summary.verdict.name().replace("pole_fell", "fell");
-    name.replace("cart_left_rail", "left_rail")
-}
-
-/// The blocks of such a file, and of the one that the variable `more` of the environment names.
+/// The blocks of a file in `tests/golden/`, and of the one that the variable `more` of the
+/// environment names.
 pub fn golden_blocks(known: &str, more: &str) -> Vec<String> {
     let more = std::env::var_os(more);
     let more = more.map(|path| std::fs::read_to_string(path).expect("more runs"));

@@ -153,29 +153,30 @@ pub struct RunBytes {
 }
 
 impl RunBytes {
-    /// All messages as bytes, to be compared between runs.
+    /// All messages as bytes, in the format of the reference hashes; see `tests/golden/honest.py`.
     pub fn bytes(&self) -> Vec<u8> {
-        message_bytes(&self.observations, &self.actions, &self.steps)
+        self.bytes_with(&[])
     }
-}
 
-/// All messages as bytes, in the format of the reference hashes; see `tests/golden/honest.py`.
-pub fn message_bytes(
-    observations: &[Message<Observation>],
-    actions: &[Message<Action>],
-    steps: &[Message<ControlStep>],
-) -> Vec<u8> {
-    let observations = observations.iter().flat_map(|message| {
-        let values = message.data.to_array().map(f32::to_le_bytes);
-        stamped(message, values.as_flattened())
-    });
-    let actions = actions.iter();
-    let actions = actions.flat_map(|message| stamped(message, &message.data.0.to_le_bytes()));
-    let steps = steps.iter().flat_map(|message| {
-        let step = message.data.step.to_le_bytes();
-        stamped(message, &[&step[..], &state_bytes(&message.data)].concat())
-    });
-    observations.chain(actions).chain(steps).collect()
+    /// The same with the bytes of `chunks` where `tests/golden/chunks.py` has them.
+    pub fn bytes_with(&self, chunks: &[u8]) -> Vec<u8> {
+        let observations = self.observations.iter().flat_map(|message| {
+            let values = message.data.to_array().map(f32::to_le_bytes);
+            stamped(message, values.as_flattened())
+        });
+        let actions = self.actions.iter();
+        let actions = actions.flat_map(|message| stamped(message, &message.data.0.to_le_bytes()));
+        let steps = self.steps.iter().flat_map(|message| {
+            let step = message.data.step.to_le_bytes();
+            stamped(message, &[&step[..], &state_bytes(&message.data)].concat())
+        });
+        let chunks = chunks.iter().copied();
+        observations
+            .chain(chunks)
+            .chain(actions)
+            .chain(steps)
+            .collect()
+    }
 }
 
 /// A message as bytes: time, number, time of the sensing, and its payload.
@@ -192,29 +193,16 @@ pub fn run_bytes(config: &Config) -> RunBytes {
 
 /// Runs an experiment with the cart-pole, with a tap on every topic.
 pub fn collect(experiment: Experiment) -> RunBytes {
-    let observations = tap(&experiment, OBS);
-    let actions = tap(&experiment, ACTION);
-    let steps = tap(&experiment, STATE);
-    std::thread::scope(|scope| {
-        let observations = scope.spawn(|| messages_of(&observations));
-        let actions = scope.spawn(|| messages_of(&actions));
-        let steps = scope.spawn(|| messages_of(&steps));
-        RunBytes {
-            summary: experiment.run().expect("run"),
-            observations: observations.join().expect("collected"),
-            actions: actions.join().expect("collected"),
-            steps: steps.join().expect("collected"),
-        }
-    })
-}
-
-fn tap<T: Payload>(experiment: &Experiment, topic: &str) -> Tap<TapMessage<T>> {
-    experiment.taps().messages(topic, 4_096).expect(topic)
-}
-
-/// All messages of a tap until its topic is gone.
-pub fn messages_of<T>(tap: &Tap<TapMessage<T>>) -> Vec<Message<T>> {
-    tap.items().iter().map(|tapped| tapped.message).collect()
+    let taps = experiment.taps();
+    let observations = taps.messages(OBS, ROOM).expect(OBS);
+    let actions = taps.messages(ACTION, ROOM).expect(ACTION);
+    let steps = taps.messages(STATE, ROOM).expect(STATE);
+    RunBytes {
+        summary: experiment.run().expect("run"),
+        observations: tapped(&observations),
+        actions: tapped(&actions),
+        steps: tapped(&steps),
+    }
 }
 
 /// A control step in the format of the reference hashes; see `tests/golden/reference.py`.
