@@ -4,7 +4,7 @@
 use std::{fs, ops::ControlFlow, path::Path, path::PathBuf};
 
 use rand_pcg::rand_core::RngCore;
-use ratelab_study::experiment::sweep::{Axis, Sweep, all_cores};
+use ratelab_study::experiment::sweep::{Sweep, all_cores};
 use tempfile::TempDir;
 
 use crate::{checkpoint, clone::root, support::*, table::rows};
@@ -24,17 +24,6 @@ fn spec(text: &str) -> PolicySpec {
 fn pinned(text: &str) -> PolicySpec {
     let pinned = PolicyCache::default().pin(&spec(text));
     pinned.expect("a policy").spec().clone()
-}
-
-fn policy(text: &str) -> Box<dyn Policy> {
-    let (seed, control_hz) = (0, hz(50.0));
-    let loaded = spec(text).load().expect(text);
-    let context = PolicyContext {
-        seed,
-        control_hz,
-        chunk: None,
-    };
-    loaded.policy(context).expect(text)
 }
 
 /// The values of numpy's `default_rng(0).uniform(-1, 1, (1000, 5))`.
@@ -219,25 +208,6 @@ fn tensors_that_are_no_actor_for_this_robot_are_refused_by_name() {
     }
 }
 
-/// The number of seeds from 0 to 99 that a policy balances at 50 Hz for ten seconds, with this
-/// number of actions in an answer.
-fn balanced(spec: &PolicySpec, actions: usize) -> usize {
-    let chunk = match actions {
-        1 => "none".to_owned(),
-        actions => actions.to_string(),
-    };
-    let sweep = Sweep {
-        seeds: "0..99".parse::<Axis<u64>>().expect("seeds").into(),
-        ..Sweep::of(
-            cart_pole(),
-            config(&format!("policy {spec}; chunk {chunk}")),
-        )
-    };
-    let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()));
-    let swept = swept.expect("a sweep");
-    swept.survival().map(|survival| survival.held).sum()
-}
-
 #[test]
 fn the_regulator_and_every_policy_in_policies_balance_every_start() {
     let files = fs::read_dir(root().join("policies")).expect("policies");
@@ -252,7 +222,20 @@ fn the_regulator_and_every_policy_in_policies_balance_every_start() {
     let specs: Vec<_> = learned.chain([(PolicyKind::Lqr.into(), 1)]).collect();
     assert!(specs.len() > 1);
     for (spec, actions) in specs {
-        assert_eq!(balanced(&spec, actions), 100, "{spec}");
+        let chunk = Some(actions).filter(|actions| *actions > 1);
+        let chunk = chunk.map_or("none".to_owned(), |actions| actions.to_string());
+        let base = config(&format!("policy {spec}; chunk {chunk}"));
+        let sweep = Sweep {
+            seeds: (0..100).collect(),
+            ..Sweep::of(cart_pole(), base)
+        };
+        let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()));
+        let held = swept
+            .expect("a sweep")
+            .survival()
+            .map(|survival| survival.held)
+            .sum::<usize>();
+        assert_eq!(held, 100, "{spec}");
     }
 }
 

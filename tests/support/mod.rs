@@ -46,19 +46,16 @@ pub fn with_policy(
     Arc::new(CartPole::with_policy(make))
 }
 
-/// The policy of `config`, as the policy node has it.
-pub fn policy(config: &Config) -> Box<dyn Policy> {
-    let spec = config.setup.message(POLICY).unwrap_or("scripted");
-    let spec = spec.parse().expect("a policy");
-    let control_hz = config.setup.rate(POLICY).unwrap_or(hz(CONTROL_HZ));
-    let seed = config.seed;
+/// The policy called `name`, as the policy node has it.
+pub fn policy(name: &str) -> Box<dyn Policy> {
+    let spec = name.parse().expect(name);
     let context = PolicyContext {
-        seed,
-        control_hz,
+        seed: 0,
+        control_hz: hz(CONTROL_HZ),
         chunk: None,
     };
     let policy = SwappablePolicy::new(&spec, PolicyCache::default(), context, None);
-    Box::new(policy.expect("a policy"))
+    Box::new(policy.expect(name))
 }
 
 /// Milliseconds.
