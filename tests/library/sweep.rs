@@ -5,19 +5,18 @@ use std::{collections::HashSet, num::NonZeroUsize, ops::ControlFlow, sync::LazyL
 
 use proptest::prelude::*;
 use ratelab_study::experiment::sweep::{
-    Axis, AxisError, Cell, CellResult, MAX_CELLS, Quantity, Sweep, SweepAxis, SweepError, Swept,
-    all_cores,
+    Axis, AxisError, Cell, CellResult, MAX_CELLS, Sweep, SweepAxis, Swept, all_cores,
 };
 
 use crate::{support::*, table::rows};
 
-/// 30 rates × 200 seeds, on all cores.
+/// 32 rates × 200 seeds, on all cores.
 static CLIFF: LazyLock<Swept> = LazyLock::new(|| run(&cliff(), all_cores()));
 
 fn cliff() -> Sweep {
     Sweep {
-        axes: axes(&[("control-hz", "1..30")]),
-        seeds: axis("0..199"),
+        axes: axes(&[("control-hz", "1..30,7.5,7.75")]),
+        seeds: seeds("0..199"),
         ..of(Config::default())
     }
 }
@@ -34,8 +33,8 @@ fn axes(axes: &[(&str, &str)]) -> Vec<SweepAxis> {
     axes.collect::<Result<_, _>>().expect("axes")
 }
 
-fn axis<T: Quantity>(text: &str) -> Vec<T> {
-    text.parse::<Axis<T>>().expect(text).into()
+fn seeds(text: &str) -> Vec<u64> {
+    text.parse::<Axis<u64>>().expect(text).into()
 }
 
 fn threads(count: usize) -> NonZeroUsize {
@@ -52,53 +51,29 @@ fn bits(outcome: &CellResult) -> String {
     format!("{outcome:?}")
 }
 
-/// The control rate of a cell (Hz).
-fn rate(cell: &Cell) -> f64 {
-    let rate = cell.value("control-hz").expect("an axis");
-    rate.parse().expect("a rate")
-}
-
-fn all_bits(swept: &Swept) -> Vec<(Cell, String)> {
-    let cells = swept.finished();
+fn all_bits<'a>(cells: impl Iterator<Item = (Cell, &'a CellResult)>) -> Vec<(Cell, String)> {
     cells.map(|(cell, outcome)| (cell, bits(outcome))).collect()
 }
 
 #[test]
-fn survival_over_200_seeds_matches_an_independent_count() {
-    let expected = |hz: f64| match hz as u32 {
-        ..=5 => 0,
-        6 => 1,
-        7 => 15,
-        8 => 198,
-        _ => 200,
-    };
+fn survival_over_200_seeds_matches_an_independent_count_and_is_not_monotone() {
     let mut rates = 0;
     for survival in CLIFF.survival() {
-        let rate = rate(&survival.cell);
-        assert_eq!(survival.runs, 200);
-        assert_eq!(survival.held, expected(rate), "{rate} Hz");
-        assert_eq!(survival.share(), Some(expected(rate) as f64 / 200.0));
+        let rate = survival.cell.value("control-hz").expect("an axis");
+        let held = match rate {
+            "1" | "2" | "3" | "4" | "5" => 0,
+            "6" => 1,
+            "7" => 15,
+            "7.5" => 199,
+            "7.75" => 58,
+            "8" => 198,
+            _ => 200,
+        };
+        assert_eq!((survival.runs, survival.held), (200, held), "{rate} Hz");
+        assert_eq!(survival.share(), Some(held as f64 / 200.0));
         rates += 1;
     }
-    assert_eq!(rates, 30);
-}
-
-#[test]
-fn survival_is_not_monotone_between_whole_rates() {
-    let between = Sweep {
-        axes: axes(&[("control-hz", "7.5,7.75")]),
-        ..cliff()
-    };
-    let swept = run(&between, all_cores());
-    let held: Vec<usize> = swept.survival().map(|rate| rate.held).collect();
-    assert_eq!(held, [199, 58]);
-}
-
-/// Checks that a cell is the run of `config` with its seed.
-fn is_alone(cell: &Cell, outcome: &CellResult, config: Config) {
-    let seed = cell.seed;
-    let alone = crate::support::run(&Config { seed, ..config });
-    assert_eq!(bits(outcome), bits(&CellResult::from(&alone)), "{cell:?}");
+    assert_eq!(rates, 32);
 }
 
 #[test]
@@ -112,7 +87,7 @@ fn a_cell_of_any_knob_is_the_run_that_it_would_be_alone_to_the_bit() {
     let short = |setup: &str| own(0, &format!("until 3; {setup}"));
     let sweep = Sweep {
         axes: axes(&AXES),
-        seeds: axis("0..1"),
+        seeds: seeds("0..1"),
         ..of(short(""))
     };
     let (swept, mut compared) = (run(&sweep, all_cores()), 0);
@@ -124,7 +99,10 @@ fn a_cell_of_any_knob_is_the_run_that_it_would_be_alone_to_the_bit() {
                 false => format!("{axis} {value}"),
             }
         });
-        is_alone(&cell, outcome, short(&knobs.join("; ")));
+        let seed = cell.seed;
+        let alone = short(&knobs.join("; "));
+        let alone = CellResult::from(&crate::support::run(&Config { seed, ..alone }));
+        assert_eq!(bits(outcome), bits(&alone), "{cell:?}");
         compared += 1;
     }
     assert_eq!(
@@ -133,40 +111,84 @@ fn a_cell_of_any_knob_is_the_run_that_it_would_be_alone_to_the_bit() {
     );
 }
 
+/// The values on the axis called `name`, or on that of the seeds, or why it is none.
+fn values(name: &str, list: &str) -> Result<Vec<String>, AxisError> {
+    if name == "seeds" {
+        let seeds: Axis<u64> = list.parse()?;
+        return Ok(seeds.values().iter().map(u64::to_string).collect());
+    }
+    let axis = SweepAxis::parse(CartPole::KNOBS, name, list)?;
+    Ok(axis.values.iter().map(|value| value.text.clone()).collect())
+}
+
 #[test]
-fn a_hole_takes_ranges_of_exact_numbers_and_other_texts() {
-    for [name, list, knobs] in rows(
+fn lists_and_ranges_have_both_their_ends_exact_steps_and_other_texts() {
+    for [name, list, expected] in rows(
         r"
-        link /obs loss:{}    | 0.1..0.3:0.1  | link /obs loss:0.1\nlink /obs loss:0.2\nlink /obs loss:0.3
-        clock sensor {} 40   | -1..0:0.5,3   | clock sensor -1 40\nclock sensor -0.5 40\nclock sensor 0 40\nclock sensor 3 40
-        link /obs            | none,delay:3\,loss:0.1,delay:5..9 | link /obs none\nlink /obs delay:3,loss:0.1\nlink /obs delay:5..9
-        takes policy         | 60..110       | takes policy 60..110
-        takes policy         | 6..8:1        | takes policy 6\ntakes policy 7\ntakes policy 8
-        hang policy          | 6..8          | hang policy 6\nhang policy 7\nhang policy 8
+        control-hz           | 7              | 7
+        control-hz           | 1..3           | 1 2 3
+        control-hz           | 50, 25 ,0.5    | 50 25 0.5
+        control-hz           | 1 .. 2 : 0.25  | 1 1.25 1.5 1.75 2
+        control-hz           | 1..30:4        | 1 5 9 13 17 21 25 29
+        control-hz           | 0.1..1:0.1     | 0.1 0.2 0.3 0.4 0.5 0.6 0.7 0.8 0.9 1
+        control-hz           | 5..5           | 5
+        queue-depth          | 1..3           | 1 2 3
+        seeds                | 0..10:5,7      | 0 5 10 7
+        seeds                | 18446744073709551615..18446744073709551615 | 18446744073709551615
+        link /obs loss:{}    | 0.1..0.3:0.1   | 0.1 0.2 0.3
+        clock sensor {} 40   | -1..0:0.5,3    | -1 -0.5 0 3
+        link /obs            | none,delay:3\,loss:0.1,delay:5..9 | none delay:3,loss:0.1 delay:5..9
+        takes policy         | 60..110        | 60..110
+        takes policy         | 6..8:1         | 6 7 8
+        hang policy          | 6..8           | 6 7 8
         ",
     ) {
-        let axis = SweepAxis::parse(CartPole::KNOBS, &name, &list).expect(&list);
-        let texts = axis.values.iter().map(|value| value.knobs[0].to_string());
-        assert_eq!(texts.collect::<Vec<_>>().join("\n"), knobs, "{name} {list}");
+        let found = values(&name, &list).expect(&list);
+        assert_eq!(found.join(" "), expected, "{name} {list}");
     }
-    for [name, list, part] in rows(
+    assert_eq!(
+        values("seeds", "1..2000000").map(|all| all.len()),
+        Ok(MAX_CELLS)
+    );
+}
+
+#[test]
+fn an_invalid_list_is_refused_with_its_value_and_the_expected_form() {
+    const LISTS: &str = "lists and ranges are written like 5,10,25 and 1..30 and 1..30:2";
+    const RATE: &str = "is not a rate: expected 0.001 to 10000 ticks per second";
+    // After dots a part of what is said.
+    for [name, list, said] in rows(
         r#"
-        link /obs delay:{} | 5..1           | goes down
-        link /obs delay:{} | 1..5:0         | no step upwards
-        link /obs delay:{} | 1..5:-1        | no step upwards
-        link /obs delay:{} | 1..5:x         | "x" is not a number
-        link /obs delay:{} | 1..5:0.0000000001 | to 9 places
-        link /obs delay:{} | -5..5          | is no delay
-        link /obs delay:{} | 1,1.0          | give each value once
-        link /obs loss:{}  | 0.5..1.5:0.5   | expected 0 to 1
-        link /obs delay:{} |                | is no delay
-        lag /obs {}        | 1              | "lag" is not a knob
-        link /obs delay:{} | 0..9999999     | more than 2000000 values
+        control-hz         | 5,fast         | "fast" RATE; LISTS
+        control-hz         |                | "" RATE; LISTS
+        control-hz         | 5,,6           | "" RATE; LISTS
+        control-hz         | 0..5           | "0" RATE; LISTS
+        control-hz         | 1..5:0         | "0" RATE; LISTS
+        control-hz         | 1..2..3        | "2..3" RATE; LISTS
+        control-hz         | 30..1          | "30..1" goes down: write the smaller end first
+        control-hz         | 1..3,2         | "2" has a value that the list has before it: give each value once
+        seeds              | -1             | "-1" is not a seed: expected a whole number from 0; LISTS
+        seeds              | 0..5:0         | "0..5:0" has no step upwards: leave the step out for steps of one
+        seeds              | 0..18446744073709551615 | "0..18446744073709551615" has more than 2000000 values: make the range smaller or its step larger
+        link /obs delay:{} | 5..1           | ...goes down
+        link /obs delay:{} | 1..5:0         | ...no step upwards
+        link /obs delay:{} | 1..5:-1        | ...no step upwards
+        link /obs delay:{} | 1..5:x         | ..."x" is not a number
+        link /obs delay:{} | 1..5:0.0000000001 | ...to 9 places
+        link /obs delay:{} | -5..5          | ...is no delay
+        link /obs delay:{} | 1,1.0          | ...give each value once
+        link /obs loss:{}  | 0.5..1.5:0.5   | ...expected 0 to 1
+        link /obs delay:{} |                | ...is no delay
+        lag /obs {}        | 1              | ..."lag" is not a knob
+        link /obs delay:{} | 0..9999999     | ...more than 2000000 values
         "#,
     ) {
-        let axis = SweepAxis::parse(CartPole::KNOBS, &name, &list);
-        let error = axis.expect_err(&list).to_string();
-        assert!(error.contains(&part), "{name} {list}: {error}");
+        let error = values(&name, &list).expect_err(&list).to_string();
+        let said = said.replace("RATE", RATE).replace("LISTS", LISTS);
+        match said.strip_prefix("...") {
+            Some(part) => assert!(error.contains(part), "{name} {list}: {error}"),
+            None => assert_eq!(error, said, "{name} {list}"),
+        }
         assert_eq!(error.lines().count(), 1, "{error}");
     }
 }
@@ -181,40 +203,30 @@ fn small() -> Sweep {
             ("queue-depth", "1,5"),
             ("control-hz", "5..10:2.5"),
         ]),
-        seeds: axis("3..6"),
+        seeds: seeds("3..6"),
         ..of(config)
     }
 }
 
 #[test]
-fn the_number_of_threads_changes_nothing() {
-    let alone = run(&small(), threads(1));
-    assert_eq!(alone.finished().count(), 2 * 2 * 2 * 3 * 4);
+fn every_cell_is_run_and_reported_once_alike_on_any_number_of_threads() {
+    let alone = all_bits(run(&small(), threads(1)).finished());
+    assert_eq!(alone.len(), 2 * 2 * 2 * 3 * 4);
     for count in [2, 3, 16, 1_000] {
-        let together = run(&small(), threads(count));
+        let mut told = Vec::new();
+        let together = small().run(threads(count), |cell, outcome| {
+            told.push((cell.clone(), outcome.clone()));
+            ControlFlow::Continue(())
+        });
+        let together = together.expect("a sweep");
+        assert!(together.is_complete());
+        assert!(all_bits(together.finished()) == alone, "{count} threads");
+        let told = all_bits(told.iter().map(|(cell, outcome)| (cell.clone(), outcome)));
+        assert_eq!(told.len(), alone.len());
         assert!(
-            all_bits(&alone) == all_bits(&together),
-            "differs on {count} threads"
+            alone.iter().all(|cell| told.contains(cell)),
+            "{count} threads"
         );
-    }
-}
-
-#[test]
-fn every_cell_is_run_and_reported_once() {
-    let sweep = small();
-    let mut told = Vec::new();
-    let swept = sweep.run(threads(2), |cell, outcome| {
-        told.push((cell.clone(), outcome.clone()));
-        ControlFlow::Continue(())
-    });
-    let swept = swept.expect("a sweep");
-    assert!(swept.is_complete());
-    assert_eq!(told.len(), sweep.cells().expect("cells"));
-    for (cell, outcome) in swept.finished() {
-        let known = told
-            .iter()
-            .filter(|(told, came)| (told, came) == (&cell, outcome));
-        assert_eq!(known.count(), 1, "{cell:?}");
     }
 }
 
@@ -249,7 +261,7 @@ fn an_interrupted_sweep_keeps_its_finished_cells() {
     assert_eq!(told, 50);
     assert!(!swept.is_complete());
     let done = swept.finished().count();
-    assert!((50..6_000).contains(&done), "{done}");
+    assert!((50..6_400).contains(&done), "{done}");
     let whole: Vec<_> = CLIFF.finished().collect();
     assert!(swept.finished().all(|cell| whole.contains(&cell)));
     let counted: usize = swept.survival().map(|survival| survival.runs).sum();
@@ -291,6 +303,7 @@ fn an_invalid_sweep_is_refused() {
         axes: axes(&[("rate planner", "5")]),
         ..base
     };
+    let endless = of(config("until ever"));
     for (sweep, said) in [
         (none, "a sweep without seeds has no runs: list at least one"),
         (
@@ -302,6 +315,10 @@ fn an_invalid_sweep_is_refused() {
             "rate planner 5, seed 0: rate planner 5: there is no node \"planner\": expected one \
              of sensor, policy, actuator",
         ),
+        (
+            endless,
+            "the runs of a sweep must end: give them a duration",
+        ),
     ] {
         let refused = sweep.run(threads(1), |_, _| ControlFlow::Continue(()));
         assert_eq!(
@@ -309,61 +326,6 @@ fn an_invalid_sweep_is_refused() {
             Some(said)
         );
     }
-    let endless = of(config("until ever"));
-    let run = endless.run(threads(1), |_, _| ControlFlow::Continue(()));
-    assert!(matches!(run, Err(SweepError::Endless)));
-}
-
-#[test]
-fn lists_and_ranges_have_both_their_ends_and_exact_steps() {
-    let rates = |text: &str| -> Vec<f64> { axis::<Hz>(text).iter().map(|hz| hz.get()).collect() };
-    for [text, expected] in rows(
-        "7                | 7
-         1..3             | 1 2 3
-         50, 25 ,0.5      | 50 25 0.5
-         1 .. 2 : 0.25    | 1 1.25 1.5 1.75 2
-         1..30:4          | 1 5 9 13 17 21 25 29
-         0.1..1:0.1       | 0.1 0.2 0.3 0.4 0.5 0.6 0.7 0.8 0.9 1
-         5..5             | 5",
-    ) {
-        let expected = expected.split(' ').map(|rate| rate.parse().expect(rate));
-        assert_eq!(rates(&text), expected.collect::<Vec<f64>>(), "{text}");
-    }
-    assert_eq!(axis::<u64>("0..199"), (0..200).collect::<Vec<_>>());
-    assert_eq!(axis::<u64>("0..10:5,7"), [0, 5, 10, 7]);
-    assert_eq!(axis::<u64>(&format!("{0}..{0}", u64::MAX)), [u64::MAX]);
-    assert_eq!(axis::<Depth>("1..3"), [depth(1), depth(2), depth(3)]);
-}
-
-#[test]
-fn an_invalid_list_is_refused_with_its_value_and_the_expected_form() {
-    let lists = "lists and ranges are written like 5,10,25 and 1..30 and 1..30:2";
-    let rate = format!("is not a rate: expected 0.001 to 10000 ticks per second; {lists}");
-    for [list, value] in rows(
-        "5,fast | fast
-                |
-         5,,6   |
-         0..5   | 0
-         1..5:0 | 0
-         1..2..3 | 2..3",
-    ) {
-        let error = list.parse::<Axis<Hz>>().expect_err(&list).to_string();
-        assert_eq!(error, format!("{value:?} {rate}"));
-    }
-    for [list, said] in rows(
-        r#"30..1  | "30..1" goes down: write the smaller end first
-           1..3,2 | "2" has a value that the list has before it: give each value once"#,
-    ) {
-        assert_eq!(list.parse::<Axis<Hz>>().expect_err(&list).to_string(), said);
-    }
-    let error = |text: &str| text.parse::<Axis<u64>>().expect_err(text);
-    let seed = format!("\"-1\" is not a seed: expected a whole number from 0; {lists}");
-    assert_eq!(error("-1").to_string(), seed);
-    assert_eq!(error("0..5:0"), AxisError::NoStep("0..5:0".to_owned()));
-    let endless = format!("0..{}", u64::MAX);
-    assert_eq!(error(&endless), AxisError::TooMany(endless));
-    let most = format!("1..{MAX_CELLS}");
-    assert_eq!(axis::<u64>(&most).len(), MAX_CELLS);
 }
 
 proptest! {
