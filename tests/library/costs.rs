@@ -5,7 +5,7 @@ use std::fs;
 
 use ratelab_study::measured;
 
-use crate::{own_costs::Robot, support::*};
+use crate::{own_costs::Robot, support::*, table::rows};
 
 fn at(millis: u64) -> Time {
     Time::ZERO + ms(millis)
@@ -25,33 +25,26 @@ fn read_again(knob: &Knob, durations: &[Duration]) -> Result<Measurements, Strin
 }
 
 #[test]
-fn recorded_durations_are_drawn_once_they_are_loaded_and_known_by_their_digest() {
-    let text = "takes policy recorded:real.rrd";
-    let missing = refusal(&config(text));
+fn measured_costs_are_loaded_before_the_run_and_known_by_their_digest() {
+    let missing = refusal(&config("takes policy recorded:real.rrd"));
     assert!(missing.contains("real.rrd were not loaded"), "{missing}");
-
-    let durations = [ms(7), ms(3), ms(5)];
-    let knob = loaded(text, &durations).expect("loaded");
-    let mut config = Config::default();
-    config.setup.set(knob.clone());
-    let summary = run(&config);
-    let costs = &summary.node(POLICY).expect("a policy").tick_time;
-    let drawn: Vec<Duration> = costs.bars().map(|(duration, _)| duration).collect();
-    // All ticks except the one that starts at the very end.
-    assert_eq!((drawn, costs.count()), (vec![ms(3), ms(5), ms(7)], 500));
-
-    let pinned = knob.to_string();
-    assert!(
-        pinned.starts_with("takes policy recorded:real.rrd@sha256:"),
-        "{pinned}"
-    );
-    read_again(&knob, &[ms(3), ms(5), ms(7)]).expect("the same durations in any order");
-    let changed = read_again(&knob, &[ms(3)]).expect_err("others");
-    assert!(
-        changed.contains("real.rrd has other durations"),
-        "{changed}"
-    );
-    assert!(loaded(text, &[]).is_err());
+    let [costs, sorted] = [[7, 3, 5], [3, 5, 7]].map(|costs| costs.map(ms));
+    // The order counts in a file alone.
+    for (source, has_order) in [("recorded:real.rrd", false), ("file:model.csv", true)] {
+        let text = format!("takes policy {source}");
+        let pinned = loaded(&text, &costs).expect("loaded");
+        let printed = pinned.to_string();
+        assert!(printed.starts_with(&format!("{text}@sha256:")), "{printed}");
+        read_again(&pinned, &costs).expect("the same");
+        assert_eq!(read_again(&pinned, &sorted).is_err(), has_order, "{source}");
+        let changed = read_again(&pinned, &costs[..1]).expect_err("others");
+        let (_, file) = source.split_once(':').expect("a file");
+        assert!(
+            changed.contains(&format!("{file} has other durations")),
+            "{changed}"
+        );
+        assert!(loaded(&text, &[]).is_err());
+    }
 }
 
 #[test]
@@ -115,6 +108,7 @@ fn the_costs_of_a_file_come_in_its_order_again_and_again_or_are_drawn() {
     assert_eq!((&late[..2], &late[2..]), (&[ms(0); 2][..], &again[2..]));
     let drawn = modelled("0", "takes beacon drawn:model.csv");
     assert_ne!(drawn, again);
+    assert!(drawn.iter().all(|cost| column.contains(cost)), "{drawn:?}");
     assert_eq!(drawn, modelled("0", "takes beacon recorded:real.rrd"));
     // The first tick may have begun before the command.
     let real = costs(
@@ -124,22 +118,6 @@ fn the_costs_of_a_file_come_in_its_order_again_and_again_or_are_drawn() {
     );
     let pairs = real.iter().zip(&again).skip(1);
     pairs.for_each(|(spent, cost)| assert!(spent >= cost, "{real:?}"));
-
-    let pinned = loaded("takes beacon file:model.csv", &column).expect("loaded");
-    let other = [ms(10), ms(20), ms(30)];
-    let other = read_again(&pinned, &other).expect_err("another order");
-    assert!(other.contains("model.csv has other durations"), "{other}");
-}
-
-#[test]
-fn one_knob_changes_no_draw_of_another() {
-    let costs = |knobs: &str| {
-        let summary = run(&config(knobs));
-        let policy = summary.node(POLICY).expect("a policy");
-        policy.tick_time.bars().collect::<Vec<_>>()
-    };
-    let others = "takes policy 0..15; takes sensor 0..15; wakes actuator 1..2";
-    assert_eq!(costs(others), costs("takes policy 0..15"));
 }
 
 #[test]
@@ -239,18 +217,6 @@ fn a_single_step_is_a_tick_and_no_end_of_one() {
 }
 
 #[test]
-fn the_actions_of_a_slow_policy_have_the_origin_of_their_reading() {
-    let run = run_bytes(&config("takes policy 13; takes sensor 4"));
-    assert!(run.actions.len() > 400);
-    for action in &run.actions {
-        // The reading of the previous tick: sensed 20 ms before the policy began.
-        let thought = action.origin.map(|sensed| sensed + ms(33));
-        assert_eq!(Some(action.stamp), thought);
-    }
-    check("slow", &run.summary, "latency max 40");
-}
-
-#[test]
 fn what_a_robot_acts_on_is_as_old_under_both_clocks() {
     // With offsets nobody need decide who is first of those who are due together.
     let setup = "takes detector 60..110; offset detector 4; offset planner 7; offset controller 2";
@@ -277,11 +243,6 @@ fn what_a_robot_acts_on_is_as_old_under_both_clocks() {
     );
 }
 
-/// The age of the push in force, on average over time (ms).
-fn push_age(summary: &Summary) -> f64 {
-    summary.push_age().expect("pushes").run_s * 1e3
-}
-
 #[test]
 fn a_pole_stands_and_falls_by_the_age_of_its_push_under_both_clocks() {
     // Decisions of two periods and of four. The sensor is ahead of the policy, so that
@@ -289,7 +250,8 @@ fn a_pole_stands_and_falls_by_the_age_of_its_push_under_both_clocks() {
     for (think, falls) in [(35, false), (70, true)] {
         let setup = format!("takes policy {think}; offset policy 2; until 4");
         let [modelled, real] = ["", "real; "].map(|clock| run(&own(0, &format!("{clock}{setup}"))));
-        let [expected, age] = [&modelled, &real].map(push_age);
+        let age = |run: &Summary| run.push_age().expect("pushes").run_s * 1e3;
+        let [expected, age] = [&modelled, &real].map(age);
         println!(
             "{think} ms: {} at {expected} ms in virtual time, {} at {age} ms on the real clock",
             modelled.verdict, real.verdict
@@ -305,20 +267,14 @@ fn a_pole_stands_and_falls_by_the_age_of_its_push_under_both_clocks() {
 
 #[test]
 fn due_times_that_pass_in_a_long_tick_are_skipped_or_wait_as_late_has_it() {
-    let policy = |text: &str| {
-        let summary = run(&config(&format!("takes policy 3; {text}")));
-        let policy = summary.node(POLICY).expect("a policy");
-        (policy.ticks, policy.overruns)
-    };
-    let (ticks, _) = policy("late policy skip");
-    for (late, overruns) in [
-        ("skip", 4),
-        ("queue:1", 3),
-        ("queue:3", 1),
-        ("queue:4", 0),
-        ("catch-up", 0),
-    ] {
-        let text = format!("late policy {late}; 1 hang policy 95");
-        assert_eq!(policy(&text), (ticks - overruns, overruns), "{late}");
+    for [late, figures] in rows(
+        "skip     | ticks policy 497; overruns policy 4
+         queue:1  | ticks policy 498; overruns policy 3
+         queue:3  | ticks policy 500; overruns policy 1
+         queue:4  | ticks policy 501; overruns policy 0
+         catch-up | ticks policy 501; overruns policy 0",
+    ) {
+        let text = format!("takes policy 3; late policy {late}; 1 hang policy 95");
+        check(&late, &run(&config(&text)), &figures);
     }
 }
