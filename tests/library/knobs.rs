@@ -117,16 +117,11 @@ fn a_node_obeys_its_parameters_and_knows_how_long_its_last_tick_took() {
             (2.0, took(0))
         ]
     );
-    let logged = events(&graph);
-    assert!(logged[1].contains("amplifier gain 2 (was 1)"), "{logged:?}");
-    assert!(
-        logged[2].contains("expected gain and a number"),
-        "{logged:?}"
-    );
-    assert!(
-        logged[3].contains("expected gain and a number"),
-        "{logged:?}"
-    );
+    let refused = "expected gain and a number";
+    let said = ["amplifier gain 2 (was 1)", refused, refused];
+    for (line, said) in events(&graph)[1..4].iter().zip(said) {
+        assert!(line.contains(said), "{line}");
+    }
 }
 
 #[test]
@@ -296,50 +291,25 @@ fn a_comment_begins_at_a_hash_at_the_start_or_after_white_space() {
     assert_eq!(KNOBS.lines(&[policy("./a#b.pt")]), ["2.5 policy ./a#b.pt"]);
 }
 
-/// Names of nodes and topics, including those in the aliases of the cart-pole.
-fn any_name() -> impl Strategy<Value = String> {
-    let known = proptest::sample::select(vec!["policy", "sensor", "/obs", "/action"]);
-    prop_oneof![known.prop_map(str::to_owned), r"[a-z/#\\]{1,6}"]
-}
-
-fn any_timed_knob() -> impl Strategy<Value = TimedKnob> {
-    let rate = (1_000..=10_000_000_000_u64).prop_map(|micro| hz(micro as f64 / 1e6));
-    let depth = (1..=1_000_000_usize).prop_map(depth);
+/// Knobs at run times; some are turned together, and have an alias.
+fn any_list() -> impl Strategy<Value = Vec<TimedKnob>> {
     let text = r"[a-z./#\\]{1,9}( [a-z#\\]{1,5})?";
-    let knob = prop_oneof![
-        (any_name(), rate).prop_map(|(node, hz)| Knob::Rate { node, hz }),
-        (any_name(), depth).prop_map(|(topic, depth)| Knob::Depth { topic, depth }),
-        (any_name(), text).prop_map(|(node, text)| Knob::Send { node, text }),
-    ];
+    let send = (r"[a-z/#\\]{1,6}", text).prop_map(|(node, text)| vec![Knob::Send { node, text }]);
+    let depth = (proptest::sample::select(vec!["/obs", "/action"]), 1..3);
+    let depth =
+        depth.prop_map(|(topic, messages)| vec![knob(&format!("depth {topic} {messages}"))]);
+    let other = almost_knob().prop_map(|text| KNOBS.parse(&text).unwrap_or_default());
     // Seconds are parsed in double precision: exact to the nanosecond for fifty days.
-    let time = (0..1u64 << 52).prop_map(Time::from_nanos);
-    (time, knob).prop_map(|(at, knob)| TimedKnob { at, knob })
+    let time = prop_oneof![Just(0), 0..1u64 << 52].prop_map(Time::from_nanos);
+    let knobs = (time, prop_oneof![send, depth, other]);
+    let knobs =
+        knobs.prop_map(|(at, knobs)| knobs.into_iter().map(move |knob| TimedKnob { at, knob }));
+    proptest::collection::vec(knobs, 0..20).prop_map(|lists| lists.into_iter().flatten().collect())
 }
 
-/// Knobs with a common time, some of them covered by one alias.
-fn turned_together() -> impl Strategy<Value = Vec<TimedKnob>> {
-    let topics = proptest::sample::subsequence(vec!["/obs", "/action"], 1..=2);
-    (any_timed_knob(), topics, 1..3_usize).prop_map(|(first, topics, messages)| {
-        let deep = topics.into_iter().map(|topic| {
-            let (topic, depth) = (topic.to_owned(), depth(messages));
-            let (at, knob) = (first.at, Knob::Depth { topic, depth });
-            TimedKnob { at, knob }
-        });
-        deep.chain([first.clone()]).collect()
-    })
-}
-
-/// A text similar enough to a list of knobs to pass the first checks.
-fn almost_knobs() -> impl Strategy<Value = String> {
-    let word = "[0-9a-z#.eE_+-]{0,8}|control-hz|queue_depth|rate|send|/obs|NaN|inf|-0|1e400|[ \n]";
-    proptest::collection::vec(word, 0..20).prop_map(|words| words.join(" "))
-}
-
-/// So many cases, or as many as `RATELAB_CASES` asks for.
-fn cases(usual: u32) -> ProptestConfig {
-    let asked = std::env::var("RATELAB_CASES").ok();
-    ProptestConfig::with_cases(asked.and_then(|n| n.parse().ok()).unwrap_or(usual))
-}
+/// Similar enough to a list of knobs to pass the first checks.
+const ALMOST_A_LIST: &str =
+    "((control-hz|queue_depth|rate|send|/obs|NaN|inf|-0|1e400|[0-9a-z#.eE_+-]{0,8})[ \n]){0,20}";
 
 /// The knobs in `text`, held to what is promised of any text.
 fn held(text: &str) -> Result<Vec<Knob>, TestCaseError> {
@@ -364,7 +334,7 @@ fn held(text: &str) -> Result<Vec<Knob>, TestCaseError> {
 }
 
 proptest! {
-    #![proptest_config(cases(20_000))]
+    #![proptest_config(ProptestConfig::with_cases(number("RATELAB_CASES", 20_000)))]
     #[test]
     fn any_knob_is_refused_in_one_line_or_means_what_is_read_back(text in almost_knob()) {
         held(&text)?;
@@ -373,10 +343,7 @@ proptest! {
 
 proptest! {
     #[test]
-    fn a_list_of_knobs_that_is_written_is_read_again(
-        groups in proptest::collection::vec(turned_together(), 0..10),
-    ) {
-        let knobs = groups.concat();
+    fn a_list_of_knobs_that_is_written_is_read_again(knobs in any_list()) {
         for aliases in [KNOBS, KnobText::default()] {
             let text = aliases.lines(&knobs).join("\n");
             prop_assert_eq!(parse(&text), Ok(knobs.clone()), "{}", text);
@@ -385,7 +352,7 @@ proptest! {
 
     #[test]
     fn any_list_is_read_as_it_is_written_or_refused_by_its_line(
-        text in prop_oneof![almost_knobs(), ".*".boxed()],
+        text in prop_oneof![ALMOST_A_LIST, ".*"],
     ) {
         match parse(&text) {
             Ok(knobs) => prop_assert_eq!(parse(&KNOBS.lines(&knobs).join("\n")), Ok(knobs)),
@@ -395,7 +362,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(cases(300))]
+    #![proptest_config(ProptestConfig::with_cases(number("RATELAB_CASES", 300)))]
     #[test]
     fn any_knobs_run_or_are_refused_in_one_line(
         texts in proptest::collection::vec((almost_knob(), 0..200_u64), 1..6),

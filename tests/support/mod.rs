@@ -19,6 +19,12 @@ pub use ratelab_study::{experiment::*, system::*};
 
 pub use self::{figures::*, graph_files::*, graphs::*};
 
+/// The number in the variable `name` of the environment, or the `usual` one.
+pub fn number<T: std::str::FromStr>(name: &str, usual: T) -> T {
+    let set = std::env::var(name).ok().and_then(|text| text.parse().ok());
+    set.unwrap_or(usual)
+}
+
 /// The cart-pole.
 pub fn cart_pole() -> Arc<CartPole> {
     Arc::default()
