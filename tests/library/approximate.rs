@@ -4,8 +4,6 @@ use std::sync::{Arc, Mutex};
 
 use crate::support::*;
 
-const GOLDEN: &str = include_str!("../golden/approximate.txt");
-
 /// The sets of a sequence of messages, of which one is published each millisecond; `executor`
 /// calls the node, or a thread of its own.
 fn sets(matching: Match, inputs: usize, messages: &[(usize, u64)], executor: &str) -> String {
@@ -56,10 +54,11 @@ fn sets(matching: Match, inputs: usize, messages: &[(usize, u64)], executor: &st
 #[test]
 fn approximate_time_finds_the_sets_of_an_independent_model() {
     // More of them: `python3 tests/golden/approximate.py 5000 > FILE`.
-    let file = std::env::var("RATELAB_APPROXIMATE").ok();
-    let file = file.map(|file| std::fs::read_to_string(file).expect("a file"));
-    let cases = file.as_deref().unwrap_or(GOLDEN).trim().split("\n\n");
-    for (number, case) in cases.enumerate() {
+    let known = include_str!("../golden/approximate.txt");
+    for (number, case) in golden_blocks(known, "RATELAB_APPROXIMATE")
+        .iter()
+        .enumerate()
+    {
         let (line, expected) = case.split_once('\n').expect("two lines");
         let words = line.split(' ').filter_map(|word| word.split_once('='));
         let words: Vec<&str> = words.map(|(_, value)| value).collect();

@@ -37,20 +37,6 @@ fn it_is_the_mean_of_weighted_squares_over_run_time() {
 }
 
 #[test]
-fn it_grows_long_before_the_pole_falls() {
-    let cost = |delay: u32| {
-        let summary = run(&own(0, &format!("link /action delay:{delay}")));
-        assert!(!summary.verdict.is_lost(), "{delay} ms");
-        summary.cost.expect("a cost")
-    };
-    let costs = [0, 40, 60].map(cost);
-    assert!(
-        costs.is_sorted_by(|one, next| 1.2 * one < *next),
-        "{costs:?}"
-    );
-}
-
-#[test]
 fn a_system_that_states_none_has_none() {
     let idle = system(|builder| builder.node("idler", 10.0, 0, |_| |_| GO_ON));
     assert_eq!(run_of(idle, &Config::default()).cost, None);
