@@ -59,40 +59,36 @@ struct Plan {
     knobs: Vec<(u64, String)>,
 }
 
+/// Knobs of a plan; `FEW`, `SOME` and `MORE` are numbers.
+const KNOBS: &str = "takes NODE none|takes NODE SOME.5|takes NODE SOME..MORE|offset NODE SOME|\
+    wakes NODE FEW|hang NODE MORE|link TOPIC delay:SOME|link TOPIC delay:0..SOME|\
+    link TOPIC delay:0..SOME,in-order|link TOPIC loss:0.FEW|link TOPIC loss:0.FEW,reliable:13|\
+    read TOPIC oldest|depth TOPIC FEW";
+
 fn plans(most_inputs: usize) -> impl Strategy<Value = Plan> {
-    let node = (
-        1..=100u32,
-        0..3u32,
-        prop::collection::vec(0..8usize, 1..=most_inputs),
-    );
-    let takes = prop_oneof![
-        (0..3u32).prop_map(|kind| format!("takes NODE {}", ["none", "15", "7.5"][kind as usize])),
-        (0..40u32, 0..60u32).prop_map(|(from, more)| format!("takes NODE {from}..{}", from + more)),
-        (0..30u32).prop_map(|ms| format!("offset NODE {ms}")),
-        (0..9u32).prop_map(|ms| format!("wakes NODE {ms}")),
-        (1..90u32).prop_map(|ms| format!("hang NODE {ms}")),
-        (0..60u32).prop_map(|ms| format!("link TOPIC delay:{ms}")),
-        (0..60u32).prop_map(|ms| format!("link TOPIC delay:0..{ms}")),
-        (0..60u32).prop_map(|ms| format!("link TOPIC delay:0..{ms},in-order")),
-        (0..9u32).prop_map(|p| format!("link TOPIC loss:0.{p}")),
-        (0..9u32).prop_map(|p| format!("link TOPIC loss:0.{p},reliable:13")),
-        Just("read TOPIC oldest".to_owned()),
-        (1..7usize).prop_map(|depth| format!("depth TOPIC {depth}")),
-    ];
+    let inputs = prop::collection::vec(0..8usize, 1..=most_inputs);
+    let nodes = prop::collection::vec((1..=100u32, 0..3u32, inputs), 2..5);
+    let knob = prop::sample::select(KNOBS.split('|').collect::<Vec<_>>());
     let at = prop_oneof![3 => Just(0u64), 1 => 0..700u64];
-    let knob = (at, takes, 0..8usize);
-    let nodes = prop::collection::vec(node, 2..5);
-    (nodes, prop::collection::vec(knob, 0..7)).prop_map(|(nodes, knobs)| {
+    let numbers = (1..7u32, 1..40u32, 40..100u32);
+    let knobs = prop::collection::vec((at, knob, numbers, 0..8usize), 0..7);
+    (nodes, knobs).prop_map(|(nodes, knobs)| {
         let count = nodes.len();
-        let knobs = knobs.into_iter().map(|(at, knob, of)| {
-            let node = format!("n{}", of % count);
-            let topic = format!("/t{}", of % (count - 1));
-            (at, knob.replace("NODE", &node).replace("TOPIC", &topic))
+        let knobs = knobs.into_iter().map(|(at, knob, (few, some, more), of)| {
+            let words = [
+                ("NODE", format!("n{}", of % count)),
+                ("TOPIC", format!("/t{}", of % (count - 1))),
+                ("FEW", few.to_string()),
+                ("SOME", some.to_string()),
+                ("MORE", more.to_string()),
+            ];
+            let knob = words.iter().fold(knob.to_owned(), |knob, (word, value)| {
+                knob.replace(word, value)
+            });
+            (at, knob)
         });
-        Plan {
-            knobs: knobs.collect(),
-            nodes,
-        }
+        let knobs = knobs.collect();
+        Plan { nodes, knobs }
     })
 }
 
@@ -222,27 +218,16 @@ fn sums_are_exact(plan: &Plan, seed: u64, chains: bool) -> Result<(), TestCaseEr
 
 #[test]
 fn the_reading_behind_a_push_is_told_from_others_that_are_near() {
-    for (case, first, last, knobs, seed) in [
-        // The first push is of the first reading, which was published at the time of the second.
-        (
-            "one that took long from one at its end",
-            (100, 0),
-            (8, 0),
-            &["link /t0 delay:0..20,in-order", "hang n0 45"][..],
-            33,
-        ),
-        (
-            "two that came at once",
-            (20, 1),
-            (20, 0),
-            &["hang n0 75"],
-            0,
-        ),
+    // The first push is of the first reading, which was published at the time of the second.
+    let long = "link /t0 delay:0..20,in-order;hang n0 45";
+    for (case, nodes, knobs, seed) in [
+        ("one that took long", [(100, 0), (8, 0)], long, 33),
+        ("two at once", [(20, 1), (20, 0)], "hang n0 75", 0),
     ] {
-        let nodes = [first, last].map(|(rate, priority)| (rate, priority, vec![0]));
-        let knobs = knobs.iter().map(|knob| (0, (*knob).to_owned()));
+        let nodes = nodes.map(|(rate, priority)| (rate, priority, vec![0]));
+        let knobs = knobs.split(';').map(|knob| (0, knob.to_owned()));
         let plan = Plan {
-            nodes: nodes.to_vec(),
+            nodes: nodes.into(),
             knobs: knobs.collect(),
         };
         sums_are_exact(&plan, seed, true).expect(case);
