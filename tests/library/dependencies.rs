@@ -18,16 +18,19 @@ fn is_ours(name: &str) -> bool {
     OURS.split(' ').any(|known| known == name)
 }
 
-/// The external crates in the sections called `kinds` of a manifest, for all platforms.
-fn crates(manifest: &str, kinds: &[&str]) -> BTreeSet<String> {
-    let manifest: Table = read(manifest).parse().expect("TOML");
+/// The crates in the sections called `kinds` of the manifest in `folder`, for all platforms:
+/// `ours`, or the external ones.
+fn crates(folder: &str, kinds: &[&str], ours: bool) -> BTreeSet<String> {
+    let manifest: Table = read(&format!("{folder}Cargo.toml")).parse().expect("TOML");
     let platforms = manifest.get("target").and_then(Value::as_table);
     let platforms = platforms.into_iter().flat_map(Table::values);
     let parts = platforms.filter_map(Value::as_table).chain([&manifest]);
     let sections = parts.flat_map(|part| kinds.iter().filter_map(|kind| part.get(*kind)));
     let names = sections.filter_map(Value::as_table).flat_map(Table::keys);
-    let others = names.filter(|name| !is_ours(name));
-    others.cloned().collect()
+    names
+        .filter(|name| is_ours(name) == ours)
+        .cloned()
+        .collect()
 }
 
 #[test]
@@ -35,11 +38,8 @@ fn every_crate_that_a_manifest_names_has_its_reason_in_the_manual_and_no_other()
     let kinds = ["dependencies", "dev-dependencies", "build-dependencies"];
     let folders = "|crates/account/|crates/cart-pole/|crates/effects/|crates/real-clock/|crates/recording/|crates/replay/|\
         crates/screen/|crates/study/|crates/wire/|exercises/|lab/|tests/|xtask/|xtask/dist/";
-    let manifests: Vec<_> = folders
-        .split('|')
-        .map(|at| format!("{at}Cargo.toml"))
-        .collect();
-    let named: BTreeSet<_> = manifests.iter().flat_map(|at| crates(at, &kinds)).collect();
+    let named = folders.split('|').flat_map(|at| crates(at, &kinds, false));
+    let named: BTreeSet<_> = named.collect();
     let page = read("docs/dependencies.md");
     let (_, table) = page.split_once("## Crates\n").expect("the table");
     let rows = table.lines().filter_map(|line| line.strip_prefix("| `"));
@@ -51,15 +51,6 @@ fn every_crate_that_a_manifest_names_has_its_reason_in_the_manual_and_no_other()
         missing.is_empty() && stale.is_empty(),
         "docs/dependencies.md: no row with a reason for {missing:?}; rows for nothing: {stale:?}"
     );
-}
-
-/// The crates of this workspace that the one in `folder` stands on.
-fn ours(folder: &str) -> Vec<String> {
-    let manifest: Table = read(&format!("{folder}Cargo.toml")).parse().expect("TOML");
-    let section = manifest.get("dependencies").and_then(Value::as_table);
-    let names = section.into_iter().flat_map(Table::keys);
-    let ours = names.filter(|name| is_ours(name));
-    ours.cloned().collect()
 }
 
 #[test]
@@ -88,7 +79,10 @@ fn the_core_stands_on_nothing_and_every_other_crate_on_those_below() {
              ratelab-recording ratelab-replay ratelab-study",
         ),
     ] {
-        assert_eq!(ours(folder).join(" "), below, "{folder}");
+        let ours: Vec<_> = crates(folder, &["dependencies"], true)
+            .into_iter()
+            .collect();
+        assert_eq!(ours.join(" "), below, "{folder}");
     }
 }
 
@@ -97,13 +91,13 @@ fn neither_core_nor_study_nor_robot_depends_on_a_terminal_a_command_line_or_a_re
     let crates_below = ["account", "effects", "replay", "study", "cart-pole"];
     let folders = crates_below.map(|name| format!("crates/{name}/"));
     for folder in folders.into_iter().chain([String::new()]) {
-        let crates = crates(&format!("{folder}Cargo.toml"), &["dependencies"]);
+        let crates = crates(&folder, &["dependencies"], false);
         assert!(!crates.is_empty(), "nothing was read");
         for foreign in ["ratatui", "crossterm", "clap", "rerun"] {
             assert!(!crates.contains(foreign), "{folder} depends on {foreign}");
         }
     }
-    let core = crates("Cargo.toml", &["dependencies"]);
+    let core = crates("", &["dependencies"], false);
     assert!(!core.contains("mujoco-rs"), "the core knows a plant");
 }
 
