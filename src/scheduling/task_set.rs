@@ -1,4 +1,9 @@
 //! Nodes with one scheduler.
+//!
+//! A node begins on its own. An executor has the task sets of its nodes joined
+//! ([`Dispatch::join`]). A clock with threads takes all task sets of a graph
+//! ([`Graph::apart`](crate::Graph::apart)); where each node of an executor is to have a thread, it
+//! has that task set split ([`Dispatch::split`]) until its threads have ended.
 
 use std::collections::BTreeSet;
 
