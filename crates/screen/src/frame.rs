@@ -49,17 +49,6 @@ pub struct FrameData {
     pub telemetry_lost: u64,
 }
 
-impl FrameData {
-    /// Whether `other` differs from this frame in wall time alone.
-    pub fn differs_in_wall_time_only(&self, other: &Self) -> bool {
-        let wall_s = other.wall_s;
-        Self {
-            wall_s,
-            ..self.clone()
-        } == *other
-    }
-}
-
 /// A node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeData {
@@ -234,7 +223,7 @@ pub struct LatencyData {
 }
 
 /// The recent push age and its limits.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AgeData {
     /// The mean push age over the last second, or over two periods of the policy.
     pub mean: Duration,

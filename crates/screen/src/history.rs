@@ -29,14 +29,12 @@ impl FrameHistory {
     /// Keeps `frame` if it differs from the newest; returns whether it does.
     pub fn add(&mut self, frame: FrameData) -> bool {
         if let Some(newest) = self.frames.back_mut() {
-            if *newest == frame {
-                return false;
-            }
             // A graph at rest adds no frames while wall time passes.
-            if newest.differs_in_wall_time_only(&frame) {
-                *newest = frame;
-                return true;
+            let before = std::mem::replace(&mut newest.wall_s, frame.wall_s);
+            if *newest == frame {
+                return before != frame.wall_s;
             }
+            newest.wall_s = before;
         }
         if self.frames.len() == self.most {
             self.frames.pop_front();

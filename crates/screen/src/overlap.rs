@@ -81,8 +81,8 @@ pub fn neighbour(
 /// A run that is held within ticks that overlap.
 pub struct HeldOverlap {
     run: Held,
-    /// Which of the run's overlaps it is, and the number of operations to be done.
-    place: (usize, usize),
+    /// Which of the run's overlaps it is in, or will be, and the number of operations to be done.
+    pub place: (usize, usize),
     /// Number of operations done; `None` until it is there.
     pub done: Option<usize>,
 }
@@ -93,11 +93,6 @@ impl HeldOverlap {
         let run = execution.hold(place.0, place.1)?;
         let done = None;
         Some(Self { run, place, done })
-    }
-
-    /// Where it is held, or will be.
-    pub fn place(&self) -> (usize, usize) {
-        self.place
     }
 
     /// Reads the graph as it is held.

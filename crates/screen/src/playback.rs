@@ -195,7 +195,7 @@ impl Playback {
     pub fn operate(&mut self, direction: Direction, sampler: &mut Sampler) -> Result<bool, String> {
         self.rest();
         let later = direction == Direction::Up;
-        let here = self.held.as_ref().map(HeldOverlap::place);
+        let here = self.held.as_ref().map(|held| held.place);
         let Some((number, operations)) = neighbour(&self.overlaps, here, self.at, later) else {
             let none = match (self.overlaps.is_empty(), later) {
                 (true, _) => "no ticks overlap in this run",
@@ -238,12 +238,8 @@ impl Playback {
     pub fn overlap(&self) -> Option<OverlapView> {
         let held = self.held.as_ref()?;
         let topology = &self.replay.recording().origin.topology;
-        let (number, _) = held.place();
-        Some(OverlapView::of(
-            &self.overlaps[number],
-            topology,
-            held.done?,
-        ))
+        let ticks = &self.overlaps[held.place.0];
+        Some(OverlapView::of(ticks, topology, held.done?))
     }
 }
 

@@ -8,7 +8,7 @@ use std::{collections::VecDeque, time::Duration};
 
 use ratelab::Time;
 use ratelab_account::{PushAge, Saw, Snapshot};
-use ratelab_study::system::{AgeLimits, System};
+use ratelab_study::system::System;
 
 use super::frame::AgeData;
 
@@ -34,23 +34,14 @@ pub struct PushAges {
 }
 
 impl PushAges {
-    /// Finds the source of the age in `graph`, before the first state.
-    pub fn meet(&mut self, system: &dyn System, graph: impl FnOnce() -> Snapshot) {
-        self.by_states
-            .get_or_insert_with(|| by_states(system, &graph()));
-    }
-
-    /// Whether it is sampled: states do not have it.
-    pub fn is_sampled(&self) -> bool {
-        self.by_states == Some(false)
-    }
-
-    /// Adds the present push of `graph` where states do not have it.
-    pub fn look(&mut self, graph: &Snapshot) {
+    /// Adds the present push of `graph` where states do not have it; to be called before the
+    /// first state.
+    pub fn look(&mut self, system: &dyn System, graph: &Snapshot) {
+        let by_states = self
+            .by_states
+            .get_or_insert_with(|| by_states(system, graph));
         let mut ages = graph.nodes.iter().map(|node| &node.push_age);
-        if self.by_states != Some(true)
-            && let Some(age) = ages.find(|age| age.saw().is_some())
-        {
+        if !*by_states && let Some(age) = ages.find(|age| age.saw().is_some()) {
             self.seen(age, graph.now);
         }
     }
@@ -77,8 +68,7 @@ impl PushAges {
                 mean: Duration::from_secs_f64(late.mean_s),
                 greatest: late.greatest,
                 stretch: (late.from, now),
-                predicted: None,
-                limits: AgeLimits::default(),
+                ..AgeData::default()
             });
         }
     }
@@ -116,8 +106,7 @@ impl PushAges {
             mean: Duration::from_secs_f64(((area - before) / time.as_secs_f64()).max(0.0)),
             greatest: Duration::from_secs_f64(greatest / 1e3),
             stretch,
-            predicted: None,
-            limits: AgeLimits::default(),
+            ..AgeData::default()
         })
     }
 

@@ -1,6 +1,6 @@
 //! Hangs, by the knobs that caused them.
 
-use std::time::Duration;
+use std::{ops::Range, time::Duration};
 
 use ratelab::{Knob, Time, TimedKnob};
 use ratelab_study::system::Setup;
@@ -36,8 +36,8 @@ impl Hang {
         knobs.filter_map(|timed| Self::of(&timed)).collect()
     }
 
-    /// Whether it may be going on at run time `now`, for a node with this `period`.
-    pub fn is_at(&self, now: Time, period: Duration) -> bool {
-        (self.at..self.at + period + self.cost).contains(&now)
+    /// When it may be going on, for a node with this `period`.
+    pub fn span(&self, period: Duration) -> Range<Time> {
+        self.at..self.at + period + self.cost
     }
 }

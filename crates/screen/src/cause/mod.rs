@@ -61,17 +61,17 @@ const AS_SLOW: f64 = 0.9;
 impl Facts<'_> {
     /// The knobs that would take the causes away, the most important first.
     pub fn cures(&self) -> Vec<Knob> {
-        let Some(acts) = acting(self.system, self.graph) else {
-            return Vec::new();
-        };
-        match self.system.lost_anyway(self.setup) {
-            Some(_) => Vec::new(),
-            None => self
-                .causes(acts)
-                .into_iter()
-                .map(|(_, cure)| cure)
-                .collect(),
-        }
+        let acts = acting(self.system, self.graph);
+        let acts = acts.filter(|_| self.system.lost_anyway(self.setup).is_none());
+        let causes = acts.map_or_else(Vec::new, |acts| self.causes(acts));
+        causes.into_iter().map(|(_, cure)| cure).collect()
+    }
+
+    /// What the nodes are asked for beyond their time, with the knobs in force and one `more`.
+    pub fn overloads(&self, more: Option<Knob>) -> Vec<String> {
+        let mut setup = self.system.about().setup();
+        setup.extend(self.setup.iter().cloned().chain(more));
+        self.system.warnings(&setup)
     }
 
     /// The cause of the loss and its cure, in short lines; empty for a system without an age.

@@ -103,8 +103,8 @@ impl Facts<'_> {
     pub fn hang(&self, node: usize) -> Option<Duration> {
         let view = &self.graph.nodes[node];
         let recent = |hang: &&Hang| {
-            let (begins, ends) = (hang.at, hang.at + view.hz.period() + hang.cost);
-            *hang.node == *view.name && begins < self.late.1 && self.late.0 < ends
+            let span = hang.span(view.hz.period());
+            *hang.node == *view.name && span.start < self.late.1 && self.late.0 < span.end
         };
         let recent = self.hangs.iter().filter(recent);
         recent.map(|hang| hang.cost).max()

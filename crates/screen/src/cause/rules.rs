@@ -316,12 +316,8 @@ impl Facts<'_> {
         let Ok(hz) = Hz::new(node.hz.get() * 1.25) else {
             return true;
         };
-        let mut setup = self.system.about().setup();
-        setup.extend(self.setup.iter().cloned());
-        let now = self.system.warnings(&setup);
         let node = node.name.to_string();
-        setup.extend([Knob::Rate { node, hz }]);
-        self.system.warnings(&setup) == now
+        self.overloads(Some(Knob::Rate { node, hz })) == self.overloads(None)
     }
 
     /// The share of `owner` in the age, in parentheses.

@@ -8,19 +8,20 @@ use std::{
     time::{Duration, Instant},
 };
 
-use ratelab::{ClockExit, Event, Head, KnobKind, Time};
+use ratelab::{ClockExit, Event, Head, KnobKind, Time, TimedKnob};
 use ratelab_account::{Observer, Rows, Snapshot};
 use ratelab_study::system::{
     self, AgeLimits, Setup, System, Verdict, depends_on_the_world, names, plant,
 };
 
-use data::{marks, node_data, push, topic_data};
+use data::{marks, topic_data};
+use standing::Moment;
 
 use super::{
     asked::Asked,
-    cause::{CureTrials, Hang},
+    cause::{CureTrials, Facts, Hang, acting, latest},
     figures::Figures,
-    frame::{AgeData, FrameData, Ghost, LatencyData, NodeData, SignalTrace, TRACE_S},
+    frame::{AgeData, FrameData, Ghost, LatencyData, SignalTrace, TRACE_S},
     knobs::{first_node, setting},
     plan::Plans,
     push_age::PushAges,
@@ -42,9 +43,7 @@ pub struct Sampler {
     /// Number of events already searched for knobs.
     events: usize,
     /// The knobs turned since the start of the run.
-    turned: Setup,
-    /// The hangs turned since the start of the run.
-    hangs: Vec<Hang>,
+    turned: Vec<TimedKnob>,
     /// The run again without what made its pushes old.
     trials: CureTrials,
     figures: Figures,
@@ -78,66 +77,84 @@ impl Sampler {
     /// A frame of `session` as of now, with its new `rows`.
     pub fn frame_data(&mut self, session: &mut dyn RunSource, rows: &[WatchedRows]) -> FrameData {
         let (system, observer) = (session.system(), session.observer());
-        self.push_ages.meet(system, || observer.snapshot());
+        self.follow_knobs(observer);
+        let graph = observer.snapshot();
+        self.push_ages.look(system, &graph);
         for (topic, rows) in rows {
-            self.remember(session.system(), topic, rows);
+            self.remember(system, topic, rows);
         }
-        self.follow_knobs(session.observer());
-        let counters = session.observer().snapshot();
         // By now it has all that the counters have.
         session.update_lineage();
-        self.push_ages.look(&counters);
-        let age = self.age(session, &counters);
-        let planning = session.system().about().planning;
-        let plan = planning.and_then(|planning| self.plans.at(&planning, counters.now));
-        let verdict = self.verdict(session, &counters, (age, plan.as_ref()));
-        let push = push(session, &counters, age);
-        let running = session.summary().is_none();
+        let (session, now): (&dyn RunSource, _) = (session, graph.now);
+        let (system, config) = (session.system(), session.config());
+        let mut setup = config.setup.clone();
+        let turned: Setup = self.turned.iter().map(|timed| timed.knob.clone()).collect();
+        setup.extend(turned.iter().cloned());
+        let mut hangs = Hang::at_the_start(&config.setup);
+        hangs.extend(self.turned.iter().filter_map(Hang::of));
+        let age = self.age(session, &graph, &setup);
+        let planning = system.about().planning;
+        let plan = planning.and_then(|planning| self.plans.at(&planning, now));
         let at_rest = session.at_rest();
-        self.figures.refresh(session.system(), &counters, at_rest);
-        let lit = self.lit_nodes(&counters, running, at_rest);
-        let hangs = self.hangs(session);
+        self.figures.refresh(system, &graph, at_rest);
+        let lit = self.lit_nodes(&graph, session.summary().is_none(), at_rest);
+        let lineage = session.lineage();
+        let moment = Moment {
+            session,
+            facts: Facts {
+                system,
+                setup: &setup,
+                turned: &turned,
+                graph: &graph,
+                lineage,
+                age,
+                late: match (age, acting(system, &graph)) {
+                    (Some(age), _) => age.stretch,
+                    (None, Some(acts)) => latest(&graph, lineage, acts),
+                    (None, None) => (Time::ZERO, now),
+                },
+                plan: plan.as_ref(),
+                hangs: &hangs,
+                live: session.live(),
+            },
+            state: &self.state,
+            lost: self.lost,
+            same: self.same(session),
+        };
+        let (verdict, push) = (moment.verdict(&mut self.trials), moment.push());
         let figures = &self.figures;
-        let nodes = counters.nodes.iter().zip(&figures.nodes).zip(lit);
-        let topics = counters.topics.iter().zip(&figures.ages);
+        let nodes = graph.nodes.iter().zip(&figures.nodes).zip(lit);
+        let nodes = nodes.map(|((node, figures), lit)| moment.node(node, *figures, lit));
+        let topics = graph.topics.iter().zip(&figures.ages);
+        let topics = topics.map(|(topic, age)| topic_data(topic, *age, now));
         FrameData {
-            now: counters.now,
+            now,
             wall_s: session.wall_time().as_secs(),
-            status: counters.status,
-            seed: session.config().seed,
-            world: world(session, &self.setup(session)),
-            settings: self.settings(session),
+            status: graph.status,
+            seed: config.seed,
+            world: world(session, &setup),
+            settings: settings(system, &setup),
             verdict,
-            plan,
             age,
             awaits_limits: self.limits.is_coming() || self.trials.is_coming(),
             push,
-            same: self.same(session),
+            same: moment.same,
             latency: figures.latency.as_ref().map(|latency| LatencyData {
                 newest: self.newest_age,
                 ..latency.clone()
             }),
-            nodes: nodes
-                .map(|((node, figures), lit)| NodeData {
-                    lit,
-                    ..node_data(session, node, *figures, (&hangs, counters.now))
-                })
-                .collect(),
-            topics: topics
-                .map(|(topic, age)| topic_data(topic, *age, counters.now))
-                .collect(),
+            nodes: nodes.collect(),
+            topics: topics.collect(),
+            plan,
             state: self.state.clone(),
             telemetry_lost: session.lost(),
         }
     }
 
-    /// Looks at the age of the push between two frames, where it is sampled.
+    /// Looks at the age of the push between two frames.
     pub fn look(&mut self, session: &dyn RunSource) {
-        let graph = || session.observer().snapshot();
-        self.push_ages.meet(session.system(), graph);
-        if self.push_ages.is_sampled() {
-            self.push_ages.look(&graph());
-        }
+        let graph = session.observer().snapshot();
+        self.push_ages.look(session.system(), &graph);
     }
 
     /// Creates the sampler of the run after `session`.
@@ -193,36 +210,17 @@ impl Sampler {
     fn follow_knobs(&mut self, observer: &Observer) {
         let events = observer.events(self.events);
         self.events += events.len();
-        let turned = events.iter().filter_map(Event::knob);
-        for timed in turned {
-            self.hangs.extend(Hang::of(&timed));
-            self.turned.extend([timed.knob]);
-        }
-    }
-
-    /// All hangs of `session`.
-    fn hangs(&self, session: &dyn RunSource) -> Vec<Hang> {
-        let mut hangs = Hang::at_the_start(&session.config().setup);
-        hangs.extend(self.hangs.iter().cloned());
-        hangs
-    }
-
-    /// The setup of `session` in force.
-    fn setup(&self, session: &dyn RunSource) -> Setup {
-        let mut setup = session.config().setup.clone();
-        setup.extend(self.turned.iter().cloned());
-        setup
+        self.turned.extend(events.iter().filter_map(Event::knob));
     }
 
     /// The recent push age and its limits.
-    fn age(&mut self, session: &dyn RunSource, graph: &Snapshot) -> Option<AgeData> {
+    fn age(&mut self, session: &dyn RunSource, graph: &Snapshot, setup: &Setup) -> Option<AgeData> {
         let period = first_node(session.system(), graph).map(|node| node.hz.period());
         let recent = self.push_ages.recent(period.unwrap_or_default())?;
-        let setup = self.setup(session);
-        if !self.limits.is(&setup) {
+        if !self.limits.is(setup) {
             let system = session.shared_system().clone();
             self.limits
-                .ask(setup, move |setup| system.age_limits(setup));
+                .ask(setup.clone(), move |setup| system.age_limits(setup));
         }
         self.limits.receive(session.summary().is_some());
         Some(AgeData {
@@ -235,13 +233,6 @@ impl Sampler {
     /// The age limits as far as computed.
     fn limits(&self) -> AgeLimits {
         self.limits.newest().copied().unwrap_or_default()
-    }
-
-    fn settings(&self, session: &dyn RunSource) -> Vec<String> {
-        let (system, setup) = (session.system(), self.setup(session));
-        let shown = names::shown(system, |alias| names::is_set(alias, &setup)).into_iter();
-        let sent = shown.filter(|alias| alias.kind() == KnobKind::Send);
-        sent.map(|alias| setting(system, alias, &setup)).collect()
     }
 
     fn remember(&mut self, system: &dyn System, topic: &str, rows: &Rows) {
@@ -300,6 +291,13 @@ impl Sampler {
             .map(|(_, changed)| lit(*changed))
             .collect()
     }
+}
+
+/// The messages in `setup`, such as `policy scripted`.
+fn settings(system: &dyn System, setup: &Setup) -> Vec<String> {
+    let shown = names::shown(system, |alias| names::is_set(alias, setup)).into_iter();
+    let sent = shown.filter(|alias| alias.kind() == KnobKind::Send);
+    sent.map(|alias| setting(system, alias, setup)).collect()
 }
 
 /// A note on the world of `session`, where it is relevant.
