@@ -1,8 +1,7 @@
 //! Why the screen ends before a person leaves it.
 
-use std::path::PathBuf;
-
 use ratelab::Fault;
+use ratelab_recording::RecordError;
 use ratelab_study::system::BuildError;
 use thiserror::Error;
 
@@ -22,13 +21,8 @@ pub enum ScreenError {
     #[error("the run did not end in order: {0} is still in a tick")]
     Stuck(String),
     /// A recording cannot begin.
-    #[error("cannot record: {why}: {}", path.display())]
-    Record {
-        /// The file.
-        path: PathBuf,
-        /// The error of the system.
-        why: std::io::Error,
-    },
+    #[error("cannot record: {}: {}", .0.why, .0.path.display())]
+    Record(RecordError),
     /// The rows of a CSV file cannot be written.
     #[error("--csv: {0}")]
     Csv(std::io::Error),

@@ -1,45 +1,58 @@
-//! The chains behind the actions of a running run.
+//! The messages of a running run, and the chains behind its actions.
+
+use std::mem;
 
 use ratelab::Time;
-use ratelab_account::{Lineage, Observer, RowTap, Rows, Tap, TickRecord};
-use ratelab_study::experiment::{Experiment, Taps};
+use ratelab_account::{Lineage, Observer, Rows, RunRow, Tap};
+use ratelab_study::experiment::Experiment;
 
-use super::sameness::RunDigest;
+use super::{
+    run::{WatchedRows, watched},
+    sameness::RunDigest,
+};
 
-/// Capacity of a tap between two frames: at full speed the virtual clock makes some
+/// Capacity of the tap between two frames: at full speed the virtual clock makes some
 /// thousands of messages and ticks per frame.
-const BACKLOG: usize = 16_384;
+const BACKLOG: usize = 1 << 17;
 
 /// Messages and ticks kept per topic and node: twenty minutes at 50 Hz.
 const KEPT: usize = 1 << 16;
 
-/// Builds the lineage of a graph from its taps.
+/// Builds the lineage of a graph from a tap on all of it.
 pub struct LineageTaps {
     lineage: Lineage,
     observer: Observer,
     /// Number of events already searched for knobs.
     events: usize,
-    topics: Vec<(usize, RowTap, Rows)>,
-    ticks: Vec<Tap<TickRecord>>,
-    /// Digest of everything from the taps.
+    /// `None` once it is closed.
+    tap: Option<Tap<RunRow>>,
+    /// The new messages of the [`watched`] topics, each with the index of its topic.
+    watched: Vec<(usize, WatchedRows)>,
+    /// Digest of everything from the tap.
     digest: RunDigest,
 }
 
 impl LineageTaps {
     /// Attaches to `experiment` from its beginning.
     pub fn new(experiment: &Experiment) -> Self {
-        let observer = experiment.observer();
-        let (taps, setup) = (experiment.taps(), &experiment.config().setup);
-        let lineage = Lineage::new(observer.topology()).keeping(KEPT);
-        let mut lineage = lineage.along(experiment.system().about().latency_path);
-        let knobs = setup.iter();
+        let (observer, taps) = (experiment.observer(), experiment.taps());
+        let (system, topology) = (experiment.system(), observer.topology());
+        let watched = watched(&**system).filter_map(|name| {
+            let index = topology.topics.iter().position(|topic| topic.name == name);
+            let recorded = taps.topics().iter().find(|topic| topic.name() == name);
+            Some((index?, (name, Rows::new(recorded?.fields().len()))))
+        });
+        let watched = watched.collect();
+        let lineage = Lineage::new(topology).keeping(KEPT);
+        let mut lineage = lineage.along(system.about().latency_path);
+        let knobs = experiment.config().setup.iter();
         knobs.for_each(|knob| lineage.knob(Time::ZERO, knob));
         Self {
-            topics: topics(&taps, &lineage),
-            ticks: taps.ticks(BACKLOG),
             lineage,
             observer,
             events: 0,
+            tap: Some(taps.all(BACKLOG)),
+            watched,
             digest: RunDigest::default(),
         }
     }
@@ -51,23 +64,36 @@ impl LineageTaps {
         for timed in events.iter().filter_map(|event| event.knob()) {
             self.lineage.knob(timed.at, &timed.knob);
         }
-        // First the ticks: the messages they read are then in the taps.
-        let ticks: Vec<Vec<TickRecord>> = self.ticks.iter().map(there).collect();
-        for (topic, tap, rows) in &mut self.topics {
-            tap.take(rows);
-            let heads = rows.heads().iter();
-            heads.for_each(|head| self.lineage.message(*topic, head));
-            self.digest.messages(*topic, rows);
-            rows.clear();
-        }
-        for (node, ticks) in ticks.into_iter().enumerate() {
-            for tick in ticks {
-                self.digest.tick(node, &tick);
-                self.lineage.tick(node, tick);
+        // No later rows: a run without pacing fills the tap as fast as it is emptied.
+        let items = self.tap.iter().map(Tap::items);
+        for row in items.flat_map(|items| items.try_iter().take(items.len())) {
+            match row {
+                RunRow::Message(topic, head, row) => {
+                    self.lineage.message(topic, &head);
+                    self.digest.message(topic, &head, &row);
+                    let mut watched = self.watched.iter_mut();
+                    if let Some((_, (_, rows))) = watched.find(|(index, _)| *index == topic) {
+                        let _ = rows.push(head, row); // Of the same width.
+                    }
+                }
+                RunRow::Tick(node, tick) => {
+                    self.digest.tick(node, &tick);
+                    self.lineage.tick(node, tick);
+                }
             }
         }
         self.lineage.settle();
         &self.lineage
+    }
+
+    /// The messages on the [`watched`] topics since the last call.
+    pub fn new_rows(&mut self) -> Vec<WatchedRows> {
+        self.update();
+        let new = self.watched.iter_mut().map(|(_, (name, rows))| {
+            let none = Rows::new(rows.width());
+            (*name, mem::replace(rows, none))
+        });
+        new.collect()
     }
 
     /// The lineage as of the last update.
@@ -80,28 +106,15 @@ impl LineageTaps {
         &self.digest
     }
 
-    /// Closes the taps, so that a run waiting for them can end.
+    /// Number of messages and ticks lost as nobody updated it for long.
+    pub fn lost(&self) -> u64 {
+        self.tap.as_ref().map_or(0, Tap::lost)
+    }
+
+    /// Closes the tap, so that a run waiting for it can end.
     pub fn let_go(&mut self) {
         self.update();
-        self.topics.clear();
-        self.ticks.clear();
+        self.tap = None;
+        self.watched.clear();
     }
-}
-
-/// Taps on the numeric topics of a graph.
-fn topics(taps: &Taps, lineage: &Lineage) -> Vec<(usize, RowTap, Rows)> {
-    let names = lineage.topology().topics.iter().enumerate();
-    let tapped = names.filter_map(|(index, topic)| {
-        let tap = taps.rows(&topic.name, BACKLOG)?;
-        let rows = tap.rows();
-        Some((index, tap, rows))
-    });
-    tapped.collect()
-}
-
-/// Takes the items now in a tap and no later ones: a run without pacing fills it as fast
-/// as it is emptied.
-fn there(tap: &Tap<TickRecord>) -> Vec<TickRecord> {
-    let there = tap.items().len();
-    tap.items().try_iter().take(there).collect()
 }

@@ -2,7 +2,8 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use ratelab_account::{Rows, TickRecord};
+use ratelab::Head;
+use ratelab_account::TickRecord;
 
 /// Maximum number of digests per topic or node.
 const MOST: usize = 1 << 20;
@@ -16,20 +17,17 @@ pub struct RunDigest {
 }
 
 impl RunDigest {
-    /// Adds messages of the topic with index `topic`, bit for bit.
-    pub fn messages(&mut self, topic: usize, rows: &Rows) {
-        let digests = place(&mut self.topics, topic);
-        for (head, row) in rows.iter() {
-            let bits = row.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
-            let head = (
-                head.stamp,
-                head.seq,
-                head.origin,
-                head.arrives,
-                head.dropped,
-            );
-            add(digests, (head, bits));
-        }
+    /// Adds a message of the topic with index `topic`, bit for bit.
+    pub fn message(&mut self, topic: usize, head: &Head, row: &[f64]) {
+        let bits = row.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+        let head = (
+            head.stamp,
+            head.seq,
+            head.origin,
+            head.arrives,
+            head.dropped,
+        );
+        add(place(&mut self.topics, topic), (head, bits));
     }
 
     /// Adds a tick of the node with index `node`, without its wall time.
@@ -83,13 +81,10 @@ mod tests {
     use crate::tests::sample::head;
 
     fn digest(values: &[f64]) -> RunDigest {
-        let mut rows = Rows::new(1);
-        for (seq, value) in (0..).zip(values) {
-            let head = head(seq, Time::from_nanos(seq), None);
-            assert!(rows.push(head, [*value]));
-        }
         let mut digest = RunDigest::default();
-        digest.messages(0, &rows);
+        for (seq, value) in (0..).zip(values) {
+            digest.message(0, &head(seq, Time::from_nanos(seq), None), &[*value]);
+        }
         digest
     }
 

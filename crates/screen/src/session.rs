@@ -10,9 +10,11 @@ use std::{
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::{Clock, Command, Fault, Knob};
-use ratelab_account::{Lineage, Observer, RowTap};
+use ratelab_account::{Lineage, Observer};
 use ratelab_real_clock::{RealClock, RealtimePriority};
-use ratelab_recording::{Branch, Destination, Recorder, Recording, Source, StopReason};
+use ratelab_recording::{
+    Branch, Destination, RecordError, Recorder, Recording, Source, StopReason,
+};
 use ratelab_replay::RunLog;
 use ratelab_study::{
     experiment::{Config, Experiment, StepWriter, Summary},
@@ -21,14 +23,10 @@ use ratelab_study::{
 
 use super::{
     lineage_taps::LineageTaps,
-    run::{RunSource, StatusExtra, WatchedRows, watched},
+    run::{RunSource, StatusExtra, WatchedRows},
     sameness::RunDigest,
 };
 use crate::error::ScreenError;
-
-/// Capacity of a tap between two frames: at full speed the virtual clock makes thousands
-/// of messages per frame.
-const BACKLOG: usize = 65_536;
 
 /// Opens a file for rows without changing it, so that no session begins in vain.
 pub type OpenRows = Arc<dyn Fn() -> io::Result<BeginRows>>;
@@ -136,9 +134,6 @@ impl Prepared {
             .map(|begin| StepWriter::start(begin(), &experiment));
         let (system, config) = (experiment.system().clone(), experiment.config().clone());
         let (observer, commands) = (experiment.observer(), experiment.commands());
-        let taps = experiment.taps();
-        let taps = watched(&*system).filter_map(|topic| Some((topic, taps.rows(topic, BACKLOG)?)));
-        let taps = taps.collect();
         let lineage = LineageTaps::new(&experiment);
         let (sender, outcome) = bounded(1);
         std::thread::spawn(move || {
@@ -150,7 +145,6 @@ impl Prepared {
             config,
             observer,
             commands,
-            taps,
             lineage,
             outcome: Some(outcome),
             summary: None,
@@ -169,9 +163,7 @@ pub struct Session {
     config: Config,
     observer: Observer,
     commands: Sender<Command>,
-    /// Taps on the [`watched`] topics; removed when the session is to end.
-    taps: Vec<(&'static str, RowTap)>,
-    /// The chains behind its actions.
+    /// Its messages and the chains behind its actions, until it is to end.
     lineage: LineageTaps,
     /// Receiver of the result; `None` after it has arrived.
     outcome: Option<Receiver<Result<Summary, Fault>>>,
@@ -228,7 +220,6 @@ impl Session {
     pub fn stop(&mut self) {
         self.send(Command::Stop);
         // Virtual time waits for a full tap, and nothing empties it any more.
-        self.taps.clear();
         self.lineage.let_go();
     }
 
@@ -285,9 +276,8 @@ impl Session {
 
     /// Waits until all rows are written; returns the number of lost ones.
     fn finish_csv(&mut self) -> Result<u64, ScreenError> {
-        // Its tap ends with the topic, held by these.
+        // Its tap ends with the topic, held by this.
         self.source = None;
-        self.taps.clear();
         let lost = self.csv.take().map_or(Ok(0), StepWriter::finish);
         lost.map_err(ScreenError::Csv)
     }
@@ -325,7 +315,7 @@ fn begun(
         ..source.clone()
     };
     let claimed = destination.claim(&source.origin, |path| begin(path, &source));
-    claimed.map_err(|(path, why)| ScreenError::Record { path, why })
+    claimed.map_err(|(path, why)| ScreenError::Record(RecordError { path, why }))
 }
 
 impl RunSource for Session {
@@ -347,12 +337,7 @@ impl RunSource for Session {
     }
 
     fn new_rows(&mut self) -> Vec<WatchedRows> {
-        let taken = self.taps.iter().map(|(topic, tap)| {
-            let mut rows = tap.rows();
-            tap.take(&mut rows);
-            (*topic, rows)
-        });
-        taken.collect()
+        self.lineage.new_rows()
     }
 
     fn lineage(&self) -> &Lineage {
@@ -368,7 +353,7 @@ impl RunSource for Session {
     }
 
     fn lost(&self) -> u64 {
-        self.taps.iter().map(|(_, tap)| tap.lost()).sum()
+        self.lineage.lost()
     }
 
     fn summary(&self) -> Option<&Summary> {

@@ -5,7 +5,7 @@ use ratelab_recording::{
 };
 
 use super::{App, run::ShownRun};
-use crate::error::ScreenError;
+use crate::{error::ScreenError, session::Prepared};
 
 /// The recordings of all sessions.
 #[derive(Default)]
@@ -30,6 +30,15 @@ impl LabRecordings {
             destination: destination.unwrap_or_default(),
             ..Self::default()
         }
+    }
+
+    /// Begins the recording of a `prepared` session, if it is wanted.
+    ///
+    /// # Errors
+    /// [`ScreenError::Record`] with the system's error for the file.
+    pub fn begin(&mut self, prepared: &Prepared) -> Result<Option<Recorder>, ScreenError> {
+        let recorder = self.wanted.then(|| prepared.record(&mut self.destination));
+        recorder.transpose()
     }
 }
 
@@ -103,26 +112,25 @@ impl App {
                 self.notify(format!("recorded {path}{}", defect.unwrap_or_default()));
                 self.recordings.recorded.push(recorded);
             }
-            Err(error) => self.is_unrecorded(error.to_string(), Some(error)),
+            Err(error) => {
+                self.notify(error.to_string());
+                self.is_unrecorded(error);
+            }
         }
     }
 
     /// Goes on without a recording; the exit code reports it as well.
-    fn is_unrecorded(&mut self, notice: String, error: Option<RecordError>) {
-        self.notify(notice);
+    fn is_unrecorded(&mut self, error: RecordError) {
         self.recordings.wanted = false;
-        let first = self.recordings.unrecorded.take();
-        self.recordings.unrecorded = first.or(error);
+        self.recordings.unrecorded.get_or_insert(error);
     }
 
     /// Goes on without a recording that cannot begin.
     pub(super) fn unrecordable(&mut self, error: ScreenError) {
-        let notice = error.to_string();
-        let error = match error {
-            ScreenError::Record { path, why } => Some(RecordError { path, why }),
-            _ => None,
-        };
-        self.is_unrecorded(notice, error);
+        self.notify(error.to_string());
+        if let ScreenError::Record(error) = error {
+            self.is_unrecorded(error);
+        }
     }
 
     /// Gives notice of what a thread outside of the graph wrote to, once for each.
