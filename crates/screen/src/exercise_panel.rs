@@ -142,17 +142,13 @@ impl ExercisePanel {
     pub fn key(&mut self, key: &KeyEvent) -> PanelAction {
         match (key.code, &self.page) {
             (KeyCode::Esc, PanelPage::List) => return PanelAction::Leave,
-            (KeyCode::Esc, _) => self.page = PanelPage::List,
+            (KeyCode::Esc, _) => (self.page, self.scroll) = (PanelPage::List, 0),
             (KeyCode::Enter, _) => {
                 self.scroll = 0;
                 return self.enter();
             }
-            (code, _) => {
-                self.go(code);
-                return PanelAction::Stay;
-            }
+            (code, _) => self.go(code),
         }
-        self.scroll = 0;
         PanelAction::Stay
     }
 

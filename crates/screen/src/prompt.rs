@@ -76,15 +76,6 @@ impl Prompt {
         self.refusal = Some(reason);
     }
 
-    /// Adds pasted text, if it is open. A pasted line break does not count as Enter.
-    pub fn paste(&mut self, text: &str) {
-        if !self.open {
-            return;
-        }
-        let text = text.replace(char::is_control, " ");
-        self.edit(|typed| typed.push_str(&text));
-    }
-
     /// Handles a key; Tab completes with `vocabulary`. Returns a complete entry.
     pub fn key(&mut self, key: &KeyEvent, vocabulary: &Vocabulary<'_>) -> Option<String> {
         match key.code {
@@ -103,7 +94,8 @@ impl Prompt {
         None
     }
 
-    fn edit(&mut self, change: impl FnOnce(&mut String)) {
+    /// Changes what is typed.
+    pub fn edit(&mut self, change: impl FnOnce(&mut String)) {
         change(&mut self.typed);
         (self.recalled, self.completions, self.refusal) = (None, None, None);
     }

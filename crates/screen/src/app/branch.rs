@@ -2,9 +2,8 @@
 
 use std::sync::Arc;
 
-use ratelab::{ClockKind, Time};
+use ratelab::Time;
 use ratelab_recording::{Change, Departure, Recording, branch};
-use ratelab_study::system::KnobText;
 
 use super::{
     App,
@@ -43,10 +42,9 @@ impl App {
         let recording = self.run_to_leave();
         let recording = recording.ok_or("this run is gone: r starts again")?;
         let system = &self.setup.system;
-        let knobs = KnobText(system.aliases()).parse(text);
         let departure = Departure {
             at,
-            knobs: knobs.map_err(|error| error.to_string())?,
+            knobs: self.parsed(text)?,
             end: Some(self.config.end).filter(|end| *end > at),
             speed: self.config.speed,
         };
@@ -65,15 +63,6 @@ impl App {
         self.leave_past();
         self.end_with(Next::Session(Box::new(start)));
         Ok(())
-    }
-
-    /// Follows a session that began as a branch of the run in `left`, if it did.
-    pub(super) fn begin_branch(&mut self, left: Option<LeftRun>) {
-        if let Some(left) = &left {
-            self.config.clock = ClockKind::Virtual;
-            self.notify(format!("left at {}", left.change.left(left.asked)));
-        }
-        self.left = left;
     }
 
     /// Adds what the branch changed to `frame`, if the session is one.

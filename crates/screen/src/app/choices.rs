@@ -96,8 +96,7 @@ impl App {
             Some(alias.set(&self.choices[next]))
         });
         match next {
-            Some(Ok(knobs)) => self.turn(knobs),
-            Some(Err(error)) => self.notify(error.to_string()),
+            Some(knobs) => self.turn(knobs.map_err(|error| error.to_string())),
             None => self.notify("this system has no messages to choose from"),
         }
     }

@@ -48,7 +48,7 @@ impl App {
         if let Some(text) = self.prompt.key(key, &vocabulary) {
             let entered = match self.prompt.branch() {
                 Some(at) => self.branch(at, &text),
-                None => self.turn_typed(&text),
+                None => self.parsed(&text).and_then(|knobs| self.try_to_turn(knobs)),
             };
             if let Err(reason) = entered {
                 self.prompt.refuse(reason);
@@ -61,7 +61,7 @@ impl App {
     pub fn paste(&mut self, text: &str) {
         let text = text.replace(char::is_control, " ");
         if self.prompt.is_open() {
-            self.prompt.paste(&text);
+            self.prompt.edit(|typed| typed.push_str(&text));
         } else if let Some(panel) = self.course.panel.as_mut() {
             panel.paste(&text);
         }

@@ -114,20 +114,15 @@ impl App {
             return self.notify(knobs::at_end(&what, direction, value));
         };
         let knobs = targets.iter().map(|target| (dial.knob)(self, target, next));
-        let turned = knobs
-            .collect::<Result<Vec<Knob>, String>>()
-            .and_then(|knobs| self.try_to_turn(knobs));
-        self.notify_of(turned);
+        self.turn(knobs.collect());
     }
 
-    /// The link of the topic called `name`.
-    fn link(&self, name: &str) -> Link {
-        let wanted = self.knobs.wanted();
-        let link = wanted.iter().find_map(|knob| match knob {
-            Knob::Link { topic, spec } if topic == name => spec.parse().ok(),
-            _ => None,
-        });
-        link.unwrap_or(Link::NONE)
+    /// The link of `topic`.
+    fn link(&self, topic: &str) -> Link {
+        match self.knobs.wanted().knob(KnobKind::Link, topic) {
+            Some(Knob::Link { spec, .. }) => spec.parse().unwrap_or(Link::NONE),
+            _ => Link::NONE,
+        }
     }
 
     /// The knob of that link with another `part`.
@@ -142,9 +137,9 @@ impl App {
         let Some(broken) = self.system().about().broken else {
             return self.notify("this system has no knob that is known to break it");
         };
-        let knobs = match KnobText(self.system().aliases()).parse(broken) {
+        let knobs = match self.parsed(broken) {
             Ok(knobs) => knobs,
-            Err(error) => return self.notify(error.to_string()),
+            Err(error) => return self.notify(error),
         };
         let wanted = self.knobs.wanted();
         let is_broken = |knob| wanted.iter().any(|turned| turned == knob);
@@ -153,11 +148,11 @@ impl App {
             true if before.is_empty() => {
                 self.notify(format!("it was broken from the start: {broken}"));
             }
-            true => self.turn(before),
+            true => self.turn(Ok(before)),
             false => {
                 let before = knobs.iter().filter_map(|knob| self.as_it_is(knob));
                 self.unbroken = before.collect();
-                self.turn(knobs);
+                self.turn(Ok(knobs));
             }
         }
     }
@@ -174,22 +169,23 @@ impl App {
     }
 
     /// Turns knobs, or gives notice of the reason why this is impossible.
-    pub(crate) fn turn(&mut self, knobs: Vec<Knob>) {
-        let turned = self.try_to_turn(knobs);
-        self.notify_of(turned);
+    pub(crate) fn turn(&mut self, knobs: Result<Vec<Knob>, String>) {
+        if let Err(reason) = knobs.and_then(|knobs| self.try_to_turn(knobs)) {
+            self.notify(reason);
+        }
     }
 
-    /// Turns the knobs in `text`.
-    pub(super) fn turn_typed(&mut self, text: &str) -> Result<(), String> {
+    /// The knobs in `text`.
+    pub(super) fn parsed(&self, text: &str) -> Result<Vec<Knob>, String> {
         let knobs = KnobText(self.system().aliases()).parse(text);
-        self.try_to_turn(knobs.map_err(|error| error.to_string())?)
+        knobs.map_err(|error| error.to_string())
     }
 
     /// Turns knobs of the running graph; they also apply to the next session.
     ///
     /// # Errors
     /// The accepted values, if one knob is invalid; no knob is turned then.
-    fn try_to_turn(&mut self, knobs: Vec<Knob>) -> Result<(), String> {
+    pub(super) fn try_to_turn(&mut self, knobs: Vec<Knob>) -> Result<(), String> {
         if let ShownRun::Remote(run) = &mut self.shown.run {
             // The process that has them checks them.
             knobs.into_iter().for_each(|knob| run.turn(knob));

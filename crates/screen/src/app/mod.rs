@@ -42,6 +42,7 @@ use super::{
     playback::Playback,
     prompt::Prompt,
     run::{Remote, StatusExtra},
+    sampler::Sampler,
     session::{Prepared, Session, SessionResult, SessionSetup},
     view::ScreenState,
 };
@@ -94,9 +95,8 @@ impl App {
     /// [`ScreenError`] if it fails to start.
     pub fn new(config: &Config, setup: SessionSetup) -> Result<Self, ScreenError> {
         let mut recordings = LabRecordings::to(setup.record.clone());
-        let record = recordings.wanted.then_some(&mut recordings.destination);
         let prepared = Prepared::new(config, &setup)?;
-        let recorder = record.map(|record| prepared.record(record)).transpose()?;
+        let recorder = recordings.begin(&prepared)?;
         let run = ShownRun::Live(Box::new(prepared.begin(recorder)));
         let config = run.config().clone();
         let mut app = Self {
@@ -249,7 +249,8 @@ impl App {
         };
         let (began, refusal) = (run.update(), run.refusal());
         if began {
-            self.shown.begin_anew();
+            self.shown.begin(Sampler::default());
+            self.shown.mark_first();
         }
         self.notice = refusal.or(self.notice.take());
         self.shown.new_events();
@@ -347,13 +348,6 @@ impl App {
     /// Gives notice.
     fn notify(&mut self, notice: impl Into<String>) {
         self.notice = Some(notice.into());
-    }
-
-    /// Gives notice of what could not be done.
-    fn notify_of(&mut self, done: Result<(), String>) {
-        if let Err(reason) = done {
-            self.notify(reason);
-        }
     }
 
     fn system(&self) -> &dyn System {

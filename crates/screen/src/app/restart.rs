@@ -3,7 +3,7 @@
 use std::{sync::Arc, time::Duration};
 
 use exercises::rescue::session::RescueTry;
-use ratelab::Time;
+use ratelab::{ClockKind, Time};
 use ratelab_recording::{Change, Recording};
 use ratelab_study::experiment::Config;
 
@@ -122,16 +122,18 @@ impl App {
         }
         match next {
             Next::Leave => self.quit = true,
-            Next::Session(start) => {
-                self.begin(start.prepared, start.by_hand)?;
-                self.begin_branch(start.left);
-            }
+            Next::Session(start) => self.begin(*start)?,
         }
         Ok(())
     }
 
     /// Starts the prepared session, after the end of what was shown.
-    fn begin(&mut self, prepared: Prepared, by_hand: bool) -> Result<(), ScreenError> {
+    fn begin(&mut self, start: Start) -> Result<(), ScreenError> {
+        let Start {
+            prepared,
+            by_hand,
+            left,
+        } = start;
         let live = self.is_live();
         if !live {
             // The whole recording is there to be compared with.
@@ -149,14 +151,12 @@ impl App {
         (self.notice, self.executing) = (None, None);
         self.follow_recordings();
         self.recordings.wanted |= by_hand;
-        let record = self.recordings.wanted;
-        let record = record.then(|| prepared.record(&mut self.recordings.destination));
-        let recorder = record.transpose().unwrap_or_else(|error| {
+        let recorder = self.recordings.begin(&prepared).unwrap_or_else(|error| {
             self.unrecordable(error);
             None
         });
-        let run = ShownRun::Live(Box::new(prepared.begin(recorder)));
-        self.shown.go_on_with(run, sampler);
+        self.shown.run = ShownRun::Live(Box::new(prepared.begin(recorder)));
+        self.shown.begin(sampler);
         self.config = without_knobs(self.shown.run.config().clone());
         self.knobs = Knobs::new(self.config.setup.clone());
         self.pause = false;
@@ -166,6 +166,11 @@ impl App {
         if !live {
             self.enter_lab();
         }
+        if let Some(left) = &left {
+            self.config.clock = ClockKind::Virtual;
+            self.notify(format!("left at {}", left.change.left(left.asked)));
+        }
+        self.left = left;
         Ok(())
     }
 }

@@ -47,24 +47,12 @@ impl Shown {
         }
     }
 
-    /// Looks at another `run`, with what its `sampler` knows of the one before.
-    pub fn go_on_with(&mut self, run: ShownRun, sampler: Sampler) {
-        self.frames = FrameHistory::new(matches!(run, ShownRun::Live(_)));
-        self.run = run;
-        self.begin(sampler);
-    }
-
-    /// Forgets the run before.
-    fn begin(&mut self, sampler: Sampler) {
+    /// Forgets the run before, apart from what the `sampler` of this one knows of it.
+    pub fn begin(&mut self, sampler: Sampler) {
         self.sampler = sampler;
+        self.frames = FrameHistory::new(matches!(self.run, ShownRun::Live(_)));
         self.events.clear();
         self.panes.timeline = TimelineView::default();
-    }
-
-    /// Looks at another run of other processes.
-    pub fn begin_anew(&mut self) {
-        self.begin(Sampler::default());
-        self.mark_first();
     }
 
     /// Marks the node and the topics whose knobs keys turn first.

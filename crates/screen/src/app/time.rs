@@ -193,10 +193,9 @@ impl App {
 
     /// Jumps to the neighbouring event.
     pub(super) fn seek_event(&mut self, direction: Direction) {
-        let event = self
-            .playback()
-            .map(|(playback, _)| playback.event(direction));
-        match (event.flatten(), direction) {
+        let playback = self.playback();
+        let event = playback.and_then(|(playback, _)| playback.event(direction));
+        match (event, direction) {
             (Some(at), _) => self.jump(at),
             (None, Direction::Up) => self.notify("no event comes after this"),
             (None, Direction::Down) => self.notify("no event came before this"),

@@ -68,7 +68,7 @@ fn in_every_order_what_is_wanted_ends_as_what_runs() {
     assert_eq!(orders.len(), 35);
     for order in orders {
         let mut app = paused();
-        app.turn(pressed.to_vec());
+        app.turn(Ok(pressed.to_vec()));
         order.iter().for_each(|knob| applied(&mut app, knob));
         let runs: Setup = order.iter().cloned().collect();
         let wanted = app.wanted().setup;
