@@ -118,12 +118,9 @@ fn run_of_one_style(
         );
         pen = paper.to_owned();
     }
-    let attribute = |of: Modifier, text| {
-        if run[0].modifier.contains(of) {
-            text
-        } else {
-            ""
-        }
+    let attribute = |of, text| match run[0].modifier.contains(of) {
+        true => text,
+        false => "",
     };
     let weight = attribute(Modifier::BOLD, " font-weight=\"bold\"");
     let faint = attribute(Modifier::DIM, " opacity=\"0.55\"");

@@ -3,7 +3,7 @@
 use std::{collections::HashSet, time::Duration};
 
 use ratelab::{Head, Time, Topology};
-use ratelab_account::{Chain, Lineage, PushInForce, TickWait, TracedTick, WaitsFor};
+use ratelab_account::{Chain, Lineage, PushInForce, TickWait, WaitsFor};
 use ratelab_study::system::PlanBar;
 
 use super::frame::PushSentence;
@@ -150,29 +150,24 @@ impl Timeline {
             None => now,
             Some(since) => (since + view.span() / 3).min(now.max(since)),
         };
-        let from = to - view.span();
-        let window = Window { from, to };
-        let order = order(lineage, acts);
-        let lanes = order.into_iter().flat_map(|node| {
-            let outputs = topology.topics.iter().enumerate();
-            let outputs =
-                outputs.filter(move |(_, t)| t.publishers.contains(&node) && !t.readers.is_empty());
-            let lane = window.node(lineage, node, &chain);
-            let chain = &chain;
-            std::iter::once(lane)
-                .chain(outputs.map(move |(topic, _)| window.topic(lineage, topic, chain)))
-        });
-        Some(Self {
-            from,
+        let mut timeline = Self {
+            from: to - view.span(),
             to,
-            lanes: lanes.collect(),
+            lanes: Vec::new(),
             sentence: sentence(lineage, acts, push.as_ref(), (view, now)),
             newest: view.selected.is_none(),
-        })
+        };
+        for node in order(lineage, acts) {
+            timeline.lanes.push(timeline.node(lineage, node, &chain));
+            for (index, topic) in topology.topics.iter().enumerate() {
+                if topic.publishers.contains(&node) && !topic.readers.is_empty() {
+                    timeline.lanes.push(timeline.topic(lineage, index, &chain));
+                }
+            }
+        }
+        Some(timeline)
     }
-}
 
-impl Timeline {
     /// The timeline with these lanes for the bars of plans on `topic`.
     pub fn with_plans(mut self, topic: &str, lanes: &[Vec<PlanBar>]) -> Self {
         for (number, bars) in (1..).zip(lanes) {
@@ -257,15 +252,9 @@ pub fn upstream(topology: &Topology, last: usize) -> Vec<usize> {
     path
 }
 
-/// The visible run times.
-#[derive(Clone, Copy)]
-struct Window {
-    from: Time,
-    to: Time,
-}
-
-impl Window {
-    fn node(self, lineage: &Lineage, node: usize, chain: &Chain) -> Lane {
+/// Its lanes.
+impl Timeline {
+    fn node(&self, lineage: &Lineage, node: usize, chain: &Chain) -> Lane {
         let mut marks = Vec::new();
         let mut before: Option<u64> = None;
         for (index, worked) in lineage.ticks_between(node, self.from, self.to) {
@@ -275,18 +264,28 @@ impl Window {
             if ends < self.from {
                 continue;
             }
-            let bright = chain.ticks.contains(&(node, index));
-            let mut parts = parts(lineage, (node, index), worked, ends);
-            if before.is_some_and(|before| overruns > before) {
-                parts.push((ends, ends, MarkKind::Overrun, None));
-            }
-            marks.extend(parts.into_iter().map(|(at, until, kind, by)| Mark {
+            let mark = |[at, until]: [Time; 2], kind, by| Mark {
                 at,
                 until,
                 kind,
-                bright,
+                bright: chain.ticks.contains(&(node, index)),
                 by,
+            };
+            let wait = |wait: TickWait, kind| {
+                let by = missing(wait.what, lineage.topology());
+                mark([wait.from, wait.to], kind, by)
+            };
+            let waits = lineage.waits(node, index).into_iter();
+            marks.extend(waits.map(|waited| match waited.what {
+                WaitsFor::Thread => wait(waited, MarkKind::Late),
+                WaitsFor::Match(_) | WaitsFor::Node(_) => wait(waited, MarkKind::Waiting),
             }));
+            marks.push(mark([worked.tick.at, ends], MarkKind::Tick, None));
+            let asides = lineage.set_aside(node, index).into_iter();
+            marks.extend(asides.map(|aside| wait(aside, MarkKind::Aside)));
+            if before.is_some_and(|before| overruns > before) {
+                marks.push(mark([ends, ends], MarkKind::Overrun, None));
+            }
         }
         Lane {
             name: lineage.topology().nodes[node].name.clone(),
@@ -294,7 +293,7 @@ impl Window {
         }
     }
 
-    fn topic(self, lineage: &Lineage, topic: usize, chain: &Chain) -> Lane {
+    fn topic(&self, lineage: &Lineage, topic: usize, chain: &Chain) -> Lane {
         let known = &lineage.topology().topics[topic];
         let readers = known.readers.iter();
         let ticks = readers.flat_map(|&node| lineage.ticks_between(node, self.from, Time::MAX));
@@ -336,32 +335,4 @@ fn missing(what: WaitsFor, topology: &Topology) -> Option<String> {
         WaitsFor::Node(node) => Some(topology.nodes[node].name.clone()),
         WaitsFor::Thread => None,
     }
-}
-
-/// A stretch of run time with its kind, and what was waited for.
-type LanePart = (Time, Time, MarkKind, Option<String>);
-
-/// The waits of tick `index` of a node, the tick, and the times for which it was set aside.
-fn parts(
-    lineage: &Lineage,
-    (node, index): (usize, usize),
-    worked: &TracedTick,
-    ends: Time,
-) -> Vec<LanePart> {
-    let part = |wait: TickWait, kind| {
-        let by = missing(wait.what, lineage.topology());
-        (wait.from, wait.to, kind, by)
-    };
-    let waits = lineage.waits(node, index).into_iter().map(|wait| {
-        let kind = match wait.what {
-            WaitsFor::Thread => MarkKind::Late,
-            WaitsFor::Match(_) | WaitsFor::Node(_) => MarkKind::Waiting,
-        };
-        part(wait, kind)
-    });
-    let mut parts: Vec<LanePart> = waits.collect();
-    parts.push((worked.tick.at, ends, MarkKind::Tick, None));
-    let asides = lineage.set_aside(node, index).into_iter();
-    parts.extend(asides.map(|wait| part(wait, MarkKind::Aside)));
-    parts
 }

@@ -2,7 +2,7 @@
 
 use std::{num::NonZeroUsize, ops::ControlFlow, thread};
 
-use crossbeam_channel::{Receiver, TryRecvError, unbounded};
+use crossbeam_channel::{Receiver, unbounded};
 use ratelab::Interrupt;
 use ratelab_real_clock::lower_priority;
 use ratelab_study::experiment::sweep::{Cell, CellResult, Sweep, SweepError};
@@ -46,10 +46,7 @@ impl Fill {
     /// # Errors
     /// [`SweepError`] if a run failed; it is the last item.
     pub fn next(&self) -> Result<Option<Made>, SweepError> {
-        match self.made.try_recv() {
-            Ok(made) => made.map(Some),
-            Err(TryRecvError::Empty | TryRecvError::Disconnected) => Ok(None),
-        }
+        self.made.try_recv().ok().transpose()
     }
 
     /// Waits for the next finished run, in place of looking for it again and again: its thread

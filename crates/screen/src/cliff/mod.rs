@@ -64,7 +64,8 @@ pub struct CliffMap {
     y: Option<KnobQuantity>,
     /// Values of the columns, ascending.
     pub columns: Vec<Arc<SweepValue>>,
-    rows: Vec<MapRow>,
+    /// Seeds, or values.
+    pub rows: Vec<MapRow>,
     /// Column by column, and row by row within a column.
     outcomes: Vec<Option<CellResult>>,
     /// Number of finished runs.
@@ -75,7 +76,7 @@ pub struct CliffMap {
 }
 
 /// A row of the map: a seed, and a value if the rows are a quantity.
-struct MapRow {
+pub struct MapRow {
     value: Option<Arc<SweepValue>>,
     seed: u64,
 }
@@ -100,11 +101,19 @@ impl CliffMap {
         let over_x = x.axis(&**system)?;
         let columns = over_x.values.clone();
         let over_y = y.as_ref().map(|y| y.axis(&**system)).transpose()?;
-        let (seeds, values) = match &over_y {
-            Some(axis) => (vec![config.seed], axis.values.iter().map(Some).collect()),
-            None => (seeds(config.seed), vec![None]),
+        let row = |value, seed| MapRow { value, seed };
+        let (seeds, rows): (Vec<u64>, Vec<MapRow>) = match &over_y {
+            Some(axis) => {
+                let values = axis.values.iter().cloned();
+                let rows = values.map(|value| row(Some(value), config.seed));
+                (vec![config.seed], rows.collect())
+            }
+            None => {
+                let seeds = seeds(config.seed);
+                let rows = seeds.iter().map(|seed| row(None, *seed)).collect();
+                (seeds, rows)
+            }
         };
-        let rows = rows(&seeds, &values);
         let base = Config {
             end: Config::default().end,
             knobs: Vec::new(),
@@ -206,11 +215,6 @@ impl CliffMap {
         column * self.rows.len() + row
     }
 
-    /// Number of rows.
-    pub fn row_count(&self) -> usize {
-        self.rows.len()
-    }
-
     /// The label of a row: a seed, or a value.
     pub fn row_label(&self, row: usize) -> String {
         let row = &self.rows[row];
@@ -250,7 +254,7 @@ impl CliffMap {
 
     /// Moves the cursor to the next row.
     pub fn move_seed(&mut self, direction: Direction) {
-        self.at.1 = moved(self.at.1, direction, self.row_count());
+        self.at.1 = moved(self.at.1, direction, self.rows.len());
     }
 
     /// The knobs and the seed at the cursor.
@@ -275,7 +279,7 @@ impl CliffMap {
 
     /// Numbers of runs held and of finished runs in a column.
     pub fn survival(&self, column: usize) -> (usize, usize) {
-        let rows = 0..self.row_count();
+        let rows = 0..self.rows.len();
         let outcomes = rows.filter_map(|row| self.outcome(column, row));
         outcomes.fold((0, 0), |(well, runs), outcome| {
             (well + usize::from(!outcome.verdict.is_lost()), runs + 1)
@@ -286,17 +290,6 @@ impl CliffMap {
     pub fn progress(&self) -> (usize, usize) {
         (self.done, self.outcomes.len())
     }
-}
-
-/// A row for each seed of each value.
-fn rows(seeds: &[u64], values: &[Option<&Arc<SweepValue>>]) -> Vec<MapRow> {
-    let rows = values.iter().flat_map(|value| {
-        seeds.iter().map(|&seed| MapRow {
-            value: value.cloned(),
-            seed,
-        })
-    });
-    rows.collect()
 }
 
 /// `axis` ordered by distance from `now`, the nearest first.

@@ -29,8 +29,8 @@ pub struct KnobQuantity {
     number: usize,
     name: String,
     kind: KnobKind,
-    /// The node of a rate.
-    node: String,
+    /// The node or the topic.
+    target: String,
     texts: Vec<String>,
 }
 
@@ -45,10 +45,9 @@ impl KnobQuantity {
         setup: &Setup,
         number: usize,
     ) -> Self {
-        let (kind, name) = named(system, focus, number);
-        let node = paced_node(system).unwrap_or(&focus.node);
+        let (kind, target, name) = named(system, focus, number);
         let texts = match number {
-            0 => rates(system, node, rate_in_force(graph, setup, node)),
+            0 => rates(system, target, rate_in_force(graph, setup, target)),
             2 => (0..=24)
                 .map(|part| (f64::from(part * 4) / 100.0).to_string())
                 .collect(),
@@ -58,7 +57,7 @@ impl KnobQuantity {
             number,
             name,
             kind,
-            node: node.to_owned(),
+            target: target.to_owned(),
             texts,
         }
     }
@@ -74,7 +73,7 @@ impl KnobQuantity {
 
     /// Whether it is the same quantity of the nodes and topics in `focus`.
     pub fn is_of(&self, system: &dyn System, focus: &KnobFocus) -> bool {
-        named(system, focus, self.number).1 == self.name
+        named(system, focus, self.number).2 == self.name
     }
 
     /// Whether `value` has a column of its own, if it can have one.
@@ -85,19 +84,12 @@ impl KnobQuantity {
 
     /// The value in force.
     pub fn value(&self, graph: &Snapshot, setup: &Setup) -> f64 {
-        let axis_knob = |knob: &&Knob| {
-            knob.kind() == self.kind && self.name.contains(&format!(" {}", knob.target()))
-        };
-        match setup.iter().find(axis_knob) {
-            Some(Knob::Link { spec, .. }) => {
-                let link: Link = spec.parse().unwrap_or(Link::NONE);
-                match self.number {
-                    2 => link.loss,
-                    _ => link.delay_ms().unwrap_or_default(),
-                }
-            }
-            Some(Knob::Takes { spec, .. }) => spec.parse().unwrap_or_default(),
-            _ if self.kind == KnobKind::Rate => rate_in_force(graph, setup, &self.node),
+        let link = |spec: &str| spec.parse().unwrap_or(Link::NONE);
+        match (setup.knob(self.kind, &self.target), self.number) {
+            (_, 0) => rate_in_force(graph, setup, &self.target),
+            (Some(Knob::Link { spec, .. }), 2) => link(spec).loss,
+            (Some(Knob::Link { spec, .. }), _) => link(spec).delay_ms().unwrap_or_default(),
+            (Some(Knob::Takes { spec, .. }), _) => spec.parse().unwrap_or_default(),
             _ => 0.0,
         }
     }
@@ -118,20 +110,25 @@ impl KnobQuantity {
     }
 }
 
-fn named(system: &dyn System, focus: &KnobFocus, number: usize) -> (KnobKind, String) {
+/// The kind, the node or topic, and the name of a quantity: the rate is that of the first alias
+/// of one, or else of the node.
+fn named<'a>(
+    system: &dyn System,
+    focus: &'a KnobFocus,
+    number: usize,
+) -> (KnobKind, &'a str, String) {
+    let node = focus.node.as_str();
     let topic = focus.topics.first().map_or("", String::as_str);
-    match number {
-        0 => (KnobKind::Rate, rate_name(system, &focus.node)),
-        1 => (KnobKind::Link, format!("link {topic} delay:{{}}")),
-        2 => (KnobKind::Link, format!("link {topic} loss:{{}}")),
-        _ => (KnobKind::Takes, format!("takes {}", focus.node)),
+    match (number, names::first_alias(system, KnobKind::Rate)) {
+        (0, Some(alias)) => {
+            let node = paced_node(system).unwrap_or(node);
+            (KnobKind::Rate, node, alias.name.to_owned())
+        }
+        (0, None) => (KnobKind::Rate, node, format!("rate {node}")),
+        (1, _) => (KnobKind::Link, topic, format!("link {topic} delay:{{}}")),
+        (2, _) => (KnobKind::Link, topic, format!("link {topic} loss:{{}}")),
+        _ => (KnobKind::Takes, node, format!("takes {node}")),
     }
-}
-
-/// The first alias of a rate, or else the rate of `node`.
-fn rate_name(system: &dyn System, node: &str) -> String {
-    let alias = names::first_alias(system, KnobKind::Rate);
-    alias.map_or_else(|| format!("rate {node}"), |alias| alias.name.to_owned())
 }
 
 /// The rate of `node` (Hz).

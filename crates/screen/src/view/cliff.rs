@@ -32,7 +32,7 @@ const ALL: &str = "all";
 pub fn render(map: &CliffMap, mut sheet: Sheet<'_>) {
     sheet.focused = true;
     let theme = sheet.theme;
-    let grid = Grid::new(map, (sheet.width(), sheet.height()));
+    let grid = Grid::new(map, theme, (sheet.width(), sheet.height()));
     let right = columns(sheet.area, sheet.width() - grid.size.0, grid.size.0);
     let place = rows(right, sheet.height() - grid.size.1, grid.size.1);
     let mut sheet = sheet.part(place);
@@ -45,12 +45,8 @@ pub fn render(map: &CliffMap, mut sheet: Sheet<'_>) {
     let room = sheet.width().saturating_sub(width(&progress) + 4);
     let name = clip(&title(map), room.max(TITLE.len()), theme);
     let mut sheet = sheet.boxed(&name, Span::styled(progress, theme.faint()));
-    let seeds = grid.seeds().map(|seed| grid.seed(seed, theme));
-    let lines = grid
-        .axis(theme)
-        .into_iter()
-        .chain([grid.all(theme)])
-        .chain(seeds);
+    let seeds = grid.seeds().map(|seed| grid.seed(seed));
+    let lines = grid.axis().into_iter().chain([grid.all()]).chain(seeds);
     let said = said(map, theme).map(Line::raw);
     sheet.lines(0, 0, lines.chain(said));
 }
@@ -96,6 +92,7 @@ fn said(map: &CliffMap, theme: &Theme) -> [String; 2] {
 /// The layout of the cells.
 struct Grid<'a> {
     map: &'a CliffMap,
+    theme: &'a Theme,
     /// Width and height of the whole overlay.
     size: (usize, usize),
     /// Columns before the cells.
@@ -108,8 +105,8 @@ struct Grid<'a> {
 
 impl<'a> Grid<'a> {
     /// The layout for an area of some width and height.
-    fn new(map: &'a CliffMap, area: (usize, usize)) -> Self {
-        let labels = (0..map.row_count()).map(|row| map.row_label(row).len());
+    fn new(map: &'a CliffMap, theme: &'a Theme, area: (usize, usize)) -> Self {
+        let labels = (0..map.rows.len()).map(|row| map.row_label(row).len());
         // A sign, the number, a blank.
         let label = labels.max().unwrap_or(0).max(ALL.len()) + 2;
         let rates = &map.columns;
@@ -117,9 +114,10 @@ impl<'a> Grid<'a> {
         let room = area.0.saturating_sub(label + BORDERS);
         let cell = if 2 * rates.len() <= room { 2 } else { 1 };
         let wide = label + cell * rates.len() + BORDERS;
-        let high = digits + MOST_SEEDS.min(map.row_count()) + OTHERS + BORDERS;
+        let high = digits + MOST_SEEDS.min(map.rows.len()) + OTHERS + BORDERS;
         Self {
             map,
+            theme,
             size: (wide.min(area.0), high.min(area.1)),
             label,
             cell,
@@ -129,7 +127,7 @@ impl<'a> Grid<'a> {
 
     /// The visible seeds, around the one at the cursor.
     fn seeds(&self) -> Range<usize> {
-        let count = self.map.row_count();
+        let count = self.map.rows.len();
         let others = self.digits + OTHERS + BORDERS;
         let room = self.size.1.saturating_sub(others).min(count);
         let first = self.map.at.1.saturating_sub(room / 2).min(count - room);
@@ -137,7 +135,8 @@ impl<'a> Grid<'a> {
     }
 
     /// The rates, written downwards, with the one at the cursor highlighted.
-    fn axis(&self, theme: &Theme) -> Vec<Line<'static>> {
+    fn axis(&self) -> Vec<Line<'static>> {
+        let theme = self.theme;
         let heading = self.map.heading();
         let unit = heading.rsplit(' ').next().filter(|unit| unit.len() == 2);
         let rows = (0..self.digits).map(|row| {
@@ -158,23 +157,19 @@ impl<'a> Grid<'a> {
     }
 
     /// The number of runs held over all seeds, by rate.
-    fn all(&self, theme: &Theme) -> Line<'static> {
-        let label = pad(&format!(" {ALL}"), self.label, theme);
+    fn all(&self) -> Line<'static> {
+        let label = pad(&format!(" {ALL}"), self.label, self.theme);
         let columns = 0..self.map.columns.len();
         let survivals = columns.map(|rate| (self.map.survival(rate), false));
-        line(
-            [(label, theme.strong())]
-                .into_iter()
-                .chain(self.cells(survivals, theme)),
-        )
+        self.row((label, self.theme.strong()), survivals)
     }
 
     /// The runs of a seed.
-    fn seed(&self, seed: usize, theme: &Theme) -> Line<'static> {
+    fn seed(&self, seed: usize) -> Line<'static> {
         let here = seed == self.map.at.1;
         let (mark, style) = match here {
-            true => ("▸", theme.strong()),
-            false => (" ", theme.faint()),
+            true => ("▸", self.theme.strong()),
+            false => (" ", self.theme.faint()),
         };
         let number = self.map.row_label(seed);
         let label = format!("{mark}{number:>digits$} ", digits = self.label - 2);
@@ -184,27 +179,25 @@ impl<'a> Grid<'a> {
             let survival = (usize::from(well), usize::from(outcome.is_some()));
             (survival, here && rate == self.map.at.0)
         });
-        line(
-            [(label, style)]
-                .into_iter()
-                .chain(self.cells(outcomes, theme)),
-        )
+        self.row((label, style), outcomes)
     }
 
-    /// Cells of numbers of runs held and of finished runs, with the chosen one highlighted.
-    fn cells(
+    /// A label, and cells of numbers of runs held and of finished runs, with the chosen one
+    /// highlighted.
+    fn row(
         &self,
+        label: (String, Style),
         survivals: impl Iterator<Item = ((usize, usize), bool)>,
-        theme: &Theme,
-    ) -> impl Iterator<Item = (String, Style)> {
-        survivals.map(move |((well, runs), chosen)| {
+    ) -> Line<'static> {
+        let cells = survivals.map(|((well, runs), chosen)| {
             let level = SurvivalLevel::of(well, runs);
             let style = match chosen {
-                true => level.style(theme).add_modifier(Modifier::REVERSED),
-                false => level.style(theme),
+                true => level.style(self.theme).add_modifier(Modifier::REVERSED),
+                false => level.style(self.theme),
             };
-            (level.glyph(theme).repeat(self.cell), style)
-        })
+            (level.glyph(self.theme).repeat(self.cell), style)
+        });
+        line([label].into_iter().chain(cells))
     }
 }
 

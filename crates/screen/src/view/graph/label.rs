@@ -1,8 +1,7 @@
 //! Text about topics on their lines, where there is room.
 
 use super::{
-    GraphView, list,
-    place::GraphLayout,
+    list,
     route::Route,
     router::Router,
     text::{plain, width},
@@ -28,19 +27,10 @@ const WRITINGS: [(&[LabelRow], &[LabelRow], usize); 7] = [
     (&[], &[Short], NARROW),
 ];
 
-/// Writes the figures of topics.
-pub(super) struct Labels<'a> {
-    /// The graph.
-    pub(super) view: GraphView<'a>,
-    /// The places of its boxes.
-    pub(super) layout: &'a GraphLayout,
-    /// The places of its lines.
-    pub(super) router: &'a Router<'a>,
-}
-
-impl Labels<'_> {
+/// The figures of topics.
+impl Router<'_> {
     /// Writes as much as there is room for.
-    pub(super) fn draw(&self, sheet: &mut Sheet<'_>) {
+    pub(super) fn label(&self, sheet: &mut Sheet<'_>) {
         let (mut rest, mut unnamed) = (Vec::new(), Vec::new());
         let routes = self.layout.routes.all.iter();
         let (dangling, read): (Vec<&Route>, Vec<&Route>) = routes.partition(|r| r.dangles());
@@ -73,14 +63,10 @@ impl Labels<'_> {
     /// to the first bend.
     fn trunk(&self, route: &Route) -> Option<(usize, usize, usize)> {
         let first = route.publishers.first()?;
-        let mut exits = self
-            .layout
-            .exits
-            .iter()
-            .filter(|exit| exit.topic == route.topic);
-        let exit = exits.find(|exit| exit.node == *first)?;
+        let mut exits = self.layout.exits.iter();
+        let exit = exits.find(|exit| (exit.topic, exit.node) == (route.topic, *first))?;
         let [start, _] = *self.layout.gaps.get(exit.gap)?;
-        let room = self.router.limit(exit.gap).saturating_sub(start);
+        let room = self.limit(exit.gap).saturating_sub(start);
         let [start, row, room] = [start, exit.row, room].map(usize::from);
         Some((start + 1, row, room))
     }

@@ -13,7 +13,7 @@ mod wires;
 
 use ratatui::{layout::Size, text::Span};
 
-use self::{label::Labels, place::GraphLayout, router::Router, topic_text::TopicText};
+use self::{place::GraphLayout, router::Router, topic_text::TopicText};
 use super::{sheet::Sheet, text};
 use crate::{frame::FrameData, knobs::KnobFocus, theme::Theme};
 
@@ -51,14 +51,9 @@ pub fn render(frame: &FrameData, knobs: &KnobFocus, sheet: Sheet<'_>) {
         theme,
     };
     nodes::draw(view, &layout, &mut sheet);
-    let router = Router::new(frame, &layout);
+    let router = Router::new(view, &layout);
     wires::draw(frame, &router.wires(), &mut sheet);
-    let labels = Labels {
-        view,
-        layout: &layout,
-        router: &router,
-    };
-    labels.draw(&mut sheet);
+    router.label(&mut sheet);
 }
 
 #[cfg(test)]

@@ -74,12 +74,11 @@ impl GraphLayout {
     pub(super) fn of(frame: &FrameData, size: Size) -> Self {
         let room = [size.width, size.height].map(usize::from);
         let plan = AreaPlan::best(frame, &layers(frame), room);
-        let hidden = frame.nodes.len();
-        let nothing = || Self {
-            hidden,
+        let nothing = Self {
+            hidden: frame.nodes.len(),
             ..Self::default()
         };
-        plan.map_or_else(nothing, |plan| plan.lay_out(frame, room))
+        plan.map_or(nothing, |plan| plan.lay_out(frame, room))
     }
 }
 

@@ -121,19 +121,9 @@ impl Routes {
 
     /// The maximum number of topics that go up or down in any gap between columns.
     pub(super) fn most_bends(&self) -> usize {
-        (1..self.columns)
-            .map(|gap| self.tracks(gap))
-            .max()
-            .unwrap_or(0)
-    }
-
-    /// Number of separate tracks for bends in gap `gap`: a topic alone in a gap may go
-    /// straight.
-    fn tracks(&self, gap: usize) -> usize {
-        match self.bends_in(gap) {
-            1 => 0,
-            several => several,
-        }
+        let bends = (1..self.columns).map(|gap| self.bends_in(gap));
+        // A topic alone in a gap may go straight.
+        bends.filter(|bends| *bends > 1).max().unwrap_or(0)
     }
 
     /// Columns needed left and right of all boxes for topics that lead back.

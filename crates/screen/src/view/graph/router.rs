@@ -4,11 +4,12 @@
 use std::collections::BTreeMap;
 
 use super::{
+    GraphView,
     place::GraphLayout,
     route::{Route, dangling_length},
     wires::Wire,
 };
-use crate::{frame::FrameData, view::sheet::clamp};
+use crate::view::sheet::clamp;
 
 /// One topic in one gap: the rows at which it enters and leaves.
 struct WirePassage {
@@ -17,19 +18,19 @@ struct WirePassage {
     to: Vec<u16>,
 }
 
-/// The places of vertical lines in each gap.
+/// A graph with the places of its lines.
 pub(super) struct Router<'a> {
-    frame: &'a FrameData,
-    layout: &'a GraphLayout,
+    pub(super) view: GraphView<'a>,
+    pub(super) layout: &'a GraphLayout,
     /// Column at which route number `.1` goes up or down in gap number `.0`.
     tracks: BTreeMap<(usize, usize), u16>,
 }
 
 impl<'a> Router<'a> {
     /// Finds the tracks of all topics.
-    pub(super) fn new(frame: &'a FrameData, layout: &'a GraphLayout) -> Self {
+    pub(super) fn new(view: GraphView<'a>, layout: &'a GraphLayout) -> Self {
         let mut router = Self {
-            frame,
+            view,
             layout,
             tracks: BTreeMap::new(),
         };
@@ -104,7 +105,10 @@ impl<'a> Router<'a> {
     }
 
     fn wire(&self, number: usize, route: &Route) -> Wire {
-        let mut wire = Wire::of(route.topic);
+        let mut wire = Wire {
+            topic: route.topic,
+            ..Wire::default()
+        };
         let lane = self.lane(number);
         let mut turns = Vec::new();
         for &gap in &route.gaps {
@@ -140,7 +144,7 @@ impl<'a> Router<'a> {
     /// Short lines out of the frame.
     fn dangling(&self, wire: &mut Wire, passage: &WirePassage, gap: usize) {
         let [start, end] = self.layout.gaps[gap];
-        let name = &self.frame.topics[wire.topic].name;
+        let name = &self.view.frame.topics[wire.topic].name;
         for &row in &passage.from {
             let crossed = self.bends(gap).iter().any(|bend| {
                 let reach = bend.reach(self.lane(bend.route));

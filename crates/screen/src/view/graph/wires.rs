@@ -25,17 +25,17 @@ const JOINTS: [&str; 16] = [
 
 /// A cell of a line: its directions, and its distance from a publisher.
 #[derive(Clone, Copy, Debug, Default)]
-struct Piece {
+pub(super) struct Piece {
     to: u8,
     far: Option<u64>,
 }
 
 /// The line of one topic. Cells are row and column.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Wire {
     /// Index of the topic.
     pub(super) topic: usize,
-    pieces: BTreeMap<(u16, u16), Piece>,
+    pub(super) pieces: BTreeMap<(u16, u16), Piece>,
     /// The cells at its publishers.
     pub(super) starts: Vec<(u16, u16)>,
     /// The cells at its readers.
@@ -43,16 +43,6 @@ pub(super) struct Wire {
 }
 
 impl Wire {
-    /// A line without cells.
-    pub(super) fn of(topic: usize) -> Self {
-        Self {
-            topic,
-            pieces: BTreeMap::new(),
-            starts: Vec::new(),
-            heads: Vec::new(),
-        }
-    }
-
     /// Adds a horizontal part.
     pub(super) fn horizontal(&mut self, row: u16, from: u16, to: u16) {
         let (from, to) = (from.min(to), from.max(to));
