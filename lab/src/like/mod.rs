@@ -90,10 +90,13 @@ fn check(program: &Program, recording: &Recording) -> Result<(), String> {
 /// The recorded run in virtual time.
 fn config(system: &Arc<dyn System>, recording: &Recording) -> Result<Config, String> {
     let given = &recording.origin.config;
+    let knobs = recording.events.iter().filter_map(Event::knob);
+    // The real clock has a lateness of its own, whatever this knob was set to.
+    let knobs = knobs.filter(|timed| timed.knob.kind() != KnobKind::Wakes);
     let mut config = Config {
         clock: ClockKind::Virtual,
         end: end(system, recording),
-        knobs: recording.events.iter().filter_map(Event::knob).collect(),
+        knobs: knobs.collect(),
         ..given.clone()
     };
     let nodes = recording.origin.topology.nodes.iter();
