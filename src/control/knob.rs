@@ -258,6 +258,12 @@ impl KnobKind {
         self.word(1) == "TOPIC"
     }
 
+    /// Whether it sets when a node ticks; otherwise it is of a topic, or what the node itself
+    /// obeys.
+    pub fn is_of_schedule(self) -> bool {
+        !self.is_of_topic() && !matches!(self, Self::Send | Self::Parameter)
+    }
+
     /// Whether the knob is an event, without a value.
     pub fn has_no_value(self) -> bool {
         self.value_name().is_empty()

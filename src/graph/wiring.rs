@@ -179,7 +179,8 @@ impl<'g> Wiring<'g> {
     }
 
     /// Removes the knobs of these `kinds` from the node; the refusal shows the `reason`.
-    pub fn fix(&mut self, kinds: &'static [KnobKind], reason: &'static str) {
+    pub fn fix(&mut self, kinds: impl IntoIterator<Item = KnobKind>, reason: &'static str) {
+        let kinds = kinds.into_iter().collect();
         self.fixed = Fixed { kinds, reason };
     }
 

@@ -70,9 +70,9 @@ impl RunningTick {
 }
 
 /// Kinds of knobs that a node lacks, and the reason.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Fixed {
-    pub(crate) kinds: &'static [KnobKind],
+    pub(crate) kinds: Vec<KnobKind>,
     pub(crate) reason: &'static str,
 }
 

@@ -305,7 +305,7 @@ impl Topics {
         builder.node(ACTUATOR, CONTROL_HZ, last + 1, move |wiring| {
             const REASON: &str = "each of its ticks is 20 ms of the plant's time: \
                 choose another node, or the world \"own\"";
-            wiring.fix(fixed, REASON);
+            wiring.fix(fixed.iter().copied(), REASON);
             Actuator::wired(wiring, plant.clone(), &actions, steps.as_ref())
         })
     }
@@ -353,7 +353,7 @@ impl Topics {
         let steps = builder.topic(PLAYER_STEP);
         let chunks = builder.through(&chunks, 1)?;
         builder.single_node(PLAYER, actuator_hz().into(), 2, |wiring| {
-            wiring.fix(&[KnobKind::Rate], "it plays an action every 20 ms");
+            wiring.fix([KnobKind::Rate], "it plays an action every 20 ms");
             Player::new(
                 &settings,
                 wiring.subscription(&chunks),

@@ -159,19 +159,10 @@ impl<'a> Builder<'a> {
         let world = SharedWorld::new(world);
         let shared = world.clone();
         let build = |wiring: &mut Wiring<'_>| {
-            const TIMES: &[KnobKind] = &[
-                KnobKind::Rate,
-                KnobKind::Takes,
-                KnobKind::Offset,
-                KnobKind::Wakes,
-                KnobKind::Late,
-                KnobKind::Crash,
-                KnobKind::Restart,
-                KnobKind::Hang,
-                KnobKind::Clock,
-            ];
             wiring.fix(
-                TIMES,
+                KnobKind::ALL
+                    .into_iter()
+                    .filter(|kind| kind.is_of_schedule()),
                 "the world moves by itself: choose a node of the robot",
             );
             let mut look = look(wiring);
