@@ -1,11 +1,11 @@
-//! Helpers for tests of panes.
+//! What the tests of panes have in common.
 
-use ratatui::{buffer::Buffer, layout::Rect, style::Style};
+use ratatui::{layout::Rect, style::Style};
 
-use crate::{
-    theme::{Look, Theme},
-    view::sheet::Sheet,
-};
+pub use super::sample;
+use crate::theme::Look;
+pub use crate::{theme::Theme, view::sheet::Sheet};
+pub use ratatui::buffer::Buffer;
 
 /// Colours and Unicode.
 pub const RICH: Theme = Theme {
@@ -42,6 +42,14 @@ pub fn text(buf: &Buffer) -> String {
 /// The characters that `draw` writes on a screen of this size.
 pub fn drawn(size: (u16, u16), theme: &Theme, draw: impl FnOnce(Sheet<'_>)) -> String {
     text(&screen(size, theme, draw))
+}
+
+/// Each of `parts` is in what was `drawn`.
+#[track_caller]
+pub fn shows(drawn: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(drawn.contains(part), "no {part:?} in\n{drawn}");
+    }
 }
 
 /// The characters of all cells that have `style`.

@@ -62,10 +62,7 @@ mod tests {
     use crossterm::event::KeyModifiers;
 
     use super::*;
-    use crate::view::{
-        render_page,
-        testing::{RICH, drawn},
-    };
+    use crate::view::{render_page, testing::*};
 
     fn key(code: KeyCode) -> KeyEvent {
         KeyEvent::new(code, KeyModifiers::NONE)

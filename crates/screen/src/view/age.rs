@@ -160,14 +160,8 @@ fn bar(age: Duration, mean: &[(PartKind, Duration)], (scale, room): (f64, usize)
 
 #[cfg(test)]
 mod tests {
-    use ratatui::buffer::Buffer;
-
     use super::*;
-    use crate::view::{
-        sample,
-        sheet::Sheet,
-        testing::{POOR, RICH, drawn, screen, styled, text, torture},
-    };
+    use crate::view::testing::*;
 
     fn shown(age: &AgeData, width: u16, theme: &Theme) -> Buffer {
         screen((width, 1), theme, |sheet| both(age, None, sheet))
@@ -206,20 +200,16 @@ mod tests {
             ..sample::age(95, 200)
         };
         let buf = shown(&unknown, 80, &RICH);
-        assert_eq!(
-            text(&buf),
-            " push age  95 ms  what this loop bears is unknown"
-        );
+        let line = " push age  95 ms  what this loop bears is unknown";
+        assert_eq!(text(&buf), line);
         assert_eq!(styled(&buf, RICH.alarm_line()), "");
     }
 
     #[test]
     fn only_an_age_beyond_a_limit_warns() {
         let warned = |mean| {
-            styled(
-                &shown(&sample::age(mean, mean), 80, &RICH),
-                RICH.alarm_line(),
-            )
+            let line = shown(&sample::age(mean, mean), 80, &RICH);
+            styled(&line, RICH.alarm_line())
         };
         assert_eq!(warned(59), "");
         assert!(warned(60).ends_with("⚠ swings"));

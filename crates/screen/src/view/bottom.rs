@@ -88,7 +88,7 @@ fn at_the_bottom(text: &str, mut sheet: Sheet<'_>) {
 #[cfg(test)]
 mod tests {
     use super::keys;
-    use crate::view::testing::{RICH, screen, styled, text, torture};
+    use crate::view::testing::*;
 
     const HINTS: [(&str, &str); 3] = [("[ ]", "control rate"), ("> <", "depth"), ("q", "quit")];
 

@@ -218,12 +218,10 @@ mod tests {
     #[test]
     fn places_are_found() {
         let canvas = BrailleCanvas::new(Rect::new(5, 2, 10, 4), [0.0, 1.0], [-1.0, 1.0], &RICH);
-        assert_eq!(
-            (canvas.column(0.0), canvas.column(1.0)),
-            (Some(5), Some(14))
-        );
-        assert_eq!((canvas.row(1.0), canvas.row(-1.0)), (Some(2), Some(5)));
-        assert_eq!((canvas.column(1.2), canvas.row(f64::NAN)), (None, None));
+        let columns = [0.0, 1.0, 1.2].map(|x| canvas.column(x));
+        assert_eq!(columns, [Some(5), Some(14), None]);
+        let rows = [1.0, -1.0, f64::NAN].map(|y| canvas.row(y));
+        assert_eq!(rows, [Some(2), Some(5), None]);
     }
 
     #[test]

@@ -86,32 +86,17 @@ fn period(
 mod tests {
     use std::time::Duration;
 
-    use ratatui::buffer::Buffer;
-
     use super::*;
-    use crate::{
-        theme::Theme,
-        view::{
-            sample,
-            testing::{POOR, RICH, screen, styled, text, torture},
-        },
-    };
+    use crate::view::testing::*;
 
     fn bars(latency: &LatencyData, size: (u16, u16), theme: &Theme) -> Buffer {
         screen(size, theme, |sheet| render(latency, sheet))
     }
 
     #[test]
-    fn bars_stand_over_their_latency() {
-        let buf = bars(&sample::latency(), (40, 5), &RICH);
-        insta::assert_snapshot!(text(&buf), @r"
-                    ████▂▂▂▂
-                    ████████
-                ▃▃▃▃████████▂▂▂▂
-            ▁▁▁▁████████████████▄▄▄▄▁▁▁▁▁▁▁▁▁▁▁▁
-        0               ▲ period 20 ms    ≥45 ms
-        ");
-        assert_eq!(styled(&buf, RICH.strong()), "▲ period 20 ms");
+    fn the_period_is_marked_under_the_bars() {
+        let marked = styled(&bars(&sample::latency(), (40, 5), &RICH), RICH.strong());
+        assert_eq!(marked, "▲ period 20 ms");
     }
 
     #[test]

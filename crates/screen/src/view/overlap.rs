@@ -50,7 +50,7 @@ pub fn render(overlap: &OverlapView, sheet: Sheet<'_>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::view::testing::{POOR, RICH, drawn, torture};
+    use crate::view::testing::*;
     use ratelab::Time;
 
     fn sample(lanes: &[&str]) -> OverlapView {

@@ -183,7 +183,7 @@ fn in_columns(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::view::testing::{POOR, RICH, drawn, torture};
+    use crate::view::testing::*;
 
     fn page() -> Page {
         Page {
@@ -281,17 +281,12 @@ mod tests {
 
     #[test]
     fn any_size_will_do() {
-        let kinds = [
-            page(),
-            Page::rows("keys", keys()),
-            Page::rows("keys", Vec::new()),
-        ];
-        for page in kinds {
-            for scroll in [0, 2, usize::MAX] {
+        let none = Page::rows("keys", Vec::new());
+        for page in [page(), Page::rows("keys", keys()), none] {
+            for (scroll, aside) in [(0, false), (2, true), (usize::MAX, false)] {
                 let page = Page {
                     scroll,
-                    aside: scroll == 2,
-                    typed: page.typed.clone().filter(|_| scroll == 0),
+                    aside,
                     ..page.clone()
                 };
                 torture(|sheet| render(&page, sheet));

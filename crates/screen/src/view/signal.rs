@@ -206,13 +206,8 @@ fn reach(signal: &Signal, [least, greatest]: [f64; 2]) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
-    use ratatui::buffer::Buffer;
-
     use super::*;
-    use crate::view::{
-        sample,
-        testing::{POOR, RICH, screen, styled, text, torture},
-    };
+    use crate::view::testing::*;
 
     /// A pole that swings for twelve seconds and then tips over.
     fn long() -> SignalTrace {

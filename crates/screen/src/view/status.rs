@@ -73,14 +73,8 @@ fn state(frame: &FrameData, extra: &StatusExtra, theme: &Theme) -> (String, Styl
 
 #[cfg(test)]
 mod tests {
-    use ratatui::buffer::Buffer;
-    use ratelab::ClockKind;
-
     use super::*;
-    use crate::view::{
-        sample,
-        testing::{POOR, RICH, screen, styled, text, torture},
-    };
+    use crate::view::testing::*;
 
     fn line(width: u16, extra: &StatusExtra, theme: &Theme) -> Buffer {
         let mut frame = sample::broken();

@@ -169,19 +169,12 @@ fn style(mark: &Mark, theme: &Theme) -> Style {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        frame::PushSentence,
-        timeline::Lane,
-        view::{
-            sample::ms,
-            testing::{POOR, RICH, drawn, screen, styled, torture},
-        },
-    };
+    use crate::{frame::PushSentence, timeline::Lane, view::testing::*};
 
     fn mark(at: u64, until: u64, kind: MarkKind, bright: bool) -> Mark {
         Mark {
-            at: ms(at),
-            until: ms(until),
+            at: sample::ms(at),
+            until: sample::ms(until),
             kind,
             bright,
             by: None,
@@ -206,8 +199,8 @@ mod tests {
             mark(110, 110, Overrun, false),
         ];
         Timeline {
-            from: ms(0),
-            to: ms(200),
+            from: sample::ms(0),
+            to: sample::ms(200),
             lanes: vec![
                 lane("sensor", sensor),
                 lane("/obs", obs),
@@ -251,8 +244,7 @@ mod tests {
                 ..mark(at, until, kind, false)
             }));
         let shown = drawn((80, 7), &RICH, |sheet| render(Some(&timeline), sheet));
-        assert!(shown.contains("░planner░"), "{shown}");
-        assert!(shown.contains("░ waiting for  ▁ set aside for"), "{shown}");
+        shows(&shown, &["░planner░", "░ waiting for  ▁ set aside for"]);
         let usual = drawn((80, 7), &RICH, |sheet| render(Some(&sample()), sheet));
         assert!(!usual.contains("waiting for  "), "{usual}");
     }
