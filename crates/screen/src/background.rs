@@ -163,16 +163,6 @@ mod tests {
     }
 
     #[test]
-    fn keys_before_and_after_a_reply_stay() {
-        let end = press('\\', KeyModifiers::ALT);
-        let before: Vec<Event> = typed("[[").collect();
-        let after: Vec<Event> = typed("]r").collect();
-        let events = [before, reply("rgb:ff/ff/ff", end), after].concat();
-        let expected: Vec<Event> = typed("[[]r").collect();
-        assert_eq!(sifted(events), (expected, vec![Look::Light]));
-    }
-
-    #[test]
     fn what_is_no_reply_is_keys_in_their_order() {
         for text in ["11r", "q", "11;rgb:zz", "", "11;rgb:///"] {
             let begin = press(']', KeyModifiers::ALT);
