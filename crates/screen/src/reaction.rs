@@ -41,31 +41,24 @@ fn pushes(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Vec<(Time, Ti
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
-    use ratelab_cart_pole::CartPole;
-    use ratelab_study::{
-        experiment::{Config, Experiment},
-        system::{System, WorldKind},
-    };
+    use ratelab_study::experiment::Experiment;
 
     use super::*;
-    use crate::lineage_taps::LineageTaps;
+    use crate::{
+        lineage_taps::LineageTaps,
+        tests::kit::{self, config},
+    };
 
     #[test]
     fn the_greatest_reaction_time_is_the_greatest_age_of_a_replaced_push() {
         for (setup, ms) in [
             ("control-hz 50", 20),
-            ("control-hz 10, sensor-hz 25", 120),
+            ("control-hz 10; sensor-hz 25", 120),
             ("takes policy 30", 80),
             ("link /obs delay:50", 80),
         ] {
-            let config = Config {
-                world: WorldKind::OWN,
-                ..CartPole::config(setup).expect("knobs")
-            };
-            let system: Arc<dyn System> = Arc::new(CartPole::default());
-            let experiment = Experiment::new(system, &config).expect("a graph");
+            let config = config(&format!("own; {setup}"));
+            let experiment = Experiment::new(kit::setup().system, &config).expect("a graph");
             let mut taps = LineageTaps::new(&experiment);
             experiment.run().expect("no fault");
             let lineage = taps.update();
@@ -75,11 +68,8 @@ mod tests {
             let [from, to] = [3, 4].map(|second| Time::from_nanos(second * 1_000_000_000));
             let reaction = greatest(lineage, acts, from, to);
             assert_eq!(reaction, Some(Duration::from_millis(ms)), "{setup}");
-            assert_eq!(
-                reaction,
-                Some(lineage.greatest_age(acts, from, to)),
-                "{setup}"
-            );
+            let age = lineage.greatest_age(acts, from, to);
+            assert_eq!(reaction, Some(age), "{setup}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The dashboard as a whole: the real loop, injected keys, drawn screens of every size.
+//! The dashboard as a whole: injected keys, drawn screens of every size.
 
 mod adders;
 mod again;
@@ -6,7 +6,7 @@ mod ages;
 mod branch;
 mod faults;
 mod files;
-mod kit;
+pub mod kit;
 mod order;
 mod pictures;
 mod plans;
@@ -16,6 +16,8 @@ pub mod sample;
 mod sessions;
 mod stuck;
 mod systems;
+#[path = "../../../tests/support/table.rs"]
+pub mod table;
 pub mod testing;
 mod tour;
 
@@ -23,7 +25,7 @@ use std::{path::Path, sync::Arc, thread, time::Duration};
 
 use crossterm::event::KeyCode;
 use ratelab::{ClockKind, Speed, Time};
-use ratelab_cart_pole::CartPole;
+use ratelab_cart_pole::{Action, CartPole};
 use ratelab_study::{experiment::Config, system::WorldKind};
 
 use kit::*;
@@ -46,65 +48,46 @@ fn every_size_shows_the_same_run() {
     insta::assert_snapshot!("too_small_39x12", screen(&app, 39, 12));
 }
 
-/// A healthy run, one that is warned of, and those that fell.
+/// Healthy runs, some that are warned of, and ways to lose the pole with long causes; each with
+/// what the default terminal shows of it.
+const RUNS: &str = "
+    0 control-hz 50 | BALANCED; of 74–90; this push is
+    0 control-hz 5 | 37 readings were dropped, each for a newer one; age  96 ms of 74–90; \
+        the age arose on /action: the policy decides every 200 ms. ] raises control-hz
+    0 sensor-hz 5 | of 74–90; this push is; \
+        the age arose at the sensor: it looks 5 times a second. } raises sensor-hz
+    0 link /action delay:100 | of 74–90; this push is; :link /action none mends it
+    0 sensor-hz 5; 0 control-hz 5 | FELL at; of 74–90; } raises sensor-hz; ] raises control-hz
+    0 control-hz 5; 0 queue-depth 100 | FELL at
+    0 link /obs delay:40,loss:0.9 | FELL at
+    0 takes policy 60..110 | FELL at
+    0 control-hz 45; 0 read /obs oldest; 0 depth /obs 10 | FELL at
+    0.3 crash policy | FELL at
+    0 policy random | FELL at
+";
+
 #[test]
-fn the_default_terminal_shows_angle_age_and_cause_uncut() {
-    for (knobs, parts) in [
-        ("0 control-hz 50", &["BALANCED", "this push is"][..]),
-        (
-            "0 control-hz 5",
-            &[
-                "] raises",
-                "readings were dropped, each for a newer one",
-                "the age arose on /action: the policy decides every 200 ms. ] raises control-hz",
-                "age  96 ms of 74–90",
-            ],
-        ),
-        (
-            "0 sensor-hz 5",
-            &[
-                "the age arose at the sensor: it looks 5 times a second. } raises sensor-hz",
-                "this push is",
-            ],
-        ),
-        (
-            "0 link /action delay:100",
-            &[":link /action none mends it", "this push is"],
-        ),
-        (
-            "0 sensor-hz 5\n0 control-hz 5",
-            &["FELL at", "} raises sensor-hz", "] raises control-hz"],
-        ),
-    ] {
-        let drawn = small(&ended(timed(knobs)));
-        shows(&drawn, &["pole angle", "age of the push", " of 74–90"]);
-        shows(&drawn, parts);
-        assert!(!drawn.contains('…'), "{knobs}:\n{drawn}");
+fn the_default_terminal_shows_angle_age_and_cause() {
+    for [knobs, parts] in rows(RUNS) {
+        let drawn = format!("{knobs}\n{}", small(&ended(config(&knobs))));
+        shows(&drawn, &["pole angle", "age of the push"]);
+        shows(&drawn, &parts.split("; ").collect::<Vec<_>>());
     }
 }
 
 #[test]
 fn the_events_blame_the_slow_node_alone() {
-    let sensor = large(&ended(timed("0 sensor-hz 5")));
-    assert!(
-        !sensor.contains("control-hz") && !sensor.contains("queue"),
-        "{sensor}"
-    );
-    let policy = large(&ended(timed("0 control-hz 5")));
-    shows(&policy, &["37 readings were dropped"]);
+    let sensor = large(&ended(config("0 sensor-hz 5")));
+    for innocent in ["control-hz", "queue"] {
+        assert!(!sensor.contains(innocent), "{sensor}");
+    }
 }
 
 #[test]
 fn the_own_world_keeps_names_words_and_seed_in_the_default_terminal() {
-    let app = ended(Config {
-        world: WorldKind::OWN,
-        seed: 7,
-        ..Config::default()
-    });
-    shows(
-        &small(&app),
-        &["seed 7", "─/state►", " /obs ", " /action ", "0 dropped"],
-    );
+    let app = ended(config("own; seed 7"));
+    let parts = ["seed 7", "─/state►", " /obs ", " /action ", "0 dropped"];
+    shows(&small(&app), &parts);
 }
 
 #[test]
@@ -126,26 +109,11 @@ fn the_dashes_of_the_last_run_are_named_once_there_is_one() {
     shows(&small(&app), &["age of the push (ms)  ╌╌ last run"]);
 }
 
-/// Ways to lose the pole with long causes, and a healthy run.
-const LONG: [&str; 8] = [
-    "0 control-hz 50",
-    "0 control-hz 5\n0 queue-depth 100",
-    "0 sensor-hz 5\n0 control-hz 5",
-    "0 link /obs delay:40,loss:0.9",
-    "0 takes policy 60..110",
-    "0 control-hz 45\n0 read /obs oldest\n0 depth /obs 10",
-    "0.3 crash policy",
-    "0 policy random",
-];
-
 #[test]
 fn nothing_is_cut_at_the_usual_sizes() {
-    for knobs in LONG {
-        for world in [WorldKind::Course, WorldKind::OWN] {
-            let mut app = ended(Config {
-                world,
-                ..timed(knobs)
-            });
+    for [knobs, _] in rows(RUNS) {
+        for world in ["", "own"] {
+            let mut app = ended(config(&format!("{world}; {knobs}")));
             for pane in Pane::ALL {
                 app.shown.panes.focus = pane;
                 for overlay in ["", "i", "?", "G"] {
@@ -225,7 +193,7 @@ fn the_numbers_drawn_are_those_of_the_summary() {
 
 /// Opens the map and waits until all of it is made.
 fn with_map() -> App {
-    let mut app = ended(CartPole::config("control-hz 7").expect("a knob"));
+    let mut app = ended(config("control-hz 7"));
     press(&mut app, "m");
     while !screen(&app, 120, 36).contains("3000 runs of 10 s") {
         sample(&mut app);

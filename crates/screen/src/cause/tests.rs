@@ -1,92 +1,62 @@
 //! Ways to lose the pole: each has its cause named, and the named cure works.
 
-use std::{path::Path, sync::Arc};
+use std::sync::Arc;
 
 use ratelab::{Knob, Time, TimedKnob};
 use ratelab_account::{Snapshot, TickRecord};
 use ratelab_cart_pole::CartPole;
 use ratelab_effects::checked;
-use ratelab_recording::Recording;
 use ratelab_study::{
     experiment::{Config, Experiment, Summary, mean_parts},
-    system::{AgeLimits, Setup, System, WorldKind},
+    system::{AgeLimits, Setup, System},
 };
 
 use super::*;
 use crate::{
     lineage_taps::LineageTaps,
-    tests::sample::{self, head},
+    tests::{
+        kit::{config, rows},
+        sample::{self, head},
+    },
 };
 
-const COURSE: WorldKind = WorldKind::Course;
-const OWN: WorldKind = WorldKind::OWN;
-
-/// Ways to lose the pole: the world, knobs from the start or from a time on (s), and the
-/// owners of the age.
+/// Ways to lose the pole, and the owners of the age.
 const WAYS: &str = "\
-course | rate policy 5 | Rate policy
-course | rate policy 5; depth /obs 100; depth /action 100 | Rate policy
-own | rate policy 5 | Rate policy
-course | rate sensor 5 | Rate sensor
-own | rate sensor 4; depth /obs 100 | Rate sensor
-own | rate sensor 5; rate policy 5 | Rate sensor; Rate policy
-own | rate actuator 5 | Rate actuator
-own | takes policy 70 | Cost policy
-own | takes policy 60..110 | Cost policy
-own | takes sensor 90 | Cost sensor
-own | takes actuator 80 | Cost actuator
-own | wakes policy 190 | Late policy
-own | rate policy 8; offset policy 100; rate sensor 8 | Phase policy
-own | link /obs delay:100 | Link /obs
-own | link /action delay:100 | Link /action
-own | link /action delay:0..250 | Link /action
-own | link /action loss:0.9 | Link /action
-own | link /obs loss:0.92 | Link /obs
-own | link /obs burst:0.05,30 | Link /obs
-own | link /action loss:0.3,reliable:150 | Link /action
-course | rate policy 45; read /obs oldest; depth /obs 10 | Order /obs
-own | rate policy 10; clock policy 0 -500000 | Clock policy
-own | 1.0 crash policy | Crash policy
-own | 1.0 crash sensor | Crash sensor
-own | 0.1 hang policy 900 | Hang policy
-own | 0.1 hang sensor 900 | Hang sensor
-own | 0.0 crash policy | Crash policy
-own | 0.0 crash sensor | Crash sensor
-own | hang policy 900 | Hang policy
-own | link /obs loss:1 | Link /obs
-own | 0.1 rate policy 4; 0.6 rate policy 50 | Rate policy";
+rate policy 5 | Rate policy
+rate policy 5; depth /obs 100; depth /action 100 | Rate policy
+own; rate policy 5 | Rate policy
+rate sensor 5 | Rate sensor
+own; rate sensor 4; depth /obs 100 | Rate sensor
+own; rate sensor 5; rate policy 5 | Rate sensor; Rate policy
+own; rate actuator 5 | Rate actuator
+own; takes policy 70 | Cost policy
+own; takes policy 60..110 | Cost policy
+own; takes sensor 90 | Cost sensor
+own; takes actuator 80 | Cost actuator
+own; wakes policy 190 | Late policy
+own; rate policy 8; offset policy 100; rate sensor 8 | Phase policy
+own; link /obs delay:100 | Link /obs
+own; link /action delay:100 | Link /action
+own; link /action delay:0..250 | Link /action
+own; link /action loss:0.9 | Link /action
+own; link /obs loss:0.92 | Link /obs
+own; link /obs burst:0.05,30 | Link /obs
+own; link /action loss:0.3,reliable:150 | Link /action
+rate policy 45; read /obs oldest; depth /obs 10 | Order /obs
+own; rate policy 10; clock policy 0 -500000 | Clock policy
+own; 1.0 crash policy | Crash policy
+own; 1.0 crash sensor | Crash sensor
+own; 0.1 hang policy 900 | Hang policy
+own; 0.1 hang sensor 900 | Hang sensor
+own; 0.0 crash policy | Crash policy
+own; 0.0 crash sensor | Crash sensor
+own; hang policy 900 | Hang policy
+own; link /obs loss:1 | Link /obs
+own; 0.1 rate policy 4; 0.6 rate policy 50 | Rate policy";
 
-/// A run of `row`, and the owners of its age: `world | knobs | owners`.
-fn way(row: &'static str) -> (Config, Vec<&'static str>) {
-    let parts: Vec<&str> = row.split(" |").map(str::trim).collect();
-    let [world, knobs, owners] = parts[..] else {
-        panic!("{row}");
-    };
-    let listed = |text: &'static str| text.split("; ").filter(|part| !part.is_empty());
-    let mut config = config(if world == "own" { OWN } else { COURSE }, &[]);
-    for text in listed(knobs) {
-        let timed = text
-            .split_once(' ')
-            .and_then(|(at, rest)| Some((at.parse().ok()?, rest)));
-        match timed {
-            Some((at, rest)) => config.knobs.push(TimedKnob {
-                at: Time::from_secs_f64(at).expect("a time"),
-                knob: knob(rest),
-            }),
-            None => config.setup.set(knob(text)),
-        }
-    }
-    (config, listed(owners).collect())
-}
-
-/// A run of twelve seconds with `setup`.
-fn config(world: WorldKind, setup: &[&str]) -> Config {
-    Config {
-        world,
-        end: Time::from_secs_f64(12.0).expect("a time"),
-        setup: setup.iter().map(|text| knob(text)).collect(),
-        ..Config::default()
-    }
+/// A run of twelve seconds.
+fn way(run: &str) -> Config {
+    config(&format!("until 12; {run}"))
 }
 
 fn knob(text: &str) -> Knob {
@@ -94,7 +64,7 @@ fn knob(text: &str) -> Knob {
 }
 
 /// The summary of a run, and the lines about its loss with the owners that they name.
-fn run(config: &Config) -> (Summary, Vec<String>, Vec<String>) {
+fn lost(config: &Config) -> (Summary, Vec<String>, Vec<String>) {
     let played = Played::of(config);
     let (cause, named) = cause(&played.graph, &played.lineage, &played.setup());
     (played.summary, cause, named)
@@ -167,8 +137,30 @@ impl Played {
 
     /// Whether the push age ever warned before its end.
     fn warned(&self) -> bool {
-        let end = self.summary.verdict.at;
-        warned(&self.lineage, &self.graph, &self.knobs, end)
+        const STEP: Duration = Duration::from_millis(20);
+        let system = CartPole::default();
+        let acts = acting(&system, &self.graph).expect("an actuator");
+        let (mut now, mut setup) = (Time::ZERO + STEP, None);
+        let mut limits = AgeLimits::default();
+        while now < self.summary.verdict.at {
+            let so_far = self.knobs.iter().filter(|timed| timed.at <= now);
+            let in_force: Setup = so_far.map(|timed| timed.knob.clone()).collect();
+            if setup.as_ref() != Some(&in_force) {
+                limits = system.age_limits(&in_force);
+                setup = Some(in_force);
+            }
+            let graph = Snapshot {
+                now,
+                ..self.graph.clone()
+            };
+            let late = latest(&graph, &self.lineage, acts);
+            let age = age(&self.lineage, acts, late, limits);
+            if age.is_some_and(|age| !matches!(age.strain(), Strain::Unknown | Strain::Borne)) {
+                return true;
+            }
+            now = now + STEP;
+        }
+        false
     }
 }
 
@@ -217,54 +209,39 @@ fn is_named(named: &[String], knob: &Knob) -> bool {
 
 #[test]
 fn the_cause_that_is_named_is_the_one_whose_removal_mends_it() {
-    let mut wrong = Vec::new();
-    for row in WAYS.lines() {
-        let (config, owners) = way(row);
-        let (summary, cause, named) = run(&config);
-        if !summary.verdict.is_lost() {
-            wrong.push(format!("{row} stands"));
-            continue;
-        }
-        if named != owners {
-            wrong.push(format!("{row}: {named:?}, {:?}", cause));
-            continue;
-        }
-        let mut mended = config.clone();
+    for [run, owners] in rows(WAYS) {
+        let mut config = way(&run);
+        let (summary, cause, named) = lost(&config);
+        assert!(summary.verdict.is_lost(), "{run} stands");
+        assert_eq!(named.join("; "), owners, "{run}: {cause:?}");
         let stays = |knob: &&Knob| !is_named(&named, knob);
-        mended.setup = config.setup.iter().filter(stays).cloned().collect();
-        mended.knobs.retain(|timed| stays(&&timed.knob));
-        let (summary, ..) = run(&mended);
-        if summary.verdict.is_lost() {
-            wrong.push(format!("{row} without {named:?}: {}", summary.verdict));
-        }
+        config.setup = config.setup.iter().filter(stays).cloned().collect();
+        config.knobs.retain(|timed| stays(&&timed.knob));
+        let verdict = lost(&config).0.verdict;
+        assert!(!verdict.is_lost(), "{run} without {named:?}: {verdict}");
     }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]
 fn where_age_is_not_to_blame_no_node_is() {
-    for (setup, why) in [
-        ("send policy zero", "the zero policy"),
-        ("send policy random", "the random policy"),
-    ] {
-        let (summary, cause, named) = run(&config(COURSE, &[setup]));
-        assert!(summary.verdict.is_lost(), "{setup}");
-        assert!(named.is_empty(), "{setup}: {named:?}");
-        assert!(cause[0].contains(why), "{:?}", cause);
+    for policy in ["zero", "random"] {
+        let (summary, cause, named) = lost(&way(&format!("send policy {policy}")));
+        assert!(summary.verdict.is_lost(), "{policy}");
+        assert!(named.is_empty(), "{policy}: {named:?}");
+        let why = format!("the {policy} policy");
+        assert!(cause[0].contains(&why), "{cause:?}");
     }
 }
 
 /// `patient` learned with pushes that are held. Half of each push is cut off here, so that
 /// the motor is weaker than any that it met. Linear feedback bears that.
-const WEAK_MOTOR: [&str; 2] = ["rate actuator 500", "send actuator zero:5"];
+fn with_weak_motor(policy: &str) -> String {
+    format!("own; rate actuator 500; send actuator zero:5; send policy {policy}")
+}
 
 #[test]
 fn a_network_outside_of_its_training_is_to_blame_and_its_age_is_not() {
-    let with = |policy: &str| {
-        let mut config = config(OWN, &WEAK_MOTOR);
-        config.setup.set(knob(&format!("send policy {policy}")));
-        run(&config)
-    };
+    let with = |policy: &str| lost(&way(&with_weak_motor(policy)));
     let (summary, cause, named) = with(&network());
     assert!(summary.verdict.is_lost());
     assert!(named.is_empty(), "{named:?}");
@@ -339,95 +316,41 @@ fn overruns_under_the_real_clock_are_blamed_on_the_long_ticks() {
     assert!(line.ends_with("try takes policy none"), "{line}");
 }
 
-/// Whether the push age ever warned before the end of a run.
-fn warned(lineage: &Lineage, graph: &Snapshot, knobs: &[TimedKnob], end: Time) -> bool {
-    const STEP: Duration = Duration::from_millis(20);
-    let system = CartPole::default();
-    let acts = acting(&system, graph).expect("an actuator");
-    let (mut now, mut setup) = (Time::ZERO + STEP, None);
-    let mut limits = AgeLimits::default();
-    while now < end {
-        let so_far = knobs.iter().filter(|timed| timed.at <= now);
-        let in_force: Setup = so_far.map(|timed| timed.knob.clone()).collect();
-        if setup.as_ref() != Some(&in_force) {
-            limits = system.age_limits(&in_force);
-            setup = Some(in_force);
-        }
-        let graph = Snapshot {
-            now,
-            ..graph.clone()
-        };
-        let late = latest(&graph, lineage, acts);
-        let age = age(lineage, acts, late, limits);
-        if age.is_some_and(|age| !matches!(age.strain(), Strain::Unknown | Strain::Borne)) {
-            return true;
-        }
-        now = now + STEP;
-    }
-    false
-}
-
 #[test]
 fn a_run_is_warned_before_it_falls_if_and_only_if_age_is_to_blame() {
-    let patient = format!("send policy {}", network());
-    let not_age = [
-        &["send policy zero"][..],
-        &["send policy random"],
-        &[WEAK_MOTOR[0], WEAK_MOTOR[1], &patient],
-    ];
-    let others = not_age.map(|setup| (config(OWN, setup), Vec::new()));
-    let mut wrong = Vec::new();
-    for (config, owners) in WAYS.lines().map(way).chain(others) {
-        let played = Played::of(&config);
-        let warned = played.warned();
+    let weak = with_weak_motor(&network());
+    let others = ["own; send policy zero", "own; send policy random", &weak];
+    let others = others.map(|run| [run, ""].map(str::to_owned));
+    for [run, owners] in rows(WAYS).chain(others) {
+        let played = Played::of(&way(&run));
         let old = !owners.is_empty() && played.summary.push_age().is_some();
-        if !played.summary.verdict.is_lost() || warned != old {
-            wrong.push(format!(
-                "{:?} {:?}: warned {warned}",
-                config.setup, config.knobs
-            ));
-        }
+        assert!(played.summary.verdict.is_lost(), "{run}");
+        assert_eq!(played.warned(), old, "{run}");
     }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]
 fn a_healthy_run_is_never_warned() {
     for policy in ["scripted", "lqr", &network()] {
-        for world in [COURSE, OWN] {
-            let mut config = config(world, &[&format!("send policy {policy}")]);
-            config.seed = 1;
-            assert!(!Played::of(&config).warned(), "{policy}");
+        for world in ["", "own"] {
+            let run = format!("{world}; seed 1; send policy {policy}");
+            assert!(!Played::of(&way(&run)).warned(), "{run}");
         }
     }
 }
 
 #[test]
-fn the_shipped_recordings_are_warned_where_age_felled_or_endangered_the_pole() {
-    for (name, expected) in [
-        ("balanced-50hz", false),
-        ("fall-5hz", true),
-        ("rescued", true),
-    ] {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../recordings");
-        let recording = Recording::read(&root.join(format!("{name}.rrd"))).expect("a recording");
-        let system: Arc<dyn System> = Arc::new(CartPole::default());
-        let experiment = Experiment::new(system, &recording.origin.config).expect("a graph");
-        let graph = experiment.observer().snapshot();
-        let (lineage, knobs) = (recording.lineage(), recording.knobs());
-        let warned = warned(&lineage, &graph, &knobs, recording.until);
-        assert_eq!(warned, expected, "{name}");
-    }
+fn a_run_that_was_rescued_was_warned() {
+    // As in recordings/rescued.rrd.
+    let run = "0.995434574 control-hz 5; 2.116662647 control-hz 25";
+    let played = Played::of(&way(run));
+    assert!(!played.summary.verdict.is_lost());
+    assert!(played.warned());
 }
 
 #[test]
 fn a_slow_lqr_leaves_the_rail_with_the_pole_up_and_its_rate_is_named() {
-    let mut config = config(COURSE, &[]);
-    config.seed = 1;
-    config.setup = CartPole::config("policy lqr, control-hz 0.5")
-        .expect("knobs")
-        .setup;
-    let (summary, _, named) = run(&config);
+    let (summary, _, named) = lost(&way("seed 1; send policy lqr; rate policy 0.5"));
     assert_eq!(summary.verdict.name(), "cart_left_rail");
     assert_eq!(named, ["Rate policy"]);
 }
@@ -435,53 +358,49 @@ fn a_slow_lqr_leaves_the_rail_with_the_pole_up_and_its_rate_is_named() {
 /// Expected to lose the pole, and does not.
 #[test]
 fn these_troubles_it_bears() {
-    for setup in [
-        &["clock policy 5 40"][..],
-        &["takes policy 30"],
-        &["link /obs loss:0.5"],
-        &["link /action delay:0..60"],
-        &["rate policy 49", "depth /obs 10"],
-        &["rate actuator 12"],
-    ] {
-        let (summary, _, _) = run(&config(OWN, setup));
-        assert!(!summary.verdict.is_lost(), "{setup:?}: {}", summary.verdict);
+    for [knobs] in rows(
+        "clock policy 5 40
+         takes policy 30
+         link /obs loss:0.5
+         link /action delay:0..60
+         rate policy 49; depth /obs 10
+         rate actuator 12",
+    ) {
+        let (summary, ..) = lost(&way(&format!("own; {knobs}")));
+        assert!(!summary.verdict.is_lost(), "{knobs}: {}", summary.verdict);
     }
 }
 
 #[test]
 fn a_knob_that_was_turned_too_late_is_no_advice() {
-    for row in [
-        "takes policy 230 | takes policy 0 | takes policy none came too late",
-        "link /action delay:200 | link /action none | link /action none came too late",
-        "rate policy 4 | rate policy 50 | control-hz was raised too late",
-    ] {
-        let [setup, later, cure] = row.split(" | ").collect::<Vec<_>>()[..] else {
-            panic!("{row}");
-        };
-        let mut config = config(OWN, &[setup]);
-        let played = Played::of(&config);
-        let fell = played.summary.verdict.at;
+    for [setup, later, cure] in rows(
+        "takes policy 230 | takes policy 0 | takes policy none came too late
+         link /action delay:200 | link /action none | link /action none came too late
+         rate policy 4 | rate policy 50 | control-hz was raised too late",
+    ) {
+        let mut config = way(&format!("own; {setup}"));
+        let fell = Played::of(&config).summary.verdict.at;
         // As it falls: nothing is saved any more.
         config.knobs = vec![TimedKnob {
             at: Time::ZERO + fell.since(Time::ZERO + Duration::from_millis(20)),
-            knob: knob(later),
+            knob: knob(&later),
         }];
         let played = Played::of(&config);
         assert!(played.summary.verdict.is_lost(), "{setup}");
-        let turned: Setup = [knob(later)].into_iter().collect();
+        let turned: Setup = [knob(&later)].into_iter().collect();
         let knobs = (&played.setup(), &turned);
         let lines = with_facts(&played.graph, &played.lineage, knobs, |facts| {
             facts.cause(None)
         });
-        assert!(lines[0].ends_with(cure), "{lines:?}");
+        assert!(lines[0].ends_with(&cure), "{setup}: {lines:?}");
     }
 }
 
 /// The lines about a run that begins with `setup`, once its cures were tried.
-fn proven(setup: &[&str]) -> Vec<String> {
-    let config = config(OWN, setup);
+fn proven(setup: &str) -> Vec<String> {
+    let config = way(&format!("own; {setup}"));
     let played = Played::of(&config);
-    assert!(played.summary.verdict.is_lost(), "{setup:?}");
+    assert!(played.summary.verdict.is_lost(), "{setup}");
     let system: Arc<dyn System> = Arc::new(CartPole::default());
     let trial = Trial::new(system, &config, config.setup.clone(), played.graph.now);
     let knobs = (&config.setup, &Setup::default());
@@ -498,20 +417,18 @@ fn proven(setup: &[&str]) -> Vec<String> {
 
 #[test]
 fn only_what_was_tried_is_said_to_mend_it_and_what_is_not_enough_is_named_with_its_share() {
-    for row in [
-        "hang policy 3000 | one tick took 3000 ms. :hang policy 0 mends it",
-        "crash policy | :restart policy mends it",
-        "takes policy 85 | :takes policy none mends it",
-        "link /obs loss:1 | lost 31 of 31. :link /obs none mends it",
-        "link /obs delay:120; link /action delay:120 |  takes 120 of ; and on /; , too, mends it",
-        "crash sensor; crash policy | :restart sensor alone is not enough; policy crashed; , too, \
-         mends it",
-    ] {
-        let (setup, told) = row.split_once(" | ").expect(row);
-        let setup: Vec<&str> = setup.split("; ").collect();
+    for [setup, told] in rows(
+        "hang policy 3000 | one tick took 3000 ms. :hang policy 0 mends it
+         crash policy | :restart policy mends it
+         takes policy 85 | :takes policy none mends it
+         link /obs loss:1 | lost 31 of 31. :link /obs none mends it
+         link /obs delay:120; link /action delay:120 | takes 120 of ; and on /; , too, mends it
+         crash sensor; crash policy | :restart sensor alone is not enough; policy crashed; , too, \
+             mends it",
+    ) {
         let lines = proven(&setup).join("\n");
         for part in told.split("; ") {
-            assert!(lines.contains(part), "{setup:?}: {part:?} in\n{lines}");
+            assert!(lines.contains(part), "{setup}: {part:?} in\n{lines}");
         }
     }
 }

@@ -1,26 +1,22 @@
 //! The age in the header and its parts, in graphs with triggers and executors.
 
-use ratelab_study::{graph_file::GraphFile, system::System};
-
 use super::*;
 
 /// A session with the graph in `text`.
-fn graph(text: &str, speed: Speed) -> App {
-    let known: Arc<dyn System> = Arc::new(CartPole::default());
-    let system = GraphFile::parse(text).expect("a graph").system(&[known]);
-    let system = Arc::new(system.expect("a graph"));
+fn begun(text: &str, speed: Speed) -> App {
+    let system = graph(text);
     let config = Config {
         end: seconds(7.3),
         speed,
         setup: system.about().setup(),
         ..Config::default()
     };
-    App::new(&config, SessionSetup::new(system, None)).expect("session")
+    opened(SessionSetup::new(system, None), &config)
 }
 
 /// A session with the graph in `text` whose run is over.
 fn over(text: &str) -> App {
-    let mut app = graph(text, Speed::Unlimited);
+    let mut app = begun(text, Speed::Unlimited);
     end(&mut app);
     app
 }
@@ -41,31 +37,16 @@ fn header(text: &str) -> Option<(u64, u64)> {
 /// milliseconds.
 const PAIR: &str = r#"
 name = "pair"
-[node.left]
-rate = 13
-takes = "3..9"
-publishes = ["/left"]
-[node.right]
-rate = 31
-takes = "5..30"
-publishes = ["/right"]
-[node.stereo]
-trigger = ["/left", "/right"]
-match = "MATCH"
-takes = "2..7"
-publishes = ["/pose"]
-[node.planner]
-rate = 17
-takes = 3.3
-reads = ["/pose"]
-publishes = ["/path"]
-[executor.one]
-kind = "KIND"
-nodes = ["stereo", "planner"]
-[chain.see]
-path = ["left", "/left", "stereo", "/pose", "planner", "/path"]
-[chain.other]
-path = ["right", "/right", "stereo", "/pose", "planner", "/path"]
+[node]
+left = { rate = 13, takes = "3..9", publishes = ["/left"] }
+right = { rate = 31, takes = "5..30", publishes = ["/right"] }
+stereo = { trigger = ["/left", "/right"], match = "MATCH", takes = "2..7", publishes = ["/pose"] }
+planner = { rate = 17, takes = 3.3, reads = ["/pose"], publishes = ["/path"] }
+[executor]
+one = { kind = "KIND", nodes = ["stereo", "planner"] }
+[chain]
+see.path = ["left", "/left", "stereo", "/pose", "planner", "/path"]
+other.path = ["right", "/right", "stereo", "/pose", "planner", "/path"]
 "#;
 
 #[test]
@@ -89,8 +70,8 @@ fn the_parts_in_the_header_add_up_to_the_age() {
 #[test]
 fn a_refused_clock_is_not_the_one_shown_and_the_reason_is() {
     let text = PAIR.replace("MATCH", "each").replace("KIND", "edf:1");
-    let deadline = "[node.stereo]\ndeadline_ms = 20";
-    let mut app = graph(&text.replace("[node.stereo]", deadline), Speed::REAL_TIME);
+    let text = text.replace("match =", "deadline_ms = 20, match =");
+    let mut app = begun(&text, Speed::REAL_TIME);
     // The second time as the first: it asks for the other clock again.
     for _ in 0..2 {
         press(&mut app, "c");
@@ -103,23 +84,14 @@ fn a_refused_clock_is_not_the_one_shown_and_the_reason_is() {
 /// A slow planner behind a camera, on an executor with another node.
 const SHARED: &str = r#"
 name = "shared"
-[node.camera]
-rate = 20
-publishes = ["/image"]
-[node.planner]
-rate = 5
-takes = 20
-reads = ["/image"]
-publishes = ["/path"]
-[node.map]
-rate = 5
-takes = COST
-[executor.one]
-kind = "single"
-nodes = ["planner", "map"]
-[chain.see]
-path = ["camera", "/image", "planner", "/path"]
-age_ms = 120
+[node]
+camera = { rate = 20, publishes = ["/image"] }
+planner = { rate = 5, takes = 20, reads = ["/image"], publishes = ["/path"] }
+map = { rate = 5, takes = COST }
+[executor]
+one = { kind = "single", nodes = ["planner", "map"] }
+[chain]
+see = { path = ["camera", "/image", "planner", "/path"], age_ms = 120 }
 "#;
 
 #[test]
@@ -140,12 +112,10 @@ fn a_limit_is_not_called_kept_before_the_first_data() {
     let text = SHARED
         .replace("COST", "1")
         .replace("rate = 5", "rate = 0.2");
-    let text = text.replace("takes = 20", "takes = 20\noffset = 4000");
-    let mut app = graph(&text, Speed::REAL_TIME);
+    let text = text.replace("takes = 20", "takes = 20, offset = 4000");
+    let mut app = begun(&text, Speed::REAL_TIME);
     sample(&mut app);
     until(&mut app, |app| frame(app).now > Time::ZERO);
-    shows(
-        &verdict(&app),
-        &["no data so far", "no data came through see"],
-    );
+    let parts = ["no data so far", "no data came through see"];
+    shows(&verdict(&app), &parts);
 }

@@ -3,13 +3,7 @@
 use super::*;
 
 /// A policy that needs too long for its pole.
-fn slow() -> Config {
-    Config {
-        clock: ClockKind::Real,
-        end: seconds(2.0),
-        ..CartPole::config("takes policy 230").expect("a knob")
-    }
-}
+const SLOW: &str = "real; until 2; takes policy 230";
 
 /// The verdict after the end of a branch.
 fn branched(app: &mut App) -> String {
@@ -26,13 +20,12 @@ fn has_ghost(app: &App) -> bool {
 
 #[test]
 fn a_run_of_the_real_clock_is_left_where_one_looks_and_stays_up_without_the_delay() {
-    let mut app = ended(slow());
-    key(&mut app, KeyCode::Home);
-    press(&mut app, "B");
+    let mut app = ended(config(SLOW));
+    press(&mut app, "⇱B");
     shows(&large(&app), &["the knob to turn at"]);
     press(&mut app, "takes nobody 0\n");
     assert!(app.prompt.refusal().is_some(), "it begins all the same");
-    (0.."takes nobody 0".len()).for_each(|_| key(&mut app, KeyCode::Backspace));
+    press(&mut app, &"\u{7f}".repeat(14));
     press(&mut app, "takes policy 0\n");
     let saved = branched(&mut app);
     let parts = ["BALANCED", "fell at", "takes policy 0 from", "on: balanced"];
@@ -47,7 +40,7 @@ fn a_run_of_the_real_clock_is_left_where_one_looks_and_stays_up_without_the_dela
 #[test]
 fn a_recording_is_left_at_a_moment_and_goes_on_in_the_lab() {
     let at = seconds(0.2);
-    let mut app = App::of_recording(Arc::new(recorded(setup(), &slow(), 0.0)), setup());
+    let mut app = App::of_recording(Arc::new(recorded(setup(), &config(SLOW), 0.0)), setup());
     app.jump(at);
     press(&mut app, "Btakes policy 0\n");
     sample(&mut app);
@@ -73,7 +66,7 @@ fn shown(app: &App) -> (Time, u64) {
 
 #[test]
 fn a_run_of_the_real_clock_that_is_over_is_stepped_through_tick_by_tick_and_left_there() {
-    let mut app = ended(slow());
+    let mut app = ended(config(SLOW));
     let (end, all) = shown(&app);
     back(&mut app);
     // A thread may have ticked once more after the end that the lab shows.
@@ -84,10 +77,8 @@ fn a_run_of_the_real_clock_that_is_over_is_stepped_through_tick_by_tick_and_left
         sample(&mut app);
         ticks.push(shown(&app).1);
     }
-    let steps = ticks
-        .windows(2)
-        .all(|pair| (0..=1).contains(&(pair[0] - pair[1])));
-    assert!(steps, "{ticks:?}");
+    let mut steps = ticks.windows(2).map(|pair| pair[0] - pair[1]);
+    assert!(steps.all(|step| step <= 1), "{ticks:?}");
     let (then, fewer) = shown(&app);
     assert!(then < end && fewer < all);
     // Forwards again, to the same moment.
@@ -97,17 +88,13 @@ fn a_run_of_the_real_clock_that_is_over_is_stepped_through_tick_by_tick_and_left
     press(&mut app, "q");
     assert_eq!((shown(&app), app.quit), ((end, all), false));
     back(&mut app);
-    key(&mut app, KeyCode::Home);
-    press(&mut app, "Btakes policy 0\n");
+    press(&mut app, "⇱Btakes policy 0\n");
     shows(&branched(&mut app), &["on: balanced"]);
 }
 
 #[test]
 fn a_step_back_in_a_world_of_its_own_keeps_the_age_of_the_pushes() {
-    let mut app = ended(Config {
-        world: WorldKind::OWN,
-        ..slow()
-    });
+    let mut app = ended(config(&format!("own; {SLOW}")));
     back(&mut app);
     assert!(frame(&app).age.is_some());
     press(&mut app, ",,");

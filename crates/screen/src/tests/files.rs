@@ -5,9 +5,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use ratelab::{Command, Knob};
+use ratelab::Command;
 
 use super::*;
+use crate::session::OpenRows;
 
 /// A folder with a file for the weights of a policy.
 fn folder() -> (tempfile::TempDir, PathBuf) {
@@ -26,11 +27,7 @@ fn write(file: &Path, name: &str) {
 
 /// A run that goes on, of the policy in `file`.
 fn config_of(file: &Path) -> Config {
-    let knob = format!("policy {}", file.display());
-    let config = Config {
-        setup: CartPole::config(&knob).expect("a knob").setup,
-        ..endless()
-    };
+    let config = endless(&format!("policy {}", file.display()));
     config.resolved(&CartPole::default()).expect("weights")
 }
 
@@ -81,11 +78,8 @@ fn a_refused_policy_is_not_what_the_next_key_goes_on_from() {
     let (_folder, file) = folder();
     let refused = policy(&config_of(&file)).expect("a policy");
     write(&file, "prompt.safetensors");
-    let mut app = session(endless());
-    let knob = Knob::Send {
-        node: "policy".to_owned(),
-        text: refused,
-    };
+    let mut app = session(endless(""));
+    let knob = knob(&format!("send policy {refused}"));
     // Unchecked.
     app.shown.run.send(knob.clone().into());
     app.knobs.pending.push(knob);
@@ -103,7 +97,7 @@ fn a_recording_that_cannot_begin_lets_the_run_go_on() {
     let folder = tempfile::tempdir().expect("folder");
     let place = folder.path().join("recordings");
     fs::create_dir(&place).expect("a folder");
-    let mut app = App::new(&endless(), recording_to(&place)).expect("session");
+    let mut app = opened(recording_to(&place), &endless(""));
     press(&mut app, "w");
     until(&mut app, |app| said(app).contains("recorded"));
     press(&mut app, "w");
@@ -121,6 +115,14 @@ fn a_recording_that_cannot_begin_lets_the_run_go_on() {
     assert!(left.unrecorded.is_some(), "the exit code tells nothing");
 }
 
+/// Makes the file at `path` when a session begins.
+fn rows_to(path: PathBuf) -> OpenRows {
+    Arc::new(move || {
+        let path = path.clone();
+        Ok(Box::new(move || Ok(Box::new(fs::File::create(path)?) as _)))
+    })
+}
+
 #[test]
 fn rows_go_to_a_file_that_stays_until_the_next_run_begins() {
     let (folder, policy) = folder();
@@ -130,7 +132,7 @@ fn rows_go_to_a_file_that_stays_until_the_next_run_begins() {
         csv: Some(rows_to(file.clone())),
         ..setup()
     };
-    let mut app = App::new(&config_of(&policy), setup).expect("session");
+    let mut app = opened(setup, &config_of(&policy));
     until(&mut app, |_| rows() > 3);
     fs::remove_file(&policy).expect("removed");
     press(&mut app, "r");

@@ -1,26 +1,22 @@
 //! What the tests of the dashboard have in common.
 
-use std::{
-    collections::VecDeque,
-    fs::File,
-    io,
-    path::PathBuf,
-    sync::atomic::{AtomicBool, Ordering},
-    thread,
-};
+use std::thread;
 
-use crossterm::event::{Event, KeyEvent, KeyModifiers};
+use crossterm::event::{KeyEvent, KeyModifiers};
 use ratatui::{Terminal, backend::TestBackend};
 use ratelab::Knob;
-use ratelab_cart_pole::{Action, Observation, policy::Policy};
+use ratelab_cart_pole::{Observation, policy::Policy};
 use ratelab_recording::Destination;
+use ratelab_study::{graph_file::GraphFile, system::System};
 
-pub use super::testing::{POOR, RICH};
 use super::{
-    super::{LabOutcome, OpenRows, Options, frame::FrameData, run, terminal::Input},
+    super::{LabOutcome, frame::FrameData},
     *,
 };
-use crate::error::ScreenError;
+pub use super::{
+    table::rows,
+    testing::{POOR, RICH, shows},
+};
 
 /// The cart-pole, nothing recorded.
 pub fn setup() -> SessionSetup {
@@ -35,20 +31,20 @@ pub fn recording_to(folder: &Path) -> SessionSetup {
     }
 }
 
-/// Opens the file at `path`, and empties it when a session begins.
-pub fn rows_to(path: PathBuf) -> OpenRows {
-    Arc::new(move || {
-        let mut options = File::options();
-        let file = options
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .open(&path)?;
-        Ok(Box::new(move || {
-            file.set_len(0)?;
-            Ok(Box::new(file) as _)
-        }))
-    })
+/// The same with a policy that decides what `decides` does.
+pub fn deciding<F>(decides: F) -> SessionSetup
+where
+    F: FnMut() -> Action + Clone + Send + Sync + 'static,
+{
+    let system = CartPole::with_policy(move |_| Box::new(Decides(decides.clone())));
+    SessionSetup::new(Arc::new(system), setup().course)
+}
+
+/// The system of the graph file `text`.
+pub fn graph(text: &str) -> Arc<dyn System> {
+    let graph = GraphFile::parse(text).expect("a graph");
+    let system = graph.system(&[setup().system]).expect("a graph");
+    Arc::new(system)
 }
 
 pub fn knob(text: &str) -> Knob {
@@ -59,30 +55,47 @@ pub fn seconds(seconds: f64) -> Time {
     Time::from_secs_f64(seconds).expect("a time")
 }
 
-/// A run of ten seconds, flat out, with timed `knobs`.
-pub fn timed(knobs: &str) -> Config {
-    Config {
-        knobs: CartPole::KNOBS.parse_list(knobs).expect("knobs"),
-        ..Config::default()
+/// A run of the cart-pole, of ten seconds, flat out, with knobs that are set before or turned at
+/// a run time (s), such as `control-hz 5; 2 crash sensor`. Others: `real` clock, `own` world,
+/// `seed N`, `speed X`, `until S`.
+pub fn config(run: &str) -> Config {
+    let mut config = Config::default();
+    for text in run.split("; ").filter(|text| !text.is_empty()) {
+        let (word, value) = text.split_once(' ').unwrap_or((text, ""));
+        match word {
+            "real" => config.clock = ClockKind::Real,
+            "own" => config.world = WorldKind::OWN,
+            "seed" => config.seed = value.parse().expect(text),
+            "speed" => config.speed = Speed::times(value.parse().expect(text)).expect(text),
+            "until" => config.end = value.parse().map_or(Time::MAX, seconds),
+            time if time.parse::<f64>().is_ok() => {
+                let knobs = CartPole::KNOBS.parse_list(text);
+                config.knobs.extend(knobs.expect(text));
+            }
+            _ => config
+                .setup
+                .extend(CartPole::KNOBS.parse(text).expect(text)),
+        }
     }
+    config
 }
 
-/// A run that has no end.
-pub fn endless() -> Config {
-    Config {
-        speed: Speed::REAL_TIME,
-        end: Time::MAX,
-        ..Config::default()
-    }
+/// A run in real time that has no end.
+pub fn endless(run: &str) -> Config {
+    config(&format!("speed 1; until ever; {run}"))
+}
+
+pub fn opened(setup: SessionSetup, config: &Config) -> App {
+    App::new(config, setup).expect("session")
 }
 
 pub fn session(config: Config) -> App {
-    App::new(&config, setup()).expect("session")
+    opened(setup(), &config)
 }
 
 /// A session whose run has no end.
 pub fn running() -> App {
-    let mut app = session(endless());
+    let mut app = session(endless(""));
     sample(&mut app);
     app
 }
@@ -96,7 +109,7 @@ pub fn ended(config: Config) -> App {
 
 /// A run that ended on its own, flat out, with the pole down.
 pub fn fallen() -> App {
-    ended(timed("0.5 control-hz 5\n1.5 queue-depth 100"))
+    ended(config("0.5 control-hz 5; 1.5 queue-depth 100"))
 }
 
 /// A frame of the session, or of its past.
@@ -128,17 +141,23 @@ pub fn leave(app: App) {
     left(app).ended.expect("no fault");
 }
 
-pub fn key(app: &mut App, code: KeyCode) {
-    app.key(&KeyEvent::new(code, KeyModifiers::NONE));
-}
-
 pub fn press(app: &mut App, keys: &str) {
-    chars(keys).into_iter().for_each(|code| key(app, code));
+    for code in chars(keys) {
+        app.key(&KeyEvent::new(code, KeyModifiers::NONE));
+    }
 }
 
+/// The keys of `text`: control characters as terminals send them, `⇱` and `⇲` for Home and End.
 pub fn chars(text: &str) -> Vec<KeyCode> {
     let key = |letter| match letter {
         '\n' => KeyCode::Enter,
+        '\t' => KeyCode::Tab,
+        '\u{1b}' => KeyCode::Esc,
+        '\u{7f}' => KeyCode::Backspace,
+        '↑' => KeyCode::Up,
+        '↓' => KeyCode::Down,
+        '⇱' => KeyCode::Home,
+        '⇲' => KeyCode::End,
         letter => KeyCode::Char(letter),
     };
     text.chars().map(key).collect()
@@ -171,12 +190,12 @@ pub fn large(app: &App) -> String {
     screen(app, 160, 50)
 }
 
-/// Each of `parts` is in what was `drawn`.
+/// Presses `keys`, and looks for `parts` on the screen of the default terminal.
 #[track_caller]
-pub fn shows(drawn: &str, parts: &[&str]) {
-    for part in parts {
-        assert!(drawn.contains(part), "no {part:?} in\n{drawn}");
-    }
+pub fn then(app: &mut App, keys: &str, parts: &[&str]) {
+    press(app, keys);
+    sample(app);
+    shows(&small(app), parts);
 }
 
 /// The frame that is shown.
@@ -212,8 +231,7 @@ pub fn set(app: &App) -> Vec<String> {
 }
 
 /// A policy that decides what its closure does.
-#[derive(Clone)]
-pub struct Decides<F>(pub F);
+struct Decides<F>(F);
 
 impl<F: FnMut() -> Action + Send> Policy for Decides<F> {
     fn name(&self) -> &str {
@@ -232,7 +250,7 @@ pub fn recorded(setup: SessionSetup, config: &Config, from: f64) -> Recording {
         record: recording_to(folder.path()).record,
         ..setup
     };
-    let mut app = App::new(config, setup).expect("session");
+    let mut app = opened(setup, config);
     if from > 0.0 {
         press(&mut app, "w");
         until(&mut app, |app| {
@@ -244,47 +262,4 @@ pub fn recorded(setup: SessionSetup, config: &Config, from: f64) -> Recording {
     end(&mut app);
     let recorded = left(app).recorded;
     Recording::read(&recorded.last().expect("a recording").path).expect("readable")
-}
-
-/// Types a key per frame, and notes when there are no more.
-#[derive(Default)]
-pub struct Typist {
-    pub keys: VecDeque<KeyCode>,
-    pub done: Arc<AtomicBool>,
-}
-
-impl Input for Typist {
-    fn next(&mut self, timeout: Duration) -> io::Result<Option<Event>> {
-        thread::sleep(timeout);
-        let key = self.keys.pop_front();
-        self.done.store(self.keys.is_empty(), Ordering::Relaxed);
-        Ok(key.map(|code| Event::Key(KeyEvent::new(code, KeyModifiers::NONE))))
-    }
-}
-
-/// Runs the real loop over `app` until it is left, or no `keys` are left for it.
-pub fn in_the_loop(app: &mut App, keys: &[KeyCode]) -> Result<(), ScreenError> {
-    let options = Options {
-        fps: 30,
-        theme: RICH,
-        ask_background: false,
-        quit_on_signal: Arc::default,
-    };
-    let mut typist = Typist {
-        keys: keys.iter().copied().collect(),
-        ..Typist::default()
-    };
-    let quit = match keys {
-        [] => Arc::default(),
-        _ => typist.done.clone(),
-    };
-    run(&mut terminal(120, 40), &mut typist, app, &options, &quit)
-}
-
-/// Runs the real loop over `config` with one key per frame; the session goes on.
-pub fn typed(config: Config, keys: &str) -> App {
-    let mut app = session(config);
-    let keys = [chars(keys), vec![KeyCode::Null; 2]].concat();
-    in_the_loop(&mut app, &keys).expect("the loop ended in order");
-    app
 }

@@ -8,11 +8,7 @@ use super::{super::picture, *};
 /// anew.
 #[test]
 fn the_picture_in_the_manual_is_the_screen_as_it_is_drawn() {
-    let config = Config {
-        seed: 1,
-        speed: Speed::Unlimited,
-        ..timed("4 control-hz 8\n7 control-hz 5")
-    };
+    let config = config("seed 1; 4 control-hz 8; 7 control-hz 5");
     let size = Size::new(120, 40);
     let drawn = picture::of_run(&config, setup(), size, &RICH).expect("a picture");
     is_kept("picture.svg", &drawn);
@@ -66,18 +62,8 @@ fn frames(config: Config, mut each: impl FnMut(&App, &str)) {
 
 #[test]
 fn a_healthy_run_shows_no_warning_whatever_it_drops() {
-    let virtual_clock = Config {
-        speed: Speed::times(20.0).expect("speed"),
-        ..Config::default()
-    };
-    let real_clock = Config {
-        clock: ClockKind::Real,
-        end: seconds(0.7),
-        ..Config::default()
-    };
-    let dropping = CartPole::config("sensor-hz 100").expect("knobs");
-    for config in [virtual_clock, real_clock, dropping] {
-        frames(config, |_, warned| assert_eq!(warned, ""));
+    for run in ["speed 20", "real; until 0.7", "sensor-hz 100"] {
+        frames(config(run), |_, warned| assert_eq!(warned, "", "{run}"));
     }
 }
 
@@ -86,14 +72,10 @@ fn a_run_that_falls_is_warned_of_before_it_falls() {
     for knobs in [
         "control-hz 5",
         "sensor-hz 5",
-        "control-hz 5, queue-depth 100",
+        "control-hz 5; queue-depth 100",
     ] {
-        let config = Config {
-            speed: Speed::REAL_TIME,
-            ..CartPole::config(knobs).expect("knobs")
-        };
         let mut is_warned = false;
-        frames(config, |app, warned| {
+        frames(config(&format!("speed 1; {knobs}")), |app, warned| {
             let verdict = app.screen().map(|shown| shown.frame.verdict.standing);
             is_warned |= verdict == Some(Standing::Warned) && !warned.is_empty();
         });

@@ -2,14 +2,6 @@
 
 use super::*;
 
-/// What is typed after `typed` and so many times Tab.
-fn completed(typed: &str, tabs: usize) -> Option<String> {
-    let mut app = running();
-    press(&mut app, &format!(":{typed}"));
-    (0..tabs).for_each(|_| key(&mut app, KeyCode::Tab));
-    app.prompt.typed().map(str::to_owned)
-}
-
 #[test]
 fn tab_completes_names_then_targets_then_choices_and_goes_round() {
     for (typed, tabs, expected) in [
@@ -26,8 +18,10 @@ fn tab_completes_names_then_targets_then_choices_and_goes_round() {
         ("nothing", 1, "nothing"),
         ("rate nobody ", 1, "rate nobody "),
     ] {
-        let found = completed(typed, tabs);
-        assert_eq!(found.as_deref(), Some(expected), "{typed:?} and {tabs} Tab");
+        let mut app = running();
+        press(&mut app, &format!(":{typed}{}", "\t".repeat(tabs)));
+        let found = app.prompt.typed();
+        assert_eq!(found, Some(expected), "{typed:?}, {tabs} times Tab");
     }
 }
 
@@ -36,14 +30,14 @@ fn up_and_down_go_through_what_was_entered() {
     let mut app = running();
     press(&mut app, ":rate policy 20\n:rate sensor 30\n:dep");
     let (first, last) = ("rate policy 20", "rate sensor 30");
-    for (code, shown) in [
-        (KeyCode::Up, last),
-        (KeyCode::Up, first),
-        (KeyCode::Up, first),
-        (KeyCode::Down, last),
-        (KeyCode::Down, "dep"),
+    for (key, shown) in [
+        ("↑", last),
+        ("↑", first),
+        ("↑", first),
+        ("↓", last),
+        ("↓", "dep"),
     ] {
-        key(&mut app, code);
+        press(&mut app, key);
         assert_eq!(app.prompt.typed(), Some(shown));
     }
     assert_eq!(rate(&app, "policy"), Some(20.0));
@@ -51,22 +45,20 @@ fn up_and_down_go_through_what_was_entered() {
 
 #[test]
 fn what_is_refused_is_given_back_and_what_is_allowed_is_printed_in_full() {
-    for (typed, allowed) in [
-        ("control-hz 0", ""),
-        ("rate nobody 5", "expected sensor, policy, actuator"),
-        ("depth /nowhere 5", "expected /obs, /action, /state"),
-        (
-            "rubbish 5",
-            "control-hz, sensor-hz, queue-depth, policy, think-ms, on-stale, chunk, plan, expect-delay",
-        ),
-        ("policy none.pt", "none.pt: expected"),
-        ("rate policy", "expected rate NODE HZ"),
-    ] {
+    for [typed, allowed] in rows(
+        "control-hz 0 |
+         rate nobody 5 | expected sensor, policy, actuator
+         depth /nowhere 5 | expected /obs, /action, /state
+         rubbish 5 | control-hz, sensor-hz, queue-depth, policy, think-ms, on-stale, chunk, \
+             plan, expect-delay
+         policy none.pt | none.pt: expected
+         rate policy | expected rate NODE HZ",
+    ) {
         let mut app = running();
         press(&mut app, &format!(":{typed}\n"));
-        assert_eq!(app.prompt.typed(), Some(typed), "it is not given back");
+        assert_eq!(app.prompt.typed(), Some(&*typed), "it is not given back");
         let refusal = app.prompt.refusal().expect("a refusal").to_owned();
-        shows(&refusal, &[allowed]);
+        shows(&refusal, &[&allowed]);
         assert_eq!(set(&app), [""; 0], "{typed} stays");
         // All of it is on the screen, in as many lines as it takes.
         let narrow = screen(&app, 40, 12).replace(['"', '\n'], " ");
@@ -76,7 +68,7 @@ fn what_is_refused_is_given_back_and_what_is_allowed_is_printed_in_full() {
             assert!(drawn.contains(&word), "{word} of {refusal:?} in {narrow}");
         }
         // Edited, it is accepted.
-        (0..typed.len()).for_each(|_| key(&mut app, KeyCode::Backspace));
+        press(&mut app, &"\u{7f}".repeat(typed.len()));
         press(&mut app, "control-hz 7.5\n");
         assert_eq!(app.prompt.typed(), None);
         assert_eq!(rate(&app, "policy"), Some(7.5));
@@ -89,9 +81,7 @@ fn a_knob_that_no_graph_would_take_is_refused_after_the_run_too() {
     press(&mut app, ":send sensor hello\n");
     shows(app.prompt.refusal().expect("a refusal"), &["sensor"]);
     assert_eq!(set(&app), [""; 0]);
-    press(&mut app, "r");
-    key(&mut app, KeyCode::Esc);
-    press(&mut app, "r");
+    press(&mut app, "r\u{1b}r");
     sample(&mut app);
     assert_eq!(app.notice, None);
 }
@@ -103,16 +93,4 @@ fn a_knob_of_any_node_counts_for_the_next_run() {
     shows(said(&app), &["offset actuator 5"]);
     press(&mut app, "r");
     assert_eq!(set(&app), ["offset actuator 5"]);
-}
-
-#[test]
-fn a_paste_is_text_where_text_is_typed_and_nothing_elsewhere() {
-    let mut app = ended(Config::default());
-    app.paste("qwe\r");
-    assert!(!app.quit && app.prompt.typed().is_none());
-    press(&mut app, ":");
-    app.paste("control-hz\r\n7.5\n");
-    assert_eq!(app.prompt.typed(), Some("control-hz  7.5 "));
-    press(&mut app, "\n");
-    assert_eq!(rate(&app, "policy"), Some(7.5));
 }

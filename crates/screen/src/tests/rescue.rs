@@ -26,21 +26,14 @@ fn step_until(app: &mut App, text: &str) {
 
 /// Runs one tick of one node, and waits for it.
 fn step(app: &mut App) {
-    let ticks = |app: &App| -> u64 {
-        let nodes = app.shown.graph().nodes;
-        nodes.iter().map(|node| node.ticks).sum()
+    let ticks = |app: &App| {
+        let nodes = app.shown.graph().nodes.into_iter();
+        nodes.map(|node| node.ticks).sum::<u64>()
     };
     let before = ticks(app);
     press(app, ".");
     until(app, |app| ticks(app) != before || app.ended());
     sample(app);
-}
-
-/// Presses keys, and looks for `parts` on the screen.
-fn then(app: &mut App, keys: &str, parts: &[&str]) {
-    press(app, keys);
-    sample(app);
-    shows(&small(app), parts);
 }
 
 const NOT_YET: &[&str] = &["e again gives it up"];

@@ -18,18 +18,7 @@ pub fn latency() -> LatencyData {
 
 /// Three nodes in a row at 50 Hz, 6.40 s into a good run.
 pub fn balanced() -> FrameData {
-    let mut frame = frame_data(
-        vec![
-            node("sensor", 50.0, 320, true),
-            node("policy", 50.0, 320, true),
-            node("actuator", 50.0, 321, false),
-        ],
-        vec![
-            topic("/obs", 50.0, 320, &[0], &[1]),
-            topic("/action", 50.0, 320, &[1], &[2]),
-            topic("/state", 50.0, 321, &[2], &[]),
-        ],
-    );
+    let mut frame = in_a_row([50.0; 3], [320, 320, 321], [true, true, false]);
     for node in &mut frame.nodes {
         node.lateness = quantiles(450, 2_100, 3_300);
         node.tick_time = quantiles(7, 31, 120);
@@ -41,20 +30,21 @@ pub fn balanced() -> FrameData {
     frame
 }
 
+/// Sensor, policy and actuator in a row, with their rates (Hz), ticks and lights.
+fn in_a_row(hz: [f64; 3], ticks: [u64; 3], lit: [bool; 3]) -> FrameData {
+    let [nodes, topics] = [
+        ["sensor", "policy", "actuator"],
+        ["/obs", "/action", "/state"],
+    ];
+    let readers = [&[1][..], &[2], &[]];
+    let nodes = (0..3).map(|n| node(nodes[n], hz[n], ticks[n], lit[n]));
+    let topics = (0..3).map(|n| topic(topics[n], hz[n], ticks[n], &[n], readers[n]));
+    frame_data(nodes.collect(), topics.collect())
+}
+
 /// The same graph with the policy at 5 Hz: the pole fell.
 pub fn broken() -> FrameData {
-    let mut frame = frame_data(
-        vec![
-            node("sensor", 50.0, 43, true),
-            node("policy", 5.0, 5, false),
-            node("actuator", 50.0, 43, true),
-        ],
-        vec![
-            topic("/obs", 50.0, 43, &[0], &[1]),
-            topic("/action", 5.0, 5, &[1], &[2]),
-            topic("/state", 50.0, 43, &[2], &[]),
-        ],
-    );
+    let mut frame = in_a_row([50.0, 5.0, 50.0], [43, 5, 43], [true, false, true]);
     frame.now = Time::from_nanos(840_000_000);
     frame.wall_s = 1;
     frame.nodes[1].overruns = 2;

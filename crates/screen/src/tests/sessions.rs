@@ -1,15 +1,11 @@
 //! What keys do to a session, and how sessions end.
 
-use std::time::Instant;
+use std::{io, sync::atomic::AtomicBool, time::Instant};
 
-use crossterm::event::{KeyEvent, KeyModifiers};
-use ratelab_cart_pole::Action;
-use ratelab_study::{
-    experiment::{Experiment, Summary},
-    system::Verdict,
-};
+use crossterm::event::{Event, KeyEvent, KeyModifiers};
 
 use super::*;
+use crate::{Options, run, terminal::Input};
 
 /// The knobs that were turned in a run that goes on.
 fn turned(app: App) -> Vec<String> {
@@ -20,25 +16,39 @@ fn turned(app: App) -> Vec<String> {
 
 #[test]
 fn keys_and_typed_values_turn_the_knobs_of_the_running_graph() {
-    for (keys, knobs) in [
-        (
-            "[[}>",
-            &[
-                "rate policy 40",
-                "rate policy 30",
-                "rate sensor 60",
-                "depth /obs 2",
-                "depth /action 2",
-            ][..],
-        ),
-        (":control-hz 7.5\n", &["rate policy 7.5"]),
-        (
-            ":takes policy 30..60\n:offset sensor 5\n:wakes actuator 1\n",
-            &["takes policy 30..60", "offset sensor 5", "wakes actuator 1"],
-        ),
-    ] {
-        assert_eq!(turned(typed(endless(), keys)), knobs);
+    for [keys, knobs] in rows(
+        r"[[}> | rate policy 40; rate policy 30; rate sensor 60; depth /obs 2; depth /action 2
+          :control-hz 7.5\n | rate policy 7.5
+          :takes policy 30..60\n:offset sensor 5\n | takes policy 30..60; offset sensor 5
+          :wakes actuator 1\n | wakes actuator 1",
+    ) {
+        let mut app = session(endless(""));
+        press(&mut app, &keys);
+        assert_eq!(turned(app).join("; "), knobs, "{keys}");
     }
+}
+
+/// Nobody types.
+struct Nobody;
+
+impl Input for Nobody {
+    fn next(&mut self, timeout: Duration) -> io::Result<Option<Event>> {
+        thread::sleep(timeout);
+        Ok(None)
+    }
+}
+
+/// Runs the real loop over `app` until it fails.
+fn fault(app: &mut App) -> String {
+    let options = Options {
+        fps: 30,
+        theme: RICH,
+        ask_background: false,
+        quit_on_signal: Arc::default,
+    };
+    let quit = AtomicBool::new(false);
+    let ended = run(&mut terminal(120, 40), &mut Nobody, app, &options, &quit);
+    ended.expect_err("a fault").to_string()
 }
 
 #[test]
@@ -49,16 +59,9 @@ fn a_node_that_fails_or_panics_ends_the_dashboard_with_its_fault() {
         (not_finite, "must be finite"),
         (panics, "panicked: out of ideas"),
     ] {
-        for clock in [ClockKind::Virtual, ClockKind::Real] {
-            let config = Config {
-                clock,
-                end: Time::MAX,
-                ..Config::default()
-            };
-            let system = CartPole::with_policy(move |_| Box::new(Decides(decides)));
-            let setup = SessionSetup::new(Arc::new(system), setup().course);
-            let mut app = App::new(&config, setup).expect("session");
-            let fault = in_the_loop(&mut app, &[]).expect_err("a fault").to_string();
+        for run in ["until ever", "until ever; real"] {
+            let mut app = opened(deciding(decides), &config(run));
+            let fault = fault(&mut app);
             shows(&fault, &["\"policy\"", said]);
             assert_eq!(fault.lines().count(), 1);
         }
@@ -68,21 +71,14 @@ fn a_node_that_fails_or_panics_ends_the_dashboard_with_its_fault() {
 #[test]
 fn a_session_that_nobody_watched_for_long_still_ends_at_once() {
     // Flat out, the taps are full long before this is over.
-    let app = session(Config {
-        end: Time::MAX,
-        ..Config::default()
-    });
+    let app = session(config("until ever"));
     thread::sleep(Duration::from_secs(2));
     leave(app);
 }
 
 #[test]
 fn keys_go_on_from_where_the_timed_knobs_led() {
-    let mut app = session(Config {
-        speed: Speed::times(10.0).expect("speed"),
-        end: Time::MAX,
-        ..timed("0 control-hz 20")
-    });
+    let mut app = session(config("speed 10; until ever; 0 control-hz 20"));
     until(&mut app, |app| !app.shown.events.is_empty());
     sample(&mut app);
     press(&mut app, "[");
@@ -91,7 +87,7 @@ fn keys_go_on_from_where_the_timed_knobs_led() {
 
 #[test]
 fn keys_count_even_before_the_graph_has_heard_of_the_last() {
-    let mut app = session(endless());
+    let mut app = session(endless(""));
     press(&mut app, "  cccc");
     let summary = left(app).ended.expect("no fault").summary;
     let told: Vec<String> = summary.events.iter().map(|e| e.to_string()).collect();
@@ -117,7 +113,7 @@ fn control_c_leaves_while_a_value_is_being_typed() {
 
 #[test]
 fn a_pause_is_one_picture_however_long_it_lasts() {
-    let mut app = session(endless());
+    let mut app = session(endless(""));
     press(&mut app, " ");
     let begun = Instant::now();
     while begun.elapsed() < Duration::from_millis(2500) {
@@ -132,24 +128,16 @@ fn a_pause_is_one_picture_however_long_it_lasts() {
 
 #[test]
 fn a_key_that_cannot_be_obeyed_says_why() {
-    let mut over = ended(Config::default());
-    for (keys, reason) in [
-        ("<", "the depth of /obs and /action is at its lowest, 1"),
-        (
-            ":control-hz 1000\n]",
-            "the rate of policy is at its highest, 1000 Hz",
-        ),
-    ] {
-        press(&mut over, keys);
-        assert_eq!(said(&over), reason);
+    let mut app = ended(Config::default());
+    for [keys, reason] in rows(
+        r"< | the depth of /obs and /action is at its lowest, 1
+          :control-hz 1000\n] | the rate of policy is at its highest, 1000 Hz",
+    ) {
+        press(&mut app, &keys);
+        assert_eq!(said(&app), reason);
     }
-    let mut app = typed(
-        Config {
-            clock: ClockKind::Real,
-            ..endless()
-        },
-        "",
-    );
+    let mut app = session(endless("real"));
+    sample(&mut app);
     for (key, reason) in [("+", "no speed"), (".", "cannot step")] {
         press(&mut app, key);
         shows(said(&app), &[reason]);
@@ -158,45 +146,8 @@ fn a_key_that_cannot_be_obeyed_says_why() {
 }
 
 #[test]
-fn a_session_with_live_keys_is_the_headless_run_with_its_knobs() {
-    let config = Config {
-        speed: Speed::times(20.0).expect("speed"),
-        end: seconds(30.0),
-        ..Config::default()
-    };
-    let mut app = typed(config.clone(), "[[ . .. >[[[[  ]]");
-    end(&mut app);
-    let summary = left(app).ended.expect("no fault").summary;
-    assert!(
-        summary.knobs().len() >= 8,
-        "the keys came too late to count"
-    );
-    let headless = Config {
-        speed: Speed::Unlimited,
-        knobs: summary.knobs(),
-        ..config
-    };
-    let again = Experiment::new(setup().system, &headless).expect("experiment");
-    let again = again.run().expect("run");
-    assert_eq!(figures(&again), figures(&summary));
-}
-
-/// All that a run computed, to the bit.
-fn figures(summary: &Summary) -> (Verdict, u64, Vec<u64>, Duration, Vec<[u64; 2]>) {
-    let state = summary.state.iter().map(|value| value.to_bits());
-    let topics = summary.topics.iter();
-    (
-        summary.verdict,
-        summary.steps,
-        state.collect(),
-        summary.latency.sum(),
-        topics.map(|t| [t.published, t.dropped()]).collect(),
-    )
-}
-
-#[test]
 fn a_policy_is_swapped_while_the_run_goes_on_and_the_status_says_so() {
-    let mut app = session(endless());
+    let mut app = session(endless(""));
     press(&mut app, "p");
     sample(&mut app);
     let policy = |app: &App| frame(app).settings.join(", ");
@@ -215,14 +166,14 @@ fn the_smallest_screen_shows_that_the_world_waits_where_it_matters() {
         ("link /action delay:10", true),
         ("hang policy 50", true),
     ] {
-        let drawn = small(&ended(CartPole::config(knob).expect("a knob")));
+        let drawn = small(&ended(config(knob)));
         assert_eq!(drawn.contains("world: waits"), waits, "{knob}: {drawn}");
     }
 }
 
 #[test]
 fn a_key_starts_again_in_the_other_world_and_back() {
-    let mut app = ended(CartPole::config("control-hz 40").expect("a knob"));
+    let mut app = ended(config("control-hz 40"));
     assert!(!large(&app).contains("world"), "course");
     press(&mut app, "o");
     sample(&mut app);

@@ -1,17 +1,12 @@
 //! Leaving a run, and starting again, while a node is stuck in its tick.
 
 use crossbeam_channel::{Sender, bounded};
-use ratelab_cart_pole::Action;
 use ratelab_recording::Destination;
 
 use super::*;
 
 /// A lab over a run whose policy is in a tick that ends when the sender is gone.
 fn stuck() -> (App, Sender<()>) {
-    let config = Config {
-        clock: ClockKind::Real,
-        ..endless()
-    };
     let (begun, begins) = bounded(1);
     let (held, release) = bounded(1);
     let decides = move || {
@@ -19,9 +14,7 @@ fn stuck() -> (App, Sender<()>) {
         let _ = release.recv();
         Action(0.0)
     };
-    let system = CartPole::with_policy(move |_| Box::new(Decides(decides.clone())));
-    let setup = SessionSetup::new(Arc::new(system), setup().course);
-    let app = App::new(&config, setup).expect("session");
+    let app = opened(deciding(decides), &endless("real"));
     begins.recv().expect("the policy ticks");
     (app, held)
 }
@@ -56,10 +49,8 @@ fn a_second_q_leaves_at_once() {
 #[test]
 fn a_restart_comes_when_the_node_is_done() {
     let (mut app, held) = stuck();
-    press(&mut app, "r");
-    sample(&mut app);
     let told = "waiting for policy, still in a tick: q or Ctrl-C ends without it";
-    shows(&small(&app), &[told]);
+    then(&mut app, "r", &[told]);
     drop(held);
     until(&mut app, |app| !app.ended() && app.notice.is_none());
     assert!(!app.quit && !app.ended());
@@ -84,22 +75,18 @@ fn the_recording_of_a_run_that_is_left_stuck_is_complete() {
 #[test]
 fn run_time_stands_still_while_the_program_is_stopped() {
     let paused = |app: &App| app.shown.run.observer().status().paused;
-    for clock in [ClockKind::Virtual, ClockKind::Real] {
-        let mut app = session(Config { clock, ..endless() });
+    for clock in ["", "real"] {
+        let mut app = session(endless(clock));
         sample(&mut app);
         app.rest();
         assert!(paused(&app));
         app.go_on();
-        while paused(&app) {
-            thread::yield_now();
-        }
+        until(&mut app, |app| !paused(app));
         // A pause that the person wanted stays.
         press(&mut app, " ");
         app.rest();
         app.go_on();
-        while !paused(&app) {
-            thread::yield_now();
-        }
+        until(&mut app, paused);
         leave(app);
     }
 }

@@ -1,36 +1,24 @@
 //! Systems other than the cart-pole.
 
 use ratelab::{END, GO_ON};
-use ratelab_account::Fields;
-use ratelab_study::{
-    graph_file::GraphFile,
-    system::{
-        BuildError, Builder, Picture, Setup as RunSetup, Shape, Signal, Style, System, Verdict,
-        VerdictKind,
-    },
+use ratelab_account::fields;
+use ratelab_study::system::{
+    BuildError, Builder, Picture, Setup as RunSetup, Shape, Signal, Style, System, Verdict,
+    VerdictKind,
 };
 
 use super::{adders::Adders, *};
 use crate::asked::Asked;
 
-/// Height (m) and thrust.
-#[derive(Clone, Copy, Debug)]
-struct Flight(f64, f64);
-
-impl Fields for Flight {
-    const FIELDS: &'static [&'static str] = &["height (m)", "thrust"];
-
-    fn append_to(&self, row: &mut Vec<f64>) {
-        row.extend([self.0, self.1]);
-    }
-
-    fn from_row(row: &[f64]) -> Option<Self> {
-        match *row {
-            [height, thrust] => Some(Self(height, thrust)),
-            _ => None,
-        }
-    }
+#[derive(Clone, Copy)]
+struct Flight {
+    height: f64,
+    thrust: f64,
 }
+fields!(Flight {
+    height: "height (m)",
+    thrust: "thrust"
+});
 
 /// A drone that sinks, whatever its pilot does.
 struct Drone;
@@ -71,8 +59,9 @@ impl System for Drone {
             move |now| {
                 let asked = thrust.latest(now);
                 height -= 0.01;
-                let force = asked.map_or(0.0, |message| message.data);
-                flight.publish(Flight(height, force), now, asked.and_then(|m| m.origin));
+                let thrust = asked.map_or(0.0, |message| message.data);
+                let state = Flight { height, thrust };
+                flight.publish(state, now, asked.and_then(|message| message.origin));
                 if height > 0.0 { GO_ON } else { END }
             }
         })
@@ -83,7 +72,7 @@ impl System for Drone {
             name: "height",
             unit: "m",
             topic: "/flight",
-            value: |row| row.first().copied().unwrap_or(f64::NAN),
+            value: |row| row[0],
             limits: Some([0.0, 4.0]),
             range: [0.0, 2.5],
         }]
@@ -94,8 +83,10 @@ impl System for Drone {
     }
 
     fn verdict(&self, _: &ratelab::ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
-        let down = state.is_some_and(|state| state.first().is_some_and(|height| *height <= 0.0));
-        Verdict::new(if down { &Self::CRASHED } else { &Self::FLEW }, at)
+        match state {
+            Some([height, _]) if *height <= 0.0 => Verdict::new(&Self::CRASHED, at),
+            _ => Verdict::new(&Self::FLEW, at),
+        }
     }
 
     fn verdicts(&self) -> &'static [&'static VerdictKind] {
@@ -111,10 +102,7 @@ impl System for Drone {
             half: [0.4, 0.1],
             angle: 0.0,
         };
-        let ground = Shape::Segment {
-            from: [-2.0, 0.0],
-            to: [2.0, 0.0],
-        };
+        let (from, to) = ([-2.0, 0.0], [2.0, 0.0]);
         let goal = Shape::Circle {
             centre: [1.5, 2.0],
             radius: 0.3,
@@ -125,7 +113,7 @@ impl System for Drone {
         };
         Some(Picture {
             shapes: vec![
-                (Style::Scenery, ground),
+                (Style::Scenery, Shape::Segment { from, to }),
                 (Style::Limit, goal),
                 (Style::Subject, body),
                 (Style::Scenery, label),
@@ -138,37 +126,33 @@ impl System for Drone {
 }
 
 /// A counter and its reader: no plant, no signal, no aliases.
-fn counter() -> impl System {
-    let text = r#"
+fn counter() -> Arc<dyn System> {
+    graph(
+        r#"
         name = "counter"
-        [node.counter]
-        rate = 10
-        publishes = ["/count"]
-        [node.reader]
-        rate = 2
-        reads = ["/count"]
-    "#;
-    let graph = GraphFile::parse(text).expect("a graph");
-    graph.system(&[]).expect("a system")
+        [node]
+        counter = { rate = 10, publishes = ["/count"] }
+        reader = { rate = 2, reads = ["/count"] }
+        "#,
+    )
 }
 
-fn lab(system: impl System, config: &Config) -> App {
-    let setup = SessionSetup::new(Arc::new(system), None);
-    let mut app = App::new(config, setup).expect("session");
+fn lab(system: Arc<dyn System>, config: &Config) -> App {
+    let mut app = opened(SessionSetup::new(system, None), config);
     sample(&mut app);
     app
 }
 
 /// A run of `system` that ended.
-fn run_of(system: impl System) -> App {
+fn run_of(system: Arc<dyn System>) -> App {
     let mut app = lab(system, &Config::default());
     end(&mut app);
     app
 }
 
 /// A run of `system` that goes on.
-fn live(system: impl System) -> App {
-    lab(system, &endless())
+fn live(system: Arc<dyn System>) -> App {
+    lab(system, &endless(""))
 }
 
 #[test]
@@ -183,11 +167,7 @@ fn a_system_without_a_plant_has_no_pane_of_it_and_the_others_take_its_room() {
 
 #[test]
 fn a_run_without_a_latency_goes_on_however_many_ticks_it_makes() {
-    let flat_out = Config {
-        end: Time::MAX,
-        ..Config::default()
-    };
-    let mut app = lab(counter(), &flat_out);
+    let mut app = lab(counter(), &config("until ever"));
     until(&mut app, |app| ticks(app) > 100_000);
     leave(app);
 }
@@ -199,20 +179,23 @@ fn a_pane_that_is_not_there_is_never_in_focus() {
     assert_eq!(app.shown.panes.focus, Pane::Graph);
     assert!(app.notice.is_some());
     for pane in [Pane::Figures, Pane::Events, Pane::Graph] {
-        key(&mut app, KeyCode::Tab);
+        press(&mut app, "\t");
         assert_eq!(app.shown.panes.focus, pane);
     }
 }
 
 #[test]
 fn a_system_of_ones_own_is_drawn_with_its_signal_and_its_verdict() {
-    let app = run_of(Drone);
+    let app = run_of(Arc::new(Drone));
     insta::assert_snapshot!("drone_100x30", screen(&app, 100, 30));
 }
 
 #[test]
 fn every_size_shows_every_system() {
-    for (name, app) in [("drone", run_of(Drone)), ("counter", run_of(counter()))] {
+    for (name, app) in [
+        ("drone", run_of(Arc::new(Drone))),
+        ("counter", run_of(counter())),
+    ] {
         for (width, height) in [(40, 12), (80, 24), (120, 36), (160, 50), (250, 80)] {
             shows(&screen(&app, width, height), &[name, "1 graph"]);
         }
@@ -221,28 +204,24 @@ fn every_size_shows_every_system() {
 
 #[test]
 fn rate_and_depth_keys_turn_what_is_marked() {
-    let mut app = live(Drone);
+    let mut app = live(Arc::new(Drone));
     // The node in the middle of most, and all topics that are read.
     assert_eq!(app.shown.knob_focus.node, "pilot");
     assert_eq!(app.shown.knob_focus.topics, ["/thrust", "/flight"]);
     press(&mut app, "[>");
-    assert_eq!(
-        set(&app),
-        ["rate pilot 15", "depth /thrust 2", "depth /flight 2"]
-    );
-    key(&mut app, KeyCode::Down);
-    press(&mut app, "t]>");
-    let marked = app.shown.knob_focus.topics.clone();
-    assert_eq!(marked.len(), 1);
-    for knob in [
+    let turned = ["rate pilot 15", "depth /thrust 2", "depth /flight 2"];
+    assert_eq!(set(&app), turned);
+    press(&mut app, "↓t]>");
+    assert_eq!(app.shown.knob_focus.topics, ["/thrust"]);
+    let turned = [
         "rate pilot 15",
+        "depth /thrust 5",
+        "depth /flight 2",
         "rate rotors 60",
-        &format!("depth {} 5", marked[0]),
-    ] {
-        assert!(set(&app).contains(&knob.to_owned()), "{knob}");
-    }
+    ];
+    assert_eq!(set(&app), turned);
     let drawn = large(&app);
-    shows(&drawn, &["▸rotors", &format!("▸{}", marked[0])]);
+    shows(&drawn, &["▸rotors", "▸/thrust"]);
     assert!(!drawn.contains("▸pilot"), "{drawn}");
     // Once round all topics, those of the beginning are marked.
     press(&mut app, "T");
@@ -251,13 +230,12 @@ fn rate_and_depth_keys_turn_what_is_marked() {
 
 #[test]
 fn the_map_of_a_system_without_aliases_is_over_the_marked_node() {
-    let mut app = live(Drone);
+    let mut app = live(Arc::new(Drone));
     for place in ["20 Hz, seed 0", "50 Hz, seed 0"] {
         press(&mut app, "m");
         sample(&mut app);
         shows(&screen(&app, 120, 40), &["cliff map", place]);
-        press(&mut app, "m");
-        key(&mut app, KeyCode::Down);
+        press(&mut app, "m↓");
     }
     leave(app);
 }
@@ -287,21 +265,13 @@ fn a_system_without_a_world_of_its_own_stays_in_the_one_it_has() {
 #[test]
 fn a_write_from_outside_of_the_graph_is_noticed_while_the_run_goes_on_and_once() {
     let adders = Arc::new(Adders::default());
-    let setup = SessionSetup::new(adders.clone(), None);
-    let config = Config {
-        clock: ClockKind::Real,
-        ..endless()
-    };
-    let mut app = App::new(&config, setup).expect("session");
-    sample(&mut app);
+    let mut app = lab(adders.clone(), &endless("real"));
     until(&mut app, |app| ticks(app) > 4);
     assert_eq!(app.notice, None);
     adders.add(100.0);
     until(&mut app, |app| app.notice.is_some());
-    shows(
-        &app.notice.take().expect("a notice"),
-        &["wrote to the number"],
-    );
+    let notice = app.notice.take().expect("a notice");
+    shows(&notice, &["wrote to the number"]);
     adders.add(100.0);
     let now = ticks(&app);
     until(&mut app, |app| ticks(app) > now + 8);

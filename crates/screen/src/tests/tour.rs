@@ -6,7 +6,7 @@ use crate::tour::Guide;
 /// Goes to a step of the tour, counted from 1.
 fn at_step(app: &mut App, step: usize) {
     app.guide(Guide::Tour);
-    (1..step).for_each(|_| key(app, KeyCode::Enter));
+    press(app, &"\n".repeat(step - 1));
 }
 
 #[test]
@@ -32,7 +32,7 @@ fn keys_of_the_tour_reach_the_lab_and_esc_leaves_the_tour() {
     assert_eq!(rate(&app, "policy"), Some(20.0));
     until(&mut app, |app| small(app).contains("20 Hz"));
     shows(&small(&app), &["Enter goes on"]);
-    key(&mut app, KeyCode::Esc);
+    press(&mut app, "\u{1b}");
     assert!(!small(&app).contains("tour"));
     leave(app);
 }
@@ -41,9 +41,8 @@ fn keys_of_the_tour_reach_the_lab_and_esc_leaves_the_tour() {
 fn the_tour_is_offered_in_a_notice_and_begun_by_a_key() {
     let mut app = running();
     app.guide(Guide::Offer);
-    shows(&small(&app), &["g: a tour of five minutes"]);
-    press(&mut app, "g");
-    shows(&small(&app), &["tour 1 of 7"]);
+    then(&mut app, "", &["g: a tour of five minutes"]);
+    then(&mut app, "g", &["tour 1 of 7"]);
     leave(app);
 }
 
@@ -69,7 +68,7 @@ fn the_tour_never_says_what_the_run_is_not() {
         (6, "c", "this run is over: r starts again, then c"),
         (7, "", "? shows all keys"),
     ] {
-        let mut app = ended(CartPole::config("control-hz 5").expect("a knob"));
+        let mut app = ended(config("control-hz 5"));
         at_step(&mut app, step);
         press(&mut app, keys);
         let text = app.screen().and_then(|screen| screen.aside);
@@ -86,14 +85,11 @@ fn the_map_asks_for_the_prediction_of_what_it_shows_once() {
     let folder = tempfile::tempdir().expect("a folder");
     let answers = Some(folder.path().join("answers.toml"));
     let setup = SessionSetup::new(Arc::new(CartPole::default()), answers);
-    let mut app = App::new(&endless(), setup).expect("session");
-    sample(&mut app);
+    let mut app = opened(setup, &endless(""));
     app.ask_before_the_map();
     for (title, shown) in [("the map answers exercise 1", true), ("cliff map", false)] {
-        press(&mut app, "m");
-        let drawn = small(&app);
-        shows(&drawn, &[title]);
-        assert_eq!(drawn.contains("m again shows"), shown, "{drawn}");
+        then(&mut app, "m", &[title]);
+        assert_eq!(small(&app).contains("m again shows"), shown, "{title}");
     }
     leave(app);
 }

@@ -2,10 +2,11 @@
 
 pub mod sample;
 
-use ratelab_cart_pole::CartPole;
+use ratelab_study::experiment::Experiment;
 
 use self::sample::around;
 use super::*;
+use crate::tests::kit::{config, setup};
 
 fn filled(config: &Config) -> CliffMap {
     let mut map = around(config);
@@ -34,44 +35,39 @@ fn every_cell_is_the_run_that_it_names() {
 }
 
 #[test]
-fn it_begins_where_the_session_is() {
-    let config = Config {
-        seed: 250,
-        ..CartPole::config("control-hz 7").expect("a knob")
-    };
-    let map = around(&config);
+fn it_begins_where_the_session_is_and_the_last_seeds_of_all_have_a_map_too() {
+    let map = around(&config("seed 250; control-hz 7"));
     assert_eq!(map.place(), ("7 Hz".to_owned(), "seed 250".to_owned()));
     assert_eq!(map.sweep.seeds[0], 200);
-    let (focus, axes) = (focus(), MapAxes::default());
-    assert!(map.is_of(&focus, axes, &config));
-    let other = Config {
-        seed: 300,
-        ..config
-    };
-    assert!(!map.is_of(&focus, axes, &other));
+    let last = around(&config(&format!("seed {}", u64::MAX)));
+    assert_eq!(last.chosen().1, u64::MAX);
 }
 
 #[test]
 fn it_begins_at_the_rate_in_force_which_has_a_column() {
     for (hz, columns) in [(50.0, 31), (7.0, 30), (7.5, 31), (200.0, 31)] {
-        let config = CartPole::config(&format!("control-hz {hz}")).expect("a knob");
-        let map = around(&config);
+        let map = around(&config(&format!("control-hz {hz}")));
         assert_eq!(map.place().0, format!("{hz} Hz"));
         assert_eq!(map.columns.len(), columns, "{hz} Hz");
         assert!(map.columns.is_sorted_by(|a, b| number(a) < number(b)));
     }
     // The digits of a rate are rows of the map.
-    let long = around(&CartPole::config("control-hz 7.654321").expect("a knob"));
+    let long = around(&config("control-hz 7.654321"));
     assert_eq!(long.place().0, "8 Hz");
 }
 
 #[test]
-fn another_rate_is_on_the_same_map_and_another_depth_is_not() {
-    let map = around(&Config::default());
-    let axes = MapAxes::default();
-    let of = |setup| map.is_of(&focus(), axes, &CartPole::config(setup).expect("knobs"));
-    assert!(of("control-hz 3"));
-    assert!(!of("queue-depth 3"));
+fn another_rate_is_on_the_same_map_and_other_seeds_and_another_depth_are_not() {
+    let map = around(&config("seed 250; control-hz 7"));
+    for (run, is_on_it) in [
+        ("seed 250; control-hz 7", true),
+        ("seed 250; control-hz 3", true),
+        ("seed 300; control-hz 7", false),
+        ("seed 250; queue-depth 3", false),
+    ] {
+        let is_of = map.is_of(&focus(), MapAxes::default(), &config(run));
+        assert_eq!(is_of, is_on_it, "{run}");
+    }
 }
 
 fn focus() -> KnobFocus {
@@ -83,10 +79,7 @@ fn focus() -> KnobFocus {
 
 #[test]
 fn two_knobs_are_on_one_map_and_each_cell_is_the_run_of_both() {
-    let config = Config {
-        seed: 3,
-        ..Config::default()
-    };
+    let config = config("seed 3");
     let axes = MapAxes { x: 1, y: Some(0) };
     let mut map = sample::over(axes, &config);
     assert_eq!(map.only_seed(), Some(3));
@@ -99,21 +92,11 @@ fn two_knobs_are_on_one_map_and_each_cell_is_the_run_of_both() {
         let (knobs, seed) = map.chosen();
         alone.setup.extend(knobs);
         assert_eq!(seed, 3);
-        let system = std::sync::Arc::new(CartPole::default());
-        let alone = ratelab_study::experiment::Experiment::new(system, &alone).expect("a run");
+        let alone = Experiment::new(setup().system, &alone).expect("a run");
         let alone = CellResult::from(&alone.run().expect("no fault"));
         assert_eq!(map.outcome(column, row), Some(&alone));
     }
     assert!(!map.is_of(&focus(), MapAxes::default(), &config));
-}
-
-#[test]
-fn the_last_seeds_of_all_have_a_map_too() {
-    let map = around(&Config {
-        seed: u64::MAX,
-        ..Config::default()
-    });
-    assert_eq!(map.chosen().1, u64::MAX);
 }
 
 #[test]

@@ -13,6 +13,7 @@ use ratelab_study::{
 };
 
 use super::{CliffMap, Fill, KnobFocus, MapAxes};
+use crate::tests::kit::config;
 
 /// The map around a run of the cart-pole.
 pub fn around(config: &Config) -> CliffMap {
@@ -30,10 +31,7 @@ pub fn over(axes: MapAxes, config: &Config) -> CliffMap {
 
 /// All runs up to 15 Hz are finished: held from 8 Hz on, and every third at 6 and 7 Hz.
 pub fn half_filled() -> CliffMap {
-    let mut map = around(&Config {
-        seed: 103,
-        ..CartPole::config("control-hz 7").expect("a knob")
-    });
+    let mut map = around(&config("seed 103; control-hz 7"));
     map.fill = Fill::nobody();
     map.outcomes.fill(None);
     map.done = 0;
@@ -49,10 +47,9 @@ pub fn half_filled() -> CliffMap {
 fn outcome(up: bool) -> CellResult {
     let fell = Time::from_nanos(3_580_000_000);
     let end = Config::default().end;
-    let (kind, sim_time) = if up {
-        (&BALANCED, end)
-    } else {
-        (&POLE_FELL, fell)
+    let (kind, sim_time) = match up {
+        true => (&BALANCED, end),
+        false => (&POLE_FELL, fell),
     };
     CellResult {
         push_age: None,
