@@ -107,27 +107,25 @@ mod tests {
 
     #[test]
     fn the_graph_file_is_the_first_argument_or_that_behind_a_command_that_runs_a_graph() {
-        for (line, file, rest) in [
-            ("ratelab g.toml", Some("g.toml"), "ratelab"),
-            (
-                "ratelab run g.toml --json",
-                Some("g.toml"),
-                "ratelab run --json",
-            ),
-            (
-                "ratelab g.toml run --json",
-                Some("g.toml"),
-                "ratelab run --json",
-            ),
-            ("ratelab run --out g.toml", None, "ratelab run --out g.toml"),
-            ("ratelab grade g.toml", None, "ratelab grade g.toml"),
-            ("ratelab new g.toml", None, "ratelab new g.toml"),
-            ("ratelab --x.toml", None, "ratelab --x.toml"),
-            ("ratelab", None, "ratelab"),
+        let words = |line: &str| -> Vec<OsString> {
+            let line = format!("ratelab {line}");
+            line.split_whitespace().map(OsString::from).collect()
+        };
+        // Without a file all words stay.
+        for (line, without_file) in [
+            ("g.toml", Some("")),
+            ("run g.toml --json", Some("run --json")),
+            ("g.toml run --json", Some("run --json")),
+            ("run --out g.toml", None),
+            ("grade g.toml", None),
+            ("new g.toml", None),
+            ("--x.toml", None),
+            ("", None),
         ] {
-            let (found, _, others) = take(line.split(' ').map(OsString::from));
-            let rest: Vec<OsString> = rest.split(' ').map(OsString::from).collect();
-            assert_eq!((found, others), (file.map(PathBuf::from), rest), "{line}");
+            let (found, _, rest) = take(words(line).into_iter());
+            let file = without_file.map(|_| PathBuf::from("g.toml"));
+            let expected = (file, words(without_file.unwrap_or(line)));
+            assert_eq!((found, rest), expected, "{line:?}");
         }
     }
 }

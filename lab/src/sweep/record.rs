@@ -252,11 +252,8 @@ mod tests {
         });
         let scalars = Scalars::descriptor_scalars().component;
         let rows = chunks.filter_map(|chunk| {
-            let places = chunk
-                .timelines()
-                .get(&timeline.into())?
-                .times_raw()
-                .to_vec();
+            let places = chunk.timelines().get(&timeline.into())?;
+            let places = places.times_raw().to_vec();
             let values = chunk.iter_slices::<f64>(scalars).flatten().copied();
             let values: Vec<f64> = values.collect();
             (!values.is_empty()).then(|| (chunk.entity_path().to_string(), places, values))
@@ -266,10 +263,9 @@ mod tests {
 
     #[test]
     fn curves_hold_the_figures_over_their_rates() {
+        let rates = SweepAxis::parse(CartPole::KNOBS, "control-hz", "5..10:2.5");
         let sweep = Sweep {
-            axes: vec![
-                SweepAxis::parse(CartPole::KNOBS, "control-hz", "5..10:2.5").expect("rates"),
-            ],
+            axes: vec![rates.expect("rates")],
             seeds: vec![0, 1],
             ..Sweep::of(Arc::new(CartPole::default()), Config::default())
         };

@@ -106,9 +106,7 @@ mod tests {
         assert_eq!(rows.len(), 2);
         assert_eq!(rows[0].what, brief("10").choices[0]);
         let lines = lines(&rows);
-        assert!(
-            lines.iter().all(|line| line.chars().count() <= 80),
-            "{lines:?}"
-        );
+        let fit = lines.iter().all(|line| line.chars().count() <= 80);
+        assert!(fit, "{lines:?}");
     }
 }
