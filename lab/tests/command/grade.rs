@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::support::{Folder, ROOT, Said};
+use crate::support::{Folder, Said};
 
 /// A rescue by hand: the run times at which the policy was slowed and made fast again (s).
 fn knobs(slowed: f64, fast: f64) -> String {
@@ -115,14 +115,13 @@ fn what_is_not_acceptable_is_named_with_its_reason_and_the_others_are_graded() {
     class.predicts("anna", [8, 0], "half of the rate is still plenty");
     class.predicts("bert", [20, 0], "Half of the rate is still plenty!");
     class.hands_in("carl", "answers.toml", "cliff = 8");
-    fs::create_dir(class.0.path("class/dora")).expect("folder");
-    let recordings = ["rescued.rrd", "balanced-50hz.rrd", "fall-5hz.rrd"];
-    for (learner, name) in ["emil", "fred", "gina"].into_iter().zip(recordings) {
-        let recording = fs::read(format!("{ROOT}/recordings/{name}"));
-        class.hands_in(learner, "own.rrd", recording.expect("a recording"));
-    }
-    let shipped = class.0.bytes("class/emil/own.rrd");
-    class.hands_in("hans", "cut.rrd", &shipped[..shipped.len() / 2]);
+    class.0.plays(
+        "cd class && mkdir dora emil fred gina hans
+         cp $CLONE/recordings/rescued.rrd class/emil/own.rrd
+         cp $CLONE/recordings/balanced-50hz.rrd class/fred/own.rrd
+         cp $CLONE/recordings/fall-5hz.rrd class/gina/own.rrd
+         head -c \"$(($(wc -c < class/emil/own.rrd) / 2))\" class/emil/own.rrd > class/hans/cut.rrd",
+    );
     class.hands_in("ida", "own.rrd", "no recording");
     let answers = "[cliff]\nnumber = 8\nreason = \"\u{9b}2J so\"";
     class.hands_in("\u{1b}[31mjo", "answers.toml", answers);
@@ -146,13 +145,12 @@ fn questions_drawn_from_a_number_are_graded_with_that_number() {
     let mut questions = exercises::questions();
     let drawn = questions.find(|question| question.draws() && !question.brief().choices.is_empty());
     let brief = drawn.expect("a question with choices").brief();
+    let name = &brief.name;
     let class = Class::new();
     for seed in [1, 2] {
         for (number, _) in (1..).zip(&brief.choices) {
-            let answer = format!(
-                "[{}]\nnumber = {number}\nreason = \"it looked like it\"\nseed = {seed}\n",
-                brief.name
-            );
+            let reason = "reason = \"it looked like it\"";
+            let answer = format!("[{name}]\nnumber = {number}\n{reason}\nseed = {seed}\n");
             class.hands_in(&format!("seat-{seed}-{number:02}"), "answers.toml", answer);
         }
     }

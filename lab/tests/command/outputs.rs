@@ -8,7 +8,7 @@ use std::{
     thread,
 };
 
-use crate::support::{Folder, Said, send};
+use crate::support::{Folder, Said, send, table::rows};
 
 /// A command that writes to the folder `out` and waits for the reader of its rows.
 fn waiting(folder: &Folder, command: &str) -> Child {
@@ -95,26 +95,21 @@ fn no_path_or_name_has_an_effect_on_the_terminal_and_runs_with_such_a_policy_ver
     let folder = Folder::with(&["tests/fixtures/policies/actor.pt"]);
     let evil = "a\u{1b}]0;PWN\u{7}\nverdict   KEPT\u{9b}2J\u{202e}";
     fs::copy(folder.path("actor.pt"), folder.path(&format!("{evil}.pt"))).expect("copied");
-    for (line, succeeds) in [
-        (
-            "run --clock virtual --duration-s 0.5 --policy '@.pt' --record '@.rrd' --csv '@.csv'",
-            true,
-        ),
-        ("info '@.rrd'", true),
-        ("verify '@.rrd'", true),
-        ("branch '@.rrd' --at 0.2 --knob 'control-hz 20'", true),
-        ("export-web '@.rrd' --output '@.html'", true),
-        ("trace '@.rrd' --output '@.pftrace'", true),
-        (
-            "sweep --seeds 0 --duration-s 0.1 --knob 'send policy @.pt'",
-            true,
-        ),
-        ("info '@.pt'", false),
-        ("verify '@.html'", false),
-        ("run --policy '@.ptx'", false),
-    ] {
+    for [succeeds, line] in rows(
+        "true | run --clock virtual --duration-s 0.5 --policy '@.pt' --record '@.rrd' --csv '@.csv'
+         true | info '@.rrd'
+         true | verify '@.rrd'
+         true | branch '@.rrd' --at 0.2 --knob 'control-hz 20'
+         true | export-web '@.rrd' --output '@.html'
+         true | trace '@.rrd' --output '@.pftrace'
+         true | sweep --seeds 0 --duration-s 0.1 --knob 'send policy @.pt'
+         false | info '@.pt'
+         false | verify '@.html'
+         false | run --policy '@.ptx'",
+    ) {
         let output = folder.does(&line.replace('@', evil));
-        assert_eq!(output.status.success(), succeeds, "{line}: {output:?}");
+        let success = output.status.success().to_string();
+        assert_eq!(success, succeeds, "{line}: {output:?}");
         let printed = [&output.stdout, &output.stderr].map(|bytes| Said::of(bytes).0);
         let printed = Said(printed.concat());
         assert!(!printed.is_empty(), "{line}");

@@ -8,7 +8,7 @@ use std::{
     time::Duration,
 };
 
-use crate::support::{Folder, send};
+use crate::support::{Folder, send, table::rows};
 
 /// Reads the greeting, and is ready to answer with actions.
 const READY: &str = "import json, os, sys, time
@@ -72,32 +72,23 @@ fn a_policy_that_plans_its_chunks_balances_where_one_that_holds_falls() {
 fn what_kills_a_policy_is_said_and_its_recording_is_verified_without_it() {
     let folder = Folder::new();
     let run = "run --clock virtual --world own --duration-s 0.5 --policy ./policy.py";
-    for (code, said) in [
-        ("os.kill(os.getpid(), 9)", "was ended by signal 9"),
-        ("sys.exit(3)", "ended with exit code 3"),
-        (
-            "raise ValueError('no such joint')",
-            "saying \"ValueError: no such joint\"",
-        ),
-        (
-            "say('hello')",
-            "answered \"hello\": expected {\"id\":10,\"action\":0.5}",
-        ),
-        (
-            "say('{\"id\":9,\"action\":0}')",
-            "answered question 9 where 10 was asked",
-        ),
-        ("say('{\"id\":10,\"action\":NaN}')", "expected {\"id\":10"),
-        ("say('x' * 70000)", "a line of more than 64 KiB"),
-        ("os.write(1, b'\\xff\\n')", "bytes that are no text"),
-    ] {
-        tenth(&folder, code);
+    for [code, said] in rows(
+        r#"os.kill(os.getpid(), 9) | was ended by signal 9
+           sys.exit(3) | ended with exit code 3
+           raise ValueError('no such joint') | saying "ValueError: no such joint"
+           say('hello') | answered "hello": expected {"id":10,"action":0.5}
+           say('{"id":9,"action":0}') | answered question 9 where 10 was asked
+           say('{"id":10,"action":NaN}') | expected {"id":10
+           say('x' * 70000) | a line of more than 64 KiB
+           os.write(1, bytes([255, 10])) | bytes that are no text"#,
+    ) {
+        tenth(&folder, &code);
         let printed = folder.says(&format!("{run} --record run.rrd"));
         printed.has("crashed   0.180 s: policy crashed: policy.py ");
-        printed.has(said).has("\"restart policy\" starts it again");
+        printed.has(&said).has("\"restart policy\" starts it again");
         fs::remove_file(folder.path("policy.py")).expect("removed");
         folder.says("verify run.rrd").has("identical");
-        folder.says("info run.rrd").has(said);
+        folder.says("info run.rrd").has(&said);
         fs::remove_file(folder.path("run.rrd")).expect("removed");
     }
 }
@@ -121,40 +112,20 @@ fn a_policy_that_is_silent_is_ended_at_its_limit_and_can_be_started_again() {
 #[test]
 fn a_policy_that_is_not_ready_is_bad_input() {
     let folder = Folder::new();
-    for (code, said) in [
-        ("", "policy.py: ended with exit code 0"),
-        ("import nosuch", "No module named 'nosuch'"),
-        (
-            "print('hello')",
-            "answered \"hello\": expected {\"ready\":\"actions\"}",
-        ),
-        (
-            "print('{\"ready\":\"chunks\"}')",
-            "it answers with chunks: give --chunk H",
-        ),
-    ] {
-        script(&folder, "policy.py", code);
-        folder.fails("run --policy ./policy.py", 2).0.has(said);
-    }
-    for (content, mode, said) in [
-        (
-            "#!/no/such/python\n",
-            0o755,
-            "the interpreter in its first line is missing",
-        ),
-        ("#!/usr/bin/env nosuch\n", 0o755, "ended with exit code 127"),
-        ("print(1)\n", 0o755, "has no first line #!"),
-        (
-            "#!/usr/bin/env python3\n",
-            0o644,
-            "not executable: chmod +x ./policy.py",
-        ),
-        ("print(1)\n", 0o644, "policy.py"),
-    ] {
-        folder.write("policy.py", content);
-        let mode = fs::Permissions::from_mode(mode);
-        fs::set_permissions(folder.path("policy.py"), mode).expect("a mode");
-        folder.fails("run --policy ./policy.py", 2).0.has(said);
+    for [mode, content, said] in rows(
+        r#"755 | #!/usr/bin/env python3 | policy.py: ended with exit code 0
+           755 | #!/usr/bin/env python3\nimport nosuch | No module named 'nosuch'
+           755 | #!/usr/bin/env python3\nprint('hello') | "hello": expected {"ready":"actions"}
+           755 | #!/usr/bin/env python3\nprint('{"ready":"chunks"}') | chunks: give --chunk H
+           755 | #!/no/such/python | the interpreter in its first line is missing
+           755 | #!/usr/bin/env nosuch | ended with exit code 127
+           755 | print(1) | has no first line #!
+           644 | #!/usr/bin/env python3 | not executable: chmod +x ./policy.py
+           644 | print(1) | policy.py"#,
+    ) {
+        folder.write("policy.py", format!("{content}\n"));
+        folder.plays(&format!("chmod {mode} policy.py"));
+        folder.fails("run --policy ./policy.py", 2).0.has(&said);
     }
 }
 

@@ -79,13 +79,10 @@ fn the_metrics_of_any_run_are_as_their_schema_has_them() {
         "--clock virtual --duration-s 0.001",
     ] {
         let mut metrics = folder.json(&format!("run {options} --json"));
-        assert_eq!(
-            faults(&schema, &schema, &metrics, ""),
-            Vec::<String>::new(),
-            "{options}"
-        );
+        let faults = |metrics: &Value| faults(&schema, &schema, metrics, "");
+        assert_eq!(faults(&metrics), [""; 0], "{options}");
         metrics["steps"] = json!("many");
         metrics["nodes"]["more"] = json!({ "hz": 1, "overruns": 0 });
-        assert_eq!(faults(&schema, &schema, &metrics, "").len(), 2, "{options}");
+        assert_eq!(faults(&metrics).len(), 2, "{options}");
     }
 }

@@ -103,26 +103,6 @@ fn runs_are_counted_by_the_age_of_their_pushes() {
 }
 
 #[test]
-fn any_knob_is_an_axis_and_any_other_is_set_for_all_runs() {
-    let own = "--world own --world-step-ms 10 --seeds 0 --knob 'control-hz 5'";
-    let swept = json(&format!("{own} --axis 'rate actuator' 25,50"));
-    let cells = list(&swept["cells"]);
-    for (cell, actuator) in cells.iter().zip([25.0, 50.0]) {
-        let rates = [&cell["rate_actuator"], &cell["control_hz"]];
-        assert_eq!(rates, [actuator, 5.0]);
-    }
-    assert_eq!(cells.len(), 2);
-    assert_eq!(cells[1]["steps"], 43);
-}
-
-#[test]
-fn a_list_is_of_eighty_columns() {
-    let said = sweep("--control-hz 5..9,7.5,7.75 --seeds 0..49");
-    let mut lines = said.lines();
-    assert!(lines.all(|line| line.chars().count() <= 80), "{said:?}");
-}
-
-#[test]
 fn an_interrupt_keeps_the_finished_runs_and_prints_their_number() {
     let folder = Folder::new();
     let line = "sweep --control-hz 41..50 --seeds 0..9999 --json --csv rows.csv";

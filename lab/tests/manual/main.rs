@@ -56,23 +56,15 @@ fn check(name: &str) {
     if !edits.is_empty() && env::var_os("RATELAB_UPDATE").is_some() {
         steps::update(&page, edits);
     } else {
-        faults.extend(
-            edits
-                .into_iter()
-                .map(|(place, now)| steps::differs(&page, place, &now)),
-        );
+        let differ = edits.into_iter();
+        faults.extend(differ.map(|(place, now)| steps::differs(&page, place, &now)));
     }
-    faults.extend(
-        page.unknown
-            .iter()
-            .map(|part| format!("nobody checks {part}")),
-    );
-    faults.extend(words::dead_links(&page));
-    let undrawn = page
-        .pictures
-        .iter()
-        .filter(|picture| !PICTURES.iter().any(|drawn| picture.ends_with(drawn)));
+    let unknown = page.unknown.iter();
+    faults.extend(unknown.map(|part| format!("nobody checks {part}")));
+    let is_drawn = |picture: &&String| PICTURES.iter().any(|drawn| picture.ends_with(drawn));
+    let undrawn = page.pictures.iter().filter(|picture| !is_drawn(picture));
     faults.extend(undrawn.map(|picture| format!("no test draws {picture}")));
+    faults.extend(words::dead_links(&page));
     faults.extend(words::unknown(&page, &shell));
     assert!(
         faults.is_empty(),

@@ -72,16 +72,10 @@ fn generated(page: &ManualPage, place: &Range<usize>, printed: &str) -> Option<E
     let said = &page.text[place.clone()];
     let first = said.find('\n').map_or(0, |end| end + 1);
     let fenced = said.starts_with("```");
+    let printed = printed.trim_end();
     let now = match (fenced, said.trim_end().rfind('\n')) {
-        (true, Some(last)) => {
-            format!(
-                "{}{}\n{}",
-                &said[..first],
-                printed.trim_end(),
-                &said[last + 1..]
-            )
-        }
-        _ => format!("{}\n", printed.trim_end()),
+        (true, Some(last)) => format!("{}{printed}\n{}", &said[..first], &said[last + 1..]),
+        _ => format!("{printed}\n"),
     };
     (said != now).then(|| (place.clone(), now))
 }

@@ -3,6 +3,8 @@
 
 #[path = "../../../tests/support/script.rs"]
 pub mod script;
+#[path = "../../../tests/support/table.rs"]
+pub mod table;
 pub mod terminal;
 
 use std::{

@@ -107,11 +107,8 @@ impl Lab {
     /// Reads the screen until it shows `text`.
     pub fn wait_for(&mut self, text: &str) {
         let came = self.read_until(|screen| screen.contains(text));
-        assert!(
-            came,
-            "{text:?} never came; the screen shows\n{}",
-            self.screen()
-        );
+        let screen = self.screen();
+        assert!(came, "{text:?} never came; the screen shows\n{screen}");
     }
 
     /// For each of `moments`, presses its keys and waits for its text.
