@@ -32,11 +32,6 @@ struct Run {
     summary: Summary,
 }
 
-/// Ten seconds, in which the control rate is turned down and up again.
-fn run() -> Run {
-    run_with("2.51 control-hz 10\n6 control-hz 50")
-}
-
 /// Ten seconds with `knobs`.
 fn run_with(knobs: &str) -> Run {
     let config = Config {
@@ -103,12 +98,17 @@ fn lines(messages: &[LogMsg]) -> BTreeMap<(String, i64), Vec<u64>> {
     lines
 }
 
+/// What one of the lines of `entity` shows at these times (ms).
+fn drawn<const N: usize>(run: &Run, entity: &str, line: usize, at: [i64; N]) -> [f64; N] {
+    let lines = lines(&draw(run, Duration::from_millis(750)));
+    at.map(|ms| f64::from_bits(lines[&(format!("/{entity}"), ms * 1_000_000)][line]))
+}
+
 #[test]
 fn batches_make_no_difference() {
-    let run = run();
-    let many = draw(&run, Duration::from_millis(750));
-    let one = draw(&run, Duration::from_secs(1000));
-    let (many, one) = (lines(&many), lines(&one));
+    let run = run_with("2.51 control-hz 10\n6 control-hz 50");
+    let many = lines(&draw(&run, Duration::from_millis(750)));
+    let one = lines(&draw(&run, Duration::from_secs(1000)));
     // Signals and latency per step, and ten a second after the first, to the end.
     assert_eq!(one.len(), 2 * 501 + 2 * 100);
     assert_eq!(many, one);
@@ -117,10 +117,8 @@ fn batches_make_no_difference() {
 #[test]
 fn the_control_period_is_drawn_where_it_changed() {
     let run = run_with("1 sensor-hz 40\n2.51 control-hz 10\n6 control-hz 50\n6.01 control-hz 25");
-    let lines = lines(&draw(&run, Duration::from_millis(750)));
-    let period = |ms: i64| f64::from_bits(lines[&(format!("/{LATENCY}"), ms * 1_000_000)][1]);
     assert_eq!(
-        [1000, 2500, 2520, 5980, 6000, 6020].map(period),
+        drawn(&run, LATENCY, 1, [1000, 2500, 2520, 5980, 6000, 6020]),
         [20.0, 20.0, 100.0, 100.0, 20.0, 40.0]
     );
     assert_eq!(run.start.period(POLICY), Duration::from_millis(20));
@@ -129,25 +127,17 @@ fn the_control_period_is_drawn_where_it_changed() {
 #[test]
 fn the_age_that_is_drawn_is_the_one_of_the_summary() {
     let run = run_with("2.51 control-hz 10");
-    let lines = lines(&draw(&run, Duration::from_millis(750)));
-    let age = f64::from_bits(lines[&(format!("/{LATENCY}"), 10_000_000_000)][2]);
     let summary = run.summary.push_age().expect("pushes");
-    assert_eq!(age, summary.late_s * 1e3);
+    assert_eq!(drawn(&run, LATENCY, 2, [10_000]), [summary.late_s * 1e3]);
 }
 
 #[test]
 fn the_messages_of_the_last_second_are_drawn_and_all_that_were_dropped() {
-    let lines = lines(&draw(
-        &run_with("0 control-hz 10"),
-        Duration::from_millis(750),
-    ));
-    let drawn = |entity: &str| {
-        let of_obs = |ms: i64| f64::from_bits(lines[&(format!("/{entity}"), ms * 1_000_000)][0]);
-        [500, 1000, 5000, 10_000].map(of_obs)
-    };
+    let run = run_with("0 control-hz 10");
+    let of_obs = |entity| drawn(&run, entity, 0, [500, 1000, 5000, 10_000]);
     // That of exactly a second ago is out, that of now is in; four of five are not read.
-    assert_eq!(drawn(PER_SECOND), [50.0; 4]);
-    assert_eq!(drawn(DROPPED), [20.0, 40.0, 200.0, 400.0]);
+    assert_eq!(of_obs(PER_SECOND), [50.0; 4]);
+    assert_eq!(of_obs(DROPPED), [20.0, 40.0, 200.0, 400.0]);
 }
 
 #[test]

@@ -4,18 +4,14 @@ use std::{fs, path::Path, sync::Arc};
 
 use rerun::{
     external::{
-        arrow::{
-            array::{Array, ArrayRef, AsArray, ListArray, RecordBatch, StringArray, UInt64Array},
-            buffer::OffsetBuffer,
-            compute::concat,
-            datatypes::DataType,
-        },
+        arrow::array::{Array, ArrayRef, AsArray, RecordBatch, StringArray, UInt64Array},
         re_log_encoding::{DecoderApp, Encoder},
     },
     log::LogMsg,
 };
 use serde_json::Value;
 
+use super::cells::{list, with_cell};
 use crate::schema::JSON;
 
 /// Alters the columns called `column` of the entities whose path ends with
@@ -59,22 +55,21 @@ fn alter_batch(
 /// Alters the JSON in the rows of `entity`.
 pub fn alter_json(path: &Path, entity: &str, how: impl Fn(&mut Value)) {
     alter(path, entity, JSON, |column| {
-        let list = column.as_list::<i32>();
-        let texts = list.values().as_string::<i32>().iter().map(|text| {
-            let mut value = serde_json::from_str(text.expect("a text")).expect("JSON");
+        (0..column.len()).fold(column.clone(), |column, row| {
+            let cell = column.as_list::<i32>().value(row);
+            let text = cell.as_string::<i32>().value(0);
+            let mut value = serde_json::from_str(text).expect("JSON");
             how(&mut value);
-            value.to_string()
-        });
-        let texts = Arc::new(StringArray::from_iter_values(texts));
-        relist(list, list.offsets().clone(), texts)
+            let text = Arc::new(StringArray::from(vec![value.to_string()]));
+            with_cell(&column, row, &list(text, column.as_list()))
+        })
     });
 }
 
 /// Sets the number in row `row` of a column of numbers to `number`.
 pub fn set_number(column: &ArrayRef, row: usize, number: u64) -> ArrayRef {
-    let numbers = Arc::new(UInt64Array::from(vec![number]));
-    let cell = relist(column.as_list(), OffsetBuffer::from_lengths([1]), numbers);
-    with_cell(column, row, &cell)
+    let number = Arc::new(UInt64Array::from(vec![number]));
+    with_cell(column, row, &list(number, column.as_list()))
 }
 
 /// Exchanges the cells in two rows of a column, if it has so many.
@@ -88,26 +83,7 @@ pub fn exchange(column: &ArrayRef, [one, other]: [usize; 2]) -> ArrayRef {
 
 /// Leaves row `row` of a column without a value.
 pub fn empty_cell(column: &ArrayRef, row: usize) -> ArrayRef {
-    let list = column.as_list::<i32>();
-    let none = list.values().slice(0, 0);
-    let cell = relist(list, OffsetBuffer::from_lengths([0]), none);
-    with_cell(column, row, &cell)
-}
-
-/// `column` with another cell in row `row`.
-fn with_cell(column: &ArrayRef, row: usize, cell: &ArrayRef) -> ArrayRef {
-    let (before, after) = (row, column.len() - row - 1);
-    let parts = [
-        &column.slice(0, before),
-        cell,
-        &column.slice(row + 1, after),
-    ];
-    concat(&parts.map(AsRef::as_ref)).expect("cells of one type")
-}
-
-fn relist(list: &ListArray, offsets: OffsetBuffer<i32>, values: ArrayRef) -> ArrayRef {
-    let DataType::List(field) = list.data_type() else {
-        panic!("{:?}", list.data_type());
-    };
-    Arc::new(ListArray::new(field.clone(), offsets, values, None))
+    let cells = column.as_list::<i32>();
+    let none = cells.values().slice(0, 0);
+    with_cell(column, row, &list(none, cells))
 }

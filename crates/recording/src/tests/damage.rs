@@ -4,10 +4,7 @@ use std::{fs, path::Path, thread, time::Duration};
 
 use ratelab::Time;
 use ratelab_study::experiment::Config;
-use rerun::{
-    external::re_log_encoding::{DecoderApp, Encoder, EncodingOptions},
-    log::{Chunk, LogMsg},
-};
+use rerun::external::re_log_encoding::{DecoderApp, Encoder, EncodingOptions};
 
 use super::{
     Dice, assert_has, cases, experiment, file, finish, folder, ms, paced, read, recorder,
@@ -117,8 +114,7 @@ fn damaged_files_come_to_nothing_worse_than_a_message() {
 
 #[test]
 fn what_is_no_recording_is_said_to_be_none() {
-    let folder = folder();
-    let path = folder.path().join("file");
+    let (_folder, path) = file("file");
     for (bytes, what) in [
         (&b""[..], "not a rerun recording"),
         (b"step,time_s\n1,0.0\n", "not a rerun recording"),
@@ -129,33 +125,6 @@ fn what_is_no_recording_is_said_to_be_none() {
         assert_has(&error, what);
         assert_eq!(error.lines().count(), 1, "{error}");
     }
-    let error = Recording::read(&folder.path().join("none")).expect_err("refused");
-    assert!(matches!(error, ReadError::File { .. }));
-    assert!(Recording::read(folder.path()).is_err());
-}
-
-#[test]
-fn messages_that_are_missing_are_noticed() {
-    let folder = folder();
-    let original = recording(&folder);
-    let bytes = fs::read(&original.path).expect("read");
-    // The one chunk of actions, left out.
-    let kept = DecoderApp::decode_eager(&*bytes)
-        .expect("whole")
-        .map(|message| {
-            let message = message.expect("whole");
-            let chunk = match &message {
-                LogMsg::ArrowMsg(_, data) => Chunk::from_arrow_msg(data).ok(),
-                _ => None,
-            };
-            let entity = chunk.map(|chunk| chunk.entity_path().to_string());
-            (entity, message)
-        });
-    let kept = kept.filter(|(entity, _)| entity.as_deref() != Some("/topics/action"));
-    let bytes = Encoder::encode(kept.map(|(_, message)| Ok(message))).expect("encoded");
-    fs::write(&original.path, bytes).expect("written");
-    let defect = read(&original.path).defect().expect("a defect");
-    assert_has(&defect, "messages are missing");
 }
 
 #[test]
@@ -190,7 +159,6 @@ fn what_a_file_says_commands_no_terminal() {
     source.origin.ratelab = "1\u{1b}[2J\nverdict".to_owned();
     let recorder = Recorder::from_the_start(&path, &source).expect("recorder");
     drop(source);
-    let outcome = experiment.run();
-    finish(recorder, &outcome);
+    finish(recorder, &experiment.run());
     assert_eq!(read(&path).origin.ratelab, "1?[2J?verdict");
 }

@@ -9,7 +9,7 @@ use ratelab_study::experiment::Config;
 use rerun::{StateChange, StateConfiguration};
 use tempfile::TempDir;
 
-use super::{file, ms, record, with_knobs};
+use super::{file, ms, record, table::rows, with_knobs};
 use crate::{
     frames::Chunks,
     scene::{lanes::TIMELINE, modes::MODES},
@@ -51,52 +51,31 @@ fn recorded(setup: &str, knobs: &str) -> (TempDir, PathBuf) {
 
 #[test]
 fn a_lane_of_the_timeline_has_what_became_of_ticks_messages_and_plans() {
-    let messages = "control-hz 5, link /action loss:1";
-    let ticks = "takes policy 45, sensor-hz 4";
-    let plans = "chunk 10, takes policy 60, control-hz 10";
     // A setup, a lane, and its changes: all, or the first.
-    for (setup, [kind, name], expected) in [
-        (
-            messages,
-            ["topic", "/obs"],
-            "0 read, 20 unread, 200 read, 220 unread, 400 read, 420 unread",
-        ),
-        (messages, ["topic", "/state"], ""),
-        (messages, ["topic", "/action"], "0 lost on the link"),
-        (
-            ticks,
-            ["node", "policy"],
-            "0 overrun, 45 -, 60 overrun, 105 - …",
-        ),
-        (
-            ticks,
-            ["node", "sensor"],
-            "0 tick without duration, 1 -, 250 tick without duration …",
-        ),
-        (
-            plans,
-            ["plan", "1"],
-            "0 planned, 60 played, 160 planned, 200 - …",
-        ),
-        (
-            plans,
-            ["plan", "2"],
-            "100 planned, 160 played, 260 planned …",
-        ),
-        (
-            plans,
-            ["plan", "3"],
-            "200 planned, 260 played, 360 planned, 400 -",
-        ),
-        (plans, ["plan", "4"], ""),
-    ] {
-        let (_folder, path) = recorded(setup, "");
-        let lane = changes(&path, &[TIMELINE, kind, name]);
-        let is_as_expected = match expected.strip_suffix(" …") {
-            Some(first) => lane.starts_with(first),
-            None => lane == expected,
+    for [setup, lane, expected] in rows(
+        "messages | topic /obs    | 0 read, 20 unread, 200 read, 220 unread, 400 read, 420 unread
+         messages | topic /state  |
+         messages | topic /action | 0 lost on the link
+         ticks    | node policy   | 0 overrun, 45 -, 60 overrun, 105 - …
+         ticks    | node sensor   | 0 tick without duration, 1 -, 250 tick without duration …
+         plans    | plan 1        | 0 planned, 60 played, 160 planned, 200 - …
+         plans    | plan 2        | 100 planned, 160 played, 260 planned …
+         plans    | plan 3        | 200 planned, 260 played, 360 planned, 400 -
+         plans    | plan 4        |",
+    ) {
+        let setup = match &*setup {
+            "messages" => "control-hz 5, link /action loss:1",
+            "ticks" => "takes policy 45, sensor-hz 4",
+            _ => "chunk 10, takes policy 60, control-hz 10",
         };
-        assert!(is_as_expected, "{kind} {name}: {lane}");
+        let (_folder, path) = recorded(setup, "");
+        let (kind, name) = lane.split_once(' ').expect("a name");
+        let found = changes(&path, &[TIMELINE, kind, name]);
+        let is_as_expected = match expected.strip_suffix(" …") {
+            Some(first) => found.starts_with(first),
+            None => found == expected,
+        };
+        assert!(is_as_expected, "{setup}, {lane}: {found}");
     }
 }
 

@@ -2,14 +2,12 @@
 //! cannot come back: it is named.
 
 use std::{
-    fs,
     path::Path,
     sync::{
         Arc, Mutex,
         atomic::{AtomicU64, Ordering},
     },
     thread,
-    time::Instant,
 };
 
 use ratelab::{Command, GO_ON, Shared, Time};
@@ -19,7 +17,7 @@ use ratelab_study::{
     system::{Builder, System},
 };
 
-use super::{Made, assert_has, file, finish, folder, ms, read, real, verify_with};
+use super::{Made, assert_has, file, finish, ms, read, real, verify_with};
 use crate::{FinishedRecording, Recorder, Source};
 
 /// A number.
@@ -128,29 +126,16 @@ fn a_shared_value_that_only_nodes_write_to_is_no_defect() {
 
 #[test]
 fn what_a_node_takes_from_elsewhere_makes_a_difference_with_its_likely_reasons() {
-    let folder = folder();
-    let file = folder.path().join("number.txt");
-    // A value that outlives the run, the wall, and a file.
+    let (_folder, path) = file("run.rrd");
+    // A value that outlives the run, as the wall's time and a file do.
     static GLOBAL: AtomicU64 = AtomicU64::new(0);
-    let (begun, read_file) = (Instant::now(), file.clone());
-    let global = || GLOBAL.load(Ordering::Relaxed) as f64;
-    let wall = move || begun.elapsed().as_nanos() as f64;
-    let size = move || fs::read(&read_file).map_or(0.0, |bytes| bytes.len() as f64);
-    let leaks = [
-        leaky(global, || {
-            GLOBAL.fetch_add(1, Ordering::Relaxed);
-        }),
-        leaky(wall, || ()),
-        leaky(size, || ()),
-    ];
-    for (number, system) in leaks.into_iter().enumerate() {
-        let path = folder.path().join(format!("{number}.rrd"));
-        fs::write(&file, "1").expect("written");
-        assert_eq!(record(&system, &path, || {}).defect(), None);
-        fs::write(&file, "another").expect("written");
-        let error = verify_with(&read(&path), &system).expect_err("another run");
-        let text = error.to_string();
-        assert_has(&text, "/number message 0, ");
-        assert_has(&text, "no topic, read a clock, or a file was changed");
-    }
+    let add = || {
+        GLOBAL.fetch_add(1, Ordering::Relaxed);
+    };
+    let system = leaky(|| GLOBAL.load(Ordering::Relaxed) as f64, add);
+    assert_eq!(record(&system, &path, || {}).defect(), None);
+    let error = verify_with(&read(&path), &system).expect_err("another run");
+    let text = error.to_string();
+    assert_has(&text, "/number message 0, ");
+    assert_has(&text, "no topic, read a clock, or a file was changed");
 }

@@ -6,23 +6,22 @@ use std::{
     sync::Arc,
 };
 
-use ratelab::{ClockKind, Command, Event, EventKind, Knob, Speed, Time};
+use ratelab::{Event, EventKind};
 use ratelab_cart_pole::CartPole;
 use rerun::external::arrow::{
     array::{Array, ArrayRef, AsArray, DurationNanosecondArray},
     datatypes::DurationNanosecondType,
 };
-use serde_json::json;
+use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use super::{
     altered::{alter, alter_json, empty_cell, set_number},
-    assert_has, falling, folder, found, hz, ms, read, record, recorded, replayed, turned, verify,
+    assert_has, falling, folder, found, ms, read, record, recorded, replayed,
+    table::rows,
+    turned, verify,
 };
-use crate::{
-    ReadError, Recording,
-    schema::{RecordingEnd, RunResult, RunStatus},
-};
+use crate::{ReadError, Recording, RecordingEnd};
 
 /// A run of a second with a fall, in a file of its own.
 fn fall(folder: &TempDir) -> PathBuf {
@@ -143,6 +142,7 @@ fn an_end_that_its_rows_do_not_support_is_damage() {
         ("a verdict after the end", verdict, &late, rows),
         ("more of the wall's time than there is", wall, &years, rows),
         ("many lost", "/lost", &json!(1_u64 << 40), lacks),
+        ("an action more", "/messages/1", &json!(6), lacks),
     ] {
         let path = fall(&folder);
         alter_json(&path, "/end", |end| {
@@ -162,126 +162,83 @@ fn an_end_that_cannot_be_read_is_no_missing_end() {
     assert!(matches!(error, ReadError::Foreign { .. }), "{error}");
 }
 
-fn outcome(recording: &mut Recording) -> &mut RecordingEnd {
-    recording.outcome.as_mut().expect("an end")
+/// Puts `value` into a field of the origin or the end of a recording.
+fn put(recording: &mut Recording, field: &str, value: Value) {
+    let mut both = json!({"origin": recording.origin, "end": recording.outcome});
+    *both.pointer_mut(&format!("/{field}")).expect(field) = value;
+    let [origin, end] = ["origin", "end"].map(|part| both[part].take());
+    recording.origin = serde_json::from_value(origin).expect(field);
+    recording.outcome = serde_json::from_value(end).expect(field);
 }
 
-fn result(recording: &mut Recording) -> &mut RunResult {
-    match &mut outcome(recording).end {
-        RunStatus::Ended(end) => end,
-        other => panic!("{other:?}"),
-    }
-}
-
-/// Adds the least there is.
-fn later(time: &mut Time) {
-    *time = *time + Time::RESOLUTION;
-}
-
-/// What a verification says of a lie.
-type Lies<'l> = &'l [(&'l str, fn(&mut Recording))];
-
-/// Checks that each of `lies` about a fall is found.
-fn assert_found(lies: Lies<'_>) {
+#[test]
+fn every_part_of_the_end_and_of_the_graph_is_compared() {
     let (fall, _) = recorded(&falling());
     verify(&fall).expect("identical");
-    for (why, lie) in lies {
-        assert_has(&found(&fall, lie), why);
+    // A field, a lie about it, and what is said.
+    for [field, lie, why] in rows(
+        r#"
+        end/end/Ended/sim_time            | 840000001  | run time at the end
+        end/end/Ended/steps               | 9          | the end of the run
+        end/end/Ended/finals              | {}         | figures of the last state
+        end/end/Ended/verdict/name        | "balanced" | recorded balanced
+        end/end/Ended/verdict/at          | 840000001  | time of the verdict
+        end/at                            | 840000001  | run time at the end
+        end/clock                         | "Real"     | the clock at the end
+        end/lost                          | 1          | too fast: recorded 1, computed 0
+        end/dropped/1                     | 9          | /action dropped in all
+        origin/shape/nodes/2/priority     | 0          | node 2 of the graph
+        origin/shape/nodes/0/hz           | 51.0       | sensor at 51 Hz
+        origin/shape/nodes/0/meters       | ["x"]      | node 0 of the graph
+        origin/shape/topics/2/readers     | [0]        | topic 2 of the graph
+        origin/shape/topics/0/publishers  | []         | topic 0 of the graph
+        origin/shape/topics/0/depth       | 9          | /obs depth 9
+        "#,
+    ) {
+        let value = serde_json::from_str(&lie).expect(&lie);
+        let error = found(&fall, |altered| put(altered, &field, value));
+        assert!(error.contains(&why), "{field} {lie}: {error}");
     }
-}
-
-#[test]
-fn every_part_of_the_end_is_compared() {
-    assert_found(&[
-        ("run time at the end", |r| later(&mut result(r).sim_time)),
-        ("the end of the run", |r| result(r).steps += 1),
-        ("figures of the last state", |r| {
-            let angle = result(r).finals.get_mut("final_pole_angle");
-            let angle = angle.and_then(Option::as_mut).expect("a figure");
-            *angle = f64::from_bits(angle.to_bits() ^ 1);
-        }),
-        ("figures of the last state", |r| result(r).finals.clear()),
-        ("recorded balanced", |r| {
-            result(r).verdict.name = "balanced".to_owned();
-        }),
-        ("time of the verdict", |r| later(&mut result(r).verdict.at)),
-        ("run time at the end", |r| later(&mut outcome(r).at)),
-        ("the clock at the end", |r| {
-            outcome(r).clock = ClockKind::Real
-        }),
-        ("too fast: recorded 1, computed 0", |r| outcome(r).lost = 1),
-        ("/action dropped in all", |r| {
-            outcome(r).dropped.as_mut().expect("known")[1] += 1;
-        }),
-    ]);
+    let angle = "end/end/Ended/finals/final_pole_angle";
+    let known = fall.outcome.as_ref().and_then(RecordingEnd::result);
+    let known = known.and_then(|end| end.finals["final_pole_angle"]);
+    let next = f64::from_bits(known.expect("a figure").to_bits() ^ 1);
+    let error = found(&fall, |altered| put(altered, angle, json!(next)));
+    assert_has(&error, "figures of the last state");
     // Older files do not know what was dropped.
-    let (mut older, _) = recorded(&falling());
-    outcome(&mut older).dropped = None;
+    let mut older = fall;
+    put(&mut older, "end/dropped", json!(null));
     verify(&older).expect("identical");
-}
-
-#[test]
-fn the_graph_is_compared() {
-    assert_found(&[
-        ("node 2 of the graph", |r| {
-            r.origin.topology.nodes[2].priority = 0
-        }),
-        ("sensor at 51 Hz", |r| {
-            r.origin.topology.nodes[0].hz = hz(51.0)
-        }),
-        ("node 0 of the graph", |r| {
-            r.origin.topology.nodes[0].meters.push("x".to_owned());
-        }),
-        ("topic 2 of the graph", |r| {
-            r.origin.topology.topics[2].readers.push(0);
-        }),
-        ("topic 0 of the graph", |r| {
-            r.origin.topology.topics[0].publishers.clear();
-        }),
-        ("/obs depth 9", |r| {
-            r.origin.topology.topics[0].depth = "9".parse().expect("a depth");
-        }),
-    ]);
 }
 
 #[test]
 fn events_that_did_not_happen_are_found() {
     let (original, _) = recorded(&turned());
-    let applied = |command, was: Option<&str>| EventKind::Applied {
-        command,
-        was: was.map(str::to_owned),
+    let event = |millis: u64, what: &str| -> Event {
+        let what = serde_json::from_str(what).expect(what);
+        Event {
+            at: ms(millis),
+            what,
+        }
     };
-    let refused = |command| EventKind::Refused {
-        command,
-        reason: "no".to_owned(),
-    };
-    let event = |millis: u64, what| Event {
-        at: ms(millis),
-        what,
-    };
-    let (node, cause) = ("sensor".to_owned(), "smoke".to_owned());
-    let lies = [
-        EventKind::Ended { node: node.clone() },
-        EventKind::Faulted {
-            node: node.clone(),
-            cause,
-        },
-        refused(Command::Set(Knob::Rate { node, hz: hz(5.0) })),
-        refused(Command::HandOver(ClockKind::Real)),
-        refused(Command::Pause),
-        applied(Command::HandOver(ClockKind::Virtual), None),
-        applied(Command::Speed(Speed::REAL_TIME), Some("4×")),
-        applied(Command::Pause, Some("something")),
-    ];
-    for lie in lies {
+    for lie in [
+        r#"{"Ended":{"node":"sensor"}}"#,
+        r#"{"Faulted":{"node":"sensor","cause":"smoke"}}"#,
+        r#"{"Refused":{"reason":"no","command":{"SetRate":{"node":"sensor","hz":5.0}}}}"#,
+        r#"{"Refused":{"reason":"no","command":{"HandOver":"Real"}}}"#,
+        r#"{"Refused":{"reason":"no","command":"Pause"}}"#,
+        r#"{"Applied":{"command":{"HandOver":"Virtual"}}}"#,
+        r#"{"Applied":{"command":{"Speed":{"Times":1.0}},"was":"4×"}}"#,
+        r#"{"Applied":{"command":"Pause","was":"something"}}"#,
+    ] {
         let error = found(&original, |recording| {
-            recording.events.push(event(500, lie.clone()));
+            recording.events.push(event(500, lie));
             recording.events.sort_by_key(|event| event.at);
         });
-        assert!(error.contains("differs at 0.500 s"), "{lie:?}: {error}");
+        assert!(error.contains("differs at 0.500 s"), "{lie}: {error}");
     }
     let error = found(&original, |recording| {
-        let pauses = [2_000, 1_000].map(|at| event(at, applied(Command::Pause, None)));
+        let pauses = [2_000, 1_000].map(|at| event(at, r#"{"Applied":{"command":"Pause"}}"#));
         recording.events.extend(pauses);
     });
     assert_has(&error, "an event");

@@ -2,6 +2,8 @@
 //! nothing worse than a message.
 
 mod altered;
+#[path = "../../../../tests/support/cells.rs"]
+mod cells;
 mod damage;
 mod lanes;
 mod leaks;
@@ -10,6 +12,8 @@ mod live;
 mod own;
 mod publishers;
 mod replayed;
+#[path = "../../../../tests/support/table.rs"]
+mod table;
 mod threads;
 mod verified;
 

@@ -2,13 +2,11 @@
 
 use std::sync::Arc;
 
-use ratelab::{ClockExit, END, GO_ON, KnobKind, Time, TimedKnob};
+use ratelab::{END, GO_ON, KnobKind, TimedKnob};
 use ratelab_account::{Fields, Rows, fields};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
-    system::{
-        BuildError, Builder, Final, Picture, Shape, Signal, Style, System, Verdict, VerdictKind,
-    },
+    system::{BuildError, Builder, Final, Picture, Shape, Signal, Style, System},
 };
 
 use rerun::EntityPath;
@@ -46,12 +44,6 @@ impl Fields for Blink {
         row.is_empty().then_some(Self)
     }
 }
-
-const DOWN: VerdictKind = VerdictKind {
-    name: "down",
-    lost: true,
-    text: "DOWN at {at}",
-};
 
 impl System for Ball {
     fn name(&self) -> &'static str {
@@ -100,17 +92,6 @@ impl System for Ball {
         Some("/the ball/fall")
     }
 
-    fn verdict(&self, exit: &ClockExit, at: Time, state: Option<&[f64]>) -> Verdict {
-        match state {
-            Some([height, _]) if *height <= 0.0 => Verdict::new(&DOWN, at),
-            _ => Verdict::of_exit(exit, at),
-        }
-    }
-
-    fn verdicts(&self) -> &'static [&'static VerdictKind] {
-        &[&VerdictKind::COMPLETED, &VerdictKind::STOPPED, &DOWN]
-    }
-
     fn finals(&self, state: &[f64]) -> Vec<Final> {
         [("final_speed", state[1]), ("infinite", f64::INFINITY)]
             .map(|(name, value)| Final {
@@ -123,24 +104,11 @@ impl System for Ball {
 
     fn picture(&self, state: &[f64]) -> Option<Picture> {
         let centre = [0.0, *state.first()?];
-        let floor = Shape::Segment {
-            from: [-1.0, 0.0],
-            to: [1.0, 0.0],
-        };
-        let circle = Shape::Circle {
-            centre,
-            radius: 0.1,
-        };
-        let body = Shape::Box {
-            centre,
-            half: [0.1, 0.2],
-            angle: 0.5,
-        };
-        let (at, text) = (centre, "ball".to_owned());
+        let (from, to) = ([-1.0, 0.0], [1.0, 0.0]);
+        let (at, text, radius) = (centre, "ball".to_owned(), 0.1);
         let shapes = vec![
-            (Style::Scenery, floor),
-            (Style::Subject, circle),
-            (Style::Body, body),
+            (Style::Scenery, Shape::Segment { from, to }),
+            (Style::Subject, Shape::Circle { centre, radius }),
             (Style::Action, Shape::Label { at, text }),
         ];
         Some(Picture {
@@ -206,7 +174,6 @@ fn a_replay_of_any_system_ends_as_its_run_did() {
     let replayed = replayed_with(recording, &ball()).summary();
     let end = |summary: &Summary| (summary.verdict, summary.sim_time, summary.state.clone());
     assert_eq!(end(&replayed), end(&summary));
-    assert_eq!(replayed.verdict.to_string(), "DOWN at 1.000 s");
     // What is not recorded is not counted either.
     assert_eq!(traffic(&replayed)[..2], traffic(&summary)[..2]);
     assert_eq!((replayed.topics[2].published, replayed.steps), (0, 101));

@@ -4,12 +4,11 @@ use std::{fs, thread, time::Duration};
 
 use ratelab::{ClockKind, Command, Time};
 use ratelab_cart_pole::CartPole;
-use ratelab_study::{experiment::Config, system::WorldKind};
+use ratelab_study::experiment::Config;
 
 use super::{
-    Dice,
     altered::{alter, exchange},
-    assert_has, cases, experiment, file, finish, found, ms, read, record, recorder, verify,
+    assert_has, experiment, file, finish, found, ms, read, record, recorder, verify,
 };
 use crate::{Recorder, Recording, Source};
 
@@ -24,32 +23,6 @@ fn real(setup: &str, seconds: f64) -> Config {
 /// The recording of such a run.
 fn recorded(setup: &str, seconds: f64) -> Recording {
     super::recorded(&real(setup, seconds)).0
-}
-
-#[test]
-fn any_run_of_the_real_clock_comes_again_to_the_bit() {
-    let mut dice = Dice(11);
-    for _ in 0..cases(6) {
-        let takes = dice.pick(&["", ", takes policy 30..60", ", takes sensor 1"]);
-        let setup = format!("{}, control-hz {}{takes}", dice.knob(), dice.hz());
-        let mut config = real(&setup, 0.3);
-        let faults = [
-            "read /obs newest",
-            "link /obs delay:3..9,loss:0.1",
-            "read /obs oldest",
-        ];
-        config
-            .setup
-            .set(dice.pick(&faults).parse().expect("a knob"));
-        config.knobs = super::with_knobs("", "0.1 control-hz 70\n0.2 queue-depth 3").knobs;
-        if dice.below(2) == 0 {
-            config.world = WorldKind::OWN;
-        }
-        let (recording, _) = super::recorded(&config);
-        let identical = verify(&recording).unwrap_or_else(|error| panic!("{config:?}: {error}"));
-        let messages: usize = recording.topics.iter().map(|rows| rows.len()).sum();
-        assert_eq!((identical.messages, identical.until), (messages, None));
-    }
 }
 
 #[test]
@@ -75,7 +48,10 @@ fn a_session_between_the_clocks_that_was_recorded_midway_comes_again() {
     send(Command::Set("rate policy 80".parse().expect("a knob")));
     send(Command::HandOver(ClockKind::Virtual));
     finish(recorder, &run.join().expect("no panic"));
-    verify(&read(&path)).expect("identical");
+    let recording = read(&path);
+    verify(&recording).expect("identical");
+    let error = found(&recording, |recording| recording.threads = None);
+    assert_has(&error, "for a while");
 }
 
 #[test]
@@ -97,31 +73,6 @@ fn a_torn_file_comes_again_up_to_its_last_batch() {
     assert!(identical.messages > 0);
     let until = identical.until.expect("it is cut off");
     assert!(until > ms(500), "{until}");
-}
-
-#[test]
-fn a_log_with_another_bit_ends_in_an_error_or_in_the_same_run() {
-    let (mut dice, original) = (Dice(12), recorded("control-hz 100", 0.3));
-    let whole = verify(&original).expect("identical");
-    let log = original.threads.as_ref().expect("a log").log.clone();
-    let mut refused = 0;
-    for _ in 0..cases(60) {
-        let mut threads = log.threads().to_vec();
-        let bytes = &mut threads[dice.below(log.threads().len())];
-        let at = dice.below(bytes.len());
-        bytes[at] ^= 1 << dice.below(8);
-        let mut altered = original.clone();
-        altered.threads.as_mut().expect("a log").log = threads.into_iter().enumerate().collect();
-        match verify(&altered) {
-            // What commutes is the same run. In a file the digest finds that too.
-            Ok(identical) => assert_eq!(identical.messages, whole.messages),
-            Err(error) => {
-                assert_eq!(error.to_string().lines().count(), 1, "{error}");
-                refused += 1;
-            }
-        }
-    }
-    assert!(refused > cases(60) / 2, "only {refused} were refused");
 }
 
 #[test]
