@@ -32,6 +32,9 @@ pub const COLUMNS: [&str; 12] = [
     "Scalars:scalars",
 ];
 
+/// Columns of the log of the threads.
+pub const OF_THREADS: [&str; 4] = ["piece", "thread", "bytes", "digest"];
+
 /// Entities with JSON, altered by field: configuration, events and end. They are never
 /// doubled, because a repeated row has the same meaning. Their run time is never altered,
 /// because it only places them in the viewer.
@@ -64,63 +67,53 @@ pub fn is_json(message: &LogMsg) -> bool {
     })
 }
 
+/// Whether `message` holds a part of the log of the threads.
+pub fn is_threads(message: &LogMsg) -> bool {
+    entity(message).is_some_and(|(entity, _)| entity == "/threads")
+}
+
 /// Changes one thing in a recording, or moves its beginning; describes the change.
 pub fn alter(messages: &mut Vec<LogMsg>, random: &mut RandomSource) -> String {
     if chance(random, 3) {
         return begin_late(messages, random);
     }
-    let json = chance(random, 45);
-    let at = choose(messages, if json { is_json } else { is_series }, random);
+    let wanted = match random.random_range(0..100) {
+        0..45 => is_json,
+        45..65 if messages.iter().any(is_threads) => is_threads,
+        _ => is_series,
+    };
+    let places = (0..messages.len()).filter(|at| wanted(&messages[*at]));
+    let at = *places.collect::<Vec<_>>().choose(random).expect("a table");
     let name = entity(&messages[at]).expect("a table").0.to_owned();
+    let (json, threads) = (is_json(&messages[at]), is_threads(&messages[at]));
     let kind = random.random_range(0..100);
     match kind {
         0..4 => {
             drop(messages.remove(at));
             return format!("{name}: all of it removed");
         }
-        4..7 if !json => {
+        4..7 if !json && !threads => {
             messages.insert(at, messages[at].clone());
             return format!("{name}: all of it doubled");
         }
         _ => {}
     }
-    change_table(&mut messages[at], |table| match kind {
+    let LogMsg::ArrowMsg(_, content) = &mut messages[at] else {
+        panic!("{name} is no table");
+    };
+    let table = &mut content.batch;
+    let how = match kind {
         _ if json => change_texts(&name, table, random),
+        _ if threads => change_column(table, &OF_THREADS, random),
         ..10 => remove_column(table, random),
         10..25 => change_rows(table, random),
         _ => change_column(table, &COLUMNS, random),
-    })
-}
-
-/// The place of one of the messages that are `wanted`.
-pub fn choose(
-    messages: &[LogMsg],
-    wanted: fn(&LogMsg) -> bool,
-    random: &mut RandomSource,
-) -> usize {
-    let places = (0..messages.len()).filter(|at| wanted(&messages[*at]));
-    let places: Vec<_> = places.collect();
-    *places.choose(random).expect("a table")
-}
-
-/// Changes the table in `message`; describes the change.
-pub fn change_table(
-    message: &mut LogMsg,
-    change: impl FnOnce(&mut RecordBatch) -> String,
-) -> String {
-    let name = entity(message).expect("a table").0.to_owned();
-    let LogMsg::ArrowMsg(_, content) = message else {
-        panic!("{name} is no table");
     };
-    format!("{name}: {}", change(&mut content.batch))
+    format!("{name}: {how}")
 }
 
 /// Changes a cell, or a bit of bytes, in one of `columns`; describes the change.
-pub fn change_column(
-    table: &mut RecordBatch,
-    columns: &[&str],
-    random: &mut RandomSource,
-) -> String {
+fn change_column(table: &mut RecordBatch, columns: &[&str], random: &mut RandomSource) -> String {
     let schema = table.schema();
     let there = columns
         .iter()
@@ -181,7 +174,7 @@ fn remove_column(table: &mut RecordBatch, random: &mut RandomSource) -> String {
 }
 
 /// Changes one of the JSON values in the rows of `table`.
-pub fn change_texts(entity: &str, table: &mut RecordBatch, random: &mut RandomSource) -> String {
+fn change_texts(entity: &str, table: &mut RecordBatch, random: &mut RandomSource) -> String {
     if entity == "/events" && chance(random, 25) {
         return change_rows(table, random);
     }

@@ -11,7 +11,6 @@ mod keys;
 mod knobs;
 mod lies;
 mod program;
-mod real_clock;
 mod recordings;
 mod syntax;
 mod under_load;
@@ -20,6 +19,8 @@ mod weights;
 
 #[path = "../support/checkpoint.rs"]
 mod checkpoint;
+#[path = "../support/cells.rs"]
+mod columns;
 #[path = "../support/load.rs"]
 mod load;
 #[path = "../support/memory.rs"]

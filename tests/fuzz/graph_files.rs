@@ -51,9 +51,7 @@ fn case(random: &mut RandomSource, note: &mut String) {
     let Ok(experiment) = Experiment::new(system, &config) else {
         return;
     };
-    let again = experiment.config().clone();
-    let summary = experiment.run().expect("no node fails");
-    assert_eq!(again.end, summary.config.end);
+    experiment.run().expect("no node fails");
 }
 
 #[test]
