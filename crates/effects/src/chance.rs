@@ -161,26 +161,17 @@ mod tests {
 
     #[test]
     fn draws_depend_on_every_part_of_their_purpose() {
-        let chance = Chance {
-            seed: 0,
-            what: "takes",
-            name: "policy",
-        };
         let draws = [
-            chance.uniform(0),
-            chance.uniform(1),
-            Chance { seed: 1, ..chance }.uniform(0),
-            Chance {
-                what: "wakes",
-                ..chance
-            }
-            .uniform(0),
-            Chance {
-                name: "sensor",
-                ..chance
-            }
-            .uniform(0),
+            (0, "takes", "policy", 0),
+            (0, "takes", "policy", 1),
+            (1, "takes", "policy", 0),
+            (0, "wakes", "policy", 0),
+            (0, "takes", "sensor", 0),
         ];
+        let draws = draws.map(|(seed, what, name, number)| {
+            let chance = Chance { seed, what, name };
+            chance.uniform(number)
+        });
         for (index, draw) in draws.iter().enumerate() {
             assert!((0.0..1.0).contains(draw));
             assert!(!draws[..index].contains(draw));

@@ -188,35 +188,3 @@ pub(crate) const PEAKS: [fn(&[f64]) -> f64; MOST_CHAINS] = [
     peak::<0>, peak::<1>, peak::<2>, peak::<3>, peak::<4>, peak::<5>, peak::<6>, peak::<7>,
     peak::<8>, peak::<9>, peak::<10>, peak::<11>, peak::<12>, peak::<13>, peak::<14>, peak::<15>,
 ];
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn at(ms: u64) -> Time {
-        Time::from_nanos(ms * 1_000_000)
-    }
-
-    #[test]
-    fn ages_are_over_time_from_the_first_output_to_the_end_also_after_the_last_one() {
-        let limit = Some(Duration::from_millis(100));
-        let mut ages = ChainAges::new([limit].into_iter());
-        let none = ages.row(at(10), [(0, None)]);
-        assert_eq!(ChainFigures::at(&none.0, 0, limit, at(10)), None);
-        // 50 to 150 ms old for 100 ms, 50 of them within the limit,
-        ages.row(at(60), [(0, Some(at(10)))]);
-        // then 20 to 120 ms old for 100 ms, 80 of them within it.
-        let last = ages.row(at(160), [(0, Some(at(140)))]).0;
-        assert_eq!(last[1..3], [150.0, 20.0]);
-        let at_once = ChainFigures::at(&last, 0, limit, at(160)).expect("an output");
-        assert_eq!(
-            (at_once.mean, at_once.greatest, at_once.share),
-            (100.0, 150.0, 0.5)
-        );
-        let later = ChainFigures::at(&last, 0, limit, at(260)).expect("an output");
-        assert_eq!(
-            (later.mean, later.greatest, later.share),
-            (85.0, 150.0, 0.65)
-        );
-    }
-}

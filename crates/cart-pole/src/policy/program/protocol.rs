@@ -168,8 +168,12 @@ fn unexpected(line: &str, expected: &str) -> String {
 }
 
 #[cfg(test)]
+#[path = "../../../../../tests/support/table.rs"]
+mod table;
+
+#[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{table::rows, *};
 
     #[test]
     fn a_program_says_what_it_answers_with_and_how_long_it_takes() {
@@ -192,53 +196,32 @@ mod tests {
 
     #[test]
     fn only_an_answer_to_the_question_is_taken() {
-        for (line, horizon, wrong) in [
-            (r#"{"id":7,"action":0.5}"#, None, ""),
-            (r#"{"id":7,"actions":[1,-1]}"#, Some(2), ""),
-            (
-                r#"{"id":6,"action":0.5}"#,
-                None,
-                "answered question 6 where 7 was asked",
-            ),
-            (
-                r#"{"id":7,"actions":[1]}"#,
-                Some(2),
-                "1 actions, and a chunk has 2",
-            ),
-            (
-                r#"{"id":7,"actions":[1,2,3]}"#,
-                Some(2),
-                "3 actions, and a chunk has 2",
-            ),
-            (
-                r#"{"id":7,"action":0.5}"#,
-                Some(2),
-                "expected {\"id\":7,\"actions\"",
-            ),
-            (
-                r#"{"id":7,"actions":[1]}"#,
-                None,
-                "expected {\"id\":7,\"action\":0.5}",
-            ),
-            (r#"{"id":7,"action":1,"actions":[1]}"#, None, "expected"),
-            (r#"{"id":7,"action":NaN}"#, None, "expected"),
-            (r#"{"id":7,"action":"0.5"}"#, None, "expected"),
-            (r#"{"id":7,"action":[0.5]}"#, None, "expected"),
-            (r#"{"id":7,"action":null}"#, None, "expected"),
-            (r#"{"id":7,"action":1e39}"#, None, "a finite float32"),
-            (
-                r#"{"id":7,"actions":[0,1e39]}"#,
-                Some(2),
-                "a finite float32",
-            ),
-            (r#"{"id":7,"action":1e999}"#, None, "expected"),
-            (r#"{"id":7,"action":1,"dropped":0}"#, None, "expected"),
-            ("hello", None, "answered \"hello\""),
-            ("", None, "answered \"\""),
-        ] {
-            match actions(line, 7, horizon) {
+        for [line, horizon, wrong] in rows(
+            r#"
+            {"id":7,"action":0.5}               |   |
+            {"id":7,"actions":[1,-1]}           | 2 |
+            {"id":6,"action":0.5}               |   | answered question 6 where 7 was asked
+            {"id":7,"actions":[1]}              | 2 | 1 actions, and a chunk has 2
+            {"id":7,"actions":[1,2,3]}          | 2 | 3 actions, and a chunk has 2
+            {"id":7,"action":0.5}               | 2 | expected {"id":7,"actions"
+            {"id":7,"actions":[1]}              |   | expected {"id":7,"action":0.5}
+            {"id":7,"action":1,"actions":[1]}   |   | expected
+            {"id":7,"action":NaN}               |   | expected
+            {"id":7,"action":"0.5"}             |   | expected
+            {"id":7,"action":[0.5]}             |   | expected
+            {"id":7,"action":null}              |   | expected
+            {"id":7,"action":1e39}              |   | a finite float32
+            {"id":7,"actions":[0,1e39]}         | 2 | a finite float32
+            {"id":7,"action":1e999}             |   | expected
+            {"id":7,"action":1,"dropped":0}     |   | expected
+            hello                               |   | answered "hello"
+                                                |   | answered ""
+            "#,
+        ) {
+            let horizon = horizon.parse().ok();
+            match actions(&line, 7, horizon) {
                 Ok(_) => assert_eq!(wrong, "", "{line}"),
-                Err(why) => assert!(!wrong.is_empty() && why.contains(wrong), "{line}: {why}"),
+                Err(why) => assert!(!wrong.is_empty() && why.contains(&wrong), "{line}: {why}"),
             }
         }
     }
