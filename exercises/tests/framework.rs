@@ -213,21 +213,28 @@ impl Kept {
     }
 }
 
+/// An answer that somebody wrote into the file.
+const BY_HAND: &str = "[nine]\nnumber = 8.0\nreason = \"so\"";
+
 #[test]
 fn answers_are_kept_in_their_file_until_they_are_asked_for_again() {
     let kept = Kept::new();
     let mut answers = kept.load();
     let none = questions().all(|exercise| answers.get(exercise.brief()).is_none());
     assert!(none, "no file is no answers");
-    let odd = predict("8 because \"quotes\"\nand lines = [odd]");
+    let odd = predict("8 because \"quotes\"\nand lines = [odd]").about(17);
     answers.set(&BRIEF, odd.clone());
     answers.set(brief(1), predict("5.5 because of it"));
     let mut again = kept.again(&answers);
     assert_eq!(again, answers);
     assert_eq!(again.get(&BRIEF), Some(&odd));
+    assert_eq!(odd.seed(), 17, "the number of the learner");
     again.reopen(&BRIEF);
     assert_eq!(kept.again(&again).get(&BRIEF), None);
     assert_eq!(kept.0.path().read_dir().expect("folder").count(), 1);
+    // A file of an earlier version has no number of a learner.
+    kept.write(BY_HAND);
+    assert_eq!(kept.load().get(&BRIEF).map(Prediction::seed), Some(0));
 }
 
 #[test]
@@ -447,23 +454,9 @@ fn what_was_changed_in_the_file_is_told_from_what_was_written() {
         let edited = written.replacen(from, to, 1);
         assert_eq!(origin(&edited), PredictionOrigin::Edited, "{from}");
     }
-    let by_hand = "[nine]\nnumber = 8.0\nreason = \"so\"";
-    assert_eq!(origin(by_hand), PredictionOrigin::Unmarked);
+    assert_eq!(origin(BY_HAND), PredictionOrigin::Unmarked);
     // Two predictions with the same words have marks of their own.
     let mut others = Answers::default();
     others.set(&BRIEF, predict("8 because of it").about(3));
     assert_ne!(others.origin(&BRIEF), Some(mark));
-}
-
-#[test]
-fn the_number_of_the_learner_is_kept_with_the_prediction() {
-    let kept = Kept::new();
-    let mut answers = Answers::default();
-    answers.set(&BRIEF, predict("8 because of it").about(17));
-    let read = kept.again(&answers);
-    assert_eq!(read.get(&BRIEF).map(Prediction::seed), Some(17));
-    // A file of an earlier version has none.
-    kept.write("[nine]\nnumber = 8.0\nreason = \"so\"");
-    let read = kept.load();
-    assert_eq!(read.get(&BRIEF).map(Prediction::seed), Some(0));
 }

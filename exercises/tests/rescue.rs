@@ -1,11 +1,15 @@
 //! Rescues, and sessions that only resemble them.
 
+#[path = "../../tests/support/table.rs"]
+mod table;
+
 use std::sync::Arc;
 
 use exercises::rescue::judge::{DANGER_DEG, HELD, RescueFailure, RescueSession, Rescued, judge};
 use ratelab::{Hz, Message, Time};
 use ratelab_cart_pole::{BROKEN_HZ, CONTROL_HZ, CartPole, ControlStep, STATE};
 use ratelab_study::experiment::{Config, Experiment, Summary};
+use table::rows;
 
 /// A session on the virtual clock, from the start of seed 0.
 struct PlayedRun {
@@ -13,13 +17,17 @@ struct PlayedRun {
     steps: Vec<Message<ControlStep>>,
 }
 
-/// Runs for `seconds`, with these changes of knobs.
-fn run(seconds: f64, knobs: &[impl AsRef<str>]) -> PlayedRun {
-    let knobs: Vec<&str> = knobs.iter().map(AsRef::as_ref).collect();
-    let knobs = CartPole::KNOBS.parse_list(&knobs.join("\n"));
+/// Runs for `seconds`, with the control rate changed at times (s), such as `0 5, 0.3 50`.
+fn run(seconds: f64, rates: &str) -> PlayedRun {
+    let rates = rates.split(", ").filter(|rate| !rate.is_empty());
+    let knobs: Vec<_> = rates
+        .map(|rate| rate.replace(' ', " control-hz "))
+        .collect();
     let config = Config {
         end: Time::from_secs_f64(seconds).expect("time"),
-        knobs: knobs.expect("knobs"),
+        knobs: CartPole::KNOBS
+            .parse_list(&knobs.join("\n"))
+            .expect("knobs"),
         ..Config::default()
     };
     let experiment = Experiment::new(Arc::new(CartPole::default()), &config).expect("experiment");
@@ -30,106 +38,87 @@ fn run(seconds: f64, knobs: &[impl AsRef<str>]) -> PlayedRun {
 }
 
 impl PlayedRun {
-    fn session(&self) -> RescueSession<'_> {
-        RescueSession {
+    fn judged(&self) -> Result<Rescued, RescueFailure> {
+        judge(&RescueSession {
             control_hz: Hz::new(CONTROL_HZ).expect("a rate"),
             events: &self.summary.events,
             steps: &self.steps,
             verdict: self.summary.verdict,
+        })
+    }
+
+    /// What became of the pole in the whole run.
+    fn pole(&self) -> &str {
+        let angles = self.steps.iter().map(|step| step.data.qpos[1].abs());
+        let widest = angles.fold(0.0, f64::max).to_degrees();
+        match self.summary.verdict.is_lost() {
+            true => "fell",
+            false if widest > DANGER_DEG => "in danger",
+            false => "safe",
         }
     }
 }
 
-fn judged(seconds: f64, knobs: &[&str]) -> Result<Rescued, RescueFailure> {
-    judge(&run(seconds, knobs).session())
-}
+/// The policy slowed down, and speeded up before the pole falls.
+const RESCUE: &str = "0 5, 0.3 50";
 
 #[test]
 fn a_pole_that_was_lost_and_caught_is_rescued() {
-    let rescued = judged(10.0, &["0 control-hz 5", "0.3 control-hz 50"]).expect("rescued");
+    let rescued = run(10.0, RESCUE).judged().expect("rescued");
     assert_eq!(rescued.slowed, Time::ZERO);
     assert_eq!(rescued.slow_phase.as_millis(), 300);
     assert!(rescued.worst_deg > DANGER_DEG && rescued.worst_deg < 12.0);
     assert!(rescued.safe < Time::from_nanos(2_000_000_000));
-}
-
-/// Knobs at their times, each as `time control-hz`.
-fn changes(knobs: &str) -> Vec<String> {
-    let knobs = knobs.split(", ").filter(|knob| !knob.is_empty());
-    knobs
-        .map(|knob| knob.replace(' ', " control-hz "))
-        .collect()
+    // Five seconds out of danger are enough.
+    let safe = rescued.safe.as_secs_f64();
+    assert!(run(safe + 5.0, RESCUE).judged().is_ok());
+    let failure = run(safe + 4.9, RESCUE).judged().expect_err("too soon");
+    assert!(matches!(failure, RescueFailure::Calm { .. }), "{failure:?}");
 }
 
 #[test]
 fn what_is_a_rescue_and_what_only_resembles_one() {
-    // The seconds of a run, its changes of the control rate, and the part that is missing.
-    for (what, seconds, knobs, missing) in [
-        ("in steps", 10.0, "0 10, 0 4, 0.2 9, 0.3 50", ""),
-        ("later in a run", 10.0, "1 5, 2.1 50", ""),
-        ("at a second try", 10.0, "0 5, 0.1 50, 1 5, 2.16 50", ""),
-        ("never slow", 10.0, "", "Slowness"),
-        ("not slow enough", 20.0, "0 5.1, 0.3 50", "Slowness"),
-        // The pole swings into danger and stays up.
-        ("in danger without it", 20.0, "0 8", "Slowness"),
-        ("never in danger", 10.0, "0 5, 0.1 50", "Danger"),
-        ("fell at once", 10.0, "0 5", "Survival"),
-        ("too late", 10.0, "0 5, 0.8 50", "Survival"),
-        ("before it was safe", 10.0, "0 5, 0.2 50, 1 5", "Survival"),
-        ("still slow", 0.5, "0 5", "Return"),
-        ("still swings", 12.0, "0 5, 0.3 8", "Calm"),
-    ] {
-        let run = run(seconds, &changes(knobs));
-        let found = judge(&run.session());
-        let failure = found
-            .err()
-            .map_or(String::new(), |failure| format!("{failure:?}"));
+    // The seconds of a run, its changes of the control rate, the pole, and the part that is missing.
+    for [what, seconds, rates, pole, missing] in rows(
+        "in steps             | 10  | 0 10, 0 4, 0.2 9, 0.3 50  | in danger |
+         later in a run       | 10  | 1 5, 2.1 50               | in danger |
+         at a second try      | 10  | 0 5, 0.1 50, 1 5, 2.16 50 | in danger |
+         and lost later       | 20  | 0 5, 0.3 50, 8 5          | fell      |
+         never slow           | 10  |                           | safe      | Slowness
+         not slow enough      | 20  | 0 5.1, 0.3 50             | in danger | Slowness
+         in danger without it | 20  | 0 8                       | in danger | Slowness
+         never in danger      | 10  | 0 5, 0.1 50               | safe      | Danger
+         danger long after    | 20  | 0 5, 0.1 50, 2 8, 9 50    | in danger | Danger
+         fell at once         | 10  | 0 5                       | fell      | Survival
+         too late             | 10  | 0 5, 0.8 50               | fell      | Survival
+         before it was safe   | 10  | 0 5, 0.2 50, 1 5          | fell      | Survival
+         still slow           | 0.5 | 0 5                       | in danger | Return
+         still swings         | 12  | 0 5, 0.3 8                | in danger | Calm",
+    ) {
+        let run = run(seconds.parse().expect("seconds"), &rates);
+        let found = run.judged();
+        let failure = found.as_ref().err();
+        let failure = failure.map_or(String::new(), |failure| format!("{failure:?}"));
         let kind = failure.split(' ').next();
-        assert_eq!(kind, Some(missing), "{what}: {failure}");
+        assert_eq!(kind, Some(&*missing), "{what}: {failure}");
+        assert_eq!(run.pole(), pole, "{what}");
         match found {
             Err(RescueFailure::Survival { at }) => assert_eq!(at, run.summary.sim_time, "{what}"),
-            Err(RescueFailure::Danger { worst_deg }) => assert!(worst_deg < DANGER_DEG, "{what}"),
+            Err(RescueFailure::Danger { worst_deg }) => {
+                assert_eq!(worst_deg > DANGER_DEG, pole == "in danger", "{what}");
+            }
             _ => {}
         }
     }
 }
 
 #[test]
-fn danger_long_after_a_slow_phase_is_not_its_effect() {
-    let run = run(20.0, &changes("0 5, 0.1 50, 2 8, 9 50"));
-    let angles = run.steps.iter().map(|step| step.data.qpos[1].abs());
-    let widest = angles.fold(0.0, f64::max).to_degrees();
-    assert!(widest > DANGER_DEG, "it was in danger");
-    let failure = judge(&run.session());
-    assert!(matches!(failure, Err(RescueFailure::Danger { .. })));
-}
-
-#[test]
-fn a_rescue_stays_valid_after_later_events() {
-    let run = run(20.0, &changes("0 5, 0.3 50, 8 5"));
-    assert!(run.summary.verdict.is_lost());
-    assert!(judge(&run.session()).is_ok());
-}
-
-#[test]
-fn five_seconds_out_of_danger_are_enough() {
-    let knobs = ["0 control-hz 5", "0.3 control-hz 50"];
-    let safe = judged(10.0, &knobs).expect("rescued").safe.as_secs_f64();
-    assert!(judged(safe + 5.0, &knobs).is_ok());
-    let failure = judged(safe + 4.9, &knobs).expect_err("too soon");
-    assert!(matches!(failure, RescueFailure::Calm { .. }), "{failure:?}");
-}
-
-#[test]
 fn a_record_with_missing_steps_proves_nothing() {
-    let mut run = run(10.0, &["0 control-hz 5", "0.3 control-hz 50"]);
+    let mut run = run(10.0, RESCUE);
     run.steps.remove(100);
-    assert_eq!(judge(&run.session()), Err(RescueFailure::Steps));
+    assert_eq!(run.judged(), Err(RescueFailure::Steps));
     run.steps.clear();
-    assert!(matches!(
-        judge(&run.session()),
-        Err(RescueFailure::Danger { .. })
-    ));
+    assert!(matches!(run.judged(), Err(RescueFailure::Danger { .. })));
 }
 
 #[test]
@@ -148,10 +137,11 @@ fn the_objective_names_the_figures_of_the_judgement() {
 
 #[test]
 fn a_failure_names_the_missing_part_and_a_remedy() {
-    let said = judged(10.0, &["0 control-hz 5"])
-        .expect_err("it fell")
-        .to_string();
-    assert_eq!(said, "it fell at 0.840 s: speed the policy up sooner");
-    let said = judged(10.0, &[]).expect_err("never slow").to_string();
-    assert_eq!(said, "the policy was never slowed to 5 Hz or less");
+    for (rates, said) in [
+        ("0 5", "it fell at 0.840 s: speed the policy up sooner"),
+        ("", "the policy was never slowed to 5 Hz or less"),
+    ] {
+        let failure = run(10.0, rates).judged().expect_err(said);
+        assert_eq!(failure.to_string(), said);
+    }
 }
