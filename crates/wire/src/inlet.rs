@@ -167,6 +167,7 @@ mod tests {
             let of = |row: &[f64]| encode(&head(6, ClockMoment::now()), row);
             let (now, clock) = (ClockMoment::now(), ClockId(1));
             let of_time = |stamp| encode(&head(6, stamp), &[1.0]);
+            let at = |at| of_time(ClockMoment { at, ..now });
             let second = PacketHead {
                 incarnation: 2,
                 ..head(0, now)
@@ -179,21 +180,9 @@ mod tests {
                 (of(&[f64::NAN]), Refusal::NotFinite),
                 (of(&[f64::INFINITY]), Refusal::NotFinite),
                 (encode(&second, &[1.0]), Refusal::Sender),
-                (
-                    of_time(ClockMoment {
-                        at: now.at + 1_000_000_000,
-                        ..now
-                    }),
-                    Refusal::Future,
-                ),
+                (at(now.at + 1_000_000_000), Refusal::Future),
                 (of_time(ClockMoment { clock, ..now }), Refusal::Clock),
-                (
-                    of_time(ClockMoment {
-                        at: i64::MIN + 1,
-                        ..now
-                    }),
-                    Refusal::Early,
-                ),
+                (at(i64::MIN + 1), Refusal::Early),
             ] {
                 let before = inlet.refused.hostile();
                 assert_eq!(inlet.take(&bytes), Err(why));

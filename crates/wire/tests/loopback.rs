@@ -15,41 +15,32 @@ use ratelab_wire::{Bridge, key::Keys};
 use support::{address, connect, graph, listen, part, until_met};
 use zenoh::Wait;
 
-/// The results of both parts of a run: that which listens, and the other.
-struct Both {
-    summaries: [Summary; 2],
-    snapshots: [Snapshot; 2],
-    lost: [u64; 2],
-    hostile: [u64; 2],
-    starts: [u64; 2],
+/// A part of a run after its end.
+struct Ended {
+    summary: Summary,
+    snapshot: Snapshot,
+    bridge: Bridge,
 }
 
-/// Runs `system` in two parts, with `ros` also in that domain.
-fn run(system: Arc<dyn System>, parts: [&[&str]; 2], ros: Option<u32>) -> Both {
+/// Runs `system` in two parts, of which the first listens, with `ros` also in that domain.
+fn run(system: Arc<dyn System>, parts: [&[&str]; 2], ros: Option<u32>) -> [Ended; 2] {
     let address = address();
     let ends = [listen(&address, None), connect(&address, None)];
-    let connected = ends.iter().zip(parts);
-    let connected = connected.map(|(end, nodes)| part(system.clone(), nodes, end, ros));
-    let (parts, bridges): (Vec<Experiment>, Vec<Bridge>) = connected.unzip();
-    until_met(&bridges[0], &bridges[1]);
-    let observers: Vec<_> = parts.iter().map(Experiment::observer).collect();
-    let summaries: Vec<Summary> = thread::scope(|scope| {
-        let runs = parts.into_iter().map(|part| {
-            scope.spawn(move || part.run_with(&mut RealClock::default()).expect("a run"))
-        });
-        let runs: Vec<_> = runs.collect();
-        runs.into_iter()
-            .map(|run| run.join().expect("a thread"))
-            .collect()
+    let [one, other] = [0, 1].map(|end| part(system.clone(), parts[end], &ends[end], ros));
+    until_met(&one.1, &other.1);
+    let runs = [one, other].map(|(part, bridge)| {
+        thread::spawn(move || {
+            let observer = part.observer();
+            let summary = part.run_with(&mut RealClock::default()).expect("a run");
+            let snapshot = observer.snapshot();
+            Ended {
+                summary,
+                snapshot,
+                bridge,
+            }
+        })
     });
-    let of_both = |count: &dyn Fn(&Bridge) -> u64| [count(&bridges[0]), count(&bridges[1])];
-    Both {
-        lost: of_both(&|bridge| bridge.inlets().iter().map(|i| i.sender().lost).sum()),
-        starts: of_both(&|bridge| bridge.inlets().iter().map(|i| i.sender().starts).sum()),
-        hostile: of_both(&|bridge| bridge.inlets().iter().map(|i| i.refused.hostile()).sum()),
-        snapshots: [observers[0].snapshot(), observers[1].snapshot()],
-        summaries: summaries.try_into().unwrap_or_else(|_| panic!("two runs")),
-    }
+    runs.map(|run| run.join().expect("a thread"))
 }
 
 #[test]
@@ -58,11 +49,14 @@ fn a_policy_in_another_process_balances_and_nothing_is_lost_with_ros_and_without
         let parts: [&[&str]; 2] = [&["sensor", "actuator"], &["policy"]];
         let mut runs = (0..5).map(|_| run(Arc::new(CartPole::default()), parts, ros));
         // On a busy machine the pole may fall.
-        let both = runs.find(|both| both.summaries[0].verdict.name() == "balanced");
+        let both = runs.find(|[plant, _]| plant.summary.verdict.name() == "balanced");
         let both = both.unwrap_or_else(|| panic!("it fell each time, {ros:?}"));
-        let [plant, policy] = &both.summaries;
-        let counts = (both.lost, both.hostile, both.starts);
-        assert_eq!(counts, ([0; 2], [0; 2], [1; 2]), "{ros:?}");
+        for inlet in both.iter().flat_map(|part| part.bridge.inlets()) {
+            let (sender, hostile) = (inlet.sender(), inlet.refused.hostile());
+            let counts = (sender.lost, sender.starts, hostile);
+            assert_eq!(counts, (0, 1, 0), "{} {ros:?}", inlet.name);
+        }
+        let [plant, policy] = both.map(|part| part.summary);
         assert!(plant.topic("/action").expect("a topic").published > 50);
         assert!(policy.topic("/obs").expect("a topic").published > 50);
         // The age of the sensing goes around through both.
@@ -79,8 +73,8 @@ const FLOOD: &str = "
 
 #[test]
 fn a_reader_that_is_too_slow_reads_fresh_messages_and_counts_the_others() {
-    let both = run(graph(FLOOD), [&["source"], &["slow"]], None);
-    let numbers = both.snapshots[1].topic("/numbers").expect("read there");
+    let [_, slow] = run(graph(FLOOD), [&["source"], &["slow"]], None);
+    let numbers = slow.snapshot.topic("/numbers").expect("read there");
     let (published, dropped) = (numbers.published, numbers.dropped());
     assert!(dropped > published / 2, "{dropped} of {published}");
     // In a queue most would be older than half a second. Two periods of the reader are 10 ms,
