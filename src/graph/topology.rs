@@ -64,10 +64,25 @@ fn is_each(matching: &String) -> bool {
 }
 
 impl Topology {
-    /// The rate in force of each node, of which those with a timer have their `own`. For a node
-    /// that messages trigger it is that of the messages: of all publishers of a topic together,
-    /// and of several topics the slowest.
+    /// The rate in force of each node, of which those with a timer have their `own`; see
+    /// [`ticks_per_second`](Self::ticks_per_second).
     pub fn rates(&self, own: impl Fn(usize) -> Hz) -> Vec<Hz> {
+        let rates = self
+            .micro_rates(own)
+            .map(|micro| Hz::from_micro(micro.clamp(Hz::MIN.as_micro(), Hz::MAX.as_micro())));
+        rates.collect()
+    }
+
+    /// The ticks per second of each node, of which those with a timer have their `own`. For a node
+    /// that messages trigger it is that of the messages: of all publishers of a topic together,
+    /// and of several topics the slowest. They may be more than one node's rate can be.
+    pub fn ticks_per_second(&self, own: impl Fn(usize) -> Hz) -> Vec<f64> {
+        let rates = self.micro_rates(own).map(|micro| micro as f64 / 1e6);
+        rates.collect()
+    }
+
+    /// The same in microhertz.
+    fn micro_rates(&self, own: impl Fn(usize) -> Hz) -> impl Iterator<Item = u64> {
         let nodes = self.nodes.iter().enumerate();
         let mut known: Vec<Option<u64>> = nodes
             .map(|(index, node)| node.triggers.is_empty().then(|| own(index).as_micro()))
@@ -75,11 +90,7 @@ impl Topology {
         for node in 0..self.nodes.len() {
             self.find_rate(node, &mut known);
         }
-        let rates = known.into_iter().map(|rate| {
-            let micro = rate.unwrap_or_default();
-            Hz::from_micro(micro.clamp(Hz::MIN.as_micro(), Hz::MAX.as_micro()))
-        });
-        rates.collect()
+        known.into_iter().map(Option::unwrap_or_default)
     }
 
     /// Finds the rate of a node, after those of all nodes before it in chains of triggers.

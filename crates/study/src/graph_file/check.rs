@@ -361,7 +361,7 @@ fn step(file: &GraphFile, from: &Placed, to: &Placed) -> Checked {
 
 /// Checks the graph as a whole.
 fn whole(file: &GraphFile) -> Checked {
-    if let Err((topic, circle)) = file.trigger_order() {
+    if let Some((topic, circle)) = file.trigger_circle() {
         let remedy = "let one of them tick at a rate";
         let what = format!("nodes trigger each other in a circle: {circle}; {remedy}");
         return refuse(topic.at, what);

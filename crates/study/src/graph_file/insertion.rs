@@ -13,8 +13,6 @@ use crate::system::{Builder, ForwardingNode, Setup, System, WorldKind};
 /// The system in the middle of a graph file.
 pub(super) struct Middle {
     pub(super) system: Arc<dyn System>,
-    /// Its graph.
-    pub(super) topology: Topology,
     /// The nodes of the file between its topics and their readers.
     pub(super) relays: Vec<ForwardingNode>,
 }
@@ -41,11 +39,7 @@ pub(super) fn insert(
     for spec in &file.chains {
         fit.chain(spec, &relays)?;
     }
-    Ok(Middle {
-        system,
-        topology: fit.topology,
-        relays,
-    })
+    Ok(Middle { system, relays })
 }
 
 /// A graph file around a system.

@@ -3,17 +3,19 @@
 
 use std::collections::BTreeMap;
 
-use ratelab::{Release, Topology};
+use ratelab::{Hz, Topology};
 
 use super::{ExecutorSpec, GraphSystem};
-use crate::system::{FULL, Setup, cost_of, overload};
+use crate::system::{Builder, FULL, Setup, System, WorldKind, cost_of, overload};
 
-/// Ticks per second and the time that one of them takes, of each node by its name.
+/// The load of each node, by its name.
 type Loads<'a> = BTreeMap<&'a str, Load>;
 
 /// The load of a node.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Load {
+    /// Its rate, unless messages trigger it.
+    rate: Option<Hz>,
     /// Ticks per second.
     hz: f64,
     /// The mean time that a tick takes (s).
@@ -31,17 +33,15 @@ impl GraphSystem {
     /// The overloads of a run with `setup`.
     pub(super) fn overloads(&self, setup: &Setup) -> Vec<String> {
         let loads = self.loads(setup);
-        let inner = self.middle.iter().flat_map(|middle| &middle.topology.nodes);
-        let inner = inner.map(|node| (&node.name, Some(node.hz)));
-        let own = self.file.nodes.iter();
-        let own = own.map(|node| match node.release {
-            Release::Every(hz) => (&node.name, Some(hz)),
-            Release::On(_) => (&node.name, None),
-        });
-        let alone = inner.chain(own).filter(|(node, _)| self.has_core(node));
-        let alone = alone.filter_map(|(node, hz)| match hz {
-            Some(hz) => overload(node, setup.rate(node).unwrap_or(hz), setup),
-            None => swamped(node, loads[node.as_str()]),
+        let nodes = self.topology().nodes.iter().map(|node| &*node.name);
+        let inner = nodes.filter(|name| self.file.node(name).is_none());
+        let alone = inner.chain(self.file.names());
+        let alone = alone.filter(|node| self.has_core(node)).filter_map(|node| {
+            let load = loads.get(node)?;
+            match load.rate {
+                Some(hz) => overload(node, hz, setup),
+                None => swamped(node, *load),
+            }
         });
         let executors = self.file.executors.iter();
         let executors = executors.filter_map(|executor| self.overload_of(executor, &loads));
@@ -54,46 +54,34 @@ impl GraphSystem {
         executor.is_none_or(|executor| executor.kind.shares().is_none())
     }
 
+    /// Its graph, as far as it can be built: what refuses it is told where it is to run.
+    fn topology(&self) -> &Topology {
+        self.topology.get_or_init(|| {
+            let setup = Setup::default();
+            let mut builder = Builder::new(0, &setup, WorldKind::Course);
+            let _ = self.build(&mut builder);
+            builder.graph.topology()
+        })
+    }
+
     /// The loads of all nodes with `setup`. Messages are taken to arrive at the rates of the
     /// nodes that publish them.
     fn loads(&self, setup: &Setup) -> Loads<'_> {
-        let load = |name: &str, hz: f64| Load {
-            hz,
-            cost: cost_of(setup, name).mean_of(|took| took.as_secs_f64()),
+        let topology = self.topology();
+        let rate = |node: usize| {
+            let node = &topology.nodes[node];
+            setup.rate(&node.name).unwrap_or(node.hz)
         };
-        let mut loads = Loads::new();
-        for node in self.middle.iter().flat_map(|middle| &middle.topology.nodes) {
-            let hz = setup.rate(&node.name).unwrap_or(node.hz);
-            loads.insert(&node.name, load(&node.name, hz.get()));
-        }
-        let order = self.file.trigger_order().unwrap_or_default();
-        for node in order.into_iter().map(|node| &self.file.nodes[node]) {
-            let hz = match node.release {
-                Release::Every(hz) => setup.rate(&node.name).unwrap_or(hz).get(),
-                Release::On(_) => {
-                    let topics = node.triggers.iter();
-                    let rates = topics.map(|topic| self.messages_per_second(&topic.text, &loads));
-                    rates.fold(f64::INFINITY, f64::min)
-                }
+        let nodes = topology.nodes.iter().zip(topology.ticks_per_second(rate));
+        let loads = nodes.enumerate().map(|(index, (node, hz))| {
+            let load = Load {
+                rate: node.triggers.is_empty().then(|| rate(index)),
+                hz,
+                cost: cost_of(setup, &node.name).mean_of(|took| took.as_secs_f64()),
             };
-            loads.insert(&node.name, load(&node.name, hz));
-        }
-        loads
-    }
-
-    fn messages_per_second(&self, topic: &str, loads: &Loads<'_>) -> f64 {
-        let own = self.file.nodes.iter();
-        let own = own.filter(|node| node.publishes(topic));
-        let own = own.map(|node| node.name.as_str());
-        let inner = self.middle.iter().flat_map(|middle| {
-            let Topology { nodes, topics } = &middle.topology;
-            let topics = topics.iter().filter(|known| known.name == topic);
-            let publishers = topics.flat_map(|topic| &topic.publishers);
-            publishers.map(|node| nodes[*node].name.as_str())
+            (&*node.name, load)
         });
-        let publishers = own.chain(inner);
-        let rates = publishers.filter_map(|name| Some(loads.get(name)?.hz));
-        rates.sum()
+        loads.collect()
     }
 
     fn overload_of(&self, executor: &ExecutorSpec, loads: &Loads<'_>) -> Option<String> {

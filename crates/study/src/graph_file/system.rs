@@ -1,8 +1,8 @@
 //! A graph file as a system.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-use ratelab::{ClockExit, Knob, Release, Time};
+use ratelab::{ClockExit, Knob, Release, Time, Topology};
 
 use super::{
     ChainSpec, GraphFile, GraphFileError,
@@ -19,6 +19,7 @@ pub struct GraphSystem {
     name: &'static str,
     pub(super) file: GraphFile,
     pub(super) middle: Option<Middle>,
+    pub(super) topology: OnceLock<Topology>,
     /// Its settings, behind those of the system in its middle.
     settings: Vec<Knob>,
     pub(super) chains: Vec<DataChain>,
@@ -88,6 +89,7 @@ impl GraphSystem {
             settings: settings.collect(),
             file: file.clone(),
             middle,
+            topology: OnceLock::new(),
             chains,
             verdicts,
         }

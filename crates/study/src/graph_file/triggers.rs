@@ -1,25 +1,21 @@
-//! The order in which messages trigger nodes.
+//! Nodes that trigger each other in a circle.
 
 use super::{GraphFile, error::Placed};
 
 impl GraphFile {
-    /// The indices of all nodes, each behind those whose messages trigger it.
-    ///
-    /// # Errors
-    /// The names of nodes that trigger each other in a circle, with a topic between them.
-    pub(super) fn trigger_order(&self) -> Result<Vec<usize>, (&Placed, String)> {
-        let mut order = Vec::new();
+    /// A topic between nodes that trigger each other in a circle, and their names, if there are
+    /// such nodes.
+    pub(super) fn trigger_circle(&self) -> Option<(&Placed, String)> {
         let mut rest: Vec<usize> = (0..self.nodes.len()).collect();
         while !rest.is_empty() {
             let waits = |node: &usize| self.trigger_from(*node, &rest).is_some();
-            let (waiting, free): (Vec<_>, Vec<_>) = rest.iter().partition(|node| waits(node));
-            if free.is_empty() {
-                return Err(self.circle(&waiting));
+            let waiting: Vec<usize> = rest.iter().copied().filter(waits).collect();
+            if waiting.len() == rest.len() {
+                return Some(self.circle(&waiting));
             }
-            order.extend(free);
             rest = waiting;
         }
-        Ok(order)
+        None
     }
 
     /// A topic that triggers `node`, with its publisher among `nodes`, if there is one.
