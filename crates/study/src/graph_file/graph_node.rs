@@ -25,8 +25,6 @@ pub(super) struct GraphNode {
     pub(super) inputs: Vec<NodeInput>,
     pub(super) outputs: Vec<Output>,
     pub(super) ends: Option<ChainEnds>,
-    /// When the data of the current tick began, for each of the chains that end here.
-    pub(super) begun: Vec<Option<Time>>,
 }
 
 /// An input, with what was read last.
@@ -67,24 +65,29 @@ pub(super) struct ChainEnd {
     pub(super) beginning: Beginning,
     /// The meter of its age at each output.
     pub(super) meter: MeterRecorder,
+    /// When the data of the current tick began.
+    pub(super) begun: Option<Time>,
+}
+
+impl Beginning {
+    /// When the data of a tick at `now` began, with what was read on the `inputs`.
+    fn at(self, now: Time, inputs: &[NodeInput]) -> Option<Time> {
+        match self {
+            Self::Tick => Some(now),
+            Self::Number { input, place } => {
+                let nanos = inputs.get(input)?.row.get(place)?;
+                (!nanos.is_nan()).then(|| Time::from_nanos(*nanos as u64))
+            }
+            Self::Sensing { input } => inputs.get(input)?.sensed,
+            Self::Elsewhere => None,
+        }
+    }
 }
 
 impl GraphNode {
-    fn beginning(&self, of: Beginning, now: Time) -> Option<Time> {
-        match of {
-            Beginning::Tick => Some(now),
-            Beginning::Number { input, place } => {
-                let nanos = self.inputs.get(input)?.row.get(place)?;
-                (!nanos.is_nan()).then(|| Time::from_nanos(*nanos as u64))
-            }
-            Beginning::Sensing { input } => self.inputs.get(input)?.sensed,
-            Beginning::Elsewhere => None,
-        }
-    }
-
     fn publish(&self, output: &Output, now: Time) {
         let chains = output.chains.iter();
-        let begun: Vec<_> = chains.map(|chain| self.beginning(*chain, now)).collect();
+        let begun: Vec<_> = chains.map(|chain| chain.at(now, &self.inputs)).collect();
         // Without a chain, the first topic that it reads counts.
         let first = self.inputs.iter().find_map(|input| input.sensed);
         let origin = begun.iter().flatten().min().copied();
@@ -110,9 +113,8 @@ impl Node for GraphNode {
             let outputs = self.outputs.iter();
             outputs.for_each(|output| self.publish(output, now));
         }
-        let ends = self.ends.iter().flat_map(|ends| &ends.chains);
-        let begun = ends.map(|end| self.beginning(end.beginning, now));
-        self.begun = begun.collect();
+        let ends = self.ends.iter_mut().flat_map(|ends| &mut ends.chains);
+        ends.for_each(|end| end.begun = end.beginning.at(now, &self.inputs));
         GO_ON
     }
 
@@ -122,12 +124,12 @@ impl Node for GraphNode {
             return GO_ON;
         };
         let mut first = None;
-        for (end, begun) in ends.chains.iter_mut().zip(&self.begun) {
-            if let Some(begun) = begun {
-                end.meter.record(now.since(*begun));
+        for end in &mut ends.chains {
+            if let Some(begun) = end.begun {
+                end.meter.record(now.since(begun));
             }
             if end.number == 0 {
-                first = *begun;
+                first = end.begun;
             }
         }
         if let (Some(age), Some(begun)) = (&ends.push_age, first) {
@@ -135,8 +137,8 @@ impl Node for GraphNode {
         }
         // The rows are in the order of their times, whichever node publishes them.
         let mut ages = ends.ages.lock();
-        let numbers = ends.chains.iter().map(|end| end.number);
-        let row = ages.row(now, numbers.zip(self.begun.iter().copied()));
+        let outputs = ends.chains.iter().map(|end| (end.number, end.begun));
+        let row = ages.row(now, outputs);
         ends.publisher.publish(row, now, first);
         GO_ON
     }

@@ -123,7 +123,6 @@ impl GraphSystem {
                 inputs,
                 outputs: outputs.collect(),
                 ends: (!ends.is_empty()).then(|| wires.ends(wiring, &ends, alone)),
-                begun: Vec::new(),
             }
         })
     }
@@ -193,6 +192,7 @@ impl GraphWires {
             number: *number,
             beginning: *beginning,
             meter: wiring.meter(name),
+            begun: None,
         });
         let chains: Vec<_> = chains.collect();
         let acts = alone && chains.iter().any(|chain| chain.number == 0);
