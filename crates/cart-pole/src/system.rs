@@ -313,7 +313,7 @@ impl Topics {
     /// The settings of chunks, if the policy answers with any.
     fn chunks(&self, builder: &mut Builder<'_>) -> Result<Option<ChunkSettings>, BuildError> {
         let mut set = Vec::new();
-        for [node, name] in ChunkSettings::PARAMETERS {
+        for (node, name, _) in ChunkSettings::PARAMETERS {
             set.extend(builder.parameter(node, name).map(|_| name));
         }
         match set.first() {
@@ -462,11 +462,13 @@ impl System for CartPole {
     }
 
     fn parameter(&self, [node, name]: [&str; 2], value: &str) -> Result<String, String> {
-        match (node, name) {
-            (ACTUATOR, DISTURB) => Ok(value.parse::<Newtons>()?.to_string()),
-            (SENSOR, SIMILAR) => Ok(SimilarReadings::parse(value)?.norm().to_string()),
-            _ => ChunkSettings::short(node, name, value)
-                .unwrap_or_else(|| Err(format!("{node} has no parameter {name:?}"))),
+        let mut of_chunks = ChunkSettings::PARAMETERS.into_iter();
+        let known = of_chunks.find(|(of, known, _)| [*of, *known] == [node, name]);
+        match (node, name, known) {
+            (ACTUATOR, DISTURB, _) => Ok(value.parse::<Newtons>()?.to_string()),
+            (SENSOR, SIMILAR, _) => Ok(SimilarReadings::parse(value)?.norm().to_string()),
+            (.., Some((.., shortest))) => shortest(value),
+            _ => Err(format!("{node} has no parameter {name:?}")),
         }
     }
 

@@ -247,15 +247,17 @@ impl ChunkSettings {
     /// Name of the parameter for the horizon.
     pub const CHUNK: &str = "chunk";
 
-    /// All parameters, by node and name.
-    pub const PARAMETERS: [[&str; 2]; 7] = [
-        [POLICY, Self::CHUNK],
-        [POLICY, "plan"],
-        [POLICY, "expect-delay"],
-        [POLICY, "model"],
-        [PLAYER, "play"],
-        [PLAYER, "merge"],
-        [PLAYER, "refill"],
+    /// All parameters: the node, the name, and what makes the shortest form of a value.
+    pub const PARAMETERS: [(&str, &str, Shortest); 7] = [
+        (POLICY, Self::CHUNK, |text| {
+            Ok(or_none(Horizon::parse(text)?.map(Horizon::get)))
+        }),
+        (POLICY, "plan", short::<PlanKind>),
+        (POLICY, "expect-delay", short::<ExpectedDelay>),
+        (POLICY, "model", short::<ModelError>),
+        (PLAYER, "play", short::<PlayKind>),
+        (PLAYER, "merge", short::<Merge>),
+        (PLAYER, "refill", |text| Ok(or_none(refill(text)?))),
     ];
 
     /// Those in `setup`; `None` for a policy without chunks.
@@ -281,30 +283,10 @@ impl ChunkSettings {
             },
         }))
     }
-
-    /// The shortest form of a `value` for a parameter of the policy or the player.
-    ///
-    /// # Errors
-    /// A message for an invalid value; `None` for a parameter that is none of chunks.
-    pub fn short(node: &str, name: &str, value: &str) -> Option<Result<String, String>> {
-        Some(match (node, name) {
-            (POLICY, Self::CHUNK) => Horizon::parse(value).map(|horizon| match horizon {
-                Some(horizon) => horizon.get().to_string(),
-                None => "none".to_owned(),
-            }),
-            (POLICY, "plan") => short::<PlanKind>(value),
-            (POLICY, "expect-delay") => short::<ExpectedDelay>(value),
-            (POLICY, "model") => short::<ModelError>(value),
-            (PLAYER, "play") => short::<PlayKind>(value),
-            (PLAYER, "merge") => short::<Merge>(value),
-            (PLAYER, "refill") => refill(value).map(|share| match share {
-                Some(share) => share.to_string(),
-                None => "none".to_owned(),
-            }),
-            _ => return None,
-        })
-    }
 }
+
+/// Makes the shortest form of a value of a parameter, or says what is wrong with it.
+type Shortest = fn(&str) -> Result<String, String>;
 
 /// Parses the share of the horizon that is left when the player asks for the next chunk.
 fn refill(text: &str) -> Result<Option<f64>, String> {
@@ -325,6 +307,10 @@ fn parsed<T: FromStr<Err = String> + Default>(
 ) -> Result<T, String> {
     let value = setup.parameter(node, name);
     value.map_or_else(|| Ok(T::default()), str::parse)
+}
+
+fn or_none(value: Option<impl ToString>) -> String {
+    value.map_or_else(|| "none".to_owned(), |value| value.to_string())
 }
 
 fn short<T: FromStr<Err = String> + fmt::Display>(value: &str) -> Result<String, String> {
