@@ -8,7 +8,7 @@ mod process;
 mod protocol;
 mod recorded;
 
-use std::sync::Arc;
+use std::{fs, os::unix::fs::PermissionsExt, sync::Arc};
 
 pub use self::process::end_programs;
 pub(super) use self::recorded::RecordedPolicy;
@@ -47,15 +47,8 @@ fn is_weights(path: &str) -> bool {
     ends.iter().any(|end| path.ends_with(end))
 }
 
-#[cfg(unix)]
 fn is_executable(path: &str) -> bool {
-    use std::os::unix::fs::PermissionsExt;
-    std::fs::metadata(path).is_ok_and(|file| file.permissions().mode() & 0o111 != 0)
-}
-
-#[cfg(not(unix))]
-fn is_executable(_: &str) -> bool {
-    false
+    fs::metadata(path).is_ok_and(|file| file.permissions().mode() & 0o111 != 0)
 }
 
 /// Asks a program, which runs from [`start`](Policy::start) until this is dropped.

@@ -2,6 +2,7 @@
 
 use std::{
     io::{BufRead, BufReader, Error, ErrorKind, Read, Write},
+    os::unix::process::{CommandExt, ExitStatusExt},
     path::Path,
     process::{Child, ChildStdin, Command, ExitStatus, Stdio},
     sync::{
@@ -14,6 +15,7 @@ use std::{
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::sync::lock;
+use rustix::process::{Pid, Signal, kill_process_group};
 
 /// The longest line of an answer (bytes).
 const LONGEST_LINE: u64 = 64 << 10;
@@ -65,7 +67,9 @@ impl PolicyProcess {
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped());
-        in_own_group(&mut command);
+        // A group of its own: Ctrl-C in the terminal is for the lab, and what the program has
+        // started ends with it.
+        command.process_group(0);
         let mut running = lock(&RUNNING);
         if ENDED.load(Ordering::SeqCst) {
             return Err("was not started: the command ends".to_owned());
@@ -210,28 +214,12 @@ fn kill(child: &mut Child) {
     let _ = child.wait();
 }
 
-/// A process group of its own: Ctrl-C in the terminal is for the lab, and what the program has
-/// started ends with it.
-#[cfg(unix)]
-fn in_own_group(command: &mut Command) {
-    std::os::unix::process::CommandExt::process_group(command, 0);
-}
-
-#[cfg(not(unix))]
-fn in_own_group(_: &mut Command) {}
-
-#[cfg(unix)]
 fn kill_group(child: &Child) {
-    use rustix::process::{Pid, Signal, kill_process_group};
     let _ = kill_process_group(Pid::from_child(child), Signal::KILL); // It may be empty.
 }
 
-#[cfg(not(unix))]
-fn kill_group(_: &Child) {}
-
 fn how_it_ended(status: ExitStatus) -> String {
-    #[cfg(unix)]
-    if let Some(signal) = std::os::unix::process::ExitStatusExt::signal(&status) {
+    if let Some(signal) = status.signal() {
         return format!("was ended by signal {signal}");
     }
     let code = status
