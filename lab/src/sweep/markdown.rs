@@ -5,7 +5,7 @@ use ratelab_screen::Theme;
 use super::{
     figures, map,
     parts::PartColumn,
-    summary::{RowSummary, SweepGrid, SweepSummary},
+    summary::{RowSummary, SweepSummary},
 };
 
 /// The runs in a line, and a table: a row per value with its figures if one knob is swept,
@@ -43,14 +43,10 @@ fn figures(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<Vec<String>> {
 
 /// How many runs were successful, below the values of the fastest knob.
 fn counts(summary: &SweepSummary) -> Vec<Vec<String>> {
-    let SweepGrid {
-        heading,
-        values,
-        groups,
-    } = summary.grid();
-    let values = values.into_iter().map(str::to_owned);
-    let head: Vec<String> = [heading].into_iter().chain(values).collect();
-    let rows = groups.into_iter().map(|(name, rows)| {
+    let grid = summary.grid();
+    let values = grid.values.into_iter().map(str::to_owned);
+    let head: Vec<String> = [grid.heading].into_iter().chain(values).collect();
+    let rows = grid.groups.into_iter().map(|(name, rows)| {
         let counts = rows.iter().map(figures::count);
         [name].into_iter().chain(counts).collect()
     });

@@ -49,11 +49,9 @@ impl Passage {
 
     /// The passage of these events in `control`'s world.
     pub fn through(control: &Loop, events: Vec<ScheduleEvent>) -> Self {
-        let Loop {
-            world, dynamics, ..
-        } = control;
+        let motion = |units| control.world.motion(&control.dynamics, units);
         Self {
-            motions: of_lengths(&events, |units| world.motion(dynamics, units)),
+            motions: of_lengths(&events, motion),
             events,
             gains: control.gains.into(),
         }

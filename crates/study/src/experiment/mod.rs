@@ -285,49 +285,39 @@ impl Experiment {
     ///
     /// # Errors
     /// [`Fault`] if a node failed.
-    pub fn run_with(self, real: &mut dyn Clock) -> Result<Summary, Fault> {
-        let Self {
-            system,
-            config,
-            mut graph,
-            taps,
-            cost,
-            tally,
-            ages,
-            commands,
-            mut inbox,
-        } = self;
+    pub fn run_with(mut self, real: &mut dyn Clock) -> Result<Summary, Fault> {
+        let (observer, end, clock) = (self.observer(), self.config.end, self.config.clock);
         // From here on only the caller's senders can end a pause.
-        drop(commands);
-        let observer = Observer::of(&graph);
+        drop(self.commands);
         let began = Instant::now();
-        let end = run(&mut graph, &mut inbox, config.end, config.clock, real);
+        let end = run(&mut self.graph, &mut self.inbox, end, clock, real);
         let wall_time = began.elapsed();
+        let system = &*self.system;
         let [state, chains] = [system.state(), system.chains()].map(|name| {
-            let rows = name.and_then(|name| taps.topic(name)?.newest());
+            let rows = name.and_then(|name| self.taps.topic(name)?.newest());
             let newest = rows.as_ref().and_then(Rows::last);
             newest.map(|(_, row)| row.to_vec())
         });
         // Taps end with the topics, which the nodes hold as well.
-        drop((graph, taps));
+        drop((self.graph, self.taps));
         let exit = end?;
         let sim_time = match exit {
             ClockExit::Ended { at, .. } => at,
             _ => observer.now(),
         };
-        let cost = cost.and_then(|mean| lock(&mean).until(sim_time));
         let newest = [state.as_deref(), chains.as_deref()];
-        let verdict = verdict(&*system, &exit, sim_time, newest);
-        let figures = tally.map(|tally| lock(&tally).figures());
+        let verdict = verdict(system, &exit, sim_time, newest);
+        let figures = self.tally.map(|tally| lock(&tally).figures());
         let summary = Summary {
             wall_time,
             figures: figures.unwrap_or_default(),
             state: state.unwrap_or_default(),
             chains: chains.unwrap_or_default(),
-            cost,
-            ..Summary::of(&config, verdict)
+            cost: self.cost.and_then(|mean| lock(&mean).until(sim_time)),
+            ..Summary::of(&self.config, verdict)
         };
-        let mut summary = summary.observed(&*system, &observer);
+        let mut summary = summary.observed(system, &observer);
+        let ages = self.ages;
         summary.ages = ages.map_or_else(Vec::new, |ages| {
             ages.finish(summary.sim_time, &summary.nodes)
         });

@@ -10,7 +10,7 @@ use ratelab::{Knob, KnobKind, NodeTopology, Time, hyper_period};
 use ratelab_effects::Chance;
 
 use super::{
-    Config, Experiment, Summary,
+    Config, Experiment,
     sweep::{SweepAxis, SweepValue},
 };
 use crate::system::{DataChain, cost_of};
@@ -136,10 +136,8 @@ impl Experiment {
         };
         config.setup.extend(knobs);
         let run = Self::of_resolved(self.system.clone(), config).ok()?;
-        let Summary {
-            sim_time, chains, ..
-        } = run.run().ok()?;
-        chain.mean_ms(sim_time, &chains)
+        let ended = run.run().ok()?;
+        chain.mean_ms(ended.sim_time, &ended.chains)
     }
 }
 
