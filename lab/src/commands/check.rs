@@ -3,9 +3,8 @@
 mod limits;
 mod results;
 
-use std::{collections::BTreeMap, num::NonZeroUsize, ops::ControlFlow};
+use std::{collections::BTreeMap, ops::ControlFlow};
 
-use ratelab::Interrupt;
 use ratelab_study::experiment::{Config, Experiment, parallel::in_parallel, sweep::all_cores};
 
 use self::limits::{CheckedRun, compare};
@@ -33,11 +32,7 @@ pub fn check(program: &Program, args: &CheckArgs) -> Result<(), Error> {
     let junit = args.junit.as_deref();
     let junit = junit.map(|path| OutputKind::Tests.open("--junit", path));
     let junit = junit.transpose()?;
-    let interrupt = signals::interrupt();
-    let bar = ProgressLine::of_runs(seeds.len(), true, args.json);
-    let threads = args.threads.unwrap_or_else(all_cores);
-    let runs = runs(program, &config, &seeds, threads, &interrupt, &bar)?;
-    drop(bar);
+    let runs = runs(program, args, &config, &seeds)?;
     let results = compare(program, &runs)?;
     if let Some(junit) = junit {
         junit.write(results.junit().as_bytes())?;
@@ -47,21 +42,28 @@ pub fn check(program: &Program, args: &CheckArgs) -> Result<(), Error> {
     results.outcome()
 }
 
-/// The runs that ended before the `interrupt`, in the order of `seeds`.
+/// The runs that ended before the first signal, in the order of `seeds`.
 fn runs(
     program: &Program,
+    args: &CheckArgs,
     config: &Config,
     seeds: &[u64],
-    threads: NonZeroUsize,
-    interrupt: &Interrupt,
-    bar: &ProgressLine,
 ) -> Result<Vec<CheckedRun>, Error> {
-    let mut runs = BTreeMap::new();
-    let work = |index: usize| {
+    let (system, interrupt) = (&program.system, signals::interrupt());
+    let bar = ProgressLine::of_runs(seeds.len(), true, args.json);
+    let run = |seed: u64| -> Result<Option<CheckedRun>, Error> {
         let mut config = config.clone();
-        config.seed = seeds[index];
-        run(program, config, interrupt).transpose()
+        config.seed = seed;
+        let experiment = Experiment::of_resolved(system.clone(), config)?;
+        let summary = experiment.run_until(&interrupt)?;
+        Ok(summary.map(|summary| CheckedRun {
+            seed,
+            verdict: summary.verdict,
+            metrics: json::of(&**system, &summary, &ReportContext::default()),
+        }))
     };
+    let (threads, mut runs) = (args.threads.unwrap_or_else(all_cores), BTreeMap::new());
+    let work = |index: usize| run(seeds[index]).transpose();
     in_parallel(threads, seeds.len(), work, |index, outcome| {
         bar.advance();
         if outcome.is_err() {
@@ -71,20 +73,4 @@ fn runs(
         ControlFlow::Continue(())
     });
     runs.into_values().collect()
-}
-
-/// The run of `config`; `None` if the `interrupt` stopped it.
-fn run(
-    program: &Program,
-    config: Config,
-    interrupt: &Interrupt,
-) -> Result<Option<CheckedRun>, Error> {
-    let system = &program.system;
-    let experiment = Experiment::of_resolved(system.clone(), config)?;
-    let summary = experiment.run_until(interrupt)?;
-    Ok(summary.map(|summary| CheckedRun {
-        seed: summary.config.seed,
-        verdict: summary.verdict,
-        metrics: json::of(&**system, &summary, &ReportContext::default()),
-    }))
 }
