@@ -23,32 +23,26 @@ pub fn topics(sweep: &Sweep) -> Result<Vec<String>, Error> {
     Ok(read_topics(&Experiment::new(sweep.system.clone(), config)?))
 }
 
+/// The figures that every run has, behind its knobs.
+const FIGURES: &str = "seed,cause_of_end,steps,sim_time_s,mean_latency_s";
+
 /// How old what was done to the world was: on average over the run, and over its last
 /// second.
-const AGES: [&str; 2] = ["mean_push_age_s", "late_push_age_s"];
+const AGES: &str = "mean_push_age_s,late_push_age_s";
 
 /// Names and units of the columns.
 pub fn header(sweep: &Sweep, topics: &[String]) -> String {
-    let knobs = columns::of(sweep)
-        .into_iter()
-        .map(|column| key(&column.name));
-    let figures = [
-        "seed",
-        "cause_of_end",
-        "steps",
-        "sim_time_s",
-        "mean_latency_s",
-    ];
+    let knobs = columns::of(sweep).into_iter();
     let dropped = topics.iter().map(|topic| format!("{}_dropped", key(topic)));
     let finals = sweep.system.finals(&[]).into_iter();
     let finals = finals.map(|figure| key(&format!("{} {}", figure.name, figure.unit)));
     let cost = sweep.system.quadratic_cost().map(|_| "quadratic_cost");
-    let late = AGES.into_iter().chain(cost).map(str::to_owned);
     let columns = knobs
-        .chain(figures.map(str::to_owned))
+        .map(|column| key(&column.name))
+        .chain([FIGURES.to_owned()])
         .chain(dropped)
         .chain(finals)
-        .chain(late);
+        .chain([AGES].into_iter().chain(cost).map(str::to_owned));
     columns.collect::<Vec<_>>().join(",")
 }
 
@@ -58,30 +52,29 @@ pub fn write(file: impl Write, header: &str, swept: &Swept) -> io::Result<()> {
     let parts = parts::of(swept.finished().map(|(_, outcome)| outcome));
     let names = parts.iter().map(|part| format!(",{}", key(&part.name())));
     writeln!(out, "{header}{}", names.collect::<String>())?;
-    let (knobs, cost) = (columns::of(sweep), sweep.system.quadratic_cost().is_some());
+    let (knobs, system) = (columns::of(sweep), &*sweep.system);
     for (cell, outcome) in swept.finished() {
         let mut row: Vec<String> = knobs.iter().map(|knob| knob.value(sweep, &cell)).collect();
-        let latency = outcome.mean_latency_s.map(|latency| latency.to_string());
         row.extend([
             cell.seed.to_string(),
             outcome.verdict.name().to_owned(),
             outcome.steps.to_string(),
             outcome.sim_time.as_secs_f64().to_string(),
-            latency.unwrap_or_default(),
+            known(outcome.mean_latency_s),
         ]);
         row.extend(outcome.dropped.iter().map(ToString::to_string));
-        let finals = sweep
-            .system
-            .finals_at(outcome.sim_time, &outcome.state)
-            .into_iter();
-        row.extend(finals.map(|figure| figure.value.to_string()));
+        let finals = system.finals_at(outcome.sim_time, &outcome.state);
+        row.extend(finals.iter().map(|figure| figure.value.to_string()));
         let age = outcome.push_age;
-        let late = [age.map(|age| age.run_s), age.map(|age| age.late_s)];
-        let late = late.into_iter().chain(cost.then_some(outcome.cost));
-        row.extend(late.map(|figure| figure.map_or_else(String::new, |figure| figure.to_string())));
-        let parts = parts.iter().map(|part| part.of(outcome));
-        row.extend(parts.map(|ms| ms.map_or_else(String::new, |ms| ms.to_string())));
+        row.extend([age.map(|age| age.run_s), age.map(|age| age.late_s)].map(known));
+        row.extend(system.quadratic_cost().map(|_| known(outcome.cost)));
+        row.extend(parts.iter().map(|part| known(part.of(outcome))));
         writeln!(out, "{}", row_of(row))?;
     }
     out.flush()
+}
+
+/// A figure; empty if it is unknown.
+fn known(figure: Option<f64>) -> String {
+    figure.map_or_else(String::new, |figure| figure.to_string())
 }
