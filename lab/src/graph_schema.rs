@@ -51,7 +51,6 @@ fn property(key: &FormatKey) -> Value {
 
 /// The values of a form.
 fn values(form: Form) -> Value {
-    let texts = json!({ "type": "array", "items": { "type": "string" } });
     match form {
         Form::Text(_) => json!({ "type": "string" }),
         Form::Knob(KnobKind::Rate) => {
@@ -63,7 +62,7 @@ fn values(form: Form) -> Value {
         Form::Knob(KnobKind::Read) => json!({ "enum": ["newest", "oldest"] }),
         Form::Knob(KnobKind::Link) => json!({ "type": "string" }),
         Form::Knob(_) => json!({ "type": ["number", "string"] }),
-        Form::List(_) => texts,
+        Form::List(_) => json!({ "type": "array", "items": { "type": "string" } }),
         Form::Whole(most) => json!({ "type": "integer", "minimum": 0, "maximum": most }),
         Form::Number(most) => json!({ "type": "number", "exclusiveMinimum": 0, "maximum": most }),
         Form::Figure => json!({ "type": "number" }),

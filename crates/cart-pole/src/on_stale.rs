@@ -2,6 +2,7 @@
 
 use std::{fmt, str::FromStr, time::Duration};
 
+use ratelab::millis::to_millis;
 use ratelab_effects::Draw;
 
 /// The actuator's handling of an action with old sensing. As text `hold`, or `zero:50`
@@ -29,7 +30,7 @@ impl fmt::Display for OnStale {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Hold => f.write_str("hold"),
-            Self::Zero(limit) => write!(f, "zero:{}", limit.as_nanos() as f64 / 1e6),
+            Self::Zero(limit) => write!(f, "zero:{}", to_millis(*limit)),
         }
     }
 }

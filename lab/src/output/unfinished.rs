@@ -10,9 +10,10 @@ use std::{
     io,
     os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
-    sync::{Mutex, PoisonError},
+    sync::Mutex,
 };
 
+use ratelab::sync::lock;
 use tempfile::{Builder, NamedTempFile};
 
 /// Suffix of the hidden names.
@@ -40,7 +41,7 @@ impl Unfinished {
     pub fn create(target: &Path) -> io::Result<Self> {
         let folder = target.parent().unwrap_or(Path::new("/"));
         remove_leftovers(folder);
-        let mut names = names();
+        let mut names = lock(&NAMES);
         let file = hidden(target, folder)?;
         names.push(file.path().to_owned());
         drop(names);
@@ -72,15 +73,11 @@ impl Unfinished {
 /// Removes all unfinished files before an immediate exit. No file is created while the
 /// caller keeps the result.
 pub fn remove_unfinished() -> impl Sized {
-    let names = names();
+    let names = lock(&NAMES);
     for name in names.iter() {
         let _ = fs::remove_file(name); // It may have its final name by now.
     }
     names
-}
-
-fn names() -> std::sync::MutexGuard<'static, Vec<PathBuf>> {
-    NAMES.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A locked file with a hidden name beside `target`.

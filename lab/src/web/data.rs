@@ -151,13 +151,6 @@ fn still(pictures: &[Picture]) -> Vec<&(Style, Shape)> {
 
 /// A shape as a list: style, kind, numbers.
 fn shape((style, shape): &(Style, Shape)) -> Value {
-    let style = match style {
-        Style::Scenery => "scenery",
-        Style::Limit => "limit",
-        Style::Body => "body",
-        Style::Subject => "subject",
-        Style::Action => "action",
-    };
     let numbers = |kind: &str, numbers: &[f64]| {
         let head = [json!(style), json!(kind)].into_iter();
         head.chain(numbers.iter().map(|number| short(*number)))

@@ -33,6 +33,11 @@ pub(super) fn frequencies() -> impl Iterator<Item = f64> {
     steps.map(|step| LOWEST * 10.0_f64.powf(f64::from(step) / f64::from(PER_DECADE)))
 }
 
+/// A real number as a complex one.
+pub(super) fn complex(real: f64) -> Complex<f64> {
+    Complex::new(real, 0.0)
+}
+
 impl Loop {
     /// Whether deviations shrink in continuous time without delays.
     pub(super) fn shrinks_without_delay(&self) -> bool {
@@ -47,7 +52,6 @@ impl Loop {
     /// The response of the open loop to `s`: `−K·(s − F)⁻¹·G`. `None` at its
     /// poles.
     pub(super) fn open_loop(&self, s: Complex<f64>) -> Option<Complex<f64>> {
-        let complex = |real: f64| Complex::new(real, 0.0);
         let resolvent = Matrix4::identity() * s - self.dynamics.f.map(complex);
         let state = resolvent.try_inverse()? * self.dynamics.g.map(complex);
         Some(-(RowVector4::from(self.gains).map(complex) * state)[0])

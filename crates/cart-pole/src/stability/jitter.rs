@@ -7,7 +7,7 @@ use nalgebra::{Complex, ComplexField, Matrix4, RowVector4};
 use super::{
     control_loop::Loop,
     error::StabilityError,
-    frequency::frequencies,
+    frequency::{complex, frequencies},
     span::{Noise, Span, Weights},
     timing::Timing,
     world::WorldModel,
@@ -121,10 +121,6 @@ impl Loop {
         let angles = parts.map(|part| PI * LOWEST.powf(part));
         angles.filter_map(gain).fold(0.0, f64::max)
     }
-}
-
-fn complex(real: f64) -> Complex<f64> {
-    Complex::new(real, 0.0)
 }
 
 /// The jitter in periods for the gain `most`: with `n` whole periods and a fraction `g`,

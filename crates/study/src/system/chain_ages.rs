@@ -6,7 +6,7 @@
 
 use std::time::Duration;
 
-use ratelab::Time;
+use ratelab::{Time, millis::to_millis as ms};
 use ratelab_account::{Fields, Saw};
 
 /// Maximum number of chains of a graph.
@@ -136,10 +136,6 @@ impl ChainAges {
         }
         Numbers(row)
     }
-}
-
-fn ms(duration: Duration) -> f64 {
-    duration.as_nanos() as f64 / 1e6
 }
 
 /// The figures of a chain up to a run time.

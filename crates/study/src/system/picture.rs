@@ -1,5 +1,7 @@
 //! The picture of a plant, as data.
 
+use serde::Serialize;
+
 /// A plant seen from one side: lengths in metres, x to the right, y up, angles
 /// counterclockwise in radians.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -50,7 +52,8 @@ pub enum Shape {
 }
 
 /// The role of a part of a [`Picture`], which decides how it is drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Style {
     /// A fixed part: a floor, a rail.
     Scenery,

@@ -53,13 +53,15 @@ pub trait Quantity: Copy {
     fn of_units(units: i128) -> Self;
 }
 
+fn parsed<T: FromStr<Err: fmt::Display>>(text: &str) -> Result<T, String> {
+    text.parse::<T>().map_err(|error| error.to_string())
+}
+
 impl Quantity for Hz {
     const ONE: i128 = 1_000_000;
 
     fn read(text: &str) -> Result<i128, String> {
-        let hz: Result<Self, _> = text.parse();
-        hz.map(|hz| hz.as_micro().into())
-            .map_err(|error| error.to_string())
+        Ok(parsed::<Self>(text)?.as_micro().into())
     }
 
     fn of_units(units: i128) -> Self {
@@ -71,10 +73,7 @@ impl Quantity for Depth {
     const ONE: i128 = 1;
 
     fn read(text: &str) -> Result<i128, String> {
-        let depth: Result<Self, _> = text.parse();
-        depth
-            .map(|depth| depth.get() as i128)
-            .map_err(|error| error.to_string())
+        Ok(parsed::<Self>(text)?.get() as i128)
     }
 
     fn of_units(units: i128) -> Self {

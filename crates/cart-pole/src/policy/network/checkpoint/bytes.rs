@@ -13,6 +13,7 @@ pub(super) fn nonsense<T>(why: impl Display) -> PickleResult<T> {
 }
 
 /// The unread bytes.
+#[derive(Default)]
 pub(super) struct Bytes<'a>(pub(super) &'a [u8]);
 
 impl<'a> Bytes<'a> {

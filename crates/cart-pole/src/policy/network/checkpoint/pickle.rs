@@ -28,10 +28,7 @@ impl<'a> Pickle<'a> {
     pub(super) fn read(bytes: &'a [u8]) -> PickleResult<Self> {
         let machine = Machine {
             rest: Bytes(bytes),
-            values: Vec::new(),
-            stack: Vec::new(),
-            marks: Vec::new(),
-            memo: HashMap::new(),
+            ..Machine::default()
         };
         machine.run()
     }
@@ -58,6 +55,7 @@ impl<'a> Pickle<'a> {
     }
 }
 
+#[derive(Default)]
 struct Machine<'a> {
     /// The remaining instructions.
     rest: Bytes<'a>,
