@@ -103,6 +103,22 @@ fn the_crates_below_all_others_keep_to_their_budgets() {
     }
 }
 
+#[test]
+fn a_library_that_is_not_built_for_its_own_tests_has_none() {
+    let mut without = Vec::new();
+    for folder in CRATES {
+        let root = crate::clone::root().join(folder);
+        let manifest = root.parent().expect("a crate").join("Cargo.toml");
+        if code(&manifest).contains("[lib]\ntest = false") {
+            without.push(folder);
+            let tested = |path: &PathBuf| code(path).contains("#[test]");
+            let tested = rust_files(&root).into_iter().find(tested);
+            assert_eq!(tested, None, "cargo test does not run it: see {manifest:?}");
+        }
+    }
+    assert!(without.contains(&"src"), "{without:?}");
+}
+
 /// The parts of `crates/study`, each with the others that it may import.
 const PARTS: [(&str, &[&str]); 5] = [
     ("file", &[]),

@@ -74,3 +74,13 @@ fn a_cost_that_changed_on_the_way_is_as_it_was_asked_for() {
     let cost = &metrics["nodes"]["policy"]["cost"];
     assert_eq!([&cost["p50_ms"], &cost["max_ms"]], [10.0, 40.0]);
 }
+
+#[test]
+fn lateness_that_was_set_under_the_real_clock_is_no_part_of_the_model() {
+    let folder = Folder::new();
+    folder.write("knobs", "0.05 wakes policy 45\n");
+    let recorded = real(&folder, "--knobs knobs")["turned"].to_string();
+    assert!(recorded.contains("wakes policy 45"), "{recorded}");
+    let modelled = like(&folder, "")["turned"].to_string();
+    assert!(!modelled.contains("wakes"), "{modelled}");
+}
