@@ -140,7 +140,7 @@ pub struct Actuator<P = Plant> {
     pub actions: Subscription<Action>,
     /// Age of the sensing behind each action when it is applied.
     pub sense_to_act: MeterRecorder,
-    /// The same, as a function of time.
+    /// That age as a function of time.
     pub push_age: PushRecorder,
     /// Publisher of the result of each step, `/state`; `None` for a plant that moves by itself.
     pub steps: Option<Publisher<ControlStep>>,

@@ -15,7 +15,7 @@ use super::{
 /// The course's step of physics.
 pub(super) const STEP: StepMs = StepMs::LONGEST;
 
-/// The same (s).
+/// That step (s).
 const TIMESTEP_S: f64 = 0.01;
 
 /// Control steps per second of plant time: one per [`SUBSTEPS`] time steps of

@@ -10,7 +10,7 @@ use crate::file;
 /// Maximum size of a file (bytes): about a million durations.
 const LARGEST: u64 = 1 << 23;
 
-/// The same knob with the durations that it draws from, if they are not loaded yet: those that
+/// This knob with the durations that it draws from, if they are not loaded yet: those that
 /// `read` returns.
 ///
 /// # Errors

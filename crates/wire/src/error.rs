@@ -27,7 +27,7 @@ impl WireError {
 
 /// A result whose error becomes one of the connection.
 pub(crate) trait Attempted<T> {
-    /// The same, with what was tried.
+    /// This error, with what was tried.
     fn tried(self, what: impl Display) -> Result<T, WireError>;
 }
 

@@ -22,7 +22,7 @@ use crate::{
 /// Periods of silence after which a node counts as silent.
 const SILENT_PERIODS: u32 = 5;
 
-/// The same at the least, for fast nodes: the scheduler of a busy machine takes that long.
+/// The shortest such time, for fast nodes: the scheduler of a busy machine takes that long.
 const LEAST_SILENCE: Duration = Duration::from_millis(50);
 
 /// This process in a run.

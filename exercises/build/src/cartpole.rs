@@ -29,7 +29,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The same settings for the lab.
+    /// These settings for the lab.
     ///
     /// # Errors
     /// [`KnobTextError`] if a setting is impossible there.

@@ -11,7 +11,7 @@ use ratelab_study::experiment::Experiment;
 /// More messages or ticks than a run of ten seconds has.
 const ALL: usize = 10_000;
 
-/// The same run in the lab.
+/// This run in the lab.
 fn in_the_lab(settings: &Settings) -> Run {
     let config = settings.config().expect("settings");
     let experiment = Experiment::new(Arc::new(CartPole::default()), &config).expect("a run");

@@ -48,7 +48,7 @@ impl Recordings {
         Ok(path)
     }
 
-    /// The same for a run that just began; an error waits for the end.
+    /// Records a run that just began; an error waits for the end.
     pub fn begin_of_run(&mut self, source: Source) {
         if let Err(why) = self.begin(source) {
             self.refused.get_or_insert(why);

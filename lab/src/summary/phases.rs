@@ -90,7 +90,7 @@ impl PhaseSpread {
         lines
     }
 
-    /// The same for programs.
+    /// The phases for programs.
     pub fn json(&self) -> Value {
         let ages = self.spread().map(|ages| ages.map(rounded));
         json!({

@@ -31,7 +31,7 @@ pub struct ReportContext {
     pub realtime: Option<Result<(), String>>,
     /// Number of rows lost by the CSV writer.
     pub csv_lost: u64,
-    /// The same run at other phases, if it was asked for.
+    /// This run at other phases, if it was asked for.
     pub phases: Option<PhaseSpread>,
     /// The reason why the end of the run is unknown, if it is.
     pub open: Option<String>,

@@ -56,7 +56,7 @@ const FOLDERS: [&str; 7] = [
     "tests/fixtures/policies",
 ];
 
-/// The same, for folders that may also contain a reader's own files.
+/// Folders that may also contain a reader's own files.
 const FILES: [&str; 5] = [
     "exercises/bands.toml",
     "recordings/balanced-50hz.rrd",

@@ -30,7 +30,7 @@ impl Part {
         Self::of(Command::new(RATELAB), line)
     }
 
-    /// The same by `command`, which starts ratelab.
+    /// A part started by `command`, which starts ratelab.
     pub fn of(mut command: Command, line: &str) -> Self {
         command.arg("node").args(words(line));
         command.stdout(Stdio::piped()).stderr(Stdio::piped());

@@ -103,7 +103,7 @@ impl Planned {
         })
     }
 
-    /// The same with this weight, and what was planned `before` with the rest.
+    /// A mean of this plan with this weight, and of what was planned `before` with the rest.
     fn blended(self, weight: f64, before: Self) -> Self {
         let mean = |new: f64, old: f64| weight * new + (1.0 - weight) * old;
         Self {

@@ -53,7 +53,7 @@ pub enum PlanKind {
     /// The policy's own actions, for the states that its model comes to.
     #[default]
     Rollout,
-    /// The same, with the actions that are still to be played meanwhile.
+    /// As a rollout, with the actions that are still to be played meanwhile.
     Committed,
 }
 

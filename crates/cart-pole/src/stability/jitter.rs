@@ -31,7 +31,7 @@ pub struct JitterMargin {
     /// The largest delay of any action beyond the constant part; each action may have its
     /// own.
     pub jitter: Duration,
-    /// The same as an age: deviations shrink if no action is applied earlier than the
+    /// The jitter as an age: deviations shrink if no action is applied earlier than the
     /// constant part after its reading, and none is in force once its reading is this
     /// old, for whatever reason.
     pub oldest: Duration,

@@ -102,7 +102,7 @@ impl Summary {
         }
     }
 
-    /// The same with the figures of `observer`.
+    /// This summary with the figures of `observer`.
     #[must_use]
     pub fn observed(self, system: &dyn System, observer: &Observer) -> Self {
         let mut snapshot = observer.snapshot();

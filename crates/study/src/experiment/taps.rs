@@ -39,7 +39,7 @@ impl Taps {
         Some(self.topic(name)?.tap(&self.tap_handle, capacity))
     }
 
-    /// The same as messages; `None` also for another payload type.
+    /// A tap of a topic's messages; `None` also for another payload type.
     pub fn messages<T: Payload>(&self, name: &str, capacity: usize) -> Option<Tap<TapMessage<T>>> {
         let topic: &dyn Any = self.topic(name)?;
         let named = topic.downcast_ref::<NamedTopic<T>>()?;

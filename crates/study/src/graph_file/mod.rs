@@ -156,7 +156,7 @@ impl GraphFile {
         file.map_err(|refusal| refusal.in_text(text))
     }
 
-    /// The same graph with its settings as `change` returns them, such as with measured durations
+    /// This graph with its settings as `change` returns them, such as with measured durations
     /// that were loaded.
     ///
     /// # Errors

@@ -97,7 +97,7 @@ impl<'a> Builder<'a> {
         self.record_as(topic.clone(), T::FIELDS);
     }
 
-    /// The same with a name for each number of a message.
+    /// Has a topic recorded with a name for each number of a message.
     pub fn record_as<T: Fields + Payload>(
         &mut self,
         topic: Topic<T>,
@@ -281,8 +281,7 @@ impl<'a> Builder<'a> {
         self.released_node(name, Hz::new(hz)?.into(), priority, build)
     }
 
-    /// The same for a node that ticks at a rate, unless set otherwise, or on messages; see
-    /// [`Release`].
+    /// Adds a node that ticks at a rate, unless set otherwise, or on messages; see [`Release`].
     ///
     /// # Errors
     /// [`BuildError`] as of [`Builder::node`], and if nodes would trigger each other in a
@@ -316,8 +315,7 @@ impl<'a> Builder<'a> {
         Ok(self.graph.executor(executor, callbacks)?)
     }
 
-    /// The same for a node that holds what there is only once. A restart is up to
-    /// [`Node::restart`].
+    /// Adds a node that holds what there is only once. A restart is up to [`Node::restart`].
     ///
     /// # Errors
     /// As of [`Builder::released_node`].

@@ -98,7 +98,7 @@ impl KnobText {
         Ok(knobs.map(|(_, knob)| knob).collect())
     }
 
-    /// The same, each knob with the number of its line, counted from one.
+    /// Parses a list, each knob with the number of its line, counted from one.
     ///
     /// # Errors
     /// As of [`parse_list`](Self::parse_list).

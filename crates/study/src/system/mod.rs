@@ -167,7 +167,7 @@ pub trait System: Send + Sync + 'static {
             .map_or_else(Vec::new, |inner| inner.finals(state))
     }
 
-    /// The same at run time `at`, the end of a run, for figures that change after the last
+    /// The final figures at run time `at`, the end of a run: for those that change after the last
     /// message, such as an age.
     fn finals_at(&self, at: Time, state: &[f64]) -> Vec<Final> {
         let _ = at;

@@ -215,7 +215,7 @@ impl GatheredRun {
         ended.next().or_else(completed)
     }
 
-    /// The same for a recording.
+    /// The figures for a recording.
     pub fn end(&self) -> StopReason {
         match self.exit() {
             None => StopReason::Off,

@@ -151,7 +151,7 @@ impl Windows {
         kinds
     }
 
-    /// The same share of each kind, at the same time.
+    /// An equal share of each kind, at the same time.
     fn together(&self) -> WindowKind<'_> {
         let most = self.lose.max(self.late).max(self.hang).max(self.shift);
         let share = move |of: usize, size: usize| (of * size).div_ceil(most);

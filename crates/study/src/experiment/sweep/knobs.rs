@@ -53,7 +53,7 @@ impl SweepAxis {
         Self::of(knobs, name, texts)
     }
 
-    /// The same with `texts` as its values.
+    /// An axis with `texts` as its values.
     ///
     /// # Errors
     /// [`AxisError`] for an unknown knob or an invalid value.

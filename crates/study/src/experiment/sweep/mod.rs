@@ -185,7 +185,7 @@ impl Sweep {
         config
     }
 
-    /// The same sweep with its messages in recordable form; see [`System::resolve`].
+    /// This sweep with its messages in recordable form; see [`System::resolve`].
     /// Files named by messages are read once, before the first run.
     fn resolved(&self) -> Result<Self, BuildError> {
         let mut resolved = self.clone();
@@ -221,7 +221,7 @@ impl Sweep {
         self.run_until(&Interrupt::default(), threads, finished)
     }
 
-    /// The same until `interrupt` is asked for, which stops the runs that go on as well.
+    /// Runs all cells until `interrupt` is asked for, which stops the runs that go on as well.
     ///
     /// # Errors
     /// [`SweepError`] if the sweep is empty or too large, or if a cell failed.
