@@ -81,7 +81,7 @@ impl Topology {
         rates.collect()
     }
 
-    /// The same in microhertz.
+    /// These rates in microhertz.
     fn micro_rates(&self, own: impl Fn(usize) -> Hz) -> impl Iterator<Item = u64> {
         let nodes = self.nodes.iter().enumerate();
         let mut known: Vec<Option<u64>> = nodes
