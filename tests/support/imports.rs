@@ -138,6 +138,7 @@ fn target(sources: &Sources, module: &Module, path: &str) -> Option<Option<Modul
         "crate" => at.truncate(1),
         "self" | "super" => {}
         child if sources.contains_key(&[&at[..], &[child.to_owned()]].concat()) => {}
+        within if defines(&sources[&at], within) => return Some(Some(at)),
         _ => match sources.keys().find(root) {
             Some(root) => {
                 at = root.clone();

@@ -9,9 +9,9 @@ use ratelab::{
 };
 
 use crate::{
-    deadlines::DeadlineRanks,
+    core_share::{CoreShare, DeadlineRanks},
     mailbox::Post,
-    priority::{CoreShare, RealtimePriority, spare_cores},
+    priority::{RealtimePriority, spare_cores},
     supervisor::{StretchEnd, Supervisor},
     wall_thread::{Board, ThreadContext, WallThread},
 };

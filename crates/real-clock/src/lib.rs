@@ -12,13 +12,13 @@
 //! | `wall_thread.rs` | a thread: look, work, wait |
 //! | `mailbox.rs` | what ends a wait: a message, a command, a stop |
 //! | `priority.rs` | real-time priority, cores |
-//! | `deadlines.rs` | cores that threads share by deadlines |
+//! | `core_share.rs` | cores that threads share, by priority or by deadline |
 //!
 //! It stands on the core alone, as any clock does: [`Clock`](ratelab::Clock) is its one way in.
 //! Begin with `clock.rs`.
 
 mod clock;
-mod deadlines;
+mod core_share;
 mod mailbox;
 mod priority;
 mod supervisor;

@@ -1,10 +1,7 @@
 //! Thread priorities: real-time for threads that must wake on time, low for background
 //! threads.
 
-use ratelab::sync::Arc;
 use thiserror::Error;
-
-use crate::deadlines::DeadlineRanks;
 
 /// Proof that real-time scheduling and locked memory were granted; see
 /// [`RealtimePriority::request`].
@@ -19,17 +16,6 @@ pub struct RealtimePriority(());
 pub struct RealtimeError {
     what: &'static str,
     why: String,
-}
-
-/// The cores that a thread shares with those of other priorities.
-#[derive(Clone, Debug)]
-pub(crate) struct CoreShare {
-    /// Place of its priority among those of the executor, the highest first.
-    pub(crate) rank: usize,
-    /// Numbers of the cores.
-    pub(crate) cores: Vec<usize>,
-    /// The threads of the executor that have work, if deadlines decide.
-    pub(crate) deadlines: Option<Arc<DeadlineRanks>>,
 }
 
 #[cfg(target_os = "linux")]
@@ -51,7 +37,7 @@ mod system {
         ThreadSchedulePolicy, set_thread_priority_and_policy, thread_native_id,
     };
 
-    use super::{CoreShare, RealtimeError, RealtimePriority};
+    use super::{RealtimeError, RealtimePriority};
 
     /// Middle of the range of SCHED_FIFO: above every ordinary thread, below the kernel's
     /// own interrupt threads.
@@ -105,15 +91,15 @@ mod system {
         allowed.skip(1).collect()
     }
 
-    /// Gives the calling thread its share of cores: below the threads of other nodes, so that
-    /// what comes from outside is on time.
-    pub(crate) fn share_cores(share: &CoreShare) {
-        set_rank(this_thread(), share.rank);
-        let mut cores = CpuSet::new();
-        for core in &share.cores {
-            let _ = cores.set(*core);
+    /// Has the calling thread run on these cores with its rank there: below the threads of other
+    /// nodes, so that what comes from outside is on time.
+    pub(crate) fn share_cores(rank: usize, cores: &[usize]) {
+        set_rank(this_thread(), rank);
+        let mut set = CpuSet::new();
+        for core in cores {
+            let _ = set.set(*core);
         }
-        let _ = sched_setaffinity(Pid::from_raw(0), &cores);
+        let _ = sched_setaffinity(Pid::from_raw(0), &set);
     }
 
     /// The calling thread.
@@ -165,7 +151,7 @@ mod system {
 mod system {
     use std::time::Duration;
 
-    use super::{CoreShare, RealtimeError, RealtimePriority};
+    use super::{RealtimeError, RealtimePriority};
 
     impl RealtimePriority {
         /// Requests real-time scheduling, which has no common interface on this system.
@@ -186,7 +172,7 @@ mod system {
         Vec::new()
     }
 
-    pub(crate) fn share_cores(_: &CoreShare) {}
+    pub(crate) fn share_cores(_: usize, _: &[usize]) {}
 
     /// The number of a thread.
     pub(crate) type ThreadId = usize;

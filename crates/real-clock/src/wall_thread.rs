@@ -13,8 +13,9 @@ use ratelab::{
 };
 
 use crate::{
+    core_share::CoreShare,
     mailbox::Mailbox,
-    priority::{self, CoreShare, RealtimePriority},
+    priority::{self, RealtimePriority},
     supervisor::{Report, StretchEnd},
 };
 
@@ -76,7 +77,7 @@ impl WallThread<'_> {
     pub(crate) fn run(mut self) {
         priority::prepare_thread(self.context.realtime.as_ref());
         if let Some(share) = &self.share {
-            priority::share_cores(share);
+            priority::share_cores(share.rank, &share.cores);
         }
         let _noter = self.log.noter();
         self.place(None);

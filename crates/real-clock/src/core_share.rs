@@ -1,14 +1,26 @@
-//! Threads that share cores by deadlines: the earlier a deadline, the higher the priority.
+//! Threads that share cores: by the priorities of their nodes, or by deadlines, where the earlier a
+//! deadline is, the higher is the priority.
 //!
 //! A thread without work waits above all others of its executor, so that it takes note of what is
 //! due at once, and finds its place among them before its tick begins.
 
 use ratelab::{
     Time,
-    sync::{Mutex, lock},
+    sync::{Arc, Mutex, lock},
 };
 
 use crate::priority::{ThreadId, set_rank, this_thread};
+
+/// The cores that a thread shares with those of other priorities.
+#[derive(Clone, Debug)]
+pub(crate) struct CoreShare {
+    /// Place of its priority among those of the executor, the highest first.
+    pub(crate) rank: usize,
+    /// Numbers of the cores.
+    pub(crate) cores: Vec<usize>,
+    /// The threads of the executor that have work, if deadlines decide.
+    pub(crate) deadlines: Option<Arc<DeadlineRanks>>,
+}
 
 /// The threads of an executor that have work, the earliest deadline first.
 #[derive(Debug, Default)]
