@@ -55,16 +55,12 @@ fn sets(matching: Match, inputs: usize, messages: &[(usize, u64)], executor: &st
 fn approximate_time_finds_the_sets_of_an_independent_model() {
     // More of them: `python3 tests/golden/approximate.py 5000 > FILE`.
     let known = include_str!("../golden/approximate.txt");
-    for (number, case) in golden_blocks(known, "RATELAB_APPROXIMATE")
-        .iter()
-        .enumerate()
-    {
+    let cases = golden_blocks(known, "RATELAB_APPROXIMATE");
+    for (number, case) in cases.iter().enumerate() {
         let (line, expected) = case.split_once('\n').expect("two lines");
-        let words = line.split(' ').filter_map(|word| word.split_once('='));
-        let words: Vec<&str> = words.map(|(_, value)| value).collect();
-        let [inputs, queue, interval, messages] = words[..] else {
-            panic!("{line}");
-        };
+        let fields = fields(line);
+        let [inputs, queue, interval, messages] =
+            ["topics", "queue", "interval", "messages"].map(|key| fields[key]);
         let interval = interval.parse::<f64>().map(|us| format!(":{}", us / 1e3));
         let text = format!("approximate:{queue}{}", interval.unwrap_or_default());
         let matching: Match = text.parse().expect(&text);

@@ -154,19 +154,13 @@ const ABOUT_THE_CART_POLE: [&str; 1] = ["lab/src/sweep/theory"];
 
 #[test]
 fn the_screen_and_sweeps_import_the_cart_pole_in_the_named_files_only() {
-    let mut found = Vec::new();
-    for (module, code) in sources("lab/src")
-        .into_iter()
-        .chain(sources("crates/screen/src"))
-    {
+    let sources = [sources("lab/src"), sources("crates/screen/src")];
+    let named = sources.iter().flatten().filter_map(|(module, code)| {
         let path = module.join("/");
-        let is_generic = ["lab/src/sweep/", "crates/screen/"]
-            .iter()
-            .any(|folder| path.starts_with(folder));
-        if is_generic && code.contains(CART_POLE) {
-            found.push(path);
-        }
-    }
+        let is_generic = path.starts_with("lab/src/sweep/") || path.starts_with("crates/screen/");
+        (is_generic && code.contains(CART_POLE)).then_some(path)
+    });
+    let found: Vec<_> = named.collect();
     assert_eq!(found, ABOUT_THE_CART_POLE);
 }
 

@@ -5,7 +5,7 @@ use std::thread;
 
 use crossbeam_channel::Sender;
 
-use crate::{support::*, table::rows};
+use crate::{support::*, swap::listener, table::rows};
 
 fn seconds(times: &[Time]) -> String {
     let times = times.iter().map(|time| time.as_secs_f64().to_string());
@@ -102,35 +102,35 @@ fn both_clocks_end_alike() {
             assert_eq!(exit, ClockExit::Stopped, "{last}");
             assert!(now >= secs(0.05), "{last}: {now}");
         }
-        // A node that is or has what a command names.
-        let (_, mut graph) = metronome();
-        let unknown = "0 rate nobody 1; 0 depth /none 1";
-        assert_eq!(run(&mut graph, unknown, secs(0.02)).0, ClockExit::Completed);
-        let reasons = [
-            "there is no node \"nobody\": expected one of a",
-            "there is no topic \"/none\": the graph has none",
-        ];
-        assert_eq!(refused(&graph.state().events(0)), reasons);
     }
 }
 
 #[test]
-fn the_real_clock_refuses_commands_for_virtual_time() {
-    let (_, mut graph) = metronome();
-    let only_virtual = [Command::Speed(Speed::Unlimited), Command::Step];
-    let timed = only_virtual.map(|command| TimedCommand {
-        at: Time::ZERO,
-        command,
-    });
-    let (_, mut inbox) = Inbox::new(timed.to_vec());
-    let exit = RealClock::default().run(&mut graph, &mut inbox, secs(0.02));
-    exit.expect("no fault");
-    let events = graph.state().events(0);
-    let commands = events.iter().map(|event| match &event.what {
-        EventKind::Refused { command, reason } if reason.contains("virtual clock") => command,
-        _ => panic!("{event}"),
-    });
-    assert!(commands.eq(timed.iter().map(|timed| &timed.command)));
+fn a_command_that_cannot_be_obeyed_is_refused_with_the_reason() {
+    const WALL: &str =
+        "the real clock knows one speed, that of the wall; hand over to the virtual clock";
+    for [clocks_of_it, command, reason] in rows(
+        r#"
+        virtual, real | rate nobody 1   | there is no node "nobody": expected one of a, deaf
+        virtual, real | send nobody one | there is no node "nobody": expected one of a, deaf
+        virtual, real | depth /none 1   | there is no topic "/none": the graph has none
+        virtual, real | send deaf one   | this node takes no orders
+        virtual, real | send a no       | not that
+        virtual       | virtual         | it runs under that clock already
+        real          | real            | it runs under that clock already
+        real          | step            | WALL
+        real          | speed 2         | WALL
+        "#,
+    ) {
+        for (mut clock, name) in clocks().into_iter().zip(["virtual", "real"]) {
+            if clocks_of_it.contains(name) {
+                let mut graph = listener();
+                run_timed(&mut *clock, &mut graph, &format!("0 {command}"), secs(0.02));
+                let refused = refused(&graph.state().events(0));
+                assert_eq!(refused, [reason.replace("WALL", WALL)], "{name}: {command}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -30,9 +30,8 @@ impl Bench {
 
     /// The graph in a line of `executors.txt`, with the end of its run (ms).
     fn read(line: &str) -> (Self, f64) {
-        let words = line.split(' ').filter_map(|word| word.split_once('='));
-        let words: HashMap<_, _> = words.collect();
-        let list = |key| words.get(key).copied().unwrap_or_default();
+        let fields = fields(line);
+        let list = |key| fields.get(key).copied().unwrap_or_default();
         let (mut bench, mut callbacks) = (Self::new(), Vec::new());
         for node in split(list("nodes"), ';') {
             let parts: Vec<_> = node.split(',').collect();
@@ -52,13 +51,10 @@ impl Bench {
                 (_, group) => callbacks.push(callback.in_group(group)),
             }
         }
-        for (knob, key) in [("depth {}", "depths"), ("link {}", "delays")] {
-            for text in split(list(key), ',') {
-                let value = if key == "delays" { " delay:" } else { " " };
-                bench
-                    .knobs
-                    .push(knob.replace("{}", &text.replace(':', value)));
-            }
+        for (key, knob, value) in [("depths", "depth", " "), ("delays", "link", " delay:")] {
+            let texts = split(list(key), ',').into_iter();
+            let knobs = texts.map(|text| format!("{knob} {}", text.replace(':', value)));
+            bench.knobs.extend(knobs);
         }
         let more = split(list("knobs"), ',').into_iter();
         bench.knobs.extend(more.map(|knob| knob.replace('_', " ")));
@@ -189,7 +185,8 @@ fn the_timelines_are_those_that_were_worked_out_by_hand() {
 fn random_graphs_do_what_an_independent_model_does() {
     // More of them: `python3 tests/golden/executors.py 5000 > FILE`.
     let known = include_str!("../golden/executors.txt");
-    for (number, case) in golden_blocks(known, "RATELAB_EXECUTORS").iter().enumerate() {
+    let cases = golden_blocks(known, "RATELAB_EXECUTORS");
+    for (number, case) in cases.iter().enumerate() {
         let (line, expected) = case.split_once('\n').expect("two lines");
         let (bench, until) = Bench::read(line);
         let (names, ticks, mut text) = (bench.names.clone(), bench.ticks(until), String::new());

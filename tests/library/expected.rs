@@ -29,35 +29,28 @@ fn graph(change: impl FnOnce(&mut Timing)) -> Loop {
 
 #[test]
 fn knobs_are_read_as_the_loop_that_they_make() {
-    let growth = |change: fn(&mut Timing)| {
-        Expected::Growth(graph(change).stability().expect("short").growth())
-    };
-    type Change = fn(&mut Timing);
-    let cases: [(&str, Change); 6] = [
-        ("control-hz 50", |_| {}),
-        ("control-hz 10; sensor-hz 25", |timing| {
-            timing.policy.hz = hz(10.0);
-            timing.sensor.hz = hz(25.0);
-        }),
-        ("link /action delay:55", |timing| {
-            timing.action_delay = ms(55)
-        }),
-        ("link /obs delay:15; link /action delay:30", |timing| {
-            (timing.obs_delay, timing.action_delay) = (ms(15), ms(30));
-        }),
-        ("takes policy 35; offset actuator 7", |timing| {
-            timing.policy_takes = ms(35);
-            timing.actuator = Some(Cadence {
-                hz: hz(50.0),
-                offset: ms(7),
-            });
-        }),
-        ("rate actuator 200; depth /obs 9", |timing| {
-            timing.actuator = Some(Cadence::new(hz(200.0)));
-        }),
-    ];
-    for (setup, change) in cases {
-        assert_eq!(of(setup), growth(change), "{setup}");
+    // The rates of sensor, policy and actuator (Hz); what the policy takes, the delays of readings
+    // and of actions, and the offset of the actuator (ms).
+    for [setup, rates, times] in rows(
+        "control-hz 50                             | 50 50 50  | 0 0 0 0
+         control-hz 10; sensor-hz 25               | 25 10 50  | 0 0 0 0
+         link /action delay:55                     | 50 50 50  | 0 0 55 0
+         link /obs delay:15; link /action delay:30 | 50 50 50  | 0 15 30 0
+         takes policy 35; offset actuator 7        | 50 50 50  | 35 0 0 7
+         rate actuator 200; depth /obs 9           | 50 50 200 | 0 0 0 0",
+    ) {
+        let rates: Vec<Hz> = rates.split(' ').map(|hz| hz.parse().expect(hz)).collect();
+        let times = times.split(' ').map(|time| ms(time.parse().expect(time)));
+        let times: Vec<Duration> = times.collect();
+        let made = graph(|timing| {
+            (timing.sensor.hz, timing.policy.hz) = (rates[0], rates[1]);
+            (timing.policy_takes, timing.obs_delay, timing.action_delay) =
+                (times[0], times[1], times[2]);
+            let (hz, offset) = (rates[2], times[3]);
+            timing.actuator = Some(Cadence { hz, offset });
+        });
+        let growth = made.stability().expect("short").growth();
+        assert_eq!(of(&setup), Expected::Growth(growth), "{setup}");
     }
 }
 
@@ -156,8 +149,7 @@ fn theory_of_chunks_ends_where_its_player_does_something_else() {
          link /action delay:20     | link /action delay:20
          set sensor similar 0.1    | set sensor similar 0.1",
     ) {
-        let error = expected(&config(&format!("chunk 50; {setup}")).setup, WorldKind::OWN);
-        let error = error.expect_err(&setup).to_string();
+        let error = said(&format!("chunk 50; {setup}")).expect_err(&setup);
         assert!(error.starts_with(&found), "{setup}: {error}");
     }
 }

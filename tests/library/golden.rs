@@ -7,16 +7,7 @@
 //! and verdict are compared directly. The last bits of sine and cosine depend on the C
 //! library, so the bytes are compared only on the platform that produced them.
 
-use std::collections::HashMap;
-
 use crate::support::*;
-
-type Fields<'a> = HashMap<&'a str, &'a str>;
-
-fn fields(words: &str) -> Fields<'_> {
-    let words = words.split_whitespace();
-    words.filter_map(|word| word.split_once('=')).collect()
-}
 
 fn parsed<T: std::str::FromStr>(fields: &Fields<'_>, key: &str) -> T {
     let number = fields[key].parse().ok();

@@ -5,26 +5,6 @@ use crossbeam_channel::Sender;
 
 use crate::support::*;
 
-/// Runs `graph` with these commands, first under a clock of `kind`.
-fn run_from(kind: ClockKind, graph: &mut Graph, commands: &str, until: f64) {
-    let (_, mut inbox) = Inbox::new(timed(commands));
-    let real = &mut RealClock::default();
-    let exit = ratelab::run(graph, &mut inbox, secs(until), kind, real);
-    assert_eq!(exit.expect("run"), ClockExit::Completed);
-}
-
-#[test]
-fn a_graph_is_not_handed_to_the_clock_that_runs_it() {
-    for (kind, same) in [
-        (ClockKind::Virtual, "0 virtual"),
-        (ClockKind::Real, "0 real"),
-    ] {
-        let (_, mut graph) = metronome();
-        run_from(kind, &mut graph, same, 0.02);
-        assert_eq!(refused(&graph.state().events(0)).len(), 1);
-    }
-}
-
 #[test]
 fn a_graph_that_is_handed_over_and_back_continues_where_it_was() {
     let mut graph = Graph::with(Effects);
@@ -36,7 +16,10 @@ fn a_graph_that_is_handed_over_and_back_continues_where_it_was() {
         });
     }
     let tap = TapHandle::of(&graph).topic(&topic, 1_000);
-    run_from(ClockKind::Virtual, &mut graph, "0.5 real; 0.6 virtual", 2.0);
+    let (_, mut inbox) = Inbox::new(timed("0.5 real; 0.6 virtual"));
+    let (virtual_first, real) = (ClockKind::Virtual, &mut RealClock::default());
+    let exit = ratelab::run(&mut graph, &mut inbox, secs(2.0), virtual_first, real);
+    assert_eq!(exit.expect("run"), ClockExit::Completed);
 
     let hand_overs = applied(&graph.state().events(0));
     let (to_real, to_virtual) = (hand_overs[0].0, hand_overs[1].0);

@@ -258,10 +258,7 @@ fn random_commands(dice: &mut Dice, first: ClockKind) -> Vec<(f64, Command)> {
             0 => vec!["pause", dice.pick(&knobs), dice.pick(&knobs), "resume"],
             1 => vec!["virtual"],
             2 => vec!["real"],
-            3 => {
-                commands.push((at, Command::Speed(Speed::REAL_TIME)));
-                continue;
-            }
+            3 => vec!["speed 1"],
             _ => vec![dice.pick(&knobs)],
         };
         commands.extend(texts.into_iter().map(|text| (at, command(text))));

@@ -11,36 +11,30 @@ use crossbeam_channel::Sender;
 
 use crate::support::*;
 
-/// A number for [`adders`], and the topic for their sums.
-fn total_and_topic() -> (Arc<Shared<u64>>, Topic<u64>) {
-    let total = Arc::new(Shared::new("total", 0));
-    (total, Topic::new("/sum", depth(1)))
-}
-
-/// Two nodes that add to one number and publish it.
-fn adders(total: &Arc<Shared<u64>>, topic: &Topic<u64>) -> Graph {
+/// Two nodes that add to one number, which is shared as `name`, and publish it.
+fn adders(name: &str) -> (Graph, Arc<Shared<u64>>, Topic<u64>) {
     let mut graph = Graph::with(Effects);
+    let (shared, topic) = (Arc::new(Shared::new(name, 0)), graph.topic("/sum"));
     for name in ["one", "other"] {
-        let total = total.clone();
-        talker(&mut graph, name, 1_000.0, 0, topic, move |_| {
-            let mut total = total.lock();
-            *total += 1;
-            Some(*total)
+        let shared = shared.clone();
+        talker(&mut graph, name, 1_000.0, 0, &topic, move |_| {
+            let mut number = shared.lock();
+            *number += 1;
+            Some(*number)
         });
     }
-    graph
+    (graph, shared, topic)
 }
 
-/// Runs `graph` for so long with a log; its observer.
-fn run_on(clock: &mut dyn Clock, graph: &mut Graph, seconds: f64) -> Observer {
+/// Runs `graph` with these commands for so long with a log; its observer.
+fn run_on(clock: &mut dyn Clock, graph: &mut Graph, commands: &str, seconds: f64) -> Observer {
     RunLog::of(&graph.state());
-    let end = clock.run(graph, &mut Inbox::default(), secs(seconds));
-    end.expect("no fault");
+    run_timed(clock, graph, commands, secs(seconds));
     Observer::of(graph)
 }
 
 fn run_really(graph: &mut Graph, seconds: f64) -> Observer {
-    run_on(&mut RealClock::default(), graph, seconds)
+    run_on(&mut RealClock::default(), graph, "", seconds)
 }
 
 /// Runs graphs of `build` until ticks overlap in one; its observer.
@@ -78,16 +72,11 @@ fn held_in(mut graph: Graph, mut rerun: Rerun, overlap: usize, mut look: impl Fn
 
 #[test]
 fn a_run_is_held_between_any_two_operations_of_ticks_that_overlap() {
-    let build = || {
-        let (total, topic) = total_and_topic();
-        adders(&total, &topic)
-    };
-    let observer = with_an_overlap(build);
+    let observer = with_an_overlap(|| adders("total").0);
     let overlaps = rerun_of(&observer).overlaps();
     for (number, overlap) in overlaps.iter().enumerate().take(5) {
         assert!(overlap.from <= overlap.to);
-        let (total, topic) = total_and_topic();
-        let graph = adders(&total, &topic);
+        let (graph, total, topic) = adders("total");
         let turn = |name: &str, done: usize| {
             let here = |at: &usize| &*overlap.operations[*at].takes == name;
             let before = (0..done).rev().find(here);
@@ -134,13 +123,21 @@ fn a_lock_within_another_one_does_not_hang_a_run_that_is_held() {
 }
 
 #[test]
-fn a_node_that_does_something_else_is_named() {
-    let (total, topic) = total_and_topic();
-    let mut rerun = rerun_of(&run_really(&mut adders(&total, &topic), 0.2));
-    let (_, topic) = total_and_topic();
+fn shared_state_comes_back_in_the_same_order_and_a_node_that_does_something_else_is_named() {
+    let observer = run_really(&mut adders("total").0, 0.2);
+    for perturbed in [false, true] {
+        let mut rerun = rerun_of(&observer);
+        if perturbed {
+            rerun.perturb();
+        }
+        let again = run_on(&mut rerun, &mut adders("total").0, "", 0.2);
+        assert_eq!(rerun.difference(), None);
+        let logs = [&again, &observer].map(|observer| RunLog::of(observer).log());
+        assert_eq!(logs[0], logs[1], "its log is another one");
+    }
+    let mut rerun = rerun_of(&observer);
     // Another name for what the nodes share is another lock.
-    let other = Arc::new(Shared::new("sum", 0));
-    run_on(&mut rerun, &mut adders(&other, &topic), 0.2);
+    run_on(&mut rerun, &mut adders("sum").0, "", 0.2);
     let difference = rerun.difference().expect("another run");
     assert!(
         difference.contains("took sum where the recorded run took total"),
@@ -175,7 +172,7 @@ fn a_node_that_waits_in_vain_is_named_by_the_watch() {
             assert!(!node.took.is_zero(), "a long tick may be long again");
             drop(sender);
         });
-        run_on(&mut rerun, &mut again, 0.05);
+        run_on(&mut rerun, &mut again, "", 0.05);
     });
     assert_eq!(rerun.difference(), None);
 }
@@ -240,19 +237,14 @@ fn a_branch_leaves_no_tick_of_an_executor_half_done() {
 
 #[test]
 fn a_command_that_is_refused_comes_back_where_threads_share_nodes() {
-    let (mut first, end) = (shared_threads(), secs(0.2));
-    RunLog::of(&first.state());
     let hello = "0.1 send fast hello";
-    run_timed(&mut RealClock::default(), &mut first, hello, end);
-    let observer = Observer::of(&first);
+    let observer = run_on(&mut RealClock::default(), &mut shared_threads(), hello, 0.2);
     let mut rerun = rerun_of(&observer);
     rerun.expect_refusals(|_| true);
-    let mut again = shared_threads();
-    let exit = rerun.run(&mut again, &mut Inbox::default(), end);
-    exit.expect("a run");
+    let again = run_on(&mut rerun, &mut shared_threads(), "", 0.2);
     assert_eq!(rerun.difference(), None);
     assert_eq!(observer.events(0).len(), 1);
-    assert_eq!(again.state().events(0), observer.events(0));
+    assert_eq!(again.events(0), observer.events(0));
 }
 
 /// Doubles a shared number, and says so after it was told to.

@@ -24,7 +24,8 @@ impl Node for Listener {
     }
 }
 
-fn listener() -> Graph {
+/// A graph with such a node, and one that takes no messages.
+pub fn listener() -> Graph {
     let mut graph = Graph::with(Effects);
     let silent = Listener("nothing".to_owned());
     graph.node("a", 100.0, 0, |_| silent).expect("graph");
@@ -47,19 +48,6 @@ fn a_node_handles_messages_under_either_clock_and_they_are_logged() {
         assert_eq!(again.len(), 2);
         assert!(!exact || again == timed(said), "{again:?}");
     }
-}
-
-#[test]
-fn a_refused_message_is_logged_with_the_reason() {
-    let said = "0.01 send a no; 0.01 send deaf one; 0.01 send nobody one";
-    let mut graph = listener();
-    run_virtual(&mut graph, said, secs(0.05));
-    let expected = [
-        "not that",
-        "this node takes no orders",
-        "there is no node \"nobody\": expected one of a, deaf",
-    ];
-    assert_eq!(refused(&graph.state().events(0)), expected);
 }
 
 #[test]

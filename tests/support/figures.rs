@@ -1,6 +1,6 @@
 //! Figures of a run by their names, for tables of runs.
 
-use std::time::Duration;
+use std::{collections::HashMap, time::Duration};
 
 use ratelab_study::experiment::Summary;
 
@@ -65,8 +65,16 @@ pub fn check(case: &str, summary: &Summary, figures: &str) {
     }
 }
 
-/// The blocks of a file in `tests/golden/`, and of the one that the variable `more` of the
-/// environment names.
+/// Words such as `seed=3`, by what is before their equals sign.
+pub type Fields<'a> = HashMap<&'a str, &'a str>;
+
+/// The fields in a line of a file in `tests/golden/`.
+pub fn fields(line: &str) -> Fields<'_> {
+    let words = line.split_whitespace();
+    words.filter_map(|word| word.split_once('=')).collect()
+}
+
+/// The blocks of such a file, and of the one that the variable `more` of the environment names.
 pub fn golden_blocks(known: &str, more: &str) -> Vec<String> {
     let more = std::env::var_os(more);
     let more = more.map(|path| std::fs::read_to_string(path).expect("more runs"));

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use crossbeam_channel::Receiver;
 use ratelab::{
     Clock, ClockExit, ClockKind, Command, Depth, Event, EventKind, GO_ON, Graph, Hz, Inbox,
-    Message, Payload, Tick, Time, TimedCommand, Topic, VirtualClock,
+    Message, Payload, Speed, Tick, Time, TimedCommand, Topic, VirtualClock,
 };
 use ratelab_account::{Lineage, Observer, Snapshot, Tap, TapMessage, TickRecord};
 use ratelab_real_clock::RealClock;
@@ -27,8 +27,12 @@ pub fn secs(seconds: f64) -> Time {
     Time::from_secs_f64(seconds).expect("a time")
 }
 
-/// The command `text`: `pause`, `resume`, `step`, `stop`, the clock to go on under, or a knob.
+/// The command `text`: `pause`, `resume`, `step`, `stop`, a speed such as `speed 2`, the clock to
+/// go on under, or a knob.
 pub fn command(text: &str) -> Command {
+    if let Some(times) = text.strip_prefix("speed ") {
+        return Command::Speed(Speed::times(times.parse().expect(text)).expect(text));
+    }
     match text {
         "pause" => Command::Pause,
         "resume" => Command::Resume,
