@@ -246,9 +246,23 @@ pub fn acting(system: &dyn System, graph: &Snapshot) -> Option<usize> {
     graph.nodes.iter().position(|node| *node.name == *acts)
 }
 
+/// The stretch of run time whose `age` is explained; without an age the latest one.
+pub fn late(
+    system: &dyn System,
+    graph: &Snapshot,
+    lineage: &Lineage,
+    age: Option<AgeData>,
+) -> (Time, Time) {
+    match (age, acting(system, graph)) {
+        (Some(age), _) => age.stretch,
+        (None, Some(acts)) => latest(graph, lineage, acts),
+        (None, None) => (Time::ZERO, graph.now),
+    }
+}
+
 /// The last second of a run, or the last two periods of the slowest node on the path to
 /// `acts` if those are longer; never before the first push.
-pub fn latest(graph: &Snapshot, lineage: &Lineage, acts: usize) -> (Time, Time) {
+fn latest(graph: &Snapshot, lineage: &Lineage, acts: usize) -> (Time, Time) {
     let path = before(lineage, acts).into_iter();
     let periods = path.map(|node| graph.nodes[node].hz.period());
     let window = LATELY.max(periods.max().unwrap_or_default() * 2);

@@ -9,9 +9,10 @@ use std::{
 };
 
 use ratelab::{ClockExit, Event, Head, KnobKind, Time, TimedKnob};
-use ratelab_account::{Observer, Rows, Snapshot};
-use ratelab_study::system::{
-    self, AgeLimits, Setup, System, Verdict, depends_on_the_world, names, plant,
+use ratelab_account::{Rows, Snapshot};
+use ratelab_study::{
+    experiment::Config,
+    system::{self, AgeLimits, Setup, System, Verdict, depends_on_the_world, names, plant},
 };
 
 use data::{marks, topic_data};
@@ -19,7 +20,7 @@ use standing::Moment;
 
 use super::{
     asked::Asked,
-    cause::{CureTrials, Facts, Hang, acting, latest},
+    cause::{CureTrials, Facts, Hang, late},
     figures::Figures,
     frame::{AgeData, FrameData, Ghost, LatencyData, SignalTrace, TRACE_S},
     knobs::{first_node, setting},
@@ -76,22 +77,10 @@ struct LastRun {
 impl Sampler {
     /// A frame of `session` as of now, with its new `rows`.
     pub fn frame_data(&mut self, session: &mut dyn RunSource, rows: &[WatchedRows]) -> FrameData {
-        let (system, observer) = (session.system(), session.observer());
-        self.follow_knobs(observer);
-        let graph = observer.snapshot();
-        self.push_ages.look(system, &graph);
-        for (topic, rows) in rows {
-            self.remember(system, topic, rows);
-        }
-        // By now it has all that the counters have.
-        session.update_lineage();
+        let graph = self.take(session, rows);
         let (session, now): (&dyn RunSource, _) = (session, graph.now);
         let (system, config) = (session.system(), session.config());
-        let mut setup = config.setup.clone();
-        let turned: Setup = self.turned.iter().map(|timed| timed.knob.clone()).collect();
-        setup.extend(turned.iter().cloned());
-        let mut hangs = Hang::at_the_start(&config.setup);
-        hangs.extend(self.turned.iter().filter_map(Hang::of));
+        let (turned, setup, hangs) = self.knobs(config);
         let age = self.age(session, &graph, &setup);
         let planning = system.about().planning;
         let plan = planning.and_then(|planning| self.plans.at(&planning, now));
@@ -108,11 +97,7 @@ impl Sampler {
                 graph: &graph,
                 lineage,
                 age,
-                late: match (age, acting(system, &graph)) {
-                    (Some(age), _) => age.stretch,
-                    (None, Some(acts)) => latest(&graph, lineage, acts),
-                    (None, None) => (Time::ZERO, now),
-                },
+                late: late(system, &graph, lineage, age),
                 plan: plan.as_ref(),
                 hangs: &hangs,
                 live: session.live(),
@@ -151,6 +136,22 @@ impl Sampler {
         }
     }
 
+    /// Takes the new `rows` and knobs of `session`; returns its graph.
+    fn take(&mut self, session: &mut dyn RunSource, rows: &[WatchedRows]) -> Snapshot {
+        let (system, observer) = (session.system(), session.observer());
+        let events = observer.events(self.events);
+        self.events += events.len();
+        self.turned.extend(events.iter().filter_map(Event::knob));
+        let graph = observer.snapshot();
+        self.push_ages.look(system, &graph);
+        for (topic, rows) in rows {
+            self.remember(system, topic, rows);
+        }
+        // By now it has all that the counters have.
+        session.update_lineage();
+        graph
+    }
+
     /// Looks at the age of the push between two frames.
     pub fn look(&mut self, session: &dyn RunSource) {
         let graph = session.observer().snapshot();
@@ -186,11 +187,12 @@ impl Sampler {
     pub fn trace(&self, system: &dyn System, now: Time, events: &[Event]) -> Option<SignalTrace> {
         let end = now.as_secs_f64();
         let begin = end - TRACE_S;
-        let first = self.points.partition_point(|(at, _)| *at < begin);
-        let last = self.points.partition_point(|(at, _)| *at <= end);
+        let from = self.points.partition_point(|(at, _)| *at < begin);
+        let to = self.points.partition_point(|(at, _)| *at <= end);
+        let last = self.last.as_ref();
         Some(SignalTrace {
             signal: *signal(system)?,
-            points: self.points.range(first..last).copied().collect(),
+            points: self.points.range(from..to).copied().collect(),
             ages: self.push_ages.saw(begin, end),
             // They are for what no plan predicted, and this is all of the age.
             limits: match self.plans.predicted((now - Duration::from_secs(1), now)) {
@@ -199,18 +201,18 @@ impl Sampler {
             },
             safe: None,
             marks: marks(system, events, begin),
-            ghost: self
-                .last
-                .as_ref()
-                .map(|last| last.ghost.clone())
-                .unwrap_or_default(),
+            ghost: last.map_or_else(Ghost::default, |last| last.ghost.clone()),
         })
     }
 
-    fn follow_knobs(&mut self, observer: &Observer) {
-        let events = observer.events(self.events);
-        self.events += events.len();
-        self.turned.extend(events.iter().filter_map(Event::knob));
+    /// The knobs turned since the start of a run of `config`, all in force, and its hangs.
+    fn knobs(&self, config: &Config) -> (Setup, Setup, Vec<Hang>) {
+        let turned: Setup = self.turned.iter().map(|timed| timed.knob.clone()).collect();
+        let mut setup = config.setup.clone();
+        setup.extend(turned.iter().cloned());
+        let mut hangs = Hang::at_the_start(&config.setup);
+        hangs.extend(self.turned.iter().filter_map(Hang::of));
+        (turned, setup, hangs)
     }
 
     /// The recent push age and its limits.
@@ -286,10 +288,8 @@ impl Sampler {
             (changed, true) => changed == last_change,
             (Some(changed), false) => now - changed < LIT,
         };
-        self.ticks
-            .iter()
-            .map(|(_, changed)| lit(*changed))
-            .collect()
+        let ticks = self.ticks.iter();
+        ticks.map(|(_, changed)| lit(*changed)).collect()
     }
 }
 
