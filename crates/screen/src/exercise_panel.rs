@@ -50,12 +50,8 @@ enum PanelPage {
         prediction: Prediction,
         findings: Asked<(), Result<Findings, Failure>>,
     },
-    /// The result.
-    Text {
-        title: String,
-        text: String,
-        by_hand: bool,
-    },
+    /// The result; Enter begins a rescue if it is about one by hand.
+    Text { page: Page, by_hand: bool },
 }
 
 /// The request of a key to the dashboard.
@@ -79,10 +75,10 @@ impl ExercisePanel {
     pub fn new(file: PathBuf, seed: u64) -> Self {
         let (answers, page) = match Answers::load(&file) {
             Ok(answers) => (answers, PanelPage::List),
-            Err(error) => (
-                Answers::default(),
-                text_page("exercises", error.to_string()),
-            ),
+            Err(error) => {
+                let page = text_page("exercises", error.to_string(), false);
+                (Answers::default(), page)
+            }
         };
         Self {
             at: first_open(&answers, 0),
@@ -101,13 +97,10 @@ impl ExercisePanel {
             Ok((false, text)) => format!("✖ {text}"),
             Err(error) => error.to_string(),
         };
+        let text = format!("{text}\n\nEnter begins another try.");
         Self {
             at: 0,
-            page: PanelPage::Text {
-                title: "5 Rescue it".to_owned(),
-                text: format!("{text}\n\nEnter begins another try."),
-                by_hand: true,
-            },
+            page: text_page("5 Rescue it", text, true),
             ..Self::new(file, seed)
         }
     }
@@ -154,13 +147,24 @@ impl ExercisePanel {
 
     /// Moves the mark of the list, or the text, or edits what is typed.
     fn go(&mut self, key: KeyCode) {
-        let (row, last) = match &mut self.page {
-            PanelPage::List => (&mut self.at, questions().count() - 1),
+        let (row, last) = match &self.page {
+            PanelPage::List => (&mut self.at, questions().len() - 1),
             _ => (&mut self.scroll, usize::MAX),
         };
-        match scrolled(*row, key) {
-            Some(to) => *row = to.min(last),
-            None => self.edit(key),
+        if let Some(to) = scrolled(*row, key) {
+            *row = to.min(last);
+            return;
+        }
+        match (&mut self.page, key) {
+            (PanelPage::List, KeyCode::Char(digit)) => {
+                let number = digit.to_digit(10);
+                let mut numbers = questions().map(|exercise| exercise.brief().number);
+                let index = numbers.position(|of| Some(of) == number);
+                self.at = index.unwrap_or(self.at);
+            }
+            (PanelPage::Question { typed, .. }, KeyCode::Char(letter)) => typed.push(letter),
+            (PanelPage::Question { typed, .. }, KeyCode::Backspace) => drop(typed.pop()),
+            _ => {}
         }
     }
 
@@ -202,7 +206,7 @@ impl ExercisePanel {
                 let text = format!(
                     "Begin with {label}: the figures of one question are there for the next."
                 );
-                text_page(&brief.title, text)
+                text_page(&*brief.title, text, false)
             }
             (None, None) => PanelPage::Question {
                 typed: String::new(),
@@ -225,7 +229,7 @@ impl ExercisePanel {
         match saved {
             Ok(answers) => self.answers = answers,
             Err(error) => {
-                self.page = text_page(&exercise.brief().title, error.to_string());
+                self.page = text_page(&*exercise.brief().title, error.to_string(), false);
                 return PanelAction::Stay;
             }
         }
@@ -240,20 +244,6 @@ impl ExercisePanel {
     pub fn paste(&mut self, text: &str) {
         if let PanelPage::Question { typed, .. } = &mut self.page {
             typed.push_str(text);
-        }
-    }
-
-    fn edit(&mut self, code: KeyCode) {
-        match (&mut self.page, code) {
-            (PanelPage::List, KeyCode::Char(digit)) => {
-                let number = digit.to_digit(10);
-                let mut numbers = questions().map(|exercise| exercise.brief().number);
-                let index = numbers.position(|of| Some(of) == number);
-                self.at = index.unwrap_or(self.at);
-            }
-            (PanelPage::Question { typed, .. }, KeyCode::Char(letter)) => typed.push(letter),
-            (PanelPage::Question { typed, .. }, KeyCode::Backspace) => drop(typed.pop()),
-            _ => {}
         }
     }
 
@@ -274,9 +264,7 @@ impl ExercisePanel {
                 let title = &*self.exercise().brief().title;
                 Page::text(title, "measuring …".to_owned(), "Esc back")
             }
-            PanelPage::Text { title, text, .. } => {
-                Page::text(&**title, text.clone(), "↑ ↓ read on  Enter go on  Esc back")
-            }
+            PanelPage::Text { page, .. } => page.clone(),
         };
         Page {
             keys: HINTS,
@@ -334,12 +322,9 @@ fn first_open(answers: &Answers, from: usize) -> usize {
     from + open.unwrap_or_default()
 }
 
-fn text_page(title: &str, text: String) -> PanelPage {
-    PanelPage::Text {
-        title: title.to_owned(),
-        text,
-        by_hand: false,
-    }
+fn text_page(title: impl Into<String>, text: String, by_hand: bool) -> PanelPage {
+    let page = Page::text(title, text, "↑ ↓ read on  Enter go on  Esc back");
+    PanelPage::Text { page, by_hand }
 }
 
 /// Measures on a thread of its own: the dashboard goes on.
@@ -376,11 +361,7 @@ fn reveal(
         Some(Err(failure)) => failure.to_string(),
         None => "the measurement panicked, which is a defect: please report it".to_owned(),
     };
-    PanelPage::Text {
-        title: format!("{} {}", brief.label(), brief.title),
-        text,
-        by_hand,
-    }
+    text_page(format!("{} {}", brief.label(), brief.title), text, by_hand)
 }
 
 #[cfg(test)]

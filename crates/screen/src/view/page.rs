@@ -25,7 +25,7 @@ const BORDERS: usize = 2;
 const HINT: usize = 1;
 
 /// A page.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Page {
     /// Its title.
     pub title: String,
@@ -71,20 +71,17 @@ impl Page {
         Self {
             title: title.into(),
             text,
-            rows: Vec::new(),
-            typed: None,
             hint,
-            keys: &[],
-            scroll: 0,
-            aside: false,
+            ..Self::default()
         }
     }
 
     /// A page of keys or words.
     pub fn rows(title: &str, rows: Vec<(&'static str, &'static str)>) -> Self {
         Self {
+            title: title.to_owned(),
             rows,
-            ..Self::text(title, String::new(), "")
+            ..Self::default()
         }
     }
 
