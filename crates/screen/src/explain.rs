@@ -24,11 +24,8 @@ fn graph(frame: &FrameData) -> [String; 3] {
         let what = node.caption.unwrap_or("ticks");
         format!("{} {what} {} times a second", node.name, hertz(node))
     });
-    let topics = frame
-        .topics
-        .iter()
-        .filter(|topic| !topic.readers.is_empty());
-    let topics: Vec<String> = topics.map(topic).collect();
+    let is_read = |topic: &&TopicData| !topic.readers.is_empty();
+    let topics = frame.topics.iter().filter(is_read).map(topic);
     let dropped = frame.topics.iter().map(|topic| topic.dropped);
     let dropped = dropped.fold(0, u64::saturating_add);
     [
@@ -42,7 +39,7 @@ fn graph(frame: &FrameData) -> [String; 3] {
         ),
         format!(
             "Lines are topics, and dots on them are messages: {}.",
-            list(topics.into_iter())
+            list(topics)
         ),
         format!(
             "A cross is a message that nobody read, as a newer one was there: {dropped} so far."

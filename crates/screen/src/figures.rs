@@ -42,12 +42,10 @@ impl Figures {
         if state == self.state || !(waited || at_rest) {
             return;
         }
+        let nodes = graph.nodes.iter();
+        let nodes = nodes.map(|node| [&node.lateness, &node.tick_time].map(Quantiles::of));
         *self = Self {
-            nodes: graph
-                .nodes
-                .iter()
-                .map(|node| [&node.lateness, &node.tick_time].map(Quantiles::of))
-                .collect(),
+            nodes: nodes.collect(),
             ages: graph.topics.iter().map(worst_age).collect(),
             latency: latency(system, graph),
             state,

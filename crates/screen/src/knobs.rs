@@ -154,10 +154,7 @@ fn first_topics(system: &dyn System, graph: &Snapshot) -> Vec<String> {
 }
 
 fn read(graph: &Snapshot) -> impl Iterator<Item = &TopicAccount> {
-    graph
-        .topics
-        .iter()
-        .filter(|topic| !topic.readers.is_empty())
+    graph.topics.iter().filter(|topic| topic.is_read())
 }
 
 /// The names that a knob of this `kind` may be of.

@@ -20,7 +20,8 @@ const KEPT: usize = 1 << 16;
 
 /// Builds the lineage of a graph from a tap on all of it.
 pub struct LineageTaps {
-    lineage: Lineage,
+    /// The lineage as of the last update.
+    pub lineage: Lineage,
     observer: Observer,
     /// Number of events already searched for knobs.
     events: usize,
@@ -29,7 +30,7 @@ pub struct LineageTaps {
     /// The new messages of the [`watched`] topics, each with the index of its topic.
     watched: Vec<(usize, WatchedRows)>,
     /// Digest of everything from the tap.
-    digest: RunDigest,
+    pub digest: RunDigest,
 }
 
 impl LineageTaps {
@@ -94,16 +95,6 @@ impl LineageTaps {
             (*name, mem::replace(rows, none))
         });
         new.collect()
-    }
-
-    /// The lineage as of the last update.
-    pub fn known(&self) -> &Lineage {
-        &self.lineage
-    }
-
-    /// The digest as of the last update.
-    pub fn digest(&self) -> &RunDigest {
-        &self.digest
     }
 
     /// Number of messages and ticks lost as nobody updated it for long.

@@ -1,7 +1,6 @@
 //! Ticks that overlap, operation by operation, and the run itself, held between two of them.
 
 use ratelab::{Time, Topology};
-use ratelab_account::Observer;
 use ratelab_replay::Overlap;
 
 use ratelab_recording::{Execution, Held};
@@ -80,7 +79,8 @@ pub fn neighbour(
 
 /// A run that is held within ticks that overlap.
 pub struct HeldOverlap {
-    run: Held,
+    /// The run.
+    pub run: Held,
     /// Which of the run's overlaps it is in, or will be, and the number of operations to be done.
     pub place: (usize, usize),
     /// Number of operations done; `None` until it is there.
@@ -93,11 +93,6 @@ impl HeldOverlap {
         let run = execution.hold(place.0, place.1)?;
         let done = None;
         Some(Self { run, place, done })
-    }
-
-    /// Reads the graph as it is held.
-    pub fn observer(&self) -> &Observer {
-        self.run.observer()
     }
 
     /// Goes on to `place` if that is a later operation of the same ticks; returns whether it

@@ -4,7 +4,7 @@ use std::{collections::VecDeque, time::Duration};
 
 use ratelab::Time;
 use ratelab_account::Rows;
-use ratelab_study::system::{ActionPlan, PlanBar, PlanBars, Planning};
+use ratelab_study::system::{ActionPlan, PlanBars, Planning};
 
 use super::{figures::mean, frame::PlanData};
 
@@ -26,7 +26,8 @@ pub struct Plans {
     played: VecDeque<(Time, f64)>,
     /// Run time and predicted part of the age of an action, the newest last.
     predicted: VecDeque<(Time, Duration)>,
-    bars: PlanBars,
+    /// The plans as bars.
+    pub bars: PlanBars,
     stalls: u64,
     /// Run time of the last one.
     stalled: Option<Time>,
@@ -56,11 +57,6 @@ impl Plans {
             }
         }
         self.bars.keep(KEPT);
-    }
-
-    /// The plans as bars, by lane.
-    pub fn lanes(&self) -> Vec<Vec<PlanBar>> {
-        self.bars.lanes()
     }
 
     fn take(&mut self, number: u64, at: Time) {

@@ -254,7 +254,7 @@ impl RunSource for Playback {
 
     fn observer(&self) -> &Observer {
         let there = self.held.as_ref().filter(|held| held.done.is_some());
-        there.map_or(&self.observer, HeldOverlap::observer)
+        there.map_or(&self.observer, |held| held.run.observer())
     }
 
     fn live(&self) -> bool {

@@ -15,7 +15,7 @@ const LINKS: [&str; 6] = ["delay:", "loss:", "burst:", "in-order", "reliable:", 
 pub struct Prompt {
     open: bool,
     /// The moment of the branch whose knob is typed, if it is one.
-    branch: Option<Time>,
+    pub branch: Option<Time>,
     typed: String,
     /// Why the last entry was refused.
     refusal: Option<String>,
@@ -41,11 +41,6 @@ impl Prompt {
     /// Why the last entry was refused.
     pub fn refusal(&self) -> Option<&str> {
         self.refusal.as_deref()
-    }
-
-    /// The moment of the branch whose knob is typed, if it is one.
-    pub fn branch(&self) -> Option<Time> {
-        self.branch
     }
 
     /// The words that can come first, for knobs of `system`.

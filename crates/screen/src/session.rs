@@ -134,7 +134,7 @@ impl Prepared {
             .map(|begin| StepWriter::start(begin(), &experiment));
         let (system, config) = (experiment.system().clone(), experiment.config().clone());
         let (observer, commands) = (experiment.observer(), experiment.commands());
-        let lineage = LineageTaps::new(&experiment);
+        let taps = LineageTaps::new(&experiment);
         let (sender, outcome) = bounded(1);
         std::thread::spawn(move || {
             // The dashboard may be gone.
@@ -145,7 +145,7 @@ impl Prepared {
             config,
             observer,
             commands,
-            lineage,
+            taps,
             outcome: Some(outcome),
             summary: None,
             csv,
@@ -164,7 +164,7 @@ pub struct Session {
     observer: Observer,
     commands: Sender<Command>,
     /// Its messages and the chains behind its actions, until it is to end.
-    lineage: LineageTaps,
+    taps: LineageTaps,
     /// Receiver of the result; `None` after it has arrived.
     outcome: Option<Receiver<Result<Summary, Fault>>>,
     summary: Option<Summary>,
@@ -220,7 +220,7 @@ impl Session {
     pub fn stop(&mut self) {
         self.send(Command::Stop);
         // Virtual time waits for a full tap, and nothing empties it any more.
-        self.lineage.let_go();
+        self.taps.let_go();
     }
 
     /// The nodes in a tick, for which the end of the run waits, in a sentence.
@@ -337,23 +337,23 @@ impl RunSource for Session {
     }
 
     fn new_rows(&mut self) -> Vec<WatchedRows> {
-        self.lineage.new_rows()
+        self.taps.new_rows()
     }
 
     fn lineage(&self) -> &Lineage {
-        self.lineage.known()
+        &self.taps.lineage
     }
 
     fn update_lineage(&mut self) {
-        self.lineage.update();
+        self.taps.update();
     }
 
     fn digest(&self) -> Option<&RunDigest> {
-        Some(self.lineage.digest())
+        Some(&self.taps.digest)
     }
 
     fn lost(&self) -> u64 {
-        self.lineage.lost()
+        self.taps.lost()
     }
 
     fn summary(&self) -> Option<&Summary> {

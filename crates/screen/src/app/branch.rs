@@ -16,14 +16,13 @@ impl App {
     /// Opens the prompt for the knob of a branch at the visible moment; in a branch, for
     /// another branch of the same run.
     pub(super) fn ask_for_branch(&mut self) {
-        self.stop_playing();
-        let left = match &self.shown.run {
-            ShownRun::Live(_) => self.left.as_ref().map(|left| left.change.at),
-            _ => None,
-        };
+        if let Some((playback, _)) = self.playback() {
+            playback.rest();
+        }
+        let left = self.left.as_ref().filter(|_| self.is_live());
         if let Some(now) = self.shown.now() {
-            self.prompt
-                .open(Some(left.map_or(now, |left| left.min(now))));
+            let at = left.map_or(now, |left| left.change.at.min(now));
+            self.prompt.open(Some(at));
         }
     }
 

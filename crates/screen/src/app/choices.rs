@@ -5,7 +5,7 @@ use std::{fs, path::Path};
 use ratelab::{Knob, KnobKind};
 use ratelab_study::{
     experiment::Config,
-    system::{Setup, System, names::first_alias},
+    system::{Alias, Setup, System, names::first_alias},
 };
 
 use super::App;
@@ -20,7 +20,7 @@ const EXTENSIONS: [&str; 3] = ["pt", "safetensors", "onnx"];
 /// The choices: the values of the alias, the one in `config`, and the files in [`FOLDER`]
 /// below the current folder, if the alias accepts files.
 pub(super) fn available(system: &dyn System, config: &Config) -> Vec<String> {
-    let Some((node, listed)) = sent(system) else {
+    let Some((alias, node)) = sent(system) else {
         return Vec::new();
     };
     let timed = config.knobs.iter().map(|timed| &timed.knob);
@@ -34,7 +34,11 @@ pub(super) fn available(system: &dyn System, config: &Config) -> Vec<String> {
         });
     let files = files(Path::new(FOLDER)).into_iter();
     let files = files.filter(|file| system.file(node, file).is_some());
-    let mut choices: Vec<String> = listed.iter().map(|text| (*text).to_owned()).collect();
+    let mut choices: Vec<String> = alias
+        .choices
+        .iter()
+        .map(|text| (*text).to_owned())
+        .collect();
     for text in named.chain(files) {
         let text = unpinned(system, node, &text);
         if !choices.contains(&text) {
@@ -50,11 +54,11 @@ pub(super) fn available(system: &dyn System, config: &Config) -> Vec<String> {
     choices
 }
 
-/// The node of the first alias of a message, and the values of the alias.
-fn sent(system: &dyn System) -> Option<(&'static str, &'static [&'static str])> {
+/// The first alias of a message, and its node.
+fn sent(system: &dyn System) -> Option<(&'static Alias, &'static str)> {
     let alias = first_alias(system, KnobKind::Send)?;
     let (_, node) = alias.knobs.first()?;
-    Some((node, alias.choices))
+    Some((alias, node))
 }
 
 /// The files of policies in `folder`, if the folder exists.
@@ -88,8 +92,7 @@ impl App {
     /// Sends the neighbouring message, with the current content of its file.
     pub(super) fn choose(&mut self, direction: Direction) {
         let system = &*self.setup.system;
-        let alias = first_alias(system, KnobKind::Send);
-        let next = alias.zip(sent(system)).and_then(|(alias, (node, _))| {
+        let next = sent(system).and_then(|(alias, node)| {
             let current = unpinned(system, node, &alias.value(&self.knobs.wanted()));
             let at = self.choices.iter().position(|known| *known == current);
             let next = neighbour(at, self.choices.len(), direction)?;

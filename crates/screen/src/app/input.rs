@@ -46,7 +46,7 @@ impl App {
             choices: &self.choices,
         };
         if let Some(text) = self.prompt.key(key, &vocabulary) {
-            let entered = match self.prompt.branch() {
+            let entered = match self.prompt.branch {
                 Some(at) => self.branch(at, &text),
                 None => self.parsed(&text).and_then(|knobs| self.try_to_turn(knobs)),
             };

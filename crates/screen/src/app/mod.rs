@@ -273,7 +273,8 @@ impl App {
     pub fn screen(&self) -> Option<ScreenState<'_>> {
         let (shown, system) = (&self.shown, self.system());
         let (frame, now) = (shown.frames.shown()?, shown.now()?);
-        let events: Vec<Event> = shown.events(now).cloned().collect();
+        let events = shown.events.iter().filter(|event| event.at <= now);
+        let events: Vec<Event> = events.cloned().collect();
         let playback = match &shown.run {
             ShownRun::Recorded(playback) => Some(&**playback),
             _ => None,
@@ -290,11 +291,10 @@ impl App {
             knob_focus: shown.knob_focus.clone(),
             events,
             extra: StatusExtra {
-                back: self.looking_back(),
+                back: shown.frames.position(),
                 ..shown.run.status()
             },
-            focus: shown.panes.focus,
-            zoomed: shown.panes.zoomed,
+            panes: shown.panes,
             scrubber: playback,
             map: self.visible_map(),
             page: self.page(frame),
@@ -325,11 +325,6 @@ impl App {
             Need::SecondRate => self.second_node().is_some(),
             Need::OwnWorld => self.own_world.is_some(),
         }
-    }
-
-    /// Number of the visible frame and number of frames; `None` live.
-    pub fn looking_back(&self) -> Option<(usize, usize)> {
-        self.shown.frames.position()
     }
 
     /// Whether the run is over.

@@ -70,7 +70,7 @@ impl App {
     /// Looks back: at the run itself if it can be executed again, or else at the picture
     /// before.
     pub(super) fn look_back(&mut self) {
-        if self.looking_back().is_none() && self.has_past() {
+        if self.shown.frames.position().is_none() && self.has_past() {
             match self.so_far() {
                 Some(recording) => self.execute(recording, |error| error.to_string()),
                 None => self.notify("this run is gone: r starts again"),
@@ -100,18 +100,14 @@ impl App {
     /// Follows the run that is executed again, and shows it once it is there; returns whether
     /// there is something new.
     pub(super) fn follow_execution(&mut self) -> bool {
-        let Some(executing) = self.executing.take() else {
-            return false;
+        let (live, executing) = (self.is_live(), &mut self.executing);
+        let Some(executed) = executing.take_if(|it| it.thread.is_finished()) else {
+            let progress = executing.as_ref().filter(|_| live).map(Executing::progress);
+            let goes_on = progress.is_some();
+            self.notice = progress.or(self.notice.take());
+            return goes_on;
         };
-        let live = self.is_live();
-        if !executing.thread.is_finished() {
-            if live {
-                self.notify(executing.progress());
-            }
-            self.executing = Some(executing);
-            return live;
-        }
-        match executing.finish() {
+        match executed.finish() {
             Ok(executed) if live => self.open_past(executed),
             Ok(executed) => self.play_executed(executed),
             Err(error) if live => self.notify(error.to_string()),

@@ -73,11 +73,6 @@ impl Shown {
         }
     }
 
-    /// Events up to `now`.
-    pub fn events(&self, now: Time) -> impl Iterator<Item = &Event> {
-        self.events.iter().filter(move |event| event.at <= now)
-    }
-
     /// Takes the events since the last call.
     pub fn new_events(&mut self) -> Vec<Event> {
         let new = self.run.observer().events(self.events.len());
@@ -104,10 +99,8 @@ impl Shown {
         let acts = self.acting()?;
         let timeline = Timeline::of(self.run.lineage(), acts, self.panes.timeline, now)?;
         let planning = self.run.system().about().planning;
-        Some(match planning {
-            Some(planning) => timeline.with_plans(planning.plans, &self.sampler.plans.lanes()),
-            None => timeline,
-        })
+        let topic = planning.map_or("", |planning| planning.plans);
+        Some(timeline.with_plans(topic, &self.sampler.plans.bars.lanes()))
     }
 
     /// Selects another push in the timeline; see [`TimelineView::select`].

@@ -32,7 +32,7 @@ impl App {
 
     /// Runs one tick; looking back, goes one picture forward.
     pub(super) fn step_forward(&mut self) {
-        if self.looking_back().is_some() {
+        if self.shown.frames.position().is_some() {
             self.shown.frames.forward();
         } else if self.alive() {
             match self.config.clock {
@@ -139,7 +139,7 @@ impl App {
 /// A recording that is played.
 impl App {
     /// The position in it, outside of ticks that overlap, and the sampler of what is shown.
-    fn playback(&mut self) -> Option<(&mut Playback, &mut Sampler)> {
+    pub(super) fn playback(&mut self) -> Option<(&mut Playback, &mut Sampler)> {
         let ShownRun::Recorded(playback) = &mut self.shown.run else {
             return None;
         };
@@ -155,13 +155,6 @@ impl App {
                 true => playback.rest(),
                 false => playback.play(sampler),
             }
-        }
-    }
-
-    /// Stands still.
-    pub(super) fn stop_playing(&mut self) {
-        if let Some((playback, _)) = self.playback() {
-            playback.rest();
         }
     }
 

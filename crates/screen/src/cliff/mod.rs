@@ -60,7 +60,8 @@ pub struct CliffMap {
     /// The common settings of the runs.
     pub sweep: Sweep,
     axes: MapAxes,
-    x: KnobQuantity,
+    /// The quantity of the columns.
+    pub x: KnobQuantity,
     y: Option<KnobQuantity>,
     /// Values of the columns, ascending.
     pub columns: Vec<Arc<SweepValue>>,
@@ -220,11 +221,6 @@ impl CliffMap {
         let row = &self.rows[row];
         let value = row.value.as_ref().map(|value| value.text.clone());
         value.unwrap_or_else(|| row.seed.to_string())
-    }
-
-    /// A short name of the quantity of the columns, with its unit.
-    pub fn heading(&self) -> String {
-        self.x.heading()
     }
 
     /// A name of the quantity of the rows, with its unit; `None` for seeds.

@@ -121,7 +121,7 @@ fn a_pause_is_one_picture_however_long_it_lasts() {
         thread::sleep(Duration::from_millis(10));
     }
     press(&mut app, ",");
-    let kept = app.looking_back().map_or(1, |(_, kept)| kept);
+    let kept = app.shown.frames.position().map_or(1, |(_, kept)| kept);
     assert!(kept <= 4, "{kept} pictures of a graph that stood still");
     leave(app);
 }

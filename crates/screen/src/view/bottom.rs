@@ -35,7 +35,7 @@ pub fn render(shown: &ScreenState<'_>, layout: &ScreenLayout, mut sheet: Sheet<'
                 Some(page) => page.keys.to_vec(),
                 None => of_table.collect(),
             };
-            if layout.verdict.is_some() && hints.len() > 2 {
+            if !layout.verdict.is_empty() && hints.len() > 2 {
                 hints.insert(2, ("Tab 1-6", "other panes"));
             }
             keys(&hints, sheet.part(layout.footer));
@@ -49,7 +49,7 @@ fn notice_fits(shown: &ScreenState<'_>, layout: &ScreenLayout) -> bool {
     let covered = shown.map.is_some() || shown.page.is_some();
     let mut panes = layout.panes.iter();
     let events = panes.find(|(pane, _)| *pane == Pane::Events);
-    let line = layout.verdict.map_or(0, |area| usize::from(area.width));
+    let line = usize::from(layout.verdict.width);
     let room = events.map_or(line, |(_, area)| events::room(*area));
     !covered && width(shown.notice.unwrap_or_default()) <= room
 }

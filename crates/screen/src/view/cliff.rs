@@ -54,9 +54,9 @@ pub fn render(map: &CliffMap, mut sheet: Sheet<'_>) {
 fn title(map: &CliffMap) -> String {
     let mut parts = Vec::new();
     if let (Some(rows), Some(seed)) = (map.row_heading(), map.only_seed()) {
-        parts.push(format!("{} by {rows}, seed {seed}", map.heading()));
-    } else if !map.heading().ends_with(" Hz") {
-        parts.push(map.heading());
+        parts.push(format!("{} by {rows}, seed {seed}", map.x.heading()));
+    } else if !map.x.heading().ends_with(" Hz") {
+        parts.push(map.x.heading());
     }
     parts.extend(Some(map.conditions()).filter(|conditions| !conditions.is_empty()));
     match parts.join(" | ") {
@@ -137,7 +137,7 @@ impl<'a> Grid<'a> {
     /// The rates, written downwards, with the one at the cursor highlighted.
     fn axis(&self) -> Vec<Line<'static>> {
         let theme = self.theme;
-        let heading = self.map.heading();
+        let heading = self.map.x.heading();
         let unit = heading.rsplit(' ').next().filter(|unit| unit.len() == 2);
         let rows = (0..self.digits).map(|row| {
             let unit = unit.filter(|_| row + 1 == self.digits).unwrap_or_default();

@@ -5,7 +5,7 @@ use ratatui::layout::{
     Layout, Rect, Size,
 };
 
-use crate::panes::Pane;
+use crate::panes::{Pane, Panes};
 
 /// What the others leave.
 const REST: Constraint = Fill(1);
@@ -31,14 +31,14 @@ pub struct ScreenLayout {
     /// The push age below it, and on small screens the cause of a loss; empty without an
     /// age.
     pub age: Rect,
-    /// The verdict, if its pane is hidden.
-    pub verdict: Option<Rect>,
+    /// The verdict, if its pane is hidden; empty otherwise.
+    pub verdict: Rect,
     /// The visible panes.
     pub panes: Vec<(Pane, Rect)>,
     /// Everything between status and footer.
     pub body: Rect,
-    /// The position in a recording, above the bottom line.
-    pub scrubber: Option<Rect>,
+    /// The position in a recording, above the bottom line; empty without one.
+    pub scrubber: Rect,
     /// Bottom line: keys.
     pub footer: Rect,
 }
@@ -49,18 +49,17 @@ impl ScreenLayout {
     /// the heights for the age and for a scrubber.
     pub fn of(
         area: Rect,
-        (focus, zoomed): (Pane, bool),
+        Panes { focus, zoomed, .. }: Panes,
         [age, scrubber]: [u16; 2],
         exist: impl Fn(Pane) -> bool,
     ) -> Self {
-        let [status, head, body, second, footer] = rows(
-            area,
-            [Length(1), Length(age), REST, Length(scrubber), Length(1)],
-        );
-        let mut verdict = None;
+        let heights = [Length(1), Length(age), REST, Length(scrubber), Length(1)];
+        let [status, head, body, scrubber, footer] = rows(area, heights);
+        let mut verdict = Rect::default();
         let mut panes = if is_single(area, zoomed) {
-            let [pane, line] = rows(body, [REST, Length(u16::from(focus != Pane::Events))]);
-            verdict = Some(line).filter(|line| !line.is_empty());
+            let line = Length(u16::from(focus != Pane::Events));
+            let [pane, line] = rows(body, [REST, line]);
+            verdict = line;
             vec![(focus, pane)]
         } else if age > 0 && !is_roomy(area) {
             few_panes(body, focus, &exist)
@@ -76,7 +75,7 @@ impl ScreenLayout {
             verdict,
             panes,
             body,
-            scrubber: (scrubber > 0).then_some(second),
+            scrubber,
             footer,
         }
     }

@@ -41,7 +41,7 @@ use super::{
     frame::{FrameData, SignalTrace},
     knobs::KnobFocus,
     overlap::OverlapView,
-    panes::Pane,
+    panes::{Pane, Panes},
     playback::Playback,
     prompt::Prompt,
     run::StatusExtra,
@@ -67,10 +67,8 @@ pub struct ScreenState<'a> {
     pub events: Vec<Event>,
     /// More parts of the top line.
     pub extra: StatusExtra,
-    /// The focused pane.
-    pub focus: Pane,
-    /// Whether the focused pane is zoomed.
-    pub zoomed: bool,
+    /// The controls of the panes.
+    pub panes: Panes,
     /// The recording whose position is in the line above the last one.
     pub scrubber: Option<&'a Playback>,
     /// The cliff map, over the panes.
@@ -123,7 +121,7 @@ impl ScreenState<'_> {
     /// small. Beside several panes always the same number of lines, for a stable layout: a
     /// single pane has the verdict below it.
     fn verdict_lines(&self, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
-        let single = layout::is_single(area, self.zoomed);
+        let single = layout::is_single(area, self.panes.zoomed);
         if layout::is_roomy(area) && !single {
             return Vec::new();
         }
@@ -133,7 +131,7 @@ impl ScreenState<'_> {
         let why = why.flat_map(|why| broken(why, room, theme));
         let why = why.map(|why| Line::raw(format!(" {why}")));
         if single {
-            let most = match self.focus {
+            let most = match self.panes.focus {
                 Pane::Events => 0,
                 _ => VERDICT_LINES - 1,
             };
@@ -180,22 +178,20 @@ pub fn render(shown: Option<&ScreenState<'_>>, theme: &Theme, frame: &mut Frame<
 fn render_parts(shown: &ScreenState<'_>, mut sheet: Sheet<'_>) {
     let (area, theme) = (sheet.area, sheet.theme);
     let head = shown.head(area, theme);
-    let (panes, scrubber) = ((shown.focus, shown.zoomed), shown.scrubber.is_some());
-    let heights = [sheet::clamp(head.len()), u16::from(scrubber)];
-    let layout = ScreenLayout::of(area, panes, heights, |pane| shown.has(pane));
+    let scrubber = u16::from(shown.scrubber.is_some());
+    let heights = [sheet::clamp(head.len()), scrubber];
+    let layout = ScreenLayout::of(area, shown.panes, heights, |pane| shown.has(pane));
     let name = shown.system.name();
     status::render(name, shown.frame, &shown.extra, sheet.part(layout.status));
     sheet.part(layout.age).lines(0, 0, head);
-    if let Some(area) = layout.verdict {
-        verdict_line(shown, sheet.part(area));
-    }
+    verdict_line(shown, sheet.part(layout.verdict));
     for (pane, area) in &layout.panes {
         let mut part = sheet.part(*area);
-        part.focused = *pane == shown.focus;
+        part.focused = *pane == shown.panes.focus;
         render_pane(shown, *pane, part);
     }
-    if let (Some(playback), Some(area)) = (shown.scrubber, layout.scrubber) {
-        scrubber::render(playback, sheet.part(area));
+    if let Some(playback) = shown.scrubber {
+        scrubber::render(playback, sheet.part(layout.scrubber));
     }
     if let Some(page) = &shown.aside {
         page::render(page, sheet.part(place_aside(&layout)));

@@ -58,10 +58,8 @@ fn clock(status: Status) -> String {
 fn state(frame: &FrameData, extra: &StatusExtra, theme: &Theme) -> (String, Style) {
     if let Some((at, of)) = extra.back {
         let digits = of.to_string().len();
-        return (
-            format!("◀ looking back {at:>digits$} of {of}"),
-            theme.strong(),
-        );
+        let text = format!("◀ looking back {at:>digits$} of {of}");
+        return (text, theme.strong());
     }
     match () {
         () if extra.replay => ("⏵ replay ".to_owned(), theme.strong()),

@@ -83,7 +83,7 @@ fn two_knobs_are_on_one_map_and_each_cell_is_the_run_of_both() {
     let axes = MapAxes { x: 1, y: Some(0) };
     let mut map = sample::over(axes, &config);
     assert_eq!(map.only_seed(), Some(3));
-    assert_eq!(map.heading(), "/obs delay ms");
+    assert_eq!(map.x.heading(), "/obs delay ms");
     assert_eq!(map.row_heading().as_deref(), Some("control Hz"));
     fill(&mut map);
     for (column, row) in [(0, 29), (10, 24), (25, 24), (5, 9)] {

@@ -55,9 +55,8 @@ impl Routes {
             members.iter().for_each(|node| column[*node] = Some(number));
         }
         let mut routes = Self {
-            all: Vec::new(),
-            lanes: 0,
             columns: columns.len(),
+            ..Self::default()
         };
         for (topic, view) in frame.topics.iter().enumerate() {
             let publishers = shown(&view.publishers, &column);
