@@ -122,7 +122,7 @@ mod tests {
             ("--x.toml", None),
             ("", None),
         ] {
-            let (found, _, rest) = take(words(line).into_iter());
+            let (found, _, rest) = take(words(line));
             let file = without_file.map(|_| PathBuf::from("g.toml"));
             let expected = (file, words(without_file.unwrap_or(line)));
             assert_eq!((found, rest), expected, "{line:?}");
