@@ -17,7 +17,7 @@ pub const RATES: [f64; 27] = [
     60.0, 75.0, 100.0, 125.0, 150.0, 200.0, 250.0, 500.0, 750.0, 1000.0,
 ];
 
-/// The same for hands in a hurry: three presses from 5 to 50.
+/// Presets for hands in a hurry: three presses from 5 to 50.
 pub const COARSE_RATES: [f64; 8] = [1.0, 2.0, 5.0, 10.0, 25.0, 50.0, 100.0, 1000.0];
 
 /// Queue depths in messages.

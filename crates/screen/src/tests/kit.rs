@@ -23,7 +23,7 @@ pub fn setup() -> SessionSetup {
     SessionSetup::new(Arc::new(CartPole::default()), Some("answers.toml".into()))
 }
 
-/// The same, recorded to `folder`.
+/// A session that is recorded to `folder`.
 pub fn recording_to(folder: &Path) -> SessionSetup {
     SessionSetup {
         record: Some(Destination::new(Some(folder.to_owned()))),
@@ -31,7 +31,7 @@ pub fn recording_to(folder: &Path) -> SessionSetup {
     }
 }
 
-/// The same with a policy that decides what `decides` does.
+/// A session with a policy that decides what `decides` does.
 pub fn deciding<F>(decides: F) -> SessionSetup
 where
     F: FnMut() -> Action + Clone + Send + Sync + 'static,

@@ -42,7 +42,7 @@ fn in_a_row(hz: [f64; 3], ticks: [u64; 3], lit: [bool; 3]) -> FrameData {
     frame_data(nodes.collect(), topics.collect())
 }
 
-/// The same graph with the policy at 5 Hz: the pole fell.
+/// A frame of the graph with the policy at 5 Hz: the pole fell.
 pub fn broken() -> FrameData {
     let mut frame = in_a_row([50.0, 5.0, 50.0], [43, 5, 43], [true, false, true]);
     frame.now = Time::from_nanos(840_000_000);

@@ -38,7 +38,7 @@ pub struct Page {
     pub typed: Option<String>,
     /// Keys and their actions, below it.
     pub hint: &'static str,
-    /// The same for the bottom line of the screen.
+    /// As spans of the bottom line of the screen.
     pub keys: &'static [(&'static str, &'static str)],
     /// Number of lines scrolled past.
     pub scroll: usize,

@@ -20,7 +20,7 @@ pub fn around(config: &Config) -> CliffMap {
     over(MapAxes::default(), config)
 }
 
-/// The same map, over `axes`.
+/// The map over `axes`.
 pub fn over(axes: MapAxes, config: &Config) -> CliffMap {
     let system: Arc<dyn System> = Arc::new(CartPole::default());
     let experiment = Experiment::new(system.clone(), config).expect("experiment");
