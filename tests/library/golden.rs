@@ -9,7 +9,7 @@
 
 use crate::support::*;
 
-fn parsed<T: std::str::FromStr>(fields: &Fields<'_>, key: &str) -> T {
+fn parsed<T: std::str::FromStr>(fields: &GoldenFields<'_>, key: &str) -> T {
     let number = fields[key].parse().ok();
     number.unwrap_or_else(|| panic!("{key}: {}", fields[key]))
 }
@@ -58,8 +58,9 @@ fn every_reference_run_is_reproduced_to_the_bit() {
 }
 
 /// A reference run of `honest.txt`: its configuration, its results and its hash.
-fn honest(block: &str) -> (Config, Fields<'_>, &str) {
-    let (mut run, mut got, mut hash, mut knobs) = (Fields::new(), Fields::new(), "", Vec::new());
+fn honest(block: &str) -> (Config, GoldenFields<'_>, &str) {
+    let (mut run, mut got, mut hash, mut knobs) =
+        (GoldenFields::new(), GoldenFields::new(), "", Vec::new());
     for line in block.lines() {
         let (kind, rest) = line.split_once([' ', '=']).expect("a line");
         match kind {

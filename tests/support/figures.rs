@@ -66,10 +66,10 @@ pub fn check(case: &str, summary: &Summary, figures: &str) {
 }
 
 /// Words such as `seed=3`, by what is before their equals sign.
-pub type Fields<'a> = HashMap<&'a str, &'a str>;
+pub type GoldenFields<'a> = HashMap<&'a str, &'a str>;
 
 /// The fields in a line of a file in `tests/golden/`.
-pub fn fields(line: &str) -> Fields<'_> {
+pub fn fields(line: &str) -> GoldenFields<'_> {
     let words = line.split_whitespace();
     words.filter_map(|word| word.split_once('=')).collect()
 }
