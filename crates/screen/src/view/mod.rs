@@ -1,7 +1,8 @@
 //! The screen. One pane per file; each draws a frame, from any source.
 //!
 //! To add a pane: a variant of [`Pane`] in `panes.rs`, and in its list; a file here that draws it,
-//! with an arm in `has` and `render_pane`; its place in `layout.rs`; its text in `explain.rs`.
+//! with an arm in `has` and `render_pane`; its place in `layout.rs`; its text in `explain.rs`; its
+//! key in the row of panes in `app/keys/tables.rs`.
 
 mod age;
 mod bottom;
