@@ -6,7 +6,7 @@ use ratelab::{Event, Time};
 use ratelab_account::{NodeAccount, TopicAccount};
 use ratelab_study::{experiment::mean_parts, system::System};
 
-use super::standing::Moment;
+use super::standing::RunMoment;
 use crate::{
     cause::{Facts, acting},
     flights::dots,
@@ -15,7 +15,7 @@ use crate::{
     reaction,
 };
 
-impl Moment<'_> {
+impl RunMoment<'_> {
     /// The parts of the age of the push in force.
     pub fn push(&self) -> Option<PushData> {
         let Facts {

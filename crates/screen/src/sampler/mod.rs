@@ -16,7 +16,7 @@ use ratelab_study::{
 };
 
 use data::{marks, topic_data};
-use standing::Moment;
+use standing::RunMoment;
 
 use super::{
     asked::Asked,
@@ -88,7 +88,7 @@ impl Sampler {
         self.figures.refresh(system, &graph, at_rest);
         let lit = self.lit_nodes(&graph, session.summary().is_none(), at_rest);
         let lineage = session.lineage();
-        let moment = Moment {
+        let moment = RunMoment {
             session,
             facts: Facts {
                 system,

@@ -21,7 +21,7 @@ const STILL: Duration = Duration::from_millis(250);
 const PHASE: &str = "turned on the way, ticks meet at another phase: after r the age may differ";
 
 /// A run at one moment.
-pub(super) struct Moment<'a> {
+pub(super) struct RunMoment<'a> {
     /// The run.
     pub session: &'a dyn RunSource,
     /// What explains it.
@@ -34,7 +34,7 @@ pub(super) struct Moment<'a> {
     pub same: Option<bool>,
 }
 
-impl Moment<'_> {
+impl RunMoment<'_> {
     /// The state of the run, and the reason for its end; `trials` tell what mends it.
     pub fn verdict(&self, trials: &mut CureTrials) -> VerdictData {
         let ended = self.session.summary().map(|summary| summary.verdict);
