@@ -4,10 +4,10 @@
 //! structure: publishers and readers of each topic, and the rate of each node.
 
 mod control;
-mod cycle;
 mod executors;
 mod new_node;
 mod topology;
+mod triggers;
 mod wiring;
 
 use std::convert::Infallible;
@@ -239,7 +239,7 @@ impl Graph {
             ends,
             ..
         } = wiring;
-        cycle::check(&self.control, new, (&triggers, &publishes))?;
+        triggers::check(&self.control, new, (&triggers, &publishes))?;
         self.control.connect(index, topics, (&publishes, &reads))?;
         let topology = new.topology(triggers, ends.meters.clone());
         self.control.nodes.push(topology);

@@ -100,8 +100,8 @@ impl<T: Payload> Topic<T> {
         }
     }
 
-    /// Creates that of a node, whose messages are held back in `outbox` during a tick that takes
-    /// time.
+    /// Creates the publishing end of a node, whose messages are held back in `outbox` during a tick
+    /// that takes time.
     pub(crate) fn publisher_through(&self, outbox: &Arc<Outbox>) -> Publisher<T> {
         Publisher {
             bus: self.0.clone(),
@@ -115,7 +115,7 @@ impl<T: Payload> Topic<T> {
         self.subscribe_as(None)
     }
 
-    /// Creates that of a node, with its place among the topic's readers in the graph.
+    /// Creates the reading end of a node, with its place among the topic's readers in the graph.
     pub(crate) fn subscribe_as(&self, place: Option<usize>) -> Subscription<T> {
         let reader = self.0.lock().add_reader(place);
         let bus = self.0.clone();

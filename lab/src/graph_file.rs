@@ -23,7 +23,7 @@ pub fn open(program: &Program, path: &Path, with: &[String]) -> Result<Program, 
 }
 
 impl Program {
-    /// These options with the graph file changed by `with`.
+    /// This program with its graph file changed by `with`.
     ///
     /// # Errors
     /// [`Error::BadInput`] if it has none, or not such a one.

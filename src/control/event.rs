@@ -104,7 +104,7 @@ impl Event {
         }
     }
 
-    /// Its knob, or for a node that crashed by itself the knob by which it would have.
+    /// The knob that was set; for a node that crashed by itself, the crash of it.
     pub fn change(&self) -> Option<TimedKnob> {
         match &self.what {
             EventKind::Crashed { node, .. } => Some(TimedKnob {

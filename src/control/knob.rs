@@ -258,8 +258,8 @@ impl KnobKind {
         self.word(1) == "TOPIC"
     }
 
-    /// Whether it sets when a node ticks; otherwise it is of a topic, or what the node itself
-    /// obeys.
+    /// Whether the schedule of a node obeys it; the others are of a topic, or the node itself obeys
+    /// them.
     pub fn is_of_schedule(self) -> bool {
         !self.is_of_topic() && !matches!(self, Self::Send | Self::Parameter)
     }

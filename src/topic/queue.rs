@@ -5,7 +5,7 @@ use std::{any::Any, collections::VecDeque};
 use super::{
     channel::Transit,
     message::{Message, Payload},
-    readers::TopicReader,
+    readers::{TopicReader, TriggerEnd},
 };
 use crate::{
     arrival::Arrival,
@@ -216,22 +216,20 @@ impl<T> Queue<T> {
         self.delivered.get_or_insert_with(|| stamps.collect());
     }
 
+    /// The ends of the readers whose nodes its messages trigger.
+    fn triggers(&self) -> impl Iterator<Item = &TriggerEnd<T>> {
+        let readers = self.readers.iter();
+        readers.filter_map(|reader| reader.trigger.as_deref())
+    }
+
     /// The arrivals of a message at run time `at`, for the nodes that it triggers.
     pub(super) fn arrivals(&self, at: Time) -> impl Iterator<Item = Arrival> {
-        let triggers = self
-            .readers
-            .iter()
-            .filter_map(|reader| reader.trigger.as_ref());
-        triggers.map(move |end| end.arrival(at))
+        self.triggers().map(move |end| end.arrival(at))
     }
 
     /// Announces a message that will arrive at run time `at`.
     fn announce(&self, at: Time) {
-        for end in self
-            .readers
-            .iter()
-            .filter_map(|reader| reader.trigger.as_ref())
-        {
+        for end in self.triggers() {
             end.arrivals.add(end.arrival(at));
         }
     }

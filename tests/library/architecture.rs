@@ -203,7 +203,14 @@ fn no_source_files_import_each_other_in_a_circle() {
     for folder in CRATES {
         let mut imports = imports(&sources(folder));
         let count = imports.values().flatten().count();
-        assert!(count > 7, "only {count} imports were found in {folder}");
+        let is_small = [
+            "crates/account/src",
+            "crates/effects/src",
+            "crates/real-clock/src",
+        ]
+        .contains(&folder);
+        let least = if is_small { 7 } else { 10 };
+        assert!(count > least, "only {count} imports were found in {folder}");
         // A part of a module may use the definitions of the module itself.
         for (from, to) in &mut imports {
             to.retain(|to| !from.starts_with(to));

@@ -172,15 +172,7 @@ fn a_message_that_a_node_publishes_as_it_obeys_triggers_its_reader_at_once() {
     let button = |wiring: &mut Wiring<'_>| Button(wiring.publisher(&pressed));
     let hz = Hz::new(1.0).expect("a rate");
     graph.node("button", hz, 0, button).expect("a node");
-    let (sender, ticks) = crossbeam_channel::unbounded();
-    let lamp = graph.node("lamp", Match::Each, 1, |wiring| {
-        let _ = wiring.trigger(&pressed);
-        move |now| {
-            sender.send(now)?;
-            GO_ON
-        }
-    });
-    lamp.expect("a node");
+    let ticks = triggered(&mut graph, "lamp", 1, &pressed);
     run_virtual(&mut graph, "0.25 set button down 1", secs(0.5));
     assert!(ticks.try_iter().eq([secs(0.25)]));
 }

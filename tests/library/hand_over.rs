@@ -65,15 +65,7 @@ fn a_graph_continues_after_an_end_as_if_there_was_none() {
 fn messages_in_flight_at_a_hand_over_trigger_their_nodes() {
     for executor in [None, Some("single".parse().expect("an executor"))] {
         let (mut graph, far) = (Graph::with(Effects), Topic::new("/far", Depth::ONE));
-        let (sender, ticks) = crossbeam_channel::unbounded();
-        let reader = graph.node("reader", Match::Each, 0, |wiring| {
-            let _ = wiring.trigger(&far);
-            move |now| {
-                sender.send(now)?;
-                GO_ON
-            }
-        });
-        reader.expect("a node");
+        let ticks = triggered(&mut graph, "reader", 0, &far);
         if let Some(executor) = executor {
             let reader = [Callback::of("reader")];
             graph.executor(executor, reader).expect("a node");

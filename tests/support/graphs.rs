@@ -9,6 +9,7 @@ use ratelab::{
     Message, Payload, Speed, Tick, Time, TimedCommand, Topic, VirtualClock,
 };
 use ratelab_account::{Lineage, Observer, Snapshot, Tap, TapMessage, TickRecord};
+use ratelab_effects::Match;
 use ratelab_real_clock::RealClock;
 use ratelab_replay::{Rerun, RunLog};
 
@@ -121,6 +122,25 @@ pub fn reader<T: Payload>(
     });
     added.expect(name);
     read
+}
+
+/// Adds a node that each message on `topic` triggers; returns the times of its ticks.
+pub fn triggered<T: Payload>(
+    graph: &mut Graph,
+    name: &str,
+    priority: u32,
+    topic: &Topic<T>,
+) -> Receiver<Time> {
+    let (sender, ticks) = crossbeam_channel::unbounded();
+    let added = graph.node(name, Match::Each, priority, |wiring| {
+        let _ = wiring.trigger(topic);
+        move |now| {
+            sender.send(now)?;
+            GO_ON
+        }
+    });
+    added.expect(name);
+    ticks
 }
 
 /// The messages of a tap so far.

@@ -661,10 +661,13 @@ mod tests {
 
     #[test]
     fn age_limits_follow_the_policy_and_its_rates() {
-        let grows = limits("").grows.expect("a linear feedback").as_secs_f64();
+        let scripted = limits("");
+        assert!(scripted.falls.is_some());
+        let grows = scripted.grows.expect("a linear feedback").as_secs_f64();
         assert!((0.055..0.065).contains(&grows), "{grows}");
         let lqr = limits("policy lqr");
         assert!(lqr.grows.is_some() && lqr.falls.is_some());
+        assert_eq!(limits("policy lqr, control-hz 20").falls, None);
         for policy in ["zero", "random", "none.pt"] {
             assert_eq!(limits(&format!("policy {policy}")), AgeLimits::default());
         }

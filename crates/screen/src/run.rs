@@ -35,7 +35,7 @@ pub trait RunSource {
     /// The system.
     fn shared_system(&self) -> &Arc<dyn System>;
 
-    /// The run, as a reference.
+    /// The system, as a reference.
     fn system(&self) -> &dyn System {
         &**self.shared_system()
     }

@@ -114,7 +114,7 @@ pub enum MarkKind {
     Tick,
     /// The delay between a tick's due time and its start.
     Late,
-    /// It waits, as others had the executor; or the delay until messages matched.
+    /// The delay while others had the executor, or until messages matched.
     Waiting,
     /// A part of a tick for which it was set aside for a more urgent one.
     Aside,

@@ -27,7 +27,7 @@ impl WireError {
 
 /// A result whose error becomes one of the connection.
 pub(crate) trait Attempted<T> {
-    /// This error, with what was tried.
+    /// This result, with `what` was tried in the error.
     fn tried(self, what: impl Display) -> Result<T, WireError>;
 }
 

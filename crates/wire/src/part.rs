@@ -22,7 +22,8 @@ use crate::{
 /// Periods of silence after which a node counts as silent.
 const SILENT_PERIODS: u32 = 5;
 
-/// The shortest such time, for fast nodes: the scheduler of a busy machine takes that long.
+/// The shortest silence that counts, for fast nodes: the scheduler of a busy machine takes that
+/// long.
 const LEAST_SILENCE: Duration = Duration::from_millis(50);
 
 /// This process in a run.

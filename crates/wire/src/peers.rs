@@ -29,7 +29,7 @@ use crate::{
 /// Time between two round trips to another clock.
 const PAUSE: Duration = Duration::from_millis(250);
 
-/// Time between two questions while somebody has not answered yet.
+/// Time between two round trips while somebody has not answered yet.
 const SHORT: Duration = Duration::from_millis(20);
 
 /// The most rounds of that kind: a presence without a process behind it never answers.

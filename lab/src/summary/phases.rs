@@ -90,7 +90,7 @@ impl PhaseSpread {
         lines
     }
 
-    /// The phases for programs.
+    /// The spread, for programs.
     pub fn json(&self) -> Value {
         let ages = self.spread().map(|ages| ages.map(rounded));
         json!({

@@ -221,8 +221,8 @@ impl Lineage {
         known.or_else(|| self.arrived_with(node, index, sensed))
     }
 
-    /// The message that a tick has read under the real clock, where the time of a read is less exact
-    /// than that of its tick.
+    /// The message with the sensing `sensed` that a tick read under the real clock, where the time of
+    /// a read is less exact than that of its tick.
     fn arrived_with(&self, node: usize, index: usize, sensed: Time) -> Option<(usize, u64)> {
         let at = self.nodes[node].ticks[index].tick.at;
         self.nodes[node].inputs.iter().find_map(|&topic| {

@@ -215,7 +215,7 @@ impl GatheredRun {
         ended.next().or_else(completed)
     }
 
-    /// The figures for a recording.
+    /// The end of the run, for a recording.
     pub fn end(&self) -> StopReason {
         match self.exit() {
             None => StopReason::Off,
