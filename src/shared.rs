@@ -53,6 +53,9 @@ struct SharedState<T> {
     outside: bool,
     /// Threads that wait, each with its turn.
     waiting: Vec<(u64, thread::Thread)>,
+    /// Whether the thread of the next turn may wait for the end of this one. Not in the guard, which
+    /// so is returned in registers.
+    hands_on: bool,
     value: T,
 }
 
@@ -66,6 +69,7 @@ impl<T> Shared<T> {
                 turn: 0,
                 outside: false,
                 waiting: Vec::new(),
+                hands_on: false,
                 value,
             }),
         }
@@ -92,15 +96,16 @@ impl<T> Shared<T> {
     /// that is executed again has all turns in the same order.
     #[inline]
     pub fn lock(&self) -> SharedGuard<'_, T> {
-        match turns::mode() {
-            Mode::Off => {
-                let mut turn = self.peek();
-                turn.state.outside = true;
-                turn
-            }
-            Mode::Noting => self.noted(),
-            Mode::Following => self.in_turn(),
+        let mode = turns::mode();
+        if mode == Mode::Following {
+            return self.in_turn();
         }
+        let mut turn = self.peek();
+        match mode {
+            Mode::Noting => self.note(&mut turn.state),
+            _ => turn.state.outside = true,
+        }
+        turn
     }
 
     /// Locks the value for those that only look on, such as observers and taps, at any
@@ -109,22 +114,18 @@ impl<T> Shared<T> {
     pub fn peek(&self) -> SharedGuard<'_, T> {
         SharedGuard {
             state: lock(&self.state),
-            hands_on: false,
         }
     }
 
-    #[inline]
-    fn noted(&self) -> SharedGuard<'_, T> {
-        let lock_name = self.lock_name();
-        let mut turn = self.peek();
-        let state = &mut *turn.state;
+    /// Notes the turn of the calling thread. On its own, so that a lock without notes is short.
+    #[inline(never)]
+    fn note(&self, state: &mut SharedState<T>) {
         turns::note(Operation {
-            lock: lock_name,
+            lock: self.lock_name(),
             turn: state.turn,
             outside: std::mem::take(&mut state.outside),
         });
         state.turn += 1;
-        turn
     }
 
     #[inline]
@@ -135,9 +136,8 @@ impl<T> Shared<T> {
     /// Locks the value as [`Self::peek`] does. A thread that the rerun holds within this lock is let
     /// go.
     fn past_held(&self, follower: &dyn TurnFollower) -> SharedGuard<'_, T> {
-        let hands_on = false;
         match self.state.try_lock() {
-            Ok(state) => SharedGuard { state, hands_on },
+            Ok(state) => SharedGuard { state },
             Err(_) => {
                 follower.is_blocked();
                 self.peek()
@@ -168,7 +168,7 @@ impl<T> Shared<T> {
             turn.state.waiting.retain(|(waits, _)| *waits != number);
         }
         turn.state.turn = number + 1;
-        turn.hands_on = true;
+        turn.state.hands_on = true;
         turn
     }
 }
@@ -182,8 +182,6 @@ impl<T> fmt::Debug for Shared<T> {
 /// A shared value, locked until this is dropped.
 pub struct SharedGuard<'a, T> {
     state: MutexGuard<'a, SharedState<T>>,
-    /// Whether the thread of the next turn may wait for the end of this one.
-    hands_on: bool,
 }
 
 impl<T> Deref for SharedGuard<'_, T> {
@@ -202,15 +200,23 @@ impl<T> DerefMut for SharedGuard<'_, T> {
     }
 }
 
+impl<T> SharedState<T> {
+    /// Wakes the thread of the next turn, if it waits.
+    #[cold]
+    fn hand_on(&mut self) {
+        self.hands_on = false;
+        let mut waiting = self.waiting.iter();
+        if let Some((_, thread)) = waiting.find(|(turn, _)| *turn == self.turn) {
+            thread.unpark();
+        }
+    }
+}
+
 impl<T> Drop for SharedGuard<'_, T> {
     #[inline]
     fn drop(&mut self) {
-        if self.hands_on {
-            let next = self.state.turn;
-            let mut waiting = self.state.waiting.iter();
-            if let Some((_, thread)) = waiting.find(|(turn, _)| *turn == next) {
-                thread.unpark();
-            }
+        if self.state.hands_on {
+            self.state.hand_on();
         }
     }
 }
