@@ -1,6 +1,8 @@
 //! The quadratic cost of a run: the mean over run time of the weighted squares of its
 //! states, worked out here again from what the run publishes.
 
+use ratelab_cart_pole::stability::Weights;
+
 use crate::support::*;
 
 /// The cost of a run by its rows: each counts until the next.
@@ -34,6 +36,12 @@ fn it_is_the_mean_of_weighted_squares_over_run_time() {
             "{cost} {expected}"
         );
     }
+}
+
+#[test]
+fn its_weights_are_equal_to_the_bit_in_every_build() {
+    let expected = [CART_LIMIT_M, POLE_LIMIT_RAD].map(|most| 1.0 / (most * most));
+    assert_eq!(Weights::default().state[..2], expected);
 }
 
 #[test]
