@@ -1,8 +1,6 @@
 //! The arrivals of messages that trigger nodes: announced as they are published, for the schedule
 //! to plan, or for the threads that wait.
 
-use std::fmt;
-
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -77,11 +75,5 @@ impl Arrivals {
         let mut list = lock(&self.list);
         self.any.store(false, Ordering::Release);
         std::mem::take(&mut list.arrivals)
-    }
-}
-
-impl fmt::Debug for Arrivals {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Arrivals").finish_non_exhaustive()
     }
 }

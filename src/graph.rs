@@ -21,6 +21,7 @@ pub use self::{
     wiring::Wiring,
 };
 use crate::{
+    arrival::Arrivals,
     control::{
         command::{ClockKind, Speed},
         knob::Knob,
@@ -106,6 +107,8 @@ pub struct Graph {
     pub(crate) slots: Vec<Mutex<NodeSlot>>,
     pub(crate) schedule: Schedule,
     pub(crate) control: ControlPlane,
+    /// What is published for nodes that messages trigger.
+    pub(crate) arrivals: Arc<Arrivals>,
     /// [`Clock::cores`](crate::Clock::cores) of the real clock; unlimited until that is known.
     pub(crate) cores: Option<usize>,
 }
@@ -142,6 +145,7 @@ impl Graph {
                 seed: 0,
                 kit: Box::new(kit),
             },
+            arrivals: Arc::default(),
             cores: Some(usize::MAX),
         }
     }
@@ -225,9 +229,9 @@ impl Graph {
         if self.control.nodes.iter().any(|node| node.name == new.name) {
             return Err(GraphError::DuplicateNode(new.name.to_owned()));
         }
-        let (arrivals, index) = (self.schedule.arrivals(), self.slots.len());
+        let index = self.slots.len();
         let records = self.control.records.of(index);
-        let mut wiring = Wiring::new(&self.control.topics, arrivals, records);
+        let mut wiring = Wiring::new(&self.control.topics, &self.arrivals, records);
         let node = Box::new(build(&mut wiring));
         let Wiring {
             new: topics,

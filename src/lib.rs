@@ -31,16 +31,17 @@
 //! # To read it
 //!
 //! From the ground up, where each imports only those before it: `time`, `qos`, `sync`; `rate`,
-//! `record`, `trigger`, `arrival`; `journal`, `shared`; `control`; `topic`; `node`; `scheduling`;
-//! `graph`; `clock`.
+//! `record`, `arrival`; `journal`, `shared`; `control`; `topic`; `node`; `scheduling`; `graph`;
+//! `clock`.
 //!
 //! | | files | so that you know |
 //! |---|---|---|
-//! | first | `time.rs`, `rate.rs`, `node.rs`; `topic.rs` with `message.rs`, `queue.rs`, `publisher.rs` and `subscription.rs` in its folder; `graph/wiring.rs`, and `graph.rs` to the end of `Graph::node` | the three primitives, how they are wired, the way of a message |
+//! | first | `time.rs`, `rate.rs`, `node.rs`; `topic.rs` with `message.rs`, `queue.rs`, `publisher.rs` and `subscription.rs` in its folder; `graph.rs` to the end of `Graph::add`, and `graph/wiring.rs` | the three primitives, how they are wired, the way of a message |
 //! | then | `node/job.rs`; `scheduling/scheduler.rs`, `periodic.rs`, `task_set.rs`, `agenda.rs` and `schedule.rs` there; `node/slot.rs`, `topic/outbox.rs`, `clock/virtual_time.rs`, `record.rs` | a run, and what it leaves |
 //! | for links | `topic/channel.rs` | what is between a publisher and its readers |
-//! | for triggers | `trigger.rs`, `arrival.rs`, `topic/readers.rs`, `topic/intake.rs` | how messages have a node tick |
+//! | for triggers | `arrival.rs`, `topic/readers.rs`, `topic/intake.rs`, `scheduling/release.rs`, `graph/triggers.rs` | how messages have a node tick |
 //! | for commands | `control/`, then `clock/obey.rs`, `graph/control.rs`, `scheduling/node_knobs.rs` | how a run is changed, who carries a command out, and what is logged of it |
+//! | for executors | `scheduling/kit.rs` and `dispatch.rs`, `graph/executors.rs` | how nodes get their schedulers, and how several share one |
 //! | for threads | `clock/task_sets.rs`, `clock/worker.rs`, then `crates/real-clock` | the same schedule under another clock |
 //! | for reruns | `shared.rs`, `journal/`, then `crates/replay` | what must be known to run threads again |
 //!
@@ -123,7 +124,6 @@ mod shared;
 pub mod sync;
 mod time;
 mod topic;
-mod trigger;
 
 pub use arrival::{Arrival, Wake};
 pub use clock::{
@@ -155,5 +155,6 @@ pub use scheduling::{
 };
 pub use shared::{Shared, SharedGuard};
 pub use time::{Hz, HzError, Time, TimeError};
-pub use topic::{Channel, Message, Payload, Publisher, Stamps, Subscription, Topic};
-pub use trigger::{Intake, TakenMessage};
+pub use topic::{
+    Channel, Intake, Message, Payload, Publisher, Stamps, Subscription, TakenMessage, Topic,
+};

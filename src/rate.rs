@@ -94,11 +94,11 @@ impl Rate {
     /// This prevents a burst after an overrun: periods that passed while a node was busy
     /// are skipped. A timer in ROS skips them too, except for one late call.
     pub fn advance_past(&mut self, now: Time) -> u64 {
-        let follower = self.next + 1;
-        let next = self.first_at_or_after(now).max(follower);
+        let successor = self.next + 1;
+        let next = self.first_at_or_after(now).max(successor);
         self.last = Some(self.period.due(self.anchor, next - 1));
         self.schedule(next);
-        next - follower
+        next - successor
     }
 
     /// Changes the rate at `now`, anchored at the last due time.

@@ -132,7 +132,8 @@ pub struct Push {
     pub sensed: Time,
 }
 
-/// Sends the records of a node or a topic to the sink of its graph.
+/// Sends the records of a node or a topic to the sink of its graph. What it waits for is no part of a
+/// model of threads: so these locks are those of `std`.
 #[derive(Clone, Default)]
 pub(crate) struct RecordSender {
     sink: Arc<OnceLock<Arc<dyn Sink>>>,

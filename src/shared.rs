@@ -108,8 +108,8 @@ impl<T> Shared<T> {
         turn
     }
 
-    /// Locks the value for those that only look on, such as observers and taps, at any
-    /// time and without a turn.
+    /// Locks the value without a turn, at any time: for those that only look on, such as observers
+    /// and taps, and for what follows from the turns of others.
     #[inline]
     pub fn peek(&self) -> SharedGuard<'_, T> {
         SharedGuard {

@@ -21,8 +21,6 @@ pub use shuttle::{
     thread, thread_local,
 };
 
-use self::atomic::{AtomicU64, Ordering};
-
 /// Locks a mutex, even after a panic elsewhere: no critical section of this crate leaves
 /// its data half-changed, and the panic itself is reported as a fault.
 pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -36,13 +34,6 @@ pub fn get_mut<T>(mutex: &mut Mutex<T>) -> &mut T {
     mutex
         .get_mut()
         .unwrap_or_else(|poisoned| poisoned.into_inner())
-}
-
-/// Adds one to a counter that has a single writer at a time; cheaper than an
-/// atomic read-modify-write.
-#[inline]
-pub fn bump(counter: &AtomicU64) {
-    counter.store(counter.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
 }
 
 /// Waits for `condvar` while the `guard` of this `mutex` is open, at most so long. The model's

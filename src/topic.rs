@@ -40,6 +40,7 @@ use self::queue::{Bus, Queue};
 pub(crate) use self::{any::AnyTopic, outbox::Outbox};
 pub use self::{
     channel::Channel,
+    intake::{Intake, TakenMessage},
     message::{Message, Payload},
     outbox::Stamps,
     publisher::Publisher,
@@ -135,7 +136,7 @@ impl<T: Payload> Topic<T> {
         queue.records.as_ref().map(RecordSender::index)
     }
 
-    /// Whether this is a handle to the same bus, by number.
+    /// The number of its bus, the same for each handle to it.
     pub(crate) fn address(&self) -> usize {
         Arc::as_ptr(&self.0).addr()
     }

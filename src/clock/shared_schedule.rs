@@ -68,12 +68,10 @@ impl<'g> SharedSchedule<'g> {
     }
 
     /// Its task set, with the turns of its threads.
-    pub(crate) fn into_task_sets(self) -> Vec<TaskSet> {
+    pub(crate) fn into_task_set(self) -> Option<TaskSet> {
         let turns = self.schedule.turns();
-        let task_sets = self.schedule.peek().take_task_sets().into_iter();
-        task_sets
-            .map(|task_set| TaskSet { turns, ..task_set })
-            .collect()
+        let task_set = self.schedule.peek().take_task_sets().pop()?;
+        Some(TaskSet { turns, ..task_set })
     }
 
     /// Whether several threads share the schedule, in turns.

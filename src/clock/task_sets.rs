@@ -8,7 +8,7 @@ use super::{
     worker::Worker,
 };
 use crate::{
-    arrival::{Arrival, Wake},
+    arrival::{Arrival, Arrivals, Wake},
     graph::Graph,
     scheduling::{Dispatch, Schedule, TaskSet, Threads},
     sync::Arc,
@@ -21,6 +21,8 @@ pub struct TaskSets<'g> {
     split: Vec<SplitExecutor>,
     /// The schedule of all of them.
     home: &'g mut Schedule,
+    /// What is published for nodes that messages trigger.
+    arrivals: &'g Arrivals,
     /// The messages that were in flight when they were taken apart.
     in_flight: Vec<Arrival>,
 }
@@ -52,18 +54,21 @@ impl Graph {
     pub fn apart(&mut self) -> (TaskSets<'_>, Supervision<'_>) {
         let now = self.now();
         self.schedule.leave();
+        // What was delivered waits in the queues.
+        self.arrivals.take();
         let in_flight = self.control.arrivals_after(now);
         let mut task_sets = TaskSets {
             all: Vec::new(),
             split: Vec::new(),
             home: &mut self.schedule,
+            arrivals: &self.arrivals,
             in_flight,
         };
         for whole in task_sets.home.take_task_sets() {
             for (task_set, claim) in task_sets.split(whole) {
                 let state = self.control.state.clone();
                 let schedule = SharedSchedule::new(task_set, claim, &self.slots, state);
-                schedule.peek().open(now, Vec::new);
+                schedule.peek().open(now, []);
                 task_sets.all.push(schedule);
             }
         }
@@ -98,12 +103,10 @@ impl TaskSets<'_> {
 
     /// Has `wake` get the arrivals of messages, those of all that is in flight first.
     pub fn wake_by(&self, wake: Arc<dyn Wake>) {
-        let arrivals = self.home.arrivals();
-        arrivals.forward_to(Some(wake.clone()));
-        let known = self.in_flight.iter().copied();
-        known
-            .chain(arrivals.take())
-            .for_each(|arrival| wake.wake(arrival));
+        self.arrivals.forward_to(Some(wake.clone()));
+        let in_flight = self.in_flight.iter().copied();
+        let published = in_flight.chain(self.arrivals.take());
+        published.for_each(|arrival| wake.wake(arrival));
     }
 
     /// The threads of the task sets that have some here.
@@ -132,8 +135,9 @@ fn group<'c>(schedule: &'c SharedSchedule<'c>) -> ThreadGroup<'c> {
 impl Drop for TaskSets<'_> {
     /// Puts the task sets together again.
     fn drop(&mut self) {
+        self.arrivals.forward_to(None);
         let all = take(&mut self.all).into_iter();
-        let mut task_sets: Vec<TaskSet> = all.flat_map(SharedSchedule::into_task_sets).collect();
+        let mut task_sets: Vec<TaskSet> = all.filter_map(SharedSchedule::into_task_set).collect();
         for split in take(&mut self.split).into_iter().rev() {
             let range = split.first..split.first + split.nodes;
             let apart = task_sets.drain(range).collect();

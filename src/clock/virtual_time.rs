@@ -60,6 +60,23 @@ impl Clock for VirtualClock {
 }
 
 impl Graph {
+    /// Has all task sets begin at run time `now`.
+    fn open(&mut self, now: Time) {
+        let mut arrivals = self.arrivals.take();
+        match self.schedule.is_behind() {
+            // What was delivered waits in the queues.
+            true => arrivals = self.control.arrivals_after(now),
+            false => arrivals.retain(|arrival| arrival.at >= now),
+        }
+        self.schedule.open(now, arrivals);
+    }
+
+    /// Plans the arrivals of the messages that were published since the last look.
+    #[inline]
+    fn plan_arrivals(&mut self) {
+        self.schedule.plan(self.arrivals.take());
+    }
+
     /// Runs the graph in virtual time, as fast as it can, to `end` (s) of run time.
     ///
     /// # Errors
@@ -82,6 +99,13 @@ pub enum RunError {
 }
 
 /// One stretch of virtual time.
+///
+/// | so far | [`mid_instant`](Self::mid_instant) | [`is_over`](Self::is_over) | what comes next |
+/// |---|---|---|---|
+/// | nothing has happened | no | no | commands, then the first instant |
+/// | some events of an instant | yes | no | its other events |
+/// | all events of an instant | no | no | commands, then the next one |
+/// | all events of the last instant | no | yes | the end: a command would take effect after it |
 struct VirtualStretch<'a> {
     graph: &'a mut Graph,
     inbox: &'a mut Inbox,
@@ -108,8 +132,7 @@ impl<'a> VirtualStretch<'a> {
         let last_due = states().filter_map(|task| task.last_due).max();
         // Late nodes tick now, so this instant is partly done.
         let last_event = if is_late { Some(now) } else { last_due };
-        let control = &graph.control;
-        graph.schedule.open(now, || control.arrivals_after(now));
+        graph.open(now);
         Self {
             pacer: Pacer::new(graph.control.status.speed, now),
             last_event: last_event.map(|last| last.min(now)),
@@ -216,7 +239,7 @@ impl<'a> VirtualStretch<'a> {
         }
         let exit = obey_at_rest(self.graph, command, at).exit;
         // A node may have published as it obeyed.
-        self.graph.schedule.collect();
+        self.graph.plan_arrivals();
         if let Command::Speed(_) | Command::Resume = command {
             self.pacer = Pacer::new(self.graph.control.status.speed, at);
         }
@@ -226,7 +249,7 @@ impl<'a> VirtualStretch<'a> {
     /// Processes the next event: a timed command, a tick, or the end.
     fn proceed(&mut self) -> Result<Option<ClockExit>, Fault> {
         let next = self.graph.schedule.next_at();
-        // The real clock may have handed over after the end: a replay reaches no command there.
+        // The real clock may have handed over after the end: no command takes effect there.
         if self.inbox.next_timed(self.until) <= next
             && !self.mid_instant()
             && self.graph.now() <= self.until
@@ -250,10 +273,10 @@ impl<'a> VirtualStretch<'a> {
         self.last_event = Some(now);
         self.graph.control.state.set_now(now);
         let (until, over) = (self.until, false);
-        let late = (now > until).then_some(AfterEnd { until, over });
-        while let Some(work) = self.graph.schedule.next_job(now, late) {
+        let after = (now > until).then_some(AfterEnd { until, over });
+        while let Some(work) = self.graph.schedule.next_job(now, after) {
             let outcome = self.work(work, now);
-            self.graph.schedule.collect();
+            self.graph.plan_arrivals();
             match outcome {
                 Ok(ControlFlow::Continue(())) => {}
                 Ok(ControlFlow::Break(())) => {
@@ -293,7 +316,6 @@ impl<'a> VirtualStretch<'a> {
             missed_before: now,
             took: measured.map(|began| began.elapsed()),
         };
-        let outcome = schedule.done(slot, work, times, outcome);
-        schedule.outlive(slot, (work.node, now), outcome, &control.state)
+        schedule.done(slot, work, times, outcome, &control.state)
     }
 }

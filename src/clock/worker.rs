@@ -50,7 +50,7 @@ impl<'c> Worker<'c> {
         }
     }
 
-    /// Hears that a message arrives for a node of the task set.
+    /// Hears that a message arrives for a node of the task set. A damaged log may name any other.
     pub fn arrive(&mut self, arrival: Arrival) {
         if self.schedule.peek().hears(arrival) {
             self.arrivals.push(arrival);
@@ -58,12 +58,10 @@ impl<'c> Worker<'c> {
     }
 
     /// Looks for work at run time `at`.
-    pub fn find(&mut self, at: Time, late: Option<AfterEnd>) -> LookResult {
+    pub fn find(&mut self, at: Time, after: Option<AfterEnd>) -> LookResult {
         let mut schedule = self.schedule.turn();
-        for arrival in self.arrivals.drain(..) {
-            schedule.add_arrival(arrival);
-        }
-        self.found = schedule.next_job(at, late);
+        schedule.plan(self.arrivals.drain(..));
+        self.found = schedule.next_job(at, after);
         LookResult {
             node: self.found.map(|work| work.node),
             moved: schedule.has_moved(),
@@ -87,7 +85,9 @@ impl<'c> Worker<'c> {
         Some(work.job.kind)
     }
 
-    /// That work is over at run time `ended`; ticks due before `missed_before` are missed.
+    /// That work is over at run time `ended`: for a whole tick the time now, otherwise that of its
+    /// begin, because what a tick takes is its scheduler's to plan. Ticks due before `missed_before`
+    /// are missed.
     pub fn done(&mut self, ended: Time, missed_before: Time) -> Outcome {
         let (work, began, outcome) = self.begun.take()?;
         let times = WorkTimes {
@@ -99,8 +99,7 @@ impl<'c> Worker<'c> {
         // Nobody gets the node before its tick is recorded.
         let mut schedule = self.schedule.turn();
         let slot = &mut *lock(&self.schedule.slots[work.node]);
-        let outcome = schedule.done(slot, work, times, outcome);
-        match schedule.outlive(slot, (work.node, began), outcome, &self.schedule.state) {
+        match schedule.done(slot, work, times, outcome, &self.schedule.state) {
             Ok(ControlFlow::Continue(())) => None,
             Ok(ControlFlow::Break(())) => Some(Ok(began)),
             Err(cause) => Some(Err(slot.fault(began, cause))),

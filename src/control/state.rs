@@ -51,7 +51,7 @@ pub struct Status {
 pub struct RunState {
     now: AtomicU64,
     status: Mutex<Status>,
-    /// Only rare events lock it, never a tick.
+    /// In turns, because its order is part of the run. Only rare events lock it, never a tick.
     events: Shared<Vec<Event>>,
     /// Keeps what the threads of the real clock do, if anybody wants that.
     journal: OnceLock<Arc<dyn Journal>>,

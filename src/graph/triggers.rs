@@ -28,14 +28,15 @@ impl ControlPlane {
         // Each topic to look at, with the node that led there.
         let mut ways: Vec<(usize, Option<usize>)> =
             publishes.iter().map(|topic| (*topic, None)).collect();
-        let mut led: Vec<Option<(usize, Option<usize>)>> = vec![None; self.nodes.len()];
+        // For each node that was reached, the one before it, if there is one.
+        let mut led: Vec<Option<Option<usize>>> = vec![None; self.nodes.len()];
         while let Some((topic, from)) = ways.pop() {
             if triggers.contains(&topic) {
                 return Some(self.way(name, from, &led));
             }
             for (node, entry) in self.nodes.iter().enumerate() {
                 if led[node].is_none() && entry.triggers.contains(&topic) {
-                    led[node] = Some((topic, from));
+                    led[node] = Some(from);
                     let topics = self.topics.iter().enumerate();
                     let its = topics.filter(|(_, known)| known.publishers.contains(&node));
                     ways.extend(its.map(|(topic, _)| (topic, Some(node))));
@@ -46,16 +47,11 @@ impl ControlPlane {
     }
 
     /// The names of the nodes on the way that ends at node `last`.
-    fn way(
-        &self,
-        name: &str,
-        last: Option<usize>,
-        led: &[Option<(usize, Option<usize>)>],
-    ) -> String {
+    fn way(&self, name: &str, last: Option<usize>, led: &[Option<Option<usize>>]) -> String {
         let (mut names, mut next) = (vec![name], last);
         while let Some(node) = next {
             names.push(self.name(node));
-            next = led[node].and_then(|(_, from)| from);
+            next = led[node].flatten();
         }
         names.push(name);
         names.reverse();

@@ -7,8 +7,7 @@ use crate::{
     node::{Ends, Fixed, LastTick},
     record::{MeterRecorder, PushRecorder, RecordSender},
     sync::Arc,
-    topic::{Payload, Publisher, Subscription, Topic},
-    trigger::Intake,
+    topic::{Intake, Payload, Publisher, Subscription, Topic},
 };
 
 /// Supplies a node with its ends of topics while it is being built, so that the graph
@@ -103,8 +102,12 @@ impl<'g> Wiring<'g> {
 
     /// Connects the node as a reader of `topic`.
     pub fn subscription<T: Payload>(&mut self, topic: &Topic<T>) -> Subscription<T> {
-        if let Some(reader) = self.former_reader(topic) {
-            return topic.subscribe_again(reader);
+        if self.is_again() {
+            return match self.former_reader(topic) {
+                Some(reader) => topic.subscribe_again(reader),
+                // One more than it had: its reads are no node's in the records.
+                None => topic.subscribe(),
+            };
         }
         let subscription = topic.subscribe_as(Some(self.next_place(topic)));
         self.subscribe(topic, &subscription);
@@ -152,16 +155,14 @@ impl<'g> Wiring<'g> {
         self.reads.push(index);
     }
 
-    /// Adds a duration that the node measures, shown under `name`.
+    /// A duration that the node measures, shown under `name`.
     pub fn meter(&mut self, name: &str) -> MeterRecorder {
-        let known = match self.is_again() {
-            true => self.ends.meters.iter().position(|known| known == name),
-            false => None,
-        };
-        let meter = known.unwrap_or(self.ends.meters.len());
-        if known.is_none() {
-            self.ends.meters.push(name.to_owned());
-        }
+        let meters = &mut self.ends.meters;
+        let known = meters.iter().position(|known| known == name);
+        let meter = known.unwrap_or_else(|| {
+            meters.push(name.to_owned());
+            meters.len() - 1
+        });
         let records = self.ends.records.clone();
         MeterRecorder { records, meter }
     }
@@ -186,9 +187,6 @@ impl<'g> Wiring<'g> {
 
     /// The next reader of `topic` that the former node had.
     fn former_reader<T: Payload>(&mut self, topic: &Topic<T>) -> Option<usize> {
-        if !self.is_again() {
-            return None;
-        }
         let address = topic.address();
         let mut readers = self.ends.readers.iter();
         let place = readers.position(|(known, _)| *known == address)?;

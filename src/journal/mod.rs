@@ -83,7 +83,7 @@ pub enum Entry {
 pub struct AfterEnd {
     /// The end of the run.
     pub until: Time,
-    /// Whether only those nodes tick that were due before.
+    /// Whether executors choose nothing more: only those nodes tick that were due before.
     pub over: bool,
 }
 

@@ -110,8 +110,8 @@ impl NodeSlot {
     pub(crate) fn work(&mut self, job: Job, now: Time, lasts: bool) -> Tick {
         match job.kind {
             JobKind::Tick { .. } => self.tick(now, lasts),
-            JobKind::Begin => self.start(now, job.lateness()),
-            JobKind::End => self.finish(now),
+            JobKind::Begin => self.begin_lasting(now, job.lateness()),
+            JobKind::End => self.end_lasting(now),
         }
     }
 
@@ -135,7 +135,7 @@ impl NodeSlot {
                 });
                 outcome
             }
-            JobKind::End => self.over(began, outcome),
+            JobKind::End => self.lasting_done(times.ended, outcome),
             JobKind::Begin => outcome,
         }
     }
@@ -145,7 +145,7 @@ impl NodeSlot {
         if lasts {
             self.record_begin();
         }
-        let outcome = self.begin(|node| {
+        let outcome = self.unless_panicked(|node| {
             let flow = node.tick(now)?;
             Ok(flow_of_both(flow, node.apply(now)?))
         });
@@ -156,10 +156,10 @@ impl NodeSlot {
     }
 
     /// Begins a tick that takes time: its messages wait for the end.
-    fn start(&mut self, now: Time, lateness: Option<Duration>) -> Tick {
+    fn begin_lasting(&mut self, now: Time, lateness: Option<Duration>) -> Tick {
         self.record_begin();
         self.ends.outbox.hold(true);
-        let outcome = self.begin(|node| node.tick(now));
+        let outcome = self.unless_panicked(|node| node.tick(now));
         self.ends.outbox.hold(false);
         match outcome {
             Ok(flow) => {
@@ -179,7 +179,7 @@ impl NodeSlot {
     }
 
     /// Ends that tick.
-    fn finish(&mut self, now: Time) -> Tick {
+    fn end_lasting(&mut self, now: Time) -> Tick {
         self.ends.outbox.publish_held(now);
         let applied = self.guarded(|node| node.apply(now));
         self.record_end();
@@ -187,7 +187,7 @@ impl NodeSlot {
     }
 
     /// Records that tick, which is over at `now`, and returns whether it ends the run.
-    fn over(&mut self, now: Time, applied: Tick) -> Tick {
+    fn lasting_done(&mut self, now: Time, applied: Tick) -> Tick {
         let Some(running) = self.running.take() else {
             return applied;
         };
@@ -231,8 +231,8 @@ impl NodeSlot {
         self.ends.records.node(|| NodeRecord::Ended);
     }
 
-    /// Begins a tick with `work`, or fails after a panic between two ticks.
-    fn begin(&mut self, work: impl FnOnce(&mut dyn Node) -> Tick) -> Tick {
+    /// Does `work` of a tick, or fails after a panic between two ticks.
+    fn unless_panicked(&mut self, work: impl FnOnce(&mut dyn Node) -> Tick) -> Tick {
         match self.panicked.take() {
             Some(panicked) => Err(panicked.into()),
             None => self.guarded(work),

@@ -1,7 +1,11 @@
 //! What gives nodes their schedulers, and topics their channels.
 
 use super::scheduler::Scheduler;
-use crate::{rate::Rate, sync::Arc, topic::Channel, trigger::Intake};
+use crate::{
+    rate::Rate,
+    sync::Arc,
+    topic::{Channel, Intake},
+};
 
 /// A node to be scheduled.
 pub struct TaskSpec {

@@ -1,4 +1,14 @@
 //! What happens next: schedulers decide when nodes run, a schedule keeps their alarms.
+//!
+//! | | is |
+//! |---|---|
+//! | task set | nodes with one scheduler: those of an executor, or one on its own |
+//! | member | a node of a task set, by its number there |
+//! | scheduler | decides when its members run; hears of events, answers with jobs |
+//! | timetable | what a scheduler can ask for at an instant: alarms, a choice, records |
+//! | agenda | the alarms and arrivals to come, in order |
+//! | schedule | some task sets with their agenda: all in virtual time, one under the real clock |
+//! | assignment | a job of a node, on its way from the schedule to who does it |
 
 mod agenda;
 mod dispatch;

@@ -44,7 +44,7 @@ impl Schedule {
                 slot.ask(|node| node.set_parameter(name, value, now))
             }
             Knob::Crash { .. } => {
-                let was = self.crashed(node);
+                let was = self.condition(node);
                 self.crash(node, slot, now);
                 Ok(was)
             }
@@ -65,7 +65,8 @@ impl Schedule {
 
     fn restart(&mut self, node: usize, slot: &mut NodeSlot, now: Time) -> Result<String, String> {
         let (task_set, member) = self.place(node);
-        let was = self.crashed(node);
+        let was = self.condition(node);
+        // A node that is built once more crashes first, another one only once it has begun anew.
         if slot.again.is_some() {
             self.crash(node, slot, now);
         }
@@ -80,10 +81,12 @@ impl Schedule {
 
     /// The outcome of a tick for the run, from the tick's own `outcome`. After a [`NodeCrash`] the
     /// node is crashed from the tick's begin on, the log has the cause, and the run goes on.
-    pub(crate) fn outlive(
+    #[inline]
+    pub(super) fn outlive(
         &mut self,
         slot: &mut NodeSlot,
-        (node, began): (usize, Time),
+        node: usize,
+        began: Time,
         outcome: Tick,
         state: &RunState,
     ) -> Tick {
@@ -97,7 +100,7 @@ impl Schedule {
         GO_ON
     }
 
-    fn crashed(&self, node: usize) -> String {
+    fn condition(&self, node: usize) -> String {
         let crashed = self.state(node, Time::ZERO).crashed;
         if crashed { "crashed" } else { "running" }.to_owned()
     }

@@ -9,11 +9,10 @@ use super::{
     task_set::TaskSet,
 };
 use crate::{
-    arrival::{Arrival, Arrivals},
-    control::command::ClockKind,
+    arrival::Arrival,
+    control::{command::ClockKind, state::RunState},
     journal::AfterEnd,
     node::{Job, JobKind, NodeSlot, Tick, WorkTimes},
-    sync::Arc,
     time::Time,
 };
 
@@ -22,27 +21,26 @@ use crate::{
 pub(crate) struct Schedule {
     pub(super) task_sets: Vec<TaskSet>,
     /// The lowest index of its nodes.
-    first: usize,
-    /// The task set of each node from that one on, and its number there. A node of another schedule
-    /// has any: nobody asks for it.
+    lowest: usize,
+    /// The task set of each node from that one on, and its number there; (0, 0) for a node of
+    /// another schedule.
     places: Vec<(usize, usize)>,
     agenda: Agenda,
-    arrivals: Arc<Arrivals>,
     /// Task sets that look for something to do when all else of the instant has happened.
     choosing: BTreeSet<usize>,
     /// The run time at which the last of them asked for that.
     choosing_at: Time,
     clock: ClockKind,
-    /// Whether the nodes have run elsewhere since it was opened, or not at all.
+    /// Whether the nodes have run elsewhere since it was opened, or not at all: all that is planned
+    /// is out of date.
     is_behind: bool,
-    /// Whether something has happened since [`Schedule::has_moved`].
+    /// Whether something has happened since it was last asked.
     moved: bool,
 }
 
 /// A job for a node.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Assignment {
-    pub(crate) task_set: usize,
     /// Index of the node.
     pub(crate) node: usize,
     pub(crate) job: Job,
@@ -54,10 +52,9 @@ impl Schedule {
     pub(crate) fn new(clock: ClockKind, task_sets: Vec<TaskSet>) -> Self {
         let mut schedule = Self {
             task_sets: Vec::new(),
-            first: 0,
+            lowest: 0,
             places: Vec::new(),
             agenda: Agenda::default(),
-            arrivals: Arc::default(),
             choosing: BTreeSet::new(),
             choosing_at: Time::ZERO,
             clock,
@@ -81,12 +78,12 @@ impl Schedule {
     pub(crate) fn set_task_sets(&mut self, task_sets: Vec<TaskSet>) {
         self.task_sets = task_sets;
         let nodes = || self.members().map(|member| member.node);
-        let (first, last) = (nodes().min().unwrap_or(0), nodes().max());
-        let count = last.map_or(0, |last| last + 1 - first);
-        (self.first, self.places) = (first, vec![(0, 0); count]);
+        let (lowest, last) = (nodes().min().unwrap_or(0), nodes().max());
+        let count = last.map_or(0, |last| last + 1 - lowest);
+        (self.lowest, self.places) = (lowest, vec![(0, 0); count]);
         for (number, task_set) in self.task_sets.iter().enumerate() {
             for (member, known) in task_set.members.iter().enumerate() {
-                self.places[known.node - first] = (number, member);
+                self.places[known.node - lowest] = (number, member);
             }
         }
     }
@@ -105,7 +102,7 @@ impl Schedule {
     /// Task set and number of a node.
     #[inline(always)]
     pub(super) fn place(&self, node: usize) -> (usize, usize) {
-        self.places[node - self.first]
+        self.places[node - self.lowest]
     }
 
     /// Whether an executor can have this node, which is on its own.
@@ -122,13 +119,8 @@ impl Schedule {
     /// The end of the running tick of a node, if there is one.
     pub(crate) fn end_job(&self, node: usize, now: Time) -> Option<Assignment> {
         self.state(node, now).remaining?;
-        let (task_set, member) = self.place(node);
-        let job = Job::new(member, JobKind::End);
-        Some(Assignment {
-            task_set,
-            node,
-            job,
-        })
+        let job = Job::new(self.place(node).1, JobKind::End);
+        Some(Assignment { node, job })
     }
 
     /// Whether one of its nodes has this input.
@@ -149,11 +141,6 @@ impl Schedule {
         self.members()
             .map(move |member| self.state(member.node, now))
     }
-
-    /// The arrivals that are not planned yet.
-    pub(crate) fn arrivals(&self) -> &Arc<Arrivals> {
-        &self.arrivals
-    }
 }
 
 /// Alarms and jobs.
@@ -161,29 +148,19 @@ impl Schedule {
     /// Forgets all that is planned: the nodes run elsewhere.
     pub(crate) fn leave(&mut self) {
         self.is_behind = true;
-        self.arrivals.take();
         self.agenda = Agenda::default();
         self.choosing.clear();
     }
 
-    /// Has the task sets begin at run time `now`; those that have run elsewhere with messages
-    /// `in_flight`.
-    pub(crate) fn open(&mut self, now: Time, in_flight: impl FnOnce() -> Vec<Arrival>) {
+    /// Whether the nodes have run elsewhere since it was opened, or not at all.
+    pub(crate) fn is_behind(&self) -> bool {
+        self.is_behind
+    }
+
+    /// Has the task sets begin at run time `now`, with what arrives from then on.
+    pub(crate) fn open(&mut self, now: Time, arrivals: impl IntoIterator<Item = Arrival>) {
         let anew = take(&mut self.is_behind);
-        let arrivals = match anew {
-            true => {
-                self.arrivals.forward_to(None);
-                // What is delivered waits in the queues.
-                self.arrivals.take();
-                in_flight()
-            }
-            false => {
-                let mut published = self.arrivals.take();
-                published.retain(|arrival| arrival.at >= now);
-                published
-            }
-        };
-        self.plan_arrivals(arrivals);
+        self.plan(arrivals);
         self.send_all(SchedulerEvent::Opened { anew }, now);
     }
 
@@ -215,9 +192,9 @@ impl Schedule {
     /// The next job at run time `now`, which may be after the end of the run. This and what it calls
     /// are one function, because every tick is handed through all of them: a quarter less a tick.
     #[inline(always)]
-    pub(crate) fn next_job(&mut self, now: Time, late: Option<AfterEnd>) -> Option<Assignment> {
-        let until = late.map_or(Time::MAX, |late| late.until);
-        let over = late.is_some_and(|late| late.over);
+    pub(crate) fn next_job(&mut self, now: Time, after: Option<AfterEnd>) -> Option<Assignment> {
+        let until = after.map_or(Time::MAX, |end| end.until);
+        let over = after.is_some_and(|end| end.over);
         loop {
             let next = self.agenda.next_at();
             let job = if next <= now && next <= until {
@@ -255,7 +232,7 @@ impl Schedule {
     }
 
     /// A job is done: the scheduler hears of it, unless it was the begin of a tick that failed,
-    /// and the tick is recorded. Returns whether it ends the run.
+    /// and the tick is recorded. Returns whether it ends the run of this `state`.
     #[inline(always)]
     pub(crate) fn done(
         &mut self,
@@ -263,13 +240,15 @@ impl Schedule {
         work: Assignment,
         times: WorkTimes,
         outcome: Tick,
+        state: &RunState,
     ) -> Tick {
         let (job, missed_before) = (work.job, times.missed_before);
         if outcome.is_ok() || job.kind != JobKind::Begin {
             let done = SchedulerEvent::Done { job, missed_before };
-            self.send(work.task_set, done, times.ended, false);
+            self.send(self.place(work.node).0, done, times.ended, false);
         }
-        slot.done(job, times, outcome)
+        let outcome = slot.done(job, times, outcome);
+        self.outlive(slot, work.node, times.began, outcome, state)
     }
 
     #[inline(always)]
@@ -283,12 +262,7 @@ impl Schedule {
         self.with(number, now, over, |scheduler, timetable| {
             let job = scheduler.on(event, timetable)?;
             let node = timetable.members[job.member()].node;
-            let task_set = number;
-            Some(Assignment {
-                task_set,
-                node,
-                job,
-            })
+            Some(Assignment { node, job })
         })
     }
 
@@ -318,21 +292,11 @@ impl Schedule {
         answer
     }
 
-    /// Adds the arrival of a message.
-    pub(crate) fn add_arrival(&mut self, arrival: Arrival) {
-        let Arrival { at, node, input } = arrival;
-        self.agenda.add_arrival(at, node, input);
-    }
-
-    /// Plans the arrivals of the messages that were published since the last look.
+    /// Plans the arrivals of messages.
     #[inline]
-    pub(crate) fn collect(&mut self) {
-        let arrivals = self.arrivals.take();
-        self.plan_arrivals(arrivals);
-    }
-
-    fn plan_arrivals(&mut self, arrivals: Vec<Arrival>) {
-        let arrivals = arrivals.into_iter();
-        arrivals.for_each(|arrival| self.add_arrival(arrival));
+    pub(crate) fn plan(&mut self, arrivals: impl IntoIterator<Item = Arrival>) {
+        for Arrival { at, node, input } in arrivals {
+            self.agenda.add_arrival(at, node, input);
+        }
     }
 }

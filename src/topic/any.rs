@@ -8,17 +8,17 @@ use super::{
 use crate::{arrival::Arrival, control::knob::Knob, qos::Depth, record::RecordSender, time::Time};
 
 /// Makes what lies between the publishers and the readers of a topic, if the graph has any of it.
-type NewLink<'a> = &'a dyn Fn() -> Option<Box<dyn Channel>>;
+type NewChannel<'a> = &'a dyn Fn() -> Option<Box<dyn Channel>>;
 
 /// A topic, regardless of its payload.
 pub(crate) trait AnyTopic: Send {
-    /// Sets a knob of the topic, or of the `link` between its publishers and readers, for
+    /// Sets a knob of the topic, or of the channel between its publishers and readers, for
     /// messages published from run time `now` on; returns the value before.
     ///
     /// # Errors
     /// The reason, for a knob that the kit does not know, and for a message that is published
     /// already.
-    fn set(&self, knob: &Knob, link: NewLink<'_>, now: Time) -> Result<String, String>;
+    fn set(&self, knob: &Knob, new_channel: NewChannel<'_>, now: Time) -> Result<String, String>;
 
     /// Queue depth.
     fn depth(&self) -> Depth;
@@ -34,7 +34,7 @@ pub(crate) trait AnyTopic: Send {
 }
 
 impl<T: Payload> AnyTopic for Topic<T> {
-    fn set(&self, knob: &Knob, link: NewLink<'_>, now: Time) -> Result<String, String> {
+    fn set(&self, knob: &Knob, new_channel: NewChannel<'_>, now: Time) -> Result<String, String> {
         match knob {
             Knob::Depth { depth, .. } => return Ok(self.set_depth(*depth, now).to_string()),
             Knob::Read { order, .. } => {
@@ -49,16 +49,18 @@ impl<T: Payload> AnyTopic for Topic<T> {
             Some(seq) => queue.is_still_to_come(seq)?,
             None => queue.deliver_before(now),
         }
-        if queue.transit.is_none() {
-            let channel = link().ok_or_else(|| knob.not_in_kit())?;
-            let newest = queue.messages.back().cloned();
-            queue.transit = Some(Box::new(Transit::new(channel, queue.next_seq, newest)));
-        }
-        let transit = queue.transit.as_mut();
-        let before = transit.map(|transit| transit.channel.set(knob));
+        let transit = match &mut queue.transit {
+            Some(transit) => transit,
+            none => {
+                let channel = new_channel().ok_or_else(|| knob.not_in_kit())?;
+                let newest = queue.messages.back().cloned();
+                none.insert(Box::new(Transit::new(channel, queue.next_seq, newest)))
+            }
+        };
+        let before = transit.channel.set(knob);
         // Without a link, and with nothing in flight, it is as fast as a topic that never had one.
         queue.transit.take_if(|transit| transit.is_done());
-        before.unwrap_or_else(|| Err(knob.not_in_kit()))
+        before
     }
 
     fn depth(&self) -> Depth {

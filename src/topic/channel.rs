@@ -34,12 +34,16 @@ pub(crate) struct Transit<T> {
 }
 
 impl<T: Clone> Transit<T> {
-    /// All messages before `next` are delivered, and `newest` is the last of them.
-    pub(crate) fn new(channel: Box<dyn Channel>, next: u64, newest: Option<Message<T>>) -> Self {
+    /// All messages before `next` are delivered, and `newest` is the last of them, with its delivery.
+    pub(crate) fn new(
+        channel: Box<dyn Channel>,
+        next: u64,
+        newest: Option<(Message<T>, Time)>,
+    ) -> Self {
         Self {
             channel,
             messages: BTreeMap::new(),
-            newest: newest.map(|message| (message.clone(), Some(message.stamp))),
+            newest: newest.map(|(message, at)| (message, Some(at))),
             next_delivered: next,
         }
     }

@@ -1,19 +1,42 @@
-//! The end of a topic that triggers a node.
+//! The end of a topic that triggers a node, and what a scheduler takes from it.
+//!
+//! A message is taken when a scheduler calls the node, as a ROS subscription's callback takes it:
+//! one message for each call, the oldest that its queue keeps. Once the messages taken make a
+//! set, the node ticks, and its subscriptions read that set.
 
 use std::collections::VecDeque;
 
-use super::{
-    Subscription, Topic,
-    message::Payload,
-    queue::{Bus, Queue},
-    readers::TriggerEnd,
-};
-use crate::{
-    arrival::Arrivals,
-    sync::Arc,
-    time::Time,
-    trigger::{Intake, TakenMessage},
-};
+use super::{Subscription, Topic, message::Payload, queue::Bus, readers::TriggerEnd};
+use crate::{arrival::Arrivals, sync::Arc, time::Time};
+
+/// A topic that triggers a node, regardless of its payload.
+pub trait Intake: Send {
+    /// Run time of the delivery of the oldest message that was not yet taken.
+    fn oldest(&self, now: Time) -> Option<Time>;
+
+    /// Number of messages that wait at `now`.
+    fn waiting(&self, now: Time) -> usize;
+
+    /// Takes the oldest of them.
+    fn take(&mut self, now: Time) -> Option<TakenMessage>;
+
+    /// Lets the subscription read the message taken as number `seq`.
+    fn choose(&mut self, seq: u64);
+
+    /// Forgets the messages taken before number `seq`; all of them without a `seq`.
+    fn forget_before(&mut self, seq: Option<u64>);
+}
+
+/// A message taken from a queue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TakenMessage {
+    /// Its sequence number.
+    pub seq: u64,
+    /// Run time of the sensing behind it.
+    pub sensed: Time,
+    /// Run time of its delivery.
+    pub arrived: Time,
+}
 
 impl<T: Payload> Topic<T> {
     /// Creates a subscription, the topic's reader at this `place`, whose messages trigger the node
@@ -26,13 +49,14 @@ impl<T: Payload> Topic<T> {
     ) -> (Subscription<T>, Box<dyn Intake>) {
         let mut bus = self.0.lock();
         let reader = bus.add_reader(Some(place));
-        bus.note_deliveries();
+        bus.has_triggers = true;
         bus.readers[reader].trigger = Some(Box::new(TriggerEnd {
             node,
             input,
             arrivals: arrivals.clone(),
             taken: VecDeque::new(),
             chosen: None,
+            is_new: false,
         }));
         drop(bus);
         let intake = TopicIntake {
@@ -50,35 +74,25 @@ struct TopicIntake<T> {
     reader: usize,
 }
 
-impl<T> Queue<T> {
-    /// Index of the oldest message that a reader has not seen, and its delivery.
-    fn unread(&self, reader: usize) -> Option<(usize, Time)> {
-        let index = self.first_unread(reader);
-        let at = self.delivered.as_ref()?.get(index)?;
-        Some((index, *at))
-    }
-}
-
 impl<T: Payload> Intake for TopicIntake<T> {
     fn oldest(&self, now: Time) -> Option<Time> {
         let mut bus = self.bus.lock();
         bus.deliver(now);
-        bus.unread(self.reader).map(|(_, at)| at)
+        let oldest = bus.unread(self.reader).next();
+        oldest.map(|(_, at)| *at)
     }
 
     fn waiting(&self, now: Time) -> usize {
         let mut bus = self.bus.lock();
         bus.deliver(now);
-        let first = bus.unread(self.reader).map(|(index, _)| index);
-        first.map_or(0, |first| bus.messages.len() - first)
+        bus.unread(self.reader).len()
     }
 
     fn take(&mut self, now: Time) -> Option<TakenMessage> {
         let mut bus = self.bus.lock();
         let queue = &mut *bus;
         queue.deliver(now);
-        let (index, arrived) = queue.unread(self.reader)?;
-        let message = queue.messages.get(index)?.clone();
+        let (message, arrived) = queue.unread(self.reader).next()?.clone();
         let taken = TakenMessage {
             seq: message.seq,
             sensed: message.sensed(),
@@ -94,6 +108,7 @@ impl<T: Payload> Intake for TopicIntake<T> {
         if let Some(end) = &mut self.bus.lock().readers[self.reader].trigger {
             let mut taken = end.taken.iter();
             end.chosen = taken.find(|message| message.seq == seq).cloned();
+            end.is_new = true;
         }
     }
 

@@ -24,32 +24,33 @@ pub struct Publisher<T> {
 }
 
 impl<T: Payload> Publisher<T> {
-    /// Publishes `data` at run time `stamp`. `origin` is the run time of the sensing that
-    /// `data` was derived from, if any; see [`Message::sensed`](crate::Message::sensed).
+    /// Publishes `data` at run time `now`, the stamp of the message. `origin` is the run time of the
+    /// sensing that `data` was derived from, if any; see [`Message::sensed`](crate::Message::sensed).
     ///
     /// Never waits for a subscription: a full buffer evicts its oldest message. In a tick that
-    /// takes time the message waits for the end of the tick, and is stamped then.
-    pub fn publish(&self, data: T, stamp: Time, origin: Option<Time>) {
+    /// takes time the message waits for the end of the tick, and is stamped then; without another
+    /// origin it has the begin of the tick.
+    pub fn publish(&self, data: T, now: Time, origin: Option<Time>) {
         match &self.outbox {
-            Some(outbox) if outbox.is_needed() => self.put(outbox, data, stamp, origin),
-            _ => self.bus.lock().publish(data, stamp, stamp, origin),
+            Some(outbox) if outbox.is_needed() => self.put(outbox, data, now, origin),
+            _ => self.bus.lock().publish(data, now, now, origin),
         }
     }
 
-    /// Publishes a message that arrived at run time `now` from another process, where it
-    /// was published at `stamp`.
+    /// Publishes a message at run time `now` with another `stamp`, whatever the tick takes: one that
+    /// arrives from another process, where it was published then.
     pub fn forward(&self, data: T, now: Time, stamp: Time, origin: Option<Time>) {
         self.bus.lock().publish(data, now, stamp, origin);
     }
 
     /// Publishes through the outbox, needed by few nodes.
     #[cold]
-    fn put(&self, outbox: &Outbox, data: T, stamp: Time, origin: Option<Time>) {
-        let (bus, began) = (self.bus.clone(), outbox.shows(stamp));
+    fn put(&self, outbox: &Outbox, data: T, now: Time, origin: Option<Time>) {
+        let (bus, began) = (self.bus.clone(), outbox.shows(now));
         let publish = move |now, shown| {
             let sensed = (shown != began).then_some(began);
             bus.lock().publish(data, now, shown, origin.or(sensed));
         };
-        outbox.put(stamp, Box::new(publish));
+        outbox.put(now, Box::new(publish));
     }
 }

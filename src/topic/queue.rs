@@ -20,7 +20,8 @@ pub(super) type Bus<T> = Shared<Queue<T>>;
 
 /// The messages of a topic.
 pub(super) struct Queue<T> {
-    pub(super) messages: VecDeque<Message<T>>,
+    /// The messages that can be read, each with the run time of its delivery.
+    pub(super) messages: VecDeque<(Message<T>, Time)>,
     pub(super) depth: Depth,
     pub(super) next_seq: u64,
     /// Run time of the newest publication.
@@ -28,8 +29,8 @@ pub(super) struct Queue<T> {
     pub(super) order: ReadOrder,
     /// Messages in flight, while the topic has a link.
     pub(super) transit: Option<Box<Transit<T>>>,
-    /// Run times of the deliveries of `messages`, if they trigger a node.
-    pub(super) delivered: Option<VecDeque<Time>>,
+    /// Whether its messages trigger a node.
+    pub(super) has_triggers: bool,
     pub(super) readers: Vec<TopicReader<T>>,
     /// Where its records go, once it is in a graph.
     pub(super) records: Option<RecordSender>,
@@ -45,7 +46,7 @@ impl<T: Payload> Queue<T> {
             newest_at: Time::ZERO,
             order: ReadOrder::Newest,
             transit: None,
-            delivered: None,
+            has_triggers: false,
             readers: Vec::new(),
             records: None,
         }
@@ -90,7 +91,7 @@ impl<T: Payload> Queue<T> {
             }
             Some(_) => self.send(message, now),
         };
-        if let Some(arrives) = arrives.filter(|_| self.delivered.is_some()) {
+        if let Some(arrives) = arrives.filter(|_| self.has_triggers) {
             self.announce(arrives);
         }
         self.record_newest();
@@ -98,11 +99,12 @@ impl<T: Payload> Queue<T> {
 
     /// Refuses a message that is already published.
     pub(super) fn is_still_to_come(&self, seq: u64) -> Result<(), String> {
-        match self.next_seq {
-            next if next > seq => Err(format!(
+        let next = self.next_seq;
+        match next > seq {
+            true => Err(format!(
                 "message {seq} is under way already: expected {next} or more"
             )),
-            _ => Ok(()),
+            false => Ok(()),
         }
     }
 
@@ -144,7 +146,7 @@ impl<T: Payload> Queue<T> {
     pub(super) fn newest(&self) -> Option<(&Message<T>, Head)> {
         let (message, arrives) = match &self.transit {
             Some(transit) => transit.newest.as_ref().map(|(m, at)| (m, *at))?,
-            None => (self.messages.back()?, Some(self.newest_at)),
+            None => (&self.messages.back()?.0, Some(self.newest_at)),
         };
         let readers = self.readers.iter().filter(|reader| reader.is_open);
         let head = Head {
@@ -182,38 +184,28 @@ impl<T> Queue<T> {
         if self.messages.len() >= self.depth.get() {
             self.evict_oldest(now);
         }
-        self.messages.push_back(message);
-        if let Some(delivered) = &mut self.delivered {
-            delivered.push_back(now);
-        }
+        self.messages.push_back((message, now));
     }
 
     /// The message that a reader reads next.
     #[inline]
     pub(super) fn to_read(&self, reader: usize) -> Option<&Message<T>> {
-        match self.order {
-            ReadOrder::Newest => self.messages.back(),
-            ReadOrder::Oldest => self.oldest_unread(reader).or(self.messages.back()),
-        }
+        let newest = self.messages.back();
+        let next = match self.order {
+            ReadOrder::Newest => newest,
+            ReadOrder::Oldest => self.unread(reader).next().or(newest),
+        };
+        next.map(|(message, _)| message)
     }
 
-    /// The oldest message that a reader has not seen.
-    pub(super) fn oldest_unread(&self, reader: usize) -> Option<&Message<T>> {
-        self.messages.get(self.first_unread(reader))
-    }
-
-    /// Its index; their number if there is none.
-    pub(super) fn first_unread(&self, reader: usize) -> usize {
-        let unread = self.readers[reader].next_unread;
-        self.messages
-            .partition_point(|message| message.seq < unread)
-    }
-
-    /// Notes from now on when messages are delivered; those that are here were so when they were
-    /// published.
-    pub(super) fn note_deliveries(&mut self) {
-        let stamps = self.messages.iter().map(|message| message.stamp);
-        self.delivered.get_or_insert_with(|| stamps.collect());
+    /// The messages that a reader has not seen, each with its delivery.
+    pub(super) fn unread(
+        &self,
+        reader: usize,
+    ) -> impl ExactSizeIterator<Item = &(Message<T>, Time)> {
+        let next = self.readers[reader].next_unread;
+        let seen = self.messages.partition_point(|(known, _)| known.seq < next);
+        self.messages.range(seen..)
     }
 
     /// The ends of the readers whose nodes its messages trigger.
@@ -236,12 +228,9 @@ impl<T> Queue<T> {
 
     /// Evicts the oldest message at run time `now`.
     pub(super) fn evict_oldest(&mut self, now: Time) {
-        let Some(evicted) = self.messages.pop_front() else {
+        let Some((evicted, _)) = self.messages.pop_front() else {
             return;
         };
-        if let Some(delivered) = &mut self.delivered {
-            delivered.pop_front();
-        }
         for known in self.readers.iter_mut().filter(|reader| reader.is_open) {
             if known.next_unread <= evicted.seq {
                 known.dropped += 1;

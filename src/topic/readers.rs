@@ -10,7 +10,6 @@ use crate::{
 };
 
 /// Read position and losses of a subscription.
-#[derive(Debug)]
 pub(super) struct TopicReader<T> {
     /// Sequence number of the oldest unseen message.
     pub(super) next_unread: u64,
@@ -38,7 +37,6 @@ impl<T> TopicReader<T> {
 }
 
 /// A reader that triggers its node.
-#[derive(Debug)]
 pub(super) struct TriggerEnd<T> {
     /// Index of the node, and number of the topic among those that trigger it.
     pub(super) node: usize,
@@ -48,6 +46,8 @@ pub(super) struct TriggerEnd<T> {
     pub(super) taken: VecDeque<Message<T>>,
     /// The message that it reads.
     pub(super) chosen: Option<Message<T>>,
+    /// Whether the node has yet to read it, for those that take each message once.
+    pub(super) is_new: bool,
 }
 
 impl<T> TriggerEnd<T> {

@@ -67,14 +67,25 @@ impl<T: Payload> Subscription<T> {
 
     /// Returns the oldest message that this subscription has not seen, or `None` if it has
     /// seen all: for nodes that need every message, in the order of delivery. `now` is the
-    /// run time of reading.
+    /// run time of reading. If its messages trigger the node, it returns the one that this tick is
+    /// for, once.
     pub fn next(&mut self, now: Time) -> Option<Message<T>> {
         let mut bus = self.bus.lock();
         let queue = &mut *bus;
-        if queue.transit.is_some() {
-            queue.deliver(now);
-        }
-        let message = queue.oldest_unread(self.reader)?.clone();
+        let message = match &mut queue.readers[self.reader].trigger {
+            Some(end) => {
+                let chosen = end.chosen.as_ref().filter(|_| end.is_new);
+                let message = chosen?.clone();
+                end.is_new = false;
+                message
+            }
+            None => {
+                if queue.transit.is_some() {
+                    queue.deliver(now);
+                }
+                queue.unread(self.reader).next()?.0.clone()
+            }
+        };
         self.seen(queue, &message, now);
         Some(message)
     }

@@ -176,3 +176,32 @@ fn a_message_that_a_node_publishes_as_it_obeys_triggers_its_reader_at_once() {
     run_virtual(&mut graph, "0.25 set button down 1", secs(0.5));
     assert!(ticks.try_iter().eq([secs(0.25)]));
 }
+
+#[test]
+fn a_reader_that_a_node_has_only_since_its_restart_counts_for_no_other_node() {
+    let (word, mut graph) = (Topic::new("/word", Depth::ONE), Graph::with(Effects));
+    talker(&mut graph, "talker", 10.0, 0, &word, |_| Some(()));
+    let _heard = reader(&mut graph, "first", 10.0, 1, &word);
+    let mut ears = 0;
+    let build = move |wiring: &mut Wiring<'_>| {
+        ears += 1;
+        let mut ends: Vec<_> = (0..ears).map(|_| wiring.subscription(&word)).collect();
+        move |now| {
+            ends[0].latest(now);
+            GO_ON
+        }
+    };
+    let hz = Hz::new(10.0).expect("a rate");
+    let added = graph.restartable_node("second", hz, 2, build, None);
+    added.expect("a node");
+    run_timed(
+        &mut VirtualClock,
+        &mut graph,
+        "0.25 restart second",
+        secs(1.0),
+    );
+    let readers = &snapshot(&graph).topics[0].readers;
+    let (dropped, reads): (Vec<_>, Vec<_>) =
+        readers.iter().map(|r| (r.dropped, r.ages.count())).unzip();
+    assert_eq!((dropped, reads), (vec![0, 0], vec![11, 11]));
+}
