@@ -43,6 +43,7 @@ mod lineage;
 mod links;
 mod malformed_weights;
 mod policies;
+mod push_age;
 mod quadratic_cost;
 mod rate;
 mod real_clock;
