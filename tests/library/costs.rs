@@ -156,6 +156,48 @@ fn messages(
     tapped(&tap)
 }
 
+/// What a clock with this error (ns, 10⁻¹², ns) since 7 ms shows at a run time (ns).
+fn shown(now: i128, [offset, drift, step]: [i128; 3]) -> i128 {
+    let exact = now + offset + ((now - 7_000_000) * drift).div_euclid(1_000_000_000_000);
+    exact - exact.rem_euclid(step)
+}
+
+#[test]
+fn a_tick_is_due_at_the_first_nanosecond_at_which_its_clock_shows_it() {
+    for (error, nanos) in [
+        ("0 0", [0, 0, 1]),
+        ("3 250000", [3_000_000, 250_000_000_000, 1]),
+        ("-2 -400000", [-2_000_000, -400_000_000_000, 1]),
+        ("0.000001 0.5", [1, 500_000, 1]),
+        ("-0.5 -33.3", [-500_000, -33_300_000, 1]),
+        ("0 0 0.00001", [0, 0, 10]),
+        ("-0.5 -33.3 1.5", [-500_000, -33_300_000, 1_500_000]),
+    ] {
+        let (mut graph, topic) = beacon(1_000.0);
+        let turned = format!("0.007 clock beacon {error}");
+        let ticks = messages(&mut VirtualClock, &mut graph, &topic, &turned, 60);
+        // From 15 ms on: the first due times belong to the clock without an error.
+        let ticks = ticks.iter().map(|tick| tick.data.as_nanos());
+        let ticks: Vec<u64> = ticks.filter(|at| *at > 15_000_000).collect();
+        let first = |due: u64| {
+            let (mut before, mut at) = (0, 200_000_000);
+            while at - before > 1 {
+                let middle = u64::midpoint(before, at);
+                match shown(middle.into(), nanos) >= due.into() {
+                    true => at = middle,
+                    false => before = middle,
+                }
+            }
+            at
+        };
+        let mut due: Vec<u64> = (1..100).map(|ms| first(ms * 1_000_000)).collect();
+        due.dedup();
+        due.retain(|at| (15_000_001..=60_000_000).contains(at));
+        assert_eq!(ticks, due, "{error}");
+        assert!(ticks.len() > 20, "{error}: {} ticks", ticks.len());
+    }
+}
+
 #[test]
 fn the_real_clock_spends_the_cost_and_publishes_at_its_end() {
     for spec in ["12", "busy 12"] {

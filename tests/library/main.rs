@@ -22,6 +22,7 @@ mod table;
 
 mod approximate;
 mod architecture;
+mod chance;
 #[cfg(all(target_arch = "x86_64", target_os = "linux"))]
 mod chunks;
 mod commands;

@@ -41,7 +41,7 @@ mod overrun;
 mod spec;
 mod triggers;
 
-pub use chance::Chance;
+pub use chance::{Chance, normal_quantile};
 pub use cost::Cost;
 pub use digest::Digest;
 pub use draw::{Draw, Measurements};

@@ -141,31 +141,3 @@ impl LocalClock {
 fn time(nanos: i128) -> Time {
     Time::from_nanos(u64::try_from(nanos.max(0)).unwrap_or(u64::MAX))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_instant_is_due_at_the_first_nanosecond_that_shows_it() {
-        for error in [
-            "0 0",
-            "3 250000",
-            "-2 -400000",
-            "0.000001 0.5",
-            "-0.5 -33.3",
-            "0 0 0.00001",
-            "-0.5 -33.3 1.5",
-        ] {
-            let error = error.parse().expect(error);
-            let clock = LocalClock::new(Time::from_nanos(7_000_000), error);
-            for shown in (10_000_000..10_000_050).map(Time::from_nanos) {
-                let when = clock.when(shown);
-                assert!(clock.shows(when) >= shown, "{error}: {shown:?}");
-                let before = Time::from_nanos(when.as_nanos() - 1);
-                assert!(clock.shows(before) < shown, "{error}: {shown:?}");
-                assert!(clock.shows_first(when) <= shown, "{error}: {shown:?}");
-            }
-        }
-    }
-}
