@@ -1,7 +1,7 @@
 //! Graphs as text files: data ages along chains, verdicts, settings as knobs, a system in the
 //! middle, and errors with their places.
 
-use ratelab_study::graph_file::{GraphFile, MOST_PARTS};
+use ratelab_study::graph_file::{GraphFile, MOST_PARTS, changed};
 
 use crate::support::*;
 
@@ -166,4 +166,18 @@ fn graphs_up_to_the_limit_run_and_larger_ones_are_refused() {
     assert_eq!(summary.nodes.len(), MOST_PARTS);
     let error = GraphFile::parse(&graph(10_000)).expect_err("too large");
     assert!(error.what.contains("10000 parts"), "{error}");
+}
+
+#[test]
+fn a_change_sets_its_keys_and_a_trigger_stands_in_place_of_a_rate() {
+    let text = "name = 'g'\n[node.z]\nrate = 5\nreads = ['/b', '/c']\n[node.a]\nrate = 7\n";
+    let change = "node.z.trigger = ['/b']\ntopic.'/b'.depth = 2";
+    assert_eq!(
+        changed(text, change).expect("TOML"),
+        "name = \"g\"\n\n[node.z]\nreads = [\"/c\"]\ntrigger = [\"/b\"]\n\n[node.a]\nrate = 7\n\n\
+         [topic.\"/b\"]\ndepth = 2\n"
+    );
+    assert!(changed(text, "node.z").is_err());
+    let unknown = changed(text, "node.x.rate = 5");
+    assert_eq!(unknown.expect_err("no node"), "the file has no node \"x\"");
 }

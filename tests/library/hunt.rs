@@ -2,6 +2,7 @@
 //! every smaller list, each run here again.
 
 use std::{
+    collections::BTreeSet,
     num::NonZeroUsize,
     sync::atomic::{AtomicUsize, Ordering},
 };
@@ -181,4 +182,82 @@ fn an_interrupt_ends_a_hunt_within_a_run() {
     });
     let (runs, stopped) = (0, true);
     assert_eq!(hunted, Hunted::Held { runs, stopped });
+}
+
+/// Ends the run where the lost ones of its `count` messages are `enough`: then it is lost.
+struct Fragile {
+    count: u64,
+    enough: fn(&[u64]) -> bool,
+}
+
+impl System for Fragile {
+    fn name(&self) -> &'static str {
+        "fragile"
+    }
+
+    fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
+        let Self { count, enough } = *self;
+        let (topic, over) = (
+            Topic::new("/number", Depth::ONE),
+            Time::ZERO + ms(10 * count),
+        );
+        let graph = builder.graph();
+        talker(graph, "talker", 100.0, 0, &topic, move |now| {
+            (now < over).then_some(())
+        });
+        graph.node("reader", 100.0, 1, |wiring| {
+            let (mut messages, mut read) = (wiring.subscription(&topic), BTreeSet::new());
+            move |now| {
+                read.extend(messages.latest(now).map(|message| message.seq));
+                if now < over {
+                    return GO_ON;
+                }
+                let lost: Vec<u64> = (0..count).filter(|seq| !read.contains(seq)).collect();
+                if enough(&lost) { END } else { GO_ON }
+            }
+        })?;
+        Ok(())
+    }
+
+    fn verdict(&self, exit: &ClockExit, at: Time, _: Option<&[f64]>) -> Verdict {
+        const BROKEN: VerdictKind = VerdictKind::lost("broken", "BROKEN at {at}");
+        match exit {
+            ClockExit::Ended { .. } => Verdict::new(&BROKEN, at),
+            _ => Verdict::of_exit(exit, at),
+        }
+    }
+}
+
+/// The numbers of the messages whose loss breaks a [`Fragile`] system, and the evidence.
+fn shrunk(count: u64, enough: fn(&[u64]) -> bool) -> (Vec<u64>, Proof) {
+    let hunt = Hunt::new(Arc::new(Fragile { count, enough }), config("until 1.1"));
+    let budget = Budget {
+        topic: "/number".to_owned(),
+        lose: count as usize,
+        ..Budget::default()
+    };
+    let found = found(&hunt, &budget);
+    let lost = found.knobs.iter().map(|fault| match fault.knob {
+        Knob::Lose { seq, .. } => seq,
+        _ => panic!("{fault:?}"),
+    });
+    (lost.collect(), found.proof)
+}
+
+#[test]
+fn what_is_left_is_what_it_takes() {
+    let (lost, proof) = shrunk(100, |lost| [3, 40, 41].iter().all(|n| lost.contains(n)));
+    assert_eq!(
+        (&lost[..], proof),
+        (&[3, 40, 41][..], Proof::EverySmaller(6))
+    );
+    let (lost, proof) = shrunk(30, |lost| lost.len() >= 20);
+    assert_eq!((lost.len(), proof), (20, Proof::EachPart(20)));
+}
+
+#[test]
+fn a_smaller_list_is_found_where_more_would_not_be_enough() {
+    // Neither is a piece that is left out or in, and the pair is the smaller one.
+    let enough = |lost: &[u64]| lost.len() >= 6 || [&[2, 3, 5][..], &[1, 4]].contains(&lost);
+    assert_eq!(shrunk(8, enough), (vec![1, 4], Proof::EverySmaller(2)));
 }

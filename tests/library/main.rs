@@ -22,6 +22,7 @@ mod table;
 
 mod approximate;
 mod architecture;
+mod by_age;
 mod chance;
 #[cfg(all(target_arch = "x86_64", target_os = "linux"))]
 mod chunks;
@@ -43,6 +44,8 @@ mod knobs;
 mod lineage;
 mod links;
 mod malformed_weights;
+mod phases;
+mod plan_bars;
 mod policies;
 mod push_age;
 mod quadratic_cost;

@@ -123,6 +123,14 @@ proptest! {
 }
 
 #[test]
+fn a_crash_after_a_restart_comes_after_it() {
+    let knobs = ["crash a", "restart a", "rate a 5", "crash a", "rate a 7"];
+    let setup: Setup = knobs.map(knob).into_iter().collect();
+    let texts: Vec<String> = setup.iter().map(ToString::to_string).collect();
+    assert_eq!(texts, ["restart a", "rate a 7", "crash a"]);
+}
+
+#[test]
 fn a_resolved_setup_keeps_its_order() {
     // A crash clears a hang that was set before it, and none that is set after it.
     let texts = ["crash actuator", "hang actuator 300", "rate policy 20"];
@@ -131,6 +139,21 @@ fn a_resolved_setup_keeps_its_order() {
     let kept = resolved.setup.iter().map(Knob::to_string);
     let kept: Vec<String> = kept.filter(|knob| texts.contains(&&**knob)).collect();
     assert_eq!(kept, texts);
+}
+
+#[test]
+fn nodes_that_share_the_plant_are_in_one_process() {
+    for [nodes, said] in rows(
+        "policy          |
+         actuator sensor |
+         sensor policy   | sensor and actuator share the plant: run them in one process, as plant
+         polic           | there is no node \"polic\": expected some of sensor, policy, actuator",
+    ) {
+        let here: Vec<String> = nodes.split(' ').map(str::to_owned).collect();
+        let part = Experiment::part(cart_pole(), &config(""), &here);
+        let refused = part.err().map(|error| error.to_string());
+        assert_eq!(refused.unwrap_or_default(), said, "{nodes}");
+    }
 }
 
 #[test]

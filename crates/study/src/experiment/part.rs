@@ -25,27 +25,3 @@ pub(super) fn check(groups: &[Group], names: &[&str], here: &[String]) -> Option
     }
     None
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn nodes_that_share_the_plant_stay_together() {
-        let groups = [Group {
-            name: "plant",
-            nodes: &["world", "sensor", "actuator"],
-        }];
-        let names = ["sensor", "policy", "actuator"];
-        let check = |here: &[&str]| {
-            let here: Vec<String> = here.iter().map(|&node| node.to_owned()).collect();
-            check(&groups, &names, &here)
-        };
-        assert_eq!(check(&["policy"]), None);
-        assert_eq!(check(&["actuator", "sensor"]), None);
-        let split = check(&["sensor", "policy"]).expect("refused");
-        assert!(split.contains("share the plant"), "{split}");
-        let unknown = check(&["polic"]).expect("refused");
-        assert!(unknown.contains("\"polic\""), "{unknown}");
-    }
-}

@@ -63,23 +63,3 @@ fn merge(whole: &mut Table, change: Table) {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_change_sets_its_keys_and_a_trigger_stands_in_place_of_a_rate() {
-        let text = "name = 'g'\n[node.z]\nrate = 5\nreads = ['/b', '/c']\n[node.a]\nrate = 7\n";
-        let change = "node.z.trigger = ['/b']\ntopic.'/b'.depth = 2";
-        let changed = changed(text, change).expect("TOML");
-        assert_eq!(
-            changed,
-            "name = \"g\"\n\n[node.z]\nreads = [\"/c\"]\ntrigger = [\"/b\"]\n\n[node.a]\nrate = 7\n\n\
-             [topic.\"/b\"]\ndepth = 2\n"
-        );
-        assert!(super::changed(text, "node.z").is_err());
-        let unknown = super::changed(text, "node.x.rate = 5");
-        assert_eq!(unknown.expect_err("no node"), "the file has no node \"x\"");
-    }
-}

@@ -42,20 +42,3 @@ impl MeanCost {
         self.area + self.newest * now.since(self.since).as_secs_f64()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_state_counts_for_as_long_as_it_is_the_newest() {
-        let at = |ms: u64| Time::from_nanos(ms * 1_000_000);
-        let mut mean = MeanCost::default();
-        assert_eq!(mean.until(at(100)), None);
-        mean.state(at(100), 4.0);
-        assert_eq!(mean.until(at(100)), None);
-        mean.state(at(200), 1.0);
-        let cost = mean.until(at(500)).expect("time passed");
-        assert!((cost - (4.0 * 0.1 + 1.0 * 0.3) / 0.4).abs() < 1e-12);
-    }
-}

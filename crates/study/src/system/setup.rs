@@ -95,19 +95,3 @@ impl FromIterator<Knob> for Setup {
         setup
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_crash_after_a_restart_comes_after_it() {
-        let knobs = ["crash a", "restart a", "rate a 5", "crash a", "rate a 7"];
-        let setup: Setup = knobs
-            .iter()
-            .map(|text| text.parse::<Knob>().expect("a knob"))
-            .collect();
-        let texts: Vec<String> = setup.iter().map(ToString::to_string).collect();
-        assert_eq!(texts, ["restart a", "rate a 7", "crash a"]);
-    }
-}
