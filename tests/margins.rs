@@ -3,6 +3,7 @@
 
 use std::{sync::Arc, time::Duration};
 
+use mujoco_rs::prelude::{MjData, MjModel};
 use nalgebra::{Matrix4, SMatrix, Vector4};
 use proptest::prelude::*;
 use rand_pcg::{Pcg64, rand_core::RngCore};
@@ -111,6 +112,48 @@ fn cases(cases: u32) -> ProptestConfig {
 fn near(ours: f64, expected: f64, relative: f64) {
     let apart = (ours / expected - 1.0).abs();
     assert!(apart < relative, "{ours}, expected {expected}");
+}
+
+/// Velocities (m/s, rad/s) and positions (m, rad) so small that their motion is linear.
+const SMALL: f64 = 1e-5;
+
+/// MuJoCo's own step from a small deviation.
+fn mujoco(step: Duration, x: Vector4<f64>, u: f64) -> Vector4<f64> {
+    let timestep = format!("timestep=\"{}\"", step.as_secs_f64());
+    let xml = include_str!("../crates/cart-pole/src/cartpole.xml");
+    let xml = xml.replace("timestep=\"0.01\"", &timestep);
+    let model = MjModel::from_xml_string(&xml).expect("model");
+    let mut data = MjData::try_new(Arc::new(model)).expect("memory");
+    data.qpos_mut().copy_from_slice(&[x[0], x[1]]);
+    data.qvel_mut().copy_from_slice(&[x[2], x[3]]);
+    data.ctrl_mut()[0] = u;
+    data.step();
+    let (qpos, qvel) = (data.qpos(), data.qvel());
+    Vector4::new(qpos[0], qpos[1], qvel[0], qvel[1])
+}
+
+#[test]
+fn a_step_of_any_length_matches_mujoco() {
+    let dynamics = Dynamics::cart_pole().expect("plant");
+    for step in [1, 2, 5, 10].map(ms) {
+        let LinearPlant { a, b } = dynamics.step(step);
+        for axis in 0..4 {
+            let x = Vector4::ith(axis, SMALL);
+            let apart = (mujoco(step, x, 0.0) - a * x).amax();
+            assert!(apart < 1e-8 * SMALL, "{step:?}, {axis}: {apart}");
+        }
+        let apart = (mujoco(step, Vector4::zeros(), SMALL) - b * SMALL).amax();
+        assert!(apart < 1e-8 * SMALL, "{step:?}, action: {apart}");
+    }
+}
+
+#[test]
+fn a_deviation_that_is_gone_within_a_period_has_no_growth() {
+    // Each is gone at once, and what the action makes of one is not read.
+    let gone = control([1.0, 0.0, 0.0, 0.0], Timing::direct(hz(10.0)), |f| {
+        *f *= 1e6
+    });
+    assert_eq!(growth(&gone), f64::NEG_INFINITY);
 }
 
 #[test]

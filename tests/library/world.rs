@@ -87,11 +87,9 @@ fn the_setting_is_part_of_a_config_and_absent_in_the_course_s_world() {
 fn the_pole_falls_without_any_action() {
     // In the course's world an actuator that never ticks stops the plant's time.
     let idle = "offset actuator 1000000";
-    check(
-        "course",
-        &run(&config(idle)),
-        "verdict never_moved; steps 0",
-    );
+    let course = run(&config(idle));
+    check("course", &course, "verdict never_moved; steps 0");
+    assert!(course.verdict.is_lost() && course.last_step.is_none());
     let own = run(&own(0, idle));
     check("own", &own, "verdict pole_fell");
     assert!(own.steps > 10 && own.latency.count() == 0);

@@ -87,38 +87,3 @@ fn mix(x: u32, y: u32) -> u32 {
         .wrapping_sub(y.wrapping_mul(0x4973_f715));
     mixed ^ mixed >> 16
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn golden() -> impl Iterator<Item = (u64, Vec<u64>)> {
-        include_str!("../../../tests/golden/seeds.txt")
-            .lines()
-            .map(|line| {
-                let field = |name| {
-                    let mut fields = line.split_whitespace();
-                    fields.find_map(|f| f.strip_prefix(name)).expect("field")
-                };
-                let words = field("words=").split(',');
-                let words = words.map(|w| u64::from_str_radix(w, 16).expect("hex"));
-                (field("seed=").parse().expect("seed"), words.collect())
-            })
-    }
-
-    #[test]
-    fn seed_words_match_numpy_below_and_above_32_bits() {
-        assert!(golden().count() > 10);
-        for (seed, words) in golden() {
-            assert_eq!(seed_words(&[seed]).to_vec(), words, "seed {seed}");
-        }
-    }
-
-    #[test]
-    fn entropy_beyond_the_pool_changes_the_stream() {
-        let draw = |entropy: &[u64]| generator(entropy).next_u64();
-        let wide = u64::MAX;
-        assert_ne!(draw(&[wide, wide, 1]), draw(&[wide, wide, 2]));
-        assert_ne!(draw(&[0]), draw(&[0, 1]));
-    }
-}
