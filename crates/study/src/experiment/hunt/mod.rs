@@ -253,7 +253,7 @@ impl Hunt {
             return Ok(Proof::EachPart(0));
         };
         let mut best = best.clone();
-        shrink::shrink(&mut best, |lists| trials.first_lost(lists))
+        shrink::shrink(&mut best, trials)
     }
 }
 

@@ -1,22 +1,22 @@
 //! Shrinks a list of faults until every part is necessary.
 
-use super::{Proof, fault::FaultPart};
+use super::{
+    Proof,
+    fault::FaultPart,
+    trial::{Halt, Trials},
+};
 
 /// Maximum number of smaller lists that are all run.
 pub const MOST_SMALLER: usize = 4_096;
 
-/// Shrinks `list`, which loses the run. `first` returns the index of the first of several
-/// lists that does. Each step is stored in `list` before the next begins.
-pub(super) fn shrink<E>(
-    list: &mut Vec<FaultPart>,
-    mut first: impl FnMut(&[Vec<FaultPart>]) -> Result<Option<usize>, E>,
-) -> Result<Proof, E> {
-    delta_debug(list, &mut first)?;
+/// Shrinks `list`, which loses the run. Each step is stored in `list` before the next begins.
+pub(super) fn shrink(list: &mut Vec<FaultPart>, trials: &mut Trials<'_>) -> Result<Proof, Halt> {
+    delta_debug(list, trials)?;
     let Some(smaller) = all_smaller(list) else {
         return Ok(Proof::EachPart(list.len()));
     };
     // Ordered by size: all lists smaller than the first have been run.
-    if let Some(index) = first(&smaller)? {
+    if let Some(index) = trials.first_lost(&smaller)? {
         list.clone_from(&smaller[index]);
     }
     Ok(Proof::EverySmaller(
@@ -25,10 +25,7 @@ pub(super) fn shrink<E>(
 }
 
 /// Leaves out ever smaller pieces, until every single part is necessary.
-pub(super) fn delta_debug<E>(
-    list: &mut Vec<FaultPart>,
-    first: &mut impl FnMut(&[Vec<FaultPart>]) -> Result<Option<usize>, E>,
-) -> Result<(), E> {
+pub(super) fn delta_debug(list: &mut Vec<FaultPart>, trials: &mut Trials<'_>) -> Result<(), Halt> {
     let mut pieces = 2;
     while list.len() > 1 {
         let cuts: Vec<usize> = (0..=pieces).map(|cut| cut * list.len() / pieces).collect();
@@ -40,7 +37,7 @@ pub(super) fn delta_debug<E>(
             2 => alone.collect(), // Each is the complement of the other.
             _ => alone.chain(without).collect(),
         };
-        match first(&lists)? {
+        match trials.first_lost(&lists)? {
             Some(index) => {
                 list.clone_from(&lists[index]);
                 pieces = if index < pieces { 2 } else { pieces - 1 };

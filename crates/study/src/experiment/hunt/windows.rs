@@ -110,7 +110,7 @@ impl Windows {
         for kind in self.kinds() {
             let window = kind.search(kind.most..kind.most * BEYOND, trials)?;
             if let Some(mut list) = window {
-                shrink::delta_debug(&mut list, &mut |lists| trials.first_lost(lists))?;
+                shrink::delta_debug(&mut list, trials)?;
             }
         }
         Ok(())
