@@ -62,7 +62,7 @@ pub fn line(value: &impl Serialize) -> String {
 }
 
 /// What a program says when it is ready.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Ready {
     /// Whether it answers with chunks.
     pub chunks: bool,
