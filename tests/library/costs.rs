@@ -7,10 +7,6 @@ use ratelab_study::measured;
 
 use crate::{own_costs::Robot, support::*, table::rows};
 
-fn at(millis: u64) -> Time {
-    Time::ZERO + ms(millis)
-}
-
 /// The knob `text`, with durations as if loaded from its file.
 fn loaded(text: &str, durations: &[Duration]) -> Result<Knob, String> {
     measured::loaded(knob(text), |_, _| Ok(durations.to_vec()))
@@ -152,7 +148,7 @@ fn messages(
     until: u64,
 ) -> Vec<Message<Time>> {
     let tap = TapHandle::of(graph).topic(topic, 1_000);
-    run_timed(clock, graph, commands, at(until));
+    run_timed(clock, graph, commands, at_ms(until));
     tapped(&tap)
 }
 
@@ -227,7 +223,7 @@ fn a_tick_continues_under_the_other_clock() {
     let real = &mut RealClock::default();
     let rest = messages(real, &mut graph, &topic, "0.2 virtual", 210);
     assert_eq!(rest.len(), 1);
-    assert!(rest[0].stamp >= at(60) && rest[0].data == at(0));
+    assert!(rest[0].stamp >= at_ms(60) && rest[0].data == at_ms(0));
 }
 
 #[test]
@@ -250,7 +246,7 @@ fn a_single_step_is_a_tick_and_no_end_of_one() {
         live.send(command(text)).expect("open");
     }
     drop(live);
-    let end = VirtualClock.run(&mut graph, &mut inbox, at(1_000));
+    let end = VirtualClock.run(&mut graph, &mut inbox, at_ms(1_000));
     end.expect("no fault");
     let nodes = observer.snapshot().nodes;
     let ticks: Vec<_> = nodes.iter().map(|node| node.ticks).collect();

@@ -120,18 +120,17 @@ fn a_message_waits_for_its_partner_and_the_set_for_the_executor() {
     let matches = parts.parts.iter();
     let matches = matches.filter(|part| matches!(part.stage, AgeStage::Match { .. }));
     assert_eq!(matches.count(), 1);
-    let at = |millis| Time::ZERO + ms(millis);
-    let ticks = lineage.ticks_between(acts, at(100), at(148));
+    let ticks = lineage.ticks_between(acts, at_ms(100), at_ms(148));
     let (last, _) = ticks.last().expect("a tick");
     let waits = lineage.waits(acts, last);
     let [matched, executed] = waits[..] else {
         panic!("{waits:?}");
     };
-    assert_eq!((matched.from, matched.to), (at(105), at(130)));
+    assert_eq!((matched.from, matched.to), (at_ms(105), at_ms(130)));
     let mut topics = lineage.topology().topics.iter();
     let right = topics.position(|topic| topic.name == "/right");
     assert_eq!(Some(matched.what), right.map(WaitsFor::Match));
-    assert_eq!((executed.from, executed.to), (at(130), at(140)));
+    assert_eq!((executed.from, executed.to), (at_ms(130), at_ms(140)));
     assert!(matches!(executed.what, WaitsFor::Node(_)));
 }
 

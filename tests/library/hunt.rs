@@ -197,10 +197,7 @@ impl System for Fragile {
 
     fn build(&self, builder: &mut Builder<'_>) -> Result<(), BuildError> {
         let Self { count, enough } = *self;
-        let (topic, over) = (
-            Topic::new("/number", Depth::ONE),
-            Time::ZERO + ms(10 * count),
-        );
+        let (topic, over) = (Topic::new("/number", Depth::ONE), at_ms(10 * count));
         let graph = builder.graph();
         talker(graph, "talker", 100.0, 0, &topic, move |now| {
             (now < over).then_some(())

@@ -370,7 +370,7 @@ proptest! {
     ) {
         let mut config = config(if own { "own; until 0.3" } else { "until 0.3" });
         for (text, ms) in texts {
-            let at = Time::from_nanos(ms * 1_000_000);
+            let at = at_ms(ms);
             let knobs = held(&text)?.into_iter();
             match ms % 2 {
                 0 => config.setup.extend(knobs),

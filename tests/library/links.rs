@@ -193,7 +193,7 @@ fn a_tap_holds_every_message_with_its_arrival() {
     let tap = TapHandle::of(&graph).topic(&topic, 10);
     let links = "0.01 link /test delay:30; 0.01 lose /test 2; 0.05 link /test none";
     run_virtual(&mut graph, links, secs(0.06));
-    let arrives = |millis| Some(Time::ZERO + ms(millis));
+    let arrives = |millis| Some(at_ms(millis));
     let tapped = tap.items().try_iter();
     let tapped = tapped.map(|tapped| (tapped.message.seq, tapped.head.arrives));
     let expected = [

@@ -6,11 +6,6 @@ use crate::support::*;
 
 const PERIOD: Duration = Duration::from_millis(20);
 
-/// Run time `ms`.
-fn time(ms: u64) -> Time {
-    Time::from_nanos(ms * 1_000_000)
-}
-
 /// Bars of plans of four actions that begin at these times (ms), played as in `steps`: run
 /// time (ms), newest plan, and whether there was an action.
 fn bars(begins: &[u64], steps: &[(u64, u64, bool)]) -> String {
@@ -18,9 +13,9 @@ fn bars(begins: &[u64], steps: &[(u64, u64, bool)]) -> String {
     for (number, begins) in (0..).zip(begins) {
         let plan = ActionPlan {
             kind: "rollout",
-            made: time(*begins),
+            made: at_ms(*begins),
             expected: PERIOD,
-            begins: time(*begins),
+            begins: at_ms(*begins),
             period: PERIOD,
             actions: [0.0; 4].into(),
         };
@@ -34,7 +29,7 @@ fn bars(begins: &[u64], steps: &[(u64, u64, bool)]) -> String {
             period: PERIOD,
             predicted: plays.then_some(Duration::ZERO),
         };
-        bars.step(time(*at), &step);
+        bars.step(at_ms(*at), &step);
     }
     let part = |part: &BarPart| {
         let sign = if part.played { '=' } else { '-' };

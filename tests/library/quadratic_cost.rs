@@ -46,13 +46,12 @@ fn its_weights_are_equal_to_the_bit_in_every_build() {
 
 #[test]
 fn a_state_counts_for_as_long_as_it_is_the_newest() {
-    let at = |ms: u64| Time::from_nanos(ms * 1_000_000);
     let mut mean = MeanCost::default();
-    assert_eq!(mean.until(at(100)), None);
-    mean.state(at(100), 4.0);
-    assert_eq!(mean.until(at(100)), None);
-    mean.state(at(200), 1.0);
-    let cost = mean.until(at(500)).expect("time passed");
+    assert_eq!(mean.until(at_ms(100)), None);
+    mean.state(at_ms(100), 4.0);
+    assert_eq!(mean.until(at_ms(100)), None);
+    mean.state(at_ms(200), 1.0);
+    let cost = mean.until(at_ms(500)).expect("time passed");
     assert!((cost - (4.0 * 0.1 + 1.0 * 0.3) / 0.4).abs() < 1e-12);
 }
 

@@ -57,7 +57,7 @@ fn a_run_with_triggers_comes_back_to_the_bit() {
             panic!("six nodes");
         };
         // A delayed message arrives with its link: nothing is fused before.
-        let delayed = fusion.iter().all(|tick| tick.at >= Time::ZERO + ms(4));
+        let delayed = fusion.iter().all(|tick| tick.at >= at_ms(4));
         // What comes of a tick is there at the end of its period, and not before.
         let ended = control.iter();
         let ended = ended.filter_map(|tick| Some(tick.ends? - tick.at));

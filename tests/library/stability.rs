@@ -46,6 +46,12 @@ fn the_spectral_radius_is_the_growth_over_one_hyper_period() {
         assert!((theory.multipliers()[0].norm_sqr().sqrt() / radius - 1.0).abs() < 1e-12);
         assert_eq!(theory.is_stable(), radius < 1.0);
     }
+    // They change sides at 10 Hz, and swing at 50 Hz.
+    let [sides, swing] = [10.0, 50.0].map(|control| theory(control).multipliers()[0]);
+    assert!(
+        sides.re < 0.0 && sides.im == 0.0 && swing.im != 0.0,
+        "{sides} {swing}"
+    );
 }
 
 #[test]

@@ -69,6 +69,11 @@ pub fn ms(ms: u64) -> Duration {
     Duration::from_millis(ms)
 }
 
+/// The run time of so many milliseconds.
+pub fn at_ms(milliseconds: u64) -> Time {
+    Time::ZERO + ms(milliseconds)
+}
+
 /// A run of the cart-pole, of ten seconds in virtual time, with knobs that are set before or turned
 /// at a run time (s), such as `control-hz 5; 2 crash sensor`. Others: `real` clock, `own` world,
 /// `seed N`, `until S`.
