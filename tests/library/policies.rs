@@ -259,15 +259,8 @@ fn a_network_with_several_actions_is_for_chunks_of_just_so_many() {
          4 | none | its answers are chunks of 4 actions: give --chunk 4
          4 | 3    | its answers are chunks of 4 actions, and the run wants 3: give --chunk 4",
     ) {
-        let context = PolicyContext {
-            seed: 0,
-            control_hz: hz(50.0),
-            chunk: chunk.parse().ok(),
-        };
-        let loaded = spec(&files[usize::from(actions == "4")]).load();
-        let loaded = loaded.expect("weights");
-        let checked = loaded.check_chunk(context.chunk);
-        let made = checked.and_then(|()| loaded.policy(context));
+        let file = &files[usize::from(actions == "4")];
+        let made = started(&spec(file), chunk.parse().ok());
         let made = made.map_or_else(
             |error| error.why,
             |mut policy| {

@@ -6,40 +6,31 @@ use tempfile::TempDir;
 
 use crate::{clone::root, support::*, table::rows};
 
-/// A program that says these lines.
-struct Saying {
-    folder: TempDir,
-}
+/// The folder of a program, with what it says and what it is asked.
+struct Program(TempDir);
 
-impl Saying {
-    fn new(lines: &[&str]) -> Self {
+impl Program {
+    /// One that says these lines.
+    fn saying(lines: &[&str]) -> Self {
         let folder = TempDir::new().expect("a folder");
         // One file for all tests: while another process begins, a new one may not be started.
         let script = root().join("tests/fixtures/policies/says.sh");
         symlink(script, folder.path().join("policy")).expect("a link");
-        let says = lines.iter().map(|line| format!("{line}\n"));
-        let says: String = says.collect();
+        let says = lines.join("\n") + "\n";
         fs::write(folder.path().join("policy.says"), says).expect("written");
-        Self { folder }
+        Self(folder)
     }
 
     /// Starts it for chunks of so many actions, or for single ones.
     fn start(&self, chunk: Option<usize>) -> Result<SwappablePolicy, String> {
-        let path = self.folder.path().join("policy");
+        let path = self.0.path().join("policy");
         let spec = path.to_str().expect("UTF-8").parse();
-        let context = PolicyContext {
-            seed: 0,
-            control_hz: hz(CONTROL_HZ),
-            chunk,
-        };
-        let spec = spec.expect("a policy");
-        let started = SwappablePolicy::new(&spec, PolicyCache::default(), context, None);
-        started.map_err(|error| error.to_string())
+        started(&spec.expect("a policy"), chunk).map_err(|error| error.to_string())
     }
 
     /// What it was asked so far, line by line.
     fn asked(&self) -> Vec<serde_json::Value> {
-        let asked = fs::read_to_string(self.folder.path().join("policy.asked")).expect("asked");
+        let asked = fs::read_to_string(self.0.path().join("policy.asked")).expect("asked");
         let asked = asked.lines().map(serde_json::from_str);
         asked.collect::<Result<_, _>>().expect("JSON")
     }
@@ -47,17 +38,11 @@ impl Saying {
 
 /// A reading of which every number is this one.
 fn reading(number: f32) -> Observation {
-    Observation {
-        cart_position: number,
-        cart_velocity: number,
-        cos_theta: number,
-        sin_theta: number,
-        pole_velocity: number,
-    }
+    Observation::from_row(&[number.into(); 5]).expect("a reading")
 }
 
 /// Its answer to a question: whether a chunk, and why it crashed, if it did.
-fn asked(policy: &mut SwappablePolicy) -> (bool, String) {
+fn answer(policy: &mut SwappablePolicy) -> (bool, String) {
     let chunk = policy.whole_chunk(&reading(0.0));
     if chunk.is_none() {
         policy.act(&reading(0.0));
@@ -78,9 +63,9 @@ fn a_program_says_what_it_answers_with_and_how_long_it_takes() {
                                            |       | answered ""
         "#,
     ) {
-        let (is_chunk, why) = match Saying::new(&[&ready]).start(Some(2)) {
+        let (is_chunk, why) = match Program::saying(&[&ready]).start(Some(2)) {
             Ok(mut policy) => {
-                let (is_chunk, why) = asked(&mut policy);
+                let (is_chunk, why) = answer(&mut policy);
                 (is_chunk.to_string(), why)
             }
             Err(why) => (String::new(), why),
@@ -119,8 +104,10 @@ fn only_an_answer_to_the_question_is_taken() {
             Some(_) => r#"{"ready":"chunks"}"#,
             None => r#"{"ready":"actions"}"#,
         };
-        let mut policy = Saying::new(&[ready, &line]).start(horizon).expect("ready");
-        let (_, why) = asked(&mut policy);
+        let mut policy = Program::saying(&[ready, &line])
+            .start(horizon)
+            .expect("ready");
+        let (_, why) = answer(&mut policy);
         assert_eq!(why.is_empty(), wrong.is_empty(), "{line}: {why}");
         assert!(why.contains(&wrong), "{line}: {why}");
     }
@@ -136,7 +123,7 @@ fn numbers_go_both_ways_without_a_change() {
     let answers: Vec<String> = answers.collect();
     let ready = [r#"{"ready":"actions"}"#].into_iter();
     let lines: Vec<&str> = ready.chain(answers.iter().map(String::as_str)).collect();
-    let program = Saying::new(&lines);
+    let program = Program::saying(&lines);
     let mut policy = program.start(None).expect("ready");
     for number in numbers {
         let Action(back) = policy.act(&reading(number));

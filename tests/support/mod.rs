@@ -55,13 +55,17 @@ pub fn with_policy(
 /// The policy called `name`, as the policy node has it.
 pub fn policy(name: &str) -> Box<dyn Policy> {
     let spec = name.parse().expect(name);
+    Box::new(started(&spec, None).expect(name))
+}
+
+/// The policy of `spec` for chunks of so many actions, or for single ones.
+pub fn started(spec: &PolicySpec, chunk: Option<usize>) -> Result<SwappablePolicy, PolicyError> {
     let context = PolicyContext {
         seed: 0,
         control_hz: hz(CONTROL_HZ),
-        chunk: None,
+        chunk,
     };
-    let policy = SwappablePolicy::new(&spec, PolicyCache::default(), context, None);
-    Box::new(policy.expect(name))
+    SwappablePolicy::new(spec, PolicyCache::default(), context, None)
 }
 
 /// Milliseconds.
