@@ -2,19 +2,18 @@
 
 use std::time::Duration;
 
-use ratelab::{Knob, KnobKind};
+use ratelab::{Knob, KnobKind, KnobUnit};
 use ratelab_account::NodeAccount;
 use ratelab_study::{
     experiment::Summary,
     system::{System, WorldKind, depends_on_the_world, plant},
 };
 
-/// The kinds of knobs that set the duration, lateness or offset of a node's ticks.
-const OF_TIME: [KnobKind; 3] = [KnobKind::Takes, KnobKind::Offset, KnobKind::Wakes];
-
-/// Whether the timing of `node` was configured at any time of a run.
+/// Whether the duration, lateness or offset of the ticks of `node` was set at any time of a run; a
+/// hang is of one tick only.
 pub fn is_timed(summary: &Summary, node: &str) -> bool {
-    knobs(summary).any(|knob| OF_TIME.contains(&knob.kind()) && knob.target() == node)
+    let sets_time = |kind: KnobKind| kind.unit() == Some(KnobUnit::Ms) && kind != KnobKind::Hang;
+    knobs(summary).any(|knob| sets_time(knob.kind()) && knob.target() == node)
 }
 
 /// Whether a tick of `node` began after it was due.

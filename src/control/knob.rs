@@ -12,12 +12,13 @@ use crate::{
 };
 
 /// Makes [`Knob`] and [`KnobKind`] of a table, a row for each knob: its documentation, its name,
-/// the syntax of its text, and its fields. The first field is whose it is. The others are its
-/// value, a word of the text each; the last one is the rest of the text.
+/// the syntax of its text, the [`KnobUnit`] that its value is `in`, the [`TickTiming`] that it is
+/// `of`, and its fields. The first field is whose it is. The others are its value, a word of the
+/// text each; the last one is the rest of the text.
 macro_rules! knobs {
     ($(
         $(#[$about:meta])*
-        $name:ident = $usage:literal {
+        $name:ident = $usage:literal $(in $unit:ident)? $(of $timing:ident)? {
             $(#[$about_target:meta])* $target:ident: String,
             $($(#[$about_field:meta])* $field:ident: $type:ty,)*
         }
@@ -60,6 +61,20 @@ macro_rules! knobs {
             pub fn usage(self) -> &'static str {
                 match self {
                     $(Self::$name => $usage,)+
+                }
+            }
+
+            /// The unit of its value, if that is a number or a draw of one.
+            pub fn unit(self) -> Option<KnobUnit> {
+                match self {
+                    $(Self::$name => None$(.or(Some(KnobUnit::$unit)))?,)+
+                }
+            }
+
+            /// What it sets of the time of its node's ticks, if it sets any.
+            pub fn timing(self) -> Option<TickTiming> {
+                match self {
+                    $(Self::$name => None$(.or(Some(TickTiming::$timing)))?,)+
                 }
             }
 
@@ -107,10 +122,30 @@ macro_rules! knobs {
     };
 }
 
+/// The unit of the value of a knob.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KnobUnit {
+    /// Per second.
+    Hz,
+    /// Milliseconds.
+    Ms,
+}
+
+/// What a knob sets of the time of a node's ticks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TickTiming {
+    /// When they are due.
+    Due,
+    /// How late they start after that in virtual time; the wall clock has a lateness of its own.
+    Start,
+    /// How long they take.
+    Duration,
+}
+
 knobs! {
     /// Rate of a node.
     #[serde(rename = "SetRate")]
-    Rate = "rate NODE HZ" {
+    Rate = "rate NODE HZ" in Hz of Due {
         /// The node's name.
         node: String,
         /// Its rate.
@@ -146,14 +181,14 @@ knobs! {
     }
     /// The duration of a node's ticks: a tick that starts at `s` reads at `s`, and
     /// publishes or applies its results at `s + cost`.
-    Takes = "takes NODE SPEC" {
+    Takes = "takes NODE SPEC" in Ms of Duration {
         /// The node's name.
         node: String,
         /// Their duration, as text.
         spec: String,
     }
     /// Offset of a node's due times from run time zero.
-    Offset = "offset NODE MS" {
+    Offset = "offset NODE MS" in Ms of Due {
         /// The node's name.
         node: String,
         /// The offset.
@@ -161,7 +196,7 @@ knobs! {
         offset: Duration,
     }
     /// Lateness of a node's ticks in virtual time.
-    Wakes = "wakes NODE SPEC" {
+    Wakes = "wakes NODE SPEC" in Ms of Start {
         /// The node's name.
         node: String,
         /// The lateness, as text.
@@ -217,7 +252,7 @@ knobs! {
         node: String,
     }
     /// Duration of a node's next tick, in place of the usual one.
-    Hang = "hang NODE MS" {
+    Hang = "hang NODE MS" in Ms of Duration {
         /// The node's name.
         node: String,
         /// The duration.
@@ -225,7 +260,7 @@ knobs! {
         cost: Duration,
     }
     /// Error of a node's own clock from now on: due times and stamps follow this clock.
-    Clock = "clock NODE OFFSET_MS DRIFT_PPM [STEP_MS]" {
+    Clock = "clock NODE OFFSET_MS DRIFT_PPM [STEP_MS]" of Due {
         /// The node's name.
         node: String,
         /// The error, as text.
@@ -251,6 +286,11 @@ impl KnobKind {
     /// Whether its value may contain spaces.
     pub fn takes_words(self) -> bool {
         matches!(self.parts(), [true] | [_, _, ..])
+    }
+
+    /// Whether its value is a text for random durations, such as `60..110`.
+    pub fn is_drawn(self) -> bool {
+        self.unit() == Some(KnobUnit::Ms) && self.takes_words()
     }
 
     /// Whether the knob belongs to a topic; otherwise it belongs to a node.
@@ -447,19 +487,17 @@ impl FromStr for Knob {
         let (name, rest) = first_word(text).unwrap_or((text.trim(), ""));
         let kind = KnobKind::ALL.into_iter().find(|kind| kind.name() == name);
         let kind = kind.ok_or_else(|| KnobError::Name(name.to_owned()))?;
-        let alone = kind.has_no_value() && !rest.is_empty();
-        let words = first_word(rest).or(alone.then_some((rest, "")));
-        let (target, value) = words.ok_or_else(|| KnobError::Shape {
+        let refused = || KnobError::Shape {
             text: text.trim().to_owned(),
             expected: kind.usage(),
-        })?;
-        if !kind.takes_words() && value.contains(char::is_whitespace) {
-            return Err(KnobError::Shape {
-                text: text.trim().to_owned(),
-                expected: kind.usage(),
-            });
+        };
+        let alone = kind.has_no_value() && !rest.is_empty();
+        let words = first_word(rest).or(alone.then_some((rest, "")));
+        let (target, value) = words.ok_or_else(refused)?;
+        match !kind.takes_words() && value.contains(char::is_whitespace) {
+            true => Err(refused()),
+            false => kind.set(target, value),
         }
-        kind.set(target, value)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::{path::Path, time::Duration};
 
-use ratelab::{Knob, KnobKind};
+use ratelab::{Knob, KnobKind, TickTiming};
 use ratelab_account::TickRecord;
 use ratelab_study::measured::{loaded, read_column};
 
@@ -27,8 +27,8 @@ pub fn with_durations(knob: Knob) -> Result<Knob, String> {
 
 /// The measurements of `node` for a knob of this `kind`.
 pub fn durations(recording: &Recording, kind: KnobKind, node: &str) -> Vec<Duration> {
-    let measured = match kind {
-        KnobKind::Wakes => |tick: &TickRecord| tick.lateness,
+    let measured = match kind.timing() {
+        Some(TickTiming::Start) => |tick: &TickRecord| tick.lateness,
         _ => |tick: &TickRecord| tick.took,
     };
     let nodes = recording.nodes().filter(|(of, _)| of.name == node);

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use ratelab::{Event, Hz, Knob, KnobKind, NodeTopology, Rate, Time};
+use ratelab::{Event, Hz, Knob, KnobKind, KnobUnit, NodeTopology, Rate, Time};
 use ratelab_study::system::Setup;
 
 /// The ticks of a node under the virtual clock, from its first rate and all changes of
@@ -16,9 +16,9 @@ pub struct TickSchedule {
     /// Maximum error of a count: one, plus one for each change of rate, so that
     /// recordings stay valid when the handling of changes is revised.
     slack: u64,
-    /// Whether its ticks had a duration, lateness or offset, so that some due ticks were
-    /// missed.
-    timed: bool,
+    /// Whether some due ticks may have been missed: its ticks had a duration, lateness or offset,
+    /// or it stopped for a while.
+    is_timed: bool,
     /// Whether its clock had an error, so that due times were skipped or repeated.
     wrong: bool,
 }
@@ -39,13 +39,13 @@ impl TickSchedule {
             _ => None,
         });
         let ahead: VecDeque<_> = changes.collect();
-        let timed = turned.iter().filter(|timed| is_timed(&timed.knob)).count();
+        let rare = turned.iter().filter(|timed| makes_rare(&timed.knob));
         Self {
             rate: Rate::new(node.hz, Time::ZERO),
             ticks: 0,
-            slack: 1 + (ahead.len() + timed) as u64,
+            slack: 1 + (ahead.len() + rare.count()) as u64,
             ahead,
-            timed: knobs().any(is_timed) || node.executor.is_some(),
+            is_timed: knobs().any(makes_rare) || node.executor.is_some(),
             wrong: !node.triggers.is_empty() || knobs().any(|knob| knob.kind() == KnobKind::Clock),
         }
     }
@@ -53,23 +53,23 @@ impl TickSchedule {
     /// Whether tick `number` is possible at `at`, which is not before the time of the
     /// last call.
     pub fn allows(&mut self, number: u64, at: Time) -> bool {
-        let (due, timed) = (self.ticks_before(at), self.timed);
+        let due = self.ticks_before(at);
         let (most, least) = (
             due.saturating_add(self.slack),
             due.saturating_sub(self.slack),
         );
-        self.wrong || (number <= most && (timed || least <= number))
+        self.wrong || (number <= most && (self.is_timed || least <= number))
     }
 
     /// Whether run time can have reached `at` without a tick after tick `last`.
     pub fn may_rest(&mut self, last: u64, at: Time) -> bool {
         let due = self.ticks_before(at).saturating_sub(self.slack);
-        self.timed || self.wrong || due <= last.saturating_add(1)
+        self.is_timed || self.wrong || due <= last.saturating_add(1)
     }
 
-    /// Whether its ticks had a duration, lateness or offset.
+    /// Whether some due ticks may have been missed.
     pub fn is_timed(&self) -> bool {
-        self.timed
+        self.is_timed
     }
 
     fn ticks_before(&mut self, at: Time) -> u64 {
@@ -89,10 +89,9 @@ impl TickSchedule {
     }
 }
 
-/// Whether `knob` makes ticks last, late or rare.
-fn is_timed(knob: &Knob) -> bool {
-    use KnobKind::{Crash, Hang, Offset, Restart, Takes, Wakes};
-    matches!(knob.kind(), Takes | Offset | Wakes | Crash | Restart | Hang)
+/// Whether `knob`, of a node, makes ticks last, late or rare.
+fn makes_rare(knob: &Knob) -> bool {
+    knob.kind().unit() == Some(KnobUnit::Ms) || knob.kind().has_no_value()
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ const LARGEST: u64 = 1 << 23;
 /// # Errors
 /// That of `read`, or one if there are no durations, or other ones than when they were first read.
 pub fn loaded(
-    mut knob: Knob,
+    knob: Knob,
     read: impl FnOnce(&Knob, &Measurements) -> Result<Vec<Duration>, String>,
 ) -> Result<Knob, String> {
     // The graph refuses a value that is none.
@@ -25,12 +25,11 @@ pub fn loaded(
         return Ok(knob);
     };
     let measured = measured.with_durations(read(&knob, measured)?)?;
-    if let Knob::Takes { spec, .. } | Knob::Wakes { spec, .. } = &mut knob {
-        let busy = spec.parse().is_ok_and(|cost: Cost| cost.busy);
-        let draw = Draw::Measured(measured);
-        *spec = Cost { draw, busy }.to_string();
-    }
-    Ok(knob)
+    let busy = knob.value().parse().is_ok_and(|cost: Cost| cost.busy);
+    let draw = Draw::Measured(measured);
+    let spec = Cost { draw, busy }.to_string();
+    let loaded = knob.kind().set(knob.target(), &spec);
+    loaded.map_err(|error| error.to_string())
 }
 
 /// Reads the durations in the file at `path`, one a line in milliseconds. The first line may name

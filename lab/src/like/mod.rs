@@ -8,7 +8,7 @@ use std::{
     sync::Arc,
 };
 
-use ratelab::{ClockKind, Command, Event, Knob, KnobKind, Time, TimedKnob};
+use ratelab::{ClockKind, Command, Event, Knob, KnobKind, TickTiming, Time, TimedKnob};
 use ratelab_effects::knob;
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
@@ -20,9 +20,6 @@ use crate::{error::Error, program::Program};
 use ratelab_recording::{Recording, Replay, durations, schema::RunStatus};
 
 pub use table::{json, text};
-
-/// The measurements of each node.
-const MEASURED: [KnobKind; 2] = [KnobKind::Takes, KnobKind::Wakes];
 
 /// A recorded run on the real clock.
 pub struct Like {
@@ -91,8 +88,8 @@ fn check(program: &Program, recording: &Recording) -> Result<(), String> {
 fn config(system: &Arc<dyn System>, recording: &Recording) -> Result<Config, String> {
     let given = &recording.origin.config;
     let knobs = recording.events.iter().filter_map(Event::knob);
-    // The real clock has a lateness of its own, whatever this knob was set to.
-    let knobs = knobs.filter(|timed| timed.knob.kind() != KnobKind::Wakes);
+    // The real clock has a lateness of its own, whatever the knobs of that were set to.
+    let knobs = knobs.filter(|timed| timed.knob.kind().timing() != Some(TickTiming::Start));
     let mut config = Config {
         clock: ClockKind::Virtual,
         end: end(system, recording),
@@ -101,8 +98,8 @@ fn config(system: &Arc<dyn System>, recording: &Recording) -> Result<Config, Str
     };
     let nodes = recording.origin.topology.nodes.iter();
     for node in nodes.map(|node| node.name.as_str()) {
-        for kind in MEASURED {
-            if kind == KnobKind::Takes && is_costed_on_the_way(&config.knobs, node) {
+        for kind in KnobKind::ALL.into_iter().filter(|kind| kind.is_drawn()) {
+            if sets_duration(kind) && is_costed_on_the_way(&config.knobs, node) {
                 continue;
             }
             let knob = measured(recording, kind, node)?;
@@ -133,8 +130,11 @@ fn end(system: &Arc<dyn System>, recording: &Recording) -> Time {
 /// several costs, and the configured ones are used.
 fn is_costed_on_the_way(knobs: &[TimedKnob], node: &str) -> bool {
     let mut knobs = knobs.iter().map(|timed| &timed.knob);
-    let kinds = [KnobKind::Takes, KnobKind::Hang];
-    knobs.any(|knob| kinds.contains(&knob.kind()) && knob.target() == node)
+    knobs.any(|knob| sets_duration(knob.kind()) && knob.target() == node)
+}
+
+fn sets_duration(kind: KnobKind) -> bool {
+    kind.timing() == Some(TickTiming::Duration)
 }
 
 /// The knob of this `kind` with the measurements of `node`; `None` without measurements.

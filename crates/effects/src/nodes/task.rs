@@ -3,7 +3,8 @@
 use std::{collections::VecDeque, sync::Arc, time::Duration};
 
 use ratelab::{
-    ClockKind, Hz, JobKind, Knob, KnobKind, Rate, TaskSpec, TaskState, Time, Timetable, millis,
+    ClockKind, Hz, JobKind, Knob, KnobKind, Rate, TaskSpec, TaskState, TickTiming, Time, Timetable,
+    millis,
 };
 
 use crate::{
@@ -30,7 +31,7 @@ pub(crate) struct Task {
     takes: Cost,
     /// Lateness of a tick in virtual time.
     pub(crate) wakes: Draw,
-    /// Whether duration or lateness of its ticks were ever set.
+    /// Whether lateness or duration of its ticks were ever set.
     pub(crate) is_timed: bool,
     /// Duration of the next tick only, in place of the usual one.
     hang: Option<Duration>,
@@ -319,11 +320,13 @@ impl Task {
     /// Checks that it has this knob, and that the value is complete.
     pub(crate) fn check(&self, knob: &Knob, own: bool) -> Result<(), String> {
         let name = &self.name;
+        let of_thread =
+            |kind: KnobKind| kind == KnobKind::Late || kind.timing() == Some(TickTiming::Start);
         match knob.kind() {
             KnobKind::Rate | KnobKind::Offset | KnobKind::Late if self.is_triggered() => Err(
                 format!("messages trigger {name}: choose a node that ticks at a rate"),
             ),
-            KnobKind::Wakes | KnobKind::Late if !own => Err(format!(
+            kind if !own && of_thread(kind) => Err(format!(
                 "{name} has no thread of its own: its executor decides when it starts"
             )),
             _ => match spec::draw(knob)?.as_ref().and_then(Draw::missing) {
@@ -345,10 +348,8 @@ impl Task {
         plan: &Timetable<'_>,
     ) -> Result<String, String> {
         use std::mem::replace;
-        self.is_timed |= matches!(
-            knob,
-            Knob::Takes { .. } | Knob::Wakes { .. } | Knob::Hang { .. }
-        );
+        let timing = knob.kind().timing();
+        self.is_timed |= matches!(timing, Some(TickTiming::Start | TickTiming::Duration));
         Ok(match knob {
             Knob::Rate { hz, .. } => {
                 let before = self.set_hz(*hz, plan.now(), free);
@@ -390,8 +391,5 @@ impl Task {
 
 /// Whether a knob changes when the ticks of a node are due.
 pub(crate) fn moves_due_times(knob: &Knob) -> bool {
-    matches!(
-        knob,
-        Knob::Rate { .. } | Knob::Offset { .. } | Knob::Clock { .. }
-    )
+    knob.kind().timing() == Some(TickTiming::Due)
 }

@@ -6,7 +6,7 @@
 
 use std::{sync::Arc, time::Duration};
 
-use ratelab::{Knob, KnobKind, NodeTopology, Time, hyper_period};
+use ratelab::{Knob, KnobKind, NodeTopology, TickTiming, Time, hyper_period};
 use ratelab_effects::Chance;
 
 use super::{
@@ -107,7 +107,8 @@ impl Experiment {
         let [from, to] = [&nodes[hop[0]], &nodes[hop[1]]];
         let setup = &self.config.setup;
         let is_free = |node: &&NodeTopology| {
-            let is_late = setup.knob(KnobKind::Wakes, &node.name).is_some();
+            let mut knobs = setup.iter().filter(|knob| knob.target() == node.name);
+            let is_late = knobs.any(|knob| knob.kind().timing() == Some(TickTiming::Start));
             node.executor.is_none() && self.can_shift(node) && !is_late
         };
         let [one, other] = [from, to].map(|node| node.hz.period().as_nanos());

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ratelab::KnobKind;
+use ratelab::{KnobKind, KnobUnit};
 
 use super::{Alias, Setup, System};
 
@@ -44,12 +44,13 @@ pub fn label(name: &str) -> String {
 /// The unit of a number that the knob called `name` takes, with a blank before it.
 pub fn unit(name: &str, kind: KnobKind) -> &'static str {
     let before = name.split("{}").next().unwrap_or_default();
-    let is_time = ["delay:", "reliable:", "zero:"];
-    match kind {
-        KnobKind::Rate => " Hz",
-        KnobKind::Takes | KnobKind::Wakes | KnobKind::Offset | KnobKind::Hang => " ms",
-        KnobKind::Link | KnobKind::Send if is_time.iter().any(|t| before.ends_with(t)) => " ms",
-        _ => "",
+    let has_time = matches!(kind, KnobKind::Link | KnobKind::Send);
+    let mut times = ["delay:", "reliable:", "zero:"].into_iter();
+    match kind.unit() {
+        Some(KnobUnit::Hz) => " Hz",
+        Some(KnobUnit::Ms) => " ms",
+        None if has_time && times.any(|time| before.ends_with(time)) => " ms",
+        None => "",
     }
 }
 

@@ -102,7 +102,7 @@ fn is_range(kind: KnobKind, hole: bool, text: &str) -> bool {
     let begins = text.starts_with(|c: char| c.is_ascii_digit() || "-.".contains(c));
     let whole = match kind {
         KnobKind::Send => false,
-        KnobKind::Takes | KnobKind::Wakes => text.contains(':'),
+        kind if kind.is_drawn() => text.contains(':'),
         _ => true,
     };
     begins && text.contains("..") && (hole || whole)
