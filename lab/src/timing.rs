@@ -11,7 +11,7 @@ use ratelab_study::{
 
 /// Whether the duration, lateness or offset of the ticks of `node` was set at any time of a run; a
 /// hang is of one tick only.
-pub fn is_timed(summary: &Summary, node: &str) -> bool {
+pub fn has_set_times(summary: &Summary, node: &str) -> bool {
     let sets_time = |kind: KnobKind| kind.unit() == Some(KnobUnit::Ms) && kind != KnobKind::Hang;
     knobs(summary).any(|knob| sets_time(knob.kind()) && knob.target() == node)
 }

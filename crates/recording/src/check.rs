@@ -62,9 +62,9 @@ impl Recording {
         let back = pairs.filter_map(|two| (two[1].at < two[0].at).then_some(two[0].at));
         // Messages are published in ticks.
         let ticked = self.nodes().filter_map(|(node, ticks)| {
-            let timed = self.schedule(node).is_timed();
+            let lasts = self.schedule(node).may_miss();
             let last = ticks.last()?;
-            Some(last.at + last.took.filter(|_| timed).unwrap_or_default())
+            Some(last.at + last.took.filter(|_| lasts).unwrap_or_default())
         });
         let ticked = ticked.max().unwrap_or_default();
         let published = self.topics.iter().filter_map(Series::newest).max();

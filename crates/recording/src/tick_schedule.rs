@@ -18,7 +18,7 @@ pub struct TickSchedule {
     slack: u64,
     /// Whether some due ticks may have been missed: its ticks had a duration, lateness or offset,
     /// or it stopped for a while.
-    is_timed: bool,
+    may_miss: bool,
     /// Whether its clock had an error, so that due times were skipped or repeated.
     wrong: bool,
 }
@@ -45,7 +45,7 @@ impl TickSchedule {
             ticks: 0,
             slack: 1 + (ahead.len() + rare.count()) as u64,
             ahead,
-            is_timed: knobs().any(makes_rare) || node.executor.is_some(),
+            may_miss: knobs().any(makes_rare) || node.executor.is_some(),
             wrong: !node.triggers.is_empty() || knobs().any(|knob| knob.kind() == KnobKind::Clock),
         }
     }
@@ -58,18 +58,18 @@ impl TickSchedule {
             due.saturating_add(self.slack),
             due.saturating_sub(self.slack),
         );
-        self.wrong || (number <= most && (self.is_timed || least <= number))
+        self.wrong || (number <= most && (self.may_miss || least <= number))
     }
 
     /// Whether run time can have reached `at` without a tick after tick `last`.
     pub fn may_rest(&mut self, last: u64, at: Time) -> bool {
         let due = self.ticks_before(at).saturating_sub(self.slack);
-        self.is_timed || self.wrong || due <= last.saturating_add(1)
+        self.may_miss || self.wrong || due <= last.saturating_add(1)
     }
 
     /// Whether some due ticks may have been missed.
-    pub fn is_timed(&self) -> bool {
-        self.is_timed
+    pub fn may_miss(&self) -> bool {
+        self.may_miss
     }
 
     fn ticks_before(&mut self, at: Time) -> u64 {

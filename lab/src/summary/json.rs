@@ -17,7 +17,7 @@ use super::{
     ages, rounded,
     text::{ReportContext, saw_the_wall},
 };
-use crate::timing::{is_timed, was_late};
+use crate::timing::{has_set_times, was_late};
 
 /// The metrics by their keys.
 ///
@@ -172,7 +172,7 @@ fn node(summary: &Summary, node: &NodeAccount) -> (String, Value) {
         "overruns": node.overruns,
         "ticks": node.ticks,
     }));
-    if is_timed(summary, &node.name) {
+    if has_set_times(summary, &node.name) {
         figures.extend(object(json!({
             "cost": milliseconds(&node.tick_time),
             "lateness": milliseconds(&node.lateness),

@@ -84,7 +84,7 @@ pub fn of(system: &dyn System, summary: &Summary, context: &ReportContext) -> St
 /// Duration and lateness of ticks: of all nodes if the run used wall time, otherwise of
 /// nodes with configured timing, and of those that were late without it, for an executor.
 fn times(summary: &Summary) -> Vec<(&'static str, String)> {
-    let timed = |node: &NodeAccount| timing::is_timed(summary, &node.name);
+    let timed = |node: &NodeAccount| timing::has_set_times(summary, &node.name);
     let wall = saw_the_wall(summary);
     let late =
         |node: &NodeAccount| wall || was_late(node) || (timed(node) && node.lateness.count() > 0);

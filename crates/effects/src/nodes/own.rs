@@ -123,7 +123,7 @@ impl Own {
         let now = plan.now();
         let is_virtual = plan.clock() == ClockKind::Virtual;
         let skips = !self.task.is_triggered();
-        let known = self.task.is_timed && (now > due || !self.task.wakes.is_none());
+        let known = self.task.has_times && (now > due || !self.task.wakes.is_none());
         let lateness = (!is_virtual || !skips || known).then(|| now.since(due));
         let kind = if self.is_let {
             let free = now + self.task.cost().unwrap_or_default();

@@ -32,7 +32,7 @@ pub(crate) struct Task {
     /// Lateness of a tick in virtual time.
     pub(crate) wakes: Draw,
     /// Whether lateness or duration of its ticks were ever set.
-    pub(crate) is_timed: bool,
+    pub(crate) has_times: bool,
     /// Duration of the next tick only, in place of the usual one.
     hang: Option<Duration>,
     /// Duration of the tick that is about to begin.
@@ -80,7 +80,7 @@ impl Task {
             trigger: None,
             takes: Cost::NONE,
             wakes: Draw::NONE,
-            is_timed: false,
+            has_times: false,
             hang: None,
             next_takes: Duration::ZERO,
             backlog: VecDeque::new(),
@@ -220,7 +220,7 @@ impl Task {
     pub(crate) fn cost(&mut self) -> Option<Duration> {
         let number = self.number;
         self.number += 1;
-        if !self.is_timed {
+        if !self.has_times {
             return None;
         }
         let hang = self.hang.take();
@@ -231,7 +231,7 @@ impl Task {
     /// Lateness of the next tick.
     #[inline]
     pub(crate) fn lateness(&self) -> Duration {
-        if !self.is_timed {
+        if !self.has_times {
             return Duration::ZERO;
         }
         self.wakes.of(self.chance("wakes"), self.number)
@@ -264,7 +264,7 @@ impl Task {
 
     /// It has begun a tick that takes run time; returns when it is over.
     pub(crate) fn begin(&mut self, began: Time) -> Time {
-        self.is_timed = true;
+        self.has_times = true;
         let ends = began + self.next_takes;
         let (busy, suspended) = (self.takes.busy, None);
         self.running = Some(Running {
@@ -349,7 +349,7 @@ impl Task {
     ) -> Result<String, String> {
         use std::mem::replace;
         let timing = knob.kind().timing();
-        self.is_timed |= matches!(timing, Some(TickTiming::Start | TickTiming::Duration));
+        self.has_times |= matches!(timing, Some(TickTiming::Start | TickTiming::Duration));
         Ok(match knob {
             Knob::Rate { hz, .. } => {
                 let before = self.set_hz(*hz, plan.now(), free);
