@@ -109,7 +109,7 @@ pub struct Graph {
     pub(crate) control: ControlPlane,
     /// What is published for nodes that messages trigger.
     pub(crate) arrivals: Arc<Arrivals>,
-    /// [`Clock::cores`](crate::Clock::cores) of the real clock; unlimited until that is known.
+    /// [`Clock::cores`](crate::Clock::cores) of the real clock; none until it tells.
     pub(crate) cores: Option<usize>,
 }
 
@@ -146,7 +146,7 @@ impl Graph {
                 kit: Box::new(kit),
             },
             arrivals: Arc::default(),
-            cores: Some(usize::MAX),
+            cores: None,
         }
     }
 
@@ -251,14 +251,14 @@ impl Graph {
         let name = Arc::<str>::from(new.name);
         let member = new.member(name.clone(), index, intakes.len(), &ends);
         let spec = TaskSpec {
-            name: name.clone(),
+            name,
             seed: self.control.seed,
             rate: Rate::new(new.release.hz(), self.now()),
             inputs: intakes,
         };
         let scheduler = new.release.scheduler(&*self.control.kit, spec);
         self.schedule.add(TaskSet::of(scheduler, member));
-        let slot = NodeSlot::new(name, node, ends, fixed);
+        let slot = NodeSlot::new(node, ends, fixed);
         self.slots.push(Mutex::new(slot));
         Ok(())
     }

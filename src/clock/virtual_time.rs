@@ -12,7 +12,7 @@ use crate::{
     },
     graph::Graph,
     journal::AfterEnd,
-    node::{Fault, JobKind, Tick, WorkTimes},
+    node::{Fault, JobKind, WorkTimes},
     scheduling::Assignment,
     sync::{Instant, get_mut},
     time::{Time, TimeError},
@@ -277,16 +277,9 @@ impl<'a> VirtualStretch<'a> {
         while let Some(work) = self.graph.schedule.next_job(now, after) {
             let outcome = self.work(work, now);
             self.graph.plan_arrivals();
-            match outcome {
-                Ok(ControlFlow::Continue(())) => {}
-                Ok(ControlFlow::Break(())) => {
-                    let node = self.graph.control.name(work.node).to_owned();
-                    return Ok(Some(ClockExit::Ended { node, at: now }));
-                }
-                Err(cause) => {
-                    let slot = get_mut(&mut self.graph.slots[work.node]);
-                    return Err(slot.fault(now, cause));
-                }
+            if outcome?.is_break() {
+                let node = self.graph.control.name(work.node).to_owned();
+                return Ok(Some(ClockExit::Ended { node, at: now }));
             }
             if self.graph.control.status.paused {
                 break;
@@ -297,7 +290,7 @@ impl<'a> VirtualStretch<'a> {
 
     /// Has a node do its work.
     #[inline]
-    fn work(&mut self, work: Assignment, now: Time) -> Tick {
+    fn work(&mut self, work: Assignment, now: Time) -> Result<ControlFlow<()>, Fault> {
         let Graph {
             slots,
             schedule,

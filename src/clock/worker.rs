@@ -1,7 +1,7 @@
 //! A thread of a task set: what it does for its nodes, at the times that its clock knows. The real
 //! clock asks the wall, a rerun of the run its log.
 
-use std::{ops::ControlFlow, time::Duration};
+use std::time::Duration;
 
 use super::shared_schedule::SharedSchedule;
 use crate::{
@@ -99,11 +99,9 @@ impl<'c> Worker<'c> {
         // Nobody gets the node before its tick is recorded.
         let mut schedule = self.schedule.turn();
         let slot = &mut *lock(&self.schedule.slots[work.node]);
-        match schedule.done(slot, work, times, outcome, &self.schedule.state) {
-            Ok(ControlFlow::Continue(())) => None,
-            Ok(ControlFlow::Break(())) => Some(Ok(began)),
-            Err(cause) => Some(Err(slot.fault(began, cause))),
-        }
+        let flow = schedule.done(slot, work, times, outcome, &self.schedule.state);
+        flow.map(|flow| flow.is_break().then_some(began))
+            .transpose()
     }
 }
 

@@ -21,9 +21,10 @@ use crate::{
 /// nodes, which may be away on their threads.
 pub(crate) struct ControlPlane {
     pub(crate) state: Arc<RunState>,
+    /// That of the state, which its only writer reads without a lock.
     pub(crate) status: Status,
     pub(super) nodes: Vec<NodeTopology>,
-    /// Whether each of them runs in another process.
+    /// Whether each of them runs in another process; known here while its task set is on threads.
     pub(super) remote: Vec<bool>,
     pub(super) topics: Vec<WiredTopic>,
     pub(super) records: RecordSender,

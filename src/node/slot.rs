@@ -7,7 +7,7 @@ use std::{
 };
 
 use super::{
-    Fault, GO_ON, Node, Panicked, Tick,
+    GO_ON, Node, Panicked, Tick,
     job::{Job, JobKind, WorkTimes},
     last_tick::LastTick,
 };
@@ -21,7 +21,6 @@ use crate::{
 
 /// A node with what it has of the graph.
 pub(crate) struct NodeSlot {
-    pub(crate) name: Arc<str>,
     node: Box<dyn Node>,
     /// The function that builds it again, if there is one.
     pub(crate) again: Option<Rebuild>,
@@ -84,9 +83,8 @@ pub(crate) struct Rebuild {
 }
 
 impl NodeSlot {
-    pub(crate) fn new(name: Arc<str>, node: Box<dyn Node>, ends: Ends, fixed: Fixed) -> Self {
+    pub(crate) fn new(node: Box<dyn Node>, ends: Ends, fixed: Fixed) -> Self {
         Self {
-            name,
             node,
             again: None,
             panicked: None,
@@ -284,12 +282,6 @@ impl NodeSlot {
     #[inline]
     fn record(&self, times: impl FnOnce() -> TickTimes) {
         self.ends.records.node(|| NodeRecord::Ticked(times()));
-    }
-
-    /// The fault for a tick at `at` that returned an error.
-    pub(crate) fn fault(&self, at: Time, cause: Box<dyn std::error::Error + Send + Sync>) -> Fault {
-        let node = self.name.to_string();
-        Fault { node, at, cause }
     }
 }
 

@@ -1,9 +1,14 @@
 //! Knobs of nodes: some are of the node, all others of its schedule.
 
-use super::{schedule::Schedule, scheduler::SchedulerEvent};
+use std::ops::ControlFlow;
+
+use super::{
+    schedule::Schedule,
+    scheduler::{Member, SchedulerEvent},
+};
 use crate::{
     control::{event::EventKind, knob::Knob, state::RunState},
-    node::{GO_ON, NodeCrash, NodeSlot, Tick},
+    node::{Fault, NodeCrash, NodeSlot, Tick},
     record::NodeRecord,
     time::Time,
 };
@@ -81,6 +86,9 @@ impl Schedule {
 
     /// The outcome of a tick for the run, from the tick's own `outcome`. After a [`NodeCrash`] the
     /// node is crashed from the tick's begin on, the log has the cause, and the run goes on.
+    ///
+    /// # Errors
+    /// [`Fault`] for any other failure of the tick.
     #[inline]
     pub(super) fn outlive(
         &mut self,
@@ -89,15 +97,23 @@ impl Schedule {
         began: Time,
         outcome: Tick,
         state: &RunState,
-    ) -> Tick {
-        let cause = match &outcome {
-            Err(error) if error.is::<NodeCrash>() => error.to_string(),
-            _ => return outcome,
+    ) -> Result<ControlFlow<()>, Fault> {
+        let cause = match outcome {
+            Ok(flow) => return Ok(flow),
+            Err(cause) => cause,
         };
-        self.crash(node, slot, began);
-        let node = slot.name.to_string();
-        state.note(began, EventKind::Crashed { node, cause });
-        GO_ON
+        let (at, name) = (began, self.member(node).name.to_string());
+        if !cause.is::<NodeCrash>() {
+            return Err(Fault {
+                node: name,
+                at,
+                cause,
+            });
+        }
+        self.crash(node, slot, at);
+        let (node, cause) = (name, cause.to_string());
+        state.note(at, EventKind::Crashed { node, cause });
+        Ok(ControlFlow::Continue(()))
     }
 
     fn condition(&self, node: usize) -> String {
@@ -106,9 +122,11 @@ impl Schedule {
     }
 
     fn record(&self, node: usize, record: NodeRecord) {
+        self.member(node).records.node(|| record);
+    }
+
+    fn member(&self, node: usize) -> &Member {
         let (task_set, member) = self.place(node);
-        self.task_sets[task_set].members[member]
-            .records
-            .node(|| record);
+        &self.task_sets[task_set].members[member]
     }
 }

@@ -1,6 +1,6 @@
 //! What happens to the nodes of some task sets next, whatever the clock.
 
-use std::{collections::BTreeSet, mem::take};
+use std::{collections::BTreeSet, mem::take, ops::ControlFlow};
 
 use super::{
     agenda::{Agenda, AgendaItem},
@@ -12,7 +12,7 @@ use crate::{
     arrival::Arrival,
     control::{command::ClockKind, state::RunState},
     journal::AfterEnd,
-    node::{Job, JobKind, NodeSlot, Tick, WorkTimes},
+    node::{Fault, Job, JobKind, NodeSlot, Tick, WorkTimes},
     time::Time,
 };
 
@@ -233,6 +233,9 @@ impl Schedule {
 
     /// A job is done: the scheduler hears of it, unless it was the begin of a tick that failed,
     /// and the tick is recorded. Returns whether it ends the run of this `state`.
+    ///
+    /// # Errors
+    /// [`Fault`] if the node failed.
     #[inline(always)]
     pub(crate) fn done(
         &mut self,
@@ -241,7 +244,7 @@ impl Schedule {
         times: WorkTimes,
         outcome: Tick,
         state: &RunState,
-    ) -> Tick {
+    ) -> Result<ControlFlow<()>, Fault> {
         let (job, missed_before) = (work.job, times.missed_before);
         if outcome.is_ok() || job.kind != JobKind::Begin {
             let done = SchedulerEvent::Done { job, missed_before };

@@ -177,9 +177,6 @@ impl Experiment {
         (builder.taken, builder.here, builder.answers) = (taken, here, answers);
         system.build(&mut builder)?;
         let (mut graph, recorded) = builder.finish(&config.knobs)?;
-        if let Some(why) = graph.refusal_of(config.clock) {
-            return Err(BuildError::Setting(why));
-        }
         graph.set_clock(config.clock);
         graph.set_speed(config.speed);
         let timed = config.knobs.iter().cloned().map(TimedCommand::from);
