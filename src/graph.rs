@@ -335,15 +335,13 @@ impl Graph {
     /// # Errors
     /// The reason, with the available alternatives.
     pub fn check(&self, knob: &Knob) -> Result<(), String> {
-        match knob {
-            knob if knob.kind().is_of_topic() => self.control.check(knob),
-            knob => {
-                let index = self.control.node_index(knob.target())?;
-                match self.is_here(index) {
-                    true => self.schedule.check(index, &lock(&self.slots[index]), knob),
-                    false => Ok(()),
-                }
-            }
+        if knob.kind().is_of_topic() {
+            return self.control.check(knob);
+        }
+        let index = self.control.node_index(knob.target())?;
+        match self.is_here(index) {
+            true => self.schedule.check(index, &lock(&self.slots[index]), knob),
+            false => Ok(()),
         }
     }
 

@@ -134,7 +134,7 @@ pub use control::{
     command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand},
     event::{Event, EventKind},
     inbox::{Inbox, Interrupt, Received, Wait},
-    knob::{Knob, KnobError, KnobKind, KnobUnit, TickTiming, TimedKnob},
+    knob::{Knob, KnobError, KnobKind, TickTiming, TimedKnob},
     millis,
     state::{RunState, Status},
 };

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{Knob, KnobKind, KnobUnit};
+use ratelab::{Knob, KnobKind};
 use ratelab_account::NodeAccount;
 use ratelab_study::{
     experiment::Summary,
@@ -12,7 +12,7 @@ use ratelab_study::{
 /// Whether the duration, lateness or offset of the ticks of `node` was set at any time of a run; a
 /// hang is of one tick only.
 pub fn has_set_times(summary: &Summary, node: &str) -> bool {
-    let sets_time = |kind: KnobKind| kind.unit() == Some(KnobUnit::Ms) && kind != KnobKind::Hang;
+    let sets_time = |kind: KnobKind| kind.is_time() && kind != KnobKind::Hang;
     knobs(summary).any(|knob| sets_time(knob.kind()) && knob.target() == node)
 }
 

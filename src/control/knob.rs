@@ -12,13 +12,13 @@ use crate::{
 };
 
 /// Makes [`Knob`] and [`KnobKind`] of a table, a row for each knob: its documentation, its name,
-/// the syntax of its text, the [`KnobUnit`] that its value is `in`, the [`TickTiming`] that it is
-/// `of`, and its fields. The first field is whose it is. The others are its value, a word of the
-/// text each; the last one is the rest of the text.
+/// the syntax of its text, the unit that its value is `in`, the [`TickTiming`] that it sets, and
+/// its fields. The first field is whose it is. The others are its value, a word of the text each;
+/// the last one is the rest of the text.
 macro_rules! knobs {
     ($(
         $(#[$about:meta])*
-        $name:ident = $usage:literal $(in $unit:ident)? $(of $timing:ident)? {
+        $name:ident = $usage:literal $(in $unit:literal)? $(sets $timing:ident)? {
             $(#[$about_target:meta])* $target:ident: String,
             $($(#[$about_field:meta])* $field:ident: $type:ty,)*
         }
@@ -64,17 +64,17 @@ macro_rules! knobs {
                 }
             }
 
-            /// The unit of its value, if that is a number or a draw of one.
-            pub fn unit(self) -> Option<KnobUnit> {
+            /// The unit after a number of its value, with a blank before it; empty if it has none.
+            pub fn unit(self) -> &'static str {
                 match self {
-                    $(Self::$name => None$(.or(Some(KnobUnit::$unit)))?,)+
+                    $(Self::$name => concat!($(" ", $unit)?),)+
                 }
             }
 
-            /// What it sets of the time of its node's ticks, if it sets any.
-            pub fn timing(self) -> Option<TickTiming> {
+            /// Whether it sets this of the ticks of its node.
+            pub fn sets(self, timing: TickTiming) -> bool {
                 match self {
-                    $(Self::$name => None$(.or(Some(TickTiming::$timing)))?,)+
+                    $(Self::$name => [$(TickTiming::$timing)?].contains(&timing),)+
                 }
             }
 
@@ -122,15 +122,6 @@ macro_rules! knobs {
     };
 }
 
-/// The unit of the value of a knob.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum KnobUnit {
-    /// Per second.
-    Hz,
-    /// Milliseconds.
-    Ms,
-}
-
 /// What a knob sets of the time of a node's ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TickTiming {
@@ -145,7 +136,7 @@ pub enum TickTiming {
 knobs! {
     /// Rate of a node.
     #[serde(rename = "SetRate")]
-    Rate = "rate NODE HZ" in Hz of Due {
+    Rate = "rate NODE HZ" in "Hz" sets Due {
         /// The node's name.
         node: String,
         /// Its rate.
@@ -181,14 +172,14 @@ knobs! {
     }
     /// The duration of a node's ticks: a tick that starts at `s` reads at `s`, and
     /// publishes or applies its results at `s + cost`.
-    Takes = "takes NODE SPEC" in Ms of Duration {
+    Takes = "takes NODE SPEC" in "ms" sets Duration {
         /// The node's name.
         node: String,
         /// Their duration, as text.
         spec: String,
     }
     /// Offset of a node's due times from run time zero.
-    Offset = "offset NODE MS" in Ms of Due {
+    Offset = "offset NODE MS" in "ms" sets Due {
         /// The node's name.
         node: String,
         /// The offset.
@@ -196,7 +187,7 @@ knobs! {
         offset: Duration,
     }
     /// Lateness of a node's ticks in virtual time.
-    Wakes = "wakes NODE SPEC" in Ms of Start {
+    Wakes = "wakes NODE SPEC" in "ms" sets Start {
         /// The node's name.
         node: String,
         /// The lateness, as text.
@@ -252,7 +243,7 @@ knobs! {
         node: String,
     }
     /// Duration of a node's next tick, in place of the usual one.
-    Hang = "hang NODE MS" in Ms of Duration {
+    Hang = "hang NODE MS" in "ms" sets Duration {
         /// The node's name.
         node: String,
         /// The duration.
@@ -260,7 +251,7 @@ knobs! {
         cost: Duration,
     }
     /// Error of a node's own clock from now on: due times and stamps follow this clock.
-    Clock = "clock NODE OFFSET_MS DRIFT_PPM [STEP_MS]" of Due {
+    Clock = "clock NODE OFFSET_MS DRIFT_PPM [STEP_MS]" sets Due {
         /// The node's name.
         node: String,
         /// The error, as text.
@@ -288,9 +279,14 @@ impl KnobKind {
         matches!(self.parts(), [true] | [_, _, ..])
     }
 
-    /// Whether its value is a text for random durations, such as `60..110`.
+    /// Whether its value is a time, or a draw of one.
+    pub fn is_time(self) -> bool {
+        self.unit() == " ms"
+    }
+
+    /// Whether its value is a text for random times, such as `60..110`.
     pub fn is_drawn(self) -> bool {
-        self.unit() == Some(KnobUnit::Ms) && self.takes_words()
+        self.is_time() && self.takes_words()
     }
 
     /// Whether the knob belongs to a topic; otherwise it belongs to a node.
@@ -318,10 +314,7 @@ impl KnobKind {
         if let (Self::Parameter, Some((node, name))) = (self, first_word(target)) {
             return self.set(node, &format!("{name} {value}"));
         }
-        let refused = KnobError::Shape {
-            text: format!("{} {target} {value}", self.name()),
-            expected: self.usage(),
-        };
+        let refused = self.refused(&format!("{} {target} {value}", self.name()));
         if self.has_no_value() && !value.is_empty() {
             return Err(refused);
         }
@@ -331,6 +324,12 @@ impl KnobKind {
             refused,
         };
         self.with(target.to_owned(), parts)
+    }
+
+    /// The error for a text without the parts of this kind.
+    fn refused(self, text: &str) -> KnobError {
+        let (text, expected) = (text.to_owned(), self.usage());
+        KnobError::Shape { text, expected }
     }
 }
 
@@ -487,10 +486,7 @@ impl FromStr for Knob {
         let (name, rest) = first_word(text).unwrap_or((text.trim(), ""));
         let kind = KnobKind::ALL.into_iter().find(|kind| kind.name() == name);
         let kind = kind.ok_or_else(|| KnobError::Name(name.to_owned()))?;
-        let refused = || KnobError::Shape {
-            text: text.trim().to_owned(),
-            expected: kind.usage(),
-        };
+        let refused = || kind.refused(text.trim());
         let alone = kind.has_no_value() && !rest.is_empty();
         let words = first_word(rest).or(alone.then_some((rest, "")));
         let (target, value) = words.ok_or_else(refused)?;

@@ -94,26 +94,27 @@ impl Schedule {
         &mut self,
         slot: &mut NodeSlot,
         node: usize,
-        began: Time,
+        at: Time,
         outcome: Tick,
         state: &RunState,
     ) -> Result<ControlFlow<()>, Fault> {
-        let cause = match outcome {
-            Ok(flow) => return Ok(flow),
-            Err(cause) => cause,
-        };
-        let (at, name) = (began, self.member(node).name.to_string());
-        if !cause.is::<NodeCrash>() {
-            return Err(Fault {
-                node: name,
-                at,
-                cause,
-            });
+        match outcome {
+            Ok(flow) => Ok(flow),
+            Err(cause) if cause.is::<NodeCrash>() => {
+                self.crash(node, slot, at);
+                let (node, cause) = (self.name(node), cause.to_string());
+                state.note(at, EventKind::Crashed { node, cause });
+                Ok(ControlFlow::Continue(()))
+            }
+            Err(cause) => {
+                let node = self.name(node);
+                Err(Fault { node, at, cause })
+            }
         }
-        self.crash(node, slot, at);
-        let (node, cause) = (name, cause.to_string());
-        state.note(at, EventKind::Crashed { node, cause });
-        Ok(ControlFlow::Continue(()))
+    }
+
+    fn name(&self, node: usize) -> String {
+        self.member(node).name.to_string()
     }
 
     fn condition(&self, node: usize) -> String {

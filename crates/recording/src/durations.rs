@@ -27,9 +27,9 @@ pub fn with_durations(knob: Knob) -> Result<Knob, String> {
 
 /// The measurements of `node` for a knob of this `kind`.
 pub fn durations(recording: &Recording, kind: KnobKind, node: &str) -> Vec<Duration> {
-    let measured = match kind.timing() {
-        Some(TickTiming::Start) => |tick: &TickRecord| tick.lateness,
-        _ => |tick: &TickRecord| tick.took,
+    let measured = match kind.sets(TickTiming::Start) {
+        true => |tick: &TickRecord| tick.lateness,
+        false => |tick: &TickRecord| tick.took,
     };
     let nodes = recording.nodes().filter(|(of, _)| of.name == node);
     let ticks = nodes.flat_map(|(_, ticks)| ticks);

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use ratelab::{Event, Hz, Knob, KnobKind, KnobUnit, NodeTopology, Rate, Time};
+use ratelab::{Event, Hz, Knob, KnobKind, NodeTopology, Rate, Time};
 use ratelab_study::system::Setup;
 
 /// The ticks of a node under the virtual clock, from its first rate and all changes of
@@ -91,7 +91,7 @@ impl TickSchedule {
 
 /// Whether `knob`, of a node, makes ticks last, late or rare.
 fn makes_rare(knob: &Knob) -> bool {
-    knob.kind().unit() == Some(KnobUnit::Ms) || knob.kind().has_no_value()
+    knob.kind().is_time() || knob.kind().has_no_value()
 }
 
 #[cfg(test)]

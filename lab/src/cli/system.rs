@@ -1,7 +1,7 @@
 //! The options of a system: its aliases for knobs.
 
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches, ValueHint};
-use ratelab::{Depth, Hz, Knob, KnobKind, KnobUnit};
+use ratelab::{Depth, Hz, Knob, KnobKind};
 use ratelab_study::{experiment::sweep::SweepAxis, system::Alias};
 
 use super::heading;
@@ -70,7 +70,7 @@ pub fn with_axes(command: Command, program: &Program) -> Command {
         let what = match alias.kind() {
             KnobKind::Rate => "a list or a range (Hz), such as 1..30",
             KnobKind::Depth => "a list or a range",
-            kind if kind.unit().is_some() => "several with commas in between",
+            kind if kind.is_time() => "several with commas in between",
             _ => "several with commas in between (a comma in one is \\,)",
         };
         let help = format!("{}; {what}", alias.help);
@@ -100,9 +100,9 @@ fn option(alias: &'static Alias, help: &str, default: &str) -> Arg {
     let option = Arg::new(alias.name)
         .long(alias.name)
         .help(format!("{help} [default: {default}]"))
-        .help_heading(match alias.kind().unit() {
-            Some(KnobUnit::Ms) => heading::TIME,
-            _ => heading::GRAPH,
+        .help_heading(match alias.kind().is_time() {
+            true => heading::TIME,
+            false => heading::GRAPH,
         });
     let underscored = alias.name.replace('-', "_");
     let option = option.aliases(Some(underscored).filter(|name| name != alias.name));

@@ -89,7 +89,7 @@ fn config(system: &Arc<dyn System>, recording: &Recording) -> Result<Config, Str
     let given = &recording.origin.config;
     let knobs = recording.events.iter().filter_map(Event::knob);
     // The real clock has a lateness of its own, whatever the knobs of that were set to.
-    let knobs = knobs.filter(|timed| timed.knob.kind().timing() != Some(TickTiming::Start));
+    let knobs = knobs.filter(|timed| !timed.knob.kind().sets(TickTiming::Start));
     let mut config = Config {
         clock: ClockKind::Virtual,
         end: end(system, recording),
@@ -99,7 +99,7 @@ fn config(system: &Arc<dyn System>, recording: &Recording) -> Result<Config, Str
     let nodes = recording.origin.topology.nodes.iter();
     for node in nodes.map(|node| node.name.as_str()) {
         for kind in KnobKind::ALL.into_iter().filter(|kind| kind.is_drawn()) {
-            if sets_duration(kind) && is_costed_on_the_way(&config.knobs, node) {
+            if kind.sets(TickTiming::Duration) && is_costed_on_the_way(&config.knobs, node) {
                 continue;
             }
             let knob = measured(recording, kind, node)?;
@@ -130,11 +130,7 @@ fn end(system: &Arc<dyn System>, recording: &Recording) -> Time {
 /// several costs, and the configured ones are used.
 fn is_costed_on_the_way(knobs: &[TimedKnob], node: &str) -> bool {
     let mut knobs = knobs.iter().map(|timed| &timed.knob);
-    knobs.any(|knob| sets_duration(knob.kind()) && knob.target() == node)
-}
-
-fn sets_duration(kind: KnobKind) -> bool {
-    kind.timing() == Some(TickTiming::Duration)
+    knobs.any(|knob| knob.kind().sets(TickTiming::Duration) && knob.target() == node)
 }
 
 /// The knob of this `kind` with the measurements of `node`; `None` without measurements.

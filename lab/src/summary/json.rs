@@ -224,7 +224,6 @@ pub fn object(value: Value) -> Map<String, Value> {
 /// The value of a knob for programs.
 pub fn value(kind: KnobKind, text: &str) -> Value {
     match kind {
-        KnobKind::Rate => json!(text.parse::<f64>().ok()),
         KnobKind::Depth => json!(text.parse::<usize>().ok()),
         KnobKind::Send => json!(text),
         _ => match text.parse::<f64>() {

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use ratelab::KnobUnit;
+use ratelab::KnobKind;
 use ratelab_recording::{
     RecordingFile,
     blueprint::{Properties, ViewerLayout},
@@ -166,8 +166,8 @@ impl SweepTimeline {
             let mut numbers = values.filter(|value| !value.is_nan());
             numbers.all(|value| (value * units).fract() == 0.0)
         };
-        let suffixes = match summary.main.kind.unit() {
-            Some(KnobUnit::Hz) => ["hz", "millihz", "microhz"],
+        let suffixes = match summary.main.kind {
+            KnobKind::Rate => ["hz", "millihz", "microhz"],
             _ => ["", "_thousandths", "_millionths"],
         };
         let (unit, units) = match () {

@@ -320,8 +320,7 @@ impl Task {
     /// Checks that it has this knob, and that the value is complete.
     pub(crate) fn check(&self, knob: &Knob, own: bool) -> Result<(), String> {
         let name = &self.name;
-        let of_thread =
-            |kind: KnobKind| kind == KnobKind::Late || kind.timing() == Some(TickTiming::Start);
+        let of_thread = |kind: KnobKind| kind == KnobKind::Late || kind.sets(TickTiming::Start);
         match knob.kind() {
             KnobKind::Rate | KnobKind::Offset | KnobKind::Late if self.is_triggered() => Err(
                 format!("messages trigger {name}: choose a node that ticks at a rate"),
@@ -348,8 +347,8 @@ impl Task {
         plan: &Timetable<'_>,
     ) -> Result<String, String> {
         use std::mem::replace;
-        let timing = knob.kind().timing();
-        self.has_times |= matches!(timing, Some(TickTiming::Start | TickTiming::Duration));
+        let kind = knob.kind();
+        self.has_times |= kind.sets(TickTiming::Start) || kind.sets(TickTiming::Duration);
         Ok(match knob {
             Knob::Rate { hz, .. } => {
                 let before = self.set_hz(*hz, plan.now(), free);
@@ -391,5 +390,5 @@ impl Task {
 
 /// Whether a knob changes when the ticks of a node are due.
 pub(crate) fn moves_due_times(knob: &Knob) -> bool {
-    knob.kind().timing() == Some(TickTiming::Due)
+    knob.kind().sets(TickTiming::Due)
 }

@@ -108,7 +108,7 @@ impl Experiment {
         let setup = &self.config.setup;
         let is_free = |node: &&NodeTopology| {
             let mut knobs = setup.iter().filter(|knob| knob.target() == node.name);
-            let is_late = knobs.any(|knob| knob.kind().timing() == Some(TickTiming::Start));
+            let is_late = knobs.any(|knob| knob.kind().sets(TickTiming::Start));
             node.executor.is_none() && self.can_shift(node) && !is_late
         };
         let [one, other] = [from, to].map(|node| node.hz.period().as_nanos());

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ratelab::{KnobKind, KnobUnit};
+use ratelab::KnobKind;
 
 use super::{Alias, Setup, System};
 
@@ -47,10 +47,8 @@ pub fn unit(name: &str, kind: KnobKind) -> &'static str {
     let has_time = matches!(kind, KnobKind::Link | KnobKind::Send);
     let mut times = ["delay:", "reliable:", "zero:"].into_iter();
     match kind.unit() {
-        Some(KnobUnit::Hz) => " Hz",
-        Some(KnobUnit::Ms) => " ms",
-        None if has_time && times.any(|time| before.ends_with(time)) => " ms",
-        None => "",
+        "" if has_time && times.any(|time| before.ends_with(time)) => " ms",
+        unit => unit,
     }
 }
 
