@@ -63,7 +63,7 @@
 //! | a log of what the clocks of the threads answered | [`Journal`] | `crates/replay` |
 //! | another clock | [`Clock`]; [`TaskSets`] have the nodes meanwhile, [`Wake`] hears of arrivals | `crates/real-clock`, `crates/replay` |
 //! | another order of the turns of [`Shared`] values | [`TurnFollower`] | `crates/replay` |
-//! | another knob | a row of the table in `control/knob.rs`, and whoever sets it | `link` there, set in `crates/effects/src/links/channel.rs`; one of a node in `crates/effects/src/nodes/task.rs` |
+//! | another knob | a row of the table in `control/knob.rs`, with its unit and what it [sets of a tick](TickTiming), if that is so; and whoever obeys it | `wakes` there, obeyed in `crates/effects/src/nodes/task.rs`; of a topic `link`, in `crates/effects/src/links/channel.rs` |
 //!
 //! # How a run goes
 //!

@@ -89,11 +89,15 @@ fn config(system: &Arc<dyn System>, recording: &Recording) -> Result<Config, Str
     let given = &recording.origin.config;
     let knobs = recording.events.iter().filter_map(Event::knob);
     // The real clock has a lateness of its own, whatever the knobs of that were set to.
-    let knobs = knobs.filter(|timed| !timed.knob.kind().sets(TickTiming::Start));
+    let is_ignored = |kind: KnobKind| kind.sets(TickTiming::Start);
+    let knobs = knobs.filter(|timed| !is_ignored(timed.knob.kind()));
+    // What is drawn gives way to the measurements.
+    let stays = |knob: &&Knob| !is_ignored(knob.kind()) || knob.kind().is_drawn();
     let mut config = Config {
         clock: ClockKind::Virtual,
         end: end(system, recording),
         knobs: knobs.collect(),
+        setup: given.setup.iter().filter(stays).cloned().collect(),
         ..given.clone()
     };
     let nodes = recording.origin.topology.nodes.iter();
