@@ -170,8 +170,7 @@ impl Graph {
         priority: u32,
         build: impl FnOnce(&mut Wiring<'_>) -> N,
     ) -> Result<(), GraphError> {
-        let new = NewNode::here(name, release, priority)?;
-        self.add(&new, build)
+        self.add(&NewNode::here(name, release, priority)?, build)
     }
 
     /// Adds a node as [`Graph::node`] does; a restart calls `build` once more, and sends the
@@ -187,8 +186,7 @@ impl Graph {
         mut build: impl FnMut(&mut Wiring<'_>) -> N + Send + 'static,
         message: Option<&str>,
     ) -> Result<(), GraphError> {
-        let new = NewNode::here(name, release, priority)?;
-        self.add(&new, &mut build)?;
+        self.add(&NewNode::here(name, release, priority)?, &mut build)?;
         if let Some(slot) = self.slots.last_mut() {
             get_mut(slot).again = Some(Rebuild {
                 build: Box::new(move |ends| Box::new(build(&mut Wiring::again(ends)))),

@@ -62,7 +62,7 @@ impl Recording {
         let back = pairs.filter_map(|two| (two[1].at < two[0].at).then_some(two[0].at));
         // Messages are published in ticks.
         let ticked = self.nodes().filter_map(|(node, ticks)| {
-            let lasts = self.schedule(node).may_miss();
+            let lasts = self.schedule(node).may_miss;
             let last = ticks.last()?;
             Some(last.at + last.took.filter(|_| lasts).unwrap_or_default())
         });

@@ -18,7 +18,7 @@ pub struct TickSchedule {
     slack: u64,
     /// Whether some due ticks may have been missed: its ticks had a duration, lateness or offset,
     /// or it stopped for a while.
-    may_miss: bool,
+    pub may_miss: bool,
     /// Whether its clock had an error, so that due times were skipped or repeated.
     wrong: bool,
 }
@@ -65,11 +65,6 @@ impl TickSchedule {
     pub fn may_rest(&mut self, last: u64, at: Time) -> bool {
         let due = self.ticks_before(at).saturating_sub(self.slack);
         self.may_miss || self.wrong || due <= last.saturating_add(1)
-    }
-
-    /// Whether some due ticks may have been missed.
-    pub fn may_miss(&self) -> bool {
-        self.may_miss
     }
 
     fn ticks_before(&mut self, at: Time) -> u64 {

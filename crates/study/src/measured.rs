@@ -28,8 +28,8 @@ pub fn loaded(
     let busy = knob.value().parse().is_ok_and(|cost: Cost| cost.busy);
     let draw = Draw::Measured(measured);
     let spec = Cost { draw, busy }.to_string();
-    let loaded = knob.kind().set(knob.target(), &spec);
-    loaded.map_err(|error| error.to_string())
+    let knob = knob.kind().set(knob.target(), &spec);
+    knob.map_err(|error| error.to_string())
 }
 
 /// Reads the durations in the file at `path`, one a line in milliseconds. The first line may name

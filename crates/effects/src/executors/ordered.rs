@@ -1,8 +1,10 @@
 //! Nodes that share the threads of an executor, in an order of its own.
 
-use ratelab::{Job, JobKind, Knob, Phase, Scheduler, SchedulerEvent, TaskState, Time, Timetable};
+use ratelab::{
+    Job, JobKind, Knob, Phase, Scheduler, SchedulerEvent, TaskState, TickTiming, Time, Timetable,
+};
 
-use crate::nodes::task::{Task, moves_due_times};
+use crate::nodes::task::Task;
 
 /// Decides which released callback is called now. Its nodes are known by their number in the
 /// order of registration.
@@ -288,7 +290,7 @@ impl Scheduler for Ordered {
         plan: &mut Timetable<'_>,
     ) -> Result<String, String> {
         let now = plan.now();
-        let times = moves_due_times(knob);
+        let times = knob.kind().sets(TickTiming::Due);
         // Timers that were due before wait in line.
         while times && self.order.queues_timers() && self.tasks[member].due() < now {
             self.due(member, plan);

@@ -1,10 +1,11 @@
 //! A node with a thread of its own: it ticks as soon as it is due and free.
 
 use ratelab::{
-    ClockKind, Job, JobKind, Knob, Phase, Scheduler, SchedulerEvent, TaskState, Time, Timetable,
+    ClockKind, Job, JobKind, Knob, Phase, Scheduler, SchedulerEvent, TaskState, TickTiming, Time,
+    Timetable,
 };
 
-use super::task::{Task, moves_due_times};
+use super::task::Task;
 
 /// Runs a node as soon as it is released and free. What is due at its rate meanwhile is skipped;
 /// messages wait.
@@ -199,7 +200,7 @@ impl Scheduler for Own {
 
     fn set(&mut self, _: usize, knob: &Knob, plan: &mut Timetable<'_>) -> Result<String, String> {
         let now = plan.now();
-        let times = moves_due_times(knob);
+        let times = knob.kind().sets(TickTiming::Due);
         if times {
             self.skip_while_busy(now, plan);
         }

@@ -387,8 +387,3 @@ impl Task {
         before
     }
 }
-
-/// Whether a knob changes when the ticks of a node are due.
-pub(crate) fn moves_due_times(knob: &Knob) -> bool {
-    knob.kind().sets(TickTiming::Due)
-}

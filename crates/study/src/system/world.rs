@@ -57,10 +57,8 @@ impl WorldKind {
 /// Whether the effect of `knob` depends on the world: a cost, a link or a fault has less
 /// effect in a world that waits.
 pub fn depends_on_the_world(knob: &Knob) -> bool {
-    !matches!(
-        knob.kind(),
-        KnobKind::Rate | KnobKind::Depth | KnobKind::Send | KnobKind::Read
-    )
+    use KnobKind::{Depth, Rate, Read, Send};
+    !matches!(knob.kind(), Rate | Depth | Send | Read)
 }
 
 /// A step of physics that divides 20 ms (ms): 1, 2, 5 or 10.
