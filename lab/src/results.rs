@@ -1,10 +1,10 @@
 //! The input files, output files and printed results of a run.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use ratelab::Knob;
 use ratelab_real_clock::RealtimePriority;
-use ratelab_recording::{Destination, FinishedRecording, Recorder, Source, Viewer};
+use ratelab_recording::{Destination, FinishedRecording, Recorder, RrdFormat, Source, Viewer};
 use ratelab_study::{
     experiment::{Experiment, Summary, header},
     system::System,
@@ -65,8 +65,8 @@ pub fn destination(args: &RunArgs) -> Option<Destination> {
     }
     let viewer = viewer.and_then(Result::ok);
     let asked = args.record.is_some() || viewer.is_some();
-    let destination = Destination::new(args.record.clone().flatten());
-    asked.then(|| destination.shown_by(viewer))
+    let place = args.record.clone().flatten();
+    asked.then(|| Destination::new(place, RrdFormat { viewer }))
 }
 
 /// Starts a recording of `experiment`.
@@ -75,12 +75,12 @@ pub fn destination(args: &RunArgs) -> Option<Destination> {
 /// [`Error`] if the file cannot be created.
 pub fn record(mut destination: Destination, experiment: &Experiment) -> Result<Recorder, Error> {
     let source = Source {
-        viewer: destination.viewer.clone(),
         notice: note,
         ..Source::of(experiment)
     };
-    let begin = |path: &Path| Recorder::from_the_start(path, &source);
-    let begun = destination.claim(&source.origin, begin);
+    let begun = destination.claim(&source.origin, |path, format| {
+        Recorder::from_the_start(path, format, &source)
+    });
     let (_, recorder) = begun.map_err(|(path, why)| record_error(&path, &why))?;
     Ok(recorder)
 }

@@ -26,6 +26,7 @@ use rerun::{
 };
 
 use super::{
+    recorder::Source,
     scene::{
         graph::GRAPH,
         histogram::HISTOGRAM,
@@ -39,7 +40,6 @@ use super::{
         traffic::{DROPPED, LINKS, PER_SECOND},
     },
     schema::{EVENTS, NODES},
-    source::Source,
     timeline::{RUN_TIME, Written},
 };
 

@@ -1,7 +1,7 @@
 //! Recordings: runs in rerun's `.rrd` files.
 //!
 //! Stands on the core (`ratelab`), its accounts (`ratelab-account`), reruns (`ratelab-replay`) and
-//! systems (`ratelab-study`); it knows no robot, terminal or command. Begin with `recorder.rs` to
+//! systems (`ratelab-study`); it knows no robot, terminal or command. Begin with `recorder/` to
 //! see a run written, with `reader.rs` to see it read, and with `verify/` to see it compared.
 //!
 //! ```text
@@ -9,8 +9,8 @@
 //! file ──► frames ──► columns ──► content ──► check ──► Recording ──► replay, verify
 //! ```
 //!
-//! Another format begins where `recorder.rs` does, with a [`Source`] and a tap of all rows, and
-//! writes them by a writer of its own.
+//! Another format is a [`RecordingFormat`] with a [`RunWriter`]: the head of `recorder/mod.rs` has
+//! one of text, and `writer.rs` is that of rerun.
 //!
 //! What is recorded of a message and of a tick is described once, in `series`: both are written,
 //! read, digested and compared by the same table of columns.
@@ -41,7 +41,6 @@ mod check;
 mod columns;
 mod compact;
 mod content;
-mod destination;
 mod digest;
 mod durations;
 mod file;
@@ -55,11 +54,11 @@ mod reader;
 mod recorded;
 mod recorder;
 mod replay;
+mod rrd_format;
 mod run_rows;
 pub mod scene;
 pub mod schema;
 mod series;
-mod source;
 #[cfg(test)]
 mod tests;
 mod thread_log;
@@ -69,21 +68,22 @@ mod verify;
 mod viewer;
 mod writer;
 
-pub use destination::Destination;
 pub use durations::{durations, with_durations};
 pub use file::RecordingFile;
 pub use lineage::end_of;
 pub use other_runtime::OtherRun;
 pub use reader::ReadError;
 pub use recorded::Recording;
-pub use recorder::{RecordError, Recorder};
+pub use recorder::{
+    BeginRun, Destination, FinishedRecording, RecordError, Recorder, RecordingFormat, RunWriter,
+    Source, StopReason, Tapped, outside,
+};
 pub use replay::Replay;
+pub use rrd_format::RrdFormat;
 pub use run_rows::RunRows;
 pub use schema::{ProcessRecord, RecordingEnd};
-pub use source::{Source, StopReason, Tapped};
 pub use verify::{
     Branch, Change, Departure, Executed, Execution, Held, VerifyError, VerifyStatus, VerifyWith,
     branch, verify,
 };
 pub use viewer::{VIEWER, Viewer};
-pub use writer::{FinishedRecording, outside};

@@ -11,14 +11,18 @@ use rerun::{
 use super::{
     blueprint,
     file::RecordingFile,
+    recorder::Source,
     schema::{APPLICATION, JSON, ORIGIN, topic_entity},
-    source::Source,
     timeline::Written,
-    viewer::FileAndViewer,
+    viewer::{FileAndViewer, Viewer},
 };
 
-/// A stream to `file` with its layout and description.
-pub fn begin(file: &RecordingFile, source: &Source) -> Written<RecordingStream> {
+/// A stream to `file`, and to `viewer` if there is one, with its layout and description.
+pub fn begin(
+    file: &RecordingFile,
+    viewer: Option<&Viewer>,
+    source: &Source,
+) -> Written<RecordingStream> {
     let (origin, config) = (&source.origin, &source.origin.config);
     let name = format!(
         "{}, {} clock, seed {}",
@@ -28,7 +32,7 @@ pub fn begin(file: &RecordingFile, source: &Source) -> Written<RecordingStream> 
         .enabled(true)
         .recording_name(name)
         .buffered()?;
-    match &source.viewer {
+    match viewer {
         None => rec.set_sink(Box::new(file.clone())),
         Some(viewer) => rec.set_sink(Box::new(FileAndViewer::new(file.clone(), viewer))),
     }

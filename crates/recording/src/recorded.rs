@@ -8,7 +8,6 @@ use std::{
 
 use ratelab::{Event, Message, NodeTopology, Time};
 use ratelab_account::{Fields, Rows, TickRecord};
-use ratelab_replay::RunLog;
 use ratelab_study::{
     graph_file::GraphFile,
     system::{BuildError, Builder, System},
@@ -17,7 +16,6 @@ use ratelab_study::{
 use super::{
     run_rows::RunRows,
     schema::{Origin, RecordingEnd, RunResult, RunStatus},
-    source::{Source, StopReason},
     thread_log::ThreadLog,
 };
 
@@ -48,30 +46,8 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// The run of `source` so far, without its messages and ticks: enough to execute it
-    /// again. `end` is how it ended, if it did.
-    pub fn of_run(source: &Source, end: &StopReason) -> Self {
-        let (origin, observer) = (source.origin.clone(), &source.observer);
-        // The events after the log, which mentions some.
-        let log = RunLog::of(observer).log();
-        let outcome = end.end(&*source.system, observer);
-        let events = observer.events(0);
-        let threads = (!log.is_empty()).then(|| ThreadLog {
-            log,
-            events: events.clone(),
-            damage: None,
-        });
-        Self {
-            events,
-            threads,
-            until: outcome.at,
-            outcome: Some(outcome),
-            ..Self::empty(origin)
-        }
-    }
-
     /// A recording of the run of `origin` without anything in it.
-    pub(super) fn empty(origin: Origin) -> Self {
+    pub(crate) fn empty(origin: Origin) -> Self {
         Self {
             path: PathBuf::new(),
             bytes: 0,

@@ -3,7 +3,7 @@
 use ratelab::{Time, Topology};
 use ratelab_account::{Rows, RunRow, Tap, TickRecord};
 
-use super::{series::Series, source::Tapped};
+use super::series::Series;
 
 /// The rows of a run, or of a part of it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,16 +21,6 @@ impl RunRows {
         Self {
             topics: vec![Rows::default(); topology.topics.len()],
             ticks: vec![Vec::new(); topology.nodes.len()],
-        }
-    }
-
-    /// No rows, each message with as many numbers as the topic of `tapped` has names for.
-    pub(crate) fn of(tapped: &dyn Tapped, topology: &Topology) -> Self {
-        let topics = topology.topics.iter();
-        let widths = topics.map(|topic| tapped.fields(&topic.name).unwrap_or_default().len());
-        Self {
-            topics: widths.map(Rows::new).collect(),
-            ..Self::empty(topology)
         }
     }
 

@@ -3,11 +3,7 @@
 
 use std::{
     fs, io,
-    path::PathBuf,
-    sync::{
-        Arc,
-        atomic::{AtomicU64, Ordering},
-    },
+    sync::Arc,
     time::{Duration, Instant, SystemTime},
 };
 
@@ -24,18 +20,15 @@ use super::{
     file::RecordingFile,
     properties,
     recorded::Recording,
+    recorder::{BACKLOG, FinishedRecording, RunWriter, Source, StopReason},
     run_rows::RunRows,
     scene::{Scene, events, lanes},
     schema::{CHECKPOINT, END, RecordingEnd, UNTIL, node_entity, topic_entity},
     series::Series,
-    source::{Source, StopReason},
     thread_log::ThreadTrack,
     timeline::{BatchStream, Written},
+    viewer::Viewer,
 };
-
-/// Rows that may wait to be written: minutes at 50 Hz, and more than any real clock produces
-/// within the 50 ms between two looks.
-pub const BACKLOG: usize = 1 << 16;
 
 /// Wall time between two batches. A kill loses the messages since the last one.
 const BATCH: Duration = Duration::from_millis(900);
@@ -43,41 +36,10 @@ const BATCH: Duration = Duration::from_millis(900);
 /// Number of items that makes a batch at any time, for a run at full speed.
 const LARGE_BATCH: usize = 100_000;
 
-/// A complete recording.
-#[derive(Clone, Debug)]
-pub struct FinishedRecording {
-    /// The file.
-    pub path: PathBuf,
-    /// Its size in bytes.
-    pub bytes: u64,
-    /// Number of messages.
-    pub messages: u64,
-    /// Number of messages and ticks lost because the recorder was too slow.
-    pub lost: u64,
-    /// What threads outside of the graph wrote to, so that the run cannot come back.
-    pub written_from_outside: Vec<Arc<str>>,
-}
-
-impl FinishedRecording {
-    /// The reason why `verify` will refuse the recording, if there is one.
-    pub fn defect(&self) -> Option<String> {
-        let names = &self.written_from_outside;
-        (!names.is_empty()).then(|| outside(&names.join(" and ")))
-    }
-}
-
-/// The notice that a thread outside of the graph wrote to `name`.
-pub fn outside(name: &str) -> String {
-    format!(
-        "a thread outside of the graph wrote to {name}: verify will refuse a recording of this run"
-    )
-}
-
 /// Writes batches to a file.
 pub struct RecordingWriter {
     rec: RecordingStream,
     file: RecordingFile,
-    tap: Tap<RunRow>,
     waiting: RunRows,
     system: Arc<dyn System>,
     topology: Topology,
@@ -98,29 +60,22 @@ pub struct RecordingWriter {
     last_batch: Instant,
     /// Number of rows that came since then.
     new_rows: usize,
-    lost: Arc<AtomicU64>,
-    notice: fn(&str),
-    /// Number of writes from outside of the graph of which there was a notice.
-    noticed: usize,
 }
 
 impl RecordingWriter {
     /// Writes the beginning of a recording.
-    pub fn start(
-        file: RecordingFile,
-        tap: Tap<RunRow>,
-        source: Source,
-        lost: Arc<AtomicU64>,
-    ) -> io::Result<Self> {
-        let rec = properties::begin(&file, &source).map_err(io::Error::other)?;
-        let waiting = RunRows::of(&*source.taps, &source.origin.topology);
+    ///
+    /// # Errors
+    /// The first error of the file.
+    pub fn start(file: RecordingFile, viewer: Option<&Viewer>, source: Source) -> io::Result<Self> {
+        let rec = properties::begin(&file, viewer, &source).map_err(io::Error::other)?;
+        let waiting = source.taps.no_rows(&source.origin.topology);
         // Without its handle to the taps, which would keep other taps open.
         let Source {
             system,
             origin,
             start,
             observer,
-            notice,
             ..
         } = source;
         let json = serde_json::to_string(&origin).unwrap_or_default();
@@ -129,7 +84,6 @@ impl RecordingWriter {
             topology: origin.topology,
             rec,
             file,
-            tap,
             waiting,
             scene: Scene::new(&system, &start),
             threads: ThreadTrack::default(),
@@ -142,9 +96,6 @@ impl RecordingWriter {
             latest: Time::ZERO,
             last_batch: Instant::now(),
             new_rows: 0,
-            lost,
-            notice,
-            noticed: 0,
         };
         writer.anchor();
         let begun = writer.scene.begin(&writer.stream(&[]), &start);
@@ -153,82 +104,29 @@ impl RecordingWriter {
         Ok(writer)
     }
 
-    /// Empties the tap, and writes a batch when one is due. Returns whether there is so
-    /// much data that it should be called again at once.
-    pub fn look(&mut self) -> io::Result<bool> {
-        let came = self.drain();
-        self.new_rows += came;
-        if self.last_batch.elapsed() >= BATCH || self.new_rows >= LARGE_BATCH {
-            let until = self.drain_before_newest();
-            self.batch(until)?;
-        }
-        Ok(came > BACKLOG / 8)
-    }
-
     /// Empties the tap while the run goes on; returns the run time up to which all rows have
     /// arrived. A tick arrives after its messages, and all rows before the newest have arrived
     /// when the tap is emptied once more.
-    fn drain_before_newest(&mut self) -> Time {
+    fn drain_before_newest(&mut self, tap: &Tap<RunRow>) -> Time {
         let newest = self.waiting.newest();
-        self.drain();
+        self.waiting.receive(tap);
         newest.map_or(Time::ZERO, |newest| newest - Time::RESOLUTION)
     }
 
-    /// Writes the remaining data, and the end.
-    pub fn complete(mut self, reason: &StopReason) -> io::Result<FinishedRecording> {
-        self.drain();
-        let goes_on = matches!(reason, StopReason::Off) && !self.observer.status().paused;
-        let until = match goes_on {
-            true => self.drain_before_newest(),
-            false => Time::MAX,
-        };
-        self.batch(until)?;
-        let outcome = self.outcome(reason);
-        self.end(&outcome, reason).map_err(io::Error::other)?;
-        self.flush()?;
-        self.add_lanes().map_err(io::Error::other)?;
-        self.flush()?;
-        // Nothing may follow the end of the file.
-        self.rec.disconnect();
-        // The run no longer waits for it.
-        drop(self.tap);
-        let bytes = self.file.complete()?;
-        Ok(FinishedRecording {
-            path: self.file.path(),
-            // A file that cannot be compacted is still complete.
-            bytes: compact(&self.file).unwrap_or(bytes),
-            messages: outcome.messages.iter().sum(),
-            lost: outcome.lost,
-            written_from_outside: RunLog::of(&self.observer).written_from_outside(),
-        })
-    }
-
     /// The end record.
-    fn outcome(&self, reason: &StopReason) -> RecordingEnd {
+    fn outcome(&self, reason: &StopReason, lost: u64) -> RecordingEnd {
         let rows = |series: &[RowDigest]| series.iter().map(|digest| digest.rows).collect();
         let end = reason.end(&*self.system, &self.observer);
         let mut outcome = RecordingEnd {
             at: end.at.max(self.newest.unwrap_or_default()).max(self.latest),
             messages: rows(&self.digest.topics),
             ticks: rows(&self.digest.nodes),
-            lost: self.tap.lost(),
+            lost,
             threads: self.threads.digest(),
             ..end
         };
         outcome.digest = Some(self.digest.with_end(&outcome));
         outcome
-    }
-
-    fn drain(&mut self) -> usize {
-        let came = self.waiting.receive(&self.tap);
-        self.lost.store(self.tap.lost(), Ordering::Relaxed);
-        // A notice of what a thread outside of the graph wrote to, once for each.
-        let names = RunLog::of(&self.observer).written_from_outside();
-        for name in names.iter().skip(self.noticed) {
-            (self.notice)(&outside(name));
-        }
-        self.noticed = names.len();
-        came
     }
 
     /// Writes the waiting items up to run time `until`.
@@ -346,6 +244,52 @@ impl RecordingWriter {
         // The error of the file is more informative than that of the stream.
         let _ = self.rec.flush_blocking();
         self.file.flush()
+    }
+}
+
+impl RunWriter for RecordingWriter {
+    /// Empties the tap, and writes a batch when one is due.
+    fn look(&mut self, tap: &Tap<RunRow>) -> io::Result<bool> {
+        let came = self.waiting.receive(tap);
+        self.new_rows += came;
+        if self.last_batch.elapsed() >= BATCH || self.new_rows >= LARGE_BATCH {
+            let until = self.drain_before_newest(tap);
+            self.batch(until)?;
+        }
+        Ok(came > BACKLOG / 8)
+    }
+
+    /// Writes the remaining data, and the end.
+    fn complete(
+        mut self: Box<Self>,
+        tap: Tap<RunRow>,
+        reason: &StopReason,
+    ) -> io::Result<FinishedRecording> {
+        self.waiting.receive(&tap);
+        let goes_on = matches!(reason, StopReason::Off) && !self.observer.status().paused;
+        let until = match goes_on {
+            true => self.drain_before_newest(&tap),
+            false => Time::MAX,
+        };
+        self.batch(until)?;
+        let outcome = self.outcome(reason, tap.lost());
+        self.end(&outcome, reason).map_err(io::Error::other)?;
+        self.flush()?;
+        self.add_lanes().map_err(io::Error::other)?;
+        self.flush()?;
+        // Nothing may follow the end of the file.
+        self.rec.disconnect();
+        // The run no longer waits for it.
+        drop(tap);
+        let bytes = self.file.complete()?;
+        Ok(FinishedRecording {
+            path: self.file.path(),
+            // A file that cannot be compacted is still complete.
+            bytes: compact(&self.file).unwrap_or(bytes),
+            messages: outcome.messages.iter().sum(),
+            lost: outcome.lost,
+            written_from_outside: RunLog::of(&self.observer).written_from_outside(),
+        })
     }
 }
 

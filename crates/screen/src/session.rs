@@ -13,7 +13,7 @@ use ratelab::{Clock, Command, Fault, Knob};
 use ratelab_account::{Lineage, Observer};
 use ratelab_real_clock::{RealClock, RealtimePriority};
 use ratelab_recording::{
-    Branch, Destination, RecordError, Recorder, Recording, Source, StopReason,
+    Branch, Destination, RecordError, Recorder, Recording, RecordingFormat, Source, StopReason,
 };
 use ratelab_replay::RunLog;
 use ratelab_study::{
@@ -300,7 +300,7 @@ impl Session {
             None => StopReason::Off,
         };
         let source = self.source.as_ref()?;
-        Some(Recording::of_run(source, &end))
+        Some(source.so_far(&end))
     }
 }
 
@@ -308,13 +308,9 @@ impl Session {
 fn begun(
     source: &Source,
     destination: &mut Destination,
-    begin: impl Fn(&Path, &Source) -> io::Result<Recorder>,
+    begin: impl Fn(&Path, &dyn RecordingFormat, &Source) -> io::Result<Recorder>,
 ) -> Result<(PathBuf, Recorder), ScreenError> {
-    let source = Source {
-        viewer: destination.viewer.clone(),
-        ..source.clone()
-    };
-    let claimed = destination.claim(&source.origin, |path| begin(path, &source));
+    let claimed = destination.claim(&source.origin, |path, format| begin(path, format, source));
     claimed.map_err(|(path, why)| ScreenError::Record(RecordError { path, why }))
 }
 

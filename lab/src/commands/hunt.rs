@@ -2,7 +2,7 @@
 
 mod text;
 
-use ratelab_recording::{Destination, StopReason};
+use ratelab_recording::{Destination, RrdFormat, StopReason};
 use ratelab_study::{
     experiment::{
         Config, Experiment,
@@ -98,7 +98,8 @@ fn write(program: &Program, args: &HuntArgs, found: &Found, config: &Config) -> 
         return Ok(());
     };
     let experiment = Experiment::new(program.system.clone(), config)?;
-    let recorder = record(Destination::new(Some(path.clone())), &experiment)?;
+    let destination = Destination::new(Some(path.clone()), RrdFormat::default());
+    let recorder = record(destination, &experiment)?;
     let outcome = experiment.run();
     recorder.end(StopReason::of(&outcome));
     print_recorded(args.json, &recorder.finish()?)?;

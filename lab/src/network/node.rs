@@ -1,6 +1,6 @@
 //! One process of a run.
 
-use std::{path::Path, process};
+use std::process;
 
 use ratelab::{Time, Topology};
 use ratelab_real_clock::RealClock;
@@ -16,7 +16,7 @@ use crate::{
     program::Program,
     summary::text::{self, ReportContext},
 };
-use ratelab_recording::{Destination, ProcessRecord, Recorder, Source, StopReason};
+use ratelab_recording::{Destination, ProcessRecord, Recorder, RrdFormat, Source, StopReason};
 
 /// A process runs on the wall's clock until it is stopped.
 const DEFAULTS: Defaults = Defaults {
@@ -44,7 +44,8 @@ pub fn run(
     let is_first = first.is_some_and(|node| here.contains(&node.name));
     let settings = settings(&args.network, is_first);
     let stop = Stop::watch(args.child);
-    let mut destination = args.record.clone().map(Destination::new);
+    let destination = args.record.clone();
+    let mut destination = destination.map(|place| Destination::new(place, RrdFormat::default()));
     loop {
         let part = Experiment::part(program.system.clone(), config, &here)?;
         let bridge = Bridge::start(&settings, &part, &here, args.ros.domain())?;
@@ -113,8 +114,11 @@ fn record(
         nodes: here.to_vec(),
         error_ns: Some(0),
     }];
-    let begin = |path: &Path| Recorder::from_the_start(path, &source);
-    let begun = destination.map(|destination| destination.claim(&source.origin, begin));
+    let begun = destination.map(|destination| {
+        destination.claim(&source.origin, |path, format| {
+            Recorder::from_the_start(path, format, &source)
+        })
+    });
     let begun = begun.transpose();
     let begun = begun.map_err(|(path, why)| record_error(&path, &why))?;
     Ok(begun.map(|(_, recorder)| recorder))

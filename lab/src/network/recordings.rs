@@ -1,17 +1,16 @@
 //! What a dashboard keeps of the runs of other processes: a recording of each, and the
 //! summary of the last.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use ratelab_study::experiment::Summary;
 
 use crate::{error::Error, output::record_error};
 use ratelab_recording::{
-    Destination, FinishedRecording, RecordError, Recorder, Source, StopReason,
+    Destination, FinishedRecording, RecordError, Recorder, RrdFormat, Source, StopReason,
 };
 
 /// The recordings so far.
-#[derive(Default)]
 pub struct Recordings {
     destination: Destination,
     /// Whether runs are recorded.
@@ -29,8 +28,12 @@ impl Recordings {
     pub fn new(destination: Option<Destination>) -> Self {
         Self {
             on: destination.is_some(),
-            destination: destination.unwrap_or_default(),
-            ..Self::default()
+            destination: destination
+                .unwrap_or_else(|| Destination::new(None, RrdFormat::default())),
+            present: None,
+            done: Vec::new(),
+            refused: None,
+            last: None,
         }
     }
 
@@ -38,10 +41,10 @@ impl Recordings {
     ///
     /// # Errors
     /// [`Error`] if the file cannot be made.
-    pub fn begin(&mut self, mut source: Source) -> Result<PathBuf, Error> {
-        source.viewer.clone_from(&self.destination.viewer);
-        let begin = |path: &Path| Recorder::from_the_start(path, &source);
-        let begun = self.destination.claim(&source.origin, begin);
+    pub fn begin(&mut self, source: Source) -> Result<PathBuf, Error> {
+        let begun = self.destination.claim(&source.origin, |path, format| {
+            Recorder::from_the_start(path, format, &source)
+        });
         self.on = begun.is_ok();
         let (path, recorder) = begun.map_err(|(path, why)| record_error(&path, &why))?;
         self.present = Some(recorder);

@@ -17,7 +17,7 @@ use super::{
     traffic::{DROPPED, PER_SECOND},
 };
 use crate::{
-    RunRows, Source, blueprint,
+    RunRows, Source, Tapped, blueprint,
     tests::{batch_stream, cart_pole, chunks, stream},
     timeline::RUN_TIME,
 };
@@ -41,7 +41,7 @@ fn run_with(knobs: &str) -> Run {
     let experiment = Experiment::new(cart_pole(), &config).expect("a plant");
     let start = experiment.observer().snapshot();
     let tap = experiment.taps().all(ROOM);
-    let mut rows = RunRows::of(&experiment.taps(), &experiment.observer().topology());
+    let mut rows = experiment.taps().no_rows(&experiment.observer().topology());
     let summary = experiment.run().expect("no fault");
     rows.receive(&tap);
     Run {

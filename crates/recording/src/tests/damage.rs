@@ -10,7 +10,7 @@ use super::{
     Dice, assert_has, cases, experiment, file, finish, folder, ms, paced, read, recorder,
     recording, replayed, verify,
 };
-use crate::{ReadError, Recorder, Recording, Source};
+use crate::{ReadError, Recorder, Recording, RrdFormat, Source};
 
 /// A file as it is while it is recorded, before its batches are put together,
 /// and the recording that comes of it. Batches are made by wall time: this takes
@@ -157,7 +157,8 @@ fn what_a_file_says_commands_no_terminal() {
     let experiment = experiment(&Config::default());
     let mut source = Source::of(&experiment);
     source.origin.ratelab = "1\u{1b}[2J\nverdict".to_owned();
-    let recorder = Recorder::from_the_start(&path, &source).expect("recorder");
+    let recorder =
+        Recorder::from_the_start(&path, &RrdFormat::default(), &source).expect("recorder");
     drop(source);
     finish(recorder, &experiment.run());
     assert_eq!(read(&path).origin.ratelab, "1?[2J?verdict");

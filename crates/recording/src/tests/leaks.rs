@@ -18,7 +18,7 @@ use ratelab_study::{
 };
 
 use super::{Made, assert_has, file, finish, ms, read, real, verify_with};
-use crate::{FinishedRecording, Recorder, Source};
+use crate::{FinishedRecording, Recorder, RrdFormat, Source};
 
 /// A number.
 #[derive(Clone, Copy)]
@@ -78,7 +78,8 @@ fn record(system: &Arc<dyn System>, path: &Path, meanwhile: impl FnOnce()) -> Fi
         notice: |text| NOTICES.lock().expect("open").push(text.to_owned()),
         ..Source::of(&experiment)
     };
-    let recorder = Recorder::from_the_start(path, &source).expect("a recorder");
+    let recorder =
+        Recorder::from_the_start(path, &RrdFormat::default(), &source).expect("a recorder");
     let (observer, commands) = (experiment.observer(), experiment.commands());
     let run = thread::spawn(move || experiment.run());
     while observer.now() < ms(50) {

@@ -14,7 +14,7 @@ use super::{
     recorder, verify,
 };
 use crate::{
-    Recorder, Source, StopReason,
+    Recorder, RrdFormat, Source, StopReason,
     frames::Chunks,
     schema::node_entity,
     timeline::{RUN_TIME, WALL_TIME},
@@ -49,7 +49,7 @@ fn a_recording_made_midway_comes_again_with_ticks_that_take_time_and_without() {
         let (source, commands) = (Source::of(&experiment), experiment.commands());
         let run = thread::spawn(move || experiment.run());
         thread::sleep(Duration::from_millis(200));
-        let recorder = Recorder::midway(&path, &source).expect("recorder");
+        let recorder = Recorder::midway(&path, &RrdFormat::default(), &source).expect("recorder");
         thread::sleep(Duration::from_millis(300));
         recorder.end(StopReason::Off);
         let recorded = recorder.finish().expect("recorded");
@@ -91,7 +91,7 @@ fn knobs_pauses_speeds_and_refusals_come_again_whenever_the_recording_begins() {
         let (_folder, path) = file("live.rrd");
         let experiment = experiment(&config);
         let (source, commands) = (Source::of(&experiment), experiment.commands());
-        let start = || Recorder::midway(&path, &source).expect("recorder");
+        let start = || Recorder::midway(&path, &RrdFormat::default(), &source).expect("recorder");
         let mut recorder = (!late).then(start);
         let run = thread::spawn(move || experiment.run());
         for group in &groups {

@@ -38,7 +38,7 @@ use rerun::{
 use tempfile::TempDir;
 
 use super::{
-    FinishedRecording, Recorder, Recording, Replay, Source, StopReason, VerifyError,
+    FinishedRecording, Recorder, Recording, Replay, RrdFormat, Source, StopReason, VerifyError,
     timeline::BatchStream, verify::Identical,
 };
 
@@ -279,7 +279,7 @@ fn real(end: Time) -> Config {
 
 /// Begins to record `experiment` to `path`.
 fn recorder(experiment: &Experiment, path: &Path) -> Recorder {
-    let recorder = Recorder::from_the_start(path, &Source::of(experiment));
+    let recorder = Recorder::from_the_start(path, &RrdFormat::default(), &Source::of(experiment));
     recorder.expect("a recorder")
 }
 

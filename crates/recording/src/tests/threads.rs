@@ -10,7 +10,7 @@ use super::{
     altered::{alter, exchange},
     assert_has, experiment, file, finish, found, ms, read, record, recorder, verify,
 };
-use crate::{Recorder, Recording, Source};
+use crate::{Recorder, Recording, RrdFormat, Source};
 
 /// A short run of the real clock, set up by `setup`.
 fn real(setup: &str, seconds: f64) -> Config {
@@ -43,7 +43,7 @@ fn a_session_between_the_clocks_that_was_recorded_midway_comes_again() {
     at(0.1);
     send(Command::HandOver(ClockKind::Real));
     at(0.2);
-    let recorder = Recorder::midway(&path, &source).expect("begun");
+    let recorder = Recorder::midway(&path, &RrdFormat::default(), &source).expect("begun");
     at(0.3);
     send(Command::Set("rate policy 80".parse().expect("a knob")));
     send(Command::HandOver(ClockKind::Virtual));

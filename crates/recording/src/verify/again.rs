@@ -20,7 +20,7 @@ use ratelab_study::{
 use super::{
     Identical, VerifyError, compare::Comparison, difference::Difference, end, events, topology,
 };
-use crate::{recorded::Recording, schema::RecordingEnd, source::StopReason};
+use crate::{recorded::Recording, recorder::StopReason, schema::RecordingEnd};
 
 /// Run time that a run may go on after it ended when it was recorded, until that
 /// is what is different.

@@ -11,8 +11,8 @@ use super::{
 use crate::{
     columns::{ColumnForm, RecordColumn, RecordRow},
     recorded::Recording,
+    recorder::Tapped,
     series::Series,
-    source::Tapped,
 };
 
 /// Compares a run that is executed again with its recording, row by row.

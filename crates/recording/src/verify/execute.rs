@@ -11,7 +11,7 @@ use ratelab_study::{
 };
 
 use super::{VerifyError, again, compare::Comparison, order};
-use crate::{recorded::Recording, run_rows::RunRows};
+use crate::{recorded::Recording, recorder::Tapped};
 
 /// A run that is to be executed again.
 pub struct Execution {
@@ -83,7 +83,7 @@ impl Execution {
         let threads = rerun.is_some();
         let overlaps = rerun.as_ref().map_or_else(Vec::new, Rerun::overlaps);
         let taps = experiment.taps();
-        let mut rows = RunRows::of(&taps, &recording.origin.topology);
+        let mut rows = taps.no_rows(&recording.origin.topology);
         let mut comparison = Comparison::new(&recording, threads, &taps);
         drop(taps);
         // A recording without any tick has nothing to compare them with.

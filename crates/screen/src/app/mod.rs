@@ -155,7 +155,7 @@ impl App {
             resting: false,
             next: None,
             left: None,
-            recordings: LabRecordings::default(),
+            recordings: LabRecordings::to(None),
             course: Course::default(),
             map: LabMap::default(),
         }

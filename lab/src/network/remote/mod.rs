@@ -190,7 +190,6 @@ impl RemoteRun {
             start: gathered.start.clone(),
             observer: gathered.observer.clone(),
             taps: gathered.relay.clone(),
-            viewer: None,
             notice: |_| {},
         }
     }

@@ -2,16 +2,19 @@
 
 use std::sync::Arc;
 
-use ratelab::Fault;
-use ratelab_account::{Observer, RunRow, Snapshot, Tap, TopicAccount};
+use ratelab::{Fault, Topology};
+use ratelab_account::{Observer, Rows, RunRow, Snapshot, Tap, TopicAccount};
+use ratelab_replay::RunLog;
 use ratelab_study::{
     experiment::{Experiment, Summary, Taps},
     system::System,
 };
 
-use super::{
+use crate::{
+    recorded::Recording,
+    run_rows::RunRows,
     schema::{Origin, RecordingEnd, RunResult, RunStatus},
-    viewer::Viewer,
+    thread_log::ThreadLog,
 };
 
 /// A run whose messages and ticks can be copied: one of this process, or one that is
@@ -23,6 +26,17 @@ pub trait Tapped: Send + Sync {
 
     /// All messages of recorded topics and all ticks from now on, in a queue of `capacity`.
     fn all(&self, capacity: usize) -> Tap<RunRow>;
+
+    /// Room for the rows of a graph with this `topology`, each message with as many numbers as
+    /// its topic has names for.
+    fn no_rows(&self, topology: &Topology) -> RunRows {
+        let topics = topology.topics.iter();
+        let widths = topics.map(|topic| self.fields(&topic.name).unwrap_or_default().len());
+        RunRows {
+            topics: widths.map(Rows::new).collect(),
+            ..RunRows::empty(topology)
+        }
+    }
 }
 
 impl Tapped for Taps {
@@ -51,8 +65,6 @@ pub struct Source {
     pub observer: Observer,
     /// Its messages and ticks.
     pub taps: Arc<dyn Tapped>,
-    /// The viewer that gets the recording as well, if there is one.
-    pub viewer: Option<Viewer>,
     /// Prints a notice about the run while it is recorded, where nothing else shows it.
     pub notice: fn(&str),
 }
@@ -68,14 +80,34 @@ impl Source {
             taps: Arc::new(experiment.taps()),
             observer,
             system,
-            viewer: None,
             notice: |_| {},
+        }
+    }
+
+    /// The run so far as a recording without messages and ticks: enough to execute it again.
+    /// `end` is how it ended, if it did.
+    pub fn so_far(&self, end: &StopReason) -> Recording {
+        // The events after the log, which mentions some.
+        let log = RunLog::of(&self.observer).log();
+        let outcome = end.end(&*self.system, &self.observer);
+        let events = self.observer.events(0);
+        let threads = (!log.is_empty()).then(|| ThreadLog {
+            log,
+            events: events.clone(),
+            damage: None,
+        });
+        Recording {
+            events,
+            threads,
+            until: outcome.at,
+            outcome: Some(outcome),
+            ..Recording::empty(self.origin.clone())
         }
     }
 
     /// Whether the plant has a picture. Before the run this is tested with a state of
     /// zeros.
-    pub(super) fn has_picture(&self) -> bool {
+    pub(crate) fn has_picture(&self) -> bool {
         let fields = self
             .system
             .state()
@@ -105,7 +137,7 @@ impl StopReason {
     }
 
     /// The end of a run of `system` for this reason, without what is in the file.
-    pub(super) fn end(&self, system: &dyn System, observer: &Observer) -> RecordingEnd {
+    pub(crate) fn end(&self, system: &dyn System, observer: &Observer) -> RecordingEnd {
         let topics = observer.snapshot().topics;
         let dropped = topics.iter().map(TopicAccount::dropped).collect();
         RecordingEnd {

@@ -16,14 +16,18 @@ use std::{
 };
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
-use ratelab_account::{RunRow, Tap};
+use ratelab_account::{Observer, RunRow, Tap};
+use ratelab_replay::RunLog;
 use thiserror::Error;
 
 use super::{
-    file::RecordingFile,
+    format::{FinishedRecording, RecordingFormat, RunWriter, outside},
     source::{Source, StopReason},
-    writer::{BACKLOG, FinishedRecording, RecordingWriter},
 };
+
+/// Rows that may wait to be written: minutes at 50 Hz, and more than any real clock produces
+/// within the 50 ms between two looks.
+pub const BACKLOG: usize = 1 << 16;
 
 /// Interval between two checks of the taps (wall time).
 const LOOK: Duration = Duration::from_millis(50);
@@ -53,9 +57,13 @@ impl Recorder {
     ///
     /// # Errors
     /// The system's error for the file.
-    pub fn from_the_start(path: &Path, source: &Source) -> io::Result<Self> {
+    pub fn from_the_start(
+        path: &Path,
+        format: &dyn RecordingFormat,
+        source: &Source,
+    ) -> io::Result<Self> {
         let tap = source.taps.all(BACKLOG);
-        Self::start(path, source, move |_| tap)
+        Self::start(path, format, source, move |_| tap)
     }
 
     /// Records a run that may have begun, from a moment soon after the call. Never waits
@@ -63,26 +71,26 @@ impl Recorder {
     ///
     /// # Errors
     /// The system's error for the file.
-    pub fn midway(path: &Path, source: &Source) -> io::Result<Self> {
+    pub fn midway(path: &Path, format: &dyn RecordingFormat, source: &Source) -> io::Result<Self> {
         // A topic that waits for a full tap is locked, and the caller may be the one to
         // empty that tap.
-        Self::start(path, source, |source| source.taps.all(BACKLOG))
+        Self::start(path, format, source, |source| source.taps.all(BACKLOG))
     }
 
     fn start(
         path: &Path,
+        format: &dyn RecordingFormat,
         source: &Source,
         attach: impl FnOnce(&Source) -> Tap<RunRow> + Send + 'static,
     ) -> io::Result<Self> {
-        let file = RecordingFile::create(path)?;
+        let begin = format.create(path)?;
         let (reason, asked) = bounded(1);
         let lost = Arc::<AtomicU64>::default();
         let (source, losses) = (source.clone(), lost.clone());
         let thread = thread::Builder::new().name("recorder".to_owned());
         let thread = thread.spawn(move || {
-            let tap = attach(&source);
-            let writer = RecordingWriter::start(file, tap, source, losses)?;
-            record(writer, &asked)
+            let (tap, watch) = (attach(&source), RecordingWatch::new(&source, losses));
+            record(begin(source)?, tap, watch, &asked)
         })?;
         Ok(Self {
             path: path.to_owned(),
@@ -134,18 +142,54 @@ impl Recorder {
 
 /// Writes until asked to end.
 fn record(
-    mut writer: RecordingWriter,
+    mut writer: Box<dyn RunWriter>,
+    tap: Tap<RunRow>,
+    mut watch: RecordingWatch,
     asked: &Receiver<StopReason>,
 ) -> io::Result<FinishedRecording> {
     let mut wait = LOOK;
-    loop {
+    let reason = loop {
         match asked.recv_timeout(wait) {
-            Ok(reason) => return writer.complete(&reason),
-            Err(RecvTimeoutError::Disconnected) => return writer.complete(&StopReason::Off),
+            Ok(reason) => break reason,
+            Err(RecvTimeoutError::Disconnected) => break StopReason::Off,
             Err(RecvTimeoutError::Timeout) => {
-                let busy = writer.look()?;
+                let busy = writer.look(&tap)?;
                 wait = if busy { Duration::ZERO } else { LOOK };
+                watch.look(&tap);
             }
         }
+    };
+    watch.look(&tap);
+    writer.complete(tap, &reason)
+}
+
+/// What is said of a recording in progress.
+struct RecordingWatch {
+    observer: Observer,
+    lost: Arc<AtomicU64>,
+    notice: fn(&str),
+    /// Number of writes from outside of the graph of which there was a notice.
+    noticed: usize,
+}
+
+impl RecordingWatch {
+    fn new(source: &Source, lost: Arc<AtomicU64>) -> Self {
+        Self {
+            observer: source.observer.clone(),
+            lost,
+            notice: source.notice,
+            noticed: 0,
+        }
+    }
+
+    /// Counts the rows that were lost, and gives a notice of what a thread outside of the graph
+    /// wrote to, once for each.
+    fn look(&mut self, tap: &Tap<RunRow>) {
+        self.lost.store(tap.lost(), Ordering::Relaxed);
+        let names = RunLog::of(&self.observer).written_from_outside();
+        for name in names.iter().skip(self.noticed) {
+            (self.notice)(&outside(name));
+        }
+        self.noticed = names.len();
     }
 }

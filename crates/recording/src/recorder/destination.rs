@@ -3,54 +3,50 @@
 use std::{
     io,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
-use super::{schema::Origin, viewer::Viewer};
+use super::format::RecordingFormat;
+use crate::schema::Origin;
 
 /// Default folder of recordings.
 const FOLDER: &str = "recordings";
 
 /// The destination of recordings: a file name, a folder, or the folder `recordings`.
 /// Existing files are never written to.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone)]
 pub struct Destination {
     named: Option<PathBuf>,
     /// Whether the name has been used.
     used: bool,
-    /// The viewer that gets the recordings as well, if there is one.
-    pub viewer: Option<Viewer>,
+    format: Arc<dyn RecordingFormat>,
 }
 
 impl Destination {
-    /// A destination at `place`, a new file or an existing folder; by default in
-    /// `recordings`.
-    pub fn new(place: Option<PathBuf>) -> Self {
+    /// A destination of files of this `format` at `place`, a new file or an existing folder; by
+    /// default in `recordings`.
+    pub fn new(place: Option<PathBuf>, format: impl RecordingFormat + 'static) -> Self {
         Self {
             named: place,
             used: false,
-            viewer: None,
+            format: Arc::new(format),
         }
     }
 
-    /// This destination, with a viewer.
-    pub fn shown_by(self, viewer: Option<Viewer>) -> Self {
-        Self { viewer, ..self }
-    }
-
-    /// Calls `begin` to create the file for a recording of the run of `origin`. A default
-    /// name, or one already used by this destination, gets a number until it is free.
+    /// Calls `begin` to create the file for a recording of the run of `origin`, in the format of
+    /// this destination. A default name, or one already used by this destination, gets a number until it is free.
     ///
     /// # Errors
     /// The file and the error from `begin`.
     pub fn claim<T>(
         &mut self,
         origin: &Origin,
-        begin: impl Fn(&Path) -> io::Result<T>,
+        begin: impl Fn(&Path, &dyn RecordingFormat) -> io::Result<T>,
     ) -> Result<(PathBuf, T), (PathBuf, io::Error)> {
         let (first, chosen) = self.first(origin);
         for number in 1.. {
             let path = numbered(&first, number);
-            match begin(&path) {
+            match begin(&path, &*self.format) {
                 Ok(begun) => return Ok((path, begun)),
                 // Another program may have created it first.
                 Err(error) if !chosen && path.is_file() && is_taken(&error) => {}
@@ -64,24 +60,26 @@ impl Destination {
     /// changed.
     fn first(&mut self, origin: &Origin) -> (PathBuf, bool) {
         match &self.named {
-            Some(folder) if folder.is_dir() => (folder.join(name(origin)), false),
+            Some(folder) if folder.is_dir() => (folder.join(self.name(origin)), false),
             Some(file) => (file.clone(), !std::mem::replace(&mut self.used, true)),
-            None => (Path::new(FOLDER).join(name(origin)), false),
+            None => (Path::new(FOLDER).join(self.name(origin)), false),
         }
+    }
+
+    /// A name from the start time and the run, such as
+    /// `2026-03-14T15-09-26_cart-pole_virtual_seed0.rrd`.
+    fn name(&self, origin: &Origin) -> String {
+        let now = jiff::Zoned::now().strftime("%Y-%m-%dT%H-%M-%S");
+        let Origin { system, config, .. } = origin;
+        let system = system.replace(|c: char| !c.is_alphanumeric(), "-");
+        let (clock, seed) = (config.clock, config.seed);
+        let extension = self.format.extension();
+        format!("{now}_{system}_{clock}_seed{seed}.{extension}")
     }
 }
 
 fn is_taken(error: &io::Error) -> bool {
     error.kind() == io::ErrorKind::AlreadyExists
-}
-
-/// A name from the start time and the run, such as
-/// `2026-03-14T15-09-26_cart-pole_virtual_seed0.rrd`.
-fn name(origin: &Origin) -> String {
-    let now = jiff::Zoned::now().strftime("%Y-%m-%dT%H-%M-%S");
-    let Origin { system, config, .. } = origin;
-    let system = system.replace(|c: char| !c.is_alphanumeric(), "-");
-    format!("{now}_{system}_{}_seed{}.rrd", config.clock, config.seed)
 }
 
 /// `file` with `number` before its extension; the first one has no number.
@@ -107,6 +105,7 @@ mod tests {
     use ratelab_study::experiment::Config;
 
     use super::*;
+    use crate::RrdFormat;
 
     /// The origin of a run of the cart-pole.
     fn origin() -> Origin {
@@ -119,7 +118,7 @@ mod tests {
 
     /// The name of the file created by `destination`.
     fn claimed(destination: &mut Destination) -> PathBuf {
-        let made = destination.claim(&origin(), |path| File::create_new(path));
+        let made = destination.claim(&origin(), |path, _| File::create_new(path));
         made.expect("a file").0
     }
 
@@ -128,12 +127,12 @@ mod tests {
         let folder = tempfile::tempdir().expect("folder");
         for (name, second) in [("run.rrd", "run-2.rrd"), ("bare", "bare-2")] {
             let file = folder.path().join(name);
-            let mut destination = Destination::new(Some(file.clone()));
+            let mut destination = Destination::new(Some(file.clone()), RrdFormat::default());
             assert_eq!(claimed(&mut destination), file);
             assert_eq!(claimed(&mut destination), folder.path().join(second));
             // A second destination of the same name finds the file taken.
-            let mut other = Destination::new(Some(file.clone()));
-            let refused = other.claim(&origin(), |path| File::create_new(path));
+            let mut other = Destination::new(Some(file.clone()), RrdFormat::default());
+            let refused = other.claim(&origin(), |path, _| File::create_new(path));
             assert_eq!(refused.expect_err("taken").0, file);
         }
     }
@@ -141,7 +140,8 @@ mod tests {
     #[test]
     fn a_folder_gets_files_named_after_their_runs() {
         let folder = tempfile::tempdir().expect("folder");
-        let mut destination = Destination::new(Some(folder.path().to_owned()));
+        let mut destination =
+            Destination::new(Some(folder.path().to_owned()), RrdFormat::default());
         for number in 1..4 {
             let path = claimed(&mut destination);
             assert_eq!(path.parent(), Some(folder.path()));

@@ -1,0 +1,31 @@
+//! rerun's format, for a recorder.
+
+use std::{io, path::Path};
+
+use super::{
+    file::RecordingFile,
+    recorder::{BeginRun, RecordingFormat},
+    viewer::Viewer,
+    writer::RecordingWriter,
+};
+
+/// The format of rerun's files.
+#[derive(Clone, Debug, Default)]
+pub struct RrdFormat {
+    /// The viewer that gets the recordings as well, if there is one.
+    pub viewer: Option<Viewer>,
+}
+
+impl RecordingFormat for RrdFormat {
+    fn extension(&self) -> &'static str {
+        "rrd"
+    }
+
+    fn create(&self, path: &Path) -> io::Result<BeginRun> {
+        let (file, viewer) = (RecordingFile::create(path)?, self.viewer.clone());
+        Ok(Box::new(move |source| {
+            let writer = RecordingWriter::start(file, viewer.as_ref(), source)?;
+            Ok(Box::new(writer))
+        }))
+    }
+}
