@@ -164,6 +164,15 @@ fn the_screen_and_sweeps_import_the_cart_pole_in_the_named_files_only() {
     assert_eq!(found, ABOUT_THE_CART_POLE);
 }
 
+#[test]
+fn a_recording_knows_rerun_in_the_folder_of_its_format_only() {
+    let sources = sources("crates/recording/src");
+    let knows = sources.iter().filter(|(_, code)| code.contains("rerun::"));
+    let mut folders: Vec<&str> = knows.map(|(module, _)| &*module[1]).collect();
+    folders.dedup();
+    assert_eq!(folders, ["rrd"]);
+}
+
 /// The name of the type that a line declares.
 fn declared(line: &str) -> Option<&str> {
     let line = line.trim_start();

@@ -6,7 +6,7 @@ use ratelab::{Knob, KnobKind, TickTiming};
 use ratelab_account::TickRecord;
 use ratelab_study::measured::{loaded, read_column};
 
-use super::recorded::Recording;
+use crate::run::Recording;
 
 /// `knob` with the durations of the file that it names, if they are not loaded yet: of a
 /// recording the durations or the lateness of its node's ticks.

@@ -9,7 +9,7 @@ use ratelab_study::{
     system::{MeanCost, System, SystemFigure, verdict},
 };
 
-use super::recorded::Recording;
+use crate::run::Recording;
 
 /// An item of the recording, by its index.
 #[derive(Clone, Copy, Debug)]

@@ -13,7 +13,7 @@ use crate::{
     reading,
     summary::text::{self, ReportContext},
 };
-use ratelab_recording::{Recording, RecordingEnd, Replay, schema::RunStatus};
+use ratelab_recording::{Recording, RecordingEnd, Replay, RunStatus};
 
 /// Prints the properties of a recording, and the summary of its run.
 pub fn info(program: &Program, file: &Path) -> Result<(), Error> {

@@ -17,7 +17,7 @@ use ratelab_study::{
 };
 
 use crate::{error::Error, program::Program};
-use ratelab_recording::{Recording, Replay, durations, schema::RunStatus};
+use ratelab_recording::{Recording, Replay, RunStatus, durations};
 
 pub use table::{json, text};
 

@@ -6,7 +6,7 @@ use std::{
 };
 
 use ratelab::KnobKind;
-use ratelab_recording::{
+use ratelab_recording::rrd::{
     RecordingFile,
     blueprint::{Properties, ViewerLayout},
     scene::{

@@ -7,7 +7,7 @@ use std::{
 };
 
 use super::format::RecordingFormat;
-use crate::schema::Origin;
+use crate::run::Origin;
 
 /// Default folder of recordings.
 const FOLDER: &str = "recordings";

@@ -10,12 +10,7 @@ use ratelab_study::{
     system::System,
 };
 
-use crate::{
-    recorded::Recording,
-    run_rows::RunRows,
-    schema::{Origin, RecordingEnd, RunResult, RunStatus},
-    thread_log::ThreadLog,
-};
+use crate::run::{Origin, Recording, RecordingEnd, RunResult, RunRows, RunStatus, ThreadLog};
 
 /// A run whose messages and ticks can be copied: one of this process, or one that is
 /// received from others.

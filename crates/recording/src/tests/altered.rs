@@ -12,7 +12,7 @@ use rerun::{
 use serde_json::Value;
 
 use super::cells::{list, with_cell};
-use crate::schema::JSON;
+use crate::rrd::schema::JSON;
 
 /// Alters the columns called `column` of the entities whose path ends with
 /// `entity`, in the file at `path`.

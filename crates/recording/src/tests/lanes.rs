@@ -11,10 +11,10 @@ use tempfile::TempDir;
 
 use super::{file, ms, record, table::rows, with_knobs};
 use crate::{
-    frames::Chunks,
-    scene::{lanes::TIMELINE, modes::MODES},
-    schema::path as entity,
-    timeline::RUN_TIME,
+    rrd::frames::Chunks,
+    rrd::scene::{lanes::TIMELINE, modes::MODES},
+    rrd::schema::path as entity,
+    rrd::timeline::RUN_TIME,
 };
 
 /// The changes in the lane at `place`, such as `0 planned, 60 played`: run time (ms) and state,

@@ -15,9 +15,9 @@ use super::{
 };
 use crate::{
     Recorder, RrdFormat, Source, StopReason,
-    frames::Chunks,
-    schema::node_entity,
-    timeline::{RUN_TIME, WALL_TIME},
+    rrd::frames::Chunks,
+    rrd::schema::node_entity,
+    rrd::timeline::{RUN_TIME, WALL_TIME},
 };
 
 /// Commands that turn the knobs in `text`.

@@ -39,7 +39,7 @@ use tempfile::TempDir;
 
 use super::{
     FinishedRecording, Recorder, Recording, Replay, RrdFormat, Source, StopReason, VerifyError,
-    timeline::BatchStream, verify::Identical,
+    rrd::timeline::BatchStream, verify::Identical,
 };
 
 /// How many cases a test over random ones tries: `usual`, or as many as

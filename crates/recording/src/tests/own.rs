@@ -14,7 +14,7 @@ use rerun::EntityPath;
 use super::{
     assert_has, file, ms, read, record_run, replayed, replayed_with, traffic, verify, verify_with,
 };
-use crate::{Recording, frames::Chunks, scene::signals, schema::RunStatus};
+use crate::{Recording, RunStatus, rrd::frames::Chunks, rrd::scene::signals};
 
 /// A ball that falls, and somebody who looks at it: names with spaces, a topic
 /// without fields and one that is not recorded.

@@ -20,7 +20,10 @@ use ratelab_study::{
 use super::{
     Identical, VerifyError, compare::Comparison, difference::Difference, end, events, topology,
 };
-use crate::{recorded::Recording, recorder::StopReason, schema::RecordingEnd};
+use crate::{
+    recorder::StopReason,
+    run::{Recording, RecordingEnd},
+};
 
 /// Run time that a run may go on after it ended when it was recorded, until that
 /// is what is different.

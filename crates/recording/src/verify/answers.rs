@@ -8,7 +8,7 @@ use std::{
 use ratelab::{Command, EventKind, Knob};
 use ratelab_study::system::{AnswersOfNodes, RecordedAnswers, System};
 
-use crate::recorded::Recording;
+use crate::run::Recording;
 
 impl Recording {
     /// Whoever makes a recording may name any file. That of a program is recorded in a form that

@@ -14,7 +14,7 @@ use ratelab_study::{
 };
 
 use super::{VerifyError, again, events, order};
-use crate::recorded::Recording;
+use crate::run::Recording;
 
 /// Run time of a branch that begins at the end of the run, or of an endless one.
 const BRANCH: Duration = Duration::from_secs(10);

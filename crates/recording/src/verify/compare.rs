@@ -9,10 +9,8 @@ use super::{
     order,
 };
 use crate::{
-    columns::{ColumnForm, RecordColumn, RecordRow},
-    recorded::Recording,
     recorder::Tapped,
-    series::Series,
+    run::{ColumnForm, RecordColumn, RecordRow, Recording, Series},
 };
 
 /// Compares a run that is executed again with its recording, row by row.

@@ -3,7 +3,7 @@
 use ratelab::Topology;
 
 use super::difference::{Difference, bits, nanos};
-use crate::schema::{RecordingEnd, RunResult, RunStatus};
+use crate::run::{RecordingEnd, RunResult, RunStatus};
 
 /// A part of an end in words.
 type ToldPart = fn(&RecordingEnd) -> String;

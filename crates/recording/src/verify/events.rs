@@ -8,7 +8,7 @@ use ratelab_replay::Rerun;
 use ratelab_study::system::{BuildError, System};
 
 use super::difference::Difference;
-use crate::{durations::with_durations, recorded::Recording};
+use crate::{durations::with_durations, run::Recording};
 
 /// The commands to give again: those that changed the graph, and those that the
 /// graph refused and will refuse again.

@@ -11,7 +11,7 @@ use ratelab_study::{
 };
 
 use super::{VerifyError, again, compare::Comparison, order};
-use crate::{recorded::Recording, recorder::Tapped};
+use crate::{recorder::Tapped, run::Recording};
 
 /// A run that is to be executed again.
 pub struct Execution {

@@ -24,7 +24,7 @@ pub use self::branch::{Branch, Departure, branch};
 pub use self::change::Change;
 use self::difference::Difference;
 pub use self::execute::{Executed, Execution, Held};
-use super::{recorded::Recording, schema::Origin};
+use crate::run::{Origin, Recording};
 
 /// Why a run of the real clock does not come back, most likely.
 const LIKELY: &str =

@@ -5,7 +5,7 @@ use ratelab_replay::Rerun;
 use ratelab_study::system::System;
 
 use super::{VerifyError, events};
-use crate::recorded::Recording;
+use crate::run::Recording;
 
 /// Prepares to execute a recorded run again as far as it was under the real clock; `None`
 /// if it never was.

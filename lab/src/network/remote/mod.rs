@@ -33,7 +33,7 @@ use ratelab_wire::{
 
 use self::{gathered::GatheredRun, processes::Processes};
 use super::recordings::Recordings;
-use ratelab_recording::{Source, StopReason, schema::Origin};
+use ratelab_recording::{Origin, Source, StopReason};
 
 /// How long an item waits for earlier ones of other processes.
 const HOLD: Duration = Duration::from_millis(150);

@@ -8,15 +8,16 @@ use std::{
 
 use ratelab::{Event, Message, NodeTopology, Time};
 use ratelab_account::{Fields, Rows, TickRecord};
+use ratelab_replay::Log;
 use ratelab_study::{
     graph_file::GraphFile,
     system::{BuildError, Builder, System},
 };
 
 use super::{
-    run_rows::RunRows,
-    schema::{Origin, RecordingEnd, RunResult, RunStatus},
-    thread_log::ThreadLog,
+    end::{RecordingEnd, RunResult, RunStatus},
+    origin::Origin,
+    rows::RunRows,
 };
 
 /// A recorded run, or its readable part.
@@ -45,6 +46,18 @@ pub struct Recording {
     pub altered: bool,
 }
 
+/// The log of the threads of the real clock, as it was recorded.
+#[derive(Clone, Debug)]
+pub struct ThreadLog {
+    /// The log.
+    pub log: Log,
+    /// All events of the file: those of a damaged one may be more than a
+    /// [`Recording`] has.
+    pub events: Vec<Event>,
+    /// What is wrong with it, if anything is.
+    pub damage: Option<&'static str>,
+}
+
 impl Recording {
     /// A recording of the run of `origin` without anything in it.
     pub(crate) fn empty(origin: Origin) -> Self {
@@ -63,7 +76,7 @@ impl Recording {
     }
 
     /// This recording with all rows of its run, and none lost.
-    pub(super) fn with_rows(&self, run: RunRows) -> Self {
+    pub(crate) fn with_rows(&self, run: RunRows) -> Self {
         let outcome = self.outcome.clone();
         Self {
             path: self.path.clone(),
@@ -78,7 +91,7 @@ impl Recording {
 
     /// Run time of the last message, tick or event: under the real clock it may be late, and
     /// come after the end.
-    pub(super) fn last_item(&self) -> Time {
+    pub(crate) fn last_item(&self) -> Time {
         let events = self.events.iter().map(|event| event.at);
         events.chain(self.newest()).max().unwrap_or_default()
     }
@@ -98,18 +111,18 @@ impl Recording {
     }
 
     /// Its nodes, each with its ticks.
-    pub(super) fn nodes(&self) -> impl Iterator<Item = (&NodeTopology, &Vec<TickRecord>)> {
+    pub(crate) fn nodes(&self) -> impl Iterator<Item = (&NodeTopology, &Vec<TickRecord>)> {
         self.origin.topology.nodes.iter().zip(&self.run.ticks)
     }
 
     /// Index of the topic called `name`.
-    pub(super) fn topic(&self, name: &str) -> Option<usize> {
+    pub(crate) fn topic(&self, name: &str) -> Option<usize> {
         let mut topics = self.origin.topology.topics.iter();
         topics.position(|topic| topic.name == name)
     }
 
     /// Its end, if it goes on to the end of the run.
-    pub(super) fn end_of_run(&self) -> Option<&RecordingEnd> {
+    pub(crate) fn end_of_run(&self) -> Option<&RecordingEnd> {
         let outcome = self.outcome.as_ref();
         outcome.filter(|outcome| outcome.end != RunStatus::WentOn)
     }

@@ -10,7 +10,7 @@ use super::{
     lines::{self, Line},
     palette,
 };
-use crate::timeline::{BatchStream, Written};
+use crate::rrd::timeline::{BatchStream, Written};
 
 /// Messages per second, a line per topic.
 pub const PER_SECOND: &str = "plot/messages_per_second";

@@ -11,7 +11,7 @@ use ratelab::{ClockKind, Command, Event, Head, Time, Topology};
 use ratelab_account::{Observer, RunRow, Tap};
 use ratelab_replay::RunLog;
 use ratelab_study::system::System;
-use rerun::RecordingStream;
+use rerun::{EntityPath, RecordingStream};
 
 use super::{
     columns,
@@ -19,15 +19,15 @@ use super::{
     digest::{ContentDigest, RowDigest},
     file::RecordingFile,
     properties,
-    recorded::Recording,
-    recorder::{BACKLOG, FinishedRecording, RunWriter, Source, StopReason},
-    run_rows::RunRows,
     scene::{Scene, events, lanes},
-    schema::{CHECKPOINT, END, RecordingEnd, UNTIL, node_entity, topic_entity},
-    series::Series,
+    schema::{CHECKPOINT, END, UNTIL, node_entity, topic_entity},
     thread_log::ThreadTrack,
     timeline::{BatchStream, Written},
     viewer::Viewer,
+};
+use crate::{
+    recorder::{BACKLOG, FinishedRecording, RunWriter, Source, StopReason},
+    run::{RecordRow, Recording, RecordingEnd, RunRows, Series},
 };
 
 /// Wall time between two batches. A kill loses the messages since the last one.
@@ -192,12 +192,12 @@ impl RecordingWriter {
         let (made, digest) = (stream.made(), &mut self.digest);
         let topics = topology.topics.iter().zip(&rows.topics);
         for ((topic, messages), digest) in topics.zip(&mut digest.topics) {
-            messages.write(&stream, topic_entity(&topic.name), digest)?;
+            write_rows(messages, &stream, topic_entity(&topic.name), digest)?;
             self.latest = self.latest.max(messages.newest().unwrap_or_default());
         }
         let nodes = topology.nodes.iter().zip(&rows.ticks);
         for ((node, ticks), digest) in nodes.zip(&mut digest.nodes) {
-            ticks.write(&stream, node_entity(&node.name), digest)?;
+            write_rows(ticks, &stream, node_entity(&node.name), digest)?;
             self.newest = self.newest.max(ticks.newest());
         }
         events::add(&stream, events, digest)?;
@@ -291,6 +291,27 @@ impl RunWriter for RecordingWriter {
             written_from_outside: RunLog::of(&self.observer).written_from_outside(),
         })
     }
+}
+
+/// Writes the rows of `series` to `entity`, and adds them to `digest`.
+fn write_rows<S: Series>(
+    series: &S,
+    stream: &BatchStream,
+    entity: EntityPath,
+    digest: &mut RowDigest,
+) -> Written {
+    let rows = series.rows();
+    for (index, row) in rows.iter().enumerate() {
+        digest.add(row, series.payload(index));
+    }
+    let mut columns = columns::write(rows)?;
+    if S::Row::HAS_PAYLOAD && !rows.is_empty() {
+        let payloads = (0..rows.len()).flat_map(|index| series.payload(index));
+        let (values, width) = (payloads.copied().collect(), series.payload(0).len());
+        columns.push(columns::series(values, width, rows.len())?);
+    }
+    let times: Vec<Time> = rows.iter().map(RecordRow::at).collect();
+    stream.send(entity, &times, columns)
 }
 
 fn moves_the_wall(event: &Event) -> bool {

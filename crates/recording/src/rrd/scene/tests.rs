@@ -17,9 +17,9 @@ use super::{
     traffic::{DROPPED, PER_SECOND},
 };
 use crate::{
-    RunRows, Source, Tapped, blueprint,
+    RunRows, Source, Tapped,
+    rrd::{blueprint, timeline::RUN_TIME},
     tests::{batch_stream, cart_pole, chunks, stream},
-    timeline::RUN_TIME,
 };
 
 /// More rows than any run here has.

@@ -5,16 +5,10 @@ use std::time::Duration;
 
 use ratelab::{Head, Push, Time};
 use ratelab_account::{Rows, TickRecord};
-use rerun::EntityPath;
 
-use super::{
-    columns::{
-        self,
-        ColumnForm::{Count, Delivery, Nanos, Plot, Rare, RunTime, Stamp, Wall},
-        RecordColumn as Column, RecordRow,
-    },
-    digest::RowDigest,
-    timeline::{BatchStream, Written},
+use super::row::{
+    ColumnForm::{Count, Delivery, Nanos, Plot, Rare, RunTime, Stamp, Wall},
+    RecordColumn as Column, RecordRow,
 };
 
 /// The messages of a topic or the ticks of a node, in the order of their numbers.
@@ -34,22 +28,6 @@ pub trait Series {
     /// Run time of the newest row. Those of several publishers may come out of order.
     fn newest(&self) -> Option<Time> {
         self.rows().iter().map(RecordRow::at).max()
-    }
-
-    /// Writes the rows to `entity`, and adds them to `digest`.
-    fn write(&self, stream: &BatchStream, entity: EntityPath, digest: &mut RowDigest) -> Written {
-        let rows = self.rows();
-        for (index, row) in rows.iter().enumerate() {
-            digest.add(row, self.payload(index));
-        }
-        let mut columns = columns::write(rows)?;
-        if Self::Row::HAS_PAYLOAD && !rows.is_empty() {
-            let payloads = (0..rows.len()).flat_map(|index| self.payload(index));
-            let (values, width) = (payloads.copied().collect(), self.payload(0).len());
-            columns.push(columns::series(values, width, rows.len())?);
-        }
-        let times: Vec<Time> = rows.iter().map(RecordRow::at).collect();
-        stream.send(entity, &times, columns)
     }
 }
 

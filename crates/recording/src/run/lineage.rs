@@ -8,7 +8,7 @@ use ratelab_study::{
     system::{PlanBar, PlanBars, Planning, System},
 };
 
-use super::recorded::Recording;
+use super::recording::Recording;
 
 impl Recording {
     /// The chains behind the actions of the run.
@@ -58,7 +58,7 @@ impl Recording {
 
     /// Finds the time at which each tick of all nodes published and acted: the end of a
     /// tick with a configured duration, the start of any other.
-    pub(super) fn find_ends(&mut self) {
+    pub(crate) fn find_ends(&mut self) {
         let knobs = self.knobs();
         let nodes = self.origin.topology.nodes.iter();
         for (node, ticks) in nodes.zip(&mut self.run.ticks) {

@@ -8,7 +8,7 @@ use super::{
     lanes,
     palette::{BLUE, GREY, ORANGE, series},
 };
-use crate::{schema::path, timeline::Written};
+use crate::rrd::{schema::path, timeline::Written};
 
 /// The lanes.
 pub const MODES: &str = "mode";

@@ -13,10 +13,11 @@ use rerun::{Color, EntityPath, RecordingStream, StateChange, StateConfiguration,
 
 use super::palette::{BLUE, GREY, ORANGE};
 use crate::{
-    lineage::end_of,
-    recorded::Recording,
-    schema::path,
-    timeline::{RUN_TIME, Written},
+    rrd::{
+        schema::path,
+        timeline::{RUN_TIME, Written},
+    },
+    run::{Recording, end_of},
 };
 
 /// The lanes.

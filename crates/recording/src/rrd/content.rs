@@ -10,22 +10,17 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::{
-    columns::{self, RecordRow},
+    columns,
     digest::{ContentDigest, RowDigest},
     frames::MORE,
-    limits::check_graph,
-    printable::make_printable,
-    recorded::Recording,
-    schema::{
-        CHECKPOINT, END, EVENTS, FORMAT, ORIGIN, Origin, RecordingEnd, THREADS, UNTIL, node_entity,
-        topic_entity,
-    },
-    series::Series,
+    schema::{CHECKPOINT, END, EVENTS, ORIGIN, THREADS, UNTIL, node_entity, topic_entity},
     thread_log::LogPieces,
 };
-
-/// The defect of a file with an impossible row.
-pub const DAMAGED_ROW: &str = "a row in it is damaged";
+use crate::{
+    check::{DAMAGED_ROW, check_graph},
+    printable::make_printable,
+    run::{FORMAT, Origin, RecordRow, Recording, RecordingEnd, Series},
+};
 
 /// A part of a recording, by its entity.
 #[derive(Clone, Copy)]

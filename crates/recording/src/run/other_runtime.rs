@@ -10,9 +10,10 @@ use ratelab_study::{
 };
 
 use super::{
-    recorded::Recording,
-    run_rows::RunRows,
-    schema::{Origin, RecordingEnd, RunResult, RunStatus},
+    end::{RecordingEnd, RunResult, RunStatus},
+    origin::Origin,
+    recording::Recording,
+    rows::RunRows,
 };
 
 /// A run of a system on another runtime, in virtual time and to its end.

@@ -5,7 +5,7 @@ use rerun::{
     Color, EntityPath, RecordingStream, Scalars, SeriesLines, components::InterpolationMode,
 };
 
-use crate::timeline::{BatchStream, Written};
+use crate::rrd::timeline::{BatchStream, Written};
 
 /// How a line looks.
 pub struct Line {

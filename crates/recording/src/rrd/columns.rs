@@ -1,10 +1,9 @@
-//! Tables of columns, by which rows are written, read and compared.
+//! Rows as columns of a file.
 //!
-//! Rows are read cell by cell: a missing value is not zero.
+//! They are read cell by cell: a missing value is not zero.
 
 use std::sync::Arc;
 
-use ratelab::Time;
 use rerun::{
     ComponentDescriptor, SerializedComponentBatch, SerializedComponentColumn,
     archetypes::Scalars,
@@ -16,6 +15,7 @@ use super::{
     schema::JSON,
     timeline::{RUN_TIME, Written},
 };
+use crate::run::{ColumnForm, RecordColumn, RecordRow};
 
 /// Nanoseconds in a microsecond.
 const NANOS_PER_MICRO: f64 = 1e3;
@@ -26,96 +26,10 @@ const LOST: u64 = u64::MAX;
 /// Upper bound of a time in 64 bits of nanoseconds (µs).
 const LATEST: f64 = u64::MAX as f64 / NANOS_PER_MICRO;
 
-/// A row of numbers in a file: a message without its payload, or a tick.
-pub trait RecordRow: Copy + Send + Sync + 'static {
-    /// What one is called.
-    const KIND: &'static str;
-    /// Whether it has a payload of numbers.
-    const HAS_PAYLOAD: bool;
-    /// The table of its columns.
-    const COLUMNS: &'static [RecordColumn];
-
-    /// Its number, counted from the beginning of the run.
-    fn number(&self) -> u64;
-
-    /// Its run time.
-    fn at(&self) -> Time;
-
-    /// Whether it may come after `last`.
-    fn follows(&self, last: &Self) -> bool;
-
-    /// Whether nothing of it happens before it.
-    fn is_possible(&self) -> bool;
-
-    /// The number in each of its columns: a count, or nanoseconds.
-    fn cells(&self) -> Vec<Option<u64>>;
-
-    /// The row with these cells; `None` if there can be none.
-    fn of(cells: &[Option<u64>]) -> Option<Self>;
-}
-
-/// A column of numbers.
-pub struct RecordColumn {
-    /// Name of its component; empty if it has none of its own.
-    name: &'static str,
-    /// Its name in a difference.
-    pub what: &'static str,
-    /// How it is written.
-    pub form: ColumnForm,
-}
-
-/// How a column is written.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum ColumnForm {
-    /// A count, in every row.
-    Count,
-    /// Run time: the row's place on the timeline.
-    RunTime,
-    /// A time, if there is one.
-    Nanos,
-    /// A duration of the wall, where the clock measures one: a run that comes again may not.
-    Wall,
-    /// A time. The column is missing in a file where no row has one.
-    Rare,
-    /// A time, unless it is that of the row. The column may be missing.
-    Stamp,
-    /// As [`Stamp`](Self::Stamp), or `LOST` if there is none.
-    Delivery,
-    /// A duration, to be plotted (µs): exact to the nanosecond up to 26 days. NaN without one.
-    Plot,
-}
-
 /// A cell: `None` if it is damaged.
 type Cell<T> = Option<T>;
 
 impl RecordColumn {
-    /// The column with the component `name`, called `what` in a difference.
-    pub const fn new(name: &'static str, what: &'static str, form: ColumnForm) -> Self {
-        Self { name, what, form }
-    }
-
-    /// The number in `cell`, in words.
-    pub fn told(&self, cell: Option<u64>) -> String {
-        match (cell, self.form) {
-            (None, _) => "none".to_owned(),
-            (Some(count), ColumnForm::Count) => count.to_string(),
-            (Some(nanos), _) => format!("{nanos} ns"),
-        }
-    }
-
-    /// Whether each row has a number in this column.
-    pub fn is_full(&self) -> bool {
-        use ColumnForm::{Count, RunTime, Stamp};
-        matches!(self.form, Count | RunTime | Stamp)
-    }
-
-    /// Whether the number of a `computed` row is not that of the recorded one. A duration of
-    /// the wall may be missing in a run that comes again.
-    pub fn differs(&self, recorded: Option<u64>, computed: Option<u64>) -> bool {
-        let known = self.form != ColumnForm::Wall || computed.is_some();
-        known && recorded != computed
-    }
-
     /// The column with these `cells` of rows at these times, if it is there and no timeline.
     fn written(
         &self,

@@ -26,7 +26,6 @@ use rerun::{
 };
 
 use super::{
-    recorder::Source,
     scene::{
         graph::GRAPH,
         histogram::HISTOGRAM,
@@ -42,6 +41,7 @@ use super::{
     schema::{EVENTS, NODES},
     timeline::{RUN_TIME, Written},
 };
+use crate::recorder::Source;
 
 /// The timeline on which the viewer looks for a blueprint.
 const BLUEPRINT: &str = "blueprint";

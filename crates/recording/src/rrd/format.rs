@@ -2,12 +2,8 @@
 
 use std::{io, path::Path};
 
-use super::{
-    file::RecordingFile,
-    recorder::{BeginRun, RecordingFormat},
-    viewer::Viewer,
-    writer::RecordingWriter,
-};
+use super::{file::RecordingFile, viewer::Viewer, writer::RecordingWriter};
+use crate::recorder::{BeginRun, RecordingFormat};
 
 /// The format of rerun's files.
 #[derive(Clone, Debug, Default)]

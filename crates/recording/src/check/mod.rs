@@ -1,21 +1,24 @@
-//! Compares the claims of a file with its content, and finds the end of its intact part.
+//! Compares the claims of a file with its content, and finds the end of its intact part; of any
+//! format.
+
+mod limits;
+mod tick_schedule;
+
+pub use limits::check_graph;
 
 use ratelab::{ClockKind, Command, Event, Hz, Knob, NodeTopology, Time, Topology};
 use ratelab_account::TickRecord;
 
-use super::{
-    columns::RecordRow,
-    content::DAMAGED_ROW,
-    recorded::Recording,
-    schema::{RecordingEnd, RunStatus},
-    series::Series,
-    tick_schedule::TickSchedule,
-};
+use self::tick_schedule::TickSchedule;
+use crate::run::{RecordRow, Recording, RecordingEnd, RunStatus, Series};
+
+/// The defect of a file with an impossible row.
+pub const DAMAGED_ROW: &str = "a row in it is damaged";
 
 impl Recording {
     /// Removes everything incomplete or impossible; `sound` is the run time up to which
     /// rows are undamaged, if one is damaged.
-    pub(super) fn check(&mut self, sound: Option<Time>) {
+    pub(crate) fn check(&mut self, sound: Option<Time>) {
         let limit = [
             sound,
             self.last_in_cadence(),

@@ -11,9 +11,9 @@ use thiserror::Error;
 use super::{
     content::Content,
     frames::{Chunks, is_rrd, quietly},
-    recorded::Recording,
     schema::SWEEP_APPLICATION,
 };
+use crate::run::Recording;
 
 /// Maximum size of a file (bytes): half a day at 50 Hz. Reading takes about twice as much
 /// memory.

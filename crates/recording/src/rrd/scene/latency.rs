@@ -13,7 +13,7 @@ use super::{
     lines::{self, Line},
     palette::{BLUE, ORANGE, PINK},
 };
-use crate::timeline::{BatchStream, Written, times};
+use crate::rrd::timeline::{BatchStream, Written, times};
 
 /// Latency, period and push age (ms).
 pub const LATENCY: &str = "plot/latency";

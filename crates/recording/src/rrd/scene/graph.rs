@@ -5,7 +5,7 @@ use ratelab_account::Snapshot;
 use rerun::{AsComponents, Color, GraphEdges, GraphNodes};
 
 use super::palette::{BLUE, ORANGE};
-use crate::timeline::{BatchStream, Written};
+use crate::rrd::timeline::{BatchStream, Written};
 
 /// The node graph.
 pub const GRAPH: &str = "graph";

@@ -3,7 +3,7 @@
 use ratelab::{Event, EventKind, Time};
 use rerun::{SerializedComponentColumn, TextLog, TextLogLevel};
 
-use crate::{
+use crate::rrd::{
     columns,
     digest::ContentDigest,
     schema::EVENTS,

@@ -8,7 +8,7 @@ use ratelab_study::system::{Shape, Style, System};
 use rerun::{AsComponents, Color, LineStrips2D, Points2D, Radius, RecordingStream};
 
 use super::palette::{BLUE, GREY, ORANGE, WHITE};
-use crate::timeline::{BatchStream, Written};
+use crate::rrd::timeline::{BatchStream, Written};
 
 /// The picture.
 pub const PICTURE: &str = "picture";

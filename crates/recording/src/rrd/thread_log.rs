@@ -15,6 +15,7 @@ use super::{
     schema::THREADS,
     timeline::{BatchStream, Written},
 };
+use crate::run::ThreadLog;
 
 /// Components of a piece: its number from zero, that of its thread (the supervisor's is 0, then
 /// come the nodes), the piece, and the digest of it and all before.
@@ -76,18 +77,6 @@ fn digest(before: Option<u64>, row: u64, thread: u64, bytes: &[u8]) -> u64 {
     let head = [before.unwrap_or(0), row, thread].map(u64::to_le_bytes);
     let digest = Digest::of(&[head.as_flattened(), bytes].concat()).to_string();
     u64::from_str_radix(&digest[..16], 16).unwrap_or_default()
-}
-
-/// The log in a file.
-#[derive(Clone, Debug)]
-pub struct ThreadLog {
-    /// The log.
-    pub log: Log,
-    /// All events of the file: those of a damaged one may be more than a
-    /// [`Recording`](super::Recording) has.
-    pub events: Vec<Event>,
-    /// What is wrong with it, if anything is.
-    pub damage: Option<&'static str>,
 }
 
 /// The pieces of a file so far, each with its number, thread and digest; `None` for a damaged

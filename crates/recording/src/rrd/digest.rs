@@ -4,7 +4,7 @@
 use ratelab::Topology;
 use xxhash_rust::xxh3::Xxh3;
 
-use super::{columns::RecordRow, schema::RecordingEnd};
+use crate::run::{RecordRow, RecordingEnd};
 
 /// The digest of a recording so far, for its writer and its reader.
 #[derive(Default)]

@@ -11,11 +11,11 @@ use rerun::{
 use super::{
     blueprint,
     file::RecordingFile,
-    recorder::Source,
     schema::{APPLICATION, JSON, ORIGIN, topic_entity},
     timeline::Written,
     viewer::{FileAndViewer, Viewer},
 };
+use crate::recorder::Source;
 
 /// A stream to `file`, and to `viewer` if there is one, with its layout and description.
 pub fn begin(

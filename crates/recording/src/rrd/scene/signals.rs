@@ -11,7 +11,7 @@ use super::{
     lines::{self, Line},
     palette::{BLUE, ORANGE},
 };
-use crate::{
+use crate::rrd::{
     schema::path,
     timeline::{BatchStream, Written, times},
 };

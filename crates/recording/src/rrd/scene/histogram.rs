@@ -9,7 +9,7 @@ use rerun::{BarChart, RecordingStream, TensorData};
 use super::palette::BLUE;
 use crate::{
     bins::{BINS, width_ms},
-    timeline::{BatchStream, Written},
+    rrd::timeline::{BatchStream, Written},
 };
 
 /// The histogram.

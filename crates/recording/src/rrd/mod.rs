@@ -1,0 +1,47 @@
+//! rerun's format: its files are written, read, and shown by its viewer.
+//!
+//! ```text
+//! rows of the run, event log ──► writer ──► columns, scene ──► file
+//! file ──► frames ──► columns ──► content ──► Recording
+//! ```
+//!
+//! A recording holds a run twice: for readers, to the bit, and for the eye.
+//!
+//! | entity | what is in it | for |
+//! |---|---|---|
+//! | `__properties/origin` | system, configuration, graph, versions: [`Origin`](crate::Origin) as JSON | readers |
+//! | `/topics/NAME` | a row per message: its numbers, `seq`, `origin_ns`, `dropped`; where they differ `stamp_ns`, `arrives_ns` | both |
+//! | `/nodes/NAME` | a row per tick: lateness (µs), `tick`, `took_ns`, `overruns`; where it acted on the world `pushed_ns`, `sensed_ns` | both |
+//! | `/events` | commands and ends: text, and as JSON | both |
+//! | `/threads` | what the threads of the real clock did, and in which order | readers |
+//! | `/checkpoint` | up to where everything is there, until the file is complete | readers |
+//! | `/end` | how it ended, and how much is in it: [`RecordingEnd`](crate::RecordingEnd) as JSON | readers |
+//! | `/picture`, `/plot`, `/graph` | what the viewer draws: [`scene`] | the eye |
+//! | `/mode` | lanes of clock, rates and faults | the eye |
+//! | `/timeline` | lanes of ticks, messages and plans, added at the end: [`scene::lanes`] | the eye |
+//!
+//! Everything is placed on `run_time` (ns since the run began), `control_step`
+//! (messages on the system's topic of states), and under the real clock
+//! `wall_time`. A file without `/end` was torn.
+
+pub mod blueprint;
+mod columns;
+mod compact;
+mod content;
+mod digest;
+mod file;
+mod format;
+pub(crate) mod frames;
+mod properties;
+mod reader;
+pub mod scene;
+pub mod schema;
+mod thread_log;
+pub mod timeline;
+mod viewer;
+mod writer;
+
+pub use file::RecordingFile;
+pub use format::RrdFormat;
+pub use reader::ReadError;
+pub use viewer::{VIEWER, Viewer};
