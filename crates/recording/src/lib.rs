@@ -27,8 +27,6 @@ mod recorder;
 mod replay;
 pub mod rrd;
 mod run;
-#[cfg(test)]
-mod tests;
 mod verify;
 
 pub use durations::{durations, with_durations};
@@ -43,6 +41,6 @@ pub use run::{
     VerdictRecord, end_of,
 };
 pub use verify::{
-    Branch, Change, Departure, Executed, Execution, Held, VerifyError, VerifyStatus, VerifyWith,
-    branch, verify,
+    Branch, Change, Departure, Executed, Execution, Held, Identical, VerifyError, VerifyStatus,
+    VerifyWith, branch, verify,
 };

@@ -31,7 +31,7 @@ mod content;
 mod digest;
 mod file;
 mod format;
-pub(crate) mod frames;
+mod frames;
 mod properties;
 mod reader;
 pub mod scene;

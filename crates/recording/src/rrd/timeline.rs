@@ -85,32 +85,3 @@ pub fn times(heads: &[Head]) -> Vec<Time> {
 fn signed(count: impl TryInto<i64>) -> i64 {
     count.try_into().unwrap_or(i64::MAX)
 }
-
-#[cfg(test)]
-mod tests {
-    use std::time::Duration;
-
-    use super::*;
-    use crate::tests::{batch_stream, stream};
-
-    #[test]
-    fn wall_time_is_run_time_since_the_epoch_and_virtual_time_has_none() {
-        let (rec, _) = stream();
-        let mut batch = batch_stream(&rec, 7, &[]);
-        batch.epoch = Some(UNIX_EPOCH + Duration::from_secs(1));
-        let times = [Time::from_nanos(20), Time::MAX];
-        let columns: Vec<_> = batch.timelines(&times).collect();
-        let named: Vec<_> = columns.iter().map(|c| (c.name(), c.times_raw())).collect();
-        let end = i64::MAX;
-        assert_eq!(
-            named,
-            [
-                (RUN_TIME, &[20, end][..]),
-                (CONTROL_STEP, &[7, 7]),
-                (WALL_TIME, &[1_000_000_020, end]),
-            ]
-        );
-        batch.epoch = None;
-        assert_eq!(batch.timelines(&times).count(), 2);
-    }
-}

@@ -17,7 +17,7 @@ pub struct RunRows {
 
 impl RunRows {
     /// No rows of a graph with this `topology`.
-    pub(crate) fn empty(topology: &Topology) -> Self {
+    pub fn empty(topology: &Topology) -> Self {
         Self {
             topics: vec![Rows::default(); topology.topics.len()],
             ticks: vec![Vec::new(); topology.nodes.len()],
@@ -26,7 +26,7 @@ impl RunRows {
 
     /// Adds a row of a known topic or node. A message with another number of numbers is none of
     /// its topic.
-    pub(crate) fn add(&mut self, row: RunRow) {
+    pub fn add(&mut self, row: RunRow) {
         match row {
             RunRow::Message(topic, head, numbers) => {
                 let topic = self.topics.get_mut(topic);
@@ -42,7 +42,7 @@ impl RunRows {
 
     /// Adds the rows that are in `tap` now, and no later ones: a run without pacing fills it as
     /// fast as it is emptied. Returns their number.
-    pub(crate) fn receive(&mut self, tap: &Tap<RunRow>) -> usize {
+    pub fn receive(&mut self, tap: &Tap<RunRow>) -> usize {
         let there = tap.items().len();
         let rows = tap.items().try_iter().take(there);
         rows.for_each(|row| self.add(row));
@@ -50,7 +50,7 @@ impl RunRows {
     }
 
     /// Takes the rows up to run time `until` out of these.
-    pub(crate) fn take_until(&mut self, until: Time) -> Self {
+    pub fn take_until(&mut self, until: Time) -> Self {
         let topics = self.topics.iter_mut().map(|rows| rows.take_until(until));
         let ticks = self.ticks.iter_mut().map(|ticks| {
             let count = ticks.partition_point(|tick| tick.at <= until);
@@ -64,14 +64,14 @@ impl RunRows {
     }
 
     /// Number of messages of each topic, and of ticks of each node.
-    pub(crate) fn counts(&self) -> [Vec<u64>; 2] {
+    pub fn counts(&self) -> [Vec<u64>; 2] {
         let messages = self.topics.iter().map(|rows| rows.len() as u64);
         let ticks = self.ticks.iter().map(|ticks| ticks.len() as u64);
         [messages.collect(), ticks.collect()]
     }
 
     /// Run time of the newest row; `None` without rows.
-    pub(crate) fn newest(&self) -> Option<Time> {
+    pub fn newest(&self) -> Option<Time> {
         let messages = self.topics.iter().map(Series::newest);
         let rows = messages.chain(self.ticks.iter().map(Series::newest));
         rows.flatten().max()

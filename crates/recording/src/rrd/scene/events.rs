@@ -62,33 +62,3 @@ fn level(what: &EventKind) -> &'static str {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::tests::{batch_stream, chunks, stream};
-
-    #[test]
-    fn events_of_different_threads_keep_their_order() {
-        let (rec, storage) = stream();
-        let event = |at| Event {
-            at: Time::from_nanos(at),
-            what: EventKind::Ended {
-                node: "actuator".to_owned(),
-            },
-        };
-        let events = [3, 5, 4, 4, 9, 1].map(event);
-        add(
-            &batch_stream(&rec, 0, &[]),
-            &events,
-            &mut ContentDigest::default(),
-        )
-        .expect("written");
-        let messages = storage.take();
-        let texts = chunks(&messages).flat_map(|chunk| columns::read_texts(&chunk));
-        let texts = texts.map(|text| text.expect("JSON"));
-        let read = texts.map(|text| serde_json::from_str::<Event>(&text).expect("an event"));
-        let read: Vec<Event> = read.collect();
-        assert_eq!(read, events);
-    }
-}

@@ -90,30 +90,3 @@ fn log_heights(stream: &BatchStream, times: &[Time], rows: Vec<TensorData>) -> W
     let bars = BarChart::update_fields().with_many_values(rows);
     stream.send(HISTOGRAM, times, bars.columns_of_unit_batches()?)
 }
-
-#[cfg(test)]
-mod tests {
-    use rerun::{TensorBuffer, TensorData};
-
-    use super::{BINS, Duration, Histogram};
-
-    fn bars(data: TensorData) -> Vec<u64> {
-        match data.buffer {
-            TensorBuffer::U64(bars) => bars.to_vec(),
-            other => panic!("{other:?}"),
-        }
-    }
-
-    #[test]
-    fn bars_widen_and_none_is_lost() {
-        let mut histogram = Histogram {
-            width: 10,
-            ..Histogram::default()
-        };
-        for ms in [0, 0, 0, 180, 180] {
-            histogram.latencies.add(Duration::from_millis(ms));
-        }
-        let counted = bars(histogram.heights());
-        assert_eq!((counted.len(), counted[0], counted[18]), (BINS, 3, 2));
-    }
-}

@@ -15,9 +15,6 @@ pub mod picture;
 pub mod signals;
 pub mod traffic;
 
-#[cfg(test)]
-mod tests;
-
 use std::sync::Arc;
 
 use ratelab::{Event, Time};

@@ -1,35 +1,42 @@
 //! The lanes of the timeline in a file: what the viewer draws of ticks and messages.
 
 use std::{
-    fs,
     path::{Path, PathBuf},
+    time::Duration,
 };
 
+use ratelab::{ClockKind, NodeTopology, Time};
+use ratelab_account::TickRecord;
+use ratelab_recording::{
+    rrd::scene::{lanes::TIMELINE, modes::MODES},
+    rrd::schema::path as entity,
+    rrd::timeline::RUN_TIME,
+};
 use ratelab_study::experiment::Config;
 use rerun::{StateChange, StateConfiguration};
 use tempfile::TempDir;
 
-use super::{file, ms, record, table::rows, with_knobs};
-use crate::{
-    rrd::frames::Chunks,
-    rrd::scene::{lanes::TIMELINE, modes::MODES},
-    rrd::schema::path as entity,
-    rrd::timeline::RUN_TIME,
+use super::{
+    chunks_of, file,
+    given::{GivenRun, node},
+    ms, record,
+    table::rows,
+    with_knobs,
 };
 
 /// The changes in the lane at `place`, such as `0 planned, 60 played`: run time (ms) and state,
 /// which is `-` for none.
 fn changes(path: &Path, place: &[&str]) -> String {
-    let bytes = fs::read(path).expect("read");
     let (lane, state) = (entity(place), StateChange::descriptor_state().component);
     let mut changes: Vec<String> = Vec::new();
-    for chunk in Chunks::new(&bytes).filter(|chunk| *chunk.entity_path() == lane) {
+    let chunks = chunks_of(path).into_iter();
+    for chunk in chunks.filter(|chunk| *chunk.entity_path() == lane) {
         let Some(times) = chunk.timelines().get(&RUN_TIME.into()) else {
             continue;
         };
         let states = chunk.iter_slices::<String>(state);
         let states = states.map(|row| row.concat());
-        let times = times.times_raw().iter().map(|nanos| nanos / 1_000_000);
+        let times = times.times_raw().iter().map(|nanos| *nanos as f64 / 1e6);
         changes.extend(times.zip(states).map(|(at, state)| match &*state {
             "" => format!("{at} -"),
             state => format!("{at} {state}"),
@@ -93,9 +100,10 @@ fn every_clock_rate_and_fault_has_a_row_and_every_rate_a_colour() {
     ] {
         assert_eq!(changes(&path, lane), changed);
     }
-    let bytes = fs::read(&path).expect("read");
     let values = StateConfiguration::descriptor_values().component;
-    let looks = Chunks::new(&bytes).filter(|chunk| *chunk.entity_path() == entity(&rates));
+    let looks = chunks_of(&path)
+        .into_iter()
+        .filter(|chunk| *chunk.entity_path() == entity(&rates));
     let named = looks.flat_map(|chunk| {
         let rows = chunk.iter_slices::<String>(values).flatten();
         rows.map(|text| text.to_string()).collect::<Vec<_>>()
@@ -106,4 +114,74 @@ fn every_clock_rate_and_fault_has_a_row_and_every_rate_a_colour() {
         named.ends_with(&["50 Hz", "40 Hz", "30 Hz"].map(str::to_owned)),
         "{named:?}"
     );
+}
+
+/// A tick of the real clock: its start, lateness and duration (ms), and the overruns by then.
+fn tick(number: u64, [at, late, took]: [u64; 3], overruns: u64) -> TickRecord {
+    TickRecord {
+        number,
+        at: ms(at),
+        ends: None,
+        lateness: Some(Duration::from_millis(late)),
+        took: Some(Duration::from_millis(took)),
+        overruns,
+        push: None,
+    }
+}
+
+/// The lane of the first of `nodes` in a run of the real clock, set up by `setup`.
+fn lane_of(nodes: Vec<NodeTopology>, setup: &str, ticks: Vec<(usize, TickRecord)>) -> String {
+    let (_folder, path) = file("given.rrd");
+    let name = nodes[0].name.clone();
+    let run = GivenRun {
+        clock: ClockKind::Real,
+        setup,
+        nodes,
+        ticks,
+        events: Vec::new(),
+        end: ms(100),
+    };
+    run.record(&path);
+    changes(&path, &[TIMELINE, "node", &name])
+}
+
+#[test]
+fn a_lane_has_the_late_part_of_each_tick_its_duration_and_whether_it_was_too_long() {
+    let run = [
+        tick(0, [3, 3, 4], 0),
+        tick(1, [20, 0, 25], 1),
+        tick(2, [60, 0, 20], 1),
+        tick(3, [81, 1, 0], 1),
+    ];
+    let lane = "0 late, 3 tick, 7 -, 20 overrun, 45 -, 60 tick, 80 late, \
+                81 tick without duration, 82 -";
+    assert_eq!(
+        lane_of(vec![node("own")], "", run.map(|tick| (0, tick)).to_vec()),
+        lane
+    );
+}
+
+#[test]
+fn a_lane_of_an_executor_has_the_wait_and_what_was_set_aside() {
+    let on_core = |name| NodeTopology {
+        executor: Some("fixed-priority:1".to_owned()),
+        executor_index: Some(0),
+        ..node(name)
+    };
+    let nodes = ["own", "urgent"].map(on_core).to_vec();
+    let ticks = vec![(0, tick(0, [3, 3, 9], 0)), (1, tick(0, [5, 0, 3], 0))];
+    let lane = lane_of(nodes, "takes own 9, takes urgent 3", ticks);
+    let expected = "0 waiting for the executor, 3 tick, 5 set aside, 8 tick, 12 -";
+    assert_eq!(lane, expected);
+}
+
+#[test]
+fn ticks_without_a_duration_stay_apart_at_any_rate() {
+    let run = [0, 1].map(|number| TickRecord {
+        at: Time::from_nanos(number * 500_000),
+        ..tick(number, [0, 0, 0], 0)
+    });
+    let lane = lane_of(vec![node("own")], "", run.map(|tick| (0, tick)).to_vec());
+    // The second begins within the width of the first.
+    assert_eq!(lane, "0 tick without duration, 1.5 -");
 }

@@ -3,6 +3,7 @@
 use std::{fs, path::Path, thread, time::Duration};
 
 use ratelab::Time;
+use ratelab_recording::{ReadError, Recorder, Recording, RrdFormat, Source};
 use ratelab_study::experiment::Config;
 use rerun::external::re_log_encoding::{DecoderApp, Encoder, EncodingOptions};
 
@@ -10,7 +11,6 @@ use super::{
     Dice, assert_has, cases, experiment, file, finish, folder, ms, paced, read, recorder,
     recording, replayed, verify,
 };
-use crate::{ReadError, Recorder, Recording, RrdFormat, Source};
 
 /// A file as it is while it is recorded, before its batches are put together,
 /// and the recording that comes of it. Batches are made by wall time: this takes

@@ -3,13 +3,13 @@
 use std::{hint::black_box, sync::Arc};
 
 use ratelab::{GO_ON, Time};
+use ratelab_recording::{Recording, Replay};
 use ratelab_study::{
     experiment::Experiment,
     system::{BuildError, Builder, System},
 };
 
 use super::{Made, file, leaks::Number, ms, read, real, record_run, verify_with};
-use crate::{Recording, Replay};
 
 /// A node that works for milliseconds before it publishes, and one that publishes at once.
 fn pair(builder: &mut Builder<'_>) -> Result<(), BuildError> {

@@ -8,6 +8,7 @@ use std::{
 
 use ratelab::{Event, EventKind};
 use ratelab_cart_pole::CartPole;
+use ratelab_recording::{ReadError, Recording, RecordingEnd};
 use rerun::external::arrow::{
     array::{Array, ArrayRef, AsArray, DurationNanosecondArray},
     datatypes::DurationNanosecondType,
@@ -21,7 +22,6 @@ use super::{
     table::rows,
     turned, verify,
 };
-use crate::{ReadError, Recording, RecordingEnd};
 
 /// A run of a second with a fall, in a file of its own.
 fn fall(folder: &TempDir) -> PathBuf {

@@ -4,13 +4,13 @@ use std::{fs, thread, time::Duration};
 
 use ratelab::{ClockKind, Command, Time};
 use ratelab_cart_pole::CartPole;
+use ratelab_recording::{Recorder, Recording, RrdFormat, Source};
 use ratelab_study::experiment::Config;
 
 use super::{
     altered::{alter, exchange},
     assert_has, experiment, file, finish, found, ms, read, record, recorder, verify,
 };
-use crate::{Recorder, Recording, RrdFormat, Source};
 
 /// A short run of the real clock, set up by `setup`.
 fn real(setup: &str, seconds: f64) -> Config {

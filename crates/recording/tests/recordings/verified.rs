@@ -1,17 +1,18 @@
 //! What was recorded comes again, and what differs is found.
 
-use std::ops::ControlFlow;
+use std::{ops::ControlFlow, time::Duration};
 
 use ratelab::{Command, Event, EventKind, Head, Knob, Time, TimedCommand};
 use ratelab_account::{Rows, TickRecord};
 use ratelab_cart_pole::CartPole;
+use ratelab_recording::{Recording, VerifyError, VerifyStatus, VerifyWith};
+use ratelab_replay::BusyNode;
 use ratelab_study::experiment::{Config, Experiment};
 
 use super::{
     Dice, assert_has, cart_pole, cases, experiment, falling, file, folder, found, ms, read,
     record_run, recorded, turned, verify, with_knobs,
 };
-use crate::{Recording, VerifyError, verify::VerifyStatus};
 
 /// The messages of `rows` that `keep` keeps, as it leaves them.
 fn kept(rows: &Rows, mut keep: impl FnMut(&mut Head, &mut [f64]) -> bool) -> Rows {
@@ -161,7 +162,7 @@ fn whoever_watches_a_verification_can_end_it() {
         advance_to = look.now;
         ControlFlow::Break(())
     };
-    let error = crate::verify(&years, &cart_pole(), crate::VerifyWith::default(), watch)
+    let error = ratelab_recording::verify(&years, &cart_pole(), VerifyWith::default(), watch)
         .expect_err("ended");
     assert!(matches!(error, VerifyError::Stopped), "{error}");
     assert!(Time::ZERO < advance_to && advance_to < at, "{advance_to}");
@@ -216,4 +217,19 @@ fn a_rate_that_was_refused_is_refused_again() {
     let refused = |event: &&Event| matches!(event.what, EventKind::Refused { .. });
     assert_eq!(recording.events.iter().filter(refused).count(), 1);
     verify(&recording).expect("identical");
+}
+
+#[test]
+fn a_tick_that_was_long_when_it_was_recorded_is_not_stuck() {
+    let node = BusyNode {
+        name: "policy".into(),
+        at: Time::ZERO,
+        took: Duration::from_secs(12),
+    };
+    let after = |seconds| {
+        let busy = Duration::from_secs(seconds);
+        VerifyStatus::new(Time::ZERO, Some(node.clone()), busy).stuck
+    };
+    assert_eq!(after(13), None);
+    assert_eq!(after(23), Some(node.clone()));
 }

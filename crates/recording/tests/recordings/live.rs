@@ -4,20 +4,21 @@ use std::{fs, path::Path, sync::Arc, thread, time::Duration};
 
 use ratelab::{ClockKind, Command, GO_ON, Speed, Time};
 use ratelab_cart_pole::CartPole;
+use ratelab_recording::{
+    Recorder, RrdFormat, Source, StopReason,
+    rrd::{
+        schema::node_entity,
+        timeline::{RUN_TIME, WALL_TIME},
+    },
+};
 use ratelab_study::{
     experiment::{Config, Experiment},
     system::{Builder, WorldKind},
 };
 
 use super::{
-    Made, assert_has, experiment, file, finish, leaks::Number, paced, read, record, record_run,
-    recorder, verify,
-};
-use crate::{
-    Recorder, RrdFormat, Source, StopReason,
-    rrd::frames::Chunks,
-    rrd::schema::node_entity,
-    rrd::timeline::{RUN_TIME, WALL_TIME},
+    Made, assert_has, chunks_of, experiment, file, finish, leaks::Number, paced, read, record,
+    record_run, recorder, verify,
 };
 
 /// Commands that turn the knobs in `text`.
@@ -143,9 +144,8 @@ fn ten_seconds_take_two_thirds_of_a_megabyte_and_their_batches_are_put_together(
 
 /// Wall times (ns) and run times of the ticks of the first node in a file.
 fn wall_times(path: &Path) -> Vec<(i64, i64)> {
-    let bytes = fs::read(path).expect("read");
     let mut times = Vec::new();
-    for chunk in Chunks::new(&bytes) {
+    for chunk in chunks_of(path) {
         if *chunk.entity_path() == node_entity("sensor") {
             let column = |name: &'static str| {
                 let column = chunk.timelines().get(&name.into());

@@ -5,6 +5,8 @@ mod altered;
 #[path = "../../../../tests/support/cells.rs"]
 mod cells;
 mod damage;
+mod destination;
+mod given;
 mod lanes;
 mod leaks;
 mod lies;
@@ -12,9 +14,13 @@ mod live;
 mod own;
 mod publishers;
 mod replayed;
+mod scene;
+mod schedule;
 #[path = "../../../../tests/support/table.rs"]
 mod table;
+mod texts;
 mod threads;
+mod timeline;
 mod verified;
 
 use std::{
@@ -26,21 +32,21 @@ use std::{
 use ratelab::{ClockKind, Event, EventKind, Fault, Head, Hz, Knob, Speed, Time};
 use ratelab_account::Snapshot;
 use ratelab_cart_pole::{CartPole, policy::PolicyKind};
+use ratelab_recording::{
+    FinishedRecording, Identical, Recorder, Recording, Replay, RrdFormat, Source, StopReason,
+    VerifyError, VerifyWith, rrd::timeline::BatchStream,
+};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::{BuildError, Builder, System},
 };
 use rerun::{
     RecordingStream, RecordingStreamBuilder,
+    external::re_log_encoding::DecoderApp,
     log::{Chunk, LogMsg},
     sink::MemorySinkStorage,
 };
 use tempfile::TempDir;
-
-use super::{
-    FinishedRecording, Recorder, Recording, Replay, RrdFormat, Source, StopReason, VerifyError,
-    rrd::timeline::BatchStream, verify::Identical,
-};
 
 /// How many cases a test over random ones tries: `usual`, or as many as
 /// `RATELAB_CASES` asks for.
@@ -128,7 +134,7 @@ where
 }
 
 /// The cart-pole.
-pub(super) fn cart_pole() -> Arc<dyn System> {
+fn cart_pole() -> Arc<dyn System> {
     Arc::new(CartPole::default())
 }
 
@@ -212,7 +218,7 @@ fn verify(recording: &Recording) -> Result<Identical, VerifyError> {
 
 /// Runs it again with `system`, unwatched.
 fn verify_with(recording: &Recording, system: &Arc<dyn System>) -> Result<Identical, VerifyError> {
-    super::verify(recording, system, crate::VerifyWith::default(), |_| {
+    ratelab_recording::verify(recording, system, VerifyWith::default(), |_| {
         ControlFlow::Continue(())
     })
 }
@@ -284,7 +290,7 @@ fn recorder(experiment: &Experiment, path: &Path) -> Recorder {
 }
 
 /// The rate of `node` was turned to `rate` at run time `at`.
-pub(super) fn turned_rate(at: Time, node: &str, rate: f64) -> Event {
+fn turned_rate(at: Time, node: &str, rate: f64) -> Event {
     let (node, hz) = (node.to_owned(), hz(rate));
     let what = EventKind::Applied {
         command: Knob::Rate { node, hz }.into(),
@@ -294,27 +300,23 @@ pub(super) fn turned_rate(at: Time, node: &str, rate: f64) -> Event {
 }
 
 /// A rate.
-pub(super) fn hz(hz: f64) -> Hz {
+fn hz(hz: f64) -> Hz {
     Hz::new(hz).expect("a rate")
 }
 
 /// A run time.
-pub(super) fn ms(ms: u64) -> Time {
+fn ms(ms: u64) -> Time {
     Time::from_nanos(ms * 1_000_000)
 }
 
 /// A stream of the recorder into memory.
-pub(super) fn stream() -> (RecordingStream, MemorySinkStorage) {
+fn stream() -> (RecordingStream, MemorySinkStorage) {
     let stream = RecordingStreamBuilder::new("ratelab").memory();
     stream.expect("a stream")
 }
 
 /// The stream with a batch of a run in virtual time: its `steps`, `before` of them before it.
-pub(super) fn batch_stream<'a>(
-    rec: &RecordingStream,
-    before: u64,
-    steps: &'a [Head],
-) -> BatchStream<'a> {
+fn batch_stream<'a>(rec: &RecordingStream, before: u64, steps: &'a [Head]) -> BatchStream<'a> {
     BatchStream {
         rec: rec.clone(),
         epoch: None,
@@ -324,10 +326,18 @@ pub(super) fn batch_stream<'a>(
 }
 
 /// The chunks among `messages`.
-pub(super) fn chunks(messages: &[LogMsg]) -> impl Iterator<Item = Chunk> {
+fn chunks(messages: &[LogMsg]) -> impl Iterator<Item = Chunk> {
     let tables = messages.iter().filter_map(|message| match message {
         LogMsg::ArrowMsg(_, data) => Some(data),
         _ => None,
     });
     tables.map(|data| Chunk::from_arrow_msg(data).expect("a chunk"))
+}
+
+/// The chunks in a file, as rerun reads them.
+fn chunks_of(path: &Path) -> Vec<Chunk> {
+    let bytes = std::fs::read(path).expect("read");
+    let messages = DecoderApp::decode_eager(&*bytes).expect("a file of rerun's");
+    let messages: Vec<_> = messages.map(|message| message.expect("whole")).collect();
+    chunks(&messages).collect()
 }

@@ -2,6 +2,7 @@
 
 use std::{fs, path::Path, sync::Arc};
 
+use ratelab_recording::rrd::schema::JSON;
 use rerun::{
     external::{
         arrow::array::{Array, ArrayRef, AsArray, RecordBatch, StringArray, UInt64Array},
@@ -12,7 +13,6 @@ use rerun::{
 use serde_json::Value;
 
 use super::cells::{list, with_cell};
-use crate::rrd::schema::JSON;
 
 /// Alters the columns called `column` of the entities whose path ends with
 /// `entity`, in the file at `path`.

@@ -2,25 +2,31 @@
 
 use std::{collections::BTreeMap, time::Duration};
 
-use ratelab::Time;
+use ratelab::{Head, Time};
 use ratelab_account::Snapshot;
 use ratelab_cart_pole::{CartPole, POLICY, STATE};
+use ratelab_recording::{
+    RunRows, Source, Tapped,
+    bins::BINS,
+    rrd::{
+        blueprint,
+        scene::{
+            Scene,
+            histogram::{HISTOGRAM, Histogram},
+            latency::LATENCY,
+            traffic::{DROPPED, PER_SECOND},
+        },
+        timeline::RUN_TIME,
+    },
+};
 use ratelab_study::experiment::{Config, Experiment, Summary};
 use rerun::{
-    Scalars,
+    BarChart, Scalars, TensorBuffer,
+    components::TensorData,
     log::{Chunk, LogMsg},
 };
 
-use super::{
-    Scene,
-    latency::LATENCY,
-    traffic::{DROPPED, PER_SECOND},
-};
-use crate::{
-    RunRows, Source, Tapped,
-    rrd::{blueprint, timeline::RUN_TIME},
-    tests::{batch_stream, cart_pole, chunks, stream},
-};
+use super::{batch_stream, cart_pole, chunks, ms, stream};
 
 /// More rows than any run here has.
 const ROOM: usize = 1 << 14;
@@ -138,6 +144,42 @@ fn the_messages_of_the_last_second_are_drawn_and_all_that_were_dropped() {
     // That of exactly a second ago is out, that of now is in; four of five are not read.
     assert_eq!(of_obs(PER_SECOND), [50.0; 4]);
     assert_eq!(of_obs(DROPPED), [20.0, 40.0, 200.0, 400.0]);
+}
+
+#[test]
+fn bars_of_latency_widen_and_none_is_lost() {
+    let (rec, storage) = stream();
+    let at = ms(200);
+    let step = |(seq, latency)| Head {
+        seq,
+        at,
+        stamp: at,
+        dropped: 0,
+        origin: Some(at - Duration::from_millis(latency)),
+        arrives: Some(at),
+    };
+    let steps = [(0, 0), (1, 0), (2, 0), (3, 180), (4, 180)].map(step);
+    let mut histogram = Histogram::default();
+    let counted = histogram.add(&batch_stream(&rec, 0, &steps));
+    counted.expect("counted");
+    let finished = histogram.finish(&batch_stream(&rec, 5, &[]), ms(1_000));
+    finished.expect("an end");
+    let messages = storage.take();
+    let charts = chunks(&messages).filter(|chunk| *chunk.entity_path() == HISTOGRAM.into());
+    let values = BarChart::descriptor_values().component;
+    let bars = charts.filter_map(|chart| {
+        let rows: Vec<TensorData> = chart
+            .iter_component(values)
+            .flat_map(|row| row.to_vec())
+            .collect();
+        match &rows.last()?.buffer {
+            TensorBuffer::U64(bars) => Some(bars.to_vec()),
+            other => panic!("{other:?}"),
+        }
+    });
+    let bars = bars.last().expect("bars");
+    // Ten milliseconds wide.
+    assert_eq!((bars.len(), bars[0], bars[18]), (BINS, 3, 2));
 }
 
 #[test]

@@ -12,13 +12,13 @@ use std::{
 
 use ratelab::{Command, GO_ON, Shared, Time};
 use ratelab_account::fields;
+use ratelab_recording::{FinishedRecording, Recorder, RrdFormat, Source};
 use ratelab_study::{
     experiment::Experiment,
     system::{Builder, System},
 };
 
 use super::{Made, assert_has, file, finish, ms, read, real, verify_with};
-use crate::{FinishedRecording, Recorder, RrdFormat, Source};
 
 /// A number.
 #[derive(Clone, Copy)]

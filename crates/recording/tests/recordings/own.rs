@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use ratelab::{END, GO_ON, KnobKind, TimedKnob};
 use ratelab_account::{Fields, Rows, fields};
+use ratelab_recording::{Recording, RunStatus, rrd::scene::signals};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
     system::{BuildError, Builder, Final, Picture, Shape, Signal, Style, System},
@@ -12,9 +13,9 @@ use ratelab_study::{
 use rerun::EntityPath;
 
 use super::{
-    assert_has, file, ms, read, record_run, replayed, replayed_with, traffic, verify, verify_with,
+    assert_has, chunks_of, file, ms, read, record_run, replayed, replayed_with, traffic, verify,
+    verify_with,
 };
-use crate::{Recording, RunStatus, rrd::frames::Chunks, rrd::scene::signals};
 
 /// A ball that falls, and somebody who looks at it: names with spaces, a topic
 /// without fields and one that is not recorded.
@@ -201,9 +202,9 @@ fn signals_and_picture_are_drawn() {
     let (_folder, path) = file("ball.rrd");
     let experiment = Experiment::new(ball(), &config()).expect("a graph");
     record_run(experiment, &path).0.expect("no fault");
-    let bytes = std::fs::read(path).expect("read");
+    let chunks = chunks_of(&path);
     let rows = |entity: &EntityPath, component: &str| -> usize {
-        let chunks = Chunks::new(&bytes).filter(|chunk| chunk.entity_path() == entity);
+        let chunks = chunks.iter().filter(|chunk| chunk.entity_path() == entity);
         let columns = chunks.map(|chunk| {
             let mut components = chunk.components_identifiers();
             let there = components.any(|name| name.as_str().contains(component));
