@@ -78,11 +78,7 @@ pub fn record(mut destination: Destination, experiment: &Experiment) -> Result<R
         notice: note,
         ..Source::of(experiment)
     };
-    let begun = destination.claim(&source.origin, |path, format| {
-        Recorder::from_the_start(path, format, &source)
-    });
-    let (_, recorder) = begun.map_err(|(path, why)| record_error(&path, &why))?;
-    Ok(recorder)
+    Recorder::from_the_start(&mut destination, &source).map_err(record_error)
 }
 
 /// The topics of `experiment` with readers, in the order of a summary.

@@ -3,7 +3,7 @@
 use std::{
     io::{self, Write},
     iter,
-    path::{Path, PathBuf},
+    path::PathBuf,
     sync::Arc,
     time::{Duration, Instant},
 };
@@ -12,9 +12,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::{Clock, Command, Fault, Knob};
 use ratelab_account::{Lineage, Observer};
 use ratelab_real_clock::{RealClock, RealtimePriority};
-use ratelab_recording::{
-    Branch, Destination, RecordError, Recorder, Recording, RecordingFormat, Source, StopReason,
-};
+use ratelab_recording::{Branch, Destination, Recorder, Recording, Source, StopReason};
 use ratelab_replay::RunLog;
 use ratelab_study::{
     experiment::{Config, Experiment, StepWriter, Summary},
@@ -122,8 +120,7 @@ impl Prepared {
     /// # Errors
     /// [`ScreenError::Record`] with the system's error for the file.
     pub fn record(&self, destination: &mut Destination) -> Result<Recorder, ScreenError> {
-        let begun = begun(&self.source, destination, Recorder::from_the_start);
-        begun.map(|(_, recorder)| recorder)
+        Recorder::from_the_start(destination, &self.source).map_err(ScreenError::Record)
     }
 
     /// Starts the experiment, with its recorder if it has one.
@@ -288,9 +285,8 @@ impl Session {
     /// The system's error for the file.
     pub fn record(&mut self, destination: &mut Destination) -> Result<PathBuf, ScreenError> {
         let source = self.source.as_ref().ok_or(ScreenError::Panicked)?;
-        let (path, recorder) = begun(source, destination, Recorder::midway)?;
-        self.recorder = Some(recorder);
-        Ok(path)
+        let recorder = Recorder::midway(destination, source).map_err(ScreenError::Record)?;
+        Ok(self.recorder.insert(recorder).path().to_owned())
     }
 
     /// The run so far, to be executed again; `None` at its end.
@@ -302,16 +298,6 @@ impl Session {
         let source = self.source.as_ref()?;
         Some(source.so_far(&end))
     }
-}
-
-/// A recorder of `source` on a new file at `destination`, and the path of the file.
-fn begun(
-    source: &Source,
-    destination: &mut Destination,
-    begin: impl Fn(&Path, &dyn RecordingFormat, &Source) -> io::Result<Recorder>,
-) -> Result<(PathBuf, Recorder), ScreenError> {
-    let claimed = destination.claim(&source.origin, |path, format| begin(path, format, source));
-    claimed.map_err(|(path, why)| ScreenError::Record(RecordError { path, why }))
 }
 
 impl RunSource for Session {

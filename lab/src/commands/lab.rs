@@ -104,7 +104,7 @@ fn unfinished(args: &LabArgs, error: ScreenError) -> Error {
 /// Turns errors of creating files into errors of the input.
 fn refusal(args: &LabArgs, error: ScreenError) -> Error {
     match (error, &args.run.csv) {
-        (ScreenError::Record(error), _) => record_error(&error.path, &error.why),
+        (ScreenError::Record(error), _) => record_error(error),
         (ScreenError::Csv(why), Some(path)) => Error::unwritable("--csv", path, &why),
         (error, _) => error.into(),
     }

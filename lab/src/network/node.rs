@@ -114,14 +114,8 @@ fn record(
         nodes: here.to_vec(),
         error_ns: Some(0),
     }];
-    let begun = destination.map(|destination| {
-        destination.claim(&source.origin, |path, format| {
-            Recorder::from_the_start(path, format, &source)
-        })
-    });
-    let begun = begun.transpose();
-    let begun = begun.map_err(|(path, why)| record_error(&path, &why))?;
-    Ok(begun.map(|(_, recorder)| recorder))
+    let begun = destination.map(|destination| Recorder::from_the_start(destination, &source));
+    begun.transpose().map_err(record_error)
 }
 
 /// Runs to the end and prints the summary; returns whether the run is lost.

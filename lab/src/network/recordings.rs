@@ -42,13 +42,10 @@ impl Recordings {
     /// # Errors
     /// [`Error`] if the file cannot be made.
     pub fn begin(&mut self, source: Source) -> Result<PathBuf, Error> {
-        let begun = self.destination.claim(&source.origin, |path, format| {
-            Recorder::from_the_start(path, format, &source)
-        });
+        let begun = Recorder::from_the_start(&mut self.destination, &source);
         self.on = begun.is_ok();
-        let (path, recorder) = begun.map_err(|(path, why)| record_error(&path, &why))?;
-        self.present = Some(recorder);
-        Ok(path)
+        let recorder = self.present.insert(begun.map_err(record_error)?);
+        Ok(recorder.path().to_owned())
     }
 
     /// Records a run that just began; an error waits for the end.

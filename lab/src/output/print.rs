@@ -14,7 +14,7 @@ use crate::{
     summary::text,
     wrap::{fitted, room},
 };
-use ratelab_recording::FinishedRecording;
+use ratelab_recording::{FinishedRecording, RecordError};
 
 /// Prints lines for people to standard output, made safe for a terminal and wrapped to its
 /// width; a reader that has closed it is no error.
@@ -77,14 +77,14 @@ pub fn print_recorded(json: bool, recorded: &FinishedRecording) -> Result<(), Er
 }
 
 /// An error when a recording cannot begin.
-pub fn record_error(path: &Path, why: &io::Error) -> Error {
+pub fn record_error(RecordError { path, why }: RecordError) -> Error {
     match why.kind() {
         io::ErrorKind::AlreadyExists if path.exists() => Error::BadInput(format!(
             "--record {}: there is such a file, and recordings overwrite none: \
              choose another name",
             path.display()
         )),
-        _ => Error::unwritable("--record", path, why),
+        _ => Error::unwritable("--record", &path, &why),
     }
 }
 

@@ -6,14 +6,17 @@ use std::{
 };
 
 use ratelab::KnobKind;
-use ratelab_recording::rrd::{
-    RecordingFile,
-    blueprint::{Properties, ViewerLayout},
-    scene::{
-        lines::{self, Line},
-        palette,
+use ratelab_recording::{
+    RecordError,
+    rrd::{
+        RecordingFile,
+        blueprint::{Properties, ViewerLayout},
+        scene::{
+            lines::{self, Line},
+            palette,
+        },
+        schema::SWEEP_APPLICATION,
     },
-    schema::SWEEP_APPLICATION,
 };
 use ratelab_study::system::names::key;
 use rerun::{
@@ -70,9 +73,11 @@ pub struct Record {
 impl Record {
     /// Creates the file; refuses an existing one.
     pub fn create(path: &Path) -> Result<Self, Error> {
-        let file = RecordingFile::create(path).map_err(|why| record_error(path, &why))?;
         let path = path.to_owned();
-        Ok(Self { path, file })
+        match RecordingFile::create(&path) {
+            Ok(file) => Ok(Self { path, file }),
+            Err(why) => Err(record_error(RecordError { path, why })),
+        }
     }
 
     /// Writes the curves of `summary`, with a layout for the viewer.

@@ -6,7 +6,7 @@ use std::{
     sync::Arc,
 };
 
-use super::format::RecordingFormat;
+use super::format::{BeginRun, RecordError, RecordingFormat};
 use crate::run::Origin;
 
 /// Default folder of recordings.
@@ -33,27 +33,23 @@ impl Destination {
         }
     }
 
-    /// Calls `begin` to create the file for a recording of the run of `origin`, in the format of
-    /// this destination. A default name, or one already used by this destination, gets a number until it is free.
+    /// Creates the file for a recording of the run of `origin`. A default name, or one already
+    /// used by this destination, gets a number until it is free.
     ///
     /// # Errors
-    /// The file and the error from `begin`.
-    pub fn claim<T>(
-        &mut self,
-        origin: &Origin,
-        begin: impl Fn(&Path, &dyn RecordingFormat) -> io::Result<T>,
-    ) -> Result<(PathBuf, T), (PathBuf, io::Error)> {
+    /// The system's error for the file.
+    pub fn create(&mut self, origin: &Origin) -> Result<(PathBuf, BeginRun), RecordError> {
         let (first, chosen) = self.first(origin);
-        for number in 1.. {
+        let mut number = 1;
+        loop {
             let path = numbered(&first, number);
-            match begin(&path, &*self.format) {
-                Ok(begun) => return Ok((path, begun)),
+            match self.format.create(&path) {
+                Ok(begin) => return Ok((path, begin)),
                 // Another program may have created it first.
-                Err(error) if !chosen && path.is_file() && is_taken(&error) => {}
-                Err(error) => return Err((path, error)),
+                Err(error) if !chosen && path.is_file() && is_taken(&error) => number += 1,
+                Err(why) => return Err(RecordError { path, why }),
             }
         }
-        Err((first, io::ErrorKind::AlreadyExists.into()))
     }
 
     /// The first name to try, and whether the user chose it, so that it must not be

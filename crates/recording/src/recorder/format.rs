@@ -1,4 +1,4 @@
-//! A format of recordings, and what is left when one is complete.
+//! A format of recordings, and what becomes of one.
 
 use std::{
     io,
@@ -7,6 +7,7 @@ use std::{
 };
 
 use ratelab_account::{RunRow, Tap};
+use thiserror::Error;
 
 use super::source::{Source, StopReason};
 
@@ -44,6 +45,16 @@ pub trait RunWriter {
         tap: Tap<RunRow>,
         reason: &StopReason,
     ) -> io::Result<FinishedRecording>;
+}
+
+/// A recording that did not begin, or ended early.
+#[derive(Debug, Error)]
+#[error("the recording {} ended early: {why}", path.display())]
+pub struct RecordError {
+    /// The file; what is written of it is intact up to its last second.
+    pub path: PathBuf,
+    /// The error of the operating system.
+    pub why: io::Error,
 }
 
 /// A complete recording.

@@ -78,15 +78,12 @@
 //! let source = Source::of(&experiment);
 //! let folder = tempfile::tempdir()?;
 //! let mut destination = Destination::new(Some(folder.path().to_owned()), TextFormat);
-//! let begun = destination.claim(&source.origin, |path, format| {
-//!     Recorder::from_the_start(path, format, &source)
-//! });
-//! let (path, recorder) = begun.map_err(|(_, why)| why)?;
+//! let recorder = Recorder::from_the_start(&mut destination, &source)?;
 //! let outcome = experiment.run();
 //! recorder.end(StopReason::of(&outcome));
 //! let recorded = recorder.finish()?;
 //!
-//! let text = fs::read_to_string(&path)?;
+//! let text = fs::read_to_string(&recorded.path)?;
 //! let (messages, ticks): (Vec<_>, Vec<_>) = text.lines().partition(|line| line.contains(" /"));
 //! assert_eq!(recorded.messages, messages.len() as u64);
 //! let summary = outcome?;
@@ -101,6 +98,6 @@ mod source;
 mod thread;
 
 pub use destination::Destination;
-pub use format::{BeginRun, FinishedRecording, RecordingFormat, RunWriter, outside};
+pub use format::{BeginRun, FinishedRecording, RecordError, RecordingFormat, RunWriter, outside};
 pub use source::{Source, StopReason, Tapped};
-pub use thread::{BACKLOG, RecordError, Recorder};
+pub use thread::{BACKLOG, Recorder};

@@ -18,10 +18,10 @@ use std::{
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab_account::{Observer, RunRow, Tap};
 use ratelab_replay::RunLog;
-use thiserror::Error;
 
 use super::{
-    format::{FinishedRecording, RecordingFormat, RunWriter, outside},
+    destination::Destination,
+    format::{FinishedRecording, RecordError, RunWriter, outside},
     source::{Source, StopReason},
 };
 
@@ -31,16 +31,6 @@ pub const BACKLOG: usize = 1 << 16;
 
 /// Interval between two checks of the taps (wall time).
 const LOOK: Duration = Duration::from_millis(50);
-
-/// A recording that ended early.
-#[derive(Debug, Error)]
-#[error("the recording {} ended early: {why}", path.display())]
-pub struct RecordError {
-    /// The file, which is intact up to its last second.
-    pub path: PathBuf,
-    /// The error of the operating system.
-    pub why: io::Error,
-}
 
 /// A recording in progress.
 pub struct Recorder {
@@ -53,17 +43,16 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Records a run that has not begun, from its first tick on, to the new file `path`.
+    /// Records a run that has not begun, from its first tick on, to a new file at `destination`.
     ///
     /// # Errors
     /// The system's error for the file.
     pub fn from_the_start(
-        path: &Path,
-        format: &dyn RecordingFormat,
+        destination: &mut Destination,
         source: &Source,
-    ) -> io::Result<Self> {
+    ) -> Result<Self, RecordError> {
         let tap = source.taps.all(BACKLOG);
-        Self::start(path, format, source, move |_| tap)
+        Self::start(destination, source, move |_| tap)
     }
 
     /// Records a run that may have begun, from a moment soon after the call. Never waits
@@ -71,19 +60,18 @@ impl Recorder {
     ///
     /// # Errors
     /// The system's error for the file.
-    pub fn midway(path: &Path, format: &dyn RecordingFormat, source: &Source) -> io::Result<Self> {
+    pub fn midway(destination: &mut Destination, source: &Source) -> Result<Self, RecordError> {
         // A topic that waits for a full tap is locked, and the caller may be the one to
         // empty that tap.
-        Self::start(path, format, source, |source| source.taps.all(BACKLOG))
+        Self::start(destination, source, |source| source.taps.all(BACKLOG))
     }
 
     fn start(
-        path: &Path,
-        format: &dyn RecordingFormat,
+        destination: &mut Destination,
         source: &Source,
         attach: impl FnOnce(&Source) -> Tap<RunRow> + Send + 'static,
-    ) -> io::Result<Self> {
-        let begin = format.create(path)?;
+    ) -> Result<Self, RecordError> {
+        let (path, begin) = destination.create(&source.origin)?;
         let (reason, asked) = bounded(1);
         let lost = Arc::<AtomicU64>::default();
         let (source, losses) = (source.clone(), lost.clone());
@@ -91,14 +79,22 @@ impl Recorder {
         let thread = thread.spawn(move || {
             let (tap, watch) = (attach(&source), RecordingWatch::new(&source, losses));
             record(begin(source)?, tap, watch, &asked)
-        })?;
-        Ok(Self {
-            path: path.to_owned(),
-            reason,
-            asked: Cell::new(false),
-            lost,
-            thread,
-        })
+        });
+        match thread {
+            Ok(thread) => Ok(Self {
+                path,
+                reason,
+                asked: Cell::new(false),
+                lost,
+                thread,
+            }),
+            Err(why) => Err(RecordError { path, why }),
+        }
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// Number of messages and ticks lost because the recorder was too slow.

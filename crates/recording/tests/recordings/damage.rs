@@ -3,13 +3,13 @@
 use std::{fs, path::Path, thread, time::Duration};
 
 use ratelab::Time;
-use ratelab_recording::{ReadError, Recorder, Recording, RrdFormat, Source};
+use ratelab_recording::{ReadError, Recorder, Recording, Source};
 use ratelab_study::experiment::Config;
 use rerun::external::re_log_encoding::{DecoderApp, Encoder, EncodingOptions};
 
 use super::{
     Dice, assert_has, cases, experiment, file, finish, folder, ms, paced, read, recorder,
-    recording, replayed, verify,
+    recording, replayed, to, verify,
 };
 
 /// A file as it is while it is recorded, before its batches are put together,
@@ -157,8 +157,7 @@ fn what_a_file_says_commands_no_terminal() {
     let experiment = experiment(&Config::default());
     let mut source = Source::of(&experiment);
     source.origin.ratelab = "1\u{1b}[2J\nverdict".to_owned();
-    let recorder =
-        Recorder::from_the_start(&path, &RrdFormat::default(), &source).expect("recorder");
+    let recorder = Recorder::from_the_start(&mut to(&path), &source).expect("recorder");
     drop(source);
     finish(recorder, &experiment.run());
     assert_eq!(read(&path).origin.ratelab, "1?[2J?verdict");

@@ -1,16 +1,13 @@
 //! The file that a recording gets.
 
-use std::{fs::File, path::PathBuf};
+use std::path::PathBuf;
 
 use ratelab::Topology;
 use ratelab_cart_pole::CartPole;
-use ratelab_recording::{Destination, Origin, RrdFormat};
+use ratelab_recording::{Destination, Origin};
 use ratelab_study::experiment::Config;
 
-/// A destination of rerun's files at `place`.
-fn to(place: PathBuf) -> Destination {
-    Destination::new(Some(place), RrdFormat::default())
-}
+use super::to;
 
 /// The origin of a run of the cart-pole.
 fn origin() -> Origin {
@@ -23,7 +20,7 @@ fn origin() -> Origin {
 
 /// The name of the file created by `destination`.
 fn claimed(destination: &mut Destination) -> PathBuf {
-    let made = destination.claim(&origin(), |path, _| File::create_new(path));
+    let made = destination.create(&origin());
     made.expect("a file").0
 }
 
@@ -32,20 +29,20 @@ fn a_name_is_kept_once_and_numbered_after() {
     let folder = tempfile::tempdir().expect("folder");
     for (name, second) in [("run.rrd", "run-2.rrd"), ("bare", "bare-2")] {
         let file = folder.path().join(name);
-        let mut destination = to(file.clone());
+        let mut destination = to(&file);
         assert_eq!(claimed(&mut destination), file);
         assert_eq!(claimed(&mut destination), folder.path().join(second));
         // A second destination of the same name finds the file taken.
-        let mut other = to(file.clone());
-        let refused = other.claim(&origin(), |path, _| File::create_new(path));
-        assert_eq!(refused.expect_err("taken").0, file);
+        let mut other = to(&file);
+        let refused = other.create(&origin());
+        assert_eq!(refused.err().expect("taken").path, file);
     }
 }
 
 #[test]
 fn a_folder_gets_files_named_after_their_runs() {
     let folder = tempfile::tempdir().expect("folder");
-    let mut destination = to(folder.path().to_owned());
+    let mut destination = to(folder.path());
     for number in 1..4 {
         let path = claimed(&mut destination);
         assert_eq!(path.parent(), Some(folder.path()));

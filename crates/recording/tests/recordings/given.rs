@@ -4,13 +4,13 @@ use std::{path::Path, sync::Arc};
 
 use ratelab::{ClockKind, Event, EventKind, NodeTopology, Speed, Status, Time, Topology};
 use ratelab_account::{Copies, ReplayAccounts, RunRow, Tap, TickRecord};
-use ratelab_recording::{Origin, Recorder, Recording, RrdFormat, Source, StopReason, Tapped};
+use ratelab_recording::{Origin, Recorder, Recording, Source, StopReason, Tapped};
 use ratelab_study::{
     experiment::Config,
     system::{Builder, Setup, System},
 };
 
-use super::{Made, file, hz, read};
+use super::{Made, file, hz, read, to};
 
 /// A run without topics.
 pub struct GivenRun<'a> {
@@ -82,7 +82,7 @@ impl GivenRun<'_> {
             system,
             notice: |_| {},
         };
-        let recorder = Recorder::from_the_start(path, &RrdFormat::default(), &source);
+        let recorder = Recorder::from_the_start(&mut to(path), &source);
         let recorder = recorder.expect("a recorder");
         self.events.iter().for_each(|event| accounts.event(event));
         let ticks = self.ticks.into_iter();

@@ -12,13 +12,13 @@ use std::{
 
 use ratelab::{Command, GO_ON, Shared, Time};
 use ratelab_account::fields;
-use ratelab_recording::{FinishedRecording, Recorder, RrdFormat, Source};
+use ratelab_recording::{FinishedRecording, Recorder, Source};
 use ratelab_study::{
     experiment::Experiment,
     system::{Builder, System},
 };
 
-use super::{Made, assert_has, file, finish, ms, read, real, verify_with};
+use super::{Made, assert_has, file, finish, ms, read, real, to, verify_with};
 
 /// A number.
 #[derive(Clone, Copy)]
@@ -78,8 +78,7 @@ fn record(system: &Arc<dyn System>, path: &Path, meanwhile: impl FnOnce()) -> Fi
         notice: |text| NOTICES.lock().expect("open").push(text.to_owned()),
         ..Source::of(&experiment)
     };
-    let recorder =
-        Recorder::from_the_start(path, &RrdFormat::default(), &source).expect("a recorder");
+    let recorder = Recorder::from_the_start(&mut to(path), &source).expect("a recorder");
     let (observer, commands) = (experiment.observer(), experiment.commands());
     let run = thread::spawn(move || experiment.run());
     while observer.now() < ms(50) {

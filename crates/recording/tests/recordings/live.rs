@@ -5,7 +5,7 @@ use std::{fs, path::Path, sync::Arc, thread, time::Duration};
 use ratelab::{ClockKind, Command, GO_ON, Speed, Time};
 use ratelab_cart_pole::CartPole;
 use ratelab_recording::{
-    Recorder, RrdFormat, Source, StopReason,
+    Recorder, Source, StopReason,
     rrd::{
         schema::node_entity,
         timeline::{RUN_TIME, WALL_TIME},
@@ -18,7 +18,7 @@ use ratelab_study::{
 
 use super::{
     Made, assert_has, chunks_of, experiment, file, finish, leaks::Number, paced, read, record,
-    record_run, recorder, verify,
+    record_run, recorder, to, verify,
 };
 
 /// Commands that turn the knobs in `text`.
@@ -50,7 +50,7 @@ fn a_recording_made_midway_comes_again_with_ticks_that_take_time_and_without() {
         let (source, commands) = (Source::of(&experiment), experiment.commands());
         let run = thread::spawn(move || experiment.run());
         thread::sleep(Duration::from_millis(200));
-        let recorder = Recorder::midway(&path, &RrdFormat::default(), &source).expect("recorder");
+        let recorder = Recorder::midway(&mut to(&path), &source).expect("recorder");
         thread::sleep(Duration::from_millis(300));
         recorder.end(StopReason::Off);
         let recorded = recorder.finish().expect("recorded");
@@ -92,7 +92,7 @@ fn knobs_pauses_speeds_and_refusals_come_again_whenever_the_recording_begins() {
         let (_folder, path) = file("live.rrd");
         let experiment = experiment(&config);
         let (source, commands) = (Source::of(&experiment), experiment.commands());
-        let start = || Recorder::midway(&path, &RrdFormat::default(), &source).expect("recorder");
+        let start = || Recorder::midway(&mut to(&path), &source).expect("recorder");
         let mut recorder = (!late).then(start);
         let run = thread::spawn(move || experiment.run());
         for group in &groups {

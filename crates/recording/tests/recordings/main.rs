@@ -33,8 +33,8 @@ use ratelab::{ClockKind, Event, EventKind, Fault, Head, Hz, Knob, Speed, Time};
 use ratelab_account::Snapshot;
 use ratelab_cart_pole::{CartPole, policy::PolicyKind};
 use ratelab_recording::{
-    FinishedRecording, Identical, Recorder, Recording, Replay, RrdFormat, Source, StopReason,
-    VerifyError, VerifyWith, rrd::timeline::BatchStream,
+    Destination, FinishedRecording, Identical, Recorder, Recording, Replay, RrdFormat, Source,
+    StopReason, VerifyError, VerifyWith, rrd::timeline::BatchStream,
 };
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
@@ -283,9 +283,14 @@ fn real(end: Time) -> Config {
     }
 }
 
+/// A destination of rerun's files at `path`.
+fn to(path: &Path) -> Destination {
+    Destination::new(Some(path.to_owned()), RrdFormat::default())
+}
+
 /// Begins to record `experiment` to `path`.
 fn recorder(experiment: &Experiment, path: &Path) -> Recorder {
-    let recorder = Recorder::from_the_start(path, &RrdFormat::default(), &Source::of(experiment));
+    let recorder = Recorder::from_the_start(&mut to(path), &Source::of(experiment));
     recorder.expect("a recorder")
 }
 

@@ -4,12 +4,12 @@ use std::{fs, thread, time::Duration};
 
 use ratelab::{ClockKind, Command, Time};
 use ratelab_cart_pole::CartPole;
-use ratelab_recording::{Recorder, Recording, RrdFormat, Source};
+use ratelab_recording::{Recorder, Recording, Source};
 use ratelab_study::experiment::Config;
 
 use super::{
     altered::{alter, exchange},
-    assert_has, experiment, file, finish, found, ms, read, record, recorder, verify,
+    assert_has, experiment, file, finish, found, ms, read, record, recorder, to, verify,
 };
 
 /// A short run of the real clock, set up by `setup`.
@@ -43,7 +43,7 @@ fn a_session_between_the_clocks_that_was_recorded_midway_comes_again() {
     at(0.1);
     send(Command::HandOver(ClockKind::Real));
     at(0.2);
-    let recorder = Recorder::midway(&path, &RrdFormat::default(), &source).expect("begun");
+    let recorder = Recorder::midway(&mut to(&path), &source).expect("begun");
     at(0.3);
     send(Command::Set("rate policy 80".parse().expect("a knob")));
     send(Command::HandOver(ClockKind::Virtual));
