@@ -7,10 +7,11 @@ use ratelab_study::experiment::Summary;
 
 use crate::{error::Error, output::record_error};
 use ratelab_recording::{
-    Destination, FinishedRecording, RecordError, Recorder, RrdFormat, Source, StopReason,
+    Destination, FinishedRecording, RecordError, Recorder, Source, StopReason,
 };
 
 /// The recordings so far.
+#[derive(Default)]
 pub struct Recordings {
     destination: Destination,
     /// Whether runs are recorded.
@@ -28,12 +29,8 @@ impl Recordings {
     pub fn new(destination: Option<Destination>) -> Self {
         Self {
             on: destination.is_some(),
-            destination: destination
-                .unwrap_or_else(|| Destination::new(None, RrdFormat::default())),
-            present: None,
-            done: Vec::new(),
-            refused: None,
-            last: None,
+            destination: destination.unwrap_or_default(),
+            ..Self::default()
         }
     }
 

@@ -68,9 +68,8 @@ impl Destination {
         let now = jiff::Zoned::now().strftime("%Y-%m-%dT%H-%M-%S");
         let Origin { system, config, .. } = origin;
         let system = system.replace(|c: char| !c.is_alphanumeric(), "-");
-        let (clock, seed) = (config.clock, config.seed);
-        let extension = self.format.extension();
-        format!("{now}_{system}_{clock}_seed{seed}.{extension}")
+        let run = format!("{now}_{system}_{}_seed{}", config.clock, config.seed);
+        format!("{run}.{}", self.format.extension())
     }
 }
 

@@ -51,8 +51,7 @@ impl Recorder {
         destination: &mut Destination,
         source: &Source,
     ) -> Result<Self, RecordError> {
-        let tap = source.taps.all(BACKLOG);
-        Self::start(destination, source, move |_| tap)
+        Self::start(destination, source, Some(source.taps.all(BACKLOG)))
     }
 
     /// Records a run that may have begun, from a moment soon after the call. Never waits
@@ -61,35 +60,42 @@ impl Recorder {
     /// # Errors
     /// The system's error for the file.
     pub fn midway(destination: &mut Destination, source: &Source) -> Result<Self, RecordError> {
-        // A topic that waits for a full tap is locked, and the caller may be the one to
-        // empty that tap.
-        Self::start(destination, source, |source| source.taps.all(BACKLOG))
+        // On the thread: a topic that waits for a full tap is locked, and the caller may be the
+        // one to empty that tap.
+        Self::start(destination, source, None)
     }
 
     fn start(
         destination: &mut Destination,
         source: &Source,
-        attach: impl FnOnce(&Source) -> Tap<RunRow> + Send + 'static,
+        tap: Option<Tap<RunRow>>,
     ) -> Result<Self, RecordError> {
         let (path, begin) = destination.create(&source.origin)?;
         let (reason, asked) = bounded(1);
         let lost = Arc::<AtomicU64>::default();
-        let (source, losses) = (source.clone(), lost.clone());
+        let source = source.clone();
+        let watch = RecordingWatch {
+            observer: source.observer.clone(),
+            lost: lost.clone(),
+            notice: source.notice,
+            noticed: 0,
+        };
         let thread = thread::Builder::new().name("recorder".to_owned());
         let thread = thread.spawn(move || {
-            let (tap, watch) = (attach(&source), RecordingWatch::new(&source, losses));
+            let tap = tap.unwrap_or_else(|| source.taps.all(BACKLOG));
             record(begin(source)?, tap, watch, &asked)
         });
-        match thread {
-            Ok(thread) => Ok(Self {
-                path,
-                reason,
-                asked: Cell::new(false),
-                lost,
-                thread,
-            }),
-            Err(why) => Err(RecordError { path, why }),
-        }
+        let refused = |why| RecordError {
+            path: path.clone(),
+            why,
+        };
+        Ok(Self {
+            thread: thread.map_err(refused)?,
+            path,
+            reason,
+            asked: Cell::new(false),
+            lost,
+        })
     }
 
     /// The file.
@@ -123,15 +129,10 @@ impl Recorder {
     /// # Errors
     /// [`RecordError`] if it could not be completed.
     pub fn finish(self) -> Result<FinishedRecording, RecordError> {
-        let Self {
-            path,
-            reason,
-            thread,
-            ..
-        } = self;
-        drop(reason);
+        drop(self.reason);
         let panicked = |_| Err(io::Error::other("the recorder panicked, which is a defect"));
-        let outcome = thread.join().unwrap_or_else(panicked);
+        let outcome = self.thread.join().unwrap_or_else(panicked);
+        let path = self.path;
         outcome.map_err(|why| RecordError { path, why })
     }
 }
@@ -169,15 +170,6 @@ struct RecordingWatch {
 }
 
 impl RecordingWatch {
-    fn new(source: &Source, lost: Arc<AtomicU64>) -> Self {
-        Self {
-            observer: source.observer.clone(),
-            lost,
-            notice: source.notice,
-            noticed: 0,
-        }
-    }
-
     /// Counts the rows that were lost, and gives a notice of what a thread outside of the graph
     /// wrote to, once for each.
     fn look(&mut self, tap: &Tap<RunRow>) {

@@ -179,10 +179,8 @@ impl Content {
 
 /// The parts of a recording of a graph with this `topology`.
 fn parts(topology: &Topology) -> HashMap<EntityPath, RecordedPart> {
-    let topics = topology
-        .topics
-        .iter()
-        .map(|topic| topic_entity(&topic.name));
+    let topics = topology.topics.iter();
+    let topics = topics.map(|topic| topic_entity(&topic.name));
     let nodes = topology.nodes.iter().map(|node| node_entity(&node.name));
     let rows = topics.zip((0..).map(RecordedPart::Topic));
     let rows = rows.chain(nodes.zip((0..).map(RecordedPart::Node)));

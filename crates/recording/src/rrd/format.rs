@@ -3,7 +3,7 @@
 use std::{io, path::Path};
 
 use super::{file::RecordingFile, viewer::Viewer, writer::RecordingWriter};
-use crate::recorder::{BeginRun, RecordingFormat};
+use crate::recorder::{BeginRun, Destination, RecordingFormat};
 
 /// The format of rerun's files.
 #[derive(Clone, Debug, Default)]
@@ -23,5 +23,12 @@ impl RecordingFormat for RrdFormat {
             let writer = RecordingWriter::start(file, viewer.as_ref(), source)?;
             Ok(Box::new(writer))
         }))
+    }
+}
+
+impl Default for Destination {
+    /// rerun's files in the folder `recordings`.
+    fn default() -> Self {
+        Self::new(None, RrdFormat::default())
     }
 }

@@ -31,12 +31,8 @@ pub const JSON: &str = "json";
 
 /// The entity with these parts of a path, with any characters.
 pub fn path(parts: &[&str]) -> EntityPath {
-    EntityPath::new(
-        parts
-            .iter()
-            .map(|part| EntityPathPart::new(*part))
-            .collect(),
-    )
+    let parts = parts.iter().map(|part| EntityPathPart::new(*part));
+    EntityPath::new(parts.collect())
 }
 
 /// Entity of the messages of a topic.

@@ -70,25 +70,18 @@ impl RecordingWriter {
     pub fn start(file: RecordingFile, viewer: Option<&Viewer>, source: Source) -> io::Result<Self> {
         let rec = properties::begin(&file, viewer, &source).map_err(io::Error::other)?;
         let waiting = source.taps.no_rows(&source.origin.topology);
-        // Without its handle to the taps, which would keep other taps open.
-        let Source {
-            system,
-            origin,
-            start,
-            observer,
-            ..
-        } = source;
-        let json = serde_json::to_string(&origin).unwrap_or_default();
+        let json = serde_json::to_string(&source.origin).unwrap_or_default();
+        // Without the handle to the taps, which would keep other taps open.
         let mut writer = Self {
-            digest: ContentDigest::new(&json, &origin.topology),
-            topology: origin.topology,
+            digest: ContentDigest::new(&json, &source.origin.topology),
+            topology: source.origin.topology,
             rec,
             file,
             waiting,
-            scene: Scene::new(&system, &start),
+            scene: Scene::new(&source.system, &source.start),
             threads: ThreadTrack::default(),
-            system,
-            observer,
+            system: source.system,
+            observer: source.observer,
             epoch: None,
             events: 0,
             made: 0,
@@ -98,7 +91,7 @@ impl RecordingWriter {
             new_rows: 0,
         };
         writer.anchor();
-        let begun = writer.scene.begin(&writer.stream(&[]), &start);
+        let begun = writer.scene.begin(&writer.stream(&[]), &source.start);
         begun.map_err(io::Error::other)?;
         writer.batch(Time::MAX)?;
         Ok(writer)

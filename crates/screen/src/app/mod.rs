@@ -155,7 +155,7 @@ impl App {
             resting: false,
             next: None,
             left: None,
-            recordings: LabRecordings::to(None),
+            recordings: LabRecordings::default(),
             course: Course::default(),
             map: LabMap::default(),
         }

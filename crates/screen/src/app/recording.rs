@@ -1,13 +1,14 @@
 //! Recordings of sessions, on and off.
 
 use ratelab_recording::{
-    Destination, FinishedRecording, RecordError, Recorder, RrdFormat, StopReason, outside,
+    Destination, FinishedRecording, RecordError, Recorder, StopReason, outside,
 };
 
 use super::{App, run::ShownRun};
 use crate::{error::ScreenError, session::Prepared};
 
 /// The recordings of all sessions.
+#[derive(Default)]
 pub struct LabRecordings {
     /// The destination of the next one.
     pub destination: Destination,
@@ -26,11 +27,8 @@ impl LabRecordings {
     pub fn to(destination: Option<Destination>) -> Self {
         Self {
             wanted: destination.is_some(),
-            destination: destination
-                .unwrap_or_else(|| Destination::new(None, RrdFormat::default())),
-            completing: Vec::new(),
-            recorded: Vec::new(),
-            unrecorded: None,
+            destination: destination.unwrap_or_default(),
+            ..Self::default()
         }
     }
 
