@@ -24,7 +24,7 @@ pub trait Tapped: Send + Sync {
 
     /// Room for the rows of a graph with this `topology`, each message with as many numbers as
     /// its topic has names for.
-    fn no_rows(&self, topology: &Topology) -> RunRows {
+    fn empty_rows(&self, topology: &Topology) -> RunRows {
         let topics = topology.topics.iter();
         let widths = topics.map(|topic| self.fields(&topic.name).unwrap_or_default().len());
         RunRows {

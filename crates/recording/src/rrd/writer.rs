@@ -69,7 +69,7 @@ impl RecordingWriter {
     /// The first error of the file.
     pub fn start(file: RecordingFile, viewer: Option<&Viewer>, source: Source) -> io::Result<Self> {
         let rec = properties::begin(&file, viewer, &source).map_err(io::Error::other)?;
-        let waiting = source.taps.no_rows(&source.origin.topology);
+        let waiting = source.taps.empty_rows(&source.origin.topology);
         let json = serde_json::to_string(&source.origin).unwrap_or_default();
         // Without the handle to the taps, which would keep other taps open.
         let mut writer = Self {

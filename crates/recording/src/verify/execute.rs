@@ -83,7 +83,7 @@ impl Execution {
         let threads = rerun.is_some();
         let overlaps = rerun.as_ref().map_or_else(Vec::new, Rerun::overlaps);
         let taps = experiment.taps();
-        let mut rows = taps.no_rows(&recording.origin.topology);
+        let mut rows = taps.empty_rows(&recording.origin.topology);
         let mut comparison = Comparison::new(&recording, threads, &taps);
         drop(taps);
         // A recording without any tick has nothing to compare them with.

@@ -47,7 +47,9 @@ fn run_with(knobs: &str) -> Run {
     let experiment = Experiment::new(cart_pole(), &config).expect("a plant");
     let start = experiment.observer().snapshot();
     let tap = experiment.taps().all(ROOM);
-    let mut rows = experiment.taps().no_rows(&experiment.observer().topology());
+    let mut rows = experiment
+        .taps()
+        .empty_rows(&experiment.observer().topology());
     let summary = experiment.run().expect("no fault");
     rows.receive(&tap);
     Run {
