@@ -36,7 +36,7 @@
 //!
 //! | | files | so that you know |
 //! |---|---|---|
-//! | first | `time.rs`, `rate.rs`, `node.rs`; `topic.rs` with `message.rs`, `queue.rs`, `publisher.rs` and `subscription.rs` in its folder; `graph.rs` to the end of `Graph::add`, and `graph/wiring.rs` | the three primitives, how they are wired, the way of a message |
+//! | first | `time.rs`, `rate.rs`, `node/mod.rs`; `topic/` but for `any.rs`, `channel.rs`, `intake.rs` and `outbox.rs`; `graph/mod.rs` to the end of `Graph::add`, and `graph/wiring.rs` | the three primitives, how they are wired, the way of a message |
 //! | then | `node/job.rs`; `scheduling/scheduler.rs`, `periodic.rs`, `task_set.rs`, `agenda.rs` and `schedule.rs` there; `node/slot.rs`, `topic/outbox.rs`, `clock/virtual_time.rs`, `record.rs` | a run, and what it leaves |
 //! | for links | `topic/channel.rs` | what is between a publisher and its readers |
 //! | for triggers | `arrival.rs`, `topic/readers.rs`, `topic/intake.rs`, `scheduling/release.rs`, `graph/triggers.rs` | how messages have a node tick |

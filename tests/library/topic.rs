@@ -1,5 +1,5 @@
 //! Latest wins, losses count, and taps copy: random sequences of the cases in the table in
-//! `src/topic.rs` agree with a simple model.
+//! `src/topic/` agree with a simple model.
 
 use std::{collections::VecDeque, thread};
 

@@ -18,10 +18,10 @@ use crate::{
 
 /// Additional sections on the page of the program itself: headings, and entries of a name with
 /// an indented explanation each.
-const SECTIONS: &str = include_str!("man/sections.txt");
+const SECTIONS: &str = include_str!("sections.txt");
 
 /// An additional section for a course.
-const COURSE: &str = include_str!("man/course.txt");
+const COURSE: &str = include_str!("course.txt");
 
 /// Prints the page of the program, or writes those of all commands into `folder`.
 pub fn man(program: &Program, folder: Option<&Path>) -> Result<(), Error> {
