@@ -18,13 +18,13 @@ pub struct RecordingEnd {
     pub clock: ClockKind,
     /// The end of the run.
     pub end: RunStatus,
-    /// Messages in the file, per topic of the [`Topology`].
+    /// Messages in the file, per topic of the graph.
     pub messages: Vec<u64>,
-    /// Ticks in the file, per node of the [`Topology`].
+    /// Ticks in the file, per node of the graph.
     pub ticks: Vec<u64>,
     /// Number of messages and ticks lost because the recorder was too slow.
     pub lost: u64,
-    /// Messages lost unread at the end of the run, per topic of the [`Topology`]: a queue
+    /// Messages lost unread at the end of the run, per topic of the graph: a queue
     /// made shallower may lose some after the last message. Unknown for a run that went
     /// on.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -9,13 +9,13 @@ use ratelab_study::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Version of this format. A reader refuses a later one.
+/// Version of what a recording holds. A reader refuses a later one.
 pub const FORMAT: u32 = 2;
 
 /// The run and its software: enough to repeat it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
-    /// [`FORMAT`] of the file.
+    /// Version of what it holds: a reader refuses a later one.
     pub format: u32,
     /// Version of ratelab.
     pub ratelab: String,
