@@ -3,7 +3,7 @@
 
 use std::env;
 
-/// Set by the library's own build script.
+/// Set by the build script of the cart-pole.
 const LIBRARY: &str = "DEP_RATELAB_MUJOCO_RPATH";
 
 fn main() {

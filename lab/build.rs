@@ -42,20 +42,25 @@ fn beside() {
 
 /// The sources of the program. Watching these causes no extra builds, because a change of
 /// any of them rebuilds the program anyway.
-const SOURCES: [&str; 18] = [
+const SOURCES: [&str; 23] = [
     "Cargo.toml",
     "Cargo.lock",
     "crates/account",
     "crates/cart-pole",
     "crates/effects",
-    "crates/recording",
+    "crates/real-clock",
+    "crates/recording/Cargo.toml",
+    "crates/recording/src",
     "crates/replay",
     "crates/screen",
     "crates/study",
+    "crates/wire/Cargo.toml",
+    "crates/wire/src",
     "src",
     "exercises/Cargo.toml",
     "exercises/bands.toml",
     "exercises/build.rs",
+    "exercises/mend",
     "exercises/questions.toml",
     "exercises/src",
     "lab/Cargo.toml",

@@ -1,5 +1,10 @@
 //! Exercises on the rate of a control loop: predict, run, check.
 //!
+//! Stands on `ratelab`, `ratelab-account`, `ratelab-cart-pole`, `ratelab-effects`, `ratelab-recording`
+//! and `ratelab-study`; prints nothing: the command asks and prints. Begin with [`framework`]. A new
+//! exercise is a text in `questions.toml`, a module here with a row in `MEASURES`, and its figures in
+//! `bands.toml`; the tests name the other places.
+//!
 //! Each exercise states its objective and asks for one number. After the prediction it
 //! runs on the virtual clock, in the ordinary graph, and compares the prediction with the
 //! measurement. All printed results are measured in the same run of the program. The
@@ -19,9 +24,7 @@
 //! ```
 //!
 //! What a question asks stands in `questions.toml`, what measures it is a module of this crate;
-//! [`framework`] is their common part. They stand on the cart-pole, and for a rescue by hand on
-//! recordings; they print nothing: the command asks and prints. A new exercise is a text there, a
-//! module with a row in `MEASURES`, and its figures in `bands.toml`.
+//! [`framework`] is their common part.
 
 mod build;
 mod cliff;

@@ -1,6 +1,10 @@
 //! The command line, the lab, recordings and sweeps for any [`System`]: one line in the
 //! `main` of your own crate provides them all.
 //!
+//! Stands on all other crates. `commands/` has a file or folder for each command, on options (`cli/`),
+//! `output/` and `sweep/`; `network/` has those for the graph in several processes. Begin with
+//! `program.rs`.
+//!
 //! ```no_run
 //! use std::process::ExitCode;
 //!
@@ -32,9 +36,6 @@
 //!     ratelab_lab::main(Counter)
 //! }
 //! ```
-//!
-//! Inside, `commands/` has one file for each command, on options (`cli/`), `output/` and `sweep/`;
-//! begin with `program.rs`.
 
 // Errors go through `output`, which makes them safe to print on a terminal.
 #![warn(clippy::print_stderr)]

@@ -1,7 +1,6 @@
-//! Allowed imports: a system is independent of experiments and graph files, and the command
-//! imports the cart-pole in a few named files only. No files or folders import each other in a
-//! circle, and a type name means one type. The direction between crates is cargo's,
-//! and is tested in `dependencies.rs`.
+//! Allowed imports: a system is independent of experiments and graph files, and screen and sweeps
+//! import the cart-pole in a named file only. No files or folders import each other in a circle,
+//! and a type name means one type. The direction between crates is tested in `dependencies.rs`.
 
 use std::{
     fs,
@@ -63,11 +62,11 @@ fn sources(folder: &str) -> Sources {
     files
 }
 
-/// Every crate of the program, by the folder of its sources.
-const CRATES: [&str; 12] = [
+/// Every crate of the program by the folder of its sources, from the ground up.
+pub const CRATES: [&str; 12] = [
     "src",
-    "crates/account/src",
     "crates/effects/src",
+    "crates/account/src",
     "crates/real-clock/src",
     "crates/replay/src",
     "crates/study/src",

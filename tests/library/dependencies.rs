@@ -1,27 +1,32 @@
-//! Dependencies in the manifests: every crate has its reason in `docs/dependencies.md`,
-//! the crates below the command need no terminal and no recorder, and the network changes
-//! no crate that is built without it.
+//! Dependencies in the manifests: every crate has its reason in `docs/dependencies.md`, and stands on
+//! those that its first page names; the crates up to the robot need no terminal and no recorder, and
+//! the network changes no crate that is built without it.
 
 use std::{collections::BTreeSet, env, fs, process::Command};
 
 use toml::{Table, Value};
 
+use crate::architecture::CRATES;
+
 fn read(file: &str) -> String {
     fs::read_to_string(crate::clone::root().join(file)).expect(file)
 }
 
-/// The crates of this workspace that others depend on.
-const OURS: &str = "exercises mend-it ratelab ratelab-account ratelab-cart-pole ratelab-effects \
-    ratelab-real-clock ratelab-recording ratelab-replay ratelab-screen ratelab-study ratelab-wire xtask";
+/// A manifest.
+fn manifest(file: &str) -> Table {
+    read(file).parse().expect("TOML")
+}
 
+/// Whether a crate is one of this workspace that others depend on.
 fn is_ours(name: &str) -> bool {
-    OURS.split(' ').any(|known| known == name)
+    let workspace = &manifest("Cargo.toml")["workspace"];
+    workspace["dependencies"][name].get("path").is_some()
 }
 
 /// The crates in the sections called `kinds` of the manifest in `folder`, for all platforms:
 /// `ours`, or the external ones.
 fn crates(folder: &str, kinds: &[&str], ours: bool) -> BTreeSet<String> {
-    let manifest: Table = read(&format!("{folder}Cargo.toml")).parse().expect("TOML");
+    let manifest = manifest(&format!("{folder}Cargo.toml"));
     let platforms = manifest.get("target").and_then(Value::as_table);
     let platforms = platforms.into_iter().flat_map(Table::values);
     let parts = platforms.filter_map(Value::as_table).chain([&manifest]);
@@ -33,12 +38,19 @@ fn crates(folder: &str, kinds: &[&str], ours: bool) -> BTreeSet<String> {
         .collect()
 }
 
+/// The crates with work for learners.
+const LEARNERS: [&str; 2] = ["exercises/build/", "exercises/mend/"];
+
 #[test]
 fn every_crate_that_a_manifest_names_has_its_reason_in_the_manual_and_no_other() {
     let kinds = ["dependencies", "dev-dependencies", "build-dependencies"];
-    let folders = "|crates/account/|crates/cart-pole/|crates/effects/|crates/real-clock/|crates/recording/|crates/replay/|\
-        crates/screen/|crates/study/|crates/wire/|exercises/|lab/|tests/|xtask/|xtask/dist/";
-    let named = folders.split('|').flat_map(|at| crates(at, &kinds, false));
+    let members = manifest("Cargo.toml")["workspace"]["members"].clone();
+    let members = members.as_array().expect("a list").iter();
+    let members = members.map(|member| format!("{}/", member.as_str().expect("a folder")));
+    let folders = members.filter(|folder| !LEARNERS.contains(&folder.as_str()));
+    let named = folders
+        .chain([String::new()])
+        .flat_map(|at| crates(&at, &kinds, false));
     let named: BTreeSet<_> = named.collect();
     let page = read("docs/dependencies.md");
     let (_, table) = page.split_once("## Crates\n").expect("the table");
@@ -53,52 +65,70 @@ fn every_crate_that_a_manifest_names_has_its_reason_in_the_manual_and_no_other()
     );
 }
 
+/// The folder of a crate, from that of its sources.
+fn crate_of(sources: &str) -> &str {
+    sources.strip_suffix("src").expect("a crate")
+}
+
 #[test]
-fn the_core_stands_on_nothing_and_every_other_crate_on_those_below() {
-    for (folder, below) in [
-        ("", ""),
-        ("crates/effects/", "ratelab"),
-        ("crates/account/", "ratelab ratelab-effects"),
-        ("crates/real-clock/", "ratelab"),
-        ("crates/replay/", "ratelab"),
-        (
-            "crates/study/",
-            "ratelab ratelab-account ratelab-effects ratelab-real-clock ratelab-replay",
-        ),
-        (
-            "crates/cart-pole/",
-            "ratelab ratelab-account ratelab-effects ratelab-study",
-        ),
-        (
-            "crates/recording/",
-            "ratelab ratelab-account ratelab-cart-pole ratelab-effects ratelab-real-clock ratelab-replay ratelab-study",
-        ),
-        (
-            "crates/screen/",
-            "exercises ratelab ratelab-account ratelab-cart-pole ratelab-effects ratelab-real-clock \
-             ratelab-recording ratelab-replay ratelab-study",
-        ),
-    ] {
-        let ours: Vec<_> = crates(folder, &["dependencies"], true)
-            .into_iter()
-            .collect();
-        assert_eq!(ours.join(" "), below, "{folder}");
+fn every_crate_stands_on_those_below_it_and_its_first_page_names_them() {
+    // Their tests find MuJoCo by it.
+    const FOR_TESTS: [&str; 3] = ["crates/recording/", "crates/screen/", "crates/wire/"];
+    let mut below = BTreeSet::new();
+    for sources in CRATES {
+        let folder = crate_of(sources);
+        let mut stands_on = crates(folder, &["dependencies"], true);
+        if FOR_TESTS.contains(&folder) {
+            assert!(stands_on.remove("ratelab-cart-pole"), "{folder}");
+        }
+        stands_on.remove("mend-it");
+        assert!(stands_on.is_subset(&below), "{folder}: {stands_on:?}");
+        if sources == "lab/src" {
+            continue; // It stands on all.
+        }
+        let page = read(&format!("{sources}/lib.rs"));
+        let head = page.lines().map_while(|line| line.strip_prefix("//!"));
+        let head = head.collect::<String>();
+        let sentence = head.split_once("Stands on ").map_or("", |(_, rest)| rest);
+        let sentence = sentence.split([';', '.', ':']).next().unwrap_or_default();
+        let named = sentence.split('`').skip(1).step_by(2).map(str::to_owned);
+        assert_eq!(
+            named.collect::<BTreeSet<_>>(),
+            stands_on,
+            "{sources}/lib.rs"
+        );
+        let package = manifest(&format!("{folder}Cargo.toml"))["package"]["name"].clone();
+        below.insert(package.as_str().expect("a name").to_owned());
     }
 }
 
 #[test]
 fn neither_core_nor_study_nor_robot_depends_on_a_terminal_a_command_line_or_a_recorder() {
-    let crates_below = ["account", "effects", "replay", "study", "cart-pole"];
-    let folders = crates_below.map(|name| format!("crates/{name}/"));
-    for folder in folders.into_iter().chain([String::new()]) {
-        let crates = crates(&folder, &["dependencies"], false);
+    let robot = CRATES
+        .iter()
+        .position(|sources| *sources == "crates/cart-pole/src");
+    for sources in &CRATES[..=robot.expect("the robot")] {
+        let crates = crates(crate_of(sources), &["dependencies"], false);
         assert!(!crates.is_empty(), "nothing was read");
         for foreign in ["ratatui", "crossterm", "clap", "rerun"] {
-            assert!(!crates.contains(foreign), "{folder} depends on {foreign}");
+            assert!(!crates.contains(foreign), "{sources} depends on {foreign}");
         }
     }
     let core = crates("", &["dependencies"], false);
     assert!(!core.contains("mujoco-rs"), "the core knows a plant");
+}
+
+#[test]
+fn the_version_of_the_program_is_that_of_all_its_sources() {
+    let script = read("lab/build.rs");
+    for sources in CRATES {
+        let folder = crate_of(sources).trim_end_matches('/');
+        let watched = [sources, folder].map(|watched| format!("\"{watched}\","));
+        assert!(
+            watched.iter().any(|watched| script.contains(watched)),
+            "{sources}"
+        );
+    }
 }
 
 /// Each crate that cargo builds with these `options`, with its features, and each crate that

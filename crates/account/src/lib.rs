@@ -6,8 +6,8 @@
 //! what a recording or the network holds, and [`Lineage`] finds the readings behind every action,
 //! and the parts of its age, from either.
 //!
-//! Stands on the core and its effects only; a run knows nothing of it, and one that nobody looks
-//! at pays nothing for it. Begin with [`Observer::of`], then `accounts.rs`.
+//! Stands on `ratelab` and `ratelab-effects`; a run knows nothing of it, and one that nobody looks at
+//! pays nothing for it. Begin with [`Observer::of`], then `accounts.rs`.
 
 mod accounts;
 mod distribution;

@@ -13,8 +13,8 @@
 //! This is the course's world, which waits for the actuator. In a world of its own
 //! ([`FreePlant`]) the plant is a node, moves by itself, and publishes on `/state`.
 //!
-//! Stands on the core (`ratelab`) and on `ratelab_study`, whose trait `System` it implements
-//! with [`CartPole`]: begin there. A new policy goes into [`policy`], what theory says of a rate
+//! Stands on `ratelab`, `ratelab-account`, `ratelab-effects` and `ratelab-study`; begin with
+//! [`CartPole`], a [`System`](ratelab_study::system::System). A new policy goes into [`policy`], what theory says of a rate
 //! into [`stability`].
 
 mod body;

@@ -10,7 +10,7 @@
 //! | a [`Link`] | `links/channel.rs` | [`Channel`](ratelab::Channel) |
 //! | the values of knobs as text | `spec.rs`: [`Cost`], [`Draw`], [`Overrun`], [`Link`], [`ClockError`] | |
 //!
-//! Stands on the core (`ratelab`) only. Begin with `nodes/own.rs`. No schedule owns a node or waits
+//! Stands on `ratelab`, the core, only. Begin with `nodes/own.rs`. No schedule owns a node or waits
 //! for anything, so the same one serves both clocks.
 //!
 //! # Another executor

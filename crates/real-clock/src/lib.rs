@@ -14,7 +14,7 @@
 //! | `priority.rs` | real-time priority, cores |
 //! | `core_share.rs` | cores that threads share, by priority or by deadline |
 //!
-//! It stands on the core alone, as any clock does: [`Clock`](ratelab::Clock) is its one way in.
+//! Stands on `ratelab`, the core, as any clock does: [`Clock`](ratelab::Clock) is its one way in.
 //! Begin with `clock.rs`.
 
 mod clock;

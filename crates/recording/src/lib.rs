@@ -1,7 +1,7 @@
 //! Recordings: runs in files, rerun's `.rrd` files for now.
 //!
-//! Stands on the core (`ratelab`), its accounts (`ratelab-account`), reruns (`ratelab-replay`) and
-//! systems (`ratelab-study`); it knows no robot, terminal or command.
+//! Stands on `ratelab`, `ratelab-account`, `ratelab-effects`, `ratelab-real-clock`, `ratelab-replay`
+//! and `ratelab-study`; knows no robot, terminal or command. Begin with `recorder/`.
 //!
 //! ```text
 //! tap, event log ──► recorder ──► a format: rrd ──► file

@@ -18,7 +18,7 @@
 //! * [`Rerun`] is a clock that plays the plan. An [`Overlap`] can be held between any two of its
 //!   operations.
 //!
-//! Stands on the core (`ratelab`) only, by its hooks for journals, turns and clocks. Begin with
+//! Stands on `ratelab`, the core, by its hooks for journals, turns and clocks. Begin with
 //! `run_log.rs` and `rerun.rs`.
 
 mod coder;

@@ -4,8 +4,8 @@
 //! pictures of the same screen as SVG files. A run may be a branch, a rescue by hand, or a place on
 //! the cliff map; exercises and the tour lie over it.
 //!
-//! Stands on the core, the accounts of a run (`ratelab-account`), systems (`ratelab-study`),
-//! `ratelab-recording` and the `exercises`; it knows no robot and no command line. Begin with
+//! Stands on `ratelab`, `ratelab-account`, `ratelab-effects`, `ratelab-real-clock`, `ratelab-replay`,
+//! `ratelab-study`, `ratelab-recording` and `exercises`; knows no robot and no command line. Begin with
 //! [`show`] below, then `app/` for keys, `sampler/` for what a frame gathers, `view/` for panes.
 //!
 //! ```text
