@@ -2,7 +2,7 @@
 
 use ratelab::Speed;
 use ratelab_recording::{
-    Change, Departure, Destination, RrdFormat, StopReason, VerifyError, branch as branched,
+    Change, Departure, Destination, StopReason, VerifyError, branch as branched,
 };
 use ratelab_study::{experiment::Summary, system::BuildError};
 
@@ -49,10 +49,8 @@ pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
         VerifyError::Setup(BuildError::Setting(why)) => Error::BadInput(format!("--knob {why}")),
         why => unverified(why),
     })?;
-    let recorder = args.record.clone().map(|place| {
-        let destination = Destination::new(place, RrdFormat::default());
-        record(destination, &branch.experiment)
-    });
+    let destination = args.record.clone().map(Destination::from);
+    let recorder = destination.map(|to| record(to, &branch.experiment));
     let recorder = recorder.transpose()?;
     branch.experiment.watch_ages();
     let knobs = args.knob.join(", ");

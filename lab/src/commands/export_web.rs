@@ -14,6 +14,7 @@ use crate::{
     output::{OutputKind, print_line},
     printable::shown,
     program::Program,
+    reading,
     screen::theme,
     web,
 };
@@ -24,7 +25,7 @@ const SIZE: Size = Size::new(120, 35);
 /// Writes the page; of damaged recordings with their intact part.
 pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> {
     let recordings = args.files.iter();
-    let recordings = recordings.map(|file| Ok(Arc::new(Recording::read(file)?)));
+    let recordings = recordings.map(|file| Ok(Arc::new(reading::read(file)?)));
     let recordings = recordings.collect::<Result<Vec<_>, Error>>()?;
     let program = &program.of(&recordings[0]);
     refuse_strangers(program, &recordings)?;

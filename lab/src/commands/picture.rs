@@ -2,7 +2,6 @@
 
 use std::{path::PathBuf, slice, sync::Arc};
 
-use ratelab_recording::Recording;
 use ratelab_screen::picture as pictures;
 
 use crate::{
@@ -11,6 +10,7 @@ use crate::{
     options::{self, Defaults},
     output::OutputKind,
     program::Program,
+    reading,
     screen::{sessions, theme},
 };
 
@@ -27,7 +27,7 @@ pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
     };
     if let Some(file) = &args.file {
         refuse_options(args)?;
-        let recording = Arc::new(Recording::read(file)?);
+        let recording = Arc::new(reading::read(file)?);
         let at = args.at.unwrap_or(recording.until);
         Error::if_after_end(at, &recording)?;
         let system = &program.of(&recording).system;

@@ -8,13 +8,13 @@ use crate::{
     output::{OutputKind, print_line},
     printable::shown,
     program::{self, Program},
+    reading,
     trace::trace as encoded,
 };
-use ratelab_recording::Recording;
 
 /// Writes a recording as a trace; the intact part of a damaged one.
 pub fn trace(program: &Program, args: &TraceArgs) -> Result<(), Error> {
-    let recording = Recording::read(&args.file)?;
+    let recording = reading::read(&args.file)?;
     let path = args.output.clone();
     let path = path.unwrap_or_else(|| args.file.with_extension("pftrace"));
     let system = recording.system(&program.of(&recording).system);

@@ -16,7 +16,7 @@ use ratelab_study::{
     system::System,
 };
 
-use crate::{error::Error, program::Program};
+use crate::{error::Error, program::Program, reading};
 use ratelab_recording::{Recording, Replay, RunStatus, durations};
 
 pub use table::{json, text};
@@ -38,7 +38,7 @@ pub struct Like {
 /// real clock.
 pub fn read(program: &Program, file: &Path) -> Result<Like, Error> {
     let refused = |why: String| Error::BadInput(format!("--like {}: {why}", file.display()));
-    let recording = Recording::read(file)?;
+    let recording = reading::read(file)?;
     check(program, &recording).map_err(refused)?;
     let config = config(&program.system, &recording).map_err(refused)?;
     let mut replay = Replay::new(Arc::new(recording), &program.system);

@@ -16,7 +16,7 @@ use crate::{
     program::Program,
     summary::text::{self, ReportContext},
 };
-use ratelab_recording::{Destination, ProcessRecord, Recorder, RrdFormat, Source, StopReason};
+use ratelab_recording::{Destination, ProcessRecord, Recorder, Source, StopReason};
 
 /// A process runs on the wall's clock until it is stopped.
 const DEFAULTS: Defaults = Defaults {
@@ -44,8 +44,7 @@ pub fn run(
     let is_first = first.is_some_and(|node| here.contains(&node.name));
     let settings = settings(&args.network, is_first);
     let stop = Stop::watch(args.child);
-    let destination = args.record.clone();
-    let mut destination = destination.map(|place| Destination::new(place, RrdFormat::default()));
+    let mut destination = args.record.clone().map(Destination::from);
     loop {
         let part = Experiment::part(program.system.clone(), config, &here)?;
         let bridge = Bridge::start(&settings, &part, &here, args.ros.domain())?;

@@ -1,6 +1,9 @@
 //! rerun's format, for a recorder.
 
-use std::{io, path::Path};
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
 
 use super::{file::RecordingFile, viewer::Viewer, writer::RecordingWriter};
 use crate::recorder::{BeginRun, Destination, RecordingFormat};
@@ -26,9 +29,15 @@ impl RecordingFormat for RrdFormat {
     }
 }
 
+impl From<Option<PathBuf>> for Destination {
+    /// rerun's files at this place; by default in the folder `recordings`.
+    fn from(place: Option<PathBuf>) -> Self {
+        Self::new(place, RrdFormat::default())
+    }
+}
+
 impl Default for Destination {
-    /// rerun's files in the folder `recordings`.
     fn default() -> Self {
-        Self::new(None, RrdFormat::default())
+        Self::from(None)
     }
 }

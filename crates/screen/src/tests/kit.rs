@@ -6,7 +6,7 @@ use crossterm::event::{KeyEvent, KeyModifiers};
 use ratatui::{Terminal, backend::TestBackend};
 use ratelab::Knob;
 use ratelab_cart_pole::{Observation, policy::Policy};
-use ratelab_recording::{Destination, RrdFormat};
+use ratelab_recording::Destination;
 use ratelab_study::{graph_file::GraphFile, system::System};
 
 use super::{
@@ -26,10 +26,7 @@ pub fn setup() -> SessionSetup {
 /// A session that is recorded to `folder`.
 pub fn recording_to(folder: &Path) -> SessionSetup {
     SessionSetup {
-        record: Some(Destination::new(
-            Some(folder.to_owned()),
-            RrdFormat::default(),
-        )),
+        record: Some(Destination::from(Some(folder.to_owned()))),
         ..setup()
     }
 }

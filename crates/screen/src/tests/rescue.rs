@@ -1,14 +1,12 @@
 //! A rescue by hand, and the exercises over a running session.
 
-use ratelab_recording::{Destination, RrdFormat};
-
 use super::*;
 use crate::exercise_panel::PanelAction;
 
 /// Begins a rescue by hand, in steps, recorded to `folder`.
 fn begun(folder: &Path) -> App {
     let mut app = running();
-    app.recordings.destination = Destination::new(Some(folder.to_owned()), RrdFormat::default());
+    app.recordings.destination = Some(folder.to_owned()).into();
     app.try_by_hand();
     until(&mut app, |app| app.course.by_hand.is_some());
     press(&mut app, " ");

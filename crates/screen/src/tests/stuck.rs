@@ -1,7 +1,6 @@
 //! Leaving a run, and starting again, while a node is stuck in its tick.
 
 use crossbeam_channel::{Sender, bounded};
-use ratelab_recording::{Destination, RrdFormat};
 
 use super::*;
 
@@ -62,8 +61,7 @@ fn a_restart_comes_when_the_node_is_done() {
 fn the_recording_of_a_run_that_is_left_stuck_is_complete() {
     let folder = tempfile::tempdir().expect("folder");
     let (mut app, held) = stuck();
-    app.recordings.destination =
-        Destination::new(Some(folder.path().to_owned()), RrdFormat::default());
+    app.recordings.destination = Some(folder.path().to_owned()).into();
     press(&mut app, "wqq");
     let left = left(app);
     left.ended.expect_err("it did not end");

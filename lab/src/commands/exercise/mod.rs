@@ -9,13 +9,13 @@ use exercises::{
     questions,
     rescue::session::{RESCUE, accept},
 };
-use ratelab_recording::Recording;
 
 use crate::{
     cli::{ExerciseArgs, Label, Wanted},
     error::Error,
     output::print_line,
     predictions::answers_file,
+    reading,
 };
 
 /// Lists the exercises, does one, or checks their promises.
@@ -141,7 +141,7 @@ fn judge_session(exercise: &Exercise, file: &Path) -> Result<(), Error> {
             brief.title
         )));
     }
-    let recording = Recording::read(file)?;
+    let recording = reading::read(file)?;
     let name = crate::printable::shown(file);
     let (accepted, text) = accept(&recording);
     if accepted {

@@ -2,7 +2,7 @@
 
 mod text;
 
-use ratelab_recording::{Destination, RrdFormat, StopReason};
+use ratelab_recording::StopReason;
 use ratelab_study::{
     experiment::{
         Config, Experiment,
@@ -98,8 +98,7 @@ fn write(program: &Program, args: &HuntArgs, found: &Found, config: &Config) -> 
         return Ok(());
     };
     let experiment = Experiment::new(program.system.clone(), config)?;
-    let destination = Destination::new(Some(path.clone()), RrdFormat::default());
-    let recorder = record(destination, &experiment)?;
+    let recorder = record(Some(path.clone()).into(), &experiment)?;
     let outcome = experiment.run();
     recorder.end(StopReason::of(&outcome));
     print_recorded(args.json, &recorder.finish()?)?;
