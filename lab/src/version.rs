@@ -1,6 +1,7 @@
 //! The version and origin of this program, for bug reports.
 
 use ratelab_cart_pole::{mujoco_version, policy::RUNS_ONNX};
+use ratelab_recording::rrd::rerun_version;
 
 use crate::{program::Program, summary::text::line};
 
@@ -42,7 +43,7 @@ pub fn long(program: &Program) -> String {
         ("profile", env!("RATELAB_PROFILE")),
         ("rustc", option_env!("RATELAB_RUSTC").unwrap_or(unknown)),
         ("MuJoCo", mujoco_version()),
-        ("rerun", &rerun::build_info().version.to_string()),
+        ("rerun", &rerun_version()),
         ("ONNX", onnx),
     ];
     let facts = facts.map(|(name, fact)| line(name, fact));

@@ -20,7 +20,8 @@ fn manifest(file: &str) -> Table {
 /// Whether a crate is one of this workspace that others depend on.
 fn is_ours(name: &str) -> bool {
     let workspace = &manifest("Cargo.toml")["workspace"];
-    workspace["dependencies"][name].get("path").is_some()
+    let known = workspace["dependencies"].get(name);
+    known.is_some_and(|known| known.get("path").is_some())
 }
 
 /// The crates in the sections called `kinds` of the manifest in `folder`, for all platforms:

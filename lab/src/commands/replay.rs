@@ -8,7 +8,7 @@ use std::{
     sync::Arc,
 };
 
-use ratelab_recording::{ReadError, Recording};
+use ratelab_recording::{ReadError, Recording, rrd::rerun_version};
 use ratelab_screen::LabOutcome;
 
 use crate::{
@@ -71,11 +71,6 @@ fn print_branch(left: LabOutcome) -> Result<(), Error> {
     left.unrecorded.map_or(Ok(()), |error| Err(error.into()))
 }
 
-/// The version of rerun for which recordings are written.
-fn ours() -> String {
-    rerun::build_info().version.to_string()
-}
-
 /// Prefers the viewer beside this program, where pip installs both and which may be
 /// outside of the search path.
 fn viewer() -> OsString {
@@ -89,7 +84,7 @@ fn viewer() -> OsString {
 
 /// How to install the viewer.
 fn advice() -> String {
-    let (rerun, program) = (ours(), program::name());
+    let (rerun, program) = (rerun_version(), program::name());
     format!(
         "python3 -m pip install rerun-sdk=={rerun} brings it; {program} replay --terminal needs none"
     )
@@ -98,7 +93,7 @@ fn advice() -> String {
 /// Looks for the viewer. Prints a note for one of another version, which may be unable to
 /// show everything; refuses a program without a version.
 fn check_viewer() -> Result<(), Error> {
-    let (ours, advice) = (ours(), advice());
+    let (ours, advice) = (rerun_version(), advice());
     let refused = |why: String| Error::Unfinished(format!("{why}: {advice}"));
     let asked = Command::new(viewer()).arg("--version").output();
     let answer = asked.map_err(|why| refused(format!("the rerun viewer was not found ({why})")))?;

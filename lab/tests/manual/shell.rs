@@ -9,6 +9,7 @@ use std::{
 };
 
 use portable_pty::CommandBuilder;
+use ratelab_recording::rrd::rerun_version;
 use tempfile::TempDir;
 
 use crate::support::{RATELAB, terminal::Lab};
@@ -133,7 +134,7 @@ impl Shell {
         [
             ("PATH", format!("{}:{path}", self.programs().display())),
             ("BUILT", built().display().to_string()),
-            ("RERUN", rerun::build_info().version.to_string()),
+            ("RERUN", rerun_version()),
             ("HOME", self.folder.path().display().to_string()),
             ("LC_ALL", "C.UTF-8".to_owned()),
         ]

@@ -2,6 +2,7 @@
 
 use std::{fs, ops::Range};
 
+use ratelab_recording::rrd::rerun_version;
 use snapbox::{Assert, Data, IntoData};
 
 use crate::{
@@ -101,7 +102,7 @@ pub fn differs(page: &ManualPage, place: Range<usize>, now: &str) -> String {
 /// Whether a command is tested elsewhere: by `.ci/run`, or not at all if it only names
 /// the version of the recorder.
 fn is_tried_elsewhere(command: &str) -> bool {
-    let viewer = rerun::build_info().version;
+    let viewer = rerun_version();
     let checks = fs::read_to_string(root().join(".ci/run")).expect(".ci/run");
     let step = format!("step {command}");
     let mut steps = checks.lines().filter_map(|line| line.strip_prefix(&step));

@@ -28,6 +28,7 @@ pub mod blueprint;
 mod columns;
 mod compact;
 mod content;
+mod curves;
 mod digest;
 mod file;
 mod format;
@@ -41,7 +42,13 @@ pub mod timeline;
 mod viewer;
 mod writer;
 
+pub use curves::{Curve, CurvePlot, CurvePlots};
 pub use file::RecordingFile;
 pub use format::RrdFormat;
 pub use reader::ReadError;
 pub use viewer::{VIEWER, Viewer};
+
+/// The version of rerun for which files are written.
+pub fn rerun_version() -> String {
+    rerun::build_info().version.to_string()
+}

@@ -4,6 +4,7 @@
 mod altered;
 #[path = "../../../../tests/support/cells.rs"]
 mod cells;
+mod curves;
 mod damage;
 mod destination;
 mod given;
