@@ -115,8 +115,16 @@ fn neither_core_nor_study_nor_robot_depends_on_a_terminal_a_command_line_or_a_re
             assert!(!crates.contains(foreign), "{sources} depends on {foreign}");
         }
     }
-    let core = crates("", &["dependencies"], false);
-    assert!(!core.contains("mujoco-rs"), "the core knows a plant");
+    let users_of = |name: &str| {
+        let uses =
+            |sources: &&str| crates(crate_of(sources), &["dependencies"], false).contains(name);
+        CRATES
+            .into_iter()
+            .filter(|sources| uses(&sources))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(users_of("rerun"), ["crates/recording/src"]);
+    assert_eq!(users_of("mujoco-rs"), ["crates/cart-pole/src"]);
 }
 
 #[test]
