@@ -53,7 +53,7 @@
 //! | to have | implement | as in |
 //! |---|---|---|
 //! | figures, copies of messages, any other view of a run | [`Sink`] | `crates/account` |
-//! | another loss or delay of links | a row of the table in `crates/effects/src/links/link.rs` | `delay` there |
+//! | another loss or delay of links, each message once at most | a row of the table in `crates/effects/src/links/link.rs`, drawn in `channel.rs` beside it | `delay` there |
 //! | another rule for what lies between publishers and readers | [`Channel`] | `crates/effects/src/links/channel.rs` |
 //! | another schedule of a node | [`Scheduler`] | `crates/effects/src/nodes/own.rs` |
 //! | another order of callbacks in an executor | a row of the table in `crates/effects/src/executors/executor.rs`, with an order | `events.rs` beside it |

@@ -1,7 +1,7 @@
 //! What a recorder of any format needs: a thread, a run to record, and a place for the file.
 //!
 //! A format of your own has a [`RecordingFormat`], which makes files, and a [`RunWriter`], which
-//! writes a run to one. Here a run becomes lines of text:
+//! writes a run to one. Replay and `verify` read rerun's only. Here a run becomes lines of text:
 //!
 //! ```
 //! use std::{fs, fs::File, io, io::Write, path::{Path, PathBuf}, sync::Arc};

@@ -2,7 +2,8 @@
 //!
 //! To add a pane: a variant of [`Pane`] in `panes.rs`, and in its list; a file here that draws it,
 //! with an arm in `has` and `render_pane`; its place in `layout.rs`; its text in `explain.rs`; its
-//! key in the row of panes in `app/keys/tables.rs`.
+//! key in the row of panes in `app/keys/tables.rs`. What it shows is in `frame.rs`, or comes to be
+//! there, from `sampler/`; its row in `docs/commands.md` and the snapshots follow.
 
 mod age;
 mod bottom;
