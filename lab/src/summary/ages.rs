@@ -1,6 +1,6 @@
 //! Which node or topic makes the data old: the ages of a run and their parts.
 
-use ratelab_study::experiment::{AgeShare, RunAge};
+use ratelab_study::experiment::{AgeKind, AgeShare, RunAge};
 use serde_json::{Value, json};
 
 /// The share of an age below which a part has no line of its own.
@@ -35,14 +35,14 @@ pub fn title(age: &RunAge) -> String {
 
 fn words(part: &AgeShare) -> String {
     let words = match part.kind {
-        "wait" => "waiting for",
-        "cost" => "in",
-        "link" => "on",
-        "queue" => "in the queue of",
-        "match" => "waiting for a match on",
-        "executor" => "waiting for the executor of",
-        "hold" => "until a newer message on",
-        _ => "before what is known",
+        AgeKind::Wait => "waiting for",
+        AgeKind::Cost => "in",
+        AgeKind::Link => "on",
+        AgeKind::Queue => "in the queue of",
+        AgeKind::Match => "waiting for a match on",
+        AgeKind::Executor => "waiting for the executor of",
+        AgeKind::Hold => "until a newer message on",
+        AgeKind::Before => "before what is known",
     };
     format!("{words} {}", part.owner).trim_end().to_owned()
 }
@@ -55,7 +55,8 @@ fn ms(ns: i64) -> String {
 pub fn json(ages: &[RunAge]) -> Value {
     let ages = ages.iter().map(|age| {
         let parts = age.parts.iter();
-        let parts = parts.map(|part| json!({ "kind": part.kind, "of": part.owner, "ns": part.ns }));
+        let parts =
+            parts.map(|part| json!({ "kind": part.kind.name(), "of": part.owner, "ns": part.ns }));
         json!({
             "of": age.chain.unwrap_or("push"),
             "at": age.node,

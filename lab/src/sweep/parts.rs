@@ -1,13 +1,13 @@
 //! The ages of the runs of a sweep and their parts, as columns.
 
-use ratelab_study::experiment::{RunAge, sweep::CellResult};
+use ratelab_study::experiment::{AgeKind, RunAge, sweep::CellResult};
 
 /// The mean of an age, or of one of its parts.
 #[derive(Clone, PartialEq)]
 pub struct PartColumn {
     chain: Option<&'static str>,
     /// What it is, and whose; `None` for the age itself.
-    part: Option<(&'static str, String)>,
+    part: Option<(AgeKind, String)>,
 }
 
 /// The columns of all `results`: those of an age side by side, in the order of their first
@@ -34,7 +34,7 @@ impl PartColumn {
         let chain = self.chain.unwrap_or("push");
         match &self.part {
             None => format!("{chain} age ms"),
-            Some((kind, owner)) => format!("{chain} {kind} {owner} ms"),
+            Some((kind, owner)) => format!("{chain} {} {owner} ms", kind.name()),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::Time;
+use ratelab::{Time, Topology};
 
 use super::{Lineage, sensing_of};
 
@@ -71,6 +71,25 @@ pub enum AgeStage {
         /// The node that acts.
         node: usize,
     },
+}
+
+impl AgeStage {
+    /// The name of the node or topic that it is due to; empty for what is before the first known
+    /// tick.
+    pub fn owner(self, topology: &Topology) -> &str {
+        match self {
+            Self::Before => "",
+            Self::Wait { node, .. }
+            | Self::Kept { node, .. }
+            | Self::Executor { node }
+            | Self::Cost { node } => &topology.nodes[node].name,
+            Self::Match { topic, .. }
+            | Self::Queue { topic, .. }
+            | Self::Reuse { topic, .. }
+            | Self::Held { topic, .. }
+            | Self::Link { topic } => &topology.topics[topic].name,
+        }
+    }
 }
 
 /// A part of an age.

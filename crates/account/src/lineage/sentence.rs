@@ -74,20 +74,17 @@ impl AgeStage {
     /// Its description, to follow a number of milliseconds; `alone` if no other tick in
     /// the chain has a duration.
     fn words(self, topology: &Topology, alone: bool) -> String {
-        let node_name = |node: usize| &topology.nodes[node].name;
-        let topic_name = |topic: usize| &topology.topics[topic].name;
+        let owner = self.owner(topology);
         match self {
             Self::Before => BEFORE.to_owned(),
-            Self::Wait { node, .. } => format!("waiting for the {}", node_name(node)),
-            Self::Match { topic, .. } => format!("waiting for {} to match", topic_name(topic)),
-            Self::Executor { node } => {
-                format!("waiting for the executor of the {}", node_name(node))
-            }
-            Self::Queue { topic, .. } => format!("in the queue of {}", topic_name(topic)),
-            Self::Reuse { topic, .. } => format!("until {} was read again", topic_name(topic)),
+            Self::Wait { .. } => format!("waiting for the {owner}"),
+            Self::Match { .. } => format!("waiting for {owner} to match"),
+            Self::Executor { .. } => format!("waiting for the executor of the {owner}"),
+            Self::Queue { .. } => format!("in the queue of {owner}"),
+            Self::Reuse { .. } => format!("until {owner} was read again"),
             Self::Cost { node } if alone && thinks(topology, node) => "thinking".to_owned(),
-            Self::Cost { node } => format!("in the {}", node_name(node)),
-            Self::Link { topic } => format!("on {}", topic_name(topic)),
+            Self::Cost { .. } => format!("in the {owner}"),
+            Self::Link { .. } => format!("on {owner}"),
             Self::Held { .. } | Self::Kept { .. } => "held".to_owned(),
         }
     }

@@ -3,9 +3,9 @@
 use std::thread::{self, JoinHandle};
 
 use ratelab::{Time, TimedKnob, Topology};
-use ratelab_account::{AgeStage, Lineage, NodeAccount, RunRow};
+use ratelab_account::{Lineage, NodeAccount, RunRow};
 
-use super::{Experiment, over_time::AgeOverTime};
+use super::{AgeKind, Experiment, over_time::AgeOverTime};
 use crate::system::System;
 
 /// Number of messages and ticks that may wait to be counted.
@@ -35,9 +35,8 @@ pub struct RunAge {
 /// A part of an age.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AgeShare {
-    /// What it is: `wait` for the next tick, `cost`, `link`, `queue`, `match`, `executor`, `hold`
-    /// until something newer comes, or `before` what is known.
-    pub kind: &'static str,
+    /// What it is.
+    pub kind: AgeKind,
     /// The node or topic that it is due to; empty for one before what is known.
     pub owner: String,
     /// Its mean over run time (ns).
@@ -130,7 +129,7 @@ impl AgeWay {
     fn age(&self, topology: &Topology) -> Option<RunAge> {
         let mut parts: Vec<AgeShare> = Vec::new();
         for (stage, ns) in self.ages.parts() {
-            let (kind, owner) = owned(stage, topology);
+            let (kind, owner) = (AgeKind::of(stage), stage.owner(topology));
             let mut known = parts.iter_mut();
             match known.find(|part| (part.kind, &*part.owner) == (kind, owner)) {
                 Some(part) => part.ns += ns,
@@ -149,22 +148,6 @@ impl AgeWay {
             p99_ns: self.ages.quantile(0.99)?,
             parts,
         })
-    }
-}
-
-/// What a stage is, and the node or topic that it is due to.
-fn owned(stage: AgeStage, topology: &Topology) -> (&'static str, &str) {
-    let node = |node: usize| &*topology.nodes[node].name;
-    let topic = |topic: usize| &*topology.topics[topic].name;
-    match stage {
-        AgeStage::Before => ("before", ""),
-        AgeStage::Wait { node: of, .. } | AgeStage::Kept { node: of, .. } => ("wait", node(of)),
-        AgeStage::Match { topic: of, .. } => ("match", topic(of)),
-        AgeStage::Executor { node: of } => ("executor", node(of)),
-        AgeStage::Queue { topic: of, .. } => ("queue", topic(of)),
-        AgeStage::Reuse { topic: of, .. } | AgeStage::Held { topic: of, .. } => ("hold", topic(of)),
-        AgeStage::Cost { node: of } => ("cost", node(of)),
-        AgeStage::Link { topic: of } => ("link", topic(of)),
     }
 }
 

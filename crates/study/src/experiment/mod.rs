@@ -17,6 +17,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod age_kind;
 mod ages;
 mod config;
 pub mod hunt;
@@ -43,6 +44,7 @@ use ratelab_account::{Observer, Rows, TapHandle};
 use ratelab_real_clock::RealClock;
 use ratelab_replay::RunLog;
 
+pub use age_kind::AgeKind;
 use ages::AgeWatch;
 pub use ages::{AgeShare, RunAge, RunAges};
 pub use config::Config;
