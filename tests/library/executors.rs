@@ -216,7 +216,7 @@ fn ticks_know_whom_they_waited_for_and_were_set_aside_for() {
         .graph
         .executor("single".parse().expect("an executor"), apart)
         .expect("a node");
-    let lineage = Lineage::new(bench.graph.topology());
+    let lineage = Lineage::new(bench.graph.topology(), &[]);
     let lineage = settled(lineage, &bench.tick_taps(until));
     let ms = |time: Time| time.as_nanos() / 1_000_000;
     let told = |waits: Vec<TickWait>| -> Vec<_> {

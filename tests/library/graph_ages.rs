@@ -9,9 +9,8 @@ fn played(text: &str) -> (Lineage, usize, f64) {
     let experiment = Experiment::new(system.clone(), &config("until 5")).expect("a graph");
     let (observer, taps) = (experiment.observer(), experiment.taps());
     let topology = observer.topology();
-    let mut lineage = Lineage::new(topology.clone()).along(system.about().latency_path);
-    let settings = system.about().settings.iter();
-    settings.for_each(|knob| lineage.knob(Time::ZERO, knob));
+    let lineage = Lineage::new(topology.clone(), system.about().settings);
+    let mut lineage = lineage.along(system.about().latency_path);
     let ticks = taps.ticks(ROOM);
     let names = topology.topics.iter();
     let rows: Vec<_> = names.map(|topic| taps.rows(&topic.name, ROOM)).collect();

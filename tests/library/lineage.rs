@@ -140,14 +140,13 @@ fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, Option<
     let taps = TapHandle::of(&graph);
     let ticks = taps.ticks(ROOM);
     let messages: Vec<_> = topics.iter().map(|topic| taps.topic(topic, ROOM)).collect();
-    let mut lineage = Lineage::new(graph.topology());
+    let mut lineage = Lineage::new(graph.topology(), &[]);
     let commands = plan.knobs.iter();
     let commands = commands.map(|(ms, text)| format!("{} {text}; ", *ms as f64 / 1e3));
     run_virtual(&mut graph, &commands.collect::<String>(), secs(1.0));
     let observer = Observer::of(&graph);
-    for timed in observer.events(0).iter().filter_map(|event| event.knob()) {
-        lineage.knob(timed.at, &timed.knob);
-    }
+    let events = observer.events(0);
+    events.iter().for_each(|event| lineage.event(event));
     let names = observer.topology().topics;
     for (topic, tap) in topics.iter().zip(&messages) {
         let index = names.iter().position(|known| known.name == topic.name());

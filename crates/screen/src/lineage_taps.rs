@@ -2,7 +2,6 @@
 
 use std::mem;
 
-use ratelab::Time;
 use ratelab_account::{Lineage, Observer, Rows, RunRow, Tap};
 use ratelab_study::experiment::Experiment;
 
@@ -44,12 +43,9 @@ impl LineageTaps {
             Some((index?, (name, Rows::new(recorded?.fields().len()))))
         });
         let watched = watched.collect();
-        let lineage = Lineage::new(topology).keeping(KEPT);
-        let mut lineage = lineage.along(system.about().latency_path);
-        let knobs = experiment.config().setup.iter();
-        knobs.for_each(|knob| lineage.knob(Time::ZERO, knob));
+        let lineage = Lineage::new(topology, experiment.config().setup.iter()).keeping(KEPT);
         Self {
-            lineage,
+            lineage: lineage.along(system.about().latency_path),
             observer,
             events: 0,
             tap: Some(taps.all(BACKLOG)),
@@ -62,9 +58,7 @@ impl LineageTaps {
     pub fn update(&mut self) -> &Lineage {
         let events = self.observer.events(self.events);
         self.events += events.len();
-        for timed in events.iter().filter_map(|event| event.knob()) {
-            self.lineage.knob(timed.at, &timed.knob);
-        }
+        events.iter().for_each(|event| self.lineage.event(event));
         // No later rows: a run without pacing fills the tap as fast as it is emptied.
         let items = self.tap.iter().map(Tap::items);
         for row in items.flat_map(|items| items.try_iter().take(items.len())) {

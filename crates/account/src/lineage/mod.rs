@@ -16,7 +16,7 @@ pub use parts::{AgePart, AgeParts, AgeStage};
 pub use push::{Chain, PushInForce};
 pub use waits::{TickWait, WaitsFor};
 
-use ratelab::{Depth, Head, Knob, ReadOrder, Time, Topology};
+use ratelab::{Depth, Event, Head, Knob, ReadOrder, Time, TimedKnob, Topology};
 use ratelab_effects::Executor;
 
 use self::meeting::Meeting;
@@ -95,8 +95,9 @@ impl TracedTick {
 }
 
 impl Lineage {
-    /// Creates an empty lineage for a graph of this `topology`.
-    pub fn new(topology: Topology) -> Self {
+    /// Creates an empty lineage for a graph of this `topology`, whose run begins with the knobs
+    /// of `setup`.
+    pub fn new<'k>(topology: Topology, setup: impl IntoIterator<Item = &'k Knob>) -> Self {
         let topics = topology.topics.iter().map(|topic| TracedTopic {
             sent: VecDeque::new(),
             rules: vec![(Time::ZERO, ReadOrder::Newest, topic.depth)],
@@ -111,14 +112,18 @@ impl Lineage {
                 ..TracedNode::default()
             }
         });
-        Self {
+        let mut lineage = Self {
             topics: topics.collect(),
             nodes: nodes.collect(),
             topology,
             path: Vec::new(),
             beside: false,
             kept: usize::MAX,
+        };
+        for knob in setup {
+            lineage.knob(Time::ZERO, knob);
         }
+        lineage
     }
 
     /// Returns the same lineage with this number of the newest messages and ticks kept
@@ -181,8 +186,14 @@ impl Lineage {
         }
     }
 
-    /// Adds a change of a knob at run time `at`.
-    pub fn knob(&mut self, at: Time, knob: &Knob) {
+    /// Adds an event: a knob may change what is read.
+    pub fn event(&mut self, event: &Event) {
+        if let Some(TimedKnob { at, knob }) = event.knob() {
+            self.knob(at, &knob);
+        }
+    }
+
+    fn knob(&mut self, at: Time, knob: &Knob) {
         let names = self.topology.topics.iter();
         let mut topics = names.zip(&mut self.topics);
         let known = topics.find(|(topic, _)| topic.name == knob.target());

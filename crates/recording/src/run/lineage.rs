@@ -13,10 +13,9 @@ use super::recording::Recording;
 impl Recording {
     /// The chains behind the actions of the run.
     pub fn lineage(&self) -> Lineage {
-        let mut lineage = Lineage::new(self.origin.topology.clone());
-        for timed in self.knobs() {
-            lineage.knob(timed.at, &timed.knob);
-        }
+        let setup = self.origin.config.setup.iter();
+        let mut lineage = Lineage::new(self.origin.topology.clone(), setup);
+        self.events.iter().for_each(|event| lineage.event(event));
         for (topic, rows) in self.topics.iter().enumerate() {
             rows.heads()
                 .iter()

@@ -270,7 +270,8 @@ fn overrunning() -> (Snapshot, Lineage) {
     let system: Arc<dyn System> = Arc::new(CartPole::default());
     let experiment = Experiment::new(system, &Config::default()).expect("a graph");
     let observer = experiment.observer();
-    let (mut graph, mut lineage) = (observer.snapshot(), Lineage::new(observer.topology()));
+    let (mut graph, topology) = (observer.snapshot(), observer.topology());
+    let mut lineage = Lineage::new(topology, &[]);
     let [sensor, policy, actuator] = [0, 1, 2];
     let [observations, actions] = [0, 1];
     for number in 0..150 {

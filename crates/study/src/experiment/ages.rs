@@ -2,7 +2,7 @@
 
 use std::thread::{self, JoinHandle};
 
-use ratelab::{Time, TimedKnob, Topology};
+use ratelab::{Time, Topology};
 use ratelab_account::{Lineage, NodeAccount, RunRow};
 
 use super::{AgeKind, Experiment, over_time::AgeOverTime};
@@ -158,18 +158,15 @@ impl AgeWatch {
     /// From the beginning of the run to its end.
     pub(super) fn start(experiment: &Experiment) -> Self {
         let (tap, observer) = (experiment.taps().all(BACKLOG), experiment.observer());
-        let mut lineage = Lineage::new(observer.topology()).keeping(KEPT);
         let setup = experiment.config().setup.iter();
-        setup.for_each(|knob| lineage.knob(Time::ZERO, knob));
+        let lineage = Lineage::new(observer.topology(), setup).keeping(KEPT);
         let mut ages = RunAges::new(&**experiment.system(), lineage);
         Self(thread::spawn(move || {
             let (mut rows, mut events) = (0, 0);
             let mut settle = |ages: &mut RunAges| {
                 let new = observer.events(events);
                 events += new.len();
-                for TimedKnob { at, knob } in new.iter().filter_map(|event| event.knob()) {
-                    ages.lineage.knob(at, &knob);
-                }
+                new.iter().for_each(|event| ages.lineage.event(event));
                 ages.lineage.settle();
             };
             for row in tap.items() {

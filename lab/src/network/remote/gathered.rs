@@ -59,17 +59,14 @@ impl GatheredRun {
             speed: Speed::REAL_TIME,
         };
         let counters = ReplayAccounts::new(topology, status);
-        let lineage = Lineage::new(topology.clone()).keeping(KEPT);
-        let mut lineage = lineage.along(system.about().latency_path);
-        let setup = config.setup.iter();
-        setup.for_each(|knob| lineage.knob(Time::ZERO, knob));
+        let lineage = Lineage::new(topology.clone(), config.setup.iter()).keeping(KEPT);
         Self {
             system: system.clone(),
             start: counters.observer().snapshot(),
             observer: counters.observer(),
             relay: Arc::new(Relay::new(topology, known)),
             counters,
-            lineage,
+            lineage: lineage.along(system.about().latency_path),
             config: config.clone(),
             topology: topology.clone(),
             new_rows: BTreeMap::new(),
@@ -95,9 +92,7 @@ impl GatheredRun {
 
     /// Adds an event.
     pub fn event(&mut self, event: &Event) {
-        if let Some(timed) = event.knob() {
-            self.lineage.knob(event.at, &timed.knob);
-        }
+        self.lineage.event(event);
         self.counters.event(event);
     }
 
