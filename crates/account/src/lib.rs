@@ -39,7 +39,7 @@ pub use recorded::{NamedTopic, RecordedTopic, RowInlet, RowListener, RowReader, 
 pub use replay_accounts::ReplayAccounts;
 pub use rows::Rows;
 pub use run_rows::RunRow;
-pub use saw::{LateAge, PushAge, Saw};
+pub use saw::{LATELY, LateAge, PushAge, Saw};
 pub use tap::{Copies, Tap, TapMessage};
 pub use tap_handle::TapHandle;
 pub use topic::{Flight, ReaderAccount, TopicAccount};

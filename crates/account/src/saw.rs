@@ -4,8 +4,8 @@ use std::{collections::VecDeque, time::Duration};
 
 use ratelab::{Push, Time};
 
-/// The end of a run whose ages decide whether it is lost.
-const LATE: Duration = Duration::from_secs(1);
+/// Length of the recent stretch of run time, whose ages decide whether a run is lost.
+pub const LATELY: Duration = Duration::from_secs(1);
 
 /// An age over time: run time now minus the run time of the sensing behind what is in force.
 /// It grows with time and drops when something fresher comes into force.
@@ -108,7 +108,7 @@ impl PushAge {
         while self
             .late
             .get(1)
-            .is_some_and(|next| next.since + LATE <= now)
+            .is_some_and(|next| next.since + LATELY <= now)
         {
             self.late.pop_front();
         }
@@ -131,7 +131,7 @@ impl PushAge {
     pub fn lately(&self, now: Time) -> Option<LateAge> {
         let (oldest, push) = (self.late.front()?, self.late.back()?);
         // A push may be later than this reading: the oldest one that is kept may be, too.
-        let from = (now - LATE).max(oldest.since);
+        let from = (now - LATELY).max(oldest.since);
         let time = now.since(from).as_secs_f64();
         let then = self.late.iter().rev().find(|push| push.since <= from);
         let before = then.map_or(0, |then| then.twice_area(from));

@@ -7,16 +7,13 @@
 use std::{collections::VecDeque, time::Duration};
 
 use ratelab::Time;
-use ratelab_account::{PushAge, Saw, Snapshot};
+use ratelab_account::{LATELY, PushAge, Saw, Snapshot};
 use ratelab_study::system::System;
 
 use super::frame::AgeData;
 
 /// Moments kept: an hour at 50 Hz.
 const KEPT: usize = 180_000;
-
-/// Run time that counts as recent, unless two periods of the policy are longer.
-const LATELY: Duration = Duration::from_secs(1);
 
 /// The age of the push in force, as a saw.
 #[derive(Default)]

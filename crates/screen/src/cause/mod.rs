@@ -12,7 +12,7 @@ mod trial;
 use std::time::Duration;
 
 use ratelab::{Knob, KnobKind, Time};
-use ratelab_account::{Lineage, Snapshot};
+use ratelab_account::{LATELY, Lineage, Snapshot};
 use ratelab_study::system::{Alias, Setup, System, names};
 
 pub use hang::Hang;
@@ -51,9 +51,6 @@ pub struct Facts<'a> {
 
 /// Number of causes that are told apart.
 const MOST_CAUSES: usize = 3;
-
-/// Length of the recent stretch of run time; longer if two periods are.
-const LATELY: Duration = Duration::from_secs(1);
 
 /// Share of the longest interval at which another one counts as equally long.
 const AS_SLOW: f64 = 0.9;

@@ -9,7 +9,7 @@ use std::{
 };
 
 use ratelab::{ClockExit, Event, Head, KnobKind, Time, TimedKnob};
-use ratelab_account::{Rows, Snapshot};
+use ratelab_account::{LATELY, Rows, Snapshot};
 use ratelab_study::{
     experiment::Config,
     system::{self, AgeLimits, Setup, System, Verdict, depends_on_the_world, names, plant},
@@ -195,7 +195,7 @@ impl Sampler {
             points: self.points.range(from..to).copied().collect(),
             ages: self.push_ages.saw(begin, end),
             // They are for what no plan predicted, and this is all of the age.
-            limits: match self.plans.predicted((now - Duration::from_secs(1), now)) {
+            limits: match self.plans.predicted((now - LATELY, now)) {
                 Some(Duration::ZERO) | None => self.limits(),
                 Some(_) => AgeLimits::default(),
             },
