@@ -1,8 +1,9 @@
 //! The meaning of a pane, in three sentences with current figures.
 
 use super::{
+    age::Strain,
     cause::ms,
-    frame::{FrameData, NodeData, Strain, TopicData},
+    frame::{FrameData, NodeData, TopicData},
     panes::Pane,
 };
 

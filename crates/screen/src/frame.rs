@@ -5,9 +5,11 @@
 
 use std::{sync::Arc, time::Duration};
 
-use ratelab::{Hz, Status, Time, Topology};
-use ratelab_account::{AgeParts, AgeStage, Distribution};
+use ratelab::{Hz, Status, Time};
+use ratelab_account::Distribution;
 use ratelab_study::system::{AgeLimits, Signal};
+
+use super::age::{AgeData, PushData};
 
 /// The content of the screen, without keys and layout.
 #[derive(Clone, Debug, PartialEq)]
@@ -222,21 +224,6 @@ pub struct LatencyData {
     pub period: Duration,
 }
 
-/// The recent push age and its limits.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct AgeData {
-    /// The mean push age over the last second, or over two periods of the policy.
-    pub mean: Duration,
-    /// The maximum push age in that time.
-    pub greatest: Duration,
-    /// That time, as a stretch of run time.
-    pub stretch: (Time, Time),
-    /// The mean part of it that a plan knew of; `None` without plans.
-    pub predicted: Option<Duration>,
-    /// The limits of the loop.
-    pub limits: AgeLimits,
-}
-
 /// The newest plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanData {
@@ -274,148 +261,6 @@ impl PlanData {
         place <= self.now && played.is_some() && self.actions.get(place).copied() == played
     }
 }
-
-/// The parts of the age of the push in force.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PushData {
-    /// The current parts.
-    pub sentence: PushSentence,
-    /// The greatest reaction time lately.
-    pub reaction: Option<Duration>,
-    /// The recent mean of each part, from the sensing on.
-    pub mean: Vec<(PartKind, Duration)>,
-}
-
-/// The parts of an age in a sentence, whole and with the smallest parts merged.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PushSentence(pub Vec<String>);
-
-impl PushSentence {
-    /// Widths of the sentence (columns).
-    const WIDTHS: [usize; 5] = [usize::MAX, 78, 64, 52, 38];
-
-    /// The sentence about `parts`.
-    pub fn of(parts: &AgeParts, topology: &Topology) -> Self {
-        let within = |room| parts.sentence_within(topology, room);
-        Self(Self::WIDTHS.map(within).into())
-    }
-
-    /// The whole sentence.
-    pub fn whole(&self) -> &str {
-        self.0.first().map_or("", String::as_str)
-    }
-
-    /// The longest one for which `fits` is true, or else the shortest.
-    pub fn fitting(&self, fits: impl Fn(&str) -> bool) -> &str {
-        let fitting = self.0.iter().find(|text| fits(text));
-        fitting.or(self.0.last()).map_or("", String::as_str)
-    }
-}
-
-/// The kind of a part of an age.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PartKind {
-    /// Waiting to be read.
-    Waited,
-    /// In ticks with a duration.
-    Worked,
-    /// On links.
-    Travelled,
-    /// In force.
-    Held,
-    /// In an unknown part of the chain.
-    Elsewhere,
-}
-
-impl PartKind {
-    /// All kinds, in order of occurrence.
-    pub const ALL: [Self; 5] = [
-        Self::Elsewhere,
-        Self::Waited,
-        Self::Worked,
-        Self::Travelled,
-        Self::Held,
-    ];
-
-    /// The kind of `stage`.
-    pub fn of(stage: AgeStage) -> Self {
-        match stage {
-            AgeStage::Wait { .. }
-            | AgeStage::Match { .. }
-            | AgeStage::Executor { .. }
-            | AgeStage::Queue { .. }
-            | AgeStage::Reuse { .. } => Self::Waited,
-            AgeStage::Before => Self::Elsewhere,
-            AgeStage::Cost { .. } => Self::Worked,
-            AgeStage::Link { .. } => Self::Travelled,
-            AgeStage::Held { .. } | AgeStage::Kept { .. } => Self::Held,
-        }
-    }
-
-    /// Its glyph in the bar of an age, and its name.
-    pub fn signs(self) -> [&'static str; 2] {
-        match self {
-            Self::Waited => ["▒", "waited"],
-            Self::Worked => ["█", "worked"],
-            Self::Travelled => ["▄", "on the way"],
-            Self::Held => ["▓", "held"],
-            Self::Elsewhere => ["?", "elsewhere"],
-        }
-    }
-}
-
-/// The position of a push age against its limits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Strain {
-    /// No known limit.
-    Unknown,
-    /// Below the limits.
-    Borne,
-    /// Above the limit at which small deviations grow.
-    Swings,
-    /// In the band of ages with which some loops are lost.
-    MayFall,
-    /// Above that band.
-    Falls,
-}
-
-impl AgeData {
-    /// The mean part of the age that no plan knew of: the limits are for this.
-    pub fn unpredicted(&self) -> Duration {
-        self.mean.saturating_sub(self.predicted.unwrap_or_default())
-    }
-
-    /// The position of the age against its limits.
-    pub fn strain(&self) -> Strain {
-        // Where rates alone come to a limit, the mean is that limit: a constant age that is borne.
-        let mean = self.unpredicted() + HAIR;
-        let passed = |limit: Option<Duration>| limit.is_some_and(|limit| mean >= limit);
-        let beyond = |falls: Duration| passed(Some(falls + 2 * HAIR));
-        match self.limits {
-            AgeLimits { falls, .. } if falls.is_some_and(beyond) => Strain::Falls,
-            AgeLimits { may_fall, .. } if passed(may_fall) => Strain::MayFall,
-            AgeLimits { grows, .. } if passed(grows) => Strain::Swings,
-            limits if limits == AgeLimits::default() => Strain::Unknown,
-            _ => Strain::Borne,
-        }
-    }
-
-    /// The limit above which the run is lost, or else the one at which small deviations
-    /// grow.
-    pub fn limit(&self) -> Option<Duration> {
-        self.limits.falls.or(self.limits.grows)
-    }
-
-    /// That limit, or the band that it ends, as `number` writes an age.
-    pub fn limit_text(&self, number: impl Fn(Duration) -> String) -> Option<String> {
-        let limit = self.limit().map(&number)?;
-        let from = self.limits.may_fall.map(|from| number(from) + "–");
-        Some(from.unwrap_or_default() + &limit)
-    }
-}
-
-/// Ages closer than this count as equal.
-const HAIR: Duration = Duration::from_micros(100);
 
 /// The state of a run, or its result.
 #[derive(Clone, Debug, PartialEq)]

@@ -13,6 +13,7 @@
 //! session ◄── app ◄── keys ◄── terminal           (back)
 //! ```
 
+mod age;
 mod app;
 mod asked;
 mod background;

@@ -10,7 +10,7 @@ use ratelab::Time;
 use ratelab_account::{LATELY, PushAge, Saw, Snapshot};
 use ratelab_study::system::System;
 
-use super::frame::AgeData;
+use super::age::AgeData;
 
 /// Moments kept: an hour at 50 Hz.
 const KEPT: usize = 180_000;

@@ -6,7 +6,7 @@ use ratelab::{Head, Time, Topology};
 use ratelab_account::{Chain, Lineage, PushInForce, TickWait, WaitsFor};
 use ratelab_study::system::PlanBar;
 
-use super::frame::PushSentence;
+use super::age::PushSentence;
 
 /// Visible stretches of run time (ms).
 const SPANS_MS: [u64; 8] = [20, 50, 100, 200, 500, 1_000, 2_000, 5_000];

@@ -20,7 +20,8 @@ pub use rules::{AgeReason, Owner};
 pub use trial::{CureTrials, Trial, Tried};
 
 use super::{
-    frame::{AgeData, PlanData, Strain},
+    age::{AgeData, Strain},
+    frame::PlanData,
     knobs::setting,
     timeline::upstream,
 };

@@ -8,9 +8,10 @@ use ratelab_study::{experiment::mean_parts, system::System};
 
 use super::standing::RunMoment;
 use crate::{
+    age::{PartKind, PushData, PushSentence},
     cause::{Facts, acting},
     flights::dots,
-    frame::{NodeData, PartKind, PushData, PushSentence, Quantiles, TopicData},
+    frame::{NodeData, Quantiles, TopicData},
     knobs::in_words,
     reaction,
 };

@@ -19,10 +19,11 @@ use data::{marks, topic_data};
 use standing::RunMoment;
 
 use super::{
+    age::AgeData,
     asked::Asked,
     cause::{CureTrials, Facts, Hang, late},
     figures::Figures,
-    frame::{AgeData, FrameData, Ghost, LatencyData, SignalTrace, TRACE_S},
+    frame::{FrameData, Ghost, LatencyData, SignalTrace, TRACE_S},
     knobs::{first_node, setting},
     plan::Plans,
     push_age::PushAges,

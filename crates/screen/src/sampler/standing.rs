@@ -7,8 +7,9 @@ use ratelab_account::{NodeAccount, TopicAccount};
 use ratelab_study::system::{Verdict, VerdictKind, plant, verdict};
 
 use crate::{
+    age::Strain,
     cause::{CureTrials, Facts, Trial, acting},
-    frame::{Health, Standing, Strain, VerdictData},
+    frame::{Health, Standing, VerdictData},
     knobs::first_node,
     run::RunSource,
 };

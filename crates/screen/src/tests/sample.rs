@@ -6,9 +6,12 @@ use ratelab::{ClockKind, Head, Hz, Speed, Status, Time};
 use ratelab_cart_pole::CartPole;
 use ratelab_study::system::{AgeLimits, Picture, System};
 
-use crate::frame::{
-    AgeData, FrameData, Ghost, Health, LatencyData, NodeData, PartKind, PushData, PushSentence,
-    Quantiles, SignalTrace, Standing, TopicData, VerdictData,
+use crate::{
+    age::{AgeData, PartKind, PushData, PushSentence},
+    frame::{
+        FrameData, Ghost, Health, LatencyData, NodeData, Quantiles, SignalTrace, Standing,
+        TopicData, VerdictData,
+    },
 };
 
 /// The latency of [`balanced`].

@@ -9,7 +9,7 @@ use ratatui::{
 
 use super::text::{line, ms, width};
 use crate::{
-    frame::{AgeData, PartKind, PushData, Strain},
+    age::{AgeData, PartKind, PushData, Strain},
     theme::Theme,
 };
 

@@ -22,7 +22,7 @@ mod tests {
         },
         GLOSSARY, glossary,
     };
-    use crate::frame::PartKind;
+    use crate::age::PartKind;
 
     /// Words on the screen that stand in no table.
     const ELSEWHERE: &str = "✖, ⚠, flat out, sim, wall, seed, world: own, world: waits, virtual, \

@@ -169,7 +169,7 @@ fn style(mark: &Mark, theme: &Theme) -> Style {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{frame::PushSentence, timeline::Lane, view::testing::*};
+    use crate::{age::PushSentence, timeline::Lane, view::testing::*};
 
     fn mark(at: u64, until: u64, kind: MarkKind, bright: bool) -> Mark {
         Mark {
