@@ -11,7 +11,7 @@ use super::Like;
 use crate::summary::{
     json::{self, object},
     rounded,
-    text::{line, ms, overruns},
+    text::{line, ms, ms_or_dash, overruns},
 };
 
 /// The compared quantiles.
@@ -48,15 +48,16 @@ fn rows(system: &dyn System, runs: [&Summary; 2]) -> Vec<Vec<String>> {
     if let Some((_, meter)) = system.latency() {
         for (name, quantile) in QUANTILES {
             rows.push(row(format!("{meter} {name}"), &|run| {
-                ms(run.latency.quantile(quantile))
+                ms_or_dash(run.latency.quantile(quantile))
             }));
         }
-        rows.push(row(format!("{meter} max"), &|run| ms(run.latency.max())));
+        rows.push(row(format!("{meter} max"), &|run| {
+            ms_or_dash(run.latency.max())
+        }));
     }
     if runs.iter().any(|run| run.push_age().is_some()) {
         rows.push(row("push age mean".to_owned(), &|run| {
-            run.push_age()
-                .map_or("-".to_owned(), |age| format!("{:.1} ms", age.run_s * 1e3))
+            run.push_age().map_or("-".to_owned(), |age| ms(age.run_s))
         }));
     }
     let nodes = runs[1].nodes.iter().map(|node| &node.name);
@@ -83,7 +84,7 @@ fn figures(run: &Summary) -> Map<String, Value> {
     object(json!({
         "cause_of_end": run.verdict.name(),
         "latency": latency(&run.latency),
-        "mean_push_age_ms": run.push_age().map(|age| rounded(age.run_s * 1e3)),
+        "mean_push_age_ms": run.push_age().map(|age| json::ms(age.run_s)),
         "overruns": overruns.collect::<Map<_, _>>(),
         "sim_time_s": rounded(run.sim_time.as_secs_f64()),
     }))
@@ -92,10 +93,10 @@ fn figures(run: &Summary) -> Map<String, Value> {
 fn latency(latency: &Distribution) -> Map<String, Value> {
     let mut figures = object(json!({
         "count": latency.count(),
-        "max_ms": json::ms(latency.max()),
+        "max_ms": json::duration_ms(latency.max()),
     }));
     figures.extend(QUANTILES.map(|(name, quantile)| {
-        let ms = json::ms(latency.quantile(quantile));
+        let ms = json::duration_ms(latency.quantile(quantile));
         (format!("{name}_ms"), json!(ms))
     }));
     figures

@@ -3,7 +3,7 @@
 use ratelab_account::{Observer, TopicAccount};
 use ratelab_wire::{Bridge, Inlet};
 
-use crate::summary::text::line;
+use crate::summary::text::{line, ms};
 
 /// A line for each topic that arrived here, with its counters of the run that `observer`
 /// reads.
@@ -43,9 +43,9 @@ fn read(topic: &TopicAccount) -> String {
     text += &format!(", {} dropped", topic.dropped());
     let ages = topic.readers.iter().map(|read| &read.ages);
     let ages = ages.max_by_key(|ages| ages.count());
-    let ms = |share| Some(ages?.quantile(share)?.as_secs_f64() * 1e3);
-    if let (Some(p50), Some(p99)) = (ms(0.5), ms(0.99)) {
-        text += &format!(", age when read p50 {p50:.1} ms, p99 {p99:.1} ms");
+    let at = |share| Some(ms(ages?.quantile(share)?.as_secs_f64()));
+    if let (Some(p50), Some(p99)) = (at(0.5), at(0.99)) {
+        text += &format!(", age when read p50 {p50}, p99 {p99}");
     }
     text
 }

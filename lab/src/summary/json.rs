@@ -76,12 +76,12 @@ fn keys(system: &dyn System, summary: &Summary, context: &ReportContext) -> Map<
 pub fn result(result: &CellResult) -> Map<String, Value> {
     let mut keys = object(json!({
         "cause_of_end": result.verdict.name(),
-        "mean_latency_ms": rounded(result.mean_latency_s.unwrap_or(0.0) * 1e3),
+        "mean_latency_ms": ms(result.mean_latency_s.unwrap_or(0.0)),
         "sim_time_s": rounded(result.sim_time.as_secs_f64()),
         "steps": result.steps,
     }));
     if let Some(age) = result.push_age {
-        let [run, late] = [age.run_s, age.late_s].map(|seconds| json!(rounded(seconds * 1e3)));
+        let [run, late] = [age.run_s, age.late_s].map(|seconds| json!(ms(seconds)));
         keys.insert("mean_push_age_ms".to_owned(), run);
         keys.insert("late_push_age_ms".to_owned(), late);
     }
@@ -201,16 +201,21 @@ fn topic(topic: &TopicAccount) -> (String, Value) {
 fn milliseconds(distribution: &Distribution) -> Value {
     json!({
         "count": distribution.count(),
-        "max_ms": ms(distribution.max()),
-        "mean_ms": distribution.mean_s().map(|mean| rounded(mean * 1e3)),
-        "p50_ms": ms(distribution.quantile(0.5)),
-        "p99_ms": ms(distribution.quantile(0.99)),
+        "max_ms": duration_ms(distribution.max()),
+        "mean_ms": distribution.mean_s().map(ms),
+        "p50_ms": duration_ms(distribution.quantile(0.5)),
+        "p99_ms": duration_ms(distribution.quantile(0.99)),
     })
 }
 
+/// This number of seconds in milliseconds.
+pub fn ms(seconds: f64) -> f64 {
+    rounded(seconds * 1e3)
+}
+
 /// A duration in milliseconds, if there is one.
-pub fn ms(duration: Option<Duration>) -> Option<f64> {
-    duration.map(|duration| rounded(duration.as_secs_f64() * 1e3))
+pub fn duration_ms(duration: Option<Duration>) -> Option<f64> {
+    duration.map(|duration| ms(duration.as_secs_f64()))
 }
 
 /// The members of the object `value`.

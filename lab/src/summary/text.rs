@@ -109,8 +109,8 @@ fn known<const N: usize>(rows: [(&'static str, Option<String>); N]) -> Vec<(&'st
 }
 
 fn push_age(age: MeanPushAge) -> String {
-    let [run, late] = [age.run_s, age.late_s].map(|seconds| seconds * 1e3);
-    format!("mean {run:.1} ms, in the last second {late:.1} ms")
+    let [run, late] = [age.run_s, age.late_s].map(ms);
+    format!("mean {run}, in the last second {late}")
 }
 
 /// What the states cost on average; those of a fall count as long as it stood.
@@ -281,15 +281,15 @@ fn latency(system: &dyn System, summary: &Summary) -> Option<String> {
     };
     let period = rate_alias(system, |of| summary.node(of).is_some()).and_then(|alias| {
         let node = summary.node(alias.knobs.first()?.1)?;
-        let period = ms(Some(node.hz.period()));
+        let period = ms(node.hz.period().as_secs_f64());
         Some(format!(" ({} period {period})", label(alias.name)))
     });
     Some(format!(
-        "{meter} mean {:.1} ms, p50 {}, p99 {}, max {}{}",
-        mean * 1e3,
-        ms(latency.quantile(0.5)),
-        ms(latency.quantile(0.99)),
-        ms(latency.max()),
+        "{meter} mean {}, p50 {}, p99 {}, max {}{}",
+        ms(mean),
+        ms_or_dash(latency.quantile(0.5)),
+        ms_or_dash(latency.quantile(0.99)),
+        ms_or_dash(latency.max()),
         period.unwrap_or_default()
     ))
 }
@@ -310,7 +310,7 @@ fn joined(parts: impl Iterator<Item = String>) -> Option<String> {
 }
 
 fn spread(name: &str, figures: &Distribution) -> String {
-    let at = |quantile| ms(figures.quantile(quantile));
+    let at = |quantile| ms_or_dash(figures.quantile(quantile));
     format!("{name} p50 {}, p99 {}", at(0.5), at(0.99))
 }
 
@@ -328,11 +328,14 @@ pub fn overruns(node: &NodeAccount) -> String {
     format!("{} of {due}", node.overruns)
 }
 
-/// A duration in milliseconds.
-pub fn ms(duration: Option<Duration>) -> String {
-    duration.map_or("-".to_owned(), |d| {
-        format!("{:.1} ms", d.as_secs_f64() * 1e3)
-    })
+/// This number of seconds in milliseconds.
+pub fn ms(seconds: f64) -> String {
+    format!("{:.1} ms", seconds * 1e3)
+}
+
+/// A duration in milliseconds, or a dash without one.
+pub fn ms_or_dash(duration: Option<Duration>) -> String {
+    duration.map_or("-".to_owned(), |duration| ms(duration.as_secs_f64()))
 }
 
 /// The path of a recording.

@@ -8,7 +8,10 @@ use ratelab_study::{
 use serde_json::{Value, json};
 
 use super::summary::SweepSummary;
-use crate::summary::{rounded, text::line};
+use crate::summary::{
+    json,
+    text::{line, ms},
+};
 
 /// Bin widths to choose from (ms).
 const WIDTHS_MS: [f64; 6] = [5.0, 10.0, 20.0, 50.0, 100.0, 1_000.0];
@@ -72,9 +75,7 @@ impl AgeTable {
     }
 
     fn limit(&self) -> String {
-        let (good, ms) = (&self.good, |seconds: f64| {
-            format!("{:.1} ms", seconds * 1e3)
-        });
+        let good = &self.good;
         let (lost, held) = (self.by_age.youngest_lost_s(), self.by_age.oldest_held_s());
         let apart = lost.zip(held).is_some_and(|(lost, held)| held < lost);
         match (lost.map(ms), held.map(ms), self.by_age.split()) {
@@ -96,11 +97,10 @@ impl AgeTable {
 
     /// The table as JSON.
     pub fn json(&self) -> Value {
-        let ms = |seconds: f64| rounded(seconds * 1e3);
         let bins = self.by_age.bins(self.width_s).into_iter().map(|bin| {
             json!({
-                "from_ms": ms(bin.from_s),
-                "to_ms": ms(bin.to_s),
+                "from_ms": json::ms(bin.from_s),
+                "to_ms": json::ms(bin.to_s),
                 "runs": bin.runs,
                 key(&self.good): bin.held,
             })
@@ -108,12 +108,12 @@ impl AgeTable {
         let split = self.by_age.split();
         json!({
             "bins": bins.collect::<Vec<_>>(),
-            "limit_ms": split.map(|split| ms(split.at_s)),
+            "limit_ms": split.map(|split| json::ms(split.at_s)),
             "misjudged": split.map(|split| split.misjudged),
-            "oldest_held_ms": self.by_age.oldest_held_s().map(ms),
+            "oldest_held_ms": self.by_age.oldest_held_s().map(json::ms),
             "runs": self.by_age.len(),
             "without_push": self.without,
-            "youngest_lost_ms": self.by_age.youngest_lost_s().map(ms),
+            "youngest_lost_ms": self.by_age.youngest_lost_s().map(json::ms),
         })
     }
 }
