@@ -2,8 +2,8 @@
 
 use super::{
     age::Strain,
-    cause::ms,
     frame::{FrameData, NodeData, TopicData},
+    millis::ms,
     panes::Pane,
 };
 

@@ -28,6 +28,7 @@ mod frame;
 mod history;
 mod knobs;
 mod lineage_taps;
+mod millis;
 mod overlap;
 mod panes;
 pub mod picture;

@@ -9,8 +9,6 @@ mod plan;
 mod rules;
 mod trial;
 
-use std::time::Duration;
-
 use ratelab::{Knob, KnobKind, Time};
 use ratelab_account::{LATELY, Lineage, Snapshot};
 use ratelab_study::system::{Alias, Setup, System, names};
@@ -23,6 +21,7 @@ use super::{
     age::{AgeData, Strain},
     frame::PlanData,
     knobs::setting,
+    millis::{ms, number},
     timeline::upstream,
 };
 
@@ -274,16 +273,6 @@ fn before(lineage: &Lineage, acts: usize) -> Vec<usize> {
     path.remove(0);
     path.sort_unstable();
     path
-}
-
-/// Rounds to whole milliseconds, with the unit.
-pub fn ms(duration: Duration) -> String {
-    format!("{} ms", number(duration))
-}
-
-/// Rounds to whole milliseconds, without the unit.
-fn number(duration: Duration) -> String {
-    format!("{:.0}", duration.as_secs_f64() * 1e3)
 }
 
 #[cfg(test)]

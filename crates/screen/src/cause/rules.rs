@@ -6,7 +6,8 @@ use ratelab::{Hz, Knob, KnobKind};
 use ratelab_effects::takes_time;
 use ratelab_study::system::{Spoiler, System};
 
-use super::{Facts, Tried, acting, ms, number};
+use super::{Facts, Tried, acting};
+use crate::millis::{ms, number};
 
 /// The keys that raise the rates of the first aliases.
 const RATE_KEYS: [char; 2] = [']', '}'];

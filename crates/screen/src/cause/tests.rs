@@ -1,6 +1,6 @@
 //! Ways to lose the pole: each has its cause named, and the named cure works.
 
-use std::sync::Arc;
+use std::{sync::Arc, time::Duration};
 
 use ratelab::{Knob, Time, TimedKnob};
 use ratelab_account::{Snapshot, TickRecord};

@@ -11,6 +11,7 @@ use crate::{
     cause::{CureTrials, Facts, Trial, acting},
     frame::{Health, Standing, VerdictData},
     knobs::first_node,
+    millis::ms,
     run::RunSource,
 };
 
@@ -238,10 +239,10 @@ impl RunMoment<'_> {
     /// The current activity, in a sentence with current figures.
     fn living(&self) -> Option<String> {
         let node = first_node(self.facts.system, self.facts.graph)?;
-        let ms = self.facts.age?.greatest.as_secs_f64() * 1e3;
+        let greatest = ms(self.facts.age?.greatest);
         let (name, hz) = (&node.name, node.hz);
         Some(format!(
-            "the {name} decides at {hz}; each push is based on a reading at most {ms:.0} ms old"
+            "the {name} decides at {hz}; each push is based on a reading at most {greatest} old"
         ))
     }
 

@@ -7,9 +7,10 @@ use ratatui::{
     text::Line,
 };
 
-use super::text::{line, ms, width};
+use super::text::{line, width};
 use crate::{
     age::{AgeData, PartKind, PushData, Strain},
+    millis::whole,
     theme::Theme,
 };
 
@@ -80,12 +81,12 @@ pub fn push_line(push: &PushData, room: usize) -> Line<'static> {
 /// columns.
 fn number(age: &AgeData, room: usize) -> String {
     let name = if room < NARROW { "age" } else { "push age" };
-    let rest = ms(age.unpredicted());
-    let mean = match ms(age.mean) - rest {
+    let rest = whole(age.unpredicted());
+    let mean = match whole(age.mean) - rest {
         0 => rest.to_string(),
-        predicted => format!("{} − {predicted} predicted = {rest:>2}", ms(age.mean)),
+        predicted => format!("{} − {predicted} predicted = {rest:>2}", whole(age.mean)),
     };
-    match age.limit_text(|limit| ms(limit).to_string()) {
+    match age.limit_text(|limit| whole(limit).to_string()) {
         Some(limit) => format!("{name} {mean:>3} ms of {limit}"),
         None => format!("{name} {mean:>3} ms"),
     }
@@ -110,7 +111,7 @@ fn ticks(age: &AgeData, (scale, wide): (f64, usize)) -> Vec<(usize, String)> {
     let mut free = 1;
     let ticks = limits.into_iter().map(|limit| {
         let column = ((limit.as_secs_f64() * scale) as usize).min(wide - 1);
-        let number = ms(limit).to_string();
+        let number = whole(limit).to_string();
         let start = column.checked_sub(number.len());
         let start = start.filter(|start| *start >= free);
         free = column + 2;
@@ -128,8 +129,8 @@ fn spent(mean: &[(PartKind, Duration)]) -> String {
     let (mut sum, mut shown) = (Duration::ZERO, 0);
     let rounded = mean.iter().map(|(kind, took)| {
         sum += *took;
-        let part = ms(sum) - shown;
-        shown = ms(sum);
+        let part = whole(sum) - shown;
+        shown = whole(sum);
         (*kind, part)
     });
     let mut parts: Vec<_> = rounded.filter(|(_, part)| *part > 0).collect();

@@ -5,7 +5,7 @@ use std::iter::repeat_n;
 use ratatui::widgets::Sparkline;
 
 use super::{sheet::Sheet, text::width};
-use crate::frame::LatencyData;
+use crate::{frame::LatencyData, millis::ms};
 
 /// Maximum width of a bar (columns).
 const WIDEST: usize = 4;
@@ -49,7 +49,7 @@ fn axis(latency: &LatencyData, used: usize, per_column: f64, mut sheet: Sheet<'_
     let column = latency.period.as_secs_f64() / per_column;
     // Beyond the last bar it has no column.
     let column = Some(column as usize).filter(|column| *column < used);
-    let text = format!("period {:.0} ms", latency.period.as_secs_f64() * 1e3);
+    let text = format!("period {}", ms(latency.period));
     let places = [(2, start.saturating_sub(1)), (2, room)];
     let mut periods = places
         .into_iter()

@@ -10,10 +10,11 @@ use super::{
     chart::{Columns, Level},
     plan,
     sheet::{Sheet, rows},
-    text::{line, ms, plain, signed, width},
+    text::{line, plain, signed, width},
 };
 use crate::{
     frame::{PlanData, SignalTrace},
+    millis::whole,
     theme::Theme,
 };
 
@@ -179,7 +180,7 @@ fn age_levels(limits: AgeLimits) -> Vec<Level> {
     let level = |(limit, line): (Duration, _)| Level {
         at: limit.as_secs_f64() * 1e3,
         line: Some(line),
-        label: format!("{:>3}", ms(limit)),
+        label: format!("{:>3}", whole(limit)),
     };
     // Where both are on one row, the label is that of the last one.
     first.chain(falls).map(level).collect()

@@ -1,6 +1,6 @@
 //! Text that fits: measured, cut, padded, broken, and in ASCII where the theme asks for that.
 
-use std::{borrow::Cow, time::Duration};
+use std::borrow::Cow;
 
 use ratatui::{
     style::Style,
@@ -160,11 +160,6 @@ pub fn count(count: u64, room: usize) -> String {
     let units = ["", "k", "M", "G", "T", "P", "E"].into_iter().zip(0..);
     let texts = units.map(|(unit, power)| format!("{}{unit}", count / 1_000_u64.pow(power)));
     fitting(texts, room)
-}
-
-/// Rounds to whole milliseconds.
-pub fn ms(duration: Duration) -> u128 {
-    (duration.as_micros() + 500) / 1_000
 }
 
 #[cfg(test)]
