@@ -31,7 +31,7 @@ pub use distribution::Distribution;
 pub use fields::Fields;
 pub use lineage::{
     AgePart, AgeParts, AgeStage, Chain, Lineage, PushInForce, TickWait, TracedTick, WaitsFor,
-    sensing_of,
+    nanos, sensing_of,
 };
 pub use node::{NodeAccount, TickRecord};
 pub use observer::Observer;

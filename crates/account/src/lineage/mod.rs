@@ -12,7 +12,7 @@ mod waits;
 
 use std::collections::VecDeque;
 
-pub use parts::{AgePart, AgeParts, AgeStage};
+pub use parts::{AgePart, AgeParts, AgeStage, nanos};
 pub use push::{Chain, PushInForce};
 pub use waits::{TickWait, WaitsFor};
 

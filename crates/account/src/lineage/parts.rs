@@ -127,8 +127,8 @@ impl AgeParts {
     }
 }
 
-/// The duration in nanoseconds; longer than any run on overflow.
-pub(super) fn nanos(duration: Duration) -> i64 {
+/// The duration in nanoseconds, signed like an age; longer than any run on overflow.
+pub fn nanos(duration: Duration) -> i64 {
     i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
 }
 

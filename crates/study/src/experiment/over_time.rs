@@ -1,9 +1,9 @@
 //! An age over a stretch of run time, as the sum of its parts.
 
-use std::{collections::BTreeMap, mem, time::Duration};
+use std::{collections::BTreeMap, mem};
 
 use ratelab::Time;
-use ratelab_account::{AgeStage, Lineage, PushInForce};
+use ratelab_account::{AgeStage, Lineage, PushInForce, nanos};
 
 /// An age over run time. It counts in whole nanoseconds, so that its parts sum to it.
 #[derive(Clone, Debug, Default)]
@@ -103,11 +103,6 @@ impl AgeOverTime {
             self.add(&push, push.since.max(from), end);
         }
     }
-}
-
-/// The duration in nanoseconds; longer than any run on overflow.
-fn nanos(duration: Duration) -> i64 {
-    i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
 }
 
 /// The mean of each part of the push age of a node over run time `from` to `to` (ns),
