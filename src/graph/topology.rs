@@ -64,6 +64,16 @@ fn is_each(matching: &String) -> bool {
 }
 
 impl Topology {
+    /// Index of the node called `name`.
+    pub fn node(&self, name: &str) -> Option<usize> {
+        self.nodes.iter().position(|node| node.name == name)
+    }
+
+    /// Index of the topic called `name`.
+    pub fn topic(&self, name: &str) -> Option<usize> {
+        self.topics.iter().position(|topic| topic.name == name)
+    }
+
     /// The rate in force of each node, of which those with a timer have their `own`; see
     /// [`ticks_per_second`](Self::ticks_per_second).
     pub fn rates(&self, own: impl Fn(usize) -> Hz) -> Vec<Hz> {

@@ -23,9 +23,7 @@ fn played(text: &str) -> (Lineage, usize, f64) {
         heads.for_each(|head| lineage.message(topic, head));
     }
     let lineage = settled(lineage, &ticks);
-    let (acts, _) = system.latency().expect("a chain");
-    let mut nodes = topology.nodes.iter();
-    let acts = nodes.position(|node| node.name == acts).expect("a node");
+    let acts = acting(&*system, &topology).expect("a chain");
     let snapshot = observer.snapshot();
     let age = snapshot.nodes[acts].push_age.saw().expect("pushes");
     let mean = age.mean_s(snapshot.now).expect("some time") * 1e9;
@@ -126,8 +124,7 @@ fn a_message_waits_for_its_partner_and_the_set_for_the_executor() {
         panic!("{waits:?}");
     };
     assert_eq!((matched.from, matched.to), (at_ms(105), at_ms(130)));
-    let mut topics = lineage.topology().topics.iter();
-    let right = topics.position(|topic| topic.name == "/right");
+    let right = lineage.topology().topic("/right");
     assert_eq!(Some(matched.what), right.map(WaitsFor::Match));
     assert_eq!((executed.from, executed.to), (at_ms(130), at_ms(140)));
     assert!(matches!(executed.what, WaitsFor::Node(_)));

@@ -147,9 +147,9 @@ fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, Option<
     let observer = Observer::of(&graph);
     let events = observer.events(0);
     events.iter().for_each(|event| lineage.event(event));
-    let names = observer.topology().topics;
+    let topology = observer.topology();
     for (topic, tap) in topics.iter().zip(&messages) {
-        let index = names.iter().position(|known| known.name == topic.name());
+        let index = topology.topic(topic.name());
         let items = tap.items().try_iter();
         items.for_each(|tapped| lineage.message(index.expect("a topic"), &tapped.head));
     }

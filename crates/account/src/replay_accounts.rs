@@ -132,8 +132,7 @@ impl ReplayAccounts {
             Command::Set(Knob::Crash { node }) => self.named(node, &NodeRecord::Crashed),
             Command::Set(Knob::Restart { node }) => self.named(node, &NodeRecord::Restarted),
             Command::Set(Knob::Depth { topic, depth }) => {
-                let mut topics = self.observer.accounts.topology.topics.iter();
-                let index = topics.position(|known| known.name == *topic);
+                let index = self.observer.accounts.topology.topic(topic);
                 self.topic(index.unwrap_or(usize::MAX), |queue, account| {
                     if *depth < account.depth {
                         queue.shrunk = at;
@@ -158,8 +157,7 @@ impl ReplayAccounts {
 
     /// Adds a record of the node called `name`.
     fn named(&self, name: &str, record: &NodeRecord) {
-        let mut nodes = self.observer.accounts.topology.nodes.iter();
-        if let Some(node) = nodes.position(|node| node.name == name) {
+        if let Some(node) = self.observer.accounts.topology.node(name) {
             self.node(node, record);
         }
     }

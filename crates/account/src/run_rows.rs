@@ -23,8 +23,7 @@ impl TapHandle {
             ticks.add(Box::new(move |tick| end.offer(RunRow::Tick(node, *tick))));
         }
         for topic in topics {
-            let mut known = self.0.accounts.topology.topics.iter();
-            if let Some(index) = known.position(|known| known.name == topic.name()) {
+            if let Some(index) = self.0.accounts.topology.topic(topic.name()) {
                 let end = all.clone();
                 let copy = move |head: &Head, row: &[f64]| {
                     end.offer(RunRow::Message(index, *head, row.to_vec()))

@@ -56,17 +56,15 @@ impl Replay {
     pub fn new(recording: Arc<Recording>, system: &Arc<dyn System>) -> Self {
         let system = recording.system(system);
         let topology = &recording.origin.topology;
-        let (topics, nodes) = (&topology.topics, &topology.nodes);
-        let [state, chains] = [system.state(), system.chains()].map(|name| recording.topic(name?));
-        let place = |name: &str| nodes.iter().position(|node| node.name == name);
+        let [state, chains] = [system.state(), system.chains()].map(|name| topology.topic(name?));
         let latency = system.latency();
-        let latency = latency.and_then(|(node, meter)| Some((place(node)?, meter)));
+        let latency = latency.and_then(|(node, meter)| Some((topology.node(node)?, meter)));
         Self {
             order: order(&recording, state.zip(latency.map(|(node, _)| node))),
             done: 0,
             counters: begin(&recording),
-            replayed: vec![0; topics.len()],
-            handed_out: vec![0; topics.len()],
+            replayed: vec![0; topology.topics.len()],
+            handed_out: vec![0; topology.topics.len()],
             state,
             latency,
             chains,
@@ -157,7 +155,7 @@ impl Replay {
 
     /// The messages of the topic called `name` replayed since the last call.
     pub fn new_rows(&mut self, name: &str) -> Rows {
-        let Some(topic) = self.recording.topic(name) else {
+        let Some(topic) = self.recording.origin.topology.topic(name) else {
             return Rows::default();
         };
         let rows = &self.recording.topics[topic];

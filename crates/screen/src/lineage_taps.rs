@@ -38,7 +38,7 @@ impl LineageTaps {
         let (observer, taps) = (experiment.observer(), experiment.taps());
         let (system, topology) = (experiment.system(), observer.topology());
         let watched = watched(&**system).filter_map(|name| {
-            let index = topology.topics.iter().position(|topic| topic.name == name);
+            let index = topology.topic(name);
             let recorded = taps.topics().iter().find(|topic| topic.name() == name);
             Some((index?, (name, Rows::new(recorded?.fields().len()))))
         });

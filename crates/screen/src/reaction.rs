@@ -62,9 +62,7 @@ mod tests {
             let mut taps = LineageTaps::new(&experiment);
             experiment.run().expect("no fault");
             let lineage = taps.update();
-            let acts = lineage.topology().nodes.iter();
-            let acts = acts.into_iter().position(|node| node.name == "actuator");
-            let acts = acts.expect("an actuator");
+            let acts = lineage.topology().node("actuator").expect("an actuator");
             let [from, to] = [3, 4].map(|second| Time::from_nanos(second * 1_000_000_000));
             let reaction = greatest(lineage, acts, from, to);
             assert_eq!(reaction, Some(Duration::from_millis(ms)), "{setup}");

@@ -95,10 +95,8 @@ struct Candidates<'g> {
 impl Candidates<'_> {
     /// The nodes whose data come to a node, and that node.
     fn before(&self, name: &str) -> Vec<usize> {
-        let Topology { nodes, topics } = self.topology;
-        let mut known: Vec<usize> = (0..nodes.len())
-            .filter(|n| nodes[*n].name == name)
-            .collect();
+        let topics = &self.topology.topics;
+        let mut known = Vec::from_iter(self.topology.node(name));
         let mut next = 0;
         while let Some(node) = known.get(next).copied() {
             let inputs = topics.iter().filter(|topic| topic.readers.contains(&node));

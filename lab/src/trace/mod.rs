@@ -7,7 +7,7 @@ mod tracks;
 use prost::Message;
 use ratelab::{Head, Time};
 use ratelab_account::{Lineage, TickWait, TracedTick, WaitsFor};
-use ratelab_study::system::{PlanBar, System};
+use ratelab_study::system::{PlanBar, System, acting};
 use tracks::{EventText, Tracks};
 
 use ratelab_recording::{Recording, end_of};
@@ -15,7 +15,6 @@ use ratelab_recording::{Recording, end_of};
 /// The bytes of a trace of `recording`, a run of `system`.
 pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
     let lineage = recording.lineage().along(system.about().latency_path);
-    let acts = system.latency().map(|(node, _)| node);
     let topology = lineage.topology();
     let mut tracks = Tracks::default();
     let nodes = tracks.group("nodes");
@@ -45,7 +44,7 @@ pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
         let lanes = recording.plan_lanes(&planning);
         plans(&mut tracks, planning.plans, &lanes);
     }
-    counters(&mut tracks, recording, &lineage, acts);
+    counters(&mut tracks, recording, &lineage, system);
     tracks.finish().encode_to_vec()
 }
 
@@ -154,11 +153,10 @@ fn plans(tracks: &mut Tracks, topic: &str, lanes: &[Vec<PlanBar>]) {
     }
 }
 
-fn counters(tracks: &mut Tracks, recording: &Recording, lineage: &Lineage, acts: Option<&str>) {
+fn counters(tracks: &mut Tracks, recording: &Recording, lineage: &Lineage, system: &dyn System) {
     let topology = lineage.topology();
     let group = tracks.group("counters");
-    let mut nodes = topology.nodes.iter();
-    if let Some(node) = nodes.position(|node| Some(&*node.name) == acts) {
+    if let Some(node) = acting(system, topology) {
         let counter = tracks.counter(group, "age of the push", "ms");
         for (at, ms) in saw(lineage, node, recording.until) {
             tracks.count(counter, at, ms);

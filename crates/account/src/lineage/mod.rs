@@ -143,9 +143,8 @@ impl Lineage {
 
     /// The indices of topics by their names.
     fn places(&self, names: &[impl AsRef<str>]) -> Option<Vec<usize>> {
-        let topics = &self.topology.topics;
-        let place = |name: &str| topics.iter().position(|topic| topic.name == name);
-        names.iter().map(|name| place(name.as_ref())).collect()
+        let places = names.iter().map(|name| self.topology.topic(name.as_ref()));
+        places.collect()
     }
 
     /// Goes another way from now on: along the topics of this `path`, the sensor's first, whatever

@@ -176,11 +176,7 @@ impl RecordingWriter {
     fn write(&mut self, until: Time, events: &[Event]) -> Written {
         let rows = self.waiting.take_until(until);
         let topology = &self.topology;
-        let state = self.system.state();
-        let states = topology
-            .topics
-            .iter()
-            .position(|topic| Some(&*topic.name) == state);
+        let states = self.system.state().and_then(|state| topology.topic(state));
         let stream = self.stream(states.map_or(&[], |states| rows.topics[states].heads()));
         let (made, digest) = (stream.made(), &mut self.digest);
         let topics = topology.topics.iter().zip(&rows.topics);

@@ -107,18 +107,12 @@ impl Recording {
 
     /// The messages of the topic called `name`, as numbers.
     pub fn rows(&self, name: &str) -> Option<&Rows> {
-        self.topics.get(self.topic(name)?)
+        self.topics.get(self.origin.topology.topic(name)?)
     }
 
     /// Its nodes, each with its ticks.
     pub(crate) fn nodes(&self) -> impl Iterator<Item = (&NodeTopology, &Vec<TickRecord>)> {
         self.origin.topology.nodes.iter().zip(&self.run.ticks)
-    }
-
-    /// Index of the topic called `name`.
-    pub(crate) fn topic(&self, name: &str) -> Option<usize> {
-        let mut topics = self.origin.topology.topics.iter();
-        topics.position(|topic| topic.name == name)
     }
 
     /// Its end, if it goes on to the end of the run.

@@ -53,7 +53,7 @@ impl Recording {
     /// By the start of its tick the message that `node` published in it, or why it crashed.
     fn answers_of(&self, node: &str) -> Option<RecordedAnswers> {
         let graph = &self.origin.topology;
-        let index = graph.nodes.iter().position(|known| known.name == node)?;
+        let index = graph.node(node)?;
         let mut topics = graph.topics.iter();
         let topic = topics.position(|topic| topic.publishers == [index])?;
         let messages = self.topics.get(topic)?;

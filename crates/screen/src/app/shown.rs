@@ -2,6 +2,7 @@
 
 use ratelab::{Event, Time};
 use ratelab_account::Snapshot;
+use ratelab_study::system::acting;
 
 use super::run::ShownRun;
 use crate::{
@@ -89,9 +90,7 @@ impl Shown {
 
     /// The node whose pushes the timeline shows, if there is one.
     fn acting(&self) -> Option<usize> {
-        let (acts, _) = self.run.system().latency()?;
-        let nodes = &self.run.lineage().topology().nodes;
-        nodes.iter().position(|node| node.name == acts)
+        acting(self.run.system(), self.run.lineage().topology())
     }
 
     /// The timeline at run time `now`.

@@ -11,7 +11,7 @@ mod trial;
 
 use ratelab::{Knob, KnobKind, Time};
 use ratelab_account::{LATELY, Lineage, Snapshot};
-use ratelab_study::system::{Alias, Setup, System, names};
+use ratelab_study::system::{Alias, Setup, System, acting, names};
 
 pub use hang::Hang;
 pub use rules::{AgeReason, Owner};
@@ -58,7 +58,7 @@ const AS_SLOW: f64 = 0.9;
 impl Facts<'_> {
     /// The knobs that would take the causes away, the most important first.
     pub fn cures(&self) -> Vec<Knob> {
-        let acts = acting(self.system, self.graph);
+        let acts = acting(self.system, self.lineage.topology());
         let acts = acts.filter(|_| self.system.lost_anyway(self.setup).is_none());
         let causes = acts.map_or_else(Vec::new, |acts| self.causes(acts));
         causes.into_iter().map(|(_, cure)| cure).collect()
@@ -74,7 +74,7 @@ impl Facts<'_> {
     /// The cause of the loss and its cure, in short lines; empty for a system without an age.
     /// What was `tried` is what the [cures](Self::cures) did.
     pub fn cause(&self, tried: Option<&Tried>) -> Vec<String> {
-        let Some(acts) = acting(self.system, self.graph) else {
+        let Some(acts) = acting(self.system, self.lineage.topology()) else {
             return Vec::new();
         };
         let causes = self.causes(acts);
@@ -237,12 +237,6 @@ fn lines(owners: &[Owner], needed: &[Owner], blame: impl Fn(Owner) -> String) ->
     owners.iter().chain(others).enumerate().map(line).collect()
 }
 
-/// The node of `graph` with a push age.
-pub fn acting(system: &dyn System, graph: &Snapshot) -> Option<usize> {
-    let (acts, _) = system.latency()?;
-    graph.nodes.iter().position(|node| *node.name == *acts)
-}
-
 /// The stretch of run time whose `age` is explained; without an age the latest one.
 pub fn late(
     system: &dyn System,
@@ -250,7 +244,7 @@ pub fn late(
     lineage: &Lineage,
     age: Option<AgeData>,
 ) -> (Time, Time) {
-    match (age, acting(system, graph)) {
+    match (age, acting(system, lineage.topology())) {
         (Some(age), _) => age.stretch,
         (None, Some(acts)) => latest(graph, lineage, acts),
         (None, None) => (Time::ZERO, graph.now),

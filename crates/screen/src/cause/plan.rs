@@ -29,8 +29,7 @@ impl Facts<'_> {
         let spoilers = self.system.about().spoilers.iter().enumerate();
         let wrong = spoilers.filter(|(_, spoiler)| self.value(spoiler) != spoiler.sound);
         let owner = |(index, spoiler): (usize, &Spoiler)| {
-            let mut nodes = self.graph.nodes.iter();
-            let node = nodes.position(|node| *node.name == *spoiler.node)?;
+            let node = self.lineage.topology().node(spoiler.node)?;
             Some(AgeReason::Spoiler(index).at(node))
         };
         wrong.filter_map(owner).collect()

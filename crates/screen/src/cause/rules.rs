@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use ratelab::{Hz, Knob, KnobKind};
 use ratelab_effects::takes_time;
-use ratelab_study::system::{Spoiler, System};
+use ratelab_study::system::{Spoiler, System, acting};
 
-use super::{Facts, Tried, acting};
+use super::{Facts, Tried};
 use crate::millis::{ms, number};
 
 /// The keys that raise the rates of the first aliases.
@@ -323,7 +323,7 @@ impl Facts<'_> {
 
     /// The share of `owner` in the age, in parentheses.
     fn share(&self, owner: Owner) -> String {
-        let owners = acting(self.system, self.graph).map(|acts| self.owners(acts));
+        let owners = acting(self.system, self.lineage.topology()).map(|acts| self.owners(acts));
         let owners = owners.unwrap_or_default();
         let all: Duration = owners.iter().map(|(_, took)| *took).sum();
         let own = owners.iter().find(|(known, _)| *known == owner);

@@ -73,7 +73,7 @@ fn lost(config: &Config) -> (Summary, Vec<String>, Vec<String>) {
 /// The lines about a loss at the moment of `graph`, and its owners, such as `Rate policy`.
 fn cause(graph: &Snapshot, lineage: &Lineage, setup: &Setup) -> (Vec<String>, Vec<String>) {
     with_facts(graph, lineage, (setup, &Setup::default()), |facts| {
-        let acts = acting(facts.system, graph);
+        let acts = acting(facts.system, lineage.topology());
         let acts = acts.filter(|_| facts.system.lost_anyway(setup).is_none());
         let owners = acts.map(|acts| facts.main_owners(acts)).unwrap_or_default();
         let name = |owner: Owner| format!("{:?} {}", owner.reason, facts.name(owner));
@@ -90,7 +90,7 @@ fn with_facts<R>(
     read: impl FnOnce(Facts<'_>) -> R,
 ) -> R {
     let system = CartPole::default();
-    let acts = acting(&system, graph).expect("an actuator");
+    let acts = acting(&system, lineage.topology()).expect("an actuator");
     let late = latest(graph, lineage, acts);
     read(Facts {
         system: &system,
@@ -139,7 +139,7 @@ impl Played {
     fn warned(&self) -> bool {
         const STEP: Duration = Duration::from_millis(20);
         let system = CartPole::default();
-        let acts = acting(&system, &self.graph).expect("an actuator");
+        let acts = acting(&system, self.lineage.topology()).expect("an actuator");
         let (mut now, mut setup) = (Time::ZERO + STEP, None);
         let mut limits = AgeLimits::default();
         while now < self.summary.verdict.at {

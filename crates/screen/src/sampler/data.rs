@@ -4,12 +4,15 @@ use std::time::Duration;
 
 use ratelab::{Event, Time};
 use ratelab_account::{NodeAccount, TopicAccount};
-use ratelab_study::{experiment::mean_parts, system::System};
+use ratelab_study::{
+    experiment::mean_parts,
+    system::{System, acting},
+};
 
 use super::standing::RunMoment;
 use crate::{
     age::{PartKind, PushData, PushSentence},
-    cause::{Facts, acting},
+    cause::Facts,
     flights::dots,
     frame::{NodeData, Quantiles, TopicData},
     knobs::in_words,
@@ -25,7 +28,7 @@ impl RunMoment<'_> {
             late: (from, to),
             ..
         } = self.facts;
-        let acts = acting(self.facts.system, graph)?;
+        let acts = acting(self.facts.system, lineage.topology())?;
         let parts = lineage.push_at(acts, graph.now)?.parts(graph.now);
         let stages = mean_parts(lineage, acts, from, to);
         let mut mean = PartKind::ALL.map(|kind| {

@@ -4,11 +4,11 @@ use std::time::Duration;
 
 use ratelab::{ClockExit, KnobKind, Time};
 use ratelab_account::{NodeAccount, TopicAccount};
-use ratelab_study::system::{Verdict, VerdictKind, plant, verdict};
+use ratelab_study::system::{Verdict, VerdictKind, acting, plant, verdict};
 
 use crate::{
     age::Strain,
-    cause::{CureTrials, Facts, Trial, acting},
+    cause::{CureTrials, Facts, Trial},
     frame::{Health, Standing, VerdictData},
     knobs::first_node,
     millis::ms,
@@ -209,7 +209,7 @@ impl RunMoment<'_> {
     /// Whether the plant moves, and nothing has pushed it for long after the start.
     fn is_idle(&self) -> bool {
         let (system, graph) = (self.facts.system, self.facts.graph);
-        let pushed = acting(system, graph)
+        let pushed = acting(system, self.facts.lineage.topology())
             .is_none_or(|acts| graph.nodes[acts].push_age.in_force().is_some());
         let periods = graph.nodes.iter().map(|node| node.hz.period());
         let patience = STILL.max(periods.max().unwrap_or_default() * 2);

@@ -72,15 +72,11 @@ impl RunAges {
             !chains.any(|chain| (chain.last(), chain.name()) == (*node, *meter))
         });
         let push = acts.map(|(node, _)| (None, node, &[][..]));
-        let place = |name: &str| {
-            let mut nodes = lineage.topology().nodes.iter();
-            nodes.position(|node| node.name == name)
-        };
         let ways = push.into_iter().chain(ends);
         let ways = ways.filter_map(|(chain, node, topics)| {
             Some(AgeWay {
                 chain,
-                node: place(node)?,
+                node: lineage.topology().node(node)?,
                 topics,
                 until: Time::ZERO,
                 ages: AgeOverTime::default(),

@@ -67,14 +67,14 @@ impl Experiment {
     /// For each chain with nodes that tie in an order which keeps its data fresh: what ties, and
     /// how much older the data are if each tie goes the other way, by a short run of each.
     pub fn tie_notes(&self) -> Vec<String> {
-        let nodes = self.graph.topology().nodes;
+        let topology = self.graph.topology();
+        let nodes = &topology.nodes;
         let mut chains = self.system.about().chains.iter();
         let notes = chains.by_ref().filter_map(|chain| {
-            let path = chain.nodes.iter();
-            let path = path.map(|name| nodes.iter().position(|node| node.name == *name));
+            let path = chain.nodes.iter().map(|name| topology.node(name));
             let path: Vec<usize> = path.collect::<Option<_>>()?;
             let hops = path.windows(2);
-            let tied = hops.filter(|hop| hop[0] < nodes.len() && self.ties(&nodes, hop));
+            let tied = hops.filter(|hop| hop[0] < nodes.len() && self.ties(nodes, hop));
             let tied: Vec<String> = tied
                 .map(|hop| format!("{} before {}", nodes[hop[0]].name, nodes[hop[1]].name))
                 .collect();

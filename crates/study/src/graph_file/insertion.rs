@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ratelab::{TopicTopology, Topology};
+use ratelab::Topology;
 
 use super::{
     ChainSpec, GraphFile, InnerSpec, NodeSpec,
@@ -51,29 +51,18 @@ struct Fit<'f> {
 }
 
 impl Fit<'_> {
-    /// The index of the system's node called `name`.
-    fn node(&self, name: &str) -> Option<usize> {
-        let mut nodes = self.topology.nodes.iter();
-        nodes.position(|node| node.name == name)
-    }
-
-    /// The system's topic called `name`.
-    fn topic(&self, name: &str) -> Option<&TopicTopology> {
-        let mut topics = self.topology.topics.iter();
-        topics.find(|topic| topic.name == name)
-    }
-
     /// Checks that the names of the nodes and their topics are new, and their inputs known.
     fn nodes(&self) -> Checked {
         let file = self.file;
         let recorded = || self.around.recorded.iter().map(|topic| topic.name());
         for node in &file.nodes {
-            if self.node(&node.name).is_some() {
+            if self.topology.node(&node.name).is_some() {
                 let what = format!("the system has a node {:?} already", node.name);
                 return refuse(node.at, format!("{what}: choose another name"));
             }
             let mut published = node.publishes.iter();
-            if let Some(topic) = published.find(|topic| self.topic(&topic.text).is_some()) {
+            let known = |topic: &&Placed| self.topology.topic(&topic.text).is_some();
+            if let Some(topic) = published.find(known) {
                 let what = format!("{:?} is a topic of the system", topic.text);
                 return refuse(topic.at, format!("{what}: choose another name"));
             }
@@ -124,12 +113,12 @@ impl Fit<'_> {
             let mut topics = self.topology.topics.iter();
             topics.any(|topic| topic.readers.contains(&node))
         };
-        if is_relay(&first.text) || self.node(&first.text).is_some_and(reads) {
+        if is_relay(&first.text) || self.topology.node(&first.text).is_some_and(reads) {
             let what = format!("the data of {} are older than its tick", first.text);
             let remedy = format!("begin {name} at the node that senses them");
             return refuse(first.at, format!("{what}: {remedy}"));
         }
-        if self.node(last).is_some() || is_relay(last) {
+        if self.topology.node(last).is_some() || is_relay(last) {
             let what = format!(
                 "{name} ends at {last}, a node of the system or before one: expected another node \
                  of this file; the system measures the ages of its own actions"
@@ -153,10 +142,12 @@ impl Fit<'_> {
         if self.file.node(&node.text).is_some() {
             return true;
         }
-        let known = self.node(&node.text).zip(self.topic(&topic.text));
+        let Topology { topics, .. } = &self.topology;
+        let known = self.topology.node(&node.text);
+        let known = known.zip(self.topology.topic(&topic.text));
         known.is_some_and(|(node, topic)| match reading {
-            true => topic.readers.contains(&node),
-            false => topic.publishers.contains(&node),
+            true => topics[topic].readers.contains(&node),
+            false => topics[topic].publishers.contains(&node),
         })
     }
 

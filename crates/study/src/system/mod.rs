@@ -73,7 +73,7 @@ mod world;
 
 use std::path::PathBuf;
 
-use ratelab::{ClockExit, GraphError, HzError, Knob, Time};
+use ratelab::{ClockExit, GraphError, HzError, Knob, Time, Topology};
 use thiserror::Error;
 
 pub use about::{About, Group, Spoiler, StateTable};
@@ -298,6 +298,12 @@ impl dyn System + '_ {
 pub fn plant(system: &dyn System) -> Option<&'static str> {
     let state = system.state();
     state.filter(|state| Some(*state) != system.chains())
+}
+
+/// Index of the node of `graph` with the [latency](System::latency) of `system`.
+pub fn acting(system: &dyn System, graph: &Topology) -> Option<usize> {
+    let (acts, _) = system.latency()?;
+    graph.node(acts)
 }
 
 /// The verdict of `system` on a run that stopped with `exit` at run time `at`, from the newest
