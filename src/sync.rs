@@ -21,8 +21,8 @@ pub use shuttle::{
     thread, thread_local,
 };
 
-/// Locks a mutex, even after a panic elsewhere: no critical section of this crate leaves
-/// its data half-changed, and the panic itself is reported as a fault.
+/// Locks a mutex, even after a panic elsewhere: no critical section leaves its data
+/// half-changed, and the panic itself is reported as a fault.
 pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex
         .lock()

@@ -7,7 +7,7 @@ use std::{
 };
 
 use crossbeam_channel::Sender;
-use ratelab::{Command, EventKind, Knob};
+use ratelab::{Command, EventKind, Knob, sync::lock};
 use ratelab_study::{experiment::Experiment, system::System};
 
 use crate::{
@@ -16,7 +16,6 @@ use crate::{
     net::{self, Question},
     part::LocalPart,
     telemetry::{Answer, Info, Order},
-    threads::lock,
 };
 
 /// Longest wait for the graph to answer.

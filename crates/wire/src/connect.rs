@@ -10,6 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use ratelab::sync::lock;
 use tracing::{
     Event, Level, Subscriber,
     field::{Field, Visit},
@@ -18,10 +19,7 @@ use tracing::{
 use tracing_subscriber::{Layer, Registry, filter::Targets, layer::Context, prelude::*};
 use zenoh::{Config, Session, Wait};
 
-use crate::{
-    error::WireError,
-    threads::{self, lock},
-};
+use crate::{error::WireError, threads};
 
 /// Shortest time between two lines with the same reason.
 const AGAIN: Duration = Duration::from_secs(10);

@@ -6,7 +6,7 @@ use std::{
 };
 
 use crossbeam_channel::Sender as Channel;
-use ratelab::Time;
+use ratelab::{Time, sync::lock};
 use ratelab_account::RowInlet;
 use zenoh::{Session, sample::Sample};
 
@@ -16,7 +16,6 @@ use crate::{
     refusal::{Refusal, Refused},
     sender::{MessageSource, Sender},
     telemetry::ReceivedMessage,
-    threads::lock,
     times::Times,
 };
 

@@ -11,10 +11,9 @@ use std::{
     sync::Mutex,
 };
 
-use crate::{
-    machine::{self, ClockId, Nanos},
-    threads::lock,
-};
+use ratelab::sync::lock;
+
+use crate::machine::{self, ClockId, Nanos};
 
 /// Round trips that are kept.
 const KEPT: usize = 16;

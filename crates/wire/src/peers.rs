@@ -10,6 +10,7 @@ use std::{
     time::Duration,
 };
 
+use ratelab::sync::lock;
 use zenoh::{
     Session, Wait,
     query::{ConsolidationMode, QueryTarget},
@@ -23,7 +24,7 @@ use crate::{
     net,
     offset::{Offsets, RoundTrip},
     telemetry::{Answer, Info, Order},
-    threads::{self, lock},
+    threads,
 };
 
 /// Time between two round trips to another clock.

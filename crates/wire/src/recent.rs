@@ -2,7 +2,7 @@
 
 use std::{collections::VecDeque, sync::Mutex};
 
-use crate::threads::lock;
+use ratelab::sync::lock;
 
 /// Pairs that are kept: seconds at usual rates.
 const KEPT: usize = 1024;

@@ -2,9 +2,8 @@
 
 use std::{collections::BTreeMap, sync::Mutex};
 
+use ratelab::sync::lock;
 use thiserror::Error;
-
-use crate::threads::lock;
 
 /// The reason to refuse a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Error)]

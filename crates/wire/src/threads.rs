@@ -1,7 +1,6 @@
-//! Threads and locks.
+//! Threads.
 
 use std::{
-    sync::{Mutex, MutexGuard, PoisonError},
     thread::{self, JoinHandle},
     time::Duration,
 };
@@ -9,11 +8,6 @@ use std::{
 use crossbeam_channel::{RecvTimeoutError, Sender, bounded};
 
 use crate::error::{Attempted, WireError};
-
-/// Locks, also after a panic: each value is whole at any time.
-pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 /// Begins a thread.
 pub(crate) fn thread<T: Send + 'static>(

@@ -2,9 +2,10 @@
 
 use std::{
     collections::BTreeMap,
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex},
 };
 
+use ratelab::sync::lock;
 use ratelab_study::{
     experiment::{
         Config, Experiment,
@@ -103,7 +104,7 @@ impl AgeCause {
     /// They take seconds, and two questions need the same: the first result is kept.
     pub fn by_age(self, seed: u64) -> Result<Arc<ByAge>, Failure> {
         static KNOWN: Mutex<BTreeMap<(u64, u64), Arc<ByAge>>> = Mutex::new(BTreeMap::new());
-        let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = || lock(&KNOWN);
         let key = (seed, self as u64);
         if let Some(known) = known().get(&key) {
             return Ok(known.clone());

@@ -2,10 +2,11 @@
 
 use std::{
     path::PathBuf,
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex},
     time::Duration,
 };
 
+use ratelab::sync::lock;
 use ratelab_recording::{Destination, FinishedRecording, RecordError};
 use ratelab_screen::Options;
 use ratelab_study::experiment::{Config, Experiment, Summary};
@@ -46,7 +47,7 @@ pub fn show(
     let run = RemoteRun::new(follower, &experiment, recordings.clone());
     drop(experiment);
     let left = ratelab_screen::watch(run, options).map_err(Error::from);
-    let mut recordings = recordings.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut recordings = lock(&recordings);
     let recorded = recordings.finish()?;
     left.map(|()| SeenRuns {
         last: recordings.last.take(),

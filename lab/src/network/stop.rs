@@ -3,14 +3,14 @@
 use std::{
     io,
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError,
+        Arc, Mutex, MutexGuard,
         atomic::{AtomicBool, Ordering},
     },
     thread,
 };
 
 use crossbeam_channel::Sender;
-use ratelab::Command;
+use ratelab::{Command, sync::lock};
 
 use crate::signals;
 
@@ -58,6 +58,6 @@ impl Stop {
     }
 
     fn commands(&self) -> MutexGuard<'_, Option<Sender<Command>>> {
-        self.commands.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.commands)
     }
 }

@@ -1,11 +1,8 @@
 //! The layout of a recording in the viewer: everything at a glance.
 
-use std::{
-    collections::BTreeMap,
-    sync::{Mutex, PoisonError},
-};
+use std::{collections::BTreeMap, sync::Mutex};
 
-use ratelab::ClockKind;
+use ratelab::{ClockKind, sync::lock};
 use ratelab_study::system::{Signal, System, paced_node};
 use rerun::{
     AsComponents, EntityPath, RecordingStream, RecordingStreamBuilder, SerializedComponentBatch,
@@ -49,7 +46,7 @@ const BLUEPRINT: &str = "blueprint";
 /// Sends the layout for the run of `source`. To be called before the recording itself.
 pub fn send(rec: &RecordingStream, source: &Source) -> Written {
     let key = key(source);
-    let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut made = lock(&MADE);
     if !made.contains_key(&key) {
         let mut properties = Properties::default();
         let layout = ViewerLayout {

@@ -7,10 +7,11 @@ use std::{
     fs::{self, File},
     io::{self, BufWriter, Seek, Write},
     path::{Path, PathBuf},
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Mutex, MutexGuard},
     time::Duration,
 };
 
+use ratelab::sync::lock;
 use rerun::{
     external::re_log_encoding::{EncodeError, Encoder, EncodingOptions},
     log::LogMsg,
@@ -116,7 +117,7 @@ impl RecordingFile {
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.0)
     }
 }
 

@@ -5,6 +5,7 @@ use std::{
     sync::{Arc, Mutex},
 };
 
+use ratelab::sync::lock;
 use zenoh::sample::SampleKind;
 
 use super::name::{Attachment, PublisherToken};
@@ -12,7 +13,6 @@ use crate::{
     peers::Peers,
     sender::MessageSource,
     session::{self, low_word},
-    threads::lock,
 };
 
 /// The most publishers that are known at a time.

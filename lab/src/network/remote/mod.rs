@@ -14,12 +14,12 @@ mod trouble;
 use std::{
     collections::HashMap,
     mem,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Mutex, MutexGuard},
     time::{Duration, Instant},
 };
 
 use crossbeam_channel::{Receiver, Sender, unbounded};
-use ratelab::{ClockExit, Event, Time};
+use ratelab::{ClockExit, Event, Time, sync::lock};
 use ratelab_account::TickRecord;
 use ratelab_study::{
     experiment::{Experiment, Taps},
@@ -173,9 +173,7 @@ impl RemoteRun {
     }
 
     fn recordings(&self) -> MutexGuard<'_, Recordings> {
-        self.recordings
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+        lock(&self.recordings)
     }
 
     /// The run for a recorder.
