@@ -17,6 +17,7 @@
 //! [`CartPole`], a [`System`](ratelab_study::system::System). A new policy goes into [`policy`], what theory says of a rate
 //! into [`stability`].
 
+mod aliases;
 mod body;
 pub mod chunk;
 mod disturbance;
@@ -36,6 +37,8 @@ mod similar;
 pub mod stability;
 mod system;
 mod table;
+pub mod verdict;
+mod wiring;
 
 pub(crate) use body::START_SPREAD;
 pub use body::{PlantError, SUBSTEPS};
@@ -51,4 +54,4 @@ pub use pose::{CART_LIMIT_M, Fall, POLE_LIMIT_RAD, Pose};
 pub use seeding::generator;
 pub(crate) use seeding::unit;
 pub use similar::SimilarReadings;
-pub use system::{BROKEN_HZ, CartPole, STATE, pole_angle, verdict};
+pub use system::{BROKEN_HZ, CartPole, STATE, pole_angle};

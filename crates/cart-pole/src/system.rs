@@ -2,31 +2,29 @@
 
 use std::path::PathBuf;
 
-use ratelab::{ClockExit, Depth, Hz, KnobKind, Time, Topic};
+use ratelab::{ClockExit, Hz, Time};
 use ratelab_account::Fields;
-use ratelab_effects::Match;
 use ratelab_study::{
     experiment::Config,
     system::{
-        About, AgeLimits, Alias, BuildError, Builder, Final, Group, KnobText, KnobTextError,
-        Picture, QuadraticCost, RunTally, Setup, SharedWorld, Signal, System, Verdict, VerdictKind,
-        WORLD, WorldKind, overload,
+        About, AgeLimits, BuildError, Builder, Final, Group, KnobText, KnobTextError, Picture,
+        QuadraticCost, RunTally, Setup, Signal, System, Verdict, VerdictKind, WORLD, WorldKind,
+        overload,
     },
 };
 
 use super::{
-    ACTION, ACTUATOR, Action, Actuator, CONTROL_HZ, CartPlant, ControlStep, DISTURB, Fall,
-    FreePlant, OBS, Observation, OnStale, POLE_LIMIT_RAD, POLICY, Plant, PolicyNode, Pose,
-    SENSE_TO_ACT, SENSOR, SIMILAR, Sensor, SharedPlant, SimilarReadings, actuator_hz,
-    chunk::{
-        CHUNK, Chunk, ChunkPlanner, ChunkPolicy, ChunkSettings, ChunkTally, FIXED, PLANNING,
-        PLAYER, PLAYER_STEP, PlanKind, Player, REQUEST, SPOILERS, warnings,
-    },
+    ACTION, ACTUATOR, CONTROL_HZ, ControlStep, DISTURB, Fall, FreePlant, OBS, OnStale,
+    POLE_LIMIT_RAD, POLICY, Plant, Pose, SENSE_TO_ACT, SENSOR, SIMILAR, SharedPlant,
+    SimilarReadings, actuator_hz,
+    aliases::ALIASES,
+    chunk::{ChunkSettings, ChunkTally, FIXED, PLANNING, PLAYER, PlanKind, SPOILERS, warnings},
     disturbance::Newtons,
     falls::falls,
     mujoco_version, picture,
     policy::{Policy, PolicyCache, PolicyContext, PolicyKind, PolicySpec, SwappablePolicy},
-    table,
+    table, verdict,
+    wiring::{Topics, other, setting_error},
 };
 use crate::stability::{Rates, Weights, age_limit};
 
@@ -35,29 +33,6 @@ pub const STATE: &str = "/state";
 
 /// A control rate at which the scripted policy loses the pole for every seed (Hz).
 pub const BROKEN_HZ: f64 = 5.0;
-
-/// The verdicts of the cart-pole.
-pub mod verdict {
-    use ratelab_study::system::VerdictKind;
-
-    /// The pole was up for the whole run.
-    pub const BALANCED: VerdictKind =
-        VerdictKind::held("balanced", "BALANCED (pole up the whole run)");
-    /// The run ended before the first step of the plant.
-    pub const NEVER_MOVED: VerdictKind =
-        VerdictKind::lost("never_moved", "UNDECIDED (the plant never moved)");
-    /// The pole was up when a command stopped the run.
-    pub const STOPPED: VerdictKind =
-        VerdictKind::held("stopped", "STOPPED at {at} (pole up so far)");
-    /// The pole tipped beyond its limit.
-    pub const POLE_FELL: VerdictKind =
-        VerdictKind::lost("pole_fell", "FELL at {at} (pole beyond ±12°)");
-    /// The cart left the rail with the pole still up.
-    pub const CART_LEFT_RAIL: VerdictKind = VerdictKind::lost(
-        "cart_left_rail",
-        "LEFT THE RAIL at {at} (cart beyond ±2.4 m, pole still up)",
-    );
-}
 
 /// Makes the policy of a run.
 type MakePolicy = dyn Fn(PolicyContext) -> Box<dyn Policy> + Send + Sync;
@@ -71,106 +46,7 @@ pub struct CartPole {
 
 impl CartPole {
     /// Parses and writes knobs with the cart-pole's aliases.
-    pub const KNOBS: KnobText = KnobText(&[
-        Alias {
-            name: "control-hz",
-            knobs: &[(KnobKind::Rate, POLICY)],
-            default: "50",
-            choices: &[],
-            help: "How often the policy decides",
-        },
-        Alias {
-            name: "sensor-hz",
-            knobs: &[(KnobKind::Rate, SENSOR)],
-            default: "50",
-            choices: &[],
-            help: "How often the sensor publishes",
-        },
-        Alias {
-            name: "queue-depth",
-            knobs: &[(KnobKind::Depth, OBS), (KnobKind::Depth, ACTION)],
-            default: "1",
-            choices: &[],
-            help: "How many messages /obs and /action keep",
-        },
-        Alias {
-            name: "policy",
-            knobs: &[(KnobKind::Send, POLICY)],
-            default: "scripted",
-            choices: &["scripted", "lqr", "zero", "random"],
-            help: "The policy: scripted, lqr, zero, random, a file of weights (.pt, .safetensors, .onnx), or a program",
-        },
-        Alias {
-            name: "think-ms",
-            knobs: &[(KnobKind::Takes, POLICY)],
-            default: "none",
-            choices: &[],
-            help: "The time that the policy takes to decide (ms): 30, 60..110, lognormal:30,90, recorded:FILE, file:CSV or drawn:CSV",
-        },
-        Alias {
-            name: "on-stale",
-            knobs: &[(KnobKind::Send, ACTUATOR)],
-            default: "hold",
-            choices: &["hold", "zero:20", "zero:50", "zero:100"],
-            help: "What the actuator does with a stale action: hold it, or zero:MS, no push beyond that age",
-        },
-        Alias {
-            name: "chunk",
-            knobs: &[(KnobKind::Parameter, "policy chunk")],
-            default: "none",
-            choices: &[],
-            help: "The number of actions in an answer of the policy, 20 ms each",
-        },
-        Alias {
-            name: "plan",
-            knobs: &[(KnobKind::Parameter, "policy plan")],
-            default: "rollout",
-            choices: &["hold", "rollout", "committed"],
-            help: "What a chunk is planned by: hold the action, a rollout of the model, or one with the actions that are committed",
-        },
-        Alias {
-            name: "expect-delay",
-            knobs: &[(KnobKind::Parameter, "policy expect-delay")],
-            default: "last",
-            choices: &["last", "max"],
-            help: "The delay of its answer that the policy plans for (ms): 120, last, max, or last+20",
-        },
-        Alias {
-            name: "model",
-            knobs: &[(KnobKind::Parameter, "policy model")],
-            default: "length:1",
-            choices: &[],
-            help: "The policy's model of the plant: length:F, with a pole F times as long",
-        },
-        Alias {
-            name: "play",
-            knobs: &[(KnobKind::Parameter, "player play")],
-            default: "time",
-            choices: &["time", "arrival", "executed"],
-            help: "Which action of a chunk is played: by the time since the reading, by that since its arrival, or by the number of actions executed since",
-        },
-        Alias {
-            name: "merge",
-            knobs: &[(KnobKind::Parameter, "player merge")],
-            default: "newest",
-            choices: &["newest", "blend:0.7", "ensemble:0.01"],
-            help: "What is played where chunks overlap: the newest, blend:W or ensemble:M",
-        },
-        Alias {
-            name: "refill",
-            knobs: &[(KnobKind::Parameter, "player refill")],
-            default: "none",
-            choices: &[],
-            help: "The policy ticks on request: when this share of a chunk is left (0 to 1)",
-        },
-        Alias {
-            name: DISTURB,
-            knobs: &[(KnobKind::Parameter, "actuator disturb")],
-            default: "0",
-            choices: &[],
-            help: "Standard deviation of a random force on the cart (N)",
-        },
-    ]);
+    pub const KNOBS: KnobText = KnobText(ALIASES);
 
     /// Creates a cart-pole with the caller's own policy, built for every run.
     ///
@@ -251,123 +127,6 @@ fn context(seed: u64, setup: &Setup) -> PolicyContext {
 /// The settings of chunks in `setup`, if the policy answers with any.
 fn chunks(setup: &Setup) -> Option<ChunkSettings> {
     ChunkSettings::of(setup).ok().flatten()
-}
-
-fn other(error: impl std::error::Error + Send + Sync + 'static) -> BuildError {
-    BuildError::Other(Box::new(error))
-}
-
-/// The topics between the nodes.
-struct Topics {
-    observations: Topic<Observation>,
-    actions: Topic<Action>,
-}
-
-impl Topics {
-    /// Adds sensor, policy and actuator around `plant`; the actuator moves it, and publishes its
-    /// `steps`, unless it moves by itself.
-    fn robot(
-        &self,
-        builder: &mut Builder<'_>,
-        plant: SharedWorld<impl CartPlant>,
-        policy: Box<dyn Policy>,
-        steps: Option<Topic<ControlStep>>,
-    ) -> Result<(), BuildError> {
-        let (observations, seen) = (self.observations.clone(), plant.clone());
-        let similar = builder.parameter(SENSOR, SIMILAR);
-        let similar = similar.map(SimilarReadings::parse).transpose();
-        let similar = similar.map_err(BuildError::Setting)?.unwrap_or_default();
-        builder.node(SENSOR, CONTROL_HZ, 0, move |wiring| Sensor {
-            plant: seen.clone(),
-            observations: wiring.publisher(&observations),
-            similar,
-        })?;
-        let observations = builder.through(&self.observations, 0)?;
-        let last = match self.chunks(builder)? {
-            Some(chunks) => self.with_chunks(builder, policy, &observations, chunks)?,
-            None => {
-                builder.single_node(POLICY, actuator_hz().into(), 1, |wiring| PolicyNode {
-                    policy,
-                    observations: wiring.subscription(&observations),
-                    actions: wiring.publisher(&self.actions),
-                })?;
-                1
-            }
-        };
-        let actions = builder.through(&self.actions, last)?;
-        // Its rate was a knob once, and there are recordings of that.
-        let was_turned = builder.was_turned(KnobKind::Rate, ACTUATOR);
-        let fixed: &[KnobKind] = match (&steps, was_turned) {
-            (None, _) => &[],
-            (Some(_), true) => &[KnobKind::Clock],
-            (Some(_), false) => &[KnobKind::Rate, KnobKind::Clock],
-        };
-        builder.node(ACTUATOR, CONTROL_HZ, last + 1, move |wiring| {
-            const REASON: &str = "each of its ticks is 20 ms of the plant's time: \
-                choose another node, or the world \"own\"";
-            wiring.fix(fixed.iter().copied(), REASON);
-            Actuator::wired(wiring, plant.clone(), &actions, steps.as_ref())
-        })
-    }
-
-    /// The settings of chunks, if the policy answers with any.
-    fn chunks(&self, builder: &mut Builder<'_>) -> Result<Option<ChunkSettings>, BuildError> {
-        let mut set = Vec::new();
-        for (node, name, _) in ChunkSettings::PARAMETERS {
-            set.extend(builder.parameter(node, name).map(|_| name));
-        }
-        match set.first() {
-            Some(name) if !set.contains(&ChunkSettings::CHUNK) => {
-                Err(BuildError::Setting(format!(
-                    "--{name} is for a policy that answers with chunks: give --chunk H as well"
-                )))
-            }
-            _ => ChunkSettings::of(builder.setup()).map_err(setting_error),
-        }
-    }
-
-    /// Adds a policy that answers with chunks, and their player; returns its priority.
-    fn with_chunks(
-        &self,
-        builder: &mut Builder<'_>,
-        policy: Box<dyn Policy>,
-        observations: &Topic<Observation>,
-        settings: ChunkSettings,
-    ) -> Result<u32, BuildError> {
-        let depth = Depth::new(Chunk::DEPTH).unwrap_or(Depth::MAX);
-        let chunks = Topic::new(CHUNK, builder.setup().depth(CHUNK).unwrap_or(depth));
-        builder.record_as(chunks.clone(), Chunk::names(settings.horizon));
-        let planner = ChunkPlanner::new(&settings).map_err(other)?;
-        let (requests, release) = match settings.refill {
-            Some(_) => (builder.topic(REQUEST), Match::Each.into()),
-            None => (builder.internal_topic(REQUEST), actuator_hz().into()),
-        };
-        builder.single_node(POLICY, release, 1, |wiring| ChunkPolicy {
-            policy,
-            planner,
-            last_tick: wiring.last_tick(),
-            observations: wiring.subscription(observations),
-            chunks: wiring.publisher(&chunks),
-            requests: settings.refill.map(|_| wiring.trigger(&requests)),
-        })?;
-        let steps = builder.topic(PLAYER_STEP);
-        let chunks = builder.through(&chunks, 1)?;
-        builder.single_node(PLAYER, actuator_hz().into(), 2, |wiring| {
-            wiring.fix([KnobKind::Rate], "it plays an action every 20 ms");
-            Player::new(
-                &settings,
-                wiring.subscription(&chunks),
-                wiring.publisher(&self.actions),
-                wiring.publisher(&steps),
-                settings.refill.map(|_| wiring.publisher(&requests)),
-            )
-        })?;
-        Ok(2)
-    }
-}
-
-fn setting_error(error: impl std::fmt::Display) -> BuildError {
-    BuildError::Setting(error.to_string())
 }
 
 impl System for CartPole {
@@ -591,13 +350,7 @@ impl System for CartPole {
     }
 
     fn verdicts(&self) -> &'static [&'static VerdictKind] {
-        &[
-            &verdict::BALANCED,
-            &verdict::STOPPED,
-            &verdict::POLE_FELL,
-            &verdict::CART_LEFT_RAIL,
-            &verdict::NEVER_MOVED,
-        ]
+        verdict::ALL
     }
 
     fn picture(&self, state: &[f64]) -> Option<Picture> {

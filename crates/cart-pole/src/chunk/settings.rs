@@ -4,7 +4,7 @@ use std::{fmt, str::FromStr, time::Duration};
 
 use ratelab::millis;
 use ratelab_study::system::{Setup, names::alternatives};
-use strum::{Display, IntoStaticStr, VariantArray};
+use strum::{Display, IntoStaticStr, VariantArray, VariantNames};
 
 use super::{ACTION_PERIOD, PLAYER};
 use crate::POLICY;
@@ -45,7 +45,9 @@ impl Horizon {
 }
 
 /// What a policy plans.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Display, IntoStaticStr, VariantArray)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Display, IntoStaticStr, VariantArray, VariantNames,
+)]
 #[strum(serialize_all = "lowercase")]
 pub enum PlanKind {
     /// The action for the reading, again and again.
@@ -66,7 +68,7 @@ impl FromStr for PlanKind {
 }
 
 /// How the player knows which action of a chunk belongs to now.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Display, IntoStaticStr, VariantArray)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Display, VariantArray, VariantNames)]
 #[strum(serialize_all = "lowercase")]
 pub enum PlayKind {
     /// By the time since the reading.
@@ -327,14 +329,12 @@ pub(super) fn replace<T: FromStr<Err = String> + fmt::Display>(
 }
 
 /// The value called `text`.
-fn named<T>(text: &str, what: &str) -> Result<T, String>
-where
-    T: VariantArray + Copy + Into<&'static str>,
-{
-    let names: Vec<&str> = T::VARIANTS.iter().map(|value| (*value).into()).collect();
+fn named<T: VariantArray + VariantNames + Copy>(text: &str, what: &str) -> Result<T, String> {
+    let names = <T as VariantNames>::VARIANTS;
     let place = names.iter().position(|name| *name == text.trim());
-    place.map(|place| T::VARIANTS[place]).ok_or_else(|| {
-        let expected = alternatives(&names);
+    let value = place.map(|place| <T as VariantArray>::VARIANTS[place]);
+    value.ok_or_else(|| {
+        let expected = alternatives(names);
         format!("{text:?} is no {what}: expected {expected}")
     })
 }

@@ -2,29 +2,31 @@
 
 use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
-use strum::{Display, IntoStaticStr};
+use strum::{Display, IntoStaticStr, VariantNames};
 use thiserror::Error;
 
 use super::Policy;
 use crate::{Action, Observation, generator, unit};
 
 /// The policies without a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Display, IntoStaticStr)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Display, IntoStaticStr, VariantNames,
+)]
 #[strum(serialize_all = "lowercase")]
 pub enum PolicyKind {
     /// Linear feedback: [`Scripted`](super::Scripted).
     Scripted,
+    /// Linear feedback with gains from theory: [`Lqr`](super::Lqr).
+    Lqr,
     /// No force: [`Zero`](super::Zero).
     Zero,
     /// Any force: [`Random`](super::Random).
     Random,
-    /// Linear feedback with gains from theory: [`Lqr`](super::Lqr).
-    Lqr,
 }
 
 impl PolicyKind {
     /// All kinds.
-    pub const ALL: [Self; 4] = [Self::Scripted, Self::Zero, Self::Random, Self::Lqr];
+    pub const ALL: [Self; 4] = [Self::Scripted, Self::Lqr, Self::Zero, Self::Random];
 
     /// The name in settings.
     pub fn name(self) -> &'static str {
@@ -32,11 +34,12 @@ impl PolicyKind {
     }
 }
 
+/// What may be given as a policy, for errors.
+pub(super) const EXPECTED: &str = "scripted, zero, random, lqr, a file of weights or a program";
+
 /// An unknown policy.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error(
-    "{0:?} is not a policy: expected scripted, zero, random, lqr, a file of weights or a program"
-)]
+#[error("{0:?} is not a policy: expected {EXPECTED}")]
 pub struct UnknownPolicy(pub(super) String);
 
 /// Gain on the pole's angle (1/rad).

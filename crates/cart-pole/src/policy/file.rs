@@ -2,7 +2,7 @@
 
 use std::{fmt, io::ErrorKind, path::Path};
 
-use super::{Digest, LARGEST_FILE};
+use super::{Digest, LARGEST_FILE, built_in::EXPECTED};
 use ratelab_study::file::{self, FileError};
 use serde::{Deserialize, Serialize};
 
@@ -55,9 +55,7 @@ impl PolicyFile {
 fn unread(why: FileError) -> String {
     match why {
         FileError::Unreadable(why) if why.kind() == ErrorKind::NotFound => {
-            "expected scripted, zero, random, lqr, a file of weights or a program; found neither a policy nor \
-             a file of that name"
-                .to_owned()
+            format!("expected {EXPECTED}; found neither a policy nor a file of that name")
         }
         FileError::Unreadable(why) => {
             format!("expected a file of weights, found one that cannot be read: {why}")
