@@ -41,13 +41,13 @@ static NAMES: [&str; Chunk::HEAD + Horizon::MOST] = {
 
 impl Chunk {
     /// Depth of the topic: it loses none, whatever holds the player up.
-    pub const DEPTH: usize = 10_000;
+    pub(crate) const DEPTH: usize = 10_000;
 
     /// The numbers before its actions.
     pub(super) const HEAD: usize = 3;
 
     /// Names of the numbers of a chunk of `horizon` actions.
-    pub fn names(horizon: Horizon) -> &'static [&'static str] {
+    pub(crate) fn names(horizon: Horizon) -> &'static [&'static str] {
         &NAMES[..Self::HEAD + horizon.get()]
     }
 }

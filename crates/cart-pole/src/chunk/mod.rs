@@ -5,11 +5,11 @@
 //! ```
 //!
 //! Action i of a chunk with origin o, the time of the reading behind it, is meant for run
-//! times in \[o + iΔ, o + (i + 1)Δ), Δ = 20 ms. The [`ChunkPolicy`] plans by a model of the
+//! times in \[o + iΔ, o + (i + 1)Δ), Δ = 20 ms. The `ChunkPolicy` plans by a model of the
 //! plant, which knows of the actions that are still to be played or does not ([`PlanKind`]);
-//! the [`Player`] decides which action belongs to now ([`PlayKind`]), and what happens where
-//! two chunks overlap ([`Merge`]). What that came to is in its [`PlayerStep`]s. A policy
-//! that ticks on request ([`ChunkSettings::refill`]) is triggered by the player's messages on `/request`.
+//! the `Player` decides which action belongs to now (`PlayKind`), and what happens where
+//! two chunks overlap (`Merge`). What that came to is in its `PlayerStep`s. A policy
+//! that ticks on request (`ChunkSettings::refill`) is triggered by the player's messages on `/request`.
 
 mod figures;
 mod history;
@@ -26,19 +26,21 @@ use std::time::Duration;
 
 pub(crate) use self::{
     figures::ChunkTally,
+    message::{PLAYER_STEP, REQUEST},
+    planner::ChunkPlanner,
     planning::{FIXED, PLANNING, SPOILERS},
+    player::Player,
+    policy_node::ChunkPolicy,
+    settings::{ChunkSettings, ExpectedDelay, Merge, PlayKind},
     warnings::warnings,
 };
 pub use self::{
-    message::{CHUNK, Chunk, PLAYER_STEP, PlayerStep, REQUEST, Request},
-    planner::ChunkPlanner,
-    player::Player,
-    policy_node::ChunkPolicy,
-    settings::{ChunkSettings, ExpectedDelay, Horizon, Merge, ModelError, PlanKind, PlayKind},
+    message::{CHUNK, Chunk},
+    settings::PlanKind,
 };
 
 /// Name of the node that plays chunks.
-pub const PLAYER: &str = "player";
+pub(crate) const PLAYER: &str = "player";
 
 /// Δ: the time that an action is meant for.
-pub const ACTION_PERIOD: Duration = Duration::from_millis(20);
+pub(crate) const ACTION_PERIOD: Duration = Duration::from_millis(20);

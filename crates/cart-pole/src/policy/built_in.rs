@@ -18,9 +18,9 @@ pub enum PolicyKind {
     Scripted,
     /// Linear feedback with gains from theory: [`Lqr`](super::Lqr).
     Lqr,
-    /// No force: [`Zero`](super::Zero).
+    /// No force.
     Zero,
-    /// Any force: [`Random`](super::Random).
+    /// Any force, at random.
     Random,
 }
 

@@ -2,7 +2,8 @@
 
 use std::{fmt, io::ErrorKind, path::Path};
 
-use super::{Digest, LARGEST_FILE, built_in::EXPECTED};
+use super::{LARGEST_FILE, built_in::EXPECTED};
+use ratelab_effects::Digest;
 use ratelab_study::file::{self, FileError};
 use serde::{Deserialize, Serialize};
 

@@ -15,19 +15,18 @@ mod program;
 mod spec;
 mod swappable;
 
-pub use built_in::{PolicyKind, Random, Scripted, UnknownPolicy, Zero};
+pub use built_in::{PolicyKind, Scripted, UnknownPolicy};
+pub(crate) use built_in::{Random, Zero};
 pub use cache::PolicyCache;
 pub use error::PolicyError;
 pub use file::PolicyFile;
 pub use interface::{Moment, Policy, PolicyContext};
 pub use lqr::{Lqr, LqrError};
-pub use network::{LARGEST_WIDTH, Mlp, Network, read_weights};
+pub use network::{Mlp, read_weights};
 pub use onnx::RUNS_ONNX;
 pub use program::end_programs;
 pub use spec::{LoadedPolicy, PolicySpec};
 pub use swappable::SwappablePolicy;
-
-pub use ratelab_effects::Digest;
 
 /// The largest file accepted as a policy (bytes): 16 MiB, many times the size of a
 /// network that can decide a thousand times a second.

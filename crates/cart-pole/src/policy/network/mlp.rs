@@ -16,7 +16,7 @@ pub const LARGEST_WIDTH: usize = 1_024;
 ///
 /// Named as in the course's agent: `actor_mean.0`, `.2` and `.4`, each a `weight` of
 /// shape `[out, in]` and a `bias` of shape `[out]`. The width comes from the file, up to
-/// [`LARGEST_WIDTH`], and so does the number of actions: one, or a chunk.
+/// `LARGEST_WIDTH`, and so does the number of actions: one, or a chunk.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mlp {
     layers: [Layer; 3],

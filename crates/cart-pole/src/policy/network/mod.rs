@@ -9,7 +9,8 @@ mod mlp;
 mod safetensors;
 mod tensor;
 
-pub use mlp::{LARGEST_WIDTH, Mlp, Network};
+use mlp::LARGEST_WIDTH;
+pub use mlp::{Mlp, Network};
 
 /// The signature of a zip's local header.
 const ZIP: &[u8] = b"PK\x03\x04";
