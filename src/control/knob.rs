@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use super::millis;
 use crate::{
+    alternatives::alternatives,
     qos::{Depth, DepthError, ReadOrder},
     time::{Hz, HzError, Time},
 };
@@ -499,8 +500,7 @@ impl FromStr for Knob {
 
 /// The possible first words of a knob.
 fn names() -> String {
-    let [first @ .., last] = KnobKind::ALL.map(KnobKind::name);
-    format!("{} or {last}", first.join(", "))
+    alternatives(&KnobKind::ALL.map(KnobKind::name))
 }
 
 /// The first word of `text` and the rest, if there is a rest.

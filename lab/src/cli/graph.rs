@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use ratelab::{ClockKind, KnobKind, Speed, Time};
+use ratelab::{ClockKind, KnobKind, Speed, Time, alternatives};
 
 use super::{
     heading,
@@ -64,9 +64,8 @@ pub struct GraphArgs {
 /// The help of a knob before the run: every kind of it.
 fn knob_help() -> String {
     let usages = KnobKind::ALL.map(|kind| format!("\"{}\"", kind.usage()));
-    let [first @ .., last] = &usages;
-    let first = first.join(", ");
-    format!("Turn a knob before the run begins: {first} or {last}; can be given several times")
+    let usages = alternatives(&usages);
+    format!("Turn a knob before the run begins: {usages}; can be given several times")
 }
 
 /// A clock by name.

@@ -2,8 +2,8 @@
 
 use std::{fmt, str::FromStr, time::Duration};
 
-use ratelab::millis;
-use ratelab_study::system::{Setup, names::alternatives};
+use ratelab::{alternatives, millis};
+use ratelab_study::system::Setup;
 use strum::{Display, IntoStaticStr, VariantArray, VariantNames};
 
 use super::{ACTION_PERIOD, PLAYER};

@@ -2,7 +2,7 @@
 
 use std::{fmt, str::FromStr};
 
-use ratelab::Threads;
+use ratelab::{Threads, alternatives};
 
 use super::{
     callback::Callback,
@@ -177,8 +177,7 @@ fn expected() -> String {
         None => kind.name.to_owned(),
     });
     let forms: Vec<String> = forms.collect();
-    let (last, others) = forms.split_last().expect("there are kinds");
-    format!("expected {} or {last}", others.join(", "))
+    format!("expected {}", alternatives(&forms))
 }
 
 impl FromStr for Executor {

@@ -25,13 +25,7 @@ pub fn header(experiment: &Experiment) -> Option<String> {
     let taps = experiment.taps();
     let topic = taps.topic(state)?;
     let fields = topic.fields().iter().map(|field| key(field));
-    Some(
-        ["time_s".to_owned()]
-            .into_iter()
-            .chain(fields)
-            .collect::<Vec<_>>()
-            .join(","),
-    )
+    Some(line("time_s", fields))
 }
 
 /// Writes the control steps of an experiment on a separate thread.
@@ -85,9 +79,10 @@ fn plain(at: Time, row: &[f64]) -> String {
         value if value.is_nan() => String::new(),
         value => value.to_string(),
     });
-    let row: Vec<String> = [at.as_secs_f64().to_string()]
-        .into_iter()
-        .chain(values)
-        .collect();
-    row.join(",")
+    line(at.as_secs_f64(), values)
+}
+
+/// A line of the table.
+fn line(time: impl ToString, cells: impl Iterator<Item = String>) -> String {
+    cells.fold(time.to_string(), |line, cell| line + "," + &cell)
 }

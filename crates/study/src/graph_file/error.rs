@@ -2,9 +2,8 @@
 
 use std::collections::HashSet;
 
+use ratelab::alternatives;
 use thiserror::Error;
-
-use crate::system::names::alternatives;
 
 /// A text with its place in the file.
 #[derive(Clone, Debug)]

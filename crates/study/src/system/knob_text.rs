@@ -1,13 +1,12 @@
 //! Knobs as lines of text, with a system's aliases.
 
-use ratelab::{Knob, KnobError, KnobKind, Time, TimedKnob};
+use ratelab::{Knob, KnobError, KnobKind, Time, TimedKnob, alternatives};
 use ratelab_effects::checked;
 use thiserror::Error;
 
 use super::{
     Alias,
     comment::{escaped, uncommented, unescaped},
-    names::alternatives,
 };
 
 /// Reads and writes knobs with the aliases of a system. Names of aliases may be written

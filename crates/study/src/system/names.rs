@@ -13,14 +13,6 @@ pub fn key(name: &str) -> String {
     words.join("_")
 }
 
-/// Names as alternatives: `a, b or c`.
-pub fn alternatives(names: &[&str]) -> String {
-    match names {
-        [others @ .., last] if !others.is_empty() => format!("{} or {last}", others.join(", ")),
-        names => names.concat(),
-    }
-}
-
 /// The subject of the knob called `name`: `control` for `control-hz`, `queue depth` for
 /// `queue-depth`, `think time` for `think-ms`, `pilot` for `rate pilot`, `pilot cost` for
 /// `takes pilot`, `/obs delay` for `link /obs delay:{}`.
