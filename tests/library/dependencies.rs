@@ -120,7 +120,7 @@ fn neither_core_nor_study_nor_robot_depends_on_a_terminal_a_command_line_or_a_re
             |sources: &&str| crates(crate_of(sources), &["dependencies"], false).contains(name);
         CRATES
             .into_iter()
-            .filter(|sources| uses(&sources))
+            .filter(|sources| uses(sources))
             .collect::<Vec<_>>()
     };
     assert_eq!(users_of("rerun"), ["crates/recording/src"]);
