@@ -6,7 +6,10 @@ use std::sync::Mutex;
 use proptest::prelude::*;
 
 use crate::{
-    support::{specs::almost_knob, *},
+    support::{
+        specs::{HEADS, almost_knob},
+        *,
+    },
     table::rows,
 };
 
@@ -179,6 +182,14 @@ fn an_invalid_knob_is_refused_in_one_line_with_the_accepted_values() {
         let error = checked_knob(&text).expect_err(&text);
         assert!(error.contains(&part), "{text}: {error}");
         assert_eq!(error.lines().count(), 1, "{error}");
+    }
+}
+
+#[test]
+fn random_knobs_are_of_every_kind() {
+    for kind in KnobKind::ALL {
+        let mut heads = HEADS.split('|').map(|head| head.split(' ').next());
+        assert!(heads.any(|name| name == Some(kind.name())), "{kind:?}");
     }
 }
 

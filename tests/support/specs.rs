@@ -24,9 +24,9 @@ pub fn almost_link() -> impl Strategy<Value = String> {
     proptest::collection::vec(part, 1..4).prop_map(|parts| parts.join(","))
 }
 
-/// First words of knobs with targets, and other words.
-const HEADS: &str = "rate policy|depth /obs|send actuator|send policy|takes policy|takes policy busy|\
-    offset sensor|wakes actuator|link /action|read /obs|lose /action|postpone /obs #|\
+/// First words of knobs of every kind with targets, and other words.
+pub const HEADS: &str = "rate policy|depth /obs|send actuator|send policy|takes policy|takes policy busy|\
+    set policy horizon|offset sensor|wakes actuator|late policy|link /action|read /obs|lose /action|postpone /obs #|\
     crash policy|restart sensor|hang actuator|clock sensor #|on-stale|control-hz|\
     queue-depth|~ /obs";
 

@@ -2,7 +2,7 @@
 
 use std::{sync::Arc, time::Duration};
 
-use ratelab::{Knob, Time, TimedKnob};
+use ratelab::{Knob, TickTiming, Time, TimedKnob};
 use ratelab_account::{Snapshot, TickRecord};
 use ratelab_cart_pole::CartPole;
 use ratelab_effects::checked;
@@ -205,6 +205,16 @@ fn is_named(named: &[String], knob: &Knob) -> bool {
         let name = format!("{reason:?} {}", knob.target());
         kinds.contains(&knob.kind()) && named.contains(&name)
     })
+}
+
+#[test]
+fn whatever_sets_the_time_of_a_tick_is_a_cause() {
+    let timings = [TickTiming::Due, TickTiming::Start, TickTiming::Duration];
+    for kind in KnobKind::ALL {
+        let sets_time = timings.iter().any(|timing| kind.sets(*timing));
+        let known = CAUSED_BY.iter().any(|(_, kinds)| kinds.contains(&kind));
+        assert!(known || !sets_time, "{kind:?}");
+    }
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The executors of a graph file, and the nodes that they run.
 
-use ratelab::Release;
+use ratelab::{KnobKind, Release, TickTiming};
 use ratelab_effects::{Callback, Executor};
 
 use super::{
@@ -104,9 +104,15 @@ fn member(node: &Placed, kind: Executor, file: &GraphFile) -> Checked {
 /// Checks the settings of a node that only one with an executor has, or without.
 pub(super) fn placement(block: &Block, node: &NodeSpec, file: &GraphFile) -> Checked {
     one_executor_of_group(block, node, file)?;
-    let (keys, why): (&[&str], _) = match file.executor_of(&node.name) {
-        None => (&["group", "deadline_ms"], "is in no executor"),
-        Some(_) => (&["wakes"], "has no thread of its own, only its executor"),
+    let of_thread = KnobKind::ALL
+        .into_iter()
+        .filter(|kind| kind.sets(TickTiming::Start));
+    let (keys, why) = match file.executor_of(&node.name) {
+        None => (vec!["group", "deadline_ms"], "is in no executor"),
+        Some(_) => (
+            of_thread.map(KnobKind::name).collect(),
+            "has no thread of its own, only its executor",
+        ),
     };
     let mut there = keys.iter().filter_map(|key| Some((key, block.at(key)?)));
     there.next().map_or(Ok(()), |(key, at)| {
