@@ -26,6 +26,10 @@ fn the_age_of_a_chain_is_over_time_and_ends_with_the_run() {
     assert_eq!(figures[0].name, "see_mean_age");
     let missed = run_graph(&pair, 10.0, "link /image loss:1").verdict;
     assert_eq!(missed.to_string(), "MISSED (no data came through see)");
+    // Shown as it was given, which seconds as a binary fraction are not.
+    let odd = run_graph(&pair.replace("age_ms = 110", "age_ms = 4.1"), 1.0, "").verdict;
+    let missed = "MISSED (see older than 4.1 ms for more than 50 % of the time)";
+    assert_eq!(odd.to_string(), missed);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use ratelab::Time;
+use ratelab::{Time, millis};
 
 use super::{
     Final, VerdictKind,
@@ -40,7 +40,7 @@ pub(crate) struct Limit {
 impl Limit {
     /// Its age (ms).
     pub(crate) fn ms(self) -> f64 {
-        self.age.as_secs_f64() * 1e3
+        millis::to_millis(self.age)
     }
 }
 
