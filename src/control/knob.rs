@@ -5,11 +5,11 @@ use std::{borrow::Cow, fmt, str::FromStr, time::Duration};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::millis;
+use super::{knob_part::KnobPart, millis};
 use crate::{
     alternatives::alternatives,
-    qos::{Depth, DepthError, ReadOrder},
-    time::{Hz, HzError, Time},
+    qos::{Depth, ReadOrder},
+    time::{Hz, Time},
 };
 
 /// Makes [`Knob`] and [`KnobKind`] of a table, a row for each knob: its documentation, its name,
@@ -352,82 +352,6 @@ impl Parts<'_> {
         self.rest = rest;
         let refused = || self.refused.clone();
         P::read(part).map_err(|error| error.map_or_else(refused, KnobError::Value))
-    }
-}
-
-/// A part of the value of a knob.
-trait KnobPart: Sized {
-    /// Whether it may contain spaces.
-    const IS_TEXT: bool = false;
-
-    /// Reads it from text; an error without a text of its own is about the whole knob.
-    fn read(text: &str) -> Result<Self, Option<String>>;
-
-    /// Its text.
-    fn to_text(&self) -> String;
-}
-
-impl KnobPart for String {
-    const IS_TEXT: bool = true;
-
-    fn read(text: &str) -> Result<Self, Option<String>> {
-        Ok(text.to_owned())
-    }
-
-    fn to_text(&self) -> String {
-        self.clone()
-    }
-}
-
-impl KnobPart for Duration {
-    fn read(text: &str) -> Result<Self, Option<String>> {
-        millis::parse(text).map_err(Some)
-    }
-
-    fn to_text(&self) -> String {
-        millis::to_millis(*self).to_string()
-    }
-}
-
-impl KnobPart for u64 {
-    fn read(text: &str) -> Result<Self, Option<String>> {
-        text.parse().map_err(|_| None)
-    }
-
-    fn to_text(&self) -> String {
-        self.to_string()
-    }
-}
-
-impl KnobPart for Hz {
-    fn read(text: &str) -> Result<Self, Option<String>> {
-        text.parse()
-            .map_err(|error: HzError| Some(error.to_string()))
-    }
-
-    fn to_text(&self) -> String {
-        self.get().to_string()
-    }
-}
-
-impl KnobPart for Depth {
-    fn read(text: &str) -> Result<Self, Option<String>> {
-        text.parse()
-            .map_err(|error: DepthError| Some(error.to_string()))
-    }
-
-    fn to_text(&self) -> String {
-        self.to_string()
-    }
-}
-
-impl KnobPart for ReadOrder {
-    fn read(text: &str) -> Result<Self, Option<String>> {
-        text.parse().map_err(Some)
-    }
-
-    fn to_text(&self) -> String {
-        self.to_string()
     }
 }
 

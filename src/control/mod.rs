@@ -5,5 +5,6 @@ pub mod command;
 pub mod event;
 pub mod inbox;
 pub mod knob;
+mod knob_part;
 pub mod millis;
 pub mod state;
