@@ -2,7 +2,7 @@
 
 use std::{fmt, path::Path};
 
-use ratelab::{ClockKind, Knob, Speed, Time, TimedKnob};
+use ratelab::{ClockKind, Knob, Speed, TickTiming, Time, TimedKnob};
 use ratelab_real_clock::RealtimePriority;
 use ratelab_study::{
     experiment::{Config, Experiment},
@@ -135,10 +135,22 @@ pub fn graph(
     whole.extend(config.setup.iter().cloned());
     let warnings = program.system.warnings(&whole);
     let overloads = program.system.overloads(&whole);
-    for warning in warnings.iter().chain(&overloads) {
+    for warning in warnings.iter().chain(&overloads).chain(&ignored(&config)) {
         note(warning);
     }
     Ok((config, like))
+}
+
+/// A note of the given knobs that are without effect under the clock of the run, if there are any.
+fn ignored(config: &Config) -> Option<String> {
+    let timed = config.knobs.iter().map(|timed| &timed.knob);
+    let given = config.setup.iter().chain(timed);
+    let ignored = given.filter(|knob| knob.kind().sets(TickTiming::Start));
+    let ignored: Vec<String> = ignored.map(Knob::to_string).collect();
+    (config.clock == ClockKind::Real && !ignored.is_empty()).then(|| {
+        let knobs = ignored.join(", ");
+        format!("without effect: {knobs}: the real clock has a lateness of its own")
+    })
 }
 
 /// The knobs in the options, each with a prefix for its errors; later ones have precedence.
