@@ -1,8 +1,6 @@
 //! The quadratic cost of a run: the mean over run time of the weighted squares of its
 //! states, worked out here again from what the run publishes.
 
-use ratelab_cart_pole::stability::Weights;
-
 use crate::support::*;
 
 /// The cost of a run by its rows: each counts until the next.
@@ -39,9 +37,12 @@ fn it_is_the_mean_of_weighted_squares_over_run_time() {
 }
 
 #[test]
-fn its_weights_are_equal_to_the_bit_in_every_build() {
-    let expected = [CART_LIMIT_M, POLE_LIMIT_RAD].map(|most| 1.0 / (most * most));
-    assert_eq!(Weights::default().state[..2], expected);
+fn a_state_costs_what_its_weights_are_to_the_bit_in_every_build() {
+    let cost = CartPole::default().about().quadratic_cost.expect("a cost");
+    let [cart, pole] = [CART_LIMIT_M, POLE_LIMIT_RAD].map(|most| 1.0 / (most * most));
+    let at = |cart: f64, hinge: f64| (cost.of_state)(&[0.0, 0.0, 0.0, cart, hinge]);
+    let angle = pole_angle(&[0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
+    assert_eq!([at(1.0, 0.0), at(0.0, 1.0)], [cart, pole * angle * angle]);
 }
 
 #[test]
