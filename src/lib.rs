@@ -30,9 +30,9 @@
 //!
 //! # To read it
 //!
-//! From the ground up, where each imports only those before it: `alternatives`, `time`, `qos`,
-//! `sync`; `rate`, `record`, `arrival`; `journal`, `shared`; `control`; `topic`; `node`;
-//! `scheduling`; `graph`; `clock`.
+//! From the ground up, where each imports only those before it: `time`, `qos`, `sync`; `rate`,
+//! `record`, `arrival`; `journal`, `shared`; `control`; `topic`; `node`; `scheduling`; `graph`;
+//! `clock`.
 //!
 //! | | files | so that you know |
 //! |---|---|---|
@@ -110,7 +110,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod alternatives;
 mod arrival;
 mod clock;
 mod control;
@@ -126,13 +125,13 @@ pub mod sync;
 mod time;
 mod topic;
 
-pub use alternatives::alternatives;
 pub use arrival::{Arrival, Wake};
 pub use clock::{
     Clock, ClockExit, CoreClaim, LookResult, Obeyed, Outcome, RunError, Supervision, TaskSets,
     ThreadGroup, VirtualClock, Wall, Worker, note_end, obey_at_rest, run,
 };
 pub use control::{
+    alternatives::alternatives,
     command::{ClockKind, Command, Pace, Speed, SpeedError, TimedCommand},
     event::{Event, EventKind},
     inbox::{Inbox, Interrupt, Received, Wait},

@@ -54,9 +54,7 @@ impl Graph {
     pub fn apart(&mut self) -> (TaskSets<'_>, Supervision<'_>) {
         let now = self.now();
         self.schedule.leave();
-        // What was delivered waits in the queues.
-        self.arrivals.take();
-        let in_flight = self.control.arrivals_after(now);
+        let in_flight = self.in_flight(now);
         let mut task_sets = TaskSets {
             all: Vec::new(),
             split: Vec::new(),

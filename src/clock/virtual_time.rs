@@ -62,12 +62,14 @@ impl Clock for VirtualClock {
 impl Graph {
     /// Has all task sets begin at run time `now`.
     fn open(&mut self, now: Time) {
-        let mut arrivals = self.arrivals.take();
-        match self.schedule.is_behind() {
-            // What was delivered waits in the queues.
-            true => arrivals = self.control.arrivals_after(now),
-            false => arrivals.retain(|arrival| arrival.at >= now),
-        }
+        let arrivals = match self.schedule.is_behind() {
+            true => self.in_flight(now),
+            false => {
+                let mut published = self.arrivals.take();
+                published.retain(|arrival| arrival.at >= now);
+                published
+            }
+        };
         self.schedule.open(now, arrivals);
     }
 

@@ -5,9 +5,8 @@ use std::{borrow::Cow, fmt, str::FromStr, time::Duration};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{knob_part::KnobPart, millis};
+use super::{alternatives::alternatives, knob_part::KnobPart, millis};
 use crate::{
-    alternatives::alternatives,
     qos::{Depth, ReadOrder},
     time::{Hz, Time},
 };

@@ -1,6 +1,7 @@
 //! How a run is changed while it goes on, and what is known of it: commands go in, events are
 //! logged.
 
+pub mod alternatives;
 pub mod command;
 pub mod event;
 pub mod inbox;

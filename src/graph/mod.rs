@@ -21,7 +21,7 @@ pub use self::{
     wiring::Wiring,
 };
 use crate::{
-    arrival::Arrivals,
+    arrival::{Arrival, Arrivals},
     control::{
         command::{ClockKind, Speed},
         knob::Knob,
@@ -299,6 +299,13 @@ impl Graph {
     /// Whether the node with this index crashed without a restart since.
     pub fn is_crashed(&self, node: usize) -> bool {
         node < self.slots.len() && self.schedule.state(node, self.now()).crashed
+    }
+
+    /// The messages in flight that arrive after `now`, for nodes that have run elsewhere: what was
+    /// delivered waits in the queues.
+    pub(crate) fn in_flight(&self, now: Time) -> Vec<Arrival> {
+        self.arrivals.take();
+        self.control.arrivals_after(now)
     }
 
     /// Current run time.

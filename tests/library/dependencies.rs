@@ -2,7 +2,7 @@
 //! those that its first page names; the crates up to the robot need no terminal and no recorder, and
 //! the network changes no crate that is built without it.
 
-use std::{collections::BTreeSet, env, fs, process::Command};
+use std::{collections::BTreeSet, env, fs, process::Command, sync::LazyLock};
 
 use toml::{Table, Value};
 
@@ -17,12 +17,13 @@ fn manifest(file: &str) -> Table {
     read(file).parse().expect("TOML")
 }
 
-/// Whether a crate is one of this workspace that others depend on.
-fn is_ours(name: &str) -> bool {
-    let workspace = &manifest("Cargo.toml")["workspace"];
-    let known = workspace["dependencies"].get(name);
-    known.is_some_and(|known| known.get("path").is_some())
-}
+/// The crates of this workspace that others depend on.
+static OURS: LazyLock<BTreeSet<String>> = LazyLock::new(|| {
+    let known = manifest("Cargo.toml")["workspace"]["dependencies"].clone();
+    let known = known.as_table().expect("a table").iter();
+    let ours = known.filter(|(_, asked)| asked.get("path").is_some());
+    ours.map(|(name, _)| name.clone()).collect()
+});
 
 /// The crates in the sections called `kinds` of the manifest in `folder`, for all platforms:
 /// `ours`, or the external ones.
@@ -34,7 +35,7 @@ fn crates(folder: &str, kinds: &[&str], ours: bool) -> BTreeSet<String> {
     let sections = parts.flat_map(|part| kinds.iter().filter_map(|kind| part.get(*kind)));
     let names = sections.filter_map(Value::as_table).flat_map(Table::keys);
     names
-        .filter(|name| is_ours(name) == ours)
+        .filter(|name| OURS.contains(*name) == ours)
         .cloned()
         .collect()
 }

@@ -14,8 +14,8 @@
 //! ([`FreePlant`]) the plant is a node, moves by itself, and publishes on `/state`.
 //!
 //! Stands on `ratelab`, `ratelab-account`, `ratelab-effects` and `ratelab-study`; begin with
-//! [`CartPole`], a [`System`](ratelab_study::system::System). A new policy goes into [`policy`], what theory says of a rate
-//! into [`stability`].
+//! [`CartPole`], a [`System`](ratelab_study::system::System). A new policy goes into [`policy`], what
+//! theory says of a rate into [`stability`].
 
 mod aliases;
 mod body;

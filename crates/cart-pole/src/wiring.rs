@@ -128,7 +128,7 @@ pub(crate) fn setting_error(error: impl std::fmt::Display) -> BuildError {
     BuildError::Setting(error.to_string())
 }
 
-/// A missing prerequisite.
+/// Any other error of a part of the graph.
 pub(crate) fn other(error: impl std::error::Error + Send + Sync + 'static) -> BuildError {
     BuildError::Other(Box::new(error))
 }

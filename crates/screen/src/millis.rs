@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-/// With the unit.
+/// Such as `20 ms`; half a millisecond goes to the even number.
 pub fn ms(duration: Duration) -> String {
     format!("{} ms", number(duration))
 }
 
-/// Without the unit; half a millisecond goes to the even number.
+/// Such as `20`, rounded in the same way.
 pub fn number(duration: Duration) -> String {
     format!("{:.0}", duration.as_secs_f64() * 1e3)
 }

@@ -2,11 +2,12 @@
 //!
 //! A [`system`] builds its graph and describes how to show it: a robot, or anything else. An
 //! [`experiment`] is one run of it, configuration in and summary out; a sweep is many runs, and
-//! a hunt the search for one that fails; [`advise`] knows what could make its data younger. A [`graph_file`] is a system without a line of code.
+//! a hunt the search for one that fails; [`advise`] knows what could make its data younger. A
+//! [`graph_file`] is a system without a line of code.
 //!
 //! Stands on `ratelab`, `ratelab-account`, `ratelab-effects`, `ratelab-real-clock` and
-//! `ratelab-replay`; knows no robot, terminal or recording. Begin with [`system::System`]; a graph that a program of the library builds is one as it is, by
-//! [`system::LibraryGraph`].
+//! `ratelab-replay`; knows no robot, terminal or recording. Begin with [`system::System`]; a graph
+//! that a program of the library builds is one as it is, by [`system::LibraryGraph`].
 
 pub mod advise;
 pub mod experiment;

@@ -7,9 +7,8 @@
 //! ```
 //!
 //! Stands on `ratelab`, `ratelab-account`, `ratelab-effects` and `ratelab-study`; the transport is
-//! zenoh's. All about times, losses and refusals is here, and most of it works
-//! without a network. Begin with [`Bridge`], the end of a process, and [`Follower`], that of a
-//! dashboard; then [`key`] for the names on the wire and [`packet`] for the bytes of a message.
+//! zenoh's. All about times, losses and refusals is here, and most of it works without a network.
+//! Begin with [`Bridge`], the end of a process, and [`Follower`], that of a dashboard; then [`key`] for the names on the wire and [`packet`] for the bytes of a message.
 
 mod bridge;
 mod command;

@@ -193,12 +193,10 @@ impl Lineage {
     }
 
     fn knob(&mut self, at: Time, knob: &Knob) {
-        let names = self.topology.topics.iter();
-        let mut topics = names.zip(&mut self.topics);
-        let known = topics.find(|(topic, _)| topic.name == knob.target());
-        let Some((_, TracedTopic { rules, .. })) = known else {
+        let Some(topic) = self.topology.topic(knob.target()) else {
             return;
         };
+        let rules = &mut self.topics[topic].rules;
         let Some(&(_, order, depth)) = rules.last() else {
             return;
         };

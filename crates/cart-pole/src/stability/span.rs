@@ -41,7 +41,7 @@ impl Default for Weights {
     /// The weights of the regulator `lqr`: each of cart position, pole angle and action
     /// costs 1 per second at the limit of a lost run or at the motor's full force.
     fn default() -> Self {
-        // Not `powi`, whose last bit is another one where the compiler works it out.
+        // Not by `powi`: its last bit depends on whether the compiler or the machine computes it.
         let of = |most: f64| 1.0 / (most * most);
         Self {
             state: [of(CART_LIMIT_M), of(POLE_LIMIT_RAD), 0.0, 0.0],

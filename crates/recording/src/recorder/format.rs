@@ -23,8 +23,8 @@ pub trait RecordingFormat: Send + Sync {
     fn create(&self, path: &Path) -> io::Result<BeginRun>;
 }
 
-/// Writes the beginning of a run to a new file, on the thread of the recorder. Who keeps
-/// [`Source::taps`] keeps other taps of the run open.
+/// Writes the beginning of a run to a new file, on the thread of the recorder. The writer must not keep
+/// [`Source::taps`]: that would keep other taps of the run open.
 pub type BeginRun = Box<dyn FnOnce(Source) -> io::Result<Box<dyn RunWriter>> + Send>;
 
 /// Writes a run to its file.

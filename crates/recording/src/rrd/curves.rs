@@ -63,22 +63,8 @@ impl CurvePlots {
         rec.set_sink(Box::new(file.clone()));
         let axis = TimelineName::try_new(&self.axis).unwrap_or_else(|_| "value".into());
         self.layout(axis).send(&rec)?;
-        self.plots
-            .iter()
-            .try_for_each(|plot| plot.send(&rec, axis))?;
-        for plot in self.plots.iter().filter(|plot| !plot.zero.is_empty()) {
-            let entity = format!("{}/zero", plot.entity);
-            lines::begin(
-                &rec,
-                entity.as_str(),
-                &[Line::new("zero", palette::GREY, 1.0)],
-            )?;
-            send(
-                &rec,
-                &entity,
-                axis,
-                plot.zero.iter().map(|place| (*place, 0.0)),
-            )?;
+        for plot in &self.plots {
+            plot.send(&rec, axis)?;
         }
         let _ = rec.flush_blocking();
         rec.disconnect(); // Nothing may be written after the end of the file.
@@ -105,29 +91,36 @@ impl CurvePlots {
 }
 
 impl CurvePlot {
-    /// Sends each curve in its own colour.
+    /// Sends each curve in its own colour, and the line at zero if there is one.
     fn send(&self, rec: &RecordingStream, axis: TimelineName) -> RecordingStreamResult<()> {
         let count = self.curves.len();
         let looks = palette::series(count).zip(palette::widths(count));
         for ((name, curve), (colour, width)) in self.curves.iter().zip(looks) {
-            let entity = format!("{}/{}", self.entity, name.replace([' ', '.'], "_"));
-            lines::begin(rec, entity.as_str(), &[Line::new(name, colour, width)])?;
-            send(rec, &entity, axis, curve.iter().copied())?;
+            let line = Line::new(name, colour, width);
+            self.line(rec, axis, line, curve.iter().copied())?;
         }
-        Ok(())
+        if self.zero.is_empty() {
+            return Ok(());
+        }
+        let zero = self.zero.iter().map(|place| (*place, 0.0));
+        self.line(rec, axis, Line::new("zero", palette::GREY, 1.0), zero)
     }
-}
 
-fn send(
-    rec: &RecordingStream,
-    entity: &str,
-    axis: TimelineName,
-    curve: impl Iterator<Item = (i64, f64)>,
-) -> RecordingStreamResult<()> {
-    let (places, values): (Vec<i64>, Vec<f64>) = curve.unzip();
-    if places.is_empty() {
-        return Ok(());
+    /// Sends a line of these `points`.
+    fn line(
+        &self,
+        rec: &RecordingStream,
+        axis: TimelineName,
+        line: Line,
+        points: impl Iterator<Item = (i64, f64)>,
+    ) -> RecordingStreamResult<()> {
+        let entity = format!("{}/{}", self.entity, line.name.replace([' ', '.'], "_"));
+        lines::begin(rec, entity.as_str(), &[line])?;
+        let (places, values): (Vec<i64>, Vec<f64>) = points.unzip();
+        if places.is_empty() {
+            return Ok(());
+        }
+        let columns = Scalars::new(values).columns_of_unit_batches()?;
+        rec.send_columns(entity, [TimeColumn::new_sequence(axis, places)], columns)
     }
-    let columns = Scalars::new(values).columns_of_unit_batches()?;
-    rec.send_columns(entity, [TimeColumn::new_sequence(axis, places)], columns)
 }
