@@ -48,6 +48,8 @@ impl Machine {
     #[must_use]
     pub fn folders(&self) -> Vec<String> {
         let known = [&self.root, &self.sysroot, &self.cargo_home, &home()];
+        // Without a stroke at the end, which a variable may have.
+        let known = known.map(|folder| folder.components().collect::<PathBuf>());
         let known = known.map(|folder| folder.display().to_string());
         // The home of a service may be "/" or "".
         known.into_iter().filter(|name| name.len() > 1).collect()

@@ -67,10 +67,20 @@ impl Tree {
     }
 }
 
-/// Whether `bytes` contain `folder`, alone or as the start of a longer path.
+/// Whether `bytes` contain `folder` as a whole: alone, or as the first folders of a longer path.
+/// What stands before it does not matter, because a program keeps its texts without a gap.
 fn names(bytes: &[u8], folder: &str) -> bool {
-    let ends = |rest: &[u8]| !rest.first().is_some_and(|b| b.is_ascii_alphanumeric());
     let found = bytes.windows(folder.len()).enumerate();
     let mut found = found.filter(|(_, window)| *window == folder.as_bytes());
-    found.any(|(at, _)| ends(&bytes[at + folder.len()..]))
+    found.any(|(at, _)| !goes_on(&bytes[at + folder.len()..]))
+}
+
+/// Whether `rest`, which follows the name of a folder, makes it a longer name, as `_ca` makes
+/// `root_ca` of `root`. A full stop does only before more of a name: it may end a sentence.
+fn goes_on(rest: &[u8]) -> bool {
+    let is_of_name = |byte: &u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-' | b'+');
+    match rest {
+        [b'.', next, ..] => is_of_name(next),
+        rest => rest.first().is_some_and(is_of_name),
+    }
 }

@@ -171,12 +171,17 @@ fn pip(words: &[&str], paths: &[&Path]) {
 
 #[test]
 fn a_folder_of_the_builder_in_a_file_is_refused_by_name() {
-    let folders = ["/build/clone".to_owned(), "/home/me/.cargo".to_owned()];
+    let folders = ["/build/clone", "/home/me/.cargo", "/root"].map(str::to_owned);
     assert!(tree(0).check_names_none_of(&folders).is_ok());
     for (text, is_refused) in [
         ("panic at /home/me/.cargo/registry/x.rs:1", true),
         ("\0/build/clone\0", true),
+        ("panicked in textat /root/x.rs", true),
+        ("the home is /root.", true),
         ("/build/clones, /home/me/.cargoes, /home/me", false),
+        // A key of zenoh, and other longer names.
+        ("transport/link/tls/root_ca_certificate", false),
+        ("/root-ca /root+x /root.pem /roots", false),
     ] {
         let mut tree = tree(0);
         tree.add_program("bin/ratelab", text);
