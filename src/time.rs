@@ -170,9 +170,17 @@ impl Hz {
         self.0
     }
 
-    /// Creates a rate from a value that came from [`Hz::as_micro`].
-    pub const fn from_micro(micro: u64) -> Self {
-        Self(micro)
+    /// Creates the rate of `micro` microhertz; the nearest rate if that is outside
+    /// [`Hz::MIN`] to [`Hz::MAX`].
+    ///
+    /// ```
+    /// use ratelab::Hz;
+    ///
+    /// assert_eq!(Hz::from_micro(Hz::MAX.as_micro()), Hz::MAX);
+    /// assert_eq!(Hz::from_micro(0), Hz::MIN); // A rate always has a period.
+    /// ```
+    pub fn from_micro(micro: u64) -> Self {
+        Self(micro.clamp(Self::MIN.0, Self::MAX.0))
     }
 
     /// One period, rounded down to a nanosecond. For display and reference lines only:

@@ -77,10 +77,7 @@ impl Topology {
     /// The rate in force of each node, of which those with a timer have their `own`; see
     /// [`ticks_per_second`](Self::ticks_per_second).
     pub fn rates(&self, own: impl Fn(usize) -> Hz) -> Vec<Hz> {
-        let rates = self
-            .micro_rates(own)
-            .map(|micro| Hz::from_micro(micro.clamp(Hz::MIN.as_micro(), Hz::MAX.as_micro())));
-        rates.collect()
+        self.micro_rates(own).map(Hz::from_micro).collect()
     }
 
     /// The ticks per second of each node, of which those with a timer have their `own`. For a node

@@ -28,8 +28,8 @@ impl Divider {
     /// Its rate, rounded down to a microhertz, where the other node has the rate `of`; `None` if
     /// that is below all rates.
     pub fn rate(&self, of: Hz) -> Option<Hz> {
-        let hz = Hz::from_micro(of.as_micro() / self.by);
-        (hz >= Hz::MIN).then_some(hz)
+        let micro = of.as_micro() / self.by;
+        (micro >= Hz::MIN.as_micro()).then(|| Hz::from_micro(micro))
     }
 
     /// What follows from `knob` for the node.
