@@ -80,6 +80,13 @@ pub enum TopicRecord<'a> {
         /// Run time.
         at: Time,
     },
+    /// A match has discarded messages that a reader had taken.
+    Unmatched {
+        /// The reader, by its place among those of the topic.
+        reader: usize,
+        /// Number of the messages.
+        count: u64,
+    },
     /// A node has read a message.
     Read {
         /// The reader, by its place among those of the topic.

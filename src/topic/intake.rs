@@ -6,8 +6,13 @@
 
 use std::collections::VecDeque;
 
-use super::{Subscription, Topic, message::Payload, queue::Bus, readers::TriggerEnd};
-use crate::{arrival::Arrivals, sync::Arc, time::Time};
+use super::{
+    Subscription, Topic,
+    message::Payload,
+    queue::Bus,
+    readers::{TopicReader, TriggerEnd},
+};
+use crate::{arrival::Arrivals, record::TopicRecord, sync::Arc, time::Time};
 
 /// A topic that triggers a node, regardless of its payload.
 pub trait Intake: Send {
@@ -20,10 +25,11 @@ pub trait Intake: Send {
     /// Takes the oldest of them.
     fn take(&mut self, now: Time) -> Option<TakenMessage>;
 
-    /// Lets the subscription read the message taken as number `seq`.
+    /// Lets the subscription read the message taken as number `seq`, which no later set has.
     fn choose(&mut self, seq: u64);
 
-    /// Forgets the messages taken before number `seq`; all of them without a `seq`.
+    /// Forgets the messages taken before number `seq`; all of them without a `seq`. Those that were
+    /// never chosen count as unmatched.
     fn forget_before(&mut self, seq: Option<u64>);
 }
 
@@ -106,16 +112,23 @@ impl<T: Payload> Intake for TopicIntake<T> {
 
     fn choose(&mut self, seq: u64) {
         if let Some(end) = &mut self.bus.lock().readers[self.reader].trigger {
-            let mut taken = end.taken.iter();
-            end.chosen = taken.find(|message| message.seq == seq).cloned();
+            let place = end.taken.iter().position(|message| message.seq == seq);
+            end.chosen = place.and_then(|place| end.taken.remove(place));
             end.is_new = true;
         }
     }
 
     fn forget_before(&mut self, seq: Option<u64>) {
-        if let Some(end) = &mut self.bus.lock().readers[self.reader].trigger {
-            let kept = seq.unwrap_or(u64::MAX);
-            end.taken.retain(|message| message.seq >= kept);
+        let mut bus = self.bus.lock();
+        let TopicReader { trigger, place, .. } = &mut bus.readers[self.reader];
+        let (Some(end), Some(reader)) = (trigger, *place) else {
+            return;
+        };
+        let (kept, taken) = (seq.unwrap_or(u64::MAX), end.taken.len());
+        end.taken.retain(|message| message.seq >= kept);
+        let count = (taken - end.taken.len()) as u64;
+        if count > 0 {
+            bus.send_record(|| TopicRecord::Unmatched { reader, count });
         }
     }
 }

@@ -48,6 +48,9 @@ pub struct ReaderAccount {
     pub node: usize,
     /// Messages evicted before the node saw them.
     pub dropped: u64,
+    /// Messages that its match took and used in no set; zero in the account of a recording, whose
+    /// rows do not tell.
+    pub unmatched: u64,
     /// Ages of the messages when the node read them.
     pub ages: Distribution,
     pub(crate) drops: RateWindow,
@@ -68,6 +71,7 @@ impl TopicAccount {
         let readers = topic.readers.iter().map(|node| ReaderAccount {
             node: *node,
             dropped: 0,
+            unmatched: 0,
             ages: Distribution::default(),
             drops: RateWindow::default(),
         });
@@ -101,6 +105,11 @@ impl TopicAccount {
                 if let Some(reader) = reader.and_then(|reader| self.readers.get_mut(reader)) {
                     reader.dropped += 1;
                     reader.drops.count(*at, 1);
+                }
+            }
+            TopicRecord::Unmatched { reader, count } => {
+                if let Some(reader) = self.readers.get_mut(*reader) {
+                    reader.unmatched += count;
                 }
             }
             TopicRecord::Read { reader, age } => {
@@ -172,7 +181,12 @@ impl TopicAccount {
         self.readers.iter().map(|reader| reader.dropped).sum()
     }
 
-    /// Of these, messages lost within the last second.
+    /// Messages that matches took and used in no set, over all readers.
+    pub fn unmatched(&self) -> u64 {
+        self.readers.iter().map(|reader| reader.unmatched).sum()
+    }
+
+    /// Messages dropped unread within the last second.
     pub fn dropped_lately(&self, now: Time) -> u64 {
         let readers = self.readers.iter();
         readers.map(|reader| reader.dropped_lately(now)).sum()

@@ -147,6 +147,8 @@ pub struct TopicData {
     pub lost_lately: u64,
     /// Messages delivered after a newer one.
     pub overtaken: u64,
+    /// Messages that matches took and used in no set.
+    pub unmatched: u64,
     /// The messages in flight, if its link has a delay.
     pub dots: Option<Vec<Dot>>,
     /// Nodes that publish, as indices into [`FrameData::nodes`].

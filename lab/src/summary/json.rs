@@ -193,6 +193,7 @@ fn topic(topic: &TopicAccount) -> (String, Value) {
         "lost": topic.lost,
         "overtaken": topic.overtaken,
         "published": topic.published,
+        "unmatched": topic.unmatched(),
     });
     (topic.name.to_string(), figures)
 }

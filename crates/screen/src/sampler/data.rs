@@ -86,6 +86,7 @@ pub(super) fn topic_data(topic: &TopicAccount, age: Quantiles, now: Time) -> Top
         lost: topic.lost,
         lost_lately: topic.lost_lately(now),
         overtaken: topic.overtaken,
+        unmatched: topic.unmatched(),
         dots: dots(&topic.flights, now),
         publishers: topic.publishers.clone(),
         readers: topic.readers.iter().map(|s| s.node).collect(),

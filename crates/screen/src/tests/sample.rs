@@ -238,6 +238,7 @@ pub fn topic(
         lost: 0,
         lost_lately: 0,
         overtaken: 0,
+        unmatched: 0,
         dots: None,
         publishers: publishers.to_vec(),
         readers: readers.to_vec(),

@@ -74,14 +74,22 @@ impl TopicText<'_> {
         }
     }
 
-    /// Drops and losses, if the link lost or reordered messages.
+    /// Drops, with the losses of links and matches where there are any.
     fn drops(&self, room: usize) -> String {
         let dropped = count(self.topic.dropped, COUNT);
-        let parts = [(self.topic.lost, "lost"), (self.topic.overtaken, "late")];
+        let parts = [
+            (self.topic.lost, "lost"),
+            (self.topic.overtaken, "late"),
+            (self.topic.unmatched, "unmatched"),
+        ];
         let parts = parts.iter().filter(|(number, _)| *number > 0);
         let parts = parts.map(|(number, word)| format!("{} {word}", count(*number, COUNT)));
         let lost = parts.collect::<Vec<_>>().join(" ");
-        let with_losses = [format!("  {dropped} dropped {lost}"), format!("  {lost}")];
+        let with_losses = [
+            format!("  {dropped} dropped {lost}"),
+            format!("  {lost}"),
+            lost.clone(),
+        ];
         let with_losses = with_losses.into_iter().filter(|_| !lost.is_empty());
         let words = ["dropped", "drops", ""].map(|word| format!("  {dropped} {word}"));
         let text = fitting(with_losses.chain(words), room);
