@@ -303,6 +303,45 @@ fn a_pole_stands_and_falls_by_the_age_of_its_push_under_both_clocks() {
     }
 }
 
+/// A node that takes 15 ms, and 60 ms in each hundredth tick or so.
+const LATE_NODE: &str = r#"
+name = "g"
+[node.n]
+rate = 50
+takes = "lognormal:12,60"
+"#;
+
+#[test]
+fn lateness_is_that_of_all_ticks_under_both_clocks_and_in_executors() {
+    let lateness = |kind: &str, clock: &str, seconds: f64| {
+        let executor = match kind {
+            "skip" | "catch-up" => format!("offset = 20\nlate = \"{kind}\"\n"),
+            kind => format!("[executor.e]\nkind = \"{kind}\"\n"),
+        };
+        let text = format!("{LATE_NODE}{executor}");
+        let summary = run_graph(&text, seconds, clock);
+        let node = summary.node("n").expect("a node");
+        assert_eq!(node.lateness.count(), node.ticks, "{kind} {clock}");
+        node.lateness.clone()
+    };
+    let kinds = ["single", "multi:2", "let", "skip"];
+    for kind in kinds {
+        lateness(kind, "", 10.0);
+    }
+    for kind in ["skip", "catch-up", "events", "single"] {
+        lateness(kind, "real", 0.3);
+    }
+    // Those whose due times wait are late by the same, wherever they wait.
+    let late = ["catch-up", "events", "fixed-priority:1"].map(|kind| {
+        let late = lateness(kind, "", 10.0);
+        (late.count(), late.sum(), late.max())
+    });
+    assert!(late[0].2 > Some(ms(20)), "{late:?}");
+    assert_eq!(late[0], late[1]);
+    // A preemptive executor has its timers from run time zero on.
+    assert!(late[2].0 >= late[0].0, "{late:?}");
+}
+
 #[test]
 fn due_times_that_pass_in_a_long_tick_are_skipped_or_wait_as_late_has_it() {
     for [late, figures] in rows(

@@ -31,7 +31,8 @@ pub struct NodeAccount {
     pub crashed: bool,
     /// Whether it runs in another process, which has its figures.
     pub remote: bool,
-    /// Lateness of ticks. In virtual time it is measured only where a lateness is set.
+    /// Lateness of all ticks: from the due time to the start. A tick without a known lateness, of
+    /// virtual time, started when it was due.
     pub lateness: Distribution,
     /// Duration of ticks: in run time where a duration is set, otherwise in wall time.
     /// The wall time is not measured while the virtual clock runs at unlimited speed.
@@ -125,9 +126,7 @@ impl NodeAccount {
     /// Adds a tick: how late it began and how long it took, where that was measured.
     fn tick(&mut self, times: &TickTimes) {
         self.ticks += u64::from(!mem::take(&mut self.counted));
-        if let Some(lateness) = times.lateness {
-            self.lateness.add(lateness);
-        }
+        self.lateness.add(times.lateness.unwrap_or_default());
         if let Some(took) = times.took {
             self.tick_time.add(took);
             self.response.add(times.lateness.unwrap_or_default() + took);
