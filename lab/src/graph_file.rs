@@ -37,7 +37,6 @@ impl Program {
 
     /// The program with the graph of `text`, from the file called `name`, changed by `with`.
     fn of_text(&self, name: &str, mut text: String, with: &[String]) -> Result<Self, Error> {
-        let refused = |why: String| Error::BadInput(format!("{name}: {why}"));
         for change in with {
             let changed = changed(&text, change);
             text = changed.map_err(|why| Error::BadInput(format!("--with {why}")))?;
@@ -47,10 +46,12 @@ impl Program {
             with => Error::BadInput(format!("{name} --with {:?}: {what}", with.join("; "))),
         };
         let graph = GraphFile::parse(&text).map_err(wrong)?;
-        let graph = graph.map_settings(with_durations).map_err(refused)?;
+        let graph = graph.map_settings(with_durations).map_err(wrong)?;
         let system = graph.system(slice::from_ref(&self.built_in));
+        let system = system.map_err(wrong)?;
+        system.check_settings().map_err(wrong)?;
         Ok(Self {
-            system: Arc::new(system.map_err(wrong)?),
+            system: Arc::new(system),
             course: false,
             built_in: self.built_in.clone(),
         })

@@ -1,7 +1,7 @@
 //! Graphs as text files: data ages along chains, verdicts, settings as knobs, a system in the
 //! middle, and errors with their places.
 
-use ratelab_study::graph_file::{GraphFile, MOST_PARTS, changed};
+use ratelab_study::graph_file::{GraphFile, MOST_PARTS, changed, format::SECTIONS};
 
 use crate::support::*;
 
@@ -149,7 +149,7 @@ fn errors_have_a_place_and_a_remedy() {
         assert!(known, "{error}, not {case}");
         count += 1;
     }
-    assert_eq!(count, 70);
+    assert_eq!(count, 78);
     let large = GraphFile::parse(&"x".repeat(2 << 20)).expect_err("too large");
     let said = "line 1, column 1: 2097152 bytes: expected up to 1048576";
     assert_eq!(large.to_string(), said);
@@ -158,6 +158,132 @@ fn errors_have_a_place_and_a_remedy() {
     let error = graph_system(&text).err().expect("an error").to_string();
     let other = error.contains("expected /b") && !error.contains("/a");
     assert!(other, "{error}");
+}
+
+/// A graph with each kind of node: at a rate and on messages, with a thread of its own and without.
+const ALL_KINDS: &str = r#"name = "g"
+[node.own]
+rate = 50
+takes = 3
+publishes = ["/a"]
+[node.on]
+trigger = ["/a"]
+publishes = ["/b"]
+[node.timer]
+rate = 20
+reads = ["/a"]
+publishes = ["/c"]
+[node.both]
+trigger = ["/a", "/b"]
+[node.job]
+rate = 10
+deadline_ms = 9
+[executor.ros]
+kind = "single"
+nodes = ["timer", "both"]
+[executor.cpu]
+kind = "edf:1"
+nodes = ["job"]
+[topic."/a"]
+depth = 2
+[topic."/c"]
+depth = 2
+[chain.c]
+path = ["own", "/a", "timer"]
+[limit.x]
+at_most = 3
+"#;
+
+#[test]
+fn whatever_a_key_is_set_to_is_refused_with_its_place_or_runs() {
+    let values = [
+        "-1",
+        "0",
+        "1e300",
+        "nan",
+        "inf",
+        "true",
+        "\"\"",
+        "\"x y\"",
+        "\"/a\"",
+        "\"queue:3\"",
+        "\"skip\"",
+        "\"30 0\"",
+        "\"delay:5..40\"",
+        "\"oldest\"",
+        "\"file:none.csv\"",
+        "[]",
+        "[1]",
+        "[\"x\"]",
+        "[\"/c\"]",
+        "[\"own\"]",
+        "{}",
+        "3",
+        "0.5",
+        "\"job / 3\"",
+        "\"exact:0\"",
+        "\"let\"",
+        "\"multi:2\"",
+        "1979-05-27",
+    ];
+    let mut refused = 0;
+    for section in &SECTIONS {
+        let heads: Vec<&str> = ALL_KINDS
+            .lines()
+            .filter(|line| match section.name {
+                "" => line.starts_with("name"),
+                name => line.starts_with(&format!("[{name}")),
+            })
+            .collect();
+        for (head, key) in heads
+            .iter()
+            .flat_map(|head| section.keys.iter().map(move |key| (head, key)))
+        {
+            for value in values {
+                let text = with_key(head, key.name, value);
+                let wrong = match graph_system(&text) {
+                    Err(error) => Some(error),
+                    Ok(_) => {
+                        let system = GraphFile::parse(&text).expect("parsed").system(&[]);
+                        system.expect("a system").check_settings().err()
+                    }
+                };
+                if let Some(error) = wrong {
+                    let line = text.lines().nth(error.line - 1);
+                    let length = line.map_or(0, |line| line.chars().count());
+                    assert!(error.column <= length + 1, "{error}\n{text}");
+                    refused += 1;
+                    continue;
+                }
+                let system = graph_system(&text).expect("a system");
+                let built = Experiment::new(system, &config("until 0.1"));
+                assert!(built.is_ok(), "{:?} has no place in\n{text}", built.err());
+            }
+        }
+    }
+    assert!(refused > 500, "{refused}");
+}
+
+/// The graph of all kinds with a key below its `head`, in place of the same key there.
+fn with_key(head: &str, key: &str, value: &str) -> String {
+    let new = format!("{key} = {value}");
+    let mut lines: Vec<&str> = ALL_KINDS.lines().collect();
+    let place = lines.iter().position(|line| *line == head).expect("a head");
+    if !head.starts_with('[') {
+        lines[place] = &new;
+        return lines.join("\n");
+    }
+    let end = lines
+        .iter()
+        .skip(place + 1)
+        .position(|line| line.starts_with('['));
+    let end = end.map_or(lines.len(), |end| place + 1 + end);
+    let same = (place..end).find(|line| lines[*line].split(' ').next() == Some(key));
+    match same {
+        Some(same) => lines[same] = &new,
+        None => lines.insert(place + 1, &new),
+    }
+    lines.join("\n")
 }
 
 #[test]
@@ -181,6 +307,14 @@ fn a_change_sets_its_keys_and_a_trigger_stands_in_place_of_a_rate() {
         "name = \"g\"\n\n[node.z]\nreads = [\"/c\"]\ntrigger = [\"/b\"]\n\n[node.a]\nrate = 7\n\n\
          [topic.\"/b\"]\ndepth = 2\n"
     );
+    // And the other way round: what triggered the node is read.
+    let triggered = changed(text, change).expect("TOML");
+    let timed = changed(&triggered, "node.z.rate = 8").expect("TOML");
+    let node = "[node.z]\nreads = [\"/b\", \"/c\"]\nrate = 8\n";
+    assert!(timed.contains(node), "{timed}");
+    let bound = "name = 'g'\nlimit.x.at_most = 3\n";
+    let other = changed(bound, "limit.x.at_least = 2").expect("TOML");
+    assert!(!other.contains("at_most"), "{other}");
     assert!(changed(text, "node.z").is_err());
     let unknown = changed(text, "node.x.rate = 5");
     assert_eq!(unknown.expect_err("no node"), "the file has no node \"x\"");

@@ -26,6 +26,7 @@ mod by_age;
 mod chance;
 #[cfg(all(target_arch = "x86_64", target_os = "linux"))]
 mod chunks;
+mod circles;
 mod commands;
 mod costs;
 mod dependencies;
@@ -47,6 +48,7 @@ mod lineage;
 mod links;
 mod lqr;
 mod malformed_weights;
+mod matches;
 mod phases;
 mod plan_bars;
 mod policies;

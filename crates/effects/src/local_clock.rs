@@ -1,6 +1,6 @@
 //! A node's own clock, with an error.
 
-use std::{fmt, str::FromStr};
+use std::{fmt, str::FromStr, time::Duration};
 
 use ratelab::Time;
 
@@ -70,6 +70,17 @@ impl FromStr for ClockError {
 }
 
 impl ClockError {
+    /// The first run time at which a clock with this error since run time zero shows `shown` or
+    /// more.
+    pub fn shows_first(self, shown: Time) -> Time {
+        LocalClock::new(Time::ZERO, self).when(shown)
+    }
+
+    /// The time between two readings; zero for a clock that shows each nanosecond.
+    pub fn step(self) -> Duration {
+        Duration::from_nanos(self.step.unsigned_abs())
+    }
+
     fn of(offset: &str, drift: &str, step: &str) -> Option<Self> {
         Some(Self {
             offset: millionths(offset, LARGEST_MS)?,

@@ -2,10 +2,10 @@
 
 use toml::{Table, Value};
 
-use super::GraphFile;
+use super::{ExecutorSpec, GraphFile};
 
 /// The text of a graph file with the keys of `change`, such as `node.planner.rate = 10`. A trigger
-/// stands in place of a rate.
+/// takes the place of a rate, and a rate that of a trigger, whose topics the node reads then.
 ///
 /// # Errors
 /// What is no TOML in one of them, or the node that the file lacks.
@@ -20,28 +20,72 @@ pub fn changed(text: &str, change: &str) -> Result<String, String> {
         let known = whole.get_mut("node").and_then(|nodes| nodes.get_mut(name));
         let known = known.and_then(Value::as_table_mut);
         let known = known.ok_or_else(|| format!("the file has no node {name:?}"))?;
-        if let Some(triggers) = node.get("trigger").and_then(Value::as_array) {
-            known.remove("rate");
-            known.remove("offset");
-            if let Some(reads) = known.get_mut("reads").and_then(Value::as_array_mut) {
-                reads.retain(|topic| !triggers.contains(topic));
+        match (
+            node.get("trigger").and_then(Value::as_array),
+            node.get("rate"),
+        ) {
+            (Some(triggers), None) => {
+                for timer in ["rate", "offset", "late"] {
+                    known.remove(timer);
+                }
+                if let Some(reads) = known.get_mut("reads").and_then(Value::as_array_mut) {
+                    reads.retain(|topic| !triggers.contains(topic));
+                }
             }
+            (None, Some(_)) => {
+                known.remove("match");
+                if let Some(Value::Array(mut topics)) = known.remove("trigger") {
+                    let reads = known.get("reads").and_then(Value::as_array);
+                    topics.extend(reads.into_iter().flatten().cloned());
+                    known.insert("reads".to_owned(), Value::Array(topics));
+                }
+            }
+            _ => {}
+        }
+    }
+    for (name, limit) in change
+        .get("limit")
+        .and_then(Value::as_table)
+        .into_iter()
+        .flatten()
+    {
+        let known = whole
+            .get_mut("limit")
+            .and_then(|limits| limits.get_mut(name));
+        if let (Some(known), Some(_)) = (known.and_then(Value::as_table_mut), limit.as_table()) {
+            known.clear(); // A limit has one bound.
         }
     }
     merge(&mut whole, change);
     Ok(whole.to_string())
 }
 
+/// The kinds of executors with callback groups that are tried.
+const ROS_KINDS: [&str; 4] = ["single", "multi:2", "multi:4", "events"];
+
+/// The matches that are tried where messages need no stamps, or have the same.
+const QUEUES: [&str; 3] = ["each", "exact:10", "approximate:10"];
+
+/// How many times the rate of the simulator's clock are tried in its place.
+const CLOCKS: [f64; 3] = [2.0, 5.0, 10.0];
+
+/// What a change is of, and its key with the new value.
+type KeyChange = (String, String);
+
 impl GraphFile {
-    /// What may be changed of a node beside its knobs: a trigger in place of its rate, a thread of
-    /// its own, and that it goes first.
-    pub(crate) fn changes_of(&self, name: &str) -> Vec<String> {
+    /// What may be changed of a node beside its knobs: a trigger in place of its rate, how its
+    /// triggers match, a thread of its own, another kind of executor, and that it goes first.
+    pub(crate) fn changes_of(&self, name: &str) -> Vec<KeyChange> {
+        let mut changes: Vec<String> = Vec::new();
         let node = self.node(name);
-        let timed = node.filter(|node| node.triggers.is_empty());
-        let topics = timed.into_iter().flat_map(|node| &node.reads);
-        let triggers = topics.map(|topic| format!("node.{name}.trigger = [{:?}]", topic.text));
-        let mut changes: Vec<String> = triggers.collect();
-        if let Some(executor) = self.executor_of(name) {
+        if let Some(node) = node {
+            let topics = node.reads.iter().filter(|_| node.triggers.is_empty());
+            changes.extend(topics.map(|topic| format!("node.{name}.trigger = [{:?}]", topic.text)));
+            let matches = QUEUES.into_iter().filter(|_| node.triggers.len() > 1);
+            changes.extend(matches.map(|matching| format!("node.{name}.match = {matching:?}")));
+        }
+        let executor = self.executor_of(name);
+        if let Some(executor) = executor {
             let others = executor.nodes.iter().map(|node| &*node.text);
             let others: Vec<&str> = others.filter(|other| *other != name).collect();
             if !others.is_empty() {
@@ -50,8 +94,40 @@ impl GraphFile {
             let first = executor.kind.to_string().starts_with("fixed-priority");
             changes.extend((first && node.is_some()).then(|| format!("node.{name}.priority = 0")));
         }
-        changes
+        let of_node = changes.into_iter().map(|with| (name.to_owned(), with));
+        of_node
+            .chain(executor.into_iter().flat_map(other_kinds))
+            .collect()
     }
+
+    /// Other rates of the simulator's clock, if the file has one.
+    pub(crate) fn clock_changes(&self) -> impl Iterator<Item = KeyChange> {
+        let hz = self.clock_hz.into_iter();
+        let rates = hz.flat_map(|hz| CLOCKS.map(|times| times * hz));
+        rates.map(|hz| ("clock".to_owned(), format!("clock.rate = {hz}")))
+    }
+
+    /// Whether `node` shares an executor with a node that is `named`.
+    pub(crate) fn shares(&self, node: &str, named: impl Fn(&str) -> bool) -> bool {
+        let executor = self.executor_of(node);
+        executor.is_some_and(|executor| executor.nodes.iter().any(|node| named(&node.text)))
+    }
+}
+
+/// Other kinds of an executor for the same nodes: of ROS, or with another core.
+fn other_kinds(executor: &ExecutorSpec) -> impl Iterator<Item = KeyChange> {
+    let known = executor.kind.to_string();
+    let kinds: Vec<String> = match known.split_once(':') {
+        _ if executor.kind.kind().has_groups => ROS_KINDS.map(str::to_owned).to_vec(),
+        Some((kind, cores)) => {
+            let more = cores.parse::<usize>().map_or(2, |cores| cores + 1);
+            vec![format!("{kind}:{more}")]
+        }
+        None => Vec::new(),
+    };
+    let name = executor.name.clone();
+    let others = kinds.into_iter().filter(move |kind| *kind != known);
+    others.map(move |kind| (name.clone(), format!("executor.{name}.kind = {kind:?}")))
 }
 
 /// Sets the keys of `change`, in tables one by one.

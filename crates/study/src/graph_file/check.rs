@@ -6,7 +6,7 @@ use ratelab::{Hz, Knob, KnobKind, Release};
 use ratelab_effects::{Callback, Match, knob};
 
 use super::{
-    ChainSpec, GraphFile, InnerSpec, MOST_PARTS, NodeSpec,
+    ChainSpec, GraphFile, InnerSpec, MOST_PARTS, NodeSpec, PlacedKnob,
     document::Block,
     error::{Checked, GraphRefusal, Placed, holds, instead, refuse, unknown},
     executors,
@@ -43,6 +43,7 @@ pub(super) fn check(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
     for block in of("clock") {
         let clocks = simulated_clocks(block, &file)?;
         file.settings.extend(clocks);
+        file.clock_hz = block.number("rate");
     }
     size(&file, of("chain").count())?;
     for block in of("system") {
@@ -79,7 +80,7 @@ fn topics(block: &Block, key: &str) -> Checked<Vec<Placed>> {
 }
 
 /// The settings in `block`, as knobs.
-fn settings(block: &Block) -> Checked<Vec<Knob>> {
+fn settings(block: &Block) -> Checked<Vec<PlacedKnob>> {
     let mut knobs = Vec::new();
     let is_divided = |kind, text: &str| kind == KnobKind::Rate && divider(block, text).is_some();
     for (key, kind, Placed { text, at }) in block.knobs() {
@@ -89,7 +90,7 @@ fn settings(block: &Block) -> Checked<Vec<Knob>> {
         let refused = |why: String| GraphRefusal::new(*at, why);
         let knob = knob(kind, &block.name.text, text.trim());
         let knob = knob.map_err(|error| refused(format!("{key}: {error}")))?;
-        knobs.push(knob);
+        knobs.push(PlacedKnob { knob, at: *at });
     }
     Ok(knobs)
 }
@@ -125,14 +126,18 @@ fn divided_rate<'b>(
 }
 
 /// A node, with its rate if that is `divided`; its knobs go to `all`.
-fn node(block: &Block, divided: Option<Hz>, all: &mut Vec<Knob>) -> Checked<NodeSpec> {
+fn node(block: &Block, divided: Option<Hz>, all: &mut Vec<PlacedKnob>) -> Checked<NodeSpec> {
     name(&block.name)?;
     let mut knobs = settings(block)?;
-    knobs.extend(divided.map(|hz| Knob::Rate {
-        node: block.name.text.clone(),
-        hz,
+    knobs.extend(divided.map(|hz| {
+        let node = block.name.text.clone();
+        let at = block.at("rate").unwrap_or_default();
+        PlacedKnob {
+            knob: Knob::Rate { node, hz },
+            at,
+        }
     }));
-    let rate = knobs.iter().find_map(|knob| match knob {
+    let rate = knobs.iter().find_map(|placed| match &placed.knob {
         Knob::Rate { hz, .. } => Some(*hz),
         _ => None,
     });
@@ -163,17 +168,18 @@ fn node(block: &Block, divided: Option<Hz>, all: &mut Vec<Knob>) -> Checked<Node
 }
 
 /// The clocks of nodes that get the time from messages, but for those with a clock of their own.
-fn simulated_clocks(block: &Block, file: &GraphFile) -> Checked<Vec<Knob>> {
+fn simulated_clocks(block: &Block, file: &GraphFile) -> Checked<Vec<PlacedKnob>> {
     let period = block.number("rate").map_or(0.0, |hz| 1e9 / hz);
     let error = format!("0 0 {}", period.round() / 1e6);
     let has_own = |node: &NodeSpec| {
-        let mut settings = file.settings.iter();
+        let mut settings = file.settings.iter().map(|placed| &placed.knob);
         settings.any(|knob| knob.kind() == KnobKind::Clock && knob.target() == node.name)
     };
     let nodes = file.nodes.iter().filter(|node| !has_own(node));
+    let at = block.at("rate").unwrap_or_default();
     let clock = |node: &NodeSpec| {
         let clock = knob(KnobKind::Clock, &node.name, &error);
-        let at = block.at("rate").unwrap_or_default();
+        let clock = clock.map(|knob| PlacedKnob { knob, at });
         clock.or_else(|_| refuse(at, "rate: expected 0.001 to 1000000".to_owned()))
     };
     nodes.map(clock).collect()
@@ -186,8 +192,9 @@ fn matching(block: &Block, triggers: &[Placed]) -> Checked<Match> {
         let expected = TOPICS.expected();
         return refuse(at, format!("trigger: no topic: expected {expected}"));
     }
-    if let Some(at) = block.at("offset") {
-        let what = format!("messages trigger {name:?}: leave offset out");
+    let mut timers = ["offset", "late"].into_iter();
+    if let Some((key, at)) = timers.find_map(|key| Some((key, block.at(key)?))) {
+        let what = format!("messages trigger {name:?}: leave {key} out");
         return refuse(at, what);
     }
     let Some(matching) = block.text("match") else {
@@ -240,11 +247,12 @@ fn topic(block: &Block, file: &mut GraphFile) -> Checked {
     let knobs = settings(block)?;
     let mut inputs = file.nodes.iter().flat_map(NodeSpec::inputs);
     let unread = alone && !inputs.any(|input| input.text == name.text);
-    let of_readers = knobs.iter().find(|knob| knob.kind() != KnobKind::Depth);
-    if let Some(knob) = of_readers.filter(|_| unread) {
+    let mut of_readers = knobs.iter();
+    let of_readers = of_readers.find(|placed| placed.knob.kind() != KnobKind::Depth);
+    if let Some(PlacedKnob { knob, at }) = of_readers.filter(|_| unread) {
         let key = knob.kind().name();
         let what = format!("{:?} has no reader: leave {key} out", name.text);
-        return refuse(name.at, what);
+        return refuse(*at, what);
     }
     file.settings.extend(knobs);
     file.topics.push(name.clone());

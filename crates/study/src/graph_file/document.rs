@@ -62,13 +62,76 @@ impl Block {
     }
 }
 
-/// Keys by the names that others have for them.
-const MEANT: [(&str, &str); 5] = [
-    ("subscribes", "reads"),
-    ("subscriptions", "reads"),
-    ("inputs", "reads"),
-    ("outputs", "publishes"),
-    ("hz", "rate"),
+/// A section and a key of it, and words of ROS and of others for it.
+type MeantKey = (&'static str, &'static str, &'static [&'static str]);
+
+/// Keys by the words that others have for them.
+const MEANT: [MeantKey; 15] = [
+    (
+        "node",
+        "rate",
+        &["hz", "frequency", "freq", "update_rate", "publish_rate"],
+    ),
+    ("node", "rate", PERIODS),
+    (
+        "node",
+        "reads",
+        &["subscribes", "subscribe", "subscription", "subscriptions"],
+    ),
+    (
+        "node",
+        "reads",
+        &["subscriber", "subscribers", "input", "inputs"],
+    ),
+    ("node", "trigger", &["callback", "on_message"]),
+    ("node", "match", &["sync", "synchronizer", "sync_policy"]),
+    (
+        "node",
+        "publishes",
+        &["output", "outputs", "publisher", "publishers", "publish"],
+    ),
+    ("node", "group", &["callback_group", "callback_groups"]),
+    ("node", "deadline_ms", &["deadline"]),
+    (
+        "node",
+        "takes",
+        &["cost", "duration", "wcet", "execution_time"],
+    ),
+    ("node", "wakes", &["jitter", "lateness"]),
+    ("node", "offset", &["phase"]),
+    (
+        "topic",
+        "depth",
+        &[
+            "qos",
+            "queue",
+            "queue_size",
+            "queue_depth",
+            "history",
+            "keep_last",
+        ],
+    ),
+    (
+        "topic",
+        "link",
+        &["delay", "latency", "loss", "reliability"],
+    ),
+    ("executor", "kind", &["threads", "type"]),
+];
+
+/// Words for the time between two ticks.
+const PERIODS: &[&str] = &["period", "period_ms", "timer", "timer_period"];
+
+/// Words that have no key, with what there is in their place.
+const ELSEWHERE: [(&str, &str); 2] = [
+    (
+        "topic",
+        "name the topic in reads, trigger or publishes of a node",
+    ),
+    (
+        "topics",
+        "name the topics in reads, trigger or publishes of a node",
+    ),
 ];
 
 /// Reads the sections of `text`, in the order of the file; the first has the keys before all
@@ -168,15 +231,41 @@ fn key_of(section: &'static FileSection, name: &Placed) -> Checked<&'static Form
     if let Some(key) = named(&name.text) {
         return Ok(key);
     }
-    let meant = MEANT.iter().find(|(other, _)| *other == name.text);
-    if let Some(key) = meant.and_then(|(_, meant)| named(meant)) {
-        let what = format!("unknown key {:?}: did you mean {:?}?", name.text, key.name);
-        return refuse(name.at, what);
+    if let Some(instead) = meant(section, &name.text) {
+        return refuse(name.at, format!("unknown key {:?}: {instead}", name.text));
     }
     let sections = SECTIONS[1..].iter().map(|section| section.name);
     let sections = sections.filter(|_| section.name.is_empty());
     let keys = section.keys.iter().map(|key| key.name);
     unknown("unknown key", name, keys.chain(sections))
+}
+
+/// What stands for a `word` of others in `section`, or else in another section.
+fn meant(section: &FileSection, word: &str) -> Option<String> {
+    if section.named || section.name == "clock" {
+        let elsewhere = ELSEWHERE.iter().find(|(other, _)| *other == word);
+        if let Some((_, what)) = elsewhere {
+            return Some((*what).to_owned());
+        }
+    }
+    let mut meant = MEANT.iter().filter(|(.., words)| words.contains(&word));
+    let own = meant.clone().find(|(of, ..)| *of == section.name);
+    let (of, key, _) = own.or_else(|| meant.next())?;
+    let unit = if PERIODS.contains(&word) {
+        " It is in ticks per second."
+    } else {
+        ""
+    };
+    if *of == section.name {
+        return Some(format!("did you mean {key:?}?{unit}"));
+    }
+    let named = SECTIONS
+        .iter()
+        .any(|known| known.name == *of && known.named);
+    let name = if named { ".NAME" } else { "" };
+    Some(format!(
+        "did you mean {key:?} in a section [{of}{name}]?{unit}"
+    ))
 }
 
 /// Checks that exactly one of some keys is there.

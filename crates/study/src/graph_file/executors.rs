@@ -106,7 +106,7 @@ pub(super) fn placement(block: &Block, node: &NodeSpec, file: &GraphFile) -> Che
     one_executor_of_group(block, node, file)?;
     let of_thread = KnobKind::ALL
         .into_iter()
-        .filter(|kind| kind.sets(TickTiming::Start));
+        .filter(|kind| *kind == KnobKind::Late || kind.sets(TickTiming::Start));
     let (keys, why) = match file.executor_of(&node.name) {
         None => (vec!["group", "deadline_ms"], "is in no executor"),
         Some(_) => (
@@ -131,9 +131,13 @@ fn one_executor_of_group(block: &Block, node: &NodeSpec, file: &GraphFile) -> Ch
     let others = others.find(|other| {
         other.callback.group_name() == Some(group) && executor(other) != executor(node)
     });
+    let place = |node: &NodeSpec| match executor(node) {
+        Some(name) => format!("{:?} is in executor {name:?}", node.name),
+        None => format!("{:?} is in no executor", node.name),
+    };
     others.map_or(Ok(()), |other| {
-        let what = format!("group: {:?} is in {group:?} too, but", other.name);
-        let remedy = "in another executor: choose another name";
-        refuse(at, format!("{what} {remedy}"))
+        let places = [node, other].map(place).join(", but ");
+        let what = format!("group: {places}, and both name group {group:?}");
+        refuse(at, format!("{what}: choose another name for one of them"))
     })
 }

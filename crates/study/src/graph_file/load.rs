@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use ratelab::{Hz, Topology};
 
 use super::{ExecutorSpec, GraphSystem};
-use crate::system::{Builder, FULL, Setup, System, WorldKind, cost_of, overload};
+use crate::system::{Builder, FULL, Setup, System, WorldKind, cost_of, overload, shortest_ms};
 
 /// The load of each node, by its name.
 type Loads<'a> = BTreeMap<&'a str, Load>;
@@ -55,7 +55,7 @@ impl GraphSystem {
     }
 
     /// Its graph, as far as it can be built: what refuses it is told where it is to run.
-    fn topology(&self) -> &Topology {
+    pub(super) fn topology(&self) -> &Topology {
         self.topology.get_or_init(|| {
             let setup = Setup::default();
             let mut builder = Builder::new(0, &setup, WorldKind::Course);
@@ -119,7 +119,7 @@ impl GraphSystem {
 
 /// A node that gets messages faster than it has done with them.
 fn swamped(name: &str, load: Load) -> Option<String> {
-    let (ms, share) = ((load.cost * 1e4).round() / 10.0, load.share());
+    let (ms, share) = (shortest_ms(load.cost), load.share());
     (share > FULL).then(|| {
         format!(
             "{name} is asked for more than it can do: {ms} ms at {} Hz is {:.0} % of its time, so \

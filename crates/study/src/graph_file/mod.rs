@@ -38,6 +38,8 @@
 
 mod change;
 mod check;
+mod circles;
+mod clocks;
 mod document;
 mod error;
 mod executors;
@@ -47,8 +49,9 @@ mod insertion;
 mod load;
 mod names;
 mod system;
-mod triggers;
 mod wiring;
+
+use std::fmt;
 
 use ratelab::{Knob, Release};
 use ratelab_effects::{Callback, Executor};
@@ -57,7 +60,7 @@ use crate::system::{DataChain, Divider, FigureLimit};
 
 pub use change::changed;
 pub use error::GraphFileError;
-use error::{Placed, holds};
+use error::{GraphRefusal, Placed, holds};
 pub use system::GraphSystem;
 
 /// The longest text (bytes).
@@ -74,7 +77,7 @@ pub struct GraphFile {
     name: String,
     nodes: Vec<NodeSpec>,
     /// The settings of its nodes and topics.
-    settings: Vec<Knob>,
+    settings: Vec<PlacedKnob>,
     dividers: Vec<Divider>,
     /// The topics with settings.
     topics: Vec<Placed>,
@@ -82,6 +85,15 @@ pub struct GraphFile {
     limits: Vec<FigureLimit>,
     executors: Vec<ExecutorSpec>,
     inner: Option<InnerSpec>,
+    /// The messages per second of the simulator's clock, if it has one.
+    clock_hz: Option<f64>,
+}
+
+/// A setting with its place in the file.
+#[derive(Clone, Debug)]
+struct PlacedKnob {
+    knob: Knob,
+    at: usize,
 }
 
 /// A node in a graph file.
@@ -160,13 +172,20 @@ impl GraphFile {
     /// that were loaded.
     ///
     /// # Errors
-    /// The first one of `change`.
-    pub fn map_settings<E>(
+    /// [`GraphFileError`] with the first error of `change`, and the place of the setting.
+    pub fn map_settings<E: fmt::Display>(
         mut self,
-        change: impl FnMut(Knob) -> Result<Knob, E>,
-    ) -> Result<Self, E> {
-        let settings = self.settings.into_iter().map(change);
-        self.settings = settings.collect::<Result<_, _>>()?;
+        mut change: impl FnMut(Knob) -> Result<Knob, E>,
+    ) -> Result<Self, GraphFileError> {
+        for PlacedKnob { knob, at } in &mut self.settings {
+            match change(knob.clone()) {
+                Ok(changed) => *knob = changed,
+                Err(why) => {
+                    let what = format!("{}: {why}", knob.kind().name());
+                    return Err(GraphRefusal::new(*at, what).in_text(&self.text));
+                }
+            }
+        }
         Ok(self)
     }
 

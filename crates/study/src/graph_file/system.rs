@@ -5,13 +5,13 @@ use std::sync::{Arc, OnceLock};
 use ratelab::{ClockExit, Knob, Release, Time, Topology};
 
 use super::{
-    ChainSpec, GraphFile, GraphFileError,
-    error::unknown,
+    ChainSpec, GraphFile, GraphFileError, PlacedKnob,
+    error::{GraphRefusal, unknown},
     insertion::{Middle, insert},
 };
 use crate::system::{
     About, BuildError, Builder, CHAINS, DataChain, Final, Group, PEAKS, Setup, Signal, System,
-    Verdict, VerdictKind, kept_kind, kept_list, kept_text,
+    Verdict, VerdictKind, WorldKind, kept_kind, kept_list, kept_text,
 };
 
 /// The system of a graph file, with another system in its middle if the file names one.
@@ -69,6 +69,26 @@ impl GraphFile {
 }
 
 impl GraphSystem {
+    /// Checks that its graph takes each setting of the file.
+    ///
+    /// # Errors
+    /// [`GraphFileError`] with the place of the first setting that is refused.
+    pub fn check_settings(&self) -> Result<(), GraphFileError> {
+        let setup = Setup::default();
+        let mut builder = Builder::new(0, &setup, WorldKind::Course);
+        // Whatever else is wrong is told where the graph is built with its settings.
+        if self.build(&mut builder).is_err() {
+            return Ok(());
+        }
+        for PlacedKnob { knob, at } in &self.file.settings {
+            if let Err(why) = builder.graph.check(knob) {
+                let what = format!("{}: {why}", knob.kind().name());
+                return Err(GraphRefusal::new(*at, what).in_text(&self.file.text));
+            }
+        }
+        Ok(())
+    }
+
     fn new(file: &GraphFile, middle: Option<Middle>) -> Self {
         let inner = middle.as_ref().map(|middle| &*middle.system);
         let about = inner.map(System::about).unwrap_or_default();
@@ -81,7 +101,8 @@ impl GraphSystem {
             None => file.kept().to_vec(),
         };
         verdicts.extend(chains.iter().flat_map(DataChain::verdicts));
-        let settings = about.settings.iter().chain(&file.settings).cloned();
+        let own = file.settings.iter().map(|placed| &placed.knob);
+        let settings = about.settings.iter().chain(own).cloned();
         Self {
             name: kept_text(&file.name),
             signals: signals(file, inner),
@@ -233,6 +254,8 @@ impl System for GraphSystem {
 
     fn warnings(&self, setup: &Setup) -> Vec<String> {
         let mut warnings = self.overloads(setup);
+        warnings.extend(self.file.dead_circles());
+        warnings.extend(self.clock_warnings(setup));
         warnings.extend(self.file.idle_settings());
         warnings
     }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{Hz, KnobKind};
+use ratelab::{Hz, KnobKind, millis};
 use ratelab_effects::{Draw, Overrun, draw};
 
 use super::Setup;
@@ -51,13 +51,13 @@ pub fn overload(node: &str, hz: Hz, setup: &Setup) -> Option<String> {
     let why = match mean * hz.get() {
         share if share > FULL => format!(
             "{} ms at {hz} is {:.0} % of its time",
-            (mean * 1e4).round() / 10.0,
+            shortest_ms(mean),
             share * 1e2
         ),
         _ if skipped >= OFTEN && !waits(setup, node) => format!(
-            "{:.0} % of its ticks take longer than the period of {:.1} ms",
+            "{:.0} % of its ticks take longer than the period of {} ms",
             late * 1e2,
-            1e3 / hz.get()
+            millis::text(1e3 / hz.get())
         ),
         _ => return None,
     };
@@ -71,6 +71,13 @@ pub fn overload(node: &str, hz: Hz, setup: &Setup) -> Option<String> {
     Some(format!(
         "{node} is asked for more than it can do: {why}, {then}"
     ))
+}
+
+/// Seconds as a number of milliseconds without zeros at its end.
+pub(crate) fn shortest_ms(seconds: f64) -> f64 {
+    let ms = seconds * 1e3;
+    let digits = if ms < 1.0 { 1e3 } else { 1e1 };
+    (ms * digits).round() / digits
 }
 
 /// Whether due times of `node` wait while it is busy.
