@@ -45,7 +45,8 @@ pub fn run_graph(text: &str, seconds: f64, list: &str) -> Summary {
 pub fn chain_lines(text: &str, summary: &Summary) -> Vec<String> {
     let system = graph_system(text).expect("a graph");
     let chains = system.about().chains.iter();
-    let lines = chains.map(|chain| chain.line(summary.sim_time, &summary.chains, &[]));
+    let lines =
+        chains.map(|chain| chain.line(summary.sim_time, &summary.chains, &summary.silence()));
     lines.collect()
 }
 

@@ -6,7 +6,7 @@ use ratelab::{Event, Time, TimedKnob};
 use ratelab_account::{Distribution, NodeAccount, Observer, Snapshot, TopicAccount};
 
 use super::{Config, RunAge};
-use crate::system::{System, SystemFigure, Verdict};
+use crate::system::{Silence, System, SystemFigure, Verdict};
 
 /// The summary of a run.
 #[derive(Clone, Debug)]
@@ -69,6 +69,16 @@ impl Summary {
             })
         });
         means.next()
+    }
+
+    /// The nodes that never ticked, and the topics without a message.
+    pub fn silence(&self) -> Silence<'_> {
+        let idle = self.nodes.iter().filter(|node| node.ticks == 0);
+        let unsent = self.topics.iter().filter(|topic| topic.published == 0);
+        Silence {
+            idle: idle.map(|node| &*node.name).collect(),
+            unsent: unsent.map(|topic| &*topic.name).collect(),
+        }
     }
 
     /// The node called `name`.

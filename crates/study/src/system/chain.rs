@@ -14,6 +14,15 @@ use super::{
 /// Name of the topic with the data ages of the chains.
 pub const CHAINS: &str = "/chains";
 
+/// What did nothing in a run.
+#[derive(Clone, Debug, Default)]
+pub struct Silence<'a> {
+    /// The nodes that never ticked.
+    pub idle: Vec<&'a str>,
+    /// The topics without a message.
+    pub unsent: Vec<&'a str>,
+}
+
 /// A chain.
 #[derive(Clone, Debug)]
 pub struct DataChain {
@@ -41,6 +50,19 @@ impl Limit {
     /// Its age (ms).
     pub(crate) fn ms(self) -> f64 {
         millis::to_millis(self.age)
+    }
+
+    /// The `share` of the time within it, in hundredths of a percent. It is rounded to the nearest,
+    /// except that a share below the wanted one never looks like that.
+    fn share_text(self, share: f64) -> String {
+        let hundredths = (share * 1e4).round();
+        let missed = share < self.share && hundredths >= self.share * 1e4;
+        let shown = if missed {
+            (share * 1e4).floor()
+        } else {
+            hundredths
+        };
+        format!("{:.2} %", shown / 1e2)
     }
 }
 
@@ -169,29 +191,49 @@ impl DataChain {
         Some(figures.share)
     }
 
+    /// That share in words.
+    pub fn within_text(&self, at: Time, row: &[f64]) -> Option<String> {
+        let share = self.within_share(at, row)?;
+        Some(self.limit?.share_text(share))
+    }
+
     /// What that share lacks, where it is too small; below zero where it is not.
     pub fn excess(&self, at: Time, row: &[f64]) -> Option<f64> {
         Some(self.limit?.share - self.within_share(at, row)?)
     }
 
-    /// Its data age up to run time `at` in words, from the newest message on [`CHAINS`]; `idle`
-    /// are the names of the nodes that never ticked.
-    pub fn line(&self, at: Time, row: &[f64], idle: &[&str]) -> String {
+    /// Whether no data came through it up to run time `at`, and why, as the `silence` of the run
+    /// tells; from the newest message on [`CHAINS`].
+    pub fn without_data(&self, at: Time, row: &[f64], silence: &Silence<'_>) -> Option<String> {
+        if self.figures(at, row).is_some() {
+            return None;
+        }
+        let idle = self.nodes.iter().find(|node| silence.idle.contains(node));
+        let mut hops = self.nodes.iter().zip(self.topics);
+        let unsent = hops.find(|(_, topic)| silence.unsent.contains(topic));
+        let why = match (idle, unsent) {
+            (Some(node), _) => format!(": {node} never ticked"),
+            (None, Some((node, topic))) => format!(": {node} published nothing on {topic}"),
+            (None, None) => String::new(),
+        };
+        Some(format!("no data{why}"))
+    }
+
+    /// Its data age up to run time `at` in words, from the newest message on [`CHAINS`] and the
+    /// `silence` of the run.
+    pub fn line(&self, at: Time, row: &[f64], silence: &Silence<'_>) -> String {
         let name = self.name;
         let Some(figures) = self.figures(at, row) else {
-            let stops = self.nodes.iter().find(|node| idle.contains(node));
-            let stops = stops.map(|node| format!(": {node} never ticked"));
-            return format!("{name} no data{}", stops.unwrap_or_default());
+            let why = self.without_data(at, row, silence);
+            return format!("{name} {}", why.unwrap_or_default());
         };
-        let ages = format!(
-            "{name} data age mean {:.1} ms, greatest {:.1} ms",
-            figures.mean, figures.greatest
-        );
+        let [mean, greatest] = [figures.mean, figures.greatest].map(millis::text);
+        let ages = format!("{name} data age mean {mean} ms, greatest {greatest} ms");
         let Some(limit) = self.limit else {
             return ages;
         };
         let (ms, wanted) = (limit.ms(), percent(limit.share));
-        let kept = (figures.share * 1e4).floor() / 1e2;
-        format!("{ages}, {kept:.2} % of the time within {ms} ms ({wanted} wanted)")
+        let kept = limit.share_text(figures.share);
+        format!("{ages}, {kept} of the time within {ms} ms ({wanted} wanted)")
     }
 }

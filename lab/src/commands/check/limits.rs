@@ -11,21 +11,34 @@ pub struct CheckedRun {
     pub seed: u64,
     pub verdict: Verdict,
     pub metrics: Map<String, Value>,
+    /// The chains without data, each with the reason.
+    pub without_data: Vec<String>,
 }
 
-/// Compares the limits of the graph of `program` with its `runs`; the verdict is one as well.
+impl CheckedRun {
+    /// Why its verdict counts as a missed limit, if it does: it is lost, or a chain has no data.
+    fn miss(&self) -> Option<Miss> {
+        let verdict = self.verdict.is_lost().then(|| self.verdict.to_string());
+        let reasons: Vec<String> = verdict
+            .into_iter()
+            .chain(self.without_data.iter().cloned())
+            .collect();
+        (!reasons.is_empty()).then(|| Miss {
+            seed: self.seed,
+            text: reasons.join("; "),
+        })
+    }
+}
+
+/// Compares the limits of the graph of `program` with its `runs`; the verdict is a limit as well,
+/// and with it that data come through each chain.
 ///
 /// # Errors
 /// [`Error::BadInput`] for a limit of a figure that the runs do not have.
 pub fn compare(program: &Program, runs: &[CheckedRun]) -> Result<Results, Error> {
-    let lost = runs.iter().filter(|run| run.verdict.is_lost());
-    let lost = lost.map(|run| Miss {
-        seed: run.seed,
-        text: run.verdict.to_string(),
-    });
     let verdict = LimitResult {
         limit: "verdict".to_owned(),
-        misses: lost.collect(),
+        misses: runs.iter().filter_map(CheckedRun::miss).collect(),
     };
     let limits = program.system.about().limits.iter();
     let limits = limits.map(|limit| compared(limit, runs));

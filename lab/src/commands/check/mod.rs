@@ -5,7 +5,10 @@ mod results;
 
 use std::{collections::BTreeMap, ops::ControlFlow};
 
-use ratelab_study::experiment::{Config, Experiment, parallel::in_parallel, sweep::all_cores};
+use ratelab_study::{
+    experiment::{Config, Experiment, Summary, parallel::in_parallel, sweep::all_cores},
+    system::System,
+};
 
 use self::limits::{CheckedRun, compare};
 use crate::{
@@ -42,6 +45,17 @@ pub fn check(program: &Program, args: &CheckArgs) -> Result<(), Error> {
     results.outcome()
 }
 
+/// The chains of `system` through which no data came in a run, each with the reason.
+fn without_data(system: &dyn System, summary: &Summary) -> Vec<String> {
+    let silence = summary.silence();
+    let chains = system.about().chains.iter();
+    let silent = chains.filter_map(|chain| {
+        let why = chain.without_data(summary.sim_time, &summary.chains, &silence)?;
+        Some(format!("{} {why}", chain.name()))
+    });
+    silent.collect()
+}
+
 /// The runs that ended before the first signal, in the order of `seeds`.
 fn runs(
     program: &Program,
@@ -59,6 +73,7 @@ fn runs(
         Ok(summary.map(|summary| CheckedRun {
             seed,
             verdict: summary.verdict,
+            without_data: without_data(&**system, &summary),
             metrics: json::of(&**system, &summary, &ReportContext::default()),
         }))
     };
