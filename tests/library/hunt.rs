@@ -7,7 +7,9 @@ use std::{
     sync::atomic::{AtomicUsize, Ordering},
 };
 
-use ratelab_study::experiment::hunt::{Budget, Found, Hunt, HuntError, Hunted, Proof, UNIT};
+use ratelab_study::experiment::hunt::{
+    Budget, Found, Hunt, HuntError, Hunted, LONGEST_PART, Proof,
+};
 
 use crate::support::*;
 
@@ -57,13 +59,13 @@ fn size(fault: &mut TimedKnob) -> Option<&mut Duration> {
 
 /// A fault as it is, smaller and smaller, and at last none.
 fn smaller(fault: &TimedKnob) -> Vec<Option<TimedKnob>> {
-    let whole = size(&mut fault.clone()).map_or(UNIT, |size| *size);
-    let count = whole.as_millis() / UNIT.as_millis();
+    let whole = size(&mut fault.clone()).map_or(LONGEST_PART, |size| *size);
+    let count = whole.as_millis() / LONGEST_PART.as_millis();
     let sizes = (1..=count as u32).rev().map(|count| {
         let mut fault = fault.clone();
         size(&mut fault)
             .into_iter()
-            .for_each(|size| *size = UNIT * count);
+            .for_each(|size| *size = LONGEST_PART * count);
         Some(fault)
     });
     sizes.chain([None]).collect()
@@ -217,13 +219,19 @@ impl System for Fragile {
     }
 
     fn verdict(&self, exit: &ClockExit, at: Time, _: Option<&[f64]>) -> Verdict {
-        const BROKEN: VerdictKind = VerdictKind::lost("broken", "BROKEN at {at}");
         match exit {
             ClockExit::Ended { .. } => Verdict::new(&BROKEN, at),
             _ => Verdict::of_exit(exit, at),
         }
     }
+
+    fn verdicts(&self) -> &[&'static VerdictKind] {
+        &[&VerdictKind::COMPLETED, &VerdictKind::STOPPED, &BROKEN]
+    }
 }
+
+/// The verdict of a [`Fragile`] system that lost too much.
+const BROKEN: VerdictKind = VerdictKind::lost("broken", "BROKEN at {at}");
 
 /// The numbers of the messages whose loss breaks a [`Fragile`] system, and the evidence.
 fn shrunk(count: u64, enough: fn(&[u64]) -> bool) -> (Vec<u64>, Proof) {

@@ -28,7 +28,7 @@ pub struct HuntArgs {
     pub lose: usize,
 
     /// Delay to add to messages of the topic, in milliseconds over all of them, in parts
-    /// of 10 ms.
+    /// of 10 ms, shorter ones for a fast topic.
     #[arg(long, alias = "delay_ms", value_name = "MS", value_parser = values::milliseconds, allow_hyphen_values = true)]
     pub delay_ms: Option<Duration>,
 
@@ -36,12 +36,13 @@ pub struct HuntArgs {
     #[arg(long, value_name = "TOPIC")]
     pub topic: Option<String>,
 
-    /// Cost of one tick of a node: up to this many milliseconds, in parts of 10 ms.
+    /// Cost of one tick of a node: up to this many milliseconds, in parts of 10 ms,
+    /// shorter ones for a fast node.
     #[arg(long, value_name = "NODE=MS", value_parser = values::hang)]
     pub hang: Option<(String, Duration)>,
 
     /// Shift of the due times of a node in the whole run: up to this many milliseconds, in
-    /// parts of 1 ms.
+    /// parts of 1 ms, shorter ones for a fast node.
     #[arg(long, value_name = "NODE=MS", value_parser = values::hang)]
     pub shift: Option<(String, Duration)>,
 

@@ -56,24 +56,24 @@ pub fn hunt(program: &Program, args: &HuntArgs) -> Result<(), Error> {
 }
 
 fn budget(program: &Program, args: &HuntArgs, config: &Config) -> Result<Budget, Error> {
-    let topic = match &args.topic {
-        Some(topic) => topic.clone(),
-        // The last one that is read, in the order in which nodes were added.
-        None => {
-            let experiment = Experiment::new(program.system.clone(), config)?;
-            read_topics(&experiment).pop().unwrap_or_default()
-        }
-    };
+    let experiment = Experiment::new(program.system.clone(), config)?;
+    // The last topic that is read, in the order in which nodes were added.
+    let last = || read_topics(&experiment).pop().unwrap_or_default();
+    let topic = args.topic.clone().unwrap_or_else(last);
     let offset = args.shift.as_ref();
     let offset = offset.and_then(|(node, _)| config.setup.offset(node));
-    Ok(Budget {
+    let budget = Budget {
         topic,
         lose: args.lose,
         delay: args.delay_ms.unwrap_or_default(),
         hang: args.hang.clone(),
         shift: args.shift.clone(),
         offset: offset.unwrap_or_default(),
-    })
+        ..Budget::default()
+    };
+    let mut setup = program.system.about().setup();
+    setup.extend(config.setup.iter().cloned());
+    Ok(budget.fitted(&experiment.observer().topology(), &setup))
 }
 
 fn print_held(program: &Program, args: &HuntArgs, runs: usize, stopped: bool) -> Result<(), Error> {

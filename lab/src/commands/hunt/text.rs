@@ -21,17 +21,20 @@ pub fn budget(budget: &Budget) -> String {
         lose => parts.push(format!("{lose} messages of {topic} lost")),
     }
     if !budget.delay.is_zero() {
-        let delay = budget.delay.as_millis();
-        parts.push(format!("{delay} ms of delay on {topic}, all together"));
+        let [delay, part] = [budget.delay, budget.parts.delay].map(to_millis);
+        parts.push(format!(
+            "{delay} ms of delay on {topic}, all together, in parts of {part} ms"
+        ));
     }
     if let Some((node, longest)) = &budget.hang {
+        let [longest, part] = [*longest, budget.parts.hang].map(to_millis);
         parts.push(format!(
-            "one tick of {node} {} ms long",
-            longest.as_millis()
+            "one tick of {node} {longest} ms long, in parts of {part} ms"
         ));
     }
     if let Some((node, most)) = &budget.shift {
-        parts.push(format!("{node} due {} ms later", most.as_millis()));
+        let [most, part] = [*most, budget.parts.shift].map(to_millis);
+        parts.push(format!("{node} due {most} ms later, in parts of {part} ms"));
     }
     format!("at most {}", listed(&parts))
 }
@@ -75,10 +78,10 @@ fn faults(knobs: &[TimedKnob]) -> String {
             Knob::Lose { topic, seq } => lost.entry(topic).or_insert_with(Vec::new).push(*seq),
             Knob::Postpone { topic, seq, delay } => {
                 let late = late.entry(topic).or_insert_with(Vec::new);
-                late.push(format!("message {seq} by {} ms", delay.as_millis()));
+                late.push(format!("message {seq} by {} ms", to_millis(*delay)));
             }
             Knob::Hang { node, cost } => {
-                let ms = cost.as_millis();
+                let ms = to_millis(*cost);
                 others.push(format!("a tick of {node} at {at} that takes {ms} ms"));
             }
             Knob::Offset { node, offset } => {

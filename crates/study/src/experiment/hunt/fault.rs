@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use ratelab::{Knob, Time, TimedKnob};
 
-use super::{Budget, HuntError, MOST_PARTS, SHIFT_UNIT, UNIT};
+use super::{Budget, HuntError, MOST_PARTS};
 
 /// The smallest part of a fault. A longer delay or hang is the same part several times in
 /// a list.
@@ -12,28 +12,37 @@ use super::{Budget, HuntError, MOST_PARTS, SHIFT_UNIT, UNIT};
 pub(super) enum FaultPart {
     /// The message with this number is lost.
     Lost(u64),
-    /// The message with this number is delivered a [`UNIT`] later.
+    /// The message with this number is delivered one part of a delay later.
     Late(u64),
-    /// The next tick from this run time on takes one [`UNIT`] per such part in the list.
+    /// The next tick from this run time on takes one part of a hang per such part in the list.
     Hang(Time),
-    /// The node that may be shifted is due a [`SHIFT_UNIT`] later.
+    /// The node that may be shifted is due one part of a shift later.
     Shift,
 }
 
 /// The number of parts of a length of `unit` in `duration`.
-pub(super) fn parts(duration: Duration, unit: Duration) -> usize {
+fn parts(duration: Duration, unit: Duration) -> usize {
     let parts = duration.as_nanos() / unit.as_nanos();
     usize::try_from(parts).unwrap_or(usize::MAX)
 }
 
 impl Budget {
     /// The number of parts of each kind: lost and late messages, those of a hang and of a shift.
-    pub(super) fn parts(&self) -> [usize; 4] {
-        let most = |of: &Option<(String, Duration)>, unit| {
-            of.as_ref().map_or(0, |(_, longest)| parts(*longest, unit))
+    pub(super) fn counts(&self) -> [usize; 4] {
+        let [delay, hang, shift] = self.lengths().map(|(length, part, _)| parts(length, part));
+        [self.lose, delay, hang, shift]
+    }
+
+    /// What is allowed of a delay, a hang and a shift, with the length of a part and its name.
+    fn lengths(&self) -> [(Duration, Duration, &'static str); 3] {
+        let longest = |of: &Option<(String, Duration)>| {
+            of.as_ref().map_or(Duration::ZERO, |(_, longest)| *longest)
         };
-        let (hang, shift) = (most(&self.hang, UNIT), most(&self.shift, SHIFT_UNIT));
-        [self.lose, parts(self.delay, UNIT), hang, shift]
+        [
+            (self.delay, self.parts.delay, "delay"),
+            (longest(&self.hang), self.parts.hang, "hang"),
+            (longest(&self.shift), self.parts.shift, "shift"),
+        ]
     }
 
     /// Whether `list` is within it.
@@ -44,17 +53,24 @@ impl Budget {
             |part| matches!(part, FaultPart::Hang(_)),
             |part| matches!(part, FaultPart::Shift),
         ];
-        let mut kinds = kinds.iter().zip(self.parts());
+        let mut kinds = kinds.iter().zip(self.counts());
         kinds.all(|(kind, most)| list.iter().filter(|part| kind(part)).count() <= most)
     }
 
-    /// Refuses an empty budget, and one with too many parts.
+    /// Refuses an empty budget, and one with too many parts or less than a part.
     pub(super) fn check(&self) -> Result<(), HuntError> {
-        match self.parts() {
-            [0, 0, 0, 0] => Err(HuntError::NoBudget),
-            parts if parts.iter().any(|count| *count > MOST_PARTS) => Err(HuntError::TooMuch),
-            _ => Ok(()),
+        let lengths = self.lengths();
+        if self.lose == 0 && lengths.iter().all(|(length, ..)| length.is_zero()) {
+            return Err(HuntError::NoBudget);
         }
+        if self.counts().iter().any(|count| *count > MOST_PARTS) {
+            return Err(HuntError::TooMuch);
+        }
+        let mut lengths = lengths.into_iter();
+        let short = lengths.find(|(length, part, _)| !length.is_zero() && length < part);
+        short.map_or(Ok(()), |(length, part, what)| {
+            Err(HuntError::TooLittle { what, length, part })
+        })
     }
 
     /// The knobs for the faults of `list`.
@@ -69,18 +85,19 @@ impl Budget {
     }
 
     fn knob(&self, part: FaultPart, times: u32) -> TimedKnob {
-        let (topic, delay) = (self.topic.clone(), UNIT * times);
+        let (topic, delay) = (self.topic.clone(), self.parts.delay * times);
         let (at, knob) = match part {
             FaultPart::Lost(seq) => (Time::ZERO, Knob::Lose { topic, seq }),
             FaultPart::Late(seq) => (Time::ZERO, Knob::Postpone { topic, seq, delay }),
             FaultPart::Hang(at) => {
                 let node = self.hang.as_ref().map(|(node, _)| node.clone());
-                let (node, cost) = (node.unwrap_or_default(), delay);
+                let (node, cost) = (node.unwrap_or_default(), self.parts.hang * times);
                 (at, Knob::Hang { node, cost })
             }
             FaultPart::Shift => {
                 let node = self.shift.as_ref().map(|(node, _)| node.clone());
-                let (node, offset) = (node.unwrap_or_default(), self.offset + SHIFT_UNIT * times);
+                let offset = self.offset + self.parts.shift * times;
+                let node = node.unwrap_or_default();
                 (Time::ZERO, Knob::Offset { node, offset })
             }
         };

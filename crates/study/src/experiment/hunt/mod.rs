@@ -34,11 +34,12 @@
 //!    of their size: if one of them is enough, it is the result, and all that are
 //!    smaller than it have been run.
 //!
-//! A delay and a hang are lists of parts of [`UNIT`] each, a shift of parts of [`SHIFT_UNIT`]; of
-//! shifts each one is tried, from the smallest on. The result is a smallest list
+//! A delay, a hang and a shift are lists of parts, whose lengths follow the periods of the graph (see
+//! [`Budget::fitted`]); of shifts each one is tried, from the smallest on. The result is a smallest list
 //! in the sense of 4 or 5; another one elsewhere in the run may be shorter.
 
 mod fault;
+mod lengths;
 mod shrink;
 mod trial;
 mod windows;
@@ -47,21 +48,16 @@ use std::{num::NonZeroUsize, sync::Arc, time::Duration};
 
 use thiserror::Error;
 
+pub use lengths::{LONGEST_PART, LONGEST_SHIFT, PartLengths};
 pub use shrink::MOST_SMALLER;
 pub use windows::RANDOM_LISTS;
 
-use ratelab::{ClockKind, Fault, Interrupt, Speed, Time, TimedKnob};
+use ratelab::{ClockKind, Fault, Interrupt, Speed, Time, TimedKnob, millis};
 use trial::{Halt, Trials};
 use windows::Windows;
 
-use super::{Config, parallel::all_cores};
+use super::{Config, Experiment, parallel::all_cores};
 use crate::system::{BuildError, System, Verdict};
-
-/// Length of the smallest part of a delay or a hang.
-pub const UNIT: Duration = Duration::from_millis(10);
-
-/// Length of the smallest part of a shift.
-pub const SHIFT_UNIT: Duration = Duration::from_millis(1);
 
 /// Maximum number of parts of a kind in a budget.
 pub const MOST_PARTS: usize = 1_000;
@@ -92,6 +88,8 @@ pub struct Budget {
     pub shift: Option<(String, Duration)>,
     /// The offset of that node without a shift.
     pub offset: Duration,
+    /// The lengths of the smallest parts; a hunt [fits](Budget::fitted) them to its graph.
+    pub parts: PartLengths,
 }
 
 /// The outcome of a hunt.
@@ -143,6 +141,31 @@ pub enum HuntError {
     /// A budget with too many parts.
     #[error("a budget has {MOST_PARTS} messages at most, or as many times 10 ms (1 ms of a shift)")]
     TooMuch,
+    /// A budget with less than one part of something.
+    #[error(
+        "a {what} of {} ms is less than the smallest one that is tried: allow {} ms or more",
+        millis::to_millis(*length),
+        millis::to_millis(*part)
+    )]
+    TooLittle {
+        /// What it is: a delay, a hang or a shift.
+        what: &'static str,
+        /// What is allowed.
+        length: Duration,
+        /// The length of the smallest part.
+        part: Duration,
+    },
+    /// A graph whose runs are never lost.
+    #[error(
+        "no run of {0} can be lost, so there is nothing to hunt for: give a [chain.NAME] of its \
+         graph file a limit, age_ms"
+    )]
+    NeverLost(&'static str),
+    /// Lost or late messages of a graph in which no node reads.
+    #[error(
+        "no node reads a topic in this graph, so no message can be lost or late: allow a hang or a shift"
+    )]
+    NoReader,
     /// A run without a duration.
     #[error("the runs of a hunt must end: give them a duration")]
     Endless,
@@ -211,6 +234,14 @@ impl Hunt {
         if self.base.end == Time::MAX {
             return Err(HuntError::Endless);
         }
+        let verdicts = self.system.verdicts();
+        if verdicts.iter().all(|verdict| !verdict.lost) {
+            return Err(HuntError::NeverLost(self.system.name()));
+        }
+        let graph = Experiment::of_resolved(self.system.clone(), resolved.base.clone())?;
+        let mut setup = self.system.about().setup();
+        setup.extend(resolved.base.setup.iter().cloned());
+        let budget = &budget.fitted(&graph.observer().topology(), &setup);
         budget.check()?;
         let mut trials = Trials::new(&resolved, budget, stop);
         let usual = trials.summary(&[])?;

@@ -54,7 +54,7 @@ struct WindowKind<'w> {
 impl Windows {
     /// The windows of `budget` in the run without faults.
     pub fn of(budget: &Budget, usual: &Summary) -> Result<Self, HuntError> {
-        let [lose, late, hang, shift] = budget.parts();
+        let [lose, late, hang, shift] = budget.counts();
         let topic = usual.topic(&budget.topic);
         let is_read = topic.is_some_and(TopicAccount::is_read);
         let messages = topic.map_or(0, |topic| topic.published);
@@ -64,6 +64,9 @@ impl Windows {
                 false => "no node reads such a topic",
             };
             let read = usual.topics.iter().filter(|topic| topic.is_read());
+            if read.clone().next().is_none() {
+                return Err(HuntError::NoReader);
+            }
             let read = read.map(|topic| &*topic.name);
             return Err(HuntError::target(&budget.topic, why, read));
         }
