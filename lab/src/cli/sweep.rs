@@ -33,14 +33,10 @@ pub struct SweepArgs {
     #[arg(long, value_name = "KNOB")]
     pub knob: Vec<String>,
 
-    /// Seeds: a list or a range, such as 0..199.
-    #[arg(
-        long,
-        value_name = "LIST",
-        default_value = "0..19",
-        allow_hyphen_values = true
-    )]
-    pub seeds: Axis<u64>,
+    /// Seeds: a list or a range, such as 0..199. Without an axis all runs have one setting
+    /// [default: 0..19]
+    #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
+    pub seeds: Option<Axis<u64>>,
 
     /// Number of settings of the nodes' phases, drawn by seed 0: one more axis.
     #[arg(long, value_name = "N", value_parser = phases, allow_hyphen_values = true)]

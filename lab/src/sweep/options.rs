@@ -16,6 +16,9 @@ use crate::{
     sweep::columns::slowest_first,
 };
 
+/// Number of seeds, if none are given.
+const SEEDS: u64 = 20;
+
 impl SweepArgs {
     /// Builds the sweep from the options.
     ///
@@ -41,13 +44,24 @@ impl SweepArgs {
         }
         check_distinct(&axes)?;
         add_default(program, &base, &mut axes)?;
+        if axes.is_empty() {
+            if self.seeds.is_none() {
+                let why =
+                    "which knob is swept? try --axis \"rate NODE\" 1,10,100, or --seeds 0..19";
+                return Err(Error::BadInput(why.to_owned()));
+            }
+            axes.push(SweepAxis::as_given());
+        }
         let first = program.system.aliases().first();
         let main = axes
             .iter()
             .position(|axis| first.is_some_and(|first| first.name == axis.name));
         Ok(Sweep {
             axes: slowest_first(axes, main.unwrap_or(0), |axis| axis.kind),
-            seeds: self.seeds.clone().into(),
+            seeds: self
+                .seeds
+                .clone()
+                .map_or_else(|| (0..SEEDS).collect(), Vec::from),
             parts: self.parts,
             ..Sweep::of(program.system.clone(), base)
         })
@@ -116,7 +130,8 @@ fn check_distinct(axes: &[SweepAxis]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Adds the axis of the system's first alias if it is a rate and not yet in use.
+/// Adds the axis of the system's first alias if it is a rate, not yet in use, and no node refuses it
+/// with any value of the other axes.
 fn add_default(program: &Program, base: &Config, axes: &mut Vec<SweepAxis>) -> Result<(), Error> {
     let first = program.system.aliases().first();
     if let Some(alias) = first.filter(|alias| alias.kind() == KnobKind::Rate) {
@@ -126,15 +141,30 @@ fn add_default(program: &Program, base: &Config, axes: &mut Vec<SweepAxis>) -> R
         let mut turned = axes.iter().flat_map(knobs);
         let is_turned = turned.any(is_own) || base.setup.iter().any(is_own);
         drop(turned);
-        if !is_turned {
+        if !is_turned && is_accepted(program, base, axes, &axis) {
             axes.push(axis);
         }
     }
-    if axes.is_empty() {
-        let why = "which knob is swept? try --axis \"rate NODE\" 1,10,100";
-        return Err(Error::BadInput(why.to_owned()));
-    }
     Ok(())
+}
+
+/// Whether the graph has the knobs of `axis` with each value of the `others`; what is wrong with
+/// these values is told where they are run.
+fn is_accepted(program: &Program, base: &Config, others: &[SweepAxis], axis: &SweepAxis) -> bool {
+    let values = others.iter().flat_map(|other| &other.values);
+    let firsts = others.iter().filter_map(|other| other.values.first());
+    values
+        .map(|value| &value.knobs[..])
+        .chain([&[][..]])
+        .all(|own| {
+            let mut config = base.clone();
+            let first = firsts.clone().flat_map(|value| &value.knobs);
+            config.setup.extend(first.chain(own).cloned());
+            let graph = Experiment::new(program.system.clone(), &config);
+            graph.map_or(true, |graph| {
+                knobs(axis).all(|knob| graph.check(knob).is_ok())
+            })
+        })
 }
 
 /// The knobs of `axis`.

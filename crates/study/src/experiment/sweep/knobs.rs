@@ -86,6 +86,22 @@ impl SweepAxis {
         })
     }
 
+    /// An axis with one value that changes nothing, for a sweep over seeds alone.
+    pub fn as_given() -> Self {
+        let name = "setting".to_owned();
+        let value = SweepValue {
+            axis: name.clone(),
+            text: "as given".to_owned(),
+            knobs: Vec::new(),
+        };
+        Self {
+            name,
+            // Its value is a name without a unit.
+            kind: KnobKind::Read,
+            values: vec![Arc::new(value)],
+        }
+    }
+
     /// Whether its values go into the middle of its knob.
     pub fn has_hole(&self) -> bool {
         has_hole(&self.name)
