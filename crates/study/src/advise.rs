@@ -1,9 +1,10 @@
-//! What would make an age younger: changes that follow from a graph, each of which is run.
+//! What would make an age younger, or spare overruns: changes that follow from a graph, each of
+//! which is run.
 
 use std::{cmp::Reverse, num::NonZeroUsize, ops::ControlFlow, sync::Arc, time::Duration};
 
-use ratelab::{Depth, Hz, Interrupt, Knob, KnobKind, ReadOrder, Topology, millis};
-use ratelab_effects::{Cost, Draw, Link};
+use ratelab::{Depth, Hz, Interrupt, Knob, KnobKind, NodeTopology, ReadOrder, Topology, millis};
+use ratelab_effects::{Cost, Draw, Link, Overrun};
 
 use crate::{
     experiment::{Config, Experiment, RunAge, Summary, parallel::in_parallel},
@@ -14,8 +15,17 @@ use crate::{
 /// The most changes that are tried, those of the oldest parts first.
 const MOST: usize = 200;
 
+/// The parts of a cost or a delay that are tried in its place.
+const PARTS: [u32; 3] = [2, 4, 8];
+
 /// The significant digits of usual rates.
 const RATES: [f64; 10] = [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
+
+/// The overrun policies that are tried.
+const POLICIES: [&str; 3] = ["skip", "queue:1", "catch-up"];
+
+/// The error of a clock without an error.
+const RIGHT_CLOCK: &str = "0 0";
 
 /// A change of a run: knobs, and keys of its graph file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -36,6 +46,15 @@ impl AgeChange {
             && self.with.iter().all(|with| whole.with.contains(with))
     }
 
+    /// A change of a key of the graph file, of what is called `of`.
+    fn of_file((of, with): (String, String)) -> Self {
+        Self {
+            of: vec![of],
+            knobs: Vec::new(),
+            with: vec![with],
+        }
+    }
+
     /// Both changes.
     #[must_use]
     pub fn and(&self, other: &Self) -> Self {
@@ -47,12 +66,21 @@ impl AgeChange {
     }
 }
 
-/// The changes to try for an `age` of a run of `system` with `setup`, whose graph is `topology`.
+/// What the changes of a run are to make less.
+#[derive(Clone, Debug)]
+pub enum Aim<'a> {
+    /// An age.
+    Age(&'a RunAge),
+    /// The skipped periods of these nodes.
+    Overruns(&'a [&'a str]),
+}
+
+/// The changes to try for an `aim` of a run of `system` with `setup`, whose graph is `topology`.
 pub fn changes(
     system: &dyn System,
     setup: &Setup,
     topology: &Topology,
-    age: &RunAge,
+    aim: &Aim<'_>,
 ) -> Vec<AgeChange> {
     let text = system.about().graph_file;
     let graph = Candidates {
@@ -60,23 +88,29 @@ pub fn changes(
         setup,
         file: text.and_then(|text| GraphFile::parse(text).ok()),
     };
-    let owned = |name: &str| {
-        let parts = age.parts.iter().filter(|part| part.owner == name);
-        Reverse(parts.map(|part| part.ns).sum::<i64>())
+    let nodes = match aim {
+        Aim::Age(age) => {
+            let owned = |name: &str| {
+                let parts = age.parts.iter().filter(|part| part.owner == name);
+                Reverse(parts.map(|part| part.ns).sum::<i64>())
+            };
+            let mut nodes = graph.before(&age.node);
+            nodes.sort_by_key(|node| owned(&topology.nodes[*node].name));
+            nodes
+        }
+        Aim::Overruns(names) => graph.beside(names),
     };
-    let mut nodes = graph.before(&age.node);
-    nodes.sort_by_key(|node| owned(&topology.nodes[*node].name));
-    let inputs = |topic: &usize| {
-        topology.topics[*topic]
-            .readers
-            .iter()
-            .any(|r| nodes.contains(r))
+    let reads = |topic: &usize| {
+        let mut readers = topology.topics[*topic].readers.iter();
+        matches!(aim, Aim::Age(_)) && readers.any(|reader| nodes.contains(reader))
     };
-    let topics = (0..topology.topics.len()).filter(inputs);
-    let of_topics: Vec<AgeChange> = topics.flat_map(|topic| graph.of_topic(topic)).collect();
+    let topics = (0..topology.topics.len()).filter(reads);
+    let of_topics = topics.flat_map(|topic| graph.of_topic(topic));
     let of_nodes = nodes.iter().flat_map(|node| graph.of_node(*node));
+    let of_clock = graph.file.iter().flat_map(GraphFile::clock_changes);
+    let of_clock = of_clock.map(AgeChange::of_file);
     let mut changes: Vec<AgeChange> = Vec::new();
-    for change in of_topics.into_iter().chain(of_nodes) {
+    for change in of_clock.chain(of_topics).chain(of_nodes) {
         if !changes.contains(&change) {
             changes.push(change);
         }
@@ -112,13 +146,24 @@ impl Candidates<'_> {
         known
     }
 
+    /// The nodes with these names, and all nodes in their executors.
+    fn beside(&self, names: &[&str]) -> Vec<usize> {
+        let named = |name: &str| names.contains(&name);
+        let nodes = self.topology.nodes.iter().enumerate();
+        let nodes = nodes.filter(|(_, node)| {
+            let file = self.file.as_ref();
+            named(&node.name) || file.is_some_and(|file| file.shares(&node.name, named))
+        });
+        nodes.map(|(index, _)| index).collect()
+    }
+
     fn of_topic(&self, topic: usize) -> Vec<AgeChange> {
         let topic = &self.topology.topics[topic];
         let mut changes = Vec::new();
         let mine = self.setup.iter().filter(|knob| knob.target() == topic.name);
         for knob in mine {
             match knob {
-                Knob::Link { spec, .. } => changes.extend(half_link(spec)),
+                Knob::Link { spec, .. } => changes.extend(shorter_links(spec)),
                 Knob::Read { order, .. } if *order == ReadOrder::Oldest => {
                     changes.push(("read", "newest".to_owned()));
                 }
@@ -143,19 +188,31 @@ impl Candidates<'_> {
             }
         }
         if let Some(Knob::Takes { spec, .. }) = self.setup.knob(KnobKind::Takes, &node.name) {
-            changes.extend(half_cost(spec));
+            changes.extend(shorter_costs(spec));
+            changes.extend(self.other_policies(node));
+        }
+        let error = self.setup.knob(KnobKind::Clock, &node.name);
+        if error.is_some_and(|error| error.value() != RIGHT_CLOCK) {
+            changes.push(("clock", RIGHT_CLOCK.to_owned()));
         }
         let mut changes = knobs(&node.name, changes);
-        let of_file = self
-            .file
-            .iter()
-            .flat_map(|file| file.changes_of(&node.name));
-        changes.extend(of_file.map(|with| AgeChange {
-            of: vec![node.name.clone()],
-            knobs: Vec::new(),
-            with: vec![with],
-        }));
+        let of_file = self.file.iter();
+        let of_file = of_file.flat_map(|file| file.changes_of(&node.name));
+        changes.extend(of_file.map(AgeChange::of_file));
         changes
+    }
+}
+
+impl Candidates<'_> {
+    /// Other overrun policies of a node that ticks at a rate on a thread of its own.
+    fn other_policies(&self, node: &NodeTopology) -> Vec<(&'static str, String)> {
+        let timed = node.triggers.is_empty() && node.executor.is_none();
+        let known = self.setup.knob(KnobKind::Late, &node.name);
+        let known = known.map_or_else(|| Overrun::default().to_string(), |knob| knob.value());
+        let others = POLICIES
+            .into_iter()
+            .filter(|policy| timed && *policy != known);
+        others.map(|policy| ("late", policy.to_owned())).collect()
     }
 }
 
@@ -194,32 +251,38 @@ fn offsets(hz: Hz, offset: Duration) -> impl Iterator<Item = (&'static str, Stri
     })
 }
 
-fn half(draw: &Draw) -> Option<Draw> {
+fn shorter(draw: &Draw, by: u32) -> Option<Draw> {
     Some(match draw {
-        Draw::Constant(same) => Draw::Constant(*same / 2),
-        Draw::Uniform(from, to) => Draw::Uniform(*from / 2, *to / 2),
+        Draw::Constant(same) => Draw::Constant(*same / by),
+        Draw::Uniform(from, to) => Draw::Uniform(*from / by, *to / by),
         Draw::Lognormal { median, p99 } => Draw::Lognormal {
-            median: *median / 2,
-            p99: *p99 / 2,
+            median: *median / by,
+            p99: *p99 / by,
         },
         Draw::Measured(_) => return None,
     })
 }
 
-fn half_cost(spec: &str) -> Option<(&'static str, String)> {
-    let cost: Cost = spec.parse().ok()?;
-    let draw = half(&cost.draw).filter(|draw| !draw.is_none())?;
-    Some(("takes", Cost { draw, ..cost }.to_string()))
+fn shorter_costs(spec: &str) -> impl Iterator<Item = (&'static str, String)> {
+    let cost = spec.parse::<Cost>().ok();
+    PARTS.into_iter().filter_map(move |by| {
+        let cost = cost.clone()?;
+        let draw = shorter(&cost.draw, by).filter(|draw| !draw.is_none())?;
+        Some(("takes", Cost { draw, ..cost }.to_string()))
+    })
 }
 
-fn half_link(spec: &str) -> Option<(&'static str, String)> {
-    let link: Link = spec.parse().ok()?;
-    let half = Link {
-        delay: half(&link.delay)?,
-        loss: link.loss / 2.0,
-        ..link.clone()
-    };
-    (half != link).then(|| ("link", half.to_string()))
+fn shorter_links(spec: &str) -> impl Iterator<Item = (&'static str, String)> {
+    let link = spec.parse::<Link>().ok();
+    PARTS.into_iter().filter_map(move |by| {
+        let link = link.clone()?;
+        let shorter = Link {
+            delay: shorter(&link.delay, by)?,
+            loss: link.loss / f64::from(by),
+            ..link.clone()
+        };
+        (shorter != link).then(|| ("link", shorter.to_string()))
+    })
 }
 
 /// Runs each system with its configuration on `threads` threads, until `interrupt` is asked for, and

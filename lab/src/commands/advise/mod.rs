@@ -1,16 +1,18 @@
-//! `ratelab advise`: what would make the data younger, by what was measured.
+//! `ratelab advise`: what would make the data younger, or spare overruns, by what was measured.
 
+mod measured;
 mod text;
 
 use std::sync::Arc;
 
 use ratelab::{Interrupt, Time, Topology};
 use ratelab_study::{
-    advise::{AgeChange, changes, run_all},
+    advise::{AgeChange, Aim, changes, run_all},
     experiment::{Config, Experiment, RunAge, Summary, sweep::all_cores},
     system::{DataChain, System},
 };
 
+use self::measured::{ChangedRun, Score};
 use crate::{
     cli::AdviseArgs,
     error::Error,
@@ -27,26 +29,6 @@ const DEFAULTS: Defaults =
 /// Number of changes that are tried two at a time, the best ones.
 const FEW: usize = 12;
 
-/// The share of the mean age below which a change helps.
-const HELPS: f64 = 0.99;
-
-/// A run with a change, or without any.
-pub struct ChangedRun {
-    pub change: AgeChange,
-    pub summary: Summary,
-    /// The age in question.
-    pub age: RunAge,
-    /// The share of the time within its limit, if it has one.
-    pub within: Option<f64>,
-}
-
-impl ChangedRun {
-    /// Whether its age is clearly younger than that of `other`.
-    pub fn is_younger(&self, other: &Self) -> bool {
-        self.age.mean_ns as f64 <= HELPS * other.age.mean_ns as f64
-    }
-}
-
 /// Runs every change of the graph, then pairs of those that help most if none of them is enough;
 /// prints what they do. Ctrl-C keeps the finished ones.
 pub fn advise(program: &Program, args: &AdviseArgs) -> Result<(), Error> {
@@ -56,32 +38,65 @@ pub fn advise(program: &Program, args: &AdviseArgs) -> Result<(), Error> {
         args,
         config,
         interrupt: signals::interrupt(),
+        aged: None,
     };
-    let (base, topology) = advisor.base()?;
-    let setup = &base.summary.config.setup;
-    let singles = changes(&*program.system, setup, &topology, &base.age);
-    let mut measured = advisor.measure(&base, singles);
+    let (summary, topology) = advisor.base()?;
+    let aged = advisor.oldest(&summary).cloned();
+    let late = late_nodes(&summary);
+    let aim = match &aged {
+        Some(age) => Aim::Age(age),
+        None if !late.is_empty() => Aim::Overruns(&late),
+        None => {
+            let why = format!(
+                "{} has nothing to improve in this run: no node skipped a period, nothing came to \
+                 the end of a [chain.NAME], and nothing was pushed",
+                program.system.name()
+            );
+            return Err(Error::BadInput(why));
+        }
+    };
+    let singles = changes(&*program.system, &summary.config.setup, &topology, &aim);
+    let advisor = Advisor {
+        aged: aged.as_ref(),
+        ..advisor
+    };
+    let base = advisor.measured(AgeChange::default(), summary.clone());
+    let Some(base) = base else {
+        return Err(Error::BadInput("the run has no age".to_owned()));
+    };
+    let mut measured = advisor.measure(singles);
     sort(&mut measured);
     if !is_enough(&base, &measured) {
-        let both = advisor.younger_pairs(&base, &measured);
+        let both = advisor.better_pairs(&measured);
         measured.extend(both);
         sort(&mut measured);
     }
-    let advice = text::of(program, &base, &measured);
-    print_result(args.json, &text::json(&base, &measured), &advice)?;
-    match advisor.interrupt.is_asked() {
-        true => Err(Error::Unfinished(format!(
+    let topic = text::Subject::new(program, aged.as_ref());
+    let advice = text::of(&topic, &base, &measured);
+    print_result(args.json, &text::json(&topic, &base, &measured), &advice)?;
+    if advisor.interrupt.is_asked() {
+        let why = format!(
             "stopped after {} runs: the result is of these",
             measured.len()
-        ))),
-        false => Ok(()),
+        );
+        return Err(Error::Unfinished(why));
     }
+    Ok(())
 }
 
-/// Whether there is a limit, and one of the `measured` changes has it kept.
+/// The nodes that skipped periods.
+fn late_nodes(summary: &Summary) -> Vec<&str> {
+    let late = summary.nodes.iter().filter(|node| node.overruns > 0);
+    late.map(|node| &*node.name).collect()
+}
+
+/// Whether one of the `measured` changes has the limit kept, or no period skipped.
 fn is_enough(base: &ChangedRun, measured: &[ChangedRun]) -> bool {
     let limited = base.within.is_some() || base.summary.verdict.is_lost();
-    limited && measured.iter().any(|run| !run.summary.verdict.is_lost())
+    measured.iter().any(|run| match run.score {
+        Score::Age { .. } => limited && !run.summary.verdict.is_lost(),
+        Score::Overruns { skipped, .. } => skipped == 0,
+    })
 }
 
 /// The best of the `measured` changes two at a time, each of another node or topic.
@@ -94,13 +109,12 @@ fn pairs(measured: &[ChangedRun]) -> Vec<AgeChange> {
     pairs.collect()
 }
 
-/// Puts those that are not lost first, of them the youngest, and of these the ones with the fewest
-/// messages.
+/// Puts the runs that are not lost first, of these the smallest score, then the fewest messages.
 fn sort(measured: &mut [ChangedRun]) {
     measured.sort_by_key(|run| {
         let sent = run.summary.topics.iter().map(|topic| topic.published);
         let sent = sent.fold(0, u64::saturating_add);
-        (run.summary.verdict.is_lost(), run.age.mean_ns, sent)
+        (run.summary.verdict.is_lost(), run.score.rank(), sent)
     });
 }
 
@@ -110,41 +124,35 @@ struct Advisor<'a> {
     args: &'a AdviseArgs,
     config: Config,
     interrupt: Interrupt,
+    /// The age in question; without one the overruns are.
+    aged: Option<&'a RunAge>,
 }
 
 impl Advisor<'_> {
     /// The run without a change, and its graph.
-    fn base(&self) -> Result<(ChangedRun, Topology), Error> {
+    fn base(&self) -> Result<(Summary, Topology), Error> {
         if self.config.end == Time::MAX {
             let why = "the runs of advice must end: give them --duration-s";
             return Err(Error::BadInput(why.to_owned()));
         }
-        let system = &self.program.system;
-        let mut experiment = Experiment::new(system.clone(), &self.config)?;
+        let mut experiment = Experiment::new(self.program.system.clone(), &self.config)?;
         let topology = experiment.observer().topology();
         experiment.watch_ages();
         let summary = experiment.run_until(&self.interrupt)?;
         let summary = summary.filter(|_| !self.interrupt.is_asked());
         let stopped = || Error::Unfinished("stopped before the first result".to_owned());
-        let summary = summary.ok_or_else(stopped)?;
+        Ok((summary.ok_or_else(stopped)?, topology))
+    }
+
+    /// The age in question: the one that is farthest from its limit.
+    fn oldest<'s>(&self, summary: &'s Summary) -> Option<&'s RunAge> {
         let late = |age: &RunAge| {
             let chain = self.chain_of(age);
-            chain.and_then(|chain| chain.excess(summary.sim_time, &summary.chains))
+            let excess = chain.and_then(|chain| chain.excess(summary.sim_time, &summary.chains));
+            excess.unwrap_or(f64::NEG_INFINITY)
         };
-        // The age in question is the one that is farthest from its limit.
-        let ages = summary.ages.iter();
-        let worst = ages.rev().max_by(|one, other| {
-            let [one, other] = [one, other].map(|age| late(age).unwrap_or(f64::NEG_INFINITY));
-            one.total_cmp(&other)
-        });
-        let Some(age) = worst.cloned() else {
-            return Err(Error::BadInput(format!(
-                "{} has no age to make younger in this run: nothing came to the end of a \
-                 [chain.NAME], and nothing was pushed",
-                system.name()
-            )));
-        };
-        Ok((self.measured(AgeChange::default(), summary, age), topology))
+        let ages = summary.ages.iter().rev();
+        ages.max_by(|one, other| late(one).total_cmp(&late(other)))
     }
 
     /// The chain whose age it is; `None` for a push.
@@ -153,31 +161,50 @@ impl Advisor<'_> {
         chains.find(|chain| Some(chain.name()) == age.chain)
     }
 
-    /// A run with its `age` in question.
-    fn measured(&self, change: AgeChange, summary: Summary, age: RunAge) -> ChangedRun {
-        let chain = self.chain_of(&age);
-        let within = chain.and_then(|chain| chain.within_share(summary.sim_time, &summary.chains));
-        ChangedRun {
-            age,
-            within,
+    /// A run with its score; `None` if it has no age, where an age is.
+    fn measured(&self, change: AgeChange, summary: Summary) -> Option<ChangedRun> {
+        let Some(aged) = self.aged else {
+            return Some(ChangedRun {
+                score: Score::overruns(&summary),
+                within: None,
+                within_text: None,
+                change,
+                summary,
+            });
+        };
+        let mut ages = summary.ages.iter();
+        let age = ages.find(|age| (age.chain, &age.node) == (aged.chain, &aged.node))?;
+        let (at, row, chain) = (summary.sim_time, &summary.chains, self.chain_of(aged));
+        // The mean over run time is measured by the chain itself; parts are worked out afterwards.
+        let mean_ms = match chain {
+            Some(chain) => chain.mean_ms(at, row),
+            None => summary.push_age().map(|age| age.run_s * 1e3),
+        };
+        Some(ChangedRun {
+            score: Score::Age {
+                mean_ns: (mean_ms? * 1e6).round() as i64,
+                p99_ns: age.p99_ns,
+            },
+            within: chain.and_then(|chain| chain.within_share(at, row)),
+            within_text: chain.and_then(|chain| chain.within_text(at, row)),
             change,
             summary,
-        }
+        })
     }
 
-    /// Runs with two of the `measured` changes that are younger than with either alone.
-    fn younger_pairs(&self, base: &ChangedRun, measured: &[ChangedRun]) -> Vec<ChangedRun> {
-        let mut both = self.measure(base, pairs(measured));
+    /// Runs with two of the `measured` changes that are better than with either alone.
+    fn better_pairs(&self, measured: &[ChangedRun]) -> Vec<ChangedRun> {
+        let mut both = self.measure(pairs(measured));
         both.retain(|both| {
             let is_part = |part: &&ChangedRun| part.change.is_part_of(&both.change);
             let mut parts = measured.iter().filter(is_part);
-            parts.all(|part| both.is_younger(part))
+            parts.all(|part| both.is_better(part))
         });
         both
     }
 
     /// Runs with each of `changes`; without those that the graph cannot have.
-    fn measure(&self, base: &ChangedRun, changes: Vec<AgeChange>) -> Vec<ChangedRun> {
+    fn measure(&self, changes: Vec<AgeChange>) -> Vec<ChangedRun> {
         let runs = changes.into_iter().filter_map(|change| {
             let system: Arc<dyn System> = self.program.with(&change.with).ok()?.system;
             let mut config = self.config.clone();
@@ -189,13 +216,7 @@ impl Advisor<'_> {
         let threads = self.args.threads.unwrap_or_else(all_cores);
         let summaries = run_all(&runs, &self.interrupt, threads, || bar.advance());
         let known = changes.into_iter().zip(summaries);
-        let measured = known.filter_map(|(change, summary)| {
-            let summary = summary?;
-            let mut ages = summary.ages.iter();
-            let age = ages.find(|of| (of.chain, &of.node) == (base.age.chain, &base.age.node));
-            let age = age?.clone();
-            Some(self.measured(change, summary, age))
-        });
+        let measured = known.filter_map(|(change, summary)| self.measured(change, summary?));
         measured.collect()
     }
 }

@@ -2,24 +2,52 @@
 
 use std::env;
 
+use ratelab::millis;
 use serde_json::{Value, json};
 
-use super::ChangedRun;
+use super::measured::{ChangedRun, Score};
 use crate::{
     program::{self, Program},
-    summary::{ages, rounded, text::lines},
+    summary::{
+        ages, rounded,
+        text::{lines, ms},
+    },
 };
-use ratelab_study::{advise::AgeChange, experiment::Summary};
+use ratelab_study::{
+    advise::AgeChange,
+    experiment::{RunAge, Summary},
+};
 
 /// Number of printed changes.
 const PRINTED: usize = 20;
 
+/// What the advice is about.
+pub struct Subject<'a> {
+    system: &'static str,
+    age: Option<&'a RunAge>,
+}
+
+impl<'a> Subject<'a> {
+    /// The advice on an `age`, or else on the overruns of the system.
+    pub fn new(program: &Program, age: Option<&'a RunAge>) -> Self {
+        let system = program.system.name();
+        Self { system, age }
+    }
+
+    fn title(&self) -> (&'static str, String) {
+        match self.age {
+            Some(age) => ("age of", ages::title(age)),
+            None => ("overruns", format!("of the nodes in {}", self.system)),
+        }
+    }
+}
+
 /// What it is without a change, which of the `measured` ones help, and how many do not.
-pub fn of(program: &Program, base: &ChangedRun, measured: &[ChangedRun]) -> String {
-    let helps = |run: &&ChangedRun| run.is_younger(base);
+pub fn of(subject: &Subject<'_>, base: &ChangedRun, measured: &[ChangedRun]) -> String {
+    let helps = |run: &&ChangedRun| run.is_better(base);
     let best: Vec<&ChangedRun> = measured.iter().filter(helps).collect();
     let others = measured.len() - best.len();
-    let mut rows = vec![("age of", ages::title(&base.age)), ("now", figures(base))];
+    let mut rows = vec![subject.title(), ("now", figures(base))];
     let cells = best.iter().take(PRINTED);
     let cells: Vec<[String; 2]> = cells.map(|run| [figures(run), price(base, run)]).collect();
     let [first, second] = [0, 1].map(|of| {
@@ -36,11 +64,8 @@ pub fn of(program: &Program, base: &ChangedRun, measured: &[ChangedRun]) -> Stri
         rows.push(("", format!("{hidden} more help less: --json has them")));
     }
     if best.is_empty() {
-        let name = program.system.name();
-        rows.push((
-            "with",
-            format!("nothing that can be turned in {name} helps"),
-        ));
+        let text = format!("no change that was tried in {} helps", subject.system);
+        rows.push(("with", text));
     }
     rows.push((
         "",
@@ -50,14 +75,24 @@ pub fn of(program: &Program, base: &ChangedRun, measured: &[ChangedRun]) -> Stri
 }
 
 fn figures(run: &ChangedRun) -> String {
-    let [mean, p99] = [run.age.mean_ns, run.age.p99_ns].map(|ns| ns as f64 / 1e6);
-    let within = run
-        .within
-        .map(|share| format!("  {:>6.2} % within", share * 1e2));
     let verdict = run.summary.verdict.to_string();
     let verdict = verdict.split_whitespace().next().unwrap_or_default();
-    let within = within.unwrap_or_default();
-    format!("{mean:>6.1} ms mean  {p99:>6.1} ms p99{within}  {verdict}")
+    match run.score {
+        Score::Age { mean_ns, p99_ns } => {
+            let [mean, p99] = [mean_ns, p99_ns].map(|ns| millis::text(ns as f64 / 1e6));
+            let within = run.within_text.iter();
+            let within: String = within.map(|share| format!("  {share:>8} within")).collect();
+            format!("{mean:>6} ms mean  {p99:>6} ms p99{within}  {verdict}")
+        }
+        Score::Overruns {
+            skipped,
+            due,
+            lateness,
+        } => {
+            let late = ms(lateness.as_secs_f64());
+            format!("{skipped:>6} of {due} ticks skipped  {late:>9} late on average  {verdict}")
+        }
+    }
 }
 
 /// Messages per second, and the cores that ticks take.
@@ -88,26 +123,32 @@ fn price(base: &ChangedRun, run: &ChangedRun) -> String {
 }
 
 /// The advice for programs, the best change first.
-pub fn json(base: &ChangedRun, measured: &[ChangedRun]) -> Value {
+pub fn json(subject: &Subject<'_>, base: &ChangedRun, measured: &[ChangedRun]) -> Value {
     let object = |run: &ChangedRun| {
         let [sent, worked] = more(base, run);
         let within = run.within.map(rounded);
+        let (ages, skipped) = match run.score {
+            Score::Age { mean_ns, p99_ns } => ([Some(mean_ns), Some(p99_ns)], None),
+            Score::Overruns { skipped, .. } => ([None; 2], Some(skipped)),
+        };
+        let [mean_ns, p99_ns] = ages;
         json!({
             "cause_of_end": run.summary.verdict.name(),
             "command": command(&run.change),
             "lost": run.summary.verdict.is_lost(),
-            "mean_ns": run.age.mean_ns,
+            "mean_ns": mean_ns,
             "more_cores": rounded(worked),
             "more_messages_per_s": rounded(sent),
-            "p99_ns": run.age.p99_ns,
+            "overruns": skipped,
+            "p99_ns": p99_ns,
             "within": within,
         })
     };
     json!({
-        "at": base.age.node,
+        "at": subject.age.map(|age| &age.node),
         "base": object(base),
         "changes": measured.iter().map(object).collect::<Vec<_>>(),
-        "of": base.age.chain.unwrap_or("push"),
+        "of": subject.age.map_or("overruns", |age| age.chain.unwrap_or("push")),
     })
 }
 
