@@ -227,7 +227,7 @@ impl Facts<'_> {
         let (remedy, _) = owner.reason.rule();
         let remedy = remedy.and_then(|knob| knob.replace("{}", name).parse().ok());
         match owner.reason {
-            AgeReason::Rate => self.usual_rate(name),
+            AgeReason::Rate => self.usual_rate(name).or_else(|| self.twice_the_rate(owner)),
             AgeReason::Stall => Some((self.system.about().planning?.longer)(self.plan?.needed)),
             AgeReason::Delay => {
                 let cure = (self.system.about().planning?.expecting)(self.plan?.delay);
@@ -265,6 +265,18 @@ impl Facts<'_> {
         (hz.get() > self.graph.node(name)?.hz.get()).then_some(Knob::Rate { node, hz })
     }
 
+    /// Twice the rate of the node of `owner`, if no key raises it and there is time for that.
+    fn twice_the_rate(&self, owner: Owner) -> Option<Knob> {
+        let (node, view) = (owner.place, &self.graph.nodes[owner.place]);
+        let is_timed = view.triggers.is_empty();
+        let (_, key) = rate_setting(self.system, &view.name);
+        let hz = Hz::new(view.hz.get() * 2.0).ok()?;
+        (is_timed && key.is_none() && self.has_time(node)).then(|| Knob::Rate {
+            node: view.name.to_string(),
+            hz,
+        })
+    }
+
     /// Whether `knob` was turned since the start, and is in force.
     pub(super) fn was_turned(&self, knob: &Knob) -> bool {
         self.turned.iter().any(|turned| turned == knob)
@@ -281,34 +293,47 @@ impl Facts<'_> {
         let (_, told) = owner.reason.rule();
         let arose = told(self, owner);
         let advice = match (owner.reason, self.cure(owner)) {
-            (AgeReason::Rate, _) => self.faster(owner),
+            (AgeReason::Rate, cure) => match self.faster(owner, cure, tried, place) {
+                Some(advice) => advice,
+                None => return arose,
+            },
             (_, Some(cure)) if self.was_turned(&cure) => format!("{cure} came too late"),
-            (_, Some(cure)) => {
-                // Where keys turn knobs, with the key of the prompt.
-                let key = if self.live { ":" } else { "" };
-                effect(&format!("{key}{cure}"), tried, place)
-            }
+            (_, Some(cure)) => effect(&self.typed(&cure), tried, place),
             (AgeReason::Cost, None) => "try a faster one".to_owned(),
             (_, None) => return arose,
         };
         format!("{arose}. {advice}")
     }
 
-    /// How to raise the rate of the node of `owner`.
-    fn faster(&self, owner: Owner) -> String {
+    /// A knob as it is typed: where keys turn knobs, with the key of the prompt.
+    fn typed(&self, cure: &Knob) -> String {
+        let key = if self.live { ":" } else { "" };
+        format!("{key}{cure}")
+    }
+
+    /// How to raise the rate of the node of `owner`: by a key, or by a `cure` that was `tried`; `None`
+    /// for a node without a rate of its own.
+    fn faster(
+        &self,
+        owner: Owner,
+        cure: Option<Knob>,
+        tried: Option<&Tried>,
+        place: Option<usize>,
+    ) -> Option<String> {
         let name = self.name(owner);
         let (setting, key) = rate_setting(self.system, name);
         let mut turned = self.turned.iter();
         let raised = turned.any(|knob| knob.kind() == KnobKind::Rate && knob.target() == name)
             && self.pace(owner.place) > self.graph.nodes[owner.place].hz.period();
-        match key.filter(|_| self.live) {
+        Some(match (key, cure) {
             _ if !self.has_time(owner.place) => {
                 "There is no time for a higher rate: lower the load first".to_owned()
             }
             _ if raised => format!("{setting} was raised too late"),
-            Some(key) => format!("{key} raises {setting}"),
-            None => format!("raise {setting}"),
-        }
+            (Some(key), _) if self.live => format!("{key} raises {setting}"),
+            (Some(_), _) => format!("raise {setting}"),
+            (None, cure) => effect(&self.typed(&cure?), tried, place),
+        })
     }
 
     /// Whether a higher rate of the node asks nothing for more than there is time for.
@@ -347,6 +372,9 @@ fn effect(cure: &str, tried: Option<&Tried>, place: Option<usize>) -> String {
         (_, Some([before, after])) if helps && after < before => {
             let taken = number(before - after);
             format!("{cure} takes {taken} of {} away", ms(before))
+        }
+        (_, Some([before, after])) if place == 0 && before < after => {
+            format!("{cure} makes it older, by {}", ms(after - before))
         }
         (Some([_, others @ ..]), _) if others.contains(&place) => {
             format!("{cure}, too, mends it")

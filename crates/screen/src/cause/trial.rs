@@ -11,7 +11,7 @@ use ratelab_study::{
 use crate::asked::Asked;
 
 /// Run time of a trial, at least and at most; in between, twice that of the run.
-const LENGTH: [Duration; 2] = [Duration::from_secs(10), Duration::from_secs(30)];
+const LENGTH: [Duration; 2] = [Duration::from_secs(10), Duration::from_secs(60)];
 
 /// The outcome of trials with cures.
 #[derive(Clone, Debug, PartialEq)]

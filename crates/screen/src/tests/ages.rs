@@ -99,7 +99,7 @@ fn no_higher_rate_is_advised_where_there_is_no_time_for_it() {
     for (cost, advised) in [("0.1", true), ("178", false)] {
         let verdict = verdict(&over(&SHARED.replace("COST", cost)));
         for (part, said) in [
-            ("raise rate planner", advised),
+            ("rate planner 10", advised),
             ("no time for a higher rate", !advised),
         ] {
             assert_eq!(verdict.contains(part), said, "{cost}: {part} in {verdict}");
