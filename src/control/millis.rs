@@ -29,6 +29,23 @@ pub fn to_millis(duration: Duration) -> f64 {
     duration.as_nanos() as f64 / 1e6
 }
 
+/// Writes a number of milliseconds for people, in tenths; below a millisecond with three digits.
+///
+/// ```
+/// use ratelab::millis::text;
+///
+/// let texts = [0.0, 0.0981, 0.9996, 1.0, 34.96].map(text);
+/// assert_eq!(texts, ["0.0", "0.098", "1.0", "1.0", "35.0"]);
+/// ```
+pub fn text(ms: f64) -> String {
+    let thousandths = (ms * 1e3).round().abs();
+    if thousandths > 0.0 && thousandths < 1e3 {
+        format!("{ms:.3}")
+    } else {
+        format!("{ms:.1}")
+    }
+}
+
 /// For serde: as a number of milliseconds.
 pub fn serialize<S: Serializer>(duration: &Duration, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_f64(to_millis(*duration))

@@ -1,15 +1,22 @@
-//! Durations in whole milliseconds.
+//! Durations in whole milliseconds; below a millisecond with three digits.
 
 use std::time::Duration;
 
-/// Such as `20 ms`; half a millisecond goes to the even number.
+use ratelab::millis;
+
+/// Such as `20 ms` or `0.350 ms`; half a millisecond above one goes to the even number.
 pub fn ms(duration: Duration) -> String {
     format!("{} ms", number(duration))
 }
 
-/// Such as `20`, rounded in the same way.
+/// Such as `20` or `0.350`, rounded in the same way.
 pub fn number(duration: Duration) -> String {
-    format!("{:.0}", duration.as_secs_f64() * 1e3)
+    let ms = millis::to_millis(duration);
+    if duration.is_zero() || ms >= 0.9995 {
+        format!("{ms:.0}")
+    } else {
+        millis::text(ms)
+    }
 }
 
 /// As a number to count with; half a millisecond counts as one.

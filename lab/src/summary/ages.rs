@@ -1,5 +1,6 @@
 //! Which node or topic makes the data old: the ages of a run and their parts.
 
+use ratelab::millis;
 use ratelab_study::experiment::{AgeKind, AgeShare, RunAge};
 use serde_json::{Value, json};
 
@@ -48,7 +49,7 @@ fn words(part: &AgeShare) -> String {
 }
 
 fn ms(ns: i64) -> String {
-    format!("{:.1}", ns as f64 / 1e6)
+    millis::text(ns as f64 / 1e6)
 }
 
 /// The ages for programs, in whole nanoseconds: parts sum to their age.

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, ops::ControlFlow};
 
-use ratelab::ClockKind;
+use ratelab::{ClockKind, millis};
 use ratelab_study::experiment::{
     Experiment,
     sweep::{Sweep, all_cores},
@@ -79,8 +79,8 @@ impl PhaseSpread {
     pub fn lines(&self) -> Vec<(&'static str, String)> {
         let mut text = format!("{} by seed {}", self.runs, self.seed);
         if let Some([least, median, greatest]) = self.spread() {
-            text +=
-                &format!(": mean push age {least:.1} to {greatest:.1} ms, median {median:.1} ms");
+            let [least, median, greatest] = [least, median, greatest].map(millis::text);
+            text += &format!(": mean push age {least} to {greatest} ms, median {median} ms");
         }
         for (name, count) in &self.verdicts {
             text += &format!("; {} {count}", name.replace('_', " "));

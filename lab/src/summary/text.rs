@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{ClockKind, Command, Event, EventKind, Hz, Knob, KnobKind};
+use ratelab::{ClockKind, Command, Event, EventKind, Hz, Knob, KnobKind, millis};
 use ratelab_account::{Distribution, NodeAccount};
 use ratelab_recording::FinishedRecording;
 use ratelab_study::{
@@ -46,9 +46,8 @@ pub fn of(system: &dyn System, summary: &Summary, context: &ReportContext) -> St
         ("verdict", Some(verdict(system, summary, context))),
         ("topics", topics(summary)),
     ]);
-    let idle = summary.nodes.iter().filter(|node| node.ticks == 0);
-    let idle: Vec<&str> = idle.map(|node| &*node.name).collect();
-    let chain_line = |chain: &DataChain| chain.line(summary.sim_time, &summary.chains, &idle);
+    let silence = summary.silence();
+    let chain_line = |chain: &DataChain| chain.line(summary.sim_time, &summary.chains, &silence);
     let chains = system.about().chains.iter().map(chain_line);
     lines.extend(chains.map(|text| ("chain", text)));
     lines.extend(known([
@@ -86,8 +85,7 @@ pub fn of(system: &dyn System, summary: &Summary, context: &ReportContext) -> St
 fn times(summary: &Summary) -> Vec<(&'static str, String)> {
     let timed = |node: &NodeAccount| timing::has_set_times(summary, &node.name);
     let wall = saw_the_wall(summary);
-    let late =
-        |node: &NodeAccount| wall || was_late(node) || (timed(node) && node.lateness.count() > 0);
+    let late = |node: &NodeAccount| wall || was_late(node);
     let shown = |node: &NodeAccount| wall || timed(node) || was_late(node) || node.overruns > 0;
     let costly = |node: &NodeAccount| timed(node) && node.tick_time.count() > 0;
     let cost = |node: &NodeAccount| spread(&node.name, &node.tick_time);
@@ -253,7 +251,14 @@ fn topics(summary: &Summary) -> Option<String> {
     joined(read.map(|topic| {
         let per_second = topic.average(summary.sim_time);
         let dropped = topic.dropped();
-        format!("{} {per_second:.1} msg/s ({dropped} dropped)", topic.name)
+        let unmatched = match topic.unmatched() {
+            0 => String::new(),
+            unmatched => format!(", {unmatched} unmatched"),
+        };
+        format!(
+            "{} {per_second:.1} msg/s ({dropped} dropped{unmatched})",
+            topic.name
+        )
     }))
 }
 
@@ -330,7 +335,7 @@ pub fn overruns(node: &NodeAccount) -> String {
 
 /// This number of seconds in milliseconds.
 pub fn ms(seconds: f64) -> String {
-    format!("{:.1} ms", seconds * 1e3)
+    format!("{} ms", millis::text(seconds * 1e3))
 }
 
 /// A duration in milliseconds, or a dash without one.

@@ -1,5 +1,6 @@
 //! The figures of a row: in a list, in Markdown, in JSON and as curves.
 
+use ratelab::millis;
 use serde_json::{Value, json};
 
 use super::summary::{RowSummary, SweepSummary};
@@ -25,7 +26,7 @@ pub const LATENCY: Figure = Figure {
     unit: "",
     key: "mean_latency_ms",
     value: |row| row.mean_latency_s.map(|s| s * 1e3),
-    digits: |ms| format!("{ms:.1}"),
+    digits: millis::text,
 };
 
 /// Mean push age.
@@ -34,7 +35,7 @@ pub const AGE: Figure = Figure {
     unit: " ms",
     key: "mean_late_push_age_ms",
     value: |row| row.push_age_s.map(|s| s * 1e3),
-    digits: |ms| format!("{ms:.1}"),
+    digits: millis::text,
 };
 
 /// When the runs were lost.

@@ -1,5 +1,6 @@
 //! The sweep as a table in Markdown.
 
+use ratelab::millis;
 use ratelab_screen::Theme;
 
 use super::{
@@ -34,7 +35,7 @@ fn figures(summary: &SweepSummary, rows: &[RowSummary]) -> Vec<Vec<String>> {
     let rows = rows.iter().map(|row| {
         let mut cells = vec![row.value.clone(), figures::count(row)];
         cells.extend(figures.iter().map(|figure| figure.text(row)));
-        let ms = |ms: &Option<f64>| ms.map_or("-".to_owned(), |ms| format!("{ms:.1}"));
+        let ms = |ms: &Option<f64>| ms.map_or("-".to_owned(), millis::text);
         cells.extend(row.parts.iter().map(ms));
         cells
     });

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use ratelab::Topology;
+use ratelab::{Topology, millis};
 use ratelab_study::{
     experiment::Config,
     system::{About, System},
@@ -63,7 +63,7 @@ impl fmt::Display for ProcessRecord {
         write!(f, "{nodes} in process {} on {}", self.pid, self.host)?;
         match self.error_ns {
             Some(0) => Ok(()),
-            Some(error) => write!(f, ", times ±{:.1} ms", error as f64 / 1e6),
+            Some(error) => write!(f, ", times ±{} ms", millis::text(error as f64 / 1e6)),
             None => write!(f, ", times ?"),
         }
     }

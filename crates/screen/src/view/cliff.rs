@@ -6,6 +6,7 @@ use ratatui::{
     style::{Modifier, Style},
     text::{Line, Span},
 };
+use ratelab::millis;
 
 use super::{
     sheet::{Sheet, columns, rows},
@@ -73,7 +74,7 @@ fn said(map: &CliffMap, theme: &Theme) -> [String; 2] {
         None => "not run yet".to_owned(),
         Some(outcome) => {
             let latency = outcome.mean_latency_s.map_or(String::new(), |latency| {
-                format!(", latency {:.1} ms", latency * 1e3)
+                format!(", latency {} ms", millis::text(latency * 1e3))
             });
             format!("{}{latency}", outcome.verdict)
         }

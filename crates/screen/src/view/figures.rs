@@ -6,6 +6,7 @@ use ratatui::{
     style::Style,
     text::{Line, Span},
 };
+use ratelab::millis;
 
 use super::{
     histogram,
@@ -52,10 +53,10 @@ pub(super) const NODE_COLUMNS: [TableColumn<NodeData>; 6] = [
     column("rate Hz", 9, 0, |node, _| short(node.hz.get(), 3).into()),
     column("ticks", 8, 5, |node, _| number(node.ticks)),
     column("late p50 µs", 11, 2, |node, _| {
-        us(&node.lateness, node.lateness.p50)
+        late(&node.lateness, node.lateness.p50)
     }),
     column("p99 µs", 8, 3, |node, _| {
-        us(&node.lateness, node.lateness.p99)
+        late(&node.lateness, node.lateness.p99)
     }),
     column("tick p50 µs", 11, 4, |node, _| {
         us(&node.tick_time, node.tick_time.p50)
@@ -151,12 +152,21 @@ fn number(number: u64) -> Span<'static> {
 
 /// A duration of a distribution in milliseconds, or a dash without samples.
 fn ms(of: &Quantiles, duration: Duration) -> Span<'static> {
-    quantile(of, format!("{:.1}", duration.as_secs_f64() * 1e3))
+    quantile(of, millis::text(millis::to_millis(duration)))
 }
 
 /// A duration of a distribution in microseconds, or a dash without samples.
 fn us(of: &Quantiles, duration: Duration) -> Span<'static> {
     quantile(of, format!("{:.0}", duration.as_secs_f64() * 1e6))
+}
+
+/// A lateness in microseconds, or a dash for a node none of whose ticks was late.
+fn late(of: &Quantiles, lateness: Duration) -> Span<'static> {
+    if of.max.is_zero() {
+        "-".into()
+    } else {
+        us(of, lateness)
+    }
 }
 
 fn quantile(of: &Quantiles, text: String) -> Span<'static> {
@@ -187,7 +197,7 @@ fn latency_lines(
         ("now", latency.newest),
     ];
     let entries = entries.map(|(name, seconds)| {
-        let ms = seconds.map_or("-".to_owned(), |seconds| format!("{:.1}", seconds * 1e3));
+        let ms = seconds.map_or("-".to_owned(), |seconds| millis::text(seconds * 1e3));
         line([
             (name.to_owned(), theme.faint()),
             (format!("{ms:>6} ms"), Style::new()),
@@ -207,11 +217,11 @@ fn latency_lines(
 
 fn reaction(frame: &FrameData, room: usize, theme: &Theme) -> Option<Line<'static>> {
     let reaction = frame.push.as_ref()?.reaction?;
-    let ms = |duration: Duration| duration.as_secs_f64() * 1e3;
+    let ms = |duration: Duration| millis::text(millis::to_millis(duration));
     let (age, reaction) = (ms(frame.age?.greatest), ms(reaction));
     let texts = [
-        format!("lately     push age up to {age:.1} ms, reaction time up to {reaction:.1} ms"),
-        format!("lately  age {age:.1} ms, reaction {reaction:.1} ms"),
+        format!("lately     push age up to {age} ms, reaction time up to {reaction} ms"),
+        format!("lately  age {age} ms, reaction {reaction} ms"),
     ];
     Some(fitting(texts, room))
         .filter(|text| !text.is_empty())

@@ -6,7 +6,7 @@
 
 use std::{sync::Arc, time::Duration};
 
-use ratelab::{Knob, KnobKind, NodeTopology, TickTiming, Time, hyper_period};
+use ratelab::{Knob, KnobKind, NodeTopology, TickTiming, Time, hyper_period, millis};
 use ratelab_effects::Chance;
 
 use super::{
@@ -91,10 +91,11 @@ impl Experiment {
             (older >= WORTH_MS).then(|| {
                 format!(
                     "chain {}: {}, at each tick, as virtual time orders ties; the other way round its data \
-                     are up to {older:.1} ms older, as they may be on the real clock; --phases 20 tries \
+                     are up to {} ms older, as they may be on the real clock; --phases 20 tries \
                      other phases",
                     chain.name,
                     tied.join(" and "),
+                    millis::text(older),
                 )
             })
         });

@@ -1,5 +1,6 @@
 //! What is told of the processes of a run: where a node is, what is wrong, how exact ages are.
 
+use ratelab::millis;
 use ratelab_screen::Place;
 use ratelab_wire::{machine::Nanos, telemetry::Info};
 
@@ -88,7 +89,7 @@ impl Processes {
             return Some("ages ?".to_owned());
         };
         let worst = bounds.into_iter().max().filter(|bound| *bound > 0)?;
-        Some(format!("ages ±{:.1} ms", worst as f64 / 1e6))
+        Some(format!("ages ±{} ms", millis::text(worst as f64 / 1e6)))
     }
 }
 
