@@ -36,6 +36,7 @@ impl System for Robot {
         builder.node("controller", 100.0, 3, move |wiring| {
             let mut plans = wiring.subscription(&planned);
             let mut sense_to_act = wiring.meter("sense→act");
+            // It takes no time itself; a node that does measures in `Node::apply`.
             move |now| {
                 if let Some(plan) = plans.latest(now) {
                     sense_to_act.record(now - plan.sensed());

@@ -3,7 +3,10 @@
 
 use std::process::ExitCode;
 
-use ratelab::{ClockExit, END, GO_ON, Time};
+use ratelab::{
+    ClockExit, END, GO_ON, Message, MeterRecorder, Node, Publisher, PushRecorder, Subscription,
+    Tick, Time,
+};
 use ratelab_account::fields;
 use ratelab_study::system::{
     BuildError, Builder, Picture, Shape, Signal, Style, System, Verdict, VerdictKind,
@@ -35,6 +38,39 @@ const DOWN: VerdictKind = VerdictKind {
     text: "DOWN at {at}",
 };
 
+/// The node that acts on the world: it flies the drone.
+struct Rotors {
+    thrusts: Subscription<Thrust>,
+    states: Publisher<State>,
+    age: PushRecorder,
+    latency: MeterRecorder,
+    command: Option<Message<Thrust>>,
+    state: State,
+}
+
+impl Node for Rotors {
+    /// Reads when the tick starts. The last thrust is held until the next one arrives.
+    fn tick(&mut self, now: Time) -> Tick {
+        self.command = self.thrusts.latest(now);
+        GO_ON
+    }
+
+    /// Acts on the world when the tick is over, and measures the age of what it acts on.
+    fn apply(&mut self, now: Time) -> Tick {
+        let sensed = self.command.as_ref().map(|thrust| thrust.sensed());
+        if let Some(sensed) = sensed {
+            self.age.push(now, sensed);
+            self.latency.record(now.since(sensed));
+        }
+        let newton = self.command.map_or(0.0, |thrust| thrust.data.newton);
+        // 20 N at most.
+        self.state.climb += (newton.clamp(0.0, 20.0) - 9.81) / 100.0;
+        self.state.height += self.state.climb / 100.0;
+        self.states.publish(self.state, now, sensed);
+        if self.state.height > 0.0 { GO_ON } else { END }
+    }
+}
+
 struct Drone;
 
 impl System for Drone {
@@ -47,25 +83,13 @@ impl System for Drone {
         let thrusts = builder.topic::<Thrust>("/thrust");
         let (height, climb) = (1.0 + (builder.seed() % 10) as f64 / 10.0, 0.0);
         let (seen, wanted) = (states.clone(), thrusts.clone());
-        builder.node("drone", 100.0, 0, move |wiring| {
-            let (states, mut thrusts) = (wiring.publisher(&states), wiring.subscription(&thrusts));
-            // It acts on the world, so the age of what it acts on is measured here.
-            let (age, mut latency) = (wiring.push_age(), wiring.meter("sense→act"));
-            let mut state = State { height, climb };
-            move |now| {
-                // The last thrust is held until the next one arrives; 20 N at most.
-                let newest = thrusts.latest(now);
-                let sensed = newest.as_ref().map(|thrust| thrust.sensed());
-                if let Some(sensed) = sensed {
-                    age.push(now, sensed);
-                    latency.record(now.since(sensed));
-                }
-                let thrust = newest.map_or(0.0, |thrust| thrust.data.newton);
-                state.climb += (thrust.clamp(0.0, 20.0) - 9.81) / 100.0;
-                state.height += state.climb / 100.0;
-                states.publish(state, now, sensed);
-                if state.height > 0.0 { GO_ON } else { END }
-            }
+        builder.node("drone", 100.0, 0, move |wiring| Rotors {
+            thrusts: wiring.subscription(&thrusts),
+            states: wiring.publisher(&states),
+            age: wiring.push_age(),
+            latency: wiring.meter("sense→act"),
+            command: None,
+            state: State { height, climb },
         })?;
         builder.node("pilot", 10.0, 1, move |wiring| {
             let (mut states, thrusts) = (wiring.subscription(&seen), wiring.publisher(&wanted));

@@ -214,7 +214,8 @@ impl MeterRecorder {
 pub struct PushRecorder(pub(crate) RecordSender);
 
 impl PushRecorder {
-    /// Records an action at run time `at` that was derived from a sensing at `sensed`.
+    /// Records an action at run time `at` that was derived from a sensing at `sensed`: `now` in
+    /// [`Node::apply`](crate::Node::apply).
     pub fn push(&self, at: Time, sensed: Time) {
         self.0.node(|| NodeRecord::Pushed(Push { at, sensed }));
     }

@@ -21,11 +21,11 @@ use crate::{
 /// graph.node("watch", Hz::new(20.0)?, 0, |wiring| {
 ///     let mut range = wiring.subscription::<f64>(&range);
 ///     let alarm = wiring.publisher(&alarm);
-///     let mut delay = wiring.meter("sense→alarm");
+///     let mut age = wiring.meter("age when read");
 ///     move |now| {
 ///         if let Some(near) = range.latest(now).filter(|range| range.data < 0.5) {
 ///             alarm.publish((), now, Some(near.stamp));
-///             delay.record(now - near.stamp);
+///             age.record(now - near.stamp);
 ///         }
 ///         GO_ON
 ///     }
@@ -155,7 +155,8 @@ impl<'g> Wiring<'g> {
         self.reads.push(index);
     }
 
-    /// A duration that the node measures, shown under `name`.
+    /// A duration that the node measures, shown under `name`. One that ends with an action is
+    /// measured in [`Node::apply`](crate::Node::apply), as for [`push_age`](Self::push_age).
     pub fn meter(&mut self, name: &str) -> MeterRecorder {
         let meters = &mut self.ends.meters;
         let known = meters.iter().position(|known| known == name);
@@ -168,7 +169,10 @@ impl<'g> Wiring<'g> {
     }
 
     /// Declares that the node acts on the world outside of the graph; it records the age
-    /// of the sensing behind each push.
+    /// of the sensing behind each push. It acts and records in
+    /// [`Node::apply`](crate::Node::apply), when its tick is over: `now` in
+    /// [`Node::tick`](crate::Node::tick) is the start of the tick, so an age by it lacks what the
+    /// tick takes.
     pub fn push_age(&mut self) -> PushRecorder {
         PushRecorder(self.ends.records.clone())
     }

@@ -141,6 +141,26 @@ fn the_version_of_the_program_is_that_of_all_its_sources() {
     }
 }
 
+/// The crates of the clone that no crate of a user stands on.
+const ONLY_HERE: [&str; 4] = ["dist", "ratelab-tests", "shuttle-engine", "shuttle-std"];
+
+#[test]
+fn a_crate_of_a_user_is_built_as_the_clone_so_that_they_share_dependencies() {
+    let [mut clone, own] = ["Cargo.toml", "docs/own-crate/Cargo.toml"]
+        .map(|file| manifest(file)["profile"]["dev"].clone());
+    let packages = clone["package"].as_table_mut().expect("packages");
+    for name in ONLY_HERE {
+        assert!(
+            packages.remove(name).is_some(),
+            "{name} has no profile any more"
+        );
+    }
+    assert_eq!(
+        own, clone,
+        "the profile in docs/own-crate/Cargo.toml is not that of the clone"
+    );
+}
+
 /// Each crate that cargo builds with these `options`, with its features, and each crate that
 /// it is built on; `None` where they were not all fetched.
 fn built(options: &[&str]) -> Option<BTreeSet<(String, String)>> {

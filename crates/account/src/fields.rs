@@ -2,7 +2,19 @@
 
 /// A payload that can be written as numbers and read back bit for bit.
 ///
-/// A log of a topic uses this to write any payload without knowing its type.
+/// A log of a topic uses this to write any payload without knowing its type. A number has one field,
+/// `value`:
+///
+/// ```
+/// use ratelab_account::Fields;
+///
+/// assert_eq!(f64::FIELDS, ["value"]);
+/// assert_eq!(f64::from_row(&[-0.5]), Some(-0.5));
+/// assert_eq!(f32::from_row(&[0.1]), None, "0.1 is not an f32");
+/// assert_eq!(u8::from_row(&[7.0]), Some(7));
+/// assert_eq!(u8::from_row(&[256.0]), None);
+/// assert_eq!(i32::from_row(&[1.0, 2.0]), None);
+/// ```
 pub trait Fields: Sized {
     /// Names of the numbers, with units where they have one.
     const FIELDS: &'static [&'static str];
@@ -13,6 +25,29 @@ pub trait Fields: Sized {
     /// Builds the payload from these numbers; `None` if they form no valid payload.
     fn from_row(row: &[f64]) -> Option<Self>;
 }
+
+/// A number is a payload with one field; integers up to 32 bits, which a double holds exactly.
+macro_rules! number {
+    ($($number:ty)+) => {$(
+        impl Fields for $number {
+            const FIELDS: &'static [&'static str] = &["value"];
+
+            fn append_to(&self, row: &mut Vec<f64>) {
+                row.push(f64::from(*self));
+            }
+
+            fn from_row(row: &[f64]) -> Option<Self> {
+                let &[value] = row else {
+                    return None;
+                };
+                let number = value as $number;
+                (f64::from(number).to_bits() == value.to_bits()).then_some(number)
+            }
+        }
+    )+};
+}
+
+number!(f64 f32 i8 i16 i32 u8 u16 u32);
 
 /// Implements [`Fields`](crate::Fields) for a struct whose fields are all `f64`:
 /// with the name of each in tables, and its unit.
