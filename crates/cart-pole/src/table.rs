@@ -4,7 +4,7 @@ use ratelab::Time;
 use ratelab_account::Fields;
 use ratelab_study::system::StateTable;
 
-use super::ControlStep;
+use super::{ControlStep, system::pole_angle};
 
 /// Observation and action are f32, written with as many digits as it takes to
 /// recover their bits.
@@ -12,7 +12,16 @@ pub(super) const TABLE: StateTable = StateTable {
     header: "step,time_s,cart_position_m,cart_velocity_m_s,cos_theta,sin_theta,\
              pole_angular_velocity_rad_s,action,latency_s",
     row,
+    more: "latency_ms,pole_angle_rad",
+    more_cells,
 };
+
+/// The latency in the unit of all ages, and the angle of the pole from upright.
+fn more_cells(state: &[f64]) -> String {
+    let latency = ControlStep::from_row(state).and_then(|step| step.latency);
+    let latency = latency.map(|latency| (latency.as_nanos() as f64 / 1e6).to_string());
+    format!("{},{}", latency.unwrap_or_default(), pole_angle(state))
+}
 
 fn row(at: Time, state: &[f64]) -> String {
     let Some(step) = ControlStep::from_row(state) else {

@@ -118,8 +118,8 @@ pub fn run(settings: &Settings) -> Result<Run, PlantError> {
 }
 
 impl Run {
-    /// The run as the lab writes it (`ratelab run --clock virtual --csv FILE`): a row for each
-    /// control step.
+    /// The run as the lab writes it in the first columns (`ratelab run --clock virtual --csv FILE`): a
+    /// row for each control step.
     pub fn csv(&self) -> String {
         let (Some(table), Some(steps)) =
             (CartPole::default().about().table, self.topics.get(STATE))

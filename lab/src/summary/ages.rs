@@ -48,20 +48,34 @@ fn words(part: &AgeShare) -> String {
     format!("{words} {}", part.owner).trim_end().to_owned()
 }
 
+/// An age in milliseconds, to the nanosecond.
+pub fn in_ms(ns: i64) -> f64 {
+    ns as f64 / 1e6
+}
+
 fn ms(ns: i64) -> String {
     millis::text(ns as f64 / 1e6)
 }
 
-/// The ages for programs, in whole nanoseconds: parts sum to their age.
+/// The ages for programs, in the unit of all ages and in whole nanoseconds, in which parts sum to
+/// their age. Those in nanoseconds go with a later version.
 pub fn json(ages: &[RunAge]) -> Value {
     let ages = ages.iter().map(|age| {
         let parts = age.parts.iter();
-        let parts =
-            parts.map(|part| json!({ "kind": part.kind.name(), "of": part.owner, "ns": part.ns }));
+        let parts = parts.map(|part| {
+            json!({
+                "kind": part.kind.name(),
+                "of": part.owner,
+                "ms": in_ms(part.ns),
+                "ns": part.ns,
+            })
+        });
         json!({
             "of": age.chain.unwrap_or("push"),
             "at": age.node,
+            "mean_ms": in_ms(age.mean_ns),
             "mean_ns": age.mean_ns,
+            "p99_ms": in_ms(age.p99_ns),
             "p99_ns": age.p99_ns,
             "parts": parts.collect::<Vec<_>>(),
         })

@@ -102,7 +102,12 @@ pub fn finals(
     state: &[f64],
 ) -> impl Iterator<Item = (String, Value)> {
     let finals = system.finals_at(at, state).into_iter();
-    finals.map(|figure| (figure.name.to_owned(), json!(rounded(figure.value))))
+    finals.flat_map(|figure| {
+        let with_unit = key(&format!("{} {}", figure.name, figure.unit));
+        // The name alone goes with a later version.
+        let names = [with_unit, figure.name.to_owned()];
+        names.map(|name| (name, json!(rounded(figure.value))))
+    })
 }
 
 /// Adds the system's own `figures`, those of a block as an object.

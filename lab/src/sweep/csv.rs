@@ -7,7 +7,7 @@ use ratelab_study::{
         Experiment,
         sweep::{Sweep, Swept},
     },
-    system::names::key,
+    system::names::{good, key},
 };
 
 use super::{columns, parts};
@@ -30,7 +30,11 @@ const FIGURES: &str = "seed,cause_of_end,steps,sim_time_s,mean_latency_s";
 /// second.
 const AGES: &str = "mean_push_age_s,late_push_age_s";
 
-/// Names and units of the columns.
+/// The ages once more, in the unit of all ages and their parts, behind all other columns. Those in
+/// seconds go with a later version.
+const IN_MS: [&str; 3] = ["mean_latency_ms", "mean_push_age_ms", "late_push_age_ms"];
+
+/// Names and units of the first columns, by which a file is known as a table of this sweep.
 pub fn header(sweep: &Sweep, topics: &[String]) -> String {
     let knobs = columns::of(sweep).into_iter();
     let dropped = topics.iter().map(|topic| format!("{}_dropped", key(topic)));
@@ -51,7 +55,10 @@ pub fn write(file: impl Write, header: &str, swept: &Swept) -> io::Result<()> {
     let (mut out, sweep) = (BufWriter::new(file), swept.sweep());
     let parts = parts::of(swept.finished().map(|(_, outcome)| outcome));
     let names = parts.iter().map(|part| format!(",{}", key(&part.name())));
-    writeln!(out, "{header}{}", names.collect::<String>())?;
+    let good = key(&good(&*sweep.system));
+    let last = IN_MS.into_iter().chain([&*good]);
+    let last = last.map(|name| format!(",{name}"));
+    writeln!(out, "{header}{}", names.chain(last).collect::<String>())?;
     let (knobs, system) = (columns::of(sweep), &*sweep.system);
     for (cell, outcome) in swept.finished() {
         let mut row: Vec<String> = knobs.iter().map(|knob| knob.value(sweep, &cell)).collect();
@@ -69,6 +76,13 @@ pub fn write(file: impl Write, header: &str, swept: &Swept) -> io::Result<()> {
         row.extend([age.map(|age| age.run_s), age.map(|age| age.late_s)].map(known));
         row.extend(system.quadratic_cost().map(|_| known(outcome.cost)));
         row.extend(parts.iter().map(|part| known(part.of(outcome))));
+        let ages = [
+            outcome.mean_latency_s,
+            age.map(|age| age.run_s),
+            age.map(|age| age.late_s),
+        ];
+        row.extend(ages.map(|seconds| known(seconds.map(|seconds| seconds * 1e3))));
+        row.push((!outcome.verdict.is_lost()).to_string());
         writeln!(out, "{}", row_of(row))?;
     }
     out.flush()

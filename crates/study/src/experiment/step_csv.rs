@@ -5,17 +5,18 @@ use std::{
     thread::{self, JoinHandle},
 };
 
-use ratelab::Time;
-use ratelab_account::RowTap;
+use ratelab::{Head, Time};
+use ratelab_account::{RunRow, Tap};
 
 use super::Experiment;
 use crate::system::{StateTable, names::key};
 
-/// Number of control steps that may wait to be written before a real clock, which never
-/// waits, loses rows: minutes at 50 Hz.
-const BACKLOG: usize = 16_384;
+/// Number of messages and ticks that may wait to be written before a real clock, which never
+/// waits, loses some: minutes at 50 Hz.
+const BACKLOG: usize = 65_536;
 
-/// The first line of a table of `experiment`; `None` if its system has no states.
+/// The first columns of a table of `experiment`, by which its file is known; `None` if its system has
+/// no states.
 pub fn header(experiment: &Experiment) -> Option<String> {
     let system = experiment.system();
     let state = system.state()?;
@@ -36,20 +37,17 @@ impl StepWriter {
     /// could not be opened, no rows are written and [`finish`](Self::finish) returns the
     /// error.
     pub fn start(file: io::Result<impl Write + Send + 'static>, experiment: &Experiment) -> Self {
-        let header = header(experiment).unwrap_or_default();
-        let state = experiment.system().state();
-        let tap = state.and_then(|state| experiment.taps().rows(state, BACKLOG));
-        let table = experiment.system().about().table;
+        let table = StepTable::new(experiment);
+        let tap = experiment.taps().all(BACKLOG);
         Self(thread::spawn(move || {
             let mut out = BufWriter::new(file?);
-            writeln!(out, "{header}")?;
-            let lost = tap.map_or(Ok(0), |tap| write(&mut out, &tap, table));
+            let lost = table.map_or(Ok(0), |table| table.write(&mut out, &tap));
             out.flush().and(lost)
         }))
     }
 
     /// Waits for the end of the experiment and of the writing; returns the number of lost
-    /// rows.
+    /// messages and ticks.
     ///
     /// # Errors
     /// The error of opening the file, or of writing to it.
@@ -59,18 +57,94 @@ impl StepWriter {
     }
 }
 
-/// Writes rows until the tap ends; returns the number of lost ones.
-fn write(out: &mut impl Write, tap: &RowTap, table: Option<StateTable>) -> io::Result<u64> {
-    let row = table.map_or(plain as fn(Time, &[f64]) -> String, |table| table.row);
-    let mut rows = tap.rows();
-    while tap.wait(&mut rows) {
-        for (head, values) in rows.iter() {
-            writeln!(out, "{}", row(head.at, values))?;
-        }
-        rows.clear();
-        out.flush()?; // So that `tail -f` shows the current run.
+/// The table while it is written.
+struct StepTable {
+    header: String,
+    /// The index of the topic of the states.
+    state: usize,
+    table: Option<StateTable>,
+    /// The topics with readers, by their indices, with what each lost unread so far.
+    dropped: Vec<(usize, u64)>,
+    /// The sensing behind the newest push.
+    sensed: Option<Time>,
+}
+
+impl StepTable {
+    /// The empty table of `experiment`; `None` if its system has no states.
+    fn new(experiment: &Experiment) -> Option<Self> {
+        let (system, taps) = (experiment.system(), experiment.taps());
+        let topology = experiment.observer().topology();
+        let is_read = |name: &str| {
+            let topic = topology.topics.iter().find(|topic| topic.name == name);
+            topic.is_some_and(|topic| !topic.readers.is_empty())
+        };
+        let recorded = taps.topics().iter().map(|topic| topic.name());
+        let read: Vec<&str> = recorded.filter(|name| is_read(name)).collect();
+        let table = system.about().table;
+        let names = read.iter().map(|name| format!("{}_dropped", key(name)));
+        let more = table.map(|table| table.more.to_owned());
+        let more = ["push_age_ms".to_owned()]
+            .into_iter()
+            .chain(names)
+            .chain(more);
+        let dropped = read
+            .iter()
+            .filter_map(|name| Some((topology.topic(name)?, 0)));
+        Some(Self {
+            header: line(header(experiment)?, more),
+            state: topology.topic(system.state()?)?,
+            table,
+            dropped: dropped.collect(),
+            sensed: None,
+        })
     }
-    Ok(tap.lost())
+
+    /// Writes rows until the tap ends; returns the number of lost messages and ticks.
+    fn write(mut self, out: &mut impl Write, tap: &Tap<RunRow>) -> io::Result<u64> {
+        writeln!(out, "{}", self.header)?;
+        for row in tap.items() {
+            if let Some(row) = self.row(&row) {
+                writeln!(out, "{row}")?;
+            }
+            if tap.items().is_empty() {
+                out.flush()?; // So that `tail -f` shows the current run.
+            }
+        }
+        Ok(tap.lost())
+    }
+
+    /// The line of the table that `row` of the run makes, if it is a state.
+    fn row(&mut self, row: &RunRow) -> Option<String> {
+        match row {
+            RunRow::Tick(_, tick) => {
+                self.sensed = tick.push.map(|push| push.sensed).or(self.sensed);
+                None
+            }
+            RunRow::Message(topic, head, numbers) => {
+                let mut dropped = self.dropped.iter_mut();
+                if let Some((_, dropped)) = dropped.find(|(of, _)| of == topic) {
+                    *dropped = head.dropped;
+                }
+                (*topic == self.state).then(|| self.line(head, numbers))
+            }
+        }
+    }
+
+    /// The line of a state.
+    fn line(&self, head: &Head, numbers: &[f64]) -> String {
+        let row = self
+            .table
+            .map_or(plain as fn(_, &_) -> _, |table| table.row);
+        // A state that comes of a push says of which one; its tick is over later.
+        let age = head.origin.or(self.sensed).map(|sensed| {
+            let age = head.at.since(sensed).as_nanos() as f64 / 1e6;
+            age.to_string()
+        });
+        let dropped = self.dropped.iter().map(|(_, dropped)| dropped.to_string());
+        let more = self.table.map(|table| (table.more_cells)(numbers));
+        let age = [age.unwrap_or_default()].into_iter();
+        line(row(head.at, numbers), age.chain(dropped).chain(more))
+    }
 }
 
 /// Run time and the numbers; NaN and infinity give empty fields.
@@ -83,6 +157,6 @@ fn plain(at: Time, row: &[f64]) -> String {
 }
 
 /// A line of the table.
-fn line(time: impl ToString, cells: impl Iterator<Item = String>) -> String {
-    cells.fold(time.to_string(), |line, cell| line + "," + &cell)
+fn line(first: impl ToString, cells: impl Iterator<Item = String>) -> String {
+    cells.fold(first.to_string(), |line, cell| line + "," + &cell)
 }

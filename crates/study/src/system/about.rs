@@ -65,6 +65,10 @@ pub struct StateTable {
     pub header: &'static str,
     /// Writes a row from run time and state.
     pub row: fn(Time, &[f64]) -> String,
+    /// Comma-separated names of columns that stand behind all others.
+    pub more: &'static str,
+    /// Writes the cells of these columns from a state.
+    pub more_cells: fn(&[f64]) -> String,
 }
 
 /// A parameter that may spoil a run, with the value that does not.
