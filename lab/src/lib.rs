@@ -41,6 +41,7 @@
 #![warn(clippy::print_stderr)]
 
 mod cli;
+mod command_line;
 mod commands;
 mod csv;
 mod error;
@@ -63,6 +64,7 @@ mod signals;
 mod stop_signal;
 mod summary;
 mod sweep;
+mod table;
 mod timing;
 mod trace;
 mod usage_error;

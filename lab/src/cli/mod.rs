@@ -28,7 +28,7 @@ use crate::{
 };
 
 #[cfg(feature = "network")]
-pub use self::network::{NetworkArgs, ProcessArgs};
+pub use self::network::{NetworkArgs, ProcessArgs, RosArgs};
 pub use self::{
     advise::AdviseArgs,
     check::CheckArgs,
@@ -39,7 +39,9 @@ pub use self::{
     hunt::HuntArgs,
     network::{NodeArgs, UpArgs},
     picture::PictureArgs,
-    recordings::{BranchArgs, ExportWebArgs, InfoArgs, ReplayArgs, TraceArgs, VerifyArgs},
+    recordings::{
+        BranchArgs, ExportWebArgs, InfoArgs, ReplayArgs, TableArgs, TraceArgs, VerifyArgs,
+    },
     run::{LabArgs, PlainRunArgs, RunArgs, ScreenArgs},
     sweep::{ByArg, SweepArgs},
     system::DEFAULT_RATES,
@@ -85,6 +87,8 @@ pub enum Command {
     Verify(VerifyArgs),
     /// Leave a recorded run at a moment with something changed, and compare the results.
     Branch(BranchArgs),
+    /// Write a recording as tables: one for each topic and node, for pandas and spreadsheets.
+    Table(TableArgs),
     /// Write a recording as a trace for Perfetto: what each tick and message did.
     Trace(TraceArgs),
     /// Write recordings as one page for the browser, which plays them.
@@ -126,7 +130,7 @@ pub enum CourseCommand {
 }
 
 /// Place of the commands of the course in the help: the others have even places.
-const COURSE: usize = 33;
+const COURSE: usize = 35;
 
 /// Parses the command line `args` of `program`.
 ///

@@ -29,6 +29,10 @@ pub struct InfoArgs {
     /// The recording.
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
+
+    /// Print it as JSON, with the figures of its run.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// The recordings to verify.
@@ -46,6 +50,22 @@ pub struct VerifyArgs {
     /// they are taken from the recording otherwise.
     #[arg(long, value_name = "FILE")]
     pub ask_policy: Option<PathBuf>,
+
+    /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What is written as tables.
+#[derive(Debug, Args)]
+pub struct TableArgs {
+    /// The recording.
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+
+    /// The folder for the tables, which is created if needed [default: FILE without its ending]
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
 }
 
 /// What is written for Perfetto.
@@ -84,6 +104,10 @@ pub struct BranchArgs {
     /// after the run, in ./recordings.
     #[arg(long, value_name = "FILE", num_args = 0..=1)]
     pub record: Option<Option<PathBuf>>,
+
+    /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// The recordings, and the page.

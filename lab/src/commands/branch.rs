@@ -4,13 +4,17 @@ use ratelab::Speed;
 use ratelab_recording::{
     Change, Departure, Destination, StopReason, VerifyError, branch as branched,
 };
-use ratelab_study::{experiment::Summary, system::BuildError};
+use ratelab_study::{
+    experiment::Summary,
+    system::{BuildError, Verdict},
+};
+use serde_json::{Value, json};
 
 use crate::{
     cli::BranchArgs,
     error::Error,
     options::read_knob,
-    output::{print_line, print_recorded},
+    output::{print_recorded, print_result},
     program::Program,
     reading,
     results::record,
@@ -35,6 +39,11 @@ fn departure(program: &Program, args: &BranchArgs) -> Result<Departure, Error> {
         end: args.duration_s,
         speed: Speed::Unlimited,
     })
+}
+
+/// The result of a run for programs.
+fn result(verdict: &Verdict) -> Value {
+    json!({ "cause_of_end": verdict.name(), "ended_at_s": verdict.at.as_secs_f64() })
 }
 
 /// Prints the result of a recorded run, that of its branch, and what made the difference.
@@ -71,9 +80,16 @@ pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
         ("so", so),
     ];
     lines.extend(ages::lines(&ages));
-    print_line(&text::lines(&lines))?;
+    let data = json!({
+        "age_parts": ages::json(&ages),
+        "branch": result(&verdict),
+        "knobs": args.knob,
+        "left_at_s": change.at.as_secs_f64(),
+        "recorded": change.recorded.as_ref().map(result),
+    });
+    print_result(args.json, &data, &text::lines(&lines))?;
     if let Some(recorded) = recorded {
-        print_recorded(false, &recorded?)?;
+        print_recorded(args.json, &recorded?)?;
     }
     Error::if_damaged(&recording)
 }

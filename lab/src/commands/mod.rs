@@ -18,6 +18,7 @@ mod picture;
 mod replay;
 mod run;
 mod sweep;
+mod table;
 mod tour;
 mod trace;
 mod verify;
@@ -42,9 +43,10 @@ pub fn execute(program: &Program, command: Command) -> Result<(), Error> {
         Command::Check(args) => check::check(program, &args),
         Command::New(args) => new::new(&args),
         Command::Replay(args) => replay::replay(program, &args),
-        Command::Info(args) => info::info(program, &args.file),
+        Command::Info(args) => info::info(program, &args),
         Command::Verify(args) => verify::verify(program, &args),
         Command::Branch(args) => branch::branch(program, &args),
+        Command::Table(args) => table::table(program, &args),
         Command::Trace(args) => trace::trace(program, &args),
         Command::ExportWeb(args) => export_web::export_web(program, &args),
         Command::Picture(args) => picture::picture(program, &args),

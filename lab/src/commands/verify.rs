@@ -2,20 +2,21 @@
 
 use std::{path::Path, process};
 
-use ratelab::Interrupt;
+use ratelab::{Interrupt, Time};
 use ratelab_replay::BusyNode;
 use ratelab_study::system::Setup;
+use serde_json::{Value, json};
 
 use crate::{
     cli::VerifyArgs,
     error::Error,
     options::read_knob,
-    output::{self, ProgressLine, print_line},
+    output::{self, ProgressLine, print_data, print_line},
     printable::shown,
     program::Program,
     reading, signals,
 };
-use ratelab_recording::{VerifyWith, verify as run_again};
+use ratelab_recording::{Identical, VerifyWith, verify as run_again};
 
 /// Repeats and compares the runs of recordings; prints the result of each. Ctrl-C ends
 /// the program normally.
@@ -24,10 +25,15 @@ pub fn verify(program: &Program, args: &VerifyArgs) -> Result<(), Error> {
     if let Some(file) = &args.ask_policy {
         name_program(program, file)?;
     }
-    let [file] = &*args.files else {
-        return verify_several(program, args, &asked);
+    let mut results = Vec::new();
+    let verified = match &*args.files {
+        [file] => verify_one(program, file, args, &asked, &mut results),
+        _ => verify_several(program, args, &asked, &mut results),
     };
-    verify_one(program, file, args, &asked)
+    if args.json {
+        print_data(&format!("{:#}", Value::Array(results)))?;
+    }
+    verified
 }
 
 /// Lets the policy in `file` run, where a recording names just it.
@@ -41,10 +47,15 @@ fn name_program(program: &Program, file: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-fn verify_several(program: &Program, args: &VerifyArgs, asked: &Interrupt) -> Result<(), Error> {
+fn verify_several(
+    program: &Program,
+    args: &VerifyArgs,
+    asked: &Interrupt,
+    results: &mut Vec<Value>,
+) -> Result<(), Error> {
     let mut failed = 0;
     for file in &args.files {
-        match verify_one(program, file, args, asked) {
+        match verify_one(program, file, args, asked, results) {
             Ok(()) => {}
             Err(stopped) if stopped.is_stop() => return Err(stopped),
             Err(error) => {
@@ -62,12 +73,41 @@ fn verify_several(program: &Program, args: &VerifyArgs, asked: &Interrupt) -> Re
     }
 }
 
+/// Verifies the recording in `file`, and adds what came of it to `results`.
 fn verify_one(
     program: &Program,
     file: &Path,
     args: &VerifyArgs,
     asked: &Interrupt,
+    results: &mut Vec<Value>,
 ) -> Result<(), Error> {
+    let compared = compare(program, file, args, asked);
+    let (identical, verified) = match compared {
+        Ok((identical, whole)) => (Some(identical), whole),
+        Err(error) => (None, Err(error)),
+    };
+    results.push(json!({
+        "file": shown(file),
+        "identical": identical.is_some(),
+        "messages": identical.map(|identical| identical.messages),
+        "ticks": identical.map(|identical| identical.ticks),
+        "topics": identical.map(|identical| identical.topics),
+        "until_s": identical.and_then(|identical| identical.until).map(Time::as_secs_f64),
+        "why": verified.as_ref().err().map(ToString::to_string),
+    }));
+    if let Some(identical) = identical.filter(|_| !args.json) {
+        print_line(&format!("{}: {identical}", shown(file)))?;
+    }
+    verified
+}
+
+/// What was identical, and whether the file is whole.
+fn compare(
+    program: &Program,
+    file: &Path,
+    args: &VerifyArgs,
+    asked: &Interrupt,
+) -> Result<(Identical, Result<(), Error>), Error> {
     let recording = reading::read(file)?;
     let name = shown(file);
     let until = recording.until;
@@ -86,8 +126,7 @@ fn verify_one(
     });
     drop(bar);
     let identical = verified.map_err(|why| Error::unverified(&name, why))?;
-    print_line(&format!("{name}: {identical}"))?;
-    Error::if_damaged(&recording)
+    Ok((identical, Error::if_damaged(&recording)))
 }
 
 /// Ends the program: a node's thread that waits for something else than the run cannot be

@@ -122,10 +122,14 @@ impl Outputs {
 
 /// New folders, which are removed again if they stay empty.
 #[derive(Default)]
-struct NewFolders(Vec<PathBuf>);
+pub struct NewFolders(Vec<PathBuf>);
 
 impl NewFolders {
-    fn leading_to(folder: &Path) -> io::Result<Self> {
+    /// Creates `folder` with all that lead to it, unless they are there.
+    ///
+    /// # Errors
+    /// The error of the operating system.
+    pub fn leading_to(folder: &Path) -> io::Result<Self> {
         let missing = folder.ancestors().take_while(|folder| !folder.exists());
         let made = Self(missing.map(Path::to_owned).collect());
         fs::create_dir_all(folder)?;

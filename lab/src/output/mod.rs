@@ -15,7 +15,7 @@ mod progress;
 mod unfinished;
 
 pub use file::{OutputFile, refuse_existing};
-pub use files::{OutputPlan, Outputs};
+pub use files::{NewFolders, OutputPlan, Outputs};
 pub use kind::OutputKind;
 pub use live::Live;
 pub use print::{

@@ -64,6 +64,7 @@ mod scripts {
         replay,
         run,
         sweep,
+        table,
         trace,
         verify
     );

@@ -47,10 +47,11 @@ const PROGRAMS: [&str; 11] = [
 ];
 
 /// Folders that commands on the pages read, without their subfolders.
-const FOLDERS: [&str; 7] = [
+const FOLDERS: [&str; 8] = [
     "docs",
     "docs/own-crate",
     "docs/own-crate/.cargo",
+    "docs/recordings",
     "examples",
     "graphs",
     "policies",

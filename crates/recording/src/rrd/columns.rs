@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use rerun::{
-    ComponentDescriptor, SerializedComponentBatch, SerializedComponentColumn,
+    ComponentDescriptor, SerializedComponentBatch, SerializedComponentColumn, SeriesLines,
     archetypes::Scalars,
     external::arrow::array::{ArrayRef, Float64Array, StringArray, UInt8Array, UInt64Array},
     log::Chunk,
@@ -15,7 +15,10 @@ use super::{
     schema::JSON,
     timeline::{RUN_TIME, Written},
 };
-use crate::run::{ColumnForm, RecordColumn, RecordRow};
+use crate::{
+    printable::is_control,
+    run::{ColumnForm, RecordColumn, RecordRow},
+};
 
 /// Nanoseconds in a microsecond.
 const NANOS_PER_MICRO: f64 = 1e3;
@@ -177,6 +180,15 @@ pub fn read_texts(chunk: &Chunk) -> Vec<Cell<String>> {
     let rows = chunk.iter_slices::<String>(JSON.into());
     let texts = rows.map(only).map(|text| Some(text?.as_str().to_owned()));
     one_a_row(chunk, texts)
+}
+
+/// The names of the plotted values in the rows of `chunk`, safe for a terminal.
+pub fn read_names(chunk: &Chunk) -> Vec<String> {
+    let names = chunk.iter_slices::<String>(SeriesLines::descriptor_names().component);
+    let names = names.flatten();
+    names
+        .map(|name| name.as_str().replace(is_control, "?"))
+        .collect()
 }
 
 /// The bytes `name` in the rows of `chunk`.

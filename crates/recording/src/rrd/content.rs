@@ -67,8 +67,11 @@ impl Content {
 
     /// Adds the content of `chunk`, unless the recording has ended.
     fn add_chunk(&mut self, chunk: &Chunk, describes: bool) {
-        // Static chunks contain styles.
+        // Static chunks contain names and styles.
         let part = self.parts.get(chunk.entity_path());
+        if let (Some(RecordedPart::Topic(of)), true) = (part, chunk.is_static()) {
+            self.recording.fields[*of] = columns::read_names(chunk);
+        }
         let part = part.filter(|_| !chunk.is_static());
         if self.recording.outcome.is_some() {
             let more = part.is_some() || (describes && !chunk.is_static());

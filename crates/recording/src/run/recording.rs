@@ -31,6 +31,9 @@ pub struct Recording {
     pub origin: Origin,
     /// Its messages and ticks, which can be had of the recording itself.
     pub run: RunRows,
+    /// The names of the numbers in a message of each topic, with their units; empty where the file
+    /// has none.
+    pub fields: Vec<Vec<String>>,
     /// Commands and ends.
     pub events: Vec<Event>,
     /// What the threads of the real clock did, and in which order; `None` if the run was
@@ -65,6 +68,7 @@ impl Recording {
             path: PathBuf::new(),
             bytes: 0,
             run: RunRows::empty(&origin.topology),
+            fields: vec![Vec::new(); origin.topology.topics.len()],
             origin,
             events: Vec::new(),
             threads: None,
@@ -82,6 +86,7 @@ impl Recording {
             path: self.path.clone(),
             origin: self.origin.clone(),
             run,
+            fields: self.fields.clone(),
             events: self.events.clone(),
             threads: self.threads.clone(),
             outcome: outcome.map(|outcome| RecordingEnd { lost: 0, ..outcome }),

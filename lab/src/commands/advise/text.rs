@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::measured::{ChangedRun, Score};
 use crate::{
+    command_line::command_line,
     program::{self, Program},
     summary::{
         ages, rounded,
@@ -122,7 +123,7 @@ fn price(base: &ChangedRun, run: &ChangedRun) -> String {
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
-/// The advice for programs, the best change first.
+/// The advice for programs, the best change first. Ages in nanoseconds go with a later version.
 pub fn json(subject: &Subject<'_>, base: &ChangedRun, measured: &[ChangedRun]) -> Value {
     let object = |run: &ChangedRun| {
         let [sent, worked] = more(base, run);
@@ -136,10 +137,12 @@ pub fn json(subject: &Subject<'_>, base: &ChangedRun, measured: &[ChangedRun]) -
             "cause_of_end": run.summary.verdict.name(),
             "command": command(&run.change),
             "lost": run.summary.verdict.is_lost(),
+            "mean_ms": mean_ns.map(ages::in_ms),
             "mean_ns": mean_ns,
             "more_cores": rounded(worked),
             "more_messages_per_s": rounded(sent),
             "overruns": skipped,
+            "p99_ms": p99_ns.map(ages::in_ms),
             "p99_ns": p99_ns,
             "within": within,
         })
@@ -173,16 +176,5 @@ fn command(change: &AgeChange) -> String {
     let with = change.with.iter().map(|with| ("--with", with.clone()));
     let changes = knobs.chain(with);
     words.extend(changes.flat_map(|(option, text)| [option.to_owned(), text]));
-    let quoted = words.iter().map(|word| quoted(word));
-    quoted.collect::<Vec<_>>().join(" ")
-}
-
-/// A word as a shell reads it.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "_-./:=,@%+".contains(c);
-    match word {
-        word if !word.is_empty() && word.chars().all(plain) => word.to_owned(),
-        word if !word.contains(['"', '$', '`', '\\', '!']) => format!("\"{word}\""),
-        word => format!("'{}'", word.replace('\'', r"'\''")),
-    }
+    command_line(words)
 }

@@ -1,0 +1,163 @@
+//! A recorded run as tables: of its topics, its nodes, its ages and its events.
+//!
+//! Times are run times in seconds, durations and ages are in milliseconds, and each name of a column
+//! has its unit. A cell is empty where there is nothing, such as the arrival of a lost message.
+
+mod node;
+mod topic;
+
+use std::sync::Arc;
+
+use ratelab::Time;
+use ratelab_account::Lineage;
+use ratelab_recording::{Recording, Replay};
+use ratelab_study::{
+    experiment::RunAge,
+    system::{System, names::key},
+};
+
+use crate::csv::row_of;
+
+/// What a table is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Subject {
+    /// The topic with this index.
+    Topic(usize),
+    /// The node with this index.
+    Node(usize),
+    /// The ages of the run and their parts.
+    Ages,
+    /// What happened to the run.
+    Events,
+}
+
+/// A recorded run with all that its tables are made of.
+pub struct RunTables {
+    recording: Arc<Recording>,
+    lineage: Lineage,
+    ages: Vec<RunAge>,
+}
+
+impl RunTables {
+    /// The tables of `recording`, a run of this `system` or of another one.
+    pub fn new(recording: &Arc<Recording>, system: &Arc<dyn System>) -> Self {
+        let mut replay = Replay::new(recording.clone(), system);
+        replay.advance_to(Time::MAX);
+        let system = replay.system();
+        let lineage = recording.lineage();
+        Self {
+            ages: recording.ages(&**system, &replay.summary()),
+            lineage: lineage.along(system.about().latency_path),
+            recording: recording.clone(),
+        }
+    }
+
+    /// The tables that there are: of all nodes, and of the topics whose messages were recorded.
+    pub fn subjects(&self) -> Vec<Subject> {
+        let Recording { run, fields, .. } = &*self.recording;
+        let topics = fields.iter().zip(&run.topics).enumerate();
+        let topics = topics.filter(|(_, (fields, rows))| !fields.is_empty() || !rows.is_empty());
+        let topics = topics.map(|(topic, _)| Subject::Topic(topic));
+        let nodes = (0..run.ticks.len()).map(Subject::Node);
+        topics
+            .chain(nodes)
+            .chain([Subject::Ages, Subject::Events])
+            .collect()
+    }
+
+    /// The name of a table.
+    pub fn name(&self, subject: Subject) -> String {
+        let topology = &self.recording.origin.topology;
+        match subject {
+            Subject::Topic(topic) => format!("topic {}", topology.topics[topic].name),
+            Subject::Node(node) => format!("node {}", topology.nodes[node].name),
+            Subject::Ages => "ages".to_owned(),
+            Subject::Events => "events".to_owned(),
+        }
+    }
+
+    /// The first line of a table: the names of its columns.
+    pub fn header(&self, subject: Subject) -> String {
+        let names = match subject {
+            Subject::Topic(topic) => self.topic_columns(topic),
+            Subject::Node(node) => self.node_columns(node),
+            Subject::Ages => owned(&["of", "at", "part", "due_to", "mean_ms"]),
+            Subject::Events => owned(&["time_s", "event"]),
+        };
+        row_of(apart(names))
+    }
+
+    /// A table as text.
+    pub fn text(&self, subject: Subject) -> String {
+        let rows = self.rows(subject).into_iter().map(row_of);
+        let lines = [self.header(subject)].into_iter().chain(rows);
+        lines.fold(String::new(), |text, line| text + &line + "\n")
+    }
+
+    fn rows(&self, subject: Subject) -> Vec<Vec<String>> {
+        match subject {
+            Subject::Topic(topic) => self.messages(topic),
+            Subject::Node(node) => self.ticks(node),
+            Subject::Ages => self.ages.iter().flat_map(age_rows).collect(),
+            Subject::Events => {
+                let events = self.recording.events.iter();
+                let events = events.map(|event| {
+                    let text = event.to_string();
+                    let text = text
+                        .strip_prefix(&format!("{}: ", event.at))
+                        .unwrap_or(&text);
+                    vec![seconds(event.at), text.to_owned()]
+                });
+                events.collect()
+            }
+        }
+    }
+}
+
+/// An age, then each of its parts.
+fn age_rows(age: &RunAge) -> Vec<Vec<String>> {
+    let row = |part: &str, owner: &str, ns: i64| {
+        let of = age.chain.unwrap_or("push");
+        let words = [of, &age.node, part, owner].map(str::to_owned);
+        words.into_iter().chain([milliseconds(ns)]).collect()
+    };
+    let parts = age.parts.iter();
+    let parts = parts.map(|part| row(part.kind.name(), &part.owner, part.ns));
+    [row("all", "", age.mean_ns)]
+        .into_iter()
+        .chain(parts)
+        .collect()
+}
+
+fn owned(names: &[&str]) -> Vec<String> {
+    names.iter().map(|name| (*name).to_owned()).collect()
+}
+
+/// The names as those of columns, each another one.
+fn apart(names: Vec<String>) -> Vec<String> {
+    let mut known: Vec<String> = Vec::new();
+    for name in names {
+        let name = key(&name);
+        let others = (2..).map(|number| format!("{name}_{number}"));
+        let mut candidates = [name.clone()].into_iter().chain(others);
+        let free = candidates.find(|name| !known.contains(name));
+        known.extend(free);
+    }
+    known
+}
+
+/// A run time in seconds.
+fn seconds(at: Time) -> String {
+    at.as_secs_f64().to_string()
+}
+
+/// A duration in milliseconds.
+fn milliseconds(ns: i64) -> String {
+    (ns as f64 / 1e6).to_string()
+}
+
+/// How long `later` is after `earlier` (ms): less than zero after an error of a clock.
+fn between(earlier: Time, later: Time) -> String {
+    let ns = i128::from(later.as_nanos()) - i128::from(earlier.as_nanos());
+    milliseconds(i64::try_from(ns).unwrap_or(i64::MAX))
+}
