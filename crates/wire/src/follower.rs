@@ -1,10 +1,14 @@
 //! A dashboard's end of the connection: follows all processes of a run, gives commands.
 
-use std::{process, sync::Arc};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    process,
+    sync::{Arc, Mutex},
+};
 
 use crossbeam_channel::{Receiver, bounded};
-use ratelab::Command;
-use zenoh::Wait;
+use ratelab::{Command, sync::lock};
+use zenoh::{Wait, sample::SampleKind};
 
 use crate::{
     error::WireError,
@@ -20,10 +24,17 @@ use crate::{
 /// Batches that may wait for the dashboard: ten seconds.
 const BACKLOG: usize = 1024;
 
+/// The most processes of other systems that are known at a time.
+const MOST_STRANGERS: usize = 64;
+
+/// The processes of other systems: the key of each, and the name of its system.
+type Strangers = Mutex<BTreeMap<String, String>>;
+
 /// Follows a run from outside. Ends when it is dropped.
 pub struct Follower {
     peers: Arc<Peers>,
     batches: Receiver<(u64, Batch)>,
+    strangers: Arc<Strangers>,
 }
 
 impl Follower {
@@ -46,7 +57,28 @@ impl Follower {
                 let _ = sender.try_send((from, batch));
             }
         })?;
-        Ok(Self { peers, batches })
+        let strangers = Arc::<Strangers>::default();
+        let (keys, known) = (peers.keys.clone(), strangers.clone());
+        net::watch(&session, (Keys::ALL, "other systems"), move |key, kind| {
+            let mut known = lock(&known);
+            match (kind, keys.other_system(key)) {
+                (SampleKind::Put, Some(system)) if known.len() < MOST_STRANGERS => {
+                    known.insert(key.to_owned(), system.to_owned());
+                }
+                (SampleKind::Delete, _) => drop(known.remove(key)),
+                _ => {}
+            }
+        })?;
+        Ok(Self {
+            peers,
+            batches,
+            strangers,
+        })
+    }
+
+    /// The names of the other systems that have processes there.
+    pub fn other_systems(&self) -> BTreeSet<String> {
+        lock(&self.strangers).values().cloned().collect()
     }
 
     /// What runs in each process that is there.

@@ -52,6 +52,7 @@ impl LocalPart {
         let session = settings.open()?;
         own.incarnation = settings.number(&session)?;
         own.session = session.zid().to_string();
+        own.command.clone_from(&settings.command);
         let senders = inlets.clone();
         let gone = move |gone| senders.iter().for_each(|inlet| inlet.sender().gone(gone));
         let keys = Keys::new(experiment.system().name());

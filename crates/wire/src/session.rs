@@ -34,6 +34,8 @@ pub struct Settings {
     pub file: Option<PathBuf>,
     /// Longest wait for the other end; `None`: for as long as it takes.
     pub wait: Option<Duration>,
+    /// The command line that starts this process again, for the others; empty without one.
+    pub command: String,
     /// Called with what the connection waits for, and why an attempt failed.
     pub notice: fn(&str),
 }
@@ -66,6 +68,7 @@ impl Settings {
             insecure: false,
             file: None,
             wait: None,
+            command: String::new(),
             notice,
         }
     }

@@ -21,6 +21,9 @@ pub struct Info {
     pub host: String,
     /// Number of the process there.
     pub pid: u32,
+    /// The command line that starts it again; empty if that is unknown.
+    #[serde(default)]
+    pub command: String,
     /// Identity of its session, as zenoh prints it.
     #[serde(default)]
     pub session: String,
@@ -51,6 +54,7 @@ impl Info {
             incarnation: 0,
             host: machine::host(),
             pid: process::id(),
+            command: String::new(),
             session: String::new(),
             is_hub: first.is_some_and(|node| here.contains(&node.name)),
             nodes: here.to_vec(),

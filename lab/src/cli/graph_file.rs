@@ -1,5 +1,6 @@
 //! The graph file on the command line: the first argument, or the one behind the name of a
-//! command. It is taken out before the rest is parsed, because it decides on the options.
+//! command; of `node` also one behind names of nodes. It is taken out before the rest is parsed,
+//! because it decides on the options.
 
 use std::{
     ffi::{OsStr, OsString},
@@ -7,15 +8,19 @@ use std::{
 };
 
 use super::heading;
+use crate::program;
 use clap::{Arg, Args, Command, ValueHint};
 
 /// The ending of graph files.
 const ENDING: &str = "toml";
 
 /// The commands that run a graph.
-const COMMANDS: [&str; 8] = [
-    "lab", "run", "sweep", "advise", "hunt", "check", "picture", "up",
+const COMMANDS: [&str; 9] = [
+    "lab", "run", "sweep", "advise", "hunt", "check", "picture", "up", NODE,
 ];
+
+/// The command whose other arguments are names.
+const NODE: &str = "node";
 
 /// Name of the option that changes the file.
 const WITH: &str = "with";
@@ -26,14 +31,16 @@ pub fn take(
 ) -> (Option<PathBuf>, Vec<String>, Vec<OsString>) {
     let mut args: Vec<OsString> = args.into_iter().collect();
     let is_command = |arg: &OsString| COMMANDS.iter().any(|command| arg == OsStr::new(command));
-    let place = match args.get(1).is_some_and(is_command) {
-        true => 2,
-        false => 1,
-    };
-    let file = args.get(place).is_some_and(|arg| is_graph_file(arg));
-    if !file {
+    let command = args.get(1).filter(|arg| is_command(arg));
+    let first = if command.is_some() { 2 } else { 1 };
+    let is_word = |arg: &&OsString| !arg.to_string_lossy().starts_with('-');
+    let words = args.iter().skip(first).take_while(is_word).count();
+    let takes_names = command.is_some_and(|command| command == NODE);
+    let words = if takes_names { words } else { words.min(1) };
+    let mut places = first..first + words;
+    let Some(place) = places.find(|place| is_graph_file(&args[*place])) else {
         return (None, Vec::new(), args);
-    }
+    };
     let file = Some(args.remove(place).into());
     let (mut with, mut others) = (Vec::new(), Vec::new());
     let mut args = args.into_iter();
@@ -62,17 +69,21 @@ pub fn describe(command: Command) -> Command {
     if name == "picture" || !COMMANDS.contains(&name) {
         return command;
     }
-    let graph = Arg::new("graph_file")
-        .value_name("GRAPH")
-        .help("A graph file (.toml) in place of the built-in graph; see ratelab new")
-        .value_hint(ValueHint::FilePath)
-        .value_parser(misplaced);
     let with = Arg::new(WITH)
         .long(WITH)
         .value_name("KEY=VALUE")
         .help("Change a key of the graph file, such as 'node.planner.trigger = [\"/objects\"]'")
         .help_heading(heading::GRAPH)
         .value_parser(without_file);
+    if name == NODE {
+        let usage = format!("{} node [GRAPH.toml] [OPTIONS] <NODE>...", program::name());
+        return command.override_usage(usage).arg(with);
+    }
+    let graph = Arg::new("graph_file")
+        .value_name("GRAPH")
+        .help("A graph file (.toml) in place of the built-in graph; see ratelab new")
+        .value_hint(ValueHint::FilePath)
+        .value_parser(misplaced);
     command.arg(graph).arg(with)
 }
 
@@ -83,10 +94,36 @@ fn without_file(_: &str) -> Result<PathBuf, String> {
 
 /// Refuses a graph file at another place.
 fn misplaced(text: &str) -> Result<PathBuf, String> {
-    Err(match is_graph_file(OsStr::new(text)) {
-        true => "the graph file stands first, or right behind the command".to_owned(),
-        false => format!("expected a graph file, which ends in .{ENDING}"),
+    Err(if is_graph_file(OsStr::new(text)) {
+        MISPLACED.to_owned()
+    } else {
+        format!("expected a graph file, which ends in .{ENDING}")
     })
+}
+
+const MISPLACED: &str = "the graph file stands first, or right behind the command";
+
+/// The path of a recording, which is not that of a graph file.
+///
+/// # Errors
+/// The place of the graph file.
+pub fn recording(path: PathBuf) -> Result<PathBuf, &'static str> {
+    if is_graph_file(path.as_os_str()) {
+        return Err(MISPLACED);
+    }
+    Ok(path)
+}
+
+/// The name of a node, which is not a graph file.
+///
+/// # Errors
+/// The place of the graph file.
+pub fn node_name(text: &str) -> Result<String, String> {
+    if is_graph_file(OsStr::new(text)) {
+        let name = program::name();
+        return Err(format!("{MISPLACED}, as in {name} node {text} NODE"));
+    }
+    Ok(text.to_owned())
 }
 
 /// The file to write, or the schema.
@@ -116,7 +153,13 @@ mod tests {
             ("g.toml", Some("")),
             ("run g.toml --json", Some("run --json")),
             ("g.toml run --json", Some("run --json")),
+            ("node g.toml a", Some("node a")),
+            ("node a b g.toml --insecure", Some("node a b --insecure")),
+            ("g.toml node a", Some("node a")),
+            ("node a --record g.toml", None),
+            ("node", None),
             ("run --out g.toml", None),
+            ("run x g.toml", None),
             ("grade g.toml", None),
             ("new g.toml", None),
             ("--x.toml", None),

@@ -5,14 +5,14 @@ use std::{path::PathBuf, time::Duration};
 use clap::{Args, Command};
 use ratelab_study::system::Setup;
 
-use super::{GraphArgs, ScreenArgs, heading, values};
+use super::{GraphArgs, ScreenArgs, graph_file, heading, values};
 use crate::program::Program;
 
 /// The arguments of one process of a run.
 #[derive(Debug, Args)]
 pub struct NodeArgs {
     /// The nodes to run here, or the name of a group of them, such as plant.
-    #[arg(value_name = "NODE", required = true)]
+    #[arg(value_name = "NODE", required = true, value_parser = graph_file::node_name)]
     pub nodes: Vec<String>,
 
     /// The graph: the same options for all processes of a run.

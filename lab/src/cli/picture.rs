@@ -2,19 +2,22 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{
+    Args,
+    builder::{PathBufValueParser, TypedValueParser},
+};
 use ratatui::layout::Size;
 use ratelab::Time;
 use ratelab_screen::Look;
 
-use super::{GraphArgs, heading, values};
+use super::{GraphArgs, graph_file, heading, values};
 
 /// What is drawn, and how.
 #[derive(Debug, Args)]
 pub struct PictureArgs {
     /// The recording; without one, a run of the virtual clock with the options of the
     /// graph.
-    #[arg(value_name = "FILE")]
+    #[arg(value_name = "FILE", value_parser = PathBufValueParser::new().try_map(graph_file::recording))]
     pub file: Option<PathBuf>,
 
     /// Run time (s) [default: the end of the recording, or 10]

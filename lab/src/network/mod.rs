@@ -1,5 +1,6 @@
 //! Runs in several processes: `node`, `up`, and the dashboard over them.
 
+mod again;
 mod line;
 mod node;
 mod parts;

@@ -7,9 +7,9 @@ use ratelab_real_clock::RealClock;
 use ratelab_study::experiment::{Config, Experiment, Summary};
 use ratelab_wire::{Bridge, SessionEnd, Settings, USUAL, machine};
 
-use super::{line, parts, stop::Stop};
+use super::{again, line, parts, stop::Stop};
 use crate::{
-    cli::{ClockArg, GraphArgs, NetworkArgs, NodeArgs, ProcessArgs},
+    cli::{ClockArg, GraphArgs, NetworkArgs, NodeArgs, ProcessArgs, RosArgs},
     error::Error,
     options::{self, Defaults},
     output::{note, print_line, print_recorded, record_error},
@@ -26,23 +26,42 @@ const DEFAULTS: Defaults = Defaults {
 
 /// Runs the nodes until the run ends; the process with the plant prints its summary.
 pub fn node(program: &Program, args: &NodeArgs) -> Result<(), Error> {
+    check_ros(program, &args.process.ros)?;
     let config = config(program, &args.graph)?;
-    run(program, &args.graph, &config, &args.nodes, &args.process)
+    let part = Part {
+        nodes: &args.nodes,
+        config,
+        command: again::this_one(),
+    };
+    run(program, &args.graph, &part, &args.process)
 }
 
-/// Runs the nodes that `names` stand for, with `config` of this `graph`.
+/// What is run in a process.
+pub struct Part<'a> {
+    /// The nodes, or groups of them.
+    pub nodes: &'a [String],
+    /// The configuration of the run.
+    pub config: Config,
+    /// The command line that starts the process again.
+    pub command: String,
+}
+
+/// Runs a `part` of this `graph`.
 pub fn run(
     program: &Program,
     graph: &GraphArgs,
-    config: &Config,
-    names: &[String],
+    part: &Part<'_>,
     args: &ProcessArgs,
 ) -> Result<(), Error> {
+    let Part { config, nodes, .. } = part;
     let topology = topology(program, config)?;
-    let here = parts::nodes(&*program.system, &topology, names);
+    let here = parts::nodes(&*program.system, &topology, nodes);
     let first = topology.nodes.first();
     let is_first = first.is_some_and(|node| here.contains(&node.name));
-    let settings = settings(&args.network, is_first);
+    let settings = Settings {
+        command: part.command.clone(),
+        ..settings(&args.network, is_first)
+    };
     let stop = Stop::watch(args.child);
     let mut destination = args.record.clone().map(Destination::from);
     loop {
@@ -56,6 +75,19 @@ pub fn run(
             return Ok(());
         }
     }
+}
+
+/// Refuses `--ros` for a graph that has no topic for it.
+pub fn check_ros(program: &Program, args: &RosArgs) -> Result<(), Error> {
+    let system = &*program.system;
+    if args.ros && system.about().joints.is_empty() {
+        return Err(Error::BadInput(format!(
+            "--ros: {} has no topic that ROS 2 nodes know, as /obs and /action of the cart-pole: \
+             leave --ros out",
+            system.name()
+        )));
+    }
+    Ok(())
 }
 
 /// The whole graph.
@@ -92,11 +124,10 @@ fn settings(args: &NetworkArgs, is_first: bool) -> Settings {
         (listen, _) => SessionEnd::Listen(listen.to_vec()),
     };
     Settings {
-        end,
         insecure: args.insecure,
         file: args.zenoh_config.clone(),
         wait: args.wait_s,
-        notice: note,
+        ..Settings::new(end, note)
     }
 }
 

@@ -10,9 +10,9 @@ use ratelab::sync::lock;
 use ratelab_recording::{Destination, FinishedRecording, RecordError};
 use ratelab_screen::Options;
 use ratelab_study::experiment::{Config, Experiment, Summary};
-use ratelab_wire::{Follower, SessionEnd, Settings};
+use ratelab_wire::{Follower, SessionEnd, Settings, USUAL};
 
-use super::{recordings::Recordings, remote::RemoteRun};
+use super::{again::Commands, recordings::Recordings, remote::RemoteRun};
 use crate::{error::Error, output::note, program::Program};
 
 /// The connection of a dashboard to the process that listens at `address`.
@@ -23,6 +23,12 @@ pub fn attached(address: &str, file: Option<PathBuf>, wait: Option<Duration>) ->
         wait,
         ..Settings::new(end, note)
     }
+}
+
+/// The address of the process that listens.
+fn address(settings: &Settings) -> &str {
+    let (SessionEnd::Connect(addresses) | SessionEnd::Listen(addresses)) = &settings.end;
+    addresses.first().map_or(USUAL, String::as_str)
 }
 
 /// What a dashboard leaves.
@@ -44,7 +50,8 @@ pub fn show(
     let experiment = Experiment::new(Arc::clone(&program.system), &Config::default())?;
     let follower = Follower::connect(&settings, program.system.name())?;
     let recordings = Arc::new(Mutex::new(Recordings::new(destination)));
-    let run = RemoteRun::new(follower, &experiment, recordings.clone());
+    let commands = Commands::new(address(&settings), program.built_in.name());
+    let run = RemoteRun::new(follower, &experiment, recordings.clone(), commands);
     drop(experiment);
     let left = ratelab_screen::watch(run, options).map_err(Error::from);
     let mut recordings = lock(&recordings);

@@ -5,6 +5,7 @@ use std::{
     env, io,
     net::TcpListener,
     process::{ChildStdin, Command, Output, Stdio},
+    slice,
     thread::{self, JoinHandle},
 };
 
@@ -13,7 +14,9 @@ use ratelab_screen::terminal_is_there;
 use ratelab_study::experiment::Config;
 
 use super::{
-    node, parts,
+    again,
+    node::{self, Part},
+    parts,
     show::{attached, show},
 };
 use crate::{
@@ -31,6 +34,7 @@ const USUAL_PORT: u16 = 7447;
 /// Runs the parts as processes until the one with the first node ends. A child has the same
 /// command line, and its part.
 pub fn up(program: &Program, args: &UpArgs) -> Result<(), Error> {
+    node::check_ros(program, &args.ros)?;
     let config = node::config(program, &args.graph)?;
     let graph = node::topology(program, &config)?;
     let parts = parts::apart(&*program.system, &graph);
@@ -68,17 +72,22 @@ fn child(
         child: true,
         ..ProcessArgs::default()
     };
-    let address = vec![address.to_owned()];
-    if is_first {
-        process.network.listen = address;
+    let command = if is_first {
+        process.network.listen = vec![address.to_owned()];
         process.ros = args.ros.clone();
         process.again = config.end == Time::MAX;
+        again::of_up()
     } else {
-        process.network.connect = address;
+        process.network.connect = vec![address.to_owned()];
         config.end = Time::MAX;
-    }
-    let part = [part.clone()];
-    node::run(program, &args.graph, &config, &part, &process)
+        again::of_part(part, address)
+    };
+    let part = Part {
+        nodes: slice::from_ref(part),
+        config,
+        command,
+    };
+    node::run(program, &args.graph, &part, &process)
 }
 
 /// Shows the run until the person leaves, then ends all parts.

@@ -55,6 +55,13 @@ impl Steady {
         Part::of(ratelab, line)
     }
 
+    /// A process with its graph file in `line`.
+    fn part(&self, line: &str) -> Part {
+        let mut ratelab = Command::new(RATELAB);
+        ratelab.current_dir(self.folder.path(""));
+        Part::of(ratelab, line)
+    }
+
     /// A dashboard that looks on.
     fn attached(&self) -> Lab {
         self.lab("", 24, 80)
@@ -134,7 +141,11 @@ fn parts_that_share_the_plant_or_are_open_to_the_network_are_refused() {
          2 ratelab node plant --listen tcp/0.0.0.0:0 => --insecure
          2 ratelab node plant --listen nonsense => nonsense
          2 ratelab node plant --clock virtual => the wall's time
-         2 ratelab node policy --zenoh-config /nowhere => /nowhere",
+         2 ratelab node policy --zenoh-config /nowhere => /nowhere
+         ratelab new robot.toml > said
+         2 ratelab robot.toml node camera --ros => --ros: robot has no topic that ROS 2 nodes know
+         2 ratelab up robot.toml --ros => --ros: robot has no topic that ROS 2 nodes know
+         2 ratelab node robot.toml nobody => there is no node \"nobody\"",
     );
 }
 
@@ -322,6 +333,31 @@ fn a_connection_that_fails_is_a_line_with_its_reason_and_ends_when_told() {
         let notes = printed.has(why).matches("note: cannot");
         assert!(notes.count() <= 1, "{address}: {printed:?}");
     }
+}
+
+#[test]
+fn a_dashboard_names_the_command_of_what_is_missing() {
+    let steady = Steady::new();
+    let mut plant = steady.plant("");
+    plant.wait_for("listening on");
+    // Of another graph it names the one that shows the run.
+    let mut other = Lab::open(&format!("lab --attach {}", steady.address), 24, 80);
+    other.wait_for("this run is of steady: ");
+    other.wait_for("lab steady.toml --attach");
+    drop(other);
+    let mut lab = steady.lab("", 24, 160);
+    lab.wait_for(&format!(
+        "node steady.toml policy --connect {}",
+        steady.address
+    ));
+    // The file may stand behind the nodes.
+    let policy = steady.part(&format!("policy steady.toml --connect {}", steady.address));
+    plant.wait_for("the run begins");
+    until_heard(&mut lab);
+    policy.signal("-KILL");
+    lab.wait_for("policy: gone. Process ");
+    lab.wait_for("node policy steady.toml --connect");
+    drop(plant);
 }
 
 #[test]

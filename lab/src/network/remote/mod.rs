@@ -32,7 +32,7 @@ use ratelab_wire::{
 };
 
 use self::{gathered::GatheredRun, processes::Processes};
-use super::recordings::Recordings;
+use super::{again::Commands, recordings::Recordings};
 use ratelab_recording::{Origin, Source, StopReason};
 
 /// How long an item waits for earlier ones of other processes.
@@ -58,6 +58,8 @@ pub struct RemoteRun {
     /// The topics of the system.
     known: Taps,
     recordings: Arc<Mutex<Recordings>>,
+    /// How to start what is missing.
+    commands: Commands,
     /// What waits, in the order in which it came.
     pending: Vec<(Time, Item)>,
     /// When messages arrived, by topic, sender and number.
@@ -83,6 +85,7 @@ impl RemoteRun {
         follower: Follower,
         experiment: &Experiment,
         recordings: Arc<Mutex<Recordings>>,
+        commands: Commands,
     ) -> Self {
         let (system, known) = (experiment.system(), experiment.taps());
         let (config, graph) = (experiment.config(), experiment.observer().topology());
@@ -94,6 +97,7 @@ impl RemoteRun {
             gathered: GatheredRun::new(system, config, &graph, &known),
             known,
             recordings,
+            commands,
             pending: Vec::new(),
             arrivals: HashMap::new(),
             complete: None,

@@ -53,9 +53,10 @@ impl RunSource for RemoteRun {
     }
 
     fn place(&self, node: &str) -> Option<Place> {
-        let mut place = self.processes.place(node);
+        let mut place = self.processes.place(node, &self.commands);
         // Whoever begins the run may leave after it.
         place.absent = place.absent.filter(|_| !self.has_left_after(node));
+        place.absent = self.stranger().or(place.absent);
         Some(place)
     }
 
@@ -65,9 +66,25 @@ impl RunSource for RemoteRun {
             ended,
             recording: self.recordings().lost(),
             clocks: self.processes.exactness(),
-            trouble: self.processes.trouble(ended),
+            trouble: self.stranger().or_else(|| self.processes.trouble(ended)),
             ..StatusExtra::default()
         }
+    }
+}
+
+impl RemoteRun {
+    /// The text for a run of another graph, where there is none of this one.
+    fn stranger(&self) -> Option<String> {
+        if self.processes.hub().is_some() {
+            return None;
+        }
+        let systems = self.follower.other_systems().into_iter();
+        let runs = systems.map(|system| {
+            let command = self.commands.lab(&system);
+            format!("this run is of {system}: {command}")
+        });
+        let runs: Vec<String> = runs.collect();
+        (!runs.is_empty()).then(|| runs.join(", "))
     }
 }
 

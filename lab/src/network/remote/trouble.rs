@@ -4,13 +4,17 @@ use ratelab::millis;
 use ratelab_screen::Place;
 use ratelab_wire::{machine::Nanos, telemetry::Info};
 
-use super::processes::{GONE, Process, Processes, total};
+use super::{
+    super::again::Commands,
+    processes::{GONE, Process, Processes, total},
+};
 
 impl Processes {
     /// Where `node` runs.
-    pub fn place(&self, node: &str) -> Place {
+    pub fn place(&self, node: &str, commands: &Commands) -> Place {
         let Some(process) = self.of(node) else {
-            let absent = format!("no process runs the {node}: start one, as ratelab node {node}");
+            let command = commands.node(node);
+            let absent = format!("no process runs the {node}: start one: {command}");
             return Place {
                 text: "nowhere".to_owned(),
                 absent: Some(absent),
@@ -32,7 +36,9 @@ impl Processes {
 
     /// Why nothing is heard of a process, and what to try.
     fn absence(&self, process: &Process) -> String {
-        let Info { pid, host, .. } = &process.info;
+        let Info {
+            pid, host, command, ..
+        } = &process.info;
         let names = names(process);
         let others = match process.info.is_hub {
             true => ", through which all others are heard",
@@ -43,10 +49,17 @@ impl Processes {
                 "{names}: silent{others}. Process {pid} on {host} hangs, or is stopped: kill \
                  -CONT {pid} goes on"
             ),
-            false => format!(
-                "{names}: gone{others}. Process {pid} on {host} ended, is cut off or stopped: \
-                 start it again, or kill -CONT {pid}"
-            ),
+            false => {
+                let again = if command.is_empty() {
+                    "start it again".to_owned()
+                } else {
+                    format!("start it again with: {command}")
+                };
+                format!(
+                    "{names}: gone{others}. Process {pid} on {host} ended, is cut off or stopped: \
+                     kill -CONT {pid}, or {again}"
+                )
+            }
         }
     }
 
