@@ -121,4 +121,8 @@ pub struct ExportWebArgs {
     /// The page to write.
     #[arg(short, long, value_name = "FILE", default_value = "runs.html")]
     pub output: PathBuf,
+
+    /// Draw the limits of the push age too, which exercises 6 and 7 ask for.
+    #[arg(long)]
+    pub limits: bool,
 }

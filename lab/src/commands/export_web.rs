@@ -46,7 +46,13 @@ pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> 
     let (at, theme) = (first.until, theme(false, Some(Look::Light)));
     let poster = picture::of_recording(first, &program.system, at, SIZE, &theme)?;
     let runs = runs.iter();
-    let runs = runs.map(|(setting, recording)| web::data(recording, program, setting));
+    let runs = runs.map(|(setting, recording)| {
+        let mut data = web::data(recording, program, setting);
+        if args.limits {
+            data["limits"] = web::limits(recording, system);
+        }
+        data
+    });
     let runs: Vec<Value> = runs.collect();
     let quantity = differs.map_or_else(String::new, |alias| names::label(alias.name));
     let page = web::page(system.name(), &quantity, &runs, &poster);

@@ -45,6 +45,22 @@ pub fn data(recording: &Arc<Recording>, program: &Program, setting: &str) -> Val
     })
 }
 
+/// The limits of the push age at the start of the run in `recording` (ms), the least first; null if
+/// none is known.
+pub fn limits(recording: &Recording, system: &dyn System) -> Value {
+    let limits = system.age_limits(&recording.origin.config.setup);
+    let limits = [limits.swings(), limits.may_fall, limits.falls].into_iter();
+    let mut limits: Vec<f64> = limits
+        .flatten()
+        .map(|limit| limit.as_secs_f64() * 1e3)
+        .collect();
+    limits.sort_by(f64::total_cmp);
+    match limits[..] {
+        [] => Value::Null,
+        _ => json!(limits),
+    }
+}
+
 /// Run time in milliseconds.
 fn ms(at: Time) -> f64 {
     (at.as_secs_f64() * 1e4).round() / 10.0

@@ -8,7 +8,7 @@ use ratelab_screen::escaped;
 use serde_json::Value;
 
 use crate::program;
-pub use data::data;
+pub use data::{data, limits};
 
 /// The page, with places for its parts.
 const PAGE: &str = include_str!("page.html");

@@ -34,38 +34,70 @@ function rateOf(node) {
   return node.rates.filter(([at]) => at <= now).at(-1)[1];
 }
 
-function drawGraph() {
-  const step = 340, wide = 150, high = 54, top = 60;
-  const x = (node) => 20 + node * step;
+// The width of the page for drawings (px), in which a text of 14 is 14 px high.
+function roomy() {
+  return find("player").clientWidth || 700;
+}
+
+// The places of nodes and topics side by side, and one below the other where text beside
+// nodes would be too small to read.
+function places() {
+  const step = 340, wide = 150, high = 54;
   const width = 40 + (run.nodes.length - 1) * step + wide;
+  if (width * 10 <= roomy() * 14) {
+    const top = 60, x = (node) => 20 + node * step;
+    return {
+      wide, high, size: [width, top + high + 50], node: (number) => [x(number), top],
+      topic(from, to, near, row) {
+        const middle = (x(from) + x(to) + wide) / 2;
+        const y = near ? top + high / 2 : top + high + 26 + 30 * row;
+        const path = near ? `M${x(from) + wide} ${y}H${x(to) - 4}`
+          : `M${x(from) + wide / 2} ${top + high}V${y}H${x(to) + wide / 2}V${top + high + 4}`;
+        const line = near ? top : y - 8;
+        return { path, texts: [[middle, line - 2], [middle, line + 52], [middle, line + 72]], anchor: "middle" };
+      },
+    };
+  }
+  const tall = high + 76, left = 8, y = (node) => 8 + node * tall;
+  return {
+    wide, high, size: [Math.min(roomy(), 420), (run.nodes.length - 1) * tall + high + 16], node: (number) => [left, y(number)],
+    topic(from, to, near, row) {
+      const right = left + wide + 14 * (row + 1);
+      const line = near ? y(from) + high + 24 : (y(from) + y(to) + high) / 2 - 20;
+      const path = near ? `M${left + wide / 2} ${y(from) + high}V${y(to) - 4}`
+        : `M${left + wide} ${y(from) + high / 2}H${right}V${y(to) + high / 2}H${left + wide + 4}`;
+      const text = (near ? left + wide / 2 : right) + 10;
+      return { path, texts: [[text, line], [text, line + 19], [text, line + 38]], anchor: "start" };
+    },
+  };
+}
+
+function drawGraph() {
+  const { wide, high, size, node: corner, topic: route } = places();
   let out = "", words = [];
   run.topics.forEach((topic, row) => {
     const place = upTo(topic.at, now);
     const [sent, dropped] = place < 0 ? [0, 0] : [topic.published[place], topic.dropped[place]];
     const [from, to] = [topic.from[0] ?? 0, topic.to[0]];
-    const near = to === from + 1;
-    const [x1, x2] = [x(from) + wide, x(to)];
-    const middle = (x(from) + x(to) + wide) / 2;
-    const y = near ? top + high / 2 : top + high + 26 + 30 * row;
-    const path = near ? `M${x1} ${y}H${x2 - 4}`
-      : `M${x(from) + wide / 2} ${top + high}V${y}H${x(to) + wide / 2}V${top + high + 4}`;
+    const { path, texts, anchor } = route(from, to, to === from + 1, row);
     out += element("path", { class: "wire", d: path, "marker-end": "url(#tip)" });
-    const line = near ? top : y - 8;
-    out += label(middle, line - 2, topic.name, { "font-weight": "bold" });
-    out += label(middle, line + 52, `${sent} sent, queue ${topic.depth}`);
-    if (dropped > 0) out += label(middle, line + 72, `✖ ${dropped} dropped`, { class: "drops" });
+    const line = (number, text, more) => label(...texts[number], text, { "text-anchor": anchor, ...more });
+    out += line(0, topic.name, { "font-weight": "bold" });
+    out += line(1, `${sent} sent, queue ${topic.depth}`);
+    if (dropped > 0) out += line(2, `✖ ${dropped} dropped`, { class: "drops" });
     words.push(`${topic.name}: ${sent} sent, ${dropped} dropped`);
   });
   run.nodes.forEach((node, number) => {
     const tick = upTo(node.ticks, now);
     const lit = tick >= 0 && now - node.ticks[tick] < (playing ? 60 : 1);
-    out += element("rect", { class: lit ? "node lit" : "node", x: x(number), y: top, width: wide, height: high, rx: 8 });
-    out += label(x(number) + wide / 2, top + 24, node.name, { "font-weight": "bold" });
-    out += label(x(number) + wide / 2, top + 44, `${rateOf(node)} Hz`);
+    const [x, y] = corner(number);
+    out += element("rect", { class: lit ? "node lit" : "node", x, y, width: wide, height: high, rx: 8 });
+    out += label(x + wide / 2, y + 24, node.name, { "font-weight": "bold" });
+    out += label(x + wide / 2, y + 44, `${rateOf(node)} Hz`);
   });
   const tip = element("marker", { id: "tip", viewBox: "0 0 8 8", refX: 6, refY: 4, markerWidth: 8, markerHeight: 8, orient: "auto-start-reverse" }, element("path", { d: "M0 0L8 4L0 8z", fill: "currentColor" }));
   const graph = find("graph");
-  graph.setAttribute("viewBox", `0 0 ${width} ${top + high + 50}`);
+  graph.setAttribute("viewBox", `0 0 ${size.join(" ")}`);
   graph.setAttribute("aria-label", `the graph: ${run.nodes.map((node) => node.name + " at " + rateOf(node) + " Hz").join(", ")}; ${words.join("; ")}`);
   graph.innerHTML = element("defs", {}, tip) + out;
 }
@@ -89,7 +121,7 @@ function drawPlant() {
   if (!view) return;
   const [left, bottom, right, top] = view;
   const [width, height] = [right - left, top - bottom];
-  const thin = width / 500;
+  const thin = width / Math.min(roomy(), 500);
   const place = Math.max(0, upTo(at, now));
   plant.setAttribute("viewBox", `${left - 0.06 * width} ${-top - 0.05 * height} ${1.12 * width} ${height * 1.25}`);
   plant.setAttribute("class", run.lost && now >= run.end ? "lost" : "");
@@ -99,9 +131,9 @@ function drawPlant() {
 
 // A curve over the whole run, with the part up to now in colour.
 function drawCurve(id, times, values, limits, unit) {
-  const [width, height, left] = [560, 170, 64];
+  const [width, height, left] = [Math.min(roomy(), 560), 170, 64];
   const known = values.filter((value) => value !== null);
-  const shown = [...known, ...(limits ?? [20]), 0];
+  const shown = [...known, ...(limits ?? []), ...(unit === "ms" ? [20] : []), 0];
   const [least, most] = [Math.min(...shown), Math.max(...shown)];
   const span = most - least || 1;
   const x = (at) => left + (at / Math.max(run.end, 1)) * (width - left - 10);
@@ -112,19 +144,20 @@ function drawCurve(id, times, values, limits, unit) {
   let out = element("line", { class: "axis", x1: left, x2: width, y1: y(0), y2: y(0) });
   for (const limit of limits ?? []) {
     out += element("line", { class: "limit", x1: left, x2: width, y1: y(limit), y2: y(limit) });
-    out += label(left - 6, y(limit) + 5, Number(limit.toPrecision(4)), { "text-anchor": "end" });
+    out += label(left - 6, y(limit) + 5, unit === "ms" ? Math.round(limit) : Number(limit.toPrecision(4)), { "text-anchor": "end" });
   }
   out += label(left - 6, y(0) + 5, 0, { "text-anchor": "end" });
-  if (!limits) out += label(left - 6, y(most) + 5, Math.round(most), { "text-anchor": "end" });
+  const free = (limits ?? []).every((limit) => y(limit) - y(most) > 14);
+  if (most > 0 && free) out += label(left - 6, y(most) + 5, Math.round(most), { "text-anchor": "end" });
   out += element("polyline", { class: "all", points: points(times.length) });
   out += element("polyline", { class: "past", points: points(place + 1) });
   out += element("line", { class: "axis", x1: x(now), x2: x(now), y1: 20, y2: height - 24 });
   out += label(width - 10, height - 6, `${(run.end / 1000).toFixed(2)} s`, { "text-anchor": "end" });
-  const value = place < 0 || values[place] === null ? "-" : values[place].toFixed(1);
-  out += label(Math.min(Math.max(x(now), left + 50), width - 60), 14, `${value} ${unit}`, { "font-weight": "bold" });
+  const value = place < 0 || values[place] === null ? "none yet" : `${values[place].toFixed(1)} ${unit}`;
+  out += label(Math.min(Math.max(x(now), left + 50), width - 60), 14, value, { "font-weight": "bold" });
   const chart = find(id);
   chart.setAttribute("viewBox", `0 0 ${width} ${height}`);
-  chart.setAttribute("aria-label", `${value} ${unit} at ${(now / 1000).toFixed(2)} s, between ${least.toFixed(1)} and ${most.toFixed(1)} over the run`);
+  chart.setAttribute("aria-label", `${value} at ${(now / 1000).toFixed(2)} s, between ${least.toFixed(1)} and ${most.toFixed(1)} over the run`);
   chart.innerHTML = out;
 }
 
@@ -139,7 +172,9 @@ function draw() {
   }
   const aged = plant.age.some((age) => age !== null);
   find("age").parentElement.hidden = !aged;
-  if (aged) drawCurve("age", plant.at, plant.age, null, "ms");
+  find("limit").hidden = !run.limits;
+  find("limit").textContent = "; dashed: from the first line on the run swings, above the last one it is lost";
+  if (aged) drawCurve("age", plant.at, plant.age, run.limits, "ms");
   clock.value = now;
   clock.setAttribute("aria-valuetext", `${(now / 1000).toFixed(2)} seconds`);
   find("now").textContent = `${(now / 1000).toFixed(2)} s`;
@@ -181,7 +216,10 @@ function choose(number) {
   clock.max = run.end;
   find("choice").querySelector("output").textContent = run.setting || run.title;
   slider.setAttribute("aria-valuetext", run.setting || run.title);
-  tell(true);
+  find("push").hidden = !run.plant.moving.some((parts) => parts.some(([style]) => style === "action"));
+  find("speed").value = run.end < 3000 ? "0.1" : "1";
+  play(false);
+  tell(false);
   draw();
 }
 
@@ -192,10 +230,13 @@ slider.addEventListener("input", () => choose(Number(slider.value)));
 clock.addEventListener("input", () => { play(false); now = Number(clock.value); draw(); });
 clock.addEventListener("change", () => tell(now >= run.end));
 button.addEventListener("click", () => { play(!playing); if (!playing) tell(false); });
+addEventListener("resize", draw);
 find("picture").hidden = true;
 find("player").hidden = false;
-slider.value = runs.length - 1;
-choose(runs.length - 1);
-// A picture at rest shows more than the first instant.
-now = run.end;
-draw();
+const drops = runs.some(({ topics }) => topics.some(({ dropped }) => dropped.at(-1) > 0));
+find("try").textContent = "Try: play it at speed 0.1 and "
+  + (drops ? "stop at the first ✖: how old is the newest reading that the policy has? " : "watch the push age. ")
+  + (runs.length < 2 ? "Then drag the run time to the end: what did the push age do before it?"
+    : "Then move the first slider: between which two runs does the end change, and what does the push age do before it?");
+slider.value = 0;
+choose(0);

@@ -35,6 +35,21 @@ fn the_page_has_the_numbers_of_the_run_and_its_summary() {
 }
 
 #[test]
+fn limits_of_the_age_that_exercises_ask_for_are_drawn_only_if_asked_for() {
+    let folder = Folder::with(&["recordings/fall-5hz.rrd"]);
+    let (_, data) = page(&folder, "fall-5hz.rrd");
+    assert_eq!(data["runs"][0]["limits"], Value::Null);
+    let (_, data) = page(&folder, "--limits fall-5hz.rrd");
+    let limits = data["runs"][0]["limits"]
+        .as_array()
+        .expect("limits")
+        .clone();
+    let limits: Vec<f64> = limits.iter().filter_map(Value::as_f64).collect();
+    assert!(limits.is_sorted() && limits.len() == 3, "{limits:?}");
+    assert!(limits[2] > 80.0 && limits[2] < 96.2, "{limits:?}");
+}
+
+#[test]
 fn several_runs_are_in_the_order_of_the_setting_in_which_they_differ() {
     let folder = Folder::with(&["recordings/fall-5hz.rrd", "recordings/balanced-50hz.rrd"]);
     let (_, data) = page(&folder, "balanced-50hz.rrd fall-5hz.rrd");

@@ -130,9 +130,14 @@ fn a_recording_plays_in_the_panes_of_the_lab() {
     let folder = Folder::with(&["recordings/fall-5hz.rrd"]);
     let mut lab = open(&folder, "replay --terminal fall-5hz.rrd");
     lab.play(&[
-        ("", "replay"),
+        ("", "▷ replay"),
+        // It waits at its beginning, at a speed at which 0.84 s can be watched.
+        ("", "‖    0.000 s"),
+        ("", "0.1×"),
+        ("", "Space plays it at 0.1×"),
         // It plays up to the fall, and stops there.
-        ("", "FELL at 0.840 s"),
+        ("0", "1×"),
+        (" ", "FELL at 0.840 s"),
         ("", "‖    0.840 s"),
         // Back by two messages: before the fall the pole is up.
         (",,", "‖    0.800 s"),
@@ -155,6 +160,8 @@ fn a_recording_plays_in_the_terminal_where_no_viewer_is() {
     command.cwd(folder.path(""));
     command.env("PATH", "");
     let mut lab = Lab::start(command, 45, 160);
+    lab.wait_for("Space plays it");
+    lab.type_keys("0 ");
     lab.wait_for("FELL at 0.840 s");
     Said(lab.quit("q")).has("the rerun viewer was not found");
 }
