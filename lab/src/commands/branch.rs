@@ -79,7 +79,7 @@ pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
         ("branch", verdict.to_string()),
         ("so", so),
     ];
-    lines.extend(ages::lines(&ages));
+    lines.extend(ages::lines(&ages, |_| true));
     let data = json!({
         "age_parts": ages::json(&ages),
         "branch": result(&verdict),

@@ -7,26 +7,37 @@ use serde_json::{Value, json};
 /// The share of an age below which a part has no line of its own.
 const SMALL: f64 = 0.01;
 
-/// Name and text of each line: an age, then its parts, the largest first.
-pub fn lines(ages: &[RunAge]) -> Vec<(&'static str, String)> {
-    ages.iter().flat_map(of_one).collect()
+/// Name and text of each line: an age, if it `is_new`, then its parts, the largest first.
+pub fn lines(ages: &[RunAge], is_new: impl Fn(&RunAge) -> bool) -> Vec<(&'static str, String)> {
+    let lines = |age| {
+        let title = is_new(age).then(|| ("age of", in_a_line(age)));
+        title.into_iter().chain(parts(age))
+    };
+    ages.iter().flat_map(lines).collect()
 }
 
-fn of_one(age: &RunAge) -> Vec<(&'static str, String)> {
+fn in_a_line(age: &RunAge) -> String {
     let [mean, p99] = [age.mean_ns, age.p99_ns].map(ms);
-    let what = title(age);
-    let mut lines = vec![("age of", format!("{what}: {mean} ms mean (p99 {p99} ms)"))];
+    format!("{}: {mean} ms mean (p99 {p99} ms)", title(age))
+}
+
+/// The mean of an age and what it does not exceed for 99 % of the time (s).
+pub fn mean_and_p99_s(age: &RunAge) -> [f64; 2] {
+    [age.mean_ns, age.p99_ns].map(|ns| ns as f64 / 1e9)
+}
+
+fn parts(age: &RunAge) -> Vec<(&'static str, String)> {
     let share = |ns: i64| ns as f64 / age.mean_ns.max(1) as f64;
     let (large, small): (Vec<&AgeShare>, Vec<&AgeShare>) =
         age.parts.iter().partition(|part| share(part.ns) >= SMALL);
     let rest = small.iter().map(|part| part.ns).sum::<i64>();
     let parts = large.into_iter().map(|part| (part.ns, words(part)));
-    let rest = (rest != 0).then(|| (rest, "elsewhere".to_owned()));
-    lines.extend(parts.chain(rest).map(|(ns, words)| {
+    let rest = (rest != 0).then(|| (rest, "in smaller parts".to_owned()));
+    let lines = parts.chain(rest).map(|(ns, words)| {
         let percent = share(ns) * 1e2;
         ("", format!("{:>7} ms {percent:>3.0} %  {words}", ms(ns)))
-    }));
-    lines
+    });
+    lines.collect()
 }
 
 /// What is old, and where.

@@ -6,7 +6,7 @@ use ratelab::{ClockKind, Command, Event, EventKind, Hz, Knob, KnobKind, millis};
 use ratelab_account::{Distribution, NodeAccount};
 use ratelab_recording::FinishedRecording;
 use ratelab_study::{
-    experiment::{MeanPushAge, Summary},
+    experiment::{MeanPushAge, RunAge, Summary},
     system::{
         Alias, DataChain, KnobText, System, SystemFigure,
         names::{self, label, node_label, rate_alias, short_value},
@@ -53,9 +53,12 @@ pub fn of(system: &dyn System, summary: &Summary, context: &ReportContext) -> St
     lines.extend(known([
         ("links", links(summary)),
         ("latency", latency(system, summary)),
-        ("push age", summary.push_age().map(push_age)),
+        (
+            "push age",
+            summary.push_age().map(|age| push_age(summary, age)),
+        ),
     ]));
-    lines.extend(ages::lines(&summary.ages));
+    lines.extend(ages::lines(&summary.ages, |age| !is_told(summary, age)));
     lines.extend(context.phases.iter().flat_map(PhaseSpread::lines));
     let (figures, block) = (summary.figures.iter(), |figure: &SystemFigure| figure.block);
     let block = figures.clone().find_map(block).unwrap_or("figures");
@@ -106,9 +109,24 @@ fn known<const N: usize>(rows: [(&'static str, Option<String>); N]) -> Vec<(&'st
         .collect()
 }
 
-fn push_age(age: MeanPushAge) -> String {
+/// The mean age with what is known beside it; of a run of a second the last one is all of it.
+fn push_age(summary: &Summary, age: MeanPushAge) -> String {
     let [run, late] = [age.run_s, age.late_s].map(ms);
-    format!("mean {run}, in the last second {late}")
+    let told = summary.ages.iter().find(|age| is_told(summary, age));
+    let p99 = told.map(|age| format!(" (p99 {})", ms(ages::mean_and_p99_s(age)[1])));
+    let p99 = p99.unwrap_or_default();
+    let late = if run == late {
+        String::new()
+    } else {
+        format!(", in the last second {late}")
+    };
+    format!("mean {run}{p99}{late}; latency is the age as a push begins")
+}
+
+/// Whether `age` is the push age of the run, which has a line of its own.
+fn is_told(summary: &Summary, age: &RunAge) -> bool {
+    let mean = summary.push_age().map(|age| ms(age.run_s));
+    age.chain.is_none() && mean.is_some_and(|mean| mean == ms(ages::mean_and_p99_s(age)[0]))
 }
 
 /// What the states cost on average; those of a fall count as long as it stood.
@@ -180,28 +198,58 @@ fn clock(system: &dyn System, summary: &Summary, context: &ReportContext) -> Str
             format!(" | {} {value}", label(alias.name))
         })
         .collect();
+    let handed_over = summary
+        .events
+        .iter()
+        .filter_map(|event| match event.applied() {
+            Some(Command::HandOver(clock)) => Some(clock.to_string()),
+            _ => None,
+        });
+    let mut clocks = vec![config.clock.to_string()];
+    clocks.extend(handed_over);
     format!(
         "{}{realtime}{messages} | seed {}",
-        config.clock, config.seed
+        in_turn(clocks),
+        config.seed
     )
 }
+
+/// The values of a setting in turn; of many the first and the last ones.
+fn in_turn(mut values: Vec<String>) -> String {
+    values.dedup();
+    if values.len() > MOST_IN_TURN {
+        let last = values.len() - 2;
+        values.splice(2..last, ["…".to_owned()]);
+    }
+    values.join(" → ")
+}
+
+/// Maximum number of values in a line that are written in turn.
+const MOST_IN_TURN: usize = 5;
 
 fn of_kind(system: &dyn System, kind: KnobKind) -> impl Iterator<Item = &'static Alias> {
     let aliases = system.aliases().iter();
     aliases.filter(move |alias| alias.kind() == kind)
 }
 
-/// The rates, with all values of rates that changed, and the depths.
+/// The rates, each with the values that it had in turn, and the depths. Of a rate that went up or
+/// down in steps it is where it turned.
 fn rates(system: &dyn System, summary: &Summary) -> String {
     let setup = &summary.config.setup;
     let nodes = summary.nodes.iter().map(|node| {
-        let (name, last) = (node_label(system, &node.name), node.hz);
+        let name = node_label(system, &node.name);
         let alias = rate_alias(system, |of| *of == *node.name);
         let first: Option<Hz> = alias.and_then(|alias| alias.value(setup).parse().ok());
-        match first.or(setup.rate(&node.name)) {
-            Some(first) if first != last => format!("{name} {first} → {last}"),
-            _ => format!("{name} {last}"),
-        }
+        let turned = summary.events.iter().filter_map(Event::knob);
+        let turned = turned.filter_map(|timed| match timed.knob {
+            Knob::Rate { node: of, hz } if of == *node.name => Some(hz),
+            _ => None,
+        });
+        let first = first.or(setup.rate(&node.name));
+        let mut rates: Vec<Hz> = first.into_iter().chain(turned).chain([node.hz]).collect();
+        rates.dedup();
+        let turns = turns(&rates).map(|hz| hz.to_string());
+        format!("{name} {}", in_turn(turns.collect()))
     });
     let depths = of_kind(system, KnobKind::Depth);
     let depths = depths.map(|alias| format!("{} {}", label(alias.name), alias.value(setup)));
@@ -214,6 +262,18 @@ fn rates(system: &dyn System, summary: &Summary) -> String {
         _ => None,
     });
     joined(nodes.chain(depths).chain(others)).unwrap_or_default()
+}
+
+/// The ends of `rates`, and those at which they went the other way.
+fn turns(rates: &[Hz]) -> impl Iterator<Item = Hz> {
+    let is_turn = |index: &usize| match index.checked_sub(1) {
+        Some(before) if index + 1 < rates.len() => {
+            let (before, after) = (rates[before].get(), rates[index + 1].get());
+            (before < rates[*index].get()) != (rates[*index].get() < after)
+        }
+        _ => true,
+    };
+    (0..rates.len()).filter(is_turn).map(|index| rates[index])
 }
 
 fn verdict(system: &dyn System, summary: &Summary, context: &ReportContext) -> String {
