@@ -22,7 +22,7 @@ impl Node for Smooth {
     fn tick(&mut self, now: Time) -> Tick {
         if let Some(reading) = self.input.latest(now) {
             self.value += (reading.data - self.value) / 4.0;
-            // Passes on the time of the sensing, so that latency can be measured.
+            // Passes on the time of the reading, so that latency can be measured.
             let origin = Some(reading.sensed());
             self.output.publish(self.value, now, origin);
         }

@@ -16,7 +16,9 @@ const MOMENTS: &[Moment] = &[
     // Step 1.
     ("", &["BALANCED so far", "sensor", "/obs", "policy", "/action"], None),
     ("", &["actuator", "● 50 Hz"], None),
-    ("", &["  0 dropped", "age  10 ms of 74–90"], None),
+    ("", &["  0 dropped", "push age  10 ms"], None),
+    ("G", &["words", "messages per second"], None),
+    ("\u{1b}", &["BALANCED so far"], Some("messages per second")),
     // Step 2.
     ("[[[[", &["control-hz 20", "● 20 Hz", "✖", "50.0/s"], None),
     ("", &["BALANCED so far"], Some("age  10 ms")),
@@ -34,8 +36,11 @@ const MOMENTS: &[Moment] = &[
     ("\u{1b}", &["BALANCED so far"], Some("1 The control-rate cliff")),
     // Step 6.
     (">>>>>>", &["depth 100"], None),
+    ("[[[[[[[[", &["● 5 Hz"], None),
+    ("r", &["● 5 Hz", "  0 dropped"], None),
     // Step 7.
-    ("c", &["cart-pole  real"], None),
+    ("]]]]]]]]]]]]r", &["● 50 Hz", "BALANCED so far"], None),
+    ("c", &["cart-pole  real", "running"], None),
     ("?", &["show or hide this help"], None),
     ("?q", &[], None),
 ];
@@ -69,10 +74,12 @@ fn the_first_five_minutes_of_the_manual_are_true() {
         }
     }
     let said = lab.quit("");
-    // Knobs obeyed at the same time are written as the alias that sets them all.
-    let depth = ["depth /action 100", "queue-depth 100"];
-    for words in [&["period 50.0 ms)"][..], &depth, &["STOPPED", "s: stop"]] {
-        let one_of = words.iter().any(|line| said.contains(line));
-        assert!(one_of, "none of {words:?} in\n{said}");
+    for words in [
+        "period 20.0 ms)",
+        "queue depth 100",
+        "virtual → real",
+        "STOPPED",
+    ] {
+        assert!(said.contains(words), "no {words:?} in\n{said}");
     }
 }

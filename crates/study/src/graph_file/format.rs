@@ -158,7 +158,7 @@ pub const SECTIONS: [FileSection; 8] = [
                 "match",
                 MATCH,
                 "What a tick needs of several triggers: each (the newest of each), \
-                 exact:10 (equal times of sensing; 10 of them wait) or approximate:10 (the closest) [default: each]",
+                 exact:10 (equal times of readings; 10 of them wait) or approximate:10 (the closest) [default: each]",
             ),
             optional(
                 "takes",
