@@ -114,6 +114,10 @@ fn a_message_waits_for_its_partner_and_the_set_for_the_executor() {
         "this push is 48 ms old: 5 in the left + 25 waiting for /right to match + 10 waiting for \
          the executor of the stereo + 8 in the stereo"
     );
+    assert_eq!(
+        parts.sentence_within(lineage.topology(), 70, "more"),
+        "this push is 48 ms old: 25 waiting for /right to match + 23 more"
+    );
     let matches = parts.parts.iter();
     let matches = matches.filter(|part| matches!(part.stage, AgeStage::Match { .. }));
     assert_eq!(matches.count(), 1);

@@ -96,14 +96,14 @@ pub enum PartKind {
     Travelled,
     /// In force.
     Held,
-    /// In an unknown part of the chain.
-    Elsewhere,
+    /// In a part of the chain that is not known.
+    Unknown,
 }
 
 impl PartKind {
     /// All kinds, in order of occurrence.
     pub const ALL: [Self; 5] = [
-        Self::Elsewhere,
+        Self::Unknown,
         Self::Waited,
         Self::Worked,
         Self::Travelled,
@@ -118,7 +118,7 @@ impl PartKind {
             | AgeStage::Executor { .. }
             | AgeStage::Queue { .. }
             | AgeStage::Reuse { .. } => Self::Waited,
-            AgeStage::Before => Self::Elsewhere,
+            AgeStage::Before => Self::Unknown,
             AgeStage::Cost { .. } => Self::Worked,
             AgeStage::Link { .. } => Self::Travelled,
             AgeStage::Held { .. } | AgeStage::Kept { .. } => Self::Held,
@@ -130,9 +130,9 @@ impl PartKind {
         match self {
             Self::Waited => ["▒", "waited"],
             Self::Worked => ["█", "worked"],
-            Self::Travelled => ["▄", "on the way"],
+            Self::Travelled => ["▄", "on links"],
             Self::Held => ["▓", "held"],
-            Self::Elsewhere => ["?", "elsewhere"],
+            Self::Unknown => ["?", "unknown"],
         }
     }
 }
@@ -142,12 +142,15 @@ impl PartKind {
 pub struct PushSentence(pub Vec<String>);
 
 impl PushSentence {
+    /// The parts that have no room in a line: the key i has them.
+    const MORE: &str = "more (i)";
+
     /// Widths of the sentence (columns).
     const WIDTHS: [usize; 5] = [usize::MAX, 78, 64, 52, 38];
 
     /// The sentence about `parts`.
     pub fn of(parts: &AgeParts, topology: &Topology) -> Self {
-        let within = |room| parts.sentence_within(topology, room);
+        let within = |room| parts.sentence_within(topology, room, Self::MORE);
         Self(Self::WIDTHS.map(within).into())
     }
 

@@ -7,14 +7,25 @@ use super::{
     panes::Pane,
 };
 
+/// What an explanation must know besides the figures of a frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Explained<'a> {
+    /// The name of the plotted signal.
+    pub signal: Option<&'a str>,
+    /// Whether that is the push age itself.
+    pub signal_is_push_age: bool,
+    /// Whether there was an event so far.
+    pub any_event: bool,
+}
+
 /// A title and a text about `pane`, with the figures of `frame`.
-pub fn explained(pane: Pane, signal: Option<&str>, frame: &FrameData) -> (&'static str, String) {
+pub fn explained(pane: Pane, about: Explained<'_>, frame: &FrameData) -> (&'static str, String) {
     let (title, sentences) = match pane {
         Pane::Graph => ("the graph", graph(frame)),
         Pane::Plant => ("the plant", plant(frame)),
-        Pane::Signal => ("over time", over_time(signal, frame)),
+        Pane::Signal => ("over time", over_time(about, frame)),
         Pane::Figures => ("figures", figures(frame)),
-        Pane::Events => ("events", events(frame)),
+        Pane::Events => ("events", events(frame, about.any_event)),
         Pane::Timeline => ("the timeline", timeline(frame)),
     };
     (title, sentences.join("\n\n"))
@@ -43,7 +54,16 @@ fn graph(frame: &FrameData) -> [String; 3] {
             list(topics)
         ),
         format!(
-            "A cross is a message that nobody read, as a newer one was there: {dropped} so far."
+            "A cross is a message that nobody read, as a newer one was there: {dropped} so far.{}",
+            match frame.age {
+                Some(age) => format!(
+                    " Line 2 of the screen is the push age, how old the reading behind the push \
+                     is: {} on average lately. Its bar has the parts of this age; i on pane 3 has \
+                     them in words.",
+                    ms(age.mean)
+                ),
+                None => String::new(),
+            }
         ),
     ]
 }
@@ -70,28 +90,32 @@ fn plant(frame: &FrameData) -> [String; 3] {
     ]
 }
 
-fn over_time(signal: Option<&str>, frame: &FrameData) -> [String; 3] {
-    let signal = signal.unwrap_or("signal");
+fn over_time(about: Explained<'_>, frame: &FrameData) -> [String; 3] {
+    let signal = about.signal.unwrap_or("signal");
     let age = frame.age.map_or_else(String::new, |age| {
         let limit = age.limit().map_or_else(
-            || "what this loop bears is unknown".to_owned(),
-            |limit| match age.limits.may_fall {
-                Some(from) => format!(
-                    "this loop bears {} if that is constant, {} if it jitters",
+            || "The limit of this loop is unknown".to_owned(),
+            |limit| match (age.limits.falls, age.limits.may_fall) {
+                (Some(_), Some(from)) => format!(
+                    "This loop survives {} if the age is steady, {} if it varies",
                     ms(limit),
                     ms(from)
                 ),
-                None => format!("this loop bears {}", ms(limit)),
+                (Some(_), None) => format!("This loop survives {}", ms(limit)),
+                (None, _) => format!(
+                    "From {} on small errors grow in this loop; where a run is lost is unknown",
+                    ms(limit)
+                ),
             },
         );
         let verdict = match age.strain() {
             Strain::Unknown | Strain::Borne => "",
-            Strain::Swings => ": it swings",
-            Strain::MayFall => ": it may fall",
-            Strain::Falls => ": it falls",
+            Strain::Swings => ". So it swings",
+            Strain::MayFall => ". So it may fall",
+            Strain::Falls => ". So it falls",
         };
         format!(
-            " It is {} on average of late; {limit}{verdict}.",
+            " In the last second it was {} on average. {limit}{verdict}.",
             ms(age.mean)
         )
     });
@@ -110,14 +134,18 @@ fn over_time(signal: Option<&str>, frame: &FrameData) -> [String; 3] {
         Some(false) => "it differs",
         None => "r starts the next",
     };
+    let [upper, lower] = if about.signal_is_push_age {
+        ["The curve", "It"]
+    } else {
+        ["The upper curve", "The lower one"]
+    };
     [
+        format!("{upper} is the {signal} in the last ten seconds; dashed lines are limits."),
         format!(
-            "The upper curve is the {signal} in the last ten seconds; dashed lines are limits."
-        ),
-        format!(
-            "The lower one is the age of the push in force: it grows, and jumps down when \
-             something fresher is applied.{age}{parts} The phase of the ticks counts, too: a rate \
-             turned on the way may give another age than the same rate from the start.{plan}"
+            "{lower} is the age of the push in force: it grows, and jumps down when \
+             a push with a newer reading is applied.{age}{parts} The phase of the ticks counts, \
+             too: a rate that is turned during a run may give another age than the same rate \
+             from the start.{plan}"
         ),
         format!("Faint dashes are the run before this one: {again}."),
     ]
@@ -146,7 +174,7 @@ fn figures(frame: &FrameData) -> [String; 3] {
     ]
 }
 
-fn events(frame: &FrameData) -> [String; 3] {
+fn events(frame: &FrameData, any: bool) -> [String; 3] {
     let why = match &frame.verdict.why[..] {
         [] => "There is nothing to explain.".to_owned(),
         why => format!("Why: {}.", why.join("; ")),
@@ -154,20 +182,27 @@ fn events(frame: &FrameData) -> [String; 3] {
     [
         format!("How it stands: {}.", frame.verdict.headline),
         why,
-        "Below are the knobs that were turned, each with its run time; the newest is last."
-            .to_owned(),
+        if any {
+            "Below are the knobs that were turned and other commands, each with its run time; the \
+             newest is last."
+        } else {
+            "Knobs that are turned and other commands are listed here, each with its run time: \
+             none so far."
+        }
+        .to_owned(),
     ]
 }
 
 fn timeline(frame: &FrameData) -> [String; 3] {
     let push = frame.push.as_ref();
-    let push = push.map_or("Nothing was applied yet", |push| push.sentence.whole());
+    let push = push.map_or("there was no push so far", |push| push.sentence.whole());
     [
         "A lane for each node and each topic, in the order in which a reading becomes a push: \
-         blocks are ticks, as long as they take, each behind its lateness or its wait for an \
-         executor; dots are messages, where they are published and where they arrive. Where \
-         one rate is a multiple of the other, a reading is used as it comes; elsewhere it waits, \
-         and a faster sensor may make pushes older."
+         a block is a tick, and its length is its duration; grey in front of it is the time \
+         by which it began late, or waited for its executor; dots are messages, where they are \
+         published and where they arrive. Where one rate is a multiple of the other, a reading \
+         is used as it comes; with other rates it waits, and a faster sensor may make pushes \
+         older."
             .to_owned(),
         "Bright is the chain behind one push, back to the reading; ( and ) select another, v and \
          V show more or less."
@@ -188,8 +223,12 @@ mod tests {
     #[test]
     fn every_pane_is_explained_in_three_paragraphs_with_figures() {
         let frame = sample::broken();
+        let about = Explained {
+            signal: Some("pole angle"),
+            ..Explained::default()
+        };
         for pane in Pane::ALL {
-            let (_, text) = explained(pane, Some("pole angle"), &frame);
+            let (_, text) = explained(pane, about, &frame);
             assert_eq!(text.split("\n\n").count(), 3, "{text}");
             let figures = text.chars().any(|letter| letter.is_ascii_digit());
             assert!(figures, "{text}");
@@ -197,10 +236,23 @@ mod tests {
     }
 
     #[test]
+    fn knobs_are_below_only_where_there_are_some() {
+        let frame = sample::broken();
+        for any_event in [true, false] {
+            let about = Explained {
+                any_event,
+                ..Explained::default()
+            };
+            let (_, text) = explained(Pane::Events, about, &frame);
+            assert_eq!(text.contains("Below are"), any_event, "{text}");
+        }
+    }
+
+    #[test]
     fn nodes_are_explained_by_their_captions() {
         let mut frame = sample::balanced();
         frame.nodes[0].caption = Some("reads the plant");
-        let (_, text) = explained(Pane::Graph, None, &frame);
+        let (_, text) = explained(Pane::Graph, Explained::default(), &frame);
         for part in ["sensor reads the plant 50 times", "policy ticks 50 times"] {
             assert!(text.contains(part), "{text}");
         }

@@ -111,8 +111,8 @@ pub fn show(
     until_left(app, options)?.ok_or(ScreenError::Panicked)
 }
 
-/// Plays a recording until the person leaves, and then its branch, if the person branched
-/// it; returns the results of that.
+/// Shows a recording, at rest at its beginning, until the person leaves, and then its branch, if
+/// the person branched it; returns the results of that.
 ///
 /// # Errors
 /// [`ScreenError`] if the terminal failed.
@@ -122,7 +122,7 @@ pub fn play(
     options: &Options,
 ) -> Result<Option<LabOutcome>, ScreenError> {
     let mut app = App::of_recording(recording, setup);
-    app.play();
+    app.offer_to_play();
     app.execute_again();
     until_left(app, options)
 }

@@ -78,6 +78,7 @@ pub fn moving(
     let until = until.as_secs_f64();
     let count = (until / speed * FPS).ceil().clamp(1.0, MOST_FRAMES);
     let mut app = played(recording, system);
+    app.film(speed);
     let mut frames = Vec::new();
     for number in 0..=count as u32 {
         let at = until * f64::from(number) / count;

@@ -16,7 +16,7 @@ use ratelab_study::{
 
 use super::{
     frame::TRACE_S,
-    knobs::Direction,
+    knobs::{Direction, SPEEDS},
     overlap::{HeldOverlap, OverlapView, neighbour},
     run::{RunSource, StatusExtra, WatchedRows, watched},
     sampler::Sampler,
@@ -45,7 +45,12 @@ pub struct Playback {
     pub speed: f64,
     /// Wall time at which `at` was reached, during playback.
     playing: Option<Instant>,
+    /// Whether it is drawn frame by frame, whatever the wall time.
+    filmed: bool,
 }
+
+/// Wall time that a short recording takes at least (s).
+const LEAST_WALL_S: f64 = 5.0;
 
 impl Playback {
     /// The beginning of `recording`, at rest, with the ticks in it that overlap, if known.
@@ -68,6 +73,7 @@ impl Playback {
             at: begins,
             speed: 1.0,
             playing: None,
+            filmed: false,
         };
         playback.advance_to(begins);
         playback
@@ -134,6 +140,24 @@ impl Playback {
     /// Whether it plays.
     pub fn is_playing(&self) -> bool {
         self.playing.is_some()
+    }
+
+    /// Whether it plays, or is drawn as if it did.
+    pub fn seems_to_play(&self) -> bool {
+        self.is_playing() || (self.filmed && self.at < self.ends())
+    }
+
+    /// Is drawn frame by frame from now on, at `speed`.
+    pub fn film(&mut self, speed: f64) {
+        (self.filmed, self.speed) = (true, speed);
+    }
+
+    /// Slows down, so that a short recording can be watched.
+    pub fn slow_down_if_short(&mut self) {
+        let whole = self.ends().since(self.begins).as_secs_f64();
+        let slower = SPEEDS.into_iter().rev();
+        let mut slower = slower.filter(|speed| whole / speed >= LEAST_WALL_S);
+        self.speed = slower.next().unwrap_or(SPEEDS[0]).min(self.speed);
     }
 
     /// Stands still.

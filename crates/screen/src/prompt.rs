@@ -7,6 +7,9 @@ use ratelab_study::system::{Alias, System, names::first_alias};
 
 use super::knobs::{Direction, neighbour, targets};
 
+/// Maximum number of aliases, and of kinds of knobs, in a hint.
+const MOST_HINTS: usize = 4;
+
 /// Beginnings of links.
 const LINKS: [&str; 6] = ["delay:", "loss:", "burst:", "in-order", "reliable:", "none"];
 
@@ -43,11 +46,19 @@ impl Prompt {
         self.refusal.as_deref()
     }
 
-    /// The words that can come first, for knobs of `system`.
+    /// The first words that begin as the typed one, for knobs of `system`.
     pub fn hint(&self, system: &dyn System) -> String {
+        let first = self.typed.split_whitespace().next().unwrap_or_default();
+        let begins = |name: &&str| name.starts_with(first);
         let aliases = system.aliases().iter().map(|alias| alias.name);
-        let names: Vec<&str> = aliases.chain(KnobKind::ALL.map(KnobKind::usage)).collect();
-        let hint = format!("{}; Tab completes", names.join(", "));
+        let aliases = aliases.filter(begins).take(MOST_HINTS);
+        let kinds = KnobKind::ALL.map(KnobKind::usage).into_iter();
+        let kinds = kinds.filter(begins).take(MOST_HINTS);
+        let names: Vec<&str> = aliases.chain(kinds).collect();
+        let hint = match &names[..] {
+            [] => "Tab goes through the knobs".to_owned(),
+            names => format!("{}, …: Tab goes through them", names.join(", ")),
+        };
         match self.branch {
             Some(at) => format!("the knob to turn at {at}: {hint}"),
             None => hint,

@@ -79,30 +79,45 @@ impl PushAges {
         self.saw.drain(..old(self.saw.len()));
     }
 
-    /// The age over the last second, or the last two `period`s if that is longer, without
-    /// its limits.
+    /// The age over the last second before `now`, or the last two `period`s if that is longer,
+    /// without its limits.
     /// `None` before the first push, and where it was not looked at that often.
-    pub fn recent(&self, period: Duration) -> Option<AgeData> {
+    pub fn recent(&self, period: Duration, now: Time) -> Option<AgeData> {
         let window = LATELY.max(period * 2);
-        if window == LATELY && self.late.is_some() {
-            return self.late;
-        }
+        let recent = match self.late.filter(|_| window == LATELY) {
+            Some(late) => late,
+            None => self.over(window)?,
+        };
+        // The push in force has grown older since its newest state.
+        let present = self.newest.map_or(Duration::ZERO, |newest| newest.age(now));
+        Some(AgeData {
+            greatest: recent.greatest.max(present),
+            ..recent
+        })
+    }
+
+    /// The age over the last `window` before the newest state; at the first one, the age there.
+    fn over(&self, window: Duration) -> Option<AgeData> {
         let &(now, area) = self.areas.back()?;
         let within = |at: Time| now.since(at) < window;
         let first = self.areas.partition_point(|(at, _)| !within(*at));
         let &(begin, before) = self.areas.get(first.saturating_sub(1))?;
         let time = now.since(begin);
-        if time.is_zero() || time > window * 2 {
+        if time > window * 2 {
             return None;
         }
-        let stretch = (begin, now);
-        let begin = begin.as_secs_f64();
-        let recent = self.saw.iter().rev().take_while(|(at, _)| *at > begin);
+        let since = begin.as_secs_f64();
+        let recent = self.saw.iter().rev().take_while(|(at, _)| *at > since);
         let greatest = recent.map(|(_, ms)| *ms).fold(0.0, f64::max);
+        let mean = if time.is_zero() {
+            self.saw.back()?.1 / 1e3
+        } else {
+            (area - before) / time.as_secs_f64()
+        };
         Some(AgeData {
-            mean: Duration::from_secs_f64(((area - before) / time.as_secs_f64()).max(0.0)),
-            greatest: Duration::from_secs_f64(greatest / 1e3),
-            stretch,
+            mean: Duration::from_secs_f64(mean.max(0.0)),
+            greatest: Duration::from_secs_f64(mean.max(greatest / 1e3)),
+            stretch: (begin, now),
             ..AgeData::default()
         })
     }
@@ -139,7 +154,8 @@ mod tests {
 
     #[test]
     fn the_mean_is_over_the_last_second() {
-        let [fresh, old] = [20, 200].map(|every| steps(every, 3_000).recent(Duration::ZERO));
+        let [fresh, old] =
+            [20, 200].map(|every| steps(every, 3_000).recent(Duration::ZERO, ms(3_000)));
         let [fresh, old] = [fresh, old].map(|recent| recent.expect("pushes"));
         assert_eq!(fresh.mean.as_micros(), 10_000);
         assert_eq!(old.mean.as_micros(), 100_000);
@@ -149,7 +165,10 @@ mod tests {
         for at in (1_020..=1_500).step_by(20) {
             turned.state(ms(at), ms(1_000));
         }
-        let mean = turned.recent(Duration::ZERO).expect("pushes").mean;
+        let mean = turned
+            .recent(Duration::ZERO, ms(1_500))
+            .expect("pushes")
+            .mean;
         assert_eq!(mean.as_micros(), (500 * 10 + 500 * 250) / 1_000 * 1_000);
     }
 
@@ -159,7 +178,7 @@ mod tests {
         pushes.push(ms(100), ms(0)); // 100 to 600 ms old, then
         pushes.push(ms(600), ms(590)); // 10 to 20 ms.
         ages.seen(&pushes, ms(610));
-        let recent = ages.recent(Duration::ZERO).expect("pushes");
+        let recent = ages.recent(Duration::ZERO, ms(610)).expect("pushes");
         assert_eq!(recent.mean.as_micros(), (500 * 350 + 10 * 15) * 1_000 / 510);
         assert_eq!(recent.greatest, Duration::from_millis(600));
     }
@@ -167,14 +186,32 @@ mod tests {
     #[test]
     fn two_long_periods_count_whole() {
         let slow = steps(2_000, 8_000);
-        let mean = |period| slow.recent(Duration::from_secs(period)).map(|age| age.mean);
+        let mean = |period| {
+            let recent = slow.recent(Duration::from_secs(period), ms(8_000));
+            recent.map(|age| age.mean)
+        };
         assert_eq!(mean(2), Some(Duration::from_secs(1)));
         assert_eq!(mean(0), Some(Duration::from_millis(1_500)));
     }
 
     #[test]
     fn before_the_first_push_there_is_no_age() {
-        assert_eq!(PushAges::default().recent(Duration::ZERO), None);
-        assert_eq!(steps(20, 0).recent(Duration::ZERO), None);
+        let none = PushAges::default();
+        assert_eq!(none.recent(Duration::ZERO, Time::ZERO), None);
+    }
+
+    #[test]
+    fn at_the_first_push_the_age_is_that_of_this_push() {
+        let mut first = PushAges::default();
+        first.state(ms(30), ms(10));
+        let age = first.recent(Duration::ZERO, ms(30)).expect("a push");
+        assert_eq!([age.mean, age.greatest], [Duration::from_millis(20); 2]);
+    }
+
+    #[test]
+    fn no_push_is_older_than_the_greatest_age_between_two_states_too() {
+        let age = steps(200, 160).recent(Duration::ZERO, ms(174));
+        let greatest = age.expect("pushes").greatest;
+        assert_eq!(greatest, Duration::from_millis(174));
     }
 }

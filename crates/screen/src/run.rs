@@ -6,7 +6,7 @@ use ratelab::Knob;
 use ratelab_account::{Lineage, Observer, Rows};
 use ratelab_study::{
     experiment::{Config, Summary},
-    system::{Signal, System},
+    system::{Signal, System, plant},
 };
 
 use super::{frame::Place, sameness::RunDigest};
@@ -28,6 +28,12 @@ pub fn watched(system: &dyn System) -> impl Iterator<Item = &'static str> {
 /// The plotted signal.
 pub fn signal(system: &dyn System) -> Option<&Signal> {
     system.signals().first()
+}
+
+/// Whether the plotted signal is the push age itself: in a graph around data only.
+pub fn signal_is_push_age(system: &dyn System) -> bool {
+    let of_chains = signal(system).is_some_and(|signal| system.chains() == Some(signal.topic));
+    of_chains && plant(system).is_none()
 }
 
 /// What can be read of a run.

@@ -91,13 +91,33 @@ fn the_own_world_keeps_names_words_and_seed_in_the_default_terminal() {
 }
 
 #[test]
-fn the_prompt_lists_every_knob_in_the_default_terminal() {
+fn the_prompt_leaves_the_panes_in_sight_and_tells_the_use_of_each_knob_that_is_typed() {
     let mut app = fallen();
     press(&mut app, ":");
-    let drawn = small(&app);
+    shows(&small(&app), &["control-hz", "0 s", "Tab goes through"]);
+    press(&mut app, "\u{1b}");
     for kind in ratelab::KnobKind::ALL {
-        shows(&drawn, &kind.usage().split(' ').collect::<Vec<_>>());
+        press(&mut app, &format!(":{}", kind.name()));
+        shows(&small(&app), &kind.usage().split(' ').collect::<Vec<_>>());
+        press(&mut app, "\u{1b}");
     }
+}
+
+#[test]
+fn another_policy_is_told_in_the_default_terminal() {
+    let mut app = running();
+    then(&mut app, "p", &["policy is now lqr"]);
+    until(&mut app, |app| small(app).contains("  policy lqr"));
+    leave(app);
+}
+
+#[test]
+fn while_looking_back_the_footer_says_how_to_return() {
+    let mut app = running();
+    until(&mut app, |app| frame(app).now > seconds(0.3));
+    then(&mut app, ",", &["looking back", "f live again", "? keys"]);
+    then(&mut app, "f", &["[ ] rate", "r restart", "e exercises"]);
+    leave(app);
 }
 
 #[test]

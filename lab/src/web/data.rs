@@ -45,16 +45,20 @@ pub fn data(recording: &Arc<Recording>, program: &Program, setting: &str) -> Val
     })
 }
 
-/// The limits of the push age at the start of the run in `recording` (ms), the least first; null if
-/// none is known.
+/// The limits of the push age at the start of the run in `recording`, the least first: each in ms
+/// and with what happens beyond it; null if none is known.
 pub fn limits(recording: &Recording, system: &dyn System) -> Value {
     let limits = system.age_limits(&recording.origin.config.setup);
-    let limits = [limits.swings(), limits.may_fall, limits.falls].into_iter();
-    let mut limits: Vec<f64> = limits
-        .flatten()
-        .map(|limit| limit.as_secs_f64() * 1e3)
+    let limits = [
+        (limits.swings(), "it swings"),
+        (limits.may_fall, "it may be lost"),
+        (limits.falls, "it is lost"),
+    ];
+    let mut limits: Vec<(f64, &str)> = limits
+        .into_iter()
+        .filter_map(|(limit, what)| Some((limit?.as_secs_f64() * 1e3, what)))
         .collect();
-    limits.sort_by(f64::total_cmp);
+    limits.sort_by(|(one, _), (other, _)| one.total_cmp(other));
     match limits[..] {
         [] => Value::Null,
         _ => json!(limits),

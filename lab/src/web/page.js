@@ -173,8 +173,9 @@ function draw() {
   const aged = plant.age.some((age) => age !== null);
   find("age").parentElement.hidden = !aged;
   find("limit").hidden = !run.limits;
-  find("limit").textContent = "; dashed: from the first line on the run swings, above the last one it is lost";
-  if (aged) drawCurve("age", plant.at, plant.age, run.limits, "ms");
+  const limits = run.limits?.map(([ms, what]) => `above ${Math.round(ms)} ms ${what}`) ?? [];
+  find("limit").textContent = `; dashed lines: ${limits.join(", ")}`;
+  if (aged) drawCurve("age", plant.at, plant.age, run.limits?.map(([ms]) => ms), "ms");
   clock.value = now;
   clock.setAttribute("aria-valuetext", `${(now / 1000).toFixed(2)} seconds`);
   find("now").textContent = `${(now / 1000).toFixed(2)} s`;

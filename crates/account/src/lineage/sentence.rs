@@ -7,36 +7,45 @@ use super::parts::{AgeParts, AgeStage, nanos};
 /// The time before the first known tick, in words.
 const BEFORE: &str = "before the first tick";
 
+/// What no known tick or message explains, in words.
+const UNKNOWN: &str = "unknown";
+
 impl AgeParts {
     /// The age in a sentence, such as `this push is 180 ms old: 20 waiting for the
     /// policy + 31 thinking + 12 on /action + 117 held`. Whole milliseconds, which
     /// sum to the age.
     pub fn sentence(&self, topology: &Topology) -> String {
-        self.sentence_within(topology, usize::MAX)
+        self.sentence_within(topology, usize::MAX, "")
     }
 
-    /// A sentence of at most `room` characters, where possible: the smallest parts are merged.
-    pub fn sentence_within(&self, topology: &Topology, room: usize) -> String {
+    /// A sentence of at most `room` characters, where possible: the smallest parts are added up,
+    /// and are called `more`.
+    pub fn sentence_within(&self, topology: &Topology, room: usize, more: &str) -> String {
         let age = (self.sum_ns() as f64 / 1e6).round() as i64;
-        let (mut parts, mut elsewhere) = (self.in_words(topology), 0);
+        let (mut parts, mut rest, mut words) = (self.in_words(topology), 0, UNKNOWN);
         // Less than nothing is the error of a clock, or a tick that is not known (yet).
         parts.retain(|(ms, _)| {
-            elsewhere += (*ms).min(0);
+            rest += (*ms).min(0);
             *ms > 0
         });
         loop {
-            let rest = (elsewhere != 0).then(|| (elsewhere, "elsewhere".to_owned()));
+            let last = (rest != 0).then(|| (rest, words.to_owned()));
             let mut sentence = format!("this push is {age} ms old");
-            for (number, (ms, words)) in parts.iter().chain(&rest).enumerate() {
+            for (number, (ms, words)) in parts.iter().chain(&last).enumerate() {
                 let sign = if number == 0 { ": " } else { " + " };
                 sentence += &format!("{sign}{ms} {words}");
             }
             let smallest = (0..parts.len()).min_by_key(|index| parts[*index].0.abs());
-            let merges = elsewhere < 0 || sentence.chars().count() > room;
-            match smallest.filter(|_| merges && parts.len() > 1) {
-                Some(smallest) => elsewhere += parts.remove(smallest).0,
-                None => return sentence,
+            let has_room = sentence.chars().count() <= room;
+            let Some(smallest) = smallest.filter(|_| parts.len() > 1 && (rest < 0 || !has_room))
+            else {
+                return sentence;
+            };
+            // Only what has no room can be read in full elsewhere.
+            if !has_room {
+                words = more;
             }
+            rest += parts.remove(smallest).0;
         }
     }
 

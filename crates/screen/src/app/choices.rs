@@ -96,10 +96,15 @@ impl App {
             let current = unpinned(system, node, &alias.value(&self.knobs.wanted()));
             let at = self.choices.iter().position(|known| *known == current);
             let next = neighbour(at, self.choices.len(), direction)?;
-            Some(alias.set(&self.choices[next]))
+            let choice = &self.choices[next];
+            Some((alias.name, choice.clone(), alias.set(choice)))
         });
         match next {
-            Some(knobs) => self.turn(knobs.map_err(|error| error.to_string())),
+            Some((name, choice, knobs)) => {
+                // Refusals and the end of the run have a notice of their own.
+                self.notify(format!("{name} is now {choice}"));
+                self.turn(knobs.map_err(|error| error.to_string()));
+            }
             None => self.notify("this system has no messages to choose from"),
         }
     }

@@ -26,7 +26,7 @@ use ratelab_study::{
 
 use course::Course;
 use exercises::rescue::session::RescueTry;
-use keys::{KeyTable, LAB, MAP, Need, REMOTE, REPLAY};
+use keys::{BACK, KeyTable, LAB, MAP, Need, REMOTE, REPLAY};
 use knobs::{Knobs, without_knobs};
 use map::LabMap;
 use past::Executing;
@@ -299,7 +299,10 @@ impl App {
             map: self.visible_map(),
             page: self.page(frame),
             aside: self.tour_page(frame),
-            hints: self.keys().hints(|need| self.has_what(need)),
+            hints: match shown.frames.position() {
+                Some(_) => self.keys().hints_of(&BACK),
+                None => self.keys().hints(|need| self.has_what(need)),
+            },
             prompt: &self.prompt,
             notice: self.notice.as_deref(),
         })

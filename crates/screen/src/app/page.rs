@@ -3,10 +3,10 @@
 use super::App;
 use crate::{
     exercise_panel::ExercisePanel,
-    explain,
+    explain::{Explained, explained},
     frame::FrameData,
     panes::OverlayContent,
-    run::signal,
+    run::{signal, signal_is_push_age},
     view::{Page, glossary},
 };
 
@@ -28,10 +28,17 @@ impl App {
             OverlayContent::Keys => {
                 Page::rows("keys", self.keys().rows(|need| self.has_what(need)))
             }
-            OverlayContent::Glossary => Page::rows("words", glossary().collect()),
+            OverlayContent::Glossary => {
+                Page::rows("words", glossary(frame.plan.is_some()).collect())
+            }
             OverlayContent::Explained => {
-                let signal = signal(self.system()).map(|signal| signal.name);
-                let (title, text) = explain::explained(self.shown.panes.focus, signal, frame);
+                let mut events = self.shown.events.iter();
+                let about = Explained {
+                    signal: signal(self.system()).map(|signal| signal.name),
+                    signal_is_push_age: signal_is_push_age(self.system()),
+                    any_event: events.any(|event| event.at <= frame.now),
+                };
+                let (title, text) = explained(self.shown.panes.focus, about, frame);
                 Page::text(title, text, "any other key closes")
             }
         };

@@ -148,6 +148,23 @@ impl App {
         Some((playback, sampler))
     }
 
+    /// Says which key plays the recording, at a speed at which it can be watched.
+    pub fn offer_to_play(&mut self) {
+        if let ShownRun::Recorded(playback) = &mut self.shown.run {
+            playback.slow_down_if_short();
+            let speed = playback.speed;
+            let offer = format!("Space plays it at {speed}×, . goes to the next message");
+            self.notice.get_or_insert(offer);
+        }
+    }
+
+    /// Is drawn frame by frame from now on, as if the recording played at `speed`.
+    pub fn film(&mut self, speed: f64) {
+        if let ShownRun::Recorded(playback) = &mut self.shown.run {
+            playback.film(speed);
+        }
+    }
+
     /// Plays, or stands still.
     pub fn play(&mut self) {
         if let Some((playback, sampler)) = self.playback() {

@@ -41,7 +41,7 @@ impl RunMoment<'_> {
         let known: Duration = mean.iter().map(|(_, took)| *took).sum();
         let age = self.facts.age.map_or(Duration::ZERO, |age| age.mean);
         mean.iter_mut()
-            .filter(|(kind, _)| *kind == PartKind::Elsewhere)
+            .filter(|(kind, _)| *kind == PartKind::Unknown)
             .for_each(|(_, took)| *took += age.saturating_sub(known));
         Some(PushData {
             sentence: PushSentence::of(&parts, lineage.topology()),

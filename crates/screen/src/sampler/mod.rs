@@ -27,7 +27,7 @@ use super::{
     knobs::{first_node, setting},
     plan::Plans,
     push_age::PushAges,
-    run::{RunSource, WatchedRows, signal},
+    run::{RunSource, WatchedRows, signal, signal_is_push_age},
     sameness::RunDigest,
 };
 
@@ -194,7 +194,11 @@ impl Sampler {
         Some(SignalTrace {
             signal: *signal(system)?,
             points: self.points.range(from..to).copied().collect(),
-            ages: self.push_ages.saw(begin, end),
+            ages: if signal_is_push_age(system) {
+                Vec::new()
+            } else {
+                self.push_ages.saw(begin, end)
+            },
             // They are for what no plan predicted, and this is all of the age.
             limits: match self.plans.predicted((now - LATELY, now)) {
                 Some(Duration::ZERO) | None => self.limits(),
@@ -219,7 +223,9 @@ impl Sampler {
     /// The recent push age and its limits.
     fn age(&mut self, session: &dyn RunSource, graph: &Snapshot, setup: &Setup) -> Option<AgeData> {
         let period = first_node(session.system(), graph).map(|node| node.hz.period());
-        let recent = self.push_ages.recent(period.unwrap_or_default())?;
+        let recent = self
+            .push_ages
+            .recent(period.unwrap_or_default(), graph.now)?;
         if !self.limits.is(setup) {
             let system = session.shared_system().clone();
             self.limits

@@ -20,7 +20,7 @@ use crate::{
 const STILL: Duration = Duration::from_millis(250);
 
 /// Why the same rates may give another age from the start.
-const PHASE: &str = "turned on the way, ticks meet at another phase: after r the age may differ";
+const PHASE: &str = "a rate was turned in the run, so ticks come at other moments";
 
 /// A run at one moment.
 pub(super) struct RunMoment<'a> {
@@ -120,7 +120,7 @@ impl RunMoment<'_> {
         let strain = age.map(|age| age.strain());
         let headline = match strain {
             Some(Strain::Falls) => "NOT LOST YET: pushes are older than it bears".to_owned(),
-            _ if idle => "NOT LOST YET: no action was applied so far".to_owned(),
+            _ if idle => "NOT LOST YET: no push so far".to_owned(),
             _ => self.so_far() + self.as_before(),
         };
         if idle
@@ -135,7 +135,12 @@ impl RunMoment<'_> {
         why.extend(self.living());
         let mut turned = self.facts.turned.iter();
         let turned = turned.any(|knob| knob.kind() == KnobKind::Rate);
-        why.extend(age.filter(|_| turned).map(|_| PHASE.to_owned()));
+        let cure = if self.facts.live {
+            "; r: a clean run"
+        } else {
+            ""
+        };
+        why.extend(age.filter(|_| turned).map(|_| PHASE.to_owned() + cure));
         state(Standing::Good, "", headline, why)
     }
 
@@ -242,7 +247,7 @@ impl RunMoment<'_> {
         let greatest = ms(self.facts.age?.greatest);
         let (name, hz) = (&node.name, node.hz);
         Some(format!(
-            "the {name} decides at {hz}; each push is based on a reading at most {greatest} old"
+            "the {name} decides at {hz}; the oldest reading behind a push lately: {greatest}"
         ))
     }
 

@@ -33,6 +33,37 @@ fn header(text: &str) -> Option<(u64, u64)> {
     Some((digits(age), parts.split(" + ").map(digits).sum()))
 }
 
+#[test]
+fn at_each_moment_the_push_has_an_age_and_is_not_older_than_the_oldest_that_is_told() {
+    let run = recorded(setup(), &config("control-hz 5"), 0.0);
+    let mut app = App::of_recording(Arc::new(run), setup());
+    for at in (0..840).step_by(7) {
+        app.jump(sample::ms(at));
+        super::sample(&mut app);
+        let (shown, drawn) = (frame(&app), small(&app));
+        let age = shown.age.expect(&drawn).greatest.as_millis();
+        let push = shown.push.expect(&drawn);
+        let words: Vec<&str> = push.sentence.whole().split(' ').collect();
+        let now: u128 = words[3].parse().expect("this push is N ms old");
+        assert!(now <= age, "{now} of {age} ms:\n{drawn}");
+    }
+}
+
+#[test]
+fn a_replay_shows_the_curve_of_the_age_and_its_own_speed_in_the_default_terminal() {
+    let run = recorded(setup(), &config("control-hz 5"), 0.0);
+    let mut app = App::of_recording(Arc::new(run), setup());
+    app.offer_to_play();
+    app.jump(seconds(0.4));
+    super::sample(&mut app);
+    let drawn = small(&app);
+    shows(
+        &drawn,
+        &["▷ replay", "age of the push (ms)", "0.840 s  0.1×"],
+    );
+    assert!(!drawn.contains("flat out"), "{drawn}");
+}
+
 /// Two images that match, and a planner with a rate of its own; the times are no whole
 /// milliseconds.
 const PAIR: &str = r#"

@@ -44,7 +44,7 @@ fn a_plan_that_knows_what_is_played_meanwhile_means_just_that() {
 
 #[test]
 fn what_a_plan_predicted_of_the_age_does_not_count_against_the_limit() {
-    for (kind, said) in [("committed", "✓ fresh enough"), ("rollout", "✖ falls")] {
+    for (kind, said) in [("committed", "✓ fresh enough"), ("rollout", "⚠ falls")] {
         let app = ended(chunks(&format!("chunk 50; plan {kind}")));
         let age = frame(&app).age.expect("an age");
         assert!(age.mean > 2 * age.limit().expect("a limit"), "{age:?}");

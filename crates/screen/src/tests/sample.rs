@@ -195,7 +195,7 @@ pub fn push() -> PushData {
     PushData {
         sentence: PushSentence(vec![
             "this push is 95 ms old: 12 waiting for the policy + 20 on /obs + 63 held".to_owned(),
-            "this push is 95 ms old: 63 held + 32 elsewhere".to_owned(),
+            "this push is 95 ms old: 63 held + 32 more (i)".to_owned(),
         ]),
         reaction: Some(Duration::from_millis(110)),
         mean: PartKind::ALL.into_iter().zip(parts).collect(),

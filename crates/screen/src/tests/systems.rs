@@ -289,3 +289,30 @@ fn limits_of_a_system_that_has_none_are_computed_once_and_not_awaited() {
     }));
     assert!(limits.is(&RunSetup::default()), "it would be asked again");
 }
+
+#[test]
+fn an_age_that_is_the_signal_is_drawn_once_with_the_figures_beside_it() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../graphs/robot.toml");
+    let system = graph(&std::fs::read_to_string(path).expect("a file"));
+    let config = Config {
+        setup: system.about().setup(),
+        end: seconds(12.0),
+        ..Config::default()
+    };
+    let mut app = opened(SessionSetup::new(system, None), &config);
+    end(&mut app);
+    let drawn = screen(&app, 120, 35);
+    shows(
+        &drawn,
+        &["3 see-to-act age", "4 figures", "p50", "overruns"],
+    );
+    assert!(!drawn.contains("age of the push"), "{drawn}");
+    // Each number of drops in the graph has its word.
+    let drops = drawn.lines().filter(|line| line.contains("depth 1"));
+    let alone = |line: &str| line.matches("depth 1").count() > line.matches("drop").count();
+    for line in drops {
+        assert!(!alone(line), "{line}");
+    }
+    press(&mut app, "3i");
+    shows(&screen(&app, 120, 35), &["The curve is the see-to-act age"]);
+}

@@ -63,8 +63,8 @@ fn a_fall_goes_on_with_the_tour_whichever_key_it_came_from() {
 fn the_tour_never_says_what_the_run_is_not() {
     for (step, keys, said) in [
         (2, "", "This run is over: r starts again"),
-        (5, "", "The policy is set to 5 decisions"),
-        (5, "]]]]]]]]", "r starts again, with 20 decisions"),
+        (5, "", "The policy is set to 5 Hz"),
+        (5, "]]]]]]]]", "r starts again, with the policy at 20 Hz"),
         (6, "c", "this run is over: r starts again, then c"),
         (7, "", "? shows all keys"),
     ] {

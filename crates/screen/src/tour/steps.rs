@@ -111,9 +111,9 @@ pub const STEPS: [Step; 7] = [
         ask: mend,
         look: |run| {
             format!(
-                "At {} decisions a second it stays up so far. At which rate does it turn? Would a \
-                 deeper queue (>) have saved it? The first two exercises ask for your \
-                 prediction, so ask nobody yet.",
+                "At {} Hz it stays up so far. From which rate down does it fall? Would a deeper queue \
+                 (>) have saved it? The first two exercises ask for your prediction, so ask \
+                 nobody yet.",
                 run.hz
             )
         },
@@ -141,7 +141,7 @@ pub const STEPS: [Step; 7] = [
         ask: |_| String::new(),
         look: |_| {
             "? shows all keys, i explains the pane in focus, e opens the exercises: predict, \
-             then see. q leaves, and g starts this tour again."
+             then see. G explains all words. q leaves. g closes this tour, and starts it again."
                 .to_owned()
         },
     },
@@ -149,15 +149,17 @@ pub const STEPS: [Step; 7] = [
 
 fn graph(run: &Seen) -> String {
     let rates = match run.common_hz {
-        Some(hz) => format!("each tick {hz} times a second"),
-        None => "tick at rates of their own, shown in their boxes,".to_owned(),
+        Some(hz) => format!("Three nodes tick {hz} times a second"),
+        None => "Three nodes tick at rates of their own".to_owned(),
     };
     let drops = match run.dropped {
-        true => "The graph counts what they drop.",
+        true => "The graph counts what is dropped.",
         false => "Nothing is dropped so far.",
     };
     format!(
-        "Sensor, policy and actuator {rates} and meet only in two topics, /obs and /action. {drops}"
+        "{rates}. The sensor sends readings on the topic /obs, the policy answers with actions on \
+         /action, the actuator pushes the cart. Push age, in line 2: how old the reading behind a \
+         push is. {drops}"
     )
 }
 
@@ -166,8 +168,8 @@ fn slow_down(run: &Seen) -> String {
         return starts_again(run);
     }
     format!(
-        "The policy decides {} times a second: press [ until it is {SLOW}. The sensor keeps its \
-         readings. What will /obs do with the others?",
+        "The policy decides {} times a second: press [ until it is {SLOW}. The sensor still sends \
+         its readings. What happens to those that the policy has no time for?",
         run.hz
     )
 }
@@ -176,7 +178,7 @@ fn slowed(run: &Seen) -> String {
     let drops = match run.dropped {
         true => {
             "The graph counts what /obs drops: readings that the policy never sees. Pushes rest \
-             on older readings now: the age above."
+             on older readings now: line 2."
         }
         false => "The graph will count what /obs drops; nothing so far.",
     };
@@ -192,8 +194,8 @@ fn break_it(run: &Seen) -> String {
     }
     if run.next_hz > BROKEN {
         return format!(
-            "Now break it: b slows the policy down from {} to {BROKEN} decisions a second, [ step \
-             by step. Each decision is then held for 200 ms, whatever the pole does.",
+            "Now break it: b slows the policy down from {} to {BROKEN} Hz at once ([ does it step by \
+             step). Each push is then held for 200 ms, whatever the pole does.",
             run.next_hz
         );
     }
@@ -237,8 +239,8 @@ fn repeat(run: &Seen) -> String {
 fn mend(run: &Seen) -> String {
     if run.next_hz < SLOW {
         return format!(
-            "The policy is set to {} decisions a second: b undoes the break, ] goes up step by \
-             step, to {SLOW}. Then r starts again. And the pole?",
+            "The policy is set to {} Hz: b undoes the break, ] goes up step by step, to {SLOW}. Then \
+             r starts again. And the pole?",
             run.next_hz
         );
     }
@@ -254,7 +256,7 @@ fn mend(run: &Seen) -> String {
 /// What r does after the end of a run.
 fn starts_again(run: &Seen) -> String {
     format!(
-        "This run is over: r starts again, with {} decisions a second.",
+        "This run is over: r starts again, with the policy at {} Hz.",
         run.next_hz
     )
 }

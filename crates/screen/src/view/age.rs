@@ -23,11 +23,12 @@ const BEYOND: f64 = 4.0 / 3.0;
 /// Width below which the bar needs the room of a word.
 const NARROW: usize = 60;
 
-/// The line before the first push.
-const NO_AGE: &str = "push age  none: no action was applied so far";
+/// The line before the first push, and where pushes were looked at too rarely.
+const NO_PUSH: &str = "push age  none: no push so far";
+const NO_AGE: &str = "push age  not known over the last second";
 
 /// The number, a bar with a tick and a number at each limit, and the mean parts of the age,
-/// in a line of `room` columns; without an age, that there was no push.
+/// in a line of `room` columns; without an age, why.
 pub fn age_line(
     age: Option<&AgeData>,
     push: Option<&PushData>,
@@ -35,7 +36,8 @@ pub fn age_line(
     theme: &Theme,
 ) -> Line<'static> {
     let Some(age) = age else {
-        return line([(format!(" {NO_AGE}"), theme.strong())]);
+        let why = if push.is_some() { NO_AGE } else { NO_PUSH };
+        return line([(format!(" {why}"), theme.strong())]);
     };
     let number = format!(" {}  ", number(age, room));
     let begin = width(&number);
@@ -94,11 +96,11 @@ fn number(age: &AgeData, room: usize) -> String {
 
 fn verdict(strain: Strain, theme: &Theme) -> (&'static str, &'static str, Style) {
     match strain {
-        Strain::Unknown => ("", "what this loop bears is unknown", theme.faint()),
+        Strain::Unknown => ("", "the limit of this loop is unknown", theme.faint()),
         Strain::Borne => ("✓", "fresh enough", theme.good()),
         Strain::Swings => ("⚠", "swings", theme.alarm_line()),
         Strain::MayFall => ("⚠", "may fall", theme.alarm_line()),
-        Strain::Falls => ("✖", "falls", theme.alarm()),
+        Strain::Falls => ("⚠", "falls", theme.alarm()),
     }
 }
 
@@ -201,7 +203,7 @@ mod tests {
             ..sample::age(95, 200)
         };
         let buf = shown(&unknown, 80, &RICH);
-        let line = " push age  95 ms  what this loop bears is unknown";
+        let line = " push age  95 ms  the limit of this loop is unknown";
         assert_eq!(text(&buf), line);
         assert_eq!(styled(&buf, RICH.alarm_line()), "");
     }
@@ -216,7 +218,7 @@ mod tests {
         assert!(warned(60).ends_with("⚠ swings"));
         assert!(warned(74).ends_with("⚠ may fall"));
         assert!(warned(90).ends_with("⚠ may fall"));
-        assert!(warned(91).ends_with("✖ falls"));
+        assert!(warned(91).ends_with("⚠ falls"));
     }
 
     #[test]

@@ -4,9 +4,14 @@
 /// words, with commas in between.
 const GLOSSARY: &str = include_str!("glossary.txt");
 
-/// The words of each row, and their meaning.
-pub fn glossary() -> impl Iterator<Item = (&'static str, &'static str)> {
-    let rows = GLOSSARY.lines().filter_map(|row| row.split_once("  "));
+/// The words of plans in the same form.
+const OF_PLANS: &str = include_str!("glossary_plans.txt");
+
+/// The words of each row and their meaning, with the words of plans if `planned`.
+pub fn glossary(planned: bool) -> impl Iterator<Item = (&'static str, &'static str)> {
+    let of_plans = OF_PLANS.lines().filter(move |_| planned);
+    let rows = GLOSSARY.lines().chain(of_plans);
+    let rows = rows.filter_map(|row| row.split_once("  "));
     rows.map(|(words, meaning)| (words, meaning.trim_start()))
 }
 
@@ -20,17 +25,18 @@ mod tests {
             text::{plain, width},
             timeline::LEGEND,
         },
-        GLOSSARY, glossary,
+        GLOSSARY, OF_PLANS, glossary,
     };
     use crate::age::PartKind;
 
     /// Words on the screen that stand in no table.
     const ELSEWHERE: &str = "✖, ⚠, flat out, sim, wall, seed, world: own, world: waits, virtual, \
-        real, telemetry lost, push age, reaction time, sense→act, swings, falls, fresh enough, \
+        real, telemetry lost, push age, reaction time, sense→act, more (i), latency, \
+        node, topic, knob, policy, plant, push, action, reading, phase, swings, falls, fresh enough, \
         operation, quadratic cost, clips, steps, pole_fell";
 
     fn is_known(word: &str) -> bool {
-        let mut words = glossary().flat_map(|(words, _)| words.split(", "));
+        let mut words = glossary(true).flat_map(|(words, _)| words.split(", "));
         words.any(|known| known == word || word.strip_suffix('s') == Some(known))
     }
 
@@ -50,10 +56,11 @@ mod tests {
 
     #[test]
     fn every_line_of_the_glossary_fits_80_columns_and_has_marks_in_ascii_too() {
-        assert_eq!(glossary().count(), GLOSSARY.lines().count());
-        let widths = glossary().map(|(words, _)| width(&plain(words, &POOR)));
+        let rows = GLOSSARY.lines().chain(OF_PLANS.lines());
+        assert_eq!(glossary(true).count(), rows.count());
+        let widths = glossary(true).map(|(words, _)| width(&plain(words, &POOR)));
         let words = widths.max().unwrap_or_default();
-        for (word, meaning) in glossary() {
+        for (word, meaning) in glossary(true) {
             let wide = words + KEY_GAP + width(meaning);
             assert!(wide <= 80 - EDGES, "{word}: {wide} columns");
             assert!(!plain(word, &POOR).contains('?'), "{word}");

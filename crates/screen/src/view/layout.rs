@@ -19,6 +19,9 @@ const ALL_PANES: Size = Size::new(80, 24);
 /// The smallest screen with generous spacing.
 const ROOMY: Size = Size::new(120, 36);
 
+/// Minimum width of a screen with the figures beside the signal, in the place of a plant.
+const WITH_FIGURES: u16 = 110;
+
 /// Minimum height of a body with a separate timeline, and the height of that timeline.
 const TALL: u16 = 40;
 const LANES: u16 = 10;
@@ -117,14 +120,22 @@ fn two_columns(body: Rect) -> Vec<(Pane, Rect)> {
     ]
 }
 
-/// The graph on top, and below it the plant and the signal, or the focused pane in their
-/// place.
+/// The graph on top, and below it the plant and the signal, or the signal and the figures, or
+/// the focused pane in their place.
 fn few_panes(body: Rect, focus: Pane, exist: impl Fn(Pane) -> bool) -> Vec<(Pane, Rect)> {
     // The tables of the figures need more rows.
     let height = if focus == Pane::Figures { 5 } else { 7 };
     let [graph, rest] = rows(body, [Length(height), REST]);
     if matches!(focus, Pane::Figures | Pane::Events | Pane::Timeline) {
         return vec![(Pane::Graph, graph), (focus, rest)];
+    }
+    if !exist(Pane::Plant) && rest.width >= WITH_FIGURES {
+        let [left, right] = columns(rest, 46);
+        return vec![
+            (Pane::Graph, graph),
+            (Pane::Signal, left),
+            (Pane::Figures, right),
+        ];
     }
     let [left, right] = columns(rest, share(38, exist));
     vec![

@@ -33,7 +33,7 @@ use ratelab::Event;
 use ratelab_study::system::System;
 
 #[cfg(test)]
-pub use self::page::render as render_page;
+pub use self::page::{EDGES, KEY_GAP, render as render_page};
 pub use self::{glossary::glossary, page::Page};
 use self::{layout::ScreenLayout, sheet::Sheet, text::broken};
 #[cfg(test)]

@@ -14,10 +14,10 @@ use crate::theme::Theme;
 
 /// Maximum width of a text, and of the box around it.
 const WIDEST: usize = 80;
-pub(super) const EDGES: usize = 4;
+pub const EDGES: usize = 4;
 
 /// Blanks between a key and its action, and between two columns of them.
-pub(super) const KEY_GAP: usize = 2;
+pub const KEY_GAP: usize = 2;
 const COLUMN_GAP: usize = 4;
 
 /// Rows for the box, and for the hint.

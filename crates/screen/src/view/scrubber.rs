@@ -9,7 +9,11 @@ use crate::playback::Playback;
 /// Draws the moment as a position on a line, with a mark per event.
 pub fn render(playback: &Playback, mut sheet: Sheet<'_>) {
     let theme = sheet.theme;
-    let sign = if playback.is_playing() { "▶" } else { "‖" };
+    let sign = if playback.seems_to_play() {
+        "▶"
+    } else {
+        "‖"
+    };
     let left = format!(" {sign} {:>8.3} s ", playback.at().as_secs_f64());
     let (end, speed) = (playback.ends().as_secs_f64(), playback.speed);
     let right = format!(" {end:.3} s  {speed}× ");

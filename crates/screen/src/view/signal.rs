@@ -31,8 +31,9 @@ const LONGEST_UNIT: usize = 4;
 /// Minimum size of a chart with labels; a smaller one has the line alone.
 const LEAST: (usize, usize) = (30, 5);
 
-/// Minimum height for two charts.
-const TALL: usize = 8;
+/// Minimum height for two charts, and for two with the range of a task in the upper one.
+const TALL: usize = 7;
+const TALL_WITH_TASK: usize = 16;
 
 /// What the dashes in both charts are; beside the title of the lower one.
 const GHOST_LEGEND: &str = "╌╌ last run";
@@ -66,7 +67,10 @@ pub fn render(trace: &SignalTrace, newest: Option<&PlanData>, now: Time, sheet: 
     let height = sheet.height();
     let labelled = sheet.width() >= LEAST.0 && height >= LEAST.1;
     // A task is about the signal.
-    let least = if trace.safe.is_some() { 2 * TALL } else { TALL };
+    let least = match trace.safe {
+        Some(_) => TALL_WITH_TASK,
+        None => TALL,
+    };
     let two = !ages.is_empty() && height >= least;
     let upper = height - if two { height / 2 } else { 0 };
     let mut levels = signal_levels(signal);
@@ -255,7 +259,7 @@ mod tests {
     fn the_age_is_under_the_signal_where_there_is_room() {
         insta::assert_snapshot!(text(&pane(&sample::trace(), 840, (70, 20), &RICH)));
         insta::assert_snapshot!(text(&pane(&sample::trace(), 840, (50, 18), &POOR)));
-        let small = pane(&sample::trace(), 840, (50, 9), &RICH);
+        let small = pane(&sample::trace(), 840, (50, 8), &RICH);
         assert!(!text(&small).contains("age"));
     }
 

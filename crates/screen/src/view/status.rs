@@ -19,7 +19,7 @@ pub fn render(name: &str, frame: &FrameData, extra: &StatusExtra, mut sheet: She
     let usual = |text: String| (text, Style::new());
     let mut parts = vec![
         (name.to_owned(), theme.strong()),
-        usual(clock(frame.status)),
+        usual(clock(frame.status, extra.replay)),
         state(frame, extra, theme),
     ];
     parts.extend(extra.recording.map(|lost| match lost {
@@ -31,10 +31,11 @@ pub fn render(name: &str, frame: &FrameData, extra: &StatusExtra, mut sheet: She
     parts.push(usual(format!("{:>8.2} s sim", frame.now.as_secs_f64())));
     parts.extend(frame.world.map(|world| usual(world.to_owned())));
     parts.push(usual(format!("seed {}", frame.seed)));
+    let texts = extra.clocks.iter().chain(&frame.settings);
+    parts.extend(texts.cloned().map(usual));
     // A recording has run time only.
     let wall = (!extra.replay).then(|| usual(format!("{:>5} s wall", frame.wall_s)));
-    let texts = extra.clocks.iter().chain(&frame.settings);
-    parts.extend(wall.into_iter().chain(texts.cloned().map(usual)));
+    parts.extend(wall);
     let lost = (frame.telemetry_lost > 0).then(|| {
         let text = format!(" ✖ telemetry lost {} ", frame.telemetry_lost);
         line([(text, theme.alarm())])
@@ -46,11 +47,12 @@ pub fn render(name: &str, frame: &FrameData, extra: &StatusExtra, mut sheet: She
     sheet.line(0, 0, &side_by_side(whole, GAP, room, theme));
 }
 
-/// The clock, with its speed if it has one; of the same width for all numeric speeds.
-fn clock(status: Status) -> String {
+/// The clock, with its speed if it has one; of the same width for all numeric speeds. The speed
+/// of a `replay` is not that of the run.
+fn clock(status: Status, replay: bool) -> String {
     let text = match status.clock {
-        ClockKind::Real => status.clock.to_string(),
-        ClockKind::Virtual => format!("{} {}", status.clock, status.speed),
+        ClockKind::Virtual if !replay => format!("{} {}", status.clock, status.speed),
+        clock => clock.to_string(),
     };
     format!("{text:<12}")
 }
@@ -62,7 +64,7 @@ fn state(frame: &FrameData, extra: &StatusExtra, theme: &Theme) -> (String, Styl
         return (text, theme.strong());
     }
     match () {
-        () if extra.replay => ("⏵ replay ".to_owned(), theme.strong()),
+        () if extra.replay => ("▷ replay ".to_owned(), theme.strong()),
         () if extra.ended => ("■ ended  ".to_owned(), theme.strong()),
         () if frame.status.paused => ("‖ paused ".to_owned(), theme.strong()),
         () => ("▶ running".to_owned(), theme.active()),
@@ -85,7 +87,7 @@ mod tests {
     #[test]
     fn parts_go_from_the_right() {
         let extra = StatusExtra::default();
-        insta::assert_snapshot!(text(&line(120, &extra, &RICH)), @"cart-pole  virtual 1×    ▶ running      0.84 s sim  seed 0      1 s wall  policy scripted");
+        insta::assert_snapshot!(text(&line(120, &extra, &RICH)), @"cart-pole  virtual 1×    ▶ running      0.84 s sim  seed 0  policy scripted      1 s wall");
         insta::assert_snapshot!(text(&line(70, &extra, &RICH)), @"cart-pole  virtual 1×    ▶ running      0.84 s sim  seed 0");
         insta::assert_snapshot!(text(&line(30, &extra, &POOR)), @"cart-pole  virtual 1x");
     }
@@ -97,12 +99,12 @@ mod tests {
             recording: Some(0),
             ..StatusExtra::default()
         };
-        insta::assert_snapshot!(text(&line(120, &ended, &RICH)), @"cart-pole  virtual 1×    ■ ended    ● rec      0.84 s sim  seed 0      1 s wall  policy scripted");
+        insta::assert_snapshot!(text(&line(120, &ended, &RICH)), @"cart-pole  virtual 1×    ■ ended    ● rec      0.84 s sim  seed 0  policy scripted      1 s wall");
         let back = StatusExtra {
             back: Some((3, 120)),
             ..ended
         };
-        insta::assert_snapshot!(text(&line(120, &back, &RICH)), @"cart-pole  virtual 1×    ◀ looking back   3 of 120  ● rec      0.84 s sim  seed 0      1 s wall  policy scripted");
+        insta::assert_snapshot!(text(&line(120, &back, &RICH)), @"cart-pole  virtual 1×    ◀ looking back   3 of 120  ● rec      0.84 s sim  seed 0  policy scripted      1 s wall");
     }
 
     #[test]

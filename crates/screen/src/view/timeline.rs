@@ -24,7 +24,7 @@ pub(super) const LEGEND: [(MarkKind, &str, &str); 10] = [
     (MarkKind::Late, "▒", "late"),
     (MarkKind::Waiting, "░", "waiting for"),
     (MarkKind::Aside, "▁", "set aside for"),
-    (MarkKind::Overrun, "×", "overrun"),
+    (MarkKind::Overrun, "◆", "overrun"),
     (MarkKind::Read, "•", "read"),
     (MarkKind::Unread, "·", "unread"),
     (MarkKind::Lost, "✖", "lost"),

@@ -7,7 +7,7 @@ use std::fmt::Write;
 
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-pub use tables::{LAB, MAP, REMOTE, REPLAY};
+pub use tables::{BACK, LAB, MAP, REMOTE, REPLAY};
 
 use super::App;
 use crate::knobs::Direction;
@@ -162,6 +162,16 @@ impl KeyTable {
         self.of(has).filter_map(KeyRow::hint).collect()
     }
 
+    /// The same of the rows that begin with `first`, in this order.
+    pub fn hints_of(&self, first: &[&str]) -> Vec<(String, &'static str)> {
+        let row = |key: &&str| {
+            let mut rows = self.of(|_| true);
+            rows.find(|row| row.names().next() == Some(*key))
+        };
+        let rows = first.iter().filter_map(row);
+        rows.filter_map(KeyRow::hint).collect()
+    }
+
     /// The rows, as `ratelab keys` prints them.
     pub fn text(&self, has: impl Fn(Need) -> bool) -> String {
         let rows = self.rows(has).into_iter();
@@ -175,6 +185,7 @@ impl KeyTable {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::view::{EDGES, KEY_GAP};
 
     const TABLES: &[KeyTable] = &[LAB, MAP, REPLAY, REMOTE];
 
@@ -186,6 +197,20 @@ mod tests {
                 assert!(!names[..index].contains(name), "{name} is taken");
             }
         }
+    }
+
+    #[test]
+    fn every_row_of_keys_fits_80_columns_and_the_first_ones_have_a_text_in_the_footer() {
+        for table in TABLES {
+            let rows = table.rows(|_| true);
+            let keys = rows.iter().map(|(keys, _)| keys.chars().count()).max();
+            let room = 80 - EDGES - KEY_GAP - keys.unwrap_or_default();
+            for (keys, help) in rows {
+                let wide = help.chars().count();
+                assert!(wide <= room, "{keys}: {wide} of {room} columns");
+            }
+        }
+        assert_eq!(LAB.hints_of(&BACK).len(), BACK.len());
     }
 
     #[test]

@@ -64,16 +64,19 @@ const PANES: &[KeyRow] = rows! {
         "give the focused pane the whole screen, or take it back", footer "zoom";
 };
 
-const RATE_AND_DEPTH: &[KeyRow] = rows! {
+const RATE: &[KeyRow] = rows! {
     "[ ]" => DownUp(App::turn_rate),
         "rate of the marked node down, up", footer "rate";
+};
+
+const DEPTH_OF_TOPICS: &[KeyRow] = rows! {
     "< >" => DownUp(|app, by| app.turn_topics(&DEPTH, by)),
         "depth of the marked topics down, up", footer "depth";
 };
 
 const RECORD: &[KeyRow] = rows! {
     "w" => This(App::record),
-        "record to a file in the folder recordings, or stop recording", footer "record";
+        "record to a file in the folder recordings, or stop that", footer "record";
 };
 
 const TYPE: &[KeyRow] = rows! {
@@ -90,17 +93,26 @@ const BRANCH: &[KeyRow] = rows! {
 pub const LAB: KeyTable = KeyTable(&[
     HELP,
     QUIT,
-    RATE_AND_DEPTH,
+    RATE,
+    rows! {
+        "r" => This(App::restart_as_it_stands),
+            "start again: same seed, knobs as they stand", footer "restart";
+        "Space" => This(App::pause), "pause, or go on", footer "pause";
+        "e" => This(App::open_exercises),
+            "open the exercises: predict, then see", footer "exercises", needs Course;
+        "m" => This(App::ask_for_map),
+            "the cliff map: which rates and seeds go well", footer "map";
+        "b" => This(App::break_it),
+            "break it, as --break does; again: undo that", footer "break", needs Breakable;
+        "c" => This(App::other_clock),
+            "hand the running graph to the other clock", footer "clock";
+    },
+    DEPTH_OF_TOPICS,
     rows! {
         "d D" => UpDown(|app, by| app.turn_topics(&DELAY, by)),
             "delay of the marked topics up, down", footer "delay";
         "l L" => UpDown(|app, by| app.turn_topics(&LOSS, by)),
             "losses of the marked topics up, down", footer "loss";
-        "b" => This(App::break_it),
-            "break it, as --break does; again: undo that", footer "break", needs Breakable;
-        "r" => This(App::restart_as_it_stands),
-            "start again: same seed, knobs as they stand", footer "restart";
-        "Space" => This(App::pause), "pause, or go on", footer "pause";
     },
     PANES,
     rows! {
@@ -113,18 +125,12 @@ pub const LAB: KeyTable = KeyTable(&[
             |app| app.shown.frames.live(),
             |app| app.shown.frames.live(),
         ]),
-            "look at the oldest picture kept, the newest, what is live";
-        "m" => This(App::ask_for_map),
-            "the cliff map: which rates and seeds go well", footer "map";
+            "look at the oldest picture kept, the newest, what is live", footer "live again";
     },
     RECORD,
     rows! {
-        "e" => This(App::open_exercises),
-            "open the exercises: predict, then see", footer "exercises", needs Course;
         "g" => This(App::toggle_tour),
             "begin the guided tour of five minutes, or leave it", needs Course;
-        "c" => This(App::other_clock),
-            "hand the running graph to the other clock", footer "clock";
         "+ - 0" => Each(SPEED),
             "virtual time faster, slower, as fast as the wall's", footer "speed";
         "↑ ↓" => DownUp(App::mark_node),
@@ -181,7 +187,7 @@ pub const REPLAY: KeyTable = KeyTable(&[
     PANES,
     rows! {
         "O o" => DownUp(App::operate),
-            "where ticks overlap: to the operation before, to the next one", footer "operation";
+            "overlapping ticks: to the operation before, to the next", footer "operation";
         "PgUp PgDn" => DownUp(App::skip), "a second back, a second on";
         "N n" => DownUp(App::seek_event),
             "to the event before, to the next event", footer "event";
@@ -194,4 +200,7 @@ pub const REPLAY: KeyTable = KeyTable(&[
 ]);
 
 /// All keys of a run of other processes: some of the lab's. Who leaves does not end the run.
-pub const REMOTE: KeyTable = KeyTable(&[HELP, QUIT, RATE_AND_DEPTH, PANES, TYPE, RECORD]);
+pub const REMOTE: KeyTable = KeyTable(&[HELP, QUIT, RATE, DEPTH_OF_TOPICS, PANES, TYPE, RECORD]);
+
+/// The keys, each the first of its row, that the footer shows while looking back.
+pub const BACK: [&str; 6] = [",", ".", "Home", "B", "?", "q"];

@@ -4,8 +4,8 @@ use ratatui::{layout::Rect, style::Style};
 
 use super::{
     route::Routes,
-    text::{count, fitting, line, pad, width},
-    topic_text::{COUNT, TopicText},
+    text::{fitting, line, pad, width},
+    topic_text::TopicText,
 };
 use crate::{
     frame::{FrameData, TopicData},
@@ -77,9 +77,7 @@ fn entry(topic: &TopicText<'_>, name: usize, cell: &mut Sheet<'_>) {
     let figures = format!("{}{depth} ", topic.rate());
     let used = width(&name) + width(&figures);
     let left = room.saturating_sub(used + if aged { LIST_AGE + 1 } else { 0 });
-    let dropped = count(topic.topic.dropped, COUNT);
-    let words = [" dropped", " drops", ""].map(|word| format!("  {dropped}{word}"));
-    let drops = fitting(words, left);
+    let drops = fitting(topic.drops_in_words(), left);
     let whole = line([(name, theme.strong()), (figures + &drops, Style::new())]);
     cell.line(0, 0, &whole);
     if aged {

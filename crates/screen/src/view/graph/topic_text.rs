@@ -91,9 +91,20 @@ impl TopicText<'_> {
             lost.clone(),
         ];
         let with_losses = with_losses.into_iter().filter(|_| !lost.is_empty());
-        let words = ["dropped", "drops", ""].map(|word| format!("  {dropped} {word}"));
-        let text = fitting(with_losses.chain(words), room);
+        let text = fitting(with_losses.chain(self.drops_in_words()), room);
         text.trim_end().to_owned()
+    }
+
+    /// The drops in fewer and fewer columns, never as a number alone.
+    pub(super) fn drops_in_words(&self) -> impl Iterator<Item = String> {
+        let dropped = count(self.topic.dropped, COUNT);
+        let short = (self.topic.dropped > 0).then(|| format!(" ✖{dropped}"));
+        let words = [
+            format!("  {dropped} dropped"),
+            format!("  {dropped} drops"),
+            format!(" {dropped} drops"),
+        ];
+        words.into_iter().chain(short)
     }
 
     /// The mark of a topic with the focus of the knob keys, or else `nothing`.

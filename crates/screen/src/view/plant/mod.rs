@@ -17,9 +17,11 @@ use crate::{
     theme::Theme,
 };
 
-/// Length (Braille dots) below which one side of a view is too short to show motion. The
-/// shorter side then fills the pane, and the view follows the focus.
+/// Length (Braille dots) below which one side of a view is too short to show motion, and the
+/// share of the pane below which it wastes room. The shorter side then fills the pane, and the
+/// view follows the focus.
 const SHORTEST_SIDE: f64 = 20.0;
+const LEAST_SHARE: f64 = 0.5;
 
 /// Number of rows above which one is for labels below the view.
 const WITH_LABELS: u16 = 7;
@@ -99,8 +101,9 @@ impl<'t> Drawing<'t> {
         let (by_width, by_height) = (width / (wide - 1.0) * aspect, height / (high - 1.0));
         let all = by_width.max(by_height);
         let shorter = (width * aspect * across).min(height * down) / all;
-        let size = if shorter < SHORTEST_SIDE {
-            by_width.min(by_height)
+        let filled = by_width.min(by_height);
+        let size = if shorter < SHORTEST_SIDE || filled < LEAST_SHARE * all {
+            filled
         } else {
             all
         };

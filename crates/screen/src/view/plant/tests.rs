@@ -85,3 +85,12 @@ fn any_size_and_any_pose_will_do() {
     }
     torture(|sheet| render(None, &frame.verdict, sheet));
 }
+
+#[test]
+fn the_pole_grows_with_the_pane() {
+    for (size, least) in [((34, 10), 4), ((62, 13), 5), ((46, 20), 10), ((60, 34), 16)] {
+        let drawn = text(&pane(&sample::balanced(), size, &POOR));
+        let rows = drawn.lines().filter(|line| line.contains('*')).count();
+        assert!(rows >= least, "{rows} of {least} rows:\n{drawn}");
+    }
+}
