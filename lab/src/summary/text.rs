@@ -55,7 +55,7 @@ pub fn of(system: &dyn System, summary: &Summary, context: &ReportContext) -> St
         ("latency", latency(system, summary)),
         (
             "push age",
-            summary.push_age().map(|age| push_age(summary, age)),
+            summary.push_age().map(|age| push_age(system, summary, age)),
         ),
     ]));
     lines.extend(ages::lines(&summary.ages, |age| !is_told(summary, age)));
@@ -110,7 +110,7 @@ fn known<const N: usize>(rows: [(&'static str, Option<String>); N]) -> Vec<(&'st
 }
 
 /// The mean age with what is known beside it; of a run of a second the last one is all of it.
-fn push_age(summary: &Summary, age: MeanPushAge) -> String {
+fn push_age(system: &dyn System, summary: &Summary, age: MeanPushAge) -> String {
     let [run, late] = [age.run_s, age.late_s].map(ms);
     let told = summary.ages.iter().find(|age| is_told(summary, age));
     let p99 = told.map(|age| format!(" (p99 {})", ms(ages::mean_and_p99_s(age)[1])));
@@ -120,7 +120,10 @@ fn push_age(summary: &Summary, age: MeanPushAge) -> String {
     } else {
         format!(", in the last second {late}")
     };
-    format!("mean {run}{p99}{late}; latency is the age as a push begins")
+    let first = system
+        .latency()
+        .map(|(_, meter)| format!("; {meter} is the age as a push begins"));
+    format!("mean {run}{p99}{late}{}", first.unwrap_or_default())
 }
 
 /// Whether `age` is the push age of the run, which has a line of its own.

@@ -27,8 +27,20 @@ pub fn unknown(page: &ManualPage, shell: &Shell) -> Vec<String> {
     let help = |of: &str| shell.run(&format!("ratelab {of} --help"), true).expect(of);
     let commands = help("");
     let known = [
-        "", "run", "sweep", "hunt", "exercise", "replay", "picture", "grade", "verify", "up",
-        "node", "new", "check",
+        "",
+        "run",
+        "sweep",
+        "hunt",
+        "exercise",
+        "replay",
+        "picture",
+        "grade",
+        "verify",
+        "up",
+        "node",
+        "new",
+        "check",
+        "export-web",
     ]
     .map(help)
     .join("");

@@ -96,7 +96,7 @@ fn number(age: &AgeData, room: usize) -> String {
 
 fn verdict(strain: Strain, theme: &Theme) -> (&'static str, &'static str, Style) {
     match strain {
-        Strain::Unknown => ("", "the limit of this loop is unknown", theme.faint()),
+        Strain::Unknown => ("", "limit unknown", theme.faint()),
         Strain::Borne => ("✓", "fresh enough", theme.good()),
         Strain::Swings => ("⚠", "swings", theme.alarm_line()),
         Strain::MayFall => ("⚠", "may fall", theme.alarm_line()),
@@ -203,7 +203,7 @@ mod tests {
             ..sample::age(95, 200)
         };
         let buf = shown(&unknown, 80, &RICH);
-        let line = " push age  95 ms  the limit of this loop is unknown";
+        let line = " push age  95 ms  limit unknown";
         assert_eq!(text(&buf), line);
         assert_eq!(styled(&buf, RICH.alarm_line()), "");
     }

@@ -24,7 +24,7 @@ pub fn render(shown: &ScreenState<'_>, layout: &ScreenLayout, mut sheet: Sheet<'
                 Some(refusal) => format!("✖ {refusal}"),
                 None => shown.prompt.hint(shown.system),
             };
-            at_the_bottom(&above, sheet.part(layout.body));
+            at_the_bottom(&above, sheet.part(layout.age.union(layout.body)));
         }
         (None, Some(notice)) => {
             at_the_bottom(notice, sheet.part(layout.body.union(layout.footer)));
