@@ -54,6 +54,7 @@ impl Program {
             system: Arc::new(system),
             course: false,
             built_in: self.built_in.clone(),
+            file: with.is_empty().then(|| name.to_owned()),
         })
     }
 }

@@ -15,6 +15,8 @@ pub struct Program {
     pub course: bool,
     /// The system without a graph file: that in the middle of one.
     pub built_in: Arc<dyn System>,
+    /// The name of the graph file, as it is on the disk.
+    pub file: Option<String>,
 }
 
 impl Program {
@@ -24,6 +26,7 @@ impl Program {
             built_in: system.clone(),
             system,
             course,
+            file: None,
         }
     }
 
@@ -33,6 +36,7 @@ impl Program {
         Self {
             course: self.course && graph.is_none(),
             built_in: self.built_in.clone(),
+            file: None,
             system: graph.unwrap_or_else(|| self.system.clone()),
         }
     }

@@ -8,7 +8,7 @@ use ratelab_effects::{Callback, Match, knob};
 use super::{
     ChainSpec, GraphFile, InnerSpec, MOST_PARTS, NodeSpec, PlacedKnob,
     document::Block,
-    error::{Checked, GraphRefusal, Placed, holds, instead, refuse, unknown},
+    error::{Checked, GraphRefusal, Placed, holds, instead, line_and_column, refuse, unknown},
     executors,
     format::{PATH, TOPICS},
     names::{name, node_of, once, topic_name},
@@ -65,7 +65,7 @@ pub(super) fn check(text: &str, blocks: &[Block]) -> Checked<GraphFile> {
         let chain = chain(block, &file)?;
         file.chains.push(chain);
     }
-    file.limits = of("limit").filter_map(limit).collect();
+    file.limits = of("limit").filter_map(|block| limit(text, block)).collect();
     whole(&file)?;
     Ok(file)
 }
@@ -308,11 +308,12 @@ fn chain(block: &Block, file: &GraphFile) -> Checked<ChainSpec> {
 }
 
 /// The limit of a figure, which has one bound.
-fn limit(block: &Block) -> Option<FigureLimit> {
+fn limit(text: &str, block: &Block) -> Option<FigureLimit> {
     let most = block.number("at_most").map(Bound::AtMost);
     Some(FigureLimit {
         figure: block.name.text.clone(),
         bound: most.or(block.number("at_least").map(Bound::AtLeast))?,
+        place: line_and_column(text, block.name.at),
     })
 }
 

@@ -86,9 +86,10 @@ impl GraphFile {
             let stays = |node: &usize| {
                 let node = &self.nodes[*node];
                 let mut topics = awaited(node).map(|topic| self.is_silent(topic, &silent));
-                match node.triggers.is_empty() {
-                    true => !node.reads.is_empty() && topics.all(|is_silent| is_silent),
-                    false => topics.any(|is_silent| is_silent),
+                if node.triggers.is_empty() {
+                    !node.reads.is_empty() && topics.all(|is_silent| is_silent)
+                } else {
+                    topics.any(|is_silent| is_silent)
                 }
             };
             let rest: Vec<usize> = silent.iter().copied().filter(stays).collect();

@@ -59,14 +59,17 @@ impl GraphRefusal {
 
     /// The error in `text`, with line and column.
     pub(super) fn in_text(self, text: &str) -> GraphFileError {
-        let before = text.get(..self.at).unwrap_or(text);
-        let line = before.rsplit('\n').next().unwrap_or_default();
-        GraphFileError {
-            line: 1 + before.matches('\n').count(),
-            column: 1 + line.chars().count(),
-            what: self.what,
-        }
+        let [line, column] = line_and_column(text, self.at);
+        let what = self.what;
+        GraphFileError { line, column, what }
     }
+}
+
+/// Line and column of the byte `at` in `text`, counted from one.
+pub(super) fn line_and_column(text: &str, at: usize) -> [usize; 2] {
+    let before = text.get(..at).unwrap_or(text);
+    let line = before.rsplit('\n').next().unwrap_or_default();
+    [1 + before.matches('\n').count(), 1 + line.chars().count()]
 }
 
 pub(super) fn refuse<T>(at: usize, what: impl Into<String>) -> Checked<T> {

@@ -9,6 +9,8 @@ pub struct FigureLimit {
     pub figure: String,
     /// What it may be.
     pub bound: Bound,
+    /// Line and column of its section in the graph file, counted from one.
+    pub place: [usize; 2],
 }
 
 /// What a figure may be, in its own unit.

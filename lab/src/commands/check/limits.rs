@@ -41,7 +41,7 @@ pub fn compare(program: &Program, runs: &[CheckedRun]) -> Result<Results, Error>
         misses: runs.iter().filter_map(CheckedRun::miss).collect(),
     };
     let limits = program.system.about().limits.iter();
-    let limits = limits.map(|limit| compared(limit, runs));
+    let limits = limits.map(|limit| compared(program, limit, runs));
     let limits = [Ok(verdict)].into_iter().chain(limits);
     Ok(Results {
         graph: program.system.name(),
@@ -51,7 +51,11 @@ pub fn compare(program: &Program, runs: &[CheckedRun]) -> Result<Results, Error>
 }
 
 /// One limit, and the runs that miss it. What was not measured is missed.
-fn compared(limit: &FigureLimit, runs: &[CheckedRun]) -> Result<LimitResult, Error> {
+fn compared(
+    program: &Program,
+    limit: &FigureLimit,
+    runs: &[CheckedRun],
+) -> Result<LimitResult, Error> {
     let mut misses = Vec::new();
     for run in runs {
         let text = match figure(&run.metrics, &limit.figure) {
@@ -63,9 +67,13 @@ fn compared(limit: &FigureLimit, runs: &[CheckedRun]) -> Result<LimitResult, Err
             }
             Some(Value::Null) => Some("not measured".to_owned()),
             _ => {
-                let figure = &limit.figure;
+                let (figure, [line, column]) = (&limit.figure, limit.place);
+                let file = program.file.iter();
+                let place: String = file
+                    .map(|file| format!("{file}:{line}:{column}: "))
+                    .collect();
                 let text = format!(
-                    "limit {figure:?}: no figure of a run: expected a number that run --json prints, such as nodes.NODE.overruns"
+                    "{place}limit {figure:?}: no figure of a run: expected a number that run --json prints, such as nodes.NODE.overruns"
                 );
                 return Err(Error::BadInput(text));
             }
