@@ -2,6 +2,8 @@
 
 mod text;
 
+use std::path::Path;
+
 use ratelab_recording::StopReason;
 use ratelab_study::{
     experiment::{
@@ -31,11 +33,7 @@ const DEFAULTS: Defaults =
 pub fn hunt(program: &Program, args: &HuntArgs) -> Result<(), Error> {
     let (config, _) = options::graph(program, &args.graph, &DEFAULTS)?;
     let budget = budget(program, args, &config)?;
-    // The hunt takes long and must not overwrite a file.
-    for (option, path) in [("--save", &args.save), ("--record", &args.record)] {
-        path.as_deref()
-            .map_or(Ok(()), |path| refuse_existing(option, path))?;
-    }
+    check_outputs(args)?;
     let mut hunt = Hunt::new(program.system.clone(), config);
     hunt.threads = args.threads.unwrap_or(hunt.threads);
     hunt.interrupt = signals::interrupt();
@@ -53,6 +51,28 @@ pub fn hunt(program: &Program, args: &HuntArgs) -> Result<(), Error> {
             write(program, args, &found, &config)
         }
     }
+}
+
+/// Checks the files to write: the hunt takes long, and must not overwrite a file.
+fn check_outputs(args: &HuntArgs) -> Result<(), Error> {
+    if args.save.is_some() && args.save == args.record {
+        let why = "--save and --record name the same file: choose another name for one of them";
+        return Err(Error::BadInput(why.to_owned()));
+    }
+    for (option, path) in [("--save", &args.save), ("--record", &args.record)] {
+        path.as_deref()
+            .map_or(Ok(()), |path| refuse_existing(option, path))?;
+    }
+    // A recording makes its folder.
+    let is_missing = |path: &&Path| {
+        let folder = path.parent();
+        folder.is_some_and(|folder| !folder.as_os_str().is_empty() && !folder.is_dir())
+    };
+    if let Some(path) = args.save.as_deref().filter(is_missing) {
+        let why = "there is no such folder: make it first";
+        return Err(Error::BadInput(format!("--save {}: {why}", path.display())));
+    }
+    Ok(())
 }
 
 fn budget(program: &Program, args: &HuntArgs, config: &Config) -> Result<Budget, Error> {

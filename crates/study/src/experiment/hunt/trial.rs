@@ -71,10 +71,12 @@ impl<'h> Trials<'h> {
     /// The index of the first of `lists` that loses the run.
     pub fn first_lost(&mut self, lists: &[Vec<FaultPart>]) -> Result<Option<usize>, Halt> {
         let mut first: Option<(usize, Result<Verdict, HuntError>)> = None;
+        let mut finished = 0;
         let (threads, trials) = (self.hunt.threads, &*self);
         let run = |index: usize| trials.try_one(&lists[index]);
         // All lists before the first that is enough are run to their end.
         let complete = in_parallel(threads, lists.len(), run, |index, verdict| {
+            finished += 1;
             if matches!(&verdict, Ok(verdict) if !verdict.is_lost()) {
                 return ControlFlow::Continue(());
             }
@@ -84,6 +86,7 @@ impl<'h> Trials<'h> {
             ControlFlow::Break(())
         });
         if !complete {
+            self.runs += finished;
             return Err(Halt::Stopped);
         }
         let Some((index, verdict)) = first else {
