@@ -15,6 +15,8 @@ mod memory;
 #[path = "../../examples/own_costs.rs"]
 #[allow(dead_code)] // Its `main`.
 mod own_costs;
+#[path = "../support/saved.rs"]
+mod saved;
 #[path = "../support/mod.rs"]
 mod support;
 #[path = "../support/table.rs"]
@@ -33,6 +35,7 @@ mod dependencies;
 mod ends;
 mod executors;
 mod expected;
+mod external_weights;
 mod falls;
 #[cfg(all(target_arch = "x86_64", target_os = "linux"))]
 mod golden;
@@ -52,6 +55,7 @@ mod matches;
 mod phases;
 mod plan_bars;
 mod policies;
+mod policy_files;
 mod programs;
 mod push_age;
 mod quadratic_cost;

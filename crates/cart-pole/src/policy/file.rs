@@ -2,7 +2,9 @@
 
 use std::{fmt, io::ErrorKind, path::Path};
 
-use super::{LARGEST_FILE, built_in::EXPECTED};
+use super::{
+    LARGEST_FILE, built_in::EXPECTED, format::FileFormat, onnx::WholeGraph, way_out::way_out,
+};
 use ratelab_effects::Digest;
 use ratelab_study::file::{self, FileError};
 use serde::{Deserialize, Serialize};
@@ -40,10 +42,23 @@ impl PolicyFile {
         }
     }
 
-    /// Reads its content.
+    /// Reads its content, with the digest of that; of an ONNX graph with all its weights, also
+    /// those in other files.
     pub(super) fn read(&self) -> Result<(Vec<u8>, Digest), String> {
-        let content = file::read(Path::new(&self.path), LARGEST_FILE).map_err(unread)?;
-        let found = Digest::of(&content);
+        let path = Path::new(&self.path);
+        let content = file::read(path, LARGEST_FILE).map_err(unread)?;
+        let (content, found) = match FileFormat::of(&content) {
+            FileFormat::Onnx => {
+                let folder = path.parent().filter(|folder| *folder != Path::new(""));
+                let whole = WholeGraph::read(content, folder.unwrap_or(Path::new(".")));
+                let whole = whole.map_err(|why| why.to_string())?;
+                (whole.content, whole.digest)
+            }
+            _ => {
+                let digest = Digest::of(&content);
+                (content, digest)
+            }
+        };
         match self.sha256 {
             Some(expected) if expected != found => Err(format!(
                 "expected the content with the SHA-256 {expected}, found another one: {found}"
@@ -61,9 +76,15 @@ fn unread(why: FileError) -> String {
         FileError::Unreadable(why) => {
             format!("expected a file of weights, found one that cannot be read: {why}")
         }
-        FileError::NoFile(what) => format!("expected a file of weights, found {what}"),
+        FileError::NoFile(what) => {
+            format!(
+                "expected a file of weights, found {what}; {}",
+                way_out(None)
+            )
+        }
         FileError::TooLarge(bytes) => format!(
-            "expected a file of weights of {LARGEST_FILE} bytes at most, found {bytes} bytes"
+            "expected a file of weights of {LARGEST_FILE} bytes at most, found {bytes} bytes; {}",
+            way_out(None)
         ),
     }
 }

@@ -7,6 +7,7 @@ mod built_in;
 mod cache;
 mod error;
 mod file;
+mod format;
 mod interface;
 mod lqr;
 mod network;
@@ -14,6 +15,7 @@ mod onnx;
 mod program;
 mod spec;
 mod swappable;
+mod way_out;
 
 pub use built_in::{PolicyKind, Scripted, UnknownPolicy};
 pub(crate) use built_in::{Random, Zero};
@@ -22,11 +24,12 @@ pub use error::PolicyError;
 pub use file::PolicyFile;
 pub use interface::{Moment, Policy, PolicyContext};
 pub use lqr::{Lqr, LqrError};
-pub use network::{Mlp, read_weights};
+pub use network::{Mlp, WeightsError, read_weights};
 pub use onnx::RUNS_ONNX;
 pub use program::end_programs;
 pub use spec::{LoadedPolicy, PolicySpec};
 pub use swappable::SwappablePolicy;
+pub use way_out::ProgramKind;
 
 /// The largest file accepted as a policy (bytes): 16 MiB, many times the size of a
 /// network that can decide a thousand times a second.

@@ -7,9 +7,11 @@ use serde::{Deserialize, Serialize};
 use super::{
     Lqr, Policy, PolicyContext, PolicyFile, PolicyKind, Random, Scripted, UnknownPolicy, Zero,
     error::PolicyError,
+    format::FileFormat,
     network::{Mlp, Network, read_weights},
-    onnx::{OnnxModel, is_onnx},
+    onnx::OnnxModel,
     program::{self, ProgramPolicy},
+    way_out::{ProgramKind, way_out},
 };
 
 /// The choice of a policy. As text: the name of a built-in policy, or else the path of a
@@ -70,17 +72,19 @@ impl PolicySpec {
 
 fn load(file: &PolicyFile) -> Result<LoadedPolicy, String> {
     let (content, digest) = file.read()?;
+    let format = FileFormat::of(&content);
     let pinned = PolicyFile {
         sha256: Some(digest),
-        is_program: file.is_program || program::is_program(&file.path, &content)?,
+        is_program: file.is_program || program::is_program(&file.path, &content, format)?,
         ..file.clone()
     };
     let content = if pinned.is_program {
         SpecContent::Program(pinned.clone())
-    } else if is_onnx(&content) {
+    } else if format == FileFormat::Onnx {
         SpecContent::Graph(OnnxModel::open(&content)?)
     } else {
-        SpecContent::Network(Arc::new(read_weights(&content)?))
+        let weights = read_weights(&content).map_err(|why| why.to_string())?;
+        SpecContent::Network(Arc::new(weights))
     };
     let spec = PolicySpec::File(pinned);
     Ok(LoadedPolicy { spec, content })
@@ -146,11 +150,13 @@ impl LoadedPolicy {
         let actions = weights.actions();
         let wants = match chunk {
             _ if actions == 1 || chunk == Some(actions) => return Ok(()),
-            None => String::new(),
-            Some(wanted) => format!(", and the run wants {wanted}"),
+            None => "one action".to_owned(),
+            Some(wanted) => format!("chunks of {wanted} actions"),
         };
         Err(self.error(format!(
-            "its answers are chunks of {actions} actions{wants}: give --chunk {actions}"
+            "its answers are {actions} numbers, and the run wants {wants}: give --chunk {actions} \
+             if they are the next {actions} actions; if not, {}",
+            way_out(Some(ProgramKind::Module))
         )))
     }
 

@@ -1,37 +1,46 @@
-//! The errors in a file of weights, as text: the expected and the actual content. Texts from the
-//! file are quoted, so that each error stays one line.
+//! The errors in a file of weights: the expected and the actual content. Texts from the file are
+//! quoted, so that each error stays one line.
 
-/// A tensor is missing; the file has something else of its name, or other tensors.
-pub(super) fn missing(name: &str, found: &str) -> String {
-    format!("expected a tensor {name:?}, found {found}")
+use thiserror::Error;
+
+use crate::policy::way_out::{ProgramKind, way_out};
+
+/// Why no network was read from a file.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum WeightsError {
+    /// The file is damaged, or too large.
+    #[error("{0}")]
+    Damaged(String),
+    /// The file holds another policy than the network that is computed here; a program may run it.
+    #[error("{why}; {}", way_out(*.program))]
+    Unfit {
+        /// What was expected, and what was found.
+        why: String,
+        /// The kind of that program, if there is one for it.
+        program: Option<ProgramKind>,
+    },
 }
 
-/// A tensor is missing among those called `names`.
-pub(super) fn missing_among<'n>(
-    name: &str,
-    names: impl ExactSizeIterator<Item = &'n str>,
-) -> String {
-    /// Maximum number of names in a message.
-    const TOLD: usize = 6;
-    let count = names.len();
-    let mut told: Vec<String> = names.take(TOLD).map(quoted).collect();
-    if count > TOLD {
-        told.push(format!("{} more", count - TOLD));
-    }
-    match count {
-        0 => missing(name, "no tensors"),
-        _ => missing(name, &told.join(", ")),
+/// A network of PyTorch that is not computed here.
+pub(super) fn unfit(why: String) -> WeightsError {
+    WeightsError::Unfit {
+        why,
+        program: Some(ProgramKind::Module),
     }
 }
 
 /// A tensor has another shape.
-pub(super) fn shape(name: &str, expected: &str, found: &[usize]) -> String {
-    format!("expected {name:?} of shape {expected}, found {found:?}")
+pub(super) fn shape(name: &str, expected: &str, found: &[usize]) -> WeightsError {
+    unfit(format!(
+        "expected {name:?} of shape {expected}, found {found:?}"
+    ))
 }
 
 /// A tensor has elements of another type.
-pub(super) fn kind(name: &str, found: &str) -> String {
-    format!("expected {name:?} of float16, float32 or float64, found {found}")
+pub(super) fn kind(name: &str, found: &str) -> WeightsError {
+    unfit(format!(
+        "expected {name:?} of float16, float32 or float64, found {found}"
+    ))
 }
 
 /// Quotes a text from a file, safe to print and shortened if necessary.
@@ -43,4 +52,16 @@ pub(super) fn quoted(text: &str) -> String {
     }
     let start: String = text.chars().take(WHOLE).collect();
     format!("{start:?}…")
+}
+
+/// Quotes the first of these names.
+pub(super) fn listed<'n>(names: impl ExactSizeIterator<Item = &'n str>) -> String {
+    /// Maximum number of names in a message.
+    const TOLD: usize = 6;
+    let count = names.len();
+    let mut told: Vec<String> = names.take(TOLD).map(quoted).collect();
+    if count > TOLD {
+        told.push(format!("{} more", count - TOLD));
+    }
+    told.join(", ")
 }

@@ -2,11 +2,14 @@
 
 use std::sync::Arc;
 
-use super::{error, tensor::Tensor};
+use super::{
+    error::{self, WeightsError},
+    tensor::Tensor,
+};
 use crate::{Action, Observation, policy::Policy};
 
 /// Numbers in an observation.
-const INPUTS: usize = 5;
+pub(super) const INPUTS: usize = 5;
 
 /// Maximum number of units in a hidden layer.
 pub const LARGEST_WIDTH: usize = 1_024;
@@ -34,8 +37,8 @@ struct Layer {
 impl Mlp {
     /// Builds the actor from the tensors that `read` returns by name.
     pub(super) fn from_tensors(
-        mut read: impl FnMut(&'static str) -> Result<Tensor, String>,
-    ) -> Result<Self, String> {
+        mut read: impl FnMut(&'static str) -> Result<Tensor, WeightsError>,
+    ) -> Result<Self, WeightsError> {
         let first = read("actor_mean.0.weight")?;
         let [width @ 1..=LARGEST_WIDTH, INPUTS] = first.shape[..] else {
             let expected = format!("[width, {INPUTS}] with a width of 1 to {LARGEST_WIDTH}");
@@ -74,15 +77,15 @@ impl Mlp {
 }
 
 /// The numbers of `tensor`, if it has this shape and all are finite.
-fn checked(name: &'static str, tensor: Tensor, shape: &[usize]) -> Result<Vec<f32>, String> {
+fn checked(name: &'static str, tensor: Tensor, shape: &[usize]) -> Result<Vec<f32>, WeightsError> {
     if tensor.shape != shape {
         return Err(error::shape(name, &format!("{shape:?}"), &tensor.shape));
     }
     let mut values = tensor.values.iter().copied().enumerate();
     match values.find(|(_, value)| !value.is_finite()) {
-        Some((index, value)) => Err(format!(
+        Some((index, value)) => Err(WeightsError::Damaged(format!(
             "expected finite numbers, found {value} in {name:?} at {index}"
-        )),
+        ))),
         None => Ok(tensor.values),
     }
 }

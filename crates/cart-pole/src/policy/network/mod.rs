@@ -1,22 +1,20 @@
 //! Learned policies: the actor of the course's PPO agent, from a file.
 //!
-//! Only the six tensors of the actor's mean are read; all others (the critic, the
-//! deviation of exploration) are ignored.
+//! Only the six tensors of the actor's mean are read. The critic and the deviation of exploration
+//! are ignored; anything else that could change the action ends the load ([`state`]).
 
 mod checkpoint;
 mod error;
+mod library;
 mod mlp;
 mod safetensors;
+mod state;
 mod tensor;
 
+use super::format::FileFormat;
+pub use error::WeightsError;
 use mlp::LARGEST_WIDTH;
 pub use mlp::{Mlp, Network};
-
-/// The signature of a zip's local header.
-const ZIP: &[u8] = b"PK\x03\x04";
-
-/// The first byte of a pickle of protocol 2 or later.
-const PICKLE: u8 = 0x80;
 
 /// Reads the weights from a PyTorch checkpoint or a safetensors file; the content
 /// determines the format.
@@ -26,14 +24,19 @@ const PICKLE: u8 = 0x80;
 ///
 /// # Errors
 /// The expected and the actual content, in a line.
-pub fn read_weights(content: &[u8]) -> Result<Mlp, String> {
-    if content.starts_with(ZIP) {
-        checkpoint::Checkpoint::open(content)?.mlp()
-    } else if content.first() == Some(&PICKLE) {
-        let legacy = "expected a PyTorch checkpoint that is a zip, found a bare pickle, as PyTorch \
-                      wrote before 1.6: load it there and save it again";
-        Err(legacy.to_owned())
-    } else {
-        safetensors::read(content)
+pub fn read_weights(content: &[u8]) -> Result<Mlp, WeightsError> {
+    match FileFormat::of(content) {
+        FileFormat::Zip => checkpoint::Checkpoint::open(content)?.mlp(),
+        FileFormat::Pickle => Err(checkpoint::bare_pickle(content)),
+        FileFormat::LfsPointer => Err(WeightsError::Damaged(
+            "expected a file of weights, found what Git LFS leaves in its place: git lfs pull \
+             fetches the file"
+                .to_owned(),
+        )),
+        FileFormat::Other(name) => Err(WeightsError::Unfit {
+            why: format!("expected a PyTorch checkpoint (.pt), safetensors or ONNX, found {name}"),
+            program: None,
+        }),
+        _ => safetensors::read(content),
     }
 }

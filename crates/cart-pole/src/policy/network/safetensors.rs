@@ -1,9 +1,11 @@
 //! Weights from a safetensors file.
 
-use safetensors::{Dtype, SafeTensors};
+use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 
 use super::{
-    Mlp, error,
+    Mlp,
+    error::{self, WeightsError},
+    state::{StateItem, StateItems, StateKind},
     tensor::{Float, Tensor, checked_count},
 };
 
@@ -11,22 +13,39 @@ use super::{
 const LONGEST_HEADER: u64 = 1 << 18;
 
 /// Reads the actor from a safetensors file.
-pub(super) fn read(content: &[u8]) -> Result<Mlp, String> {
+pub(super) fn read(content: &[u8]) -> Result<Mlp, WeightsError> {
     check_header(content)?;
-    let file = SafeTensors::deserialize(content);
-    let file = file.map_err(|why| {
+    let invalid = |why: safetensors::SafeTensorError| {
         let why = why.to_string();
         no_format(&format!("as safetensors, {}", why.escape_debug()))
+    };
+    let file = SafeTensors::deserialize(content).map_err(invalid)?;
+    let (_, header) = SafeTensors::read_metadata(content).map_err(invalid)?;
+    let tensors = file.names().into_iter().filter_map(|name| {
+        let shape = &header.info(name)?.shape;
+        let kind = StateKind::Tensor(shape);
+        Some(StateItem { name, kind })
+    });
+    let settings = header.metadata().iter().flatten().map(|(name, text)| {
+        let kind = StateKind::Text(text);
+        StateItem { name, kind }
+    });
+    let items = StateItems::new(tensors.chain(settings).collect(), None);
+    let mlp = Mlp::from_tensors(|name| match file.tensor(name) {
+        Ok(view) => tensor(name, &view),
+        Err(_) => Err(items.missing(name)),
     })?;
-    Mlp::from_tensors(|name| tensor(&file, name))
+    items.check().map(|()| mlp)
 }
 
-fn no_format(why: &str) -> String {
-    format!("expected a PyTorch checkpoint (.pt), safetensors or ONNX, found none of them: {why}")
+fn no_format(why: &str) -> WeightsError {
+    WeightsError::Damaged(format!(
+        "expected a PyTorch checkpoint (.pt), safetensors or ONNX, found none of them: {why}"
+    ))
 }
 
 /// Checks the length of the header: as JSON it takes many times its length in memory.
-fn check_header(content: &[u8]) -> Result<(), String> {
+fn check_header(content: &[u8]) -> Result<(), WeightsError> {
     let refuse = |why: String| Err(no_format(&why));
     let Some((length, header)) = content.split_first_chunk() else {
         return refuse(format!("{} bytes are all there is", content.len()));
@@ -43,10 +62,8 @@ fn check_header(content: &[u8]) -> Result<(), String> {
     }
 }
 
-fn tensor(file: &SafeTensors, name: &'static str) -> Result<Tensor, String> {
-    let view = file
-        .tensor(name)
-        .map_err(|_| error::missing_among(name, file.names().into_iter()))?;
+/// Reads the tensor called `name`.
+fn tensor(name: &'static str, view: &TensorView) -> Result<Tensor, WeightsError> {
     let float = match view.dtype() {
         Dtype::F16 => Float::F16,
         Dtype::F32 => Float::F32,

@@ -2,7 +2,7 @@
 
 use half::f16;
 
-use super::error;
+use super::error::{self, WeightsError};
 
 /// Maximum number of elements in a tensor: a square of the largest width.
 const LARGEST_TENSOR: usize = super::LARGEST_WIDTH * super::LARGEST_WIDTH;
@@ -19,7 +19,7 @@ pub(super) fn checked_count(
     name: &'static str,
     shape: &[usize],
     count: Option<usize>,
-) -> Result<usize, String> {
+) -> Result<usize, WeightsError> {
     let few = count.filter(|count| *count <= LARGEST_TENSOR);
     few.ok_or_else(|| error::shape(name, &format!("{LARGEST_TENSOR} numbers at most"), shape))
 }

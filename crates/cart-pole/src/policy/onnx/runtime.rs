@@ -14,7 +14,13 @@ use ort::{
 };
 use ratelab::sync::lock;
 
-use crate::{Action, Observation, policy::Policy};
+use crate::{
+    Action, Observation,
+    policy::{
+        Policy,
+        way_out::{ProgramKind, way_out},
+    },
+};
 
 /// Environment variable with the path of the library, if it is outside of the system's
 /// search path.
@@ -36,14 +42,18 @@ impl OnnxModel {
         let session = session(environment()?, content);
         let session = session.map_err(|why| {
             let why = one_line(&why);
-            format!("expected an ONNX graph, found one that the ONNX Runtime refuses: {why}")
+            let way_out = way_out(Some(ProgramKind::Onnx));
+            format!(
+                "expected an ONNX graph, found one that the ONNX Runtime refuses: {why}; {way_out}"
+            )
         })?;
         let (inputs, outputs) = (session.inputs(), session.outputs());
         if !(takes(inputs, 5) && takes(outputs, 1)) {
             return Err(format!(
-                "expected a graph from float32[1, 5] to float32[1, 1], found {} to {}",
+                "expected a graph from float32[1, 5] to float32[1, 1], found {} to {}; {}",
                 types(inputs),
-                types(outputs)
+                types(outputs),
+                way_out(Some(ProgramKind::Onnx))
             ));
         }
         Ok(Self(Arc::new(Mutex::new(session))))

@@ -16,33 +16,36 @@ use self::{
     process::PolicyProcess,
     protocol::{Greeting, ProgramQuestion, Ready},
 };
-use super::{Moment, Policy, PolicyContext, PolicyFile};
+use super::{Moment, Policy, PolicyContext, PolicyFile, format::FileFormat};
 use crate::{Action, Observation};
 
-/// Whether the file at `path` with this `content` is a program: its mode says so, and it is not
-/// one of weights, which may have any mode on a foreign disk.
+/// Whether the file at `path` with this `content` is a program: one by its first bytes, or by its
+/// mode if nothing else is known of it.
 ///
 /// # Errors
-/// What a script lacks.
-pub(super) fn is_program(path: &str, content: &[u8]) -> Result<bool, String> {
-    let (is_script, is_executable) = (content.starts_with(b"#!"), is_executable(path));
-    match (is_script, is_executable) {
-        (true, false) => Err(format!("this script is not executable: chmod +x {path}")),
-        (false, true) if !is_weights(path) => {
-            let is_text = !content.contains(&0);
-            let lacks = "this program has no first line #! that names its interpreter, such as \
-                         #!/usr/bin/env python3";
-            if is_text {
-                Err(lacks.to_owned())
-            } else {
-                Ok(true)
+/// What a program lacks.
+pub(super) fn is_program(path: &str, content: &[u8], format: FileFormat) -> Result<bool, String> {
+    let lacks = |what: String| Err(what);
+    match format {
+        FileFormat::Script | FileFormat::Binary if is_executable(path) => Ok(true),
+        FileFormat::Script => lacks(format!("this script is not executable: chmod +x {path}")),
+        FileFormat::Binary => lacks(format!("this program is not executable: chmod +x {path}")),
+        FileFormat::Unknown if is_executable(path) && !is_named_as_weights(path) => {
+            // Other systems have binaries of other formats.
+            if content.contains(&0) {
+                return Ok(true);
             }
+            lacks(
+                "this program has no first line #! that names its interpreter, such as \
+                 #!/usr/bin/env python3"
+                    .to_owned(),
+            )
         }
-        (is_script, _) => Ok(is_script),
+        _ => Ok(false),
     }
 }
 
-fn is_weights(path: &str) -> bool {
+fn is_named_as_weights(path: &str) -> bool {
     let ends = [".pt", ".pth", ".safetensors", ".onnx"];
     ends.iter().any(|end| path.ends_with(end))
 }

@@ -193,8 +193,11 @@ fn keep_last_line(errors: impl Read, last: &Mutex<Vec<u8>>) {
         let most = LONGEST_ERROR as u64;
         match errors.by_ref().take(most).read_until(b'\n', &mut line) {
             Ok(0) | Err(_) => return,
-            Ok(_) if line.trim_ascii().is_empty() => {}
-            Ok(_) => *lock(last) = line,
+            Ok(_) if line.ends_with(b"\n") => {}
+            Ok(_) => drop(errors.skip_until(b'\n')), // At its end the next read fails.
+        }
+        if !line.trim_ascii().is_empty() {
+            *lock(last) = line;
         }
     }
 }

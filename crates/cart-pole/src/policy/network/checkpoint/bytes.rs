@@ -1,16 +1,6 @@
 //! The unread bytes of a pickle.
 
-use std::fmt::Display;
-
-/// The result of one step through a pickle.
-pub(super) type PickleResult<T = ()> = Result<T, String>;
-
-/// An error for an invalid pickle, with the reason.
-pub(super) fn nonsense<T>(why: impl Display) -> PickleResult<T> {
-    Err(format!(
-        "expected a PyTorch checkpoint, found an invalid pickle: {why}"
-    ))
-}
+use super::error::{PickleResult, nonsense};
 
 /// The unread bytes.
 #[derive(Default)]

@@ -4,7 +4,9 @@
 //! The pickle interpreter supports tensors and their containers only ([`pickle`],
 //! [`value`]); it cannot call any code.
 
+mod archive;
 mod bytes;
+mod error;
 mod pickle;
 mod value;
 
@@ -13,14 +15,18 @@ use std::{
     io::{Cursor, Read},
 };
 
-use zip::ZipArchive;
+use zip::{
+    ZipArchive,
+    read::{ArchiveOffset, Config},
+};
 
-use self::{pickle::Pickle, value::TensorView};
+use self::{archive::other_archive, error::PickleError, pickle::Pickle, value::TensorView};
 use super::{
     Mlp,
-    error::{self, quoted},
+    error::{WeightsError, kind, quoted, unfit},
     tensor::{Tensor, checked_count},
 };
+use crate::policy::way_out::ProgramKind;
 
 /// The signature of an entry in a zip's table of contents.
 const ENTRY: &[u8] = b"PK\x01\x02";
@@ -43,15 +49,25 @@ pub(super) struct Checkpoint<'a> {
 
 impl<'a> Checkpoint<'a> {
     /// Opens `content` as a zip.
-    pub(super) fn open(content: &'a [u8]) -> Result<Self, String> {
+    ///
+    /// The offsets in it count from its first byte: PyTorch writes records between the table of
+    /// contents and its end, by which a reader that looks for the first byte would be misled.
+    pub(super) fn open(content: &'a [u8]) -> Result<Self, WeightsError> {
         let entries = content.windows(ENTRY.len()).filter(|bytes| *bytes == ENTRY);
         if entries.count() > MOST_ENTRIES {
             return Err(no_zip(&format!("it has more than {MOST_ENTRIES} entries")));
         }
-        let archive = ZipArchive::new(Cursor::new(content));
+        let config = Config {
+            archive_offset: ArchiveOffset::Known(0),
+        };
+        let archive = ZipArchive::with_config(config, Cursor::new(content));
         let archive = archive.map_err(|why| no_zip(&one_line(why)))?;
-        let folder = archive.file_names().find_map(|name| {
-            let name = name.ok()?;
+        let names: Vec<_> = archive.file_names().filter_map(Result::ok).collect();
+        let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
+        if let Some(other) = other_archive(&names) {
+            return Err(other);
+        }
+        let folder = names.iter().find_map(|name| {
             let folder = name.strip_suffix(PICKLE)?;
             folder.ends_with('/').then(|| folder.to_owned())
         });
@@ -61,19 +77,21 @@ impl<'a> Checkpoint<'a> {
     }
 
     /// The actor in the checkpoint.
-    pub(super) fn mlp(mut self) -> Result<Mlp, String> {
+    pub(super) fn mlp(mut self) -> Result<Mlp, WeightsError> {
         self.check_byte_order()?;
         let pickle = self.entry(PICKLE, LONGEST_PICKLE)?;
         let state = Pickle::read(&pickle)?;
-        Mlp::from_tensors(|name| {
-            let view = state.tensor(name)?;
+        let items = state.items();
+        let mlp = Mlp::from_tensors(|name| {
+            let view = state.tensor(name).ok_or_else(|| items.missing(name))?;
             self.tensor(name, view)
-        })
+        })?;
+        items.check().map(|()| mlp)
     }
 
     /// Checkpoints contain their byte order since PyTorch 2.0; before that it was always
     /// this one.
-    fn check_byte_order(&mut self) -> Result<(), String> {
+    fn check_byte_order(&mut self) -> Result<(), WeightsError> {
         match self.entry("byteorder", 16) {
             Ok(order) if order != b"little" => {
                 let order = quoted(&String::from_utf8_lossy(&order));
@@ -85,7 +103,7 @@ impl<'a> Checkpoint<'a> {
     }
 
     /// The content of the entry `name` of the folder.
-    fn entry(&mut self, name: &str, longest: u64) -> Result<Vec<u8>, String> {
+    fn entry(&mut self, name: &str, longest: u64) -> Result<Vec<u8>, WeightsError> {
         let about = |why: &str| no_zip(&format!("{}: {why}", quoted(name)));
         let path = format!("{}{name}", self.folder);
         let entry = self.archive.by_name(&path);
@@ -102,10 +120,10 @@ impl<'a> Checkpoint<'a> {
     }
 
     /// Reads the numbers of `view` from its storage.
-    fn tensor(&mut self, name: &'static str, view: &TensorView) -> Result<Tensor, String> {
-        let kind = view.storage.kind;
-        let Some(float) = kind.float else {
-            return Err(error::kind(name, kind.name));
+    fn tensor(&mut self, name: &'static str, view: &TensorView) -> Result<Tensor, WeightsError> {
+        let element = view.storage.kind;
+        let Some(float) = element.float else {
+            return Err(kind(name, element.name));
         };
         let count = checked_count(name, &view.shape, view.count())?;
         let path = format!("data/{}", view.storage.key);
@@ -114,15 +132,44 @@ impl<'a> Checkpoint<'a> {
         let values: Option<Vec<f32>> = values.collect();
         let values = values.ok_or_else(|| {
             let found = format!("{} bytes in {}", bytes.len(), quoted(&path));
-            format!("expected all numbers of {name:?}, found {found}")
+            WeightsError::Damaged(format!("expected all numbers of {name:?}, found {found}"))
         })?;
         let shape = view.shape.clone();
         Ok(Tensor { shape, values })
     }
 }
 
-fn no_zip(why: &str) -> String {
-    format!("expected a PyTorch checkpoint, found a zip that is none: {why}")
+/// The first object of a checkpoint in the format before PyTorch 1.6.
+const LEGACY: &[u8] = b"\x80\x02\x8a\x0a\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19";
+
+/// The error for the pickle `content` that has no zip around it.
+pub(super) fn bare_pickle(content: &[u8]) -> WeightsError {
+    if content.starts_with(LEGACY) {
+        return WeightsError::Damaged(
+            "expected a PyTorch checkpoint that is a zip, found one as PyTorch wrote before 1.6: \
+             load it there and save it again"
+                .to_owned(),
+        );
+    }
+    let beginning = &content[..content.len().min(LONGEST_PICKLE as usize)];
+    let expected = "expected a PyTorch checkpoint, found a Python pickle";
+    match Pickle::read(beginning) {
+        Err(PickleError::Code { what, .. }) if what.contains(NORMALISER) => WeightsError::Unfit {
+            why: format!("{expected} of {what}: statistics of a normaliser, not a policy"),
+            program: Some(ProgramKind::Sb3),
+        },
+        Err(PickleError::Code { what, .. }) => unfit(format!("{expected} that asks for {what}")),
+        _ => unfit(expected.to_owned()),
+    }
+}
+
+/// The class of a normaliser of Stable-Baselines3.
+const NORMALISER: &str = "stable_baselines3.common.vec_env.vec_normalize.VecNormalize";
+
+fn no_zip(why: &str) -> WeightsError {
+    WeightsError::Damaged(format!(
+        "expected a PyTorch checkpoint, found a zip that is none: {why}"
+    ))
 }
 
 fn one_line(why: impl Display) -> String {

@@ -11,8 +11,13 @@
 use std::{collections::HashMap, fmt::Display};
 
 use super::{
-    super::error::{missing, missing_among, quoted},
-    bytes::{Bytes, PickleResult, nonsense, utf8},
+    super::{
+        error::quoted,
+        library::Library,
+        state::{StateItem, StateItems, StateKind},
+    },
+    bytes::{Bytes, utf8},
+    error::{PickleError, PickleResult, nonsense},
     value::{Callable, Storage, TensorView, Value, ValueIndex},
 };
 
@@ -21,7 +26,15 @@ pub(super) struct Pickle<'a> {
     values: Vec<Value<'a>>,
     /// The pairs of the state dictionary.
     state: Vec<(ValueIndex, ValueIndex)>,
+    /// Its attributes, if it has some.
+    attributes: Option<ValueIndex>,
 }
+
+/// The attribute of a state dictionary with the names of all layers, also of those without tensors.
+const LAYERS: &str = "_metadata";
+
+/// How many dictionaries are searched for one that is nested.
+const MOST_SEARCHED: usize = 64;
 
 impl<'a> Pickle<'a> {
     /// Runs the pickle `bytes`, which must create a dictionary.
@@ -34,23 +47,89 @@ impl<'a> Pickle<'a> {
     }
 
     /// The tensor called `name`; the last one of several, as in Python.
-    pub(super) fn tensor(&self, name: &'static str) -> PickleResult<&TensorView<'a>> {
-        let named = |place: &ValueIndex| match self.values.get(*place) {
+    pub(super) fn tensor(&self, name: &str) -> Option<&TensorView<'a>> {
+        let named = self
+            .state
+            .iter()
+            .rfind(|(key, _)| self.text(*key) == Some(name));
+        match named.and_then(|(_, value)| self.values.get(*value)) {
+            Some(Value::Tensor(view)) => Some(view),
+            _ => None,
+        }
+    }
+
+    /// Everything in the state dictionary.
+    pub(super) fn items(&self) -> StateItems<'_> {
+        let items = self.state.iter().filter_map(|(key, value)| {
+            let (name, kind) = (self.text(*key)?, self.kind(*value));
+            Some(StateItem { name, kind })
+        });
+        let layers = self.layers().filter_map(|(key, _)| {
+            let (name, kind) = (self.text(*key)?, StateKind::Layer);
+            Some(StateItem { name, kind })
+        });
+        StateItems::new(items.chain(layers).collect(), self.nested())
+    }
+
+    fn kind(&self, value: ValueIndex) -> StateKind<'_> {
+        match &self.values[value] {
+            Value::Tensor(view) => StateKind::Tensor(&view.shape),
+            Value::Int(_) | Value::Float => StateKind::Number,
+            Value::Text(text) => StateKind::Text(text),
+            Value::None | Value::Bool => StateKind::Flag,
+            Value::Dict(pairs) if pairs.is_empty() => StateKind::Flag,
+            Value::List(items) | Value::Tuple(items) if items.is_empty() => StateKind::Flag,
+            other => StateKind::Container(other.name()),
+        }
+    }
+
+    /// The layers of the module whose state this is.
+    fn layers(&self) -> impl Iterator<Item = &(ValueIndex, ValueIndex)> {
+        let attributes = self.pairs(self.attributes);
+        let found = attributes
+            .iter()
+            .find(|(key, _)| self.text(*key) == Some(LAYERS));
+        self.pairs(found.map(|(_, layers)| *layers)).iter()
+    }
+
+    /// A dictionary with weights within the state dictionary: its name, and the names in it.
+    fn nested(&self) -> Option<(&str, Vec<&str>)> {
+        let inner = self
+            .state
+            .iter()
+            .take(MOST_SEARCHED)
+            .filter_map(|(key, value)| {
+                let (name, pairs) = (self.text(*key)?, self.pairs(Some(*value)));
+                let is_beside = ["critic", "value"]
+                    .iter()
+                    .any(|beside| name.starts_with(beside));
+                let has_weights = pairs.iter().any(|(key, value)| {
+                    let is_weight = self.text(*key).is_some_and(|name| name.ends_with("weight"));
+                    is_weight && matches!(self.values[*value], Value::Tensor(_))
+                });
+                (has_weights && !is_beside).then_some((name, pairs))
+            });
+        let (name, pairs) = inner.min_by_key(|(name, _)| *name)?;
+        let mut names: Vec<&str> = pairs
+            .iter()
+            .filter_map(|(key, _)| self.text(*key))
+            .collect();
+        names.sort_unstable();
+        Some((name, names))
+    }
+
+    fn text(&self, place: ValueIndex) -> Option<&'a str> {
+        match self.values.get(place) {
             Some(Value::Text(text)) => Some(*text),
             _ => None,
-        };
-        let found = self.state.iter().rfind(|(key, _)| named(key) == Some(name));
-        match found.and_then(|(_, value)| self.values.get(*value)) {
-            Some(Value::Tensor(view)) => Ok(view),
-            Some(other) => Err(missing(name, &format!("{} of that name", other.name()))),
-            None => {
-                let names: Vec<&str> = self
-                    .state
-                    .iter()
-                    .filter_map(|(key, _)| named(key))
-                    .collect();
-                Err(missing_among(name, names.into_iter()))
-            }
+        }
+    }
+
+    /// The pairs of a dictionary; none of anything else.
+    fn pairs(&self, place: Option<ValueIndex>) -> &[(ValueIndex, ValueIndex)] {
+        match place.and_then(|place| self.values.get(place)) {
+            Some(Value::Dict(pairs)) => pairs,
+            _ => &[],
         }
     }
 }
@@ -64,13 +143,8 @@ struct Machine<'a> {
     /// The height of the stack at each mark.
     marks: Vec<usize>,
     memo: HashMap<u32, ValueIndex>,
-}
-
-fn forbidden<T>(what: impl Display) -> PickleResult<T> {
-    Err(format!(
-        "only tensors are read from a checkpoint, never code; this one asks for {what}: save the \
-         state_dict alone"
-    ))
+    /// The attributes of dictionaries.
+    attributes: HashMap<ValueIndex, ValueIndex>,
 }
 
 impl<'a> Machine<'a> {
@@ -85,12 +159,10 @@ impl<'a> Machine<'a> {
         match &self.values[made] {
             Value::Dict(pairs) => Ok(Pickle {
                 state: pairs.clone(),
+                attributes: self.attributes.get(&made).copied(),
                 values: self.values,
             }),
-            other => nonsense(format!(
-                "it is {}, expected a dictionary of tensors",
-                other.name()
-            )),
+            other => Err(PickleError::NoDictionary(other.name())),
         }
     }
 
@@ -117,7 +189,7 @@ impl<'a> Machine<'a> {
             b'Q' => self.storage(),
             b'R' => self.call(),
             b'b' => self.build(),
-            other => forbidden(format!(
+            other => self.forbidden(format!(
                 "the pickle instruction {}",
                 instruction_name(other)
             )),
@@ -232,7 +304,7 @@ impl<'a> Machine<'a> {
         };
         match Callable::named(module, name) {
             Some(callable) => self.push(Value::Callable(callable)),
-            None => forbidden(quoted(&format!("{module}.{name}"))),
+            None => self.forbidden(quoted(&format!("{module}.{name}"))),
         }
     }
 
@@ -250,7 +322,7 @@ impl<'a> Machine<'a> {
             ..,
         ] = parts[..]
         else {
-            return forbidden("an external object other than a storage");
+            return self.forbidden("an external object other than a storage");
         };
         let storage = Storage { kind: *kind, key };
         self.push(Value::Storage(storage))
@@ -260,7 +332,7 @@ impl<'a> Machine<'a> {
     fn call(&mut self) -> PickleResult {
         let given = self.pop_many(2)?;
         let Value::Callable(callable) = &self.values[given[0]] else {
-            return forbidden(format!("a call of {}", self.values[given[0]].name()));
+            return self.forbidden(format!("a call of {}", self.values[given[0]].name()));
         };
         let Value::Tuple(arguments) = &self.values[given[1]] else {
             return nonsense(format!("a call with {}", self.values[given[1]].name()));
@@ -294,15 +366,31 @@ impl<'a> Machine<'a> {
         self.push(made)
     }
 
-    /// BUILD: sets the attributes of an object. Dictionaries of tensors may have some,
-    /// which are irrelevant to the tensors; other objects may have none.
+    /// BUILD: sets the attributes of an object. Dictionaries of tensors may have some; other
+    /// objects may have none.
     fn build(&mut self) -> PickleResult {
-        self.pop()?;
+        let attributes = self.pop()?;
         let object = self.top()?;
         match &self.values[object] {
-            Value::Dict(_) => Ok(()),
-            other => forbidden(format!("attributes of {}", other.name())),
+            Value::Dict(_) => {
+                self.attributes.insert(object, attributes);
+                Ok(())
+            }
+            other => self.forbidden(format!("attributes of {}", other.name())),
         }
+    }
+
+    /// The error for something that is code.
+    fn forbidden<T>(&self, what: impl Display) -> PickleResult<T> {
+        let texts = self.values.iter().filter_map(|value| match value {
+            Value::Text(text) => Some(*text),
+            _ => None,
+        });
+        Err(PickleError::Code {
+            what: what.to_string(),
+            is_whole: self.stack.is_empty(),
+            library: Library::of(texts),
+        })
     }
 
     fn sizes(&self, places: &[ValueIndex]) -> PickleResult<Vec<usize>> {
