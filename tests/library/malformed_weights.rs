@@ -67,6 +67,19 @@ fn endless_header() -> Vec<u8> {
     [&(header.len() as u64).to_le_bytes(), &header[..]].concat()
 }
 
+/// A dictionary with thousands of names, each of a hundred thousand letters.
+fn long_names() -> Vec<u8> {
+    let (length, count) = (100_000_u32, 30_000);
+    let name = [
+        b"X".as_slice(),
+        &length.to_le_bytes(),
+        &b"n".repeat(length as usize),
+        b"q\x00N",
+    ];
+    let more = b"h\x00N".repeat(count);
+    pickle(&[b"\x80\x02}(", &name.concat(), &more, b"u."])
+}
+
 /// The error for a file of weights, read in little memory.
 fn refused(content: &[u8]) -> String {
     let mut said = String::new();
@@ -86,6 +99,7 @@ fn bombs_and_tensors_larger_than_their_storage_are_refused_in_little_memory() {
         // Two to the power of thousands.
         ("doubled", pickle(&[b"\x80\x02)", &many(b"q\x00h\x00\x86"), b"."]), "a tuple"),
         ("in itself", pickle(&[b"\x80\x02}q\x00X\x01\x00\x00\x00ah\x00s."]), "\"a\""),
+        ("long names", long_names(), "expected a tensor"),
         ("endless marks", pickle(&[&many(b"(")]), "ends in the middle"),
         ("a long string", pickle(&[b"\x80\x02X\xff\xff\xff\xffab"]), "ends in the middle"),
         ("a long pickle", pickle(&[&many(b"N").repeat(5)]), "longer than"),

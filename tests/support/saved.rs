@@ -108,7 +108,8 @@ fn put_tensor(pickle: &mut Vec<u8>, shape: &[usize]) {
     pickle.extend(b"ctorch._utils\n_rebuild_tensor_v2\n((");
     put_text(pickle, "storage");
     pickle.extend(b"ctorch\nFloatStorage\n");
-    ["0", "cpu"].map(|text| put_text(pickle, text));
+    put_text(pickle, "0");
+    put_text(pickle, "cpu");
     put_size(pickle, STORAGE / 4);
     pickle.extend(b"tQ");
     put_size(pickle, 0);

@@ -9,7 +9,11 @@ use std::{
 
 use super::heading;
 use crate::program;
-use clap::{Arg, Args, Command, ValueHint};
+use clap::{
+    Arg, Args, Command, ValueHint,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
+use ratelab_cart_pole::policy::ProgramKind;
 
 /// The ending of graph files.
 const ENDING: &str = "toml";
@@ -129,13 +133,24 @@ pub fn node_name(text: &str) -> Result<String, String> {
 /// The file to write, or the schema.
 #[derive(Debug, Args)]
 pub struct NewArgs {
-    /// The graph file, which must be new and end in .toml.
-    #[arg(value_name = "GRAPH", required_unless_present = "schema")]
+    /// The graph file, which must be new and end in .toml; with --policy the program, which
+    /// ends in .py.
+    #[arg(value_name = "FILE", required_unless_present = "schema")]
     pub file: Option<PathBuf>,
 
+    /// Write a program that runs a policy of a library: sb3 (Stable-Baselines3), torchscript,
+    /// onnx, or module (a network of PyTorch and its state_dict).
+    #[arg(long, value_name = "KIND", value_parser = program_kind(), requires = "file", hide_possible_values = true)]
+    pub policy: Option<ProgramKind>,
+
     /// Print the JSON Schema of graph files, with which editors complete them.
-    #[arg(long, conflicts_with = "file")]
+    #[arg(long, conflicts_with_all = ["file", "policy"])]
     pub schema: bool,
+}
+
+/// The kinds of programs for policies.
+fn program_kind() -> impl TypedValueParser<Value = ProgramKind> {
+    PossibleValuesParser::new(ProgramKind::NAMES).try_map(|kind| kind.parse::<ProgramKind>())
 }
 
 #[cfg(test)]

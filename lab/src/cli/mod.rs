@@ -77,7 +77,7 @@ pub enum Command {
     Hunt(HuntArgs),
     /// Compare a graph with the limits in its file, for tests: exit code 1 if one is missed.
     Check(CheckArgs),
-    /// Write an example of a graph file: a graph of your own, without a line of code.
+    /// Write an example of a graph file, or a program that runs a policy of a library.
     New(NewArgs),
     /// Open a recording in the rerun viewer, or play it in the terminal.
     Replay(ReplayArgs),

@@ -53,6 +53,126 @@ fn the_scripted_policy_in_python_gives_the_bytes_of_the_built_in_one() {
     }
 }
 
+/// Stand-ins for libraries: each answers as the scripted policy, to the model or graph of its usual
+/// name, and with one of two choices to one called `choice`. They print what is not an answer.
+const LIBRARIES: [(&str, &str); 5] = [
+    (
+        "law.py",
+        "print('hello from a library')
+def push(seen):
+    x, v, theta, omega = seen
+    return 10.0 * theta + 2.0 * omega + 0.4 * x + 0.8 * v
+",
+    ),
+    (
+        "numpy.py",
+        "float16, float32, float64 = 'efd'
+class Kind:
+    def __init__(self, kind): self.kind = kind
+class Array(list):
+    dtype = Kind('f')
+    def reshape(self, shape):
+        assert shape == [1, -1], shape
+        return Array([list(self)])
+    def flatten(self): return self
+    def tolist(self): return list(self)
+def array(seen, kind): return Array(seen)
+",
+    ),
+    (
+        "stable_baselines3.py",
+        "import law, numpy
+class PPO:
+    def load(path, device):
+        model = PPO()
+        model.is_choice, model.action_space = path.endswith('/choice.zip'), PPO
+        if model.is_choice: PPO.n = 2
+        return model
+    def predict(self, seen, deterministic):
+        push = law.push(seen)
+        return (int(push > 0.0) if self.is_choice else numpy.Array([push])), None
+",
+    ),
+    (
+        "onnxruntime.py",
+        "import law, numpy
+class InferenceSession:
+    name, shape, type = 'obs', [1, 4], 'tensor(float)'
+    def __init__(self, path, providers): self.is_choice = path.endswith('/choice.onnx')
+    def get_inputs(self): return [self]
+    def run(self, names, inputs):
+        (seen,) = inputs['obs']
+        answer = numpy.Array([law.push(seen)])
+        if self.is_choice:
+            answer = numpy.Array([int(law.push(seen) > 0.0)])
+            answer.dtype = numpy.Kind('i')
+        return [answer, numpy.Array([7.0])]
+",
+    ),
+    (
+        "torch/__init__.py",
+        "import contextlib, law, numpy, sys, types
+float32 = None
+def no_grad(): return contextlib.nullcontext()
+def tensor(rows, dtype): return rows
+class Module:
+    def __init__(self, *layers): self.is_choice = False
+    def eval(self): return self
+    def load_state_dict(self, state): assert sorted(state) == ['0.bias', '0.weight'], state
+    def __call__(self, rows):
+        (seen,) = rows
+        push = law.push(seen)
+        return numpy.Array([0.0, push] if self.is_choice else [push])
+def load_script(path, map_location):
+    module = Module()
+    module.is_choice = path.endswith('/choice.pt')
+    return module
+def load(path, map_location, weights_only):
+    assert path.endswith('/policy.pt') and weights_only
+    return {'critic.0.bias': 1, 'actor_mean.0.weight': 2, 'actor_mean.0.bias': 3}
+jit = types.SimpleNamespace(load=load_script)
+nn = types.ModuleType('torch.nn')
+nn.Sequential, nn.Linear, nn.Tanh, nn.ReLU = Module, Module, Module, Module
+sys.modules['torch.nn'] = nn
+",
+    ),
+];
+
+#[test]
+fn a_program_that_new_writes_runs_a_policy_of_its_library() {
+    let folder = Folder::new();
+    for (name, code) in LIBRARIES {
+        folder.write(&format!("libraries/{name}"), code);
+    }
+    let run = "ratelab run --clock virtual --duration-s 3 --csv";
+    folder.plays(&format!("{run} built-in.csv"));
+    let run = format!("PYTHONPATH=libraries {run}");
+    for kind in ["sb3", "torchscript", "onnx", "module"] {
+        folder.plays(&format!(
+            "ratelab new {kind}.py --policy {kind}
+             {run} {kind}.csv --policy ./{kind}.py"
+        ));
+        let [ours, built_in] = [kind, "built-in"].map(|name| folder.read(&format!("{name}.csv")));
+        assert_eq!(ours, built_in, "{kind}");
+    }
+    for kind in ["sb3", "torchscript", "onnx"] {
+        folder.plays(&format!(
+            "sed -i -E 's/^(MODEL = .)(model|policy)/\\1choice/' {kind}.py
+             grep -q ^MODEL.*choice {kind}.py
+             {run} choice.csv --policy ./{kind}.py"
+        ));
+        let pushes = folder.read("choice.csv");
+        let mut pushes = pushes.lines();
+        let header = pushes.next().expect("a header").split(',');
+        let place = header.clone().position(|name| name == "action");
+        let place = place.expect("a column of actions");
+        let mut pushes: Vec<&str> = pushes.filter_map(|row| row.split(',').nth(place)).collect();
+        pushes.sort_unstable();
+        pushes.dedup();
+        assert_eq!(pushes, ["-1", "1"], "{kind}");
+    }
+}
+
 #[test]
 fn a_policy_that_plans_its_chunks_balances_where_one_that_holds_falls() {
     let folder = Folder::with(&["policies/chunks.py"]);
@@ -74,6 +194,7 @@ fn what_kills_a_policy_is_said_and_its_recording_is_verified_without_it() {
         r#"os.kill(os.getpid(), 9) | was ended by signal 9
            sys.exit(3) | ended with exit code 3
            raise ValueError('no such joint') | saying "ValueError: no such joint"
+           raise ValueError('no such file: ' + 300 * 'x') | saying "ValueError: no such file: xxx
            say('hello') | answered "hello": expected {"id":10,"action":0.5}
            say('x' * 70000) | a line of more than 64 KiB
            os.write(1, bytes([255, 10])) | bytes that are no text"#,

@@ -42,6 +42,9 @@ const NORMALISER: [&str; 6] = ["mean", "var", "std", "rms", "norm", "scaler"];
 /// Parts of names of settings that change what the actor sees or says.
 const CHANGES: [&str; 5] = ["scale", "bias", "clip", "norm", "offset"];
 
+/// The longest name that is looked at (bytes): a file may have thousands of names as long as itself.
+const LONGEST_NAME: usize = 256;
+
 /// Something of a state dictionary.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StateItem<'f> {
@@ -73,12 +76,25 @@ pub(super) struct StateItems<'f> {
     nested: Option<(&'f str, Vec<&'f str>)>,
 }
 
+/// The part of a name that is looked at.
+fn beginning(name: &str) -> &str {
+    &name[..name.floor_char_boundary(LONGEST_NAME)]
+}
+
 impl<'f> StateItems<'f> {
     pub(super) fn new(
         mut items: Vec<StateItem<'f>>,
         nested: Option<(&'f str, Vec<&'f str>)>,
     ) -> Self {
+        for item in &mut items {
+            item.name = beginning(item.name);
+        }
         items.sort_by_key(|item| item.name);
+        let nested = nested.map(|(under, names)| {
+            let mut names: Vec<&str> = names.into_iter().map(beginning).collect();
+            names.sort_unstable();
+            (under, names)
+        });
         Self { items, nested }
     }
 
@@ -118,9 +134,10 @@ impl<'f> StateItems<'f> {
     fn found(&self, name: &str) -> String {
         if let Some((under, names)) = &self.nested {
             let names_listed = listed(names.iter().copied());
-            let remedy = match names.contains(&name) {
-                true => ": save that one alone",
-                false => "",
+            let remedy = if names.contains(&name) {
+                ": save that one alone"
+            } else {
+                ""
             };
             return format!(
                 "a state_dict nested under {} ({names_listed}){remedy}",

@@ -232,10 +232,10 @@ impl Reader<'_> {
         put_bytes(&mut tensor, NUMBERS, numbers);
         // Many tensors may be said to have the same bytes.
         self.put += end - begin;
-        match self.put > LARGEST_FILE {
-            true => Err(ExternalError::TooLarge),
-            false => Ok(tensor),
+        if self.put > LARGEST_FILE {
+            return Err(ExternalError::TooLarge);
         }
+        Ok(tensor)
     }
 
     /// The content of the file at `location` in the folder.

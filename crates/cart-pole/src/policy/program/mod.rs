@@ -25,17 +25,16 @@ use crate::{Action, Observation};
 /// # Errors
 /// What a program lacks.
 pub(super) fn is_program(path: &str, content: &[u8], format: FileFormat) -> Result<bool, String> {
-    let lacks = |what: String| Err(what);
     match format {
         FileFormat::Script | FileFormat::Binary if is_executable(path) => Ok(true),
-        FileFormat::Script => lacks(format!("this script is not executable: chmod +x {path}")),
-        FileFormat::Binary => lacks(format!("this program is not executable: chmod +x {path}")),
+        FileFormat::Script => Err(format!("this script is not executable: chmod +x {path}")),
+        FileFormat::Binary => Err(format!("this program is not executable: chmod +x {path}")),
         FileFormat::Unknown if is_executable(path) && !is_named_as_weights(path) => {
             // Other systems have binaries of other formats.
             if content.contains(&0) {
                 return Ok(true);
             }
-            lacks(
+            Err(
                 "this program has no first line #! that names its interpreter, such as \
                  #!/usr/bin/env python3"
                     .to_owned(),

@@ -110,12 +110,8 @@ impl<'a> Pickle<'a> {
                 (has_weights && !is_beside).then_some((name, pairs))
             });
         let (name, pairs) = inner.min_by_key(|(name, _)| *name)?;
-        let mut names: Vec<&str> = pairs
-            .iter()
-            .filter_map(|(key, _)| self.text(*key))
-            .collect();
-        names.sort_unstable();
-        Some((name, names))
+        let names = pairs.iter().filter_map(|(key, _)| self.text(*key));
+        Some((name, names.collect()))
     }
 
     fn text(&self, place: ValueIndex) -> Option<&'a str> {

@@ -1,4 +1,6 @@
-//! `ratelab new`: an example of a graph file, and the schema of such files.
+//! `ratelab new`: an example of a graph file, the schema of such files, and programs for policies.
+
+mod policy;
 
 use std::path::Path;
 
@@ -12,20 +14,23 @@ use crate::{
 };
 
 /// The example: a graph that misses its limit.
-const EXAMPLE: &str = include_str!("../../../graphs/robot.toml");
+const EXAMPLE: &str = include_str!("../../../../graphs/robot.toml");
 
-/// Writes the example, or prints the schema.
+/// Writes the example or a program, or prints the schema.
 pub fn new(args: &NewArgs) -> Result<(), Error> {
-    match &args.file {
-        Some(file) => write(file),
-        None => print_data(&format!("{:#}", schema())),
+    match (&args.file, args.policy) {
+        (Some(file), Some(kind)) => policy::write(file, kind),
+        (Some(file), None) => write(file),
+        (None, _) => print_data(&format!("{:#}", schema())),
     }
 }
 
 fn write(path: &Path) -> Result<(), Error> {
     let file = shown(path);
     if !is_graph_file(path.as_os_str()) {
-        let why = format!("new {file}: a graph file ends in .toml: choose another name");
+        let why = format!(
+            "new {file}: a graph file ends in .toml: choose another name (a policy: with --policy)"
+        );
         return Err(Error::BadInput(why));
     }
     refuse_existing("new", path)?;
