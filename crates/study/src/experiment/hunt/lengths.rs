@@ -84,7 +84,7 @@ fn length(longest: Duration, most: Duration) -> Duration {
     let lengths = LENGTHS.into_iter().map(Duration::from_nanos);
     let fits = |length: &Duration| most.as_nanos() <= length.as_nanos() * MOST_PARTS as u128;
     let enough = lengths.filter(fits);
-    let shortest = enough.clone().last();
+    let shortest = enough.clone().next_back();
     let found = enough.into_iter().find(|length| *length <= longest);
     found.or(shortest).unwrap_or(LONGEST_PART)
 }
