@@ -110,6 +110,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#![warn(clippy::print_stderr, clippy::print_stdout)]
+
 mod arrival;
 mod clock;
 mod control;

@@ -26,6 +26,8 @@
 //! What a question asks stands in `questions.toml`, what measures it is a module of this crate;
 //! [`framework`] is their common part.
 
+#![warn(clippy::print_stderr, clippy::print_stdout)]
+
 mod build;
 mod cliff;
 mod deep_queue;

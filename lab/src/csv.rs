@@ -1,13 +1,12 @@
 //! Rows with commas in between.
 
-/// A row with these cells, quoted by RFC 4180 where a comma, a quote or the end of a line is in
-/// one.
+use crate::printable::in_line;
+
+/// A row with these cells, printable, and quoted by RFC 4180 where a comma or a quote is in one.
 pub fn row_of(cells: impl IntoIterator<Item = String>) -> String {
-    let cells = cells
-        .into_iter()
-        .map(|cell| match cell.contains([',', '"', '\n', '\r']) {
-            true => format!("\"{}\"", cell.replace('"', "\"\"")),
-            false => cell,
-        });
+    let cells = cells.into_iter().map(|cell| match in_line(&cell) {
+        cell if cell.contains([',', '"']) => format!("\"{}\"", cell.replace('"', "\"\"")),
+        cell => cell,
+    });
     cells.collect::<Vec<_>>().join(",")
 }

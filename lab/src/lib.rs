@@ -37,8 +37,9 @@
 //! }
 //! ```
 
-// Errors go through `output`, which makes them safe to print on a terminal.
-#![warn(clippy::print_stderr)]
+// Texts go through `output`, which makes them safe to print on a terminal, and survives one that is
+// gone; these macros panic there.
+#![warn(clippy::print_stderr, clippy::print_stdout)]
 
 mod cli;
 mod command_line;
@@ -101,22 +102,26 @@ pub fn course() -> ExitCode {
 /// result. The exit code is 1 for a difference.
 pub fn show_other_run(system: impl System, run: OtherRun) -> ExitCode {
     let system: Arc<dyn System> = Arc::new(system);
-    exit_after(other_runtime::show(&system, run))
+    exit_after(|| other_runtime::show(&system, run))
 }
 
 fn exit(program: &Program) -> ExitCode {
-    signals::outlive_size_limit();
-    exit_after(execute(program))
+    exit_after(|| execute(program))
 }
 
-fn exit_after(outcome: Result<(), Error>) -> ExitCode {
+fn exit_after(work: impl FnOnce() -> Result<(), Error>) -> ExitCode {
+    signals::prepare();
+    let outcome = work();
     // A run that was left in a tick still waits for its answer.
     end_programs();
     if let Err(error) = &outcome {
         output::error(error);
     }
-    let signal = stop_signal::exit_code().map(ExitCode::from);
-    signal.unwrap_or_else(|| outcome.map_or_else(|error| error.exit_code(), |()| ExitCode::SUCCESS))
+    if stop_signal::exit_code().is_some() {
+        // Threads that nobody waits for may still be at work.
+        signals::end_at_once();
+    }
+    outcome.map_or_else(|error| error.exit_code(), |()| ExitCode::SUCCESS)
 }
 
 fn execute(program: &Program) -> Result<(), Error> {

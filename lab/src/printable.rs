@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ratelab_recording::printable::is_control;
+pub use ratelab_recording::printable::in_line;
 
 /// Maximum length of an error line (characters): enough for a long path.
 const LONGEST: usize = 1_000;
@@ -38,14 +38,18 @@ pub fn one_line(text: &str) -> String {
     let text = &with_short_words(text);
     let length = text.chars().count();
     if length <= LONGEST {
-        return escaped(text.chars());
+        return in_line(text);
     }
     let (head, tail) = KEPT;
+    let (first, last): (String, String) = (
+        text.chars().take(head).collect(),
+        text.chars().skip(length - tail).collect(),
+    );
     format!(
         "{} … ({} characters) … {}",
-        escaped(text.chars().take(head)),
+        in_line(&first),
         length - head - tail,
-        escaped(text.chars().skip(length - tail))
+        in_line(&last)
     )
 }
 
@@ -54,13 +58,15 @@ pub fn shown(path: &Path) -> String {
     in_line(&path.display().to_string())
 }
 
-/// `text` in one line of any length, with control characters escaped.
-pub fn in_line(text: &str) -> String {
-    escaped(text.chars())
+/// `text` as it is, but for control characters: the ends of lines stay.
+pub fn in_lines(text: &str) -> String {
+    let lines: Vec<String> = text.split('\n').map(in_line).collect();
+    lines.join("\n")
 }
 
-/// `text` as it is, but for control characters: those of lines and of colours stay.
-pub fn in_lines(text: &str) -> String {
+/// `text` as it is, but for control characters: the ends of lines and colours stay. Whoever made
+/// the colours has made the texts of others printable before.
+pub fn in_coloured_lines(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     let mut rest = text;
     while let Some(c) = rest.chars().next() {
@@ -87,18 +93,6 @@ fn colour_length(text: &str) -> usize {
     end.map_or(0, |end| text.len() - end.len())
 }
 
-fn escaped(chars: impl Iterator<Item = char>) -> String {
-    let mut line = String::new();
-    for c in chars {
-        if is_control(c) {
-            line.extend(c.escape_default());
-        } else {
-            line.push(c);
-        }
-    }
-    line
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -112,17 +106,17 @@ mod tests {
 
     #[test]
     fn only_lines_and_colours_are_kept_in_a_text_of_many_lines() {
+        let coloured = "one\n\u{1b}[1;31mred\u{1b}[0m\n";
+        assert_eq!(in_lines(coloured), "one\n\\u{1b}[1;31mred\\u{1b}[0m\n");
+        assert_eq!(in_coloured_lines(coloured), coloured);
         for (text, safe) in [
-            (
-                "one\n\u{1b}[1;31mred\u{1b}[0m\n",
-                "one\n\u{1b}[1;31mred\u{1b}[0m\n",
-            ),
             ("\u{1b}]0;title\u{7}", r"\u{1b}]0;title\u{7}"),
             ("\u{1b}[2Jgone", r"\u{1b}[2Jgone"),
             ("\u{9b}2J\r\t\u{202e}é", r"\u{9b}2J\r\t\u{202e}é"),
             ("cut \u{1b}[31", r"cut \u{1b}[31"),
         ] {
             assert_eq!(in_lines(text), safe);
+            assert_eq!(in_coloured_lines(text), safe);
         }
     }
 

@@ -1,6 +1,6 @@
 //! Reads a recording for a command.
 
-use std::path::Path;
+use std::{ops::ControlFlow, path::Path};
 
 use crate::{output::ProgressLine, printable::shown};
 use ratelab_recording::{ReadError, Recording};
@@ -19,5 +19,6 @@ pub fn read(file: &Path) -> Result<Recording, ReadError> {
             let new = || ProgressLine::new(all, shown(file));
             bar.get_or_insert_with(new).set(done);
         }
+        ControlFlow::Continue(())
     })
 }

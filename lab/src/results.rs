@@ -16,6 +16,7 @@ use crate::{
     like::{self, Like},
     output::{OutputPlan, Outputs, note, print_data, print_line, print_recorded, record_error},
     program::Program,
+    stop_signal,
     summary::{
         json,
         text::{self, ReportContext},
@@ -66,7 +67,14 @@ pub fn destination(args: &RunArgs) -> Option<Destination> {
     let viewer = viewer.and_then(Result::ok);
     let asked = args.record.is_some() || viewer.is_some();
     let place = args.record.clone().flatten();
-    asked.then(|| Destination::new(place, RrdFormat { viewer }))
+    asked.then(|| destination_of(place, viewer))
+}
+
+/// Recordings at `place`, or in the default folder, and in a `viewer` if there is one. After a
+/// signal they end soon.
+pub fn destination_of(place: Option<PathBuf>, viewer: Option<Viewer>) -> Destination {
+    let is_overdue = stop_signal::is_overdue;
+    Destination::new(place, RrdFormat { viewer, is_overdue })
 }
 
 /// Starts a recording of `experiment`.

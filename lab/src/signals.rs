@@ -1,13 +1,18 @@
 //! Signals that stop the program, and the one for the limit of file sizes.
 
 use std::{
+    fs, io,
     ops::ControlFlow,
-    sync::{Arc, atomic::AtomicBool},
+    sync::{
+        Arc, Mutex,
+        atomic::AtomicBool,
+        mpsc::{RecvTimeoutError, channel},
+    },
     thread,
     time::Duration,
 };
 
-use ratelab::Interrupt;
+use ratelab::{Interrupt, sync::lock};
 use ratelab_cart_pole::policy::end_programs;
 use signal_hook::{
     consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ},
@@ -17,36 +22,90 @@ use signal_hook::{
 };
 
 use crate::{
-    output::{note, remove_unfinished},
+    output::{self, note, remove_unfinished, waits_for_reader},
     stop_signal,
 };
 
 /// Time for the answer of a policy in a program, when the command is to stop.
 const GRACE: Duration = Duration::from_millis(100);
 
-/// From now on the first SIGINT, SIGTERM or SIGHUP calls `first`, which should end the
-/// program normally; the next one calls `last` and ends the program at once. A second
+/// Time between two looks at whether a stop was asked for.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// What a command does at a signal.
+struct Response {
+    /// At the first one; `None` once it is done.
+    first: Option<Box<dyn FnOnce() + Send>>,
+    /// Before the program ends at the next one.
+    last: Box<dyn FnOnce() + Send>,
+}
+
+/// Without a response the first signal ends the program.
+static RESPONSE: Mutex<Option<Response>> = Mutex::new(None);
+
+/// Handles signals from now on: SIGINT, SIGTERM and SIGHUP, but none that was ignored when the
+/// program started, as `nohup` and background jobs of scripts ask for. The first one ends the
+/// program at once, or does what the command [watches](watch) for.
+///
+/// Turns the limit of file sizes (`ulimit -f`) into a write error, like a full disk, in place of
+/// a fatal signal.
+pub fn prepare() {
+    // An empty handler: the viewer would inherit an ignored signal.
+    let _ = flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)));
+    let ignored = ignored();
+    let heeded = [SIGINT, SIGTERM, SIGHUP].into_iter();
+    match Signals::new(heeded.filter(|signal| ignored >> (signal - 1) & 1 == 0)) {
+        Ok(signals) => drop(thread::spawn(move || obey(signals))),
+        Err(error) => note(&format!("Ctrl-C will end the program at once: {error}")),
+    }
+}
+
+/// The signals that are ignored, a bit for each; none where the system does not say so.
+fn ignored() -> u64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mut lines = status.lines();
+    let mask = lines.find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
+        .unwrap_or_default()
+}
+
+/// Does what is to be done at the first signal, and ends the program at the next. A second
 /// SIGHUP is ignored: a closing terminal may send several.
+fn obey(mut signals: Signals) {
+    let mut arriving = signals.forever();
+    if let Some(signal) = arriving.next() {
+        stop_signal::received(signal);
+        let first = lock(&RESPONSE).as_mut().and_then(|of| of.first.take());
+        match first {
+            Some(first) => {
+                first();
+                thread::spawn(|| {
+                    thread::sleep(GRACE);
+                    end_programs();
+                });
+            }
+            // The wait ends with an error that says for what it was.
+            None if waits_for_reader() => {}
+            None => {
+                output::stopped_by(stop_signal::name(signal));
+                end_at_once();
+            }
+        }
+    }
+    if let Some(signal) = arriving.find(|signal| *signal != SIGHUP) {
+        stop_signal::received(signal);
+        let response = lock(&RESPONSE).take();
+        response.map(|response| (response.last)());
+        end_at_once();
+    }
+}
+
+/// From now on the first signal calls `first`, which should end the program normally; the next
+/// one calls `last` and ends the program at once.
 pub fn watch(first: impl FnOnce() + Send + 'static, last: impl FnOnce() + Send + 'static) {
-    let mut signals = match Signals::new([SIGINT, SIGTERM, SIGHUP]) {
-        Ok(signals) => signals,
-        Err(error) => return note(&format!("Ctrl-C will end the program at once: {error}")),
-    };
-    thread::spawn(move || {
-        let mut arriving = signals.forever();
-        if let Some(signal) = arriving.next() {
-            stop_signal::received(signal);
-            first();
-            thread::spawn(|| {
-                thread::sleep(GRACE);
-                end_programs();
-            });
-        }
-        if let Some(signal) = arriving.find(|signal| *signal != SIGHUP) {
-            stop_signal::received(signal);
-            last();
-            end_at_once();
-        }
+    *lock(&RESPONSE) = Some(Response {
+        first: Some(Box::new(first)),
+        last: Box::new(last),
     });
 }
 
@@ -67,17 +126,34 @@ pub fn unless(asked: &Interrupt) -> ControlFlow<()> {
     }
 }
 
+/// What `work` returns; `None` if a stop is `asked` for meanwhile: then the work is left to a
+/// thread that ends with the program.
+///
+/// # Errors
+/// An error if the work panicked.
+pub fn done_unless<T: Send + 'static>(
+    asked: &Interrupt,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> io::Result<Option<T>> {
+    let (sender, done) = channel();
+    // Nobody waits for the result any more if it cannot be sent.
+    thread::spawn(move || drop(sender.send(work())));
+    while !asked.is_asked() {
+        match done.recv_timeout(LOOK) {
+            Ok(result) => return Ok(Some(result)),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(io::Error::other("it panicked, which is a defect"));
+            }
+        }
+    }
+    Ok(None)
+}
+
 /// Ends the program immediately after a signal.
 pub fn end_at_once() -> ! {
     end_programs();
     let _no_more = remove_unfinished();
     // Skips exit handlers, because other threads are still running.
     low_level::exit(stop_signal::exit_code().unwrap_or(1).into())
-}
-
-/// Turns the limit of file sizes (`ulimit -f`) into a write error, like a full disk, in
-/// place of a fatal signal.
-pub fn outlive_size_limit() {
-    // An empty handler: the viewer would inherit an ignored signal.
-    let _ = flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false)));
 }

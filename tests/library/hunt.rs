@@ -140,6 +140,19 @@ fn what_was_found_is_kept_when_a_hunt_is_stopped() {
 }
 
 #[test]
+fn a_hunt_that_is_stopped_counts_the_lists_that_it_has_tried() {
+    let mut hunt = hunt("");
+    hunt.threads = NonZeroUsize::MIN;
+    for most in [0, 1, 60] {
+        let asked = AtomicUsize::new(0);
+        let stop = || asked.fetch_add(1, Ordering::Relaxed) >= most;
+        let hunted = hunt.run(&losses(1), &stop).expect("a hunt");
+        let (runs, stopped) = (most, true);
+        assert_eq!(hunted, Hunted::Held { runs, stopped });
+    }
+}
+
+#[test]
 fn delays_that_differ_are_found_within_the_budget() {
     let hunt = Hunt::new(cart_pole(), own(2, "rate policy 20; until 3"));
     let found = found(&hunt, &delay(ms(400)));

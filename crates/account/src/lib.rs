@@ -9,6 +9,8 @@
 //! Stands on `ratelab` and `ratelab-effects`; a run knows nothing of it, and one that nobody looks at
 //! pays nothing for it. Begin with [`Observer::of`], then `accounts.rs`.
 
+#![warn(clippy::print_stderr, clippy::print_stdout)]
+
 mod accounts;
 mod distribution;
 mod fields;

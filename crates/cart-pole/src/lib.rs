@@ -17,6 +17,8 @@
 //! [`CartPole`], a [`System`](ratelab_study::system::System). A new policy goes into [`policy`], what
 //! theory says of a rate into [`stability`].
 
+#![warn(clippy::print_stderr, clippy::print_stdout)]
+
 mod aliases;
 mod body;
 pub mod chunk;

@@ -28,6 +28,8 @@
 //! 2. What it does to a message: `deliver_at` in `channel.rs`. A random duration of another
 //!    distribution is a [`Draw`] instead: links and costs have it at once.
 
+#![warn(clippy::print_stderr, clippy::print_stdout)]
+
 mod chance;
 mod cost;
 mod digest;

@@ -17,6 +17,8 @@
 //! Stands on `ratelab`, the core, as any clock does: [`Clock`](ratelab::Clock) is its one way in.
 //! Begin with `clock.rs`.
 
+#![warn(clippy::print_stderr, clippy::print_stdout)]
+
 mod clock;
 mod core_share;
 mod mailbox;

@@ -19,6 +19,8 @@
 //! What is recorded of a message and of a tick is described once, in `run/series.rs`: both are
 //! written, read, digested and compared by the same table of columns.
 
+#![warn(clippy::print_stderr, clippy::print_stdout)]
+
 pub mod bins;
 mod check;
 mod durations;

@@ -1,4 +1,4 @@
-//! Texts of a file, made safe for a terminal.
+//! Texts of others, made safe for a terminal.
 
 use serde_json::Value;
 
@@ -6,7 +6,7 @@ use serde_json::Value;
 /// Unicode category Cf, and the separators of lines and paragraphs. U+200C and U+200D are
 /// allowed: file names in some scripts need them, and they join or separate two letters
 /// at most.
-pub fn is_control(c: char) -> bool {
+pub(crate) fn is_control(c: char) -> bool {
     c.is_control()
         || matches!(c,
             '\u{ad}'
@@ -31,14 +31,26 @@ pub fn is_control(c: char) -> bool {
             | '\u{e0000}'..='\u{e007f}')
 }
 
+/// `text` in one line, with the characters that control a terminal escaped, such as `\u{1b}`.
+pub fn in_line(text: &str) -> String {
+    let mut line = String::with_capacity(text.len());
+    for c in text.chars() {
+        match is_control(c) {
+            true => line.extend(c.escape_default()),
+            false => line.push(c),
+        }
+    }
+    line
+}
+
 /// The texts in knobs: a run is executed again with them, so they keep all characters.
 const EXACT: [&str; 2] = ["what", "spec"];
 
-/// Replaces the characters that control a terminal in every text of `value` but those of
+/// Escapes the characters that control a terminal in every text of `value` but those of
 /// knobs: a file may contain any.
 pub fn make_printable(value: &mut Value) {
     match value {
-        Value::String(text) => *text = text.replace(is_control, "?"),
+        Value::String(text) if text.contains(is_control) => *text = in_line(text),
         Value::Array(values) => values.iter_mut().for_each(make_printable),
         Value::Object(map) => {
             let others = map.iter_mut().filter(|(key, _)| !EXACT.contains(&&***key));

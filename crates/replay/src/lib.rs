@@ -21,6 +21,8 @@
 //! Stands on `ratelab`, the core, by its hooks for journals, turns and clocks. Begin with
 //! `run_log.rs` and `rerun.rs`.
 
+#![warn(clippy::print_stderr, clippy::print_stdout)]
+
 mod coder;
 mod entry;
 mod events;

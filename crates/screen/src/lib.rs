@@ -13,6 +13,8 @@
 //! session ◄── app ◄── keys ◄── terminal           (back)
 //! ```
 
+#![warn(clippy::print_stderr, clippy::print_stdout)]
+
 mod age;
 mod app;
 mod asked;
@@ -58,6 +60,7 @@ use std::{
         Arc,
         atomic::{AtomicBool, Ordering},
     },
+    thread,
     time::{Duration, Instant},
 };
 
@@ -74,7 +77,7 @@ pub use run::{Remote, RunSource, StatusExtra, WatchedRows, watched};
 pub use sameness::RunDigest;
 pub use session::{BeginRows, OpenRows, SessionResult, SessionSetup};
 pub use survival_level::SurvivalLevel;
-use terminal::{Input, Keyboard, Screen, ShellRequest};
+use terminal::{BACKLOG, Input, Keyboard, Screen, ShellRequest};
 pub use terminal::{is_there as terminal_is_there, restore as restore_terminal};
 pub use theme::{Look, Theme};
 pub use tour::Guide;
@@ -153,12 +156,32 @@ fn until_left(mut app: App, options: &Options) -> Result<Option<LabOutcome>, Scr
 
 fn on_screen(app: &mut App, options: &Options) -> Result<(), ScreenError> {
     let quit = (options.quit_on_signal)();
+    match drawn(app, options, &quit) {
+        // A terminal that is closed fails a moment before its signal comes.
+        Err(ScreenError::Terminal(_)) if comes_soon(&quit) => Ok(()),
+        end => end,
+    }
+}
+
+/// Time from the failure of a terminal to its signal.
+const HANG_UP: Duration = Duration::from_millis(500);
+
+/// Waits until `quit` is set, for [`HANG_UP`] at most; returns whether it is.
+fn comes_soon(quit: &AtomicBool) -> bool {
+    let failed = Instant::now();
+    while !quit.load(Ordering::Relaxed) && failed.elapsed() < HANG_UP {
+        thread::sleep(Duration::from_millis(1));
+    }
+    quit.load(Ordering::Relaxed)
+}
+
+fn drawn(app: &mut App, options: &Options, quit: &AtomicBool) -> Result<(), ScreenError> {
     let mut screen = Screen::open()?;
     let mut keyboard = Keyboard::open()?;
     if options.ask_background {
         keyboard.ask_background()?;
     }
-    run(&mut screen.0, &mut keyboard, app, options, &quit)
+    run(&mut screen.0, &mut keyboard, app, options, quit)
 }
 
 /// Samples, draws changes and handles keys until the person leaves.
@@ -214,13 +237,15 @@ where
     Ok(true)
 }
 
-/// Handles keys until the frame is over; returns whether there were any.
+/// Handles keys until the frame is over, and all that wait then; returns whether there were any.
 fn obey_until(
     frame_ends: Instant,
     input: &mut impl Input,
     app: &mut App,
 ) -> Result<bool, ScreenError> {
     let mut touched = false;
+    // A limit for a flood of keys, which must not keep the next frame from being drawn.
+    let mut late = 0;
     loop {
         let left = frame_ends.saturating_duration_since(Instant::now());
         match input.next(left)? {
@@ -234,7 +259,8 @@ fn obey_until(
             None => return Ok(touched),
         }
         touched = true;
-        if app.quit || left.is_zero() {
+        late += usize::from(left.is_zero());
+        if app.quit || late >= BACKLOG {
             return Ok(touched);
         }
     }

@@ -4,6 +4,7 @@
 use std::{
     collections::VecDeque,
     io::{self, IsTerminal, Stdout, stdin, stdout},
+    mem::ManuallyDrop,
     panic,
     sync::{
         Arc, Once,
@@ -32,8 +33,8 @@ use signal_hook::{
 use super::background::{QUERY, Reply, Sifted};
 use crate::theme::Look;
 
-/// Keys that may wait to be obeyed.
-const BACKLOG: usize = 1024;
+/// Events that may wait to be obeyed.
+pub const BACKLOG: usize = 1024;
 
 /// Maximum wait for the colour of the background before the first frame. A terminal that
 /// replies later changes the colours of a later frame.
@@ -45,7 +46,10 @@ pub fn is_there() -> bool {
 }
 
 /// The terminal while the dashboard has it; dropping gives it back.
-pub struct Screen(pub Terminal<CrosstermBackend<Stdout>>);
+///
+/// Ratatui's own terminal is never dropped: where it cannot show the cursor it prints that to
+/// standard error, and printing to a terminal that is gone panics.
+pub struct Screen(pub ManuallyDrop<Terminal<CrosstermBackend<Stdout>>>);
 
 impl Screen {
     /// Takes the terminal over.
@@ -58,7 +62,7 @@ impl Screen {
         if screen.is_err() {
             restore();
         }
-        screen.map(Self)
+        screen.map(|screen| Self(ManuallyDrop::new(screen)))
     }
 }
 

@@ -9,6 +9,8 @@
 //! `ratelab-replay`; knows no robot, terminal or recording. Begin with [`system::System`]; a graph
 //! that a program of the library builds is one as it is, by [`system::LibraryGraph`].
 
+#![warn(clippy::print_stderr, clippy::print_stdout)]
+
 pub mod advise;
 pub mod experiment;
 pub mod file;

@@ -10,6 +10,8 @@
 //! zenoh's. All about times, losses and refusals is here, and most of it works without a network.
 //! Begin with [`Bridge`], the end of a process, and [`Follower`], that of a dashboard; then [`key`] for the names on the wire and [`packet`] for the bytes of a message.
 
+#![warn(clippy::print_stderr, clippy::print_stdout)]
+
 mod bridge;
 mod command;
 mod connect;

@@ -2,6 +2,7 @@
 
 use std::{collections::HashSet, fmt};
 
+use ratelab_recording::printable::in_line;
 use thiserror::Error;
 
 use super::{
@@ -19,7 +20,8 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// Creates a prediction of `number`, in the unit of the question.
+    /// Creates a prediction of `number`, in the unit of the question. The reason is one printable
+    /// line: control characters in it are escaped.
     ///
     /// # Errors
     /// [`PredictionError`] if the number is not finite or the reason is empty.
@@ -33,7 +35,7 @@ impl Prediction {
         }
         Ok(Self {
             number,
-            reason: reason.to_owned(),
+            reason: in_line(reason),
             seed: None,
         })
     }

@@ -1,9 +1,7 @@
 //! `ratelab branch`: a recorded run, left at a moment with something changed.
 
-use ratelab::Speed;
-use ratelab_recording::{
-    Change, Departure, Destination, StopReason, VerifyError, branch as branched,
-};
+use ratelab::{Command, Speed};
+use ratelab_recording::{Change, Departure, StopReason, VerifyError, branch as branched};
 use ratelab_study::{
     experiment::Summary,
     system::{BuildError, Verdict},
@@ -17,7 +15,8 @@ use crate::{
     output::{print_recorded, print_result},
     program::Program,
     reading,
-    results::record,
+    results::{destination_of, record},
+    signals,
     summary::{ages, text},
 };
 
@@ -58,7 +57,10 @@ pub fn branch(program: &Program, args: &BranchArgs) -> Result<(), Error> {
         VerifyError::Setup(BuildError::Setting(why)) => Error::BadInput(format!("--knob {why}")),
         why => unverified(why),
     })?;
-    let destination = args.record.clone().map(Destination::from);
+    let destination = args.record.clone();
+    let destination = destination.map(|place| destination_of(place, None));
+    let commands = branch.experiment.commands();
+    signals::watch(move || drop(commands.send(Command::Stop)), || ());
     let recorder = destination.map(|to| record(to, &branch.experiment));
     let recorder = recorder.transpose()?;
     branch.experiment.watch_ages();

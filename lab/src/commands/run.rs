@@ -1,6 +1,6 @@
 //! `ratelab run`: the graph without a dashboard.
 
-use ratelab::{ClockKind, Command};
+use ratelab::{ClockKind, Command, Interrupt};
 use ratelab_real_clock::RealClock;
 use ratelab_recording::StopReason;
 use ratelab_study::experiment::{Experiment, StepWriter};
@@ -32,10 +32,14 @@ pub fn run(program: &Program, plain: &PlainRunArgs) -> Result<(), Error> {
     }
     let phases = plain.phases.map(|count| phases::sweep(&experiment, count));
     let phases = phases.transpose()?;
-    let commands = experiment.commands();
-    // After the end of the run the first signal has no effect, so that its results are
-    // still written.
-    signals::watch(move || drop(commands.send(Command::Stop)), || ());
+    let (commands, interrupt) = (experiment.commands(), Interrupt::default());
+    let asked = interrupt.clone();
+    // The results of what is done are still written.
+    let stop = move || {
+        asked.ask();
+        drop(commands.send(Command::Stop));
+    };
+    signals::watch(stop, || ());
     let mut outputs = Outputs::prepare(&plan(args, &experiment)?)?;
     experiment.watch_ages();
     let recorder = destination(args).map(|to| record(to, &experiment));
@@ -51,11 +55,13 @@ pub fn run(program: &Program, plain: &PlainRunArgs) -> Result<(), Error> {
     let written = rows.zip(csv).map(|(rows, csv)| csv.complete(rows.finish()));
     let reported = outcome.map_err(Error::from).and_then(|summary| {
         let csv_lost = written.unwrap_or(Ok(0))?;
+        let phases = phases.map(|sweep| PhaseSpread::of(&sweep, &interrupt));
         let context = ReportContext {
-            phases: phases.as_ref().map(PhaseSpread::of).transpose()?,
+            phases: phases.transpose()?,
             ..context(args, realtime, csv_lost)
         };
-        print_results(program, args, outputs, &summary, &context, like.as_ref())
+        print_results(program, args, outputs, &summary, &context, like.as_ref())?;
+        context.phases.map_or(Ok(()), |phases| phases.if_stopped())
     });
     let recorded = recorded.map_or(Ok(()), |recorded| print_recorded(args.json, &recorded?));
     both(reported, recorded)

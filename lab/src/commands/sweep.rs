@@ -10,7 +10,7 @@ use ratelab_study::experiment::sweep::{Sweep, Swept, all_cores};
 use crate::{
     cli::{ByArg, SweepArgs},
     error::Error,
-    output::{OutputPlan, Outputs, ProgressLine, note, print_data, print_line},
+    output::{OutputPlan, Outputs, ProgressLine, note, print_coloured, print_data},
     program::Program,
     results::input_files,
     screen::theme,
@@ -119,7 +119,7 @@ fn print_results(
         print_data(&markdown::text(&summary, &style(args).theme))?;
     } else {
         let style = style(args);
-        print_line(&match by_age {
+        print_coloured(&match by_age {
             Some(table) => map::by_age(&summary, &table, &style),
             None => map::text(&summary, &style),
         })?;

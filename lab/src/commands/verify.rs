@@ -16,7 +16,7 @@ use crate::{
     program::Program,
     reading, signals,
 };
-use ratelab_recording::{Identical, VerifyWith, verify as run_again};
+use ratelab_recording::{Identical, VerifyError, VerifyWith, verify as run_again};
 
 /// Repeats and compares the runs of recordings; prints the result of each. Ctrl-C ends
 /// the program normally.
@@ -108,8 +108,12 @@ fn compare(
     args: &VerifyArgs,
     asked: &Interrupt,
 ) -> Result<(Identical, Result<(), Error>), Error> {
-    let recording = reading::read(file)?;
     let name = shown(file);
+    let path = file.to_owned();
+    let read = signals::done_unless(asked, move || reading::read(&path));
+    let read = read.map_err(|why| Error::Unfinished(format!("{name}: reading: {why}")))?;
+    let stopped = || Error::unverified(&name, VerifyError::Stopped);
+    let recording = read.ok_or_else(stopped)??;
     let until = recording.until;
     let bar = ProgressLine::new(until.as_nanos(), until.to_string());
     let system = program.of(&recording).system;

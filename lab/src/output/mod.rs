@@ -1,4 +1,5 @@
-//! Printed output and files.
+//! Printed output and files: the only place from which the command writes to the terminal, but for
+//! the lab's screen. A terminal that is gone ends no command.
 //!
 //! All files are checked before the first is opened for writing. A file of results gets
 //! its name when it is complete, and replaces an earlier file of its kind only; what is no
@@ -18,9 +19,10 @@ pub use file::{OutputFile, refuse_existing};
 pub use files::{NewFolders, OutputPlan, Outputs};
 pub use kind::OutputKind;
 pub use live::Live;
+pub use pipe::waits_for_reader;
 pub use print::{
-    error, note, print_data, print_line, print_recorded, print_result, printed, record_error,
-    write_error,
+    error, note, print_coloured, print_data, print_line, print_recorded, print_result, printed,
+    prompt, record_error, stopped_by, write_error,
 };
 pub use progress::ProgressLine;
 pub use unfinished::remove_unfinished;

@@ -5,6 +5,7 @@ use std::{
     io::{self, Write},
     os::unix::fs::{FileTypeExt, OpenOptionsExt},
     path::Path,
+    sync::atomic::{AtomicUsize, Ordering},
     thread,
     time::{Duration, Instant},
 };
@@ -18,6 +19,30 @@ const PAUSE: Duration = Duration::from_millis(10);
 
 /// Longest wait for a reader after a signal.
 const GRACE: Duration = Duration::from_millis(500);
+
+/// Number of threads that wait for a reader.
+static WAITING: AtomicUsize = AtomicUsize::new(0);
+
+/// Whether a command waits for the reader of a pipe: a signal ends the wait, with an error.
+pub fn waits_for_reader() -> bool {
+    WAITING.load(Ordering::SeqCst) > 0
+}
+
+/// The wait for a reader, until it is dropped.
+struct ReaderWait;
+
+impl ReaderWait {
+    fn new() -> Self {
+        WAITING.fetch_add(1, Ordering::SeqCst);
+        Self
+    }
+}
+
+impl Drop for ReaderWait {
+    fn drop(&mut self) {
+        WAITING.fetch_sub(1, Ordering::SeqCst);
+    }
+}
 
 /// Whether the file at `path` is a named pipe.
 pub fn is_pipe(path: &Path) -> bool {
@@ -34,6 +59,7 @@ pub fn open(path: &Path) -> io::Result<File> {
     options
         .write(true)
         .custom_flags(OFlags::NONBLOCK.bits().cast_signed());
+    let _wait = ReaderWait::new();
     loop {
         match options.open(path) {
             Err(why) if Errno::from_io_error(&why) == Some(Errno::NXIO) => {
@@ -52,6 +78,7 @@ pub struct PatientFile(pub File);
 impl Write for PatientFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let began = Instant::now();
+        let _wait = ReaderWait::new();
         loop {
             match self.0.write(bytes) {
                 Err(why) if why.kind() == io::ErrorKind::WouldBlock => {

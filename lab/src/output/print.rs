@@ -2,25 +2,45 @@
 
 use std::{
     fmt,
-    io::{self, Write},
+    io::{self, IsTerminal, Write},
+    os::fd::AsFd,
     path::Path,
 };
 
+use rustix::{
+    fs::{FileType, fstat},
+    io::Errno,
+};
 use serde_json::Value;
 
 use crate::{
     error::Error,
-    printable::{in_lines, one_line},
+    printable::{in_coloured_lines, in_lines, one_line},
     summary::text,
     wrap::{fitted, room},
 };
 use ratelab_recording::{FinishedRecording, RecordError};
 
 /// Prints lines for people to standard output, made safe for a terminal and wrapped to its
-/// width; a reader that has closed it is no error.
+/// width; it is not an error that the reader has closed it.
 pub fn print_line(text: &str) -> Result<(), Error> {
-    let text = fitted(&in_lines(text), room(&io::stdout()));
+    print_fitted(&in_lines(text))
+}
+
+/// Prints lines as [`print_line`] does, with the colours in them.
+pub fn print_coloured(text: &str) -> Result<(), Error> {
+    print_fitted(&in_coloured_lines(text))
+}
+
+fn print_fitted(text: &str) -> Result<(), Error> {
+    let text = fitted(text, room(&io::stdout()));
     printed(writeln!(io::stdout(), "{text}"))
+}
+
+/// Prints the text before a place for an answer, in the same line.
+pub fn prompt(text: &str) -> Result<(), Error> {
+    let mut stdout = io::stdout();
+    printed(write!(stdout, "{}", in_lines(text)).and_then(|()| stdout.flush()))
 }
 
 /// Prints lines for programs to standard output: as [`print_line`] does, but with each line
@@ -40,16 +60,33 @@ pub fn print_result(json: bool, data: &Value, text: &str) -> Result<(), Error> {
 /// Turns the result of printing to standard output into a result of the command.
 pub fn printed(outcome: io::Result<()>) -> Result<(), Error> {
     match outcome {
-        Err(why) if why.kind() != io::ErrorKind::BrokenPipe => {
-            Err(write_error(Path::new("to standard output"), why))
-        }
+        Err(why) if !is_closed(&why) => Err(write_error(Path::new("to standard output"), why)),
         _ => Ok(()),
     }
+}
+
+/// Whether the reader of standard output is gone: the next program of a pipeline, or the terminal.
+fn is_closed(why: &io::Error) -> bool {
+    let is_device = || {
+        let about = fstat(io::stdout().as_fd());
+        about.is_ok_and(|of| FileType::from_raw_mode(of.st_mode) == FileType::CharacterDevice)
+    };
+    let is_gone = Errno::from_io_error(why) == Some(Errno::IO);
+    why.kind() == io::ErrorKind::BrokenPipe || (is_gone && is_device())
 }
 
 /// Prints an error.
 pub fn error(error: &impl fmt::Display) {
     aside(&format!("error: {error}"));
+}
+
+/// Prints that the signal called `name` ended the command, below what the terminal shows of a key.
+pub fn stopped_by(name: &str) {
+    let mut stderr = io::stderr();
+    if stderr.is_terminal() {
+        let _ = writeln!(stderr); // As in `aside`.
+    }
+    error(&format!("stopped by {name}"));
 }
 
 /// Prints a note that is no error.

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, ops::ControlFlow};
 
-use ratelab::{ClockKind, millis};
+use ratelab::{ClockKind, Interrupt, millis};
 use ratelab_study::experiment::{
     Experiment,
     sweep::{Sweep, all_cores},
@@ -16,6 +16,8 @@ use crate::error::Error;
 pub struct PhaseSpread {
     seed: u64,
     runs: usize,
+    /// The number of runs that were asked for.
+    asked: usize,
     /// The mean push ages (ms), in ascending order.
     ages: Vec<f64>,
     /// The number of runs with each verdict.
@@ -41,12 +43,12 @@ pub fn sweep(experiment: &Experiment, count: usize) -> Result<Sweep, Error> {
 }
 
 impl PhaseSpread {
-    /// Runs `sweep` on all cores.
+    /// Runs `sweep` on all cores, until `interrupt` is asked for.
     ///
     /// # Errors
     /// [`Error::Sweep`] if a run failed.
-    pub fn of(sweep: &Sweep) -> Result<Self, Error> {
-        let swept = sweep.run(all_cores(), |_, _| ControlFlow::Continue(()))?;
+    pub fn of(sweep: &Sweep, interrupt: &Interrupt) -> Result<Self, Error> {
+        let swept = sweep.run_until(interrupt, all_cores(), |_, _| ControlFlow::Continue(()))?;
         let (mut ages, mut verdicts) = (Vec::new(), BTreeMap::new());
         let mut worst = (false, f64::NEG_INFINITY, Vec::new());
         for (cell, result) in swept.finished() {
@@ -63,6 +65,7 @@ impl PhaseSpread {
         Ok(Self {
             seed: sweep.base.seed,
             runs: verdicts.values().sum(),
+            asked: sweep.cells()?,
             ages,
             verdicts,
             worst: worst.2,
@@ -73,6 +76,11 @@ impl PhaseSpread {
     fn spread(&self) -> Option<[f64; 3]> {
         let ages = &self.ages;
         Some([*ages.first()?, ages[ages.len() / 2], *ages.last()?])
+    }
+
+    /// An error if a stop was asked for before the last run.
+    pub fn if_stopped(&self) -> Result<(), Error> {
+        Error::if_stopped(self.runs, self.asked, "runs at other phases")
     }
 
     /// Lines for people.

@@ -412,8 +412,12 @@ pub fn recorded(recorded: &FinishedRecording) -> String {
         0 => String::new(),
         lost => format!(", {lost} more came too fast to be recorded"),
     };
+    let hurried = match recorded.hurried {
+        true => "; stopped, so the viewer has no timeline of it, and the file is not compacted",
+        false => "",
+    };
     let text = format!(
-        "{} ({}, {} messages{lost})",
+        "{} ({}, {} messages{lost}{hurried})",
         recorded.path.display(),
         size(recorded.bytes),
         recorded.messages

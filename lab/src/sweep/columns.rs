@@ -6,6 +6,8 @@ use ratelab_study::{
     system::{Alias, names},
 };
 
+use crate::printable::in_line;
+
 /// A knob of the runs of a sweep, swept or fixed.
 #[derive(Clone)]
 pub struct Column {
@@ -82,12 +84,12 @@ impl Column {
         }
     }
 
-    /// The short form of the value in `cell`.
+    /// The short form of the value in `cell`, printable.
     pub fn short(&self, sweep: &Sweep, cell: &Cell) -> String {
-        match self.alias {
+        in_line(&match self.alias {
             Some(alias) => names::short_value(&*sweep.system, alias, &sweep.config(cell).setup),
             None => self.value(sweep, cell),
-        }
+        })
     }
 
     /// The subject of the knob, such as `control` or `queue depth`.

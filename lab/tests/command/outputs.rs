@@ -3,12 +3,12 @@
 
 use std::{
     fs,
-    io::{self, Read},
+    io::{self, BufRead, BufReader, Read},
     process::{Child, ChildStderr, Stdio},
     thread,
 };
 
-use crate::support::{Folder, Said, send, table::rows};
+use crate::support::{Folder, Said, error_line, send, table::rows};
 
 /// A command that writes to the folder `out` and waits for the reader of its rows.
 fn waiting(folder: &Folder, command: &str) -> Child {
@@ -31,6 +31,32 @@ fn one_signal_ends_the_wait_for_the_reader_of_a_pipe() {
         let code = child.wait().expect("ended").code();
         assert_eq!(code, Some(143), "{command}");
         assert_eq!(folder.names(""), ["pipe"]);
+    }
+}
+
+/// Whatever it is at when the signal comes: it may not have come to the pipe yet.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_signal_ends_every_command_that_waits_for_a_reader_with_a_line() {
+    for [line] in rows(
+        "picture fall-5hz.rrd --output pipe
+         trace fall-5hz.rrd --output pipe
+         export-web fall-5hz.rrd --output pipe
+         check robot.toml --junit pipe
+         run --smoke --csv pipe
+         exercise check 6c",
+    ) {
+        let folder = Folder::with(&["recordings/fall-5hz.rrd", "graphs/robot.toml"]);
+        folder.plays("mkfifo pipe");
+        let mut command = folder.command(&line);
+        let child = command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let child = child.spawn().expect("ratelab starts");
+        crate::support::wait_for_handlers(child.id());
+        send("-TERM", child.id());
+        let output = child.wait_with_output().expect("ended");
+        error_line(&line, &output, 143);
+        let names = folder.names("");
+        assert!(!names.iter().any(|name| name.ends_with("tmp")), "{names:?}");
     }
 }
 
@@ -75,6 +101,46 @@ fn every_signal_ends_a_run_in_order_with_its_number() {
 }
 
 #[test]
+fn a_signal_that_was_ignored_at_the_start_stays_ignored() {
+    let folder = Folder::new();
+    let line = "trap '' HUP INT; exec ratelab run --duration-s 3600 --csv /dev/stderr --out out";
+    let mut run = crate::support::shell(&folder.path(""), line);
+    let run = run.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = run.spawn().expect("ratelab starts");
+    let mut rows = BufReader::new(child.stderr.take().expect("piped"));
+    let mut more = |count| {
+        let came = (0..count).filter(|_| rows.read_line(&mut String::new()).expect("rows") > 0);
+        assert_eq!(came.count(), count, "the run has ended");
+    };
+    more(2);
+    send("-HUP", child.id());
+    send("-INT", child.id());
+    more(100);
+    end((child, rows.into_inner()), "-TERM", 143);
+}
+
+#[test]
+fn a_signal_ends_the_runs_at_other_phases_and_prints_what_is_done() {
+    let folder = Folder::new();
+    let line = "run --clock virtual --duration-s 1000 --phases 1000 --csv /dev/stderr";
+    let mut run = folder.command(line);
+    let run = run.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = run.spawn().expect("ratelab starts");
+    let mut rows = BufReader::new(child.stderr.take().expect("piped"));
+    // Behind the header and all steps come the phases.
+    for _ in 0..=50_000 {
+        rows.read_line(&mut String::new()).expect("rows");
+    }
+    send("-TERM", child.id());
+    let mut said = String::new();
+    rows.read_to_string(&mut said).expect("an error");
+    Said(said).has("of 1000 runs at other phases: the result is of these");
+    let output = child.wait_with_output().expect("ended");
+    assert_eq!(output.status.code(), Some(143));
+    Said::of(&output.stdout).has("BALANCED").has("by seed 0");
+}
+
+#[test]
 fn leftovers_of_a_killed_run_are_removed_and_files_in_use_are_kept() {
     let folder = Folder::new();
     let (mut killed, _rows) = long_run(&folder);
@@ -93,7 +159,7 @@ fn leftovers_of_a_killed_run_are_removed_and_files_in_use_are_kept() {
 #[test]
 fn no_path_or_name_has_an_effect_on_the_terminal_and_runs_with_such_a_policy_verify() {
     let folder = Folder::with(&["tests/fixtures/policies/actor.pt"]);
-    let evil = "a\u{1b}]0;PWN\u{7}\nverdict   KEPT\u{9b}2J\u{202e}";
+    let evil = "a\u{1b}]0;PWN\u{7}\nverdict   KEPT\u{9b}2J\u{202e}\u{1b}[8m";
     fs::copy(folder.path("actor.pt"), folder.path(&format!("{evil}.pt"))).expect("copied");
     for [succeeds, line] in rows(
         "true | run --clock virtual --duration-s 0.5 --policy '@.pt' --record '@.rrd' --csv '@.csv'
@@ -103,6 +169,10 @@ fn no_path_or_name_has_an_effect_on_the_terminal_and_runs_with_such_a_policy_ver
          true | export-web '@.rrd' --output '@.html'
          true | trace '@.rrd' --output '@.pftrace'
          true | sweep --seeds 0 --duration-s 0.1 --knob 'send policy @.pt'
+         true | sweep --seeds 0 --duration-s 0.1 --policy 'scripted,@.pt' --csv /dev/stdout
+         true | exercise 1 --answers a.toml --predict '7 because @ it is so'
+         true | exercise 1 --answers a.toml
+         false | exercise 1 --answers a.toml --predict '8 because @'
          false | info '@.pt'
          false | verify '@.html'
          false | run --policy '@.ptx'",

@@ -272,6 +272,43 @@ fn a_recording_starts_no_program_that_is_not_named_here() {
 }
 
 #[test]
+#[cfg(target_os = "linux")]
+fn what_a_policy_has_started_ends_with_it_whatever_session_it_is_in() {
+    let folder = Folder::new();
+    let starts = "import subprocess
+def note(pid): open('pids', 'a').write(f'{pid}\\n')
+sleep = ['sleep', '3600']
+note(subprocess.Popen(sleep).pid)
+note(subprocess.Popen(sleep, start_new_session=True).pid)
+note(subprocess.Popen(['sh', '-c', 'setsid sleep 3600 & echo $! >> pids']).pid)
+if os.fork() == 0:
+    os.setsid()
+    if os.fork() == 0:
+        note(os.getpid())
+        os.execvp('sleep', sleep)
+    os._exit(0)
+";
+    let ready = READY.replace(
+        "sys.stdin.readline()",
+        &format!("{starts}sys.stdin.readline()"),
+    );
+    for tenth in ["pass", "sys.exit(3)", "time.sleep(3600)"] {
+        let answers = ANSWERS.replace("TENTH", tenth);
+        let ready = ready.replace("20}", "1}");
+        script(&folder, "policy.py", &format!("{ready}{answers}"));
+        folder.says("run --clock virtual --world own --duration-s 0.5 --policy ./policy.py");
+        let pids = folder.read("pids");
+        assert!(pids.lines().count() >= 5, "{pids}");
+        for pid in pids.lines() {
+            let state = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+            let ended = state.is_empty() || state.contains(") Z ");
+            assert!(ended, "{tenth}: {pid} lives: {state}");
+        }
+        fs::remove_file(folder.path("pids")).expect("removed");
+    }
+}
+
+#[test]
 fn a_signal_ends_the_run_and_a_policy_that_thinks_for_an_hour() {
     let folder = Folder::new();
     let code = "open('pid', 'w').write(str(os.getpid()) + '\\n'); time.sleep(3600)";

@@ -11,7 +11,8 @@ use portable_pty::{CommandBuilder, PtySize, native_pty_system};
 
 use crate::support::{
     Folder, RATELAB, Said, send,
-    terminal::{Lab, PATIENCE, assert_given_back},
+    table::rows,
+    terminal::{Lab, PATIENCE, assert_given_back, command_in},
 };
 
 /// Ratelab on a large terminal, in a folder of its own.
@@ -103,17 +104,53 @@ fn the_files_contain_the_last_run() {
 }
 
 #[test]
-fn the_lab_ends_with_its_terminal() {
-    let pair = native_pty_system().openpty(PtySize::default());
-    let pair = pair.expect("a pty");
-    let command = CommandBuilder::new(RATELAB);
+fn whatever_runs_in_a_terminal_ends_with_it_and_leaves_whole_files() {
+    for [line, text] in rows(
+        "lab | BALANCED so far
+         lab --record run.rrd --out out | ● rec
+         lab --clock real --record real.rrd | ● rec
+         tour | the policy
+         replay --terminal fall-5hz.rrd | replay
+         exercise 7 | Your prediction in s, and why:",
+    ) {
+        let folder = Folder::with(&["recordings/fall-5hz.rrd"]);
+        let code = closed_at(&folder, &line, &text);
+        assert_eq!(code, 129, "{line}");
+        let files = folder.names("").into_iter();
+        for recorded in files.filter(|name| name.ends_with(".rrd")) {
+            folder.says(&format!("verify {recorded}")).has("identical");
+        }
+        if line.contains("--out") {
+            Said(folder.read("out/metrics.json")).has("\"verdict\"");
+        }
+    }
+}
+
+/// The exit code of ratelab in a terminal, for all three streams, that is closed once `text` is there.
+fn closed_at(folder: &Folder, line: &str, text: &str) -> u32 {
+    let size = PtySize {
+        rows: 45,
+        cols: 160,
+        ..PtySize::default()
+    };
+    let pair = native_pty_system().openpty(size).expect("a pty");
+    let command = command_in(&folder.path(""), line);
     let mut child = pair.slave.spawn_command(command).expect("ratelab starts");
     let mut output = pair.master.try_clone_reader().expect("output");
-    assert!(output.read(&mut [0; 4096]).expect("something drawn") > 0);
+    let mut parser = vt100::Parser::new(45, 160, 0);
+    let mut chunk = [0; 4096];
+    while !parser.screen().contents().contains(text) {
+        let length = output.read(&mut chunk).expect("output");
+        assert!(length > 0, "{line}: {}", parser.screen().contents());
+        parser.process(&chunk[..length]);
+    }
     drop((output, pair));
+    let mut status = None;
     wait_until("it goes on without a terminal", || {
-        child.try_wait().expect("a child").is_some()
+        status = child.try_wait().expect("a child");
+        status.is_some()
     });
+    status.expect("ended").exit_code()
 }
 
 #[test]

@@ -12,9 +12,14 @@ use std::{
     ops::Deref,
     path::{Path, PathBuf},
     process::{Command, Output, Stdio},
+    sync::{Arc, Once},
 };
 
 use serde_json::Value;
+use signal_hook::{
+    consts::{SIGHUP, SIGINT, SIGTERM},
+    flag::register,
+};
 use tempfile::TempDir;
 
 /// The folder of the clone.
@@ -148,6 +153,7 @@ impl Folder {
 /// examples are as well, the clone as `$CLONE`, and no files of the user.
 pub fn shell(folder: &Path, line: &str) -> Command {
     assert_outside();
+    heed_signals();
     let built = Path::new(RATELAB).with_file_name("");
     let path = env::var("PATH").unwrap_or_default();
     let path = format!("{0}:{0}/examples:{path}", built.display());
@@ -185,6 +191,38 @@ pub fn send(signal: &str, pid: u32) {
     let mut kill = Command::new("kill");
     let sent = kill.args([signal, &pid.to_string()]).status();
     assert!(sent.expect("kill").success());
+}
+
+/// Lets programs that the tests start heed every signal, even if the tests were started with some
+/// ignored, as `nohup` and background jobs of scripts are: what has a handler here is not ignored
+/// there.
+fn heed_signals() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+        let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+        let ignored = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+        for signal in [SIGHUP, SIGINT, SIGTERM] {
+            if ignored.unwrap_or_default() >> (signal - 1) & 1 != 0 {
+                register(signal, Arc::default()).expect("a handler");
+            }
+        }
+    });
+}
+
+/// Waits until process `pid` has a handler for SIGTERM, so that it answers to signals as ratelab.
+#[cfg(target_os = "linux")]
+pub fn wait_for_handlers(pid: u32) {
+    const TERM: u64 = 1 << 14;
+    loop {
+        let status = fs::read_to_string(format!("/proc/{pid}/status")).expect("it runs");
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+        let caught = u64::from_str_radix(caught.expect("a mask").trim(), 16);
+        if caught.expect("hexadecimal") & TERM != 0 {
+            return;
+        }
+        std::thread::yield_now();
+    }
 }
 
 /// The file by which the exercises recognise a clone.

@@ -11,7 +11,7 @@ use std::{
 
 use portable_pty::{Child, CommandBuilder, ExitStatus, MasterPty, PtySize, native_pty_system};
 
-use super::{RATELAB, assert_outside, words};
+use super::{RATELAB, assert_outside, heed_signals, words};
 
 /// Time limit for output that usually takes a fraction of a second.
 pub const PATIENCE: Duration = Duration::from_secs(60);
@@ -35,15 +35,7 @@ impl Lab {
     }
 
     pub fn open_in(folder: &Path, line: &str, rows: u16, cols: u16) -> Self {
-        let mut command = CommandBuilder::new(RATELAB);
-        command.args(words(line));
-        command.cwd(folder);
-        // Protects the predictions of the user who runs the test.
-        command.env("HOME", folder);
-        command.env_remove("XDG_DATA_HOME");
-        command.env_remove("XDG_STATE_HOME");
-        started_before(folder);
-        Self::start(command, rows, cols)
+        Self::start(command_in(folder, line), rows, cols)
     }
 
     /// Starts a program that draws on a terminal.
@@ -189,6 +181,21 @@ pub fn assert_given_back(parser: &vt100::Parser) {
     assert!(!screen.alternate_screen(), "still on the other screen");
     assert!(!screen.hide_cursor(), "the cursor is hidden");
     assert!(!screen.bracketed_paste(), "pastes are still bracketed");
+}
+
+/// Ratelab with the words of `line`, in `folder`.
+pub fn command_in(folder: &Path, line: &str) -> CommandBuilder {
+    heed_signals();
+    let mut command = CommandBuilder::new(RATELAB);
+    command.args(words(line));
+    command.cwd(folder);
+    // Protects the predictions of the user who runs the test.
+    command.env("HOME", folder);
+    command.env_remove("XDG_DATA_HOME");
+    command.env_remove("XDG_STATE_HOME");
+    command.env("TERM", "xterm-256color");
+    started_before(folder);
+    command
 }
 
 fn size(rows: u16, cols: u16) -> PtySize {

@@ -70,6 +70,8 @@ pub struct FinishedRecording {
     pub lost: u64,
     /// What threads outside of the graph wrote to, so that the run cannot come back.
     pub written_from_outside: Vec<Arc<str>>,
+    /// Whether something was left out that is for the eye only, because the end was overdue.
+    pub hurried: bool,
 }
 
 impl FinishedRecording {

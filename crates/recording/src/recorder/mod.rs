@@ -70,6 +70,7 @@
 //!             messages: self.messages,
 //!             lost: tap.lost(),
 //!             written_from_outside: RunLog::of(&self.observer).written_from_outside(),
+//!             hurried: false,
 //!         })
 //!     }
 //! }

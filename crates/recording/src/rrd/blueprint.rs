@@ -43,8 +43,18 @@ use crate::recorder::Source;
 /// The timeline on which the viewer looks for a blueprint.
 const BLUEPRINT: &str = "blueprint";
 
+/// Whether there can be a layout. The SDK (0.36.3) makes layouts in a stream that the variable `RERUN`
+/// switches off, and panics then; what is recorded is in streams that are on in any case.
+fn is_possible() -> bool {
+    rerun::decide_logging_enabled(true)
+}
+
 /// Sends the layout for the run of `source`. To be called before the recording itself.
 pub fn send(rec: &RecordingStream, source: &Source) -> Written {
+    if !is_possible() {
+        let why = "RERUN is off in the environment: the recording has no layout for the viewer";
+        (source.notice)(why);
+    }
     let key = key(source);
     let mut made = lock(&MADE);
     if !made.contains_key(&key) {
@@ -83,9 +93,9 @@ impl ViewerLayout {
         Ok(())
     }
 
-    /// The messages of the layout, the last of which activates it; none for a disabled stream.
+    /// The messages of the layout, the last of which activates it; none where it is not possible.
     fn messages(self, rec: &RecordingStream) -> Written<Vec<LogMsg>> {
-        let Some(info) = rec.store_info() else {
+        let Some(info) = rec.store_info().filter(|_| is_possible()) else {
             return Ok(Vec::new());
         };
         let time = TimePanel::new()

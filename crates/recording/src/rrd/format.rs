@@ -9,10 +9,22 @@ use super::{file::RecordingFile, viewer::Viewer, writer::RecordingWriter};
 use crate::recorder::{BeginRun, Destination, RecordingFormat};
 
 /// The format of rerun's files.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct RrdFormat {
     /// The viewer that gets the recordings as well, if there is one.
     pub viewer: Option<Viewer>,
+    /// Whether the end of a recording is overdue: then it has all that was recorded, but no lanes
+    /// for the eye, and is larger than it could be.
+    pub is_overdue: fn() -> bool,
+}
+
+impl Default for RrdFormat {
+    fn default() -> Self {
+        Self {
+            viewer: None,
+            is_overdue: || false,
+        }
+    }
 }
 
 impl RecordingFormat for RrdFormat {
@@ -21,9 +33,9 @@ impl RecordingFormat for RrdFormat {
     }
 
     fn create(&self, path: &Path) -> io::Result<BeginRun> {
-        let (file, viewer) = (RecordingFile::create(path)?, self.viewer.clone());
+        let (file, format) = (RecordingFile::create(path)?, self.clone());
         Ok(Box::new(move |source| {
-            let writer = RecordingWriter::start(file, viewer.as_ref(), source)?;
+            let writer = RecordingWriter::start(file, &format, source)?;
             Ok(Box::new(writer))
         }))
     }

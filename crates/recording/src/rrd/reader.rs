@@ -2,6 +2,7 @@
 
 use std::{
     io,
+    ops::ControlFlow,
     path::{Path, PathBuf},
 };
 
@@ -40,6 +41,12 @@ pub enum ReadError {
         /// The file.
         path: PathBuf,
     },
+    /// Its watcher stopped the reading.
+    #[error("{}: the reading was stopped", path.display())]
+    Stopped {
+        /// The file.
+        path: PathBuf,
+    },
     /// It is of another kind, or nothing in it is readable.
     #[error("{}: {what}", path.display())]
     Foreign {
@@ -56,15 +63,18 @@ impl Recording {
     /// # Errors
     /// [`ReadError`] if it is no recording of ratelab, or no part of it is intact.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
-        Self::read_watched(path, |_, _| ())
+        Self::read_watched(path, |_, _| ControlFlow::Continue(()))
     }
 
     /// Reads it as [`read`](Self::read) does; `watch` gets the bytes that are read so far, and
-    /// their number in all.
+    /// their number in all, and ends the reading with a break.
     ///
     /// # Errors
-    /// [`ReadError`] as there.
-    pub fn read_watched(path: &Path, watch: impl FnMut(u64, u64)) -> Result<Self, ReadError> {
+    /// [`ReadError`] as there, and [`ReadError::Stopped`] after a break.
+    pub fn read_watched(
+        path: &Path,
+        watch: impl FnMut(u64, u64) -> ControlFlow<()>,
+    ) -> Result<Self, ReadError> {
         let bytes = read_file(path).map_err(|why| ReadError::File {
             path: path.to_owned(),
             why,
@@ -75,7 +85,7 @@ impl Recording {
     fn parse(
         path: &Path,
         bytes: &[u8],
-        mut watch: impl FnMut(u64, u64),
+        mut watch: impl FnMut(u64, u64) -> ControlFlow<()>,
     ) -> Result<Self, ReadError> {
         let foreign = |what: &str| ReadError::Foreign {
             path: path.to_owned(),
@@ -88,7 +98,10 @@ impl Recording {
         let mut chunks = Chunks::new(bytes);
         let mut content = None;
         while let Some(chunk) = chunks.next() {
-            watch((bytes.len() - chunks.left()) as u64, bytes.len() as u64);
+            if watch((bytes.len() - chunks.left()) as u64, bytes.len() as u64).is_break() {
+                let path = path.to_owned();
+                return Err(ReadError::Stopped { path });
+            }
             let added = quietly(|| Some(Content::add(&mut content, &chunk)));
             let added = added.unwrap_or_else(|| Err("this recording is damaged".to_owned()));
             added.map_err(|what| foreign(&what))?;

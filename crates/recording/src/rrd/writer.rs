@@ -3,6 +3,7 @@
 
 use std::{
     fs, io,
+    ops::ControlFlow,
     sync::Arc,
     time::{Duration, Instant, SystemTime},
 };
@@ -18,12 +19,12 @@ use super::{
     compact::{LARGEST, compact},
     digest::{ContentDigest, RowDigest},
     file::RecordingFile,
+    format::RrdFormat,
     properties,
     scene::{Scene, events, lanes},
     schema::{CHECKPOINT, END, UNTIL, node_entity, topic_entity},
     thread_log::ThreadTrack,
     timeline::{BatchStream, Written},
-    viewer::Viewer,
 };
 use crate::{
     recorder::{BACKLOG, FinishedRecording, RunWriter, Source, StopReason},
@@ -40,6 +41,7 @@ const LARGE_BATCH: usize = 100_000;
 pub struct RecordingWriter {
     rec: RecordingStream,
     file: RecordingFile,
+    is_overdue: fn() -> bool,
     waiting: RunRows,
     system: Arc<dyn System>,
     topology: Topology,
@@ -67,7 +69,8 @@ impl RecordingWriter {
     ///
     /// # Errors
     /// The first error of the file.
-    pub fn start(file: RecordingFile, viewer: Option<&Viewer>, source: Source) -> io::Result<Self> {
+    pub fn start(file: RecordingFile, format: &RrdFormat, source: Source) -> io::Result<Self> {
+        let viewer = format.viewer.as_ref();
         let rec = properties::begin(&file, viewer, &source).map_err(io::Error::other)?;
         let waiting = source.taps.empty_rows(&source.origin.topology);
         let json = serde_json::to_string(&source.origin).unwrap_or_default();
@@ -77,6 +80,7 @@ impl RecordingWriter {
             topology: source.origin.topology,
             rec,
             file,
+            is_overdue: format.is_overdue,
             waiting,
             scene: Scene::new(&source.system, &source.start),
             threads: ThreadTrack::default(),
@@ -196,14 +200,20 @@ impl RecordingWriter {
         Ok(())
     }
 
-    /// Adds the lanes of the timeline, which need the complete run. A large file has none.
+    /// Adds the lanes of the timeline, which need the complete run. A large file has none, and
+    /// the first ones only if the end is overdue.
     fn add_lanes(&self) -> Written {
         let path = self.file.path();
         let small = fs::metadata(&path).is_ok_and(|file| file.len() <= LARGEST);
-        let recording = small.then(|| Recording::read(&path).ok()).flatten();
+        let on_time = |_, _| match (self.is_overdue)() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        };
+        let read = || Recording::read_watched(&path, on_time).ok();
+        let recording = small.then(read).flatten();
         let planning = self.system.about().planning;
         recording.map_or(Ok(()), |recording| {
-            lanes::add(&self.rec, &recording, planning)
+            lanes::add(&self.rec, &recording, planning, self.is_overdue)
         })
     }
 
@@ -274,7 +284,8 @@ impl RunWriter for RecordingWriter {
         Ok(FinishedRecording {
             path: self.file.path(),
             // A file that cannot be compacted is still complete.
-            bytes: compact(&self.file).unwrap_or(bytes),
+            bytes: compact(&self.file, self.is_overdue).unwrap_or(bytes),
+            hurried: (self.is_overdue)(),
             messages: outcome.messages.iter().sum(),
             lost: outcome.lost,
             written_from_outside: RunLog::of(&self.observer).written_from_outside(),

@@ -4,10 +4,13 @@ use std::path::PathBuf;
 
 use ratelab::Topology;
 use ratelab_cart_pole::CartPole;
-use ratelab_recording::{Destination, Origin};
+use ratelab_recording::{
+    Destination, Origin, Recorder, Source,
+    rrd::{RrdFormat, scene::lanes::TIMELINE},
+};
 use ratelab_study::experiment::Config;
 
-use super::to;
+use super::{chunks_of, experiment, file, finish, read, to, verify, with_knobs};
 
 /// The origin of a run of the cart-pole.
 fn origin() -> Origin {
@@ -52,4 +55,28 @@ fn a_folder_gets_files_named_after_their_runs() {
             "{number}: {name}"
         );
     }
+}
+
+#[test]
+fn a_recording_whose_end_is_overdue_is_whole_and_says_what_it_leaves_out() {
+    let record = |is_overdue: fn() -> bool| {
+        let (_folder, path) = file("run.rrd");
+        let format = RrdFormat {
+            is_overdue,
+            ..RrdFormat::default()
+        };
+        let experiment = experiment(&with_knobs("", ""));
+        let mut to = Destination::new(Some(path.clone()), format);
+        let recorder = Recorder::from_the_start(&mut to, &Source::of(&experiment));
+        let finished = finish(recorder.expect("a recorder"), &experiment.run());
+        verify(&read(&path)).expect("identical");
+        let chunks = chunks_of(&path);
+        let has_lanes = chunks.iter().any(|chunk| {
+            let entity = chunk.entity_path().to_string();
+            entity.starts_with(&format!("/{TIMELINE}"))
+        });
+        (finished.hurried, has_lanes)
+    };
+    assert_eq!(record(|| false), (false, true));
+    assert_eq!(record(|| true), (true, false));
 }

@@ -1,11 +1,14 @@
 //! What keys do to a session, and how sessions end.
 
-use std::{io, sync::atomic::AtomicBool, time::Instant};
+use std::{collections::VecDeque, io, sync::atomic::AtomicBool, time::Instant};
 
-use crossterm::event::{Event, KeyEvent, KeyModifiers};
+use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers};
 
 use super::*;
-use crate::{Options, run, terminal::Input};
+use crate::{
+    Options, obey_until, run,
+    terminal::{BACKLOG, Input},
+};
 
 /// The knobs that were turned in a run that goes on.
 fn turned(app: App) -> Vec<String> {
@@ -36,6 +39,30 @@ impl Input for Nobody {
         thread::sleep(timeout);
         Ok(None)
     }
+}
+
+/// Somebody typed all of these before the frame.
+struct Typed(VecDeque<char>);
+
+impl Input for Typed {
+    fn next(&mut self, _: Duration) -> io::Result<Option<Event>> {
+        let key = self.0.pop_front();
+        Ok(key.map(|key| Event::Key(KeyEvent::from(KeyCode::Char(key)))))
+    }
+}
+
+#[test]
+fn a_frame_that_came_late_takes_all_the_keys_that_wait() {
+    let mut app = running();
+    let mut keys = Typed("[".repeat(3).chars().collect());
+    let touched = obey_until(Instant::now(), &mut keys, &mut app);
+    assert!(touched.expect("no fault"));
+    let rates = ["rate policy 40", "rate policy 30", "rate policy 20"];
+    assert_eq!(turned(app), rates);
+    let mut flood = Typed("x".repeat(3 * BACKLOG).chars().collect());
+    let taken = obey_until(Instant::now(), &mut flood, &mut running());
+    assert!(taken.expect("no fault"));
+    assert_eq!(flood.0.len(), 2 * BACKLOG, "keys for the next frames");
 }
 
 /// Runs the real loop over `app` until it fails.

@@ -2,8 +2,10 @@
 //! prediction. The measurement is shown only after a prediction.
 
 use std::{
-    io::{self, IsTerminal, Write},
+    io::{self, IsTerminal},
     path::Path,
+    thread,
+    time::Duration,
 };
 
 use exercises::{
@@ -11,7 +13,12 @@ use exercises::{
     rescue::session::RESCUE,
 };
 
-use crate::{cli::ExerciseArgs, error::Error, output::print_line, wrap::readable};
+use crate::{
+    cli::ExerciseArgs,
+    error::Error,
+    output::{print_line, prompt},
+    wrap::readable,
+};
 
 /// Does `asked`, questions of one exercise, with the learner whose predictions are in
 /// `file`: shows what was predicted and measured, and asks the next question.
@@ -38,6 +45,9 @@ pub fn learn(asked: &[Question], args: &ExerciseArgs, file: &Path) -> Result<(),
         None => Ok(()),
     }
 }
+
+/// Time from the end of a terminal's input to its signal.
+const HANG_UP: Duration = Duration::from_millis(500);
 
 /// A question of an exercise.
 type Question = &'static Exercise;
@@ -230,17 +240,20 @@ fn goes_on(brief: &Brief) -> Result<bool, Error> {
     Ok(!line.is_empty())
 }
 
-/// The line that is typed behind `prompt`.
-fn prompted(prompt: &str) -> Result<String, Error> {
-    print!("{prompt}");
-    // A failure is ignored here: whatever is printed next reports it.
-    let _ = io::stdout().flush();
+/// The line that is typed behind `question`.
+fn prompted(question: &str) -> Result<String, Error> {
+    prompt(question)?;
     read_line()
 }
 
 fn read_line() -> Result<String, Error> {
     let mut line = String::new();
+    let is_person = io::stdin().is_terminal();
     let read = io::stdin().read_line(&mut line);
+    if is_person && !io::stdin().is_terminal() {
+        // The terminal was closed: its signal comes, and ends the program.
+        thread::sleep(HANG_UP);
+    }
     read.map_err(|error| Error::BadInput(format!("the prediction cannot be read: {error}")))?;
     Ok(line)
 }

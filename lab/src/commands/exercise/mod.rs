@@ -15,6 +15,7 @@ use crate::{
     error::Error,
     output::print_line,
     predictions::answers_file,
+    printable::shown,
     reading,
 };
 
@@ -76,7 +77,7 @@ fn list(answers: &Answers, file: &Path) -> String {
     format!(
         "{lines}\nratelab exercise 1 begins with the first: it asks what you expect, then \
          measures.\nPredictions are kept in {}.",
-        file.display()
+        shown(file)
     )
 }
 
@@ -142,7 +143,7 @@ fn judge_session(exercise: &Exercise, file: &Path) -> Result<(), Error> {
         )));
     }
     let recording = reading::read(file)?;
-    let name = crate::printable::shown(file);
+    let name = shown(file);
     let (accepted, text) = accept(&recording);
     if accepted {
         print_line(&format!("✓ {name}: {text}"))?;

@@ -1,12 +1,7 @@
 //! Predictions against measurements. A question is measured when the first prediction of
 //! it is read: once, or once for each learner's number that decides what is measured.
 
-use std::{
-    collections::{BTreeMap, btree_map::Entry},
-    sync::mpsc::{RecvTimeoutError, channel},
-    thread,
-    time::Duration,
-};
+use std::collections::{BTreeMap, btree_map::Entry};
 
 use exercises::framework::{
     Answers, Brief, Exercise, Failure, Findings, Prediction, PredictionOrigin,
@@ -14,7 +9,7 @@ use exercises::framework::{
 use ratelab::Interrupt;
 
 use super::Flags;
-use crate::error::Error;
+use crate::{error::Error, signals};
 
 /// A graded prediction.
 pub struct GradedPrediction {
@@ -36,9 +31,6 @@ pub struct GradedPrediction {
     pub flags: Flags,
 }
 
-/// Time between two looks at whether the user has had enough.
-const LOOK: Duration = Duration::from_millis(50);
-
 /// The measured questions, by name and number of the learner.
 #[derive(Clone, Default)]
 pub struct Measured(BTreeMap<(String, Option<u64>), Findings>);
@@ -55,26 +47,15 @@ impl Measured {
         answers: &Answers,
     ) -> Result<Option<Vec<GradedPrediction>>, Error> {
         let (mut known, answers) = (self.clone(), answers.clone());
-        let (sender, done) = channel();
-        thread::spawn(move || {
+        let done = signals::done_unless(asked, move || {
             let marks = known.marks(&answers);
-            // Nobody waits for it any more if this fails.
-            let _ = sender.send((known, marks));
+            (known, marks)
         });
-        while !asked.is_asked() {
-            match done.recv_timeout(LOOK) {
-                Ok((known, marks)) => {
-                    *self = known;
-                    return marks.map(Some);
-                }
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => {
-                    let why = "a measurement panicked".to_owned();
-                    return Err(Failure::Unmeasured(why).into());
-                }
-            }
-        }
-        Ok(None)
+        let done = done.map_err(|why| Failure::Unmeasured(format!("a measurement: {why}")))?;
+        done.map_or(Ok(None), |(known, marks)| {
+            *self = known;
+            marks.map(Some)
+        })
     }
 
     /// Grades the first predictions in `answers`, in the order of the questions.

@@ -105,13 +105,14 @@ impl Graded {
         let Some(marks) = measured.marks_unless(asked, &hand_in.answers)? else {
             return Ok(None);
         };
-        let recordings = hand_in.recordings.iter();
-        let sessions = recordings.map(|file| GradedRun::of(file, program, asked));
-        let sessions = match sessions.collect::<Result<_, Error>>() {
-            Err(stopped) if stopped.is_stop() => return Ok(None),
-            sessions => sessions?,
-        };
-        Ok(Some(Self {
+        let (files, program) = (hand_in.recordings, program.clone());
+        let sessions = signals::done_unless(asked, move || {
+            let sessions = files.iter().map(|file| GradedRun::of(file, &program));
+            sessions.collect()
+        });
+        let sessions: Option<Vec<_>> = sessions
+            .map_err(|why| Error::Unfinished(format!("{}: verifying: {why}", hand_in.learner)))?;
+        Ok(sessions.map(|sessions| Self {
             marks,
             sessions,
             refused: hand_in.refused,

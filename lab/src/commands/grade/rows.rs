@@ -153,6 +153,7 @@ mod tests {
             ("=HYPERLINK(1)", "'=HYPERLINK(1)"),
             ("-1", "-1"),
             ("@SUM(1,2)", "\"'@SUM(1,2)\""),
+            ("\u{1b}]0;x\u{7}\n\u{9b}2J", r"\u{1b}]0;x\u{7}\n\u{9b}2J"),
         ] {
             assert_eq!(row_of([no_formula(cell.to_owned())]), quoted_cell);
         }

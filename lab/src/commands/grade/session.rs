@@ -1,14 +1,17 @@
 //! The recording of a rescue: whether it is one, verified bit for bit, and the learner's
 //! own.
 
-use std::path::{Path, PathBuf};
+use std::{
+    ops::ControlFlow,
+    path::{Path, PathBuf},
+};
 
 use exercises::rescue::session::{is_shipped, judge_recording};
-use ratelab::{Event, Interrupt, Time, TimedKnob};
-use ratelab_recording::{Recording, VerifyError, VerifyStatus, VerifyWith, verify};
+use ratelab::{Event, Time, TimedKnob};
+use ratelab_recording::{Recording, VerifyWith, verify};
 
 use super::{Flags, file_name};
-use crate::{error::Error, program::Program, signals};
+use crate::program::Program;
 
 /// A recording that was handed in.
 #[derive(Default)]
@@ -32,16 +35,13 @@ pub struct GradedRun {
 
 impl GradedRun {
     /// Judges and verifies the recording in `file`.
-    ///
-    /// # Errors
-    /// [`Error`] after Ctrl-C, which sets `asked`.
-    pub fn of(file: &Path, program: &Program, asked: &Interrupt) -> Result<Self, Error> {
+    pub fn of(file: &Path, program: &Program) -> Self {
         let mut session = Self {
             file: file.to_owned(),
             ..Self::default()
         };
         match Recording::read(file) {
-            Ok(recording) => session.judge(&recording, program, asked)?,
+            Ok(recording) => session.judge(&recording, program),
             Err(why) => {
                 let path = format!("{}: ", file.display());
                 let why = why.to_string();
@@ -49,15 +49,10 @@ impl GradedRun {
                 session.refused.push(why.to_owned());
             }
         }
-        Ok(session)
+        session
     }
 
-    fn judge(
-        &mut self,
-        recording: &Recording,
-        program: &Program,
-        asked: &Interrupt,
-    ) -> Result<(), Error> {
+    fn judge(&mut self, recording: &Recording, program: &Program) {
         self.commands = recording.events.iter().filter_map(Event::knob).collect();
         self.commands.retain(|command| command.at > Time::ZERO);
         let mut planned = recording.origin.config.knobs.iter();
@@ -71,15 +66,13 @@ impl GradedRun {
             Ok(rescued) => self.rescued = Some(rescued.to_string()),
             Err(failure) => self.refused.push(format!("no rescue: {failure}")),
         }
-        let watch = |_: &VerifyStatus| signals::unless(asked);
-        match verify(recording, &program.system, VerifyWith::default(), watch) {
+        let again = verify(recording, &program.system, VerifyWith::default(), |_| {
+            ControlFlow::Continue(())
+        });
+        match again {
             Ok(identical) => self.verified = Some(identical.to_string()),
-            Err(why @ VerifyError::Stopped) => {
-                return Err(Error::unverified(self.file.display(), why));
-            }
             Err(why) => self.refused.push(format!("not verified: {why}")),
         }
-        Ok(())
     }
 
     /// Its name in the folder of the `learner`.

@@ -4,6 +4,7 @@ mod text;
 
 use std::path::Path;
 
+use ratelab::Command;
 use ratelab_recording::StopReason;
 use ratelab_study::{
     experiment::{
@@ -20,7 +21,7 @@ use crate::{
     options::{self, Defaults},
     output::{OutputFile, print_line, print_recorded, print_result, refuse_existing},
     program::Program,
-    results::{read_topics, record},
+    results::{destination_of, read_topics, record},
     signals,
     summary::text::line,
 };
@@ -118,7 +119,10 @@ fn write(program: &Program, args: &HuntArgs, found: &Found, config: &Config) -> 
         return Ok(());
     };
     let experiment = Experiment::new(program.system.clone(), config)?;
-    let recorder = record(Some(path.clone()).into(), &experiment)?;
+    let recorder = record(destination_of(Some(path.clone()), None), &experiment)?;
+    let commands = experiment.commands();
+    // The run of a hunt that was stopped is recorded whole: the next signal ends the program.
+    signals::watch(move || drop(commands.send(Command::Stop)), || ());
     let outcome = experiment.run();
     recorder.end(StopReason::of(&outcome));
     print_recorded(args.json, &recorder.finish()?)?;

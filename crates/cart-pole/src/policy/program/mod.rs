@@ -4,6 +4,7 @@
 //! program's standard input and output (`process.rs`). A recorded run needs no program: what it
 //! answered is in the recording (`recorded.rs`).
 
+mod mark;
 mod process;
 mod protocol;
 mod recorded;

@@ -17,6 +17,8 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use ratelab::sync::lock;
 use rustix::process::{Pid, Signal, kill_process_group};
 
+use super::mark::ProcessMark;
+
 /// The longest line of an answer (bytes).
 const LONGEST_LINE: u64 = 64 << 10;
 
@@ -27,7 +29,7 @@ const LONGEST_ERROR: usize = 200;
 const GRACE: Duration = Duration::from_millis(200);
 
 /// All processes that may run.
-static RUNNING: Mutex<Vec<Weak<Mutex<Child>>>> = Mutex::new(Vec::new());
+static RUNNING: Mutex<Vec<Weak<Mutex<MarkedChild>>>> = Mutex::new(Vec::new());
 
 /// Whether the whole command ends.
 static ENDED: AtomicBool = AtomicBool::new(false);
@@ -38,7 +40,28 @@ pub fn end_programs() {
     let running = lock(&RUNNING);
     ENDED.store(true, Ordering::SeqCst);
     for child in running.iter().filter_map(Weak::upgrade) {
-        kill(&mut lock(&child));
+        lock(&child).kill();
+    }
+}
+
+/// A process, and the mark by which what it has started is known.
+struct MarkedChild {
+    child: Child,
+    mark: ProcessMark,
+}
+
+impl MarkedChild {
+    fn kill(&mut self) {
+        self.kill_started();
+        let _ = self.child.kill(); // It may have ended.
+        let _ = self.child.wait();
+    }
+
+    /// Ends what it has started.
+    fn kill_started(&self) {
+        // Its group may be empty.
+        let _ = kill_process_group(Pid::from_child(&self.child), Signal::KILL);
+        self.mark.kill_all();
     }
 }
 
@@ -47,7 +70,7 @@ type Line = Result<String, &'static str>;
 
 /// A running program, ended when this is dropped.
 pub struct PolicyProcess {
-    child: Arc<Mutex<Child>>,
+    child: Arc<Mutex<MarkedChild>>,
     input: Option<ChildStdin>,
     lines: Receiver<Line>,
     /// The last line of its standard error, and the end of that.
@@ -70,6 +93,8 @@ impl PolicyProcess {
         // A group of its own: Ctrl-C in the terminal is for the lab, and what the program has
         // started ends with it.
         command.process_group(0);
+        let mark = ProcessMark::new();
+        mark.put_on(&mut command);
         let mut running = lock(&RUNNING);
         if ENDED.load(Ordering::SeqCst) {
             return Err("was not started: the command ends".to_owned());
@@ -77,7 +102,7 @@ impl PolicyProcess {
         let mut child = command.spawn().map_err(|why| not_started(&why))?;
         let input = child.stdin.take();
         let (output, errors) = (child.stdout.take(), child.stderr.take());
-        let child = Arc::new(Mutex::new(child));
+        let child = Arc::new(Mutex::new(MarkedChild { child, mark }));
         running.retain(|child| child.strong_count() > 0);
         running.push(Arc::downgrade(&child));
         drop(running);
@@ -141,12 +166,12 @@ impl PolicyProcess {
         let until = Instant::now() + grace;
         loop {
             let mut child = lock(&self.child);
-            if let Ok(Some(status)) = child.try_wait() {
-                kill_group(&child);
+            if let Ok(Some(status)) = child.child.try_wait() {
+                child.kill_started();
                 return Some(status);
             }
             if Instant::now() >= until {
-                kill(&mut child);
+                child.kill();
                 return None;
             }
             drop(child);
@@ -209,16 +234,6 @@ fn not_started(why: &Error) -> String {
         }
         _ => format!("cannot be started: {why}"),
     }
-}
-
-fn kill(child: &mut Child) {
-    kill_group(child);
-    let _ = child.kill(); // It may have ended.
-    let _ = child.wait();
-}
-
-fn kill_group(child: &Child) {
-    let _ = kill_process_group(Pid::from_child(child), Signal::KILL); // It may be empty.
 }
 
 fn how_it_ended(status: ExitStatus) -> String {

@@ -50,11 +50,22 @@ const INSTANT_WIDTH: Duration = Duration::from_millis(1);
 /// When a lane changed, and to what.
 type Changes = Vec<(Time, &'static str)>;
 
-/// Logs the lanes of `recording`. They are on the timeline of run time only.
-pub fn add(rec: &RecordingStream, recording: &Recording, planning: Option<Planning>) -> Written {
+/// Logs the lanes of `recording`, until that `is_overdue`. They are on the timeline of run time only.
+pub fn add(
+    rec: &RecordingStream,
+    recording: &Recording,
+    planning: Option<Planning>,
+    is_overdue: fn() -> bool,
+) -> Written {
+    if is_overdue() {
+        return Ok(());
+    }
     let lineage = recording.lineage();
     let topology = lineage.topology();
     for (node, known) in topology.nodes.iter().enumerate() {
+        if is_overdue() {
+            return Ok(());
+        }
         let waits = match known.executor {
             Some(_) => WAITING,
             None => LATE,
@@ -73,6 +84,9 @@ pub fn add(rec: &RecordingStream, recording: &Recording, planning: Option<Planni
     }
     let read = topology.topics.iter().enumerate();
     for (topic, known) in read.filter(|(_, topic)| !topic.readers.is_empty()) {
+        if is_overdue() {
+            return Ok(());
+        }
         let lane = path(&[TIMELINE, "topic", &known.name]);
         let looks = [(READ, BLUE), (UNREAD, GREY), (LOST, ORANGE)];
         send(

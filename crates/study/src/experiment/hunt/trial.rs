@@ -39,7 +39,7 @@ impl<'h> Trials<'h> {
     }
 
     /// Number of lists tried. Runs begun in parallel after a list that is enough are not
-    /// counted: their number depends on the threads.
+    /// counted, unless the hunt is stopped: their number depends on the threads.
     pub fn runs(&self) -> usize {
         self.runs
     }
@@ -71,12 +71,12 @@ impl<'h> Trials<'h> {
     /// The index of the first of `lists` that loses the run.
     pub fn first_lost(&mut self, lists: &[Vec<FaultPart>]) -> Result<Option<usize>, Halt> {
         let mut first: Option<(usize, Result<Verdict, HuntError>)> = None;
-        let mut finished = 0;
+        let mut tried = 0;
         let (threads, trials) = (self.hunt.threads, &*self);
         let run = |index: usize| trials.try_one(&lists[index]);
         // All lists before the first that is enough are run to their end.
         let complete = in_parallel(threads, lists.len(), run, |index, verdict| {
-            finished += 1;
+            tried += 1;
             if matches!(&verdict, Ok(verdict) if !verdict.is_lost()) {
                 return ControlFlow::Continue(());
             }
@@ -85,17 +85,19 @@ impl<'h> Trials<'h> {
             }
             ControlFlow::Break(())
         });
-        if !complete {
-            self.runs += finished;
-            return Err(Halt::Stopped);
-        }
-        let Some((index, verdict)) = first else {
-            self.runs += lists.len();
-            return Ok(None);
+        let index = first.as_ref().map(|(index, _)| *index);
+        self.runs += match index {
+            _ if !complete => tried,
+            Some(index) => index + 1,
+            None => lists.len(),
         };
-        self.runs += index + 1;
-        let verdict = verdict.map_err(Halt::Failed)?;
-        self.lost.push((lists[index].clone(), verdict));
-        Ok(Some(index))
+        if let Some((index, verdict)) = first {
+            let verdict = verdict.map_err(Halt::Failed)?;
+            self.lost.push((lists[index].clone(), verdict));
+        }
+        match complete {
+            true => Ok(index),
+            false => Err(Halt::Stopped),
+        }
     }
 }
