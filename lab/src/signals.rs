@@ -95,7 +95,9 @@ fn obey(mut signals: Signals) {
     if let Some(signal) = arriving.find(|signal| *signal != SIGHUP) {
         stop_signal::received(signal);
         let response = lock(&RESPONSE).take();
-        response.map(|response| (response.last)());
+        if let Some(response) = response {
+            (response.last)();
+        }
         end_at_once();
     }
 }
