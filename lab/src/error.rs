@@ -148,7 +148,8 @@ impl Error {
     pub fn exit_code(&self) -> ExitCode {
         let is_setting = |why: &BuildError| matches!(why, BuildError::Setting(_));
         let bad_input = match self {
-            Self::BadInput(_) | Self::Read(_) | Self::Answers(_) => true,
+            Self::BadInput(_) | Self::Read(_) => true,
+            Self::Answers(why) => !matches!(why, AnswersError::Unwritten { .. }),
             Self::Build(why)
             | Self::Hunt(HuntError::Build(why))
             | Self::Sweep(SweepError::Build { source: why, .. }) => is_setting(why),

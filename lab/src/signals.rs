@@ -14,6 +14,7 @@ use std::{
 
 use ratelab::{Interrupt, sync::lock};
 use ratelab_cart_pole::policy::end_programs;
+use ratelab_study::file::remove_unfinished;
 use signal_hook::{
     consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ},
     flag,
@@ -22,7 +23,7 @@ use signal_hook::{
 };
 
 use crate::{
-    output::{self, note, remove_unfinished, waits_for_reader},
+    output::{self, note, waits_for_reader},
     stop_signal,
 };
 

@@ -37,6 +37,7 @@ mod executors;
 mod expected;
 mod external_weights;
 mod falls;
+mod files;
 #[cfg(all(target_arch = "x86_64", target_os = "linux"))]
 mod golden;
 mod graph_ages;

@@ -148,7 +148,7 @@ fn invalid_files_of_weights_are_refused_with_the_expected_and_actual_content() {
     let cases = [
         ("skripted".to_owned(), "scripted, zero, random, lqr, a file"),
         (folder.path().display().to_string(), "found a directory"),
-        ("/dev/zero".to_owned(), "no ordinary file"),
+        ("/dev/zero".to_owned(), "found a device"),
         (huge.display().to_string(), "1099511627776 bytes"),
         (file("empty.pt", b""), "0 bytes are all there is"),
         (file("text.pt", b"no weights at all"), "found none"),

@@ -1,6 +1,6 @@
 //! Durations measured in a run, for draws in another run.
 
-use std::{path::Path, time::Duration};
+use std::{env, path::Path, time::Duration};
 
 use ratelab::{Knob, KnobKind, TickTiming};
 use ratelab_account::TickRecord;
@@ -17,12 +17,25 @@ use crate::run::Recording;
 pub fn with_durations(knob: Knob) -> Result<Knob, String> {
     loaded(knob, |knob, measured| {
         let file = Path::new(measured.file());
-        if !measured.is_recorded() {
-            return read_column(file);
-        }
-        let recording = Recording::read(file).map_err(|error| error.to_string())?;
-        Ok(durations(&recording, knob.kind(), knob.target()))
+        let read = if measured.is_recorded() {
+            Recording::read(file)
+                .map(|recording| durations(&recording, knob.kind(), knob.target()))
+                .map_err(|error| error.to_string())
+        } else {
+            read_column(file)
+        };
+        read.map_err(|why| why + &looked_for(file))
     })
+}
+
+/// From where `file` was looked for, if it is not there and its path does not say that.
+fn looked_for(file: &Path) -> String {
+    match env::current_dir() {
+        Ok(here) if file.is_relative() && !file.exists() => {
+            format!(", looked for in {}", here.display())
+        }
+        _ => String::new(),
+    }
 }
 
 /// The measurements of `node` for a knob of this `kind`.

@@ -38,7 +38,8 @@ pub fn loaded(
 /// # Errors
 /// The file, its line, the value there and what was expected.
 pub fn read_column(path: &Path) -> Result<Vec<Duration>, String> {
-    let durations = file::read_text(path, LARGEST).and_then(|text| parse(&text));
+    let text = file::read_text(path, LARGEST).map_err(|why| why.to_string());
+    let durations = text.and_then(|text| parse(&text));
     durations.map_err(|why| format!("{}: {why}", path.display()))
 }
 

@@ -1,15 +1,15 @@
 //! A learner's predictions, kept in a file.
 
-use std::{
-    collections::BTreeMap,
-    fs, io,
-    path::{Path, PathBuf},
-};
+use std::{collections::BTreeMap, io, path::Path};
 
+use ratelab_study::file::{LockedFile, TextError, read_text_if_there};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{Brief, Prediction, PredictionOrigin, entry::PredictionEntry};
+
+/// Maximum size of a file of predictions (bytes).
+const LARGEST: u64 = 1 << 20;
 
 /// Predictions by exercise. In the file each is a table with the exercise's name, a
 /// `number` and a `reason`; where it was made again, the first one is a table in it.
@@ -23,10 +23,13 @@ impl Answers {
     /// # Errors
     /// [`AnswersError`] if the file is unreadable or invalid.
     pub fn load(path: &Path) -> Result<Self, AnswersError> {
-        let text = match fs::read_to_string(path) {
-            Ok(text) => text,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::default()),
-            Err(error) => return Err(AnswersError::unusable(path, error)),
+        let text = read_text_if_there(path, LARGEST);
+        Self::parse(path, text.map_err(AnswersError::unusable(path))?)
+    }
+
+    fn parse(path: &Path, text: Option<String>) -> Result<Self, AnswersError> {
+        let Some(text) = text else {
+            return Ok(Self::default());
         };
         toml::from_str(&text).map_err(|error| AnswersError::Content {
             path: path.display().to_string(),
@@ -34,33 +37,32 @@ impl Answers {
         })
     }
 
-    /// Checks that predictions can be saved to the file at `path`, without changing it.
+    /// Checks that predictions can be kept in the file at `path`, without changing it.
     /// Creates missing folders.
     ///
     /// # Errors
-    /// [`AnswersError`] if they cannot be saved.
+    /// [`AnswersError`] if they cannot be kept there.
     pub fn try_place(path: &Path) -> Result<(), AnswersError> {
-        let new = beside(path);
-        write(&new, "")
-            .and_then(|()| fs::remove_file(&new))
-            .map_err(|error| AnswersError::unusable(path, error))
+        let place = LockedFile::lock(path, LARGEST);
+        place.map(drop).map_err(AnswersError::unusable(path))
     }
 
-    /// Writes all predictions to the file at `path`, or none on failure. Creates missing
-    /// folders.
+    /// Changes the predictions in the file at `path`, which nobody else changes meanwhile, and
+    /// returns them. Creates missing folders.
     ///
     /// # Errors
-    /// [`AnswersError`] if the file cannot be written.
-    pub fn save(&self, path: &Path) -> Result<(), AnswersError> {
-        let text = toml::to_string(self).map_err(|error| AnswersError::unusable(path, error))?;
-        let new = beside(path);
-        write(&new, &text)
-            .and_then(|()| fs::rename(&new, path))
-            .map_err(|error| {
-                // The error of the write matters, so any other is ignored.
-                let _ = fs::remove_file(&new);
-                AnswersError::unusable(path, error)
-            })
+    /// [`AnswersError`] if they cannot be read or written; the file is then as it was.
+    pub fn change(path: &Path, change: impl FnOnce(&mut Self)) -> Result<Self, AnswersError> {
+        let mut file = LockedFile::lock(path, LARGEST).map_err(AnswersError::unusable(path))?;
+        let mut answers = Self::parse(path, file.text.take())?;
+        change(&mut answers);
+        let text = toml::to_string(&answers).map_err(io::Error::other);
+        let written = text.and_then(|text| file.replace(&text));
+        written.map_err(|cause| AnswersError::Unwritten {
+            path: path.display().to_string(),
+            cause,
+        })?;
+        Ok(answers)
     }
 
     /// The prediction for this exercise, if there is one and it is not asked for again.
@@ -114,17 +116,6 @@ impl Answers {
     }
 }
 
-/// Path of the new file, before it replaces the file at `path`.
-fn beside(path: &Path) -> PathBuf {
-    path.with_extension("toml.new")
-}
-
-/// Writes a file and creates missing folders.
-fn write(file: &Path, text: &str) -> io::Result<()> {
-    file.parent().map_or(Ok(()), fs::create_dir_all)?;
-    fs::write(file, text)
-}
-
 /// The error in `text`, with its line.
 fn in_a_line(text: &str, error: &toml::de::Error) -> String {
     let before = error.span().and_then(|span| text.get(..span.start));
@@ -143,21 +134,36 @@ pub enum AnswersError {
         /// The error, with its line.
         cause: String,
     },
-    /// Reading or writing failed.
+    /// The file cannot be read, or not be written to.
     #[error("predictions are kept in {path}: {cause}; --answers FILE keeps them elsewhere")]
     Unusable {
         /// Path of the file.
         path: String,
+        /// The cause.
+        cause: TextError,
+    },
+    /// Writing failed.
+    #[error("cannot write {path}: {cause}; the predictions in it are as they were")]
+    Unwritten {
+        /// Path of the file.
+        path: String,
         /// The error of the operating system.
-        cause: Box<dyn std::error::Error + Send + Sync>,
+        cause: io::Error,
     },
 }
 
 impl AnswersError {
-    fn unusable(path: &Path, cause: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
-        Self::Unusable {
-            path: path.display().to_string(),
-            cause: cause.into(),
+    /// The cause, without the name of the file.
+    pub fn cause(&self) -> String {
+        match self {
+            Self::Content { cause, .. } => cause.clone(),
+            Self::Unusable { cause, .. } => cause.to_string(),
+            Self::Unwritten { cause, .. } => cause.to_string(),
         }
+    }
+
+    fn unusable(path: &Path) -> impl FnOnce(TextError) -> Self {
+        let path = path.display().to_string();
+        |cause| Self::Unusable { path, cause }
     }
 }

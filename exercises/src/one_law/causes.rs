@@ -27,6 +27,9 @@ const STARTS: usize = 1_000;
 /// Step of the physics: as long as the period of the actuator.
 const STEP: StepMs = StepMs::ALL[1];
 
+/// The runs of a cause, once they are measured.
+type KeptRuns = Arc<Mutex<Option<Arc<ByAge>>>>;
+
 /// A cause of old pushes, with values on both sides of what the pole bears.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AgeCause {
@@ -101,18 +104,17 @@ impl AgeCause {
 
     /// All its runs by age, drawn from the learner's number `seed`.
     ///
-    /// They take seconds, and two questions need the same: the first result is kept.
+    /// They take seconds, and two questions need the same: the first result is kept, and who asks
+    /// for it meanwhile waits.
     pub fn by_age(self, seed: u64) -> Result<Arc<ByAge>, Failure> {
-        static KNOWN: Mutex<BTreeMap<(u64, u64), Arc<ByAge>>> = Mutex::new(BTreeMap::new());
-        let known = || lock(&KNOWN);
-        let key = (seed, self as u64);
-        if let Some(known) = known().get(&key) {
+        static KNOWN: Mutex<BTreeMap<(u64, u64), KeptRuns>> = Mutex::new(BTreeMap::new());
+        let kept = lock(&KNOWN).entry((seed, self as u64)).or_default().clone();
+        let mut kept = lock(&kept);
+        if let Some(known) = &*kept {
             return Ok(known.clone());
         }
         let runs = (0..RUNS).into_par_iter().map(|run| self.run(seed, run));
         let runs: Vec<CellResult> = runs.collect::<Result<_, Failure>>()?;
-        let by_age = Arc::new(ByAge::of(&runs));
-        known().insert(key, by_age.clone());
-        Ok(by_age)
+        Ok(kept.insert(Arc::new(ByAge::of(&runs))).clone())
     }
 }

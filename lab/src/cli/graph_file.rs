@@ -92,7 +92,7 @@ pub fn describe(command: Command) -> Command {
 }
 
 /// Refuses a change of no graph file.
-fn without_file(_: &str) -> Result<PathBuf, String> {
+fn without_file(_: &str) -> Result<String, String> {
     Err("there is no graph file to change: it stands right behind the command".to_owned())
 }
 

@@ -18,7 +18,7 @@ mod values;
 
 use std::{ffi::OsString, path::PathBuf};
 
-use clap::{Args, FromArgMatches, Subcommand};
+use clap::{Arg, ArgMatches, Args, FromArgMatches, Subcommand, ValueHint, error::ErrorKind};
 use clap_complete::Shell;
 
 use crate::{
@@ -144,6 +144,7 @@ pub fn parse(program: &Program, args: Vec<OsString>) -> Result<Command, clap::Er
         let again = command(program).try_get_matches_from(shown);
         again.err().unwrap_or(error)
     })?;
+    refuse_dash(&command(program), &matches)?;
     match matches.subcommand() {
         None => LabArgs::from_arg_matches(&matches).map(Command::Lab),
         Some((name, _)) if CourseCommand::has_subcommand(name) => {
@@ -151,6 +152,37 @@ pub fn parse(program: &Program, args: Vec<OsString>) -> Result<Command, clap::Er
         }
         Some(_) => Command::from_arg_matches(&matches),
     }
+}
+
+/// Refuses `-` in the place of a file: it would be a file of this name, and others mean a stream.
+fn refuse_dash(command: &clap::Command, matches: &ArgMatches) -> Result<(), clap::Error> {
+    if let Some((name, matches)) = matches.subcommand()
+        && let Some(command) = command.find_subcommand(name)
+    {
+        return refuse_dash(command, matches);
+    }
+    let mut files = command.get_arguments().filter(|arg| is_of_a_file(arg));
+    let is_dash = |arg: &&Arg| {
+        let given = matches.try_get_raw(arg.get_id().as_str()).ok().flatten();
+        given.is_some_and(|mut given| given.any(|value| value == "-"))
+    };
+    let Some(arg) = files.find(is_dash) else {
+        return Ok(());
+    };
+    let why = "- is not the name of a file here: /dev/stdout is the standard output, ./- a file of \
+               this name";
+    // Only a built command knows how to print an argument.
+    let name = arg
+        .get_long()
+        .map_or_else(|| arg.get_id().to_string(), |long| format!("--{long}"));
+    let text = format!("{name}: {why}");
+    Err(command.clone().error(ErrorKind::InvalidValue, text))
+}
+
+/// Whether the value of `arg` is the path of a file or folder.
+fn is_of_a_file(arg: &Arg) -> bool {
+    use ValueHint::{AnyPath, DirPath, FilePath};
+    matches!(arg.get_value_hint(), AnyPath | DirPath | FilePath)
 }
 
 /// The definition of the command line of `program`.

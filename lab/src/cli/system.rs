@@ -47,7 +47,7 @@ pub fn with_run_options(command: Command, program: &Program) -> Command {
             kind => kind.value_name().to_owned(),
         };
         let read = move |text: &str| alias.set(text).map(|knobs| (alias.name, knobs));
-        let option = option(alias, &help, alias.default).value_name(name);
+        let option = option((alias, program), &help, alias.default).value_name(name);
         options.push(option.value_parser(read));
     }
     if let Some(knob) = program.system.about().broken {
@@ -79,7 +79,7 @@ pub fn with_axes(command: Command, program: &Program) -> Command {
             (0, KnobKind::Rate) => DEFAULT_RATES,
             _ => alias.default,
         };
-        let option = option(alias, &help, default).value_name("LIST");
+        let option = option((alias, program), &help, default).value_name("LIST");
         let action = match alias.kind() {
             KnobKind::Send => ArgAction::Append,
             _ => ArgAction::Set,
@@ -96,7 +96,7 @@ pub fn with_axes(command: Command, program: &Program) -> Command {
     command.arg(theory.display_order(0))
 }
 
-fn option(alias: &'static Alias, help: &str, default: &str) -> Arg {
+fn option((alias, program): (&'static Alias, &Program), help: &str, default: &str) -> Arg {
     let option = Arg::new(alias.name)
         .long(alias.name)
         .help(format!("{help} [default: {default}]"))
@@ -107,9 +107,16 @@ fn option(alias: &'static Alias, help: &str, default: &str) -> Arg {
     let underscored = alias.name.replace('-', "_");
     let option = option.aliases(Some(underscored).filter(|name| name != alias.name));
     match alias.kind() {
-        KnobKind::Send => option.value_hint(ValueHint::FilePath),
+        KnobKind::Send if takes_files(alias, program) => option.value_hint(ValueHint::FilePath),
+        KnobKind::Send => option,
         _ => option.allow_hyphen_values(true),
     }
+}
+
+/// Whether the messages of `alias` may name a file.
+fn takes_files(alias: &Alias, program: &Program) -> bool {
+    let mut nodes = alias.knobs.iter().map(|(_, node)| node);
+    nodes.any(|node| program.system.file(node, "file").is_some())
 }
 
 fn flag(name: &'static str, help: String) -> Arg {

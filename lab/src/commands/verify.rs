@@ -89,10 +89,10 @@ fn verify_one(
     results.push(json!({
         "file": shown(file),
         "identical": identical.is_some(),
-        "messages": identical.map(|identical| identical.messages),
-        "ticks": identical.map(|identical| identical.ticks),
-        "topics": identical.map(|identical| identical.topics),
-        "until_s": identical.and_then(|identical| identical.until).map(Time::as_secs_f64),
+        "messages": identical.as_ref().map(|identical| identical.messages),
+        "ticks": identical.as_ref().map(|identical| identical.ticks),
+        "topics": identical.as_ref().map(|identical| identical.topics),
+        "until_s": identical.as_ref().and_then(|identical| identical.until).map(Time::as_secs_f64),
         "why": verified.as_ref().err().map(ToString::to_string),
     }));
     if let Some(identical) = identical.filter(|_| !args.json) {

@@ -1,18 +1,18 @@
 //! A file of results, the one way in which any command writes one.
 
 use std::{
-    fs::File,
+    fs,
     io::{self, Write},
     path::{Path, PathBuf},
 };
 
+use ratelab_study::file::{Unfinished, check_writable, is_same, resolved};
+
 use super::{
     kind::OutputKind,
     live::{Live, must_be_live},
-    paths::{is_same, resolved},
     pipe::PatientFile,
     print::write_error,
-    unfinished::Unfinished,
 };
 use crate::error::Error;
 
@@ -86,13 +86,9 @@ impl Target {
             return Live::open(path).map(Self::Live);
         }
         let target = resolved(path)?;
-        let is_there = target.exists();
-        if is_there {
-            // A read-only file must not be replaced either.
-            File::options().write(true).open(&target)?;
-        }
+        check_writable(&target)?;
         match Unfinished::create(&target) {
-            Err(why) if is_there && why.kind() == io::ErrorKind::PermissionDenied => {
+            Err(why) if target.exists() && why.kind() == io::ErrorKind::PermissionDenied => {
                 Live::open(&target).map(Self::Live)
             }
             created => created.map(Self::Whole),
@@ -131,16 +127,16 @@ impl OutputKind<'_> {
     }
 }
 
-/// Refuses a file that is at `path`, which `option` named, already.
+/// Refuses a file that is at `path`, which `option` named, already; a link to no file is one.
 ///
 /// # Errors
 /// [`Error::BadInput`] if there is one.
 pub fn refuse_existing(option: &str, path: &Path) -> Result<(), Error> {
-    match path.exists() {
-        true => Err(Error::BadInput(format!(
-            "{option} {}: there is such a file: choose another name",
-            path.display()
-        ))),
-        false => Ok(()),
+    if fs::symlink_metadata(path).is_err() {
+        return Ok(());
     }
+    Err(Error::BadInput(format!(
+        "{option} {}: there is such a file: choose another name",
+        path.display()
+    )))
 }

@@ -5,7 +5,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{OutputFile, kind::OutputKind, paths::is_same};
+use ratelab_study::file::is_same;
+
+use super::{OutputFile, kind::OutputKind};
 use crate::error::Error;
 
 /// The files to write, and the files to read.
@@ -36,7 +38,7 @@ impl OutputPlan<'_> {
         let mut taken: Vec<(&str, &Path, &str)> = inputs.collect();
         let rows = OutputKind::Rows(&self.header);
         let outputs = [
-            ("--out", metrics.as_deref(), None),
+            ("--out", metrics.as_deref(), Some(OutputKind::Figures)),
             ("--csv", self.csv, Some(rows)),
             ("--svg", self.svg, Some(OutputKind::Drawing)),
             ("--record", self.record, None),

@@ -7,10 +7,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{
-    paths::resolved,
-    pipe::{self, PatientFile},
-};
+use ratelab_study::file::{check_writable, resolved};
+
+use super::pipe::{self, PatientFile};
 
 /// An open file with unchanged content until [`begin`](Self::begin). If it is dropped
 /// before, a new file is removed.
@@ -40,6 +39,7 @@ impl Live {
             });
         }
         let made = (!path.exists()).then(|| resolved(path)).transpose()?;
+        check_writable(path)?;
         let mut options = File::options();
         options.write(true).create(true).truncate(false);
         let file = options.open(path)?;

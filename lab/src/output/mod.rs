@@ -9,11 +9,9 @@ mod file;
 mod files;
 mod kind;
 mod live;
-mod paths;
 mod pipe;
 mod print;
 mod progress;
-mod unfinished;
 
 pub use file::{OutputFile, refuse_existing};
 pub use files::{NewFolders, OutputPlan, Outputs};
@@ -25,4 +23,3 @@ pub use print::{
     prompt, record_error, stopped_by, write_error,
 };
 pub use progress::ProgressLine;
-pub use unfinished::remove_unfinished;

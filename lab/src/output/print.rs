@@ -116,11 +116,13 @@ pub fn print_recorded(json: bool, recorded: &FinishedRecording) -> Result<(), Er
 /// An error when a recording cannot begin.
 pub fn record_error(RecordError { path, why }: RecordError) -> Error {
     match why.kind() {
-        io::ErrorKind::AlreadyExists if path.exists() => Error::BadInput(format!(
-            "--record {}: there is such a file, and recordings overwrite none: \
+        io::ErrorKind::AlreadyExists if path.symlink_metadata().is_ok() => {
+            Error::BadInput(format!(
+                "--record {}: there is such a file, and recordings overwrite none: \
              choose another name",
-            path.display()
-        )),
+                path.display()
+            ))
+        }
         _ => Error::unwritable("--record", &path, &why),
     }
 }

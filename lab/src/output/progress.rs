@@ -44,6 +44,11 @@ impl ProgressLine {
         self.0.set_position(position);
     }
 
+    /// Whether nobody sees it.
+    pub fn is_hidden(&self) -> bool {
+        self.0.is_hidden()
+    }
+
     /// Moves on by one.
     pub fn advance(&self) {
         self.0.inc(1);

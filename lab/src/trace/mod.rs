@@ -4,6 +4,7 @@
 mod perfetto;
 mod tracks;
 
+use perfetto::Trace;
 use prost::Message;
 use ratelab::{Head, Time};
 use ratelab_account::{Lineage, TickWait, TracedTick, WaitsFor};
@@ -46,6 +47,11 @@ pub fn trace(recording: &Recording, system: &dyn System) -> Vec<u8> {
     }
     counters(&mut tracks, recording, &lineage, system);
     tracks.finish().encode_to_vec()
+}
+
+/// Whether `bytes` are a trace of this program, and nothing else.
+pub fn is_trace(bytes: &[u8]) -> bool {
+    Trace::decode(bytes).is_ok_and(|trace| trace.encoded_len() == bytes.len())
 }
 
 /// What the ticks of a node waited for, if anything: on a lane of its own, because a viewer draws

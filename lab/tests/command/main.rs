@@ -5,6 +5,7 @@
 mod advise;
 mod exercise;
 mod export_web;
+mod files;
 mod gate;
 mod grade;
 mod help;

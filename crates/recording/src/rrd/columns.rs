@@ -172,14 +172,16 @@ pub fn plotted(chunk: &Chunk) -> Vec<Cell<&[f64]>> {
     one_a_row(chunk, rows.map(|row| whole.then_some(row)))
 }
 
-/// The texts in the rows of `chunk`, if it has any.
+/// The texts in the rows of `chunk`, if it has any. A row may have none: tools that merge chunks
+/// put rows of other columns between those with a text.
 pub fn read_texts(chunk: &Chunk) -> Vec<Cell<String>> {
     if !has(chunk, JSON) {
         return Vec::new();
     }
     let rows = chunk.iter_slices::<String>(JSON.into());
-    let texts = rows.map(only).map(|text| Some(text?.as_str().to_owned()));
-    one_a_row(chunk, texts)
+    let texts = rows.filter(|texts| !texts.is_empty());
+    let texts = texts.map(|texts| Some(only(texts)?.as_str().to_owned()));
+    texts.collect()
 }
 
 /// The names of the plotted values in the rows of `chunk`, safe for a terminal.
@@ -201,6 +203,18 @@ pub fn read_bytes(chunk: &Chunk, name: &'static str) -> Vec<Cell<Vec<u8>>> {
 pub fn cells(chunk: &Chunk, name: &'static str) -> Vec<Cell<Option<u64>>> {
     let rows = chunk.iter_slices::<Option<u64>>(name.into());
     one_a_row(chunk, rows.map(only))
+}
+
+/// Whether `chunk` has the columns that rows of this kind never lack.
+pub fn has_numbers<R: RecordRow>(chunk: &Chunk) -> bool {
+    let mut needed = R::COLUMNS.iter();
+    needed.all(|column| column.form != ColumnForm::Count || has(chunk, column.name))
+}
+
+/// Whether `chunk` has values to be plotted.
+pub fn is_plotted(chunk: &Chunk) -> bool {
+    let name = Scalars::descriptor_scalars().component;
+    chunk.components().get_array(name).is_some()
 }
 
 fn has(chunk: &Chunk, name: &'static str) -> bool {

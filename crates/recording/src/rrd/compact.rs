@@ -14,7 +14,6 @@ use rerun::{
     external::re_log_encoding::DecoderApp,
     log::{Chunk, LogMsg, RowId},
 };
-use tempfile::NamedTempFile;
 
 use super::{
     file::{RecordingFile, encoder},
@@ -38,7 +37,7 @@ pub fn compact(recording: &RecordingFile, is_overdue: fn() -> bool) -> Result<u6
         true => Err("somebody waits for the end"),
         false => Ok(()),
     };
-    let (file, folder) = recording.reread()?;
+    let file = recording.reread()?;
     let size = file.metadata()?.len();
     if size > LARGEST {
         return Ok(size);
@@ -49,8 +48,8 @@ pub fn compact(recording: &RecordingFile, is_overdue: fn() -> bool) -> Result<u6
         on_time()?;
         merged.add(message?)?;
     }
-    let file = NamedTempFile::new_in(folder)?;
-    let mut encoder = encoder(BufWriter::new(&file))?;
+    let whole = recording.successor()?;
+    let mut encoder = encoder(BufWriter::new(whole.writer()?))?;
     for message in merged.finish() {
         on_time()?;
         encoder.append(&message?)?;
@@ -58,7 +57,7 @@ pub fn compact(recording: &RecordingFile, is_overdue: fn() -> bool) -> Result<u6
     encoder.finish()?;
     encoder.flush_blocking()?;
     drop(encoder);
-    Ok(recording.replace_by(file)?)
+    Ok(recording.replace_by(whole)?)
 }
 
 /// Messages in order, with chunks merged where possible.

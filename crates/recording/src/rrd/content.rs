@@ -1,6 +1,6 @@
 //! Converts the chunks of a file to messages, ticks and events.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use ratelab::{Event, Time, Topology};
 use ratelab_effects::{Executor, Match};
@@ -13,6 +13,7 @@ use super::{
     columns,
     digest::{ContentDigest, RowDigest},
     frames::MORE,
+    halves::MessageHalves,
     schema::{CHECKPOINT, END, EVENTS, ORIGIN, THREADS, UNTIL, node_entity, topic_entity},
     thread_log::LogPieces,
 };
@@ -39,6 +40,8 @@ pub struct Content {
     parts: HashMap<EntityPath, RecordedPart>,
     /// What the threads of the real clock did.
     threads: LogPieces,
+    /// The messages of topics whose halves are apart.
+    halves: BTreeMap<usize, MessageHalves>,
     /// Run time up to which all of this is complete; `None` before the first checkpoint.
     until: Option<Time>,
     /// Run time up to which rows are undamaged, if one is damaged.
@@ -87,6 +90,10 @@ impl Content {
     fn add_part(&mut self, chunk: &Chunk, part: RecordedPart) -> Result<(), Damaged> {
         let (run, digest) = (&mut self.recording.run, &mut self.digest);
         match part {
+            RecordedPart::Topic(of) if MessageHalves::are_in(chunk) => {
+                self.halves.entry(of).or_default().add(chunk);
+                Ok(())
+            }
             RecordedPart::Topic(of) => add_rows(&mut run.topics[of], chunk, &mut digest.topics[of]),
             RecordedPart::Node(of) => add_rows(&mut run.ticks[of], chunk, &mut digest.nodes[of]),
             RecordedPart::Events => add_events(&mut self.recording.events, chunk, digest),
@@ -147,6 +154,7 @@ impl Content {
             parts: parts(&origin.topology),
             recording: Recording::empty(origin),
             threads: LogPieces::default(),
+            halves: BTreeMap::new(),
             until: None,
             sound: None,
         }))
@@ -154,6 +162,7 @@ impl Content {
 
     /// Reads the end record.
     fn end(&mut self, chunk: &Chunk) -> Result<(), Damaged> {
+        self.join()?;
         let (recording, after) = (&mut self.recording, self.until.unwrap_or_default());
         for text in columns::read_texts(chunk) {
             let text = text.unwrap_or_default();
@@ -165,6 +174,18 @@ impl Content {
             };
             self.until = Some(outcome.at);
             recording.outcome = Some(outcome);
+        }
+        Ok(())
+    }
+
+    /// Adds the messages whose halves were apart.
+    fn join(&mut self) -> Result<(), Damaged> {
+        for (of, halves) in std::mem::take(&mut self.halves) {
+            let after = self.until.unwrap_or_default();
+            let rows = halves.joined().ok_or(Damaged { after })?;
+            let (topics, digests) = (&mut self.recording.run.topics, &mut self.digest.topics);
+            let rows = rows.iter().map(|(head, payload)| (*head, &**payload));
+            append(&mut topics[of], rows, &mut digests[of])?;
         }
         Ok(())
     }
@@ -239,6 +260,19 @@ fn add_rows<S: Series>(
     let mut rows: Vec<_> = rows.map_while(|(row, payload)| row.zip(payload)).collect();
     let whole = rows.len() == chunk.num_rows();
     rows.sort_by_key(|(row, _)| row.number());
+    append(series, rows.into_iter(), digest)?;
+    match whole {
+        true => Ok(()),
+        false => Err(Damaged::behind(series)),
+    }
+}
+
+/// Adds `rows` with their payloads, in the order of their numbers.
+fn append<'p, S: Series>(
+    series: &mut S,
+    rows: impl Iterator<Item = (S::Row, &'p [f64])>,
+    digest: &mut RowDigest,
+) -> Result<(), Damaged> {
     for (row, payload) in rows {
         digest.add(&row, payload);
         let last = series.rows().last();
@@ -247,10 +281,7 @@ fn add_rows<S: Series>(
             return Err(Damaged::behind(series));
         }
     }
-    match whole {
-        true => Ok(()),
-        false => Err(Damaged::behind(series)),
-    }
+    Ok(())
 }
 
 /// Adds the events in `chunk`. Those of different threads may be slightly out of order.
@@ -261,7 +292,7 @@ fn add_events(
 ) -> Result<(), Damaged> {
     for text in columns::read_texts(chunk) {
         let after = events.last().map_or(Time::ZERO, |last| last.at);
-        let text = text.unwrap_or_default();
+        let text = text.ok_or(Damaged { after })?;
         digest.add_event(&text);
         events.push(json(&text).ok_or(Damaged { after })?);
     }

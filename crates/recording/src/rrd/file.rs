@@ -12,12 +12,12 @@ use std::{
 };
 
 use ratelab::sync::lock;
+use ratelab_study::file::{Unfinished, resolved};
 use rerun::{
     external::re_log_encoding::{EncodeError, Encoder, EncodingOptions},
     log::LogMsg,
     sink::{LogSink, SinkFlushError},
 };
-use tempfile::NamedTempFile;
 
 /// A file for rerun's output, with its first error. Clones are handles to the same file.
 #[derive(Clone)]
@@ -85,30 +85,31 @@ impl RecordingFile {
     ///
     /// # Errors
     /// If it is not, or the error of the operating system.
-    pub fn replace_by(&self, other: NamedTempFile) -> io::Result<u64> {
+    pub fn replace_by(&self, other: Unfinished) -> io::Result<u64> {
         let state = self.state();
         if !state.is_in_place() {
             return Err(io::Error::other("the file is gone from its folder"));
         }
-        let permissions = state.file.metadata()?.permissions();
-        other.as_file().set_permissions(permissions)?;
-        let other = other.persist(&state.path).map_err(|error| error.error)?;
-        Ok(other.metadata()?.len())
+        other.complete()?;
+        Ok(state.path.metadata()?.len())
     }
 
-    /// The file from its beginning, and its folder.
+    /// A file that may replace this one.
     ///
     /// # Errors
     /// The error of the operating system.
-    pub fn reread(&self) -> io::Result<(File, PathBuf)> {
-        let state = self.state();
-        let mut file = state.file.try_clone()?;
+    pub fn successor(&self) -> io::Result<Unfinished> {
+        Unfinished::create(&resolved(&self.state().path)?)
+    }
+
+    /// The file from its beginning.
+    ///
+    /// # Errors
+    /// The error of the operating system.
+    pub fn reread(&self) -> io::Result<File> {
+        let mut file = self.state().file.try_clone()?;
         file.rewind()?;
-        let folder = state
-            .path
-            .parent()
-            .filter(|folder| *folder != Path::new(""));
-        Ok((file, folder.unwrap_or(Path::new(".")).to_owned()))
+        Ok(file)
     }
 
     /// Its path.

@@ -33,6 +33,7 @@ mod digest;
 mod file;
 mod format;
 mod frames;
+mod halves;
 mod properties;
 mod reader;
 pub mod scene;

@@ -135,9 +135,8 @@ fn nothing_whole(begun: bool, damage: Option<&str>) -> String {
 fn read_file(path: &Path) -> io::Result<Vec<u8>> {
     file::read(path, LARGEST).map_err(|error| match error {
         FileError::Unreadable(why) => why,
-        FileError::NoFile(_) => io::Error::other("this is not a file"),
-        FileError::TooLarge(_) => io::Error::other(format!(
-            "this file is longer than what is read, {LARGEST} bytes"
+        found => io::Error::other(format!(
+            "expected a recording of {LARGEST} bytes at most, {found}"
         )),
     })
 }

@@ -4,11 +4,13 @@
 //! it: a row that was changed, lost or exchanged is found, even if it makes no difference
 //! to the run.
 
+use std::collections::BTreeMap;
+
 use ratelab::{Event, Time, Topology};
 use ratelab_account::Observer;
 use ratelab_effects::Digest;
 use ratelab_replay::{Log, LogPosition, RunLog};
-use rerun::log::Chunk;
+use rerun::log::{Chunk, RowId};
 
 use super::{
     columns,
@@ -79,22 +81,35 @@ fn digest(before: Option<u64>, row: u64, thread: u64, bytes: &[u8]) -> u64 {
     u64::from_str_radix(&digest[..16], 16).unwrap_or_default()
 }
 
-/// The pieces of a file so far, each with its number, thread and digest; `None` for a damaged
-/// one.
+/// The pieces of a file so far.
 #[derive(Default)]
-pub struct LogPieces(Vec<Option<([u64; 3], Vec<u8>)>>);
+pub struct LogPieces(BTreeMap<RowId, LogPiece>);
+
+/// A piece: tools for rerun's files keep its bytes and its numbers in different chunks.
+#[derive(Default)]
+struct LogPiece {
+    /// Its number, thread and digest.
+    numbers: Option<[u64; 3]>,
+    bytes: Option<Vec<u8>>,
+}
 
 impl LogPieces {
     /// Adds the rows in `chunk`.
     pub fn add(&mut self, chunk: &Chunk) {
         let [rows, threads, digests] =
             [ROW, THREAD, DIGEST].map(|name| columns::cells(chunk, name));
-        let bytes = columns::read_bytes(chunk, BYTES).into_iter().enumerate();
-        self.0.extend(bytes.map(|(index, bytes)| {
+        let bytes = columns::read_bytes(chunk, BYTES);
+        for (index, id) in chunk.row_ids().enumerate() {
+            let piece = self.0.entry(id).or_default();
             let number = |cells: &[Option<Option<u64>>]| cells[index].flatten();
-            let numbers = [number(&rows)?, number(&threads)?, number(&digests)?];
-            Some((numbers, bytes?))
-        }));
+            let numbers = [number(&rows), number(&threads), number(&digests)];
+            if let [Some(row), Some(thread), Some(digest)] = numbers {
+                piece.numbers = Some([row, thread, digest]);
+            }
+            if let Some(bytes) = &bytes[index] {
+                piece.bytes = Some(bytes.clone());
+            }
+        }
     }
 
     /// The log of a run with this `topology` and these `events`, if there is one; `end` is
@@ -106,8 +121,11 @@ impl LogPieces {
         end: Option<Option<u64>>,
     ) -> Option<ThreadLog> {
         let (mut log, mut last) = (Log::default(), None);
-        let mut sound = self.0.iter().all(Option::is_some);
-        let mut pieces: Vec<_> = self.0.into_iter().flatten().collect();
+        let all = self.0.len();
+        let pieces = self.0.into_values();
+        let pieces = pieces.filter_map(|piece| piece.numbers.zip(piece.bytes));
+        let mut pieces: Vec<_> = pieces.collect();
+        let mut sound = pieces.len() == all;
         pieces.sort_by_key(|([row, ..], _)| *row);
         for (([row, thread, of], bytes), expected) in pieces.into_iter().zip(0..) {
             if thread <= topology.nodes.len() as u64

@@ -9,12 +9,12 @@ use std::{
 };
 
 use crossbeam_channel::{RecvTimeoutError, Sender};
-use ratelab::{Command, Event, Fault, Speed, Time};
+use ratelab::{Command, Event, Fault, Knob, Speed, Time};
 use ratelab_account::{Observer, RunRow, Tap};
 use ratelab_replay::{BusyNode, Doing, Rerun, Watch};
 use ratelab_study::{
     experiment::{Config, Experiment, Summary},
-    system::{AnswersOfNodes, BuildError, System},
+    system::{AnswersOfNodes, BuildError, Setup, System},
 };
 
 use super::{
@@ -153,11 +153,12 @@ pub fn compare(
         knobs: recording.events.iter().filter_map(Event::knob).collect(),
         ..config.clone()
     };
-    needed.resolved(&**system)?;
+    let whole = needed.resolved(&**system)?.setup;
     let experiment = prepare(recording, system, (config, answers), rerun.as_ref())?;
     let observer = experiment.observer();
     let topology = &recording.origin.topology;
     let before = topology::compare(topology, &observer.topology())
+        .or_else(|| left_out(&recording.origin.config.setup, &whole))
         .or_else(|| events::check(recording, threads));
     super::judge(recording, system, threads, (before, None))?;
     let mut comparison = Comparison::new(recording, threads, &experiment.taps());
@@ -178,6 +179,15 @@ pub fn compare(
     }
     super::judge(recording, system, threads, (difference, ran.diverged))?;
     Ok(comparison.identical(observer.now()))
+}
+
+/// The first setting of the `whole` setup that is not `recorded`: a run records what its system
+/// sets, as well as what its user does.
+fn left_out(recorded: &Setup, whole: &Setup) -> Option<Difference> {
+    let is_recorded = |knob: &&Knob| recorded.iter().any(|known| known.is_of(knob));
+    let missing = whole.iter().find(|knob| !is_recorded(knob))?;
+    let values = ["none".to_owned(), missing.to_string()];
+    Some(Difference::new(Time::ZERO, "a setting", values))
 }
 
 /// The first difference in what is no row: an event, or the end.

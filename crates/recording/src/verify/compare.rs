@@ -106,6 +106,7 @@ impl<'a> Comparison<'a> {
             until: (self.gaps.cut || !recording.is_whole()).then(|| now.min(recording.until)),
             // A run that was never in a file needs none.
             without_digest: recording.bytes > 0 && digest.is_none(),
+            made_by: None,
         }
     }
 }

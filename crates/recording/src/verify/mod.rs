@@ -97,6 +97,12 @@ pub enum VerifyError {
         /// each in brackets.
         why: String,
     },
+    /// It has no digest.
+    #[error(
+        "all that comes again is the same, and nothing else is proven: this file has no digest, so \
+         wall times, software and the list of --knobs may be other ones than those of the run"
+    )]
+    Unproven,
     /// Stopped by its watcher.
     #[error("stopped before all of it was compared")]
     Stopped,
@@ -119,6 +125,7 @@ impl VerifyError {
             Self::Diverged(_) | Self::Differs { .. } => "this program runs it differently",
             Self::Nothing(_) => "too little of it was recorded",
             Self::Altered => "it was changed",
+            Self::Unproven => "it has no digest",
             Self::Stopped => "the execution was stopped",
             Self::Setup(_) => "it cannot be set up here",
         }
@@ -126,7 +133,7 @@ impl VerifyError {
 }
 
 /// The result of a comparison without differences.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Identical {
     /// Topics compared, of which something was recorded.
     pub topics: usize,
@@ -139,6 +146,8 @@ pub struct Identical {
     pub until: Option<Time>,
     /// Whether the file has no digest, so that the rest of its content was not compared.
     pub without_digest: bool,
+    /// The other software than this that made it, as the file has it.
+    pub made_by: Option<String>,
 }
 
 impl fmt::Display for Identical {
@@ -152,9 +161,12 @@ impl fmt::Display for Identical {
         if let Some(until) = self.until {
             write!(f, ", up to {until}")?;
         }
-        match self.without_digest {
-            true => f.write_str("; without a digest: wall times and settings not compared"),
-            false => Ok(()),
+        if self.without_digest {
+            f.write_str("; without a digest: wall times, software and --knobs are not proven")?;
+        }
+        match &self.made_by {
+            Some(software) => write!(f, "; the file says that {software} made it"),
+            None => Ok(()),
         }
     }
 }
@@ -204,9 +216,16 @@ pub fn verify(
         rerun.perturb();
     }
     let identical = again::compare(recording, system, answers, rerun, watch)?;
-    match recording.altered && recording.is_whole() {
-        true => Err(VerifyError::Altered),
-        false => Ok(identical),
+    if recording.altered && recording.is_whole() {
+        Err(VerifyError::Altered)
+    } else if identical.without_digest && recording.is_whole() {
+        Err(VerifyError::Unproven)
+    } else {
+        let made_by = made_elsewhere(recording, system);
+        Ok(Identical {
+            made_by,
+            ..identical
+        })
     }
 }
 

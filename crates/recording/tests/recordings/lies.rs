@@ -74,7 +74,6 @@ fn an_empty_cell_or_a_row_that_does_not_follow_the_one_before_is_damage() {
         ("/nodes/policy", "tick", None),
         ("/nodes/policy", "overruns", None),
         ("/nodes/policy", "took_ns", None),
-        ("/events", "json", None),
         ("/topics/obs", "seq", Some(2)),
         ("/topics/obs", "dropped", Some(1 << 60)),
         ("/nodes/sensor", "tick", Some(1 << 60)),

@@ -17,6 +17,7 @@ mod publishers;
 mod replayed;
 mod scene;
 mod schedule;
+mod sealed;
 #[path = "../../../../tests/support/table.rs"]
 mod table;
 mod texts;

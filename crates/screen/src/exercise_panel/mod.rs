@@ -222,9 +222,8 @@ impl ExercisePanel {
             _ => prediction,
         };
         // The file may have changed, or must not be overwritten.
-        let saved = Answers::load(&self.file).and_then(|mut answers| {
+        let saved = Answers::change(&self.file, |answers| {
             answers.set(exercise.brief(), prediction.clone());
-            answers.save(&self.file).map(|()| answers)
         });
         match saved {
             Ok(answers) => self.answers = answers,

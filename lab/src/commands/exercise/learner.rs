@@ -26,13 +26,11 @@ pub fn learn(asked: &[Question], args: &ExerciseArgs, file: &Path) -> Result<(),
     check_seed(asked, args)?;
     let mut learner = Learner {
         answers: Answers::load(file)?,
+        reopened: if args.redo { asked } else { &[] },
         file,
         args,
     };
-    if args.redo {
-        let briefs = asked.iter().map(|part| part.brief());
-        briefs.for_each(|brief| learner.answers.reopen(brief));
-    }
+    reopen(&mut learner.answers, learner.reopened);
     match (&args.predict, learner.open(asked)) {
         (Some(text), Some(next)) => learner.predict(next, text),
         (Some(_), None) => Err(learner.already(asked)),
@@ -63,9 +61,18 @@ fn check_seed(asked: &[Question], args: &ExerciseArgs) -> Result<(), Error> {
     Err(Error::BadInput(why))
 }
 
+/// Asks `questions` again.
+fn reopen(answers: &mut Answers, questions: &[Question]) {
+    questions
+        .iter()
+        .for_each(|part| answers.reopen(part.brief()));
+}
+
 /// A learner with predictions.
 struct Learner<'a> {
     answers: Answers,
+    /// The questions that are asked again, until the file has it.
+    reopened: &'a [Question],
     file: &'a Path,
     args: &'a ExerciseArgs,
 }
@@ -156,8 +163,13 @@ impl Learner<'_> {
             0 => prediction,
             seed => prediction.about(seed),
         };
-        self.answers.set(part.brief(), prediction);
-        Ok(self.answers.save(self.file)?)
+        // Another program may have kept one meanwhile.
+        let reopened = std::mem::take(&mut self.reopened);
+        self.answers = Answers::change(self.file, |answers| {
+            reopen(answers, reopened);
+            answers.set(part.brief(), prediction);
+        })?;
+        Ok(())
     }
 
     /// Refuses another number than that of the prediction.

@@ -5,13 +5,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use exercises::framework::{Answers, AnswersError};
+use exercises::framework::Answers;
 
 use super::{file_name, natural};
 use crate::{error::Error, predictions};
-
-/// Maximum size of a file of predictions (bytes).
-const LARGEST: u64 = 1 << 20;
 
 /// What a learner handed in.
 pub struct HandIn {
@@ -62,14 +59,8 @@ impl HandIn {
 
 /// The predictions in `file`, which a learner wrote.
 fn answers(file: &Path) -> Result<Answers, String> {
-    let about = fs::metadata(file);
-    if about.is_ok_and(|about| !about.is_file() || about.len() > LARGEST) {
-        return Err(format!("{} is no file of predictions", predictions::FILE));
-    }
-    Answers::load(file).map_err(|error| match error {
-        AnswersError::Content { cause, .. } => format!("{}: {cause}", predictions::FILE),
-        AnswersError::Unusable { cause, .. } => format!("{}: {cause}", predictions::FILE),
-    })
+    let answers = Answers::load(file);
+    answers.map_err(|error| format!("{}: {}", predictions::FILE, error.cause()))
 }
 
 /// The content of a folder, by name: s2 comes before s10.

@@ -1,15 +1,24 @@
-//! Predictions against measurements. A question is measured when the first prediction of
-//! it is read: once, or once for each learner's number that decides what is measured.
+//! Predictions against measurements.
 
-use std::collections::{BTreeMap, btree_map::Entry};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    ops::ControlFlow,
+    sync::mpsc::{RecvTimeoutError, channel},
+    thread,
+    time::{Duration, Instant},
+};
 
 use exercises::framework::{
     Answers, Brief, Exercise, Failure, Findings, Prediction, PredictionOrigin,
 };
 use ratelab::Interrupt;
+use ratelab_study::experiment::parallel::{all_cores, in_parallel};
 
 use super::Flags;
-use crate::{error::Error, signals};
+use crate::{
+    error::Error,
+    output::{ProgressLine, note},
+};
 
 /// A graded prediction.
 pub struct GradedPrediction {
@@ -31,48 +40,91 @@ pub struct GradedPrediction {
     pub flags: Flags,
 }
 
+/// Time between two looks at whether the user has had enough.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Time between two lines about the progress, where no bar shows it.
+const SILENCE: Duration = Duration::from_secs(30);
+
+/// A question, and the learner's number if that decides what is measured.
+type Wanted = (&'static Exercise, Option<u64>);
+
+/// What the first predictions in `answers` are about: each question once, or once for each
+/// number of a learner that decides what is measured.
+fn wanted<'a>(answers: impl IntoIterator<Item = &'a Answers>) -> Vec<Wanted> {
+    let mut known = BTreeSet::new();
+    let pairs = answers.into_iter().flat_map(|answers| {
+        exercises::questions().filter_map(move |question| {
+            let prediction = answers.first(question.brief())?;
+            Some((question, question.draws().then(|| prediction.seed())))
+        })
+    });
+    let mut is_new = |(question, seed): &Wanted| known.insert((&question.brief().name, *seed));
+    pairs.filter(|pair| is_new(pair)).collect()
+}
+
 /// The measured questions, by name and number of the learner.
-#[derive(Clone, Default)]
+#[derive(Default)]
 pub struct Measured(BTreeMap<(String, Option<u64>), Findings>);
 
 impl Measured {
-    /// Grades as [`Measured::marks`] does; `None` if `asked` is set meanwhile: then the
-    /// measurement is left to a thread that ends with the program.
+    /// Measures what the first predictions in all `answers` are about, on all cores. If `asked` is
+    /// set meanwhile, the rest is left to threads that end with the program.
     ///
     /// # Errors
     /// [`Error`] if a question cannot be measured.
-    pub fn marks_unless(
-        &mut self,
+    pub fn new<'a>(
         asked: &Interrupt,
-        answers: &Answers,
-    ) -> Result<Option<Vec<GradedPrediction>>, Error> {
-        let (mut known, answers) = (self.clone(), answers.clone());
-        let done = signals::done_unless(asked, move || {
-            let marks = known.marks(&answers);
-            (known, marks)
+        answers: impl IntoIterator<Item = &'a Answers>,
+    ) -> Result<Self, Error> {
+        let wanted = wanted(answers);
+        let (mut measured, all) = (Self::default(), wanted.len());
+        let bar = ProgressLine::new(all as u64, "all measurements".to_owned());
+        let (sender, results) = channel();
+        thread::spawn(move || {
+            let measure = |index: usize| {
+                let (question, seed): Wanted = wanted[index];
+                let key = (question.brief().name.clone(), seed);
+                Some((key, question.measure(seed.unwrap_or_default())))
+            };
+            in_parallel(all_cores(), all, measure, |_, done| {
+                match sender.send(done) {
+                    Ok(()) => ControlFlow::Continue(()),
+                    Err(_) => ControlFlow::Break(()), // Nobody waits for it any more.
+                }
+            });
         });
-        let done = done.map_err(|why| Failure::Unmeasured(format!("a measurement: {why}")))?;
-        done.map_or(Ok(None), |(known, marks)| {
-            *self = known;
-            marks.map(Some)
-        })
+        let mut told = Instant::now();
+        while measured.0.len() < all && !asked.is_asked() {
+            match results.recv_timeout(LOOK) {
+                Ok((key, findings)) => {
+                    measured.0.insert(key, findings?);
+                    bar.advance();
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => {
+                    let why = "a measurement panicked".to_owned();
+                    return Err(Failure::Unmeasured(why).into());
+                }
+            }
+            if bar.is_hidden() && told.elapsed() >= SILENCE {
+                told = Instant::now();
+                let done = measured.0.len();
+                note(&format!("{done} of {all} measurements are done"));
+            }
+        }
+        Ok(measured)
     }
 
-    /// Grades the first predictions in `answers`, in the order of the questions.
-    ///
-    /// # Errors
-    /// [`Error`] if one cannot be measured.
-    fn marks(&mut self, answers: &Answers) -> Result<Vec<GradedPrediction>, Error> {
-        let mut marks = Vec::new();
-        for question in exercises::questions() {
+    /// Grades the first predictions in `answers`, in the order of the questions; `None` if one is
+    /// not measured.
+    pub fn marks(&self, answers: &Answers) -> Option<Vec<GradedPrediction>> {
+        let marks = wanted([answers]).into_iter().map(|(question, seed)| {
             let brief = question.brief();
-            let Some((prediction, origin)) = answers.first(brief).zip(answers.origin(brief)) else {
-                continue;
-            };
-            let seed = question.draws().then(|| prediction.seed());
-            let findings = self.measured(question, seed)?;
+            let (prediction, origin) = answers.first(brief).zip(answers.origin(brief))?;
+            let findings = self.0.get(&(brief.name.clone(), seed))?;
             let (right, by) = findings.judge(brief, prediction);
-            marks.push(GradedPrediction {
+            Some(GradedPrediction {
                 brief,
                 prediction: prediction.clone(),
                 seed,
@@ -81,16 +133,9 @@ impl Measured {
                 redone: answers.redone(brief).cloned(),
                 origin,
                 flags: Flags::default(),
-            });
-        }
-        Ok(marks)
-    }
-
-    fn measured(&mut self, question: &Exercise, seed: Option<u64>) -> Result<&Findings, Error> {
-        Ok(match self.0.entry((question.brief().name.clone(), seed)) {
-            Entry::Occupied(known) => known.into_mut(),
-            Entry::Vacant(new) => new.insert(question.measure(seed.unwrap_or_default())?),
-        })
+            })
+        });
+        marks.collect()
     }
 
     /// The questions with a prediction; with the result, if that is the same for everyone.
@@ -108,22 +153,52 @@ impl Measured {
 mod tests {
     use super::*;
 
+    /// Predictions for these questions, each with a number of the learner.
+    fn answers(predicted: &[(&str, u64)]) -> Answers {
+        let mut answers = Answers::default();
+        for (label, seed) in predicted {
+            let brief = exercises::named(label)[0].brief();
+            let number = match brief.choices.first() {
+                Some(choice) => choice.clone(),
+                None => "4".to_owned(),
+            };
+            let prediction = Prediction::read(&format!("{number}, because I counted"), brief);
+            answers.set(brief, prediction.expect("a prediction").about(*seed));
+        }
+        answers
+    }
+
     #[test]
     fn nobody_waits_for_a_measurement_after_an_interrupt() {
-        let mut answers = Answers::default();
-        let brief = exercises::find(11).expect("an exercise").brief();
-        let prediction = Prediction::read("4 because I counted", brief);
-        answers.set(brief, prediction.expect("a prediction"));
-        let mut measured = Measured::default();
-        let marks = |measured: &mut Measured, asked: &Interrupt| {
-            let marks = measured.marks_unless(asked, &answers);
-            marks.expect("measured").map(|marks| marks.len())
-        };
+        let answers = answers(&[("11", 0)]);
         let asked = Interrupt::default();
         asked.ask();
-        assert_eq!(marks(&mut measured, &asked), None);
+        let measured = Measured::new(&asked, [&answers]).expect("none");
+        assert!(measured.marks(&answers).is_none());
         assert_eq!(measured.questions().count(), 0);
-        assert_eq!(marks(&mut measured, &Interrupt::default()), Some(1));
+        let measured = Measured::new(&Interrupt::default(), [&answers]).expect("measured");
+        assert_eq!(measured.marks(&answers).map(|marks| marks.len()), Some(1));
         assert_eq!(measured.questions().count(), 1);
+    }
+
+    #[test]
+    fn a_question_is_measured_once_or_once_for_each_number_that_decides_it() {
+        let class = [
+            answers(&[("1", 3), ("6c", 3), ("10", 3)]),
+            answers(&[("1", 4), ("6c", 4)]),
+            answers(&[("6c", 3)]),
+        ];
+        let pairs = wanted(&class).into_iter();
+        let pairs: Vec<_> = pairs.map(|(of, seed)| (of.brief().label(), seed)).collect();
+        let expected = [
+            ("1", None),
+            ("6c", Some(3)),
+            ("10", Some(3)),
+            ("6c", Some(4)),
+        ];
+        assert_eq!(
+            pairs,
+            expected.map(|(label, seed)| (label.to_owned(), seed))
+        );
     }
 }

@@ -53,11 +53,11 @@ pub fn grade(program: &Program, args: &GradeArgs) -> Result<(), Error> {
     let roster = args.roster.as_deref().map(Roster::read).transpose()?;
     let hand_ins = files::hand_ins(&args.dir)?;
     let asked = signals::interrupt();
-    let mut measured = Measured::default();
+    let measured = Measured::new(&asked, hand_ins.iter().map(|of| &of.answers))?;
     let mut graded = Vec::new();
     let all = hand_ins.len();
     for hand_in in hand_ins {
-        match Graded::of(hand_in, &mut measured, program, &asked)? {
+        match Graded::of(hand_in, &measured, program, &asked)? {
             Some(hand_in) => graded.push(hand_in),
             None => break,
         }
@@ -95,14 +95,14 @@ impl Graded {
     /// Grades a hand-in; `None` if `asked` is set meanwhile.
     ///
     /// # Errors
-    /// [`Error`] if a question cannot be measured.
+    /// [`Error`] if a recording cannot be verified at all.
     fn of(
         hand_in: HandIn,
-        measured: &mut Measured,
+        measured: &Measured,
         program: &Program,
         asked: &Interrupt,
     ) -> Result<Option<Self>, Error> {
-        let Some(marks) = measured.marks_unless(asked, &hand_in.answers)? else {
+        let Some(marks) = measured.marks(&hand_in.answers) else {
             return Ok(None);
         };
         let (files, program) = (hand_in.recordings, program.clone());

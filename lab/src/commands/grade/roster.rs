@@ -1,8 +1,13 @@
 //! The roster of a class: who has which number.
 
-use std::{collections::BTreeMap, fs, path::Path};
+use std::{collections::BTreeMap, path::Path};
+
+use ratelab_study::file::read_text;
 
 use crate::error::Error;
+
+/// Maximum size of a roster (bytes).
+const LARGEST: u64 = 1 << 20;
 
 /// Numbers by the name of the learner's folder.
 pub struct Roster(BTreeMap<String, u64>);
@@ -15,7 +20,7 @@ impl Roster {
     /// [`Error::BadInput`] for an unreadable file, and for a line that is no learner.
     pub fn read(file: &Path) -> Result<Self, Error> {
         let bad = |why: String| Error::BadInput(format!("--roster {}: {why}", file.display()));
-        let text = fs::read_to_string(file).map_err(|why| bad(why.to_string()))?;
+        let text = read_text(file, LARGEST).map_err(|why| bad(why.to_string()))?;
         Self::parse(&text).map_err(bad)
     }
 

@@ -7,7 +7,7 @@ use std::{
 };
 
 use exercises::rescue::session::{is_shipped, judge_recording};
-use ratelab::{Event, Time, TimedKnob};
+use ratelab::{ClockKind, Command, Event, Speed, Time, TimedKnob};
 use ratelab_recording::{Recording, VerifyWith, verify};
 
 use super::{Flags, file_name};
@@ -56,7 +56,7 @@ impl GradedRun {
         self.commands = recording.events.iter().filter_map(Event::knob).collect();
         self.commands.retain(|command| command.at > Time::ZERO);
         let mut planned = recording.origin.config.knobs.iter();
-        self.scripted = planned.any(|command| command.at > Time::ZERO);
+        self.scripted = planned.any(|command| command.at > Time::ZERO) || is_too_fast(recording);
         self.refused.extend(recording.defect());
         if is_shipped(recording) {
             let why = "comes with ratelab: expected a session of one's own";
@@ -83,5 +83,45 @@ impl GradedRun {
     /// The name of the file.
     pub fn file_name(&self) -> String {
         file_name(&self.file)
+    }
+}
+
+/// Whether a knob was turned while virtual time passed as fast as it can: a run is over before a
+/// hand reaches the keys.
+fn is_too_fast(recording: &Recording) -> bool {
+    let origin = &recording.origin.config;
+    let (mut clock, mut speed) = (origin.clock, origin.speed);
+    recording.events.iter().any(|event| match event.applied() {
+        Some(Command::HandOver(to)) => {
+            clock = *to;
+            false
+        }
+        Some(Command::Speed(to)) => {
+            speed = *to;
+            false
+        }
+        Some(Command::Set(_)) if event.at > Time::ZERO => {
+            clock == ClockKind::Virtual && speed == Speed::Unlimited
+        }
+        _ => false,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_knob_that_is_turned_at_full_speed_was_turned_by_no_hand() {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/rescued.rrd");
+        let mut rescued = Recording::read(Path::new(file)).expect("a recording");
+        assert!(
+            !is_too_fast(&rescued),
+            "at a fifth of the speed of the wall"
+        );
+        rescued.origin.config.speed = Speed::Unlimited;
+        assert!(is_too_fast(&rescued));
+        rescued.events.retain(|event| event.knob().is_none());
+        assert!(!is_too_fast(&rescued), "without a knob");
     }
 }

@@ -11,7 +11,7 @@ use clap_mangen::{
 use crate::{
     cli::{self, EXAMPLES},
     error::Error,
-    output::{OutputFile, print_data, write_error},
+    output::{OutputKind, print_data, write_error},
     program::{self, Program},
     version,
 };
@@ -34,17 +34,17 @@ pub fn man(program: &Program, folder: Option<&Path>) -> Result<(), Error> {
         return print_data(String::from_utf8_lossy(&page).trim_end());
     };
     fs::create_dir_all(folder).map_err(|why| Error::unwritable("man", folder, &why))?;
-    write(&command, &sections, folder)?;
-    for command in command.get_subcommands() {
-        write(command, "", folder)?;
-    }
-    Ok(())
-}
-
-fn write(command: &Command, sections: &str, folder: &Path) -> Result<(), Error> {
-    let file = folder.join(manual(command).get_filename());
-    let page = page(command, sections)?;
-    OutputFile::open("man", &file)?.write(&page)
+    let pages = [(&command, &*sections)].into_iter();
+    let pages = pages.chain(command.get_subcommands().map(|command| (command, "")));
+    let files = pages.map(|(command, sections)| {
+        let file = folder.join(manual(command).get_filename());
+        let file = OutputKind::Manual.open("man", &file)?;
+        Ok((file, page(command, sections)?))
+    });
+    // All are checked before the first is written.
+    let files = files.collect::<Result<Vec<_>, Error>>()?;
+    let mut files = files.into_iter();
+    files.try_for_each(|(file, page)| file.write(&page))
 }
 
 fn manual(command: &Command) -> Man {

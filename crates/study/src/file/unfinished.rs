@@ -70,6 +70,23 @@ impl Unfinished {
     }
 }
 
+/// Checks that the file at `path` may be replaced, if there is one: the folder decides whether it
+/// can be.
+///
+/// # Errors
+/// The error of the operating system, and one for a read-only file, which whoever may do
+/// everything could write to as well.
+pub fn check_writable(path: &Path) -> io::Result<()> {
+    let Ok(about) = path.metadata() else {
+        return Ok(());
+    };
+    if about.permissions().readonly() {
+        let why = "this file is read-only";
+        return Err(io::Error::new(io::ErrorKind::PermissionDenied, why));
+    }
+    File::options().write(true).open(path).map(drop)
+}
+
 /// Removes all unfinished files before an immediate exit. No file is created while the
 /// caller keeps the result.
 pub fn remove_unfinished() -> impl Sized {
@@ -122,53 +139,5 @@ fn remove_unowned(path: &Path) {
             let _ = fs::remove_file(path); // On failure the next run tries again.
         }
         Err(TryLockError::WouldBlock | TryLockError::Error(_)) => {}
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::io::Write;
-
-    use super::*;
-
-    #[test]
-    fn a_complete_file_has_its_name_and_its_old_permissions() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let target = folder.path().join("rows.csv");
-        fs::write(&target, "old").expect("written");
-        fs::set_permissions(&target, Permissions::from_mode(0o640)).expect("set");
-        let file = Unfinished::create(&target).expect("created");
-        let mut writer = file.writer().expect("open");
-        writer.write_all(b"new").expect("written");
-        assert_eq!(fs::read(&target).expect("there"), b"old");
-        file.complete().expect("named");
-        assert_eq!(fs::read(&target).expect("there"), b"new");
-        let mode = target.metadata().expect("there").permissions().mode();
-        assert_eq!(mode & 0o777, 0o640);
-        let left = folder.path().read_dir().expect("a folder").count();
-        assert_eq!(left, 1, "more than the file");
-    }
-
-    #[test]
-    fn a_new_file_has_the_default_permissions() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let [ours, other] = ["ours", "other"].map(|name| folder.path().join(name));
-        let new = Unfinished::create(&ours).expect("created");
-        new.complete().expect("named");
-        fs::write(&other, "").expect("written");
-        let mode = |path: &Path| path.metadata().expect("there").permissions().mode();
-        assert_eq!(mode(&ours), mode(&other));
-    }
-
-    #[test]
-    fn a_name_may_have_any_length_and_spelling() {
-        use std::os::unix::ffi::OsStrExt;
-        let folder = tempfile::tempdir().expect("a folder");
-        for name in ["€".repeat(80).as_bytes(), b"\xff.csv"] {
-            let target = folder.path().join(std::ffi::OsStr::from_bytes(name));
-            let file = Unfinished::create(&target).expect("created");
-            file.complete().expect("named");
-            assert!(target.exists());
-        }
     }
 }

@@ -25,7 +25,8 @@ pub fn resolved(path: &Path) -> io::Result<PathBuf> {
     Ok(fs::canonicalize(folder_of(&path))?.join(name))
 }
 
-fn folder_of(path: &Path) -> &Path {
+/// The folder that the file at `path` is in.
+pub fn folder_of(path: &Path) -> &Path {
     let folder = path.parent().filter(|folder| *folder != Path::new(""));
     folder.unwrap_or(Path::new("."))
 }
@@ -39,37 +40,5 @@ pub fn is_same(one: &Path, other: &Path) -> bool {
     match (resolved(one), resolved(other)) {
         (Ok(first), Ok(second)) => first == second || linked(),
         _ => false,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::os::unix::fs::symlink;
-
-    use super::*;
-
-    #[test]
-    fn all_paths_of_a_file_are_the_same_file() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let at = |name: &str| folder.path().join(name);
-        fs::create_dir(at("sub")).expect("made");
-        fs::write(at("file"), "").expect("written");
-        fs::hard_link(at("file"), at("hard")).expect("linked");
-        symlink("file", at("soft")).expect("linked");
-        symlink("new", at("dangling")).expect("linked");
-        for (one, other) in [
-            ("file", "sub/../file"),
-            ("file", "./file"),
-            ("file", "soft"),
-            ("file", "hard"),
-            ("new", "new"),
-            ("new", "sub/../new"),
-            ("new", "dangling"),
-        ] {
-            assert!(is_same(&at(one), &at(other)), "{one} and {other}");
-        }
-        for (one, other) in [("file", "new"), ("file", "sub"), ("no/new", "no/new")] {
-            assert!(!is_same(&at(one), &at(other)), "{one} and {other}");
-        }
     }
 }
