@@ -51,11 +51,18 @@ fn line(command: &str, given: &str) -> String {
         ""
     };
     match command {
+        "run" | "sweep" | "advise" | "hunt" | "check" if !is_option => {
+            format!("{command} {given} --duration-s 0.1")
+        }
+        "run" if given.starts_with("--like") => format!("run {given}"),
         "run" => format!("run --smoke {given}"),
+        "picture" if is_option && !given.starts_with("-o") && !given.starts_with("--output") => {
+            format!("picture {given}")
+        }
         "sweep" => format!("sweep --seeds 0 --control-hz 5 --duration-s 0.1 {given}"),
         "advise" | "check" => format!("{command} --duration-s 0.1 {given}"),
         "hunt" => format!("hunt --control-hz 50 --duration-s 4 --hang policy=600 {given}"),
-        "info" | "verify" | "trace" | "export-web" | "picture" | "replay" => {
+        "info" | "verify" | "trace" | "export-web" | "picture" | "replay" | "table" => {
             format!("{command} {recording} {given}")
         }
         "branch" => format!("branch {recording} --at 0.2 --knob 'control-hz 20' {given}"),
@@ -228,6 +235,7 @@ impl Cell<'_> {
             ("sweep", "--out") => "out/sweep.json",
             (_, "--out") => "out/metrics.json",
             ("man", _) => "out/ratelab.1",
+            ("table", "-o" | "--output") => "out/node_sensor.csv",
             (_, "graph_file") | ("new", _) => "x.toml",
             _ => "x",
         };
