@@ -2,7 +2,7 @@
 
 use ratelab::{Depth, Time, Topic};
 
-use crate::framework::{Answer, Failure, Findings, Measurement, Table};
+use crate::framework::{Answer, Failure, Findings, Measurement, Place, Table};
 
 /// What happens to the topic: so many messages published, or one read.
 const EVENTS: [TopicEvent; 3] = [
@@ -28,14 +28,14 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
         let event = match event {
             TopicEvent::Publish(count) => {
                 for _ in 0..count {
-                    publisher.publish(published, Time::ZERO, None);
                     published += 1;
+                    publisher.publish(published, Time::ZERO, None);
                 }
                 format!("{count} published")
             }
             TopicEvent::Read => {
                 let newest = subscription.latest(Time::ZERO).map(|newest| newest.data);
-                format!("number {} read", newest.unwrap_or_default())
+                format!("message {} read", newest.unwrap_or_default())
             }
         };
         rows.push((event, published, subscription.dropped()));
@@ -53,6 +53,7 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
                 ("dropped", &|(_, _, dropped)| dropped.to_string()),
             ],
         ),
+        place: Place::Row(EVENTS.len() - 1),
         answer: Answer::Exactly(subscription.dropped() as f64),
         meaning: MEANING.to_owned(),
         measurements: measurements.collect(),
@@ -61,8 +62,8 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
 
 const MEANING: &str = "\
     A message is dropped when it leaves the full queue before the reader has caught up with it. To \
-    read the newest is to catch up with everything: what was passed over could have been read, and \
-    is no drop. So the two messages in the queue at the reading leave it uncounted, and only then \
-    do drops go on. Now write it: exercises/build/src/topic.rs, then rate.rs and node.rs; cargo \
+    read the newest is to catch up with everything: the reader could have read what it passed over, \
+    so that is not a drop. The two messages in the queue at the reading leave it uncounted, and only \
+    then do drops go on. Now write it: exercises/build/src/topic.rs, then rate.rs and node.rs; cargo \
     test -p build-it is the judge, and then cargo run -p build-it --features lab -- 5 plays a run \
     on your own runtime in the lab, and compares it with the lab's own.";

@@ -3,7 +3,7 @@
 use ratelab_study::experiment::Config;
 
 use crate::framework::{
-    Answer, Failure, Findings, KnobRuns, Measurement, Table, edge, mean_ms, survey,
+    Answer, Failure, Findings, KnobRuns, Measurement, Place, Table, edge, mean_ms, survey,
 };
 
 /// The rates of the policy, downwards (Hz).
@@ -17,14 +17,15 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
     let (held, fell) = edge(&rates, KnobRuns::all_up)?;
     Ok(Findings {
         table: table(&rates),
+        place: Place::Between,
         answer: Answer::Between {
             from: held.number(),
             to: fell.number(),
         },
         meaning: format!(
-            "At {held_hz} Hz every start stayed up, at {fell_hz} Hz {} of {} did: it turns \
-             somewhere in between, and no rate tried says where. The warning came before the \
-             fall: on the way from {} Hz to {held_hz} Hz nothing fell, yet the push age rose from \
+            "At {held_hz} Hz every start stayed up, at {fell_hz} Hz {} of {} did. The cliff is \
+             somewhere in between; no rate that was tried says where. The warning came before \
+             the fall: from {} Hz down to {held_hz} Hz nothing fell, but the push age rose from \
              {} to {}.",
             fell.up(),
             fell.runs.len(),

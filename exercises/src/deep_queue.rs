@@ -4,8 +4,8 @@ use ratelab::Time;
 use ratelab_study::experiment::Config;
 
 use crate::framework::{
-    Answer, Failure, Findings, KnobRuns, Measurement, Table, asked, edge, obs_dropped, own_world,
-    survey,
+    Answer, Failure, Findings, KnobRuns, Measurement, Place, Table, asked, edge, obs_dropped,
+    own_world, survey,
 };
 
 /// Starts for each depth.
@@ -26,9 +26,10 @@ fn queues<const DEPTHS: usize>(depths: [usize; DEPTHS]) -> Result<[KnobRuns; DEP
     survey(base, "depth /obs", depths, STARTS)
 }
 
-fn findings(groups: &[KnobRuns], answer: Answer, meaning: String) -> Findings {
+fn findings(groups: &[KnobRuns], place: Place, answer: Answer, meaning: String) -> Findings {
     Findings {
         table: table(groups),
+        place,
         answer,
         meaning,
         measurements: groups.iter().flat_map(measurements).collect(),
@@ -49,13 +50,13 @@ pub(crate) fn time() -> Result<Findings, Failure> {
     };
     let lost: u64 = deep.runs.iter().map(obs_dropped).sum();
     let meaning = format!(
-        "Every second one reading more arrives than is taken, and waits; so every second the \
-         policy reads 20 ms further into the past. It begins with pushes that are 10 ms old, and \
-         four seconds later they are as old as the pole bears: it fell after {first:.2} to \
-         {last:.2} s, with {lost} messages dropped. The queue of 1 dropped one message a second \
-         and stood. In exercise 2 a deep queue did nothing, because its newest message was read.",
+        "Every second one reading arrives more than is taken, and waits: every second the policy \
+         reads 20 ms further into the past. The pushes begin 10 ms old, and about four seconds later \
+         they are too old: it fell after {first:.2} to {last:.2} s, with {lost} messages dropped. \
+         The queue of 1 dropped one message a second and stood. In exercise 2 a deep queue \
+         did nothing, because the policy read its newest message.",
     );
-    Ok(findings(&groups, answer, meaning))
+    Ok(findings(&groups, Place::Row(1), answer, meaning))
 }
 
 /// The second question: the deepest queue before the first that kills.
@@ -63,17 +64,16 @@ pub(crate) fn depth() -> Result<Findings, Failure> {
     let groups = queues([1, 2, 3, 4, 5, 6, 7, 8, 9, DEEP])?;
     let (stands, kills) = edge(&groups, KnobRuns::all_up)?;
     let meaning = format!(
-        "A full queue of {depth} messages makes each reading {depth} periods old and no older: \
+        "A full queue of {depth} messages makes each reading {depth} periods old and not older: \
          the pushes stay at {:.0} ms, just within the law of exercise 6. With one message more \
-         they grow to {:.0} ms, and the pole falls. The drops that the deeper queue avoids were \
-         what kept the pole up: a bound on the queue is a bound on the age. Read the newest, or \
-         keep the queue short, or both.",
+         they grow to {:.0} ms, and the pole falls. The drops kept the pole up: a limit of the \
+         queue is a limit of the age. Read the newest, or keep the queue short, or both.",
         stands.push_age_ms(),
         kills.push_age_ms(),
         depth = stands.value,
     );
     let answer = Answer::Exactly(stands.number());
-    Ok(findings(&groups, answer, meaning))
+    Ok(findings(&groups, Place::Between, answer, meaning))
 }
 
 /// The least and the greatest of `values`.

@@ -5,7 +5,9 @@ use ratelab_study::experiment::sweep::CellResult;
 
 use crate::{
     cliff::STARTS,
-    framework::{Answer, Failure, Findings, KnobRuns, Measurement, Table, obs_dropped, survey},
+    framework::{
+        Answer, Failure, Findings, KnobRuns, Measurement, Place, Table, obs_dropped, survey,
+    },
 };
 
 /// Queue depths to compare (messages).
@@ -22,12 +24,13 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
     let drops = |depth: &KnobRuns| depth.runs.iter().map(obs_dropped).sum::<u64>();
     Ok(Findings {
         table: table(&depths),
+        place: Place::Column(3),
         answer: Answer::Exactly(deep.up() as f64),
         meaning: format!(
-            "The deeper queue took the drops from {} to {}, and in {unchanged} of {} runs it \
-             changed nothing else: the same last step, the same angle to the last bit. The policy \
-             reads the newest reading either way, and decides as rarely. Drops were the symptom; \
-             a delivery that loses nothing is not a controller that is faster.",
+            "The deeper queue took the drops from {} to {}. In {unchanged} of {} runs it changed \
+             nothing else: the same last step, the same angle to the last bit. The policy reads \
+             the newest reading either way, and decides as rarely. Drops were the symptom. A queue \
+             that loses nothing does not make a controller faster.",
             drops(shallow),
             drops(deep),
             deep.runs.len(),

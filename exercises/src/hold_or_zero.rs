@@ -3,7 +3,8 @@
 use ratelab_cart_pole::stability::Lost;
 
 use crate::framework::{
-    Answer, Failure, Findings, KnobRuns, Measurement, Table, asked, control_loop, own_world, survey,
+    Answer, Failure, Findings, KnobRuns, Measurement, Place, Table, asked, control_loop, own_world,
+    survey,
 };
 
 /// Starts for each loss.
@@ -21,12 +22,13 @@ pub(crate) fn hold() -> Result<Findings, Failure> {
     let up = asked(&held, |group| group.value == ASKED)?;
     Ok(Findings {
         table: table(&[("hold", &held)]),
+        place: Place::Row(at(ASKED)),
         answer: Answer::Exactly(up.up() as f64),
         meaning: format!(
             "{} stayed up, though ten actions a second are enough where they come evenly. Chance \
-             is not even: of 500 messages twenty lost in a row are no surprise, and for so long, \
-             0.4 s, the motor pushes one way, by a reading of a pole that has long moved on. The \
-             mean says nothing of the longest gap.",
+             is not even: of 500 messages twenty in a row may well be lost. Then the motor pushes \
+             one way for 0.4 s, by a reading of a pole that has moved on. The mean does not tell \
+             the longest gap.",
             up.up_of(),
         ),
         measurements: measurements("hold", &held),
@@ -46,12 +48,13 @@ pub(crate) fn zero() -> Result<Findings, Failure> {
     measured.push(Measurement::new("loss margin, zero", zero_margin));
     Ok(Findings {
         table: table(&[("hold", &held), ("zero", &let_go)]),
+        place: Place::Row(2 * at(ASKED) + 1),
         answer: Answer::Exactly(up.up() as f64),
         meaning: format!(
             "{} stayed up with no force between two actions. An old push is worse than none: it \
              was right for a pole that leant the other way. Theory agrees about small deviations: \
-             their squares shrink on average up to a loss of {:.0} % where the last action is \
-             held, and up to {:.0} % where there is none. It is no rule for every plant: a pole \
+             their squares shrink on average up to a loss of {:.0} % if the last action is held, \
+             and up to {:.0} % if there is no force. This is not a rule for every plant: a pole \
              forgives a moment without force, a drone does not.",
             up.up_of(),
             hold_margin * 100.0,
@@ -59,6 +62,12 @@ pub(crate) fn zero() -> Result<Findings, Failure> {
         ),
         measurements: measured,
     })
+}
+
+/// The place of a loss in the list.
+fn at(loss: &str) -> usize {
+    let place = LOSSES.iter().position(|known| *known == loss);
+    place.unwrap_or_default()
 }
 
 /// All losses, with this handling of stale actions.

@@ -1,7 +1,8 @@
 //! Jitter: the same mean delay, and what theory promises about any pattern of delays.
 
 use crate::framework::{
-    Answer, Failure, Findings, KnobRuns, Measurement, Table, asked, control_loop, own_world, survey,
+    Answer, Failure, Findings, KnobRuns, Measurement, Place, Table, asked, control_loop, own_world,
+    survey,
 };
 
 /// Starts for each link.
@@ -53,14 +54,14 @@ pub(crate) fn same_mean() -> Result<Findings, Failure> {
     let asked = asked(&groups, |group| group.value == around(ASKED))?;
     Ok(Findings {
         table: table(&SPREADS.map(|spread| format!("±{spread} ms")), &groups),
+        place: Place::Row(4),
         answer: Answer::Exactly(asked.up() as f64),
         meaning: format!(
-            "{} with the constant delay, {} with the same mean at random. The actuator acts every \
-             20 ms: what comes after 70 ms is applied after 80, but a delay beyond 80 ms costs a \
-             period more, and a few of those in a row are more than the pole bears. Much more \
-             jitter is better again, and not because it is harmless: where delays are that wide, \
-             many actions overtake older ones, and the push in force is fresher than the mean \
-             delay says (last column).",
+            "{} stay up with the constant delay, {} with the same mean at random. The actuator \
+             acts every 20 ms: an action that comes after 70 ms is applied after 80 ms. A delay \
+             beyond 80 ms costs one period more, and a few such actions in a row fell the pole. \
+             Much more jitter is better again, though not harmless: then many actions overtake \
+             older ones, and the push in force is fresher than the mean delay says (last column).",
             groups[0].up_of(),
             asked.up_of(),
         ),
@@ -83,13 +84,14 @@ pub(crate) fn margin() -> Result<Findings, Failure> {
     let fell = twice.runs.len() - twice.up();
     Ok(Findings {
         table: table(&labels.map(str::to_owned), &groups),
+        place: Place::Row(2),
         answer: Answer::Exactly(fell as f64),
         meaning: format!(
-            "The margin of {margin_ms:.1} ms is a promise and no prediction: below it nothing can \
-             go wrong, above it theory is silent. Twice as much felled {fell} of {}, and with \
-             four times as much {} stayed up. The promise holds for the worst pattern that \
-             exists, and chance hardly ever draws that one; it also holds for a network that you \
-             have not measured, which no number of runs does.",
+            "The margin of {margin_ms:.1} ms is a promise and not a prediction: below it small \
+             deviations shrink, above it theory says nothing. With twice as much {fell} of {} fell, \
+             and with four times as much {} stayed up. The promise holds for the worst pattern \
+             that exists, and chance hardly ever draws that one. It also holds for a network that \
+             you have not measured: no number of runs can promise that.",
             twice.runs.len(),
             four.up_of(),
         ),

@@ -45,7 +45,7 @@ mod ties;
 
 use std::sync::LazyLock;
 
-use framework::{Brief, Exercise, Measure};
+use framework::{Answers, Brief, Exercise, Measure};
 use serde::Deserialize;
 
 /// What measures each question, by the name of its text.
@@ -121,6 +121,21 @@ pub fn named(label: &str) -> Vec<&'static Exercise> {
             .filter(|question| question.brief().label() == label)
             .collect(),
     }
+}
+
+/// The next question for a learner: the first one of the path without a prediction, or else the
+/// first one of all.
+pub fn next(answers: &Answers) -> Option<&'static Exercise> {
+    let is_open = |question: &&Exercise| answers.get(question.brief()).is_none();
+    let mut path = questions().filter(|question| question.brief().path);
+    path.find(is_open).or_else(|| questions().find(is_open))
+}
+
+/// Whether there is a first prediction for each question whose answer the limits of the push age
+/// on the screen give away.
+pub fn has_found_limits(answers: &Answers) -> bool {
+    let mut asked = questions().filter(|question| question.brief().asks_limits);
+    asked.all(|question| answers.first(question.brief()).is_some())
 }
 
 /// The labels of all questions.

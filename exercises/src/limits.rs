@@ -10,7 +10,8 @@ use ratelab_study::experiment::Config;
 use crate::{
     cliff::STARTS,
     framework::{
-        Answer, Failure, Findings, Measurement, RecordedRun, Table, asked, hz, record, widest_deg,
+        Answer, Failure, Findings, Measurement, Place, RecordedRun, Table, asked, hz, record,
+        widest_deg,
     },
 };
 
@@ -36,6 +37,7 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
     let stable = asked(&trials, |trial| trial.theory.is_stable())?;
     Ok(Findings {
         table: table(&trials),
+        place: Place::Between,
         answer: Answer::Exactly(stable.hz.get()),
         meaning: meaning(&trials),
         measurements: trials.iter().flat_map(LimitTrial::measurements).collect(),
@@ -153,7 +155,7 @@ fn table(trials: &[LimitTrial]) -> Table {
         trials,
         &[
             ("control", &|trial| trial.hz.to_string()),
-            ("growth in theory", &|trial| {
+            ("in theory", &|trial| {
                 format!("{:+.2}/s", trial.theory.growth())
             }),
             ("measured", &|trial| {
@@ -188,12 +190,11 @@ fn meaning(trials: &[LimitTrial]) -> String {
     });
     let swinging: Vec<String> = swinging.collect();
     format!(
-        "While the motor had force to spare, theory and run agreed to {worst:.4}/s or better at \
-         every rate that grows. Then the action clips, and the loop is no longer the one that \
-         theory spoke of. Rates at which every deviation grows, and yet the pole is up after a \
-         minute: {}. It does not come to rest there; it swings, and the clipped action keeps the \
-         swing from growing on, more or less reliably. So unstable does not mean fallen, up does \
-         not mean stable, and a growth rate draws no line through the map of survivors.",
+        "While the motor had force to spare, theory and run agreed to {worst:.4}/s at every rate \
+         with growth. Then the action clips, and theory is about another loop. At these rates \
+         every small deviation grows, and yet the pole may be up after a minute: {}. There it \
+         swings, and the clipped action keeps the swing from growing further, not always. So \
+         unstable does not mean fallen, and up does not mean stable.",
         swinging.join(", "),
     )
 }

@@ -4,7 +4,7 @@ use ratelab::{Hz, Time};
 use ratelab_cart_pole::CONTROL_HZ;
 
 use crate::{
-    framework::{Answer, Failure, Findings, Measurement, Table, asked},
+    framework::{Answer, Failure, Findings, Measurement, Place, Table, asked},
     ties::{Nodes, Pair, TimedRun},
 };
 
@@ -19,6 +19,7 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
     let asked = asked(&pairs, |pair| pair.hz.get() == ASKED)?;
     Ok(Findings {
         table: table(&pairs),
+        place: Place::Column(2),
         answer: Answer::Exactly(asked.exact.latency_ms),
         meaning: meaning(&pairs),
         measurements: pairs.iter().flat_map(measurements).collect(),
@@ -80,8 +81,8 @@ fn meaning(pairs: &[Pair]) -> String {
     }
     format!(
         "Not mended yet: at {} Hz this clock differs. Readings are older there than in the lab, so \
-         the policy ticks before the sensor with which it ought to tie. What have these rates in \
-         common, and the others not? Read exercises/mend/src/clock.rs, mend its wrong line, and \
+         the policy ticks before the sensor that should tick at the same instant. What do these \
+         rates have in common? Read exercises/mend/src/clock.rs, mend its wrong line, and \
          run cargo test -p mend-it; then cargo run -- exercise 12 shows this table again.",
         wrong.join(", "),
     )

@@ -1,7 +1,7 @@
 //! The policy that thinks: it answers late, with a chunk of actions.
 
 use crate::framework::{
-    Answer, Failure, Findings, KnobRuns, Measurement, Table, asked, edge, own_world, survey,
+    Answer, Failure, Findings, KnobRuns, Measurement, Place, Table, asked, edge, own_world, survey,
 };
 
 /// Starts for each run.
@@ -36,12 +36,13 @@ pub(crate) fn chunk() -> Result<Findings, Failure> {
     let thinks = |group: &KnobRuns| format!("{} ms", group.value);
     Ok(Findings {
         table: table("thinks", thinks, &groups),
+        place: Place::Row(TIMES.len() - 1),
         answer: Answer::Exactly(up.up() as f64),
         meaning: format!(
-            "{} stayed up. The chunk has an action for every instant, and none for what happens: \
-             each was planned as if the robot had done nothing else since the reading, while it \
-             played the chunk before. So it is the push age again that counts: it stands with {}, \
-             and falls with {}, much as in exercise 6, where nothing was planned.",
+            "{} stayed up. The chunk has an action for every instant, but each was planned as if \
+             the robot had done nothing since the reading. Meanwhile the robot played the chunk \
+             before. So the push age counts again: the pole stands with {}, and falls with {}, \
+             much as in exercise 6, where nothing was planned.",
             up.up_of(),
             stands.push_age(),
             falls.push_age(),
@@ -66,15 +67,16 @@ pub(crate) fn knowledge() -> Result<Findings, Failure> {
         .map(|group| format!("With {}, {} stayed up.", group.value, group.up_of()));
     Ok(Findings {
         table: table("change", |group| group.value.clone(), &groups),
+        place: Place::Choice,
         answer: Answer::Choice {
             number: (saves + 1) as f64,
             refuted: refuted.collect(),
         },
         meaning: format!(
-            "The pushes are no younger: {}. But the plan begins with the actions that will be \
-             played until it is there, so that the model is where the robot will be. Control calls \
-             it a Smith predictor, learned policies a frozen prefix. Nothing else that one does \
-             with a chunk knows more than the chunk; an average even of right answers is a delay.",
+            "The pushes are not younger: {}. But the plan begins with the actions that the robot \
+             will play until the plan is there, so the model is where the robot will be. Control \
+             calls it a Smith predictor, learned policies a frozen prefix. The other four repairs \
+             use only what the chunks already hold. And averaging makes even right answers late.",
             groups[saves].push_age(),
         ),
         measurements: measurements("", &groups).collect(),
@@ -98,16 +100,17 @@ pub(crate) fn disturbed() -> Result<Findings, Failure> {
                 ("push age, 200 ms", &|(late, _)| late.push_age()),
             ],
         ),
+        place: Place::Between,
         answer: Answer::Between {
             from: bears.number(),
             to: too_much.number(),
         },
         meaning: format!(
             "With {} N {} stayed up, with {} N {}; the motor has 10 N. The plan knows what the \
-             robot does and not what is done to it: a push of chance is seen {} later, grown \
-             meanwhile. This part of the age nobody predicted. A policy that answers at once bears \
-             far more, and so does one that thinks half as long: age comes back as the limit, only \
-             further out.",
+             robot does, but not what is done to it: the policy sees a push of chance {} later, and \
+             the push has grown. Nobody predicted this part of the age. A policy that answers at once \
+             stands far more, and so does one that thinks half as long. The age is the limit again, \
+             only a higher one.",
             bears.value,
             bears.up_of(),
             too_much.value,

@@ -8,7 +8,7 @@ mod table;
 use exercises::{
     framework::{
         Answer, Answers, Brief, Expectation, Expectations, ExpectationsError, Findings,
-        Measurement, Prediction, PredictionOrigin, Range, Table, Tolerance,
+        Measurement, Place, Prediction, PredictionOrigin, Range, Replies, Table, Tolerance,
     },
     questions,
 };
@@ -31,6 +31,15 @@ static BRIEF: LazyLock<Brief> = LazyLock::new(|| Brief {
         whole: false,
     },
     choices: Vec::new(),
+    path: false,
+    asks_limits: false,
+    hint: String::new(),
+    replies: Replies {
+        right: "So it is.".to_owned(),
+        above: "Too high.".to_owned(),
+        below: "Too low.".to_owned(),
+        other: "Not that.".to_owned(),
+    },
 });
 
 /// A question with choices.
@@ -330,8 +339,9 @@ fn a_measurement_without_a_band_and_a_band_without_a_measurement_do_not_hold() {
 fn findings(answer: Answer) -> Findings {
     Findings {
         table: Table::default(),
+        place: Place::Between,
         answer,
-        meaning: "So it is.".to_owned(),
+        meaning: "It means something.".to_owned(),
         measurements: Vec::new(),
     }
 }
@@ -344,26 +354,26 @@ fn reconciled(answer: Answer, prediction: &str) -> String {
 fn a_prediction_is_compared_with_the_measurement() {
     assert_eq!(
         reconciled(Answer::Exactly(9.98004), "10 because it is half."),
-        "You predicted 10 Hz: it is half.\nMeasured: 9.98 Hz. You called it to within 0.02 Hz.\n\n\
-         So it is."
+        "You predicted 10 Hz: it is half.\nMeasured: 9.98 Hz. You called it to within 0.02 Hz.\n\
+         So it is.\n\nIt means something."
     );
     let turn = Answer::Between {
         from: 10.0,
         to: 5.0,
     };
     for [predicted, judged] in rows(
-        "5    | You called it.
-         8    | You called it.
-         10   | You called it.
-         10.5 | You called it to within 0.5 Hz.
-         4.5  | You called it to within 0.5 Hz.
-         10.6 | Close: 0.6 Hz above it.
-         25   | You were 15 Hz above it.
-         1    | You were 4 Hz below it.",
+        r"5    | You called it.\nSo it is.
+         8    | You called it.\nSo it is.
+         10   | You called it.\nSo it is.
+         10.5 | You called it to within 0.5 Hz.\nSo it is.
+         4.5  | You called it to within 0.5 Hz.\nSo it is.
+         10.6 | Close: 0.6 Hz above it.\nToo high.
+         25   | You were 15 Hz above it.\nToo high.
+         1    | You were 4 Hz below it.\nToo low.",
     ) {
         let text = reconciled(turn.clone(), &format!("{predicted} because of it"));
         assert!(text.contains("Measured: between 10 Hz and 5 Hz."), "{text}");
-        assert!(text.contains(&judged), "{text}");
+        assert!(text.contains(&judged.replace(r"\n", "\n")), "{text}");
         let prediction = predict(&format!("{predicted} because of it"));
         let (hit, _) = findings(turn.clone()).judge(&BRIEF, &prediction);
         assert_eq!(hit, judged.starts_with("You called it"), "{predicted}");
@@ -407,6 +417,107 @@ fn a_wrong_choice_is_answered_with_what_refutes_it() {
         "{text}"
     );
     assert!(text.contains("Measured: /obs loses."), "{text}");
+    assert!(text.contains("\nNot that."), "{text}");
+}
+
+#[test]
+fn a_prediction_is_drawn_into_the_table() {
+    let rates = ["50 Hz", "10 Hz", "5 Hz"];
+    let table = Table::of(
+        &rates,
+        &[
+            ("rate", &|hz| (*hz).to_owned()),
+            ("up", &|_| "3".to_owned()),
+        ],
+    );
+    let drawn = |place, number| {
+        let findings = Findings {
+            table: table.clone(),
+            place,
+            ..findings(Answer::Exactly(8.0))
+        };
+        findings.drawn(&BRIEF, &predict(&format!("{number} because of it")))
+    };
+    let all = " rate  up\n50 Hz   3\n10 Hz   3\n 5 Hz   3\n";
+    for (place, number, from, to) in [
+        (Place::Between, 10.0, "10 Hz   3", "10 Hz   3  ◀ you"),
+        (Place::Between, 15.0, "10 Hz", "15 Hz  ◀ you\n10 Hz"),
+        (Place::Between, 60.0, "50 Hz", "60 Hz  ◀ you\n50 Hz"),
+        (
+            Place::Between,
+            1.0,
+            "5 Hz   3\n",
+            "5 Hz   3\n 1 Hz  ◀ you\n",
+        ),
+        (Place::Row(1), 7.0, "10 Hz   3", "10 Hz   3  ◀ you: 7 Hz"),
+        (Place::Choice, 3.0, "5 Hz   3", "5 Hz   3  ◀ you"),
+    ] {
+        assert_eq!(drawn(place, number), all.replace(from, to), "{number}");
+    }
+    let column = drawn(Place::Column(1), 7.0);
+    assert!(column.ends_with("\n  you  7 Hz\n"), "{column}");
+    let below = drawn(Place::Below, 7.0);
+    assert!(below.ends_with("\nrate 7 Hz  ◀ you\n"), "{below}");
+    let cell = drawn(Place::Cell, 10.0);
+    assert!(cell.contains("▶ 10 Hz"), "{cell}");
+}
+
+#[test]
+fn whether_the_first_prediction_was_right_is_kept_and_told() {
+    let kept = Kept::new();
+    let mut answers = kept.load();
+    answers.set(&BRIEF, predict("8 because of it"));
+    let told = |answers: &Answers| answers.predicted(&BRIEF).expect("a prediction");
+    assert_eq!(told(&answers), "you predicted 8 Hz");
+    let measured = findings(Answer::Exactly(12.0));
+    assert!(answers.judge(&BRIEF, &measured, 0));
+    assert!(!answers.judge(&BRIEF, &measured, 0), "nothing new");
+    let mut answers = kept.again(&answers);
+    assert_eq!(told(&answers), "✖ you predicted 8 Hz");
+    assert!(matches!(
+        answers.origin(&BRIEF),
+        Some(PredictionOrigin::Written(_))
+    ));
+    // What is predicted again counts no more.
+    answers.set(&BRIEF, predict("12 because I have seen it"));
+    answers.judge(&BRIEF, &measured, 0);
+    let again = kept.again(&answers);
+    assert_eq!(told(&again), "✖ you predicted 12 Hz, first 8 Hz");
+    // What was measured for another number says nothing.
+    answers.set(
+        brief(10),
+        Prediction::new(1.0, "as seen").expect("finite").about(3),
+    );
+    assert!(!answers.judge(brief(10), &measured, 4));
+}
+
+#[test]
+fn the_next_question_is_the_first_open_one_of_the_path() {
+    let mut answers = Answers::default();
+    let mut order = Vec::new();
+    while let Some(next) = exercises::next(&answers) {
+        order.push(next.brief().label());
+        let prediction = Prediction::new(1.0, "of it").expect("finite");
+        answers.set(next.brief(), prediction);
+    }
+    let order = order.join(" ");
+    assert!(
+        order.starts_with("1 2 5 6a 6b 6c 6d 7a 7b 10 3 4 8a "),
+        "{order}"
+    );
+    assert_eq!(order.split(' ').count(), questions().len());
+}
+
+#[test]
+fn the_limits_are_found_once_all_questions_about_them_have_a_prediction() {
+    let mut answers = Answers::default();
+    let asked = ["6a", "6b", "6c", "6d", "7b"];
+    for label in asked {
+        assert!(!exercises::has_found_limits(&answers), "{label}");
+        let prediction = Prediction::new(1.0, "of it").expect("finite");
+        answers.set(exercises::named(label)[0].brief(), prediction);
+    }
+    assert!(exercises::has_found_limits(&answers));
 }
 
 #[test]

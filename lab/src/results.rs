@@ -15,7 +15,7 @@ use crate::{
     error::Error,
     like::{self, Like},
     output::{OutputPlan, Outputs, note, print_data, print_line, print_recorded, record_error},
-    program::Program,
+    program::{self, Program},
     stop_signal,
     summary::{
         json,
@@ -159,6 +159,12 @@ pub fn print_results(
     outputs.write(&metrics)?;
     if args.json {
         return print_data(&metrics);
+    }
+    if context.covered {
+        let name = program::name();
+        return print_line(&format!(
+            "The summary would name the cause. Answer first: {name} exercise 10"
+        ));
     }
     print_line(&text::of(system, summary, context))?;
     let table = like.map(|of| like::text(system, of, summary));

@@ -10,6 +10,7 @@ use std::{
     time::Duration,
 };
 
+use exercises::framework::Answers;
 use ratelab_screen::{
     Look, OpenRows, Options, SessionSetup, Theme, restore_terminal, terminal_is_there,
 };
@@ -44,10 +45,26 @@ pub fn screen(args: &ScreenArgs) -> Options {
     }
 }
 
-/// Sessions of the program's system; in the course, with the learner's predictions.
-pub fn sessions(program: &Program) -> SessionSetup {
+/// Sessions of the program's system; in the course, with the learner's predictions. The limits
+/// of the push age are `shown`, or hidden until the learner has predicted them.
+pub fn sessions(program: &Program, shown: bool) -> SessionSetup {
     let course = program.course.then(|| answers_file(None));
-    SessionSetup::new(program.system.clone(), course)
+    let is_to_find = |file: &PathBuf| {
+        !Answers::load(file).is_ok_and(|answers| exercises::has_found_limits(&answers))
+    };
+    SessionSetup {
+        hides_limits: !shown && course.as_ref().is_some_and(is_to_find),
+        ..SessionSetup::new(program.system.clone(), course)
+    }
+}
+
+/// Sessions for a picture, the same for every learner: in the course the limits of the push age
+/// are hidden unless they are `shown`.
+pub fn pictured(program: &Program, shown: bool) -> SessionSetup {
+    SessionSetup {
+        hides_limits: program.course && !shown,
+        ..sessions(program, true)
+    }
 }
 
 /// Opens the file at `path` for the rows of a session, each time that one begins.

@@ -22,6 +22,8 @@ pub struct AgeData {
     pub predicted: Option<Duration>,
     /// The limits of the loop.
     pub limits: AgeLimits,
+    /// Whether the screen hides them, because a learner is to find them.
+    pub hidden: bool,
 }
 
 impl AgeData {
@@ -30,8 +32,16 @@ impl AgeData {
         self.mean.saturating_sub(self.predicted.unwrap_or_default())
     }
 
-    /// The position of the age against its limits.
+    /// The position of the age against its limits, as far as the screen tells it.
     pub fn strain(&self) -> Strain {
+        if self.hidden {
+            return Strain::Hidden;
+        }
+        self.true_strain()
+    }
+
+    /// The position of the age against its limits, hidden or not.
+    pub fn true_strain(&self) -> Strain {
         // Where rates alone come to a limit, the mean is that limit: a constant age that is borne.
         let mean = self.unpredicted() + HAIR;
         let passed = |limit: Option<Duration>| limit.is_some_and(|limit| mean >= limit);
@@ -51,9 +61,10 @@ impl AgeData {
         self.limits.falls.or(self.limits.grows)
     }
 
-    /// That limit, or the band that it ends, as `number` writes an age.
+    /// That limit, or the band that it ends, as `number` writes an age; `None` where it is
+    /// unknown or hidden.
     pub fn limit_text(&self, number: impl Fn(Duration) -> String) -> Option<String> {
-        let limit = self.limit().map(&number)?;
+        let limit = self.limit().filter(|_| !self.hidden).map(&number)?;
         let from = self.limits.may_fall.map(|from| number(from) + "–");
         Some(from.unwrap_or_default() + &limit)
     }
@@ -64,6 +75,8 @@ impl AgeData {
 pub enum Strain {
     /// No known limit.
     Unknown,
+    /// A limit that the screen hides.
+    Hidden,
     /// Below the limits.
     Borne,
     /// Above the limit at which small deviations grow.

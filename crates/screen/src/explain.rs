@@ -93,9 +93,12 @@ fn plant(frame: &FrameData) -> [String; 3] {
 fn over_time(about: Explained<'_>, frame: &FrameData) -> [String; 3] {
     let signal = about.signal.unwrap_or("signal");
     let age = frame.age.map_or_else(String::new, |age| {
-        let limit = age.limit().map_or_else(
-            || "The limit of this loop is unknown".to_owned(),
-            |limit| match (age.limits.falls, age.limits.may_fall) {
+        let limit = match age.limit() {
+            _ if age.hidden => {
+                "The limit is for you to find in exercises 6 and 7; a shows it".to_owned()
+            }
+            None => "The limit of this loop is unknown".to_owned(),
+            Some(limit) => match (age.limits.falls, age.limits.may_fall) {
                 (Some(_), Some(from)) => format!(
                     "This loop survives {} if the age is steady, {} if it varies",
                     ms(limit),
@@ -107,9 +110,9 @@ fn over_time(about: Explained<'_>, frame: &FrameData) -> [String; 3] {
                     ms(limit)
                 ),
             },
-        );
+        };
         let verdict = match age.strain() {
-            Strain::Unknown | Strain::Borne => "",
+            Strain::Unknown | Strain::Hidden | Strain::Borne => "",
             Strain::Swings => ". So it swings",
             Strain::MayFall => ". So it may fall",
             Strain::Falls => ". So it falls",

@@ -5,7 +5,7 @@ use std::{sync::Arc, thread, time::Duration};
 use ratatui::{Terminal, backend::TestBackend, buffer::Buffer, layout::Size};
 use ratelab::Time;
 use ratelab_recording::Recording;
-use ratelab_study::{experiment::Config, system::System};
+use ratelab_study::experiment::Config;
 
 use super::{
     app::App,
@@ -40,18 +40,18 @@ pub fn of_run(
     drawn(&mut app, size, theme)
 }
 
-/// A recording at run time `at`, as an SVG file; `system` is the program's system.
+/// A recording at run time `at`, as an SVG file.
 ///
 /// # Errors
 /// [`ScreenError`] if it cannot be drawn.
 pub fn of_recording(
     recording: Arc<Recording>,
-    system: &Arc<dyn System>,
+    setup: SessionSetup,
     at: Time,
     size: Size,
     theme: &Theme,
 ) -> Result<String, ScreenError> {
-    let mut app = played(recording, system);
+    let mut app = App::of_recording(recording, setup);
     app.jump(at);
     drawn(&mut app, size, theme)
 }
@@ -70,14 +70,14 @@ const REST: usize = 16;
 /// [`ScreenError`] if it cannot be drawn.
 pub fn moving(
     recording: Arc<Recording>,
-    system: &Arc<dyn System>,
+    setup: SessionSetup,
     (until, speed): (Time, f64),
     size: Size,
     theme: &Theme,
 ) -> Result<String, ScreenError> {
     let until = until.as_secs_f64();
     let count = (until / speed * FPS).ceil().clamp(1.0, MOST_FRAMES);
-    let mut app = played(recording, system);
+    let mut app = App::of_recording(recording, setup);
     app.film(speed);
     let mut frames = Vec::new();
     for number in 0..=count as u32 {
@@ -89,10 +89,6 @@ pub fn moving(
     frames.extend(last.into_iter().cycle().take(REST));
     let frame_s = until / speed / count;
     Ok(moving_svg(&frames, theme.look, frame_s))
-}
-
-fn played(recording: Arc<Recording>, system: &Arc<dyn System>) -> App {
-    App::of_recording(recording, SessionSetup::new(system.clone(), None))
 }
 
 fn drawn(app: &mut App, size: Size, theme: &Theme) -> Result<String, ScreenError> {

@@ -40,6 +40,8 @@ pub struct SessionSetup {
     /// The learner's file of predictions, if the exercises of the course apply to this
     /// system.
     pub course: Option<PathBuf>,
+    /// Whether the limits of the push age are hidden, because a learner is to find them.
+    pub hides_limits: bool,
     /// Priority of the node threads, if it was granted.
     pub realtime: Option<RealtimePriority>,
     /// Opens the file for the plant's steps; it keeps those of the last session.
@@ -55,6 +57,7 @@ impl SessionSetup {
         Self {
             system,
             course,
+            hides_limits: false,
             realtime: None,
             csv: None,
             record: None,

@@ -7,6 +7,7 @@ mod branch;
 mod faults;
 mod files;
 pub mod kit;
+mod learner;
 mod order;
 mod pictures;
 mod plans;

@@ -8,7 +8,9 @@ use graph::{FaultyGraph, SUSPECTS};
 use ratelab_account::{NodeAccount, TopicAccount};
 use ratelab_study::experiment::{Config, Experiment, Summary};
 
-use crate::framework::{Answer, Brief, Failure, Findings, Measurement, Table, cart_pole, mean_ms};
+use crate::framework::{
+    Answer, Brief, Failure, Findings, Measurement, Place, Table, cart_pole, mean_ms,
+};
 
 /// The figures of the graph's run, to look at before the prediction.
 pub(crate) fn evidence(seed: u64) -> Result<Table, Failure> {
@@ -36,15 +38,16 @@ pub(crate) fn measure(brief: &Brief, seed: u64) -> Result<Findings, Failure> {
     });
     Ok(Findings {
         table: table(names, &as_it_is, &mended),
+        place: Place::Cell,
         answer: Answer::Choice {
             number: culprit as f64 + 1.0,
             refuted: refuted.collect(),
         },
         meaning: format!(
             "{what_it_did} With the fault the pushes were {:.0} ms old in the last second and the \
-             pole {}; with nothing but that mended they were {:.0} ms old, and it {}. The oddities \
-             beside it are still there: not everything that looks odd is to blame. Follow the \
-             age: find where a reading grows old, and who owns that place.",
+             pole {}. With only that mended they were {:.0} ms old, and it {}. The oddities \
+             are still there: not everything odd is to blame. Follow the age: find where a reading \
+             grows old, and which node or topic makes it old.",
             as_it_is.push_age_ms(),
             as_it_is.did(),
             mended[culprit].push_age_ms(),

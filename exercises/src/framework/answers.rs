@@ -6,13 +6,14 @@ use ratelab_study::file::{LockedFile, TextError, read_text_if_there};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{Brief, Prediction, PredictionOrigin, entry::PredictionEntry};
+use super::{Brief, Findings, Prediction, PredictionOrigin, entry::PredictionEntry};
 
 /// Maximum size of a file of predictions (bytes).
 const LARGEST: u64 = 1 << 20;
 
 /// Predictions by exercise. In the file each is a table with the exercise's name, a
-/// `number` and a `reason`; where it was made again, the first one is a table in it.
+/// `number` and a `reason`, and says whether it is `right`; where it was made again, the first one
+/// is a table in it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Answers(BTreeMap<String, PredictionEntry>);
@@ -74,7 +75,8 @@ impl Answers {
     /// The first prediction for this exercise: the only one that was made without the
     /// measurement.
     pub fn first(&self, exercise: &Brief) -> Option<&Prediction> {
-        self.0.get(&exercise.name).map(PredictionEntry::first)
+        let entry = self.0.get(&exercise.name)?;
+        Some(&entry.first().prediction)
     }
 
     /// The latest prediction for this exercise, where there was an earlier one.
@@ -84,13 +86,35 @@ impl Answers {
         Some(&again.prediction)
     }
 
-    /// The prediction for this exercise as text, if there is one.
+    /// Notes whether the first prediction for this exercise is right, by the `findings` for the
+    /// learner's number `seed`; returns whether that is new.
+    pub fn judge(&mut self, exercise: &Brief, findings: &Findings, seed: u64) -> bool {
+        let Some(entry) = self.0.get_mut(&exercise.name) else {
+            return false;
+        };
+        let first = entry.first();
+        let (is_right, _) = findings.judge(exercise, &first.prediction);
+        let is_new = first.prediction.seed() == seed && first.right != Some(is_right);
+        if is_new {
+            entry.judge(is_right);
+        }
+        is_new
+    }
+
+    /// The prediction for this exercise as text, if there is one, with whether the first one was
+    /// right.
     pub fn predicted(&self, exercise: &Brief) -> Option<String> {
+        let judged = self.0.get(&exercise.name)?.first().right;
+        let sign = match judged {
+            Some(true) => "✓ ",
+            Some(false) => "✖ ",
+            None => "",
+        };
         let number = exercise.in_unit(self.get(exercise)?.number());
         let first = self.redone(exercise).and_then(|_| self.first(exercise));
         let first = first.map(|first| format!(", first {}", exercise.in_unit(first.number())));
         Some(format!(
-            "you predicted {number}{}",
+            "{sign}you predicted {number}{}",
             first.unwrap_or_default()
         ))
     }

@@ -17,6 +17,9 @@ pub struct Brief {
     pub name: String,
     /// Its title.
     pub title: String,
+    /// Whether it is on the path of an hour.
+    #[serde(default)]
+    pub path: bool,
     /// Kind of the exercise, such as "predict, then run".
     pub kind: String,
     /// The subject, and the planned runs.
@@ -30,6 +33,10 @@ pub struct Brief {
     pub unit: String,
     /// How near a right prediction comes.
     pub tolerance: Tolerance,
+    /// Whether the limits of the push age give the answer away: the screen hides them until the
+    /// first prediction.
+    #[serde(default)]
+    pub asks_limits: bool,
     /// The possible numbers of a question about a number.
     #[serde(default)]
     pub range: Range,
@@ -37,6 +44,26 @@ pub struct Brief {
     /// number.
     #[serde(default)]
     pub choices: Vec<String>,
+    /// What helps without the answer.
+    #[serde(default)]
+    pub hint: String,
+    /// What is replied to a prediction.
+    #[serde(default)]
+    pub replies: Replies,
+}
+
+/// Replies to a prediction, beside the measurement; one that is empty cannot be needed.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Replies {
+    /// To a right one.
+    pub right: String,
+    /// To one that is too high.
+    pub above: String,
+    /// To one that is too low.
+    pub below: String,
+    /// To another choice than the right one.
+    pub other: String,
 }
 
 impl Brief {
@@ -116,14 +143,14 @@ impl Tolerance {
     /// The rule as a sentence, about a `quantity` in `unit`.
     fn in_words(self, quantity: &str, unit: &str) -> String {
         match self {
-            Self::Exact => "Right: the exact number.".to_owned(),
+            Self::Exact => "Counts as right: the exact number.".to_owned(),
             Self::Within(within) => {
                 let within = in_unit(within, unit);
-                format!("Right: within {within} of the measurement.")
+                format!("Counts as right: within {within} of the measurement.")
             }
-            Self::Between => {
-                format!("Right: any {quantity} from the last that holds to the first that fails.")
-            }
+            Self::Between => format!(
+                "Counts as right: any {quantity} between the last that worked and the next one tried."
+            ),
         }
     }
 }

@@ -16,6 +16,8 @@ pub(super) struct PredictionEntry {
     /// Whether the question is to be asked again.
     pub open: bool,
     first: Option<Box<PredictionEntry>>,
+    /// Whether it is right, as far as it was measured.
+    pub right: Option<bool>,
 }
 
 impl PredictionEntry {
@@ -33,14 +35,23 @@ impl PredictionEntry {
             mark: None,
             open: false,
             first,
+            right: None,
         };
         entry.mark = Some(mark::new(&entry.content(name)));
         entry
     }
 
-    /// The prediction that was made first.
-    pub fn first(&self) -> &Prediction {
-        &self.first.as_deref().unwrap_or(self).prediction
+    /// The entry that was made first.
+    pub fn first(&self) -> &Self {
+        self.first.as_deref().unwrap_or(self)
+    }
+
+    /// Notes whether the first prediction is right.
+    pub fn judge(&mut self, right: bool) {
+        match &mut self.first {
+            Some(first) => first.right = Some(right),
+            None => self.right = Some(right),
+        }
     }
 
     /// Whether there is an earlier one.
@@ -83,6 +94,8 @@ struct Written {
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     open: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
+    right: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     first: Option<Box<PredictionEntry>>,
 }
 
@@ -97,6 +110,7 @@ impl TryFrom<Written> for PredictionEntry {
             mark: read.mark,
             open: read.open,
             first: read.first,
+            right: read.right,
         })
     }
 }
@@ -109,6 +123,7 @@ impl From<PredictionEntry> for Written {
             seed: entry.prediction.seed,
             mark: entry.mark,
             open: entry.open,
+            right: entry.right,
             first: entry.first,
         }
     }

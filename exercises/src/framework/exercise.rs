@@ -15,7 +15,7 @@ use super::{
     brief::Brief,
     expectations::{Check, Expectations, ExpectationsError, Measurement},
     prediction::Prediction,
-    table::Table,
+    table::{Place, Table},
     unit::in_unit,
 };
 
@@ -106,6 +106,8 @@ impl Exercise {
 pub struct Findings {
     /// The figures for the learner.
     pub table: Table,
+    /// Where the prediction stands in it.
+    pub place: Place,
     /// The answer to the question.
     pub answer: Answer,
     /// The meaning of the figures.
@@ -209,15 +211,34 @@ impl Findings {
         format!("{}\n\n{}", self.outcome(brief, prediction), self.meaning)
     }
 
-    /// The prediction and the measurement, in a line each.
+    /// The prediction, the measurement, and what is replied, in a line each.
     pub fn outcome(&self, brief: &Brief, prediction: &Prediction) -> String {
-        format!(
-            "You predicted {}: {}.\nMeasured: {}. {}",
+        let outcome = format!(
+            "You predicted {}: {}.\nMeasured: {}. {}\n{}",
             brief.in_unit(prediction.number()),
             prediction.reason().trim_end_matches('.'),
             self.answer.in_words(brief),
             self.judge(brief, prediction).1,
-        )
+            self.reply(brief, prediction),
+        );
+        outcome.trim_end().to_owned()
+    }
+
+    /// What is replied to the prediction.
+    pub fn reply<'b>(&self, brief: &'b Brief, prediction: &Prediction) -> &'b str {
+        let (number, replies) = (prediction.number(), &brief.replies);
+        match &self.answer {
+            _ if self.judge(brief, prediction).0 => &replies.right,
+            Answer::Choice { .. } => &replies.other,
+            Answer::Exactly(measured) if number > *measured => &replies.above,
+            Answer::Between { from, to } if number > from.max(*to) => &replies.above,
+            _ => &replies.below,
+        }
+    }
+
+    /// The table with the prediction in it, as text.
+    pub fn drawn(&self, brief: &Brief, prediction: &Prediction) -> String {
+        self.table.with(self.place, prediction.number(), brief)
     }
 }
 

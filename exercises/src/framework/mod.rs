@@ -14,12 +14,12 @@ mod table;
 mod unit;
 
 pub use answers::{Answers, AnswersError};
-pub use brief::{Brief, Range, Tolerance};
+pub use brief::{Brief, Range, Replies, Tolerance};
 pub use exercise::{Answer, Exercise, Failure, Findings};
 pub use expectations::{Check, Expectation, Expectations, ExpectationsError, Measurement};
 pub use mark::PredictionOrigin;
 pub use prediction::{Prediction, PredictionError};
-pub use table::Table;
+pub use table::{Place, Table};
 
 pub(crate) use chance::SplitMix;
 pub(crate) use exercise::{Measure, hz, mean_ms};

@@ -1,7 +1,7 @@
 //! Which delay fells the pole at a control rate.
 
 use crate::framework::{
-    Answer, Failure, Findings, KnobRuns, Measurement, Table, edge, own_world, survey,
+    Answer, Failure, Findings, KnobRuns, Measurement, Place, Table, edge, own_world, survey,
 };
 
 /// Delays of `/action` (ms).
@@ -14,8 +14,8 @@ const STARTS: u64 = 6;
 pub(crate) fn at_50_hz() -> Result<Findings, Failure> {
     at(
         50.0,
-        "What is in force is older than the delay: a push is held until the next one is applied. \
-         The last column is the mean age of the reading behind the push in force, the push age.",
+        "A push is older than its delay, as it is held until the next one is applied: see the push \
+         age.",
     )
 }
 
@@ -23,9 +23,8 @@ pub(crate) fn at_50_hz() -> Result<Findings, Failure> {
 pub(crate) fn at_25_hz() -> Result<Findings, Failure> {
     at(
         25.0,
-        "The same delay is worth more harm at 25 Hz, and by a fixed amount: to hold a push for 20 \
-         ms longer makes it 10 ms older on average. Compare the push ages between which the pole \
-         falls in the two tables, not the delays.",
+        "At 25 Hz the same delay does more harm: every push is 10 ms older. Compare the push ages \
+         of both tables, not the delays.",
     )
 }
 
@@ -35,6 +34,7 @@ fn at(hz: f64, meaning: &str) -> Result<Findings, Failure> {
     let (held, failed) = edge(&delays, KnobRuns::all_up)?;
     Ok(Findings {
         table: table(&delays),
+        place: Place::Between,
         answer: Answer::Between {
             from: held.number(),
             to: failed.number(),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ratelab_study::experiment::sweep::ByAge;
 
 use super::causes::AgeCause;
-use crate::framework::{Answer, Failure, Findings, Measurement, Table, asked};
+use crate::framework::{Answer, Failure, Findings, Measurement, Place, Table, asked};
 
 /// The runs of a cause.
 struct OfCause {
@@ -92,12 +92,13 @@ pub(crate) fn law(seed: u64) -> Result<Findings, Failure> {
     measurements.extend(causes.iter().flat_map(|of| of.measurements(limit)));
     Ok(Findings {
         table: table(&causes, limit),
+        place: Place::Column(5),
         answer: Answer::Exactly(limit.round()),
         meaning: format!(
-            "One number tells {} of {runs} runs apart, and asks of none what made it old: below \
-             {limit:.0} ms the pole stands, above it falls. Nothing in the loop sees a rate, a \
-             delay or a loss; what it feels is how old the reading is on which it acts. The rate \
-             of exercise 1 was never the cause, only one way to grow old.",
+            "One number is right about {} of {runs} runs: below {limit:.0} ms the pole stands, \
+             above it falls, whatever made the pushes old. Nothing in the loop sees a rate, a \
+             delay or a loss. The pole feels only how old the reading is behind a push. The rate \
+             of exercise 1 was one way to make pushes old.",
             runs - wrong,
         ),
         measurements,
@@ -117,14 +118,14 @@ pub(crate) fn jitter(seed: u64) -> Result<Findings, Failure> {
     causes.push(jitter);
     Ok(Findings {
         table: table(&causes, limit),
+        place: Place::Below,
         answer: Answer::Exactly(earlier.round()),
         meaning: format!(
-            "A constant delay fells the pole from {constant:.0} ms on, jitter from {own:.0} ms. A \
-             mean hides what decides: the oldest stretch of the run. Where the delay changes from \
-             one message to the next, a few old pushes in a row are enough, and the fresh ones \
-             between them lower the mean and save nothing. Losses, random as well, are low in the \
-             table for the same reason. So a law about a mean is a law about steady causes: a \
-             delay that you can rely on is worth more than one that is often short.",
+            "The pole falls from {constant:.0} ms on with a constant delay, from {own:.0} ms on \
+             with jitter. A mean hides what decides: the oldest part of the run. With jitter a few \
+             old pushes in a row are enough; the fresh ones between them lower the mean and save \
+             nothing. Losses, random as well, are low in the table for the same reason. So the law \
+             is about steady causes: better a constant delay than one that is often short.",
         ),
         measurements,
     })

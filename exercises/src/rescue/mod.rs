@@ -4,16 +4,17 @@ pub mod judge;
 pub mod session;
 
 use judge::{RescueFailure, RescueSession, Rescued, judge};
-use ratelab::Hz;
-use ratelab_cart_pole::{BROKEN_HZ, CONTROL_HZ, CartPole};
+use ratelab::{Hz, Message};
+use ratelab_cart_pole::{BROKEN_HZ, CONTROL_HZ, CartPole, ControlStep};
 use ratelab_study::experiment::Config;
 
 use crate::framework::{
-    Answer, Failure, Findings, Measurement, RecordedRun, Table, angle_deg, edge, record, widest_deg,
+    Answer, Failure, Findings, Measurement, Place, RecordedRun, Table, angle_deg, edge, record,
+    widest_deg,
 };
 
 /// Durations of the slow phase in the rehearsals (tenths of a second).
-const SLOW_PHASES: std::ops::RangeInclusive<u32> = 1..=10;
+const SLOW_PHASES: std::ops::RangeInclusive<u32> = 1..=8;
 
 pub(crate) fn measure() -> Result<Findings, Failure> {
     let rehearsals = SLOW_PHASES.map(Rehearsal::run);
@@ -22,11 +23,12 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
     let measurements = rehearsals.iter().flat_map(Rehearsal::measurements);
     Ok(Findings {
         table: table(&rehearsals),
+        place: Place::Between,
         answer: Answer::Between {
             from: saved.slow_s,
             to: lost.slow_s,
         },
-        meaning: meaning(saved, lost),
+        meaning: meaning(&rehearsals, lost),
         measurements: measurements.collect(),
     })
 }
@@ -63,54 +65,99 @@ impl Rehearsal {
         self.run.summary.verdict.is_lost()
     }
 
-    /// The pole's angle just before the policy became fast again (degrees).
-    fn angle_at_return_deg(&self) -> f64 {
-        let steps = self.run.steps.iter();
-        let slow = steps.take_while(|step| step.stamp.as_secs_f64() < self.slow_s);
-        slow.last().map_or(0.0, angle_deg)
+    /// The steps before the policy was fast again, and those after that.
+    fn halves(&self) -> (&[Message<ControlStep>], &[Message<ControlStep>]) {
+        let steps = &self.run.steps;
+        steps.split_at(steps.partition_point(|step| step.stamp.as_secs_f64() < self.slow_s))
     }
 
-    fn measurements(&self) -> [Measurement; 2] {
-        Measurement::of(
-            format_args!("{} s slow", self.slow_s),
-            [
-                ("balanced", f64::from(!self.fell())),
-                ("rescued", f64::from(self.judged.is_ok())),
-            ],
-        )
+    /// The pole's angle just before the policy was fast again, and its widest one before and
+    /// from then on (degrees); `None` if the pole had fallen before.
+    fn angles_deg(&self) -> Option<[f64; 3]> {
+        let (before, after) = self.halves();
+        let then = angle_deg(before.last()?);
+        (!after.is_empty()).then(|| [then, widest_deg(before), widest_deg(after)])
+    }
+
+    /// What became of the pole, in a few words.
+    fn outcome(&self) -> &'static str {
+        match (&self.judged, self.fell()) {
+            (_, true) => "fell",
+            (Ok(_), _) => "rescued",
+            (Err(RescueFailure::Danger { .. }), _) => "never in danger",
+            (Err(RescueFailure::Recovered { .. }), _) => "back by itself",
+            (Err(_), _) => "not rescued",
+        }
+    }
+
+    fn measurements(&self) -> Vec<Measurement> {
+        let [balanced, rescued] = [!self.fell(), self.judged.is_ok()].map(f64::from);
+        let mut figures = vec![("balanced", balanced), ("rescued", rescued)];
+        let names = [
+            "angle then (degrees)",
+            "widest before (degrees)",
+            "widest after (degrees)",
+        ];
+        figures.extend(
+            names
+                .into_iter()
+                .zip(self.angles_deg().into_iter().flatten()),
+        );
+        let subject = format!("{} s slow", self.slow_s);
+        let figures = figures.into_iter();
+        figures
+            .flat_map(|figure| Measurement::of(&subject, [figure]))
+            .collect()
     }
 }
 
 fn table(rehearsals: &[Rehearsal]) -> Table {
-    let judged = |rehearsal: &Rehearsal| match &rehearsal.judged {
-        Ok(_) => "rescued",
-        Err(RescueFailure::Danger { .. }) => "not in danger",
-        Err(_) => "not rescued",
+    let angle = |of: &Rehearsal, place: usize| {
+        let angles = of.angles_deg();
+        angles.map_or_else(|| "–".to_owned(), |angles| format!("{:.2}°", angles[place]))
     };
     Table::of(
         rehearsals,
         &[
-            ("at 5 Hz for", &|of| format!("{:.1} s", of.slow_s)),
-            ("widest angle", &|of| {
-                format!("{:.1}°", widest_deg(&of.run.steps))
-            }),
-            ("verdict", &|of| of.run.summary.verdict.name().to_owned()),
-            ("judged", &|of| judged(of).to_owned()),
+            ("at 5 Hz", &|of| format!("{:.1} s", of.slow_s)),
+            ("widest before", &|of| angle(of, 1)),
+            ("angle then", &|of| angle(of, 0)),
+            ("widest after", &|of| angle(of, 2)),
+            ("the pole", &|of| of.outcome().to_owned()),
         ],
     )
 }
 
-fn meaning(saved: &Rehearsal, lost: &Rehearsal) -> String {
+fn meaning(rehearsals: &[Rehearsal], lost: &Rehearsal) -> String {
+    let rescued = rehearsals.iter().rev().find(|of| of.judged.is_ok());
+    let rescued = rescued.and_then(|of| Some((of, of.angles_deg()?)));
+    let rescued = rescued.map_or_else(String::new, |(of, [then, _, after])| {
+        format!(
+            "After {:.1} s at {BROKEN_HZ} Hz the pole was at {then:.1}° when the rate went up; it \
+             swung to {after:.1}° and was caught. ",
+            of.slow_s,
+        )
+    });
+    let itself = rehearsals
+        .iter()
+        .filter(|of| matches!(of.judged, Err(RescueFailure::Recovered { .. })));
+    let itself: Vec<String> = itself.map(|of| format!("{:.1} s", of.slow_s)).collect();
+    let itself = match &itself[..] {
+        [] => String::new(),
+        times => format!(
+            "After {} nothing was in danger: at {BROKEN_HZ} Hz the pole had come back by itself. ",
+            times.join(" and ")
+        ),
+    };
+    let late = lost.angles_deg().map_or_else(String::new, |[then, ..]| {
+        format!(
+            "After {:.1} s the pole was at {then:.1}° and fell {:.2} s later. ",
+            lost.slow_s,
+            lost.run.summary.sim_time.as_secs_f64() - lost.slow_s,
+        )
+    });
     format!(
-        "After {:.1} s at {BROKEN_HZ} Hz the pole stood at {:.1}° when the policy was fast again; \
-         it came to {:.1}° and was caught. After {:.1} s it stood at {:.1}° and was down {:.2} s \
-         later. Nothing but the rate told the two apart, and it was set right in both: what is \
-         decided too late is not made up for by deciding often. Now do it by hand.",
-        saved.slow_s,
-        saved.angle_at_return_deg(),
-        widest_deg(&saved.run.steps),
-        lost.slow_s,
-        lost.angle_at_return_deg(),
-        lost.run.summary.sim_time.as_secs_f64() - lost.slow_s,
+        "{rescued}{itself}{late}Many decisions afterwards do not repair one that came too late. \
+         Now do it by hand; B runs a failed try again, from the moment that you look at."
     )
 }

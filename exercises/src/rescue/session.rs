@@ -116,6 +116,8 @@ pub enum RescueStage {
     Lean,
     /// The policy was fast again before the pole was in danger.
     TooSoon,
+    /// The pole came back by itself before the policy was fast again.
+    ByItself,
     /// The pole is in danger, and the policy is slow.
     Danger,
     /// The policy is fast again, and the pole is to stay safe for this much longer.
@@ -153,6 +155,7 @@ impl RescueTry {
             Err(RescueFailure::Slowness) => RescueStage::Begin,
             Err(RescueFailure::Danger { .. }) if hz.get() <= BROKEN_HZ => RescueStage::Lean,
             Err(RescueFailure::Danger { .. }) => RescueStage::TooSoon,
+            Err(RescueFailure::Recovered { .. }) => RescueStage::ByItself,
             Err(RescueFailure::Return) => RescueStage::Danger,
             Err(RescueFailure::Calm { .. }) => {
                 let held = now.since(self.last_danger().max(since));
@@ -182,6 +185,7 @@ impl RescueStage {
             Self::Begin => format!("rescue: b slows the policy to {BROKEN_HZ} Hz"),
             Self::Lean => format!("rescue: wait until the pole is beyond ±{DANGER_DEG}°"),
             Self::TooSoon => format!("rescue: too soon, it stayed within ±{DANGER_DEG}°: b again"),
+            Self::ByItself => "rescue: too late, it came back by itself: b again".to_owned(),
             Self::Danger => "rescue: now! ] ] ] brings 50 Hz back".to_owned(),
             Self::Hold(left) => format!(
                 "rescue: it must stay within ±{DANGER_DEG}° for {:.1} s more",

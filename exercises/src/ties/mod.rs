@@ -11,7 +11,7 @@ use ratelab_cart_pole::{ACTION, ACTUATOR, CartPole, OBS, SENSE_TO_ACT};
 use ratelab_study::experiment::{Config, Experiment};
 
 use crate::framework::{
-    Answer, Failure, Findings, Measurement, Table, asked, cart_pole, hz, mean_ms,
+    Answer, Failure, Findings, Measurement, Place, Table, asked, cart_pole, hz, mean_ms,
 };
 
 /// Control rates, as published (Hz).
@@ -27,6 +27,7 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
     let asked = asked(&pairs, |pair| pair.hz.get() == ASKED)?;
     Ok(Findings {
         table: table(&pairs),
+        place: Place::Column(2),
         answer: Answer::Exactly(asked.exact.latency_ms),
         meaning: meaning(asked),
         measurements: pairs.iter().flat_map(measurements).collect(),
@@ -114,13 +115,12 @@ fn meaning(pair: &Pair) -> String {
     let (added, exact) = (&pair.other, &pair.exact);
     format!(
         "At {} the scheduler that adds periods reports {:.4} ms, the exact one {:.4} ms: \
-             {:.1} ms more. Added up, the due times of policy and sensor come to differ in the \
-             last bit, and where they ought to tie the last bit decides who is first. Sometimes \
-             the policy runs a hair before the sensor and acts on the reading of one period ago \
-             (readings are {:.1} ms older on average), sometimes a hair after the actuator, and \
-             its action waits for the next step (actions are {:.1} ms older). Either way one \
-             period of the plant is lost, and nobody dropped a message more for it: {} in the \
-             one, {} in the other.",
+             {:.1} ms less. Added up, the due times of policy and sensor differ in the last bit, \
+             and where they should be equal this bit decides who ticks first. Sometimes the policy \
+             ticks just before the sensor and uses the reading of one period ago (readings are \
+             {:.1} ms older on average). Sometimes it ticks just after the actuator, and its action \
+             waits for the next step (actions are {:.1} ms older). Each time one period of the \
+             plant is lost, and the drops do not show it: {} in the one, {} in the other.",
         pair.hz,
         added.latency_ms,
         exact.latency_ms,

@@ -23,9 +23,13 @@ pub struct ExerciseArgs {
     #[arg(long, value_name = "TEXT", allow_hyphen_values = true)]
     pub predict: Option<String>,
 
-    /// Replace your earlier prediction.
+    /// Predict again. Your first prediction is kept beside the new one, and is the one that counts.
     #[arg(long)]
     pub redo: bool,
+
+    /// Print a hint for the next open question, without the answer.
+    #[arg(long, conflicts_with_all = ["predict", "redo", "session"])]
+    pub hint: bool,
 
     /// Your number: exercises that draw what they measure draw it from this one.
     #[arg(long, value_name = "N")]

@@ -41,6 +41,11 @@ pub struct PictureArgs {
     #[arg(long, help_heading = heading::SCREEN)]
     pub ascii: bool,
 
+    /// Show the limits of the push age, which the course hides until a learner has
+    /// found them.
+    #[arg(long, help_heading = heading::SCREEN)]
+    pub limits: bool,
+
     /// The picture to write.
     #[arg(short, long, value_name = "FILE", default_value = "lab.svg")]
     pub output: PathBuf,

@@ -112,4 +112,9 @@ pub struct ScreenArgs {
     /// Draw with ASCII characters only.
     #[arg(long)]
     pub ascii: bool,
+
+    /// Show the limits of the push age, which the course hides until exercises 6 and 7 have
+    /// your predictions.
+    #[arg(long)]
+    pub limits: bool,
 }

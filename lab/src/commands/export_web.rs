@@ -15,7 +15,7 @@ use crate::{
     printable::shown,
     program::Program,
     reading,
-    screen::theme,
+    screen::{pictured, theme},
     web,
 };
 
@@ -44,7 +44,7 @@ pub fn export_web(program: &Program, args: &ExportWebArgs) -> Result<(), Error> 
     }
     let first = runs[0].1.clone();
     let (at, theme) = (first.until, theme(false, Some(Look::Light)));
-    let poster = picture::of_recording(first, &program.system, at, SIZE, &theme)?;
+    let poster = picture::of_recording(first, pictured(program, args.limits), at, SIZE, &theme)?;
     let runs = runs.iter();
     let runs = runs.map(|(setting, recording)| {
         let mut data = web::data(recording, program, setting);

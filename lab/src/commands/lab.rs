@@ -5,6 +5,8 @@ use ratelab_screen::{Guide, ScreenError, SessionSetup};
 use ratelab_study::experiment::Config;
 use ratelab_study::experiment::Experiment;
 
+#[cfg(feature = "network")]
+use crate::output::print_recorded;
 use crate::{
     cli::LabArgs,
     error::Error,
@@ -14,10 +16,8 @@ use crate::{
     program::Program,
     results::{context, destination, plan, print_recordings, print_results},
     screen::{need_terminal, rows_to, screen, sessions},
-    summary::text,
+    summary::text::{self, ReportContext},
 };
-#[cfg(feature = "network")]
-use crate::{output::print_recorded, summary::text::ReportContext};
 
 /// Opens the dashboard; on exit writes and prints the summary of the last run.
 pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
@@ -35,7 +35,7 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
         realtime: realtime.clone().and_then(Result::ok),
         csv: args.run.csv.clone().map(rows_to),
         record: destination(&args.run),
-        ..sessions(program)
+        ..sessions(program, args.screen.limits)
     };
     let guide = match program.course && first_start::is_first() {
         true => Guide::Offer,
@@ -48,7 +48,10 @@ pub fn lab(program: &Program, args: &LabArgs) -> Result<(), Error> {
     }
     print_recordings(args.run.json, &left.recorded)?;
     let ended = left.ended.map_err(|error| unfinished(args, error))?;
-    let context = context(&args.run, realtime, ended.csv_lost);
+    let context = ReportContext {
+        covered: left.covered,
+        ..context(&args.run, realtime, ended.csv_lost)
+    };
     print_results(
         program,
         &args.run,

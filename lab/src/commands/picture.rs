@@ -11,7 +11,7 @@ use crate::{
     output::OutputKind,
     program::Program,
     reading,
-    screen::{sessions, theme},
+    screen::{pictured, theme},
 };
 
 /// Defaults of the run: on the virtual clock, the same picture bit for bit.
@@ -30,11 +30,10 @@ pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
         let recording = Arc::new(reading::read(file)?);
         let at = args.at.unwrap_or(recording.until);
         Error::if_after_end(at, &recording)?;
-        let system = &program.of(&recording).system;
-        let size = args.size;
+        let (setup, size) = (pictured(&program.of(&recording), args.limits), args.size);
         let picture = match args.animate {
-            None => pictures::of_recording(recording.clone(), system, at, size, &theme),
-            Some(speed) => pictures::moving(recording.clone(), system, (at, speed), size, &theme),
+            None => pictures::of_recording(recording.clone(), setup, at, size, &theme),
+            Some(speed) => pictures::moving(recording.clone(), setup, (at, speed), size, &theme),
         }?;
         output(&picture, slice::from_ref(file))?;
         return Error::if_damaged(&recording);
@@ -42,8 +41,7 @@ pub fn picture(program: &Program, args: &PictureArgs) -> Result<(), Error> {
     let end = args.at.unwrap_or(DEFAULTS.end);
     let defaults = Defaults { end, ..DEFAULTS };
     let (config, _) = options::graph(program, &args.graph, &defaults)?;
-    let setup = sessions(program);
-    let picture = pictures::of_run(&config, setup, args.size, &theme)?;
+    let picture = pictures::of_run(&config, pictured(program, args.limits), args.size, &theme)?;
     output(&picture, &[])
 }
 

@@ -55,7 +55,7 @@ pub fn replay(program: &Program, args: &ReplayArgs) -> Result<(), Error> {
 /// Plays a recording in the panes of the lab.
 fn play(program: &Program, args: &ReplayArgs, recording: &Arc<Recording>) -> Result<(), Error> {
     let program = program.of(recording);
-    let setup = sessions(&program);
+    let setup = sessions(&program, args.screen.limits);
     let branch = ratelab_screen::play(recording.clone(), setup, &screen(&args.screen))?;
     branch.map_or(Ok(()), print_branch)
 }

@@ -15,7 +15,7 @@ use crate::{
 /// Opens the lab at the beginning of the tour.
 pub fn tour(program: &Program, args: &ScreenArgs) -> Result<(), Error> {
     need_terminal("the tour needs a terminal to draw on", "run")?;
-    let setup = sessions(program);
+    let setup = sessions(program, args.limits);
     let left = ratelab_screen::show(&LAB.config(), setup, &screen(args), Guide::Tour)?;
     print_recordings(false, &left.recorded)?;
     left.ended?;

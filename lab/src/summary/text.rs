@@ -35,6 +35,8 @@ pub struct ReportContext {
     pub phases: Option<PhaseSpread>,
     /// The reason why the end of the run is unknown, if it is.
     pub open: Option<String>,
+    /// Whether an exercise asks for the cause that the summary would name.
+    pub covered: bool,
 }
 
 /// The summary as a few lines of text.

@@ -4,20 +4,25 @@ use std::path::PathBuf;
 
 use crossterm::event::KeyEvent;
 use exercises::rescue::session::{RescueStage, RescueTry};
-use ratelab::Speed;
+use ratelab::{Event, Speed, TimedKnob};
 use ratelab_study::{experiment::Config, system::Verdict};
 
 use super::App;
 use crate::{
+    age::{PushData, PushSentence},
     exercise_panel::{ExercisePanel, PanelAction},
-    frame::{FrameData, Standing},
+    frame::{FrameData, Health, Standing},
     run::WatchedRows,
+    timeline::Timeline,
     tour::{Guide, OFFER, Seen, Tour},
     view::Page,
 };
 
 /// The place of a cause that an exercise asks for.
 const COVERED: &str = "the cause is covered until you have answered: e";
+
+/// What stands in place of the parts of an age.
+const COVERED_PARTS: &str = "the parts of the age are covered until you have answered: e";
 
 /// Speed of a rescue by hand: slow enough to think.
 const BY_HAND: f64 = 0.2;
@@ -30,7 +35,7 @@ pub struct Course {
     /// The exercises, while they are open.
     pub panel: Option<ExercisePanel>,
     /// Whether the cause of a loss is covered, because an exercise asks for it.
-    covered: bool,
+    pub covered: bool,
     /// The rescue by hand, which will be judged, if the session is one.
     pub by_hand: Option<RescueTry>,
     /// Whether the last key was that of the exercises, too early in a rescue.
@@ -79,12 +84,50 @@ impl App {
         frame.verdict.why.splice(0..0, advice);
     }
 
-    /// Covers the cause in `frame` while an exercise asks for it.
+    /// Covers in `frame` what names the cause, while an exercise asks for it.
     pub(super) fn cover_cause(&self, frame: &mut FrameData) {
+        if !self.course.covered {
+            return;
+        }
         let verdict = &mut frame.verdict;
-        if self.course.covered && matches!(verdict.standing, Standing::Warned | Standing::Lost) {
+        if matches!(verdict.standing, Standing::Warned | Standing::Lost) {
             verdict.why = vec![COVERED.to_owned()];
         }
+        frame.push = frame.push.is_some().then(|| PushData {
+            sentence: covered_parts(),
+            reaction: None,
+            mean: Vec::new(),
+        });
+        for node in &mut frame.nodes {
+            node.health = Health::Works;
+        }
+    }
+
+    /// The `timeline`, without words about the cause while an exercise asks for it.
+    pub(super) fn cover_timeline(&self, timeline: Option<Timeline>) -> Option<Timeline> {
+        let mut timeline = timeline?;
+        if self.course.covered {
+            timeline.sentence = covered_parts();
+        }
+        Some(timeline)
+    }
+
+    /// Whether the screen may show `event`: not the fault of a run whose cause is covered.
+    pub(super) fn may_show(&self, event: &Event) -> bool {
+        let of_scene = |timed: TimedKnob| {
+            let mut scene = self.shown.run.config().knobs.iter();
+            scene.any(|other| other.knob == timed.knob)
+        };
+        !(self.course.covered && event.knob().is_some_and(of_scene))
+    }
+
+    /// Shows the limits of the push age, or hides them.
+    pub(super) fn toggle_limits(&mut self) {
+        self.setup.hides_limits ^= true;
+        self.notify(match self.setup.hides_limits {
+            true => "the limits of the push age are hidden: a shows them",
+            false => "the limits of the push age: exercises 6 and 7 ask for them",
+        });
     }
 
     /// Ends the rescue by hand; returns its recording, if there is one.
@@ -103,6 +146,7 @@ impl App {
             return false;
         };
         let action = panel.key(key);
+        self.setup.hides_limits &= !panel.has_found_limits();
         self.follow_panel(action);
         true
     }
@@ -167,4 +211,9 @@ impl App {
         let tour = self.course.tour.filter(|_| self.is_live());
         tour.map(|tour| tour.page(&run()))
     }
+}
+
+/// In place of a sentence about the parts of an age.
+fn covered_parts() -> PushSentence {
+    PushSentence(vec![COVERED_PARTS.to_owned()])
 }

@@ -133,8 +133,10 @@ impl App {
 
     /// Shows `run`; what the lab adds is empty.
     fn of(run: ShownRun, setup: SessionSetup) -> Self {
+        let mut shown = Shown::new(run);
+        shown.sampler.hides_limits = setup.hides_limits;
         Self {
-            shown: Shown::new(run),
+            shown,
             beneath: None,
             executing: None,
             prompt: Prompt::default(),
@@ -190,6 +192,7 @@ impl App {
         Some(LabOutcome {
             ended,
             change,
+            covered: self.course.covered,
             recorded: self.recordings.recorded,
             unrecorded: self.recordings.unrecorded,
         })
@@ -203,6 +206,8 @@ pub struct LabOutcome {
     pub ended: Result<SessionResult, ScreenError>,
     /// What the last session changed, if it was a branch.
     pub change: Option<String>,
+    /// Whether an exercise asks for the cause that the summary would name.
+    pub covered: bool,
     /// Complete recordings.
     pub recorded: Vec<FinishedRecording>,
     /// The first recording that ended early.
@@ -260,6 +265,7 @@ impl App {
 
     /// Adds a frame of what is shown; returns whether it is a new one.
     fn add_frame(&mut self) -> bool {
+        self.shown.sampler.hides_limits = self.setup.hides_limits;
         let (mut frame, rows) = self.shown.frame();
         if self.is_live() {
             self.follow_rescue(&rows, &mut frame);
@@ -273,7 +279,8 @@ impl App {
     pub fn screen(&self) -> Option<ScreenState<'_>> {
         let (shown, system) = (&self.shown, self.system());
         let (frame, now) = (shown.frames.shown()?, shown.now()?);
-        let events = shown.events.iter().filter(|event| event.at <= now);
+        let events = shown.events.iter();
+        let events = events.filter(|event| event.at <= now && self.may_show(event));
         let events: Vec<Event> = events.cloned().collect();
         let playback = match &shown.run {
             ShownRun::Recorded(playback) => Some(&**playback),
@@ -286,7 +293,7 @@ impl App {
             system,
             frame,
             trace: trace.map(|trace| SignalTrace { safe, ..trace }),
-            timeline: shown.timeline(now),
+            timeline: self.cover_timeline(shown.timeline(now)),
             overlap: playback.and_then(|playback| playback.overlap()),
             knob_focus: shown.knob_focus.clone(),
             events,

@@ -9,7 +9,7 @@ mod plan;
 mod rules;
 mod trial;
 
-use ratelab::{Knob, KnobKind, Time};
+use ratelab::{Knob, KnobKind, Time, TimedKnob};
 use ratelab_account::{LATELY, Lineage, Snapshot};
 use ratelab_study::system::{Alias, Setup, System, acting, names};
 
@@ -25,14 +25,16 @@ use super::{
     timeline::upstream,
 };
 
-/// A lost run.
+/// A run that is lost, or may be lost soon.
 pub struct Facts<'a> {
     /// Its system.
     pub system: &'a dyn System,
     /// Its knobs in force.
     pub setup: &'a Setup,
-    /// Those of its knobs that were turned since its start.
-    pub turned: &'a Setup,
+    /// The knobs that were turned since its start, in order.
+    pub commands: &'a [TimedKnob],
+    /// Whether it is lost.
+    pub lost: bool,
     /// Its graph and counters.
     pub graph: &'a Snapshot,
     /// The chains behind its actions.
@@ -62,6 +64,12 @@ impl Facts<'_> {
         let acts = acts.filter(|_| self.system.lost_anyway(self.setup).is_none());
         let causes = acts.map_or_else(Vec::new, |acts| self.causes(acts));
         causes.into_iter().map(|(_, cure)| cure).collect()
+    }
+
+    /// The knobs that were turned since the start, as far as they are in force.
+    pub fn turned(&self) -> Setup {
+        let knobs = self.commands.iter();
+        knobs.map(|timed| timed.knob.clone()).collect()
     }
 
     /// What the nodes are asked for beyond their time, with the knobs in force and one `more`.
@@ -157,9 +165,11 @@ impl Facts<'_> {
     fn fresh(&self) -> Option<String> {
         let age = self.age?;
         let limit = age.limit()?;
-        let fresh = age.strain() == Strain::Borne && age.greatest < limit;
-        let (mean, limit) = (number(age.mean), age.limit_text(number)?);
-        fresh.then(|| format!("age is not to blame ({mean} ms of {limit})"))
+        let fresh = age.true_strain() == Strain::Borne && age.greatest < limit;
+        let mean = number(age.mean);
+        let limit = age.limit_text(number);
+        let of = limit.map_or_else(String::new, |limit| format!(" of {limit}"));
+        fresh.then(|| format!("age is not to blame ({mean} ms{of})"))
     }
 
     /// States that the message in force, such as a policy, does not hold the system.

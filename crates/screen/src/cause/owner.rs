@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ratelab::{Head, Knob, Time};
+use ratelab::{Head, Knob, KnobKind, Time, TimedKnob};
 use ratelab_account::{AgeStage, NodeAccount, TracedTick};
 use ratelab_study::experiment::mean_parts;
 
@@ -177,6 +177,15 @@ impl Facts<'_> {
         } else {
             period
         }
+    }
+
+    /// When the rate of a node was set, if that was within the stretch.
+    pub fn rate_changed(&self, node: usize) -> Option<Time> {
+        let name = &*self.graph.nodes[node].name;
+        let of_node =
+            |timed: &&TimedKnob| timed.knob.kind() == KnobKind::Rate && timed.knob.target() == name;
+        let last = self.commands.iter().rev().find(of_node);
+        last.map(|timed| timed.at).filter(|at| *at > self.late.0)
     }
 
     /// The recent ticks of a node.

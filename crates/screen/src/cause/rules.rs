@@ -128,10 +128,24 @@ impl AgeReason {
 
 fn slow_pace(facts: &Facts<'_>, owner: Owner) -> String {
     let (name, node) = (facts.name(owner), owner.place);
-    let every = match facts.graph.nodes[node].overruns {
-        0 => facts.pace(node),
-        _ => facts.interval(node),
+    let (period, changed) = (
+        facts.graph.nodes[node].hz.period(),
+        facts.rate_changed(node),
+    );
+    let every = match (changed, facts.graph.nodes[node].overruns) {
+        // A mean over the change would be a rate that never was.
+        (Some(_), _) => period,
+        (None, 0) => facts.pace(node),
+        (None, _) => facts.interval(node),
     };
+    let since = changed.map_or_else(String::new, |at| {
+        let only = if facts.pace(node) > period {
+            "only "
+        } else {
+            ""
+        };
+        format!(", {only}since {at}")
+    });
     let mut topics = facts.graph.topics.iter();
     let mut read = topics.clone().flat_map(|topic| &topic.readers);
     let output = topics.find(|topic| topic.publishers.contains(&node) && !topic.readers.is_empty());
@@ -145,7 +159,7 @@ fn slow_pace(facts: &Facts<'_>, owner: Owner) -> String {
             format!("at the {name}: it looks {times} times a second")
         }
     };
-    format!("the age arose {arose}")
+    format!("the age arose {arose}{since}")
 }
 
 fn long_ticks(facts: &Facts<'_>, owner: Owner) -> String {
@@ -279,7 +293,7 @@ impl Facts<'_> {
 
     /// Whether `knob` was turned since the start, and is in force.
     pub(super) fn was_turned(&self, knob: &Knob) -> bool {
-        self.turned.iter().any(|turned| turned == knob)
+        self.turned().iter().any(|turned| turned == knob)
     }
 
     /// The stage in which the age arose, and its cure, which has index `place` among those
@@ -297,7 +311,10 @@ impl Facts<'_> {
                 Some(advice) => advice,
                 None => return arose,
             },
-            (_, Some(cure)) if self.was_turned(&cure) => format!("{cure} came too late"),
+            (_, Some(cure)) if self.was_turned(&cure) => match self.lost {
+                true => format!("{cure} came too late"),
+                false => format!("{cure} is in force now"),
+            },
             (_, Some(cure)) => effect(&self.typed(&cure), tried, place),
             (AgeReason::Cost, None) => "try a faster one".to_owned(),
             (_, None) => return arose,
@@ -322,14 +339,16 @@ impl Facts<'_> {
     ) -> Option<String> {
         let name = self.name(owner);
         let (setting, key) = rate_setting(self.system, name);
-        let mut turned = self.turned.iter();
+        let turned = self.turned();
+        let mut turned = turned.iter();
         let raised = turned.any(|knob| knob.kind() == KnobKind::Rate && knob.target() == name)
             && self.pace(owner.place) > self.graph.nodes[owner.place].hz.period();
         Some(match (key, cure) {
             _ if !self.has_time(owner.place) => {
                 "There is no time for a higher rate: lower the load first".to_owned()
             }
-            _ if raised => format!("{setting} was raised too late"),
+            _ if raised && self.lost => format!("{setting} was raised too late"),
+            _ if raised => format!("{setting} was raised: the age falls now"),
             (Some(key), _) if self.live => format!("{key} raises {setting}"),
             (Some(_), _) => format!("raise {setting}"),
             (None, cure) => effect(&self.typed(&cure?), tried, place),

@@ -72,7 +72,7 @@ fn lost(config: &Config) -> (Summary, Vec<String>, Vec<String>) {
 
 /// The lines about a loss at the moment of `graph`, and its owners, such as `Rate policy`.
 fn cause(graph: &Snapshot, lineage: &Lineage, setup: &Setup) -> (Vec<String>, Vec<String>) {
-    with_facts(graph, lineage, (setup, &Setup::default()), |facts| {
+    with_facts(graph, lineage, (setup, &[]), |facts| {
         let acts = acting(facts.system, lineage.topology());
         let acts = acts.filter(|_| facts.system.lost_anyway(setup).is_none());
         let owners = acts.map(|acts| facts.main_owners(acts)).unwrap_or_default();
@@ -86,7 +86,7 @@ fn cause(graph: &Snapshot, lineage: &Lineage, setup: &Setup) -> (Vec<String>, Ve
 fn with_facts<R>(
     graph: &Snapshot,
     lineage: &Lineage,
-    (setup, turned): (&Setup, &Setup),
+    (setup, commands): (&Setup, &[TimedKnob]),
     read: impl FnOnce(Facts<'_>) -> R,
 ) -> R {
     let system = CartPole::default();
@@ -95,7 +95,8 @@ fn with_facts<R>(
     read(Facts {
         system: &system,
         setup,
-        turned,
+        commands,
+        lost: true,
         graph,
         lineage,
         age: age(lineage, acts, late, system.age_limits(setup)),
@@ -180,6 +181,7 @@ fn age(
         stretch: (from, to),
         predicted: None,
         limits,
+        hidden: false,
     })
 }
 
@@ -398,12 +400,34 @@ fn a_knob_that_was_turned_too_late_is_no_advice() {
         }];
         let played = Played::of(&config);
         assert!(played.summary.verdict.is_lost(), "{setup}");
-        let turned: Setup = [knob(&later)].into_iter().collect();
-        let knobs = (&played.setup(), &turned);
+        let knobs = (&played.setup(), &config.knobs[..]);
         let lines = with_facts(&played.graph, &played.lineage, knobs, |facts| {
             facts.cause(None)
         });
         assert!(lines[0].ends_with(&cure), "{setup}: {lines:?}");
+    }
+}
+
+#[test]
+fn a_rate_that_came_back_in_time_is_told_as_it_is_now_and_not_as_too_late() {
+    for [run, said] in rows(
+        "until 2.42; 1.4 rate policy 5; 2.4 rate policy 50 | on /action: the policy decides every \
+             20 ms, only since 2.400 s. control-hz was raised: the age falls now
+         until 1.9; 1.4 rate policy 5 | on /action: the policy decides every 200 ms, since 1.400 s. \
+             raise control-hz",
+    ) {
+        let config = config(&run);
+        let played = Played::of(&config);
+        assert!(!played.summary.verdict.is_lost(), "{run}");
+        let knobs = (&played.setup(), &config.knobs[..]);
+        let lines = with_facts(&played.graph, &played.lineage, knobs, |facts| {
+            let facts = Facts {
+                lost: false,
+                ..facts
+            };
+            facts.cause(None)
+        });
+        assert_eq!(lines[0], format!("the age arose {said}"), "{run}");
     }
 }
 
@@ -414,7 +438,7 @@ fn proven(setup: &str) -> Vec<String> {
     assert!(played.summary.verdict.is_lost(), "{setup}");
     let system: Arc<dyn System> = Arc::new(CartPole::default());
     let trial = Trial::new(system, &config, config.setup.clone(), played.graph.now);
-    let knobs = (&config.setup, &Setup::default());
+    let knobs = (&config.setup, &[][..]);
     with_facts(&played.graph, &played.lineage, knobs, |facts| {
         let facts = Facts {
             live: true,

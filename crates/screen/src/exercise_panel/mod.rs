@@ -19,6 +19,7 @@ use super::{
 /// The keys of the panel, for the bottom line.
 const HINTS: &[(&str, &str)] = &[
     ("Enter", "go on"),
+    ("Tab", "hint"),
     ("↑ ↓ PgUp PgDn", "move"),
     ("Esc", "back"),
     ("Ctrl-C", "quit"),
@@ -44,6 +45,8 @@ enum PanelPage {
     Question {
         typed: String,
         refused: Option<String>,
+        /// Whether the hint is shown.
+        hinted: bool,
     },
     /// Waiting for the measurement.
     Measuring {
@@ -81,7 +84,7 @@ impl ExercisePanel {
             }
         };
         Self {
-            at: first_open(&answers, 0),
+            at: exercises::next(&answers).map_or(0, index),
             file,
             answers,
             seed,
@@ -97,12 +100,20 @@ impl ExercisePanel {
             Ok((false, text)) => format!("✖ {text}"),
             Err(error) => error.to_string(),
         };
-        let text = format!("{text}\n\nEnter begins another try.");
+        let text = format!(
+            "{text}\n\nEnter begins another try. Esc goes back to the graph: that run is no try any \
+             more."
+        );
         Self {
             at: 0,
             page: text_page("5 Rescue it", text, true),
             ..Self::new(file, seed)
         }
+    }
+
+    /// Whether the learner has predicted the limits of the push age.
+    pub fn has_found_limits(&self) -> bool {
+        exercises::has_found_limits(&self.answers)
     }
 
     /// The question that is asked, or marked in the list.
@@ -125,10 +136,26 @@ impl ExercisePanel {
         if findings.is_coming() {
             return false;
         }
-        self.page = reveal(exercise, prediction, findings.newest());
-        self.at = first_open(&self.answers, self.at);
+        let (found, seed) = (findings.newest(), prediction.seed());
+        let page = reveal(exercise, prediction, found);
+        if let Some(Ok(findings)) = found
+            && self.answers.judge(exercise.brief(), findings, seed)
+        {
+            // A failure is ignored: the prediction itself is in the file.
+            let _ = self.answers.save(&self.file);
+        }
+        self.page = page;
+        self.at = self.after(exercise);
         self.scroll = 0;
         true
+    }
+
+    /// The place of the question after `exercise`: the next one of its own, or the next of all.
+    fn after(&self, exercise: &Exercise) -> usize {
+        let mut parts = exercises::parts(exercise.brief().number);
+        let open = parts.find(|part| self.answers.get(part.brief()).is_none());
+        open.or(exercises::next(&self.answers))
+            .map_or(self.at, index)
     }
 
     /// Handles a key.
@@ -162,6 +189,7 @@ impl ExercisePanel {
                 let index = numbers.position(|of| Some(of) == number);
                 self.at = index.unwrap_or(self.at);
             }
+            (PanelPage::Question { hinted, .. }, KeyCode::Tab) => *hinted = true,
             (PanelPage::Question { typed, .. }, KeyCode::Char(letter)) => typed.push(letter),
             (PanelPage::Question { typed, .. }, KeyCode::Backspace) => drop(typed.pop()),
             _ => {}
@@ -178,7 +206,7 @@ impl ExercisePanel {
             {
                 return PanelAction::Watch(Box::new(scene));
             }
-            PanelPage::Question { typed, refused } => {
+            PanelPage::Question { typed, refused, .. } => {
                 match Prediction::read(typed, exercise.brief()) {
                     Ok(prediction) => return self.predict(prediction),
                     Err(error) => *refused = Some(error.to_string()),
@@ -211,6 +239,7 @@ impl ExercisePanel {
             (None, None) => PanelPage::Question {
                 typed: String::new(),
                 refused: None,
+                hinted: false,
             },
         };
     }
@@ -255,10 +284,17 @@ impl ExercisePanel {
                 ..Page::text(
                     "exercises",
                     self.list(),
-                    "↑ ↓ choose  Enter open  Esc back to the graph",
+                    "● path of an hour  ↑ ↓ choose  Enter open  Esc back to the graph",
                 )
             },
-            PanelPage::Question { typed, refused } => self.question(typed, refused.as_deref()),
+            PanelPage::Question {
+                typed,
+                refused,
+                hinted,
+            } => {
+                let hint = hinted.then(|| format!("Hint: {}", self.exercise().brief().hint));
+                self.question(typed, refused.clone().or(hint))
+            }
             PanelPage::Measuring { .. } => {
                 let title = &*self.exercise().brief().title;
                 Page::text(title, "measuring …".to_owned(), "Esc back")
@@ -272,21 +308,22 @@ impl ExercisePanel {
         }
     }
 
-    fn question(&self, typed: &str, refused: Option<&str>) -> Page {
+    /// The question, below what is `said` of the last key.
+    fn question(&self, typed: &str, said: Option<String>) -> Page {
         let exercise = self.exercise();
         let brief = exercise.brief();
         let (asked, objective) = (brief.asked(), &brief.objective);
-        // After an answer that is none, the error and the question come first, so that a
-        // small screen shows them.
-        let text = match refused {
-            Some(why) => format!("{why}\n\n{asked}\n\n{objective}"),
+        // After an answer that is none, or a request for the hint, that and the question come
+        // first, so that a small screen shows them.
+        let text = match said {
+            Some(said) => format!("{said}\n\n{asked}\n\n{objective}"),
             None => format!("{objective}\n\n{asked}"),
         };
         let scene = exercise.scene(self.seed).is_ok_and(|scene| scene.is_some());
         let hint = match (scene, &brief.choices[..]) {
-            (true, _) => "Enter shows the graph; an answer and why, Enter  Esc back",
-            (false, []) => "a number and why, then Enter  Esc back",
-            (false, _) => "an answer and why, then Enter  Esc back",
+            (true, _) => "Enter shows the graph; an answer and why, Enter  Tab hint  Esc back",
+            (false, []) => "a number and why, then Enter  Tab hint  Esc back",
+            (false, _) => "an answer and why, then Enter  Tab hint  Esc back",
         };
         Page {
             typed: Some(typed.to_owned()),
@@ -295,12 +332,16 @@ impl ExercisePanel {
     }
 
     fn list(&self) -> String {
+        let next = exercises::next(&self.answers).map(index);
         let lines = questions().enumerate().map(|(index, exercise)| {
             let brief = exercise.brief();
             let mark = if index == self.at { "▶" } else { " " };
-            let done = self.answers.predicted(brief).unwrap_or_default();
+            let path = if brief.path { "●" } else { " " };
+            let open = if Some(index) == next { "next" } else { "" };
+            let done = self.answers.predicted(brief);
+            let done = done.as_deref().unwrap_or(open);
             let (number, title) = (brief.label(), &brief.title);
-            let line = format!("{mark} {number} {title} ({})  {done}", brief.kind);
+            let line = format!("{mark} {path} {number:<3} {title:<36}  {done}");
             line.trim_end().to_owned()
         });
         lines.collect::<Vec<_>>().join("\n")
@@ -312,13 +353,6 @@ fn index(exercise: &Exercise) -> usize {
     let name = &exercise.brief().name;
     let index = questions().position(|other| other.brief().name == *name);
     index.unwrap_or_default()
-}
-
-/// The first question without an answer, from number `from` on; that number if all have one.
-fn first_open(answers: &Answers, from: usize) -> usize {
-    let mut rest = questions().skip(from);
-    let open = rest.position(|exercise| answers.get(exercise.brief()).is_none());
-    from + open.unwrap_or_default()
 }
 
 fn text_page(title: impl Into<String>, text: String, by_hand: bool) -> PanelPage {
@@ -354,7 +388,7 @@ fn reveal(
         Some(Ok(findings)) => {
             // First, so that a small screen shows it.
             let outcome = findings.outcome(brief, prediction);
-            let (table, meaning) = (&findings.table, &findings.meaning);
+            let (table, meaning) = (findings.drawn(brief, prediction), &findings.meaning);
             format!("{outcome}\n\n{table}\n{meaning}{hand}")
         }
         Some(Err(failure)) => failure.to_string(),

@@ -61,6 +61,8 @@ pub struct Sampler {
     pub plans: Plans,
     /// The age limits with the setup in force.
     limits: Asked<Setup, AgeLimits>,
+    /// Whether the screen hides them.
+    pub hides_limits: bool,
     /// Run time (s) and value of the signal.
     points: VecDeque<(f64, f64)>,
     /// The previous run.
@@ -81,7 +83,7 @@ impl Sampler {
         let graph = self.take(session, rows);
         let (session, now): (&dyn RunSource, _) = (session, graph.now);
         let (system, config) = (session.system(), session.config());
-        let (turned, setup, hangs) = self.knobs(config);
+        let (setup, hangs) = self.knobs(config);
         let age = self.age(session, &graph, &setup);
         let planning = system.about().planning;
         let plan = planning.and_then(|planning| self.plans.at(&planning, now));
@@ -94,7 +96,9 @@ impl Sampler {
             facts: Facts {
                 system,
                 setup: &setup,
-                turned: &turned,
+                commands: &self.turned,
+                lost: self.lost.is_some()
+                    || session.summary().is_some_and(|run| run.verdict.is_lost()),
                 graph: &graph,
                 lineage,
                 age,
@@ -201,8 +205,8 @@ impl Sampler {
             },
             // They are for what no plan predicted, and this is all of the age.
             limits: match self.plans.predicted((now - LATELY, now)) {
-                Some(Duration::ZERO) | None => self.limits(),
-                Some(_) => AgeLimits::default(),
+                Some(Duration::ZERO) | None if !self.hides_limits => self.limits(),
+                _ => AgeLimits::default(),
             },
             safe: None,
             marks: marks(system, events, begin),
@@ -210,14 +214,13 @@ impl Sampler {
         })
     }
 
-    /// The knobs turned since the start of a run of `config`, all in force, and its hangs.
-    fn knobs(&self, config: &Config) -> (Setup, Setup, Vec<Hang>) {
-        let turned: Setup = self.turned.iter().map(|timed| timed.knob.clone()).collect();
+    /// The knobs in force in a run of `config`, and its hangs.
+    fn knobs(&self, config: &Config) -> (Setup, Vec<Hang>) {
         let mut setup = config.setup.clone();
-        setup.extend(turned.iter().cloned());
+        setup.extend(self.turned.iter().map(|timed| timed.knob.clone()));
         let mut hangs = Hang::at_the_start(&config.setup);
         hangs.extend(self.turned.iter().filter_map(Hang::of));
-        (turned, setup, hangs)
+        (setup, hangs)
     }
 
     /// The recent push age and its limits.
@@ -235,6 +238,7 @@ impl Sampler {
         Some(AgeData {
             limits: self.limits(),
             predicted: self.plans.predicted(recent.stretch),
+            hidden: self.hides_limits,
             ..recent
         })
     }

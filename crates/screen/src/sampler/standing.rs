@@ -133,8 +133,8 @@ impl RunMoment<'_> {
         }
         let mut why = self.facts.overloads(None);
         why.extend(self.living());
-        let mut turned = self.facts.turned.iter();
-        let turned = turned.any(|knob| knob.kind() == KnobKind::Rate);
+        let mut turned = self.facts.commands.iter();
+        let turned = turned.any(|timed| timed.knob.kind() == KnobKind::Rate);
         let cure = if self.facts.live {
             "; r: a clean run"
         } else {

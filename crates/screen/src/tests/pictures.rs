@@ -20,7 +20,7 @@ fn the_moving_picture_in_the_manual_is_the_recording_as_it_is_drawn() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../recordings/fall-5hz.rrd");
     let recording = Arc::new(Recording::read(file.as_ref()).expect("a recording"));
     let (size, span) = (Size::new(80, 24), (recording.until, 0.2));
-    let drawn = picture::moving(recording, &setup().system, span, size, &RICH);
+    let drawn = picture::moving(recording, setup(), span, size, &RICH);
     let drawn = drawn.expect("a picture");
     // The title of the graph is in the file once, the run time for each frame.
     assert_eq!(drawn.matches("y=\"123\">g<").count(), 1);

@@ -169,6 +169,7 @@ pub fn age(mean: u64, greatest: u64) -> AgeData {
             may_fall: Some(ms(74)),
             falls: Some(ms(90)),
         },
+        hidden: false,
     }
 }
 

@@ -99,9 +99,9 @@ pub const STEPS: [Step; 7] = [
         reached: |run| run.fell && run.same,
         ask: repeat,
         look: |_| {
-            "The pole fell at the same millisecond as before, and the screen compares the two \
-             runs: identical, bit for bit. Virtual time repeats everything, so two runs can be \
-             compared."
+            "The pole fell at the same millisecond, and the screen says: identical, bit for bit. So \
+             one thing can be changed: look back with , press B and type control-hz 50. The run \
+             is the same up to there, and then goes on at 50 Hz."
                 .to_owned()
         },
     },
@@ -122,16 +122,18 @@ pub const STEPS: [Step; 7] = [
         title: "a real clock",
         reached: |run| run.real && !run.over,
         ask: |run| match run.over {
-            true => "c hands a running graph to the clock on the wall, and this run is over: r \
-                     starts again, then c."
-                .to_owned(),
-            false => "This run is in virtual time. c hands the running graph to the clock on the \
-                      wall, where every node is a thread."
+            true => {
+                "c gives a running graph to the wall clock, and this run is over: r starts again, \
+                     then c."
+                    .to_owned()
+            }
+            false => "This run is in virtual time. c gives the running graph to the wall clock: \
+                      there every node is a thread."
                 .to_owned(),
         },
         look: |_| {
-            "Threads jitter: drops and latency change all the time, and no run is ever the same \
-             again. Same graph, other clock."
+            "The operating system decides which thread runs first: drops and latency change all the \
+             time, and no two runs are the same."
                 .to_owned()
         },
     },
@@ -141,7 +143,7 @@ pub const STEPS: [Step; 7] = [
         ask: |_| String::new(),
         look: |_| {
             "? shows all keys, i explains the pane in focus, e opens the exercises: predict, \
-             then see. G explains all words. q leaves. g closes this tour, and starts it again."
+             then see. q quits the lab. g opens this tour again once it is closed."
                 .to_owned()
         },
     },
@@ -168,8 +170,8 @@ fn slow_down(run: &Seen) -> String {
         return starts_again(run);
     }
     format!(
-        "The policy decides {} times a second: press [ until it is {SLOW}. The sensor still sends \
-         its readings. What happens to those that the policy has no time for?",
+        "The policy decides {} times a second: press [ until it is {SLOW}. The sensor sends as many \
+         readings as before. What happens to the readings that the policy has no time for?",
         run.hz
     )
 }
@@ -177,8 +179,8 @@ fn slow_down(run: &Seen) -> String {
 fn slowed(run: &Seen) -> String {
     let drops = match run.dropped {
         true => {
-            "The graph counts what /obs drops: readings that the policy never sees. Pushes rest \
-             on older readings now: line 2."
+            "The graph counts what /obs drops: readings that the policy never sees. Each push now \
+             uses an older reading: the push age above."
         }
         false => "The graph will count what /obs drops; nothing so far.",
     };
@@ -194,14 +196,14 @@ fn break_it(run: &Seen) -> String {
     }
     if run.next_hz > BROKEN {
         return format!(
-            "Now break it: b slows the policy down from {} to {BROKEN} Hz at once ([ does it step by \
-             step). Each push is then held for 200 ms, whatever the pole does.",
+            "Press b: from {} to {BROKEN} decisions a second at once. ([ does it step by step.) \
+             Each decision is then held for 200 ms, whatever the pole does.",
             run.next_hz
         );
     }
     format!(
-        "The policy decides {} times a second, whatever the pole does: wait for the fall, a few \
-         seconds as a rule.",
+        "The policy decides {} times a second, whatever the pole does. Wait for the fall: a few \
+         seconds.",
         run.hz
     )
 }
@@ -216,12 +218,14 @@ fn broken(run: &Seen) -> String {
 
 fn repeat(run: &Seen) -> String {
     match (run.over, run.real) {
-        (true, true) => "On the clock of the wall no two runs are the same: r starts again, then \
-                         c changes to virtual time."
-            .to_owned(),
-        (false, true) => "On the clock of the wall no two runs are the same: c changes to \
-                          virtual time."
-            .to_owned(),
+        (true, true) => {
+            "On the wall clock no two runs are the same: r starts again, then c changes \
+                         to virtual time."
+                .to_owned()
+        }
+        (false, true) => {
+            "On the wall clock no two runs are the same: c changes to virtual time.".to_owned()
+        }
         (true, false) => "r starts again: the same start, the same knobs. Press it, wait for the \
                           fall, and press it once more. When does the pole fall?"
             .to_owned(),

@@ -20,6 +20,9 @@ const BAR: (usize, usize) = (40, 8);
 /// Ratio of the whole bar to the last limit.
 const BEYOND: f64 = 4.0 / 3.0;
 
+/// The age of a whole bar whose limits are hidden.
+const UNLIMITED: Duration = Duration::from_millis(200);
+
 /// Width below which the bar needs the room of a word.
 const NARROW: usize = 60;
 
@@ -49,12 +52,18 @@ pub fn age_line(
     let free = room.saturating_sub(begin + BAR.1 + 3);
     let fits = !spent.is_empty() && width(&spent) + 2 <= free;
     let verdict = format!("{sign} {}", if fits { &spent } else { word });
+    let verdict = verdict.trim_start().to_owned();
     let wide = room.saturating_sub(begin + width(&verdict) + 3).min(BAR.0);
     let mut parts = vec![(number, theme.strong())];
-    match age.limit().filter(|_| wide >= BAR.1) {
-        None => parts.push((verdict.trim_start().to_owned(), style)),
-        Some(limit) => {
-            let scale = (wide as f64 / (limit.as_secs_f64() * BEYOND), wide);
+    let whole = if age.hidden {
+        Some(UNLIMITED)
+    } else {
+        age.limit().map(|limit| limit.mul_f64(BEYOND))
+    };
+    match whole.filter(|_| wide >= BAR.1) {
+        None => parts.push((verdict, style)),
+        Some(whole) => {
+            let scale = (wide as f64 / whole.as_secs_f64(), wide);
             let plain = style.remove_modifier(Modifier::REVERSED);
             let bar = bar(age.unpredicted(), mean, scale);
             let mut cells: Vec<(String, Style)> = bar
@@ -90,6 +99,7 @@ fn number(age: &AgeData, room: usize) -> String {
     };
     match age.limit_text(|limit| whole(limit).to_string()) {
         Some(limit) => format!("{name} {mean:>3} ms of {limit}"),
+        None if age.hidden => format!("{name} {mean:>3} ms of ?"),
         None => format!("{name} {mean:>3} ms"),
     }
 }
@@ -97,6 +107,7 @@ fn number(age: &AgeData, room: usize) -> String {
 fn verdict(strain: Strain, theme: &Theme) -> (&'static str, &'static str, Style) {
     match strain {
         Strain::Unknown => ("", "limit unknown", theme.faint()),
+        Strain::Hidden => ("", "the limit: exercise 6", theme.faint()),
         Strain::Borne => ("✓", "fresh enough", theme.good()),
         Strain::Swings => ("⚠", "swings", theme.alarm_line()),
         Strain::MayFall => ("⚠", "may fall", theme.alarm_line()),
@@ -108,7 +119,8 @@ fn verdict(strain: Strain, theme: &Theme) -> (&'static str, &'static str, Style)
 /// columns of both in a bar of this scale and width.
 fn ticks(age: &AgeData, (scale, wide): (f64, usize)) -> Vec<(usize, String)> {
     let limits = [age.limits.swings(), age.limits.may_fall, age.limits.falls];
-    let mut limits: Vec<Duration> = limits.into_iter().flatten().collect();
+    let limits = limits.into_iter().flatten().filter(|_| !age.hidden);
+    let mut limits: Vec<Duration> = limits.collect();
     limits.sort_unstable();
     let mut free = 1;
     let ticks = limits.into_iter().map(|limit| {
@@ -206,6 +218,19 @@ mod tests {
         let line = " push age  95 ms  limit unknown";
         assert_eq!(text(&buf), line);
         assert_eq!(styled(&buf, RICH.alarm_line()), "");
+    }
+
+    #[test]
+    fn a_hidden_limit_has_a_question_mark_and_no_age_warns_by_it() {
+        let hidden = [10, 80, 95].map(|mean| AgeData {
+            hidden: true,
+            ..sample::age(mean, mean)
+        });
+        let drawn = hidden.map(|age| shown(&age, 80, &RICH));
+        insta::assert_snapshot!(drawn.each_ref().map(text).join("\n"));
+        for buffer in &drawn {
+            assert_eq!(styled(buffer, RICH.alarm_line()), "");
+        }
     }
 
     #[test]

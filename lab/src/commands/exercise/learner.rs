@@ -30,6 +30,9 @@ pub fn learn(asked: &[Question], args: &ExerciseArgs, file: &Path) -> Result<(),
         file,
         args,
     };
+    if args.hint {
+        return learner.hint(asked);
+    }
     reopen(&mut learner.answers, learner.reopened);
     match (&args.predict, learner.open(asked)) {
         (Some(text), Some(next)) => learner.predict(next, text),
@@ -38,7 +41,8 @@ pub fn learn(asked: &[Question], args: &ExerciseArgs, file: &Path) -> Result<(),
     }?;
     let number = asked.first().map(|part| part.brief().number);
     let whole: Vec<Question> = number.into_iter().flat_map(exercises::parts).collect();
-    match number.and_then(|number| next_step(number, learner.open(&whole))) {
+    let next = learner.open(&whole).or(exercises::next(&learner.answers));
+    match number.and_then(|number| next_step(number, next)) {
         Some(next) => print_line(&format!("\n{next}")),
         None => Ok(()),
     }
@@ -82,6 +86,16 @@ impl Learner<'_> {
     fn open(&self, asked: &[Question]) -> Option<Question> {
         let is_open = |part: &Question| self.answers.get(part.brief()).is_none();
         asked.iter().copied().find(is_open)
+    }
+
+    /// Prints the hint for the first open one of `asked`, or else for the last one.
+    fn hint(&self, asked: &[Question]) -> Result<(), Error> {
+        let part = self.open(asked).or(asked.last().copied());
+        part.map_or(Ok(()), |part| {
+            let brief = part.brief();
+            let hint = format!("Hint for {}: {}", brief.label(), brief.hint);
+            print_line(&readable(&hint))
+        })
     }
 
     /// Shows the answered questions, and asks the others: a person all of them, each when the
@@ -134,7 +148,7 @@ impl Learner<'_> {
     }
 
     /// Shows an answered question and its result.
-    fn show(&self, part: Question) -> Result<(), Error> {
+    fn show(&mut self, part: Question) -> Result<(), Error> {
         if let Some(prediction) = self.answers.get(part.brief()) {
             self.check_same(part, prediction)?;
             self.introduce(part, prediction.seed())?;
@@ -220,14 +234,17 @@ impl Learner<'_> {
 
     /// Measures, and prints the figures beside the prediction, and the first one where it
     /// was made again.
-    fn reveal(&self, part: Question) -> Result<(), Error> {
+    fn reveal(&mut self, part: Question) -> Result<(), Error> {
         let brief = part.brief();
-        let Some(prediction) = self.answers.get(brief) else {
+        let Some(prediction) = self.answers.get(brief).cloned() else {
             return Ok(());
         };
         let findings = part.measure(prediction.seed())?;
-        print_line(&findings.table.to_string())?;
-        print_line(&readable(&findings.reconcile(brief, prediction)))?;
+        print_line(&findings.drawn(brief, &prediction))?;
+        print_line(&readable(&findings.reconcile(brief, &prediction)))?;
+        if self.answers.judge(brief, &findings, prediction.seed()) {
+            self.answers.save(self.file)?;
+        }
         let redone = self.answers.redone(brief);
         match redone.and_then(|_| self.answers.first(brief)) {
             Some(first) => print_line(&readable(&format!(
@@ -297,19 +314,22 @@ fn ask(brief: &Brief) -> Result<Prediction, Error> {
     }
 }
 
-/// The next step after exercise `number`: its next question, or the next exercise.
-fn next_step(number: u32, open: Option<Question>) -> Option<String> {
+/// The next step after exercise `number`, with the `next` question: what is left of the path of an
+/// hour comes first.
+fn next_step(number: u32, next: Option<Question>) -> Option<String> {
     if number == RESCUE {
         let how = "Now by hand: ratelab --speed 0.2 --record rescue.rrd, and then\n\
                    ratelab exercise 5 --session rescue.rrd";
         return Some(how.to_owned());
     }
-    let (label, title) = match open.map(Exercise::brief) {
-        Some(open) => (open.label(), &open.title),
-        None => {
-            let next = exercises::find(number + 1)?.brief();
-            (next.number.to_string(), &next.title)
-        }
+    let next = next?.brief();
+    let what = match next.path || next.number == number {
+        true => "Next",
+        false => "The path of an hour is done. More",
     };
-    Some(format!("Next: ratelab exercise {label} ({title})"))
+    Some(format!(
+        "{what}: ratelab exercise {} ({})",
+        next.label(),
+        next.title
+    ))
 }

@@ -46,6 +46,7 @@ fn check_options(args: &ExerciseArgs) -> Result<(), Error> {
         _ if args.predict.is_some() => Some("--predict"),
         _ if args.session.is_some() => Some("--session"),
         _ if args.redo => Some("--redo"),
+        _ if args.hint => Some("--hint"),
         _ if args.seed.is_some() => Some("--seed"),
         _ => None,
     };
@@ -66,17 +67,36 @@ fn find(Label(label): &Label) -> Result<Vec<&'static Exercise>, Error> {
     }
 }
 
+/// Width of a title in the list.
+const TITLE: usize = 36;
+
 fn list(answers: &Answers, file: &Path) -> String {
+    let next = exercises::next(answers).map(|next| next.brief());
     let lines = questions().map(|exercise| {
         let brief = exercise.brief();
-        let done = answers.predicted(brief);
-        let kind = done.unwrap_or_else(|| brief.kind.clone());
-        format!("{:<3} {:<38} {kind}\n", brief.label(), brief.title)
+        let mark = if brief.path { "●" } else { " " };
+        let is_next = next.is_some_and(|next| next.name == brief.name);
+        let kind = format!("{}{}", if is_next { "next: " } else { "" }, brief.kind);
+        let state = answers.predicted(brief).unwrap_or(kind);
+        format!(
+            "{mark} {:<3} {:<TITLE$} {state}\n",
+            brief.label(),
+            brief.title
+        )
     });
     let lines: String = lines.collect();
+    let go_on = next.map_or_else(
+        || "All are done.".to_owned(),
+        |next| {
+            format!(
+                "ratelab exercise {} goes on: it asks what you expect, then measures.",
+                next.label()
+            )
+        },
+    );
     format!(
-        "{lines}\nratelab exercise 1 begins with the first: it asks what you expect, then \
-         measures.\nPredictions are kept in {}.",
+        "{lines}\n● the path of an hour; the others are more. ✓ ✖ your first prediction was right, \
+         wrong.\n{go_on}\nPredictions are kept in {}.",
         shown(file)
     )
 }
