@@ -20,6 +20,8 @@ const SIZES: [(u16, u16); 2] = [(80, 24), (120, 35)];
 /// part of the text, and why it may stand there.
 const INCIDENTAL: &[(&str, &str, &str)] = &[
     ("6a", "comes after 90 ms", "a hint of 8a"),
+    ("6a", "up to 80 ms old", "the median latency at 5 Hz"),
+    ("6b", "up to 80 ms old", "the median latency at 5 Hz"),
     (
         "6b",
         "by 70 ms on average",
@@ -182,7 +184,8 @@ fn what_may_stand_there_does_and_an_answer_would_be_found() {
         shown.contains(&format!("of {of}")) && shown.contains('┊'),
         "{of}"
     );
-    let pages = pages(&mut app);
+    let (mut broken, _folder) = lab(&config("control-hz 5"), true);
+    let pages = pages(&mut app) + &panes(&mut broken);
     let pages = pages.split_whitespace().collect::<Vec<_>>().join(" ");
     for (label, part, why) in INCIDENTAL {
         assert!(pages.contains(part), "{label}: {part:?} ({why})");
