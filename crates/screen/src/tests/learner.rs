@@ -207,12 +207,14 @@ fn the_limits_are_shown_once_they_are_predicted_or_asked_for() {
     then(&mut app, "a", &["of ?"]);
     // As if the others had been predicted in a shell.
     let file = folder.path().join("answers.toml");
-    let mut answers = Answers::load(&file).expect("no file");
-    for label in ["6a", "6b", "6c", "6d", "7a"] {
-        let prediction = Prediction::new(1.0, "of it").expect("finite");
-        answers.set(exercises::named(label)[0].brief(), prediction);
-    }
-    answers.save(&file).expect("saved");
+    let others = ["6a", "6b", "6c", "6d", "7a"];
+    let predicted = Answers::change(&file, |answers| {
+        for label in others {
+            let prediction = Prediction::new(1.0, "of it").expect("finite");
+            answers.set(exercises::named(label)[0].brief(), prediction);
+        }
+    });
+    predicted.expect("saved");
     then(&mut app, "e", &["of ?"]);
     let before: Vec<String> = questions()
         .map(|question| question.brief().label())

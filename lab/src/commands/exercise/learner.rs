@@ -243,7 +243,10 @@ impl Learner<'_> {
         print_line(&findings.drawn(brief, &prediction))?;
         print_line(&readable(&findings.reconcile(brief, &prediction)))?;
         if self.answers.judge(brief, &findings, prediction.seed()) {
-            self.answers.save(self.file)?;
+            let seed = prediction.seed();
+            Answers::change(self.file, |answers| {
+                answers.judge(brief, &findings, seed);
+            })?;
         }
         let redone = self.answers.redone(brief);
         match redone.and_then(|_| self.answers.first(brief)) {
