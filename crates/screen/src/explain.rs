@@ -1,7 +1,7 @@
 //! The meaning of a pane, in three sentences with current figures.
 
 use super::{
-    age::Strain,
+    age::{AgeData, Strain},
     frame::{FrameData, NodeData, TopicData},
     millis::ms,
     panes::Pane,
@@ -90,38 +90,41 @@ fn plant(frame: &FrameData) -> [String; 3] {
     ]
 }
 
+/// The age of the last second beside the limit of the loop.
+fn lately(age: AgeData) -> String {
+    let limit = match age.limit() {
+        _ if age.hidden => {
+            "The limit is for you to find in exercises 6 and 7; a shows it".to_owned()
+        }
+        None => "The limit of this loop is unknown".to_owned(),
+        Some(limit) => match (age.limits.falls, age.limits.may_fall) {
+            (Some(_), Some(from)) => format!(
+                "This loop survives {} if the age is steady, {} if it varies",
+                ms(limit),
+                ms(from)
+            ),
+            (Some(_), None) => format!("This loop survives {}", ms(limit)),
+            (None, _) => format!(
+                "From {} on small errors grow in this loop; where a run is lost is unknown",
+                ms(limit)
+            ),
+        },
+    };
+    let verdict = match age.strain() {
+        Strain::Unknown | Strain::Hidden | Strain::Borne => "",
+        Strain::Swings => ". So it swings",
+        Strain::MayFall => ". So it may fall",
+        Strain::Falls => ". So it falls",
+    };
+    format!(
+        " In the last second it was {} on average. {limit}{verdict}.",
+        ms(age.mean)
+    )
+}
+
 fn over_time(about: Explained<'_>, frame: &FrameData) -> [String; 3] {
     let signal = about.signal.unwrap_or("signal");
-    let age = frame.age.map_or_else(String::new, |age| {
-        let limit = match age.limit() {
-            _ if age.hidden => {
-                "The limit is for you to find in exercises 6 and 7; a shows it".to_owned()
-            }
-            None => "The limit of this loop is unknown".to_owned(),
-            Some(limit) => match (age.limits.falls, age.limits.may_fall) {
-                (Some(_), Some(from)) => format!(
-                    "This loop survives {} if the age is steady, {} if it varies",
-                    ms(limit),
-                    ms(from)
-                ),
-                (Some(_), None) => format!("This loop survives {}", ms(limit)),
-                (None, _) => format!(
-                    "From {} on small errors grow in this loop; where a run is lost is unknown",
-                    ms(limit)
-                ),
-            },
-        };
-        let verdict = match age.strain() {
-            Strain::Unknown | Strain::Hidden | Strain::Borne => "",
-            Strain::Swings => ". So it swings",
-            Strain::MayFall => ". So it may fall",
-            Strain::Falls => ". So it falls",
-        };
-        format!(
-            " In the last second it was {} on average. {limit}{verdict}.",
-            ms(age.mean)
-        )
-    });
+    let age = frame.age.map_or_else(String::new, lately);
     let parts = frame.push.as_ref().map_or_else(String::new, |push| {
         format!(" Now {}.", push.sentence.whole())
     });
