@@ -31,9 +31,9 @@ const MOMENTS: &[Moment] = &[
     ("", &["identical to the last run, bit for bit", "readings were dropped"], None),
     // Step 5.
     ("]]]]]]]]r", &["● 20 Hz", "BALANCED so far"], None),
-    ("e", &["1 The control-rate cliff"], None),
+    ("e", &["● The control-rate cliff"], None),
     // Back to the graph.
-    ("\u{1b}", &["BALANCED so far"], Some("1 The control-rate cliff")),
+    ("\u{1b}", &["BALANCED so far"], Some("● The control-rate cliff")),
     // Step 6.
     (">>>>>>", &["depth 100"], None),
     ("[[[[[[[[", &["● 5 Hz"], None),

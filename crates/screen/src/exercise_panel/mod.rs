@@ -343,7 +343,7 @@ impl ExercisePanel {
             let done = self.answers.predicted(brief);
             let done = done.as_deref().unwrap_or(open);
             let (number, title) = (brief.label(), &brief.title);
-            let line = format!("{mark} {path} {number:<3} {title:<36}  {done}");
+            let line = format!("{mark} {number:<3} {path} {title:<36}  {done}");
             line.trim_end().to_owned()
         });
         lines.collect::<Vec<_>>().join("\n")

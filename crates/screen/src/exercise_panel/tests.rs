@@ -18,9 +18,7 @@ fn marked(panel: &ExercisePanel) -> String {
     let text = panel.page().text;
     let mut lines = text.lines();
     let line = lines.find_map(|line| line.strip_prefix("▶ "));
-    line.expect("a mark")
-        .trim_start_matches(['●', ' '])
-        .to_owned()
+    line.expect("a mark").to_owned()
 }
 
 /// A panel without answers, and the folder of its file.

@@ -79,7 +79,7 @@ fn list(answers: &Answers, file: &Path) -> String {
         let kind = format!("{}{}", if is_next { "next: " } else { "" }, brief.kind);
         let state = answers.predicted(brief).unwrap_or(kind);
         format!(
-            "{mark} {:<3} {:<TITLE$} {state}\n",
+            "{:<3} {mark} {:<TITLE$} {state}\n",
             brief.label(),
             brief.title
         )
