@@ -286,7 +286,7 @@ impl ExercisePanel {
                 ..Page::text(
                     "exercises",
                     self.list(),
-                    "● path of an hour  ↑ ↓ choose  Enter open  Esc back to the graph",
+                    "● path of an hour  ↑ ↓ choose  Enter open  Esc the graph",
                 )
             },
             PanelPage::Question {
