@@ -42,7 +42,7 @@ pub struct PictureArgs {
     pub ascii: bool,
 
     /// Show the limits of the push age, which the course hides until a learner has
-    /// found them.
+    /// predicted them.
     #[arg(long, help_heading = heading::SCREEN)]
     pub limits: bool,
 

@@ -122,7 +122,7 @@ pub struct ExportWebArgs {
     #[arg(short, long, value_name = "FILE", default_value = "runs.html")]
     pub output: PathBuf,
 
-    /// Draw the limits of the push age too, which exercises 6 and 7 ask for.
+    /// Draw the limits of the push age too, which a learner is to predict first.
     #[arg(long)]
     pub limits: bool,
 }

@@ -113,8 +113,8 @@ pub struct ScreenArgs {
     #[arg(long)]
     pub ascii: bool,
 
-    /// Show the limits of the push age, which the course hides until exercises 6 and 7 have
-    /// your predictions.
+    /// Show the limits of the push age, which the course hides until a learner has
+    /// predicted them.
     #[arg(long)]
     pub limits: bool,
 }

@@ -222,6 +222,18 @@ impl Cell<'_> {
         }
     }
 
+    /// The file that the option names, in the folder of the command.
+    fn file(&self) -> &'static str {
+        match (self.command, self.option) {
+            ("sweep", "--out") => "out/sweep.json",
+            (_, "--out") => "out/metrics.json",
+            ("man", _) => "out/ratelab.1",
+            ("table", "-o" | "--output") => "out/node_sensor.csv",
+            (_, "graph_file") | ("new", _) => "x.toml",
+            _ => "x",
+        }
+    }
+
     /// What is not as expected, if anything is.
     fn fault(&self) -> Option<String> {
         let Self {
@@ -231,14 +243,7 @@ impl Cell<'_> {
         } = *self;
         let folder = Folder::new();
         fs::create_dir_all(folder.path("class/nobody")).expect("made");
-        let file = match (command, option) {
-            ("sweep", "--out") => "out/sweep.json",
-            (_, "--out") => "out/metrics.json",
-            ("man", _) => "out/ratelab.1",
-            ("table", "-o" | "--output") => "out/node_sensor.csv",
-            (_, "graph_file") | ("new", _) => "x.toml",
-            _ => "x",
-        };
+        let file = self.file();
         let path = folder.path(file);
         fs::create_dir_all(path.parent().expect("a folder")).expect("made");
         put(kind, &path);
