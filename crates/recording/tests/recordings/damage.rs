@@ -160,5 +160,5 @@ fn what_a_file_says_commands_no_terminal() {
     let recorder = Recorder::from_the_start(&mut to(&path), &source).expect("recorder");
     drop(source);
     finish(recorder, &experiment.run());
-    assert_eq!(read(&path).origin.ratelab, "1?[2J?verdict");
+    assert_eq!(read(&path).origin.ratelab, r"1\u{1b}[2J\nverdict");
 }

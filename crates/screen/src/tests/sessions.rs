@@ -57,7 +57,7 @@ fn a_frame_that_came_late_takes_all_the_keys_that_wait() {
     let mut keys = Typed("[".repeat(3).chars().collect());
     let touched = obey_until(Instant::now(), &mut keys, &mut app);
     assert!(touched.expect("no fault"));
-    let rates = ["rate policy 40", "rate policy 30", "rate policy 20"];
+    let rates = ["rate policy 40", "rate policy 30", "rate policy 25"];
     assert_eq!(turned(app), rates);
     let mut flood = Typed("x".repeat(3 * BACKLOG).chars().collect());
     let taken = obey_until(Instant::now(), &mut flood, &mut running());
