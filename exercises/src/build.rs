@@ -2,7 +2,7 @@
 
 use ratelab::{Depth, Time, Topic};
 
-use crate::framework::{Answer, Failure, Findings, Measurement, Place, Table};
+use crate::framework::{Answer, Failure, Findings, Measurement, PredictionPlace, Table};
 
 /// What happens to the topic: so many messages published, or one read.
 const EVENTS: [TopicEvent; 3] = [
@@ -53,7 +53,7 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
                 ("dropped", &|(_, _, dropped)| dropped.to_string()),
             ],
         ),
-        place: Place::Row(EVENTS.len() - 1),
+        place: PredictionPlace::Row(EVENTS.len() - 1),
         answer: Answer::Exactly(subscription.dropped() as f64),
         meaning: MEANING.to_owned(),
         measurements: measurements.collect(),

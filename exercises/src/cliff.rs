@@ -3,7 +3,7 @@
 use ratelab_study::experiment::Config;
 
 use crate::framework::{
-    Answer, Failure, Findings, KnobRuns, Measurement, Place, Table, edge, mean_ms, survey,
+    Answer, Failure, Findings, KnobRuns, Measurement, PredictionPlace, Table, edge, mean_ms, survey,
 };
 
 /// The rates of the policy, downwards (Hz).
@@ -17,7 +17,7 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
     let (held, fell) = edge(&rates, KnobRuns::all_up)?;
     Ok(Findings {
         table: table(&rates),
-        place: Place::Between,
+        place: PredictionPlace::Between,
         answer: Answer::Between {
             from: held.number(),
             to: fell.number(),

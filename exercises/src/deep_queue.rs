@@ -4,8 +4,8 @@ use ratelab::Time;
 use ratelab_study::experiment::Config;
 
 use crate::framework::{
-    Answer, Failure, Findings, KnobRuns, Measurement, Place, Table, asked, edge, obs_dropped,
-    own_world, survey,
+    Answer, Failure, Findings, KnobRuns, Measurement, PredictionPlace, Table, asked, edge,
+    obs_dropped, own_world, survey,
 };
 
 /// Starts for each depth.
@@ -26,7 +26,12 @@ fn queues<const DEPTHS: usize>(depths: [usize; DEPTHS]) -> Result<[KnobRuns; DEP
     survey(base, "depth /obs", depths, STARTS)
 }
 
-fn findings(groups: &[KnobRuns], place: Place, answer: Answer, meaning: String) -> Findings {
+fn findings(
+    groups: &[KnobRuns],
+    place: PredictionPlace,
+    answer: Answer,
+    meaning: String,
+) -> Findings {
     Findings {
         table: table(groups),
         place,
@@ -56,7 +61,7 @@ pub(crate) fn time() -> Result<Findings, Failure> {
          The queue of 1 dropped one message a second and stood. In exercise 2 a deep queue \
          did nothing, because the policy read its newest message.",
     );
-    Ok(findings(&groups, Place::Row(1), answer, meaning))
+    Ok(findings(&groups, PredictionPlace::Row(1), answer, meaning))
 }
 
 /// The second question: the deepest queue before the first that kills.
@@ -73,7 +78,7 @@ pub(crate) fn depth() -> Result<Findings, Failure> {
         depth = stands.value,
     );
     let answer = Answer::Exactly(stands.number());
-    Ok(findings(&groups, Place::Between, answer, meaning))
+    Ok(findings(&groups, PredictionPlace::Between, answer, meaning))
 }
 
 /// The least and the greatest of `values`.

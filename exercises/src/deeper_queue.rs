@@ -6,7 +6,8 @@ use ratelab_study::experiment::sweep::CellResult;
 use crate::{
     cliff::STARTS,
     framework::{
-        Answer, Failure, Findings, KnobRuns, Measurement, Place, Table, obs_dropped, survey,
+        Answer, Failure, Findings, KnobRuns, Measurement, PredictionPlace, Table, obs_dropped,
+        survey,
     },
 };
 
@@ -24,7 +25,7 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
     let drops = |depth: &KnobRuns| depth.runs.iter().map(obs_dropped).sum::<u64>();
     Ok(Findings {
         table: table(&depths),
-        place: Place::Column(3),
+        place: PredictionPlace::Column(3),
         answer: Answer::Exactly(deep.up() as f64),
         meaning: format!(
             "The deeper queue took the drops from {} to {}. In {unchanged} of {} runs it changed \

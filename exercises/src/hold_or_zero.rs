@@ -3,8 +3,8 @@
 use ratelab_cart_pole::stability::Lost;
 
 use crate::framework::{
-    Answer, Failure, Findings, KnobRuns, Measurement, Place, Table, asked, control_loop, own_world,
-    survey,
+    Answer, Failure, Findings, KnobRuns, Measurement, PredictionPlace, Table, asked, control_loop,
+    own_world, survey,
 };
 
 /// Starts for each loss.
@@ -22,7 +22,7 @@ pub(crate) fn hold() -> Result<Findings, Failure> {
     let up = asked(&held, |group| group.value == ASKED)?;
     Ok(Findings {
         table: table(&[("hold", &held)]),
-        place: Place::Row(at(ASKED)),
+        place: PredictionPlace::Row(at(ASKED)),
         answer: Answer::Exactly(up.up() as f64),
         meaning: format!(
             "{} stayed up, though ten actions a second are enough where they come evenly. Chance \
@@ -48,7 +48,7 @@ pub(crate) fn zero() -> Result<Findings, Failure> {
     measured.push(Measurement::new("loss margin, zero", zero_margin));
     Ok(Findings {
         table: table(&[("hold", &held), ("zero", &let_go)]),
-        place: Place::Row(2 * at(ASKED) + 1),
+        place: PredictionPlace::Row(2 * at(ASKED) + 1),
         answer: Answer::Exactly(up.up() as f64),
         meaning: format!(
             "{} stayed up with no force between two actions. An old push is worse than none: it \

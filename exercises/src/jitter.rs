@@ -1,8 +1,8 @@
 //! Jitter: the same mean delay, and what theory promises about any pattern of delays.
 
 use crate::framework::{
-    Answer, Failure, Findings, KnobRuns, Measurement, Place, Table, asked, control_loop, own_world,
-    survey,
+    Answer, Failure, Findings, KnobRuns, Measurement, PredictionPlace, Table, asked, control_loop,
+    own_world, survey,
 };
 
 /// Starts for each link.
@@ -54,7 +54,7 @@ pub(crate) fn same_mean() -> Result<Findings, Failure> {
     let asked = asked(&groups, |group| group.value == around(ASKED))?;
     Ok(Findings {
         table: table(&SPREADS.map(|spread| format!("±{spread} ms")), &groups),
-        place: Place::Row(4),
+        place: PredictionPlace::Row(4),
         answer: Answer::Exactly(asked.up() as f64),
         meaning: format!(
             "{} stay up with the constant delay, {} with the same mean at random. The actuator \
@@ -84,7 +84,7 @@ pub(crate) fn margin() -> Result<Findings, Failure> {
     let fell = twice.runs.len() - twice.up();
     Ok(Findings {
         table: table(&labels.map(str::to_owned), &groups),
-        place: Place::Row(2),
+        place: PredictionPlace::Row(2),
         answer: Answer::Exactly(fell as f64),
         meaning: format!(
             "The margin of {margin_ms:.1} ms is a promise and not a prediction: below it small \

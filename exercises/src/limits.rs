@@ -10,8 +10,8 @@ use ratelab_study::experiment::Config;
 use crate::{
     cliff::STARTS,
     framework::{
-        Answer, Failure, Findings, Measurement, Place, RecordedRun, Table, asked, hz, record,
-        widest_deg,
+        Answer, Failure, Findings, Measurement, PredictionPlace, RecordedRun, Table, asked, hz,
+        record, widest_deg,
     },
 };
 
@@ -37,7 +37,7 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
     let stable = asked(&trials, |trial| trial.theory.is_stable())?;
     Ok(Findings {
         table: table(&trials),
-        place: Place::Between,
+        place: PredictionPlace::Between,
         answer: Answer::Exactly(stable.hz.get()),
         meaning: meaning(&trials),
         measurements: trials.iter().flat_map(LimitTrial::measurements).collect(),

@@ -4,7 +4,7 @@ use ratelab::{Hz, Time};
 use ratelab_cart_pole::CONTROL_HZ;
 
 use crate::{
-    framework::{Answer, Failure, Findings, Measurement, Place, Table, asked},
+    framework::{Answer, Failure, Findings, Measurement, PredictionPlace, Table, asked},
     ties::{Nodes, Pair, TimedRun},
 };
 
@@ -19,7 +19,7 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
     let asked = asked(&pairs, |pair| pair.hz.get() == ASKED)?;
     Ok(Findings {
         table: table(&pairs),
-        place: Place::Column(2),
+        place: PredictionPlace::Column(2),
         answer: Answer::Exactly(asked.exact.latency_ms),
         meaning: meaning(&pairs),
         measurements: pairs.iter().flat_map(measurements).collect(),

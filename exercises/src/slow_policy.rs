@@ -1,7 +1,8 @@
 //! The policy that thinks: it answers late, with a chunk of actions.
 
 use crate::framework::{
-    Answer, Failure, Findings, KnobRuns, Measurement, Place, Table, asked, edge, own_world, survey,
+    Answer, Failure, Findings, KnobRuns, Measurement, PredictionPlace, Table, asked, edge,
+    own_world, survey,
 };
 
 /// Starts for each run.
@@ -36,7 +37,7 @@ pub(crate) fn chunk() -> Result<Findings, Failure> {
     let thinks = |group: &KnobRuns| format!("{} ms", group.value);
     Ok(Findings {
         table: table("thinks", thinks, &groups),
-        place: Place::Row(TIMES.len() - 1),
+        place: PredictionPlace::Row(TIMES.len() - 1),
         answer: Answer::Exactly(up.up() as f64),
         meaning: format!(
             "{} stayed up. The chunk has an action for every instant, but each was planned as if \
@@ -67,7 +68,7 @@ pub(crate) fn knowledge() -> Result<Findings, Failure> {
         .map(|group| format!("With {}, {} stayed up.", group.value, group.up_of()));
     Ok(Findings {
         table: table("change", |group| group.value.clone(), &groups),
-        place: Place::Choice,
+        place: PredictionPlace::Choice,
         answer: Answer::Choice {
             number: (saves + 1) as f64,
             refuted: refuted.collect(),
@@ -100,7 +101,7 @@ pub(crate) fn disturbed() -> Result<Findings, Failure> {
                 ("push age, 200 ms", &|(late, _)| late.push_age()),
             ],
         ),
-        place: Place::Between,
+        place: PredictionPlace::Between,
         answer: Answer::Between {
             from: bears.number(),
             to: too_much.number(),

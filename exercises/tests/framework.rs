@@ -8,7 +8,8 @@ mod table;
 use exercises::{
     framework::{
         Answer, Answers, Brief, Expectation, Expectations, ExpectationsError, Findings,
-        Measurement, Place, Prediction, PredictionOrigin, Range, Replies, Table, Tolerance,
+        Measurement, Prediction, PredictionOrigin, PredictionPlace, Range, Replies, Table,
+        Tolerance,
     },
     questions,
 };
@@ -339,7 +340,7 @@ fn a_measurement_without_a_band_and_a_band_without_a_measurement_do_not_hold() {
 fn findings(answer: Answer) -> Findings {
     Findings {
         table: Table::default(),
-        place: Place::Between,
+        place: PredictionPlace::Between,
         answer,
         meaning: "It means something.".to_owned(),
         measurements: Vec::new(),
@@ -440,25 +441,45 @@ fn a_prediction_is_drawn_into_the_table() {
     };
     let all = " rate  up\n50 Hz   3\n10 Hz   3\n 5 Hz   3\n";
     for (place, number, from, to) in [
-        (Place::Between, 10.0, "10 Hz   3", "10 Hz   3  ◀ you"),
-        (Place::Between, 15.0, "10 Hz", "15 Hz  ◀ you\n10 Hz"),
-        (Place::Between, 60.0, "50 Hz", "60 Hz  ◀ you\n50 Hz"),
         (
-            Place::Between,
+            PredictionPlace::Between,
+            10.0,
+            "10 Hz   3",
+            "10 Hz   3  ◀ you",
+        ),
+        (
+            PredictionPlace::Between,
+            15.0,
+            "10 Hz",
+            "15 Hz  ◀ you\n10 Hz",
+        ),
+        (
+            PredictionPlace::Between,
+            60.0,
+            "50 Hz",
+            "60 Hz  ◀ you\n50 Hz",
+        ),
+        (
+            PredictionPlace::Between,
             1.0,
             "5 Hz   3\n",
             "5 Hz   3\n 1 Hz  ◀ you\n",
         ),
-        (Place::Row(1), 7.0, "10 Hz   3", "10 Hz   3  ◀ you: 7 Hz"),
-        (Place::Choice, 3.0, "5 Hz   3", "5 Hz   3  ◀ you"),
+        (
+            PredictionPlace::Row(1),
+            7.0,
+            "10 Hz   3",
+            "10 Hz   3  ◀ you: 7 Hz",
+        ),
+        (PredictionPlace::Choice, 3.0, "5 Hz   3", "5 Hz   3  ◀ you"),
     ] {
         assert_eq!(drawn(place, number), all.replace(from, to), "{number}");
     }
-    let column = drawn(Place::Column(1), 7.0);
+    let column = drawn(PredictionPlace::Column(1), 7.0);
     assert!(column.ends_with("\n  you  7 Hz\n"), "{column}");
-    let below = drawn(Place::Below, 7.0);
+    let below = drawn(PredictionPlace::Below, 7.0);
     assert!(below.ends_with("\nrate 7 Hz  ◀ you\n"), "{below}");
-    let cell = drawn(Place::Cell, 10.0);
+    let cell = drawn(PredictionPlace::Cell, 10.0);
     assert!(cell.contains("▶ 10 Hz"), "{cell}");
 }
 

@@ -55,8 +55,7 @@ impl<T: Payload> Queue<T> {
     /// Adds a reader with this place among those of a graph; returns its index. It has seen all that
     /// is delivered.
     pub(super) fn add_reader(&mut self, place: Option<usize>) -> usize {
-        let transit = self.transit.as_ref();
-        let next = transit.map_or(self.next_seq, |transit| transit.next_delivered);
+        let next = (self.transit.as_ref()).map_or(self.next_seq, |transit| transit.next_delivered);
         let reader = TopicReader::new(next, place);
         let mut known = self.readers.iter();
         // Nobody comes back to one outside of a graph.

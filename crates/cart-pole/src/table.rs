@@ -4,7 +4,7 @@ use ratelab::Time;
 use ratelab_account::Fields;
 use ratelab_study::system::StateTable;
 
-use super::{ControlStep, system::pole_angle};
+use super::{ControlStep, pose::Pose};
 
 /// Observation and action are f32, written with as many digits as it takes to
 /// recover their bits.
@@ -18,9 +18,11 @@ pub(super) const TABLE: StateTable = StateTable {
 
 /// The latency in the unit of all ages, and the angle of the pole from upright.
 fn more_cells(state: &[f64]) -> String {
-    let latency = ControlStep::from_row(state).and_then(|step| step.latency);
+    let step = ControlStep::from_row(state);
+    let latency = step.as_ref().and_then(|step| step.latency);
     let latency = latency.map(|latency| (latency.as_nanos() as f64 / 1e6).to_string());
-    format!("{},{}", latency.unwrap_or_default(), pole_angle(state))
+    let angle = step.map_or(0.0, |step| Pose::of(step.qpos).pole_angle);
+    format!("{},{angle}", latency.unwrap_or_default())
 }
 
 fn row(at: Time, state: &[f64]) -> String {

@@ -9,7 +9,7 @@ use ratelab_account::{NodeAccount, TopicAccount};
 use ratelab_study::experiment::{Config, Experiment, Summary};
 
 use crate::framework::{
-    Answer, Brief, Failure, Findings, Measurement, Place, Table, cart_pole, mean_ms,
+    Answer, Brief, Failure, Findings, Measurement, PredictionPlace, Table, cart_pole, mean_ms,
 };
 
 /// The figures of the graph's run, to look at before the prediction.
@@ -38,7 +38,7 @@ pub(crate) fn measure(brief: &Brief, seed: u64) -> Result<Findings, Failure> {
     });
     Ok(Findings {
         table: table(names, &as_it_is, &mended),
-        place: Place::Cell,
+        place: PredictionPlace::Cell,
         answer: Answer::Choice {
             number: culprit as f64 + 1.0,
             refuted: refuted.collect(),

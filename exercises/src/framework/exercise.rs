@@ -15,7 +15,7 @@ use super::{
     brief::Brief,
     expectations::{Check, Expectations, ExpectationsError, Measurement},
     prediction::Prediction,
-    table::{Place, Table},
+    table::{PredictionPlace, Table},
     unit::in_unit,
 };
 
@@ -107,7 +107,7 @@ pub struct Findings {
     /// The figures for the learner.
     pub table: Table,
     /// Where the prediction stands in it.
-    pub place: Place,
+    pub place: PredictionPlace,
     /// The answer to the question.
     pub answer: Answer,
     /// The meaning of the figures.

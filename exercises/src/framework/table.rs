@@ -15,7 +15,7 @@ pub struct Table {
 
 /// Where a prediction stands in a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum PredictionPlace {
     /// Between the rows, which begin with values of the quantity in ascending or descending order.
     Between,
     /// Beside the row with this index, whose result was asked for.
@@ -47,22 +47,22 @@ impl Table {
     }
 
     /// The table as text, with a predicted `number` at its `place`.
-    pub(super) fn with(&self, place: Place, number: f64, brief: &Brief) -> String {
+    pub(super) fn with(&self, place: PredictionPlace, number: f64, brief: &Brief) -> String {
         let predicted = brief.in_unit(number);
         let mut table = self.clone();
         let beside = match place {
-            Place::Between => return self.between(number, &predicted),
-            Place::Row(row) => Some((row, format!("  {SIGN}: {predicted}"))),
-            Place::Below => None,
-            Place::Choice => Some((number as usize - 1, format!("  {SIGN}"))),
-            Place::Column(column) => {
+            PredictionPlace::Between => return self.between(number, &predicted),
+            PredictionPlace::Row(row) => Some((row, format!("  {SIGN}: {predicted}"))),
+            PredictionPlace::Below => None,
+            PredictionPlace::Choice => Some((number as usize - 1, format!("  {SIGN}"))),
+            PredictionPlace::Column(column) => {
                 let mut row = vec![String::new(); self.headers.len()];
                 row[0] = "you".to_owned();
                 row[column] = predicted.clone();
                 table.rows.push(row);
                 None
             }
-            Place::Cell => {
+            PredictionPlace::Cell => {
                 let cells = table.rows.iter_mut().flatten();
                 cells
                     .filter(|cell| **cell == predicted)
@@ -71,7 +71,7 @@ impl Table {
             }
         };
         let mut lines = table.lines();
-        if place == Place::Below {
+        if place == PredictionPlace::Below {
             lines.push(format!("{} {predicted}  {SIGN}", brief.quantity));
         }
         if let Some((row, text)) = beside {

@@ -1,7 +1,8 @@
 //! Which delay fells the pole at a control rate.
 
 use crate::framework::{
-    Answer, Failure, Findings, KnobRuns, Measurement, Place, Table, edge, own_world, survey,
+    Answer, Failure, Findings, KnobRuns, Measurement, PredictionPlace, Table, edge, own_world,
+    survey,
 };
 
 /// Delays of `/action` (ms).
@@ -34,7 +35,7 @@ fn at(hz: f64, meaning: &str) -> Result<Findings, Failure> {
     let (held, failed) = edge(&delays, KnobRuns::all_up)?;
     Ok(Findings {
         table: table(&delays),
-        place: Place::Between,
+        place: PredictionPlace::Between,
         answer: Answer::Between {
             from: held.number(),
             to: failed.number(),

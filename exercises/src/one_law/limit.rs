@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ratelab_study::experiment::sweep::ByAge;
 
 use super::causes::AgeCause;
-use crate::framework::{Answer, Failure, Findings, Measurement, Place, Table, asked};
+use crate::framework::{Answer, Failure, Findings, Measurement, PredictionPlace, Table, asked};
 
 /// The runs of a cause.
 struct OfCause {
@@ -92,7 +92,7 @@ pub(crate) fn law(seed: u64) -> Result<Findings, Failure> {
     measurements.extend(causes.iter().flat_map(|of| of.measurements(limit)));
     Ok(Findings {
         table: table(&causes, limit),
-        place: Place::Column(5),
+        place: PredictionPlace::Column(5),
         answer: Answer::Exactly(limit.round()),
         meaning: format!(
             "One number is right about {} of {runs} runs: below {limit:.0} ms the pole stands, \
@@ -118,7 +118,7 @@ pub(crate) fn jitter(seed: u64) -> Result<Findings, Failure> {
     causes.push(jitter);
     Ok(Findings {
         table: table(&causes, limit),
-        place: Place::Below,
+        place: PredictionPlace::Below,
         answer: Answer::Exactly(earlier.round()),
         meaning: format!(
             "The pole falls from {constant:.0} ms on with a constant delay, from {own:.0} ms on \

@@ -9,8 +9,8 @@ use ratelab_cart_pole::{BROKEN_HZ, CONTROL_HZ, CartPole, ControlStep};
 use ratelab_study::experiment::Config;
 
 use crate::framework::{
-    Answer, Failure, Findings, Measurement, Place, RecordedRun, Table, angle_deg, edge, record,
-    widest_deg,
+    Answer, Failure, Findings, Measurement, PredictionPlace, RecordedRun, Table, angle_deg, edge,
+    record, widest_deg,
 };
 
 /// Durations of the slow phase in the rehearsals (tenths of a second).
@@ -23,7 +23,7 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
     let measurements = rehearsals.iter().flat_map(Rehearsal::measurements);
     Ok(Findings {
         table: table(&rehearsals),
-        place: Place::Between,
+        place: PredictionPlace::Between,
         answer: Answer::Between {
             from: saved.slow_s,
             to: lost.slow_s,

@@ -11,7 +11,7 @@ use ratelab_cart_pole::{ACTION, ACTUATOR, CartPole, OBS, SENSE_TO_ACT};
 use ratelab_study::experiment::{Config, Experiment};
 
 use crate::framework::{
-    Answer, Failure, Findings, Measurement, Place, Table, asked, cart_pole, hz, mean_ms,
+    Answer, Failure, Findings, Measurement, PredictionPlace, Table, asked, cart_pole, hz, mean_ms,
 };
 
 /// Control rates, as published (Hz).
@@ -27,7 +27,7 @@ pub(crate) fn measure() -> Result<Findings, Failure> {
     let asked = asked(&pairs, |pair| pair.hz.get() == ASKED)?;
     Ok(Findings {
         table: table(&pairs),
-        place: Place::Column(2),
+        place: PredictionPlace::Column(2),
         answer: Answer::Exactly(asked.exact.latency_ms),
         meaning: meaning(asked),
         measurements: pairs.iter().flat_map(measurements).collect(),

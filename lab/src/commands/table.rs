@@ -15,7 +15,7 @@ use crate::{
     printable::shown,
     program::Program,
     reading,
-    table::{RunTables, Subject},
+    table::{RunTables, TableSubject},
 };
 
 /// The option for the folder.
@@ -33,7 +33,7 @@ pub fn table(program: &Program, args: &TableArgs) -> Result<(), Error> {
     let subjects = tables.subjects();
     let paths = paths(&folder, &tables, &subjects);
     // All are opened before the first is written.
-    let open = |(subject, path): (&Subject, &PathBuf)| {
+    let open = |(subject, path): (&TableSubject, &PathBuf)| {
         OutputKind::Rows(&tables.header(*subject)).open(OUTPUT, path)
     };
     let files = subjects.iter().zip(&paths).map(open);
@@ -46,7 +46,7 @@ pub fn table(program: &Program, args: &TableArgs) -> Result<(), Error> {
 }
 
 /// The files of the tables in `folder`, each with another name.
-fn paths(folder: &Path, tables: &RunTables, subjects: &[Subject]) -> Vec<PathBuf> {
+fn paths(folder: &Path, tables: &RunTables, subjects: &[TableSubject]) -> Vec<PathBuf> {
     let mut taken = BTreeSet::new();
     let paths = subjects.iter().map(|subject| {
         let name = key(&tables.name(*subject));

@@ -95,7 +95,7 @@ fn connect(address: &str) -> Vec<String> {
 }
 
 /// The command lines that a dashboard names.
-pub struct Commands {
+pub struct StartCommands {
     /// The graph file, and its changes.
     graph: Vec<String>,
     /// Where the run listens.
@@ -104,7 +104,7 @@ pub struct Commands {
     built_in: &'static str,
 }
 
-impl Commands {
+impl StartCommands {
     /// The command lines for the run at `address`.
     pub fn new(address: &str, built_in: &'static str) -> Self {
         let (file, with, _) = take_graph_file(env::args_os());

@@ -12,7 +12,7 @@ use ratelab_screen::Options;
 use ratelab_study::experiment::{Config, Experiment, Summary};
 use ratelab_wire::{Follower, SessionEnd, Settings, USUAL};
 
-use super::{again::Commands, recordings::Recordings, remote::RemoteRun};
+use super::{again::StartCommands, recordings::Recordings, remote::RemoteRun};
 use crate::{error::Error, output::note, program::Program};
 
 /// The connection of a dashboard to the process that listens at `address`.
@@ -50,7 +50,7 @@ pub fn show(
     let experiment = Experiment::new(Arc::clone(&program.system), &Config::default())?;
     let follower = Follower::connect(&settings, program.system.name())?;
     let recordings = Arc::new(Mutex::new(Recordings::new(destination)));
-    let commands = Commands::new(address(&settings), program.built_in.name());
+    let commands = StartCommands::new(address(&settings), program.built_in.name());
     let run = RemoteRun::new(follower, &experiment, recordings.clone(), commands);
     drop(experiment);
     let left = ratelab_screen::watch(run, options).map_err(Error::from);

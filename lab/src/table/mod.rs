@@ -20,7 +20,7 @@ use crate::csv::row_of;
 
 /// What a table is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Subject {
+pub enum TableSubject {
     /// The topic with this index.
     Topic(usize),
     /// The node with this index.
@@ -53,53 +53,53 @@ impl RunTables {
     }
 
     /// The tables that there are: of all nodes, and of the topics whose messages were recorded.
-    pub fn subjects(&self) -> Vec<Subject> {
+    pub fn subjects(&self) -> Vec<TableSubject> {
         let Recording { run, fields, .. } = &*self.recording;
         let topics = fields.iter().zip(&run.topics).enumerate();
         let topics = topics.filter(|(_, (fields, rows))| !fields.is_empty() || !rows.is_empty());
-        let topics = topics.map(|(topic, _)| Subject::Topic(topic));
-        let nodes = (0..run.ticks.len()).map(Subject::Node);
+        let topics = topics.map(|(topic, _)| TableSubject::Topic(topic));
+        let nodes = (0..run.ticks.len()).map(TableSubject::Node);
         topics
             .chain(nodes)
-            .chain([Subject::Ages, Subject::Events])
+            .chain([TableSubject::Ages, TableSubject::Events])
             .collect()
     }
 
     /// The name of a table.
-    pub fn name(&self, subject: Subject) -> String {
+    pub fn name(&self, subject: TableSubject) -> String {
         let topology = &self.recording.origin.topology;
         match subject {
-            Subject::Topic(topic) => format!("topic {}", topology.topics[topic].name),
-            Subject::Node(node) => format!("node {}", topology.nodes[node].name),
-            Subject::Ages => "ages".to_owned(),
-            Subject::Events => "events".to_owned(),
+            TableSubject::Topic(topic) => format!("topic {}", topology.topics[topic].name),
+            TableSubject::Node(node) => format!("node {}", topology.nodes[node].name),
+            TableSubject::Ages => "ages".to_owned(),
+            TableSubject::Events => "events".to_owned(),
         }
     }
 
     /// The first line of a table: the names of its columns.
-    pub fn header(&self, subject: Subject) -> String {
+    pub fn header(&self, subject: TableSubject) -> String {
         let names = match subject {
-            Subject::Topic(topic) => self.topic_columns(topic),
-            Subject::Node(node) => self.node_columns(node),
-            Subject::Ages => owned(&["of", "at", "part", "due_to", "mean_ms"]),
-            Subject::Events => owned(&["time_s", "event"]),
+            TableSubject::Topic(topic) => self.topic_columns(topic),
+            TableSubject::Node(node) => self.node_columns(node),
+            TableSubject::Ages => owned(&["of", "at", "part", "due_to", "mean_ms"]),
+            TableSubject::Events => owned(&["time_s", "event"]),
         };
         row_of(apart(names))
     }
 
     /// A table as text.
-    pub fn text(&self, subject: Subject) -> String {
+    pub fn text(&self, subject: TableSubject) -> String {
         let rows = self.rows(subject).into_iter().map(row_of);
         let lines = [self.header(subject)].into_iter().chain(rows);
         lines.fold(String::new(), |text, line| text + &line + "\n")
     }
 
-    fn rows(&self, subject: Subject) -> Vec<Vec<String>> {
+    fn rows(&self, subject: TableSubject) -> Vec<Vec<String>> {
         match subject {
-            Subject::Topic(topic) => self.messages(topic),
-            Subject::Node(node) => self.ticks(node),
-            Subject::Ages => self.ages.iter().flat_map(age_rows).collect(),
-            Subject::Events => {
+            TableSubject::Topic(topic) => self.messages(topic),
+            TableSubject::Node(node) => self.ticks(node),
+            TableSubject::Ages => self.ages.iter().flat_map(age_rows).collect(),
+            TableSubject::Events => {
                 let events = self.recording.events.iter();
                 let events = events.map(|event| {
                     let text = event.to_string();

@@ -63,13 +63,13 @@ pub fn compact(recording: &RecordingFile, is_overdue: fn() -> bool) -> Result<u6
 /// Messages in order, with chunks merged where possible.
 #[derive(Default)]
 struct Merged {
-    parts: Vec<Part>,
+    parts: Vec<CompactPart>,
     /// The newest chunk per entity and components: its place among the parts.
     newest: HashMap<ChunkKey, usize>,
 }
 
 /// A part of the file.
-enum Part {
+enum CompactPart {
     Message(LogMsg),
     Rows(StoreId, Chunk),
 }
@@ -87,7 +87,7 @@ impl Merged {
             _ => None,
         };
         let Some((store, chunk)) = rows.filter(|(_, chunk)| !chunk.is_static()) else {
-            self.parts.push(Part::Message(message));
+            self.parts.push(CompactPart::Message(message));
             return Ok(());
         };
         if chunk.entity_path().to_string() == CHECKPOINT {
@@ -98,22 +98,22 @@ impl Merged {
         components.sort_unstable();
         let key = (chunk.entity_path().clone(), components);
         let newest = self.newest.get(&key).map(|place| &mut self.parts[*place]);
-        if let Some(Part::Rows(_, before)) = newest
+        if let Some(CompactPart::Rows(_, before)) = newest
             && before.concatenable(&chunk)
             && before.num_rows() < ROWS
         {
             *before = Chunk::concat_and_sort(before, &chunk)?;
         } else {
             self.newest.insert(key, self.parts.len());
-            self.parts.push(Part::Rows(store, chunk));
+            self.parts.push(CompactPart::Rows(store, chunk));
         }
         Ok(())
     }
 
     fn finish(self) -> impl Iterator<Item = Result<LogMsg, Box<dyn Error>>> {
         self.parts.into_iter().map(|part| match part {
-            Part::Message(message) => Ok(message),
-            Part::Rows(store, chunk) => {
+            CompactPart::Message(message) => Ok(message),
+            CompactPart::Rows(store, chunk) => {
                 // Consecutive row numbers need no space.
                 let first = chunk.row_ids().next().unwrap_or_else(RowId::new);
                 let chunk = chunk.clone_as(chunk.id(), first);

@@ -33,9 +33,10 @@ impl RecordingFormat for RrdFormat {
     }
 
     fn create(&self, path: &Path) -> io::Result<BeginRun> {
-        let (file, format) = (RecordingFile::create(path)?, self.clone());
+        let file = RecordingFile::create(path)?;
+        let Self { viewer, is_overdue } = self.clone();
         Ok(Box::new(move |source| {
-            let writer = RecordingWriter::start(file, &format, source)?;
+            let writer = RecordingWriter::start(file, viewer.as_ref(), is_overdue, source)?;
             Ok(Box::new(writer))
         }))
     }

@@ -19,12 +19,12 @@ use super::{
     compact::{LARGEST, compact},
     digest::{ContentDigest, RowDigest},
     file::RecordingFile,
-    format::RrdFormat,
     properties,
     scene::{Scene, events, lanes},
     schema::{CHECKPOINT, END, UNTIL, node_entity, topic_entity},
     thread_log::ThreadTrack,
     timeline::{BatchStream, Written},
+    viewer::Viewer,
 };
 use crate::{
     recorder::{BACKLOG, FinishedRecording, RunWriter, Source, StopReason},
@@ -69,8 +69,12 @@ impl RecordingWriter {
     ///
     /// # Errors
     /// The first error of the file.
-    pub fn start(file: RecordingFile, format: &RrdFormat, source: Source) -> io::Result<Self> {
-        let viewer = format.viewer.as_ref();
+    pub fn start(
+        file: RecordingFile,
+        viewer: Option<&Viewer>,
+        is_overdue: fn() -> bool,
+        source: Source,
+    ) -> io::Result<Self> {
         let rec = properties::begin(&file, viewer, &source).map_err(io::Error::other)?;
         let waiting = source.taps.empty_rows(&source.origin.topology);
         let json = serde_json::to_string(&source.origin).unwrap_or_default();
@@ -80,7 +84,7 @@ impl RecordingWriter {
             topology: source.origin.topology,
             rec,
             file,
-            is_overdue: format.is_overdue,
+            is_overdue,
             waiting,
             scene: Scene::new(&source.system, &source.start),
             threads: ThreadTrack::default(),

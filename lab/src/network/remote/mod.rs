@@ -32,7 +32,7 @@ use ratelab_wire::{
 };
 
 use self::{gathered::GatheredRun, processes::Processes};
-use super::{again::Commands, recordings::Recordings};
+use super::{again::StartCommands, recordings::Recordings};
 use ratelab_recording::{Origin, Source, StopReason};
 
 /// How long an item waits for earlier ones of other processes.
@@ -59,7 +59,7 @@ pub struct RemoteRun {
     known: Taps,
     recordings: Arc<Mutex<Recordings>>,
     /// How to start what is missing.
-    commands: Commands,
+    commands: StartCommands,
     /// What waits, in the order in which it came.
     pending: Vec<(Time, Item)>,
     /// When messages arrived, by topic, sender and number.
@@ -85,7 +85,7 @@ impl RemoteRun {
         follower: Follower,
         experiment: &Experiment,
         recordings: Arc<Mutex<Recordings>>,
-        commands: Commands,
+        commands: StartCommands,
     ) -> Self {
         let (system, known) = (experiment.system(), experiment.taps());
         let (config, graph) = (experiment.config(), experiment.observer().topology());

@@ -5,13 +5,13 @@ use ratelab_screen::Place;
 use ratelab_wire::{machine::Nanos, telemetry::Info};
 
 use super::{
-    super::again::Commands,
+    super::again::StartCommands,
     processes::{GONE, Process, Processes, total},
 };
 
 impl Processes {
     /// Where `node` runs.
-    pub fn place(&self, node: &str, commands: &Commands) -> Place {
+    pub fn place(&self, node: &str, commands: &StartCommands) -> Place {
         let Some(process) = self.of(node) else {
             let command = commands.node(node);
             let absent = format!("no process runs the {node}: start one: {command}");
