@@ -194,38 +194,40 @@ path = ["own", "/a", "timer"]
 at_most = 3
 "#;
 
+/// Values of all kinds that keys have, and of none.
+const VALUES: [&str; 28] = [
+    "-1",
+    "0",
+    "1e300",
+    "nan",
+    "inf",
+    "true",
+    "\"\"",
+    "\"x y\"",
+    "\"/a\"",
+    "\"queue:3\"",
+    "\"skip\"",
+    "\"30 0\"",
+    "\"delay:5..40\"",
+    "\"oldest\"",
+    "\"file:none.csv\"",
+    "[]",
+    "[1]",
+    "[\"x\"]",
+    "[\"/c\"]",
+    "[\"own\"]",
+    "{}",
+    "3",
+    "0.5",
+    "\"job / 3\"",
+    "\"exact:0\"",
+    "\"let\"",
+    "\"multi:2\"",
+    "1979-05-27",
+];
+
 #[test]
 fn whatever_a_key_is_set_to_is_refused_with_its_place_or_runs() {
-    let values = [
-        "-1",
-        "0",
-        "1e300",
-        "nan",
-        "inf",
-        "true",
-        "\"\"",
-        "\"x y\"",
-        "\"/a\"",
-        "\"queue:3\"",
-        "\"skip\"",
-        "\"30 0\"",
-        "\"delay:5..40\"",
-        "\"oldest\"",
-        "\"file:none.csv\"",
-        "[]",
-        "[1]",
-        "[\"x\"]",
-        "[\"/c\"]",
-        "[\"own\"]",
-        "{}",
-        "3",
-        "0.5",
-        "\"job / 3\"",
-        "\"exact:0\"",
-        "\"let\"",
-        "\"multi:2\"",
-        "1979-05-27",
-    ];
     let mut refused = 0;
     for section in &SECTIONS {
         let heads: Vec<&str> = ALL_KINDS
@@ -239,7 +241,7 @@ fn whatever_a_key_is_set_to_is_refused_with_its_place_or_runs() {
             .iter()
             .flat_map(|head| section.keys.iter().map(move |key| (head, key)))
         {
-            for value in values {
+            for value in VALUES {
                 let text = with_key(head, key.name, value);
                 let wrong = match graph_system(&text) {
                     Err(error) => Some(error),
