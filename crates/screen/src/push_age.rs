@@ -88,12 +88,23 @@ impl PushAges {
             Some(late) => late,
             None => self.over(window)?,
         };
-        // The push in force has grown older since its newest state.
-        let present = self.newest.map_or(Duration::ZERO, |newest| newest.age(now));
         Some(AgeData {
-            greatest: recent.greatest.max(present),
+            greatest: recent.greatest.max(self.present(now)),
             ..recent
         })
+    }
+
+    /// The age of the push in force at `now`, which has grown since its newest state; zero where
+    /// a newer state may be on its way, because the run is ahead of those that came.
+    fn present(&self, now: Time) -> Duration {
+        let mut newest = self.areas.iter().rev().map(|(at, _)| *at);
+        let is_newest = match (newest.next(), newest.next()) {
+            (Some(last), Some(before)) => now.since(last) <= last.since(before),
+            _ => true,
+        };
+        self.newest
+            .filter(|_| is_newest)
+            .map_or(Duration::ZERO, |newest| newest.age(now))
     }
 
     /// The age over the last `window` before the newest state; at the first one, the age there.
@@ -150,6 +161,22 @@ mod tests {
             ages.state(ms(at), ms(at / every * every));
         }
         ages
+    }
+
+    #[test]
+    fn a_run_that_is_ahead_of_its_states_makes_no_push_older() {
+        let ages = steps(20, 3_000);
+        let greatest = |now: u64| {
+            let recent = ages.recent(Duration::ZERO, ms(now)).expect("pushes");
+            recent.greatest.as_millis()
+        };
+        let known = greatest(3_000);
+        assert!(greatest(3_015) >= 15, "between two states it grows");
+        assert_eq!(
+            greatest(60_000),
+            known,
+            "the states of a fast run come later"
+        );
     }
 
     #[test]
