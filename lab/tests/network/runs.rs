@@ -355,7 +355,7 @@ fn a_dashboard_names_the_command_of_what_is_missing() {
     plant.wait_for("the run begins");
     until_heard(&mut lab);
     policy.signal("-KILL");
-    lab.wait_for("policy gone for ");
+    lab.wait_for("✖ gone");
     drop(plant);
 }
 
