@@ -234,7 +234,7 @@ fn a_result_stays_in_sight_until_the_learner_goes_on() {
         .has("read its newest message");
     lab.play(&[
         ("\r", "Your prediction in messages, and why:"),
-        ("4 because it is short\r", "Next: ratelab exercise 8"),
+        ("4 because it is short\r", "Next: ratelab exercise 1"),
     ]);
     Said(lab.quit("")).has("depth  stay up");
 }
