@@ -257,6 +257,13 @@ knobs! {
         /// The error, as text.
         error: String,
     }
+    /// Error of the clock that a node stamps by from now on, whatever clock its ticks follow.
+    StampClock = "stamp_clock NODE OFFSET_MS DRIFT_PPM [STEP_MS]" {
+        /// The node's name.
+        node: String,
+        /// The error, as text.
+        error: String,
+    }
 }
 
 impl KnobKind {

@@ -17,8 +17,9 @@ pub struct Message<T> {
     pub stamp: Time,
     /// Position in the topic's history, counted from zero.
     pub seq: u64,
-    /// Run time of the sensing that the value was derived from, if known. The last node
-    /// of a chain uses it to measure the delay of the whole chain.
+    /// Run time of the sensing that the value was derived from, if known, as the clock of the node
+    /// that sensed shows it: the header stamp of ROS. The last node of a chain uses it to measure
+    /// the delay of the whole chain.
     pub origin: Option<Time>,
 }
 

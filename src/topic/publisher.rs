@@ -37,6 +37,12 @@ impl<T: Payload> Publisher<T> {
         }
     }
 
+    /// What the clock that the node stamps by shows at run time `now`.
+    pub fn shows(&self, now: Time) -> Time {
+        let outbox = self.outbox.as_ref().filter(|outbox| outbox.is_needed());
+        outbox.map_or(now, |outbox| outbox.shows(now))
+    }
+
     /// Publishes a message at run time `now` with another `stamp`, whatever the tick takes: one that
     /// arrives from another process, where it was published then.
     pub fn forward(&self, data: T, now: Time, stamp: Time, origin: Option<Time>) {

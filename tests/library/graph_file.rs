@@ -149,7 +149,7 @@ fn errors_have_a_place_and_a_remedy() {
         assert!(known, "{error}, not {case}");
         count += 1;
     }
-    assert_eq!(count, 78);
+    assert_eq!(count, 84);
     let large = GraphFile::parse(&"x".repeat(2 << 20)).expect_err("too large");
     let said = "line 1, column 1: 2097152 bytes: expected up to 1048576";
     assert_eq!(large.to_string(), said);

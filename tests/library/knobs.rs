@@ -160,6 +160,7 @@ fn an_invalid_knob_is_refused_in_one_line_with_the_accepted_values() {
         clock policy 5 1e9            | 500000 ppm
         clock policy NaN 0            | is no error of a clock
         clock policy 0 0 0            | OFFSET_MS DRIFT_PPM STEP_MS
+        stamp_clock policy 5          | is no error of a clock
         takes policy -1               | expected milliseconds such as 30
         takes policy soon             | "soon" is no duration
         takes policy busy             | "busy" is no duration
@@ -200,7 +201,8 @@ fn an_invalid_timed_knob_is_refused_with_line_value_and_expected_form() {
     let depth = "is not a queue depth: expected a whole number from 1 to 1000000";
     let known = "control-hz, sensor-hz, queue-depth, policy, think-ms, on-stale, chunk, plan, \
                  expect-delay, model, play, merge, refill, disturb, rate, depth, send, set, takes, \
-                 offset, wakes, late, link, read, lose, postpone, crash, restart, hang or clock";
+                 offset, wakes, late, link, read, lose, postpone, crash, restart, hang, clock or \
+                 stamp_clock";
     let cases = rows(
         r"
         1 control-hz           | 1 control-hz     | SHAPE

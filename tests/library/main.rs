@@ -68,6 +68,7 @@ mod rerun;
 mod rerun_graphs;
 mod rows;
 mod stability;
+mod stamps;
 mod swap;
 mod sweep;
 mod system;

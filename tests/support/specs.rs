@@ -27,7 +27,7 @@ pub fn almost_link() -> impl Strategy<Value = String> {
 /// First words of knobs of every kind with targets, and other words.
 pub const HEADS: &str = "rate policy|depth /obs|send actuator|send policy|takes policy|takes policy busy|\
     set policy horizon|offset sensor|wakes actuator|late policy|link /action|read /obs|lose /action|postpone /obs #|\
-    crash policy|restart sensor|hang actuator|clock sensor #|on-stale|control-hz|\
+    crash policy|restart sensor|hang actuator|clock sensor #|stamp_clock sensor #|on-stale|control-hz|\
     queue-depth|~ /obs";
 
 /// Values that some knob takes.

@@ -56,8 +56,8 @@ impl Topics {
         let was_turned = builder.was_turned(KnobKind::Rate, ACTUATOR);
         let fixed: &[KnobKind] = match (&steps, was_turned) {
             (None, _) => &[],
-            (Some(_), true) => &[KnobKind::Clock],
-            (Some(_), false) => &[KnobKind::Rate, KnobKind::Clock],
+            (Some(_), true) => &[KnobKind::Clock, KnobKind::StampClock],
+            (Some(_), false) => &[KnobKind::Rate, KnobKind::Clock, KnobKind::StampClock],
         };
         builder.node(ACTUATOR, CONTROL_HZ, last + 1, move |wiring| {
             const REASON: &str = "each of its ticks is 20 ms of the plant's time: \

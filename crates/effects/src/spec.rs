@@ -23,7 +23,9 @@ pub fn checked(mut knob: Knob) -> Result<Knob, String> {
         Knob::Wakes { spec, .. } => *spec = spec.parse::<Draw>()?.to_string(),
         Knob::Late { spec, .. } => *spec = spec.parse::<Overrun>()?.to_string(),
         Knob::Link { spec, .. } => *spec = spec.parse::<Link>()?.to_string(),
-        Knob::Clock { error, .. } => *error = error.parse::<ClockError>()?.to_string(),
+        Knob::Clock { error, .. } | Knob::StampClock { error, .. } => {
+            *error = error.parse::<ClockError>()?.to_string();
+        }
         _ => {}
     }
     Ok(knob)

@@ -191,9 +191,11 @@ impl Candidates<'_> {
             changes.extend(shorter_costs(spec));
             changes.extend(self.other_policies(node));
         }
-        let error = self.setup.knob(KnobKind::Clock, &node.name);
-        if error.is_some_and(|error| error.value() != RIGHT_CLOCK) {
-            changes.push(("clock", RIGHT_CLOCK.to_owned()));
+        for kind in [KnobKind::Clock, KnobKind::StampClock] {
+            let error = self.setup.knob(kind, &node.name);
+            if error.is_some_and(|error| error.value() != RIGHT_CLOCK) {
+                changes.push((kind.name(), RIGHT_CLOCK.to_owned()));
+            }
         }
         let mut changes = knobs(&node.name, changes);
         let of_file = self.file.iter();

@@ -119,8 +119,9 @@ mod tests {
     /// What was published: rows with stamp and origin.
     type Published = Receiver<(Vec<f64>, Time, Option<Time>)>;
 
-    /// An inlet for messages of one number, while the clock of its graph runs.
-    fn with_inlet(test: impl Fn(&Inlet, &Published) + Send + Sync + 'static) {
+    /// An inlet for messages of one number, while the clock of its graph runs, some of whose nodes
+    /// have `wrong_clocks`.
+    fn with_inlet(wrong_clocks: bool, test: impl Fn(&Inlet, &Published) + Send + Sync + 'static) {
         let (sent, published) = unbounded();
         let mut graph = Graph::new();
         let inlet = Inlet {
@@ -134,7 +135,11 @@ mod tests {
                 sent.send((row.to_vec(), stamp, origin)).is_ok() && row != [7.0]
             }),
             sender: Mutex::default(),
-            times: Arc::new(Times::new(Observer::of(&graph), Arc::default())),
+            times: Arc::new(Times::new(
+                Observer::of(&graph),
+                Arc::default(),
+                wrong_clocks,
+            )),
             arrivals: bounded(1).0,
         };
         let hz = Hz::new(100.0).expect("a rate");
@@ -160,7 +165,7 @@ mod tests {
 
     #[test]
     fn hostile_messages_are_counted_and_never_obeyed() {
-        with_inlet(|inlet, published| {
+        with_inlet(false, |inlet, published| {
             let good = encode(&head(5, ClockMoment::now()), &[0.5]);
             assert_eq!(inlet.take(&good), Ok(()));
             let of = |row: &[f64]| encode(&head(6, ClockMoment::now()), row);
@@ -199,13 +204,43 @@ mod tests {
 
     #[test]
     fn a_time_that_came_from_here_comes_back_as_it_left() {
-        with_inlet(|inlet, published| {
+        with_inlet(false, |inlet, published| {
             let sensed = ClockMoment::now();
             assert_eq!(inlet.take(&encode(&head(0, sensed), &[0.5])), Ok(()));
             let (_, stamp, origin) = published.try_recv().expect("published");
             assert_eq!(Some(stamp), origin);
             assert_eq!(inlet.times.moment(stamp), Some(sensed));
             assert_eq!(inlet.times.origin(stamp), Some(sensed));
+        });
+    }
+
+    #[test]
+    fn the_stamps_of_a_wrong_clock_arrive_as_they_are_where_the_graph_has_one() {
+        with_inlet(true, |inlet, published| {
+            let now = ClockMoment::now();
+            for (seq, ahead) in [8_000_000_i64, 37_000_000_000, -175_000_000]
+                .into_iter()
+                .enumerate()
+            {
+                let stamp = ClockMoment {
+                    at: now.at + ahead,
+                    ..now
+                };
+                let bytes = encode(&head(seq as u64, stamp), &[0.5]);
+                assert_eq!(inlet.take(&bytes), Ok(()), "{ahead}");
+                let (_, shown, header) = published.try_recv().expect("published");
+                let expected = stamp.at - inlet.times.zero().expect("a run");
+                assert_eq!(shown.as_nanos(), expected.max(0).unsigned_abs(), "{ahead}");
+                assert_eq!(header, Some(shown));
+                // And a node that copies it sends it as it came.
+                assert_eq!(inlet.times.origin(shown), Some(stamp));
+            }
+            let unknown = ClockMoment {
+                clock: ClockId(1),
+                ..now
+            };
+            let refused = inlet.take(&encode(&head(9, unknown), &[0.5]));
+            assert_eq!(refused, Err(Refusal::Clock));
         });
     }
 }

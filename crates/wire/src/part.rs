@@ -46,8 +46,10 @@ impl LocalPart {
         arrivals: &Sender<ReceivedMessage>,
     ) -> Result<Arc<Self>, WireError> {
         let offsets = Arc::default();
-        let times = Arc::new(Times::new(experiment.observer(), Arc::clone(&offsets)));
         let mut own = Info::of(experiment, here);
+        let wrong = own.has_wrong_clocks();
+        let times = Times::new(experiment.observer(), Arc::clone(&offsets), wrong);
+        let times = Arc::new(times);
         let inlets = inlets(&own, &experiment.taps(), &times, arrivals)?;
         let session = settings.open()?;
         own.incarnation = settings.number(&session)?;

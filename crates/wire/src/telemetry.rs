@@ -3,7 +3,7 @@
 
 use std::{process, time::Duration};
 
-use ratelab::{Command, Event, NodeTopology, Push, Time, TopicTopology, Topology};
+use ratelab::{Command, Event, KnobKind, NodeTopology, Push, Time, TopicTopology, Topology};
 use ratelab_account::TickRecord;
 use ratelab_study::experiment::{Config, Experiment};
 use serde::{Deserialize, Serialize};
@@ -64,6 +64,13 @@ impl Info {
             topology,
             events: Vec::new(),
         }
+    }
+
+    /// Whether a setting of the run makes the clock of a node wrong.
+    pub(crate) fn has_wrong_clocks(&self) -> bool {
+        let turned = self.config.knobs.iter().map(|timed| &timed.knob);
+        let mut knobs = self.config.setup.iter().chain(turned);
+        knobs.any(|knob| matches!(knob.kind(), KnobKind::Clock | KnobKind::StampClock))
     }
 
     /// Whether it runs `node`.

@@ -24,17 +24,21 @@ pub struct Times {
     /// The moment of run time zero, once known.
     zero: OnceLock<Nanos>,
     pub(crate) offsets: Arc<Offsets>,
+    /// Whether clocks of the graph are wrong by its settings: stamps may be from the future or from
+    /// before the run then.
+    wrong_clocks: bool,
     /// Times of this run and the moments that they came from.
     origins: Recent<Time, ClockMoment>,
 }
 
 impl Times {
-    /// Creates the times of the run that `observer` reads.
-    pub(crate) fn new(observer: Observer, offsets: Arc<Offsets>) -> Self {
+    /// Creates the times of the run that `observer` reads, with `wrong_clocks` or without.
+    pub(crate) fn new(observer: Observer, offsets: Arc<Offsets>, wrong_clocks: bool) -> Self {
         Self {
             observer,
             zero: OnceLock::new(),
             offsets,
+            wrong_clocks,
             origins: Recent::default(),
         }
     }
@@ -63,14 +67,19 @@ impl Times {
         })
     }
 
-    /// The run time of `moment`.
+    /// The run time of `moment`; with wrong clocks as they stamp it, zero before the run.
     ///
     /// # Errors
-    /// [`Refusal`] if its clock is unknown, or it is before the run or in the future.
+    /// [`Refusal`] if its clock is unknown, or it is before the run or in the future without a wrong
+    /// clock.
     pub(crate) fn time(&self, moment: ClockMoment) -> Result<Time, Refusal> {
         let zero = self.zero().ok_or(Refusal::Early)?;
         let estimate = self.offsets.estimate(moment.clock).ok_or(Refusal::Clock)?;
         let (ours, now) = (estimate.ours(moment.at), machine::now());
+        if self.wrong_clocks {
+            let shown = ours.saturating_sub(zero).max(0);
+            return Ok(Time::from_nanos(shown.unsigned_abs()));
+        }
         if ours.saturating_sub(now) > estimate.bound {
             return Err(Refusal::Future);
         }

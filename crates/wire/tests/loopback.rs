@@ -84,6 +84,25 @@ fn a_reader_that_is_too_slow_reads_fresh_messages_and_counts_the_others() {
     assert!(p50.as_millis() < 200, "{p50:?}");
 }
 
+/// Two sensors whose clocks are wrong in their stamps, as the graph has it.
+const WRONG_CLOCKS: &str = "
+    name = 'wrong-clocks'
+    node.ahead = { rate = 50, stamp_clock = '180 20', publishes = ['/ahead'] }
+    node.behind = { rate = 50, stamp_clock = '-180 0', publishes = ['/behind'] }
+    node.both = { trigger = ['/ahead', '/behind'] }
+";
+
+#[test]
+fn stamps_that_the_graph_makes_wrong_are_refused_by_no_process() {
+    let parts: [&[&str]; 2] = [&["ahead", "behind"], &["both"]];
+    let [_, reader] = run(graph(WRONG_CLOCKS), parts, None);
+    for inlet in reader.bridge.inlets() {
+        assert_eq!(inlet.refused.hostile(), 0, "{}", inlet.name);
+        let topic = reader.snapshot.topic(&inlet.name).expect("read there");
+        assert!(topic.published > 50, "{}: {}", inlet.name, topic.published);
+    }
+}
+
 #[test]
 fn a_process_that_is_refused_was_never_present() {
     let address = address();

@@ -22,6 +22,8 @@ pub(crate) struct Task {
     rate: Rate,
     /// The clock that its rate follows, if that has an error.
     clock: Option<LocalClock>,
+    /// The clock that it stamps by, if that is another one.
+    stamp_clock: Option<LocalClock>,
     offset: Duration,
     /// What becomes of due times that pass while it is busy.
     late: Overrun,
@@ -75,6 +77,7 @@ impl Task {
             number: 0,
             rate: spec.rate,
             clock: None,
+            stamp_clock: None,
             offset: Duration::ZERO,
             late: Overrun::default(),
             trigger: None,
@@ -370,14 +373,27 @@ impl Task {
             }
             Knob::Clock { error, .. } => {
                 let clock = LocalClock::new(plan.now(), error.parse()?);
-                plan.stamp_by(member, Arc::new(move |now| clock.shows(now)));
                 let before = self.clock.replace(clock).unwrap_or_default();
+                self.stamp(member, plan);
                 let shown = self.shows(free);
                 self.rate.resume(shown);
                 before.error.to_string()
             }
+            Knob::StampClock { error, .. } => {
+                let clock = LocalClock::new(plan.now(), error.parse()?);
+                let before = self.stamp_clock.replace(clock).or(self.clock);
+                self.stamp(member, plan);
+                before.unwrap_or_default().error.to_string()
+            }
             _ => return Err(format!("{knob} is not for a node")),
         })
+    }
+
+    /// Has its messages stamped by the clock that it stamps by.
+    fn stamp(&self, member: usize, plan: &Timetable<'_>) {
+        if let Some(clock) = self.stamp_clock.or(self.clock) {
+            plan.stamp_by(member, Arc::new(move |now| clock.shows(now)));
+        }
     }
 
     fn set_hz(&mut self, hz: Hz, now: Time, free: Time) -> Hz {

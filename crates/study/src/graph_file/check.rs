@@ -6,7 +6,7 @@ use ratelab::{Hz, Knob, KnobKind, Release};
 use ratelab_effects::{Callback, Match, knob};
 
 use super::{
-    ChainSpec, GraphFile, InnerSpec, MOST_PARTS, NodeSpec, PlacedKnob,
+    ChainSpec, GraphFile, HeaderStamp, InnerSpec, MOST_PARTS, NodeSpec, PlacedKnob,
     document::Block,
     error::{Checked, GraphRefusal, Placed, holds, instead, line_and_column, refuse, unknown},
     executors,
@@ -160,6 +160,7 @@ fn node(block: &Block, divided: Option<Hz>, all: &mut Vec<PlacedKnob>) -> Checke
         at: block.name.at,
         release,
         priority: block.number("priority").map(|number| number as u32),
+        stamp: HeaderStamp::read(block, triggers.iter().chain(&reads))?,
         triggers,
         reads,
         publishes: topics(block, "publishes")?,

@@ -66,7 +66,7 @@ impl Block {
 type MeantKey = (&'static str, &'static str, &'static [&'static str]);
 
 /// Keys by the words that others have for them.
-const MEANT: [MeantKey; 15] = [
+const MEANT: [MeantKey; 17] = [
     (
         "node",
         "rate",
@@ -99,6 +99,27 @@ const MEANT: [MeantKey; 15] = [
     ),
     ("node", "wakes", &["jitter", "lateness"]),
     ("node", "offset", &["phase"]),
+    (
+        "node",
+        "stamp",
+        &[
+            "header",
+            "header_stamp",
+            "timestamp",
+            "time_stamp",
+            "stamps",
+        ],
+    ),
+    (
+        "node",
+        "stamp_clock",
+        &[
+            "clock_offset",
+            "time_offset",
+            "timestamp_offset",
+            "sensor_clock",
+        ],
+    ),
     (
         "topic",
         "depth",

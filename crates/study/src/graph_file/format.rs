@@ -1,6 +1,8 @@
 //! The keys of a graph file, for its parser, its schema and its manual.
 
-use ratelab::KnobKind::{self, Clock, Depth, Late, Link, Offset, Rate, Read, Takes, Wakes};
+use ratelab::KnobKind::{
+    self, Clock, Depth, Late, Link, Offset, Rate, Read, StampClock, Takes, Wakes,
+};
 
 use Form::{Figure, Knob, List, Milliseconds, Number, Remap, Text, Whole};
 
@@ -99,6 +101,9 @@ pub(super) const PATH: Form =
 const MATCH: Form =
     Text(r#""each", "exact:10" with a number of stamps, or "approximate:10" of messages"#);
 
+/// Whose header stamp the messages of a node have.
+pub(super) const STAMP: Form = Text(r#""now" or a topic that it reads, such as "/image""#);
+
 /// A kind of executor.
 const EXECUTOR: Form =
     Text(r#""single", "multi:2", "events", "fixed-priority:1", "edf:1" or "let""#);
@@ -158,7 +163,7 @@ pub const SECTIONS: [FileSection; 8] = [
                 "match",
                 MATCH,
                 "What a tick needs of several triggers: each (the newest of each), \
-                 exact:10 (equal times of readings; 10 of them wait) or approximate:10 (the closest) [default: each]",
+                 exact:10 (equal header stamps; 10 of them wait) or approximate:10 (the closest) [default: each]",
             ),
             optional(
                 "takes",
@@ -179,7 +184,18 @@ pub const SECTIONS: [FileSection; 8] = [
             optional(
                 "clock",
                 Knob(Clock),
-                "Error of its own clock, OFFSET_MS DRIFT_PPM [STEP_MS] [default: as the section clock has it, or none]",
+                "Error of its own clock, OFFSET_MS DRIFT_PPM [STEP_MS]: ticks and stamps follow it [default: as the section clock has it, or none]",
+            ),
+            optional(
+                "stamp",
+                STAMP,
+                "The header stamp of its messages: that of the message that it read last on a topic, such as \"/image\", \
+                 or \"now\", the beginning of its tick by its clock [default: the first of trigger, else the first of reads, else now]",
+            ),
+            optional(
+                "stamp_clock",
+                Knob(StampClock),
+                "Error of the clock that it stamps by, OFFSET_MS DRIFT_PPM [STEP_MS]; its ticks do not move [default: as clock]",
             ),
             optional(
                 "reads",

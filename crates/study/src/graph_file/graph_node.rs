@@ -5,6 +5,7 @@ use std::sync::Arc;
 use ratelab::{GO_ON, MeterRecorder, Node, Publisher, PushRecorder, Shared, Tick, Time};
 use ratelab_account::RowReader;
 
+use super::HeaderStamp;
 use crate::system::{ChainAges, Numbers};
 
 /// Where a node takes the beginning of a chain's data from.
@@ -24,6 +25,7 @@ pub(super) enum Beginning {
 pub(super) struct GraphNode {
     pub(super) inputs: Vec<NodeInput>,
     pub(super) outputs: Vec<Output>,
+    pub(super) stamp: HeaderStamp,
     pub(super) ends: Option<ChainEnds>,
 }
 
@@ -31,6 +33,7 @@ pub(super) struct GraphNode {
 pub(super) struct NodeInput {
     pub(super) reader: RowReader,
     pub(super) row: Vec<f64>,
+    /// Its header stamp; of a topic of a system, the time of the sensing behind it.
     pub(super) sensed: Option<Time>,
 }
 
@@ -86,18 +89,26 @@ impl Beginning {
 
 impl GraphNode {
     fn publish(&self, output: &Output, now: Time) {
-        let chains = output.chains.iter();
-        let begun: Vec<_> = chains.map(|chain| chain.at(now, &self.inputs)).collect();
-        // Without a chain, the first topic that it reads counts.
-        let first = self.inputs.iter().find_map(|input| input.sensed);
-        let origin = begun.iter().flatten().min().copied();
-        let origin = origin.or(first).unwrap_or(now);
+        let stamp = self.copied_stamp();
+        let stamp = stamp.unwrap_or_else(|| output.publisher.shows(now));
         let nanos = |at: Option<Time>| at.map_or(f64::NAN, |at| at.as_nanos() as f64);
-        let row = match begun.is_empty() {
-            true => vec![nanos(Some(origin))],
-            false => begun.into_iter().map(nanos).collect(),
+        let row = if output.chains.is_empty() {
+            vec![nanos(Some(stamp))]
+        } else {
+            let chains = output.chains.iter();
+            chains
+                .map(|chain| nanos(chain.at(now, &self.inputs)))
+                .collect()
         };
-        output.publisher.publish(Numbers(row), now, Some(origin));
+        output.publisher.publish(Numbers(row), now, Some(stamp));
+    }
+
+    /// The header stamp that it copies; `None` before there is one, and if it stamps by its clock.
+    fn copied_stamp(&self) -> Option<Time> {
+        match self.stamp {
+            HeaderStamp::Now => None,
+            HeaderStamp::Of(input) => self.inputs.get(input)?.sensed,
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ratelab::Topology;
 
 use super::{
-    ChainSpec, GraphFile, InnerSpec, NodeSpec,
+    ChainSpec, GraphFile, HeaderStamp, InnerSpec, NodeSpec,
     error::{Checked, Placed, instead, refuse, unknown},
 };
 use crate::system::{Builder, ForwardingNode, Setup, System, WorldKind};
@@ -193,6 +193,9 @@ impl Fit<'_> {
         let (name, from) = (&node.name, &from.text);
         let inputs: Vec<&Placed> = node.inputs().collect();
         let what = match (&inputs[..], node.publishes.len(), node.priority) {
+            ([_], 1, None) if node.stamp == HeaderStamp::Now => format!(
+                "{name} passes on the time of the reading from {from:?}: leave its stamp out"
+            ),
             ([input], 1, None) => return Ok(input),
             ([_], 1, Some(_)) => format!(
                 "{name} ticks right behind the publisher of {from:?}: leave its priority out"

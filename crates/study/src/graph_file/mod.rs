@@ -34,7 +34,8 @@
 //! topics at the end of it. A message carries, for every chain that goes through its topic,
 //! the run time at which the data began: the tick of the first node of the chain. A node
 //! copies it from the message that it read last on the topic before in the chain, so data
-//! ages are exact along the named path.
+//! ages are exact along the named path. Its header stamp is by the clock of a node, copied or its
+//! own: a match compares it, and no age rests on it.
 
 mod change;
 mod check;
@@ -48,6 +49,7 @@ mod graph_node;
 mod insertion;
 mod load;
 mod names;
+mod stamp;
 mod system;
 mod wiring;
 
@@ -109,6 +111,7 @@ struct NodeSpec {
     /// The other topics that it reads.
     reads: Vec<Placed>,
     publishes: Vec<Placed>,
+    stamp: HeaderStamp,
     /// The node as its executor knows it.
     callback: Callback,
 }
@@ -122,6 +125,15 @@ impl NodeSpec {
     fn publishes(&self, topic: &str) -> bool {
         holds(&self.publishes, topic)
     }
+}
+
+/// Whose header stamp the messages of a node have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum HeaderStamp {
+    /// What the clock of the node shows as its tick begins.
+    Now,
+    /// That of the message that it read last on the input with this number.
+    Of(usize),
 }
 
 /// An executor in a graph file.

@@ -257,6 +257,7 @@ impl System for GraphSystem {
         warnings.extend(self.file.dead_circles());
         warnings.extend(self.clock_warnings(setup));
         warnings.extend(self.file.idle_settings());
+        warnings.extend(self.file.idle_stamp_clocks(setup));
         warnings
     }
 }
