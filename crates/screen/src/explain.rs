@@ -42,12 +42,14 @@ fn graph(frame: &FrameData) -> [String; 3] {
     let dropped = dropped.fold(0, u64::saturating_add);
     [
         format!(
-            "Boxes are nodes, each {}: {}.",
-            match frame.nodes.iter().any(|node| node.triggered) {
-                true => "at a rate of its own or on messages",
-                false => "at a rate of its own",
+            "Boxes are nodes, each {}: {}.{}",
+            if frame.nodes.iter().any(|node| node.triggered) {
+                "at a rate of its own or on messages"
+            } else {
+                "at a rate of its own"
             },
-            list(nodes)
+            list(nodes),
+            wrong_stamps(frame)
         ),
         format!(
             "Lines are topics, and dots on them are messages: {}.",
@@ -66,6 +68,15 @@ fn graph(frame: &FrameData) -> [String; 3] {
             }
         ),
     ]
+}
+
+/// A sentence about clocks that are wrong in the stamps, after the others.
+fn wrong_stamps(frame: &FrameData) -> String {
+    let nodes = frame.wrong_stamps.join(", ");
+    if nodes.is_empty() {
+        return nodes;
+    }
+    format!(" Wrong clocks stamp the messages of {nodes}: a match compares these stamps.")
 }
 
 fn hertz(node: &NodeData) -> f64 {
@@ -252,6 +263,16 @@ mod tests {
             let (_, text) = explained(Pane::Events, about, &frame);
             assert_eq!(text.contains("Below are"), any_event, "{text}");
         }
+    }
+
+    #[test]
+    fn clocks_that_are_wrong_in_the_stamps_are_named_with_their_errors() {
+        let mut frame = sample::balanced();
+        let text = |frame: &FrameData| explained(Pane::Graph, Explained::default(), frame).1;
+        assert!(!text(&frame).contains("clock"), "{}", text(&frame));
+        frame.wrong_stamps = vec!["camera (-175 0)".to_owned()];
+        let told = "Wrong clocks stamp the messages of camera (-175 0): a match compares";
+        assert!(text(&frame).contains(told), "{}", text(&frame));
     }
 
     #[test]

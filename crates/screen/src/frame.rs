@@ -26,6 +26,8 @@ pub struct FrameData {
     pub world: Option<&'static str>,
     /// The messages in force, such as `policy scripted`.
     pub settings: Vec<String>,
+    /// The nodes that stamp by a wrong clock, each with its error, such as `camera (-175 0)`.
+    pub wrong_stamps: Vec<String>,
     /// The nodes of the graph, in the order in which they were added.
     pub nodes: Vec<NodeData>,
     /// The topics of the graph.

@@ -124,6 +124,7 @@ impl Sampler {
             seed: config.seed,
             world: world(session, &setup),
             settings: settings(system, &setup),
+            wrong_stamps: wrong_stamps(&setup),
             verdict,
             age,
             awaits_limits: self.limits.is_coming() || self.trials.is_coming(),
@@ -309,6 +310,15 @@ fn settings(system: &dyn System, setup: &Setup) -> Vec<String> {
     let shown = names::shown(system, |alias| names::is_set(alias, setup)).into_iter();
     let sent = shown.filter(|alias| alias.kind() == KnobKind::Send);
     sent.map(|alias| setting(system, alias, setup)).collect()
+}
+
+/// The nodes whose clocks for stamps are wrong in `setup`, each with its error.
+fn wrong_stamps(setup: &Setup) -> Vec<String> {
+    let clocks = setup.iter();
+    let clocks = clocks.filter(|knob| knob.kind() == KnobKind::StampClock && knob.value() != "0 0");
+    clocks
+        .map(|knob| format!("{} ({})", knob.target(), knob.value()))
+        .collect()
 }
 
 /// A note on the world of `session`, where it is relevant.

@@ -271,6 +271,7 @@ pub fn frame_data(nodes: Vec<NodeData>, topics: Vec<TopicData>) -> FrameData {
         seed: 0,
         world: None,
         settings: vec!["policy scripted".to_owned()],
+        wrong_stamps: Vec::new(),
         nodes,
         topics,
         latency: Some(LatencyData {
