@@ -3,7 +3,7 @@
 The rules are those of rclcpp 29.3.0 (a0a2a06), rcl 9.2.0 (c19dab5) and TrueTime (63ae017) as
 docs/executors.md has them. Times are whole milliseconds here.
 
-    python3 executors.py          writes executors.txt: 300 random graphs and what they did
+    python3 executors.py          writes executors.txt: 500 random graphs and what they did
     python3 executors.py 5000     prints that many, for
                                   RATELAB_EXECUTORS=FILE cargo test executors
     python3 executors.py show N   the ticks of graph N, one a line
@@ -12,34 +12,59 @@ A graph is a line of words:
 
     until=MS executor=KIND nodes=NODE;NODE;...
     NODE = name,priority,release,cost,group,place,publishes
-      release    every:PERIOD, or each:TOPIC+TOPIC
+      release    every:PERIOD, or MATCH:TOPIC+TOPIC with a match of graph files: each or
+                 approximate:QUEUE from graph 300 on
       group      - for a group of its own
       place      executor or thread
       publishes  TOPIC+TOPIC or -
-    depths=TOPIC:DEPTH,...  delays=TOPIC:MS,...
+    depths=TOPIC:DEPTH,...  delays=TOPIC:MS,...  stamps=TOPIC:MS,...
 
 The line below it has the number of ticks, and the FNV-1a hash (64 bits) of their text: for
 each node in order, for each of its ticks `name due start end` and a line feed, in
 milliseconds; `-` for the end of a tick that the run cuts off.
+
+A tick hands on the oldest stamp of its set. A timer stamps with the end of its tick; where
+`stamps` has the topic, with the start, rounded down to a multiple of these milliseconds.
 """
 
 import random
 import sys
 
+from approximate import Matcher
+
 PERIODS = [2, 4, 5, 8, 10, 16, 20, 25, 32, 40, 50]
 
 
+class Each:
+    """The newest of each topic."""
+
+    def __init__(self, topics):
+        self.newest, self.sets = [None] * topics, []
+
+    def add(self, topic, stamp, _):
+        self.newest[topic] = stamp
+        if None not in self.newest:
+            self.sets.append(self.newest)
+            self.newest = [None] * len(self.newest)
+
+
 class Node:
-    def __init__(self, index, name, priority, release, cost, group, place, publishes):
+    def __init__(self, index, name, priority, release, match, cost, group, place, publishes):
         self.index, self.name, self.priority = index, name, priority
         self.period = release if isinstance(release, int) else None
         self.topics = None if self.period else release
         self.cost, self.group, self.place, self.publishes = cost, group, place, publishes
-        self.held = {}          # one from each: topics taken since the last tick
+        if self.topics:
+            count = len(self.topics)
+            queue = int(match.partition(":")[2] or 0)
+            self.match = Matcher(count, queue, None) if queue else Each(count)
+        self.sets = []          # those that the last message completed, and no tick has used
+        self.completed = None   # the arrival of that message
         self.turn = 0           # whose turn it is, for a node that takes by itself
-        self.unread = {topic: [] for topic in self.topics or []}   # deliveries not taken
+        self.unread = {topic: [] for topic in self.topics or []}   # (arrival, stamp), not taken
         self.ticks = []         # [due, start, end or None]
         self.running = None     # the tick under way
+        self.stamp = None       # what it hands on, if messages trigger it
         self.next = None        # the next due time of the timer
 
     def rank(self):
@@ -47,14 +72,21 @@ class Node:
 
     def take(self, topic):
         """Takes a message; the due time if that makes a set."""
-        arrived = self.unread[topic].pop(0)
-        self.held[topic] = True
-        if len(self.held) == len(self.topics):
-            self.held = {}
-            return arrived
-        return None
+        self.completed, stamp = self.unread[topic].pop(0)
+        self.match.add(self.topics.index(topic), stamp, stamp)
+        self.sets, self.match.sets = self.match.sets, []
+        return self.go_on()
+
+    def go_on(self):
+        """The due time of the next set of the message that was taken last."""
+        if not self.sets:
+            return None
+        self.stamp = min(self.sets.pop(0))
+        return self.completed
 
     def take_in_turn(self):
+        if self.sets:
+            return self.go_on()
         while any(self.unread.values()):
             topic = self.topics[self.turn]
             self.turn = (self.turn + 1) % len(self.topics)
@@ -65,15 +97,15 @@ class Node:
         return None
 
     def oldest(self):
-        return min((queue[0] for queue in self.unread.values() if queue), default=None)
+        return min((queue[0][0] for queue in self.unread.values() if queue), default=None)
 
 
 class Run:
-    def __init__(self, nodes, executor, depths, delays):
-        self.nodes, self.depths, self.delays = nodes, depths, delays
+    def __init__(self, nodes, executor, depths, delays, stamps):
+        self.nodes, self.depths, self.delays, self.stamps = nodes, depths, delays, stamps
         self.now = 0
         self.ends = []          # (time, rank, node)
-        self.arrivals = []      # (time, number, topic)
+        self.arrivals = []      # (time, number, topic, stamp)
         self.published = 0
         self.members = [node for node in nodes if node.place == "executor"]
         self.executor = make(executor, self)
@@ -113,7 +145,7 @@ class Run:
         arrivals = sorted(entry for entry in self.arrivals if entry[0] == now)
         if arrivals:
             self.arrivals.remove(arrivals[0])
-            self.deliver(arrivals[0][2])
+            self.deliver(*arrivals[0][2:])
             return True
         for node in self.members:
             if not self.own(node) and node.next == now:
@@ -130,7 +162,7 @@ class Run:
     def has_work(self, node):
         if node.period:
             return node.next == self.now
-        return node.running is None and node.oldest() is not None
+        return node.running is None and (bool(node.sets) or node.oldest() is not None)
 
     def work(self, node):
         if node.period:
@@ -174,14 +206,19 @@ class Run:
         node.running = None
         for topic in node.publishes:
             at = self.now + self.delays.get(topic, 0)
-            self.arrivals.append((at, self.published, topic))
+            stamp = node.stamp
+            if node.period:
+                start = node.ticks[-1][1]
+                step = self.stamps.get(topic)
+                stamp = start - start % step if step else self.now
+            self.arrivals.append((at, self.published, topic, stamp))
             self.published += 1
 
-    def deliver(self, topic):
+    def deliver(self, topic, stamp):
         for node in self.nodes:
             if node.topics and topic in node.topics:
                 queue = node.unread[topic]
-                queue.append(self.now)
+                queue.append((self.now, stamp))
                 if len(queue) > self.depths[topic]:
                     queue.pop(0)
                 if not self.own(node):
@@ -194,6 +231,7 @@ class Windows:
     def __init__(self, run, threads):
         self.run, self.free, self.window, self.busy = run, threads, [], set()
         self.known = set()      # timers that are due and were not called
+        self.unfinished = []    # nodes with another set of the message that they were called for
 
     def due(self, node):
         if node in self.known:
@@ -235,6 +273,10 @@ class Windows:
         return None
 
     def pick(self):
+        if self.unfinished:
+            node = min(self.unfinished, key=self.run.members.index)
+            self.unfinished.remove(node)
+            return self.call(node, node.go_on())
         if self.free == 0:
             return False
         entry = self.choose()
@@ -251,6 +293,9 @@ class Windows:
                 node.next += (1 + (self.run.now - node.next) // node.period) * node.period
         else:
             due = node.take(topic)
+        return self.call(node, due)
+
+    def call(self, node, due):
         self.free -= 1
         self.busy.add(node.group)
         if due is None or self.run.begin(node, due):
@@ -263,6 +308,8 @@ class Windows:
     def ended(self, node):
         self.free += 1
         self.busy.discard(node.group)
+        if node.sets:
+            self.unfinished.append(node)
 
 
 class Events:
@@ -270,6 +317,7 @@ class Events:
 
     def __init__(self, run):
         self.run, self.queue, self.busy = run, [], False
+        self.unfinished = None  # the node with another set of its message
 
     def due(self, node):
         self.queue.append((node, None, node.next))
@@ -280,13 +328,19 @@ class Events:
         self.queue.append((node, topic, None))
 
     def pick(self):
-        if self.busy or not self.queue:
+        if self.busy or not self.queue and self.unfinished is None:
             return False
-        node, topic, due = self.queue.pop(0)
-        if topic is not None:
-            due = node.take(topic) if node.unread[topic] else None
-        if due is not None and not self.run.begin(node, due):
+        if self.unfinished is not None:
+            node, self.unfinished = self.unfinished, None
+            due = node.go_on()
+        else:
+            node, topic, due = self.queue.pop(0)
+            if topic is not None:
+                due = node.take(topic) if node.unread[topic] else None
+        if due is not None:
             self.busy = True
+            if self.run.begin(node, due):
+                self.ended(node)
         return True
 
     def began(self, node, ends):
@@ -294,6 +348,8 @@ class Events:
 
     def ended(self, node):
         self.busy = False
+        if node.sets:
+            self.unfinished = node
 
 
 class Preemptive:
@@ -303,6 +359,7 @@ class Preemptive:
         self.run, self.cores, self.by_deadline = run, cores, by_deadline
         self.released = {node: [] for node in run.members}
         self.jobs = {}          # node: [key, left, on core since or None]
+        self.places = {}        # node: the key of its last job
 
     def due(self, node):
         self.released[node].append(node.next)
@@ -321,6 +378,8 @@ class Preemptive:
             return self.jobs[node][0]
         if node.period:
             return self.key(node, self.released[node][0]) if self.released[node] else None
+        if node.sets:
+            return self.places[node]
         oldest = node.oldest()
         return None if oldest is None else self.key(node, oldest)
 
@@ -339,7 +398,7 @@ class Preemptive:
                 if self.jobs[node][2] is None:
                     self.go(node)
                 continue
-            key = self.first(node)
+            key = self.places[node] = self.first(node)
             if node.period:
                 due = self.released[node].pop(0)
             else:
@@ -374,8 +433,8 @@ def make(executor, run):
     return None
 
 
-def graph(dice):
-    """A random graph: its line, and its parts."""
+def graph(dice, matches):
+    """A random graph: its line, and its parts; `matches` for those of stamps, too."""
     executor = dice.choice(
         ["single", "multi:1", "multi:2", "multi:3", "events", "fixed-priority:1",
          "fixed-priority:2", "edf:1", "edf:2", "let"]
@@ -383,10 +442,13 @@ def graph(dice):
     needs_periods = executor in ("let", "edf:1", "edf:2")
     nodes, topics = [], []
     for index in range(dice.randint(2, 9)):
-        name = f"n{index}"
+        name, match = f"n{index}", "each"
         # Triggers from earlier nodes only: no circles.
         if topics and dice.random() < 0.5:
-            release = dice.sample(topics, min(len(topics), dice.choice([1, 1, 1, 2, 3])))
+            most = dice.choice([1, 2, 2, 3] if matches else [1, 1, 1, 2, 3])
+            release = dice.sample(topics, min(len(topics), most))
+            if matches and dice.random() < 0.9:
+                match = f"approximate:{dice.choice([1, 2, 5, 10])}"
         else:
             release = dice.choice(PERIODS)
         place = "executor" if dice.random() < 0.8 else "thread"
@@ -399,36 +461,42 @@ def graph(dice):
             topics.append(topic)
         group = f"g{dice.randint(0, 2)}" if dice.random() < 0.5 else "-"
         nodes.append(
-            (name, dice.randint(0, 4), release, dice.choice([0, 1, 1, 2, 3, 5, 8, 13]),
+            (name, dice.randint(0, 4), release, match, dice.choice([0, 1, 1, 2, 3, 5, 8, 13]),
              group, place, publishes)
         )
     depths = {topic: dice.choice([1, 1, 2, 5, 20]) for topic in topics}
-    delays = {topic: dice.choice([1, 3, 7]) for topic in topics if dice.random() < 0.2}
-    return executor, nodes, depths, delays, 300
+    times, share = ([5, 20, 60], 0.4) if matches else ([1, 3, 7], 0.2)
+    delays = {topic: dice.choice(times) for topic in topics if dice.random() < share}
+    stamps = {topic: dice.choice([1, 30, 70]) for topic in topics} if matches else {}
+    return executor, nodes, depths, delays, stamps, 300
 
 
-def words(executor, nodes, depths, delays, until):
-    def node(name, priority, release, cost, group, place, publishes):
+def words(executor, nodes, depths, delays, stamps, until):
+    def node(name, priority, release, match, cost, group, place, publishes):
         every = isinstance(release, int)
-        release = f"every:{release}" if every else "each:" + "+".join(release)
+        release = f"every:{release}" if every else f"{match}:" + "+".join(release)
         to = "+".join(publishes) or "-"
         return f"{name},{priority},{release},{cost},{group},{place},{to}"
+
+    def each(key, values):
+        return f"{key}=" + ",".join(f"{topic}:{value}" for topic, value in values.items())
 
     return " ".join([
         f"until={until}",
         f"executor={executor}",
         "nodes=" + ";".join(node(*parts) for parts in nodes),
-        "depths=" + ",".join(f"{topic}:{depth}" for topic, depth in depths.items()),
-        "delays=" + ",".join(f"{topic}:{delay}" for topic, delay in delays.items()),
+        each("depths", depths),
+        each("delays", delays),
+        *([each("stamps", stamps)] if stamps else []),
     ])
 
 
-def play(executor, nodes, depths, delays, until):
+def play(executor, nodes, depths, delays, stamps, until):
     made = [
-        Node(index, name, priority, release, cost, name if group == "-" else group, place, to)
-        for index, (name, priority, release, cost, group, place, to) in enumerate(nodes)
+        Node(index, name, priority, release, match, cost, name if group == "-" else group, *rest)
+        for index, (name, priority, release, match, cost, group, *rest) in enumerate(nodes)
     ]
-    Run(made, executor, depths, delays).run(until)
+    Run(made, executor, depths, delays, stamps).run(until)
     lines = []
     for node in made:
         for due, start, end in node.ticks:
@@ -445,7 +513,7 @@ def fnv(text):
 
 
 def case(number):
-    parts = graph(random.Random(number))
+    parts = graph(random.Random(number), matches=number >= 300)
     lines = play(*parts)
     return parts, lines
 
@@ -456,7 +524,7 @@ def main():
         print(words(*parts))
         print("".join(lines), end="")
         return
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 300
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 500
     out = []
     for number in range(count):
         parts, lines = case(number)
@@ -469,4 +537,5 @@ def main():
             file.write(text)
 
 
-main()
+if __name__ == "__main__":
+    main()

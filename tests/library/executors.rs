@@ -12,6 +12,8 @@ struct Bench {
     graph: Graph,
     names: Vec<String>,
     topics: HashMap<String, Topic<u64>>,
+    /// The multiples (ms) that the messages of a timer are stamped by, where a topic has some.
+    steps: HashMap<String, u64>,
     knobs: Vec<String>,
 }
 
@@ -24,6 +26,7 @@ impl Bench {
             graph: Graph::with(Effects),
             names: Vec::new(),
             topics: HashMap::new(),
+            steps: HashMap::new(),
             knobs: Vec::new(),
         }
     }
@@ -33,6 +36,11 @@ impl Bench {
         let fields = fields(line);
         let list = |key| fields.get(key).copied().unwrap_or_default();
         let (mut bench, mut callbacks) = (Self::new(), Vec::new());
+        let steps = split(list("stamps"), ',').into_iter();
+        bench.steps = steps
+            .filter_map(|text| text.rsplit_once(':'))
+            .map(|(topic, step)| (topic.to_owned(), step.parse().expect(step)))
+            .collect();
         for node in split(list("nodes"), ';') {
             let parts: Vec<_> = node.split(',').collect();
             let [name, priority, release, cost, group, place, to] = parts[..] else {
@@ -84,6 +92,10 @@ impl Bench {
         cost: f64,
         to: &[&str],
     ) -> Result<(), GraphError> {
+        let steps: Vec<_> = to
+            .iter()
+            .map(|topic| self.steps.get(*topic).copied())
+            .collect();
         let (from, to) = (self.topics(from), self.topics(to));
         self.graph.node(name, release, priority, |wiring| {
             let mut from: Vec<_> = from.iter().map(|topic| wiring.trigger(topic)).collect();
@@ -91,7 +103,10 @@ impl Bench {
             move |now| {
                 let inputs = from.iter_mut().filter_map(|topic| topic.latest(now));
                 let sensed = inputs.map(|message| message.sensed()).min();
-                to.iter().for_each(|topic| topic.publish(0, now, sensed));
+                for (topic, step) in to.iter().zip(&steps) {
+                    let stamp = || step.map(|step| rounded_down(now, step * 1_000_000));
+                    topic.publish(0, now, sensed.or_else(stamp));
+                }
                 GO_ON
             }
         })?;
@@ -125,6 +140,11 @@ impl Bench {
         run_virtual(&mut self.graph, &at_once(&self.knobs.join(";")), end);
         taps
     }
+}
+
+/// The last multiple of `step` (ns) up to a run time.
+fn rounded_down(at: Time, step: u64) -> Time {
+    Time::from_nanos(at.as_nanos() / step * step)
 }
 
 fn split(list: &str, by: char) -> Vec<&str> {
@@ -178,7 +198,7 @@ fn the_timelines_are_those_that_were_worked_out_by_hand() {
         assert_eq!(ticks, expected, "{name}");
         count += 1;
     }
-    assert_eq!(count, 24);
+    assert_eq!(count, 33);
 }
 
 #[test]

@@ -1,4 +1,7 @@
-//! What a match does with the messages that it takes: each is used once, discarded or waits.
+//! What a match does with the messages that it takes: each is used once, discarded or waits; and
+//! when a tick on a set is due.
+
+use std::sync::Mutex;
 
 use crate::{support::*, table::rows};
 
@@ -63,6 +66,91 @@ fn a_message_is_used_in_a_set_discarded_or_still_waits() {
                 "{case} {name}: {}",
                 topic.unmatched()
             );
+        }
+    }
+}
+
+/// When the ticks on sets of two topics were due, and the run times of the ticks of a sender, each
+/// with a message on both topics.
+fn sets_of_a_sender(
+    matching: &str,
+    executor: &str,
+    clock: &mut dyn Clock,
+    knobs: &str,
+) -> [Vec<Time>; 2] {
+    let mut graph = Graph::with(Effects);
+    let topics = ["/a", "/b"].map(|name| Topic::new(name, depth(100)));
+    let sent = Arc::new(Mutex::new(Vec::new()));
+    let times = sent.clone();
+    let sender = graph.node("sender", 100.0, 0, |wiring| {
+        let [a, b] = topics.each_ref().map(|topic| wiring.publisher(topic));
+        move |now| {
+            let mut times = times.lock().expect("no panic");
+            // Of those on /b two have one stamp.
+            let number = times.len() as u64;
+            a.publish((), now, Some(at_ms(10 * number)));
+            b.publish((), now, Some(at_ms(20 * (number / 2))));
+            times.push(now);
+            GO_ON
+        }
+    });
+    sender.expect("a node");
+    let matching: Match = matching.parse().expect(matching);
+    let sync = graph.node("sync", matching, 1, |wiring| {
+        let mut from = topics.each_ref().map(|topic| wiring.trigger(topic));
+        move |now| {
+            assert!(from.iter_mut().all(|topic| topic.latest(now).is_some()));
+            GO_ON
+        }
+    });
+    sync.expect("a node");
+    worker(&mut graph, "load", 80.0, 2, |_| GO_ON);
+    if !executor.is_empty() {
+        let executor: Executor = executor.parse().expect(executor);
+        let callbacks = ["sync", "load"].map(|name| Callback::of(name).with_deadline(ms(20)));
+        graph.executor(executor, callbacks).expect("nodes");
+    }
+    let taps = TapHandle::of(&graph).ticks(4096);
+    run_timed(clock, &mut graph, &at_once(knobs), at_ms(300));
+    let dues = taps[1].items().try_iter().map(|tick| tick.due()).collect();
+    let sent = sent.lock().expect("no panic").clone();
+    [dues, sent]
+}
+
+#[test]
+fn a_tick_on_a_set_is_due_when_the_message_was_delivered_that_completed_it() {
+    // The ticks for each message on /b: of a pair of equal stamps for the first, for the second.
+    for [matching, first, second] in rows(
+        "each           | 1 | 1
+         exact:10       | 1 | 0
+         approximate:10 | 2 | 0",
+    ) {
+        let counts = [&first, &second].map(|count| count.parse().expect(count));
+        let check = |executor: &str, clock: &mut dyn Clock, delay: u64, knobs: &str| {
+            let [dues, sent] = sets_of_a_sender(&matching, executor, clock, knobs);
+            let completed = sent.iter().enumerate().flat_map(|(number, at)| {
+                // Nothing came before the first one.
+                let count: usize = if number == 0 { 1 } else { counts[number % 2] };
+                std::iter::repeat_n(*at + ms(delay), count)
+            });
+            let completed: Vec<Time> = completed.take(dues.len()).collect();
+            assert_eq!(dues, completed, "{matching} {executor}");
+            assert!(dues.len() > 5, "{matching} {executor}: {dues:?}");
+        };
+        let costs = "takes sync 4; takes load 3";
+        let delayed = format!("{costs}; link /b delay:3");
+        for executor in [
+            "",
+            "single",
+            "multi:2",
+            "events",
+            "fixed-priority:1",
+            "edf:1",
+        ] {
+            check(executor, &mut VirtualClock, 3, &delayed);
+        }
+        for executor in ["", "single", "multi:2", "events"] {
+            check(executor, &mut RealClock::default(), 0, costs);
         }
     }
 }

@@ -28,6 +28,12 @@ impl CallbackOrder for EventOrder {
         is_free.then(|| self.0.pop_front()).flatten()
     }
 
+    fn called(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
+        if task_set.tasks[member].goes_on() {
+            self.0.push_front(Call::Messages { member });
+        }
+    }
+
     fn forget(&mut self, member: usize) {
         self.0.retain(|waiting| waiting.member() != member);
     }

@@ -21,7 +21,8 @@ pub(crate) trait CallbackOrder: Send {
     /// The callback to call now, if there are one and a thread for it.
     fn next(&mut self, task_set: &mut TaskSetView<'_, '_>) -> Option<Call>;
 
-    /// A callback of a node was called: it takes run time, or is over.
+    /// A callback of a node was called: it takes run time, or is over. Where the message had more
+    /// sets, the callback goes on with the next one before the executor takes another callback.
     fn called(&mut self, _member: usize, _task_set: &mut TaskSetView<'_, '_>) {}
 
     /// Deadline of the running tick of a node, or else of its next one, which is due at `now` at the
@@ -38,15 +39,15 @@ pub(crate) trait CallbackOrder: Send {
     fn reschedule(&mut self, _member: usize) {}
 }
 
-/// A call of a node; timers come first.
+/// A call of a node, in the order in which they come first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Call {
+    /// Its subscriptions, for the next set of the last message, or in turn until a set is complete.
+    Messages { member: usize },
     /// The timer of a node.
     Timer { member: usize },
     /// One of its subscriptions, for one message.
     Message { member: usize, input: usize },
-    /// Its subscriptions in turn, until a set of messages is complete.
-    Messages { member: usize },
 }
 
 impl Call {
@@ -149,8 +150,8 @@ impl Ordered {
         if let Some(running) = self.tasks[member].running {
             self.running.push(member);
             plan.alarm(running.ends, Phase::End, member);
-            self.with_order(plan, |order, task_set| order.called(member, task_set));
         }
+        self.with_order(plan, |order, task_set| order.called(member, task_set));
         self.add_waiting(member, plan);
     }
 
@@ -166,7 +167,7 @@ impl Ordered {
     /// The timer that was planned for a time is due.
     fn alarm(&mut self, member: usize, at: Time, plan: &mut Timetable<'_>) {
         // It may have been planned anew since.
-        if self.releases[member] != at {
+        if self.releases[member] > at {
             return;
         }
         self.releases[member] = Time::MAX;
@@ -185,8 +186,8 @@ impl Ordered {
         let member = call.member();
         self.running.push(member);
         let due = match (call, &mut self.tasks[member].trigger) {
-            (Call::Message { input, .. }, Some(trigger)) => trigger.take_from(input, member, plan),
-            (Call::Messages { .. }, Some(trigger)) => trigger.take(member, plan),
+            (Call::Message { input, .. }, Some(trigger)) => trigger.take_from(input, now),
+            (Call::Messages { .. }, Some(trigger)) => trigger.take(now),
             _ => self.call_timer(member, plan),
         };
         let Some(due) = due else {

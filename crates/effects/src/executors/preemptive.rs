@@ -72,6 +72,8 @@ impl Preemptive {
         let task = &mut task_set.tasks[member];
         let next = match task.running {
             Some(_) if key.is_some() => return,
+            // The job goes on with the next set of its message, in its place.
+            None if key.is_some() && task.goes_on() => return,
             Some(running) => {
                 task.suspend(now);
                 Some((running.began, Time::MAX))

@@ -14,8 +14,9 @@ use super::{
     ordered::{Call, CallbackOrder, TaskSetView},
 };
 
-/// The callbacks of an executor with one thread or several. A window holds timers before
-/// messages, each in the order of registration.
+/// The callbacks of an executor with one thread or several. A window holds callbacks that go on
+/// with the next set of their message, then timers, then messages, each in the order of
+/// registration.
 #[derive(Debug)]
 pub(crate) struct WindowOrder {
     threads: usize,
@@ -102,6 +103,9 @@ impl CallbackOrder for WindowOrder {
 
     /// A subscription whose last message was taken is ready no more.
     fn called(&mut self, member: usize, task_set: &mut TaskSetView<'_, '_>) {
+        if task_set.tasks[member].goes_on() {
+            self.window.insert(Call::Messages { member });
+        }
         let now = task_set.plan.now();
         if let Some(trigger) = &task_set.tasks[member].trigger {
             let inputs = 0..trigger.inputs();

@@ -1,8 +1,8 @@
 //! A node with a thread of its own: it ticks as soon as it is due and free.
 
 use ratelab::{
-    ClockKind, Job, JobKind, Knob, Phase, Scheduler, SchedulerEvent, TaskState, TickTiming, Time,
-    Timetable,
+    ClockKind, Job, JobKind, Knob, KnobKind, Phase, Scheduler, SchedulerEvent, TaskState,
+    TickTiming, Time, Timetable,
 };
 
 use super::task::Task;
@@ -15,6 +15,10 @@ pub(crate) struct Own {
     pub(crate) is_let: bool,
     /// A due tick that has not started yet.
     waiting: Option<Waiting>,
+    /// Run time of its last late start: due times up to then passed before.
+    woke: Option<Time>,
+    /// Whether it has heard of a message that it may not have taken.
+    heard: bool,
 }
 
 /// A late tick.
@@ -30,6 +34,8 @@ impl Own {
             task,
             is_let: false,
             waiting: None,
+            woke: None,
+            heard: false,
         }
     }
 
@@ -66,15 +72,17 @@ impl Own {
         if let Some(running) = self.task.running {
             return plan.alarm(running.ends, Phase::End, 0);
         }
-        if self.waiting.is_none()
-            && let Some(trigger) = &self.task.trigger
-            && trigger.oldest(now).is_some()
-        {
-            let due = now;
-            if !asleep || plan.clock() == ClockKind::Real || !self.is_delayed(due, now) {
-                let starts = now;
-                self.waiting = Some(Waiting { due, starts });
-            }
+        let is_virtual = plan.clock() == ClockKind::Virtual;
+        let waits = match &self.task.trigger {
+            // The end of a tick comes before what arrives at the same instant.
+            Some(_) if is_virtual && !asleep => self.heard,
+            Some(trigger) => trigger.oldest(now).is_some(),
+            None => false,
+        };
+        let waits = waits && self.waiting.is_none();
+        if waits && !(is_virtual && asleep && self.is_delayed(now, now)) {
+            let (due, starts) = (now, now);
+            self.waiting = Some(Waiting { due, starts });
         }
         let starts = self.waiting.map(|waiting| waiting.starts);
         plan.alarm(starts.unwrap_or_else(|| self.task.due()), Phase::Start, 0);
@@ -95,9 +103,13 @@ impl Own {
                 if is_virtual {
                     self.task.skip_before(now + Time::RESOLUTION, plan);
                 }
-                self.waiting = None;
+                (self.waiting, self.woke) = (None, Some(now));
                 match &mut self.task.trigger {
-                    Some(trigger) => trigger.take(0, plan),
+                    Some(trigger) => {
+                        let due = trigger.take(now);
+                        self.heard = trigger.oldest(now).is_some();
+                        due
+                    }
                     None => Some(waiting.due),
                 }
             }
@@ -105,7 +117,8 @@ impl Own {
             None => {
                 let due = self.task.take_due();
                 self.task.skip_same_instant(due, plan);
-                if is_virtual && self.is_delayed(due, now) {
+                // A thread that did not sleep when the tick was due does not wake late.
+                if is_virtual && due == now && self.woke != Some(now) && self.is_delayed(due, now) {
                     self.arm(false, plan);
                     return None;
                 }
@@ -169,12 +182,10 @@ impl Scheduler for Own {
                 };
             }
             SchedulerEvent::Done { job, missed_before } => self.done(job.kind, missed_before, plan),
-            SchedulerEvent::Arrived { .. } => {
-                if self.busy_until().is_none() {
-                    self.arm(true, plan);
-                }
+            SchedulerEvent::Arrived { .. } | SchedulerEvent::Opened { .. } => {
+                self.heard = true;
+                self.arm(true, plan);
             }
-            SchedulerEvent::Opened { .. } => self.arm(true, plan),
             SchedulerEvent::Crashed { .. } => {
                 self.skip_while_busy(now, plan);
                 self.task.crash();
@@ -201,7 +212,7 @@ impl Scheduler for Own {
     fn set(&mut self, _: usize, knob: &Knob, plan: &mut Timetable<'_>) -> Result<String, String> {
         let now = plan.now();
         let times = knob.kind().sets(TickTiming::Due);
-        if times {
+        if times || knob.kind() == KnobKind::Late {
             self.skip_while_busy(now, plan);
         }
         let free = self.busy_until().filter(|_| !self.task.is_triggered());

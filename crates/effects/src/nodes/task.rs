@@ -98,6 +98,12 @@ impl Task {
         self.trigger.is_some()
     }
 
+    /// Whether its last callback goes on with another set of its message.
+    pub(crate) fn goes_on(&self) -> bool {
+        let is_free = !self.crashed && self.running.is_none();
+        is_free && self.trigger.as_ref().is_some_and(Trigger::has_sets)
+    }
+
     /// Where it is, at run time `now`.
     pub(crate) fn state(&self, skips: bool, now: Time) -> TaskState {
         let last = self.rate.last_due();

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use ratelab::{Intake, Time, Timetable};
+use ratelab::{Intake, Time};
 
 use super::{
     matcher::Matcher,
@@ -16,8 +16,8 @@ pub(crate) struct Trigger {
     matcher: Matcher,
     /// The sets that the last message completed, but for those that were used.
     sets: VecDeque<Choice>,
-    /// The input with that message, and the run time of its delivery.
-    last: (usize, Time),
+    /// Run time of the delivery of that message.
+    completed: Time,
     /// The input whose turn it is.
     turn: usize,
 }
@@ -29,7 +29,7 @@ impl Trigger {
             inputs,
             matching,
             sets: VecDeque::new(),
-            last: (0, Time::ZERO),
+            completed: Time::ZERO,
             turn: 0,
         }
     }
@@ -47,44 +47,42 @@ impl Trigger {
         inputs.for_each(|input| input.forget_before(None));
     }
 
-    /// Run time of the delivery of the oldest message that an input has not yet taken. One that
-    /// has completed several sets is as good as many.
-    pub(crate) fn oldest_of(&self, input: usize, now: Time) -> Option<Time> {
-        match self.last {
-            (last, arrived) if last == input && !self.sets.is_empty() => Some(arrived),
-            _ => self.inputs.get(input)?.oldest(now),
-        }
+    /// Whether the last message completed sets that were not yet used.
+    pub(crate) fn has_sets(&self) -> bool {
+        !self.sets.is_empty()
     }
 
-    /// Run time of the delivery of the oldest message on any input.
+    /// Run time of the delivery of the oldest message that an input has not yet taken.
+    pub(crate) fn oldest_of(&self, input: usize, now: Time) -> Option<Time> {
+        self.inputs.get(input)?.oldest(now)
+    }
+
+    /// Run time of the delivery of the message that the node works on next: the last one while it
+    /// has sets, else the oldest on any input.
     pub(crate) fn oldest(&self, now: Time) -> Option<Time> {
-        let inputs = 0..self.inputs.len();
-        inputs.filter_map(|input| self.oldest_of(input, now)).min()
+        if self.has_sets() {
+            return Some(self.completed);
+        }
+        let inputs = self.inputs.iter();
+        inputs.filter_map(|input| input.oldest(now)).min()
     }
 
     /// Number of messages that an input may take at `now`.
     pub(crate) fn waiting_in(&self, input: usize, now: Time) -> usize {
-        let more = match self.last.0 == input {
-            true => self.sets.len(),
-            false => 0,
-        };
-        more + self.inputs[input].waiting(now)
+        self.inputs[input].waiting(now)
     }
 
-    /// Takes the oldest message of an input, unless one before completed several sets. Returns the
-    /// run time of its delivery if there is a set: the node, which is this member of its task set,
-    /// is to tick.
-    pub(crate) fn take_from(
-        &mut self,
-        input: usize,
-        member: usize,
-        plan: &mut Timetable<'_>,
-    ) -> Option<Time> {
-        if self.sets.is_empty() {
-            let taken = self.inputs.get_mut(input)?.take(plan.now())?;
-            self.matcher.add(input, taken, &mut self.sets);
-            self.last = (input, taken.arrived);
-        }
+    /// Takes the oldest message of an input. Returns the run time of its delivery if it completes
+    /// a set: the node is to tick.
+    pub(crate) fn take_from(&mut self, input: usize, now: Time) -> Option<Time> {
+        let taken = self.inputs.get_mut(input)?.take(now)?;
+        self.matcher.add(input, taken, &mut self.sets);
+        self.completed = taken.arrived;
+        self.next_set()
+    }
+
+    /// Lets the node read the next set of the last message; returns the run time of its delivery.
+    fn next_set(&mut self) -> Option<Time> {
         let choice = self.sets.pop_front();
         for (index, input) in self.inputs.iter_mut().enumerate() {
             if let Some(choice) = &choice {
@@ -93,31 +91,23 @@ impl Trigger {
             let waiting = self.sets.front().map(|set| set[index]);
             input.forget_before(waiting.or_else(|| self.matcher.needs_from(index)));
         }
-        let (last, arrived) = self.last;
-        if input != last || !self.sets.is_empty() {
-            // The node is called once more, as if a message arrived.
-            plan.arrive(member, input);
-        }
-        choice.map(|_| arrived)
+        choice.map(|_| self.completed)
     }
 
-    /// Takes messages, one of each input in turn, until a set is complete; returns the run
-    /// time of the delivery of its last one.
-    pub(crate) fn take(&mut self, member: usize, plan: &mut Timetable<'_>) -> Option<Time> {
-        let mut empty = 0;
-        while empty < self.inputs.len() {
-            let input = self.turn;
-            self.turn = (input + 1) % self.inputs.len();
-            match self.oldest_of(input, plan.now()) {
-                None => empty += 1,
-                Some(_) => {
-                    empty = 0;
-                    if let Some(due) = self.take_from(input, member, plan) {
-                        return Some(due);
-                    }
-                }
+    /// Goes on with the last message if it has sets; else takes messages, one of each input in
+    /// turn, until a set is complete. Returns the run time of the delivery of its last one.
+    pub(crate) fn take(&mut self, now: Time) -> Option<Time> {
+        if self.has_sets() {
+            return self.next_set();
+        }
+        let count = self.inputs.len();
+        loop {
+            let mut turns = (self.turn..self.turn + count).map(|turn| turn % count);
+            let input = turns.find(|input| self.oldest_of(*input, now).is_some())?;
+            self.turn = (input + 1) % count;
+            if let Some(due) = self.take_from(input, now) {
+                return Some(due);
             }
         }
-        None
     }
 }
