@@ -101,12 +101,13 @@ pub(super) struct Agenda {
 const RECENT: usize = 4;
 
 impl Agenda {
-    /// Adds an event of a node with this priority and number within the phase.
+    /// Adds an event of a node with this priority and number within the phase, to the present instant
+    /// if it is for a past one.
     #[inline]
     pub(super) fn add(&mut self, at: Time, phase: Phase, rank: (u32, usize), node: usize) {
         let rank = u64::from(rank.0) << Phase::PRIORITY | rank.1 as u64;
         self.insert(AgendaItem {
-            at,
+            at: at.max(self.opened),
             order: (phase as u64) << Phase::SHIFT | rank,
             node: node as u32,
             input: 0,

@@ -175,7 +175,7 @@ impl Timetable<'_> {
     }
 
     /// Asks for an alarm of a node; none at [`Time::MAX`], and none for a node of another
-    /// process.
+    /// process. One for a time that has passed has its place in the order of this instant.
     #[inline]
     pub fn alarm(&mut self, at: Time, phase: Phase, member: usize) {
         let known = &self.members[member];

@@ -183,12 +183,13 @@ class Node:
     hang: int | None = None
     takes: str = "none"
     wakes: str = "none"
+    late: str = "skip"  # what becomes of due times that pass while it is busy
+    line: list = field(default_factory=list)  # due times that wait, each with what its clock showed
     waiting: int | None = None  # when the late tick starts
     ends: int | None = None  # when the tick in progress is over
     started: int = 0
     overruns: int = 0
     spent: int = 0
-    late: int = 0
 
     def instant(self):
         """What the node's clock shows when its next tick is due."""
@@ -224,6 +225,22 @@ class Node:
         self.last = self.instant()
         self.k += 1
 
+    def give_up(self, now):
+        """Overruns among the due times that wait: those that did so for too many periods."""
+        if self.late == "catch-up":
+            return
+        periods = 0 if self.late == "skip" else int(self.late.removeprefix("queue:"))
+        # Due times are rounded to a nanosecond.
+        oldest = now - (periods * math.floor(SECOND / self.hz) + 1 if periods else 0)
+        while self.line and self.line[0][0] < oldest:
+            self.last = self.line.pop(0)[1]
+            self.overruns += 1
+
+    def begin_anew(self, now):
+        """Forgets the due times that wait: there will be others."""
+        self.give_up(now)
+        self.line = []
+
     def move_to(self, now):
         """The first due time at or after now that finds the node free."""
         while self.instant() < self.reading(self.clock[0]):
@@ -233,27 +250,32 @@ class Node:
             self.k += 1
 
     def set_clock(self, value, now):
+        self.begin_anew(now)
         offset, drift = value.split()
         self.clock = (now, millis(offset), round(Fraction(drift) * 10**6))
         self.k = 0
         self.move_to(now)
 
-    def crash(self):
+    def crash(self, now):
+        self.begin_anew(now)
         self.crashed, self.waiting, self.ends, self.hang = True, None, None, None
 
     def restart(self, now):
-        self.crash()
+        if not self.crashed:
+            self.crash(now)
         self.crashed = False
         self.k = 0
         self.move_to(now)
 
     def rate(self, hz, now):
+        self.begin_anew(now)
         self.hz, self.k = Fraction(hz), 0
         if self.last is not None:
             self.anchor, self.k = self.last, 1
         self.move_to(now)
 
     def offset(self, ms, now):
+        self.begin_anew(now)
         self.anchor, self.k = millis(ms), 0
         self.move_to(now)
 
@@ -461,12 +483,16 @@ class Run:
         finish, cost = self.results.pop(node.name)
         node.ends = None
         node.spent += cost
+        node.give_up(now)
         finish(now)
 
     def come_due(self, node, now):
-        occupied = node.occupied()
+        if node.occupied() and node.late != "skip" or node.line:
+            node.line.append((now, node.instant()))
+            node.k += 1
+            return
         node.pass_by()
-        if occupied:
+        if node.occupied():
             node.overruns += 1
             return
         u = uniform(self.config.seed, "wakes", node.name, node.started)
@@ -475,7 +501,6 @@ class Run:
             self.start(node, now)
         else:
             node.waiting = now + late
-            node.late += late
 
     def turn(self, knob, now):
         kind, target, value = (knob + " ").split(" ", 2)
@@ -493,13 +518,16 @@ class Run:
             node.takes = value
         elif kind == "wakes":
             node.wakes = value
+        elif kind == "late":
+            node.give_up(now)
+            node.late = value
         elif kind == "hang":
             node.hang = millis(value)
         elif kind == "clock":
             node.set_clock(value, now)
         elif kind == "crash":
             self.results.pop(node.name, None)
-            node.crash()
+            node.crash(now)
         elif kind == "restart":
             self.results.pop(node.name, None)
             node.restart(now)
@@ -556,6 +584,9 @@ class Run:
             if now == next_look:
                 next_look += CONTROL_STEP
         self.close_force(self.end)
+        for node in self.nodes:
+            if node.occupied():
+                node.give_up(self.end + 1)
 
     def instant(self, now, next_look):
         """All that happens at `now`, in order; false if that ended the run."""
@@ -571,6 +602,10 @@ class Run:
                 self.come_due(node, now)
             if node.waiting == now and self.standing():
                 node.waiting = None
+                node.give_up(now)
+                self.start(node, now)
+            while node.line and not node.occupied() and self.standing():
+                node.last = node.line.pop(0)[1]
                 self.start(node, now)
         return self.standing()
 
@@ -753,6 +788,36 @@ LINKS = [
 ]
 
 
+def late(count, chance):
+    """The same with due times that wait for a node."""
+    pick, number = chance.choice, chance.randrange
+
+    def spec():
+        return pick(["skip", "queue:1", f"queue:{number(2, 5)}", "catch-up", "catch-up"])
+
+    def knob(node):
+        return pick([f"late {node} {spec()}", f"late {node} {spec()}", f"hang {node} {number(20, 120)}",
+                     f"hang {node} {number(20, 120)}", f"takes {node} {pick([5, 20, 30, '0..60'])}"])
+
+    for config in more(count, chance):
+        names = ["sensor", "policy", "actuator"]
+        setup = [f"late {node} {spec()}" for node in names if chance.random() < 0.7]
+        knobs = [(f"{number(1, 3_000) / 1e3:.3f}", knob(pick(names))) for _ in range(number(1, 8))]
+        yield replace(config, setup=config.setup + tuple(setup), knobs=tuple(sorted(
+            [*config.knobs, *knobs], key=lambda knob: nanoseconds(knob[0]))))
+
+
+# A tick that waited for the one before it begins in its place among all of the instant.
+LATE = [
+    *(Config(seed=seed, setup=("takes policy 20", f"late policy {spec}"), duration_s="3",
+             knobs=(("1", "hang policy 50"),))
+      for seed, spec in enumerate(["skip", "queue:1", "queue:2", "catch-up"])),
+    Config(seed=4, setup=("takes policy 10", "late policy catch-up", "wakes policy 3"),
+           knobs=(("1", "hang policy 130"),)),
+    *late(40, random.Random("late")),
+]
+
+
 def check_facts():
     """With H = 10 ms and nothing asked for, both worlds are one to the policy."""
     for seed, control in [(0, "50"), (1, "25"), (2, "10"), (3, "5"), (4, "12.5")]:
@@ -784,12 +849,13 @@ def main():
     arguments = parser.parse_args()
     if arguments.more:
         count, path = arguments.more
-        runs = more(int(count), random.Random(f"more {arguments.seed}"))
+        runs = [run for make in (more, late)
+                for run in make(int(count) // 2, random.Random(f"more {arguments.seed}"))]
         with open(path, "w", encoding="ascii") as file:
             file.write("\n".join(map(block, runs)))
         return
     check_facts()
-    text = "\n".join(map(block, CONFIGS + LINKS))
+    text = "\n".join(map(block, CONFIGS + LINKS + LATE))
     if arguments.check:
         check_file(text)
     else:

@@ -32,6 +32,31 @@ fn the_starving_nodes_of_rclcpp_starve_with_the_threads_of_their_reports_only() 
 }
 
 #[test]
+fn nodes_that_tick_together_read_in_the_order_of_the_instant() {
+    // Timers of executors come first, then threads by priority, then the picks of executors. A tick
+    // that waited for the one before has no other place than one that is due or wakes then.
+    check_graphs(
+        r#"
+        filter |                                   | 10 | | sense_mean_age 15.0
+        filter | single → events                   | 10 | | sense_mean_age 15.0
+        filter | single → multi:2                  | 10 | | sense_mean_age 15.0
+        filter | single → fixed-priority:1         | 10 | | sense_mean_age 5.0
+        filter | single → fixed-priority:1; "filter", "control" → "control", "filter" | 10 | | sense_mean_age 5.0
+        filter | single → fixed-priority:1; [node.filter] → [node.filter]\npriority = 9 | 10 | | sense_mean_age 15.0
+        filter | single → edf:1; [node.filter] → [node.filter]\ndeadline_ms = 9 | 10 | | sense_mean_age 5.0
+        filter | single → edf:1; [node.filter] → [node.filter]\ndeadline_ms = 11 | 10 | | sense_mean_age 15.0
+        filter | "filter", "control" → "control"   | 10 | | sense_mean_age 5.0
+        filter | "filter", "control" → "filter"    | 10 | | sense_mean_age 15.0
+        behind |                                   | 10 | 0 hang control 40 | sense_mean_age 30.0
+        behind | late = "catch-up" → late = "queue:2" | 10 | 0 hang control 40 | sense_mean_age 30.0
+        behind | [node.sensor] → [node.sensor]\npriority = 9 | 10 | 0 hang control 40 | sense_mean_age 50.0
+        behind | late = "catch-up" → late = "skip" | 10 | wakes control 20 | sense_mean_age 40.0
+        behind | late = "catch-up" → late = "skip"; [node.sensor] → [node.sensor]\npriority = 9 | 10 | wakes control 20 | sense_mean_age 60.0
+        "#,
+    );
+}
+
+#[test]
 fn the_three_servos_miss_the_deadlines_that_are_documented() {
     let done = |kind: &str| {
         let text = graph_text("three-servos", &format!("fixed-priority:1 → {kind}"));
