@@ -247,16 +247,16 @@ fn a_rescue_is_told_apart_from_a_pole_that_came_back_by_itself() {
     assert_eq!(
         told[2..8],
         [
-            "0.3 s 6.07° 5.38° rescued",
-            "0.4 s 6.07° 4.91° rescued",
+            "0.3 s 6.07° 5.82° rescued",
+            "0.4 s 6.07° 4.91° back by itself",
             "0.5 s 6.07° 4.91° rescued",
-            "0.6 s 6.07° 1.20° back by itself",
+            "0.6 s 6.07° 2.17° back by itself",
             "0.7 s 6.07° 1.07° back by itself",
             "0.8 s 7.68° 12.86° fell",
         ]
     );
     let meaning = &findings.meaning;
-    let told = "After 0.6 s and 0.7 s nothing was in danger";
+    let told = "After 0.4 s, 0.6 s and 0.7 s the pole was not in danger when the rate went up";
     assert!(meaning.contains(told), "{meaning}");
 }
 

@@ -89,6 +89,7 @@ fn what_is_a_rescue_and_what_only_resembles_one() {
          in danger without it | 20  | 0 8                       | in danger | Slowness
          never in danger      | 10  | 0 5, 0.1 50               | safe      | Danger
          danger long after    | 20  | 0 5, 0.1 50, 2 8, 9 50    | in danger | Danger
+         on the way across    | 10  | 0 5, 0.4 50               | in danger | Recovered
          back by itself       | 10  | 0 5, 0.6 50               | in danger | Recovered
          a moment too late    | 10  | 0 5, 0.7 50               | in danger | Recovered
          just in time         | 10  | 0 5, 0.5 50               | in danger |

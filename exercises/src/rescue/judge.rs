@@ -6,8 +6,8 @@
 //!    survives. From there until the rate is above 5 Hz again is a *slow phase*.
 //! 2. **In danger**: after the slow phase began, and no later than a second after it
 //!    ended, the pole went from within 4° to beyond 4°. A run at 50 Hz stays within 3°, so
-//!    the slow phase was the cause. It still was beyond 4° when the slow phase ended, or came
-//!    beyond 4° again within a second after that: a pole that came back by itself needed no rescue.
+//!    the slow phase was the cause. If it went there during the slow phase, it still was beyond 4°
+//!    when that ended: a pole that came back by itself needed no rescue.
 //! 3. **Brought back**: the slow phase ended with a higher rate of the policy.
 //! 4. **Held**: after both, the pole stayed within 4° for five consecutive seconds,
 //!    before the next slow phase and with no control step missing from the record.
@@ -172,11 +172,11 @@ impl<'a> Attempt<'a> {
         let danger = self.danger().ok_or(RescueFailure::Danger { worst_deg })?;
         let back = self.slow_phase.until;
         let back = back.ok_or(self.fell_or(RescueFailure::Return))?;
-        if !self.needs_rescue(back) {
-            let then = self.steps.iter().filter(|step| step.stamp >= back);
-            return Err(self.fell_or(RescueFailure::Recovered {
-                then_deg: widest_deg(then),
-            }));
+        let then = self.from(back);
+        let is_back = then.first().is_none_or(is_safe);
+        if danger < back && is_back {
+            let then_deg = widest_deg(then);
+            return Err(self.fell_or(RescueFailure::Recovered { then_deg }));
         }
         if !self.is_gapless() {
             return Err(RescueFailure::Steps);
@@ -202,12 +202,12 @@ impl<'a> Attempt<'a> {
         Some(crossing[1].stamp).filter(|at| *at <= latest)
     }
 
-    /// Whether the pole was in danger just before `back`, or soon after it.
-    fn needs_rescue(&self, back: Time) -> bool {
+    /// The steps from the last one before `back` on.
+    fn from(&self, back: Time) -> &'a [Message<ControlStep>] {
         let later = self.steps.partition_point(|step| step.stamp < back);
-        let soon = self.steps.iter().skip(later.saturating_sub(1));
-        soon.take_while(|step| step.stamp <= back + AFTERMATH)
-            .any(|step| !is_safe(step))
+        self.steps
+            .get(later.saturating_sub(1)..)
+            .unwrap_or_default()
     }
 
     fn is_gapless(&self) -> bool {
@@ -267,8 +267,8 @@ impl fmt::Display for RescueFailure {
             ),
             Self::Recovered { then_deg } => write!(
                 f,
-                "the pole had come back within {DANGER_DEG}° by itself, and stayed within \
-                 {then_deg:.1}° from the higher rate on: raise the rate while it is beyond"
+                "the pole had come back within {DANGER_DEG}° by itself when the rate went up, and \
+                 its widest angle from then on was {then_deg:.1}°: raise the rate while it is beyond"
             ),
             Self::Return => f.write_str("the policy was left slow: speed it up before it is late"),
             Self::Survival { at } => write!(f, "it fell at {at}: speed the policy up sooner"),

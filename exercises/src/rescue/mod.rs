@@ -4,8 +4,8 @@ pub mod judge;
 pub mod session;
 
 use judge::{RescueFailure, RescueSession, Rescued, judge};
-use ratelab::{Hz, Message};
-use ratelab_cart_pole::{BROKEN_HZ, CONTROL_HZ, CartPole, ControlStep};
+use ratelab::Hz;
+use ratelab_cart_pole::{BROKEN_HZ, CONTROL_HZ, CartPole};
 use ratelab_study::experiment::Config;
 
 use crate::framework::{
@@ -65,18 +65,17 @@ impl Rehearsal {
         self.run.summary.verdict.is_lost()
     }
 
-    /// The steps before the policy was fast again, and those after that.
-    fn halves(&self) -> (&[Message<ControlStep>], &[Message<ControlStep>]) {
-        let steps = &self.run.steps;
-        steps.split_at(steps.partition_point(|step| step.stamp.as_secs_f64() < self.slow_s))
-    }
-
-    /// The pole's angle just before the policy was fast again, and its widest one before and
+    /// The pole's angle just before the policy was fast again, and its widest one up to then and
     /// from then on (degrees); `None` if the pole had fallen before.
     fn angles_deg(&self) -> Option<[f64; 3]> {
-        let (before, after) = self.halves();
-        let then = angle_deg(before.last()?);
-        (!after.is_empty()).then(|| [then, widest_deg(before), widest_deg(after)])
+        let steps = &self.run.steps;
+        let later = steps.partition_point(|step| step.stamp.as_secs_f64() < self.slow_s);
+        let then = later.checked_sub(1).filter(|_| later < steps.len())?;
+        Some([
+            angle_deg(&steps[then]),
+            widest_deg(&steps[..later]),
+            widest_deg(&steps[then..]),
+        ])
     }
 
     /// What became of the pole, in a few words.
@@ -142,13 +141,13 @@ fn meaning(rehearsals: &[Rehearsal], lost: &Rehearsal) -> String {
         .iter()
         .filter(|of| matches!(of.judged, Err(RescueFailure::Recovered { .. })));
     let itself: Vec<String> = itself.map(|of| format!("{:.1} s", of.slow_s)).collect();
-    let itself = match &itself[..] {
-        [] => String::new(),
-        times => format!(
-            "After {} nothing was in danger: at {BROKEN_HZ} Hz the pole had come back by itself. ",
-            times.join(" and ")
-        ),
-    };
+    let itself = itself.split_last().map_or_else(String::new, |(last, others)| {
+        format!(
+            "After {} and {last} the pole was not in danger when the rate went up: at {BROKEN_HZ} Hz \
+             it had come back by itself. ",
+            others.join(", "),
+        )
+    });
     let late = lost.angles_deg().map_or_else(String::new, |[then, ..]| {
         format!(
             "After {:.1} s the pole was at {then:.1}° and fell {:.2} s later. ",
