@@ -491,25 +491,33 @@ fn whether_the_first_prediction_was_right_is_kept_and_told() {
     let told = |answers: &Answers| answers.predicted(&BRIEF).expect("a prediction");
     assert_eq!(told(&answers), "you predicted 8 Hz");
     let measured = findings(Answer::Exactly(12.0));
-    assert!(answers.judge(&BRIEF, &measured, 0));
-    assert!(!answers.judge(&BRIEF, &measured, 0), "nothing new");
+    let judge = |answers: &mut Answers, exercise: &Brief, seed: u64| {
+        let judged = answers.judge(&kept.path(), exercise, &measured, seed);
+        judged.expect("noted");
+    };
     let mut answers = kept.again(&answers);
+    // Another program predicts meanwhile.
+    let other = Prediction::new(1.0, "as seen").expect("finite").about(3);
+    let saved = Answers::change(&kept.path(), |known| known.set(brief(10), other));
+    saved.expect("saved");
+    judge(&mut answers, &BRIEF, 0);
     assert_eq!(told(&answers), "✖ you predicted 8 Hz");
+    assert!(answers.get(brief(10)).is_some(), "what is in the file");
+    assert_eq!(kept.load(), answers);
     assert!(matches!(
         answers.origin(&BRIEF),
         Some(PredictionOrigin::Written(_))
     ));
+    // What is known is not written again, and what was measured for another number says nothing.
+    fs::remove_file(kept.path()).expect("removed");
+    judge(&mut answers, &BRIEF, 0);
+    judge(&mut answers, brief(10), 4);
+    assert!(!kept.path().exists());
     // What is predicted again counts no more.
     answers.set(&BRIEF, predict("12 because I have seen it"));
-    answers.judge(&BRIEF, &measured, 0);
-    let again = kept.again(&answers);
+    let mut again = kept.again(&answers);
+    judge(&mut again, &BRIEF, 0);
     assert_eq!(told(&again), "✖ you predicted 12 Hz, first 8 Hz");
-    // What was measured for another number says nothing.
-    answers.set(
-        brief(10),
-        Prediction::new(1.0, "as seen").expect("finite").about(3),
-    );
-    assert!(!answers.judge(brief(10), &measured, 4));
 }
 
 #[test]

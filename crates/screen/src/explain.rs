@@ -105,7 +105,7 @@ fn plant(frame: &FrameData) -> [String; 3] {
 fn lately(age: AgeData) -> String {
     let limit = match age.limit() {
         _ if age.hidden => {
-            "The limit is for you to find in exercises 6 and 7; a shows it".to_owned()
+            "The limit is for you to find in exercises 6 and 7; a, twice, shows it".to_owned()
         }
         None => "The limit of this loop is unknown".to_owned(),
         Some(limit) => match (age.limits.falls, age.limits.may_fall) {

@@ -86,19 +86,39 @@ impl Answers {
         Some(&again.prediction)
     }
 
-    /// Notes whether the first prediction for this exercise is right, by the `findings` for the
-    /// learner's number `seed`; returns whether that is new.
-    pub fn judge(&mut self, exercise: &Brief, findings: &Findings, seed: u64) -> bool {
-        let Some(entry) = self.0.get_mut(&exercise.name) else {
-            return false;
-        };
-        let first = entry.first();
+    /// Notes in the file at `path` whether the first prediction for this exercise is right, by the
+    /// `findings` for the learner's number `seed`, unless that is known; the predictions are then
+    /// those of the file.
+    ///
+    /// # Errors
+    /// As of [`change`](Self::change); nothing is noted then.
+    pub fn judge(
+        &mut self,
+        path: &Path,
+        exercise: &Brief,
+        findings: &Findings,
+        seed: u64,
+    ) -> Result<(), AnswersError> {
+        let judgement = |answers: &Self| answers.judgement(exercise, findings, seed);
+        if judgement(self).is_some() {
+            *self = Self::change(path, |answers| {
+                let is_right = judgement(answers);
+                let entry = answers.0.get_mut(&exercise.name);
+                if let (Some(entry), Some(is_right)) = (entry, is_right) {
+                    entry.judge(is_right);
+                }
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Whether the first prediction for this exercise is right; `None` if that is known, or the
+    /// `findings` are for another number than its own.
+    fn judgement(&self, exercise: &Brief, findings: &Findings, seed: u64) -> Option<bool> {
+        let first = self.0.get(&exercise.name)?.first();
         let (is_right, _) = findings.judge(exercise, &first.prediction);
         let is_new = first.prediction.seed() == seed && first.right != Some(is_right);
-        if is_new {
-            entry.judge(is_right);
-        }
-        is_new
+        is_new.then_some(is_right)
     }
 
     /// The prediction for this exercise as text, if there is one, with whether the first one was

@@ -58,7 +58,7 @@ pub fn execute(program: &Program, command: Command) -> Result<(), Error> {
         Command::Up(_) => Err(Error::without_network("up")),
         #[cfg(not(feature = "network"))]
         Command::Node(_) => Err(Error::without_network("node")),
-        Command::Course(CourseCommand::Exercise(args)) => exercise::exercise(&args),
+        Command::Course(CourseCommand::Exercise(args)) => exercise::exercise(program, &args),
         Command::Course(CourseCommand::Grade(args)) => grade::grade(program, &args),
         Command::Course(CourseCommand::Tour(args)) => tour::tour(program, &args),
         Command::Keys => keys::print_keys(program),

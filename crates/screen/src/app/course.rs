@@ -38,10 +38,19 @@ pub struct Course {
     pub covered: bool,
     /// The rescue by hand, which will be judged, if the session is one.
     pub by_hand: Option<RescueTry>,
-    /// Whether the last key was that of the exercises, too early in a rescue.
-    pub early: bool,
+    /// What the last key would have done, which the same key does once more.
+    pub warned: Option<Warned>,
     /// The position in the guided tour, during one.
     tour: Option<Tour>,
+}
+
+/// What a key does at the second time only.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Warned {
+    /// It gives up a rescue that can still succeed.
+    GivesUp,
+    /// It shows the limits that the learner is to find.
+    ShowsLimits,
 }
 
 impl App {
@@ -52,8 +61,7 @@ impl App {
             return self.notify("there are no exercises for this system");
         };
         let over = self.ended() || self.stage().is_none_or(RescueStage::is_over);
-        if !over && !self.course.early {
-            self.course.early = true;
+        if !over && self.warns(Warned::GivesUp) {
             return self.notify("not yet, the try goes on: e again gives it up");
         }
         let (rescue, learner) = (self.rescue(), self.course.learner);
@@ -121,12 +129,22 @@ impl App {
         !(self.course.covered && event.knob().is_some_and(of_scene))
     }
 
-    /// Shows the limits of the push age, or hides them.
+    /// Whether the last key did not yet warn `of` this: now this one does.
+    fn warns(&mut self, of: Warned) -> bool {
+        self.course.warned.replace(of) != Some(of)
+    }
+
+    /// Shows the limits of the push age, at the second time, or hides them.
     pub(super) fn toggle_limits(&mut self) {
+        if self.setup.hides_limits && self.warns(Warned::ShowsLimits) {
+            let warning = "exercises 6 and 7 ask for these limits: a again shows them";
+            return self.notify(warning);
+        }
         self.setup.hides_limits ^= true;
-        self.notify(match self.setup.hides_limits {
-            true => "the limits of the push age are hidden: a shows them",
-            false => "the limits of the push age: exercises 6 and 7 ask for them",
+        self.notify(if self.setup.hides_limits {
+            "the limits of the push age are hidden: a, twice, shows them"
+        } else {
+            "the limits of the push age are shown: a hides them"
         });
     }
 

@@ -28,9 +28,9 @@ impl App {
             || (live && !is_chord(key) && self.is_for_the_panel(key))
             || (live && self.is_for_the_tour(key));
         if !taken {
-            let early = self.course.early;
+            let warned = self.course.warned;
             let _ = self.keys().obey(self, key) || (live && LAB.obey(self, key));
-            self.course.early &= !early;
+            self.course.warned = self.course.warned.filter(|of| Some(*of) != warned);
         }
     }
 

@@ -203,6 +203,12 @@ fn what_may_stand_there_does_and_an_answer_would_be_found() {
 fn the_limits_are_shown_once_they_are_predicted_or_asked_for() {
     let (mut app, folder) = lab(&config("control-hz 5"), true);
     then(&mut app, "", &["of ?"]);
+    then(
+        &mut app,
+        "a",
+        &["of ?", "exercises 6 and 7 ask for these limits"],
+    );
+    then(&mut app, "i\u{1b}a", &["of ?", "a again shows them"]);
     then(&mut app, "a", &["of 74–90"]);
     then(&mut app, "a", &["of ?"]);
     // As if the others had been predicted in a shell.

@@ -242,12 +242,8 @@ impl Learner<'_> {
         let findings = part.measure(prediction.seed())?;
         print_line(&findings.drawn(brief, &prediction))?;
         print_line(&readable(&findings.reconcile(brief, &prediction)))?;
-        if self.answers.judge(brief, &findings, prediction.seed()) {
-            let seed = prediction.seed();
-            Answers::change(self.file, |answers| {
-                answers.judge(brief, &findings, seed);
-            })?;
-        }
+        self.answers
+            .judge(self.file, brief, &findings, prediction.seed())?;
         let redone = self.answers.redone(brief);
         match redone.and_then(|_| self.answers.first(brief)) {
             Some(first) => print_line(&readable(&format!(

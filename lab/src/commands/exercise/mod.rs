@@ -2,13 +2,14 @@
 
 mod learner;
 
-use std::path::Path;
+use std::{ops::ControlFlow, path::Path};
 
 use exercises::{
     framework::{Answers, Exercise},
     questions,
     rescue::session::{RESCUE, accept},
 };
+use ratelab_recording::{Recording, VerifyWith, verify};
 
 use crate::{
     cli::{ExerciseArgs, Label, Wanted},
@@ -16,17 +17,18 @@ use crate::{
     output::print_line,
     predictions::answers_file,
     printable::shown,
+    program::Program,
     reading,
 };
 
 /// Lists the exercises, does one, or checks their promises.
-pub fn exercise(args: &ExerciseArgs) -> Result<(), Error> {
+pub fn exercise(program: &Program, args: &ExerciseArgs) -> Result<(), Error> {
     check_options(args)?;
     let file = answers_file(args.answers.as_deref());
     match (&args.what, &args.number) {
         (None, _) => print_line(&list(&Answers::load(&file)?, &file)),
         (Some(Wanted::Exercise(label)), None) => match &args.session {
-            Some(session) => judge_session(find(label)?[0], session),
+            Some(session) => judge_session(program, find(label)?[0], session),
             None => learner::learn(&find(label)?, args, &file),
         },
         (Some(Wanted::Check), None) => check(questions(), &Answers::load(&file)?),
@@ -153,8 +155,8 @@ fn check_one(exercise: &Exercise, answers: &Answers) -> Result<usize, Error> {
     Ok(failed.len())
 }
 
-/// Judges the session in `file`, and prints the verdict.
-fn judge_session(exercise: &Exercise, file: &Path) -> Result<(), Error> {
+/// Judges the session in `file`, and prints the verdict: it is a rescue, and its run comes again.
+fn judge_session(program: &Program, exercise: &Exercise, file: &Path) -> Result<(), Error> {
     let brief = exercise.brief();
     if brief.number != RESCUE {
         return Err(Error::BadInput(format!(
@@ -164,7 +166,7 @@ fn judge_session(exercise: &Exercise, file: &Path) -> Result<(), Error> {
     }
     let recording = reading::read(file)?;
     let name = shown(file);
-    let (accepted, text) = accept(&recording);
+    let (accepted, text) = judged(program, &recording);
     if accepted {
         print_line(&format!("✓ {name}: {text}"))?;
         return Error::if_damaged(&recording);
@@ -172,4 +174,66 @@ fn judge_session(exercise: &Exercise, file: &Path) -> Result<(), Error> {
     print_line(&format!("✖ {name}: {text}"))?;
     let why = format!("{name} is not accepted as your rescue");
     Err(Error::Unfinished(why))
+}
+
+/// Whether `recording` is a rescue of the learner's own whose run comes again, if it is whole, with a
+/// text.
+fn judged(program: &Program, recording: &Recording) -> (bool, String) {
+    let (accepted, text) = accept(recording);
+    if !accepted || !recording.is_whole() {
+        return (accepted, text);
+    }
+    let go_on = |_: &_| ControlFlow::Continue(());
+    match verify(recording, &program.system, VerifyWith::default(), go_on) {
+        Ok(_) => (true, text),
+        Err(why) => (false, format!("not verified: {why}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use ratelab::Time;
+    use ratelab_cart_pole::CartPole;
+    use ratelab_recording::StopReason;
+    use ratelab_study::experiment::{Config, Experiment};
+
+    use super::*;
+    use crate::results::{destination_of, record};
+
+    #[test]
+    fn a_rescue_counts_if_its_run_comes_again_and_its_digest_is_right() {
+        let program = Program::new(Arc::new(CartPole::default()), true);
+        let knobs = CartPole::KNOBS.parse_list("1 control-hz 5\n2.1 control-hz 50");
+        let config = Config {
+            knobs: knobs.expect("knobs"),
+            end: Time::from_nanos(9_000_000_000),
+            ..Config::default()
+        };
+        let experiment = Experiment::new(program.system.clone(), &config).expect("built");
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("own.rrd");
+        let recorder = record(destination_of(Some(path.clone()), None), &experiment);
+        let recorder = recorder.expect("a new file");
+        recorder.end(StopReason::of(&experiment.run()));
+        recorder.finish().expect("recorded");
+        let own = Recording::read(&path).expect("a recording");
+        let (accepted, text) = judged(&program, &own);
+        assert!(accepted && text.starts_with("rescued"), "{text}");
+        let altered = Recording {
+            altered: true,
+            ..own.clone()
+        };
+        let mut unproven = own;
+        unproven.outcome.as_mut().expect("an end").digest = None;
+        for (recording, why) in [
+            (altered, "its digest is another"),
+            (unproven, "this file has no digest"),
+        ] {
+            let (accepted, text) = judged(&program, &recording);
+            let refused = !accepted && text.starts_with("not verified") && text.contains(why);
+            assert!(refused, "{text}");
+        }
+    }
 }

@@ -132,7 +132,7 @@ pub const LAB: KeyTable = KeyTable(&[
         "g" => This(App::toggle_tour),
             "begin the guided tour of five minutes, or leave it", needs Course;
         "a" => This(App::toggle_limits),
-            "show the limits of the push age, or hide them", needs Course;
+            "show the limits of the push age (twice), or hide them", needs Course;
         "+ - 0" => Each(SPEED),
             "virtual time faster, slower, as fast as the wall's", footer "speed";
         "↑ ↓" => DownUp(App::mark_node),
@@ -194,7 +194,7 @@ pub const REPLAY: KeyTable = KeyTable(&[
         "N n" => DownUp(App::seek_event),
             "to the event before, to the next event", footer "event";
         "a" => This(App::toggle_limits),
-            "show the limits of the push age, or hide them", needs Course;
+            "show the limits of the push age (twice), or hide them", needs Course;
         "Home End" => Each(&[|app| app.jump(Time::ZERO), |app| app.jump(Time::MAX)]),
             "to the beginning, to the end";
         "+ - 0" => Each(SPEED),
