@@ -49,8 +49,9 @@ pub struct Sampler {
     /// The run again without what made its pushes old.
     trials: CureTrials,
     figures: Figures,
-    /// The newest state of the plant.
+    /// The newest state of the plant, and its run time.
     state: Vec<f64>,
+    state_at: Time,
     /// The verdict from the first lost state on; `None` while the states are not lost.
     lost: Option<Verdict>,
     /// Age of the sensing behind the newest state.
@@ -108,6 +109,7 @@ impl Sampler {
                 live: session.live(),
             },
             state: &self.state,
+            state_at: self.state_at,
             lost: self.lost,
             same: self.same(session),
         };
@@ -265,6 +267,7 @@ impl Sampler {
                 .for_each(|(head, row)| self.judge(system, head, row));
             if let Some((head, row)) = rows.last() {
                 self.state = row.to_vec();
+                self.state_at = head.at;
                 self.newest_age = age(head);
             }
         }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use ratelab::{ClockExit, KnobKind, Time};
 use ratelab_account::{NodeAccount, TopicAccount};
-use ratelab_study::system::{Verdict, VerdictKind, acting, plant, verdict};
+use ratelab_study::system::{Silence, Verdict, VerdictKind, acting, plant, verdict};
 
 use crate::{
     age::Strain,
@@ -30,6 +30,8 @@ pub(super) struct RunMoment<'a> {
     pub facts: Facts<'a>,
     /// The newest state of the plant; empty before the first.
     pub state: &'a [f64],
+    /// Its run time.
+    pub state_at: Time,
     /// The verdict from the first lost state on.
     pub lost: Option<Verdict>,
     /// Whether it equals the previous run so far, bit for bit.
@@ -43,7 +45,7 @@ impl RunMoment<'_> {
         let Some(verdict) = ended.or(self.lost) else {
             return self
                 .unheard()
-                .or_else(|| self.silent())
+                .or_else(|| self.lost_by_now())
                 .or_else(|| self.stands_still())
                 .unwrap_or_else(|| self.going_on(trials));
         };
@@ -78,25 +80,36 @@ impl RunMoment<'_> {
         Some(state(Standing::Warned, word, headline, absent))
     }
 
-    /// A running run of a chain through which nothing came so far, with the verdict if it
-    /// ended now.
-    fn silent(&self) -> Option<VerdictData> {
-        let system = self.facts.system;
-        if system.chains().is_none() || system.chains() != system.state() {
-            return None;
-        }
-        let newest = (!self.state.is_empty()).then_some(self.state);
-        let ended = verdict(
-            system,
-            &ClockExit::Completed,
-            self.facts.graph.now,
-            [newest; 2],
-        );
-        let mut why = self.facts.overloads(None);
+    /// A running run that would be lost if it ended now: nothing came through a chain so far, or
+    /// nothing new for too long.
+    fn lost_by_now(&self) -> Option<VerdictData> {
+        let (system, graph) = (self.facts.system, self.facts.graph);
+        let topic = system
+            .chains()
+            .filter(|chains| Some(*chains) == system.state())?;
+        let newest = graph.topic(topic).and_then(|topic| topic.newest);
+        // A fast run is ahead of its ages: with an older one the newest data would look too old.
+        let at = if self.state.is_empty() || newest == Some(self.state_at) {
+            graph.now
+        } else {
+            self.state_at
+        };
+        let row = (!self.state.is_empty()).then_some(self.state);
+        let ended = verdict(system, &ClockExit::Completed, at, [row; 2]);
+        let mut chains = system.about().chains.iter();
+        let silence = Silence::default();
+        let is_silent = chains.any(|of| of.without_data(at, self.state, &silence).is_some());
+        let headline = if is_silent {
+            "RUNNING, no data so far"
+        } else {
+            "RUNNING"
+        };
+        let mut why = self.gone();
+        why.extend(self.facts.overloads(None));
         why.push(format!("if it ended now: {ended}"));
-        let headline = "RUNNING, no data so far".to_owned();
-        let lost = ended.is_lost();
-        lost.then_some(state(Standing::Good, "", headline, why))
+        ended
+            .is_lost()
+            .then(|| state(Standing::Good, "", headline.to_owned(), why))
     }
 
     /// A running run whose plant stands still.
@@ -124,6 +137,7 @@ impl RunMoment<'_> {
             _ => self.so_far() + self.as_before(),
         };
         if idle
+            || !self.gone().is_empty()
             || matches!(
                 strain,
                 Some(Strain::Swings | Strain::MayFall | Strain::Falls)

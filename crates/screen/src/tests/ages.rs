@@ -139,6 +139,30 @@ fn no_higher_rate_is_advised_where_there_is_no_time_for_it() {
 }
 
 #[test]
+fn a_run_at_full_speed_is_not_called_silent_or_lost_because_its_screen_is_behind() {
+    let system = graph(
+        "name = \"late\"
+        node.a = { rate = 10, publishes = [\"/a\"] }
+        node.b = { rate = 10, offset = 3, reads = [\"/a\"], publishes = [\"/b\"] }
+        chain.c = { path = [\"a\", \"/a\", \"b\", \"/b\"], age_ms = 500 }",
+    );
+    let config = Config {
+        end: Time::MAX,
+        speed: Speed::Unlimited,
+        setup: system.about().setup(),
+        ..Config::default()
+    };
+    let mut app = opened(SessionSetup::new(system, None), &config);
+    sample(&mut app);
+    until(&mut app, |app| frame(app).now > seconds(1.0));
+    for _ in 0..50 {
+        sample(&mut app);
+        let verdict = verdict(&app);
+        assert!(verdict.contains("KEPT so far"), "{verdict}");
+    }
+}
+
+#[test]
 fn a_limit_is_not_called_kept_before_the_first_data() {
     let text = SHARED
         .replace("COST", "1")
