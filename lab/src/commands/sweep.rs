@@ -46,6 +46,7 @@ pub fn sweep(program: &Program, args: &SweepArgs) -> Result<(), Error> {
         ControlFlow::Continue(())
     })?;
     drop(bar);
+    note_without_data(&swept);
     print_results(program, args, &swept, &topics, outputs, record)?;
     Error::if_stopped(swept.finished().count(), cells, "runs")
 }
@@ -64,11 +65,26 @@ fn note_overload(sweep: &Sweep, cells: usize) {
             setup.extend(sweep.config(&cell).setup.iter().cloned());
             let warnings = sweep.system.warnings(&setup).into_iter();
             let warning = warnings.chain(sweep.system.overloads(&setup)).next()?;
-            let values = cell.values.iter();
+            let values = cell.values.iter().filter(|value| !value.knobs.is_empty());
             let values = values.map(|value| format!("{} {}: ", value.axis, value.text));
             Some(values.collect::<String>() + &warning)
         });
     overload.iter().for_each(|text| note(text));
+}
+
+/// Prints how many runs had a chain without data, and why the first one had, if there are such runs.
+fn note_without_data(swept: &Swept) {
+    let runs = swept.finished().count();
+    let silent = swept
+        .finished()
+        .filter_map(|(_, run)| run.without_data.as_deref());
+    let mut silent = silent.peekable();
+    if let Some(first) = silent.peek().copied() {
+        let count = silent.count();
+        note(&format!(
+            "a chain without data is lost, as in {count} of {runs} runs: {first}"
+        ));
+    }
 }
 
 /// The files to write according to `args`, with `header` above the rows, and the files

@@ -7,7 +7,7 @@ use ratelab_account::{Distribution, NodeAccount, TopicAccount};
 use ratelab_study::{
     experiment::{Summary, sweep::CellResult},
     system::{
-        FigureValue, KnobText, System, SystemFigure, WorldKind,
+        FigureValue, Final, KnobText, System, SystemFigure, WorldKind,
         names::{self, good, key},
     },
 };
@@ -95,18 +95,44 @@ pub fn result(result: &CellResult) -> Map<String, Value> {
     keys
 }
 
-/// The figures of a system at the end of a run.
+/// The figures of a system at the end of a run. Those without a unit are shares: they are not
+/// rounded, so that none looks like the limit that it misses.
 pub fn finals(
     system: &dyn System,
     at: Time,
     state: &[f64],
 ) -> impl Iterator<Item = (String, Value)> {
+    finals_as(system, at, state, |figure| {
+        if figure.unit.is_empty() {
+            figure.value
+        } else {
+            rounded(figure.value)
+        }
+    })
+}
+
+/// The same figures as they were measured, to be compared with limits.
+pub fn exact_finals(
+    system: &dyn System,
+    at: Time,
+    state: &[f64],
+) -> impl Iterator<Item = (String, Value)> {
+    finals_as(system, at, state, |figure| figure.value)
+}
+
+/// The same figures, each with this value.
+fn finals_as(
+    system: &dyn System,
+    at: Time,
+    state: &[f64],
+    value: fn(&Final) -> f64,
+) -> impl Iterator<Item = (String, Value)> {
     let finals = system.finals_at(at, state).into_iter();
-    finals.flat_map(|figure| {
+    finals.flat_map(move |figure| {
         let with_unit = key(&format!("{} {}", figure.name, figure.unit));
         // The name alone goes with a later version.
         let names = [with_unit, figure.name.to_owned()];
-        names.map(|name| (name, json!(rounded(figure.value))))
+        names.map(|name| (name, json!(value(&figure))))
     })
 }
 

@@ -12,6 +12,9 @@ use serde_json::{Value, json};
 use super::rounded;
 use crate::error::Error;
 
+/// The verdict on a run without data in a chain that has no limit.
+const NO_DATA: &str = "no_data";
+
 /// What they have come to.
 pub struct PhaseSpread {
     seed: u64,
@@ -53,9 +56,13 @@ impl PhaseSpread {
         let mut worst = (false, f64::NEG_INFINITY, Vec::new());
         for (cell, result) in swept.finished() {
             let age = result.push_age.map(|age| age.run_s * 1e3);
-            *verdicts.entry(result.verdict.name()).or_default() += 1;
+            let name = match result.without_data {
+                Some(_) if !result.verdict.is_lost() => NO_DATA,
+                _ => result.verdict.name(),
+            };
+            *verdicts.entry(name).or_default() += 1;
             ages.extend(age);
-            let (lost, age) = (result.verdict.is_lost(), age.unwrap_or(0.0));
+            let (lost, age) = (result.is_lost(), age.unwrap_or(0.0));
             if (lost, age) > (worst.0, worst.1) {
                 let knobs = cell.values.iter().flat_map(|value| &value.knobs);
                 worst = (lost, age, knobs.map(ToString::to_string).collect());

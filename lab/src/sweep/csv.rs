@@ -82,7 +82,7 @@ pub fn write(file: impl Write, header: &str, swept: &Swept) -> io::Result<()> {
             age.map(|age| age.late_s),
         ];
         row.extend(ages.map(|seconds| known(seconds.map(|seconds| seconds * 1e3))));
-        row.push((!outcome.verdict.is_lost()).to_string());
+        row.push((!outcome.is_lost()).to_string());
         writeln!(out, "{}", row_of(row))?;
     }
     out.flush()

@@ -64,7 +64,7 @@ fn survival(summary: &SweepSummary, row: &RowSummary) -> Value {
 /// The keys match those of a run's metrics.
 fn run(summary: &SweepSummary, topics: &[String], cell: &Cell, outcome: &CellResult) -> Value {
     let mut figures = conditions(&summary.sweep, cell);
-    figures.insert(key(&summary.good), json!(!outcome.verdict.is_lost()));
+    figures.insert(key(&summary.good), json!(!outcome.is_lost()));
     figures.insert("seed".to_owned(), json!(cell.seed));
     figures.extend(result(outcome));
     let dropped = topics.iter().zip(&outcome.dropped);

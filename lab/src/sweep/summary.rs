@@ -89,8 +89,8 @@ impl SweepSummary {
         let rows = swept.survival().map(|survival| {
             let group = finished.by_ref().take(survival.runs);
             let outcomes: Vec<&CellResult> = group.map(|(_, outcome)| outcome).collect();
-            let lost = outcomes.iter().filter(|o| o.verdict.is_lost());
-            let held = outcomes.iter().filter(|o| !o.verdict.is_lost());
+            let lost = outcomes.iter().filter(|o| o.is_lost());
+            let held = outcomes.iter().filter(|o| !o.is_lost());
             let said = wanted.then(|| RowTheory::of(&sweep.config(&survival.cell)));
             Ok(RowSummary {
                 value: main.short(sweep, &survival.cell),

@@ -278,7 +278,7 @@ impl CliffMap {
         let rows = 0..self.rows.len();
         let outcomes = rows.filter_map(|row| self.outcome(column, row));
         outcomes.fold((0, 0), |(well, runs), outcome| {
-            (well + usize::from(!outcome.verdict.is_lost()), runs + 1)
+            (well + usize::from(!outcome.is_lost()), runs + 1)
         })
     }
 

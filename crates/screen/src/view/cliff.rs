@@ -176,7 +176,7 @@ impl<'a> Grid<'a> {
         let label = format!("{mark}{number:>digits$} ", digits = self.label - 2);
         let outcomes = (0..self.map.columns.len()).map(|rate| {
             let outcome = self.map.outcome(rate, seed);
-            let well = outcome.is_some_and(|outcome| !outcome.verdict.is_lost());
+            let well = outcome.is_some_and(|outcome| !outcome.is_lost());
             let survival = (usize::from(well), usize::from(outcome.is_some()));
             (survival, here && rate == self.map.at.0)
         });

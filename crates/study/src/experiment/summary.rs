@@ -81,6 +81,17 @@ impl Summary {
         }
     }
 
+    /// The chains of `system` through which no data came, each with the reason.
+    pub fn without_data(&self, system: &dyn System) -> Vec<String> {
+        let silence = self.silence();
+        let chains = system.about().chains.iter();
+        let silent = chains.filter_map(|chain| {
+            let why = chain.without_data(self.sim_time, &self.chains, &silence)?;
+            Some(format!("{} {why}", chain.name()))
+        });
+        silent.collect()
+    }
+
     /// The node called `name`.
     pub fn node(&self, name: &str) -> Option<&NodeAccount> {
         self.nodes.iter().find(|node| *node.name == *name)

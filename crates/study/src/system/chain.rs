@@ -100,9 +100,10 @@ impl DataChain {
         topics.truncate(nodes.len().saturating_sub(1));
         let older = limit.map_or_else(String::new, |limit| {
             let (ms, rest) = (limit.ms(), percent(1.0 - limit.share));
-            match limit.share >= 1.0 {
-                true => format!("older than {ms} ms at times"),
-                false => format!("older than {ms} ms for more than {rest} of the time"),
+            if limit.share >= 1.0 {
+                format!("older than {ms} ms at times")
+            } else {
+                format!("older than {ms} ms for more than {rest} of the time")
             }
         });
         let kind = |kind: &str, text: String| {
@@ -138,9 +139,10 @@ impl DataChain {
     pub(crate) fn within(&self) -> Option<String> {
         let limit = self.limit?;
         let most = format!("{} at most {} ms old", self.name, limit.ms());
-        Some(match limit.share >= 1.0 {
-            true => most,
-            false => format!("{most} for {} of the time", percent(limit.share)),
+        Some(if limit.share >= 1.0 {
+            most
+        } else {
+            format!("{most} for {} of the time", percent(limit.share))
         })
     }
 

@@ -127,7 +127,6 @@ fn price(base: &ChangedRun, run: &ChangedRun) -> String {
 pub fn json(subject: &Subject<'_>, base: &ChangedRun, measured: &[ChangedRun]) -> Value {
     let object = |run: &ChangedRun| {
         let [sent, worked] = more(base, run);
-        let within = run.within.map(rounded);
         let (ages, skipped) = match run.score {
             Score::Age { mean_ns, p99_ns } => ([Some(mean_ns), Some(p99_ns)], None),
             Score::Overruns { skipped, .. } => ([None; 2], Some(skipped)),
@@ -144,7 +143,7 @@ pub fn json(subject: &Subject<'_>, base: &ChangedRun, measured: &[ChangedRun]) -
             "overruns": skipped,
             "p99_ms": p99_ns.map(ages::in_ms),
             "p99_ns": p99_ns,
-            "within": within,
+            "within": run.within,
         })
     };
     json!({

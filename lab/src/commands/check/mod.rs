@@ -45,15 +45,16 @@ pub fn check(program: &Program, args: &CheckArgs) -> Result<(), Error> {
     results.outcome()
 }
 
-/// The chains of `system` through which no data came in a run, each with the reason.
-fn without_data(system: &dyn System, summary: &Summary) -> Vec<String> {
-    let silence = summary.silence();
-    let chains = system.about().chains.iter();
-    let silent = chains.filter_map(|chain| {
-        let why = chain.without_data(summary.sim_time, &summary.chains, &silence)?;
-        Some(format!("{} {why}", chain.name()))
-    });
-    silent.collect()
+/// The run with this `seed`, with what its limits are compared with.
+fn checked(system: &dyn System, seed: u64, summary: &Summary) -> CheckedRun {
+    let mut metrics = json::of(system, summary, &ReportContext::default());
+    metrics.extend(json::exact_finals(system, summary.sim_time, &summary.state));
+    CheckedRun {
+        seed,
+        verdict: summary.verdict,
+        without_data: summary.without_data(system),
+        metrics,
+    }
 }
 
 /// The runs that ended before the first signal, in the order of `seeds`.
@@ -70,12 +71,7 @@ fn runs(
         config.seed = seed;
         let experiment = Experiment::of_resolved(system.clone(), config)?;
         let summary = experiment.run_until(&interrupt)?;
-        Ok(summary.map(|summary| CheckedRun {
-            seed,
-            verdict: summary.verdict,
-            without_data: without_data(&**system, &summary),
-            metrics: json::of(&**system, &summary, &ReportContext::default()),
-        }))
+        Ok(summary.map(|summary| checked(&**system, seed, &summary)))
     };
     let (threads, mut runs) = (args.threads.unwrap_or_else(all_cores), BTreeMap::new());
     let work = |index: usize| run(seeds[index]).transpose();

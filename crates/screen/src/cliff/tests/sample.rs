@@ -52,6 +52,7 @@ fn outcome(up: bool) -> CellResult {
         false => (&POLE_FELL, fell),
     };
     CellResult {
+        without_data: None,
         push_age: None,
         ages: Box::default(),
         cost: None,

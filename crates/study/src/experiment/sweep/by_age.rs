@@ -39,7 +39,7 @@ impl ByAge {
     pub fn of<'r>(results: impl IntoIterator<Item = &'r CellResult>) -> Self {
         let runs = results.into_iter().filter_map(|result| {
             let age = result.push_age?;
-            Some((age.late_s, !result.verdict.is_lost()))
+            Some((age.late_s, !result.is_lost()))
         });
         runs.collect()
     }

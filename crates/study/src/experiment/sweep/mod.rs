@@ -279,7 +279,7 @@ impl Sweep {
             cell: which(),
             source,
         })?;
-        Ok(summary.as_ref().map(CellResult::from))
+        Ok(summary.map(|summary| CellResult::new(&*self.system, &summary)))
     }
 }
 

@@ -5,7 +5,7 @@ use ratelab::Time;
 use super::{Cell, Sweep};
 use crate::{
     experiment::{MeanPushAge, RunAge, Summary},
-    system::{SystemFigure, Verdict},
+    system::{System, SystemFigure, Verdict},
 };
 
 /// The result of one cell: the part of a [`Summary`] for maps and tables.
@@ -31,6 +31,24 @@ pub struct CellResult {
     pub dropped: Vec<u64>,
     /// The last state of the plant.
     pub state: Box<[f64]>,
+    /// The first chain through which no data came, with the reason.
+    pub without_data: Option<Box<str>>,
+}
+
+impl CellResult {
+    /// The result of a run of `system`.
+    pub fn new(system: &dyn System, summary: &Summary) -> Self {
+        let without_data = summary.without_data(system).into_iter().next();
+        Self {
+            without_data: without_data.map(String::into_boxed_str),
+            ..Self::from(summary)
+        }
+    }
+
+    /// Whether the run is lost. A chain without data is not kept, whether it has a limit or not.
+    pub fn is_lost(&self) -> bool {
+        self.verdict.is_lost() || self.without_data.is_some()
+    }
 }
 
 impl From<&Summary> for CellResult {
@@ -47,6 +65,7 @@ impl From<&Summary> for CellResult {
             figures: summary.figures.clone().into(),
             dropped: read.map(|topic| topic.dropped()).collect(),
             state: summary.state.clone().into(),
+            without_data: None,
         }
     }
 }
@@ -85,7 +104,7 @@ impl Swept {
             Some(Survival {
                 cell: self.sweep.cell(group * seeds)?,
                 runs: finished.clone().count(),
-                held: finished.filter(|result| !result.verdict.is_lost()).count(),
+                held: finished.filter(|result| !result.is_lost()).count(),
             })
         })
     }
