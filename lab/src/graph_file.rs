@@ -8,7 +8,7 @@ use ratelab_study::{
     graph_file::{GraphFile, GraphFileError, MOST_BYTES, changed},
 };
 
-use crate::{error::Error, program::Program};
+use crate::{error::Error, output::note, program::Program};
 
 /// `program` with the system of the graph file at `path`, changed by `with`, which may have its own
 /// system in the middle.
@@ -19,7 +19,15 @@ pub fn open(program: &Program, path: &Path, with: &[String]) -> Result<Program, 
     let text = file::read_text(path, MOST_BYTES as u64);
     let name = path.display().to_string();
     let text = text.map_err(|why| Error::BadInput(format!("{name}: {why}")))?;
-    program.of_text(&name, text, with)
+    let (program, left_out) = program.of_text(&name, text, with)?;
+    if !left_out.is_empty() {
+        let keys = left_out.join(", ");
+        note(&format!(
+            "--with {} leaves out {keys}, which such a node cannot have",
+            with.join("; ")
+        ));
+    }
+    Ok(program)
 }
 
 impl Program {
@@ -30,16 +38,25 @@ impl Program {
     pub fn with(&self, with: &[String]) -> Result<Self, Error> {
         let text = self.system.about().graph_file.filter(|_| !with.is_empty());
         match text {
-            Some(text) => self.of_text("--with", text.to_owned(), with),
+            Some(text) => Ok(self.of_text("--with", text.to_owned(), with)?.0),
             None => Ok(self.clone()),
         }
     }
 
-    /// The program with the graph of `text`, from the file called `name`, changed by `with`.
-    fn of_text(&self, name: &str, mut text: String, with: &[String]) -> Result<Self, Error> {
+    /// The program with the graph of `text`, from the file called `name`, changed by `with`, and the
+    /// keys that this left out.
+    fn of_text(
+        &self,
+        name: &str,
+        mut text: String,
+        with: &[String],
+    ) -> Result<(Self, Vec<String>), Error> {
+        let mut left_out = Vec::new();
         for change in with {
             let changed = changed(&text, change);
-            text = changed.map_err(|why| Error::BadInput(format!("--with {why}")))?;
+            let changed = changed.map_err(|why| Error::BadInput(format!("--with {why}")))?;
+            text = changed.text;
+            left_out.extend(changed.left_out);
         }
         let wrong = |GraphFileError { line, column, what }| match with {
             [] => Error::BadInput(format!("{name}:{line}:{column}: {what}")),
@@ -50,11 +67,12 @@ impl Program {
         let system = graph.system(slice::from_ref(&self.built_in));
         let system = system.map_err(wrong)?;
         system.check_settings().map_err(wrong)?;
-        Ok(Self {
+        let program = Self {
             system: Arc::new(system),
             course: false,
             built_in: self.built_in.clone(),
             file: with.is_empty().then(|| name.to_owned()),
-        })
+        };
+        Ok((program, left_out))
     }
 }

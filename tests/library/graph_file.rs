@@ -304,20 +304,41 @@ fn graphs_up_to_the_limit_run_and_larger_ones_are_refused() {
 fn a_change_sets_its_keys_and_a_trigger_stands_in_place_of_a_rate() {
     let text = "name = 'g'\n[node.z]\nrate = 5\nreads = ['/b', '/c']\n[node.a]\nrate = 7\n";
     let change = "node.z.trigger = ['/b']\ntopic.'/b'.depth = 2";
+    let text_of = |text: &str, change: &str| {
+        let changed = changed(text, change).expect("TOML");
+        assert_eq!(changed.left_out, Vec::<String>::new(), "{change}");
+        changed.text
+    };
     assert_eq!(
-        changed(text, change).expect("TOML"),
+        text_of(text, change),
         "name = \"g\"\n\n[node.z]\nreads = [\"/c\"]\ntrigger = [\"/b\"]\n\n[node.a]\nrate = 7\n\n\
          [topic.\"/b\"]\ndepth = 2\n"
     );
     // And the other way round: what triggered the node is read.
-    let triggered = changed(text, change).expect("TOML");
-    let timed = changed(&triggered, "node.z.rate = 8").expect("TOML");
+    let triggered = text_of(text, change);
+    let timed = text_of(&triggered, "node.z.rate = 8");
     let node = "[node.z]\nreads = [\"/b\", \"/c\"]\nrate = 8\n";
     assert!(timed.contains(node), "{timed}");
     let bound = "name = 'g'\nlimit.x.at_most = 3\n";
-    let other = changed(bound, "limit.x.at_least = 2").expect("TOML");
+    let other = text_of(bound, "limit.x.at_least = 2");
     assert!(!other.contains("at_most"), "{other}");
     assert!(changed(text, "node.z").is_err());
     let unknown = changed(text, "node.x.rate = 5");
-    assert_eq!(unknown.expect_err("no node"), "the file has no node \"x\"");
+    let unknown = unknown.expect_err("no node").to_string();
+    assert_eq!(unknown, "the file has no node \"x\"");
+}
+
+#[test]
+fn a_change_names_the_keys_that_it_leaves_out() {
+    let timed = "node.z = { rate = 5, offset = 2, late = 'queue:3', reads = ['/b'] }";
+    let changed_to = |text, change| changed(text, change).expect("TOML");
+    let triggered = changed_to(timed, "node.z.trigger = ['/b']");
+    assert_eq!(
+        triggered.left_out,
+        ["node.z.offset = 2", "node.z.late = \"queue:3\""]
+    );
+    let matched = changed_to(&triggered.text, "node.z.match = 'exact'");
+    assert!(matched.left_out.is_empty());
+    let timed = changed_to(&matched.text, "node.z.rate = 5");
+    assert_eq!(timed.left_out, ["node.z.match = \"exact\""]);
 }

@@ -91,6 +91,9 @@ impl Topics {
         observations: &Topic<Observation>,
         settings: ChunkSettings,
     ) -> Result<u32, BuildError> {
+        if settings.refill.is_some() && builder.setup().rate(POLICY).is_some() {
+            return Err(setting_error(NO_RATE));
+        }
         let depth = Depth::new(Chunk::DEPTH).unwrap_or(Depth::MAX);
         let chunks = Topic::new(CHUNK, builder.setup().depth(CHUNK).unwrap_or(depth));
         builder.record_as(chunks.clone(), Chunk::names(settings.horizon));
@@ -122,6 +125,10 @@ impl Topics {
         Ok(2)
     }
 }
+
+/// Why a policy that ticks on request refuses a rate.
+const NO_RATE: &str = "refill and control-hz exclude each other: with a refill the policy ticks on \
+                       request, and has no rate; leave one of them out";
 
 /// An invalid setting.
 pub(crate) fn setting_error(error: impl std::fmt::Display) -> BuildError {

@@ -8,7 +8,7 @@ use ratelab_effects::{Cost, Draw, Link, Overrun};
 
 use crate::{
     experiment::{Config, Experiment, RunAge, Summary, parallel::in_parallel},
-    graph_file::GraphFile,
+    graph_file::{GraphFile, KeyChange},
     system::{Setup, System},
 };
 
@@ -46,12 +46,11 @@ impl AgeChange {
             && self.with.iter().all(|with| whole.with.contains(with))
     }
 
-    /// A change of a key of the graph file, of what is called `of`.
-    fn of_file((of, with): (String, String)) -> Self {
+    fn in_file(change: KeyChange) -> Self {
         Self {
-            of: vec![of],
+            of: vec![change.about],
             knobs: Vec::new(),
-            with: vec![with],
+            with: vec![change.with],
         }
     }
 
@@ -108,7 +107,7 @@ pub fn changes(
     let of_topics = topics.flat_map(|topic| graph.of_topic(topic));
     let of_nodes = nodes.iter().flat_map(|node| graph.of_node(*node));
     let of_clock = graph.file.iter().flat_map(GraphFile::clock_changes);
-    let of_clock = of_clock.map(AgeChange::of_file);
+    let of_clock = of_clock.map(AgeChange::in_file);
     let mut changes: Vec<AgeChange> = Vec::new();
     for change in of_clock.chain(of_topics).chain(of_nodes) {
         if !changes.contains(&change) {
@@ -200,7 +199,7 @@ impl Candidates<'_> {
         let mut changes = knobs(&node.name, changes);
         let of_file = self.file.iter();
         let of_file = of_file.flat_map(|file| file.changes_of(&node.name));
-        changes.extend(of_file.map(AgeChange::of_file));
+        changes.extend(of_file.map(AgeChange::in_file));
         changes
     }
 }

@@ -14,6 +14,7 @@ use clap::{
     builder::{PossibleValuesParser, TypedValueParser},
 };
 use ratelab_cart_pole::policy::ProgramKind;
+use thiserror::Error;
 
 /// The ending of graph files.
 const ENDING: &str = "toml";
@@ -91,29 +92,49 @@ pub fn describe(command: Command) -> Command {
     command.arg(graph).arg(with)
 }
 
-/// Refuses a change of no graph file.
-fn without_file(_: &str) -> Result<String, String> {
-    Err("there is no graph file to change: it stands right behind the command".to_owned())
-}
-
-/// Refuses a graph file at another place.
-fn misplaced(text: &str) -> Result<PathBuf, String> {
-    Err(if is_graph_file(OsStr::new(text)) {
-        MISPLACED.to_owned()
-    } else {
-        format!("expected a graph file, which ends in .{ENDING}")
-    })
+/// A graph file that is missing, or is at another place than it should be.
+#[derive(Debug, Error)]
+pub enum GraphFilePlace {
+    /// A change without a graph file.
+    #[error("there is no graph file to change: it stands right behind the command")]
+    Missing,
+    /// Another file.
+    #[error("expected a graph file, which ends in .{ENDING}")]
+    Other,
+    /// A graph file behind other arguments.
+    #[error("{MISPLACED}")]
+    Misplaced,
+    /// A graph file among the names of nodes.
+    #[error("{MISPLACED}, as in {} node {file} NODE", program::name())]
+    AmongNodes {
+        /// The file.
+        file: String,
+    },
 }
 
 const MISPLACED: &str = "the graph file stands first, or right behind the command";
+
+/// Refuses a change without a graph file.
+fn without_file(_: &str) -> Result<String, GraphFilePlace> {
+    Err(GraphFilePlace::Missing)
+}
+
+/// Refuses a graph file at another place.
+fn misplaced(text: &str) -> Result<PathBuf, GraphFilePlace> {
+    Err(if is_graph_file(OsStr::new(text)) {
+        GraphFilePlace::Misplaced
+    } else {
+        GraphFilePlace::Other
+    })
+}
 
 /// The path of a recording, which is not that of a graph file.
 ///
 /// # Errors
 /// The place of the graph file.
-pub fn recording(path: PathBuf) -> Result<PathBuf, &'static str> {
+pub fn recording(path: PathBuf) -> Result<PathBuf, GraphFilePlace> {
     if is_graph_file(path.as_os_str()) {
-        return Err(MISPLACED);
+        return Err(GraphFilePlace::Misplaced);
     }
     Ok(path)
 }
@@ -122,12 +143,12 @@ pub fn recording(path: PathBuf) -> Result<PathBuf, &'static str> {
 ///
 /// # Errors
 /// The place of the graph file.
-pub fn node_name(text: &str) -> Result<String, String> {
-    if is_graph_file(OsStr::new(text)) {
-        let name = program::name();
-        return Err(format!("{MISPLACED}, as in {name} node {text} NODE"));
+pub fn node_name(text: &str) -> Result<String, GraphFilePlace> {
+    let text = text.to_owned();
+    if is_graph_file(OsStr::new(&text)) {
+        return Err(GraphFilePlace::AmongNodes { file: text });
     }
-    Ok(text.to_owned())
+    Ok(text)
 }
 
 /// The file to write, or the schema.

@@ -20,6 +20,7 @@ use std::{ffi::OsString, path::PathBuf};
 
 use clap::{Arg, ArgMatches, Args, FromArgMatches, Subcommand, ValueHint, error::ErrorKind};
 use clap_complete::Shell;
+use ratelab_study::system::plant;
 
 use crate::{
     printable::in_line,
@@ -217,7 +218,7 @@ pub fn command(program: &Program) -> clap::Command {
         "sweep" => system::with_axes(command, program),
         _ => command,
     };
-    let command = system::with_run_options(command, program);
+    let command = without_effectless(system::with_run_options(command, program), program);
     let mut places = (1..).map(|place| 2 * place);
     examples::add(command.mut_subcommands(|command| {
         let place = match command.get_name() {
@@ -225,6 +226,19 @@ pub fn command(program: &Program) -> clap::Command {
             _ => places.next(),
         };
         let command = graph_file::describe(with_options(command));
+        let command = without_effectless(command, program);
         examples::add(command).display_order(place)
     }))
+}
+
+/// Takes the options out of the help that are without effect for the system of `program`: those of
+/// the world where there is no plant, and that of limits outside of the course, which hides them.
+fn without_effectless(command: clap::Command, program: &Program) -> clap::Command {
+    let of_world = ["world", "world_step_ms"];
+    let has_plant = plant(&*program.system).is_some();
+    command.mut_args(|arg| {
+        let id = arg.get_id().as_str();
+        let effectless = !has_plant && of_world.contains(&id) || !program.course && id == "limits";
+        if effectless { arg.hide(true) } else { arg }
+    })
 }

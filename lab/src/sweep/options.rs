@@ -43,7 +43,10 @@ impl SweepArgs {
             axes.push(Experiment::new(program.system.clone(), &base)?.phases(count));
         }
         check_distinct(&axes)?;
-        add_default(program, &base, &mut axes)?;
+        let only_seeds = axes.is_empty() && self.seeds.is_some();
+        if !only_seeds {
+            add_default(program, &base, &mut axes)?;
+        }
         if axes.is_empty() {
             if self.seeds.is_none() {
                 let why =

@@ -1,39 +1,74 @@
 //! A graph file with some of its keys changed, as text.
 
+use thiserror::Error;
 use toml::{Table, Value};
 
 use super::{ExecutorSpec, GraphFile};
 
-/// The text of a graph file with the keys of `change`, such as `node.planner.rate = 10`. A trigger
-/// takes the place of a rate, and a rate that of a trigger, whose topics the node reads then.
+/// A graph file with some of its keys changed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ChangedFile {
+    /// Its text.
+    pub text: String,
+    /// The keys that went because of the change, such as `node.planner.match`, each with its value.
+    pub left_out: Vec<String>,
+}
+
+/// A change that cannot be made.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum ChangeError {
+    /// Another language, in the file or in the change.
+    #[error("{text:?} is not TOML: {why}")]
+    Language {
+        /// The text.
+        text: String,
+        /// What is wrong in it.
+        why: String,
+    },
+    /// The file lacks this node.
+    #[error("the file has no node {0:?}")]
+    Node(String),
+}
+
+/// The graph file in `text` with the keys of `change`, such as `node.planner.rate = 10`. A trigger
+/// takes the place of a rate, and a rate that of a trigger, whose topics the node reads then; keys
+/// that only the other one can have are left out.
 ///
 /// # Errors
-/// What is no TOML in one of them, or the node that the file lacks.
-pub fn changed(text: &str, change: &str) -> Result<String, String> {
+/// [`ChangeError`] for a text that is not TOML, and for a node that the file lacks.
+pub fn changed(text: &str, change: &str) -> Result<ChangedFile, ChangeError> {
     let read = |text: &str| {
         let table = text.parse::<Table>();
-        table.map_err(|error| format!("{text:?} is no TOML: {}", error.message()))
+        table.map_err(|error| ChangeError::Language {
+            text: text.to_owned(),
+            why: error.message().to_owned(),
+        })
     };
     let (mut whole, change) = (read(text)?, read(change)?);
+    let mut left_out = Vec::new();
+    let mut leave_out = |node: &mut Table, name: &str, key: &str| {
+        let value = node.remove(key);
+        left_out.extend(value.map(|value| format!("node.{name}.{key} = {value}")));
+    };
     let nodes = change.get("node").and_then(Value::as_table);
     for (name, node) in nodes.into_iter().flatten() {
         let known = whole.get_mut("node").and_then(|nodes| nodes.get_mut(name));
         let known = known.and_then(Value::as_table_mut);
-        let known = known.ok_or_else(|| format!("the file has no node {name:?}"))?;
+        let known = known.ok_or_else(|| ChangeError::Node(name.clone()))?;
         match (
             node.get("trigger").and_then(Value::as_array),
             node.get("rate"),
         ) {
             (Some(triggers), None) => {
-                for timer in ["rate", "offset", "late"] {
-                    known.remove(timer);
-                }
+                known.remove("rate");
+                leave_out(known, name, "offset");
+                leave_out(known, name, "late");
                 if let Some(reads) = known.get_mut("reads").and_then(Value::as_array_mut) {
                     reads.retain(|topic| !triggers.contains(topic));
                 }
             }
             (None, Some(_)) => {
-                known.remove("match");
+                leave_out(known, name, "match");
                 if let Some(Value::Array(mut topics)) = known.remove("trigger") {
                     let reads = known.get("reads").and_then(Value::as_array);
                     topics.extend(reads.into_iter().flatten().cloned());
@@ -57,7 +92,10 @@ pub fn changed(text: &str, change: &str) -> Result<String, String> {
         }
     }
     merge(&mut whole, change);
-    Ok(whole.to_string())
+    Ok(ChangedFile {
+        text: whole.to_string(),
+        left_out,
+    })
 }
 
 /// The kinds of executors with callback groups that are tried.
@@ -69,8 +107,13 @@ const QUEUES: [&str; 3] = ["each", "exact:10", "approximate:10"];
 /// How many times the rate of the simulator's clock are tried in its place.
 const CLOCKS: [f64; 3] = [2.0, 5.0, 10.0];
 
-/// What a change is of, and its key with the new value.
-type KeyChange = (String, String);
+/// A change of a key of a graph file.
+pub(crate) struct KeyChange {
+    /// What it is about: a node, an executor or the clock.
+    pub about: String,
+    /// The key with its new value.
+    pub with: String,
+}
 
 impl GraphFile {
     /// What may be changed of a node beside its knobs: a trigger in place of its rate, how its
@@ -94,7 +137,10 @@ impl GraphFile {
             let first = executor.kind.to_string().starts_with("fixed-priority");
             changes.extend((first && node.is_some()).then(|| format!("node.{name}.priority = 0")));
         }
-        let of_node = changes.into_iter().map(|with| (name.to_owned(), with));
+        let of_node = changes.into_iter().map(|with| KeyChange {
+            about: name.to_owned(),
+            with,
+        });
         of_node
             .chain(executor.into_iter().flat_map(other_kinds))
             .collect()
@@ -104,7 +150,10 @@ impl GraphFile {
     pub(crate) fn clock_changes(&self) -> impl Iterator<Item = KeyChange> {
         let hz = self.clock_hz.into_iter();
         let rates = hz.flat_map(|hz| CLOCKS.map(|times| times * hz));
-        rates.map(|hz| ("clock".to_owned(), format!("clock.rate = {hz}")))
+        rates.map(|hz| KeyChange {
+            about: "clock".to_owned(),
+            with: format!("clock.rate = {hz}"),
+        })
     }
 
     /// Whether `node` shares an executor with a node that is `named`.
@@ -127,7 +176,10 @@ fn other_kinds(executor: &ExecutorSpec) -> impl Iterator<Item = KeyChange> {
     };
     let name = executor.name.clone();
     let others = kinds.into_iter().filter(move |kind| *kind != known);
-    others.map(move |kind| (name.clone(), format!("executor.{name}.kind = {kind:?}")))
+    others.map(move |kind| KeyChange {
+        about: name.clone(),
+        with: format!("executor.{name}.kind = {kind:?}"),
+    })
 }
 
 /// Sets the keys of `change`, in tables one by one.

@@ -60,7 +60,8 @@ use ratelab_effects::{Callback, Executor};
 
 use crate::system::{DataChain, Divider, FigureLimit};
 
-pub use change::changed;
+pub(crate) use change::KeyChange;
+pub use change::{ChangeError, ChangedFile, changed};
 pub use error::GraphFileError;
 use error::{GraphRefusal, Placed, holds};
 pub use system::GraphSystem;
