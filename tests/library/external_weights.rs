@@ -160,6 +160,32 @@ fn weights_are_read_from_the_folder_of_the_graph_alone() {
 }
 
 #[test]
+fn a_graph_that_is_a_link_has_its_weights_beside_its_name_or_its_target() {
+    let folder = TempDir::new().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    for made in ["blobs", "named", "alone", "far"] {
+        fs::create_dir(at(made)).expect("made");
+    }
+    let graph = graph("p.onnx.data", &[], Place::Initializer);
+    // As the cache of Hugging Face has them: each file is a link to one of another name.
+    fs::write(at("blobs/aa"), &graph).expect("written");
+    fs::write(at("blobs/bb"), bytes(&WEIGHTS)).expect("written");
+    symlink("../blobs/aa", at("named/p.onnx")).expect("linked");
+    assert!(error(&at("named/p.onnx"), None).is_some_and(|error| error.contains("is missing")));
+    symlink("../far/w", at("named/p.onnx.data")).expect("linked");
+    fs::write(at("far/w"), bytes(&WEIGHTS)).expect("written");
+    let outside = "read from the folder of the graph alone";
+    assert!(error(&at("named/p.onnx"), None).is_some_and(|error| error.contains(outside)));
+    fs::remove_file(at("named/p.onnx.data")).expect("removed");
+    symlink("../blobs/bb", at("named/p.onnx.data")).expect("linked");
+    assert_eq!(error(&at("named/p.onnx"), None), None);
+    // A link to the graph alone.
+    fs::copy(at("blobs/bb"), at("blobs/p.onnx.data")).expect("copied");
+    symlink("../blobs/aa", at("alone/p.onnx")).expect("linked");
+    assert_eq!(error(&at("alone/p.onnx"), None), None);
+}
+
+#[test]
 fn a_pin_covers_the_graph_and_its_weights_and_of_a_graph_alone_it_is_that_of_the_file() {
     let folder = TempDir::new().expect("a folder");
     let (path, data) = (

@@ -251,15 +251,17 @@ fn a_network_with_several_actions_is_for_chunks_of_just_so_many() {
         });
         safetensors(&folder, &layers.join(";"))
     };
-    let files = [file("one", 1), file("four", 4)];
+    let files = [file("one", 1), file("two", 2), file("four", 4)];
     for [actions, chunk, found] in rows(
         "1 | none | made
          1 | 3    | made
          4 | 4    | made
+         2 | none | of two choices, a short program can run it: ratelab new policy.py --policy module
          4 | none | answers are 4 numbers, and the run wants one action: give --chunk 4 if they are
          4 | 3    | are 4 numbers, and the run wants chunks of 3 actions: give --chunk 4 if they are",
     ) {
-        let file = &files[usize::from(actions == "4")];
+        let place = actions.parse::<usize>().expect("a number") / 2;
+        let file = &files[place];
         let made = started(&spec(file), chunk.parse().ok());
         let made = made.map_or_else(
             |error| error.why,

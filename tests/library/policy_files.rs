@@ -37,8 +37,14 @@ fn nested(name: &str, items: &str) -> Vec<u8> {
 
 /// A state dictionary of an actor in a module with these layers.
 fn with_layers(layers: &str) -> Vec<u8> {
+    with_layers_and(layers, "critic 1")
+}
+
+/// The same with more tensors.
+fn with_layers_and(layers: &str, more: &str) -> Vec<u8> {
     let layers = layers.split(' ').map(str::to_owned).collect();
-    checkpoint("policy", &Saved::Module(state(ACTOR), layers))
+    let state = state(&format!("{ACTOR}; {more}"));
+    checkpoint("policy", &Saved::Module(state, layers))
 }
 
 /// A zip of empty files.
@@ -104,6 +110,8 @@ fn kinds() -> Vec<(Vec<u8>, &'static str, &'static str)> {
         (saved(&ACTOR.replace("8x8", "4x8")), "\"actor_mean.2.weight\" of shape [8, 8], found [4, 8]", MODULE),
         // What would change the action.
         (actor_and("actor_mean.6.weight 1x1; actor_mean.6.bias 1"), "found \"actor_mean.6.bias\" (another layer of the actor)", MODULE),
+        (with_layers_and("actor_mean actor_mean.5 actor_mean.6", "actor_mean.6.weight 1x1; actor_mean.6.bias 1"),
+            "found \"actor_mean.6.bias\" (another layer of the actor)", MODULE),
         (actor_and("actor_mean.1.weight 8"), "found \"actor_mean.1.weight\" (another layer of the actor)", MODULE),
         (with_layers("actor_mean actor_mean.3 actor_mean.4 actor_mean.5"), "found \"actor_mean.5\" (another layer of the actor)", MODULE),
         (actor_and("obs_mean 5; obs_var 5"), "found \"obs_mean\" (it looks like a normaliser)", MODULE),
@@ -120,7 +128,7 @@ fn kinds() -> Vec<(Vec<u8>, &'static str, &'static str)> {
         (pickled(&Saved::Object("numpy._core.multiarray\n_reconstruct\n")), "a Python pickle that asks for \"numpy._core.multiarray._reconstruct\"", MODULE),
         (zip_of("arr_0.npy arr_1.npy"), "arrays of NumPy (.npz): \"arr_0.npy\", \"arr_1.npy\"", OWN),
         (zip_of("metadata.json config.json model.weights.h5"), "a model of Keras", OWN),
-        (zip_of("word/document.xml"), "there is no data.pkl in a folder", MENDED),
+        (zip_of("word/document.xml"), "there is no data.pkl in a folder", OWN),
         (b"\x89HDF\r\n\x1a\n\0\0".to_vec(), "found HDF5", OWN),
         (b"\x93NUMPY\x01\x00v\x00".to_vec(), "found an array of NumPy (.npy)", OWN),
         (b"\x1c\0\0\0TFL3\x14\0".to_vec(), "found a TensorFlow Lite model", OWN),

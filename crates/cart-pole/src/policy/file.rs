@@ -49,8 +49,7 @@ impl PolicyFile {
         let content = file::read(path, LARGEST_FILE).map_err(unread)?;
         let (content, found) = match FileFormat::of(&content) {
             FileFormat::Onnx => {
-                let folder = path.parent().filter(|folder| *folder != Path::new(""));
-                let whole = WholeGraph::read(content, folder.unwrap_or(Path::new(".")));
+                let whole = WholeGraph::read(content, path);
                 let whole = whole.map_err(|why| why.to_string())?;
                 (whole.content, whole.digest)
             }

@@ -153,10 +153,18 @@ impl LoadedPolicy {
             None => "one action".to_owned(),
             Some(wanted) => format!("chunks of {wanted} actions"),
         };
+        let way_out = way_out(Some(ProgramKind::Module));
+        let remedy = if actions == 2 {
+            format!(
+                "if they are the values of two choices, {way_out}; if they are the next 2 actions, give --chunk 2"
+            )
+        } else {
+            format!(
+                "give --chunk {actions} if they are the next {actions} actions; if not, {way_out}"
+            )
+        };
         Err(self.error(format!(
-            "its answers are {actions} numbers, and the run wants {wants}: give --chunk {actions} \
-             if they are the next {actions} actions; if not, {}",
-            way_out(Some(ProgramKind::Module))
+            "its answers are {actions} numbers, and the run wants {wants}: {remedy}"
         )))
     }
 

@@ -100,9 +100,12 @@ impl<'f> StateItems<'f> {
 
     /// Checks that nothing beside the tensors of the actor changes its action.
     pub(super) fn check(&self) -> Result<(), WeightsError> {
-        let mut items = self.items.iter();
-        let unused = items.find_map(|item| Some((item.name, unused(item)?)));
-        unused.map_or(Ok(()), |(name, what)| {
+        let unused = |item: &StateItem<'f>| Some((item.name, unused(item)?));
+        let is_layer = |item: &&StateItem<'_>| matches!(item.kind, StateKind::Layer);
+        // A layer with weights is named by these.
+        let (layers, others): (Vec<_>, Vec<_>) = self.items.iter().partition(is_layer);
+        let mut items = others.into_iter().chain(layers);
+        items.find_map(unused).map_or(Ok(()), |(name, what)| {
             Err(unfit(format!(
                 "expected nothing that changes the action beside actor_mean.0, .2 and .4 (two \
                  hidden layers of tanh), found {} ({what})",

@@ -2,16 +2,17 @@
 //! (`policy.onnx` and `policy.onnx.data`).
 //!
 //! They are read from the folder of the graph alone and put into a copy of the graph, which needs
-//! no file then.
+//! no file then. Where the graph is a link, as in the cache of Hugging Face, the folder of its target
+//! counts as well.
 
 use std::{
     collections::{BTreeMap, btree_map::Entry},
-    io::ErrorKind,
-    path::{Component, Path},
+    io::{self, ErrorKind},
+    path::{Component, Path, PathBuf},
 };
 
 use ratelab_effects::Digest;
-use ratelab_study::file::{self, FileError};
+use ratelab_study::file::{self, FileError, folder_of};
 use thiserror::Error;
 
 use super::wire::{WireField, WireFields, WireValue, put_bytes};
@@ -75,13 +76,14 @@ pub(in crate::policy) enum ExternalError {
 }
 
 impl WholeGraph {
-    /// Puts the weights from files in `folder` into the graph of a file with this `content`.
+    /// Puts the weights from files beside `path` into the graph in that file, which has this
+    /// `content`.
     ///
     /// # Errors
     /// [`ExternalError`] if the weights are elsewhere, or cannot be read.
-    pub(in crate::policy) fn read(content: Vec<u8>, folder: &Path) -> Result<Self, ExternalError> {
+    pub(in crate::policy) fn read(content: Vec<u8>, path: &Path) -> Result<Self, ExternalError> {
         let mut reader = Reader {
-            folder,
+            graph: path,
             files: BTreeMap::new(),
             put: 0,
         };
@@ -160,7 +162,8 @@ fn is_elsewhere(bytes: &[u8]) -> Result<bool, ExternalError> {
 
 /// Reads the weights of a graph.
 struct Reader<'f> {
-    folder: &'f Path,
+    /// The path of the graph.
+    graph: &'f Path,
     /// The content of each file, by its name in the graph.
     files: BTreeMap<String, Vec<u8>>,
     /// Bytes put into the graph.
@@ -238,23 +241,25 @@ impl Reader<'_> {
         Ok(tensor)
     }
 
-    /// The content of the file at `location` in the folder.
+    /// The content of the file at `location` beside the graph.
     fn file(&mut self, location: &str) -> Result<&[u8], ExternalError> {
         match self.files.entry(location.to_owned()) {
             Entry::Occupied(known) => Ok(known.into_mut()),
-            Entry::Vacant(new) => Ok(new.insert(read(self.folder, location)?)),
+            Entry::Vacant(new) => Ok(new.insert(read(self.graph, location)?)),
         }
     }
 }
 
-/// Reads the file at `location`, which must be in `folder` whatever its parts are links to.
-fn read(folder: &Path, location: &str) -> Result<Vec<u8>, ExternalError> {
+/// Reads the file at `location` beside the `graph`, in whose folder it must be whatever its parts are
+/// links to. Where the graph is a link, it may also be in the folder of its target: by a link, as the
+/// graph is there, or beside the target.
+fn read(graph: &Path, location: &str) -> Result<Vec<u8>, ExternalError> {
     let outside = || ExternalError::Outside(location.to_owned());
     let unread = |why: String| ExternalError::Unread {
         location: location.to_owned(),
         why,
     };
-    let failed = |why: std::io::Error| match why.kind() {
+    let failed = |why: io::Error| match why.kind() {
         ErrorKind::NotFound => unread("is missing".to_owned()),
         _ => unread(format!("cannot be read ({why})")),
     };
@@ -262,9 +267,9 @@ fn read(folder: &Path, location: &str) -> Result<Vec<u8>, ExternalError> {
     if !parts.all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
         return Err(outside());
     }
-    let folder = folder.canonicalize().map_err(failed)?;
-    let path = folder.join(location).canonicalize().map_err(failed)?;
-    if !path.starts_with(&folder) {
+    let folders = folders_of(graph).map_err(failed)?;
+    let path = found_in(&folders, location).map_err(failed)?;
+    if !folders.iter().any(|folder| path.starts_with(folder)) {
         return Err(outside());
     }
     file::read(&path, LARGEST_FILE).map_err(|why| match why {
@@ -272,6 +277,22 @@ fn read(folder: &Path, location: &str) -> Result<Vec<u8>, ExternalError> {
         FileError::NoFile(what) => unread(format!("is {what}")),
         FileError::TooLarge(_) => ExternalError::TooLarge,
     })
+}
+
+/// The folder of the `graph`, and that of the file to which it may be a link.
+fn folders_of(graph: &Path) -> io::Result<[PathBuf; 2]> {
+    let target = graph.canonicalize()?;
+    let folder = folder_of(graph).canonicalize()?;
+    Ok([folder, folder_of(&target).to_owned()])
+}
+
+/// The path, without links, of the file at `location` in the first of these folders that has it.
+fn found_in(folders: &[PathBuf; 2], location: &str) -> io::Result<PathBuf> {
+    let [own, of_target] = folders.each_ref().map(|folder| folder.join(location));
+    match own.canonicalize() {
+        Err(why) if why.kind() == ErrorKind::NotFound => of_target.canonicalize(),
+        found => found,
+    }
 }
 
 /// Where the numbers of a tensor are.

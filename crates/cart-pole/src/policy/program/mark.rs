@@ -61,9 +61,10 @@ mod linux {
     fn kill_marked(pid: Pid, mark: &[u8]) -> io::Result<()> {
         let process = pidfd_open(pid, PidfdFlags::empty())?;
         let environment = fs::read(format!("/proc/{pid}/environ"))?;
-        match environment.split(|byte| *byte == 0).any(|set| set == mark) {
-            true => Ok(pidfd_send_signal(process, Signal::KILL)?),
-            false => Err(io::ErrorKind::NotFound.into()),
+        if environment.split(|byte| *byte == 0).any(|set| set == mark) {
+            Ok(pidfd_send_signal(process, Signal::KILL)?)
+        } else {
+            Err(io::ErrorKind::NotFound.into())
         }
     }
 }

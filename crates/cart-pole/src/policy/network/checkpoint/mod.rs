@@ -71,7 +71,10 @@ impl<'a> Checkpoint<'a> {
             let folder = name.strip_suffix(PICKLE)?;
             folder.ends_with('/').then(|| folder.to_owned())
         });
-        let missing = || no_zip(&format!("there is no {PICKLE} in a folder"));
+        let missing = || WeightsError::Unfit {
+            why: format!("{NO_CHECKPOINT}: there is no {PICKLE} in a folder"),
+            program: None,
+        };
         let folder = folder.ok_or_else(missing)?;
         Ok(Self { archive, folder })
     }
@@ -166,10 +169,11 @@ pub(super) fn bare_pickle(content: &[u8]) -> WeightsError {
 /// The class of a normaliser of Stable-Baselines3.
 const NORMALISER: &str = "stable_baselines3.common.vec_env.vec_normalize.VecNormalize";
 
+/// The beginning of what is wrong with a zip.
+const NO_CHECKPOINT: &str = "expected a PyTorch checkpoint, found a zip that is none";
+
 fn no_zip(why: &str) -> WeightsError {
-    WeightsError::Damaged(format!(
-        "expected a PyTorch checkpoint, found a zip that is none: {why}"
-    ))
+    WeightsError::Damaged(format!("{NO_CHECKPOINT}: {why}"))
 }
 
 fn one_line(why: impl Display) -> String {
