@@ -1,7 +1,13 @@
 //! The connection: zenoh, with settings for control on a network that is not trusted.
 
-use std::{fs::File, path::PathBuf, time::Duration};
+use std::{
+    fmt::Display,
+    io::ErrorKind,
+    path::{Path, PathBuf},
+    time::Duration,
+};
 
+use ratelab_study::file::{FileError, read, read_text};
 use zenoh::{Config, Session, Wait, session::ZenohId};
 
 use crate::{
@@ -39,6 +45,25 @@ pub struct Settings {
     /// Called with what the connection waits for, and why an attempt failed.
     pub notice: fn(&str),
 }
+
+/// The largest file of settings, users, certificates or keys (bytes).
+const MOST: u64 = 1 << 20;
+
+/// Where a configuration has users.
+const USERS: &str = "transport/auth/";
+
+/// The files that a configuration may name.
+const FILES: [&str; 9] = [
+    "transport/auth/usrpwd/dictionary_file",
+    "transport/auth/pubkey/public_key_file",
+    "transport/auth/pubkey/private_key_file",
+    "transport/auth/pubkey/known_keys_file",
+    "transport/link/tls/root_ca_certificate",
+    "transport/link/tls/listen_private_key",
+    "transport/link/tls/listen_certificate",
+    "transport/link/tls/connect_private_key",
+    "transport/link/tls/connect_certificate",
+];
 
 /// Settings that replace zenoh's own, unless a file has others.
 const SAFE: &[(&str, &str)] = &[
@@ -81,12 +106,7 @@ impl Settings {
     pub fn config(&self) -> Result<Config, WireError> {
         let mut config = match &self.file {
             None => Config::default(),
-            Some(path) => Config::from_file(path).map_err(|why| {
-                let (path, why) = (path.display(), reason(&why));
-                // Zenoh points at the place below the line.
-                let why = why.split_whitespace().collect::<Vec<_>>().join(" ");
-                WireError::Setting(format!("--zenoh-config {path}: {why}"))
-            })?,
+            Some(path) => from_file(path)?,
         };
         let usual = Config::default();
         for (key, value) in SAFE {
@@ -193,21 +213,41 @@ fn check_address(address: &String) -> Result<(), WireError> {
     ))
 }
 
-/// Refuses files of certificates and keys that cannot be read.
+/// The configuration in the file at `path`. Zenoh reads files without a limit, so this one is read
+/// before, within one.
+fn from_file(path: &Path) -> Result<Config, WireError> {
+    let refused = |why: &dyn Display| {
+        let path = path.display();
+        WireError::Setting(format!("--zenoh-config {path}: {why}"))
+    };
+    read_text(path, MOST).map_err(|why| refused(&why))?;
+    if path.extension().is_some_and(|of| of.to_str().is_none()) {
+        return Err(refused(&"expected a name that ends in .json5"));
+    }
+    Config::from_file(path).map_err(|why| {
+        // Zenoh points at the place below the line.
+        let why = reason(&why);
+        refused(&why.split_whitespace().collect::<Vec<_>>().join(" "))
+    })
+}
+
+/// Whether there is no such file.
+fn is_missing(why: &FileError) -> bool {
+    matches!(why, FileError::Unreadable(why) if why.kind() == ErrorKind::NotFound)
+}
+
+/// Refuses files of users, certificates and keys that cannot be read, or are too large. Zenoh itself
+/// names a file of users that is missing.
 fn check_files(config: &Config) -> Result<(), WireError> {
-    for key in [
-        "root_ca_certificate",
-        "listen_private_key",
-        "listen_certificate",
-        "connect_private_key",
-        "connect_certificate",
-    ] {
-        let path = config.get_json(&format!("transport/link/tls/{key}")).ok();
+    for key in FILES {
+        let path = config.get_json(key).ok();
         let path: Option<String> = path.and_then(|path| serde_json::from_str(&path).ok()?);
         if let Some(path) = path
-            && let Err(why) = File::open(&path)
+            && let Err(why) = read(Path::new(&path), MOST)
+            && !(key.starts_with(USERS) && is_missing(&why))
         {
-            return Err(WireError::Setting(format!("{key} {path:?}: {why}")));
+            let name = key.rsplit('/').next().unwrap_or(key);
+            return Err(WireError::Setting(format!("{name} {path:?}: {why}")));
         }
     }
     Ok(())
@@ -276,6 +316,21 @@ mod tests {
         ] {
             let found = with(address, text, |settings| settings.config().is_ok());
             assert_eq!(found, accepted, "{address} {text}");
+        }
+    }
+
+    #[test]
+    fn a_file_without_an_end_is_refused() {
+        let refused = |settings: &Settings| settings.config().map(drop).expect_err("refused");
+        let zero = || Some(PathBuf::from("/dev/zero"));
+        let error = refused(&listen(USUAL, zero())).to_string();
+        assert!(error.contains("found a device"), "{error}");
+        for key in FILES {
+            let words = key.split('/').map(|word| format!("{{ {word}: "));
+            let closed = " }".repeat(key.split('/').count());
+            let text = format!("{}\"/dev/zero\"{closed}", words.collect::<String>());
+            let error = with(USUAL, &text, refused).to_string();
+            assert!(error.contains("found a device"), "{key}: {error}");
         }
     }
 

@@ -17,14 +17,14 @@ pub fn this_one() -> String {
 }
 
 /// The command line of `up`, of which this process is the child for the first part.
-pub fn of_up() -> String {
+pub fn up_line() -> String {
     let hidden = HashMap::from([("part".to_owned(), 2)]);
     command_line(with_name(without(given(), &hidden)))
 }
 
 /// The command line of a process for one `part` of `up`, of which this process is the child: that of
 /// `up`, without what `node` does not know.
-pub fn of_part(part: &str, address: &str) -> String {
+pub fn part_line(part: &str, address: &str) -> String {
     command_line(with_name(part_of(given(), part, address)))
 }
 

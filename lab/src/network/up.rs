@@ -76,11 +76,11 @@ fn child(
         process.network.listen = vec![address.to_owned()];
         process.ros = args.ros.clone();
         process.again = config.end == Time::MAX;
-        again::of_up()
+        again::up_line()
     } else {
         process.network.connect = vec![address.to_owned()];
         config.end = Time::MAX;
-        again::of_part(part, address)
+        again::part_line(part, address)
     };
     let part = Part {
         nodes: slice::from_ref(part),
