@@ -70,6 +70,10 @@ fn ignored() -> u64 {
         .unwrap_or_default()
 }
 
+/// Time after the first signal in which the next one ends nothing: `timeout` and shells send a signal
+/// to a process and to its group, and what the first one began may end in order.
+const TOGETHER: Duration = Duration::from_secs(1);
+
 /// Does what is to be done at the first signal, and ends the program at the next. A second
 /// SIGHUP is ignored: a closing terminal may send several.
 fn obey(mut signals: Signals) {
@@ -95,6 +99,7 @@ fn obey(mut signals: Signals) {
     }
     if let Some(signal) = arriving.find(|signal| *signal != SIGHUP) {
         stop_signal::received(signal);
+        thread::sleep(TOGETHER.saturating_sub(stop_signal::age()));
         let response = lock(&RESPONSE).take();
         if let Some(response) = response {
             (response.last)();
@@ -123,9 +128,10 @@ pub fn interrupt() -> Interrupt {
 
 /// Whether what goes on is to go on, or somebody has asked for a stop.
 pub fn unless(asked: &Interrupt) -> ControlFlow<()> {
-    match asked.is_asked() {
-        true => ControlFlow::Break(()),
-        false => ControlFlow::Continue(()),
+    if asked.is_asked() {
+        ControlFlow::Break(())
+    } else {
+        ControlFlow::Continue(())
     }
 }
 

@@ -34,7 +34,12 @@ pub fn exit_code() -> Option<u8> {
 
 /// Whether a signal came so long ago that only what must be done is to be done.
 pub fn is_overdue() -> bool {
-    FIRST.get().is_some_and(|came| came.elapsed() > PATIENCE)
+    age() > PATIENCE
+}
+
+/// Time since the first one; zero before it.
+pub fn age() -> Duration {
+    FIRST.get().map(Instant::elapsed).unwrap_or_default()
 }
 
 /// The name of `signal`, such as `SIGTERM`.

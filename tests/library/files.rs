@@ -12,7 +12,7 @@ use std::{
     thread,
 };
 
-use ratelab_study::file::{LockedFile, Unfinished, is_same, read_text};
+use ratelab_study::file::{LockedFile, Provisional, Unfinished, is_same, read_text};
 
 fn mode(path: &Path) -> u32 {
     path.metadata().expect("there").permissions().mode() & 0o777
@@ -84,6 +84,22 @@ fn a_name_may_have_any_length_and_spelling() {
 }
 
 #[test]
+fn what_was_made_goes_again_unless_it_is_kept() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    let (deep, ()) = Provisional::new(&path("deep"), |path| fs::create_dir(path)).expect("made");
+    let make = |name: &str| Provisional::new(&path(name), |path| fs::File::create_new(path));
+    let (file, _) = make("deep/file").expect("made");
+    assert!(make("deep/file").is_err(), "it is there");
+    assert!(path("deep/file").exists(), "of a refused one nothing goes");
+    drop(file);
+    assert!(!path("deep/file").exists());
+    make("deep/kept").expect("made").0.keep();
+    drop(deep);
+    assert!(path("deep/kept").exists(), "its folder stays as well");
+}
+
+#[test]
 fn two_that_change_a_file_at_once_lose_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("deep/kept");
@@ -124,6 +140,11 @@ fn a_file_that_is_changed_keeps_its_permissions_its_links_and_itself_where_nothi
     assert!(link.is_symlink());
     let refused = LockedFile::lock(&link, 2).err().expect("too long");
     assert!(refused.to_string().ends_with("found 3 bytes"), "{refused}");
+    let other = folder.path().join("other");
+    fs::hard_link(&file, &other).expect("linked");
+    let refused = LockedFile::lock(&link, 3).err().expect("two names");
+    assert!(refused.to_string().contains("several names"), "{refused}");
+    fs::remove_file(other).expect("removed");
     fs::set_permissions(&file, Permissions::from_mode(0o444)).expect("set");
     let refused = LockedFile::lock(&file, 3).err().expect("read-only");
     assert!(refused.to_string().contains("read-only"), "{refused}");

@@ -35,9 +35,10 @@ pub(crate) fn is_control(c: char) -> bool {
 pub fn in_line(text: &str) -> String {
     let mut line = String::with_capacity(text.len());
     for c in text.chars() {
-        match is_control(c) {
-            true => line.extend(c.escape_default()),
-            false => line.push(c),
+        if is_control(c) {
+            line.extend(c.escape_default());
+        } else {
+            line.push(c);
         }
     }
     line

@@ -93,7 +93,8 @@ pub struct Options {
     /// Whether the background that the terminal reports has priority over that of the
     /// theme.
     pub ask_background: bool,
-    /// Called once the screen opens: what it returns becomes true when a signal asks to leave.
+    /// Called before the first file and the screen open: what it returns becomes true when a signal
+    /// asks to leave.
     pub quit_on_signal: fn() -> Arc<AtomicBool>,
 }
 
@@ -108,10 +109,11 @@ pub fn show(
     options: &Options,
     guide: Guide,
 ) -> Result<LabOutcome, ScreenError> {
+    let quit = (options.quit_on_signal)();
     let mut app = App::new(config, setup)?;
     app.guide(guide);
     app.ask_before_the_map();
-    until_left(app, options)?.ok_or(ScreenError::Panicked)
+    until_left(app, options, &quit)?.ok_or(ScreenError::Panicked)
 }
 
 /// Shows a recording, at rest at its beginning, until the person leaves, and then its branch, if
@@ -124,10 +126,11 @@ pub fn play(
     setup: SessionSetup,
     options: &Options,
 ) -> Result<Option<LabOutcome>, ScreenError> {
+    let quit = (options.quit_on_signal)();
     let mut app = App::of_recording(recording, setup);
     app.offer_to_play();
     app.execute_again();
-    until_left(app, options)
+    until_left(app, options, &quit)
 }
 
 /// Shows a run of other processes until the person leaves.
@@ -135,7 +138,8 @@ pub fn play(
 /// # Errors
 /// [`ScreenError`] if the terminal failed.
 pub fn watch(run: impl Remote + 'static, options: &Options) -> Result<(), ScreenError> {
-    until_left(App::of_others(run), options).map(drop)
+    let quit = (options.quit_on_signal)();
+    until_left(App::of_others(run), options, &quit).map(drop)
 }
 
 /// Shows `app` on the terminal, which is back in order in any case, until the person leaves;
@@ -143,8 +147,12 @@ pub fn watch(run: impl Remote + 'static, options: &Options) -> Result<(), Screen
 ///
 /// # Errors
 /// [`ScreenError`] if the terminal failed, and there is no session.
-fn until_left(mut app: App, options: &Options) -> Result<Option<LabOutcome>, ScreenError> {
-    let end = on_screen(&mut app, options);
+fn until_left(
+    mut app: App,
+    options: &Options,
+    quit: &AtomicBool,
+) -> Result<Option<LabOutcome>, ScreenError> {
+    let end = on_screen(&mut app, options, quit);
     let Some(outcome) = app.finish() else {
         return end.map(|()| None);
     };
@@ -154,11 +162,10 @@ fn until_left(mut app: App, options: &Options) -> Result<Option<LabOutcome>, Scr
     }))
 }
 
-fn on_screen(app: &mut App, options: &Options) -> Result<(), ScreenError> {
-    let quit = (options.quit_on_signal)();
-    match drawn(app, options, &quit) {
+fn on_screen(app: &mut App, options: &Options, quit: &AtomicBool) -> Result<(), ScreenError> {
+    match drawn(app, options, quit) {
         // A terminal that is closed fails a moment before its signal comes.
-        Err(ScreenError::Terminal(_)) if comes_soon(&quit) => Ok(()),
+        Err(ScreenError::Terminal(_)) if comes_soon(quit) => Ok(()),
         end => end,
     }
 }

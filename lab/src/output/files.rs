@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use ratelab_study::file::is_same;
+use ratelab_study::file::{Provisional, is_same};
 
 use super::{OutputFile, kind::OutputKind};
 use crate::error::Error;
@@ -122,9 +122,9 @@ impl Outputs {
     }
 }
 
-/// New folders, which are removed again if they stay empty.
+/// New folders, which are removed again if they stay empty: the last one first.
 #[derive(Default)]
-pub struct NewFolders(Vec<PathBuf>);
+pub struct NewFolders(Vec<Provisional>);
 
 impl NewFolders {
     /// Creates `folder` with all that lead to it, unless they are there.
@@ -132,17 +132,16 @@ impl NewFolders {
     /// # Errors
     /// The error of the operating system.
     pub fn leading_to(folder: &Path) -> io::Result<Self> {
-        let missing = folder.ancestors().take_while(|folder| !folder.exists());
-        let made = Self(missing.map(Path::to_owned).collect());
+        let is_missing = |folder: &&Path| *folder != Path::new("") && !folder.exists();
+        let missing = folder.ancestors().take_while(is_missing);
+        let missing: Vec<&Path> = missing.collect();
+        let mut made = Self::default();
+        for folder in missing.into_iter().rev() {
+            let (folder, ()) = Provisional::new(folder, |folder| fs::create_dir_all(folder))?;
+            made.0.insert(0, folder);
+        }
+        // Another file may be where the folder should be.
         fs::create_dir_all(folder)?;
         Ok(made)
-    }
-}
-
-impl Drop for NewFolders {
-    fn drop(&mut self) {
-        for folder in &self.0 {
-            let _ = fs::remove_dir(folder); // Fails for a folder with files.
-        }
     }
 }

@@ -4,10 +4,10 @@ use std::{
     fs::{self, File},
     io,
     os::fd::AsFd,
-    path::{Path, PathBuf},
+    path::Path,
 };
 
-use ratelab_study::file::{check_writable, resolved};
+use ratelab_study::file::{Provisional, check_writable, resolved};
 
 use super::pipe::{self, PatientFile};
 
@@ -17,8 +17,8 @@ pub struct Live {
     file: File,
     /// Whether its old content is discarded.
     replaces: bool,
-    /// Path of a newly created file.
-    made: Option<PathBuf>,
+    /// A newly created file.
+    made: Option<Provisional>,
 }
 
 impl Live {
@@ -38,14 +38,19 @@ impl Live {
                 made: None,
             });
         }
-        let made = (!path.exists()).then(|| resolved(path)).transpose()?;
+        if !path.exists() {
+            let (made, file) = Provisional::new(&resolved(path)?, |path| File::create_new(path))?;
+            return Ok(Self {
+                file,
+                replaces: true,
+                made: Some(made),
+            });
+        }
         check_writable(path)?;
-        let mut options = File::options();
-        options.write(true).create(true).truncate(false);
-        let file = options.open(path)?;
+        let file = File::options().write(true).open(path)?;
         Ok(Self {
             replaces: file.metadata()?.is_file(),
-            made,
+            made: None,
             file,
         })
     }
@@ -58,16 +63,10 @@ impl Live {
         if self.replaces {
             self.file.set_len(0)?;
         }
-        self.made = None;
-        self.file.try_clone().map(PatientFile)
-    }
-}
-
-impl Drop for Live {
-    fn drop(&mut self) {
-        if let Some(path) = &self.made {
-            let _ = fs::remove_file(path);
+        if let Some(made) = self.made.take() {
+            made.keep();
         }
+        self.file.try_clone().map(PatientFile)
     }
 }
 

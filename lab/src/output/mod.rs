@@ -13,7 +13,7 @@ mod pipe;
 mod print;
 mod progress;
 
-pub use file::{OutputFile, refuse_existing};
+pub use file::{OutputFile, refuse_existing, try_new};
 pub use files::{NewFolders, OutputPlan, Outputs};
 pub use kind::OutputKind;
 pub use live::Live;

@@ -51,9 +51,10 @@ pub fn print_data(text: &str) -> Result<(), Error> {
 
 /// Prints a result: for programs with `--json`, and otherwise for people.
 pub fn print_result(json: bool, data: &Value, text: &str) -> Result<(), Error> {
-    match json {
-        true => print_data(&format!("{data:#}")),
-        false => print_line(text),
+    if json {
+        print_data(&format!("{data:#}"))
+    } else {
+        print_line(text)
     }
 }
 

@@ -7,7 +7,7 @@ use ratelab_recording::{
     RecordError,
     rrd::{Curve, CurvePlot, CurvePlots, RecordingFile},
 };
-use ratelab_study::system::names::key;
+use ratelab_study::{file::Provisional, system::names::key};
 
 use super::{
     figures,
@@ -49,18 +49,19 @@ fn plots(summary: &SweepSummary) -> Vec<Plot> {
     plots
 }
 
-/// A file for the curves.
+/// A file for the curves, which is removed unless they are written.
 pub struct Record {
     path: PathBuf,
     file: RecordingFile,
+    made: Provisional,
 }
 
 impl Record {
     /// Creates the file; refuses an existing one.
     pub fn create(path: &Path) -> Result<Self, Error> {
         let path = path.to_owned();
-        match RecordingFile::create(&path) {
-            Ok(file) => Ok(Self { path, file }),
+        match Provisional::new(&path, RecordingFile::create) {
+            Ok((made, file)) => Ok(Self { path, file, made }),
             Err(why) => Err(record_error(RecordError { path, why })),
         }
     }
@@ -68,7 +69,9 @@ impl Record {
     /// Writes the curves of `summary`, with a layout for the viewer.
     pub fn write(self, summary: &SweepSummary) -> Result<(), Error> {
         let written = curves(summary).write(self.file);
-        written.map_err(|why| write_error(&self.path, why))
+        written.map_err(|why| write_error(&self.path, why))?;
+        self.made.keep();
+        Ok(())
     }
 }
 

@@ -5,7 +5,7 @@
 
 use std::{
     fs::{self, Permissions},
-    os::unix::fs::{FileTypeExt, PermissionsExt, symlink},
+    os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt, symlink},
     path::Path,
     process::{Command, Output},
     sync::Mutex,
@@ -89,6 +89,7 @@ const EXPECTED: &str = "
     foreign   | 2             | 2 there is  | 2 there is  | 2 line 1
     read-only | -             | 2 read-only | 2 there is  | 2 read-only
     private   | -             | 0           | 2 there is  | 0
+    names     | -             | 0           | 2 there is  | 2 several names
     huge      | 2 bytes       | 2 there is  | 2 there is  | 2 bytes
 ";
 
@@ -125,6 +126,10 @@ fn put(kind: &str, path: &Path) {
         "foreign" => fs::write(path, "mine\n").expect("written"),
         "read-only" => empty(0o444),
         "private" => empty(0o600),
+        "names" => {
+            empty(0o644);
+            fs::hard_link(path, beside).expect("linked");
+        }
         "huge" => {
             let file = fs::File::create(path).expect("made");
             file.set_len(20 << 30).expect("a hole");
@@ -278,6 +283,10 @@ impl Cell<'_> {
                 "other permissions",
             ),
             (kind == "dangling" && !path.is_symlink(), "the link is gone"),
+            (
+                kind == "names" && names(&path) != 2,
+                "its other name is of another file",
+            ),
         ];
         let lies: Vec<&str> = lies
             .iter()
@@ -319,6 +328,10 @@ impl Cell<'_> {
 fn mode(path: &Path) -> u32 {
     path.metadata()
         .map_or(0, |about| about.permissions().mode() & 0o777)
+}
+
+fn names(path: &Path) -> u64 {
+    path.metadata().map_or(0, |about| about.nlink())
 }
 
 /// Whether a file that was not finished is still there.

@@ -72,6 +72,34 @@ fn any_number_of_signals_leaves_no_unfinished_files() {
     assert!(!folder.path("out").exists() || folder.names("out").is_empty());
 }
 
+#[test]
+fn any_number_of_signals_leaves_the_curves_of_a_sweep_whole_or_not_at_all() {
+    let folder = Folder::new();
+    let line = "sweep --control-hz 5 --seeds 0..99999 --record curves.rrd --out out";
+    let mut command = folder.command(line);
+    let command = command.stdout(Stdio::null()).stderr(Stdio::null());
+    let mut child = command.spawn().expect("ratelab starts");
+    while !folder.path("curves.rrd").exists() {
+        thread::yield_now();
+    }
+    while child.try_wait().expect("a child").is_none() {
+        send("-INT", child.id());
+        thread::yield_now();
+    }
+    assert_eq!(child.wait().expect("ended").code(), Some(130));
+    if folder.path("curves.rrd").exists() {
+        let (said, _) = folder.fails("info curves.rrd", 2);
+        said.has("curves of a sweep");
+    } else {
+        // What comes before the curves may be complete.
+        let names = folder.names("");
+        assert!(
+            names.is_empty() || folder.names("out") == ["sweep.json"],
+            "{names:?}"
+        );
+    }
+}
+
 /// Starts a long run that writes to the folder `out`; returns its rows.
 fn long_run(folder: &Folder) -> (Child, ChildStderr) {
     let mut run = folder.command("run --duration-s 3600 --csv /dev/stderr --out out");

@@ -8,7 +8,7 @@ use std::{
 
 use super::{
     TextError,
-    paths::{folder_of, resolved},
+    paths::{folder_of, has_other_names, resolved},
     read::read_text_if_there,
     unfinished::{Unfinished, check_writable},
 };
@@ -28,8 +28,8 @@ impl LockedFile {
     /// missing folders.
     ///
     /// # Errors
-    /// [`TextError`] for a file that is not a text or is read-only, and for a folder that
-    /// cannot be written to.
+    /// [`TextError`] for a file that is not a text, is read-only or has several names (hard links),
+    /// and for a folder that cannot be written to.
     pub fn lock(path: &Path, most: u64) -> Result<Self, TextError> {
         fs::create_dir_all(folder_of(path))?;
         let target = resolved(path)?;
@@ -38,6 +38,10 @@ impl LockedFile {
         let _ = folder.lock();
         let text = read_text_if_there(&target, most)?;
         check_writable(&target)?;
+        if has_other_names(&target) {
+            let why = "this file has several names (hard links), and a new version would have one";
+            return Err(io::Error::other(why).into());
+        }
         Ok(Self {
             text,
             new: Unfinished::create(&target)?,

@@ -10,6 +10,6 @@ mod read;
 mod unfinished;
 
 pub use locked::LockedFile;
-pub use paths::{folder_of, is_same, resolved};
+pub use paths::{folder_of, has_other_names, is_same, resolved};
 pub use read::{FileError, TextError, read, read_text, read_text_if_there};
-pub use unfinished::{Unfinished, check_writable, remove_unfinished};
+pub use unfinished::{Provisional, Unfinished, check_writable, remove_unfinished};

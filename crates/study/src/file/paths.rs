@@ -2,6 +2,7 @@
 
 use std::{
     fs, io,
+    os::unix::fs::MetadataExt,
     path::{Path, PathBuf, is_separator},
 };
 
@@ -41,4 +42,10 @@ pub fn is_same(one: &Path, other: &Path) -> bool {
         (Ok(first), Ok(second)) => first == second || linked(),
         _ => false,
     }
+}
+
+/// Whether the file at `path` has other names (hard links), which a new file in its place would
+/// leave behind.
+pub fn has_other_names(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|about| about.is_file() && about.nlink() > 1)
 }

@@ -23,7 +23,8 @@ const SUFFIX: &str = ".ratelab-tmp";
 /// limited.
 const LONGEST_STEM: usize = 40;
 
-/// Hidden names used by this process.
+/// What this process has made and not completed, in the order in which it was made: files by
+/// their hidden or final names, and folders.
 static NAMES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// A file without its final name. If it is dropped before that, it is removed.
@@ -70,6 +71,45 @@ impl Unfinished {
     }
 }
 
+/// A new file or folder under its final name. If it is dropped before it is [kept](Self::keep), or
+/// the program ends at once before that, it is removed; a folder with files in it stays.
+#[derive(Debug)]
+pub struct Provisional(PathBuf);
+
+impl Provisional {
+    /// Lets `make` make what is to be at `path`, and returns that as well.
+    ///
+    /// # Errors
+    /// The error of `make`: it must refuse a path where something is already.
+    pub fn new<T>(path: &Path, make: impl FnOnce(&Path) -> io::Result<T>) -> io::Result<(Self, T)> {
+        let mut names = lock(&NAMES);
+        let made = make(path)?;
+        names.push(path.to_owned());
+        Ok((Self(path.to_owned()), made))
+    }
+
+    /// Keeps it.
+    pub fn keep(self) {
+        lock(&NAMES).retain(|name| *name != self.0);
+    }
+}
+
+impl Drop for Provisional {
+    fn drop(&mut self) {
+        let mut names = lock(&NAMES);
+        let before = names.len();
+        names.retain(|name| *name != self.0);
+        if names.len() < before {
+            remove(&self.0);
+        }
+    }
+}
+
+/// Removes the file or the empty folder at `path`, if it is still there.
+fn remove(path: &Path) {
+    let _ = fs::remove_file(path).or_else(|_| fs::remove_dir(path));
+}
+
 /// Checks that the file at `path` may be replaced, if there is one: the folder decides whether it
 /// can be.
 ///
@@ -87,13 +127,12 @@ pub fn check_writable(path: &Path) -> io::Result<()> {
     File::options().write(true).open(path).map(drop)
 }
 
-/// Removes all unfinished files before an immediate exit. No file is created while the
+/// Removes all that is unfinished before an immediate exit. No file is created while the
 /// caller keeps the result.
 pub fn remove_unfinished() -> impl Sized {
     let names = lock(&NAMES);
-    for name in names.iter() {
-        let _ = fs::remove_file(name); // It may have its final name by now.
-    }
+    // A folder is older than the files in it.
+    names.iter().rev().for_each(|name| remove(name));
     names
 }
 

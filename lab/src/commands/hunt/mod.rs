@@ -2,14 +2,12 @@
 
 mod text;
 
-use std::path::Path;
-
 use ratelab::Command;
 use ratelab_recording::StopReason;
 use ratelab_study::{
     experiment::{
         Config, Experiment,
-        hunt::{Budget, Found, Hunt, Hunted},
+        hunt::{Budget, Hunt, Hunted},
     },
     system::names::good,
 };
@@ -19,7 +17,7 @@ use crate::{
     cli::HuntArgs,
     error::Error,
     options::{self, Defaults},
-    output::{OutputFile, print_line, print_recorded, print_result, refuse_existing},
+    output::{OutputFile, print_line, print_recorded, print_result, refuse_existing, try_new},
     program::Program,
     results::{destination_of, read_topics, record},
     signals,
@@ -34,7 +32,7 @@ const DEFAULTS: Defaults =
 pub fn hunt(program: &Program, args: &HuntArgs) -> Result<(), Error> {
     let (config, _) = options::graph(program, &args.graph, &DEFAULTS)?;
     let budget = budget(program, args, &config)?;
-    check_outputs(args)?;
+    let save = prepare_outputs(args)?;
     let mut hunt = Hunt::new(program.system.clone(), config);
     hunt.threads = args.threads.unwrap_or(hunt.threads);
     hunt.interrupt = signals::interrupt();
@@ -49,13 +47,17 @@ pub fn hunt(program: &Program, args: &HuntArgs) -> Result<(), Error> {
             let system = &*program.system;
             let outcome = text::outcome(system, &found);
             print_result(args.json, &text::json(system, &found), &outcome)?;
-            write(program, args, &found, &config)
+            if let Some(file) = save {
+                file.write(text::file(system, &found, &config.knobs).as_bytes())?;
+            }
+            record_run(program, args, &config)
         }
     }
 }
 
-/// Checks the files to write: the hunt takes long, and must not overwrite a file.
-fn check_outputs(args: &HuntArgs) -> Result<(), Error> {
+/// Checks the files to write, because the hunt takes long, and must not overwrite a file. Returns
+/// that of `--save`.
+fn prepare_outputs(args: &HuntArgs) -> Result<Option<OutputFile>, Error> {
     if args.save.is_some() && args.save == args.record {
         let why = "--save and --record name the same file: choose another name for one of them";
         return Err(Error::BadInput(why.to_owned()));
@@ -64,16 +66,11 @@ fn check_outputs(args: &HuntArgs) -> Result<(), Error> {
         path.as_deref()
             .map_or(Ok(()), |path| refuse_existing(option, path))?;
     }
-    // A recording makes its folder.
-    let is_missing = |path: &&Path| {
-        let folder = path.parent();
-        folder.is_some_and(|folder| !folder.as_os_str().is_empty() && !folder.is_dir())
-    };
-    if let Some(path) = args.save.as_deref().filter(is_missing) {
-        let why = "there is no such folder: make it first";
-        return Err(Error::BadInput(format!("--save {}: {why}", path.display())));
-    }
-    Ok(())
+    let record = args.record.as_deref();
+    record.map_or(Ok(()), |path| try_new("--record", path))?;
+    let save = args.save.as_deref();
+    save.map(|path| OutputFile::open("--save", path))
+        .transpose()
 }
 
 fn budget(program: &Program, args: &HuntArgs, config: &Config) -> Result<Budget, Error> {
@@ -100,21 +97,16 @@ fn budget(program: &Program, args: &HuntArgs, config: &Config) -> Result<Budget,
 fn print_held(program: &Program, args: &HuntArgs, runs: usize, stopped: bool) -> Result<(), Error> {
     let good = good(&*program.system);
     let data = json!({ "found": false, "lists_tried": runs, "stopped": stopped });
-    let text = match stopped {
-        true => format!("nothing in the {runs} lists of faults tried until the stop"),
-        false => format!(
-            "none of {runs} lists of faults is enough: the run {good} with each; allow more"
-        ),
+    let text = if stopped {
+        format!("nothing in the {runs} lists of faults tried until the stop")
+    } else {
+        format!("none of {runs} lists of faults is enough: the run {good} with each; allow more")
     };
     print_result(args.json, &data, &line("found", &text))
 }
 
-/// Writes the requested files.
-fn write(program: &Program, args: &HuntArgs, found: &Found, config: &Config) -> Result<(), Error> {
-    if let Some(path) = &args.save {
-        let faults = text::file(&*program.system, found, &config.knobs);
-        OutputFile::open("--save", path)?.write(faults.as_bytes())?;
-    }
+/// Records the run of `config`, if it is to be recorded.
+fn record_run(program: &Program, args: &HuntArgs, config: &Config) -> Result<(), Error> {
     let Some(path) = &args.record else {
         return Ok(());
     };
