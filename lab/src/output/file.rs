@@ -6,12 +6,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use ratelab_study::file::{
-    Provisional, Unfinished, check_writable, folder_of, has_other_names, is_same, resolved,
-};
+use ratelab_study::file::{Unfinished, check_writable, has_other_names, is_same, resolved};
 
 use super::{
-    files::NewFolders,
     kind::OutputKind,
     live::{Live, must_be_live},
     pipe::PatientFile,
@@ -145,19 +142,4 @@ pub fn refuse_existing(option: &str, path: &Path) -> Result<(), Error> {
         "{option} {}: there is such a file: choose another name",
         path.display()
     )))
-}
-
-/// Checks that a file can be made at `path`, which `option` named and where there is none; missing
-/// folders are no hindrance. Nothing is left of the trial.
-///
-/// # Errors
-/// [`Error::BadInput`] if it cannot be made.
-pub fn try_new(option: &str, path: &Path) -> Result<(), Error> {
-    let tried = NewFolders::leading_to(folder_of(path)).and_then(|folders| {
-        let (file, _) = Provisional::new(path, |path| fs::File::create_new(path))?;
-        drop(file);
-        drop(folders);
-        Ok(())
-    });
-    tried.map_err(|why| Error::unwritable(option, path, &why))
 }

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use ratelab_study::file::{Provisional, is_same};
+use ratelab_study::file::{Provisional, folder_of, is_same};
 
 use super::{OutputFile, kind::OutputKind};
 use crate::error::Error;
@@ -144,4 +144,19 @@ impl NewFolders {
         fs::create_dir_all(folder)?;
         Ok(made)
     }
+}
+
+/// Checks that a file can be made at `path`, which `option` named and where there is none; missing
+/// folders are no hindrance. Nothing is left of the trial.
+///
+/// # Errors
+/// [`Error::BadInput`] if it cannot be made.
+pub fn try_new(option: &str, path: &Path) -> Result<(), Error> {
+    let tried = NewFolders::leading_to(folder_of(path)).and_then(|folders| {
+        let (file, _) = Provisional::new(path, |path| fs::File::create_new(path))?;
+        drop(file);
+        drop(folders);
+        Ok(())
+    });
+    tried.map_err(|why| Error::unwritable(option, path, &why))
 }

@@ -13,8 +13,8 @@ mod pipe;
 mod print;
 mod progress;
 
-pub use file::{OutputFile, refuse_existing, try_new};
-pub use files::{NewFolders, OutputPlan, Outputs};
+pub use file::{OutputFile, refuse_existing};
+pub use files::{NewFolders, OutputPlan, Outputs, try_new};
 pub use kind::OutputKind;
 pub use live::Live;
 pub use pipe::waits_for_reader;
