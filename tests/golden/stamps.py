@@ -114,7 +114,6 @@ class Node:
         self.turn = 0
         self.taken = {topic: [] for topic in self.triggers}
         self.sets = []
-        self.completed = 0          # the trigger whose message completed them
         self.match = rule(keys.get("match", "each"), len(self.triggers))
         self.running = None         # (begin, end)
         self.shown = None           # the due time of the next tick, by its clock
@@ -135,16 +134,10 @@ class Node:
 
     def find_set(self):
         """Takes one message of each topic in turn, until there is a set."""
-        if self.sets:
-            # Of several sets by one message the next has the turn of a topic, too.
-            while not self.queues[self.triggers[self.turn]] and self.turn != self.completed:
-                self.turn = (self.turn + 1) % len(self.triggers)
-            self.turn = (self.turn + 1) % len(self.triggers)
         while not self.sets and any(self.queues.values()):
             place, topic = self.turn, self.triggers[self.turn]
             self.turn = (self.turn + 1) % len(self.triggers)
             if self.queues[topic]:
-                self.completed = place
                 message = self.queues[topic].pop(0)
                 self.taken[topic].append(message)
                 number = len(self.taken[topic]) - 1
