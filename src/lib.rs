@@ -115,6 +115,7 @@
 mod arrival;
 mod clock;
 mod control;
+mod counter;
 mod graph;
 mod journal;
 mod node;
@@ -150,7 +151,8 @@ pub use node::{END, Fault, GO_ON, Job, JobKind, LastTick, Node, NodeCrash, Panic
 pub use qos::{Depth, DepthError, ReadOrder};
 pub use rate::{Rate, hyper_period};
 pub use record::{
-    Head, MeterRecorder, NodeRecord, Push, PushRecorder, Sink, TickTimes, TopicRecord,
+    Head, MessageId, MeterRecorder, NodeRecord, Push, PushRecorder, Sink, TickId, TickTimes,
+    TopicRecord,
 };
 pub use scheduling::{
     Dispatch, Joined, Kit, Matching, Periodic, Phase, Release, Scheduler, SchedulerEvent, TaskSpec,

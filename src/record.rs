@@ -91,8 +91,23 @@ pub enum TopicRecord<'a> {
     Read {
         /// The reader, by its place among those of the topic.
         reader: usize,
+        /// Number of the tick in which it read, counted from zero.
+        tick: u64,
+        /// Sequence number of the message.
+        seq: u64,
+        /// Sequence number of the newest message that was there.
+        newest: u64,
         /// The age of the message.
         age: Duration,
+    },
+    /// A match has chosen a message for the next tick of a reader.
+    Matched {
+        /// The reader, by its place among those of the topic.
+        reader: usize,
+        /// Sequence number of the message.
+        seq: u64,
+        /// Whether a message of this topic completed the set.
+        completes: bool,
     },
     /// It has another queue depth.
     Depth(Depth),
@@ -103,12 +118,17 @@ pub enum TopicRecord<'a> {
 pub struct Head {
     /// Run time at which it was published: its stamp, unless a clock is wrong.
     pub at: Time,
+    /// The tick that published it; `None` for a publisher outside of the graph's nodes.
+    pub by: Option<TickId>,
     /// Run time of publication, as the clock of its node shows it.
     pub stamp: Time,
     /// Position in the topic's history, counted from zero.
     pub seq: u64,
     /// Run time of the sensing that it was derived from, if known.
     pub origin: Option<Time>,
+    /// The message that it was derived from, where its node names one; `None` for all that the tick
+    /// has read.
+    pub from: Option<MessageId>,
     /// Run time at which it is delivered; `None` if it is lost. A message that arrives after a
     /// newer one is never read.
     pub arrives: Option<Time>,
@@ -117,9 +137,29 @@ pub struct Head {
     pub dropped: u64,
 }
 
+/// A tick of a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TickId {
+    /// Index of the node in the [`Topology`](crate::Topology).
+    pub node: usize,
+    /// Number of the tick, counted from zero.
+    pub number: u64,
+}
+
+/// A message on a topic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct MessageId {
+    /// Index of the topic in the [`Topology`](crate::Topology).
+    pub topic: usize,
+    /// Sequence number of the message.
+    pub seq: u64,
+}
+
 /// How a tick was timed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TickTimes {
+    /// Number of the tick, counted from zero.
+    pub number: u64,
     /// Run time of its start.
     pub at: Time,
     /// Lateness of its start; `None` where that was not measured.

@@ -4,10 +4,11 @@ use super::control::WiredTopic;
 use crate::{
     arrival::Arrivals,
     control::knob::KnobKind,
+    counter::TickCounter,
     node::{Ends, Fixed, LastTick},
     record::{MeterRecorder, PushRecorder, RecordSender},
     sync::Arc,
-    topic::{Intake, Payload, Publisher, Subscription, Topic},
+    topic::{Intake, NodeReader, Outbox, Payload, Publisher, Subscription, Topic},
 };
 
 /// Supplies a node with its ends of topics while it is being built, so that the graph
@@ -60,8 +61,11 @@ impl<'g> Wiring<'g> {
         arrivals: &'g Arc<Arrivals>,
         records: RecordSender,
     ) -> Self {
+        let counter = Arc::new(TickCounter::new(records.index()));
         let ends = Ends {
             records,
+            outbox: Arc::new(Outbox::new(counter.clone())),
+            counter,
             ..Ends::default()
         };
         Self {
@@ -109,7 +113,7 @@ impl<'g> Wiring<'g> {
                 None => topic.subscribe(),
             };
         }
-        let subscription = topic.subscribe_as(Some(self.next_place(topic)));
+        let subscription = topic.subscribe_as(Some(self.next_reader(topic)));
         self.subscribe(topic, &subscription);
         subscription
     }
@@ -140,8 +144,8 @@ impl<'g> Wiring<'g> {
             return self.subscription(topic);
         };
         let input = (self.ends.records.index(), self.intakes.len());
-        let place = self.next_place(topic);
-        let (subscription, intake) = topic.trigger(place, input, arrivals);
+        let reader = self.next_reader(topic);
+        let (subscription, intake) = topic.trigger(reader, input, arrivals);
         self.intakes.push(intake);
         self.subscribe(topic, &subscription);
         self.triggers.extend(self.reads.last());
@@ -197,12 +201,15 @@ impl<'g> Wiring<'g> {
         Some(self.ends.readers.remove(place).1)
     }
 
-    /// The place of the next reader among those of `topic`.
-    fn next_place<T: Payload>(&self, topic: &Topic<T>) -> usize {
+    /// The next reader of `topic`, with its place among all.
+    fn next_reader<T: Payload>(&self, topic: &Topic<T>) -> NodeReader {
         let address = topic.address();
         let known = self.known.iter().find(|known| known.address == address);
         let own = self.ends.readers.iter().filter(|(own, _)| *own == address);
-        known.map_or(0, |known| known.readers.len()) + own.count()
+        NodeReader {
+            place: known.map_or(0, |known| known.readers.len()) + own.count(),
+            counter: self.ends.counter.clone(),
+        }
     }
 
     /// The index of `topic`, which may be new to the graph.

@@ -13,6 +13,7 @@ use super::{
 };
 use crate::{
     control::knob::{Knob, KnobKind},
+    counter::TickCounter,
     record::{NodeRecord, RecordSender, TickTimes},
     sync::Arc,
     time::Time,
@@ -38,6 +39,7 @@ pub(crate) struct Ends {
     /// The way of its records.
     pub(crate) records: RecordSender,
     pub(crate) outbox: Arc<Outbox>,
+    pub(crate) counter: Arc<TickCounter>,
     /// Where it reads how long its last tick took, if it wants to know.
     pub(crate) last_tick: Option<LastTick>,
     /// Names of its measurements.
@@ -49,6 +51,7 @@ pub(crate) struct Ends {
 /// A tick that takes run time.
 #[derive(Clone, Copy)]
 struct RunningTick {
+    number: u64,
     began: Time,
     lateness: Option<Duration>,
     /// Whether the run ends after it.
@@ -60,6 +63,7 @@ struct RunningTick {
 impl RunningTick {
     fn times(&self, ends: Option<Time>) -> TickTimes {
         TickTimes {
+            number: self.number,
             at: self.began,
             lateness: self.lateness,
             took: ends.map(|ends| ends.since(self.began)),
@@ -121,6 +125,7 @@ impl NodeSlot {
             JobKind::Tick { is_instant } => {
                 self.took(times.ended.since(began));
                 self.record(|| TickTimes {
+                    number: self.ends.counter.number(),
                     at: began,
                     lateness: job.lateness(),
                     took: if is_instant {
@@ -140,6 +145,7 @@ impl NodeSlot {
 
     /// Runs a whole tick, which `lasts` under the real clock.
     fn tick(&mut self, now: Time, lasts: bool) -> Tick {
+        self.ends.counter.begin();
         if lasts {
             self.record_begin();
         }
@@ -155,6 +161,7 @@ impl NodeSlot {
 
     /// Begins a tick that takes time: its messages wait for the end.
     fn begin_lasting(&mut self, now: Time, lateness: Option<Duration>) -> Tick {
+        self.ends.counter.begin();
         self.record_begin();
         self.ends.outbox.hold(true);
         let outcome = self.unless_panicked(|node| node.tick(now));
@@ -162,6 +169,7 @@ impl NodeSlot {
         match outcome {
             Ok(flow) => {
                 self.running = Some(RunningTick {
+                    number: self.ends.counter.number(),
                     began: now,
                     lateness,
                     flow,

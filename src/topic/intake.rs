@@ -10,7 +10,7 @@ use super::{
     Subscription, Topic,
     message::Payload,
     queue::Bus,
-    readers::{TopicReader, TriggerEnd},
+    readers::{NodeReader, TopicReader, TriggerEnd},
 };
 use crate::{arrival::Arrivals, record::TopicRecord, sync::Arc, time::Time};
 
@@ -25,8 +25,9 @@ pub trait Intake: Send {
     /// Takes the oldest of them.
     fn take(&mut self, now: Time) -> Option<TakenMessage>;
 
-    /// Lets the subscription read the message taken as number `seq`, which no later set has.
-    fn choose(&mut self, seq: u64);
+    /// Lets the subscription read the message taken as number `seq`, which no later set has;
+    /// `completes` says whether a message of this topic completed the set.
+    fn choose(&mut self, seq: u64, completes: bool);
 
     /// Forgets the messages taken before number `seq`; all of them without a `seq`. Those that were
     /// never chosen count as unmatched.
@@ -45,16 +46,16 @@ pub struct TakenMessage {
 }
 
 impl<T: Payload> Topic<T> {
-    /// Creates a subscription, the topic's reader at this `place`, whose messages trigger the node
-    /// with index `node` as its input number `input`.
+    /// Creates a subscription, this `reader` of the topic, whose messages trigger the node with index
+    /// `node` as its input number `input`.
     pub(crate) fn trigger(
         &self,
-        place: usize,
+        reader: NodeReader,
         (node, input): (usize, usize),
         arrivals: &Arc<Arrivals>,
     ) -> (Subscription<T>, Box<dyn Intake>) {
         let mut bus = self.0.lock();
-        let reader = bus.add_reader(Some(place));
+        let reader = bus.add_reader(Some(reader));
         bus.has_triggers = true;
         bus.readers[reader].trigger = Some(Box::new(TriggerEnd {
             node,
@@ -110,23 +111,32 @@ impl<T: Payload> Intake for TopicIntake<T> {
         Some(taken)
     }
 
-    fn choose(&mut self, seq: u64) {
-        if let Some(end) = &mut self.bus.lock().readers[self.reader].trigger {
+    fn choose(&mut self, seq: u64, completes: bool) {
+        let mut bus = self.bus.lock();
+        let reader = &mut bus.readers[self.reader];
+        if let Some(end) = &mut reader.trigger {
             let place = end.taken.iter().position(|message| message.seq == seq);
             end.chosen = place.and_then(|place| end.taken.remove(place));
             end.is_new = true;
+        }
+        if let Some(reader) = reader.place() {
+            bus.send_record(|| TopicRecord::Matched {
+                reader,
+                seq,
+                completes,
+            });
         }
     }
 
     fn forget_before(&mut self, seq: Option<u64>) {
         let mut bus = self.bus.lock();
-        let TopicReader { trigger, place, .. } = &mut bus.readers[self.reader];
-        let (Some(end), Some(reader)) = (trigger, *place) else {
+        let TopicReader { trigger, node, .. } = &mut bus.readers[self.reader];
+        let (Some(end), Some(NodeReader { place: reader, .. })) = (trigger, node) else {
             return;
         };
         let (kept, taken) = (seq.unwrap_or(u64::MAX), end.taken.len());
         end.taken.retain(|message| message.seq >= kept);
-        let count = (taken - end.taken.len()) as u64;
+        let (reader, count) = (*reader, (taken - end.taken.len()) as u64);
         if count > 0 {
             bus.send_record(|| TopicRecord::Unmatched { reader, count });
         }

@@ -37,7 +37,7 @@ mod readers;
 mod subscription;
 
 use self::queue::{Bus, Queue};
-pub(crate) use self::{any::AnyTopic, outbox::Outbox};
+pub(crate) use self::{any::AnyTopic, outbox::Outbox, readers::NodeReader};
 pub use self::{
     channel::Channel,
     intake::{Intake, TakenMessage},
@@ -116,9 +116,9 @@ impl<T: Payload> Topic<T> {
         self.subscribe_as(None)
     }
 
-    /// Creates the reading end of a node, with its place among the topic's readers in the graph.
-    pub(crate) fn subscribe_as(&self, place: Option<usize>) -> Subscription<T> {
-        let reader = self.0.lock().add_reader(place);
+    /// Creates the reading end of a node, or one outside of a graph.
+    pub(crate) fn subscribe_as(&self, node: Option<NodeReader>) -> Subscription<T> {
+        let reader = self.0.lock().add_reader(node);
         let bus = self.0.clone();
         Subscription { bus, reader }
     }

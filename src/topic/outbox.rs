@@ -3,6 +3,8 @@
 use std::fmt;
 
 use crate::{
+    counter::TickCounter,
+    record::TickId,
     sync::{
         Arc, Mutex,
         atomic::{AtomicBool, Ordering},
@@ -24,6 +26,8 @@ pub(crate) struct Outbox {
     /// Whether messages must pass through this outbox.
     needed: AtomicBool,
     state: Mutex<OutboxState>,
+    /// Counts the ticks of the node.
+    counter: Arc<TickCounter>,
 }
 
 #[derive(Default)]
@@ -41,6 +45,19 @@ impl OutboxState {
 }
 
 impl Outbox {
+    /// The outbox of the node whose ticks this counts.
+    pub(crate) fn new(counter: Arc<TickCounter>) -> Self {
+        Self {
+            counter,
+            ..Self::default()
+        }
+    }
+
+    /// The tick that publishes now.
+    pub(crate) fn tick(&self) -> TickId {
+        self.counter.tick()
+    }
+
     /// Whether messages must pass through this outbox.
     pub(crate) fn is_needed(&self) -> bool {
         self.needed.load(Ordering::Relaxed)

@@ -1,7 +1,11 @@
 //! The end of a topic that a node publishes to.
 
-use super::{message::Payload, outbox::Outbox, queue::Bus};
-use crate::{sync::Arc, time::Time};
+use super::{
+    message::Payload,
+    outbox::Outbox,
+    queue::{Bus, Publication},
+};
+use crate::{record::MessageId, sync::Arc, time::Time};
 
 /// The end of a topic that a node publishes to.
 ///
@@ -31,9 +35,21 @@ impl<T: Payload> Publisher<T> {
     /// takes time the message waits for the end of the tick, and is stamped then; without another
     /// origin it has the begin of the tick.
     pub fn publish(&self, data: T, now: Time, origin: Option<Time>) {
+        self.publish_from(data, now, origin, None);
+    }
+
+    /// Publishes `data` as [`publish`](Self::publish) does, derived `from` this one message of all
+    /// that the node has read. Without one it is derived from all that this tick has read.
+    pub fn publish_from(&self, data: T, now: Time, origin: Option<Time>, from: Option<MessageId>) {
+        let publication = Publication {
+            from,
+            ..self.publication(now, now, origin)
+        };
         match &self.outbox {
-            Some(outbox) if outbox.is_needed() => self.put(outbox, data, now, origin),
-            _ => self.bus.lock().publish(data, now, now, origin),
+            Some(outbox) if outbox.is_needed() => self.put(outbox, data, publication),
+            _ => {
+                self.bus.lock().publish(data, publication);
+            }
         }
     }
 
@@ -44,19 +60,36 @@ impl<T: Payload> Publisher<T> {
     }
 
     /// Publishes a message at run time `now` with another `stamp`, whatever the tick takes: one that
-    /// arrives from another process, where it was published then.
-    pub fn forward(&self, data: T, now: Time, stamp: Time, origin: Option<Time>) {
-        self.bus.lock().publish(data, now, stamp, origin);
+    /// arrives from another process, where it was published then. Returns its sequence number.
+    pub fn forward(&self, data: T, now: Time, stamp: Time, origin: Option<Time>) -> u64 {
+        let publication = self.publication(now, stamp, origin);
+        self.bus.lock().publish(data, publication)
+    }
+
+    fn publication(&self, at: Time, stamp: Time, origin: Option<Time>) -> Publication {
+        Publication {
+            at,
+            stamp,
+            origin,
+            by: self.outbox.as_ref().map(|outbox| outbox.tick()),
+            from: None,
+        }
     }
 
     /// Publishes through the outbox, needed by few nodes.
     #[cold]
-    fn put(&self, outbox: &Outbox, data: T, now: Time, origin: Option<Time>) {
-        let (bus, began) = (self.bus.clone(), outbox.shows(now));
-        let publish = move |now, shown| {
-            let sensed = (shown != began).then_some(began);
-            bus.lock().publish(data, now, shown, origin.or(sensed));
+    fn put(&self, outbox: &Outbox, data: T, publication: Publication) {
+        let (bus, began) = (self.bus.clone(), outbox.shows(publication.at));
+        let publish = move |at, stamp| {
+            let sensed = (stamp != began).then_some(began);
+            let publication = Publication {
+                at,
+                stamp,
+                origin: publication.origin.or(sensed),
+                ..publication
+            };
+            bus.lock().publish(data, publication);
         };
-        outbox.put(now, Box::new(publish));
+        outbox.put(publication.at, Box::new(publish));
     }
 }

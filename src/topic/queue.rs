@@ -5,15 +5,30 @@ use std::{any::Any, collections::VecDeque};
 use super::{
     channel::Transit,
     message::{Message, Payload},
-    readers::{TopicReader, TriggerEnd},
+    readers::{NodeReader, TopicReader, TriggerEnd},
 };
 use crate::{
     arrival::Arrival,
     qos::{Depth, ReadOrder},
-    record::{Head, RecordSender, TopicRecord},
+    record::{Head, MessageId, RecordSender, TickId, TopicRecord},
     shared::Shared,
     time::Time,
 };
+
+/// When a message is published, and by whom.
+#[derive(Clone, Copy)]
+pub(super) struct Publication {
+    /// Run time.
+    pub(super) at: Time,
+    /// That time as the clock of the publisher shows it.
+    pub(super) stamp: Time,
+    /// Run time of the sensing behind it, if known.
+    pub(super) origin: Option<Time>,
+    /// The tick of a node that publishes it.
+    pub(super) by: Option<TickId>,
+    /// The message that it was derived from, where the node names one.
+    pub(super) from: Option<MessageId>,
+}
 
 /// What the handles of a topic and its ends share.
 pub(super) type Bus<T> = Shared<Queue<T>>;
@@ -26,6 +41,9 @@ pub(super) struct Queue<T> {
     pub(super) next_seq: u64,
     /// Run time of the newest publication.
     pub(super) newest_at: Time,
+    /// The tick that published it, and the message that it was derived from.
+    newest_by: Option<TickId>,
+    newest_from: Option<MessageId>,
     pub(super) order: ReadOrder,
     /// Messages in flight, while the topic has a link.
     pub(super) transit: Option<Box<Transit<T>>>,
@@ -44,6 +62,8 @@ impl<T: Payload> Queue<T> {
             depth,
             next_seq: 0,
             newest_at: Time::ZERO,
+            newest_by: None,
+            newest_from: None,
             order: ReadOrder::Newest,
             transit: None,
             has_triggers: false,
@@ -52,14 +72,14 @@ impl<T: Payload> Queue<T> {
         }
     }
 
-    /// Adds a reader with this place among those of a graph; returns its index. It has seen all that
-    /// is delivered.
-    pub(super) fn add_reader(&mut self, place: Option<usize>) -> usize {
+    /// Adds a reader, of a `node` of a graph or outside of one; returns its index. It has seen all
+    /// that is delivered.
+    pub(super) fn add_reader(&mut self, node: Option<NodeReader>) -> usize {
         let next = (self.transit.as_ref()).map_or(self.next_seq, |transit| transit.next_delivered);
-        let reader = TopicReader::new(next, place);
+        let reader = TopicReader::new(next, node);
         let mut known = self.readers.iter();
         // Nobody comes back to one outside of a graph.
-        match known.position(|known| !known.is_open && known.place.is_none()) {
+        match known.position(|known| !known.is_open && known.node.is_none()) {
             Some(free) => {
                 self.readers[free] = reader;
                 free
@@ -71,12 +91,19 @@ impl<T: Payload> Queue<T> {
         }
     }
 
-    /// Publishes at run time `now`, with the stamp of the publisher's clock.
+    /// Publishes a message; returns its sequence number.
     #[inline]
-    pub(super) fn publish(&mut self, data: T, now: Time, stamp: Time, origin: Option<Time>) {
+    pub(super) fn publish(&mut self, data: T, publication: Publication) -> u64 {
+        let Publication {
+            at: now,
+            stamp,
+            origin,
+            by,
+            from,
+        } = publication;
         let seq = self.next_seq;
         self.next_seq += 1;
-        self.newest_at = now;
+        (self.newest_at, self.newest_by, self.newest_from) = (now, by, from);
         let message = Message {
             data,
             stamp,
@@ -94,6 +121,7 @@ impl<T: Payload> Queue<T> {
             self.announce(arrives);
         }
         self.record_newest();
+        seq
     }
 
     /// Refuses a message that is already published.
@@ -150,9 +178,11 @@ impl<T: Payload> Queue<T> {
         let readers = self.readers.iter().filter(|reader| reader.is_open);
         let head = Head {
             at: self.newest_at,
+            by: self.newest_by,
             stamp: message.stamp,
             seq: message.seq,
             origin: message.origin,
+            from: self.newest_from,
             arrives,
             dropped: readers.map(|reader| reader.dropped).sum(),
         };
@@ -197,6 +227,11 @@ impl<T> Queue<T> {
         next.map(|(message, _)| message)
     }
 
+    /// Sequence number of the newest delivered message.
+    pub(super) fn newest_delivered(&self) -> Option<u64> {
+        self.messages.back().map(|(message, _)| message.seq)
+    }
+
     /// The messages that a reader has not seen, each with its delivery.
     pub(super) fn unread(
         &self,
@@ -233,7 +268,7 @@ impl<T> Queue<T> {
         for known in self.readers.iter_mut().filter(|reader| reader.is_open) {
             if known.next_unread <= evicted.seq {
                 known.dropped += 1;
-                let (reader, at) = (known.place, now);
+                let (reader, at) = (known.place(), now);
                 if let Some(records) = &self.records {
                     records.topic(|| TopicRecord::Dropped { reader, at });
                 }

@@ -4,7 +4,11 @@ use super::{
     message::{Message, Payload},
     queue::{Bus, Queue},
 };
-use crate::{record::TopicRecord, sync::Arc, time::Time};
+use crate::{
+    record::{MessageId, TopicRecord},
+    sync::Arc,
+    time::Time,
+};
 
 /// The end of a topic that a node reads from.
 ///
@@ -59,9 +63,15 @@ impl<T: Payload> Subscription<T> {
         if reader.trigger.is_none() {
             reader.next_unread = message.seq + 1;
         }
-        if let Some(reader) = reader.place {
-            let age = now.since(message.stamp);
-            queue.send_record(|| TopicRecord::Read { reader, age });
+        let queue = &*queue;
+        if let Some(node) = &queue.readers[self.reader].node {
+            queue.send_record(|| TopicRecord::Read {
+                reader: node.place,
+                tick: node.counter.number(),
+                seq: message.seq,
+                newest: queue.newest_delivered().unwrap_or(message.seq),
+                age: now.since(message.stamp),
+            });
         }
     }
 
@@ -88,6 +98,13 @@ impl<T: Payload> Subscription<T> {
         };
         self.seen(queue, &message, now);
         Some(message)
+    }
+
+    /// The message of its topic with this sequence number; `None` outside of a graph.
+    pub fn message_id(&self, seq: u64) -> Option<MessageId> {
+        let queue = self.bus.peek();
+        let topic = queue.records.as_ref()?.index();
+        Some(MessageId { topic, seq })
     }
 
     /// Number of messages evicted before this subscription saw them.

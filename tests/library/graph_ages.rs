@@ -33,7 +33,7 @@ fn played(text: &str) -> (Lineage, usize, f64) {
 /// Checks that the parts of the ages in a run sum to them.
 fn sums_are_exact(text: &str) {
     let (lineage, acts, mean) = played(text);
-    let ticks = lineage.ticks(acts).map(|worked| worked.tick);
+    let ticks = lineage.ticks(acts).map(|worked| worked.tick.clone());
     let pushes = ticks.filter_map(|tick| tick.push.zip(tick.ends));
     let mut count = 0;
     for (push, at) in pushes {

@@ -161,24 +161,14 @@ fn played(plan: &Plan, seed: u64) -> (Lineage, Vec<(Time, Time, Chain)>, Option<
     (lineage, applied, age)
 }
 
-/// The chain behind a message, as the lineage has it.
-fn chain(lineage: &Lineage, topic: usize, seq: u64) -> Chain {
-    let mut chain = vec![(topic, seq)];
-    loop {
-        let (topic, seq) = chain[0];
-        let sent = lineage.sent(topic).find(|sent| sent.seq == seq);
-        let sent = *sent.expect("the message");
-        let (node, tick) = lineage.made_by(topic, seq).expect("a tick");
-        let before = lineage.derived_from(node, tick, sensing_of(&sent));
-        let Some(before) = before.filter(|_| sent.origin.is_some()) else {
-            break;
-        };
-        chain.insert(0, before);
-    }
+/// The chain behind a push, as the lineage has it.
+fn chain(lineage: &Lineage, push: &PushInForce) -> Chain {
     let name = |topic: usize| lineage.topology().topics[topic].name[2..].parse();
-    let named = chain
+    let messages = lineage.chain_of(push).messages;
+    let named = messages
         .iter()
-        .map(|&(topic, seq)| (name(topic).expect("a number"), seq));
+        .rev()
+        .map(|message| (name(message.topic).expect("a number"), message.seq));
     named.collect()
 }
 
@@ -197,7 +187,7 @@ fn sums_are_exact(plan: &Plan, seed: u64, chains: bool) -> Result<(), TestCaseEr
         prop_assert!(push.is_some(), "{since}");
         let push = push.expect("a push");
         if chains {
-            prop_assert_eq!(&chain(&lineage, push.topic, push.seq), truth);
+            prop_assert_eq!(&chain(&lineage, &push), truth);
         }
         for share in 0..4 {
             let at = *since + until.since(*since) * share / 4;

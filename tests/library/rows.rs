@@ -21,10 +21,12 @@ fn any_messages(width: usize) -> impl Strategy<Value = Vec<(u64, Vec<f64>)>> {
 fn head(at: u64, seq: usize) -> Head {
     Head {
         at: Time::from_nanos(at),
+        by: None,
         // The stamps of a clock that is wrong may go back.
         stamp: Time::from_nanos(60 - at),
         seq: seq as u64,
         origin: None,
+        from: None,
         arrives: None,
         dropped: 0,
     }

@@ -120,6 +120,7 @@ fn a_replay_ends_at_the_end_of_the_run_even_after_a_later_tick() {
         took: None,
         overruns: 0,
         push: None,
+        causes: TickCauses::default(),
     };
     replay.tick(0, &late);
     replay.set_now(secs(1.0));

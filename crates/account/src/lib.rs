@@ -35,7 +35,7 @@ pub use lineage::{
     AgePart, AgeParts, AgeStage, Chain, Lineage, PushInForce, TickWait, TracedTick, WaitsFor,
     nanos, sensing_of,
 };
-pub use node::{NodeAccount, TickRecord};
+pub use node::{NodeAccount, TickCauses, TickRecord, TopicRead};
 pub use observer::Observer;
 pub use recorded::{NamedTopic, RecordedTopic, RowInlet, RowListener, RowReader, RowTap};
 pub use replay_accounts::ReplayAccounts;

@@ -2,7 +2,7 @@
 
 use std::{mem, time::Duration};
 
-use ratelab::{Hz, NodeRecord, NodeTopology, Push, TickTimes, Time, sync::Arc};
+use ratelab::{Hz, MessageId, NodeRecord, NodeTopology, Push, TickTimes, Time, sync::Arc};
 use ratelab_effects::Executor;
 
 use super::{distribution::Distribution, saw::PushAge};
@@ -45,10 +45,33 @@ pub struct NodeAccount {
     pub push_age: PushAge,
     /// Whether the tick that it records next is among these since its begin.
     counted: bool,
+    /// What the tick that it records next has read, and what completed its set.
+    causes: TickCauses,
+}
+
+/// Why a tick of a node does what it does.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TickCauses {
+    /// The messages that it read, in this order.
+    pub reads: Vec<TopicRead>,
+    /// Index of the topic whose message completed the set that it is for, where several topics
+    /// trigger the node.
+    pub completed: Option<usize>,
+}
+
+/// A message that a tick read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TopicRead {
+    /// The message.
+    pub message: MessageId,
+    /// The reader, by its place among those of the topic.
+    pub reader: usize,
+    /// Sequence number of the newest message that was there.
+    pub newest: u64,
 }
 
 /// A finished tick of a node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TickRecord {
     /// Number of the tick, counted from zero.
     pub number: u64,
@@ -64,6 +87,8 @@ pub struct TickRecord {
     pub overruns: u64,
     /// What it did to the world; `None` if it did nothing that was sensed for.
     pub push: Option<Push>,
+    /// What it read, and why it began.
+    pub causes: TickCauses,
 }
 
 impl TickRecord {
@@ -97,6 +122,7 @@ impl NodeAccount {
                 .collect(),
             push_age: PushAge::default(),
             counted: false,
+            causes: TickCauses::default(),
         }
     }
 
@@ -133,17 +159,28 @@ impl NodeAccount {
         }
     }
 
-    /// The newest tick, which had these `times`.
-    pub(crate) fn newest_tick(&self, times: &TickTimes) -> TickRecord {
+    /// Adds a message that the tick under way has read.
+    pub(crate) fn reads(&mut self, read: TopicRead) {
+        self.causes.reads.push(read);
+    }
+
+    /// The set of the next tick is complete with a message of this topic.
+    pub(crate) fn completes(&mut self, topic: usize) {
+        self.causes.completed = (self.triggers.len() > 1).then_some(topic);
+    }
+
+    /// The newest tick, which had these `times`, with its causes.
+    pub(crate) fn newest_tick(&mut self, times: &TickTimes) -> TickRecord {
         let push = self.push_age.in_force();
         TickRecord {
-            number: self.ticks.saturating_sub(1),
+            number: times.number,
             at: times.at,
             ends: times.ends,
             lateness: times.lateness,
             took: times.took,
             overruns: self.overruns,
             push: push.filter(|push| Some(push.at) == times.ends),
+            causes: mem::take(&mut self.causes),
         }
     }
 

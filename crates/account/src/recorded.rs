@@ -48,7 +48,7 @@ pub type RowReader = Box<dyn FnMut(Time, &mut Vec<f64>) -> Option<Time> + Send>;
 /// Publishes a row: the numbers of a message that arrived at run time `now`, was published
 /// at `stamp`, and is derived from a sensing at `origin`. Returns `false` for numbers that
 /// are no message of the topic. Takes: row, `now`, `stamp`, `origin`.
-pub type RowInlet = Box<dyn Fn(&[f64], Time, Time, Option<Time>) -> bool + Send + Sync>;
+pub type RowInlet = Box<dyn Fn(&[f64], Time, Time, Option<Time>) -> Option<u64> + Send + Sync>;
 
 /// Takes the numbers of a message; returns `false` once it wants no more.
 pub type RowListener = Box<dyn FnMut(&Head, &[f64]) -> bool + Send>;
@@ -89,12 +89,8 @@ impl<T: Fields + Payload> RecordedTopic for NamedTopic<T> {
     fn inlet(&self) -> RowInlet {
         let publisher = self.topic.publisher();
         Box::new(move |row, now, stamp, origin| {
-            let data = T::from_row(row);
-            let fits = data.is_some();
-            if let Some(data) = data {
-                publisher.forward(data, now, stamp, origin);
-            }
-            fits
+            let data = T::from_row(row)?;
+            Some(publisher.forward(data, now, stamp, origin))
         })
     }
 

@@ -1,22 +1,33 @@
 //! The accounts of a run of which messages and ticks are known, from a recording or from the
 //! network.
 
-use std::{collections::BTreeMap, time::Duration};
-
-use ratelab::{
-    Command, Event, EventKind, Head, Knob, NodeRecord, Push, RunState, Status, TickTimes, Time,
-    TopicRecord, Topology, sync::Arc,
+use std::{
+    collections::{BTreeMap, VecDeque},
+    time::Duration,
 };
 
-use super::{accounts::Accounts, node::TickRecord, observer::Observer, topic::TopicAccount};
+use ratelab::{
+    Command, Event, EventKind, Head, Knob, MessageId, NodeRecord, Push, RunState, Status,
+    TickTimes, Time, TopicRecord, Topology, sync::Arc,
+};
 
-/// Adds up the accounts of a run from what is known of it: deliveries and reads follow from its
-/// messages and ticks.
+use super::{
+    accounts::Accounts,
+    node::{TickRecord, TopicRead},
+    observer::Observer,
+    topic::TopicAccount,
+};
+
+/// The most messages of a topic whose stamps are kept for their reads.
+const MOST_KEPT: usize = 1 << 16;
+
+/// Adds up the accounts of a run from what is known of it: its messages, and its ticks with what
+/// these read.
 ///
 /// Given all ticks, messages and events in order, its [`Observer`] reads the same values
 /// as the run's own observer: exactly for a run on the virtual clock; on the real clock
-/// the ages of read messages differ by microseconds, because a read is recorded with the
-/// time of its tick.
+/// the ages of read messages differ by microseconds, because a tick is recorded with the
+/// time of its start.
 ///
 /// At the same run time a tick comes before the messages published in it, and nodes are
 /// ordered by priority. Messages lost to a shallower queue appear with the next message,
@@ -31,8 +42,10 @@ pub struct ReplayAccounts {
 struct ReplayQueue {
     /// The messages in flight, by delivery and sequence number.
     in_flight: BTreeMap<(Time, u64), Head>,
-    /// Sequence number and stamp of the newest delivered message.
-    delivered: Option<(u64, Time)>,
+    /// Sequence number of the newest delivered message.
+    delivered: Option<u64>,
+    /// The messages that may still be read, by sequence number and stamp.
+    stamps: VecDeque<(u64, Time)>,
     /// Messages lost up to the newest one; `None` before the first.
     dropped: Option<u64>,
     /// Run time of the last reduction of the queue depth.
@@ -63,12 +76,17 @@ impl ReplayAccounts {
         self.observer.set_now(now);
     }
 
-    /// Adds a tick of the node with index `node`, which read the newest message of
-    /// each of its topics.
+    /// Adds a tick of the node with index `node`, with its reads.
     pub fn tick(&mut self, node: usize, tick: &TickRecord) {
         self.set_now(tick.at);
-        self.each(|queue, account| queue.read_by(node, tick.at, account));
+        self.deliver(tick.at);
+        for read in &tick.causes.reads {
+            self.topic(read.message.topic, |queue, account| {
+                queue.read(read, tick, account);
+            });
+        }
         let times = TickTimes {
+            number: tick.number,
             at: tick.at,
             lateness: tick.lateness,
             took: tick.took,
@@ -97,6 +115,17 @@ impl ReplayAccounts {
         // After the last message only a shallower queue loses messages.
         self.topic(topic, |queue, account| {
             queue.lose(queue.shrunk, dropped, account);
+        });
+    }
+
+    /// Adds the total number of messages of the topic with index `topic` that matches used in no set,
+    /// at the end of the run.
+    pub fn unmatched(&mut self, topic: usize, unmatched: u64) {
+        self.topic(topic, |_, account| {
+            // A record has the total of all readers only.
+            if let Some(reader) = account.readers.first_mut() {
+                reader.unmatched = unmatched;
+            }
         });
     }
 
@@ -190,6 +219,10 @@ impl ReplayQueue {
         });
         if let Some(arrives) = head.arrives {
             self.in_flight.insert((arrives, head.seq), head);
+            self.stamps.push_back((head.seq, head.stamp));
+            if self.stamps.len() > MOST_KEPT {
+                self.stamps.pop_front();
+            }
         }
         self.deliver(head.at, account);
         self.lose(head.at, head.dropped, account);
@@ -201,9 +234,9 @@ impl ReplayQueue {
             && next.key().0 <= now
         {
             let sent = next.remove();
-            let overtaken = self.delivered.is_some_and(|(newest, _)| sent.seq < newest);
+            let overtaken = self.delivered.is_some_and(|newest| sent.seq < newest);
             if !overtaken {
-                self.delivered = Some((sent.seq, sent.stamp));
+                self.delivered = Some(sent.seq);
             }
             match is_linked(&sent) {
                 true => account.add(&TopicRecord::Delivered { overtaken }),
@@ -225,16 +258,23 @@ impl ReplayQueue {
         self.dropped = Some(dropped);
     }
 
-    fn read_by(&mut self, node: usize, now: Time, account: &mut TopicAccount) {
-        self.deliver(now, account);
-        let Some((_, stamp)) = self.delivered else {
-            return;
-        };
-        for reader in 0..account.readers.len() {
-            if account.readers[reader].node == node {
-                let age = now.since(stamp);
-                account.add(&TopicRecord::Read { reader, age });
-            }
+    /// Adds what a `tick` has read.
+    fn read(&self, read: &TopicRead, tick: &TickRecord, account: &mut TopicAccount) {
+        let TopicRead {
+            message: MessageId { seq, .. },
+            reader,
+            newest,
+        } = *read;
+        let place = self.stamps.partition_point(|(known, _)| *known < seq);
+        let stamp = self.stamps.get(place).filter(|(known, _)| *known == seq);
+        if let Some((_, stamp)) = stamp {
+            account.add(&TopicRecord::Read {
+                reader,
+                tick: tick.number,
+                seq,
+                newest,
+                age: tick.at.since(*stamp),
+            });
         }
     }
 }

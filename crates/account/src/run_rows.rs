@@ -20,7 +20,9 @@ impl TapHandle {
         let (all, tap) = self.tap(capacity);
         for (node, ticks) in self.0.ticks.iter().enumerate() {
             let end = all.clone();
-            ticks.add(Box::new(move |tick| end.offer(RunRow::Tick(node, *tick))));
+            ticks.add(Box::new(move |tick| {
+                end.offer(RunRow::Tick(node, tick.clone()))
+            }));
         }
         for topic in topics {
             if let Some(index) = self.0.accounts.topology.topic(topic.name()) {

@@ -2,9 +2,13 @@
 
 use std::any::Any;
 
-use ratelab::{Graph, Head, NodeRecord, RunState, Sink, TopicRecord, sync::Arc};
+use ratelab::{Graph, Head, MessageId, NodeRecord, RunState, Sink, TopicRecord, sync::Arc};
 
-use super::{accounts::Accounts, node::TickRecord, tap::Listeners};
+use super::{
+    accounts::Accounts,
+    node::{NodeAccount, TickRecord, TopicRead},
+    tap::Listeners,
+};
 
 /// Adds the records of a graph to its accounts, and hands out copies.
 pub(crate) struct AccountSink {
@@ -43,6 +47,17 @@ impl AccountSink {
     }
 }
 
+impl AccountSink {
+    /// Adds a cause of the next tick of a node, if anybody listens to its ticks.
+    fn cause(&self, node: Option<usize>, add: impl FnOnce(&mut NodeAccount)) {
+        if let Some(node) = node.filter(|node| self.ticks[*node].are_any())
+            && let Some(mut account) = self.accounts.node(node)
+        {
+            add(&mut account);
+        }
+    }
+}
+
 impl Sink for AccountSink {
     fn node(&self, node: usize, record: &NodeRecord) {
         let Some(mut account) = self.accounts.node(node) else {
@@ -64,9 +79,36 @@ impl Sink for AccountSink {
             return;
         };
         account.add(record);
-        drop(account);
-        if let TopicRecord::Sent { head, payload, .. } = record {
-            self.topics[topic].each(|listener| listener(head, *payload));
+        match record {
+            TopicRecord::Sent { head, payload, .. } => {
+                drop(account);
+                self.topics[topic].each(|listener| listener(head, *payload));
+            }
+            TopicRecord::Read {
+                reader,
+                seq,
+                newest,
+                ..
+            } => {
+                let read = TopicRead {
+                    message: MessageId { topic, seq: *seq },
+                    reader: *reader,
+                    newest: *newest,
+                };
+                let node = account.readers.get(*reader).map(|reader| reader.node);
+                drop(account);
+                self.cause(node, |node| node.reads(read));
+            }
+            TopicRecord::Matched {
+                reader,
+                completes: true,
+                ..
+            } => {
+                let node = account.readers.get(*reader).map(|reader| reader.node);
+                drop(account);
+                self.cause(node, |node| node.completes(topic));
+            }
+            _ => {}
         }
     }
 }

@@ -39,7 +39,7 @@ impl TapHandle {
     pub fn ticks(&self, capacity: usize) -> Vec<Tap<TickRecord>> {
         let taps = self.0.ticks.iter().map(|node| {
             let (end, tap) = self.tap(capacity);
-            node.add(Box::new(move |tick: &TickRecord| end.offer(*tick)));
+            node.add(Box::new(move |tick: &TickRecord| end.offer(tick.clone())));
             tap
         });
         taps.collect()

@@ -48,8 +48,8 @@ pub struct ReaderAccount {
     pub node: usize,
     /// Messages evicted before the node saw them.
     pub dropped: u64,
-    /// Messages that its match took and used in no set; zero in the account of a recording, whose
-    /// rows do not tell.
+    /// Messages that its match took and used in no set; in the account of a recording those of all
+    /// readers, for the first one, at the end.
     pub unmatched: u64,
     /// Ages of the messages when the node read them.
     pub ages: Distribution,
@@ -112,12 +112,13 @@ impl TopicAccount {
                     reader.unmatched += count;
                 }
             }
-            TopicRecord::Read { reader, age } => {
+            TopicRecord::Read { reader, age, .. } => {
                 if let Some(reader) = self.readers.get_mut(*reader) {
                     reader.ages.add(*age);
                 }
             }
             TopicRecord::Depth(depth) => self.depth = *depth,
+            TopicRecord::Matched { .. } => {}
         }
     }
 

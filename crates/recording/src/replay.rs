@@ -195,6 +195,10 @@ impl Replay {
         for (topic, dropped) in losses.into_iter().flatten().enumerate() {
             self.counters.lost(topic, *dropped);
         }
+        let unmatched = outcome.and_then(|outcome| outcome.unmatched.as_ref());
+        for (topic, unmatched) in unmatched.into_iter().flatten().enumerate() {
+            self.counters.unmatched(topic, *unmatched);
+        }
     }
 
     fn apply(&mut self, item: ReplayItem) {

@@ -30,10 +30,10 @@ fn pushes(lineage: &Lineage, acts: usize, from: Time, to: Time) -> Vec<(Time, Ti
         let age = push.parts(push.since).sum_ns().unsigned_abs();
         let sensed = push.since - Duration::from_nanos(age);
         let chain = lineage.chain_of(&push);
-        let Some((source, _)) = chain.messages.last() else {
+        let Some(source) = chain.messages.last() else {
             break;
         };
-        pushes.push((push.since, sensed, *source));
+        pushes.push((push.since, sensed, source.topic));
     }
     pushes.reverse();
     pushes

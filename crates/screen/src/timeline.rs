@@ -2,7 +2,7 @@
 
 use std::{collections::HashSet, time::Duration};
 
-use ratelab::{Head, Time, Topology};
+use ratelab::{Head, MessageId, Time, Topology};
 use ratelab_account::{Chain, Lineage, PushInForce, TickWait, WaitsFor};
 use ratelab_study::system::PlanBar;
 
@@ -298,11 +298,12 @@ impl Timeline {
         let readers = known.readers.iter();
         let ticks = readers.flat_map(|&node| lineage.ticks_between(node, self.from, Time::MAX));
         let reads = ticks.flat_map(|(_, worked)| &worked.reads);
-        let reads = reads.filter(|(of, _)| *of == topic);
-        let read: HashSet<u64> = reads.map(|(_, seq)| *seq).collect();
+        let reads = reads.filter(|read| read.topic == topic);
+        let read: HashSet<u64> = reads.map(|read| read.seq).collect();
         let mark = |sent: &Head| {
             let until = sent.arrives.unwrap_or(sent.at);
-            let bright = chain.messages.contains(&(topic, sent.seq));
+            let seq = sent.seq;
+            let bright = chain.messages.contains(&MessageId { topic, seq });
             let kind = match sent.arrives {
                 None => MarkKind::Lost,
                 Some(_) if bright || read.contains(&sent.seq) => MarkKind::Read,

@@ -209,9 +209,12 @@ fn send_and_receive(part: &LocalPart, taps: &Taps) -> Result<(), WireError> {
     }
     for topic in &part.own.topology.topics {
         for node in part.own.senders(topic) {
-            if let Some(tap) = taps.rows(&topic.name, BACKLOG) {
+            let mut known = taps.topics().iter();
+            if let Some(known) = known.find(|known| known.name() == topic.name)
+                && let Some(tap) = taps.rows(&topic.name, BACKLOG)
+            {
                 let key = keys.data(&node.name, &topic.name);
-                outlet::send(part, key, &topic.name, tap)?;
+                outlet::send(part, key, &**known, tap)?;
             }
         }
     }

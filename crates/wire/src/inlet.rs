@@ -12,7 +12,9 @@ use zenoh::{Session, sample::Sample};
 
 use crate::{
     error::WireError,
-    net, packet,
+    net,
+    packet::{self, RunTimes},
+    recent::Recent,
     refusal::{Refusal, Refused},
     sender::{MessageSource, Sender},
     telemetry::ReceivedMessage,
@@ -34,11 +36,23 @@ pub struct Inlet {
     /// The messages that were refused.
     pub refused: Refused,
     pub(crate) width: usize,
+    pub(crate) run_times: RunTimes,
     pub(crate) publish: RowInlet,
     pub(crate) sender: Mutex<Sender>,
     pub(crate) times: Arc<Times>,
     /// For dashboards; what does not fit is left out.
     pub(crate) arrivals: Channel<ReceivedMessage>,
+    /// The numbers of messages here, and at which sender they had which.
+    pub(crate) numbers: Recent<u64, SentNumber>,
+}
+
+/// The number of a message at its sender.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SentNumber {
+    /// The process that sent it.
+    pub(crate) incarnation: u64,
+    /// Position in the topic's history there.
+    pub(crate) seq: u64,
 }
 
 impl Inlet {
@@ -65,7 +79,7 @@ impl Inlet {
 
     /// Takes in a message in our own format, from anybody.
     pub(crate) fn take(&self, bytes: &[u8]) -> Result<(), Refusal> {
-        let (head, row) = packet::decode(bytes, self.width)?;
+        let (head, mut row) = packet::decode(bytes, self.width)?;
         let stamp = self.times.time(head.stamp)?;
         let origin = head.origin.map(|origin| self.times.time(origin));
         let origin = origin.transpose()?;
@@ -73,11 +87,14 @@ impl Inlet {
         let sensed = origin.unwrap_or(stamp);
         self.times
             .remember(sensed, head.origin.unwrap_or(head.stamp));
-        self.publish(&row, at, stamp, origin)?;
+        self.run_times.receive(&mut row, stamp);
+        let here = self.publish(&row, at, stamp, origin)?;
+        let (incarnation, seq) = (head.incarnation, head.seq);
+        self.numbers.keep(here, SentNumber { incarnation, seq });
         let _ = self.arrivals.try_send(ReceivedMessage {
             topic: self.topic,
-            incarnation: head.incarnation,
-            seq: head.seq,
+            incarnation,
+            seq,
             at,
         });
         Ok(())
@@ -91,16 +108,21 @@ impl Inlet {
         Ok(at)
     }
 
-    /// Publishes into the local topic.
+    /// What message number `seq` of the local topic is at its sender.
+    pub(crate) fn sent_number(&self, seq: u64) -> Option<SentNumber> {
+        let known = self.numbers.find(|here, _| *here == seq);
+        known.map(|(_, sent)| sent)
+    }
+
+    /// Publishes into the local topic; returns the number of the message there.
     pub(crate) fn publish(
         &self,
         row: &[f64],
         at: Time,
         stamp: Time,
         origin: Option<Time>,
-    ) -> Result<(), Refusal> {
-        let published = (self.publish)(row, at, stamp, origin);
-        published.then_some(()).ok_or(Refusal::Content)
+    ) -> Result<u64, Refusal> {
+        (self.publish)(row, at, stamp, origin).ok_or(Refusal::Content)
     }
 }
 
@@ -132,7 +154,8 @@ mod tests {
             refused: Refused::default(),
             width: 1,
             publish: Box::new(move |row, _, stamp, origin| {
-                sent.send((row.to_vec(), stamp, origin)).is_ok() && row != [7.0]
+                let message = (row.to_vec(), stamp, origin);
+                (sent.send(message).is_ok() && row != [7.0]).then_some(0)
             }),
             sender: Mutex::default(),
             times: Arc::new(Times::new(
@@ -141,6 +164,8 @@ mod tests {
                 wrong_clocks,
             )),
             arrivals: bounded(1).0,
+            run_times: RunTimes::default(),
+            numbers: Recent::default(),
         };
         let hz = Hz::new(100.0).expect("a rate");
         let once = move |_: &mut Wiring<'_>| {

@@ -1,13 +1,13 @@
 //! A topic with a reader in another process.
 
 use ratelab::Head;
-use ratelab_account::RowTap;
+use ratelab_account::{RecordedTopic, RowTap};
 use zenoh::{Wait, qos::Priority};
 
 use crate::{
     error::WireError,
     net,
-    packet::{self, PacketHead},
+    packet::{self, PacketHead, RunTimes},
     part::LocalPart,
     threads,
 };
@@ -36,15 +36,17 @@ pub(crate) fn for_each(
 pub(crate) fn send(
     part: &LocalPart,
     key: String,
-    topic: &str,
+    topic: &dyn RecordedTopic,
     tap: RowTap,
 ) -> Result<(), WireError> {
+    let run_times = RunTimes::among(topic.fields());
     let publisher = net::publisher(&part.peers.session, key, Priority::RealTime)?;
     let (incarnation, times) = (part.own.incarnation, part.times.clone());
-    for_each(tap, format!("out {topic}"), move |head, row| {
+    for_each(tap, format!("out {}", topic.name()), move |head, row| {
         let Some(stamp) = times.moment(head.stamp) else {
             return;
         };
+        let row = run_times.sent(row, head.stamp);
         let head = PacketHead {
             incarnation,
             seq: head.seq,
@@ -52,6 +54,6 @@ pub(crate) fn send(
             origin: head.origin.and_then(|sensed| times.origin(sensed)),
         };
         // A message that cannot be sent is lost, as its reader will see.
-        let _ = publisher.put(packet::encode(&head, row)).wait();
+        let _ = publisher.put(packet::encode(&head, &row)).wait();
     })
 }

@@ -10,7 +10,10 @@
 //! | 8 | when it was published, by that clock (ns) |
 //! | 8 | the clock of the sensing behind it |
 //! | 8 | when that was, by that clock (ns); the least number for none |
-//! | 8 each | the numbers, as doubles |
+//! | 8 each | the numbers, as doubles; run times among them (ns) count from the publication |
+
+use ratelab::Time;
+use ratelab_study::system::is_run_time;
 
 use crate::{
     machine::{ClockId, ClockMoment, Nanos},
@@ -25,6 +28,46 @@ const NONE: ClockMoment = ClockMoment {
     clock: ClockId(0),
     at: Nanos::MIN,
 };
+
+/// In place of a run time that is not known.
+const UNKNOWN: f64 = -1e30;
+
+/// The numbers of a message that are run times, by their places. On the wire they count from the
+/// publication of the message, so that they need no clock of their own.
+#[derive(Clone, Debug, Default)]
+pub struct RunTimes(Vec<usize>);
+
+impl RunTimes {
+    /// Those of a message with numbers of these names.
+    pub fn among(fields: &[&str]) -> Self {
+        let fields = fields.iter().enumerate();
+        let times = fields.filter(|(_, field)| is_run_time(field));
+        Self(times.map(|(place, _)| place).collect())
+    }
+
+    /// The numbers of a message that was published at run time `stamp`, for the wire.
+    pub fn sent(&self, row: &[f64], stamp: Time) -> Vec<f64> {
+        let mut row = row.to_vec();
+        for place in &self.0 {
+            row[*place] -= stamp.as_nanos() as f64;
+            if row[*place].is_nan() {
+                row[*place] = UNKNOWN;
+            }
+        }
+        row
+    }
+
+    /// Makes the numbers of a message from the wire those of one that was published at run time
+    /// `stamp` here.
+    pub fn receive(&self, row: &mut [f64], stamp: Time) {
+        for place in &self.0 {
+            row[*place] = match row[*place] {
+                UNKNOWN => f64::NAN,
+                since => since + stamp.as_nanos() as f64,
+            };
+        }
+    }
+}
 
 /// The head of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

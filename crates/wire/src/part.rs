@@ -98,6 +98,8 @@ fn inlets(
                 patience: silence.max(LEAST_SILENCE),
                 refused: Refused::default(),
                 width: known.fields().len(),
+                run_times: RunTimes::among(known.fields()),
+                numbers: Recent::default(),
                 publish: known.inlet(),
                 sender: Mutex::default(),
                 times: times.clone(),

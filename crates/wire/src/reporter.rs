@@ -3,16 +3,18 @@
 use std::{sync::Arc, time::Duration};
 
 use crossbeam_channel::Receiver;
+use ratelab::MessageId;
 use ratelab_account::{RowTap, Rows, Tap, TickRecord};
 use ratelab_study::experiment::Taps;
 use zenoh::{Wait, pubsub::Publisher, qos::Priority};
 
 use crate::{
     error::WireError,
+    inlet::SentNumber,
     key::Of,
     net,
     part::LocalPart,
-    telemetry::{Batch, PublishedMessage, ReceivedMessage, TopicCounts},
+    telemetry::{Batch, PublishedMessage, Read, ReceivedMessage, SentMessage, Tick, TopicCounts},
     threads::Beat,
 };
 
@@ -105,7 +107,7 @@ impl Reporter {
         open.batches += 1;
         let ticks = open.ticks.iter().flat_map(|(node, tap)| {
             let ticks = tap.items().try_iter().take(MOST);
-            ticks.map(|tick| (*node, (&tick).into()))
+            ticks.map(|tick| (*node, self.tick(&tick)))
         });
         let mut sent = Vec::new();
         for (topic, tap, rows) in &mut open.topics {
@@ -117,6 +119,8 @@ impl Reporter {
                     seq: head.seq,
                     at: head.at,
                     origin: head.origin,
+                    by: head.by.map(|by| (by.node, by.number)),
+                    from: head.from.and_then(|from| self.sent_message(from)),
                     row: row
                         .iter()
                         .map(|n| Some(*n).filter(|n| n.is_finite()))
@@ -135,6 +139,40 @@ impl Reporter {
             sent,
             arrived: self.arrived.try_iter().take(4 * MOST).collect(),
             topics: self.counts(),
+        })
+    }
+
+    /// A tick, with the messages that it read as their senders number them.
+    fn tick(&self, tick: &TickRecord) -> Tick {
+        let reads = tick.causes.reads.iter().filter_map(|read| {
+            Some(Read {
+                message: self.sent_message(read.message)?,
+                reader: read.reader,
+                newer: read.newest.saturating_sub(read.message.seq),
+            })
+        });
+        Tick::new(tick, reads.collect())
+    }
+
+    /// A message of a topic here, as its sender numbers it.
+    fn sent_message(&self, message: MessageId) -> Option<SentMessage> {
+        let MessageId { topic, seq } = message;
+        let own = &self.part.own;
+        let is_own = !own
+            .split(&own.topology.topics[topic].publishers)
+            .0
+            .is_empty();
+        let mut inlets = self.part.inlets.iter().filter(|inlet| inlet.topic == topic);
+        let SentNumber { incarnation, seq } = if is_own {
+            let incarnation = own.incarnation;
+            SentNumber { incarnation, seq }
+        } else {
+            inlets.find_map(|inlet| inlet.sent_number(seq))?
+        };
+        Some(SentMessage {
+            topic,
+            incarnation,
+            seq,
         })
     }
 

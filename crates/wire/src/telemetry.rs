@@ -4,7 +4,7 @@
 use std::{process, time::Duration};
 
 use ratelab::{Command, Event, KnobKind, NodeTopology, Push, Time, TopicTopology, Topology};
-use ratelab_account::TickRecord;
+use ratelab_account::{TickCauses, TickRecord};
 use ratelab_study::experiment::{Config, Experiment};
 use serde::{Deserialize, Serialize};
 
@@ -133,7 +133,7 @@ pub struct Batch {
 }
 
 /// A tick.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Tick {
     number: u64,
     at: Time,
@@ -142,10 +142,36 @@ pub struct Tick {
     took: Option<Duration>,
     overruns: u64,
     push: Option<(Time, Time)>,
+    /// What it read.
+    pub reads: Vec<Read>,
+    completed: Option<usize>,
 }
 
-impl From<&TickRecord> for Tick {
-    fn from(tick: &TickRecord) -> Self {
+/// A message, as its sender numbers it.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct SentMessage {
+    /// Index of its topic.
+    pub topic: usize,
+    /// The process that sent it.
+    pub incarnation: u64,
+    /// Position in the topic's history at its sender.
+    pub seq: u64,
+}
+
+/// A message that a tick read.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct Read {
+    /// The message.
+    pub message: SentMessage,
+    /// The reader, by its place among those of the topic.
+    pub reader: usize,
+    /// Number of newer messages that were there.
+    pub newer: u64,
+}
+
+impl Tick {
+    /// A tick of this process that read these messages.
+    pub(crate) fn new(tick: &TickRecord, reads: Vec<Read>) -> Self {
         Self {
             number: tick.number,
             at: tick.at,
@@ -154,13 +180,13 @@ impl From<&TickRecord> for Tick {
             took: tick.took,
             overruns: tick.overruns,
             push: tick.push.map(|push| (push.at, push.sensed)),
+            reads,
+            completed: tick.causes.completed,
         }
     }
-}
 
-impl Tick {
-    /// The tick with its times converted by `time`.
-    pub fn record(self, time: impl Fn(Time) -> Time) -> TickRecord {
+    /// The tick with its times converted by `time`, without what it read.
+    pub fn record(&self, time: impl Fn(Time) -> Time) -> TickRecord {
         TickRecord {
             number: self.number,
             at: time(self.at),
@@ -172,6 +198,10 @@ impl Tick {
                 at: time(at),
                 sensed: time(sensed),
             }),
+            causes: TickCauses {
+                reads: Vec::new(),
+                completed: self.completed,
+            },
         }
     }
 }
@@ -187,6 +217,10 @@ pub struct PublishedMessage {
     pub at: Time,
     /// Run time of the sensing behind it.
     pub origin: Option<Time>,
+    /// The tick that published it, as the index of its node and the number there.
+    pub by: Option<(usize, u64)>,
+    /// The message that it was derived from, where its node names one.
+    pub from: Option<SentMessage>,
     /// Its numbers; `None` for one that is not finite.
     pub row: Vec<Option<f64>>,
 }

@@ -2,8 +2,8 @@
 
 use std::{cell::RefCell, collections::BTreeMap, mem, sync::Arc};
 
-use ratelab::{ClockExit, Head, Push, Time};
-use ratelab_account::{Fields, Rows, TickRecord};
+use ratelab::{ClockExit, Head, MessageId, Push, TickId, Time};
+use ratelab_account::{Fields, Rows, TickCauses, TickRecord, TopicRead};
 use ratelab_cart_pole::{
     ACTION, Action, CartPole, ControlStep, OBS, Observation, Plant, PlantError, STATE,
     policy::{Policy, Scripted},
@@ -48,6 +48,9 @@ impl Settings {
     }
 }
 
+/// The nodes, in the order of the lab.
+const NODES: [&str; 3] = ["sensor", "policy", "actuator"];
+
 /// Rate of sensor and actuator (Hz).
 const PLANT_HZ: u64 = 50;
 
@@ -76,14 +79,18 @@ pub fn run(settings: &Settings) -> Result<Run, PlantError> {
         &mut [
             Node::new("sensor", PLANT_HZ, 0, |now| {
                 let mut log = log.borrow_mut();
-                log.tick("sensor", now, None);
+                log.tick("sensor", now, None, None);
                 log.publish(&observations, plant.borrow().observe(), now, None);
                 true
             }),
             Node::new("policy", settings.control_hz, 1, |now| {
                 let mut log = log.borrow_mut();
-                log.tick("policy", now, None);
-                if let Some(sensed) = observations.latest() {
+                let reading = observations.latest();
+                let read = reading
+                    .as_ref()
+                    .map(|read| read_of(&observations, read.seq));
+                log.tick("policy", now, None, read);
+                if let Some(sensed) = reading {
                     let action = policy.act(&sensed.data);
                     log.publish(&actions, action, now, Some(sensed.stamp));
                 }
@@ -94,11 +101,12 @@ pub fn run(settings: &Settings) -> Result<Run, PlantError> {
                 let action = command
                     .as_ref()
                     .map_or(Action::ZERO, |command| command.data);
-                let sensed = command.and_then(|command| command.origin);
+                let sensed = command.as_ref().and_then(|command| command.origin);
                 let mut plant = plant.borrow_mut();
                 let fall = plant.step(action);
                 let mut log = log.borrow_mut();
-                log.tick("actuator", now, sensed);
+                let read = command.as_ref().map(|read| read_of(&actions, read.seq));
+                log.tick("actuator", now, sensed, read);
                 log.step(now, sensed, &plant, action);
                 fall.is_none()
             }),
@@ -156,6 +164,20 @@ impl Log {
         self.add(topic.name(), head, &data);
     }
 
+    /// The newest tick of the node that publishes to a topic.
+    fn publisher_of(&self, topic: &str) -> Option<TickId> {
+        let node = match topic {
+            OBS => 0,
+            ACTION => 1,
+            _ => 2,
+        };
+        let ticks = self.ticks.get(NODES[node])?.len() as u64;
+        Some(TickId {
+            node,
+            number: ticks.checked_sub(1)?,
+        })
+    }
+
     /// Keeps the control step that ends at `now`, by an action derived from what was
     /// `sensed` then.
     fn step(&mut self, now: u64, sensed: Option<u64>, plant: &Plant, action: Action) {
@@ -173,7 +195,8 @@ impl Log {
     }
 
     fn add<T: Fields>(&mut self, topic: &str, head: Head, data: &T) {
-        let width = T::FIELDS.len();
+        let (by, width) = (self.publisher_of(topic), T::FIELDS.len());
+        let head = Head { by, ..head };
         let rows = self.topics.entry(topic.to_owned());
         let mut row = Vec::with_capacity(width);
         data.append_to(&mut row);
@@ -181,8 +204,8 @@ impl Log {
         debug_assert!(kept, "a message of {topic} has {width} numbers");
     }
 
-    /// Keeps a tick of `node`, with a push derived from what was `sensed` then.
-    fn tick(&mut self, node: &str, now: u64, sensed: Option<u64>) {
+    /// Keeps a tick of `node` with what it read, and with a push derived from what was `sensed` then.
+    fn tick(&mut self, node: &str, now: u64, sensed: Option<u64>, read: Option<TopicRead>) {
         let ticks = self.ticks.entry(node.to_owned()).or_default();
         let at = Time::from_nanos(now);
         ticks.push(TickRecord {
@@ -196,7 +219,21 @@ impl Log {
                 at,
                 sensed: Time::from_nanos(sensed),
             }),
+            causes: TickCauses {
+                reads: read.into_iter().collect(),
+                completed: None,
+            },
         });
+    }
+}
+
+/// A read of message number `seq` of a topic.
+fn read_of<T: Clone>(topic: &Topic<T>, seq: u64) -> TopicRead {
+    let place = usize::from(topic.name() == ACTION);
+    TopicRead {
+        message: MessageId { topic: place, seq },
+        reader: 0,
+        newest: topic.published().saturating_sub(1),
     }
 }
 
@@ -205,9 +242,11 @@ fn head(now: u64, seq: u64, origin: Option<u64>) -> Head {
     let at = Time::from_nanos(now);
     Head {
         at,
+        by: None,
         stamp: at,
         seq,
         origin: origin.map(Time::from_nanos),
+        from: None,
         arrives: Some(at),
         dropped: 0,
     }

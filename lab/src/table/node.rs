@@ -66,11 +66,11 @@ impl RunTables {
     /// What a tick read of a topic: the message, and how old its data were then.
     fn read(&self, topic: usize, worked: &TracedTick) -> [String; READS.len()] {
         let mut reads = worked.reads.iter();
-        let read = reads.find(|(of, _)| *of == topic);
+        let read = reads.find(|read| read.topic == topic);
         let heads = self.recording.topics[topic].heads();
-        let read = read.and_then(|(_, seq)| {
-            let index = heads.partition_point(|head| head.seq < *seq);
-            heads.get(index).filter(|head| head.seq == *seq)
+        let read = read.and_then(|read| {
+            let index = heads.partition_point(|head| head.seq < read.seq);
+            heads.get(index).filter(|head| head.seq == read.seq)
         });
         let cells = read.map(|head| {
             let sensed = sensing_of(head);

@@ -2,7 +2,7 @@
 
 use std::iter;
 
-use ratelab::Head;
+use ratelab::{Head, MessageId};
 use ratelab_account::sensing_of;
 
 use super::{RunTables, between, owned, seconds};
@@ -78,7 +78,8 @@ impl RunTables {
     /// A message of a topic without its numbers.
     fn head(&self, topic: usize, head: &Head) -> [String; COLUMNS.len()] {
         let sensed = sensing_of(head);
-        let made = self.lineage.made_by(topic, head.seq);
+        let seq = head.seq;
+        let made = self.lineage.made_by(MessageId { topic, seq });
         let made = made.map(|(node, index)| {
             let tick = self.recording.ticks[node].get(index);
             let tick = tick.map(|tick| tick.number.to_string());

@@ -6,7 +6,7 @@ mod tracks;
 
 use perfetto::Trace;
 use prost::Message;
-use ratelab::{Head, Time};
+use ratelab::{Head, MessageId, Time};
 use ratelab_account::{Lineage, TickWait, TracedTick, WaitsFor};
 use ratelab_study::system::{PlanBar, System, acting};
 use tracks::{EventText, Tracks};
@@ -110,14 +110,15 @@ fn flows(lineage: &Lineage, node: usize, index: usize, worked: &TracedTick) -> V
         .reads
         .iter()
         .filter(|read| before.is_none_or(|before| !before.reads.contains(read)));
-    let mut flows: Vec<u64> = news.map(|(topic, seq)| flow(*topic, *seq)).collect();
+    let mut flows: Vec<u64> = news.copied().map(flow).collect();
     let made = lineage.made(node, index).into_iter();
-    flows.extend(made.map(|(topic, seq)| flow(topic, seq)));
+    flows.extend(made.map(flow));
     flows
 }
 
 /// The number of a message, unique over all topics.
-fn flow(topic: usize, seq: u64) -> u64 {
+fn flow(message: MessageId) -> u64 {
+    let MessageId { topic, seq } = message;
     ((topic as u64 + 1) << 48) | seq
 }
 
@@ -125,7 +126,10 @@ fn flow(topic: usize, seq: u64) -> u64 {
 fn message(tracks: &mut Tracks, lane: u64, topic: usize, sent: &Head) {
     let text = |name| EventText {
         name,
-        flows: vec![flow(topic, sent.seq)],
+        flows: vec![flow(MessageId {
+            topic,
+            seq: sent.seq,
+        })],
         number: Some(("seq", sent.seq)),
     };
     let name = match sent.arrives {

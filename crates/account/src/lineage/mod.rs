@@ -3,10 +3,10 @@
 //! A running graph stores none of this: it follows from the output of taps, or from a
 //! recording. A graph without taps pays nothing for it.
 
-mod meeting;
+mod causes;
 mod parts;
 mod push;
-mod reads;
+mod queue;
 mod sentence;
 mod waits;
 
@@ -16,37 +16,43 @@ pub use parts::{AgePart, AgeParts, AgeStage, nanos};
 pub use push::{Chain, PushInForce};
 pub use waits::{TickWait, WaitsFor};
 
-use ratelab::{Depth, Event, Head, Knob, ReadOrder, Time, TimedKnob, Topology};
+use ratelab::{Depth, Event, Head, Knob, MessageId, Time, TimedKnob, Topology};
 use ratelab_effects::Executor;
 
-use self::meeting::Meeting;
+use self::causes::Beginnings;
 use super::node::TickRecord;
 
-/// The messages and ticks of a run, with the reads of each tick.
+/// The messages and ticks of a run, joined by their causes.
 ///
-/// Given all messages and ticks, in the order of each topic and node, it finds the chain
-/// behind every action. Reads are as exact as the timestamps: in virtual time to the
-/// nanosecond.
+/// A message names the tick that published it, and a tick names the messages that it read: so the
+/// chain behind every action is exact, under both clocks, in a run and in its recording.
 #[derive(Clone, Debug)]
 pub struct Lineage {
     topology: Topology,
     topics: Vec<TracedTopic>,
     nodes: Vec<TracedNode>,
-    /// The topics on the way of the data to the node that acts, the sensor first; empty if the
-    /// times of the sensing tell it.
-    path: Vec<usize>,
+    way: DataWay,
     /// Whether that is another way than the one of the measured pushes.
     beside: bool,
     /// Number of messages and ticks kept per topic and node.
     kept: usize,
 }
 
+/// The way of the data that counts.
+#[derive(Clone, Debug)]
+enum DataWay {
+    /// Along these topics, the sensor's first, to the node that acts.
+    Along(Vec<usize>),
+    /// From this node, by the newest of its data; from the first node that began any without one.
+    From(Option<usize>),
+}
+
 /// A topic and its messages.
 #[derive(Clone, Debug)]
 struct TracedTopic {
     sent: VecDeque<Head>,
-    /// Read order and queue depth, with the run time from which they are in force.
-    rules: Vec<(Time, ReadOrder, Depth)>,
+    /// The queue depth, with the run time from which it is in force.
+    depths: Vec<(Time, Depth)>,
 }
 
 /// A node and its ticks.
@@ -54,13 +60,11 @@ struct TracedTopic {
 struct TracedNode {
     /// Its executor, if it has no thread of its own.
     executor: Option<Executor>,
-    /// Indices of the topics that it reads.
-    inputs: Vec<usize>,
+    /// Whether it reads nothing, and so begins data.
+    begins: bool,
     ticks: VecDeque<TracedTick>,
-    /// Number of these ticks with known reads.
+    /// Number of these ticks with known beginnings of their data.
     settled: usize,
-    /// What it has taken, if several topics trigger it.
-    meeting: Option<Meeting>,
 }
 
 /// Time of the sensing that a message was derived from, by the clock of that stamp.
@@ -73,9 +77,10 @@ pub fn sensing_of(head: &Head) -> Time {
 pub struct TracedTick {
     /// The tick.
     pub tick: TickRecord,
-    /// The message read from each of the node's inputs: the topic, and the sequence
-    /// number.
-    pub reads: Vec<(usize, u64)>,
+    /// The message that the node had read last on each topic, by this tick or before.
+    pub reads: Vec<MessageId>,
+    /// When the data behind these began; `None` while that is not known.
+    beginnings: Option<Beginnings>,
 }
 
 impl TracedTick {
@@ -85,12 +90,15 @@ impl TracedTick {
         self.tick.ends.unwrap_or(Time::MAX)
     }
 
-    /// Sequence number of the message that it read from the topic with this index.
-    fn read(&self, topic: usize) -> Option<u64> {
+    /// The message that it read from the topic with this index.
+    fn read_of(&self, topic: usize) -> Option<MessageId> {
         let mut reads = self.reads.iter();
-        reads
-            .find(|(known, _)| *known == topic)
-            .map(|(_, seq)| *seq)
+        reads.find(|read| read.topic == topic).copied()
+    }
+
+    /// Sequence number of that message.
+    fn read(&self, topic: usize) -> Option<u64> {
+        self.read_of(topic).map(|read| read.seq)
     }
 }
 
@@ -100,15 +108,13 @@ impl Lineage {
     pub fn new<'k>(topology: Topology, setup: impl IntoIterator<Item = &'k Knob>) -> Self {
         let topics = topology.topics.iter().map(|topic| TracedTopic {
             sent: VecDeque::new(),
-            rules: vec![(Time::ZERO, ReadOrder::Newest, topic.depth)],
+            depths: vec![(Time::ZERO, topic.depth)],
         });
-        let nodes = (0..topology.nodes.len()).map(|node| {
-            let topics = topology.topics.iter().enumerate();
-            let inputs = topics.filter(|(_, topic)| topic.readers.contains(&node));
-            let executor = topology.nodes[node].executor.as_ref();
+        let nodes = topology.nodes.iter().enumerate().map(|(index, node)| {
+            let mut topics = topology.topics.iter();
             TracedNode {
-                inputs: inputs.map(|(index, _)| index).collect(),
-                executor: executor.and_then(|name| name.parse().ok()),
+                executor: node.executor.as_ref().and_then(|name| name.parse().ok()),
+                begins: topics.all(|topic| !topic.readers.contains(&index)),
                 ..TracedNode::default()
             }
         });
@@ -116,7 +122,7 @@ impl Lineage {
             topics: topics.collect(),
             nodes: nodes.collect(),
             topology,
-            path: Vec::new(),
+            way: DataWay::From(None),
             beside: false,
             kept: usize::MAX,
         };
@@ -133,29 +139,32 @@ impl Lineage {
         Self { kept, ..self }
     }
 
-    /// Returns the same lineage with the names of the topics on the way of the data to the
-    /// node that acts, the sensor first. Where readings meet, it tells which of them counts.
+    /// Returns the same lineage with the names of the topics on the way of the data to the node that
+    /// acts, the sensor's first. Without any, data count by the node that began them.
     #[must_use]
-    pub fn along(self, path: &[impl AsRef<str>]) -> Self {
-        let path = self.places(path).unwrap_or_default();
-        Self { path, ..self }
+    pub fn along(mut self, path: &[impl AsRef<str>]) -> Self {
+        self.set_path(path);
+        self
     }
 
-    /// The indices of topics by their names.
-    fn places(&self, names: &[impl AsRef<str>]) -> Option<Vec<usize>> {
-        let places = names.iter().map(|name| self.topology.topic(name.as_ref()));
-        places.collect()
+    /// Goes along these topics; `false` if the graph lacks one of them.
+    fn set_path(&mut self, path: &[impl AsRef<str>]) -> bool {
+        let places = path.iter().map(|name| self.topology.topic(name.as_ref()));
+        let places = places.collect::<Option<Vec<usize>>>();
+        let is_known = places.is_some();
+        self.way = match places {
+            Some(path) if !path.is_empty() => DataWay::Along(path),
+            _ => DataWay::From(None),
+        };
+        is_known
     }
 
     /// Goes another way from now on: along the topics of this `path`, the sensor's first, whatever
-    /// pushes its last node measures; by the times of the sensing if it is empty. Returns `false`
-    /// if the graph lacks one of them.
+    /// pushes its last node measures; by the node that began the data if it is empty. Returns
+    /// `false` if the graph lacks one of them.
     pub fn go_along(&mut self, path: &[impl AsRef<str>]) -> bool {
-        let path = self.places(path);
-        let known = path.is_some();
-        self.path = path.unwrap_or_default();
-        self.beside = !self.path.is_empty();
-        known
+        self.beside = !path.is_empty();
+        self.set_path(path)
     }
 
     /// The graph.
@@ -175,17 +184,30 @@ impl Lineage {
 
     /// Adds a tick of the node with index `node`.
     pub fn tick(&mut self, node: usize, tick: TickRecord) {
-        if let Some(node) = self.nodes.get_mut(node) {
-            let reads = Vec::new();
-            node.ticks.push_back(TracedTick { tick, reads });
-            if node.ticks.len() > self.kept {
-                node.ticks.pop_front();
-                node.settled = node.settled.saturating_sub(1);
+        let Some(node) = self.nodes.get_mut(node) else {
+            return;
+        };
+        let before = node.ticks.back().map(|before| before.reads.clone());
+        let mut reads = before.unwrap_or_default();
+        for read in &tick.causes.reads {
+            let mut known = reads.iter_mut();
+            match known.find(|known| known.topic == read.message.topic) {
+                Some(known) => *known = read.message,
+                None => reads.push(read.message),
             }
+        }
+        node.ticks.push_back(TracedTick {
+            tick,
+            reads,
+            beginnings: None,
+        });
+        if node.ticks.len() > self.kept {
+            node.ticks.pop_front();
+            node.settled = node.settled.saturating_sub(1);
         }
     }
 
-    /// Adds an event: a knob may change what is read.
+    /// Adds an event: a knob may change a queue depth.
     pub fn event(&mut self, event: &Event) {
         if let Some(TimedKnob { at, knob }) = event.knob() {
             self.knob(at, &knob);
@@ -193,29 +215,10 @@ impl Lineage {
     }
 
     fn knob(&mut self, at: Time, knob: &Knob) {
-        let Some(topic) = self.topology.topic(knob.target()) else {
-            return;
-        };
-        let rules = &mut self.topics[topic].rules;
-        let Some(&(_, order, depth)) = rules.last() else {
-            return;
-        };
-        match knob {
-            Knob::Read { order, .. } => rules.push((at, *order, depth)),
-            Knob::Depth { depth, .. } => rules.push((at, order, *depth)),
-            _ => {}
-        }
-    }
-
-    /// Finds the reads of all ticks that have none yet. To be called after all messages
-    /// are added that these ticks could read.
-    pub fn settle(&mut self) {
-        for node in 0..self.nodes.len() {
-            for index in self.nodes[node].settled..self.nodes[node].ticks.len() {
-                let reads = self.reads_of(node, index);
-                self.nodes[node].ticks[index].reads = reads;
-            }
-            self.nodes[node].settled = self.nodes[node].ticks.len();
+        if let Knob::Depth { topic, depth } = knob
+            && let Some(topic) = self.topology.topic(topic)
+        {
+            self.topics[topic].depths.push((at, *depth));
         }
     }
 

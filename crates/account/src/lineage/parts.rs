@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use ratelab::{Time, Topology};
+use ratelab::{MessageId, Time, Topology};
 
-use super::{Lineage, sensing_of};
+use super::{DataWay, Lineage, sensing_of};
 
 /// Maximum number of messages in a chain.
 pub(super) const MOST_HOPS: usize = 64;
@@ -133,123 +133,52 @@ pub fn nanos(duration: Duration) -> i64 {
 }
 
 impl Lineage {
-    /// The parts of the age of message number `seq` of a topic at its delivery, from the
-    /// sensing on.
-    pub fn parts_at_arrival(&self, topic: usize, seq: u64) -> Option<AgeParts> {
-        self.chain(topic, seq, MOST_HOPS)
+    /// The parts of the age of a message at its delivery, from the sensing on; of its data from the
+    /// node `source` where no path tells the way.
+    pub(super) fn parts_at_arrival(
+        &self,
+        message: MessageId,
+        source: Option<usize>,
+    ) -> Option<AgeParts> {
+        self.chain(message, source, MOST_HOPS)
     }
 
     /// The parts for a chain of at most `hops` messages.
-    fn chain(&self, topic: usize, seq: u64, hops: usize) -> Option<AgeParts> {
-        let sent = self.topics.get(topic)?.message(seq)?;
-        let (node, index) = self.made_by(topic, seq)?;
+    fn chain(&self, message: MessageId, source: Option<usize>, hops: usize) -> Option<AgeParts> {
+        let sent = self.head(message)?;
+        let MessageId { topic, .. } = message;
+        let Some((node, index)) = self.made_by(message) else {
+            // From outside of the graph, or what made it is not known.
+            let before_ns = signed(sent.at) - signed(sensing_of(sent));
+            let mut parts = AgeParts {
+                parts: Vec::new(),
+                before_ns,
+            };
+            parts.add(AgeStage::Link { topic }, sent.at, sent.arrives?);
+            return Some(parts);
+        };
         let began = self.nodes[node].ticks[index].tick.at;
-        let mut parts = match self.behind((topic, seq), node, index) {
-            Some((input, read)) => {
-                let mut parts = self.chain(input, read, hops.checked_sub(1)?)?;
-                self.add_reading(&mut parts, (input, read), node, index);
+        let mut parts = match self.behind(message, (node, index), source) {
+            Some(read) => {
+                let mut parts = self.chain(read, source, hops.checked_sub(1)?)?;
+                self.add_reading(&mut parts, read, node, index);
                 parts
             }
             // No data of this chain came with it yet.
-            None if self.path.iter().skip(1).any(|on_it| *on_it == topic) => return None,
-            None => AgeParts {
-                parts: Vec::new(),
-                before_ns: match self.path.first() == Some(&topic) {
-                    true => 0, // Its data begin with the tick.
-                    false => signed(began) - signed(sensing_of(sent)),
-                },
-            },
+            None if !self.may_begin(message, node, source) => return None,
+            None => AgeParts::default(),
         };
         parts.add(AgeStage::Cost { node }, began, sent.at);
         parts.add(AgeStage::Link { topic }, sent.at, sent.arrives?);
         Some(parts)
     }
 
-    /// The message that the data of another one, made by this tick, came with; `None` if they
-    /// begin with the tick.
-    pub(super) fn behind(
-        &self,
-        (topic, seq): (usize, u64),
-        node: usize,
-        index: usize,
-    ) -> Option<(usize, u64)> {
-        if let Some(place) = self.path.iter().position(|on_it| *on_it == topic) {
-            let before = *self.path.get(place.checked_sub(1)?)?;
-            let read = self.nodes[node].ticks[index].read(before)?;
-            return Some((before, read));
+    /// Whether data may begin with a message that this node published.
+    fn may_begin(&self, message: MessageId, node: usize, source: Option<usize>) -> bool {
+        match &self.way {
+            DataWay::Along(path) => path.first() == Some(&message.topic),
+            DataWay::From(_) => source == Some(node),
         }
-        let sent = self.topics[topic].message(seq)?;
-        self.derived_from(node, index, sensing_of(sent))
-            .filter(|_| sent.origin.is_some())
-    }
-
-    /// The tick that made message number `seq` of a topic, as a node and the index of a
-    /// tick.
-    pub fn made_by(&self, topic: usize, seq: u64) -> Option<(usize, usize)> {
-        let sent = self.topics.get(topic)?.message(seq)?;
-        let publishers = self.topology.topics[topic].publishers.iter();
-        let ticks = publishers.filter_map(|&node| {
-            let ticks = &self.nodes[node].ticks;
-            let last = ticks.partition_point(|worked| worked.tick.at <= sent.at);
-            // A tick that begins at the end of another one has published nothing yet.
-            let recent = (last.saturating_sub(2)..last).rev();
-            let made = recent
-                .clone()
-                .filter(|index| ticks[*index].ends() == sent.at);
-            let knows = |index: &usize| {
-                sent.origin.is_none() || self.derived_from(node, *index, sensing_of(sent)).is_some()
-            };
-            // A node that senses reads nothing: its tick began with the sensing.
-            let senses = |index: &usize| ticks[*index].tick.at == sensing_of(sent);
-            let known = made.clone().find(knows);
-            let made = known.or(made.clone().find(senses)).or(made.clone().next());
-            Some((node, made.or(last.checked_sub(1))?, made.is_some()))
-        });
-        let ticks: Vec<_> = ticks.collect();
-        let exact = ticks.iter().find(|(.., exact)| *exact);
-        let (node, index, _) = exact.or(ticks.first())?;
-        Some((*node, *index))
-    }
-
-    /// The messages published by the tick with this index of a node, as topics and
-    /// sequence numbers.
-    pub fn made(&self, node: usize, index: usize) -> Vec<(usize, u64)> {
-        let Some(worked) = self.nodes[node].ticks.get(index) else {
-            return Vec::new();
-        };
-        let topics = self.topology.topics.iter().enumerate();
-        let outputs = topics.filter(|(_, topic)| topic.publishers.contains(&node));
-        let made = outputs.flat_map(|(topic, _)| {
-            let sent = &self.topics[topic].sent;
-            let first = sent.partition_point(|sent| sent.at < worked.ends());
-            let last = sent.partition_point(|sent| sent.at <= worked.ends());
-            let seqs = sent.range(first..last).map(|sent| sent.seq);
-            seqs.map(move |seq| (topic, seq))
-        });
-        made.filter(|(topic, seq)| self.made_by(*topic, *seq) == Some((node, index)))
-            .collect()
-    }
-
-    /// The message with the sensing `sensed` that a tick read.
-    pub fn derived_from(&self, node: usize, index: usize, sensed: Time) -> Option<(usize, u64)> {
-        let reads = self.nodes[node].ticks[index].reads.iter();
-        let known = reads.copied().find(|&(topic, seq)| {
-            let read = self.topics[topic].message(seq);
-            read.is_some_and(|read| sensing_of(read) == sensed)
-        });
-        known.or_else(|| self.arrived_with(node, index, sensed))
-    }
-
-    /// The message with the sensing `sensed` that a tick read under the real clock, where the time of
-    /// a read is less exact than that of its tick.
-    fn arrived_with(&self, node: usize, index: usize, sensed: Time) -> Option<(usize, u64)> {
-        let at = self.nodes[node].ticks[index].tick.at;
-        self.nodes[node].inputs.iter().find_map(|&topic| {
-            let recent = self.topics[topic].after(None, at).rev().take(16);
-            let mut known = recent.filter(|sent| sent.arrives.is_some_and(|by| by <= at));
-            let read = known.find(|sent| sensing_of(sent) == sensed)?;
-            Some((topic, read.seq))
-        })
     }
 
     /// Adds the parts from the delivery of a message to the tick with this `index` of a
@@ -257,27 +186,27 @@ impl Lineage {
     pub(super) fn add_reading(
         &self,
         parts: &mut AgeParts,
-        (topic, seq): (usize, u64),
+        message: MessageId,
         node: usize,
         index: usize,
     ) {
-        let Some(sent) = self.topics[topic].message(seq) else {
+        let Some(sent) = self.head(message) else {
             return;
         };
+        let MessageId { topic, .. } = message;
         let (ticks, arrives) = (&self.nodes[node].ticks, sent.arrives.unwrap_or_default());
         let at = |index: usize| ticks[index].tick.at;
-        let first_read = self.first_read((topic, seq), node, index);
-        let (could, missing, ready) = if self.meets(node, topic) {
-            let other = self.waited_for(node, first_read, topic);
-            let missing = AgeStage::Match { topic: other, node };
-            (first_read, missing, ticks[first_read].tick.due())
-        } else {
-            let first = ticks.partition_point(|worked| worked.tick.at < arrives);
-            let mut seen =
-                (first..first_read).filter(|&index| self.is_seen(topic, sent, node, at(index)));
-            let could = seen.next().unwrap_or(first_read);
-            let missing = AgeStage::Wait { topic, node };
-            (could, missing, self.released(node, could))
+        let first_read = self.first_read(message, node, index);
+        let (missing, could, ready) = match self.waited_for(node, first_read, topic) {
+            Some(other) => {
+                let missing = AgeStage::Match { topic: other, node };
+                (missing, first_read, ticks[first_read].tick.due())
+            }
+            None => {
+                let could = self.first_chance(message, node, first_read);
+                let missing = AgeStage::Wait { topic, node };
+                (missing, could, self.released(node, could))
+            }
         };
         let begins = at(could).max(arrives);
         let ready = ready.clamp(arrives, begins);
@@ -287,8 +216,17 @@ impl Lineage {
         };
         parts.add(missing, arrives, ready);
         parts.add(late, ready, begins);
-        parts.add(AgeStage::Queue { topic, node }, at(could), at(first_read));
+        parts.add(AgeStage::Queue { topic, node }, begins, at(first_read));
         parts.add(AgeStage::Reuse { topic, node }, at(first_read), at(index));
+    }
+
+    /// The topic whose message completed the set of a tick, where a message of this `topic` is in
+    /// that set; `None` for a node that does not tick on sets.
+    pub(super) fn waited_for(&self, node: usize, index: usize, topic: usize) -> Option<usize> {
+        let triggers = &self.topology.nodes[node].triggers;
+        let meets = triggers.len() > 1 && triggers.contains(&topic);
+        let completed = self.nodes[node].ticks[index].tick.causes.completed;
+        completed.filter(|_| meets)
     }
 
     /// The release of a tick: before its start where the node has an executor.
@@ -302,21 +240,24 @@ impl Lineage {
 
     /// The first tick of a node in the unbroken series of reads of this message that ends
     /// with the tick `index`.
-    pub(super) fn first_read(
-        &self,
-        (topic, seq): (usize, u64),
-        node: usize,
-        index: usize,
-    ) -> usize {
+    pub(super) fn first_read(&self, message: MessageId, node: usize, index: usize) -> usize {
         let ticks = &self.nodes[node].ticks;
-        // What a tick applied is known better than what it read.
-        let applied_another = |index| {
-            let applied = self.applied_by(node, index);
-            applied.is_some_and(|(of, other)| of == topic && other != seq)
-        };
-        let again =
-            |index: &usize| ticks[*index].read(topic) == Some(seq) && !applied_another(*index);
+        let again = |index: &usize| ticks[*index].read_of(message.topic) == Some(message);
         index - (0..index).rev().take_while(again).count()
+    }
+
+    /// The first tick of a node that could have read a message, but read an older one of its queue,
+    /// up to the one that read it first.
+    fn first_chance(&self, message: MessageId, node: usize, first_read: usize) -> usize {
+        let ticks = &self.nodes[node].ticks;
+        let found = |index: &usize| {
+            let mut reads = ticks[*index].tick.causes.reads.iter();
+            reads.any(|read| {
+                let is_older = read.message.seq < message.seq && read.newest >= message.seq;
+                read.message.topic == message.topic && is_older
+            })
+        };
+        first_read - (0..first_read).rev().take_while(found).count()
     }
 }
 

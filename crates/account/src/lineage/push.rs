@@ -2,7 +2,7 @@
 
 use std::{iter, mem, time::Duration};
 
-use ratelab::Time;
+use ratelab::{MessageId, Time};
 
 use super::{
     Lineage, TracedTick,
@@ -12,16 +12,19 @@ use super::{
 /// An action in force for a stretch of run time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PushInForce {
-    /// The topic of the applied action.
-    pub topic: usize,
-    /// Sequence number of the message.
-    pub seq: u64,
+    /// The message with the applied action.
+    pub message: MessageId,
     /// The node that applies it.
     pub node: usize,
     /// Run time of its first application.
     pub since: Time,
     /// Run time of the delivery of a newer message.
     pub outdated: Option<Time>,
+    /// For a node that ticks on sets: the topic that the newer message waited for, and the run time at
+    /// which its set was complete.
+    matched: Option<(usize, Time)>,
+    /// The node that began the data, where no path tells the way.
+    source: Option<usize>,
     /// The parts of its age at its first application.
     parts: AgeParts,
 }
@@ -29,15 +32,24 @@ pub struct PushInForce {
 impl PushInForce {
     /// The parts of its age at run time `at`.
     pub fn parts(&self, at: Time) -> AgeParts {
-        let (topic, node) = (self.topic, self.node);
-        let outdated = self
-            .outdated
-            .unwrap_or(at)
-            .clamp(self.since, at.max(self.since));
+        let MessageId { topic, .. } = self.message;
+        let (node, at) = (self.node, at.max(self.since));
+        let [outdated, complete] = self.changes().map(|change| change.min(at));
         let mut parts = self.parts.clone();
         parts.add(AgeStage::Held { topic, node }, self.since, outdated);
-        parts.add(AgeStage::Kept { topic, node }, outdated, at);
+        if let Some((topic, _)) = self.matched {
+            parts.add(AgeStage::Match { topic, node }, outdated, complete);
+        }
+        parts.add(AgeStage::Kept { topic, node }, complete, at);
         parts
+    }
+
+    /// The run times at which what it waits for changes, in order: a newer message is there, and the
+    /// set of that is complete. [`Time::MAX`] for never.
+    pub fn changes(&self) -> [Time; 2] {
+        let outdated = self.outdated.unwrap_or(Time::MAX).max(self.since);
+        let complete = self.matched.map_or(outdated, |(_, complete)| complete);
+        [outdated, complete.max(outdated)]
     }
 }
 
@@ -53,10 +65,10 @@ impl Lineage {
     /// The push applied by the tick with this index, for the first time or again.
     pub(super) fn push_of(&self, node: usize, index: usize) -> Option<PushInForce> {
         let ticks = &self.nodes[node].ticks;
-        let (topic, seq) = self.applied_by(node, index)?;
-        let first = self.first_read((topic, seq), node, index);
-        let mut parts = self.parts_at_arrival(topic, seq)?;
-        self.add_reading(&mut parts, (topic, seq), node, first);
+        let (message, source) = self.applied_by(node, index)?;
+        let first = self.first_read(message, node, index);
+        let mut parts = self.parts_at_arrival(message, source)?;
+        self.add_reading(&mut parts, message, node, first);
         let TracedTick { tick, .. } = &ticks[first];
         let since = tick.ends?;
         parts.add(AgeStage::Cost { node }, tick.at, since);
@@ -65,35 +77,48 @@ impl Lineage {
             // What is recorded of the chain may begin later.
             parts.before_ns += signed(since) - signed(push.sensed) - parts.sum_ns();
         }
-        let newer = self.topics[topic].after(Some(seq), Time::MAX).take(64);
+        let newer = self.topics[message.topic].after(message.seq).take(64);
         Some(PushInForce {
-            topic,
-            seq,
+            message,
             node,
             since,
             outdated: newer.filter_map(|sent| sent.arrives).min(),
+            matched: self.next_match(message, node, index),
+            source,
             parts,
         })
     }
 
-    /// The message that a tick of an acting node applied.
-    pub(super) fn applied_by(&self, node: usize, index: usize) -> Option<(usize, u64)> {
-        let worked = &self.nodes[node].ticks[index];
-        if let Some(topic) = self.path.last() {
-            return Some((*topic, worked.read(*topic)?));
+    /// What the set after that with a message waits for, and until when.
+    fn next_match(&self, message: MessageId, node: usize, index: usize) -> Option<(usize, Time)> {
+        let MessageId { topic, .. } = message;
+        let ticks = &self.nodes[node].ticks;
+        let mut later = (index + 1)..ticks.len();
+        match later.find(|later| ticks[*later].read_of(topic) != Some(message)) {
+            Some(next) => {
+                let other = self.waited_for(node, next, topic)?;
+                Some((other, ticks[next].tick.due()))
+            }
+            // Not until now.
+            None => {
+                let known = self.waited_for(node, index, topic)?;
+                let triggers = self.topology.nodes[node].triggers.iter().copied();
+                let other = Some(known).filter(|known| *known != topic);
+                Some((
+                    other.or(triggers.clone().find(|of| *of != topic))?,
+                    Time::MAX,
+                ))
+            }
         }
-        let sensed = worked.tick.push.map(|push| push.sensed);
-        let known = || self.derived_from(node, index, sensed?);
-        known().or(worked.reads.first().copied())
     }
 
     /// All pushes of a node with known chains, oldest first.
     pub fn pushes(&self, node: usize) -> Vec<PushInForce> {
         let mut pushes: Vec<PushInForce> = Vec::new();
         for index in 0..self.nodes[node].ticks.len() {
-            let read = self.applied_by(node, index);
-            let again = pushes.last().map(|push| (push.topic, push.seq));
-            if read != again {
+            let applied = self.applied_by(node, index);
+            let again = pushes.last().map(|push| push.message);
+            if applied.map(|(message, _)| message) != again {
                 pushes.extend(self.push_of(node, index));
             }
         }
@@ -141,8 +166,8 @@ impl Lineage {
 pub struct Chain {
     /// Nodes and indices of their ticks, the acting node first.
     pub ticks: Vec<(usize, usize)>,
-    /// Topics and sequence numbers, the applied message first.
-    pub messages: Vec<(usize, u64)>,
+    /// The messages, the applied one first.
+    pub messages: Vec<MessageId>,
 }
 
 impl Lineage {
@@ -152,12 +177,12 @@ impl Lineage {
         let ticks = &self.nodes[push.node].ticks;
         let acts = ticks.partition_point(|worked| worked.ends() < push.since);
         chain.ticks.push((push.node, acts));
-        let mut next = Some((push.topic, push.seq));
-        while let Some((topic, seq)) = next.filter(|_| chain.messages.len() < MOST_HOPS) {
-            chain.messages.push((topic, seq));
-            let made = self.made_by(topic, seq);
+        let mut next = Some(push.message);
+        while let Some(message) = next.filter(|_| chain.messages.len() < MOST_HOPS) {
+            chain.messages.push(message);
+            let made = self.made_by(message);
             chain.ticks.extend(made);
-            next = made.and_then(|(node, index)| self.behind((topic, seq), node, index));
+            next = made.and_then(|tick| self.behind(message, tick, push.source));
         }
         chain
     }

@@ -48,13 +48,13 @@ impl Lineage {
         let before = index.checked_sub(1);
         let free = before.map_or(Time::ZERO, |before| ticks[before].ends());
         let to = ticks[index].tick.due();
-        let waits = reads.filter_map(|&(topic, seq)| {
-            let arrives = self.topics[topic].message(seq)?.arrives?;
-            let from = arrives.max(free);
-            self.meets(node, topic).then(|| TickWait {
-                from,
+        let waits = reads.filter_map(|message| {
+            let other = self.waited_for(node, index, message.topic)?;
+            let arrives = self.head(*message)?.arrives?;
+            Some(TickWait {
+                from: arrives.max(free),
                 to,
-                what: WaitsFor::Match(self.waited_for(node, index, topic)),
+                what: WaitsFor::Match(other),
             })
         });
         waits

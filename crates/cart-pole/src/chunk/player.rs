@@ -135,7 +135,9 @@ impl Node for Player {
             };
             self.pending = Some((planned.clone(), step));
             let origin = Some(planned.sensed());
-            self.actions.publish(Action(planned.action), now, origin);
+            let chunk = planned.newest().and_then(|seq| self.chunks.message_id(seq));
+            let action = Action(planned.action);
+            self.actions.publish_from(action, now, origin, chunk);
         }
         let action = planned.map(|planned| planned.action);
         self.history.begin(now, action);

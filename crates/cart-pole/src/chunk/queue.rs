@@ -118,6 +118,11 @@ impl Planned {
         Time::from_nanos(self.origin.round_ties_even() as u64)
     }
 
+    /// Sequence number of the newest chunk that went into it.
+    pub(super) fn newest(&self) -> Option<u64> {
+        self.parts.iter().map(|(taken, _)| taken.seq).max()
+    }
+
     /// Uses its parts; returns the number of those that were not used before.
     pub(super) fn take_parts(&self) -> usize {
         let unused = |(taken, place): &&(Arc<Taken>, usize)| {

@@ -86,7 +86,7 @@ impl Trigger {
         let choice = self.sets.pop_front();
         for (index, input) in self.inputs.iter_mut().enumerate() {
             if let Some(choice) = &choice {
-                input.choose(choice[index]);
+                input.choose(choice[index], index == self.last.0);
             }
             let waiting = self.sets.front().map(|set| set[index]);
             input.forget_before(waiting.or_else(|| self.matcher.needs_from(index)));

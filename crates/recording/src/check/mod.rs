@@ -161,8 +161,9 @@ fn span<S: Series>(series: &S) -> (u64, Time) {
 /// Whether an end record is possible: nothing in it is later than the end, and the wall
 /// time is at most [`Time::MAX`].
 fn is_sound(outcome: &RecordingEnd, topology: &Topology) -> bool {
-    let losses = outcome.dropped.as_ref();
-    losses.is_none_or(|losses| losses.len() == topology.topics.len())
+    let losses = [&outcome.dropped, &outcome.unmatched];
+    let mut losses = losses.into_iter().flatten();
+    losses.all(|losses| losses.len() == topology.topics.len())
         && outcome.result().is_none_or(|end| {
             let longest = u128::from(Time::MAX.as_nanos());
             end.sim_time <= outcome.at

@@ -134,7 +134,9 @@ impl StopReason {
     /// The end of a run of `system` for this reason, without what is in the file.
     pub(crate) fn end(&self, system: &dyn System, observer: &Observer) -> RecordingEnd {
         let topics = observer.snapshot().topics;
-        let dropped = topics.iter().map(TopicAccount::dropped).collect();
+        let ended = !matches!(self, Self::Off);
+        let in_all =
+            |count: fn(&TopicAccount) -> u64| ended.then(|| topics.iter().map(count).collect());
         RecordingEnd {
             at: observer.now(),
             clock: observer.status().clock,
@@ -148,7 +150,8 @@ impl StopReason {
             messages: Vec::new(),
             ticks: Vec::new(),
             lost: 0,
-            dropped: (!matches!(self, Self::Off)).then_some(dropped),
+            dropped: in_all(TopicAccount::dropped),
+            unmatched: in_all(TopicAccount::unmatched),
             threads: None,
             digest: None,
         }

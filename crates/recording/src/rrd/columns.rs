@@ -54,7 +54,9 @@ impl RecordColumn {
                 };
                 cells.into_iter().zip(times).map(other).collect()
             }
-            ColumnForm::Nanos | ColumnForm::Wall | ColumnForm::Rare => cells,
+            ColumnForm::Nanos | ColumnForm::Wall | ColumnForm::Rare | ColumnForm::RareCount => {
+                cells
+            }
         };
         let is_there = !self.may_be_missing() || cells.iter().any(Option::is_some);
         is_there.then(|| units(name, Arc::new(UInt64Array::from_iter(cells))))
@@ -79,8 +81,8 @@ impl RecordColumn {
 
     /// Whether the column may be missing in a file.
     fn may_be_missing(&self) -> bool {
-        use ColumnForm::{Delivery, Rare, Stamp};
-        matches!(self.form, Rare | Stamp | Delivery)
+        use ColumnForm::{Delivery, Rare, RareCount, Stamp};
+        matches!(self.form, Rare | RareCount | Stamp | Delivery)
     }
 }
 
@@ -92,7 +94,8 @@ pub fn write<R: RecordRow>(rows: &[R]) -> Written<Vec<SerializedComponentColumn>
         let cells = cells.iter().map(|row| row[index]);
         column.written(cells.collect(), &times)
     });
-    columns.collect()
+    let list = R::LIST.map(|list| lists(list.name, rows.iter().map(RecordRow::list)));
+    columns.chain(list).collect()
 }
 
 /// The rows in `chunk`.
@@ -100,9 +103,14 @@ pub fn read<R: RecordRow>(chunk: &Chunk) -> Vec<Cell<R>> {
     let times = run_times(chunk);
     let columns = R::COLUMNS.iter().map(|column| column.read(chunk, &times));
     let columns: Vec<_> = columns.collect();
+    let lists = R::LIST.map(|list| read_lists(chunk, list.name));
     let rows = (0..chunk.num_rows()).map(|index| {
         let cells = columns.iter().map(|cells| *cells.get(index)?);
-        R::of(&cells.collect::<Option<Vec<_>>>()?)
+        let list = match &lists {
+            Some(lists) => lists.get(index)?.as_deref()?,
+            None => &[],
+        };
+        R::from_cells(&cells.collect::<Option<Vec<_>>>()?, list)
     });
     rows.collect()
 }
@@ -120,6 +128,24 @@ pub fn texts(values: impl IntoIterator<Item = String>) -> Written<SerializedComp
     units(JSON, Arc::new(StringArray::from_iter_values(values)))
 }
 
+/// A list of numbers per row.
+fn lists(
+    name: &'static str,
+    lists: impl Iterator<Item = Vec<u64>>,
+) -> Written<SerializedComponentColumn> {
+    let lists: Vec<Vec<u64>> = lists.collect();
+    let lengths: Vec<usize> = lists.iter().map(Vec::len).collect();
+    let array: ArrayRef = Arc::new(UInt64Array::from_iter_values(lists.into_iter().flatten()));
+    let batch = SerializedComponentBatch::new(array, descriptor(name));
+    Ok(batch.partitioned(lengths)?)
+}
+
+/// The lists `name` in the rows of `chunk`.
+fn read_lists(chunk: &Chunk, name: &'static str) -> Vec<Cell<Vec<u64>>> {
+    let rows = chunk.iter_slices::<u64>(name.into());
+    one_a_row(chunk, rows.map(|list| Some(list.to_vec())))
+}
+
 /// Some bytes per row.
 pub fn bytes<'a>(
     name: &'static str,
@@ -127,7 +153,7 @@ pub fn bytes<'a>(
 ) -> Written<SerializedComponentColumn> {
     let lengths: Vec<usize> = values.clone().map(<[u8]>::len).collect();
     let array: ArrayRef = Arc::new(UInt8Array::from_iter_values(values.flatten().copied()));
-    let batch = SerializedComponentBatch::new(array, ComponentDescriptor::partial(name));
+    let batch = SerializedComponentBatch::new(array, descriptor(name));
     Ok(batch.partitioned(lengths)?)
 }
 
@@ -138,9 +164,14 @@ pub fn series(values: Vec<f64>, width: usize, rows: usize) -> Written<Serialized
     Ok(batch.partitioned(std::iter::repeat_n(width, rows))?)
 }
 
+/// The component `name` of a record. Tools that divide wide columns from narrow ones keep those of one
+/// archetype together.
+fn descriptor(name: &'static str) -> ComponentDescriptor {
+    ComponentDescriptor::partial(name).with_archetype("ratelab.Record".into())
+}
+
 fn units(name: &'static str, array: ArrayRef) -> Written<SerializedComponentColumn> {
-    let descriptor = ComponentDescriptor::partial(name);
-    Ok(SerializedComponentBatch::new(array, descriptor).column_of_unit_batches()?)
+    Ok(SerializedComponentBatch::new(array, descriptor(name)).column_of_unit_batches()?)
 }
 
 /// Run times of the rows of `chunk`.

@@ -89,13 +89,18 @@ impl Content {
     /// Adds the rows of `chunk`, of a `part` of the recording.
     fn add_part(&mut self, chunk: &Chunk, part: RecordedPart) -> Result<(), Damaged> {
         let (run, digest) = (&mut self.recording.run, &mut self.digest);
+        let topology = &self.recording.origin.topology;
         match part {
             RecordedPart::Topic(of) if MessageHalves::are_in(chunk) => {
                 self.halves.entry(of).or_default().add(chunk);
                 Ok(())
             }
-            RecordedPart::Topic(of) => add_rows(&mut run.topics[of], chunk, &mut digest.topics[of]),
-            RecordedPart::Node(of) => add_rows(&mut run.ticks[of], chunk, &mut digest.nodes[of]),
+            RecordedPart::Topic(of) => {
+                add_rows(&mut run.topics[of], chunk, &mut digest.topics[of], topology)
+            }
+            RecordedPart::Node(of) => {
+                add_rows(&mut run.ticks[of], chunk, &mut digest.nodes[of], topology)
+            }
             RecordedPart::Events => add_events(&mut self.recording.events, chunk, digest),
             RecordedPart::End => self.end(chunk),
             RecordedPart::Checkpoint => self.check_in(chunk),
@@ -185,7 +190,8 @@ impl Content {
             let rows = halves.joined().ok_or(Damaged { after })?;
             let (topics, digests) = (&mut self.recording.run.topics, &mut self.digest.topics);
             let rows = rows.iter().map(|(head, payload)| (*head, &**payload));
-            append(&mut topics[of], rows, &mut digests[of])?;
+            let topology = &self.recording.origin.topology;
+            append(&mut topics[of], rows, &mut digests[of], topology)?;
         }
         Ok(())
     }
@@ -250,6 +256,7 @@ fn add_rows<S: Series>(
     series: &mut S,
     chunk: &Chunk,
     digest: &mut RowDigest,
+    topology: &Topology,
 ) -> Result<(), Damaged> {
     let rows = columns::read::<S::Row>(chunk).into_iter();
     let payloads = match S::Row::HAS_PAYLOAD {
@@ -260,7 +267,7 @@ fn add_rows<S: Series>(
     let mut rows: Vec<_> = rows.map_while(|(row, payload)| row.zip(payload)).collect();
     let whole = rows.len() == chunk.num_rows();
     rows.sort_by_key(|(row, _)| row.number());
-    append(series, rows.into_iter(), digest)?;
+    append(series, rows.into_iter(), digest, topology)?;
     match whole {
         true => Ok(()),
         false => Err(Damaged::behind(series)),
@@ -272,11 +279,13 @@ fn append<'p, S: Series>(
     series: &mut S,
     rows: impl Iterator<Item = (S::Row, &'p [f64])>,
     digest: &mut RowDigest,
+    topology: &Topology,
 ) -> Result<(), Damaged> {
     for (row, payload) in rows {
         digest.add(&row, payload);
         let last = series.rows().last();
-        let sound = last.is_none_or(|last| row.follows(last)) && row.is_possible();
+        let sound =
+            last.is_none_or(|last| row.follows(last)) && row.is_possible() && row.is_in(topology);
         if !sound || !series.add(row, payload) {
             return Err(Damaged::behind(series));
         }

@@ -36,6 +36,11 @@ impl RowDigest {
             }
             add(cell.unwrap_or_default());
         }
+        if R::LIST.is_some() {
+            let list = row.list();
+            add(list.len() as u64);
+            list.into_iter().for_each(&mut add);
+        }
         payload.iter().for_each(|value| add(value.to_bits()));
     }
 }

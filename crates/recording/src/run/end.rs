@@ -29,6 +29,9 @@ pub struct RecordingEnd {
     /// on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dropped: Option<Vec<u64>>,
+    /// Messages that matches took and used in no set, per topic of the graph, at the end of the run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unmatched: Option<Vec<u64>>,
     /// Digest of the log of the threads; `None` if the run was never under the real clock.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub threads: Option<u64>,

@@ -22,7 +22,9 @@ impl Recording {
                 .for_each(|head| lineage.message(topic, head));
         }
         for (node, ticks) in self.ticks.iter().enumerate() {
-            ticks.iter().for_each(|tick| lineage.tick(node, *tick));
+            ticks
+                .iter()
+                .for_each(|tick| lineage.tick(node, tick.clone()));
         }
         lineage.settle();
         lineage

@@ -10,7 +10,7 @@ use ratelab_study::{
 use serde::{Deserialize, Serialize};
 
 /// Version of what a recording holds. A reader refuses a later one.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 /// The run and its software: enough to repeat it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

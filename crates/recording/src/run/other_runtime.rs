@@ -87,6 +87,7 @@ impl Recording {
             ticks,
             lost: 0,
             dropped: Some(recording.topics.iter().map(dropped).collect()),
+            unmatched: None,
             threads: None,
             digest: None,
         });

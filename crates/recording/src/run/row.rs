@@ -1,15 +1,17 @@
 //! Tables of columns, by which rows are written, read, digested and compared.
 
-use ratelab::Time;
+use ratelab::{Time, Topology};
 
 /// A row of numbers in a file: a message without its payload, or a tick.
-pub trait RecordRow: Copy + Send + Sync + 'static {
+pub trait RecordRow: Clone + Send + Sync + 'static {
     /// What one is called.
     const KIND: &'static str;
     /// Whether it has a payload of numbers.
     const HAS_PAYLOAD: bool;
     /// The table of its columns.
     const COLUMNS: &'static [RecordColumn];
+    /// Its list of numbers, if it has one.
+    const LIST: Option<ListColumn> = None;
 
     /// Its number, counted from the beginning of the run.
     fn number(&self) -> u64;
@@ -26,8 +28,16 @@ pub trait RecordRow: Copy + Send + Sync + 'static {
     /// The number in each of its columns: a count, or nanoseconds.
     fn cells(&self) -> Vec<Option<u64>>;
 
-    /// The row with these cells; `None` if there can be none.
-    fn of(cells: &[Option<u64>]) -> Option<Self>;
+    /// The numbers in its list.
+    fn list(&self) -> Vec<u64> {
+        Vec::new()
+    }
+
+    /// Whether all nodes and topics that it names are in the graph.
+    fn is_in(&self, topology: &Topology) -> bool;
+
+    /// The row with these cells and this list; `None` if there can be none.
+    fn from_cells(cells: &[Option<u64>], list: &[u64]) -> Option<Self>;
 }
 
 /// A column of numbers.
@@ -38,6 +48,14 @@ pub struct RecordColumn {
     pub what: &'static str,
     /// How it is written.
     pub form: ColumnForm,
+}
+
+/// A column with a list of numbers in each row.
+pub struct ListColumn {
+    /// Name of its component.
+    pub name: &'static str,
+    /// Its name in a difference.
+    pub what: &'static str,
 }
 
 /// How a column is written.
@@ -53,6 +71,8 @@ pub enum ColumnForm {
     Wall,
     /// A time. The column is missing in a file where no row has one.
     Rare,
+    /// A number, as [`Rare`](Self::Rare).
+    RareCount,
     /// A time, unless it is that of the row. The column may be missing.
     Stamp,
     /// As [`Stamp`](Self::Stamp), or `LOST` if there is none.
@@ -71,9 +91,14 @@ impl RecordColumn {
     pub fn told(&self, cell: Option<u64>) -> String {
         match (cell, self.form) {
             (None, _) => "none".to_owned(),
-            (Some(count), ColumnForm::Count) => count.to_string(),
+            (Some(count), ColumnForm::Count | ColumnForm::RareCount) => count.to_string(),
             (Some(nanos), _) => format!("{nanos} ns"),
         }
+    }
+
+    /// Whether the column is missing in a file where no row has a number in it.
+    pub fn is_rare(&self) -> bool {
+        matches!(self.form, ColumnForm::Rare | ColumnForm::RareCount)
     }
 
     /// Whether each row has a number in this column.

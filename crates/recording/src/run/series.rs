@@ -3,12 +3,12 @@
 
 use std::time::Duration;
 
-use ratelab::{Head, Push, Time};
-use ratelab_account::{Rows, TickRecord};
+use ratelab::{Head, MessageId, Push, TickId, Time, Topology};
+use ratelab_account::{Rows, TickCauses, TickRecord, TopicRead};
 
 use super::row::{
-    ColumnForm::{Count, Delivery, Nanos, Plot, Rare, RunTime, Stamp, Wall},
-    RecordColumn as Column, RecordRow,
+    ColumnForm::{Count, Delivery, Nanos, Plot, Rare, RareCount, RunTime, Stamp, Wall},
+    ListColumn, RecordColumn as Column, RecordRow,
 };
 
 /// The messages of a topic or the ticks of a node, in the order of their numbers.
@@ -44,6 +44,12 @@ impl RecordRow for Head {
         // Run time of the sensing it was derived from.
         Column::new("origin_ns", "origin", Nanos),
         Column::new("arrives_ns", "delivery", Delivery),
+        // The tick that published it, and the message that the node derived it from, where it
+        // names one.
+        Column::new("by_node", "node that published it", RareCount),
+        Column::new("by_tick", "tick that published it", RareCount),
+        Column::new("from_topic", "topic that it was derived from", RareCount),
+        Column::new("from_seq", "message that it was derived from", RareCount),
     ];
 
     fn number(&self) -> u64 {
@@ -70,14 +76,47 @@ impl RecordRow for Head {
             Some(self.dropped),
             self.origin.map(Time::as_nanos),
             self.arrives.map(Time::as_nanos),
+            self.by.map(|by| by.node as u64),
+            self.by.map(|by| by.number),
+            self.from.map(|from| from.topic as u64),
+            self.from.map(|from| from.seq),
         ]
     }
 
-    fn of(cells: &[Option<u64>]) -> Option<Self> {
-        let &[seq, at, stamp, dropped, origin, arrives] = cells else {
+    fn is_in(&self, topology: &Topology) -> bool {
+        let Self { by, from, .. } = self;
+        by.is_none_or(|by| by.node < topology.nodes.len())
+            && from.is_none_or(|from| from.topic < topology.topics.len())
+    }
+
+    fn from_cells(cells: &[Option<u64>], _: &[u64]) -> Option<Self> {
+        let &[
+            seq,
+            at,
+            stamp,
+            dropped,
+            origin,
+            arrives,
+            node,
+            tick,
+            topic,
+            from,
+        ] = cells
+        else {
             return None;
         };
-        Some(Self {
+        let by = node.zip(tick).map(|(node, number)| TickId {
+            node: node as usize,
+            number,
+        });
+        let derived = topic.zip(from).map(|(topic, seq)| MessageId {
+            topic: topic as usize,
+            seq,
+        });
+        let is_whole = node.is_some() == tick.is_some() && topic.is_some() == from.is_some();
+        is_whole.then_some(Self {
+            by,
+            from: derived,
             seq: seq?,
             at: Time::from_nanos(at?),
             stamp: Time::from_nanos(stamp?),
@@ -101,7 +140,15 @@ impl RecordRow for TickRecord {
         // Its action on the world, if it had one, and the sensing behind that.
         Column::new("pushed_ns", "what it applied, at", Rare),
         Column::new("sensed_ns", "what it applied, sensed at", Rare),
+        // The topic whose message completed the set that it is for.
+        Column::new("completed_by", "topic that completed its set", RareCount),
     ];
+    // Four numbers for each message that it read: topic, sequence number, place of the reader, and
+    // how many newer ones were there.
+    const LIST: Option<ListColumn> = Some(ListColumn {
+        name: "reads",
+        what: "what it read",
+    });
 
     fn number(&self) -> u64 {
         self.number
@@ -129,11 +176,37 @@ impl RecordRow for TickRecord {
             nanos(self.took),
             self.push.map(|push| push.at.as_nanos()),
             self.push.map(|push| push.sensed.as_nanos()),
+            self.causes.completed.map(|topic| topic as u64),
         ]
     }
 
-    fn of(cells: &[Option<u64>]) -> Option<Self> {
-        let &[number, at, overruns, lateness, took, pushed, sensed] = cells else {
+    fn list(&self) -> Vec<u64> {
+        let reads = self.causes.reads.iter().flat_map(|read| {
+            let MessageId { topic, seq } = read.message;
+            let newer = read.newest.saturating_sub(seq);
+            [topic as u64, seq, read.reader as u64, newer]
+        });
+        reads.collect()
+    }
+
+    fn is_in(&self, topology: &Topology) -> bool {
+        let reads = self.causes.reads.iter().map(|read| read.message.topic);
+        let mut topics = reads.chain(self.causes.completed);
+        topics.all(|topic| topic < topology.topics.len())
+    }
+
+    fn from_cells(cells: &[Option<u64>], list: &[u64]) -> Option<Self> {
+        let &[
+            number,
+            at,
+            overruns,
+            lateness,
+            took,
+            pushed,
+            sensed,
+            completed,
+        ] = cells
+        else {
             return None;
         };
         let push = pushed.zip(sensed).map(|(at, sensed)| Push {
@@ -148,9 +221,29 @@ impl RecordRow for TickRecord {
             took: took.map(Duration::from_nanos),
             overruns: overruns?,
             push,
+            causes: TickCauses {
+                reads: reads_in(list)?,
+                completed: completed.map(|topic| topic as usize),
+            },
         };
         (pushed.is_some() == sensed.is_some()).then_some(tick)
     }
+}
+
+/// The reads in a list; `None` if it has a part of one.
+fn reads_in(list: &[u64]) -> Option<Vec<TopicRead>> {
+    let (reads, []) = list.as_chunks::<4>() else {
+        return None;
+    };
+    let reads = reads.iter().map(|[topic, seq, reader, newer]| TopicRead {
+        message: MessageId {
+            topic: *topic as usize,
+            seq: *seq,
+        },
+        reader: *reader as usize,
+        newest: seq.saturating_add(*newer),
+    });
+    Some(reads.collect())
 }
 
 impl Series for Rows {

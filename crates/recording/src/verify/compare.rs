@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     recorder::Tapped,
-    run::{ColumnForm, RecordColumn, RecordRow, Recording, Series},
+    run::{RecordColumn, RecordRow, Recording, Series},
 };
 
 /// Compares a run that is executed again with its recording, row by row.
@@ -158,7 +158,7 @@ impl<'a, S: Series> RecordedSeries<'a, S> {
     fn new(name: &'a str, fields: &'static [&'static str], series: &'a S) -> Self {
         let rare = series.rows().iter().any(|row| {
             let mut cells = row.cells().into_iter().zip(S::Row::COLUMNS);
-            cells.any(|(cell, column)| column.form == ColumnForm::Rare && cell.is_some())
+            cells.any(|(cell, column)| column.is_rare() && cell.is_some())
         });
         Self {
             name,
@@ -203,14 +203,18 @@ impl<'a, S: Series> RecordedSeries<'a, S> {
     fn compare(&self, rows: [&S::Row; 2], payloads: [&[f64]; 2]) -> Option<Difference> {
         let [recorded, computed] = rows.map(RecordRow::cells);
         let columns = S::Row::COLUMNS.iter().enumerate();
-        let mut columns =
-            columns.filter(|(_, column)| self.rare || column.form != ColumnForm::Rare);
+        let mut columns = columns.filter(|(_, column)| self.rare || !column.is_rare());
         let differs = |(index, column): &(usize, &RecordColumn)| {
             column.differs(recorded[*index], computed[*index])
         };
         if let Some((index, column)) = columns.find(differs) {
             let values = [&recorded, &computed].map(|cells| column.told(cells[index]));
             return Some(self.differs(rows[0], column.what, values));
+        }
+        let lists = rows.map(RecordRow::list);
+        if let Some(list) = S::Row::LIST.filter(|_| lists[0] != lists[1]) {
+            let values = lists.map(|list| format!("{list:?}"));
+            return Some(self.differs(rows[0], list.what, values));
         }
         let mut indices = 0..payloads[0].len().max(payloads[1].len());
         let values = |index: usize| payloads.map(|payload| payload.get(index).copied());

@@ -8,7 +8,7 @@ use crate::run::{RecordingEnd, RunResult, RunStatus};
 /// A part of an end in words.
 type ToldPart = fn(&RecordingEnd) -> String;
 
-/// The parts of an end, each to the bit: all of it but the wall's time, and what was dropped.
+/// The parts of an end, each to the bit: all of it but the wall's time, and what topics lost.
 const PARTS: [(&str, ToldPart); 7] = [
     ("the end of the run", status),
     ("time of the verdict", |end| {
@@ -27,13 +27,17 @@ const PARTS: [(&str, ToldPart); 7] = [
 pub fn compare(ends: [&RecordingEnd; 2], topology: &Topology) -> Option<Difference> {
     let at = ends[0].at;
     let parts = PARTS.map(|(what, told)| Difference::new(at, what, ends.map(told)));
-    let [recorded, computed] = ends.map(|end| end.dropped.iter().flatten());
-    let topics = topology.topics.iter().zip(recorded.zip(computed));
-    let dropped = topics.map(|(topic, (recorded, computed))| {
-        let what = format!("messages of {} dropped in all", topic.name);
-        Difference::new(at, what, [recorded, computed].map(u64::to_string))
-    });
-    Difference::first(parts.into_iter().chain(dropped))
+    let losses = |lost: &'static str, of: fn(&RecordingEnd) -> &Option<Vec<u64>>| {
+        let [recorded, computed] = ends.map(|end| of(end).iter().flatten());
+        let topics = topology.topics.iter().zip(recorded.zip(computed));
+        topics.map(move |(topic, (recorded, computed))| {
+            let what = format!("messages of {} {lost} in all", topic.name);
+            Difference::new(at, what, [recorded, computed].map(u64::to_string))
+        })
+    };
+    let dropped = losses("dropped", |end| &end.dropped);
+    let unmatched = losses("unmatched", |end| &end.unmatched);
+    Difference::first(parts.into_iter().chain(dropped).chain(unmatched))
 }
 
 fn told(end: &RecordingEnd, part: fn(&RunResult) -> String) -> String {

@@ -6,7 +6,7 @@ use std::{
 };
 
 use ratelab::{ClockKind, NodeTopology, Time};
-use ratelab_account::TickRecord;
+use ratelab_account::{TickCauses, TickRecord};
 use ratelab_recording::{
     rrd::scene::{lanes::TIMELINE, modes::MODES},
     rrd::schema::path as entity,
@@ -126,6 +126,7 @@ fn tick(number: u64, [at, late, took]: [u64; 3], overruns: u64) -> TickRecord {
         took: Some(Duration::from_millis(took)),
         overruns,
         push: None,
+        causes: TickCauses::default(),
     }
 }
 

@@ -155,9 +155,11 @@ fn bars_of_latency_widen_and_none_is_lost() {
     let step = |(seq, latency)| Head {
         seq,
         at,
+        by: None,
         stamp: at,
         dropped: 0,
         origin: Some(at - Duration::from_millis(latency)),
+        from: None,
         arrives: Some(at),
     };
     let steps = [(0, 0), (1, 0), (2, 0), (3, 180), (4, 180)].map(step);

@@ -1,7 +1,7 @@
 //! The ticks of a node on the virtual clock are where its rates have them.
 
 use ratelab::{ClockKind, Time};
-use ratelab_account::TickRecord;
+use ratelab_account::{TickCauses, TickRecord};
 
 use super::{
     given::{GivenRun, node},
@@ -19,6 +19,7 @@ fn defect(setup: &str, ticks: impl Iterator<Item = (u64, Time)>, end: Time) -> O
         took: None,
         overruns: 0,
         push: None,
+        causes: TickCauses::default(),
     };
     let run = GivenRun {
         clock: ClockKind::Virtual,

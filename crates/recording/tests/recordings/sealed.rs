@@ -3,7 +3,7 @@
 
 use std::{fs, path::Path, sync::Arc};
 
-use ratelab::{Head, Time};
+use ratelab::{Head, MessageId, Time};
 use ratelab_account::TickRecord;
 use ratelab_recording::{
     Recording, RecordingEnd, VerifyError,
@@ -88,9 +88,16 @@ impl Sealer {
             dropped,
             origin,
             arrives,
+            by,
+            from,
         } = *head;
         self.numbers([seq, at.as_nanos(), stamp.as_nanos(), dropped]);
         self.rare([origin, arrives].map(|time| time.map(Time::as_nanos)));
+        self.rare([by.map(|by| by.node as u64), by.map(|by| by.number)]);
+        self.rare([
+            from.map(|from| from.topic as u64),
+            from.map(|from| from.seq),
+        ]);
         self.numbers(numbers.iter().map(|number| number.to_bits()));
     }
 
@@ -100,6 +107,14 @@ impl Sealer {
         self.rare(durations.map(|duration| duration.map(|time| time.as_nanos() as u64)));
         let push = tick.push.map(|push| [push.at, push.sensed]);
         self.rare([0, 1].map(|at| push.map(|push| push[at].as_nanos())));
+        let completed = tick.causes.completed.map(|topic| topic as u64);
+        self.numbers([completed.is_some().into(), completed.unwrap_or_default()]);
+        let reads = &tick.causes.reads;
+        self.numbers([4 * reads.len() as u64]);
+        for read in reads {
+            let MessageId { topic, seq } = read.message;
+            self.numbers([topic as u64, seq, read.reader as u64, read.newest - seq]);
+        }
     }
 }
 

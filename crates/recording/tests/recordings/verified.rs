@@ -102,7 +102,7 @@ fn how_long_ticks_took_is_not_compared() {
 fn a_tick_or_a_message_more_or_less_is_found() {
     let (original, _) = recorded(&turned());
     for node in 0..original.ticks.len() {
-        let last = original.ticks[node].last().copied();
+        let last = original.ticks[node].last().cloned();
         let short = found(&original, |short| {
             short.ticks[node].pop();
         });

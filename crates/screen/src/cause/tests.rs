@@ -2,8 +2,8 @@
 
 use std::{sync::Arc, time::Duration};
 
-use ratelab::{Knob, TickTiming, Time, TimedKnob};
-use ratelab_account::{Snapshot, TickRecord};
+use ratelab::{Head, Knob, MessageId, TickId, TickTiming, Time, TimedKnob};
+use ratelab_account::{Snapshot, TickCauses, TickRecord, TopicRead};
 use ratelab_cart_pole::CartPole;
 use ratelab_effects::checked;
 use ratelab_study::{
@@ -286,16 +286,39 @@ fn overrunning() -> (Snapshot, Lineage) {
     let mut lineage = Lineage::new(topology, &[]);
     let [sensor, policy, actuator] = [0, 1, 2];
     let [observations, actions] = [0, 1];
+    let by = |node, number| Some(TickId { node, number });
+    let read = |topic, seq| TickCauses {
+        reads: vec![TopicRead {
+            message: MessageId { topic, seq },
+            reader: 0,
+            newest: seq,
+        }],
+        completed: None,
+    };
     for number in 0..150 {
         let at = sample::ms(20 * number);
         lineage.tick(sensor, tick(number, at, 0));
-        lineage.message(observations, &head(number, at, None));
+        let reading = head(number, at, None);
+        lineage.message(
+            observations,
+            &Head {
+                by: by(sensor, number),
+                ..reading
+            },
+        );
+        let decision = number / 5;
         if number % 5 == 0 {
             let decides = at + Time::RESOLUTION;
-            lineage.tick(policy, tick(number / 5, decides, 85));
-            lineage.message(actions, &head(number / 5, decides, Some(at)));
+            let causes = read(observations, number);
+            let decided = tick(decision, decides, 85);
+            lineage.tick(policy, TickRecord { causes, ..decided });
+            let by = by(policy, decision);
+            let action = head(decision, decides, Some(at));
+            lineage.message(actions, &Head { by, ..action });
         }
-        lineage.tick(actuator, tick(number, at + 2 * Time::RESOLUTION, 0));
+        let causes = read(actions, decision);
+        let acted = tick(number, at + 2 * Time::RESOLUTION, 0);
+        lineage.tick(actuator, TickRecord { causes, ..acted });
     }
     lineage.settle();
     graph.nodes[policy].overruns = 120;
@@ -312,6 +335,7 @@ fn tick(number: u64, at: Time, took_ms: u64) -> TickRecord {
         took: Some(Duration::from_millis(took_ms)),
         overruns: 0,
         push: None,
+        causes: TickCauses::default(),
     }
 }
 

@@ -182,9 +182,11 @@ pub fn ms(ms: u64) -> Time {
 pub fn head(seq: u64, at: Time, origin: Option<Time>) -> Head {
     Head {
         at,
+        by: None,
         stamp: at,
         seq,
         origin,
+        from: None,
         arrives: Some(at),
         dropped: 0,
     }

@@ -20,14 +20,12 @@ impl AgeOverTime {
     /// Adds that of `push`, in force from `begin` to `end`.
     fn add(&mut self, push: &PushInForce, begin: Time, end: Time) {
         let end = end.max(begin);
-        // Each part grows evenly or not at all, but for the moment when a newer message comes.
-        let outdated = push.outdated.map_or(end, |at| at.clamp(begin, end));
-        let [first, middle, last] = [begin, outdated, end].map(|at| push.parts(at));
-        for (from, to, ends) in [
-            (begin, outdated, [&first, &middle]),
-            (outdated, end, [&middle, &last]),
-        ] {
-            let long = nanos(to.since(from));
+        // Each part grows evenly or not at all, but for the moments when what is missing changes.
+        let changes = push.changes().map(|at| at.clamp(begin, end));
+        let times = [begin, changes[0], changes[1], end];
+        let parts = times.map(|at| push.parts(at));
+        for (times, ends) in times.windows(2).zip(parts.windows(2)) {
+            let long = nanos(times[1].since(times[0]));
             for parts in ends {
                 self.sum(AgeStage::Before, long, parts.before_ns);
                 let parts = parts.parts.iter();
@@ -35,9 +33,9 @@ impl AgeOverTime {
             }
             self.time += i128::from(long);
         }
-        let micros = |ns: i64| ns.div_euclid(1_000);
-        *self.teeth.entry(micros(first.sum_ns())).or_default() += 1;
-        *self.teeth.entry(micros(last.sum_ns())).or_default() -= 1;
+        let [first, .., last] = parts.map(|parts| parts.sum_ns().div_euclid(1_000));
+        *self.teeth.entry(first).or_default() += 1;
+        *self.teeth.entry(last).or_default() -= 1;
     }
 
     fn sum(&mut self, stage: AgeStage, long: i64, age: i64) {

@@ -31,6 +31,15 @@ pub(crate) fn chain_fields<'n>(names: impl Iterator<Item = &'n str>) -> Vec<Stri
         .collect()
 }
 
+/// The end of the name of a number that is a run time (ns), by the clock of the process that
+/// published it.
+const RUN_TIMES: [&str; 2] = ["origin (ns)", "made (ns)"];
+
+/// Whether the number of this name in a message is a run time, in nanoseconds.
+pub fn is_run_time(field: &str) -> bool {
+    RUN_TIMES.iter().any(|end| field.ends_with(end))
+}
+
 /// The numbers of a message on a topic of a graph file.
 #[derive(Clone, Debug)]
 pub(crate) struct Numbers(pub(crate) Vec<f64>);

@@ -83,6 +83,7 @@ pub use builder::{AnswersOfNodes, Builder, RecordedAnswers, WORLD};
 pub(crate) use builder::{ForwardingNode, RecordedTopics};
 pub use chain::{CHAINS, DataChain, Silence};
 pub(crate) use chain::{Limit, key};
+pub use chain_ages::is_run_time;
 pub(crate) use chain_ages::{ChainAges, MOST_CHAINS, Numbers, PEAKS, chain_fields};
 pub use divider::Divider;
 pub use figure_limit::{Bound, FigureLimit};

@@ -3,14 +3,17 @@
 use std::{collections::BTreeMap, mem, sync::Arc, time::Duration};
 
 use ratelab::{
-    ClockExit, ClockKind, Command, Event, EventKind, Head, Speed, Status, Time, Topology,
+    ClockExit, ClockKind, Command, Event, EventKind, Head, MessageId, Speed, Status, TickId, Time,
+    Topology,
 };
-use ratelab_account::{Lineage, Observer, ReplayAccounts, Rows, Snapshot, TickRecord};
+use ratelab_account::{
+    Lineage, Observer, ReplayAccounts, Rows, Snapshot, TickCauses, TickRecord, TopicRead,
+};
 use ratelab_study::{
     experiment::{Config, Summary, Taps},
     system::{MeanCost, RunTally, System, verdict},
 };
-use ratelab_wire::telemetry::PublishedMessage;
+use ratelab_wire::telemetry::{PublishedMessage, Read, SentMessage};
 
 use super::{
     numbering::{Numbering, Totals},
@@ -97,7 +100,7 @@ impl GatheredRun {
     }
 
     /// Adds a tick of the node with index `node` in process `from`.
-    pub fn tick(&mut self, from: u64, node: usize, tick: TickRecord) {
+    pub fn tick(&mut self, from: u64, node: usize, tick: TickRecord, reads: &[Read]) {
         let Some(place) = self.ticks.place(node, from, tick.number, tick.at) else {
             return;
         };
@@ -109,6 +112,10 @@ impl GatheredRun {
                 push.at = push.at.max(place.at);
                 push
             }),
+            causes: TickCauses {
+                reads: reads.iter().filter_map(|read| self.read(read)).collect(),
+                ..tick.causes
+            },
             ..tick
         };
         self.counters.tick(node, &tick);
@@ -122,8 +129,29 @@ impl GatheredRun {
                 self.counters.sample(node, meter, age);
             }
         }
-        self.lineage.tick(node, tick);
+        self.lineage.tick(node, tick.clone());
         self.relay.tick(node, tick, place.missing);
+    }
+
+    /// A message that a tick read, as it is numbered here.
+    fn read(&self, read: &Read) -> Option<TopicRead> {
+        let message = self.numbered(read.message)?;
+        Some(TopicRead {
+            message,
+            reader: read.reader,
+            newest: message.seq.saturating_add(read.newer),
+        })
+    }
+
+    /// A message as it is numbered here.
+    fn numbered(&self, sent: SentMessage) -> Option<MessageId> {
+        let SentMessage {
+            topic,
+            incarnation,
+            seq,
+        } = sent;
+        let seq = self.messages.known(topic, incarnation, seq)?;
+        Some(MessageId { topic, seq })
     }
 
     /// Adds a message of process `from`, which `arrives` at its reader unless it is lost.
@@ -138,8 +166,14 @@ impl GatheredRun {
         let Some(place) = self.messages.place(topic, from, message.seq, message.at) else {
             return;
         };
+        let by = message.by.and_then(|(node, number)| {
+            let number = self.ticks.known(node, from, number)?;
+            Some(TickId { node, number })
+        });
         let head = Head {
             at: place.at,
+            by,
+            from: message.from.and_then(|from| self.numbered(from)),
             stamp: place.at,
             seq: place.number,
             origin: message.origin,

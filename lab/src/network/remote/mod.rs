@@ -28,7 +28,7 @@ use ratelab_study::{
 use ratelab_wire::{
     Follower,
     machine::{self, Nanos},
-    telemetry::{Answer, Batch, Info, PublishedMessage},
+    telemetry::{Answer, Batch, Info, PublishedMessage, Read},
 };
 
 use self::{gathered::GatheredRun, processes::Processes};
@@ -74,7 +74,7 @@ pub struct RemoteRun {
 /// Something that happened.
 enum Item {
     Event(Event),
-    Tick(u64, usize, TickRecord),
+    Tick(u64, usize, TickRecord, Vec<Read>),
     Message(u64, PublishedMessage),
 }
 
@@ -219,8 +219,8 @@ impl RemoteRun {
         self.take_events(from, batch.first_event, &batch.events, shift);
         let time = |time| shifted(time, shift);
         for (node, tick) in batch.ticks {
-            let tick = tick.record(time);
-            self.hold(tick.at, Item::Tick(from, node, tick));
+            let record = tick.record(time);
+            self.hold(record.at, Item::Tick(from, node, record, tick.reads));
         }
         for message in batch.sent {
             let (at, origin) = (time(message.at), message.origin.map(time));
@@ -299,7 +299,9 @@ impl RemoteRun {
         for (_, item) in due {
             match item {
                 Item::Event(event) => self.gathered.event(&event),
-                Item::Tick(from, node, tick) => self.gathered.tick(from, node, tick),
+                Item::Tick(from, node, tick, reads) => {
+                    self.gathered.tick(from, node, tick, &reads);
+                }
                 Item::Message(from, message) => {
                     let arrives = self.arrives(from, &message);
                     let dropped = self.processes.dropped(message.topic);

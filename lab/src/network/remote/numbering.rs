@@ -11,16 +11,27 @@ struct Count {
     /// Counted by earlier processes.
     before: u64,
     now: u64,
+    /// The processes before it, each with what was counted before that.
+    earlier: Vec<(u64, u64)>,
 }
 
 impl Count {
     /// What `process` calls `count`, after all that earlier processes counted.
     fn after_others(&mut self, process: u64, count: u64) -> u64 {
         if self.process != process {
+            self.earlier.push((self.process, self.before));
             self.process = process;
             self.before = self.now;
         }
         self.before.saturating_add(count)
+    }
+
+    /// What `process` calls `count`, if anything of that process has come.
+    fn known(&self, process: u64, count: u64) -> Option<u64> {
+        let now = [(self.process, self.before)];
+        let mut processes = now.iter().chain(self.earlier.iter().rev());
+        let (_, before) = processes.find(|(known, _)| *known == process)?;
+        Some(before.saturating_add(count))
     }
 }
 
@@ -61,6 +72,14 @@ impl Numbering {
             at: *last,
             missing: if is_first { 0 } else { missing },
         })
+    }
+}
+
+impl Numbering {
+    /// The number in `series` of the item that `process` calls `number`; `None` if nothing of that
+    /// process has come.
+    pub fn known(&self, series: usize, process: u64, number: u64) -> Option<u64> {
+        self.0.get(&series)?.0.known(process, number)
     }
 }
 

@@ -166,8 +166,8 @@ fn messages(lineage: &Lineage, topic: usize, readers: &[usize]) -> Changes {
     let reads = readers.iter().flat_map(|&node| lineage.ticks(node));
     let reads = reads.flat_map(|worked| &worked.reads);
     let read: HashSet<u64> = reads
-        .filter(|(of, _)| *of == topic)
-        .map(|(_, seq)| *seq)
+        .filter(|read| read.topic == topic)
+        .map(|read| read.seq)
         .collect();
     let mut changes = Changes::new();
     for sent in lineage.sent(topic) {

@@ -1,0 +1,215 @@
+//! What led to a message: the tick that published it, and the messages that this tick had read.
+//!
+//! All of it is recorded when it happens: a message names its tick, a tick names its reads. This
+//! file only joins them.
+
+use std::cmp::Reverse;
+
+use ratelab::{Head, MessageId, TickId, Time};
+
+use super::{DataWay, Lineage, TracedTick, TracedTopic};
+
+/// When the newest data of each node that begins data began (run time), by the indices of the nodes.
+pub(super) type Beginnings = Vec<(usize, Time)>;
+
+impl TracedTopic {
+    /// The message with this sequence number.
+    pub(super) fn message(&self, seq: u64) -> Option<&Head> {
+        let index = self.sent.partition_point(|sent| sent.seq < seq);
+        self.sent.get(index).filter(|sent| sent.seq == seq)
+    }
+
+    /// Messages published after message number `seq`, oldest first.
+    pub(super) fn after(&self, seq: u64) -> impl Iterator<Item = &Head> {
+        let first = self.sent.partition_point(|sent| sent.seq <= seq);
+        self.sent.range(first..)
+    }
+
+    /// The queue depth at run time `at`.
+    pub(super) fn depth(&self, at: Time) -> usize {
+        let known = self.depths.iter().rev().find(|(since, _)| *since <= at);
+        known.map_or(1, |(_, depth)| depth.get())
+    }
+}
+
+impl Lineage {
+    /// A message that is known.
+    pub(super) fn head(&self, message: MessageId) -> Option<&Head> {
+        self.topics.get(message.topic)?.message(message.seq)
+    }
+
+    /// The index of a tick among those of its node that are known.
+    fn index_of(&self, tick: TickId) -> Option<usize> {
+        let ticks = &self.nodes.get(tick.node)?.ticks;
+        let index = ticks.partition_point(|known| known.tick.number < tick.number);
+        let known = ticks.get(index)?;
+        (known.tick.number == tick.number).then_some(index)
+    }
+
+    /// The tick that published a message, as a node and the index of a tick.
+    pub fn made_by(&self, message: MessageId) -> Option<(usize, usize)> {
+        let by = self.head(message)?.by?;
+        Some((by.node, self.index_of(by)?))
+    }
+
+    /// The messages published by the tick with this index of a node.
+    pub fn made(&self, node: usize, index: usize) -> Vec<MessageId> {
+        let Some(worked) = self.nodes[node].ticks.get(index) else {
+            return Vec::new();
+        };
+        let number = worked.tick.number;
+        let by = Some(TickId { node, number });
+        let outputs = self.topology.topics.iter().enumerate();
+        outputs
+            .filter(|(_, topic)| topic.publishers.contains(&node))
+            .flat_map(|(topic, _)| {
+                let sent = &self.topics[topic].sent;
+                let first = sent.partition_point(|sent| sent.at < worked.tick.at);
+                let last = sent.partition_point(|sent| sent.at <= worked.ends());
+                let made = sent.range(first..last.max(first));
+                made.filter(move |sent| sent.by == by)
+                    .map(move |sent| MessageId {
+                        topic,
+                        seq: sent.seq,
+                    })
+            })
+            .collect()
+    }
+
+    /// The message that the data of another one came with, which the tick with this index
+    /// published; `None` if they begin with the tick.
+    pub(super) fn behind(
+        &self,
+        message: MessageId,
+        (node, index): (usize, usize),
+        source: Option<usize>,
+    ) -> Option<MessageId> {
+        let from = self.head(message)?.from;
+        let DataWay::Along(path) = &self.way else {
+            return from.or_else(|| self.newest_read(node, index, source?));
+        };
+        let place = path.iter().position(|topic| *topic == message.topic)?;
+        let before = *path.get(place.checked_sub(1)?)?;
+        from.filter(|from| from.topic == before)
+            .or_else(|| self.nodes[node].ticks[index].read_of(before))
+    }
+
+    /// Of the messages that a tick and those before it read last, the one with the newest data from
+    /// the node `source`; of two with the same data the one that came first.
+    fn newest_read(&self, node: usize, index: usize, source: usize) -> Option<MessageId> {
+        let reads = self.nodes[node].ticks[index].reads.iter().copied();
+        let newest = reads.filter_map(|read| {
+            let began = began_of(&self.beginnings_of(read)?, source)?;
+            Some(((began, Reverse(self.head(read)?.arrives)), read))
+        });
+        newest.max_by_key(|(data, _)| *data).map(|(_, read)| read)
+    }
+
+    /// The message that a tick of an acting node applied, with the node that began its data where no
+    /// path tells the way.
+    pub(super) fn applied_by(
+        &self,
+        node: usize,
+        index: usize,
+    ) -> Option<(MessageId, Option<usize>)> {
+        let worked = &self.nodes[node].ticks[index];
+        match &self.way {
+            DataWay::Along(path) => Some((worked.read_of(*path.last()?)?, None)),
+            DataWay::From(source) => {
+                let source = (*source).or_else(|| self.first_source(worked))?;
+                Some((self.newest_read(node, index, source)?, Some(source)))
+            }
+        }
+    }
+
+    /// The first node whose data are behind a tick: one that reads nothing, or else one that says
+    /// nothing of a sensing.
+    fn first_source(&self, worked: &TracedTick) -> Option<usize> {
+        let nodes = worked.beginnings.iter().flatten().map(|(node, _)| *node);
+        let mut reading_nothing = nodes.clone().filter(|node| self.nodes[*node].begins);
+        reading_nothing.next().or(nodes.clone().next())
+    }
+
+    /// When the data of a message began; `None` while the tick that published it is not settled.
+    fn beginnings_of(&self, message: MessageId) -> Option<Beginnings> {
+        let Some(sent) = self.head(message) else {
+            return Some(Beginnings::new()); // It is forgotten.
+        };
+        let Some(by) = sent.by else {
+            return Some(Beginnings::new()); // From outside of the graph.
+        };
+        let Some(index) = self.index_of(by) else {
+            let newest = self.nodes.get(by.node).and_then(|node| node.ticks.back());
+            let is_gone = newest.is_some_and(|newest| newest.tick.number > by.number);
+            return is_gone.then(Beginnings::new);
+        };
+        let worked = &self.nodes[by.node].ticks[index];
+        let mut beginnings = match sent.from {
+            Some(from) => self.beginnings_of(from)?,
+            None => worked.beginnings.clone()?,
+        };
+        // A node that says nothing of a sensing begins data, too.
+        if self.nodes[by.node].begins || (sent.origin.is_none() && sent.from.is_none()) {
+            add_newest(&mut beginnings, (by.node, worked.tick.at));
+        }
+        Some(beginnings)
+    }
+
+    /// The beginnings of all data behind a tick; `None` while the tick behind a message is not
+    /// settled.
+    fn beginnings_behind(&self, worked: &TracedTick) -> Option<Beginnings> {
+        let mut all = Beginnings::new();
+        for read in &worked.reads {
+            for beginning in self.beginnings_of(*read)? {
+                add_newest(&mut all, beginning);
+            }
+        }
+        Some(all)
+    }
+
+    /// Finds where the data of all ticks began that have come since, as far as the ticks behind
+    /// them have come. Along a path nobody asks for it.
+    pub fn settle(&mut self) {
+        if matches!(self.way, DataWay::Along(_)) {
+            return;
+        }
+        let mut open: Vec<(Time, usize, usize)> = Vec::new();
+        for (node, record) in self.nodes.iter_mut().enumerate() {
+            let ticks = record.ticks.range(record.settled..).enumerate();
+            let ticks = ticks.filter(|(_, worked)| worked.beginnings.is_none());
+            open.extend(ticks.map(|(index, tick)| (tick.tick.at, node, record.settled + index)));
+        }
+        open.sort_unstable();
+        // Those of one instant may come in any order.
+        let mut before = usize::MAX;
+        while open.len() < before {
+            before = open.len();
+            open.retain(|(_, node, index)| {
+                let beginnings = self.beginnings_behind(&self.nodes[*node].ticks[*index]);
+                self.nodes[*node].ticks[*index].beginnings = beginnings;
+                self.nodes[*node].ticks[*index].beginnings.is_none()
+            });
+        }
+        for record in &mut self.nodes {
+            let ticks = record.ticks.range(record.settled..);
+            let settled = ticks.take_while(|worked| worked.beginnings.is_some());
+            record.settled += settled.count();
+        }
+    }
+}
+
+/// When the newest data of the node `source` began.
+fn began_of(beginnings: &Beginnings, source: usize) -> Option<Time> {
+    let mut known = beginnings.iter();
+    known
+        .find(|(node, _)| *node == source)
+        .map(|(_, began)| *began)
+}
+
+/// Adds a beginning, unless newer data of that node are known. They stay in the order of the nodes.
+fn add_newest(beginnings: &mut Beginnings, (node, began): (usize, Time)) {
+    match beginnings.binary_search_by_key(&node, |(known, _)| *known) {
+        Ok(place) => beginnings[place].1 = beginnings[place].1.max(began),
+        Err(place) => beginnings.insert(place, (node, began)),
+    }
+}
