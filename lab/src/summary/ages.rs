@@ -18,6 +18,13 @@ pub fn lines(ages: &[RunAge], is_new: impl Fn(&RunAge) -> bool) -> Vec<(&'static
 
 fn in_a_line(age: &RunAge) -> String {
     let [mean, p99] = [age.mean_ns, age.p99_ns].map(ms);
+    if let Some(measured) = age.apart_from_ns {
+        let measured = ms(measured);
+        return format!(
+            "{}: {measured} ms mean; its parts sum to {mean} ms, so they are left out: a defect of ratelab",
+            title(age)
+        );
+    }
     format!("{}: {mean} ms mean (p99 {p99} ms)", title(age))
 }
 
@@ -71,7 +78,8 @@ fn ms(ns: i64) -> String {
 /// The ages for programs, in the unit of all ages and in whole nanoseconds, in which parts sum to
 /// their age. Those in nanoseconds go with a later version.
 pub fn json(ages: &[RunAge]) -> Value {
-    let ages = ages.iter().map(|age| {
+    let ages = ages.iter().filter(|age| age.apart_from_ns.is_none());
+    let ages = ages.map(|age| {
         let parts = age.parts.iter();
         let parts = parts.map(|part| {
             json!({

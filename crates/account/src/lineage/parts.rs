@@ -147,8 +147,11 @@ impl Lineage {
     fn chain(&self, message: MessageId, source: Option<usize>, hops: usize) -> Option<AgeParts> {
         let sent = self.head(message)?;
         let MessageId { topic, .. } = message;
+        // One from outside of the graph was made by no tick.
         let Some((node, index)) = self.made_by(message) else {
-            // From outside of the graph, or what made it is not known.
+            if sent.by.is_some() {
+                return None; // What is known of the run begins later.
+            }
             let before_ns = signed(sent.at) - signed(sensing_of(sent));
             let mut parts = AgeParts {
                 parts: Vec::new(),

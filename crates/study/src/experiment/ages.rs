@@ -3,9 +3,9 @@
 use std::thread::{self, JoinHandle};
 
 use ratelab::{Time, Topology};
-use ratelab_account::{Lineage, NodeAccount, RunRow};
+use ratelab_account::{Lineage, RunRow};
 
-use super::{AgeKind, Experiment, over_time::AgeOverTime};
+use super::{AgeKind, Experiment, Summary, over_time::AgeOverTime};
 use crate::system::System;
 
 /// Number of messages and ticks that may wait to be counted.
@@ -16,6 +16,10 @@ const BATCH: usize = 4_096;
 
 /// Messages and ticks kept per topic and node.
 const KEPT: usize = 1 << 14;
+
+/// By how much two means of one age may differ (ns): what a run measures is in milliseconds, as a
+/// double.
+const ROUNDING: i64 = 1_000;
 
 /// An age of a run, over run time: that of the data at the end of a chain, or of the push.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +34,9 @@ pub struct RunAge {
     pub p99_ns: i64,
     /// The means of its parts, the largest first: they sum to its mean.
     pub parts: Vec<AgeShare>,
+    /// The mean that the run itself measured (ns), where its parts sum to another one: then they are
+    /// left out.
+    pub apart_from_ns: Option<i64>,
 }
 
 /// A part of an age.
@@ -104,20 +111,44 @@ impl RunAges {
         }
     }
 
-    /// The ages of the run, which ended at run time `end` with these `nodes`; those that nothing
-    /// tells are left out.
-    pub fn finish(mut self, end: Time, nodes: &[NodeAccount]) -> Vec<RunAge> {
+    /// The ages of a run of `system` with this `summary`; those that nothing tells are left out.
+    pub fn finish(mut self, system: &dyn System, summary: &Summary) -> Vec<RunAge> {
         self.lineage.settle();
-        self.advance(Some(end));
+        self.advance(Some(summary.sim_time));
         let topology = self.lineage.topology();
         let pushed = |node: usize| {
             let name = &*topology.nodes[node].name;
-            let mut acting = nodes.iter().filter(|node| node.push_age.saw().is_some());
+            let mut acting = summary
+                .nodes
+                .iter()
+                .filter(|node| node.push_age.saw().is_some());
             acting.any(|node| *node.name == *name)
         };
         let ways = self.ways.iter();
         let ways = ways.filter(|way| way.chain.is_some() || pushed(way.node));
-        ways.filter_map(|way| way.age(topology)).collect()
+        let ages = ways.filter_map(|way| way.age(topology));
+        ages.map(|age| age.checked(system, summary)).collect()
+    }
+}
+
+impl RunAge {
+    /// This age, without its parts if they do not sum to what the run measured.
+    fn checked(self, system: &dyn System, summary: &Summary) -> Self {
+        let chains = system.about().chains;
+        let own = |name| chains.iter().find(|chain| chain.name() == name);
+        let measured = match self.chain {
+            Some(name) => own(name).and_then(|own| own.mean_ms(summary.sim_time, &summary.chains)),
+            None => summary.push_age().map(|age| age.run_s * 1e3),
+        };
+        let measured = measured.map(|ms| (ms * 1e6).round() as i64);
+        match measured.filter(|ns| ns.abs_diff(self.mean_ns) > ROUNDING.unsigned_abs()) {
+            Some(ns) => Self {
+                parts: Vec::new(),
+                apart_from_ns: Some(ns),
+                ..self
+            },
+            None => self,
+        }
     }
 }
 
@@ -143,6 +174,7 @@ impl AgeWay {
             mean_ns: self.ages.mean_ns()?,
             p99_ns: self.ages.quantile(0.99)?,
             parts,
+            apart_from_ns: None,
         })
     }
 }
@@ -182,8 +214,8 @@ impl AgeWatch {
     }
 
     /// Waits for the end of the run, as [`RunAges::finish`]; no ages if rows came too fast.
-    pub(super) fn finish(self, end: Time, nodes: &[NodeAccount]) -> Vec<RunAge> {
+    pub(super) fn finish(self, system: &dyn System, summary: &Summary) -> Vec<RunAge> {
         let ages = self.0.join().ok().flatten();
-        ages.map_or_else(Vec::new, |ages| ages.finish(end, nodes))
+        ages.map_or_else(Vec::new, |ages| ages.finish(system, summary))
     }
 }

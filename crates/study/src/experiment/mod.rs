@@ -317,9 +317,7 @@ impl Experiment {
         };
         let mut summary = summary.observed(system, &observer);
         let ages = self.ages;
-        summary.ages = ages.map_or_else(Vec::new, |ages| {
-            ages.finish(summary.sim_time, &summary.nodes)
-        });
+        summary.ages = ages.map_or_else(Vec::new, |ages| ages.finish(system, &summary));
         Ok(summary)
     }
 }
