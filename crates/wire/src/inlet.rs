@@ -87,7 +87,8 @@ impl Inlet {
         let sensed = origin.unwrap_or(stamp);
         self.times
             .remember(sensed, head.origin.unwrap_or(head.stamp));
-        self.run_times.receive(&mut row, stamp);
+        self.run_times
+            .receive(&mut row, self.times.passed(head.stamp)?);
         let here = self.publish(&row, at, stamp, origin)?;
         let (incarnation, seq) = (head.incarnation, head.seq);
         self.numbers.keep(here, SentNumber { incarnation, seq });

@@ -58,12 +58,12 @@ impl RunTimes {
     }
 
     /// Makes the numbers of a message from the wire those of one that was published at run time
-    /// `stamp` here.
-    pub fn receive(&self, row: &mut [f64], stamp: Time) {
+    /// `stamp` here (ns), which may be before the run.
+    pub fn receive(&self, row: &mut [f64], stamp: Nanos) {
         for place in &self.0 {
             row[*place] = match row[*place] {
                 UNKNOWN => f64::NAN,
-                since => since + stamp.as_nanos() as f64,
+                since => since + stamp as f64,
             };
         }
     }

@@ -77,7 +77,7 @@ impl Times {
         let estimate = self.offsets.estimate(moment.clock).ok_or(Refusal::Clock)?;
         let (ours, now) = (estimate.ours(moment.at), machine::now());
         if self.wrong_clocks {
-            let shown = ours.saturating_sub(zero).max(0);
+            let shown = self.passed(moment)?.max(0);
             return Ok(Time::from_nanos(shown.unsigned_abs()));
         }
         if ours.saturating_sub(now) > estimate.bound {
@@ -86,6 +86,16 @@ impl Times {
         let passed = ours.min(now).saturating_sub(zero);
         let passed = u64::try_from(passed).map_err(|_| Refusal::Early)?;
         Ok(Time::from_nanos(passed))
+    }
+
+    /// The run time of `moment` (ns), negative before the run.
+    ///
+    /// # Errors
+    /// [`Refusal`] before the run, and if the clock is unknown.
+    pub(crate) fn passed(&self, moment: ClockMoment) -> Result<Nanos, Refusal> {
+        let zero = self.zero().ok_or(Refusal::Early)?;
+        let estimate = self.offsets.estimate(moment.clock).ok_or(Refusal::Clock)?;
+        Ok(estimate.ours(moment.at).saturating_sub(zero))
     }
 
     /// Remembers that run time `time` came from `moment`.

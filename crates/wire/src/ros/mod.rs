@@ -232,7 +232,8 @@ impl Ros {
             // A stamp of ours is the time of a reading; any other is of an unknown clock.
             let origin = stamps.find(|known, _| *known == stamp);
             let at = inlet.check_sender(publishers.source(from.gid), seq)?;
-            inlet.publish(&row, at, at, origin.map(|(_, sensed)| sensed))
+            let origin = origin.map(|(_, sensed)| sensed);
+            inlet.publish(&row, at, at, origin).map(drop)
         })
     }
 }
